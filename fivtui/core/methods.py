@@ -1,0 +1,129 @@
+"""The native integration methods, as data."""
+
+import math
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from typing import Final
+
+from .model import State
+from .parameters import Parameters
+from .segment import Stepper
+from .taylor import TaylorStepper
+
+# Local errors add up and grow along the run; this much smaller, `tol` is the error at its end.
+_LOCAL_TOLERANCE: Final = 1e-3
+# RK4 steps per √(m/stiffness) when no step is given.
+_REFERENCE_STEP: Final = 0.01
+
+
+@dataclass(frozen=True, slots=True)
+class Problem:
+    """What an integrator is asked to do.
+
+    Attributes
+    ----------
+    parameters : Parameters
+        The parameter set.
+    start : State
+        (x, ẋ, y, ẏ) at t = 0, m and m/s.
+    t_end : float
+        Horizon, s.
+    separation : bool
+        Whether separation is considered.
+    tol : float
+        Relative tolerance.
+    step : float or None
+        Step of a fixed-step method, s; None for its default.
+    """
+
+    parameters: Parameters
+    start: State
+    t_end: float
+    separation: bool
+    tol: float
+    step: float | None
+
+
+@dataclass(frozen=True, slots=True)
+class Method:
+    """An integration method.
+
+    Attributes
+    ----------
+    name : str
+        Name on the command line.
+    meaning : str
+        One phrase for lists and help.
+    fixed_step : bool
+        Whether it takes a step rather than a tolerance.
+    stepper : callable
+        Makes the integrator of a problem.
+    """
+
+    name: str
+    meaning: str
+    fixed_step: bool
+    stepper: Callable[[Problem], Stepper]
+
+
+def local_tolerance(tol: float) -> float:
+    """Local tolerance of the Taylor integrator for an aimed relative error of the end state.
+
+    Parameters
+    ----------
+    tol : float
+        Aimed relative error after about a hundred periods.
+
+    Returns
+    -------
+    float
+        Tolerance for one step.
+    """
+    return tol * _LOCAL_TOLERANCE
+
+
+def _taylor(problem: Problem) -> Stepper:
+    return TaylorStepper(
+        problem.parameters,
+        problem.start,
+        separation=problem.separation,
+        tol=local_tolerance(problem.tol),
+    )
+
+
+def _rk4(problem: Problem) -> Stepper:
+    from .reference import ReferenceStepper
+
+    p = problem.parameters
+    step = problem.step
+    if step is None:
+        step = _REFERENCE_STEP * math.sqrt(p.m / (p.k1 + p.k2 + p.k3))
+    return ReferenceStepper(p, problem.start, step=step, separation=problem.separation)
+
+
+def _scipy(solver: str) -> Callable[[Problem], Stepper]:
+    def stepper(problem: Problem) -> Stepper:
+        from .scipy_methods import ScipyStepper
+
+        return ScipyStepper(
+            problem.parameters,
+            problem.start,
+            solver=solver,
+            t_end=problem.t_end,
+            separation=problem.separation,
+            tol=problem.tol,
+        )
+
+    return stepper
+
+
+METHODS: Final[Mapping[str, Method]] = {
+    method.name: method
+    for method in (
+        Method("taylor", "Taylor series of variable step, events to rounding", False, _taylor),
+        Method("rk4", "the paper's fixed-step RK4 with bisection (NumPy)", True, _rk4),
+        Method("scipy-dop853", "SciPy's explicit Runge-Kutta of order 8", False, _scipy("DOP853")),
+        Method("scipy-radau", "SciPy's implicit Radau of order 5", False, _scipy("Radau")),
+        Method("scipy-lsoda", "SciPy's Adams/BDF with automatic choice", False, _scipy("LSODA")),
+    )
+}

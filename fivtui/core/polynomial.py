@@ -1,0 +1,240 @@
+"""Real roots and extreme values of a polynomial on an interval, with none passed over.
+
+A polynomial is a sequence of coefficients, constant term first. Roots are isolated by the
+variation of signs of the Bernstein coefficients (Descartes' rule on an interval): no variation
+means no root, one variation exactly one, more are resolved by subdivision.
+"""
+
+import math
+from collections.abc import Iterator, Sequence
+from functools import lru_cache
+from itertools import accumulate, pairwise, repeat
+from operator import mul
+from typing import Final
+
+# Two roots closer than 2**-MAX_DEPTH of the interval are one to double precision.
+MAX_DEPTH: Final = 48
+_NEWTON_STEPS: Final = 100
+
+
+def evaluate(c: Sequence[float], t: float) -> float:
+    """Value of a polynomial by Horner's rule.
+
+    Parameters
+    ----------
+    c : sequence of float
+        Coefficients, constant term first.
+    t : float
+        Argument.
+
+    Returns
+    -------
+    float
+        c[0] + c[1] t + c[2] t² + …
+    """
+    value = 0.0
+    for coefficient in reversed(c):
+        value = value * t + coefficient
+    return value
+
+
+def derivative(c: Sequence[float]) -> list[float]:
+    """Coefficients of the derivative.
+
+    Parameters
+    ----------
+    c : sequence of float
+        Coefficients, constant term first.
+
+    Returns
+    -------
+    list of float
+        One coefficient fewer.
+    """
+    return [n * coefficient for n, coefficient in enumerate(c)][1:]
+
+
+def scaled(c: Sequence[float], h: float) -> list[float]:
+    """Coefficients of the same polynomial in t/h, so that [0, h] becomes [0, 1].
+
+    Parameters
+    ----------
+    c : sequence of float
+        Coefficients in t.
+    h : float
+        Length of the interval.
+
+    Returns
+    -------
+    list of float
+        c[n] hⁿ.
+    """
+    return list(map(mul, c, accumulate(repeat(h, len(c) - 1), mul, initial=1.0)))
+
+
+def first_root(c: Sequence[float]) -> float | None:
+    """The first root in (0, 1] at which a polynomial changes sign.
+
+    A root at 0 itself does not count, whatever its multiplicity.
+
+    Parameters
+    ----------
+    c : sequence of float
+        Coefficients, constant term first.
+
+    Returns
+    -------
+    float or None
+        The root, accurate to rounding, or None if there is none.
+    """
+    return next(roots(c), None)
+
+
+def roots(c: Sequence[float]) -> Iterator[float]:
+    """Roots in (0, 1] at which a polynomial changes sign, in ascending order.
+
+    A root at 0 itself does not count, whatever its multiplicity; one exactly at 1 does.
+
+    Parameters
+    ----------
+    c : sequence of float
+        Coefficients, constant term first.
+
+    Yields
+    ------
+    float
+        A root, accurate to rounding.
+    """
+    start = next((n for n, coefficient in enumerate(c) if coefficient != 0.0), len(c))
+    reduced = c[start:]
+    if len(reduced) < 2 or abs(reduced[0]) > math.fsum(map(abs, reduced[1:])):
+        return
+    negative = reduced[0] < 0.0
+    b = bernstein(reduced)
+    for left, right in _brackets(b):
+        yield _refine(reduced, left, right, negative=negative)
+        negative = not negative
+    if b[-1] == 0.0:
+        yield 1.0
+
+
+def minimum_maximum(c: Sequence[float]) -> tuple[float, float]:
+    """Least and greatest value of a polynomial on [0, 1].
+
+    Parameters
+    ----------
+    c : sequence of float
+        Coefficients, constant term first.
+
+    Returns
+    -------
+    tuple of float
+        (minimum, maximum), interior extrema included.
+    """
+    values = [c[0], evaluate(c, 1.0)]
+    values.extend(evaluate(c, t) for t in roots(derivative(c)))
+    return min(values), max(values)
+
+
+def restricted(c: Sequence[float], left: float, right: float) -> list[float]:
+    """The polynomial on [left, right], mapped to [0, 1].
+
+    Parameters
+    ----------
+    c : sequence of float
+        Coefficients, constant term first.
+    left, right : float
+        The part to keep.
+
+    Returns
+    -------
+    list of float
+        Coefficients in (t − left)/(right − left).
+    """
+    shifted = list(c)
+    for start in range(len(shifted) - 1):
+        for n in range(len(shifted) - 2, start - 1, -1):
+            shifted[n] += left * shifted[n + 1]
+    return scaled(shifted, right - left)
+
+
+def bernstein(c: Sequence[float]) -> list[float]:
+    """Bernstein coefficients on [0, 1].
+
+    Parameters
+    ----------
+    c : sequence of float
+        Power-basis coefficients, constant term first.
+
+    Returns
+    -------
+    list of float
+        As many coefficients; the polynomial lies in their convex hull.
+    """
+    return [sum(map(mul, row, c)) for row in _to_bernstein(len(c))]
+
+
+@lru_cache(maxsize=64)
+def _to_bernstein(size: int) -> tuple[tuple[float, ...], ...]:
+    degree = size - 1
+    return tuple(
+        tuple(math.comb(i, k) / math.comb(degree, k) for k in range(i + 1)) for i in range(size)
+    )
+
+
+def _variations(b: Sequence[float]) -> int:
+    signs = [value > 0.0 for value in b if value != 0.0]
+    return sum(map(bool.__ne__, signs, signs[1:]))
+
+
+def _brackets(b: list[float]) -> Iterator[tuple[float, float]]:
+    # Subintervals, in ascending order, over which the sign changes.
+    stack = [(0.0, 1.0, b, 0)]
+    while stack:
+        left, right, b, depth = stack.pop()
+        variations = _variations(b)
+        if variations > 1 and depth < MAX_DEPTH:
+            part, lower, upper = _split(b)
+            middle = left + part * (right - left)
+            stack.append((middle, right, upper, depth + 1))
+            stack.append((left, middle, lower, depth + 1))
+        elif variations % 2 == 1:
+            yield left, right
+
+
+def _split(b: list[float]) -> tuple[float, list[float], list[float]]:
+    # de Casteljau's rule, away from a root: the signs at every cut must be known.
+    for part in (0.5, 0.4375, 0.5625):
+        lower, upper, level = [b[0]], [b[-1]], b
+        while len(level) > 1:
+            level = [(1.0 - part) * left + part * right for left, right in pairwise(level)]
+            lower.append(level[0])
+            upper.append(level[-1])
+        if lower[-1] != 0.0:
+            break
+    upper.reverse()
+    return part, lower, upper
+
+
+def _refine(c: Sequence[float], left: float, right: float, *, negative: bool) -> float:
+    # Newton's method, kept inside a bracket over which the sign changes once.
+    slope = derivative(c)
+    t = 0.5 * (left + right)
+    for _ in range(_NEWTON_STEPS):
+        value = evaluate(c, t)
+        if value == 0.0:
+            break
+        if (value < 0.0) == negative:
+            left = t
+        else:
+            right = t
+        tangent = evaluate(slope, t)
+        new = t - value / tangent if tangent != 0.0 else left
+        if abs(new - t) <= 2.0**-52 * t:
+            return new
+        if not left < new < right:
+            new = 0.5 * (left + right)
+            if new in (left, right):
+                break
+        t = new
+    return t

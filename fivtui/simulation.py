@@ -1,0 +1,112 @@
+"""One transient by any method, native or FMU: what the CLI, the TUI and scripts call."""
+
+import dataclasses
+import time
+from collections.abc import Mapping
+from typing import Final
+
+from .core.methods import METHODS
+from .core.parameters import Parameters, unknown_name
+from .core.transient import (
+    DEFAULT_T_END,
+    DEFAULT_TOL,
+    MAX_STEPS,
+    Progress,
+    Samples,
+    Start,
+    Transient,
+    integrate,
+    make_problem,
+)
+
+ALL_METHODS: Final[Mapping[str, str]] = {
+    **{name: method.meaning for name, method in METHODS.items()},
+    "fmu": "the FMU, run by fmpy",
+}
+
+
+def simulate(
+    parameters: Parameters | None = None,
+    *,
+    t_end: float = DEFAULT_T_END,
+    tol: float = DEFAULT_TOL,
+    separation: bool = True,
+    start: Start = "static",
+    method: str = "taylor",
+    step: float | None = None,
+    samples: Samples = "none",
+    max_steps: int = MAX_STEPS,
+    progress: Progress | None = None,
+) -> Transient:
+    """Compute a transient.
+
+    Parameters
+    ----------
+    parameters : Parameters, optional
+        The parameter set; the base set if not given.
+    t_end : float
+        Horizon, s; at most 1e7.
+    tol : float
+        Relative tolerance of the variable-step methods, 1e-13 to 1e-2. For ``taylor`` and ``fmu``
+        it is the relative error to expect of the end state after about a hundred periods.
+    separation : bool
+        Whether separation is considered (the paper's Case 1) or ignored (Case 2).
+    start : "static" or sequence of four floats
+        At rest at the equilibrium of μ = 0, or (x, ẋ, y, ẏ) in m and m/s.
+    method : str
+        A name in `ALL_METHODS`.
+    step : float, optional
+        Step of ``rk4``, communication step of ``fmu``, s.
+    samples : "none", "dense" or sequence of float
+        What is kept of the trajectory: nothing, everything, or its values at ascending times, s.
+    max_steps : int
+        Steps after which the run is given up.
+    progress : callable, optional
+        Called now and then with the fraction done; the run is cancelled when it returns False.
+
+    Returns
+    -------
+    Transient
+        Final state, exact extremes, events, work done, and the trajectory if asked for.
+
+    Raises
+    ------
+    InputError
+        If the request is wrong.
+    ComputationError
+        If the run cannot be finished.
+    Cancelled
+        If `progress` returned False.
+
+    Examples
+    --------
+    >>> from fivtui import Parameters, simulate
+    >>> simulate(Parameters(F=80.0), t_end=100.0).events.separations
+    74
+    """
+    p = Parameters() if parameters is None else parameters
+    if method not in ALL_METHODS:
+        raise unknown_name("method", method, ALL_METHODS)
+    begin = time.thread_time()
+    if method == "fmu":
+        from .fmu_host import integrate_fmu
+
+        problem = make_problem(
+            p, t_end=t_end, tol=tol, separation=separation, start=start, step=step
+        )
+        result = integrate_fmu(problem, samples=samples, progress=progress)
+    else:
+        result = integrate(
+            p,
+            t_end=t_end,
+            tol=tol,
+            separation=separation,
+            start=start,
+            method=method,
+            step=step,
+            samples=samples,
+            max_steps=max_steps,
+            progress=progress,
+        )
+    cpu_s = time.thread_time() - begin
+    return dataclasses.replace(result, stats=dataclasses.replace(result.stats, cpu_s=cpu_s))
