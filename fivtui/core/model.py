@@ -119,7 +119,7 @@ class Equilibrium:
     mode: Mode
 
 
-def equilibrium(p: Parameters, *, separation: bool = True) -> Equilibrium:
+def equilibrium(p: Parameters, *, separation: bool = True, mu: float | None = None) -> Equilibrium:
     """The unique equilibrium (Eq. 6) in closed form, polished by one Newton step.
 
     Eliminating x leaves the monotone cubic α y³ + β y + F = 0 with α = (1 + μ h/a) k_nl and
@@ -131,6 +131,8 @@ def equilibrium(p: Parameters, *, separation: bool = True) -> Equilibrium:
         The parameter set.
     separation : bool
         Whether separation is considered; then F < 0 has its equilibrium off the belt.
+    mu : float, optional
+        Friction coefficient in place of that of `p`.
 
     Returns
     -------
@@ -153,7 +155,8 @@ def equilibrium(p: Parameters, *, separation: bool = True) -> Equilibrium:
             )
         y = -p.F / held
         return Equilibrium(x=h * y / a, y=y, P=0.0, mode=Mode.SEPARATED)
-    friction = 1.0 + p.mu * h / a
+    mu = p.mu if mu is None else mu
+    friction = 1.0 + mu * h / a
     alpha, beta = friction * p.k_nl, friction * p.k2 + h * p.k1 / a
     y = -p.F / beta
     scale = math.sqrt(3.0 * alpha / beta)
@@ -162,7 +165,7 @@ def equilibrium(p: Parameters, *, separation: bool = True) -> Equilibrium:
         y = -2.0 / scale * math.sinh(math.asinh(1.5 * p.F / beta * scale) / 3.0)
     y -= (alpha * y * y * y + beta * y + p.F) / (3.0 * alpha * y * y + beta)
     force = contact_force(p, y, Mode.CONTACT)
-    return Equilibrium(x=(h * y + p.mu * force) / a, y=y, P=force, mode=Mode.CONTACT)
+    return Equilibrium(x=(h * y + mu * force) / a, y=y, P=force, mode=Mode.CONTACT)
 
 
 def static_start(p: Parameters, *, separation: bool = True) -> State:
@@ -185,7 +188,7 @@ def static_start(p: Parameters, *, separation: bool = True) -> State:
     ComputationError
         If there is no such equilibrium, see `equilibrium`.
     """
-    rest = equilibrium(p.with_values({"mu": 0.0}), separation=separation)
+    rest = equilibrium(p, separation=separation, mu=0.0)
     return (rest.x, 0.0, rest.y, 0.0)
 
 

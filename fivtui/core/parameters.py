@@ -199,9 +199,7 @@ class Parameters:
 
         Returns
         -------
-
-        Parameters
-        ----------
+        Self
             The checked copy.
 
         Raises

@@ -28,7 +28,10 @@ _MAX_STALLED: Final = 64
 
 
 def order_for(tol: float) -> int:
-    """Order of expansion that is cheapest for a tolerance.
+    """Order of expansion that is cheapest for a tolerance, a multiple of four.
+
+    After a landing y is v t + O(t⁵) and every fourth coefficient stands out; only with such an
+    order is the last one among them, and the step size safe.
 
     Parameters
     ----------
@@ -40,7 +43,7 @@ def order_for(tol: float) -> int:
     int
         Order N of the velocities.
     """
-    return min(max(math.ceil(-0.5 * math.log(tol)), MIN_ORDER), MAX_ORDER)
+    return min(max(4 * math.ceil(-0.125 * math.log(tol)), MIN_ORDER), MAX_ORDER)
 
 
 class TaylorStepper:
@@ -57,7 +60,7 @@ class TaylorStepper:
     separation : bool
         Whether separation is considered.
     tol : float
-        Local tolerance: last Taylor term of a step relative to the size of the motion.
+        Local tolerance: last Taylor term of the velocities relative to the speed.
     order : int, optional
         Order of expansion; chosen from `tol` if not given.
 
@@ -144,22 +147,18 @@ class TaylorStepper:
         return Segment(mode, start, remainder, duration, self._time, x, y, state, switches)
 
     def _step_size(self, x: tuple[float, ...], y: tuple[float, ...]) -> float:
-        # The size of the motion is that of the state, of the static deflection at the least.
-        size = max(
-            abs(x[0]),
-            abs(y[0]),
-            abs(x[1]) * self._time_scale,
-            abs(y[1]) * self._time_scale,
-            self._deflection,
-        )
-        allowed = self._tol * size
+        # The last two terms of the velocities stay below the tolerance relative to the speed, or
+        # to the speed with which the displacement or the static deflection would be passed.
+        displacement = max(abs(x[0]), abs(y[0]), self._deflection)
+        speed = max(abs(x[1]), abs(y[1]), displacement / self._time_scale)
+        allowed = self._tol * speed
         duration = _LONGEST_STEP * self._time_scale
         for n in (self._degree, self._degree - 1):
-            last = max(abs(x[n]), abs(y[n]))
+            last = n * max(abs(x[n]), abs(y[n]))
             if not math.isfinite(last):
                 raise self._overflow()
             if last > 0.0 and allowed > 0.0:
-                duration = min(duration, math.exp(math.log(allowed / last) / n))
+                duration = min(duration, math.exp(math.log(allowed / last) / (n - 1)))
         return duration
 
     def _first_root(self, y: tuple[float, ...], final: float) -> float | None:
