@@ -2,20 +2,21 @@
 
 import sys
 import time
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from types import TracebackType
-from typing import Final, Self
+from typing import TYPE_CHECKING, Final, Self
 
 from rich.console import Console
 from rich.progress import BarColumn, TaskID, TextColumn, TimeRemainingColumn
 from rich.progress import Progress as Bar
 from rich.table import Table
 
-from .core.methods import METHODS
-from .core.parameters import PARAMETERS, Parameters
+from .core.parameters import Parameters
 from .core.stability import Stability
 from .core.transient import Transient
-from .scene import Scene
+
+if TYPE_CHECKING:
+    from .compare import Comparison
 
 # A bar for less than this would only flicker.
 _PATIENCE_S: Final = 1.0
@@ -55,7 +56,9 @@ class Progress:
                 return True
             console = Console(stderr=True)
             columns = (TextColumn("{task.description}"), BarColumn(), TimeRemainingColumn())
-            self._bar = Bar(*columns, console=console, transient=True, disable=not console.is_terminal)
+            self._bar = Bar(
+                *columns, console=console, transient=True, disable=not console.is_terminal
+            )
             self._bar.start()
             self._task = self._bar.add_task(self._label, total=1.0)
         if self._task is not None:
@@ -74,7 +77,16 @@ def _print(table: Table) -> None:
     console.print(table)
 
 
-def _facts(title: str, rows: Sequence[tuple[str, str]]) -> None:
+def print_list(title: str, rows: Sequence[tuple[str, str]]) -> None:
+    """Print names and what they stand for.
+
+    Parameters
+    ----------
+    title : str
+        Title of the list.
+    rows : sequence of tuple of str
+        Name and text of each.
+    """
     table = Table(title=title, title_justify="left", show_header=False, box=None, pad_edge=False)
     table.add_column(no_wrap=True)
     table.add_column()
@@ -101,7 +113,10 @@ def print_transient(result: Transient) -> None:
         ("parameters", _parameter_line(result.parameters)),
         ("separation", "considered" if result.separation else "ignored"),
         ("method", f"{result.method}, {result.stats.steps} steps"),
-        ("peak |y|", f"{number(peak.y_abs)} m  (y from {number(peak.y_min)} to {number(peak.y_max)} m)"),
+        (
+            "peak |y|",
+            f"{number(peak.y_abs)} m  (y from {number(peak.y_min)} to {number(peak.y_max)} m)",
+        ),
         ("peak |x|", f"{number(peak.x_abs)} m"),
         ("steady half range of y", f"{number(result.steady.y_half_range)} m  (second half)"),
         (
@@ -118,7 +133,7 @@ def print_transient(result: Transient) -> None:
     ]
     if result.stats.cpu_s is not None:
         rows.append(("CPU time", f"{result.stats.cpu_s:.3g} s"))
-    _facts("Transient", rows)
+    print_list("Transient", rows)
 
 
 def print_stability(verdict: Stability, p: Parameters) -> None:
@@ -151,21 +166,7 @@ def print_stability(verdict: Stability, p: Parameters) -> None:
     ] or [("critical friction coefficient", "none")]
     linear = verdict.linear_critical_mu
     rows.append(("  of the linear system", "none" if linear is None else number(linear)))
-    _facts("Stability", rows)
-
-
-def print_presets(presets: Mapping[str, Scene]) -> None:
-    """Print names and descriptions of scenes.
-
-    Parameters
-    ----------
-    presets : mapping of str to Scene
-        By name.
-    """
-    table = Table("name", "what it is", box=None, pad_edge=False)
-    for name, scene in presets.items():
-        table.add_row(name, scene.description)
-    _print(table)
+    print_list("Stability", rows)
 
 
 def print_rows(title: str, header: Sequence[str], rows: Sequence[Sequence[str]]) -> None:
@@ -186,3 +187,46 @@ def print_rows(title: str, header: Sequence[str], rows: Sequence[Sequence[str]])
     for row in rows:
         table.add_row(*row)
     _print(table)
+
+
+def print_comparison(result: "Comparison") -> None:
+    """Print the table of the main job: both cases, native and through the FMU.
+
+    Parameters
+    ----------
+    result : Comparison
+        What `compare` returned.
+    """
+    header = (
+        "separation, path",
+        "peak |y| m",
+        "half range m",
+        "separations",
+        "off the belt",
+        "difference",
+        "time s",
+    )
+    rows = []
+    for case, pair in (("considered", result.considered), ("ignored", result.ignored)):
+        for path, run, seconds in (
+            ("native", pair.native, pair.native_s),
+            ("FMU", pair.fmu, pair.fmu_s),
+        ):
+            rows.append(
+                (
+                    f"{case}, {path}",
+                    number(run.peak.y_abs),
+                    number(run.steady.y_half_range),
+                    str(run.events.separations),
+                    f"{run.events.separated_time / run.t_end:.1%}",
+                    f"{pair.difference:.1e}" if run is pair.fmu else "",
+                    f"{seconds:.2f}",
+                )
+            )
+    p, t_end = result.considered.native.parameters, result.considered.native.t_end
+    print_rows(f"Slider-belt, {t_end:g} s: {_parameter_line(p)}", header, rows)
+    text = (
+        "difference: greatest of all sampled states between FMU and native, m and m/s; "
+        f"the FMU was built in {result.build_s:.2f} s"
+    )
+    Console(file=sys.stdout, width=None if sys.stdout.isatty() else 200).print(text)

@@ -338,18 +338,18 @@ def _sample_times(samples: Samples, t_end: float) -> NDArray[np.float64] | None:
     return times
 
 
-def check_horizon(t_end: float) -> float:
+def check_horizon(t_end: float | str) -> float:
     """Check a horizon.
 
     Parameters
     ----------
-    t_end : float
-        Horizon, s.
+    t_end : float or str
+        Horizon, s; text that reads as a number will do.
 
     Returns
     -------
     float
-        The same.
+        The horizon, s.
 
     Raises
     ------
