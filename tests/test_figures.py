@@ -15,7 +15,7 @@ from matplotlib.collections import PolyCollection
 from matplotlib.colors import to_rgb
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
-from test_files import file_size_limit
+from tests.test_files import file_size_limit
 
 from fivtui.core.errors import InputError
 from fivtui.core.parameters import Parameters

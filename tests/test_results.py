@@ -12,7 +12,7 @@ from typing import Any
 import numpy as np
 import pyarrow.parquet as pq
 import pytest
-from test_files import file_size_limit
+from tests.test_files import file_size_limit
 
 from fivtui import __version__, formats
 from fivtui.core.errors import ComputationError, InputError
