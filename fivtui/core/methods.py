@@ -8,10 +8,8 @@ from typing import Final
 from .model import State
 from .parameters import Parameters
 from .segment import Stepper
-from .taylor import TaylorStepper
+from .taylor import TaylorStepper, local_tolerance
 
-# Local errors add up and grow along the run; this much smaller, `tol` is the error at its end.
-_LOCAL_TOLERANCE: Final = 1e-3
 # RK4 steps per √(m/stiffness) when no step is given.
 _REFERENCE_STEP: Final = 0.01
 
@@ -64,22 +62,6 @@ class Method:
     meaning: str
     fixed_step: bool
     stepper: Callable[[Problem], Stepper]
-
-
-def local_tolerance(tol: float) -> float:
-    """Local tolerance of the Taylor integrator for an aimed relative error of the end state.
-
-    Parameters
-    ----------
-    tol : float
-        Aimed relative error after about a hundred periods.
-
-    Returns
-    -------
-    float
-        Tolerance for one step.
-    """
-    return tol * _LOCAL_TOLERANCE
 
 
 def _taylor(problem: Problem) -> Stepper:

@@ -9,6 +9,7 @@ from typing import Final, Literal
 import numpy as np
 from numpy.typing import NDArray
 
+from . import taylor
 from .errors import Cancelled, ComputationError, InputError
 from .extremes import Extremes
 from .methods import METHODS, Problem
@@ -22,9 +23,9 @@ Start = Literal["static"] | Sequence[float]
 Samples = Literal["none", "dense"] | Sequence[float] | NDArray[np.float64]
 
 DEFAULT_T_END: Final = 100.0
-DEFAULT_TOL: Final = 1e-12
+DEFAULT_TOL: Final = taylor.DEFAULT_TOL
 MAX_T_END: Final = 1e7
-TOL_RANGE: Final = (1e-13, 1e-2)
+TOL_RANGE: Final = taylor.TOL_RANGE
 MAX_STEPS: Final = 20_000_000
 _CHUNK: Final = 256
 _PROGRESS_EVERY: Final = 128
