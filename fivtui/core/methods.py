@@ -5,6 +5,7 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from typing import Final
 
+from .errors import InputError
 from .model import State
 from .parameters import Parameters
 from .segment import Stepper
@@ -80,6 +81,23 @@ def local_tolerance(tol: float) -> float:
         Tolerance for one step.
     """
     return tol * _LOCAL_TOLERANCE
+
+
+def check_takes_step(method: str) -> None:
+    """Check that a method takes a step.
+
+    Parameters
+    ----------
+    method : str
+        Its name; names that are not in `METHODS` take one.
+
+    Raises
+    ------
+    InputError
+        If it chooses its own.
+    """
+    if method in METHODS and not METHODS[method].fixed_step:
+        raise InputError(f"step: the method {method} chooses its own; set tol instead")
 
 
 def _taylor(problem: Problem) -> Stepper:
