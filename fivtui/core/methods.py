@@ -5,6 +5,7 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from typing import Final
 
+from .errors import InputError
 from .model import State
 from .parameters import Parameters
 from .segment import Stepper
@@ -62,6 +63,23 @@ class Method:
     meaning: str
     fixed_step: bool
     stepper: Callable[[Problem], Stepper]
+
+
+def check_takes_step(method: str) -> None:
+    """Check that a method takes a step.
+
+    Parameters
+    ----------
+    method : str
+        Its name; names that are not in `METHODS` take one.
+
+    Raises
+    ------
+    InputError
+        If it chooses its own.
+    """
+    if method in METHODS and not METHODS[method].fixed_step:
+        raise InputError(f"step: the method {method} chooses its own; set tol instead")
 
 
 def _taylor(problem: Problem) -> Stepper:
