@@ -13,7 +13,6 @@ from fivtui.scene import Scene
 from .lab import LabScreen
 from .session import Session
 
-
 _STYLES = Path(__file__).parent / "styles"
 
 

@@ -5,6 +5,7 @@ from dataclasses import dataclass
 from functools import partial
 
 from textual.command import DiscoveryHit, Hit, Hits, Provider
+from textual.widgets import TabPane
 
 from fivtui.presets import PRESETS
 
@@ -40,6 +41,9 @@ def _commands(lab: LabScreen) -> Iterator[Command]:
     if lab.session.changed:
         yield Command("Reset all fields", "To the scene loaded", lab.action_reset_all)
     yield from _choices(lab)
+    for pane in lab.query(TabPane):
+        name = str(pane.id)
+        yield Command(f"Tab {name.capitalize()}", "F2: the next one", partial(lab.show_tab, name))
     for name, scene in PRESETS.items():
         message = partial(lab.post_message, SceneLoaded(scene, name))
         yield Command(f"Preset {name}", scene.description, message)

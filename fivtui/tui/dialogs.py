@@ -6,8 +6,6 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import ClassVar
 
-from rich.table import Table
-from rich.text import Text
 from textual import on
 from textual.app import ComposeResult
 from textual.binding import Binding, BindingType
@@ -18,6 +16,7 @@ from textual.widgets import Button, Input, Label, Static
 from fivtui.core.errors import InputError
 
 from .report import Row
+from .table import grid
 
 
 @dataclass(frozen=True, slots=True)
@@ -141,12 +140,9 @@ class HelpDialog(ModalScreen[None]):
 
     def compose(self) -> ComposeResult:
         """A title over the rows."""
-        table = Table.grid(padding=(0, 2))
-        for row in self._rows:
-            table.add_row(Text(row.label, style="bold"), Text(row.value))
         with VerticalScroll(id="dialog"):
             yield Label(self._title, id="dialog-title", markup=False)
-            yield Static(table)
+            yield Static(grid(self._rows))
             yield Button("Close", id="close", compact=True)
 
     def action_scroll(self, direction: int) -> None:

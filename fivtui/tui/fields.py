@@ -51,10 +51,12 @@ class Field:
         Takes a scene, returns the text of this field in it.
     nudge : callable or None
         How a key press changes the value.
+    when_empty : str
+        What no text at all means, where that is allowed.
     choices : mapping of str to str
         The texts allowed and their meanings, where there are only some.
-    details : tuple of str
-        Lines of help: the equations in which it stands, or what it does.
+    details : tuple of (str, str)
+        Labelled lines of help: the equations in which it stands, or what it does.
     """
 
     name: str
@@ -67,8 +69,9 @@ class Field:
     check: Callable[[str], object]
     text_of: Callable[[Scene], str]
     nudge: Nudge | None = None
+    when_empty: str = ""
     choices: Mapping[str, str] | None = None
-    details: tuple[str, ...] = ()
+    details: tuple[tuple[str, str], ...] = ()
 
 
 def _parameter(spec: ParameterSpec) -> Field:
@@ -84,7 +87,7 @@ def _parameter(spec: ParameterSpec) -> Field:
         text_of=lambda scene: number_text(getattr(scene.parameters, spec.name)),
         nudge=by_digit(spec.default),
         details=tuple(
-            f"Eq. {equation.number}, {equation.subject}:  {equation.text}"
+            (f"Eq. {equation.number}", f"{equation.text}  ({equation.subject})")
             for equation in equations_with(spec)
         ),
     )
@@ -150,7 +153,7 @@ _OF_THE_RUN: Final = (
         check=_choice("separation", _SEPARATION),
         text_of=lambda scene: CONSIDERED if scene.separation else IGNORED,
         choices=_SEPARATION,
-        details=tuple(f"{name}: {meaning}" for name, meaning in _SEPARATION.items()),
+        details=tuple(_SEPARATION.items()),
     ),
     Field(
         name="start",
@@ -162,7 +165,7 @@ _OF_THE_RUN: Final = (
         default="static",
         check=_check_start,
         text_of=_start_text,
-        details=("static: at rest at the equilibrium of μ = 0 under F; then the belt moves",),
+        details=(("static", "at rest at the equilibrium of μ = 0 under F; then the belt moves"),),
     ),
     Field(
         name="t_end",
@@ -175,7 +178,7 @@ _OF_THE_RUN: Final = (
         check=_check_t_end,
         text_of=lambda scene: number_text(scene.t_end),
         nudge=by_digit(DEFAULT_T_END),
-        details=("The second half of the horizon gives the steady half range.",),
+        details=(("use", "the second half of the horizon gives the steady half range"),),
     ),
     Field(
         name="method",
@@ -188,7 +191,7 @@ _OF_THE_RUN: Final = (
         check=_choice("method", ALL_METHODS),
         text_of=lambda scene: scene.method,
         choices=ALL_METHODS,
-        details=tuple(f"{name}: {meaning}" for name, meaning in ALL_METHODS.items()),
+        details=tuple(ALL_METHODS.items()),
     ),
     Field(
         name="tol",
@@ -202,9 +205,8 @@ _OF_THE_RUN: Final = (
         text_of=lambda scene: number_text(scene.tol),
         nudge=by_decade,
         details=(
-            "For the methods of variable step.",
-            "taylor and fmu: the relative error to expect of the end state after about a hundred "
-            "periods.",
+            ("use", "methods of variable step"),
+            ("taylor, fmu", "relative error of the end state after about a hundred periods"),
         ),
     ),
     Field(
@@ -218,9 +220,11 @@ _OF_THE_RUN: Final = (
         check=_check_step,
         text_of=lambda scene: "" if scene.step is None else number_text(scene.step),
         nudge=by_digit(0.001),
+        when_empty="default",
         details=(
-            "fmu: the communication step. Empty: the method's own default.",
-            "Methods of variable step take none.",
+            ("rk4", "the integration step"),
+            ("fmu", "the communication step"),
+            ("others", "choose their own step; leave this empty"),
         ),
     ),
 )

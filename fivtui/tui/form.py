@@ -26,7 +26,7 @@ class TextEditor(Input):
     ]
 
     def __init__(self, field: Field) -> None:
-        super().__init__(field.default, compact=True, placeholder="default", select_on_focus=True)
+        super().__init__(field.default, compact=True, placeholder=field.when_empty)
         self._field = field
 
     def action_nudge(self, direction: int, fine: bool = False) -> None:

@@ -7,9 +7,10 @@ from .fields import Field
 from .report import Row
 
 KEYS: Final = (
-    Row("Tab, Shift+Tab", "next and previous field, plot, tab"),
+    Row("Tab, Shift+Tab", "next and previous field, button, plot"),
     Row("↑ ↓", "in a number: a step more or less; with Shift: a tenth of it"),
     Row("Enter", "in a field: on to the next one"),
+    Row("F2", "next tab; Shift+F2: the one before"),
     Row("F5", "run, or stop what runs"),
     Row("F6, F7", "write the figure, the data of the run shown"),
     Row("F8", "reset the field in focus; Shift+F8: all of them"),
@@ -30,7 +31,7 @@ def general_help() -> list[Row]:
     list of Row
         In reading order.
     """
-    model = [Row(f"Eq. {e.number}, {e.subject}", e.text) for e in EQUATIONS]
+    model = [Row(f"Eq. {e.number}", e.text, e.subject) for e in EQUATIONS]
     return [*KEYS, Row("", ""), *model]
 
 
@@ -53,7 +54,7 @@ def field_help(field: Field) -> list[Row]:
         Row("unit", field.unit or "none"),
         Row("allowed", field.allowed),
         Row("default", field.default or "none"),
-        *(Row("", detail) for detail in field.details),
+        *(Row(label, text) for label, text in field.details),
     ]
     if field.nudge is not None:
         rows.append(Row("keys", "↑ ↓ a step more or less, with Shift a tenth of it"))

@@ -7,6 +7,7 @@ from textual import on
 from textual.app import ComposeResult
 from textual.binding import Binding, BindingType
 from textual.containers import Horizontal, Vertical
+from textual.notifications import SeverityLevel
 from textual.screen import Screen
 from textual.widgets import Footer, RichLog, TabbedContent, TabPane
 from textual.worker import Worker, WorkerState
@@ -51,6 +52,8 @@ class LabScreen(Screen[None]):
         Binding("f5,ctrl+r", "run", "Run", key_display="F5"),
         Binding("f5,ctrl+r", "stop", "Stop", key_display="F5"),
         Binding("f1", "help", "Help", key_display="F1"),
+        Binding("f2", "turn_tab(1)", "Tab", key_display="F2"),
+        Binding("shift+f2", "turn_tab(-1)", "Previous tab", show=False),
         Binding("f6", "export('figure')", "Figure…", key_display="F6"),
         Binding("f7", "export('data')", "Data…", key_display="F7"),
         Binding("f8", "reset", "Reset", key_display="F8"),
@@ -78,7 +81,7 @@ class LabScreen(Screen[None]):
                         yield RowsView(id="stability-rows")
                     yield RunsPane()
                     with TabPane("Log", id="log"):
-                        yield RichLog(id="log-lines", wrap=True, markup=False)
+                        yield RichLog(id="log-lines", wrap=True, min_width=20, markup=False)
         yield Footer(compact=True)
 
     def on_mount(self) -> None:
@@ -99,7 +102,9 @@ class LabScreen(Screen[None]):
 
     @on(Reported)
     def _reported(self, event: Reported) -> None:
-        self.notify(event.words, severity="error" if event.error else "information", markup=False)
+        if not event.routine:
+            severity: SeverityLevel = "error" if event.error else "information"
+            self.notify(event.words, severity=severity, markup=False)
         mark = "ERROR: " if event.error else ""
         line = f"{datetime.now():%H:%M:%S} {mark}{event.words}"
         self.query_one("#log-lines", RichLog).write(line)
@@ -173,7 +178,7 @@ class LabScreen(Screen[None]):
             self.post_message(Reported(f"run {number} has no result", error=True))
             return
         self.query_one(TransientPane).show_run(run)
-        self.query_one("#tabs", TabbedContent).active = "transient"
+        self.show_tab("transient")
         self._show_runs()
 
     @on(ExportEnded)
@@ -200,12 +205,28 @@ class LabScreen(Screen[None]):
 
     def action_run(self) -> None:
         """Begin a run of what is edited."""
-        self.query_one("#tabs", TabbedContent).active = "transient"
+        self.show_tab("transient")
         self.query_one(TransientPane).start_run()
 
     def action_stop(self) -> None:
         """Stop the run that goes on."""
         self.query_one(TransientPane).stop_run()
+
+    def action_turn_tab(self, direction: int) -> None:
+        """Show the next tab, or the one before."""
+        tabs = self.query_one("#tabs", TabbedContent)
+        panes = [pane.id or "" for pane in tabs.query(TabPane)]
+        self.show_tab(panes[(panes.index(tabs.active) + direction) % len(panes)])
+
+    def show_tab(self, name: str) -> None:
+        """Show a tab.
+
+        Parameters
+        ----------
+        name : str
+            Its identifier.
+        """
+        self.query_one("#tabs", TabbedContent).active = name
 
     def action_export(self, what: str) -> None:
         """Write something of the run shown to a file."""

@@ -61,10 +61,11 @@ class RunsChanged(Message):
 
 @dataclass
 class Reported(Message):
-    """Something to tell the user, and whether it says that something failed."""
+    """Something to log, and unless it is routine to tell the user at once."""
 
     words: str
     error: bool = False
+    routine: bool = False
 
 
 @dataclass

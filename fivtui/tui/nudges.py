@@ -11,7 +11,8 @@ Nudge = Callable[[float, int, bool], float]
 def by_digit(default: float) -> Nudge:
     """Steps of one unit in the second significant digit (1 to 10 %), finely in the third.
 
-    A step and the step back give the same number again, across powers of ten too.
+    From a number of that many digits a step and the step back give it again, across powers of ten
+    too.
 
     Parameters
     ----------

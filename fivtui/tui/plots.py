@@ -4,6 +4,7 @@ from textual import on
 from textual.app import ComposeResult
 from textual.containers import Vertical
 from textual.events import Resize
+from textual.widgets import Static
 from textual_plot import PlotWidget
 
 from fivtui.core.trajectory import COLUMNS
@@ -20,12 +21,13 @@ class TransientPlots(Vertical):
     """y and P over time, and between them the strip that marks separation."""
 
     def __init__(self) -> None:
-        super().__init__(id="plots")
+        super().__init__(id="plots", classes="-empty")
         self._result: Transient | None = None
         self._window = (0.0, 1.0)
 
     def compose(self) -> ComposeResult:
         """The parts from top to bottom."""
+        yield Static("Nothing to show yet: F5 runs.", id="nothing")
         yield TimePlot(_LABELS["y"], time_axis=False, id="plot-y")
         yield SeparationStrip(id="strip", markup=False)
         yield TimePlot(_LABELS["P"], time_axis=True, id="plot-P")
@@ -44,7 +46,9 @@ class TransientPlots(Vertical):
             Computed with sample times.
         """
         self._result = result
-        self.show_all()
+        self.remove_class("-empty")
+        # The plots get their sizes first: they are drawn for the columns that they have.
+        self.call_after_refresh(self.show_all)
 
     @on(WindowReset)
     def show_all(self) -> None:

@@ -117,7 +117,7 @@ def stability_brief(p: Parameters, s: Stability) -> list[str]:
     return [
         f"{verdict(s)}: growth rate {s.growth_rate:+.4g} 1/s{frequency}",
         f"μ_c {_critical_words(s)}{margin and ', '}{margin}",
-        f"x_e {quantity(point.x)}  y_e {quantity(point.y, 'm')}  P_e {quantity(point.P, 'N')}",
+        f"x_e {quantity(point.x, 'm')}  y_e {quantity(point.y, 'm')}  P_e {quantity(point.P, 'N')}",
         "modes " + " · ".join(_mode_words(value) for value in _modes(s)),
     ]
 
@@ -212,9 +212,6 @@ def _separation_words(r: Transient) -> str:
     )
 
 
-_BEYOND: Final = {True: "positive: off the belt", False: "positive: contact in tension"}
-
-
 def result_rows(r: Transient, accuracy: str) -> list[Row]:
     """All figures of a transient.
 
@@ -231,14 +228,17 @@ def result_rows(r: Transient, accuracy: str) -> list[Row]:
         In reading order.
     """
     peak, events, force, final = r.peak, r.events, r.contact_force, r.final
+    above = "above 0: off the belt" if r.separation else "above 0: contact in tension"
     rows = [
         Row("peak |y|", quantity(peak.y_abs, "m"), "exact, between samples too"),
-        Row("y from", quantity(peak.y_min, "m"), "negative: contact is compressed"),
-        Row("y to", quantity(peak.y_max, "m"), _BEYOND[r.separation]),
+        Row("range of y", f"{quantity(peak.y_min)} to {quantity(peak.y_max, 'm')}", above),
         Row("peak |x|", quantity(peak.x_abs, "m")),
-        Row("steady half range y", quantity(r.steady.y_half_range, "m"), "second half of the run"),
-        Row("contact force from", quantity(force.min, "N")),
-        Row("contact force to", quantity(force.max, "N")),
+        Row(
+            "half range of y",
+            quantity(r.steady.y_half_range, "m"),
+            "steady: its second half",
+        ),
+        Row("contact force", f"{quantity(force.min)} to {quantity(force.max, 'N')}"),
         Row("separation", "considered" if r.separation else "ignored", _separation_words(r)),
     ]
     if events.first is not None and events.last is not None:
@@ -248,7 +248,11 @@ def result_rows(r: Transient, accuracy: str) -> list[Row]:
             Row("last switch", quantity(events.last, "s")),
         ]
     rows += [
-        Row("greatest ẋ", quantity(peak.vx_max, "m/s"), "the belt must be faster: always sliding"),
+        Row(
+            "greatest ẋ",
+            quantity(peak.vx_max, "m/s"),
+            "the model holds for faster belts alone",
+        ),
         Row("at the end, x", f"{final.x:.9g} m", f"t = {final.t:g} s"),
         Row("at the end, ẋ", f"{final.vx:.9g} m/s"),
         Row("at the end, y", f"{final.y:.9g} m"),

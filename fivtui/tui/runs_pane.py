@@ -13,7 +13,7 @@ from .report import quantity
 from .runs import Run
 from .session import base_scene, differences
 
-_COLUMNS = ("run", "state", "changes to the base set", "peak |y| m", "½ range m", "off belt %")
+_COLUMNS = ("run", "state", "peak |y| m", "half range m", "off belt %", "changes")
 
 
 class RunsTable(DataTable[str]):
@@ -27,7 +27,7 @@ class RunsTable(DataTable[str]):
 
 
 class RunsPane(TabPane):
-    """The runs, newest first; choosing one shows it again."""
+    """The runs, newest first, with what differs from the base set; choosing one shows it again."""
 
     def __init__(self) -> None:
         super().__init__("Runs", id="runs")
@@ -60,12 +60,12 @@ def _cells(run: Run) -> Sequence[str]:
     changes = ", ".join(map(str, differences(run.scene, base_scene()))) or "none"
     result = run.result
     if result is None:
-        return (str(run.number), run.state.value, changes, "", "", "")
+        return (str(run.number), run.state.value, "", "", "", changes)
     return (
         str(run.number),
         run.state.value,
-        changes,
         quantity(result.peak.y_abs),
         quantity(result.steady.y_half_range),
         f"{100.0 * result.events.separated_time / result.t_end:.3g}",
+        changes,
     )

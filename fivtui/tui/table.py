@@ -16,7 +16,7 @@ class RowsView(VerticalScroll):
 
     def compose(self) -> ComposeResult:
         """One renderable."""
-        yield Static("")
+        yield Static("", markup=False)
 
     def show(self, rows: Sequence[Row], otherwise: str) -> None:
         """Show rows.
@@ -28,7 +28,24 @@ class RowsView(VerticalScroll):
         otherwise : str
             What to say if there are none.
         """
-        table = Table.grid(padding=(0, 2))
-        for row in rows:
-            table.add_row(Text(row.label), Text(row.value, style="bold"), Text(row.note))
-        self.query_one(Static).update(table if rows else Text(otherwise))
+        self.query_one(Static).update(grid(rows) if rows else otherwise)
+
+
+def grid(rows: Sequence[Row]) -> Table:
+    """Rows in two columns, of which the second wraps.
+
+    Parameters
+    ----------
+    rows : sequence of Row
+        The rows.
+
+    Returns
+    -------
+    Table
+        Labels never wrapped; values in bold, with their notes behind them.
+    """
+    table = Table.grid(padding=(0, 2))
+    table.add_column(no_wrap=True)
+    for row in rows:
+        table.add_row(Text(row.label), Text.assemble((row.value, "bold"), "  ", row.note))
+    return table

@@ -76,7 +76,8 @@ class TimePlot(PlotWidget):
         Binding("minus,j,down", "zoom_x_out", "Zoom out"),
         Binding("h,left", "pan_left", "Earlier"),
         Binding("l,right", "pan_right", "Later"),
-        Binding("r,0", "reset_scales", "Whole"),
+        Binding("r", "reset_scales", "Whole"),
+        Binding("e", "screen.show_end", "Last tenth"),
     ]
 
     def __init__(self, label: str, *, time_axis: bool, id: str) -> None:  # noqa: A002

@@ -94,6 +94,8 @@ class TransientPane(TabPane):
             self.post_message(Reported(f"run {run.number}: {run.message}", error=True))
         else:
             self.show_run(run)
+            words = "; ".join([f"run {run.number} done", *result_brief(run.result)])
+            self.post_message(Reported(words, routine=True))
 
     @on(Worker.StateChanged)
     def _thread_failed(self, event: Worker.StateChanged) -> None:
