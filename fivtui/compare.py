@@ -8,6 +8,7 @@ from pathlib import Path
 from typing import Final
 
 import numpy as np
+
 from fmu_src.builder import build_fmu
 
 from .core.errors import InputError

@@ -29,7 +29,8 @@ def transient_to_dict(transient: Transient) -> dict[str, Any]:
     Returns
     -------
     dict
-        What was computed (``parameters``, ``separation``, ``start``, ``t_end``, ``method``) and
+        What was computed (``parameters``, ``separation``, ``start``, ``t_end``, ``method``,
+        ``tol``, ``step``) and
         what came out (``final``, ``peak``, ``steady``, ``contact_force``, ``events``, ``stats``),
         in SI units.
 
@@ -86,6 +87,8 @@ def _request(transient: Transient) -> dict[str, Any]:
         "start": list(transient.start),
         "t_end": transient.t_end,
         "method": transient.method,
+        "tol": transient.tol,
+        "step": transient.step,
     }
 
 
@@ -181,7 +184,8 @@ def save_trajectory(transient: Transient, path: Path, *, force: bool = False) ->
     """
     form = _format(path)
     trajectory = trajectory_of(transient)
-    provenance = {"fivtui": __version__, **_request(transient)}
+    request = {key: value for key, value in _request(transient).items() if value is not None}
+    provenance = {"fivtui": __version__, **request}
 
     def write(file: BinaryIO) -> None:
         form.write(file, trajectory, provenance)

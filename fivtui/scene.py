@@ -15,7 +15,7 @@ import tomlkit
 from tomlkit.items import Item
 
 from .core.errors import InputError
-from .core.methods import METHODS
+from .core.methods import check_takes_step
 from .core.parameters import PARAMETERS, Parameters, parameter_spec, unknown_name
 from .core.transient import (
     DEFAULT_T_END,
@@ -80,8 +80,8 @@ class Scene:
             raise InputError("name is empty: allowed is one line of printable characters")
         if self.method not in ALL_METHODS:
             raise unknown_name("method", self.method, ALL_METHODS)
-        if self.step is not None and self.method in METHODS and not METHODS[self.method].fixed_step:
-            raise InputError(f"step: the method {self.method} chooses its own; set tol instead")
+        if self.step is not None:
+            check_takes_step(self.method)
         # Whether an equilibrium to start from exists is for the computation to say.
         static = isinstance(self.start, str) and self.start == "static"
         problem = make_problem(

@@ -15,13 +15,13 @@ from matplotlib.collections import PolyCollection
 from matplotlib.colors import to_rgb
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
-from tests.test_files import file_size_limit
 
 from fivtui.core.errors import InputError
 from fivtui.core.parameters import Parameters
 from fivtui.core.transient import Start, Transient
 from fivtui.figures import check_figure_path, run_labels, save_figure, transient_figure
 from fivtui.simulation import simulate
+from tests.test_files import file_size_limit
 
 SUFFIXES = (".png", ".svg", ".pdf")
 

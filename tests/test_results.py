@@ -12,7 +12,6 @@ from typing import Any
 import numpy as np
 import pyarrow.parquet as pq
 import pytest
-from tests.test_files import file_size_limit
 
 from fivtui import __version__, formats
 from fivtui.core.errors import ComputationError, InputError
@@ -29,6 +28,7 @@ from fivtui.results import (
     transient_to_dict,
 )
 from fivtui.simulation import simulate
+from tests.test_files import file_size_limit
 
 SUFFIXES = (".csv", ".npz", ".parquet")
 NAMES = [column.name for column in COLUMNS]
@@ -121,6 +121,7 @@ def test_a_file_says_what_was_computed_and_in_which_units(
         "start": list(transient.start),
         "t_end": 6.0,
         "method": "taylor",
+        "tol": 1e-12,
         "units": {column.name: column.unit for column in COLUMNS},
     }
 
@@ -284,6 +285,8 @@ def test_a_transient_as_data_has_the_documented_keys(transient: Transient) -> No
         "start": ...,
         "t_end": ...,
         "method": ...,
+        "tol": ...,
+        "step": ...,
         "final": dict.fromkeys(("t", "x", "vx", "y", "vy"), ...),
         "peak": dict.fromkeys(("y_abs", "y_max", "y_min", "x_abs", "vx_max"), ...),
         "steady": {"y_half_range": ...},

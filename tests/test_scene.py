@@ -126,7 +126,7 @@ def test_what_a_file_leaves_out_has_its_default(tmp_path: Path) -> None:
         (VERSION + "separation = 1", "separation = 1: allowed is true or false"),
         (VERSION + "start = 'stat'", "start = 'stat': allowed is static, or four finite numbers"),
         (VERSION + "start = 3", "start = 3: allowed is static"),
-        (VERSION + "start = [0, 0, 0]", "start has 3 values: allowed is static"),
+        (VERSION + "start = [0, 0, 0]", "start = (0.0, 0.0, 0.0): allowed is static"),
         (VERSION + "start = [0, 0, inf, 0]", "start = inf: not a finite number"),
         (VERSION + "start = [0, 0, '1', 0]", "start[2] = '1': not a number"),
         (VERSION + "t_end = -1", "t_end = -1: allowed is 0 < t_end <= 1e+07 s"),

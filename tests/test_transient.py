@@ -171,6 +171,8 @@ def test_the_step_limit_is_a_clear_failure() -> None:
         ({"method": ""}, "known: taylor"),
         ({"start": "rest"}, "static"),
         ({"start": (0.0, 1.0)}, "four"),
+        ({"start": 3.0}, "four"),
+        ({"start": ("a", 0.0, 0.0, 0.0)}, "four"),
         ({"start": (0.0, math.inf, 0.0, 0.0)}, "finite"),
         ({"step": 0.1}, "tol"),
         ({"method": "rk4", "step": -1.0}, "step"),

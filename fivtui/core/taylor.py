@@ -8,7 +8,7 @@ is wanted: the polynomial of a step is its dense output.
 import math
 from itertools import accumulate, repeat
 from operator import mul
-from typing import Final
+from typing import Final, NamedTuple
 
 from .errors import ComputationError, InputError
 from .model import Mode, State, mode_of
@@ -16,6 +16,12 @@ from .parameters import Parameters
 from .polynomial import first_root
 from .recurrences import Field, coefficient_function, constants, state_function
 from .segment import Segment
+
+# Relative error to aim at in the end state, and what may be asked for.
+DEFAULT_TOL: Final = 1e-12
+TOL_RANGE: Final = (1e-13, 1e-2)
+# Local errors add up and grow along the run; this much smaller, `tol` is the error at its end.
+_LOCAL_TOLERANCE: Final = 1e-3
 
 MIN_TOLERANCE: Final = 1e-16
 MAX_TOLERANCE: Final = 1e-2
@@ -25,6 +31,44 @@ MAX_ORDER: Final = 20
 _LONGEST_STEP: Final = 1e3
 # More switches than this without time advancing is chatter below the spacing of floats.
 _MAX_STALLED: Final = 64
+
+
+class Instant(NamedTuple):
+    """Where an integrator stands: all that a step changes.
+
+    Attributes
+    ----------
+    t, remainder : float
+        Time, s, and what it lacks of the exact time (compensated summation).
+    state : State
+        (x, ẋ, y, ẏ), m and m/s.
+    mode : Mode
+        The field that governs the next step.
+    stalled : int
+        Steps taken without time advancing.
+    """
+
+    t: float
+    remainder: float
+    state: State
+    mode: Mode
+    stalled: int
+
+
+def local_tolerance(tol: float) -> float:
+    """Local tolerance of the Taylor integrator for an aimed relative error of the end state.
+
+    Parameters
+    ----------
+    tol : float
+        Aimed relative error after about a hundred periods.
+
+    Returns
+    -------
+    float
+        Tolerance for one step.
+    """
+    return tol * _LOCAL_TOLERANCE
 
 
 def order_for(tol: float) -> int:
@@ -104,6 +148,21 @@ class TaylorStepper:
         self._time, self._remainder, self._state = t, 0.0, state
         self._stalled = 0
         self._mode = mode_of(p, state, separation=separation)
+
+    @property
+    def instant(self) -> Instant:
+        """Where the integrator stands: at the end of the last segment."""
+        return Instant(self._time, self._remainder, self._state, self._mode, self._stalled)
+
+    def resume(self, instant: Instant) -> None:
+        """Go back, or on, to where an integrator of the same problem stood.
+
+        Parameters
+        ----------
+        instant : Instant
+            The segments that follow are those that followed then, to the last bit.
+        """
+        self._time, self._remainder, self._state, self._mode, self._stalled = instant
 
     def advance(self) -> Segment:
         """Compute the next segment: one Taylor step, cut at the first root of y.

@@ -9,9 +9,10 @@ from typing import Final, Literal
 import numpy as np
 from numpy.typing import NDArray
 
+from . import taylor
 from .errors import Cancelled, ComputationError, InputError
 from .extremes import Extremes
-from .methods import METHODS, Problem
+from .methods import METHODS, Problem, check_takes_step
 from .model import Mode, State, contact_force, mode_of, static_start
 from .parameters import Parameters, parse_number, unknown_name
 from .segment import Segment, Stepper
@@ -22,9 +23,9 @@ Start = Literal["static"] | Sequence[float]
 Samples = Literal["none", "dense"] | Sequence[float] | NDArray[np.float64]
 
 DEFAULT_T_END: Final = 100.0
-DEFAULT_TOL: Final = 1e-12
+DEFAULT_TOL: Final = taylor.DEFAULT_TOL
 MAX_T_END: Final = 1e7
-TOL_RANGE: Final = (1e-13, 1e-2)
+TOL_RANGE: Final = taylor.TOL_RANGE
 MAX_STEPS: Final = 20_000_000
 _CHUNK: Final = 256
 _PROGRESS_EVERY: Final = 128
@@ -112,6 +113,10 @@ class Transient:
         Horizon, s.
     method : str
         Name of the integration method.
+    tol : float
+        Relative tolerance.
+    step : float or None
+        Step asked of a fixed-step method, s.
     final, peak, steady, contact_force, events, stats
         See their classes.
     switch_times : ndarray, shape (n,)
@@ -129,6 +134,8 @@ class Transient:
     start: State
     t_end: float
     method: str
+    tol: float
+    step: float | None
     final: FinalState
     peak: Peak
     steady: Steady
@@ -176,9 +183,10 @@ def resolve_start(p: Parameters, start: Start, *, separation: bool) -> State:
         if start != "static":
             raise InputError(f"start = {start!r}: allowed is {allowed}")
         return static_start(p, separation=separation)
-    if len(start) != 4:
-        raise InputError(f"start has {len(start)} values: allowed is {allowed}")
-    x, vx, y, vy = (parse_number("start", float(value), allowed) for value in start)
+    given = np.asarray(start)
+    if given.shape != (4,):
+        raise InputError(f"start = {start!r}: allowed is {allowed}")
+    x, vx, y, vy = (parse_number("start", value, allowed) for value in given.tolist())
     return (x, vx, y, vy)
 
 
@@ -298,6 +306,8 @@ class Recorder:
             start=problem.start,
             t_end=problem.t_end,
             method=method,
+            tol=problem.tol,
+            step=problem.step,
             final=FinalState(problem.t_end, *self._final),
             peak=Peak(
                 y_abs=max(seen.y_max, -seen.y_min),
@@ -458,8 +468,8 @@ def integrate(
     if method not in METHODS:
         raise unknown_name("method", method, METHODS)
     problem = make_problem(p, t_end=t_end, tol=tol, separation=separation, start=start, step=step)
-    if step is not None and not METHODS[method].fixed_step:
-        raise InputError(f"step: the method {method} chooses its own; set tol instead")
+    if step is not None:
+        check_takes_step(method)
     recorder = Recorder(problem, samples)
     run_segments(METHODS[method].stepper(problem), recorder, max_steps, progress)
     return recorder.result(method)
