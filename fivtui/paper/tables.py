@@ -185,9 +185,12 @@ PLAIN_TABLES: Final[Mapping[str, Callable[[Panel], FigureData]]] = {
 
 
 def _data(panel: Panel, computed: Mapping[str, Sequence[float]], **shared: Any) -> FigureData:
+    lines = panel.lines
     columns = {
-        name: np.array([_value(scene, name) for scene in panel.scenes()])
-        for name in (panel.by, panel.along)
+        panel.by: np.repeat(
+            [_value(line.scene, panel.by) for line in lines], [len(line.values) for line in lines]
+        ),
+        panel.along: np.concatenate([line.values for line in lines]),
     }
     columns |= {name: np.array(values, dtype=float) for name, values in computed.items()}
     return FigureData(
