@@ -1,11 +1,11 @@
 """From the scenes of a panel to its numbers."""
 
-import math
 from collections.abc import Callable, Mapping, Sequence
 from typing import Any, Final
 
 import numpy as np
 
+from ..core.errors import ComputationError
 from ..core.model import equilibrium
 from ..core.parameters import PARAMETERS, Parameters
 from ..core.stability import Stability, stability
@@ -108,13 +108,23 @@ def critical_mu(p: Parameters) -> float:
     Returns
     -------
     float
-        μ_c; NaN if no friction destabilises the equilibrium.
+        μ_c.
+
+    Raises
+    ------
+    ComputationError
+        If no friction destabilises the equilibrium.
     """
     return _least_critical(stability(p))
 
 
 def _least_critical(verdict: Stability) -> float:
-    return min((critical.mu for critical in verdict.critical_mu), default=math.nan)
+    if not verdict.critical_mu:
+        raise ComputationError(
+            "no friction coefficient destabilises the equilibrium",
+            "use parameters that have a critical friction coefficient",
+        )
+    return min(critical.mu for critical in verdict.critical_mu)
 
 
 def amplitude_table(panel: Panel, amplitudes: Sequence[Amplitude]) -> FigureData:
