@@ -86,7 +86,8 @@ class Experiment(NamedTuple):
             raise InputError(f"current time = {current_time!r} s: the FMU is at {t!r} s")
         end = current_time + step_size
         if not (0.0 < step_size < math.inf and end > t):
-            raise InputError(f"step size = {step_size!r}: allowed is a positive number of seconds")
+            allowed = "a positive number of seconds that changes the time"
+            raise InputError(f"step size = {step_size!r}: allowed is {allowed}")
         if end > self.stop_time and not _same(end, self.stop_time):
             raise InputError(
                 f"the step ends at {end!r} s, after the stop time {self.stop_time!r} s"

@@ -1,6 +1,7 @@
 """From the values of the FMU's variables to the motion that they describe."""
 
 from collections.abc import Mapping
+from typing import Final
 
 from fivtui.core.model import State, static_start
 from fivtui.core.parameters import PARAMETERS, Parameters
@@ -10,6 +11,7 @@ from .variable import Role
 from .variables import REFERENCES, STATES, VARIABLES
 
 Values = Mapping[int, float | bool]
+_FIXED: Final = [r for r, v in enumerate(VARIABLES) if v.role is Role.PARAMETER]
 
 
 def start_state(values: Values) -> State:
@@ -71,7 +73,7 @@ def fixed_values(values: Values) -> list[float]:
     list of float
         The values of the fixed parameters.
     """
-    return [values[r] for r, v in enumerate(VARIABLES) if v.role is Role.PARAMETER]
+    return [values[reference] for reference in _FIXED]
 
 
 def _parameters(values: Values) -> Parameters:

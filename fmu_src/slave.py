@@ -170,24 +170,17 @@ class SliderBelt(Fmi2Slave):  # type: ignore[misc]
     @guarded(lambda vrs: [math.nan] * len(vrs))
     def get_real(self, vrs: Sequence[int]) -> list[float]:
         """Values of variables of any type as numbers."""
-        if self._stale:
-            self._begin()
-        values = self._values
-        return [float(values[reference]) for reference in vrs]
+        return [float(value) for value in self._read(vrs)]
 
     @guarded(lambda vrs: [0] * len(vrs))
     def get_integer(self, vrs: Sequence[int]) -> list[int]:
         """Values of variables of any type as integers."""
-        if self._stale:
-            self._begin()
-        return [int(self._values[reference]) for reference in vrs]
+        return [int(value) for value in self._read(vrs)]
 
     @guarded(lambda vrs: [False] * len(vrs))
     def get_boolean(self, vrs: Sequence[int]) -> list[bool]:
         """Values of variables of any type as truth values."""
-        if self._stale:
-            self._begin()
-        return [bool(self._values[reference]) for reference in vrs]
+        return [bool(value) for value in self._read(vrs)]
 
     @guarded(lambda vrs: [""] * len(vrs))
     def get_string(self, vrs: Sequence[int]) -> list[str]:
@@ -256,6 +249,15 @@ class SliderBelt(Fmi2Slave):  # type: ignore[misc]
     def _require(self, call: str, phase: Phase) -> None:
         if self._phase is not phase:
             raise InputError(f"{call} is not allowed {self._phase.value}")
+
+    def _read(self, vrs: Sequence[int]) -> list[float | bool]:
+        if self._stale:
+            self._begin()
+        values = self._values
+        try:
+            return [values[reference] for reference in vrs]
+        except KeyError as unknown:
+            raise InputError(f"value reference {unknown}: there is no such variable") from None
 
     def _set(self, vrs: Sequence[int], values: Sequence[object], kind: Type) -> None:
         # All of a call or nothing; a valid value takes back the refusal of an earlier one.

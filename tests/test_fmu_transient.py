@@ -7,7 +7,7 @@ from fivtui import simulate
 
 
 @pytest.mark.parametrize("separation", [True, False])
-def test_fmu_gives_the_native_final_state_and_switches_to_the_last_bit(separation):
+def test_fmu_gives_the_native_final_state_and_switches_to_the_last_bit(separation: bool) -> None:
     native = simulate(separation=separation, t_end=20.0)
     fmu = simulate(separation=separation, t_end=20.0, method="fmu")
     assert fmu.final == native.final
