@@ -275,8 +275,9 @@ class Master:
         # The longest interval over which interpolation is as good as the peaks are to be, s.
         p = self._problem.parameters
         stiffness = p.k1 + p.k2 + p.k3
-        if Mode.CONTACT in (first.mode, last.mode):
-            stiffness += 3.0 * p.k_nl * max(first.state[2] ** 2, last.state[2] ** 2)
+        if p.k_nl > 0.0 and Mode.CONTACT in (first.mode, last.mode):
+            y = max(abs(first.state[2]), abs(last.state[2]))
+            stiffness += 3.0 * p.k_nl * y * y
         return _RESOLUTION * math.sqrt(p.m / stiffness)
 
     def _include(self, first: Point, last: Point, *, switches: bool) -> None:
