@@ -19,6 +19,8 @@ if TYPE_CHECKING:
 EXIT_INPUT: Final = 2
 EXIT_COMPUTATION: Final = 3
 EXIT_INTERRUPTED: Final = 130
+TRACEBACK_VARIABLE: Final = "FIVTUI_TRACEBACK"
+_DEBUG: Final = f"please report it, with what {TRACEBACK_VARIABLE}=1 shows"
 
 
 class Commands(click.Group):
@@ -62,6 +64,10 @@ def _run(args: Sequence[str] | None) -> int:
     except BrokenPipeError:
         # The reader has gone: nothing more to say, and nothing to flush at exit.
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+    except Exception as error:
+        if TRACEBACK_VARIABLE in os.environ:
+            raise
+        message, code = f"unexpected {type(error).__name__}: {error}; {_DEBUG}", EXIT_COMPUTATION
     if message:
         _say(f"fivtui: {message}")
     return code

@@ -64,6 +64,15 @@ def test_extremes_bound_a_dense_sampling_and_are_attained(
     assert result.contact_force.min >= 0.0
 
 
+@pytest.mark.parametrize("method", METHODS)
+def test_a_horizon_inside_a_step_cuts_it(method: str) -> None:
+    exact = simulate(Parameters(), t_end=3.01)
+    run = simulate(Parameters(), t_end=3.01, tol=1e-8, method=method)
+    assert run.final.t == 3.01
+    assert run.final.y == pytest.approx(exact.final.y, abs=1e-4)
+    assert run.steady.y_half_range == pytest.approx(exact.steady.y_half_range, abs=1e-4)
+
+
 def test_samples_are_the_dense_solution_at_those_times() -> None:
     times = np.linspace(0.0, 40.0, 1234)
     sampled = simulate(Parameters(), t_end=40.0, samples=times).trajectory
