@@ -40,7 +40,7 @@ def test_every_method_gives_the_same_transient(
     assert other.steady.y_half_range == pytest.approx(exact.steady.y_half_range, abs=expected)
 
 
-@settings(max_examples=40, deadline=None)
+@settings(max_examples=40)
 @given(moderate_parameters(), states(), st.floats(0.5, 8.0))
 def test_extremes_bound_a_dense_sampling_and_are_attained(
     p: Parameters, start: State, t_end: float
