@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from .core.errors import Cancelled, ComputationError, InputError
 from .core.parameters import parse_number, unknown_name
 from .core.transient import Progress
-from .files import check_suffix, write_atomically
+from .files import check_output, check_suffix, write_atomically
 from .fmu_inputs import TIME, signals_from, start_values_of
 from .fmu_instance import FmuFile, extracted, instantiated, interrupts_deferred
 
@@ -207,6 +207,25 @@ def _checked_run(fmu: FmuFile, table: NDArray[Any]) -> FmuRun:
         columns=columns,
         units={TIME: "s", **{name: str(units[name]) for name in names if units.get(name)}},
     )
+
+
+def check_run_path(path: Path, *, force: bool) -> None:
+    """Check that the outputs of an FMU can be written to a file, before it is run.
+
+    Parameters
+    ----------
+    path : Path
+        File to write; it ends in ``.csv``.
+    force : bool
+        Whether a file that exists may be replaced.
+
+    Raises
+    ------
+    InputError
+        If the name is wrong, or the file exists or cannot be written.
+    """
+    check_suffix(path, "FMU result", (".csv",))
+    check_output(path, force=force)
 
 
 def save_fmu_run(run: FmuRun, path: Path, *, force: bool = False) -> None:
