@@ -6,7 +6,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from fivtui import Parameters
+from fivtui import Parameters, simulate
 from fmu_src.builder import build_fmu
 from fmu_src.memory import Memory, from_bytes, to_bytes
 from fmu_src.slave import SliderBelt
@@ -137,6 +137,9 @@ class Instance:
     def read(self) -> list[float]:
         return self.slave.get_real(range(len(VARIABLES)))
 
+    def get(self, name: str) -> float:
+        return self.slave.get_real([REFERENCES[name]])[0]
+
     def memory(self) -> Memory:
         memory = self.slave._get_fmu_state()
         assert isinstance(memory, Memory)
@@ -191,3 +194,31 @@ def test_the_communication_points_do_not_matter(p: Parameters, points: list[floa
         often.step(h)
     once.step(often.t)
     assert often.read() == once.read()
+
+
+@settings(max_examples=60, deadline=None)
+@given(
+    moderate_parameters(),
+    st.lists(st.tuples(st.floats(1e-3, 1.5), st.floats(-80.0, 200.0)), min_size=1, max_size=8),
+    st.booleans(),
+)
+def test_switches_alternate_whatever_the_inputs_do(
+    p: Parameters, changes: list[tuple[float, float]], on_switches: bool
+) -> None:
+    instance, native = Instance(), simulate(p, t_end=3.0)
+    # Inputs that change on a switch, to rounding, are where a switch could be lost or doubled.
+    if on_switches and native.switch_times.size:
+        first = float(native.switch_times[0])
+        changes = [(first * (1.0 - 1e-16), changes[0][1]), *changes]
+    instance.set(**p.as_dict())
+    instance.begin()
+    begun = instance.get("mode")
+    for h, F in changes:
+        instance.step(h)
+        instance.set(F=F)
+        instance.step(1e-3)
+        y, mode = instance.get("y"), instance.get("mode")
+        separations, reattachments = instance.get("separations"), instance.get("reattachments")
+        assert mode == begun - separations + reattachments
+        assert mode in (0.0, 1.0)
+        assert (y <= 1e-12) if mode else (y >= -1e-12)

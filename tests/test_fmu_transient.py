@@ -52,7 +52,7 @@ def test_the_result_is_native_at_every_communication_step(
     assert through.stats.steps > 0
 
 
-@settings(max_examples=15, deadline=None)
+@settings(max_examples=6, deadline=None)
 @given(moderate_parameters())
 def test_the_result_is_native_for_other_parameters(p: Parameters) -> None:
     assert_same(simulate(p, t_end=10.0, method="fmu"), simulate(p, t_end=10.0), rel=1e-8)
