@@ -322,9 +322,7 @@ def fmu_check(fmu_file: Path, as_json: bool) -> None:
 
 @fmu.command("run")
 @fmu_argument
-@click.option(
-    "--t-end", metavar="S", help="Stop time; by default that of the FMU."
-)
+@click.option("--t-end", metavar="S", help="Stop time; by default that of the FMU.")
 @click.option("--output-interval", metavar="S", help="Time between recorded points.")
 @click.option(
     "--set",
