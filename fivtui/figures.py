@@ -1,7 +1,9 @@
 """Results as publishable figures, without pyplot."""
 
 import math
+import textwrap
 from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, BinaryIO, Final
 
@@ -10,6 +12,9 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
+from matplotlib.layout_engine import ConstrainedLayoutEngine
+from matplotlib.lines import Line2D
+from numpy.typing import NDArray
 
 from . import __version__
 from .core.errors import InputError
@@ -25,27 +30,31 @@ _METADATA: Final[Mapping[str, Mapping[str, str | None]]] = {
     ".svg": {"Creator": f"fivtui {__version__}", "Date": None},
     ".pdf": {"Creator": f"fivtui {__version__}", "CreationDate": None},
 }
-_SAVING: Final[dict[Any, Any]] = {
-    "svg.hashsalt": "fivtui",
-    "pdf.fonttype": 42,
-    "agg.path.chunksize": 20_000,
-}
+# Type 42 keeps the text of a PDF text.
+_SAVING: Final[dict[Any, Any]] = {"svg.hashsalt": "fivtui", "pdf.fonttype": 42}
 _DPI: Final = 200
-
 
 _PANELS: Final = ("P", "x", "y")
 # Runs with separation considered and ignored differ in their lines, several of a kind in markers.
-_LINES: Final[Mapping[bool, str]] = {True: "--", False: "-"}
+_LINES: Final[Mapping[bool, Any]] = {True: (0.0, (4.0, 1.5)), False: "-"}
 _COLOURS: Final[Mapping[bool, Sequence[str]]] = {
     True: ("#12803c", "#8a8a00", "#00867d", "#4f5d1e"),
     False: ("#1f4fd8", "#7a3fc4", "#0083b8", "#1b2a6b"),
 }
 _MARKERS: Final = ("", "o", "s", "^", "D", "v")
-_SHADE: Final = "0.88"
+# Motion smaller than this, relative to the displacement, is rest.
+_ROUNDING: Final = 1e-9
+# Widths of lines, points.
+_WIDE: Final = 1.1
+_NARROW: Final = 0.6
+_SHADE: Final = "0.9"
+# Inches, with a legend of one line.
 _SIZE: Final = (7.2, 6.4)
 _STYLE: Final[dict[Any, Any]] = {
     "font.size": 9.0,
     "axes.labelsize": 9.0,
+    "axes.titlesize": 9.0,
+    "figure.titlesize": 10.0,
     "legend.fontsize": 8.5,
     "axes.linewidth": 0.6,
     "axes.grid": True,
@@ -57,6 +66,16 @@ _STYLE: Final[dict[Any, Any]] = {
 }
 # Enlarged are about this many last cycles, if the whole time has more than twice as many.
 _CYCLES: Final = 8
+# Beyond this many cycles dashes and shading would only make patterns of their own.
+_CROWDED: Final = 120
+# Groups of samples that a line is reduced to: several a pixel.
+_GROUPS: Final = 4000
+# Markers a line.
+_MARKS: Final = 12
+# Characters of mathtext that fit beside each other in the legend, and its line spacing, inches.
+_LEGEND_WIDTH: Final = 100
+_LEGEND_LINE: Final = 0.18
+_NO_BREAK: Final = "\N{NO-BREAK SPACE}"
 
 
 def transient_figure(runs: Sequence[Transient], *, title: str | None = None) -> Figure:
@@ -70,7 +89,7 @@ def transient_figure(runs: Sequence[Transient], *, title: str | None = None) -> 
     runs : sequence of Transient
         One or several results computed with sample times.
     title : str, optional
-        Title above the panels.
+        Title above the panels, shown as it is.
 
     Returns
     -------
@@ -86,25 +105,30 @@ def transient_figure(runs: Sequence[Transient], *, title: str | None = None) -> 
     """
     if not runs:
         raise InputError("figure: allowed are one or more runs")
-    trajectories = [trajectory_of(run) for run in runs]
-    windows = _windows(runs, trajectories)
+    curves = _curves(runs)
+    windows = _windows(max(curves, key=lambda curve: curve.run.t_end))
+    considered = [run for run in runs if run.separation]
+    off = considered[0].separated_intervals if len(considered) == 1 else []
     with mpl.rc_context(_STYLE):
-        figure = Figure(figsize=_SIZE, layout="constrained")
+        figure = Figure(figsize=_SIZE, layout=ConstrainedLayoutEngine(wspace=0.05))
         FigureCanvasAgg(figure)
         panels = figure.subplots(
             len(_PANELS), len(windows), sharex="col", sharey="row", squeeze=False
         )
         for row, name in zip(panels, _PANELS, strict=True):
             for axes, window in zip(row, windows, strict=True):
-                _draw_panel(axes, runs, trajectories, name, window)
-            row[0].set_ylabel(_axis_label(name))
+                _draw_panel(axes, curves, name, window)
+                if not window.crowded:
+                    _shade(axes, off)
+            row[0].set_ylabel(_axis_label(name).replace(" ", "\n", 1))
+        for axes, window in zip(panels[0], windows, strict=True):
+            axes.set_title(window.title)
         for axes in panels[-1]:
             axes.set_xlabel(_axis_label("t"))
         figure.align_ylabels()
-        handles, labels = panels[0, -1].get_legend_handles_labels()
-        figure.legend(handles, labels, loc="outside upper center", ncols=3, frameon=False)
+        _add_legend(figure, panels[0, -1])
         if title is not None:
-            figure.suptitle(title)
+            figure.suptitle(title, parse_math=False)
     return figure
 
 
@@ -130,6 +154,7 @@ def run_labels(runs: Sequence[Transient]) -> list[str]:
         parts += [_value_label(name, getattr(run.parameters, name)) for name in varied]
         labels.append(", ".join([*parts, run.method] if several else parts))
     starts = [f"start ({', '.join(f'{value:.3g}' for value in run.start)})" for run in runs]
+    starts = [start.replace("-", "−") for start in starts]
     labels = _told_apart(labels, starts)
     return _told_apart(labels, [f"run {number}" for number in range(1, len(runs) + 1)])
 
@@ -143,7 +168,8 @@ def _told_apart(labels: Sequence[str], additions: Sequence[str]) -> list[str]:
 
 def _value_label(name: str, value: float) -> str:
     spec = PARAMETERS[name]
-    return f"{_math(spec.symbol)} = {value:g} {_unit(spec.unit)}".rstrip()
+    text = f"{_math(spec.symbol)} = {value:g} {_unit(spec.unit)}".rstrip()
+    return text.replace(" ", _NO_BREAK)
 
 
 def _axis_label(name: str) -> str:
@@ -161,38 +187,117 @@ def _unit(unit: str) -> str:
     return f"{base}$^{power}$" if power else base
 
 
-def _windows(
-    runs: Sequence[Transient], trajectories: Sequence[Trajectory]
-) -> list[tuple[float, float]]:
+@dataclass(frozen=True, slots=True)
+class _Curve:
+    # A run and how it is drawn.
+    run: Transient
+    trajectory: Trajectory
+    label: str
+    colour: str
+    marker: str
+    phase: float
+
+
+def _curves(runs: Sequence[Transient]) -> list[_Curve]:
+    seen = {True: 0, False: 0}
+    curves = []
+    for number, (run, label) in enumerate(zip(runs, run_labels(runs), strict=True)):
+        same, colours = seen[run.separation], _COLOURS[run.separation]
+        seen[run.separation] += 1
+        curves.append(
+            _Curve(
+                run=run,
+                trajectory=trajectory_of(run),
+                label=label,
+                colour=colours[same % len(colours)],
+                marker=_MARKERS[same % len(_MARKERS)],
+                phase=number / len(runs),
+            )
+        )
+    return curves
+
+
+@dataclass(frozen=True, slots=True)
+class _Window:
+    # A column of panels: its times in s, the width of its lines in points, and whether cycles are
+    # too narrow for dashes.
+    title: str
+    left: float
+    right: float
+    width: float
+    crowded: bool = False
+
+
+def _windows(curve: _Curve) -> list[_Window]:
     # The whole time and, if it has many cycles, the last of them.
-    longest = max(range(len(runs)), key=lambda index: runs[index].t_end)
-    t_end, trajectory = runs[longest].t_end, trajectories[longest]
-    late = trajectory.t >= 0.5 * t_end
+    t_end, period = curve.run.t_end, _period(curve.trajectory)
+    if period is None or t_end < 2 * _CYCLES * period:
+        return [_Window("", 0.0, t_end, _WIDE)]
+    length = _round_number(_CYCLES * period)
+    return [
+        _Window("whole run", 0.0, t_end, _NARROW, crowded=t_end > _CROWDED * period),
+        _Window(f"last {length:g} s", t_end - length, t_end, _WIDE),
+    ]
+
+
+def _period(trajectory: Trajectory) -> float | None:
+    # Mean time between upward crossings of the mean vertical displacement, late in the run.
+    late = trajectory.t >= 0.5 * trajectory.t[-1]
     t, y = trajectory.t[late], trajectory.y[late]
-    rising = np.flatnonzero(np.diff(np.sign(y - y.mean())) > 0) if t.size else t
-    whole = (0.0, t_end)
-    if rising.size <= _CYCLES:
-        return [whole]
-    length = _CYCLES * float(t[rising[-1]] - t[rising[0]]) / (rising.size - 1)
-    unit = 10.0 ** math.floor(math.log10(length))
-    length = unit * min((1.0, 2.0, 5.0, 10.0), key=lambda digit: abs(digit * unit - length))
-    return [whole, (t_end - length, t_end)]
+    rising = t[:-1][np.diff(np.sign(y - y.mean())) > 0]
+    if np.ptp(y) <= _ROUNDING * np.abs(y).max():
+        return None
+    return float(rising[-1] - rising[0]) / (rising.size - 1) if rising.size > 1 else None
 
 
-def _draw_panel(
-    axes: Axes,
-    runs: Sequence[Transient],
-    trajectories: Sequence[Trajectory],
-    name: str,
-    window: tuple[float, float],
-) -> None:
-    left, right = window
-    zoomed = left > 0.0
-    considered = [run for run in runs if run.separation]
-    if len(considered) == 1:
-        spans = [(start, end - start) for start, end in considered[0].separated_intervals]
+def _round_number(value: float) -> float:
+    unit = 10.0 ** math.floor(math.log10(value))
+    return unit * min((1.0, 2.0, 5.0, 10.0), key=lambda digit: abs(digit * unit - value))
+
+
+def _draw_panel(axes: Axes, curves: Sequence[_Curve], name: str, window: _Window) -> None:
+    axes.axhline(0.0, color="0.4", linewidth=0.5, zorder=1.0)
+    for curve in curves:
+        t, values = _reduced(curve.trajectory, name, window)
+        every = max(t.size // _MARKS, 1)
+        axes.plot(
+            t,
+            values,
+            linestyle="-" if window.crowded else _LINES[curve.run.separation],
+            color=curve.colour,
+            marker=curve.marker,
+            markevery=(int(curve.phase * every), every),
+            markersize=3.5,
+            linewidth=window.width,
+            zorder=2.5 if curve.run.separation else 2.0,
+            label=curve.label,
+        )
+    axes.set_xlim(window.left, window.right)
+
+
+def _reduced(
+    trajectory: Trajectory, name: str, window: _Window
+) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    # The samples in a window; of many, the least and greatest of each group in order of time.
+    first, last = np.searchsorted(trajectory.t, [window.left, window.right])
+    inside = slice(max(int(first) - 1, 0), int(last) + 1)
+    t, values = trajectory.t[inside], getattr(trajectory, name)[inside]
+    size = t.size // _GROUPS
+    if size <= 2:
+        return t, values
+    groups = values[: size * _GROUPS].reshape(_GROUPS, size)
+    starts = size * np.arange(_GROUPS)
+    kept = np.concatenate(
+        [[0], starts + groups.argmin(axis=1), starts + groups.argmax(axis=1)],
+    )
+    kept = np.union1d(kept, np.arange(size * _GROUPS, t.size))
+    return t[kept], values[kept]
+
+
+def _shade(axes: Axes, intervals: Sequence[tuple[float, float]]) -> None:
+    if intervals:
         axes.broken_barh(
-            spans,
+            [(start, end - start) for start, end in intervals],
             (0.0, 1.0),
             transform=axes.get_xaxis_transform(),
             facecolor=_SHADE,
@@ -200,28 +305,27 @@ def _draw_panel(
             zorder=0.0,
             label="off the belt",
         )
-    axes.axhline(0.0, color="0.4", linewidth=0.5, zorder=1.0)
-    seen = {True: 0, False: 0}
-    for run, trajectory, label in zip(runs, trajectories, run_labels(runs), strict=True):
-        number = seen[run.separation]
-        seen[run.separation] += 1
-        inside = slice(
-            max(int(np.searchsorted(trajectory.t, left)) - 1, 0),
-            int(np.searchsorted(trajectory.t, right, side="right")) + 1,
-        )
-        colours = _COLOURS[run.separation]
-        axes.plot(
-            trajectory.t[inside],
-            getattr(trajectory, name)[inside],
-            linestyle=_LINES[run.separation],
-            color=colours[number % len(colours)],
-            marker=_MARKERS[number % len(_MARKERS)],
-            markevery=0.13,
-            markersize=3.5,
-            linewidth=1.1 if zoomed else 0.6,
-            label=label,
-        )
-    axes.set_xlim(left, right)
+
+
+def _add_legend(figure: Figure, axes: Axes) -> None:
+    handles, labels = axes.get_legend_handles_labels()
+    # Lines first, shading last.
+    order = sorted(range(len(labels)), key=lambda index: not isinstance(handles[index], Line2D))
+    columns = max(1, min(3, _LEGEND_WIDTH // (max(map(len, labels)) + 8)))
+    wrapped = [
+        textwrap.fill(label, _LEGEND_WIDTH, break_on_hyphens=False, break_long_words=False)
+        for label in labels
+    ]
+    lines = math.ceil(sum(label.count("\n") + 1 for label in wrapped) / columns)
+    figure.set_figheight(_SIZE[1] + _LEGEND_LINE * (lines - 1))
+    figure.legend(
+        [handles[index] for index in order],
+        [wrapped[index] for index in order],
+        loc="outside lower center",
+        ncols=columns,
+        frameon=False,
+        handlelength=3.0,
+    )
 
 
 def check_figure_path(path: Path, *, force: bool) -> None:

@@ -71,7 +71,8 @@ def _write_csv(file: BinaryIO, trajectory: Trajectory, provenance: Provenance) -
 
 def _read_csv(file: BinaryIO) -> Columns:
     try:
-        return _parse_csv(io.TextIOWrapper(file, encoding="utf-8-sig", newline=""))
+        with io.TextIOWrapper(file, encoding="utf-8-sig", newline="") as text:
+            return _parse_csv(text)
     except UnicodeDecodeError:
         raise InputError("not a CSV file: not UTF-8 text") from None
     except csv.Error as error:
