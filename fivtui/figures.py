@@ -48,6 +48,7 @@ _ROUNDING: Final = 1e-9
 _WIDE: Final = 1.1
 _NARROW: Final = 0.6
 _SHADE: Final = "0.9"
+# Inches, with a legend of one line.
 _SIZE: Final = (7.2, 6.4)
 _STYLE: Final[dict[Any, Any]] = {
     "font.size": 9.0,
@@ -69,9 +70,11 @@ _CYCLES: Final = 8
 _CROWDED: Final = 120
 # Groups of samples that a line is reduced to: several a pixel.
 _GROUPS: Final = 4000
-# Markers a line, and characters that fit beside each other in the legend.
+# Markers a line.
 _MARKS: Final = 12
+# Characters of mathtext that fit beside each other in the legend, and its line spacing, inches.
 _LEGEND_WIDTH: Final = 100
+_LEGEND_LINE: Final = 0.18
 _NO_BREAK: Final = "\N{NO-BREAK SPACE}"
 
 
@@ -86,7 +89,7 @@ def transient_figure(runs: Sequence[Transient], *, title: str | None = None) -> 
     runs : sequence of Transient
         One or several results computed with sample times.
     title : str, optional
-        Title above the panels.
+        Title above the panels, shown as it is.
 
     Returns
     -------
@@ -117,15 +120,15 @@ def transient_figure(runs: Sequence[Transient], *, title: str | None = None) -> 
                 _draw_panel(axes, curves, name, window)
                 if not window.crowded:
                     _shade(axes, off)
-            row[0].set_ylabel(_axis_label(name, "\n"))
+            row[0].set_ylabel(_axis_label(name).replace(" ", "\n", 1))
         for axes, window in zip(panels[0], windows, strict=True):
             axes.set_title(window.title)
         for axes in panels[-1]:
-            axes.set_xlabel(_axis_label("t", " "))
+            axes.set_xlabel(_axis_label("t"))
         figure.align_ylabels()
         _add_legend(figure, panels[0, -1])
         if title is not None:
-            figure.suptitle(title)
+            figure.suptitle(title, parse_math=False)
     return figure
 
 
@@ -169,9 +172,9 @@ def _value_label(name: str, value: float) -> str:
     return text.replace(" ", _NO_BREAK)
 
 
-def _axis_label(name: str, between: str) -> str:
+def _axis_label(name: str) -> str:
     column = next(column for column in COLUMNS if column.name == name)
-    return f"{column.meaning.capitalize()}{between}{_math(name)} ({_unit(column.unit)})"
+    return f"{column.meaning.capitalize()} {_math(name)} ({_unit(column.unit)})"
 
 
 def _math(symbol: str) -> str:
@@ -308,16 +311,18 @@ def _add_legend(figure: Figure, axes: Axes) -> None:
     handles, labels = axes.get_legend_handles_labels()
     # Lines first, shading last.
     order = sorted(range(len(labels)), key=lambda index: not isinstance(handles[index], Line2D))
-    longest = max(len(label.replace("$", "")) for label in labels)
+    columns = max(1, min(3, _LEGEND_WIDTH // (max(map(len, labels)) + 8)))
     wrapped = [
         textwrap.fill(label, _LEGEND_WIDTH, break_on_hyphens=False, break_long_words=False)
         for label in labels
     ]
+    lines = math.ceil(sum(label.count("\n") + 1 for label in wrapped) / columns)
+    figure.set_figheight(_SIZE[1] + _LEGEND_LINE * (lines - 1))
     figure.legend(
         [handles[index] for index in order],
         [wrapped[index] for index in order],
         loc="outside lower center",
-        ncols=max(1, min(3, _LEGEND_WIDTH // (longest + 8))),
+        ncols=columns,
         frameon=False,
         handlelength=3.0,
     )

@@ -76,9 +76,9 @@ def test_the_panels_are_those_of_figures_10_to_12_beside_their_last_cycles(
     figure = transient_figure([ignored, considered], title="Base scene")
     left, right = figure.axes[0::2], figure.axes[1::2]
     assert [axes.get_ylabel() for axes in left] == [
-        "Contact force\n$P$ (N)",
-        "Horizontal displacement\n$x$ (m)",
-        "Vertical displacement\n$y$ (m)",
+        "Contact\nforce $P$ (N)",
+        "Horizontal\ndisplacement $x$ (m)",
+        "Vertical\ndisplacement $y$ (m)",
     ]
     assert [axes.get_xlim() for axes in left] == [(0.0, 100.0)] * 3
     assert [axes.get_xlim() for axes in right] == [(90.0, 100.0)] * 3
@@ -204,6 +204,12 @@ def test_labels_are_told_apart_by_method_start_or_number(considered: Transient) 
         "separation considered, run 1",
         "separation considered, run 2",
     ]
+
+
+def test_a_title_is_shown_as_it_is(tmp_path: Path) -> None:
+    figure = transient_figure([run(t_end=1.0, samples=2)], title=r"$\no{math$ \[here]")
+    save_figure(figure, tmp_path / "run.png")
+    assert figure.get_suptitle() == r"$\no{math$ \[here]"
 
 
 def test_even_the_longest_legend_stays_inside_the_figure() -> None:
