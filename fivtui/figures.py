@@ -18,7 +18,7 @@ from numpy.typing import NDArray
 
 from . import __version__
 from .core.errors import InputError
-from .core.parameters import PARAMETERS
+from .core.parameters import PARAMETERS, unknown_name
 from .core.trajectory import COLUMNS, Trajectory
 from .core.transient import Transient
 from .files import check_output, check_suffix, write_atomically
@@ -30,14 +30,15 @@ _METADATA: Final[Mapping[str, Mapping[str, str | None]]] = {
     ".svg": {"Creator": f"fivtui {__version__}", "Date": None},
     ".pdf": {"Creator": f"fivtui {__version__}", "CreationDate": None},
 }
+FORMATS: Final = tuple(suffix.removeprefix(".") for suffix in _METADATA)
 # Type 42 keeps the text of a PDF text.
 _SAVING: Final[dict[Any, Any]] = {"svg.hashsalt": "fivtui", "pdf.fonttype": 42}
 _DPI: Final = 200
 
 _PANELS: Final = ("P", "x", "y")
 # Runs with separation considered and ignored differ in their lines, several of a kind in markers.
-_LINES: Final[Mapping[bool, Any]] = {True: (0.0, (4.0, 1.5)), False: "-"}
-_COLOURS: Final[Mapping[bool, Sequence[str]]] = {
+CASE_LINES: Final[Mapping[bool, Any]] = {True: (0.0, (4.0, 1.5)), False: "-"}
+CASE_COLOURS: Final[Mapping[bool, Sequence[str]]] = {
     True: ("#12803c", "#8a8a00", "#00867d", "#4f5d1e"),
     False: ("#1f4fd8", "#7a3fc4", "#0083b8", "#1b2a6b"),
 }
@@ -48,9 +49,12 @@ _ROUNDING: Final = 1e-9
 _WIDE: Final = 1.1
 _NARROW: Final = 0.6
 _SHADE: Final = "0.9"
-# Inches, with a legend of one line.
-_SIZE: Final = (7.2, 6.4)
-_STYLE: Final[dict[Any, Any]] = {
+# Inches: width, height of a row of panels, of an only row, and of what stands above and below.
+WIDTH: Final = 7.2
+_ROW: Final = 1.85
+_ONLY_ROW: Final = 2.3
+_MARGIN: Final = 0.85
+STYLE: Final[dict[Any, Any]] = {
     "font.size": 9.0,
     "axes.labelsize": 9.0,
     "axes.titlesize": 9.0,
@@ -78,7 +82,9 @@ _LEGEND_LINE: Final = 0.18
 _NO_BREAK: Final = "\N{NO-BREAK SPACE}"
 
 
-def transient_figure(runs: Sequence[Transient], *, title: str | None = None) -> Figure:
+def transient_figure(
+    runs: Sequence[Transient], *, title: str | None = None, quantities: Sequence[str] = _PANELS
+) -> Figure:
     """Contact force, horizontal and vertical displacement over time (the paper's Figs. 10 to 12).
 
     Beside the whole time stand the last cycles, enlarged. Separation ignored is drawn solid blue,
@@ -90,6 +96,8 @@ def transient_figure(runs: Sequence[Transient], *, title: str | None = None) -> 
         One or several results computed with sample times.
     title : str, optional
         Title above the panels, shown as it is.
+    quantities : sequence of str
+        What is drawn, a row of panels each: names in `COLUMNS`.
 
     Returns
     -------
@@ -99,23 +107,28 @@ def transient_figure(runs: Sequence[Transient], *, title: str | None = None) -> 
     Raises
     ------
     InputError
-        If there is no run, or one without trajectory.
+        If there is no run, or one without trajectory, or a quantity is unknown.
     ComputationError
         If a sample is not finite.
     """
     if not runs:
         raise InputError("figure: allowed are one or more runs")
+    known = [column.name for column in COLUMNS]
+    for name in quantities:
+        if name not in known:
+            raise unknown_name("quantity", name, known)
     curves = _curves(runs)
     windows = _windows(max(curves, key=lambda curve: curve.run.t_end))
     considered = [run for run in runs if run.separation]
     off = considered[0].separated_intervals if len(considered) == 1 else []
-    with mpl.rc_context(_STYLE):
-        figure = Figure(figsize=_SIZE, layout=ConstrainedLayoutEngine(wspace=0.05))
+    with mpl.rc_context(STYLE):
+        size = (WIDTH, max(_ROW * len(quantities), _ONLY_ROW) + _MARGIN)
+        figure = Figure(figsize=size, layout=ConstrainedLayoutEngine(wspace=0.05))
         FigureCanvasAgg(figure)
         panels = figure.subplots(
-            len(_PANELS), len(windows), sharex="col", sharey="row", squeeze=False
+            len(quantities), len(windows), sharex="col", sharey="row", squeeze=False
         )
-        for row, name in zip(panels, _PANELS, strict=True):
+        for row, name in zip(panels, quantities, strict=True):
             for axes, window in zip(row, windows, strict=True):
                 _draw_panel(axes, curves, name, window)
                 if not window.crowded:
@@ -151,7 +164,7 @@ def run_labels(runs: Sequence[Transient]) -> list[str]:
     labels = []
     for run in runs:
         parts = ["separation considered" if run.separation else "separation ignored"]
-        parts += [_value_label(name, getattr(run.parameters, name)) for name in varied]
+        parts += [value_label(name, getattr(run.parameters, name)) for name in varied]
         labels.append(", ".join([*parts, run.method] if several else parts))
     starts = [f"start ({', '.join(f'{value:.3g}' for value in run.start)})" for run in runs]
     starts = [start.replace("-", "−") for start in starts]
@@ -166,23 +179,26 @@ def _told_apart(labels: Sequence[str], additions: Sequence[str]) -> list[str]:
     return [f"{label}, {more}" if label in varied else label for label, more in pairs]
 
 
-def _value_label(name: str, value: float) -> str:
+def value_label(name: str, value: float) -> str:
+    """A value of a parameter in matplotlib's mathtext, such as ``F = 80 N``."""
     spec = PARAMETERS[name]
-    text = f"{_math(spec.symbol)} = {value:g} {_unit(spec.unit)}".rstrip()
+    text = f"{math_symbol(spec.symbol)} = {value:g} {math_unit(spec.unit)}".rstrip()
     return text.replace(" ", _NO_BREAK)
 
 
 def _axis_label(name: str) -> str:
     column = next(column for column in COLUMNS if column.name == name)
-    return f"{column.meaning.capitalize()} {_math(name)} ({_unit(column.unit)})"
+    return f"{column.meaning.capitalize()} {math_symbol(name)} ({math_unit(column.unit)})"
 
 
-def _math(symbol: str) -> str:
+def math_symbol(symbol: str) -> str:
+    """A symbol such as ``k_nl`` in matplotlib's mathtext, its index upright."""
     head, _, index = symbol.partition("_")
     return f"${head}_{{\\mathrm{{{index}}}}}$" if index else f"${head}$"
 
 
-def _unit(unit: str) -> str:
+def math_unit(unit: str) -> str:
+    """A unit such as ``N/m^3`` in matplotlib's mathtext."""
     base, _, power = unit.partition("^")
     return f"{base}$^{power}$" if power else base
 
@@ -202,7 +218,7 @@ def _curves(runs: Sequence[Transient]) -> list[_Curve]:
     seen = {True: 0, False: 0}
     curves = []
     for number, (run, label) in enumerate(zip(runs, run_labels(runs), strict=True)):
-        same, colours = seen[run.separation], _COLOURS[run.separation]
+        same, colours = seen[run.separation], CASE_COLOURS[run.separation]
         seen[run.separation] += 1
         curves.append(
             _Curve(
@@ -263,7 +279,7 @@ def _draw_panel(axes: Axes, curves: Sequence[_Curve], name: str, window: _Window
         axes.plot(
             t,
             values,
-            linestyle="-" if window.crowded else _LINES[curve.run.separation],
+            linestyle="-" if window.crowded else CASE_LINES[curve.run.separation],
             color=curve.colour,
             marker=curve.marker,
             markevery=(int(curve.phase * every), every),
@@ -317,7 +333,7 @@ def _add_legend(figure: Figure, axes: Axes) -> None:
         for label in labels
     ]
     lines = math.ceil(sum(label.count("\n") + 1 for label in wrapped) / columns)
-    figure.set_figheight(_SIZE[1] + _LEGEND_LINE * (lines - 1))
+    figure.set_figheight(figure.get_figheight() + _LEGEND_LINE * (lines - 1))
     figure.legend(
         [handles[index] for index in order],
         [wrapped[index] for index in order],

@@ -58,15 +58,33 @@ class Format:
             raise InputError(f"this format needs {self.package}: install fivtui[{self.extra}]")
 
 
-def _write_csv(file: BinaryIO, trajectory: Trajectory, provenance: Provenance) -> None:
-    header = {**provenance, "units": _UNITS}
+def write_csv(
+    file: BinaryIO, columns: Mapping[str, NDArray[Any]], header: Mapping[str, Any]
+) -> None:
+    """Write columns as CSV, without loss of precision.
+
+    Parameters
+    ----------
+    file : binary file
+        Where to write.
+    columns : mapping of str to ndarray, shape (n,)
+        Values by name.
+    header : mapping
+        What the comment lines (``# key: JSON``) before the names of the columns say.
+    """
     lines = [f"# {key}: {json.dumps(value)}" for key, value in header.items()]
-    file.write("\n".join([*lines, ",".join(_NAMES), ""]).encode())
-    columns = [getattr(trajectory, name) for name in _NAMES]
-    for start in range(0, trajectory.t.size, _CHUNK):
+    file.write("\n".join([*lines, ",".join(columns), ""]).encode())
+    size = max((column.size for column in columns.values()), default=0)
+    for start in range(0, size, _CHUNK):
         # The representation of a Python float is the shortest that reads back as the same number.
-        rows = zip(*(column[start : start + _CHUNK].tolist() for column in columns), strict=True)
+        parts = (column[start : start + _CHUNK].tolist() for column in columns.values())
+        rows = zip(*parts, strict=True)
         file.write("".join(",".join(map(repr, row)) + "\n" for row in rows).encode())
+
+
+def _write_csv(file: BinaryIO, trajectory: Trajectory, provenance: Provenance) -> None:
+    columns = {name: getattr(trajectory, name) for name in _NAMES}
+    write_csv(file, columns, {**provenance, "units": _UNITS})
 
 
 def _read_csv(file: BinaryIO) -> Columns:

@@ -1,7 +1,9 @@
 """What the command line prints: tables on standard output, progress on standard error."""
 
+import re
 import sys
 import time
+from collections import Counter
 from collections.abc import Sequence
 from types import TracebackType
 from typing import TYPE_CHECKING, Final, Self
@@ -10,6 +12,7 @@ from rich.console import Console
 from rich.progress import BarColumn, TaskID, TextColumn, TimeRemainingColumn
 from rich.progress import Progress as Bar
 from rich.table import Table
+from rich.text import Text
 
 from .core.parameters import Parameters
 from .core.stability import Stability
@@ -17,9 +20,13 @@ from .core.transient import Transient
 
 if TYPE_CHECKING:
     from .compare import Comparison
+    from .paper.claim import CheckedClaim
 
 # A bar for less than this would only flicker.
 _PATIENCE_S: Final = 1.0
+# Columns of the table of claims, and their shares of its width.
+_CLAIM_COLUMNS: Final = {"section": 2, "statement": 6, "stated": 4, "computed": 7, "verdict": 2}
+_VERDICT_STYLES: Final = {"does not hold": "bold", "not testable": "dim"}
 
 
 class Progress:
@@ -230,3 +237,63 @@ def print_comparison(result: "Comparison") -> None:
         f"the FMU was built in {result.build_s:.2f} s"
     )
     Console(file=sys.stdout, width=None if sys.stdout.isatty() else 200).print(text)
+
+
+def print_claims(checked: Sequence["CheckedClaim"]) -> None:
+    """Print the paper's claims, what was computed of each, and the verdicts.
+
+    Parameters
+    ----------
+    checked : sequence of CheckedClaim
+        What `check_claims` returned.
+    """
+    table = Table(title="Claims of the paper", title_justify="left", show_lines=True, expand=True)
+    for name, share in _CLAIM_COLUMNS.items():
+        table.add_column(name, ratio=share)
+    for entry in checked:
+        claim = entry.claim
+        found = [*map(str, entry.quantities), *([f"({entry.reason})"] if entry.reason else [])]
+        verdict = Text(entry.verdict.value, style=_VERDICT_STYLES.get(entry.verdict.value, ""))
+        statement = Text.assemble(claim.statement, "\n", (claim.id, "dim"))
+        table.add_row(
+            Text(claim.section), statement, Text(claim.stated), Text("\n".join(found)), verdict
+        )
+    _print(table)
+    counts = Counter(entry.verdict.value for entry in checked)
+    text = ", ".join(f"{verdict} {count}" for verdict, count in counts.items())
+    Console(stderr=True, highlight=False).print(f"{len(checked)} claims: {text}")
+
+
+def claims_markdown(checked: Sequence["CheckedClaim"]) -> str:
+    """The paper's claims as a Markdown table.
+
+    Parameters
+    ----------
+    checked : sequence of CheckedClaim
+        What `check_claims` returned.
+
+    Returns
+    -------
+    str
+        One row a claim, with its reason in the last column.
+    """
+    header = ("id", "section", "statement", "stated", "computed", "verdict", "reason")
+    rows = [header, tuple("---" for _ in header)]
+    rows += [
+        (
+            f"`{entry.claim.id}`",
+            entry.claim.section,
+            entry.claim.statement,
+            entry.claim.stated,
+            entry.computed,
+            entry.verdict.value,
+            entry.reason,
+        )
+        for entry in checked
+    ]
+    return "\n".join(f"| {' | '.join(map(_markdown_cell, row))} |" for row in rows)
+
+
+def _markdown_cell(text: str) -> str:
+    # What would end a cell, or be taken as emphasis or HTML.
+    return re.sub(r"[|*_<]", r"\\\g<0>", text) if "`" not in text else text

@@ -1,0 +1,93 @@
+"""Every testable statement of the paper, held against the model."""
+
+from collections.abc import Sequence
+from typing import Final
+
+from ..core.errors import Cancelled
+from .amplitudes import Progress
+from .claim import CheckedClaim, Claim, check
+from .claims_amplitude import AMPLITUDES
+from .claims_attractor import ATTRACTORS
+from .claims_critical import CRITICAL
+from .claims_eigenvalue import EIGENVALUES
+from .claims_equilibrium import EQUILIBRIUM
+from .claims_transient import TRANSIENTS
+from .families import PANELS
+from .study import Study
+
+CLAIMS: Final[tuple[Claim, ...]] = (
+    *EQUILIBRIUM,
+    *EIGENVALUES,
+    *CRITICAL,
+    *ATTRACTORS,
+    *TRANSIENTS,
+    *AMPLITUDES,
+)
+
+# Share of the time that the runs for amplitudes take.
+_RUNS: Final = 0.7
+
+
+def check_claims(
+    study: Study | None = None, *, progress: Progress | None = None
+) -> list[CheckedClaim]:
+    """Check all claims.
+
+    Parameters
+    ----------
+    study : Study, optional
+        Where the numbers come from; a new one if not given.
+    progress : callable, optional
+        Called with the fraction done; the work is cancelled when it returns False.
+
+    Returns
+    -------
+    list of CheckedClaim
+        In the order of the paper's sections.
+
+    Raises
+    ------
+    ComputationError
+        If a run cannot be finished.
+    Cancelled
+        If `progress` returned False.
+    """
+    source = Study() if study is None else study
+    report = progress or (lambda _fraction: True)
+    scenes = [s for panel in PANELS.values() if panel.kind == "amplitude" for s in panel.scenes()]
+    scenes += [scene for claim in CLAIMS for scene in claim.scenes]
+    source.prepare(scenes, lambda fraction: report(_RUNS * fraction))
+    checked = []
+    for place, claim in enumerate(CLAIMS, start=1):
+        checked.append(check(claim, source))
+        if not report(_RUNS + (1.0 - _RUNS) * place / len(CLAIMS)):
+            raise Cancelled
+    return checked
+
+
+def claims_to_list(checked: Sequence[CheckedClaim]) -> list[dict[str, str]]:
+    """Checked claims as data that JSON can hold.
+
+    Parameters
+    ----------
+    checked : sequence of CheckedClaim
+        The claims.
+
+    Returns
+    -------
+    list of dict
+        ``id``, ``section``, ``statement``, ``stated``, ``computed``, ``verdict``, and ``reason``
+        where there is one.
+    """
+    rows = []
+    for entry in checked:
+        row = {
+            "id": entry.claim.id,
+            "section": entry.claim.section,
+            "statement": entry.claim.statement,
+            "stated": entry.claim.stated,
+            "computed": entry.computed,
+            "verdict": entry.verdict.value,
+        }
+        rows.append(row | ({"reason": entry.reason} if entry.reason else {}))
+    return rows

@@ -1,0 +1,143 @@
+"""The data of a figure: named columns with units, and their CSV file."""
+
+import dataclasses
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any, BinaryIO, Final
+
+import numpy as np
+from numpy.typing import NDArray
+
+from .. import __version__
+from ..core.errors import ComputationError
+from ..core.parameters import PARAMETERS
+from ..core.trajectory import COLUMNS, Column
+from ..files import write_atomically
+from ..formats import write_csv
+from .families import SEPARATION
+
+FloatArray = NDArray[np.float64]
+
+_OWN: Final = (
+    Column(SEPARATION, "1", "1 considered, 0 ignored"),
+    Column("x_e", "m", "horizontal displacement of the equilibrium"),
+    Column("y_e", "m", "vertical displacement of the equilibrium"),
+    Column("omega_1", "rad/s", "imaginary part of the eigenvalue of the lower mode"),
+    Column("omega_2", "rad/s", "imaginary part of the eigenvalue of the upper mode"),
+    Column("sigma_1", "1/s", "real part of the eigenvalue of the lower mode"),
+    Column("sigma_2", "1/s", "real part of the eigenvalue of the upper mode"),
+    Column("mu_c", "1", "critical friction coefficient"),
+    Column("growth_rate", "1/s", "greatest real part of the eigenvalues at the equilibrium"),
+    Column("y_peak", "m", "greatest |y| of the run"),
+    Column("y_half_range", "m", "half range of y over the second half of the run"),
+    Column("separations", "1", "number of separations"),
+    Column("separated_time", "s", "time off the belt"),
+)
+DATA_COLUMNS: Final[Mapping[str, Column]] = {
+    column.name: column
+    for column in (
+        *(Column(p.name, p.unit or "1", p.meaning) for p in PARAMETERS.values()),
+        *COLUMNS,
+        *_OWN,
+    )
+}
+
+
+@dataclass(frozen=True, slots=True)
+class FigureData:
+    """What a panel shows, in numbers.
+
+    Attributes
+    ----------
+    key : str
+        Key of the panel, see `Panel`.
+    caption : str
+        One phrase.
+    by, along : str
+        The columns that tell the lines apart and along which they are drawn.
+    columns : mapping of str to ndarray, shape (n,)
+        Values in the units of `DATA_COLUMNS`, line after line.
+    provenance : mapping
+        What all points share, as JSON can hold it.
+
+    Raises
+    ------
+    ComputationError
+        If a value is not finite.
+    """
+
+    key: str
+    caption: str
+    by: str
+    along: str
+    columns: Mapping[str, FloatArray]
+    provenance: Mapping[str, Any]
+
+    def __post_init__(self) -> None:
+        for name, values in self.columns.items():
+            if not np.all(np.isfinite(values)):
+                raise ComputationError(
+                    f"figure {self.key}: {name} is not a finite number",
+                    "report the version and the machine: these scenes all have finite values",
+                )
+
+    def __getitem__(self, name: str) -> FloatArray:
+        return self.columns[name]
+
+    def line(self, value: float) -> "FigureData":
+        """One line alone.
+
+        Parameters
+        ----------
+        value : float
+            Value of the column `by`.
+
+        Returns
+        -------
+        FigureData
+            Its rows.
+        """
+        own = self.columns[self.by] == value
+        return dataclasses.replace(
+            self, columns={name: values[own] for name, values in self.columns.items()}
+        )
+
+    def lines(self) -> Iterator[tuple[float, "FigureData"]]:
+        """The lines in order: value of the column `by`, and their rows."""
+        # The order of the figure, not that of the values.
+        for value in dict.fromkeys(self.columns[self.by].tolist()):
+            yield value, self.line(value)
+
+
+def save_data(data: FigureData, path: Path, *, force: bool = False) -> None:
+    """Write the data of a figure as CSV, with units and provenance in comment lines.
+
+    Parameters
+    ----------
+    data : FigureData
+        The data.
+    path : Path
+        The file.
+    force : bool
+        Whether a file that exists may be replaced.
+
+    Raises
+    ------
+    InputError
+        If the file cannot be written, see `write_atomically`.
+    """
+    described = [DATA_COLUMNS[name] for name in data.columns]
+    header = {
+        "fivtui": __version__,
+        "figure": data.key,
+        "caption": data.caption,
+        **data.provenance,
+        "units": {column.name: column.unit for column in described},
+        "meanings": {column.name: column.meaning for column in described},
+    }
+
+    def write(file: BinaryIO) -> None:
+        write_csv(file, data.columns, header)
+
+    write_atomically(path, write, force=force)

@@ -1,0 +1,183 @@
+"""The paper's figures as files: pictures, and their data as CSV beside them."""
+
+import re
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Final
+
+from ..core.errors import Cancelled, InputError
+from ..core.parameters import unknown_name
+from ..figures import FORMATS, save_figure
+from ..files import check_output
+from .amplitudes import Progress
+from .data import save_data
+from .drawing import draw
+from .families import FIRST_FIGURE, LAST_FIGURE, panels_of
+from .study import Study
+
+NUMBERS: Final = tuple(range(FIRST_FIGURE, LAST_FIGURE + 1))
+# One for print and one for screens.
+DEFAULT_FORMATS: Final = ("pdf", "png")
+# Share of the time that amplitudes take.
+_AMPLITUDES: Final = 0.6
+
+
+def figure_numbers(texts: Sequence[str]) -> tuple[int, ...]:
+    """Read numbers of figures.
+
+    Parameters
+    ----------
+    texts : sequence of str
+        Numbers, or ranges such as ``3-9``; empty for all.
+
+    Returns
+    -------
+    tuple of int
+        Ascending, each once.
+
+    Raises
+    ------
+    InputError
+        If one is no figure that can be computed.
+    """
+    chosen: set[int] = set()
+    for text in texts:
+        match = re.fullmatch(r"(\d{1,3})(?:-(\d{1,3}))?", text.strip(), re.ASCII)
+        first, last = (int(match[1]), int(match[2] or match[1])) if match else (0, 0)
+        if not FIRST_FIGURE <= first <= last <= LAST_FIGURE:
+            raise InputError(
+                f"figure {text!r}: allowed are {FIRST_FIGURE} to {LAST_FIGURE}, and ranges such as "
+                f"3-9 (Fig. 1 is the drawing of the model)"
+            )
+        chosen.update(range(first, last + 1))
+    return tuple(sorted(chosen)) or NUMBERS
+
+
+@dataclass(frozen=True, slots=True)
+class FigureFiles:
+    """The files of one figure.
+
+    Attributes
+    ----------
+    number : int
+        Its number.
+    pictures : tuple of Path
+        One a format.
+    data : tuple of Path
+        One a panel that has scenes of its own.
+    """
+
+    number: int
+    pictures: tuple[Path, ...]
+    data: tuple[Path, ...]
+
+
+def figure_files(number: int, folder: Path, formats: Sequence[str]) -> FigureFiles:
+    """Where a figure goes.
+
+    Parameters
+    ----------
+    number : int
+        Its number.
+    folder : Path
+        The folder.
+    formats : sequence of str
+        Names of formats without dot.
+
+    Returns
+    -------
+    FigureFiles
+        ``fig-02.pdf`` and so on.
+
+    Raises
+    ------
+    InputError
+        If a format is unknown.
+    """
+    for name in formats:
+        if name not in FORMATS:
+            raise unknown_name("format", name, FORMATS)
+    stem = f"fig-{number:02d}"
+    panels = panels_of(number)
+    letters = [panel.key.removeprefix(str(number)) for panel in panels]
+    return FigureFiles(
+        number,
+        tuple(folder / f"{stem}.{name}" for name in dict.fromkeys(formats)),
+        tuple(folder / f"{stem}{letter}.csv" for letter in letters),
+    )
+
+
+def save_figures(
+    numbers: Sequence[int],
+    folder: Path,
+    *,
+    formats: Sequence[str] = DEFAULT_FORMATS,
+    force: bool = False,
+    study: Study | None = None,
+    progress: Progress | None = None,
+) -> list[FigureFiles]:
+    """Compute figures and write them with their data.
+
+    All is computed before the first file is written.
+
+    Parameters
+    ----------
+    numbers : sequence of int
+        Numbers of the figures, 2 to 16.
+    folder : Path
+        Where they go; made if it is missing.
+    formats : sequence of str
+        Names in `FORMATS`.
+    force : bool
+        Whether files of these names may be replaced.
+    study : Study, optional
+        Where the numbers come from; a new one if not given.
+    progress : callable, optional
+        Called with the fraction done; the work is cancelled when it returns False.
+
+    Returns
+    -------
+    list of FigureFiles
+        What was written, in the order of `numbers`.
+
+    Raises
+    ------
+    InputError
+        If a number or format is unknown, or a file exists or cannot be written.
+    ComputationError
+        If a run cannot be finished.
+    Cancelled
+        If `progress` returned False.
+    """
+    chosen = figure_numbers([str(number) for number in numbers])
+    plan = [figure_files(number, folder, formats) for number in chosen]
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+    except OSError as error:
+        raise InputError(f"{folder}: cannot be made a folder: {error.strerror}") from None
+    for files in plan:
+        for path in (*files.pictures, *files.data):
+            check_output(path, force=force)
+    report = progress or (lambda _fraction: True)
+    source = Study() if study is None else study
+    panels = [panel for number in chosen for panel in panels_of(number)]
+    amplitudes = [panel for panel in panels if panel.kind == "amplitude"]
+    share = _AMPLITUDES if amplitudes else 0.0
+    source.prepare(
+        (scene for panel in amplitudes for scene in panel.scenes()),
+        lambda fraction: report(share * fraction),
+    )
+    for panel in panels:
+        source.table(panel.key)
+        if not report(share):
+            raise Cancelled
+    for place, files in enumerate(plan, start=1):
+        figure = draw(files.number, source)
+        for path in files.pictures:
+            save_figure(figure, path, force=force)
+        for panel, path in zip(panels_of(files.number), files.data, strict=True):
+            save_data(source.table(panel.key), path, force=force)
+        if not report(share + (1.0 - share) * place / len(plan)):
+            raise Cancelled
+    return plan

@@ -1,0 +1,123 @@
+"""What figures and claims need, computed once for all of them."""
+
+from collections.abc import Iterable
+from typing import Final
+
+import numpy as np
+
+from ..core.transient import Transient
+from ..scene import Scene
+from ..simulation import simulate
+from .amplitudes import Amplitude, Progress, measure_all
+from .data import FigureData
+from .families import PANELS, Panel
+from .tables import PLAIN_TABLES, amplitude_table, transient_table
+
+_POINTS: Final = 10_001
+
+
+class Study:
+    """The tables and runs of the paper, each computed when it is first asked for.
+
+    Parameters
+    ----------
+    workers : int, optional
+        Most processes for amplitudes; as many as there are processors if not given.
+    """
+
+    def __init__(self, *, workers: int | None = None) -> None:
+        self._workers = workers
+        self._tables: dict[str, FigureData] = {}
+        self._runs: dict[Scene, Transient] = {}
+        self._amplitudes: dict[Scene, Amplitude] = {}
+
+    def prepare(self, scenes: Iterable[Scene], progress: Progress | None = None) -> None:
+        """Compute the amplitudes of many scenes together.
+
+        Parameters
+        ----------
+        scenes : iterable of Scene
+            The scenes; those computed before are not computed again.
+        progress : callable, optional
+            Called with the fraction done; the work is cancelled when it returns False.
+
+        Raises
+        ------
+        ComputationError
+            If a run cannot be finished.
+        Cancelled
+            If `progress` returned False.
+        """
+        missing = [scene for scene in dict.fromkeys(scenes) if scene not in self._amplitudes]
+        if missing:
+            results = measure_all(missing, workers=self._workers, progress=progress)
+            self._amplitudes.update(zip(missing, results, strict=True))
+
+    def amplitudes(self, scenes: Iterable[Scene]) -> list[Amplitude]:
+        """The amplitudes of scenes, in their order.
+
+        Parameters
+        ----------
+        scenes : iterable of Scene
+            The scenes.
+
+        Returns
+        -------
+        list of Amplitude
+            One a scene.
+        """
+        asked = list(scenes)
+        self.prepare(asked)
+        return [self._amplitudes[scene] for scene in asked]
+
+    def run(self, scene: Scene) -> Transient:
+        """The run of a scene with its trajectory.
+
+        Parameters
+        ----------
+        scene : Scene
+            The scene.
+
+        Returns
+        -------
+        Transient
+            With a sample every 10,000th of the horizon.
+        """
+        if scene not in self._runs:
+            self._runs[scene] = simulate(
+                scene.parameters,
+                t_end=scene.t_end,
+                tol=scene.tol,
+                separation=scene.separation,
+                start=scene.start,
+                samples=np.linspace(0.0, scene.t_end, _POINTS),
+            )
+        return self._runs[scene]
+
+    def runs(self, panel: Panel) -> list[Transient]:
+        """The runs of a panel of the kind ``"transient"``, one a line."""
+        return [self.run(line.scene) for line in panel.lines]
+
+    def table(self, key: str) -> FigureData:
+        """The data of a panel.
+
+        Parameters
+        ----------
+        key : str
+            Its key in `PANELS`.
+
+        Returns
+        -------
+        FigureData
+            Its numbers.
+        """
+        if key not in self._tables:
+            self._tables[key] = self._make(PANELS[key])
+        return self._tables[key]
+
+    def _make(self, panel: Panel) -> FigureData:
+        if panel.kind == "amplitude":
+            return amplitude_table(panel, self.amplitudes(panel.scenes()))
+        if panel.kind == "transient":
+            return transient_table(panel, self.runs(panel))
+        return PLAIN_TABLES[panel.kind](panel)

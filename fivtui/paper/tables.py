@@ -1,0 +1,226 @@
+"""From the scenes of a panel to its numbers."""
+
+from collections.abc import Callable, Mapping, Sequence
+from typing import Any, Final
+
+import numpy as np
+
+from ..core.errors import ComputationError
+from ..core.model import equilibrium
+from ..core.parameters import PARAMETERS, Parameters
+from ..core.stability import Stability, stability
+from ..core.transient import Transient
+from ..results import trajectory_of
+from ..scene import Scene
+from .amplitudes import Amplitude
+from .data import FigureData
+from .families import SEPARATION, Panel
+
+# Two frequencies closer than this, relative to them, have merged: a double root is no more exact.
+_MERGED: Final = 1e-6
+
+
+def equilibrium_table(panel: Panel) -> FigureData:
+    """Equilibrium points along a parameter (Eq. 6).
+
+    Parameters
+    ----------
+    panel : Panel
+        Of the kind ``"equilibrium"``.
+
+    Returns
+    -------
+    FigureData
+        Columns of the two parameters, ``x_e`` and ``y_e``.
+    """
+    points = [equilibrium(scene.parameters) for scene in panel.scenes()]
+    return _data(panel, {"x_e": [p.x for p in points], "y_e": [p.y for p in points]})
+
+
+def eigenvalue_table(panel: Panel) -> FigureData:
+    """The two modes along a parameter: eigenvalues of positive imaginary part (Eq. 8).
+
+    Parameters
+    ----------
+    panel : Panel
+        Of the kind ``"eigenvalues"``.
+
+    Returns
+    -------
+    FigureData
+        Columns of the two parameters, ``omega_1``, ``omega_2``, ``sigma_1``, ``sigma_2`` and
+        ``mu_c``, which is the same for a whole line.
+    """
+    verdicts = [stability(scene.parameters) for scene in panel.scenes()]
+    lower, upper = zip(*(modes(verdict) for verdict in verdicts), strict=True)
+    columns = {
+        "omega_1": [value.imag for value in lower],
+        "omega_2": [value.imag for value in upper],
+        "sigma_1": [value.real for value in lower],
+        "sigma_2": [value.real for value in upper],
+        "mu_c": [_least_critical(verdict) for verdict in verdicts],
+    }
+    return _data(panel, columns)
+
+
+def modes(verdict: Stability) -> tuple[complex, complex]:
+    """The eigenvalues of the two modes, that of the lower frequency first.
+
+    Parameters
+    ----------
+    verdict : Stability
+        Of a system whose modes oscillate.
+
+    Returns
+    -------
+    tuple of complex
+        λ in 1/s, of positive imaginary part. Of merged frequencies the growing mode comes first.
+    """
+    upper, lower = (complex(value) for value in verdict.eigenvalues[:2])
+    merged = upper.imag - lower.imag <= _MERGED * upper.imag
+    return (upper, lower) if merged and upper.real > lower.real else (lower, upper)
+
+
+def critical_table(panel: Panel) -> FigureData:
+    """Critical friction coefficient along a parameter (Eq. 9).
+
+    Parameters
+    ----------
+    panel : Panel
+        Of the kind ``"critical mu"``.
+
+    Returns
+    -------
+    FigureData
+        Columns of the two parameters and ``mu_c``.
+    """
+    return _data(panel, {"mu_c": [critical_mu(scene.parameters) for scene in panel.scenes()]})
+
+
+def critical_mu(p: Parameters) -> float:
+    """The least critical friction coefficient of a parameter set that has one.
+
+    Parameters
+    ----------
+    p : Parameters
+        The parameter set; its μ is not used.
+
+    Returns
+    -------
+    float
+        μ_c.
+
+    Raises
+    ------
+    ComputationError
+        If no friction destabilises the equilibrium.
+    """
+    return _least_critical(stability(p))
+
+
+def _least_critical(verdict: Stability) -> float:
+    if not verdict.critical_mu:
+        raise ComputationError(
+            "no friction coefficient destabilises the equilibrium",
+            "use parameters that have a critical friction coefficient",
+        )
+    return min(critical.mu for critical in verdict.critical_mu)
+
+
+def amplitude_table(panel: Panel, amplitudes: Sequence[Amplitude]) -> FigureData:
+    """Peak and steady half range along a parameter, separation considered and ignored.
+
+    Parameters
+    ----------
+    panel : Panel
+        Of the kind ``"amplitude"``.
+    amplitudes : sequence of Amplitude
+        Those of its scenes.
+
+    Returns
+    -------
+    FigureData
+        Columns of the case, the parameter, the growth rate of the equilibrium, and the fields of
+        `Amplitude`.
+    """
+    growth = [stability(scene.parameters).growth_rate for scene in panel.scenes()]
+    columns: dict[str, Sequence[float]] = {
+        "growth_rate": growth,
+        "y_peak": [a.y_peak for a in amplitudes],
+        "y_half_range": [a.y_half_range for a in amplitudes],
+        "separations": [a.separations for a in amplitudes],
+        "separated_time": [a.separated_time for a in amplitudes],
+    }
+    scene = panel.lines[0].scene
+    return _data(panel, columns, start=scene.start, t_end=scene.t_end)
+
+
+def transient_table(panel: Panel, runs: Sequence[Transient]) -> FigureData:
+    """One quantity over time, separation considered and ignored.
+
+    Parameters
+    ----------
+    panel : Panel
+        Of the kind ``"transient"``.
+    runs : sequence of Transient
+        A run a line, with its trajectory.
+
+    Returns
+    -------
+    FigureData
+        Columns of the case, time and the quantity that the panel shows.
+    """
+    parts = [(run, trajectory_of(run)) for run in runs]
+    columns = {
+        SEPARATION: np.concatenate([np.full(t.t.size, float(run.separation)) for run, t in parts]),
+        "t": np.concatenate([t.t for _, t in parts]),
+        panel.shown: np.concatenate([getattr(t, panel.shown) for _, t in parts]),
+    }
+    scene = panel.lines[0].scene
+    return FigureData(
+        panel.key,
+        panel.caption,
+        SEPARATION,
+        "t",
+        columns,
+        _provenance(panel, start=scene.start, t_end=scene.t_end),
+    )
+
+
+PLAIN_TABLES: Final[Mapping[str, Callable[[Panel], FigureData]]] = {
+    "equilibrium": equilibrium_table,
+    "eigenvalues": eigenvalue_table,
+    "critical mu": critical_table,
+}
+
+
+def _data(panel: Panel, computed: Mapping[str, Sequence[float]], **shared: Any) -> FigureData:
+    lines = panel.lines
+    columns = {
+        panel.by: np.repeat(
+            [_value(line.scene, panel.by) for line in lines], [len(line.values) for line in lines]
+        ),
+        panel.along: np.concatenate([line.values for line in lines]),
+    }
+    columns |= {name: np.array(values, dtype=float) for name, values in computed.items()}
+    return FigureData(
+        panel.key,
+        panel.caption,
+        panel.by,
+        panel.along,
+        columns,
+        _provenance(panel, **shared),
+    )
+
+
+def _value(scene: Scene, name: str) -> float:
+    return float(scene.separation) if name == SEPARATION else getattr(scene.parameters, name)
+
+
+def _provenance(panel: Panel, **shared: Any) -> dict[str, Any]:
+    varied = {panel.by, panel.along}
+    if panel.kind in {"eigenvalues", "critical mu"}:
+        varied.add("mu")
+    values = panel.lines[0].scene.parameters.as_dict()
+    parameters = {name: values[name] for name in PARAMETERS if name not in varied}
+    return {"parameters": parameters, **shared, "choice": panel.choice}
