@@ -3,7 +3,13 @@ from collections.abc import AsyncIterator
 import pytest
 from textual.pilot import Pilot
 from textual.widgets import Checkbox, Input, Select, TabbedContent
-from tui_support import (
+
+from fivtui.core.parameters import Parameters
+from fivtui.core.stability import stability
+from fivtui.presets import PRESETS
+from fivtui.tui.app import FivtuiApp
+from fivtui.tui.runs import RunState
+from tests.tui_support import (
     ENDLESS,
     app_of,
     flat_text_of,
@@ -15,12 +21,6 @@ from tui_support import (
     until_shown,
     until_told,
 )
-
-from fivtui.core.parameters import Parameters
-from fivtui.core.stability import stability
-from fivtui.presets import PRESETS
-from fivtui.tui.app import FivtuiApp
-from fivtui.tui.runs import RunState
 
 USUAL = (80, 24)
 

@@ -4,7 +4,12 @@ from pathlib import Path
 import pytest
 from textual.pilot import Pilot
 from textual.widgets import Input
-from tui_support import (
+
+from fivtui.core.trajectory import COLUMNS
+from fivtui.results import load_trajectory
+from fivtui.scene import load_scene
+from fivtui.tui.app import FivtuiApp
+from tests.tui_support import (
     ENDLESS,
     app_of,
     flat_text_of,
@@ -16,11 +21,6 @@ from tui_support import (
     until_shown,
     until_told,
 )
-
-from fivtui.core.trajectory import COLUMNS
-from fivtui.results import load_trajectory
-from fivtui.scene import load_scene
-from fivtui.tui.app import FivtuiApp
 
 USUAL = (100, 30)
 
