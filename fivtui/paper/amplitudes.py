@@ -2,6 +2,7 @@
 
 import os
 import signal
+import threading
 from collections.abc import Callable, Iterator, Sequence
 from concurrent.futures import ProcessPoolExecutor
 from concurrent.futures.process import BrokenProcessPool
@@ -131,10 +132,12 @@ def _mapped(scenes: Sequence[Scene], count: int) -> Iterator[Iterator[Amplitude]
         return
     # Spawned workers are the same on every system and inherit no threads.
     pool = ProcessPoolExecutor(
-        count, mp_context=get_context("spawn"), initializer=_leave_interrupts_to_the_parent
+        count, mp_context=get_context("spawn"), initializer=_ignore_interrupts
     )
     try:
-        yield pool.map(measure, scenes, chunksize=_CHUNK)
+        with _interrupts_ignored():
+            amplitudes = pool.map(measure, scenes, chunksize=_CHUNK)
+        yield amplitudes
     except BrokenProcessPool:
         raise ComputationError(
             "the worker processes ended before their work",
@@ -144,5 +147,19 @@ def _mapped(scenes: Sequence[Scene], count: int) -> Iterator[Iterator[Amplitude]
         pool.shutdown(cancel_futures=True)
 
 
-def _leave_interrupts_to_the_parent() -> None:
+def _ignore_interrupts() -> None:
     signal.signal(signal.SIGINT, signal.SIG_IGN)
+
+
+@contextmanager
+def _interrupts_ignored() -> Iterator[None]:
+    # A terminal interrupts all processes; workers leave it to this one, from their first moment:
+    # they start inside, and inherit. Handlers belong to the main thread.
+    if threading.current_thread() is not threading.main_thread():
+        yield
+        return
+    handler = signal.signal(signal.SIGINT, signal.SIG_IGN)
+    try:
+        yield
+    finally:
+        signal.signal(signal.SIGINT, handler)

@@ -3,7 +3,6 @@
 from typing import Final
 
 import numpy as np
-from scipy.optimize import brentq
 
 from ..core.parameters import Parameters
 from ..core.stability import growth_rate
@@ -182,6 +181,8 @@ def _linear_unstable_at_1_2(_: Study) -> Finding:
     "stable at μ = 1.2",
 )
 def _stabilised_at_1_2(_: Study) -> Finding:
+    from scipy.optimize import brentq
+
     p = _BASE.with_values({"F": 100.0, "k_nl": 300.0, "mu": 1.2})
     growth = growth_rate(p)
 

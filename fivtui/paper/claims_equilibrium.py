@@ -15,6 +15,10 @@ from ..core.model import (
 )
 from ..core.parameters import Parameters
 from ..core.stability import stability
+from ..core.trajectory import Trajectory
+from ..presets import PRESETS
+from ..results import trajectory_of
+from ..simulation import simulate
 from .claim import Chapter, Finding, Quantity
 from .study import Study
 from .tables import modes
@@ -22,6 +26,8 @@ from .tables import modes
 EQUILIBRIUM: Final = Chapter()
 _BASE: Final = Parameters()
 _ROUNDING: Final = 1e-12
+# Of a displacement in m or a force in N at a located switch.
+_NEGLIGIBLE: Final = 1e-9
 
 
 @EQUILIBRIUM.claim(
@@ -55,22 +61,41 @@ def _contact_means_negative_y(_: Study) -> Finding:
     return Finding(wrong == 0, (points, Quantity("contradictions", wrong)))
 
 
+def _at_reattachments(study: Study) -> Trajectory:
+    # The base scene at the end of every separation; the last lasts to the end of the run.
+    scene = PRESETS["base"]
+    run = study.run(scene)
+    ends = [end for _, end in run.separated_intervals if end < run.t_end]
+    return trajectory_of(simulate(scene.parameters, t_end=scene.t_end, tol=scene.tol, samples=ends))
+
+
 @EQUILIBRIUM.claim(
-    "3", "At reattachment the slider touches the belt without contact force", "P = 0 at y = 0"
+    "3", "At reattachment the slider touches the belt without contact force", "P = 0"
 )
-def _reattachment_without_force(_: Study) -> Finding:
-    force = contact_force(_BASE, 0.0, Mode.CONTACT)
-    return Finding(force == 0.0, (Quantity("P(y = 0)", force + 0.0, "N"),))
+def _reattachment_without_force(study: Study) -> Finding:
+    touching = _at_reattachments(study)
+    greatest = float(np.abs(touching.P).max())
+    return Finding(
+        greatest <= _NEGLIGIBLE,
+        (
+            Quantity("reattachments of the base scene", touching.t.size),
+            Quantity("greatest |P| at them", greatest, "N"),
+        ),
+    )
 
 
 @EQUILIBRIUM.claim(
     "3", "At reattachment the mass is back at the original static position", "y = y_static"
 )
-def _reattachment_at_the_static_position(_: Study) -> Finding:
+def _reattachment_at_the_static_position(study: Study) -> Finding:
     rest = static_start(_BASE)[2]
+    y = _at_reattachments(study).y
     return Finding(
-        math.isclose(rest, 0.0, abs_tol=_ROUNDING),
-        (Quantity("y at reattachment", 0.0, "m"), Quantity("y_static(F = 80 N)", rest, "m")),
+        float(np.abs(y - rest).max()) <= _NEGLIGIBLE,
+        (
+            Quantity("greatest |y| at reattachment", float(np.abs(y).max()), "m"),
+            Quantity("y_static(F = 80 N)", rest, "m"),
+        ),
         "the original static position is defined in section 2 as that under the preload; the "
         "condition used, y = 0, is the position of the undeformed contact spring",
     )

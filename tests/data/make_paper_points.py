@@ -1,0 +1,158 @@
+"""Make ``paper_points.json``: a few points of the paper's figures, computed independently.
+
+Equilibria are roots of Eq. 6, eigenvalues those of Eq. 8 written out, critical friction
+coefficients bisections of their real parts, and runs are the paper's own method: RK4 with
+bisection at a small step. Run it as ``python tests/data/make_paper_points.py`` from the root of the
+project; it takes some minutes.
+"""
+
+import json
+from collections.abc import Iterator, Sequence
+from itertools import product
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from fivtui.core.model import static_start
+from fivtui.core.parameters import Parameters
+from fivtui.core.reference import RungeKutta4
+
+STEP = 5e-4
+T_END = 100.0
+TIMES = (5.0, 25.0, 50.0, 99.0)
+
+BASE = {"m": 5.0, "k1": 100.0, "k2": 50.0, "k3": 60.0, "c1": 0.32, "c2": 0.32}
+BASE |= {"F": 80.0, "k_nl": 100.0, "mu": 0.7}
+SOFT = {"k1": 50.0, "k2": 100.0}
+Table = dict[str, float]
+
+
+def equilibrium(p: Table) -> tuple[float, float]:
+    a, h = p["k1"] + p["k3"] / 2, p["k3"] / 2
+    # First row of Eq. 6: x = ((h − μ k2) y − μ k_nl y³) / a, put into the second.
+    cubic = p["k_nl"] + h * p["mu"] * p["k_nl"] / a
+    linear = p["k2"] + h - h * (h - p["mu"] * p["k2"]) / a
+    roots = np.roots([cubic, 0.0, linear, p["F"]])
+    y = float(roots[np.argmin(np.abs(roots.imag))].real)
+    return float(((h - p["mu"] * p["k2"]) * y - p["mu"] * p["k_nl"] * y**3) / a), y
+
+
+def eigenvalues(p: Table) -> list[complex]:
+    m, h = p["m"], p["k3"] / 2
+    _, y = equilibrium(p)
+    tangent = p["k2"] + 3 * p["k_nl"] * y**2
+    jacobian = [
+        [0, 1, 0, 0],
+        [-(p["k1"] + h) / m, -p["c1"] / m, (h - p["mu"] * tangent) / m, 0],
+        [0, 0, 0, 1],
+        [h / m, 0, -(tangent + h) / m, -p["c2"] / m],
+    ]
+    return [complex(value) for value in np.linalg.eigvals(np.array(jacobian))]
+
+
+def critical_mu(p: Table) -> float:
+    stable, unstable = 0.0, 3.0
+    for _ in range(60):
+        middle = 0.5 * (stable + unstable)
+        grows = max(value.real for value in eigenvalues(p | {"mu": middle})) > 0.0
+        stable, unstable = (stable, middle) if grows else (middle, unstable)
+    return unstable
+
+
+def oscillating(p: Table) -> list[list[float]]:
+    upper = [value for value in eigenvalues(p) if value.imag > 0.0]
+    return [[value.real, value.imag] for value in sorted(upper, key=lambda value: value.imag)]
+
+
+def runs(sets: Sequence[Table], *, separation: bool) -> list[dict[str, Any]]:
+    parameters = [Parameters(**p) for p in sets]
+    starts = [static_start(p) for p in parameters]
+    integrator = RungeKutta4(parameters, starts, step=STEP, separation=separation)
+    peak, late_max, late_min = (np.full(len(sets), value) for value in (0.0, -np.inf, np.inf))
+    at: dict[float, Any] = {}
+    for number in range(1, round(T_END / STEP) + 1):
+        integrator.advance()
+        y = integrator.state[2]
+        peak = np.maximum(peak, np.abs(y))
+        if number >= round(0.5 * T_END / STEP):
+            late_max, late_min = np.maximum(late_max, y), np.minimum(late_min, y)
+        for time in TIMES:
+            if number == round(time / STEP):
+                at[time] = integrator.state.copy()
+    return [
+        {
+            "y_peak": max(float(peak[i]), abs(starts[i][2])),
+            "y_half_range": float(0.5 * (late_max[i] - late_min[i])),
+            "states": {str(time): at[time][:, i].tolist() for time in TIMES},
+        }
+        for i in range(len(sets))
+    ]
+
+
+def point(key: str, changes: Table, **values: Any) -> dict[str, Any]:
+    return {"key": key, "changes": changes, **values}
+
+
+def equilibrium_points() -> Iterator[dict[str, Any]]:
+    for key, F, k_nl in (
+        ("2a", 30.0, 0.0), ("2a", 50.0, 50.0), ("2a", 80.0, 100.0), ("2a", 100.0, 500.0),
+        ("2b", 5.0, 200.0), ("2b", 50.0, 40.0), ("2b", 100.0, 300.0),
+    ):  # fmt: skip
+        x, y = equilibrium(BASE | {"F": F, "k_nl": k_nl})
+        yield point(key, {"F": F, "k_nl": k_nl}, x_e=x, y_e=y)
+
+
+def eigenvalue_points() -> Iterator[dict[str, Any]]:
+    cases: tuple[tuple[str, Table], ...] = (
+        ("3", {"F": 20.0}),
+        ("4", {"F": 100.0}),
+        ("5", {"F": 100.0, "c1": 0.8}),
+    )
+    for (key, changes), k_nl, mu in product(cases, (0.0, 50.0, 100.0, 500.0), (0.2, 0.7, 1.8)):
+        p = BASE | changes | {"k_nl": k_nl, "mu": mu}
+        yield point(key, {"k_nl": k_nl, "mu": mu}, modes=oscillating(p), mu_c=critical_mu(p))
+
+
+def critical_points() -> Iterator[dict[str, Any]]:
+    along_preload = [
+        {"k_nl": k_nl, "F": F}
+        for k_nl, F in product((0.0, 50.0, 200.0, 500.0), (10.0, 40.0, 100.0))
+    ]
+    along_stiffness = [
+        {"F": F, "k_nl": k_nl} for F, k_nl in product((0.0, 5.0, 50.0, 100.0), (3.0, 100.0, 500.0))
+    ]
+    cases: tuple[tuple[str, Table, list[Table]], ...] = (
+        ("6", {}, along_preload),
+        ("7", {}, along_stiffness),
+        ("8", SOFT, along_preload),
+        ("9", SOFT, along_stiffness),
+    )
+    for key, changes, places in cases:
+        for place in places:
+            yield point(key, place, mu_c=critical_mu(BASE | changes | place))
+
+
+def transient_points() -> Iterator[dict[str, Any]]:
+    families: list[tuple[str, Table, Table]] = [("base", {}, {})]
+    families += [("13", {"k_nl": 20.0, "mu": 0.5}, {"F": F}) for F in (60.0, 102.0, 190.0)]
+    families += [("14", {}, {"F": F}) for F in (20.0, 40.0, 110.0)]
+    families += [("15", {"F": 40.0}, {"k_nl": k}) for k in (20.0, 100.0, 500.0)]
+    families += [("16", {"F": 60.0, "mu": 1.0}, {"k_nl": k}) for k in (20.0, 50.0, 500.0)]
+    for separation in (False, True):
+        results = runs([BASE | a | b for _, a, b in families], separation=separation)
+        for (key, _, along), result in zip(families, results, strict=True):
+            states = result.pop("states")
+            values = {"states": states} if key == "base" else result
+            yield point(key, along | {"separation": float(separation)}, **values)
+
+
+def main() -> None:
+    makers = (equilibrium_points, eigenvalue_points, critical_points, transient_points)
+    lines = [json.dumps(each) for make in makers for each in make()]
+    path = Path(__file__).with_name("paper_points.json")
+    path.write_text("[\n" + ",\n".join(lines) + "\n]\n", encoding="utf-8")
+
+
+if __name__ == "__main__":
+    main()
