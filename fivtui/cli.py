@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any, Final, NoReturn
 import click
 
 from .core.errors import Cancelled, ComputationError, InputError
-from .core.parameters import PARAMETERS, parameter_spec, unknown_name
+from .core.parameters import PARAMETERS, parameter_spec, parse_number, unknown_name
 
 if TYPE_CHECKING:
     from .core.transient import Start
@@ -19,6 +19,8 @@ if TYPE_CHECKING:
 EXIT_INPUT: Final = 2
 EXIT_COMPUTATION: Final = 3
 EXIT_INTERRUPTED: Final = 130
+TRACEBACK_VARIABLE: Final = "FIVTUI_TRACEBACK"
+_DEBUG: Final = f"please report it, with what {TRACEBACK_VARIABLE}=1 shows"
 
 
 class Commands(click.Group):
@@ -62,6 +64,10 @@ def _run(args: Sequence[str] | None) -> int:
     except BrokenPipeError:
         # The reader has gone: nothing more to say, and nothing to flush at exit.
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+    except Exception as error:
+        if TRACEBACK_VARIABLE in os.environ:
+            raise
+        message, code = f"unexpected {type(error).__name__}: {error}; {_DEBUG}", EXIT_COMPUTATION
     if message:
         _say(f"fivtui: {message}")
     return code
@@ -348,3 +354,67 @@ def fmu_build(out: Path, force: bool) -> None:
 
     build_fmu(out, force=force)
     _say(f"wrote {out}")
+
+
+@fmu.command("check")
+@fmu_argument
+@json_option
+def fmu_check(fmu_file: Path, as_json: bool) -> None:
+    """Check that an FMU follows the standard and runs; exit 2 if it has problems."""
+    from fmu_src.check import check_fmu
+
+    problems = check_fmu(fmu_file)
+    if as_json:
+        _print_json({"file": str(fmu_file), "problems": problems})
+    elif problems:
+        click.echo("\n".join(problems))
+    else:
+        click.echo(f"{fmu_file}: no problems")
+    if problems:
+        raise InputError(f"{fmu_file} is not a sound FMU: problems found: {len(problems)}")
+
+
+@fmu.command("run")
+@fmu_argument
+@click.option("--t-end", metavar="S", help="Stop time; by default that of the FMU.")
+@click.option("--output-interval", metavar="S", help="Time between recorded points.")
+@click.option(
+    "--set",
+    "assignments",
+    multiple=True,
+    metavar="NAME=VALUE",
+    help="Start value of a variable of the FMU; may be repeated.",
+)
+@click.option("--output", "outputs", multiple=True, metavar="NAME", help="Record only this one.")
+@click.option("--tol", metavar="R", help="Tolerance given to the FMU.")
+@_path_option("--input", "FILE.csv", "Inputs over time: a column time, and one for each input.")
+@_path_option("--out", "FILE.csv", "Write what was recorded.")
+@force_option
+@json_option
+def fmu_run(fmu_file: Path, out: Path | None, force: bool, as_json: bool, **given: Any) -> None:
+    """Run an FMU for co-simulation through fmpy; print its last values or write all."""
+    from .fmu_run import check_run_path, run_fmu, save_fmu_run
+    from .report import Progress, print_list
+
+    if out is not None:
+        check_run_path(out, force=force)
+    with Progress("FMU") as progress:
+        run = run_fmu(
+            fmu_file,
+            t_end=given["t_end"],
+            output_interval=given["output_interval"],
+            start_values=_assigned("--set", given["assignments"], "F=60"),
+            outputs=given["outputs"] or None,
+            input_csv=given["input"],
+            tol=None if given["tol"] is None else parse_number("tol", given["tol"], "tol > 0"),
+            progress=progress,
+        )
+    if out is not None:
+        save_fmu_run(run, out, force=force)
+        _say(f"wrote {out}")
+    last = {name: column[-1].item() for name, column in run.columns.items()}
+    if as_json:
+        _print_json({"model": run.model, "fmi_version": run.fmi_version, "final": last})
+    elif out is None:
+        rows = [(name, f"{value:.10g} {run.units.get(name, '')}") for name, value in last.items()]
+        print_list(f"{run.model}, FMI {run.fmi_version}: last values", rows)

@@ -8,195 +8,22 @@ import tempfile
 from collections.abc import Iterator, Sequence
 from contextlib import ExitStack
 from pathlib import Path
-from typing import Any, Final, NamedTuple
+from typing import Final
 
 import numpy as np
-from numpy.typing import NDArray
 
 from .core.columns import COLUMNS
 from .core.errors import Cancelled, ComputationError
-from .core.hermite import segment_between
 from .core.methods import Problem
-from .core.model import Mode, State
-from .core.parameters import unknown_name
 from .core.trajectory import Trajectory
 from .core.transient import Progress, Recorder, Samples, Transient
-from .fmu_instance import Messages, extracted, instantiated, interrupts_deferred
+from .fmu_instance import extracted, instantiated, interrupts_deferred
+from .fmu_master import Master, Point, Slave
 
-# Communication step, if none is given, and interval of interpolation in √(m/stiffness).
+# Communication step, if none is given, in √(m/stiffness).
 _STEP: Final = 0.05
-_RESOLUTION: Final = 0.06
 _MAX_STEPS: Final = 20_000_000
 _PROGRESS_EVERY: Final = 128
-_STATES: Final = ("x", "vx", "y", "vy")
-_READ: Final = (*_STATES, "P", "mode", "separations", "reattachments", "last_event")
-
-
-class _Point(NamedTuple):
-    # What the FMU says at a communication point.
-    t: float
-    state: State
-    P: float
-    mode: Mode
-    switches: int
-    last_event: float
-
-
-class _Slave:
-    """The FMU as `integrate_fmu` uses it.
-
-    Parameters
-    ----------
-    instance : FMU2Slave
-        fmpy's instance.
-    messages : Messages
-        What it logs.
-    description : ModelDescription
-        Its variables.
-    """
-
-    def __init__(self, instance: Any, messages: Messages, description: Any) -> None:
-        self._fmu = instance
-        self._messages = messages
-        self._references = {v.name: v.valueReference for v in description.modelVariables}
-        self._read = [self._reference(name) for name in _READ]
-        self.steps = 0
-
-    def _reference(self, name: str) -> int:
-        if name not in self._references:
-            raise unknown_name("FMU variable", name, self._references)
-        reference: int = self._references[name]
-        return reference
-
-    def begin(self, problem: Problem) -> _Point:
-        """Initialize the FMU with a problem."""
-        fmu = self._fmu
-        reals = problem.parameters.as_dict()
-        reals |= {f"{n}_start": value for n, value in zip(_STATES, problem.start, strict=True)}
-        flags = {"separation": problem.separation, "start_static": False}
-        fmu.setupExperiment(tolerance=problem.tol, startTime=0.0, stopTime=problem.t_end)
-        fmu.setReal([self._reference(name) for name in reals], list(reals.values()))
-        fmu.setBoolean([self._reference(name) for name in flags], list(flags.values()))
-        fmu.enterInitializationMode()
-        fmu.exitInitializationMode()
-        return self._point(0.0)
-
-    def step(self, t: float, target: float) -> _Point:
-        """Take a communication step."""
-        from fmpy.fmi1 import FMICallException
-
-        self.steps += 1
-        try:
-            self._fmu.doStep(t, target - t)
-        except FMICallException:
-            why, _, advice = (self._messages.last or "it says nothing").rpartition("; ")
-            raise ComputationError(
-                f"the FMU stops at t = {t:.6g} s: {why or advice}",
-                advice if why else "check the FMU: fivtui fmu check",
-            ) from None
-        return self._point(target)
-
-    def _point(self, t: float) -> _Point:
-        x, vx, y, vy, force, mode, separations, reattachments, last = self._fmu.getReal(self._read)
-        switches = int(separations) + int(reattachments)
-        return _Point(t, (x, vx, y, vy), force, Mode(int(mode)), switches, last)
-
-    def save(self) -> Any:
-        """The FMU's state; to be given to `free`."""
-        return self._fmu.getFMUstate()
-
-    def restore(self, saved: Any) -> None:
-        """Go back to a state."""
-        self._fmu.setFMUstate(saved)
-
-    def free(self, saved: Any) -> None:
-        """Let a state go."""
-        self._fmu.freeFMUstate(saved)
-
-    def end(self) -> None:
-        """Terminate the run."""
-        self._fmu.terminate()
-
-
-class _Master:
-    # Drives the FMU, and makes segments of what it says: between communication points, switches
-    # included, whose times and states are its own.
-
-    def __init__(self, slave: _Slave, problem: Problem, recorder: Recorder) -> None:
-        self._slave = slave
-        self._problem = problem
-        self._recorder = recorder
-        self.point = slave.begin(problem)
-
-    def move_to(self, target: float) -> None:
-        """Take one communication step."""
-        saved = self._slave.save()
-        try:
-            self.point = self._cover(saved, self.point, target)
-        finally:
-            self._slave.free(saved)
-
-    def _cover(self, saved: Any, first: _Point, target: float) -> _Point:
-        slave = self._slave
-        last = slave.step(first.t, target)
-        switches = last.switches - first.switches
-        if switches > 1 or last.t - first.t > self._resolution(first, last):
-            self._look_inside(saved, first, last)
-            return last
-        if switches == 0 or last.last_event >= last.t:
-            self._include(first, last, switches=switches == 1)
-            return last
-        after = slave.save()
-        try:
-            slave.restore(saved)
-            switch = slave.step(first.t, last.last_event)
-            slave.restore(after)
-        finally:
-            slave.free(after)
-        self._include(first, switch, switches=True)
-        self._include(switch._replace(mode=last.mode), last, switches=False)
-        return last
-
-    def _look_inside(self, saved: Any, first: _Point, last: _Point) -> None:
-        # The result does not depend on the communication step, so both halves meet in `last`.
-        slave = self._slave
-        middle = 0.5 * (first.t + last.t)
-        if not first.t < middle < last.t:
-            raise ComputationError(
-                f"the motion at t = {first.t:.17g} s changes faster than the spacing of time",
-                "use a less stiff contact or the taylor method",
-            )
-        after = slave.save()
-        try:
-            slave.restore(saved)
-            half = self._cover(saved, first, middle)
-            saved_half = slave.save()
-            try:
-                self._cover(saved_half, half, last.t)
-            finally:
-                slave.free(saved_half)
-            slave.restore(after)
-        finally:
-            slave.free(after)
-
-    def _resolution(self, first: _Point, last: _Point) -> float:
-        # The longest interval over which interpolation is as good as the peaks are to be, s.
-        p = self._problem.parameters
-        stiffness = p.k1 + p.k2 + p.k3
-        if Mode.CONTACT in (first.mode, last.mode):
-            stiffness += 3.0 * p.k_nl * max(first.state[2] ** 2, last.state[2] ** 2)
-        return _RESOLUTION * math.sqrt(p.m / stiffness)
-
-    def _include(self, first: _Point, last: _Point, *, switches: bool) -> None:
-        self._recorder.include(
-            segment_between(
-                self._problem.parameters,
-                first.mode,
-                (first.t, last.t),
-                (first.state, last.state),
-                switches=switches,
-            )
-        )
 
 
 def integrate_fmu(
@@ -243,12 +70,10 @@ def integrate_fmu(
             f"{problem.t_end / step:.3g} communication steps of {step:g} s are needed",
             "use a larger step or a shorter horizon",
         )
-    # The recorder checks the samples before any work.
-    recorder = Recorder(problem, samples)
-    times = None
+    # A recorder checks the sample times before any work, but those are not interpolated here.
+    recorder, times = Recorder(problem, samples), list[float]()
     if not isinstance(samples, str):
-        times = np.atleast_1d(np.asarray(samples, dtype=float))
-        recorder = Recorder(problem)
+        recorder, times = Recorder(problem), np.atleast_1d(np.asarray(samples, float)).tolist()
     with ExitStack() as stack:
         check_interrupt = stack.enter_context(interrupts_deferred())
         if fmu is None:
@@ -258,30 +83,28 @@ def integrate_fmu(
             fmu = build_fmu(Path(folder) / "slider_belt.fmu")
         file = stack.enter_context(extracted(fmu))
         instance, messages = stack.enter_context(instantiated(file))
-        slave = _Slave(instance, messages, file.description)
-        master = _Master(slave, problem, recorder)
-        kept = [master.point] if times is not None and times[0] == 0.0 else []
-        wanted = frozenset(() if times is None else times.tolist())
-        points = _communication_points(problem.t_end, step, () if times is None else times.tolist())
-        for count, t in enumerate(points):
-            if (
-                count % _PROGRESS_EVERY == 0
-                and progress
-                and not progress(recorder.t / problem.t_end)
-            ):
-                raise Cancelled
+        report = progress or (lambda _fraction: True)
+
+        def before_step() -> None:
             check_interrupt()
+            if slave.steps % _PROGRESS_EVERY == 1 and not report(recorder.t / problem.t_end):
+                raise Cancelled
+
+        slave = Slave(instance, messages, file.description, before_step)
+        master = Master(slave, problem, recorder)
+        kept = [master.point] if times and times[0] == 0.0 else []
+        wanted = frozenset(times)
+        for t in _communication_points(problem.t_end, step, times):
             master.move_to(t)
             if t in wanted:
                 kept.append(master.point)
         slave.end()
-    if progress:
-        progress(1.0)
+    report(1.0)
     result = recorder.result("fmu")
     return dataclasses.replace(
         result,
         stats=dataclasses.replace(result.stats, steps=slave.steps),
-        trajectory=None if times is None else _trajectory(kept, times),
+        trajectory=_trajectory(kept, times) if times else None,
     )
 
 
@@ -297,7 +120,7 @@ def _communication_points(t_end: float, step: float, samples: Sequence[float]) -
             last = t
 
 
-def _trajectory(points: Sequence[_Point], times: NDArray[np.float64]) -> Trajectory:
+def _trajectory(points: Sequence[Point], times: Sequence[float]) -> Trajectory:
     # One row for each time asked for, also where a time was asked for twice.
     rows = np.array([(p.t, *p.state, p.P, p.mode) for p in points])[
         np.searchsorted([p.t for p in points], times)

@@ -24,6 +24,8 @@ _FATAL: Final = 4
 _KEPT_MESSAGES: Final = 20
 _DESCRIPTION: Final = "modelDescription.xml"
 
+# Held while Python FMUs are imported, which changes tables that all threads share.
+importing: Final = threading.Lock()
 _identifiers = itertools.count(1)
 _listeners: dict[int, "Messages"] = {}
 
@@ -162,16 +164,10 @@ def instantiated(fmu: FmuFile) -> Iterator[tuple[Any, Messages]]:
     make = _maker(fmu)
     identifier, messages = next(_identifiers), Messages()
     _listeners[identifier] = messages
-    path, directory = sys.path[:], Path.cwd()
     instance, fatal = None, False
     try:
-        try:
-            instance = make(identifier, messages)
-        except Exception as error:  # noqa: BLE001
-            why = messages.last or " ".join(str(error).split())
-            raise ComputationError(
-                f"{fmu.path}: the FMU cannot be instantiated: {why}", "check it: fivtui fmu check"
-            ) from None
+        with importing, _process_restored():
+            instance = _made(fmu, lambda: make(identifier, messages), messages)
         yield instance, messages
     except Exception as error:
         causes = (error, error.__context__)
@@ -182,8 +178,27 @@ def instantiated(fmu: FmuFile) -> Iterator[tuple[Any, Messages]]:
             with suppress(Exception):
                 instance.freeInstance()
         del _listeners[identifier]
+
+
+@contextmanager
+def _process_restored() -> Iterator[None]:
+    # The wrapper of a Python FMU extends the module path; fmpy changes the working directory.
+    path, directory = sys.path[:], Path.cwd()
+    try:
+        yield
+    finally:
         sys.path[:] = path
         os.chdir(directory)
+
+
+def _made(fmu: FmuFile, make: Callable[[], Any], messages: Messages) -> Any:
+    try:
+        return make()
+    except Exception as error:  # noqa: BLE001
+        why = messages.last or " ".join(str(error).split())
+        raise ComputationError(
+            f"{fmu.path}: the FMU cannot be instantiated: {why}", "check it: fivtui fmu check"
+        ) from None
 
 
 def _maker(fmu: FmuFile) -> Callable[[int, Messages], Any]:

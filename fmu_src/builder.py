@@ -2,7 +2,6 @@
 
 import sys
 import tempfile
-import threading
 import zipfile
 from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
@@ -10,6 +9,7 @@ from pathlib import Path
 from typing import BinaryIO, Final
 
 from fivtui.files import check_output, check_suffix, write_atomically
+from fivtui.fmu_instance import importing
 
 from .bundle import Bundle
 from .description import completed
@@ -24,8 +24,6 @@ _OPTIONS: Final = {
     "canGetAndSetFMUstate": True,
     "canSerializeFMUstate": True,
 }
-# pythonfmu imports the slave in this process, which changes tables that all threads share.
-_importing: Final = threading.Lock()
 
 
 def build_fmu(path: str | Path, *, force: bool = False) -> Path:
@@ -71,7 +69,7 @@ def _exported(folder: Path) -> dict[str, bytes]:
         file = sources / name
         file.parent.mkdir(parents=True, exist_ok=True)
         file.write_text(text, encoding="utf-8", newline="\n")
-    with _importing, _imports_restored(bundle):
+    with importing, _imports_restored(bundle):
         exported = FmuBuilder.build_FMU(
             sources / f"{bundle.entry}.py",
             dest=folder / f"exported{SUFFIX}",

@@ -23,7 +23,16 @@ _MODULES: Final = {
         "segment",
         "taylor",
     ),
-    "fmu_src": ("memory", "motion", "slave", "variables"),
+    "fmu_src": (
+        "experiment",
+        "guard",
+        "memory",
+        "motion",
+        "settings",
+        "slave",
+        "variable",
+        "variables",
+    ),
 }
 _ENTRY: Final = ("fmu_src", "entry")
 _IMPORT: Final = re.compile(r"^from (?=(?:fivtui|fmu_src)[. ])", re.MULTILINE)

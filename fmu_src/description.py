@@ -8,7 +8,8 @@ from typing import Final
 from xml.etree import ElementTree as ET
 
 from .units import base_exponents, display_units
-from .variables import REFERENCES, VARIABLES, Role, Type, Variable
+from .variable import Role, Type, Variable
+from .variables import REFERENCES, VARIABLES
 
 # An FMU of the same content is the same file, whenever it is built.
 _TIMESTAMP: Final = "1980-01-01T00:00:00Z"
@@ -77,7 +78,7 @@ def _complete_variable(element: ET.Element, variable: Variable) -> None:
             element.set(name, number(bound))
     if variable.nominal is not None:
         element.set("nominal", repr(variable.nominal))
-    if variable.role in (Role.PARAMETER, Role.INPUT):
+    if variable.settable:
         boolean = variable.type is Type.BOOLEAN
         element.set("start", str(variable.start).lower() if boolean else repr(variable.start))
 

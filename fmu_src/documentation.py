@@ -5,7 +5,8 @@ from importlib.metadata import distribution
 from pathlib import Path
 from typing import Final
 
-from .variables import VARIABLES, Role
+from .variable import Role
+from .variables import VARIABLES
 
 _TITLES: Final = {
     Role.PARAMETER: "Parameters, fixed once the run has begun",

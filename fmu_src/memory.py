@@ -11,6 +11,7 @@ from fivtui.core.model import Mode
 from fivtui.core.segment import Segment
 from fivtui.core.taylor import Instant
 
+from .experiment import Experiment
 from .motion import Moment
 
 # A state belongs to one build of the FMU: the package it is bundled in is named by its content.
@@ -33,12 +34,8 @@ class Memory(NamedTuple):
     ----------
     phase : Phase
         Where it is in the calling sequence.
-    configured : bool
-        Whether the experiment has been set up.
-    tol : float
-        Relative error to aim at.
-    start_time, stop_time : float
-        Of the experiment, s; the stop time is infinite if it is not defined.
+    experiment : Experiment or None
+        Times and tolerance; None before they are set up.
     values : tuple of float or bool
         Values of all variables in the order of their value references.
     moment : Moment or None
@@ -46,10 +43,7 @@ class Memory(NamedTuple):
     """
 
     phase: Phase
-    configured: bool
-    tol: float
-    start_time: float
-    stop_time: float
+    experiment: Experiment | None
     values: tuple[float | bool, ...]
     moment: Moment | None
 
@@ -102,11 +96,12 @@ def from_bytes(data: bytes) -> Memory:
     content = json.loads(text)
     if content.pop("build") != _BUILD:
         raise InputError("the serialised FMU state comes from another build of this FMU")
-    moment = content.pop("moment")
+    moment, experiment = content.pop("moment"), content["experiment"]
     return Memory(
         **{
             **content,
             "phase": Phase(content["phase"]),
+            "experiment": None if experiment is None else Experiment(*experiment),
             "values": tuple(content["values"]),
             "moment": None if moment is None else _moment(moment),
         }

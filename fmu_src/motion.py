@@ -152,11 +152,20 @@ class Motion:
                 state = segment.final if segment.end == t else None
                 moment = _counted(moment, following.mode, segment.end)
             segment = following
-        self.moment = moment._replace(
-            t=t,
-            state=segment.state(t) if state is None else state,
-            instant=self._stepper.instant,
-            segment=segment,
+            moment = moment._replace(instant=self._stepper.instant, segment=segment)
+        # Most communication steps come here at once; _replace would take as long as the rest.
+        _, _, mode, F, mu, separations, reattachments, last_event, instant, _ = moment
+        self.moment = Moment(
+            t,
+            segment.state(t) if state is None else state,
+            mode,
+            F,
+            mu,
+            separations,
+            reattachments,
+            last_event,
+            instant,
+            segment,
         )
 
 

@@ -2,13 +2,13 @@
 
 import math
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
-from enum import StrEnum
 from typing import Final
 
 from fivtui.core.columns import COLUMNS
 from fivtui.core.errors import InputError
-from fivtui.core.parameters import PARAMETERS, parse_number
+from fivtui.core.parameters import PARAMETERS
+
+from .variable import Role, Type, Variable
 
 # Parameters of the model that may change at every communication point.
 INPUTS: Final = ("F", "mu")
@@ -16,94 +16,6 @@ STATES: Final = ("x", "vx", "y", "vy")
 # What an equilibrium under μ = 0 depends on.
 _EQUILIBRIUM: Final = ("k1", "k2", "k3", "k_nl", "F", "separation")
 _DIMENSIONLESS: Final = "1"
-
-
-class Type(StrEnum):
-    """FMI type of a variable."""
-
-    REAL = "Real"
-    INTEGER = "Integer"
-    BOOLEAN = "Boolean"
-
-
-class Role(StrEnum):
-    """What a variable is for; the value is its FMI causality."""
-
-    PARAMETER = "parameter"
-    INPUT = "input"
-    OUTPUT = "output"
-    LOCAL = "local"
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
-class Variable:
-    """One variable of the FMU.
-
-    Attributes
-    ----------
-    name : str
-        Name in the model description.
-    type : Type
-        FMI type.
-    role : Role
-        Parameter (fixed), input, output or local.
-    meaning : str
-        One phrase.
-    unit : str
-        SI unit, "1" if dimensionless, empty if the type has no units.
-    start : float or bool
-        Value before any is set; of outputs, before the motion begins.
-    lower, upper : float
-        Bounds of the allowed range, infinite where there is none.
-    allowed : str
-        The allowed range in words; empty for what cannot be set.
-    nominal : float or None
-        Typical size.
-    discrete : bool
-        Whether it changes at switches only.
-    depends_on : tuple of str
-        Inputs it depends on directly, at a communication point.
-    starts_from : tuple of str
-        Parameters and inputs that its initial value depends on.
-    """
-
-    name: str
-    type: Type
-    role: Role
-    meaning: str
-    unit: str = ""
-    start: float | bool = 0.0
-    lower: float = -math.inf
-    upper: float = math.inf
-    allowed: str = ""
-    nominal: float | None = None
-    discrete: bool = False
-    depends_on: tuple[str, ...] = ()
-    starts_from: tuple[str, ...] = ()
-
-    def check(self, value: object) -> float | bool:
-        """Return a value that may be set.
-
-        Parameters
-        ----------
-        value : object
-            The value given.
-
-        Returns
-        -------
-        float or bool
-            The checked value.
-
-        Raises
-        ------
-        InputError
-            If it is not a number, not finite or out of bounds.
-        """
-        if self.name in PARAMETERS:
-            return PARAMETERS[self.name].check(value)
-        if self.type is Type.BOOLEAN:
-            return bool(value)
-        return parse_number(self.name, value, self.allowed)
 
 
 def _parameters() -> list[Variable]:
@@ -292,7 +204,7 @@ def check_settable(reference: int, kind: Type, value: object) -> float | bool:
     if not 0 <= reference < len(VARIABLES):
         raise InputError(f"value reference {reference}: allowed is 0 to {len(VARIABLES) - 1}")
     variable = VARIABLES[reference]
-    if variable.role in (Role.OUTPUT, Role.LOCAL):
+    if not variable.settable:
         raise InputError(f"{variable.name} is an output and cannot be set")
     if variable.type is not kind:
         raise InputError(f"{variable.name} is of type {variable.type}, not {kind}")

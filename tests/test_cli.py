@@ -184,6 +184,25 @@ def test_a_computation_that_cannot_finish_says_when_and_why_and_ends_with_3() ->
     assert done.stderr.count("\n") == 1
 
 
+def test_an_unexpected_error_is_one_line_without_a_traceback() -> None:
+    code = (
+        "import fivtui.presets, sys\n"
+        "from fivtui.cli import main\n"
+        "del fivtui.presets.PRESETS\n"
+        "main(['presets'])\n"
+    )
+    done = subprocess.run(
+        [sys.executable, "-c", code],
+        env=os.environ | {"PYTHONPATH": str(ROOT)},
+        capture_output=True,
+        text=True,
+        check=False,
+    )
+    assert done.returncode == 3
+    assert done.stderr.startswith("fivtui: unexpected ImportError")
+    assert done.stderr.count("\n") == 1
+
+
 def test_force_replaces_an_output(tmp_path: Path) -> None:
     (tmp_path / "run.csv").write_text("old")
     done = fivtui("simulate", "--t-end", "1", "--out", "run.csv", "--force", cwd=tmp_path)

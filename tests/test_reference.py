@@ -88,7 +88,7 @@ def test_parameter_sets_advanced_together_are_those_advanced_alone() -> None:
         assert together.contact[column] == integrator.contact[0]
 
 
-@settings(max_examples=25, deadline=None)
+@settings(max_examples=25)
 @given(moderate_parameters(), states())
 def test_random_scenes_agree_with_taylor(p: Parameters, start: State) -> None:
     step = 0.004

@@ -83,7 +83,7 @@ def crossings_by_scan(p: Parameters, highest: float) -> list[float]:
     return found
 
 
-@settings(max_examples=60, deadline=None)
+@settings(max_examples=60)
 @given(moderate_parameters())
 def test_the_closed_form_finds_every_crossing_of_an_eigenvalue_scan(p: Parameters) -> None:
     assume(p.c1 + p.c2 > 0.05)
@@ -96,7 +96,7 @@ def test_the_closed_form_finds_every_crossing_of_an_eigenvalue_scan(p: Parameter
         assert len(closed) == len(scanned)
 
 
-@settings(max_examples=200, deadline=None)
+@settings(max_examples=200)
 @given(wide_parameters(damped_and_coupled=True))
 def test_the_growth_rate_vanishes_at_a_critical_friction_coefficient(p: Parameters) -> None:
     for critical in stability(p).critical_mu:
@@ -106,7 +106,7 @@ def test_the_growth_rate_vanishes_at_a_critical_friction_coefficient(p: Paramete
         assert abs(verdict.growth_rate) < 1e-5 * size
 
 
-@settings(max_examples=300, deadline=None)
+@settings(max_examples=300)
 @given(wide_parameters(damped_and_coupled=True))
 def test_along_mu_the_equilibrium_is_stable_below_the_crossing_and_unstable_above(
     p: Parameters,

@@ -85,7 +85,7 @@ def test_the_error_falls_with_the_tolerance(order: int) -> None:
     assert errors[0] > 30.0 * errors[1] > 900.0 * errors[2]
 
 
-@settings(max_examples=60, deadline=None)
+@settings(max_examples=60)
 @given(moderate_parameters(), states(), st.booleans())
 def test_segments_join_and_keep_to_their_mode(
     p: Parameters, start: State, separation: bool
@@ -108,7 +108,7 @@ def test_segments_join_and_keep_to_their_mode(
         for part in np.linspace(0.02, 0.98, 25):
             y = evaluate(segment.y, float(part))
             beyond = y if segment.mode is Mode.CONTACT else -y
-            assert not separation or beyond <= 1e-13 * size
+            assert not separation or beyond <= 1e-13 * size + 1e-25
         assert segment.final[2] == 0.0 or not segment.switches
         state, end, switched = segment.final, segment.end, segment.switches
         mode, remainder = segment.mode, 0.0

@@ -40,7 +40,7 @@ def test_every_method_gives_the_same_transient(
     assert other.steady.y_half_range == pytest.approx(exact.steady.y_half_range, abs=expected)
 
 
-@settings(max_examples=40, deadline=None)
+@settings(max_examples=40)
 @given(moderate_parameters(), states(), st.floats(0.5, 8.0))
 def test_extremes_bound_a_dense_sampling_and_are_attained(
     p: Parameters, start: State, t_end: float
@@ -62,6 +62,15 @@ def test_extremes_bound_a_dense_sampling_and_are_attained(
     assert 0.5 * np.ptp(half) <= result.steady.y_half_range + size
     assert motion.P.max() <= result.contact_force.max * (1.0 + 1e-12) + size
     assert result.contact_force.min >= 0.0
+
+
+@pytest.mark.parametrize("method", METHODS)
+def test_a_horizon_inside_a_step_cuts_it(method: str) -> None:
+    exact = simulate(Parameters(), t_end=3.01)
+    run = simulate(Parameters(), t_end=3.01, tol=1e-8, method=method)
+    assert run.final.t == 3.01
+    assert run.final.y == pytest.approx(exact.final.y, abs=1e-4)
+    assert run.steady.y_half_range == pytest.approx(exact.steady.y_half_range, abs=1e-4)
 
 
 def test_samples_are_the_dense_solution_at_those_times() -> None:

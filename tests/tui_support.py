@@ -11,7 +11,7 @@ from textual.widgets import Input
 from fivtui.tui.app import FivtuiApp
 from fivtui.tui.form import FieldRow
 
-PATIENCE_S: Final = 30.0
+PATIENCE_S: Final = 20.0
 ENDLESS: Final = "1e6"
 
 
@@ -38,6 +38,12 @@ async def until(pilot: Pilot[None], holds: Callable[[], bool]) -> None:
 async def until_shown(pilot: Pilot[None], words: str) -> None:
     """Wait until the screen shows some words."""
     await until(pilot, lambda: words in flat_text_of(pilot))
+
+
+async def until_told(pilot: Pilot[None], words: str) -> None:
+    """Wait until a notification says some words; on the screen its lines are wrapped."""
+    await until(pilot, lambda: any(words in n.message for n in pilot.app._notifications))
+    await until_shown(pilot, words.split(maxsplit=1)[0])
 
 
 def app_of(pilot: Pilot[None]) -> FivtuiApp:

@@ -102,7 +102,7 @@ class ScipyStepper:
         ComputationError
             If the solver fails, the motion overflows, or switches stop advancing time.
         """
-        solver, start = self._solver, self._solver.t
+        solver, start = self._solver, float(self._solver.t)
         try:
             with np.errstate(over="ignore", invalid="ignore"):
                 message = solver.step()
@@ -113,7 +113,7 @@ class ScipyStepper:
         if not np.abs(solver.y).max() < _LARGEST:
             raise self._failure(start, "the motion grows out of the range of numbers")
         dense = solver.dense_output()
-        end, mode = solver.t, self._mode
+        end, mode = float(solver.t), self._mode
         x, y = self._polynomials(dense(start + (end - start) * self._nodes))
         final = _state(solver.y)
         root = self._first_root(y, final[2]) if self._separation else None

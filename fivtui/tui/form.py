@@ -25,8 +25,8 @@ class TextEditor(Input):
         Binding("shift+down,ctrl+down", "nudge(-1, True)", "Slightly less", show=False),
     ]
 
-    def __init__(self, field: Field) -> None:
-        super().__init__(field.default, compact=True, placeholder=field.when_empty)
+    def __init__(self, field: Field, text: str) -> None:
+        super().__init__(text, compact=True, placeholder=field.when_empty)
         self._field = field
 
     def action_nudge(self, direction: int, fine: bool = False) -> None:
@@ -54,11 +54,11 @@ class TextEditor(Input):
 class ChoiceEditor(Select[str]):
     """Edits a field of which the texts are known."""
 
-    def __init__(self, field: Field) -> None:
+    def __init__(self, field: Field, text: str) -> None:
         choices = field.choices or {}
         super().__init__(
             [(name, name) for name in choices],
-            value=field.default,
+            value=text,
             allow_blank=False,
             compact=True,
         )
@@ -79,8 +79,8 @@ class ChoiceEditor(Select[str]):
 class SeparationEditor(Checkbox):
     """Whether separation is considered or ignored, said in words beside the mark."""
 
-    def __init__(self, field: Field) -> None:
-        super().__init__(CONSIDERED, value=True, compact=True)
+    def __init__(self, field: Field, text: str) -> None:
+        super().__init__(text, value=text == CONSIDERED, compact=True)
         self._field = field
 
     @on(Checkbox.Changed)
@@ -98,12 +98,12 @@ class SeparationEditor(Checkbox):
 
 Editor = TextEditor | ChoiceEditor | SeparationEditor
 
-_EDITORS: Final[Mapping[str, Callable[[Field], Editor]]] = {"separation": SeparationEditor}
+_EDITORS: Final[Mapping[str, Callable[[Field, str], Editor]]] = {"separation": SeparationEditor}
 
 
-def _editor(field: Field) -> Editor:
+def _editor(field: Field, text: str) -> Editor:
     usual = TextEditor if field.choices is None else ChoiceEditor
-    return _EDITORS.get(field.name, usual)(field)
+    return _EDITORS.get(field.name, usual)(field, text)
 
 
 class FieldRow(Vertical):
@@ -113,12 +113,14 @@ class FieldRow(Vertical):
     ----------
     field : Field
         The field.
+    text : str
+        Its text.
     """
 
-    def __init__(self, field: Field) -> None:
+    def __init__(self, field: Field, text: str) -> None:
         super().__init__(id=f"row-{field.name}")
         self.field = field
-        self._editor = _editor(field)
+        self._editor = _editor(field, text)
 
     def compose(self) -> ComposeResult:
         """The parts of the row."""
@@ -172,7 +174,17 @@ class NudgeButton(Button):
 
 
 class Form(Vertical):
-    """All fields under their headings, and a hint about the one in focus."""
+    """All fields under their headings, and a hint about the one in focus.
+
+    Parameters
+    ----------
+    texts : mapping of str to str
+        Texts of the fields to begin with, by name.
+    """
+
+    def __init__(self, texts: Mapping[str, str]) -> None:
+        super().__init__(id="form")
+        self._texts = texts
 
     def compose(self) -> ComposeResult:
         """The rows by groups, and the hint."""
@@ -180,7 +192,7 @@ class Form(Vertical):
         with VerticalScroll(id="fields", can_focus=False):
             for group, fields in groupby(FIELDS.values(), key=lambda field: field.group):
                 yield Label(group, classes="heading")
-                yield from map(FieldRow, fields)
+                yield from (FieldRow(field, self._texts[field.name]) for field in fields)
         yield Static("", id="hint", markup=False)
 
     def show(self, title: str, texts: Mapping[str, str], errors: Mapping[str, str]) -> None:

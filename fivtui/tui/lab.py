@@ -70,7 +70,7 @@ class LabScreen(Screen[None]):
     def compose(self) -> ComposeResult:
         """Form at the left, verdict and tabs at the right."""
         with Horizontal(id="bench"):
-            yield Form(id="form")
+            yield Form(self.session.texts)
             with Vertical(id="results"):
                 yield VerdictView(id="verdict")
                 with TabbedContent(id="tabs"):

@@ -4,12 +4,16 @@ import math
 from collections.abc import Sequence
 from typing import ClassVar, Final
 
+from textual.app import ComposeResult
 from textual.binding import Binding, BindingType
+from textual.containers import Grid
 from textual.geometry import Size
+from textual.strip import Strip
 from textual.widgets import Static
 from textual_hires_canvas import Canvas, HiResMode
 from textual_plot import LegendLocation, PlotWidget
 from textual_plot.axis_formatter import NumericAxisFormatter
+from textual_plot.plot_widget import Legend
 
 from .messages import WindowReset
 from .plot_data import (
@@ -57,6 +61,18 @@ class RoundTicks(NumericAxisFormatter):
         return [*labels[:-1], f"{labels[-1]}{self._unit}"] if labels else []
 
 
+class StyledCanvas(Canvas):
+    """A canvas of which every line has a style, also before it knows its size.
+
+    Textual's filter for NO_COLOR cannot take lines without.
+    """
+
+    def render_line(self, y: int) -> Strip:
+        """A line of the canvas, blank if there is none yet."""
+        strip = super().render_line(y)
+        return strip if strip.cell_length else Strip.blank(self.size.width, self.rich_style)
+
+
 class TimePlot(PlotWidget):
     """A signal over time, reduced to what its columns can show.
 
@@ -89,6 +105,13 @@ class TimePlot(PlotWidget):
         self._ticks_x, self._ticks_y = RoundTicks(" s"), RoundTicks()
         self.set_x_formatter(self._ticks_x)
         self.set_y_formatter(self._ticks_y)
+
+    def compose(self) -> ComposeResult:
+        """The parts that the base class has, on canvases of our own."""
+        with Grid():
+            for part in ("margin-top", "margin-left", "plot", "margin-bottom"):
+                yield StyledCanvas(1, 1, id=part)
+        yield Legend(id="legend")
 
     @property
     def plot_size(self) -> Size:

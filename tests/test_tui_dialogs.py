@@ -1,0 +1,232 @@
+from collections.abc import AsyncIterator
+from pathlib import Path
+
+import pytest
+from textual.pilot import Pilot
+from textual.widgets import Input
+
+from fivtui.core.trajectory import COLUMNS
+from fivtui.results import load_trajectory
+from fivtui.scene import load_scene
+from fivtui.tui.app import FivtuiApp
+from tests.tui_support import (
+    ENDLESS,
+    app_of,
+    flat_text_of,
+    focus,
+    run_to_end,
+    text_of,
+    type_into,
+    until,
+    until_shown,
+    until_told,
+)
+
+USUAL = (100, 30)
+
+
+@pytest.fixture
+async def pilot(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> AsyncIterator[Pilot[None]]:
+    monkeypatch.chdir(tmp_path)
+    async with FivtuiApp().run_test(size=USUAL, notifications=True) as started:
+        await started.pause()
+        yield started
+
+
+async def answer(pilot: Pilot[None], path: Path | str) -> None:
+    await until(pilot, lambda: bool(pilot.app.screen.query("#path")))
+    pilot.app.screen.query_one("#path", Input).value = str(path)
+    await pilot.pause()
+    await pilot.press("enter")
+
+
+async def palette(pilot: Pilot[None], words: str) -> None:
+    await pilot.press("ctrl+p")
+    await until(pilot, lambda: bool(pilot.app.screen.query("CommandInput")))
+    await pilot.press(*({" ": "space"}.get(c, c) for c in words))
+
+
+async def test_data_are_exported_under_the_proposed_name(
+    pilot: Pilot[None], tmp_path: Path
+) -> None:
+    await run_to_end(pilot)
+    await pilot.press("f7")
+    await until_shown(pilot, "Write the data of run 1")
+    assert "base-1.csv" in text_of(pilot)
+    await pilot.press("enter")
+    await until_told(pilot, "data written to base-1.csv")
+    trajectory = load_trajectory(tmp_path / "base-1.csv")
+    assert trajectory.t.size == 10_001
+    assert len(COLUMNS) == 7
+
+
+async def test_a_figure_is_exported_and_logged(pilot: Pilot[None], tmp_path: Path) -> None:
+    await run_to_end(pilot)
+    await pilot.press("f6")
+    await answer(pilot, tmp_path / "run.png")
+    await until_told(pilot, "figure written to")
+    assert (tmp_path / "run.png").read_bytes().startswith(b"\x89PNG")
+
+
+async def test_a_file_that_exists_is_overwritten_only_when_asked_twice(
+    pilot: Pilot[None], tmp_path: Path
+) -> None:
+    path = tmp_path / "a.csv"
+    path.write_text("mine")
+    await run_to_end(pilot)
+    await pilot.press("f7")
+    await answer(pilot, "a.csv")
+    await until_shown(pilot, "a.csv exists. Overwrite it?")
+    assert path.read_text() == "mine"
+    await pilot.press("enter")
+    await until_told(pilot, "data written to")
+    assert load_trajectory(path).t.size == 10_001
+
+
+async def test_another_name_takes_the_question_back(pilot: Pilot[None], tmp_path: Path) -> None:
+    for name in ("a.csv", "b.csv"):
+        (tmp_path / name).write_text("mine")
+    await run_to_end(pilot)
+    await pilot.press("f7")
+    await answer(pilot, "a.csv")
+    await until_shown(pilot, "a.csv exists. Overwrite it?")
+    await answer(pilot, "b.csv")
+    await until_shown(pilot, "b.csv exists. Overwrite it?")
+    await pilot.press("escape")
+    await until(pilot, lambda: not pilot.app.screen.query("#path"))
+    assert (tmp_path / "a.csv").read_text() == (tmp_path / "b.csv").read_text() == "mine"
+
+
+@pytest.mark.parametrize(
+    ("path", "words"),
+    [
+        ("a.doc", "suffix of a trajectory file must be one of"),
+        ("missing/a.csv", "there is no folder"),
+        (".", "suffix"),
+        ("", "the path is empty"),
+    ],
+)
+async def test_a_path_that_will_not_do_is_explained_in_the_dialog(
+    pilot: Pilot[None], path: str, words: str
+) -> None:
+    await run_to_end(pilot)
+    await pilot.press("f7")
+    await answer(pilot, path)
+    await until_shown(pilot, words)
+    assert pilot.app.screen.query("#path")
+
+
+async def test_a_failing_export_is_a_notification(
+    pilot: Pilot[None], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def broken(*_: object, **__: object) -> str:
+        raise MemoryError("too large")
+
+    await run_to_end(pilot)
+    monkeypatch.setattr("fivtui.tui.file_desk.write_export", broken)
+    await pilot.press("f7")
+    await answer(pilot, "a.csv")
+    await until_told(pilot, "data: unexpected MemoryError: too large")
+    assert not list(tmp_path.iterdir())
+
+
+async def test_nothing_is_exported_before_there_is_a_result(pilot: Pilot[None]) -> None:
+    await pilot.press("f6", "f7")
+    await pilot.pause()
+    assert not pilot.app.screen.query("#path")
+
+
+async def test_help_tells_about_the_field_in_focus(pilot: Pilot[None]) -> None:
+    await focus(pilot, "k_nl")
+    await pilot.press("f1")
+    await until_shown(pilot, "k_nl: cubic contact stiffness")
+    shown = flat_text_of(pilot)
+    for words in ("symbol k_nl", "unit N/m^3", "0 <= k_nl <= 1e+15 N/m^3", "default 100"):
+        assert words in shown
+    assert "Eq. 1 P = −k2 y − k_nl y³" in shown
+    await pilot.press("escape")
+    await until(pilot, lambda: not pilot.app.screen.query("#dialog"))
+
+
+async def test_help_elsewhere_lists_keys_and_equations(pilot: Pilot[None]) -> None:
+    pilot.app.screen.query_one("#run-button").focus()
+    await pilot.press("f1")
+    await until_shown(pilot, "run, or stop what runs")
+    await pilot.press("q")
+    await until(pilot, lambda: not pilot.app.screen.query("#dialog"))
+
+
+async def test_the_palette_lists_what_applies_now(pilot: Pilot[None]) -> None:
+    await pilot.press("ctrl+p")
+    await until_shown(pilot, "Run the transient")
+    assert "Write the figure" not in text_of(pilot)
+    await pilot.press("escape")
+    await run_to_end(pilot)
+    await pilot.press("ctrl+p")
+    await until_shown(pilot, "Write the figure of run 1")
+
+
+async def test_the_palette_stops_a_run(pilot: Pilot[None]) -> None:
+    await type_into(pilot, "t_end", ENDLESS)
+    await pilot.press("f5")
+    await palette(pilot, "stop")
+    await until_shown(pilot, "Stop the run")
+    await pilot.press("enter")
+    await until(pilot, lambda: app_of(pilot).session.runs.active is None)
+
+
+async def test_a_preset_is_loaded_from_the_palette(pilot: Pilot[None]) -> None:
+    await palette(pilot, "stiff-c")
+    await until_shown(pilot, "Preset stiff-contact")
+    await pilot.press("enter")
+    await until(pilot, lambda: app_of(pilot).session.texts["k_nl"] == "300")
+    assert (await focus(pilot, "k_nl")).value == "300"
+    assert app_of(pilot).session.command_line() == "fivtui simulate stiff-contact"
+
+
+async def test_a_method_is_chosen_from_the_palette(pilot: Pilot[None]) -> None:
+    await palette(pilot, "rk4")
+    await until_shown(pilot, "Method: rk4")
+    await pilot.press("enter")
+    await until(pilot, lambda: app_of(pilot).session.texts["method"] == "rk4")
+    await until_shown(pilot, "method rk4")
+
+
+async def test_the_command_line_is_copied(pilot: Pilot[None]) -> None:
+    await type_into(pilot, "F", "90")
+    await palette(pilot, "copy")
+    await until_shown(pilot, "Copy the command line")
+    await pilot.press("enter")
+    await until(pilot, lambda: pilot.app.clipboard == "fivtui simulate --set F=90")
+    await until_told(pilot, "copied: fivtui simulate --set F=90")
+
+
+async def test_a_scene_is_saved_and_opened_again(pilot: Pilot[None], tmp_path: Path) -> None:
+    await type_into(pilot, "F", "90")
+    await pilot.press("ctrl+s")
+    await until_shown(pilot, "base.toml")
+    await answer(pilot, "mine.toml")
+    await until(pilot, (tmp_path / "mine.toml").is_file)
+    await until(pilot, lambda: app_of(pilot).session.name == "mine")
+    assert load_scene(tmp_path / "mine.toml").parameters.F == 90.0
+    assert "(changed)" not in text_of(pilot)
+    await pilot.press("up")
+    await until_shown(pilot, "mine (changed)")
+    await pilot.press("ctrl+o")
+    await answer(pilot, "mine.toml")
+    await until(pilot, lambda: not app_of(pilot).session.changed)
+
+
+async def test_a_file_that_is_no_scene_is_explained(pilot: Pilot[None], tmp_path: Path) -> None:
+    (tmp_path / "other.toml").write_text("[tool]\n")
+    await pilot.press("ctrl+o")
+    await answer(pilot, "other.toml")
+    await until_shown(pilot, "not a scene")
+    assert app_of(pilot).session.name == "base"
+
+
+async def test_a_wrong_input_is_not_saved(pilot: Pilot[None]) -> None:
+    await type_into(pilot, "F", "x")
+    await pilot.press("ctrl+s")
+    await until_told(pilot, "F = 'x': not a number")
+    assert not pilot.app.screen.query("#path")
