@@ -1,6 +1,7 @@
 """Claims of sections 5.2 and 6: amplitudes with separation considered and ignored."""
 
 import dataclasses
+from collections.abc import Mapping
 from typing import Final
 
 from ..presets import PRESETS
@@ -171,14 +172,16 @@ def _ignoring_separation_underestimates(study: Study) -> Finding:
     "amplitude falls with k_nl",
 )
 def _ignored_falls_with_stiffness(study: Study) -> Finding:
-    lines = [_cases(study, key)[0] for key in ("15", "16")]
-    return Finding(
-        all(falls(line[name]) for line in lines for name in _MEASURES),
-        tuple(
-            quantity
-            for key, line in zip(("15", "16"), lines, strict=True)
-            for quantity in _ends(line, "y_half_range", f"Fig. {key}: ")
-        ),
+    lines = {key: _cases(study, key)[0] for key in ("15", "16")}
+    falling = all(falls(line[name]) for line in lines.values() for name in _MEASURES)
+    return Finding(falling, _ends_of_both(lines))
+
+
+def _ends_of_both(lines: Mapping[str, FigureData]) -> tuple[Quantity, ...]:
+    return tuple(
+        quantity
+        for key, line in lines.items()
+        for quantity in _ends(line, "y_half_range", f"Fig. {key}: ")
     )
 
 
@@ -188,15 +191,9 @@ def _ignored_falls_with_stiffness(study: Study) -> Finding:
     "amplitude rises with k_nl",
 )
 def _considered_grows_with_stiffness(study: Study) -> Finding:
-    lines = [_cases(study, key)[1] for key in ("15", "16")]
-    return Finding(
-        all(rises(line[name]) for line in lines for name in _MEASURES),
-        tuple(
-            quantity
-            for key, line in zip(("15", "16"), lines, strict=True)
-            for quantity in _ends(line, "y_half_range", f"Fig. {key}: ")
-        ),
-    )
+    lines = {key: _cases(study, key)[1] for key in ("15", "16")}
+    rising = all(rises(line[name]) for line in lines.values() for name in _MEASURES)
+    return Finding(rising, _ends_of_both(lines))
 
 
 @AMPLITUDES.claim(
