@@ -1,0 +1,136 @@
+"""Amplitudes of many scenes, in one process and in several."""
+
+import dataclasses
+import os
+import signal
+import subprocess
+import sys
+import time
+from pathlib import Path
+
+import pytest
+
+from fivtui.core.errors import Cancelled, ComputationError, InputError
+from fivtui.paper.amplitudes import measure, measure_all
+from fivtui.paper.study import Study
+from fivtui.presets import PRESETS
+from fivtui.scene import Scene
+from fivtui.simulation import simulate
+
+ROOT = Path(__file__).parents[1]
+BASE = dataclasses.replace(PRESETS["base"], t_end=4.0, tol=1e-9)
+
+
+def scenes(count: int) -> list[Scene]:
+    return [BASE.with_values({"F": 20.0 + place}) for place in range(count)]
+
+
+def unbounded() -> Scene:
+    scene = dataclasses.replace(PRESETS["linear"], name="soars", t_end=1e5)
+    return scene.with_values({"k2": 186.0, "mu": 2.0})
+
+
+def test_an_amplitude_is_that_of_the_run() -> None:
+    run = simulate(BASE.parameters, t_end=4.0, tol=1e-9)
+    amplitude = measure(BASE)
+    assert amplitude.y_peak == run.peak.y_abs
+    assert amplitude.y_half_range == run.steady.y_half_range
+    assert amplitude.separations == run.events.separations > 0
+    assert amplitude.separated_time == run.events.separated_time
+
+
+@pytest.mark.slow
+def test_several_processes_give_the_same_in_the_same_order() -> None:
+    asked = scenes(40)
+    seen: list[float] = []
+
+    def progress(fraction: float) -> bool:
+        seen.append(fraction)
+        return True
+
+    several = measure_all(asked, workers=2, progress=progress)
+    assert several == [measure(scene) for scene in asked]
+    assert seen == sorted(seen)
+    assert seen[-1] == 1.0
+
+
+@pytest.mark.parametrize("count", [8, 40])
+def test_work_can_be_cancelled(count: int) -> None:
+    with pytest.raises(Cancelled):
+        measure_all(scenes(count), workers=2, progress=lambda fraction: fraction < 0.2)
+
+
+@pytest.mark.parametrize("count", [1, 40])
+def test_a_run_that_cannot_be_finished_is_named(count: int) -> None:
+    with pytest.raises(ComputationError, match=r"soars \(m = 5, .*mu = 2\): .* at t = "):
+        measure_all([unbounded(), *scenes(count)], workers=2)
+
+
+def test_no_workers_are_refused() -> None:
+    with pytest.raises(InputError, match="workers = 0"):
+        measure_all(scenes(1), workers=0)
+
+
+def test_no_scenes_give_no_amplitudes() -> None:
+    assert measure_all([]) == []
+
+
+def test_a_script_that_workers_cannot_import_is_told_what_to_do(tmp_path: Path) -> None:
+    script = tmp_path / "unguarded.py"
+    script.write_text(
+        "from fivtui.paper.amplitudes import measure_all\n"
+        "from fivtui.presets import PRESETS\n"
+        "from fivtui.core.errors import ComputationError\n"
+        "scenes = [PRESETS['base'].with_values({'F': 20.0 + k}) for k in range(40)]\n"
+        "try:\n"
+        "    measure_all(scenes, workers=2)\n"
+        "except ComputationError as error:\n"
+        "    print(error)\n"
+    )
+    done = subprocess.run(
+        [sys.executable, str(script)],
+        env=os.environ | {"PYTHONPATH": str(ROOT)},
+        capture_output=True,
+        text=True,
+        timeout=60,
+        check=True,
+    )
+    assert 'if __name__ == "__main__"' in done.stdout
+
+
+def test_a_study_computes_a_scene_once(monkeypatch: pytest.MonkeyPatch) -> None:
+    asked: list[int] = []
+
+    def counting(given: list[Scene], **more: object) -> object:
+        asked.append(len(given))
+        return measure_all(given, workers=1)
+
+    monkeypatch.setattr("fivtui.paper.study.measure_all", counting)
+    study = Study()
+    three = scenes(3)
+    study.prepare(three[:2])
+    assert study.amplitudes([three[2], three[0], three[2]]) == [
+        measure(three[2]),
+        measure(three[0]),
+        measure(three[2]),
+    ]
+    assert asked == [2, 1]
+
+
+@pytest.mark.slow
+@pytest.mark.skipif(os.name != "posix", reason="process groups are POSIX")
+def test_an_interrupt_ends_all_processes_without_traceback() -> None:
+    process = subprocess.Popen(
+        [sys.executable, "-m", "fivtui", "claims", "--json"],
+        env=os.environ | {"PYTHONPATH": str(ROOT)},
+        stdout=subprocess.PIPE,
+        stderr=subprocess.PIPE,
+        text=True,
+        start_new_session=True,
+    )
+    time.sleep(4.0)
+    os.killpg(process.pid, signal.SIGINT)
+    out, error = process.communicate(timeout=60)
+    assert process.returncode == 130
+    assert out == ""
+    assert error.strip() == "fivtui: cancelled"
