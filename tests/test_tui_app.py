@@ -12,6 +12,7 @@ from fivtui.tui.runs import RunState
 from tests.tui_support import (
     ENDLESS,
     app_of,
+    endless_simulate,
     flat_text_of,
     focus,
     run_to_end,
@@ -168,8 +169,7 @@ async def test_results_are_marked_once_the_inputs_changed(pilot: Pilot[None]) ->
     assert "inputs changed" not in text_of(pilot)
     await focus(pilot, "F")
     await pilot.press("up")
-    await pilot.resize_terminal(120, 30)
-    await until_shown(pilot, "inputs changed since")
+    await until_shown(pilot, "run 1 done, inputs changed since")
 
 
 async def test_zooming_moves_both_plots_and_the_strip(pilot: Pilot[None]) -> None:
@@ -221,8 +221,10 @@ async def test_a_long_run_is_stopped_and_the_next_one_works(pilot: Pilot[None]) 
     assert [run.state for run in session.runs] == [RunState.STOPPED, RunState.DONE]
 
 
-async def test_the_button_runs_and_stops_by_mouse(pilot: Pilot[None]) -> None:
-    await type_into(pilot, "t_end", ENDLESS)
+async def test_the_button_runs_and_stops_by_mouse(
+    pilot: Pilot[None], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr("fivtui.tui.runs.simulate", endless_simulate)
     runs = app_of(pilot).session.runs
     await pilot.click("#run-button")
     await until(pilot, lambda: runs.active is not None)
@@ -303,7 +305,7 @@ async def test_a_run_of_the_list_is_shown_again(pilot: Pilot[None]) -> None:
         ((80, 24), ("P / N", "off belt", "kg", "74 separations")),
         ((200, 60), ("P / N", "off belt", "stiffness of the 45° coupling spring", "P 0 to 2071 N")),
         ((60, 20), ("peak |y|", "F5 Run", "k_1")),
-        ((40, 12), ("UNSTABLE", "F5 Run")),
+        ((40, 12), ("UNSTABLE", "F5 Run", "y / m")),
     ],
 )
 async def test_every_size_shows_form_verdict_and_result(
@@ -318,17 +320,25 @@ async def test_every_size_shows_form_verdict_and_result(
             await until_shown(pilot, word)
 
 
-async def test_resizing_draws_the_plots_anew(pilot: Pilot[None]) -> None:
+async def test_resizing_draws_the_plots_to_their_new_edges(pilot: Pilot[None]) -> None:
     await run_to_end(pilot)
-    narrow = next(line for line in text_of(pilot).splitlines() if "off belt" in line)
-    await pilot.resize_terminal(160, 50)
-    await until(
-        pilot,
-        lambda: any(
-            "off belt" in line and len(line.rstrip()) > len(narrow) + 10
-            for line in text_of(pilot).splitlines()
-        ),
-    )
+    for size in ((160, 50), (60, 20), (100, 30)):
+        await pilot.resize_terminal(*size)
+        await until(pilot, lambda: frame_reaches_the_edge(text_of(pilot)))
+
+
+def frame_reaches_the_edge(shown: str) -> bool:
+    lines = shown.splitlines()
+    frame = [line.rstrip() for line in lines if line.rstrip().endswith("┫") and "━━━" in line]
+    return bool(frame) and all(len(line) == len(lines[0]) for line in frame)
+
+
+async def test_essential_keys_come_first_also_when_a_plot_has_its_own(pilot: Pilot[None]) -> None:
+    await run_to_end(pilot)
+    pilot.app.screen.query_one("#plot-y").focus()
+    await until(pilot, lambda: "Zoom" in text_of(pilot).splitlines()[-1])
+    footer = text_of(pilot).splitlines()[-1]
+    assert footer.startswith("F5 Run F1 Help")
 
 
 async def test_a_theme_is_followed_by_the_plots(pilot: Pilot[None]) -> None:

@@ -10,8 +10,8 @@ from fivtui.results import load_trajectory
 from fivtui.scene import load_scene
 from fivtui.tui.app import FivtuiApp
 from tests.tui_support import (
-    ENDLESS,
     app_of,
+    endless_simulate,
     flat_text_of,
     focus,
     run_to_end,
@@ -166,8 +166,8 @@ async def test_the_palette_lists_what_applies_now(pilot: Pilot[None]) -> None:
     await until_shown(pilot, "Write the figure of run 1")
 
 
-async def test_the_palette_stops_a_run(pilot: Pilot[None]) -> None:
-    await type_into(pilot, "t_end", ENDLESS)
+async def test_the_palette_stops_a_run(pilot: Pilot[None], monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("fivtui.tui.runs.simulate", endless_simulate)
     await pilot.press("f5")
     await palette(pilot, "stop")
     await until_shown(pilot, "Stop the run")

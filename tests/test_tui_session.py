@@ -15,6 +15,7 @@ from fivtui.tui.nudges import by_decade, by_digit, number_text
 from fivtui.tui.session import Session
 
 HEADLESS = (
+    "differences",
     "equations",
     "exports",
     "fields",

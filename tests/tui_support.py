@@ -8,6 +8,7 @@ from typing import Final
 from textual.pilot import Pilot
 from textual.widgets import Input
 
+from fivtui.core.errors import Cancelled
 from fivtui.tui.app import FivtuiApp
 from fivtui.tui.form import FieldRow
 
@@ -67,6 +68,15 @@ async def type_into(pilot: Pilot[None], name: str, text: str) -> None:
     await pilot.press("end", *["backspace"] * len(editor.value))
     await pilot.press(*({".": "full_stop", "-": "minus", ",": "comma"}.get(c, c) for c in text))
     await pilot.pause()
+
+
+def endless_simulate(*_: object, progress: Callable[[float], bool], **__: object) -> None:
+    """Stands for a run that goes on until it is stopped, but leaves the processor free."""
+    fraction = 0.0
+    while progress(fraction):
+        fraction += 1e-6
+        time.sleep(0.005)
+    raise Cancelled
 
 
 async def run_to_end(pilot: Pilot[None]) -> None:

@@ -45,7 +45,8 @@ class FivtuiApp(App[None]):
         (140, "-wide"),
     ]
     VERTICAL_BREAKPOINTS = [  # noqa: RUF012 (the base class says so)
-        (0, "-low"),
+        (0, "-tiny"),
+        (16, "-low"),
         (24, "-short"),
         (36, "-tall"),
     ]

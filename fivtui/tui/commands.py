@@ -45,7 +45,7 @@ def _commands(lab: LabScreen) -> Iterator[Command]:
         name = str(pane.id)
         yield Command(f"Tab {name.capitalize()}", "F2: the next one", partial(lab.show_tab, name))
     for name, scene in PRESETS.items():
-        message = partial(lab.post_message, SceneLoaded(scene, name))
+        message = partial(lab.post_message, SceneLoaded(scene, name, f"preset {name}"))
         yield Command(f"Preset {name}", scene.description, message)
     for run in lab.session.runs:
         if run.result is not None and run is not lab.shown:

@@ -5,7 +5,7 @@ from pathlib import Path
 from textual.screen import Screen
 
 from fivtui.core.errors import InputError
-from fivtui.scene import load_scene
+from fivtui.scene import Scene, load_scene
 
 from .dialogs import PathDialog, Target
 from .exports import EXPORTS, Export, check_scene_path, proposal, save_scene_as, write_export
@@ -71,7 +71,7 @@ class FileDesk:
             except InputError as error:
                 self._screen.post_message(Reported(str(error), error=True))
             else:
-                self._screen.post_message(SceneLoaded(scene, str(target.path)))
+                self._loaded(scene, target.path, "opened")
 
         def check(path: Path, _force: bool) -> None:
             load_scene(path)
@@ -95,9 +95,13 @@ class FileDesk:
             except InputError as error:
                 self._screen.post_message(Reported(str(error), error=True))
             else:
-                self._screen.post_message(SceneLoaded(named, str(target.path)))
+                self._loaded(named, target.path, "saved")
 
         dialog = PathDialog(
             "Save the scene as", f"{scene.name}.toml", "A scene file (.toml).", check_scene_path
         )
         self._screen.app.push_screen(dialog, save)
+
+    def _loaded(self, scene: Scene, path: Path, how: str) -> None:
+        words = f"scene {scene.name} {how}: {path}"
+        self._screen.post_message(SceneLoaded(scene, str(path), words))

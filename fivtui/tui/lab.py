@@ -5,7 +5,7 @@ from typing import ClassVar
 
 from textual import on
 from textual.app import ComposeResult
-from textual.binding import Binding, BindingType
+from textual.binding import ActiveBinding, Binding, BindingType
 from textual.containers import Horizontal, Vertical
 from textual.notifications import SeverityLevel
 from textual.screen import Screen
@@ -127,7 +127,7 @@ class LabScreen(Screen[None]):
     def _loaded(self, event: SceneLoaded) -> None:
         self.session.load(event.scene, event.source)
         self.show_inputs()
-        self.post_message(Reported(f"scene {event.scene.name}: {event.source}"))
+        self.post_message(Reported(event.words))
 
     def show_inputs(self) -> None:
         """Show the session's texts, what is wrong with them, and the verdict."""
@@ -193,6 +193,12 @@ class LabScreen(Screen[None]):
             self.post_message(Reported(f"{event.worker.name}: {words}", error=True))
 
     # Actions
+
+    @property
+    def active_bindings(self) -> dict[str, ActiveBinding]:
+        """The keys that work now, those of the laboratory before those of the widget in focus."""
+        bindings = super().active_bindings
+        return dict(sorted(bindings.items(), key=lambda item: item[1].node is not self))
 
     def check_action(self, action: str, parameters: tuple[object, ...]) -> bool | None:  # noqa: ARG002
         """Which actions apply now: one of Run and Stop, export with a result alone."""

@@ -84,7 +84,8 @@ class WindowReset(Message):
 
 @dataclass
 class SceneLoaded(Message):
-    """A scene is to be edited; `source` is how the command line would name it."""
+    """A scene is to be edited; `source` is how the command line would name it, `words` says why."""
 
     scene: Scene
     source: str
+    words: str

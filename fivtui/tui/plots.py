@@ -89,6 +89,9 @@ class TransientPlots(Vertical):
         if self._result is None or self._result.trajectory is None:
             return
         motion = self._result.trajectory
+        # Where there is no room for P, y has the labels of the time axis.
+        alone = not self.query_one("#plot-P").display
+        self.query_one("#plot-y", TimePlot).margin_bottom = int(alone)
         for name, values in (("y", motion.y), ("P", motion.P)):
             self.query_one(f"#plot-{name}", TimePlot).show(motion.t, values, self._window)
         columns = self.query_one("#plot-y", TimePlot).plot_size.width

@@ -266,7 +266,7 @@ def result_rows(r: Transient, accuracy: str) -> list[Row]:
 
 
 def remark(r: Transient, s: Stability) -> str:
-    """What the eigenvalues alone would not have told about a run.
+    """What the eigenvalues alone would not have told: a large limit cycle beside a stable point.
 
     Parameters
     ----------
@@ -278,12 +278,9 @@ def remark(r: Transient, s: Stability) -> str:
     Returns
     -------
     str
-        One sentence, or nothing.
+        One phrase, or nothing.
     """
     last = r.events.last
     if s.stable and last is not None and last > 0.5 * r.t_end:
-        return (
-            f"The equilibrium is stable, yet the motion still separates at t = {quantity(last)} s: "
-            "a large limit cycle may coexist with it."
-        )
+        return f"stable, yet still separating at t = {quantity(last, 's')}"
     return ""

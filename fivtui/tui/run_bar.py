@@ -59,6 +59,8 @@ def _duration(seconds: float) -> str:
 
 def _end_words(run: Run, *, outdated: bool) -> str:
     words = f"run {run.number} {run.state.value}"
+    if outdated:
+        return f"{words}, inputs changed since"
     if run.result is not None and run.result.stats.cpu_s is not None:
         words += f" in {run.result.stats.cpu_s:.2g} s, {run.accuracy}"
-    return f"{words} (inputs changed since)" if outdated else words
+    return words

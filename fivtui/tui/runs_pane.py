@@ -8,10 +8,10 @@ from textual.app import ComposeResult
 from textual.binding import Binding, BindingType
 from textual.widgets import DataTable, TabPane
 
+from .differences import base_scene, differences
 from .messages import RunChosen
 from .report import quantity
 from .runs import Run
-from .session import base_scene, differences
 
 _COLUMNS = ("run", "state", "peak |y| m", "half range m", "off belt %", "changes")
 

@@ -1,7 +1,6 @@
 """The state of the laboratory without its screen: edited texts, scene, runs. Imports no Textual."""
 
 import shlex
-from dataclasses import dataclass
 from typing import cast
 
 from fivtui.core.errors import InputError
@@ -10,6 +9,7 @@ from fivtui.core.stability import Stability, stability
 from fivtui.core.transient import Start
 from fivtui.scene import Scene
 
+from .differences import base_scene, differences
 from .fields import CONSIDERED, FIELDS
 from .nudges import number_text
 from .runs import Run, Runs
@@ -262,49 +262,3 @@ class Session:
         for difference in differences(scene, origin):
             words += difference.words
         return shlex.join(words)
-
-
-@dataclass(frozen=True, slots=True)
-class Difference:
-    """A field in which a scene differs from another: its new text, and how to say it in a shell."""
-
-    name: str
-    text: str
-
-    @property
-    def words(self) -> list[str]:
-        """The words on the command line."""
-        if self.name in PARAMETERS:
-            return ["--set", f"{self.name}={self.text}"]
-        if self.name == "separation":
-            return ["--ignore-separation"] if self.text != CONSIDERED else []
-        return [f"--{self.name.replace('_', '-')}={self.text.replace(' ', '')}"]
-
-    def __str__(self) -> str:
-        return f"{self.name}={self.text.replace(' ', '')}"
-
-
-def differences(scene: Scene, origin: Scene) -> list[Difference]:
-    """In which fields two scenes differ.
-
-    Parameters
-    ----------
-    scene, origin : Scene
-        The scene, and that from which it is thought to be made.
-
-    Returns
-    -------
-    list of Difference
-        In the order of the fields.
-    """
-    texts = {name: field.text_of(scene) for name, field in FIELDS.items()}
-    return [
-        Difference(name, text)
-        for name, text in texts.items()
-        if text != FIELDS[name].text_of(origin)
-    ]
-
-
-def base_scene() -> Scene:
-    """The scene of all defaults."""
-    return Scene(name="base", description="the base set", parameters=Parameters())

@@ -28,6 +28,8 @@ from .plot_data import (
 
 MARGIN_LEFT: Final = 8
 _FRAME: Final = 1
+_ZOOM: Final = PlotWidget.ZOOM_GROUP
+_PAN: Final = PlotWidget.PAN_GROUP
 _TICK_WIDTH: Final = 6
 _TICK_HEIGHT: Final = 2
 
@@ -73,7 +75,7 @@ class StyledCanvas(Canvas):
         return strip if strip.cell_length else Strip.blank(self.size.width, self.rich_style)
 
 
-class TimePlot(PlotWidget):
+class TimePlot(PlotWidget, inherit_bindings=False):
     """A signal over time, reduced to what its columns can show.
 
     Parameters
@@ -88,12 +90,12 @@ class TimePlot(PlotWidget):
 
     COMPONENT_CLASSES: ClassVar[set[str]] = {"plot--signal", "plot--zero"}
     BINDINGS: ClassVar[list[BindingType]] = [
-        Binding("plus,equals_sign,k,up", "zoom_x_in", "Zoom in"),
-        Binding("minus,j,down", "zoom_x_out", "Zoom out"),
-        Binding("h,left", "pan_left", "Earlier"),
-        Binding("l,right", "pan_right", "Later"),
+        Binding("plus,equals_sign,k,up", "zoom_x_in", "Zoom in", key_display="+", group=_ZOOM),
+        Binding("minus,j,down", "zoom_x_out", "Zoom out", key_display="-", group=_ZOOM),
+        Binding("left,h", "pan_left", "Earlier", key_display="←", group=_PAN),
+        Binding("right,l", "pan_right", "Later", key_display="→", group=_PAN),
         Binding("r", "reset_scales", "Whole"),
-        Binding("e", "screen.show_end", "Last tenth"),
+        Binding("e", "screen.show_end", "End"),
     ]
 
     def __init__(self, label: str, *, time_axis: bool, id: str) -> None:  # noqa: A002
@@ -136,6 +138,8 @@ class TimePlot(PlotWidget):
         self._ticks_x.most = max(size.width // _TICK_WIDTH, 2)
         self._ticks_y.most = max(math.ceil(size.height / _TICK_HEIGHT), 2)
         self.clear()
+        # With the layout the base class adapts its canvases, which may have another size now.
+        self.refresh(layout=True)
         self.set_xlimits(*window)
         self.set_ylimits(low, high)
         if low < 0.0 < high:

@@ -9,6 +9,7 @@ from textual.worker import Worker, WorkerState
 
 from fivtui.core.errors import ComputationError, InputError
 from fivtui.core.stability import stability
+from fivtui.core.transient import Transient
 
 from .messages import Reported, RunAsked, RunEnded, RunsChanged
 from .plots import TransientPlots
@@ -129,16 +130,13 @@ class TransientPane(TabPane):
         if run.result is None:
             return
         self._shown = run
-        lines = [f"run {run.number}: {words}" for words in _remarks(run)]
-        lines += result_brief(run.result)
+        first, *others = result_brief(run.result)
+        lines = [first, *_remarks(run.result), *others]
         self.query_one("#summary", Static).update("\n".join(lines))
         self.query_one(TransientPlots).show(run.result)
 
 
-def _remarks(run: Run) -> list[str]:
-    result = run.result
-    if result is None:
-        return []
+def _remarks(result: Transient) -> list[str]:
     try:
         found = stability(result.parameters, separation=result.separation)
     except ComputationError:
