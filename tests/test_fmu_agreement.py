@@ -46,6 +46,19 @@ def test_every_communication_step_gives_the_native_state_to_the_last_bit(
 
 
 @pytest.mark.parametrize("separation", [True, False])
+def test_every_communication_step_agrees_with_the_numpy_integrator_to_1e_10(
+    driver: Driver, separation: bool
+) -> None:
+    runs = [
+        {"stop_time": 5.0, "output_interval": step, "start_values": {"separation": separation}}
+        for step in (0.001, 0.01, 0.1, 1.0)
+    ]
+    rk4 = final_state(t_end=5.0, separation=separation, method="rk4", step=1e-4)
+    for end in driver.simulate(*runs):
+        assert [end[name] for name in STATES] == pytest.approx(rk4, rel=0.0, abs=1e-10)
+
+
+@pytest.mark.parametrize("separation", [True, False])
 def test_the_independent_rk4_converges_to_the_fmu_in_fourth_order(
     driver: Driver, separation: bool
 ) -> None:
