@@ -91,6 +91,8 @@ class SeparationEditor(Checkbox):
 
     def show(self, text: str) -> None:
         """Show a text that the user did not choose."""
+        if str(self.label) == text:
+            return
         self.label = text
         with self.prevent(Checkbox.Changed):
             self.value = text == CONSIDERED
@@ -121,6 +123,7 @@ class FieldRow(Vertical):
         super().__init__(id=f"row-{field.name}")
         self.field = field
         self._editor = _editor(field, text)
+        self._error = ""
 
     def compose(self) -> ComposeResult:
         """The parts of the row."""
@@ -146,6 +149,9 @@ class FieldRow(Vertical):
             One line; empty if nothing is wrong.
         """
         self._editor.show(text)
+        if error == self._error:
+            return
+        self._error = error
         self._editor.set_class(bool(error), "-invalid")
         self.set_class(bool(error), "-wrong")
         self.query_one(".error", Static).update(error)
@@ -188,7 +194,7 @@ class Form(Vertical):
 
     def compose(self) -> ComposeResult:
         """The rows by groups, and the hint."""
-        yield Label("", id="scene-name", markup=False)
+        yield Static("", id="scene-name", markup=False)
         with VerticalScroll(id="fields", can_focus=False):
             for group, fields in groupby(FIELDS.values(), key=lambda field: field.group):
                 yield Label(group, classes="heading")
@@ -205,14 +211,15 @@ class Form(Vertical):
         texts, errors : mapping of str to str
             By name of field.
         """
-        self.query_one("#scene-name", Label).update(title)
+        self.query_one("#scene-name", Static).update(title, layout=False)
         for row in self.query(FieldRow):
             row.show(texts[row.field.name], errors.get(row.field.name, ""))
 
     @on(FieldFocused)
     def _hint(self, event: FieldFocused) -> None:
         field = FIELDS[event.name]
-        self.query_one("#hint", Static).update(f"{field.meaning}\n{field.allowed}")
+        hint = f"{field.meaning}\n{field.allowed}"
+        self.query_one("#hint", Static).update(hint, layout=False)
 
     def focus_field(self, name: str) -> None:
         """Give a field the focus."""

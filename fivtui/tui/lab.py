@@ -1,5 +1,6 @@
 """The main screen: form, verdict and tabs around one session."""
 
+from collections.abc import Sequence
 from datetime import datetime
 from typing import ClassVar
 
@@ -28,7 +29,7 @@ from .messages import (
     SceneLoaded,
 )
 from .plots import TransientPlots
-from .report import result_rows, stability_brief, stability_rows, verdict
+from .report import Row, result_rows, stability_brief, stability_rows, verdict
 from .runs import Run
 from .runs_pane import RunsPane
 from .session import Session
@@ -139,16 +140,24 @@ class LabScreen(Screen[None]):
 
     def _show_verdict(self) -> None:
         view = self.query_one(VerdictView)
-        rows = self.query_one("#stability-rows", RowsView)
         try:
             parameters, found = self.session.parameters(), self.session.stability()
         except (InputError, ComputationError) as error:
             why = ": invalid input" if isinstance(error, InputError) else ""
             view.show("invalid", [f"NO VERDICT{why}", str(error)])
-            rows.show([], str(error))
+            self._show_stability([], str(error))
         else:
             view.show(verdict(found).lower(), stability_brief(parameters, found))
-            rows.show(stability_rows(parameters, found), "")
+            self._show_stability(stability_rows(parameters, found), "")
+
+    def _show_stability(self, rows: Sequence[Row], otherwise: str) -> None:
+        # A table out of sight is left alone until its tab is shown.
+        if self.query_one("#tabs", TabbedContent).active == "stability":
+            self.query_one("#stability-rows", RowsView).show(rows, otherwise)
+
+    @on(TabbedContent.TabActivated)
+    def _tab_shown(self) -> None:
+        self._show_verdict()
 
     # Runs and files
 

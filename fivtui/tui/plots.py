@@ -27,7 +27,7 @@ class TransientPlots(Vertical):
 
     def compose(self) -> ComposeResult:
         """The parts from top to bottom."""
-        yield Static("Nothing to show yet: F5 runs.", id="nothing")
+        yield Static("Nothing to show yet.", id="nothing")
         yield TimePlot(_LABELS["y"], time_axis=False, id="plot-y")
         yield SeparationStrip(id="strip", markup=False)
         yield TimePlot(_LABELS["P"], time_axis=True, id="plot-P")

@@ -3,7 +3,7 @@
 from textual import on
 from textual.app import ComposeResult
 from textual.containers import Horizontal
-from textual.widgets import Button, Label, ProgressBar
+from textual.widgets import Button, ProgressBar, Static
 
 from .messages import RunAsked
 from .runs import Run, RunState
@@ -16,7 +16,7 @@ class RunBar(Horizontal):
         """The parts of the line."""
         yield Button("Run", id="run-button", compact=True, variant="primary")
         yield ProgressBar(total=1.0, show_percentage=False, show_eta=False)
-        yield Label("no run yet: F5 runs", id="run-status", markup=False)
+        yield Static("no run yet: F5 runs", id="run-status", markup=False)
 
     @on(Button.Pressed, "#run-button")
     def _press(self, event: Button.Pressed) -> None:
@@ -35,17 +35,18 @@ class RunBar(Horizontal):
         """
         running = run.state is RunState.RUNNING
         button = self.query_one("#run-button", Button)
-        button.label = "Stop" if running else "Run"
-        button.variant = "error" if running else "primary"
-        self.set_class(running, "-running")
+        if running is not self.has_class("-running"):
+            button.label = "Stop" if running else "Run"
+            button.variant = "error" if running else "primary"
+            self.set_class(running, "-running")
         self.query_one(ProgressBar).update(progress=run.fraction)
         words = _progress_words(run) if running else _end_words(run, outdated=outdated)
-        self.query_one("#run-status", Label).update(words)
+        self.query_one("#run-status", Static).update(words, layout=False)
 
 
 def _progress_words(run: Run) -> str:
     remaining = run.remaining
-    words = f"run {run.number}: {100.0 * run.fraction:.0f} %"
+    words = f"{100.0 * run.fraction:.0f} %"
     return words if remaining is None else f"{words}, {_duration(remaining)} left"
 
 

@@ -26,5 +26,6 @@ class VerdictView(Vertical):
             Headline and facts.
         """
         self.set_classes(f"-{kind}")
-        self.query_one("#headline", Static).update(lines[0])
-        self.query_one("#facts", Static).update("\n".join(lines[1:]))
+        # Both parts keep their sizes: a new layout at every key press would be felt.
+        self.query_one("#headline", Static).update(lines[0], layout=False)
+        self.query_one("#facts", Static).update("\n".join(lines[1:]), layout=False)
