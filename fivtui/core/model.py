@@ -142,6 +142,10 @@ def equilibrium(p: Parameters, *, separation: bool = True) -> Equilibrium:
     ComputationError
         If F < 0 lifts the slider off the belt and nothing (k3 = 0) holds it.
     """
+    return _equilibrium(p, p.mu, separation=separation)
+
+
+def _equilibrium(p: Parameters, mu: float, *, separation: bool) -> Equilibrium:
     h = 0.5 * p.k3
     a = p.k1 + h
     if separation and p.F < 0.0:
@@ -153,7 +157,7 @@ def equilibrium(p: Parameters, *, separation: bool = True) -> Equilibrium:
             )
         y = -p.F / held
         return Equilibrium(x=h * y / a, y=y, P=0.0, mode=Mode.SEPARATED)
-    friction = 1.0 + p.mu * h / a
+    friction = 1.0 + mu * h / a
     alpha, beta = friction * p.k_nl, friction * p.k2 + h * p.k1 / a
     y = -p.F / beta
     scale = math.sqrt(3.0 * alpha / beta)
@@ -162,7 +166,7 @@ def equilibrium(p: Parameters, *, separation: bool = True) -> Equilibrium:
         y = -2.0 / scale * math.sinh(math.asinh(1.5 * p.F / beta * scale) / 3.0)
     y -= (alpha * y * y * y + beta * y + p.F) / (3.0 * alpha * y * y + beta)
     force = contact_force(p, y, Mode.CONTACT)
-    return Equilibrium(x=(h * y + p.mu * force) / a, y=y, P=force, mode=Mode.CONTACT)
+    return Equilibrium(x=(h * y + mu * force) / a, y=y, P=force, mode=Mode.CONTACT)
 
 
 def static_start(p: Parameters, *, separation: bool = True) -> State:
@@ -185,7 +189,7 @@ def static_start(p: Parameters, *, separation: bool = True) -> State:
     ComputationError
         If there is no such equilibrium, see `equilibrium`.
     """
-    rest = equilibrium(p.with_values({"mu": 0.0}), separation=separation)
+    rest = _equilibrium(p, 0.0, separation=separation)
     return (rest.x, 0.0, rest.y, 0.0)
 
 
