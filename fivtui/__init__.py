@@ -11,6 +11,7 @@ if TYPE_CHECKING:
     from .core.stability import stability
     from .simulation import simulate
 
+__version__ = "0.1.0"
 __all__ = ["Parameters", "simulate", "stability"]
 
 _HOMES = {

@@ -15,6 +15,7 @@ from .core.transient import (
     Samples,
     Start,
     Transient,
+    check_has_kernels,
     integrate,
     make_problem,
 )
@@ -97,6 +98,7 @@ def simulate(
     if method == "fmu":
         from .fmu_host import integrate_fmu
 
+        check_has_kernels(method, kernel)
         problem = make_problem(
             p, t_end=t_end, tol=tol, separation=separation, start=start, step=step
         )

@@ -9,11 +9,11 @@ from numpy.typing import NDArray
 from .errors import Cancelled
 from .extremes import Extremes
 from .kernel_loader import KernelLoader
-from .methods import Problem, local_tolerance
+from .methods import Problem
 from .model import Mode, mode_of
 from .parameters import Parameters
 from .recurrences import Field, constants, field_of
-from .taylor import order_for, overflow_error, stall_error
+from .taylor import local_tolerance, order_for, overflow_error, stall_error
 from .trajectory import DenseSolution, Trajectory, trajectory_of
 from .transient import (
     Progress,
@@ -25,8 +25,9 @@ from .transient import (
     step_limit_error,
 )
 
-# Steps between two looks at the progress callback and at the keyboard: about a millisecond.
-_PAUSE: Final = 8192
+# Steps between two looks at the progress callback, and at the keyboard if there is none.
+_REPORT: Final = 256
+_PAUSE: Final = 65536
 # Lengths of the buffers; a longer run empties them on its way.
 _SWITCHES: Final = 256
 _SEGMENTS: Final = 512
@@ -79,7 +80,7 @@ def run(problem: Problem, samples: Samples, max_steps: int, progress: Progress |
         0.5 * p.k3,
         p.F,
         abs(p.F) / stiffness,
-        math.sqrt(p.m / stiffness),
+        1.0 / math.sqrt(p.m / stiffness),
         order,
         problem.separation,
         field_of(p, Mode.CONTACT) is Field.CUBIC,
@@ -95,11 +96,12 @@ def run(problem: Problem, samples: Samples, max_steps: int, progress: Progress |
     segments = np.empty((_SEGMENTS if dense else 0, single.segment_columns(order)))
     switched: list[NDArray[np.float64]] = []
     stored: list[NDArray[np.float64]] = []
+    portion = _PAUSE if progress is None else _REPORT
     reached, steps, ending = 0.0, 0, single.PAUSED
     while ending != single.DONE:
         if progress is not None and not progress(reached / t_end):
             raise Cancelled
-        budget = min(_PAUSE, max_steps - steps)
+        budget = min(portion, max_steps - steps)
         if budget <= 0:
             raise step_limit_error(max_steps, reached, t_end)
         ending = single.advance(

@@ -5,13 +5,12 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from typing import Final
 
+from .errors import InputError
 from .model import State
 from .parameters import Parameters
 from .segment import Stepper
-from .taylor import TaylorStepper
+from .taylor import TaylorStepper, local_tolerance
 
-# Local errors add up and grow along the run; this much smaller, `tol` is the error at its end.
-_LOCAL_TOLERANCE: Final = 1e-3
 # RK4 steps per √(m/stiffness) when no step is given.
 _REFERENCE_STEP: Final = 0.01
 
@@ -66,20 +65,21 @@ class Method:
     stepper: Callable[[Problem], Stepper]
 
 
-def local_tolerance(tol: float) -> float:
-    """Local tolerance of the Taylor integrator for an aimed relative error of the end state.
+def check_takes_step(method: str) -> None:
+    """Check that a method takes a step.
 
     Parameters
     ----------
-    tol : float
-        Aimed relative error after about a hundred periods.
+    method : str
+        Its name; names that are not in `METHODS` take one.
 
-    Returns
-    -------
-    float
-        Tolerance for one step.
+    Raises
+    ------
+    InputError
+        If it chooses its own.
     """
-    return tol * _LOCAL_TOLERANCE
+    if method in METHODS and not METHODS[method].fixed_step:
+        raise InputError(f"step: the method {method} chooses its own; set tol instead")
 
 
 def _taylor(problem: Problem) -> Stepper:

@@ -119,7 +119,7 @@ class Equilibrium:
     mode: Mode
 
 
-def equilibrium(p: Parameters, *, separation: bool = True) -> Equilibrium:
+def equilibrium(p: Parameters, *, separation: bool = True, mu: float | None = None) -> Equilibrium:
     """The unique equilibrium (Eq. 6) in closed form, polished by one Newton step.
 
     Eliminating x leaves the monotone cubic α y³ + β y + F = 0 with α = (1 + μ h/a) k_nl and
@@ -131,6 +131,8 @@ def equilibrium(p: Parameters, *, separation: bool = True) -> Equilibrium:
         The parameter set.
     separation : bool
         Whether separation is considered; then F < 0 has its equilibrium off the belt.
+    mu : float, optional
+        Friction coefficient in place of that of `p`.
 
     Returns
     -------
@@ -142,10 +144,6 @@ def equilibrium(p: Parameters, *, separation: bool = True) -> Equilibrium:
     ComputationError
         If F < 0 lifts the slider off the belt and nothing (k3 = 0) holds it.
     """
-    return _equilibrium(p, p.mu, separation=separation)
-
-
-def _equilibrium(p: Parameters, mu: float, *, separation: bool) -> Equilibrium:
     h = 0.5 * p.k3
     a = p.k1 + h
     if separation and p.F < 0.0:
@@ -157,6 +155,7 @@ def _equilibrium(p: Parameters, mu: float, *, separation: bool) -> Equilibrium:
             )
         y = -p.F / held
         return Equilibrium(x=h * y / a, y=y, P=0.0, mode=Mode.SEPARATED)
+    mu = p.mu if mu is None else mu
     friction = 1.0 + mu * h / a
     alpha, beta = friction * p.k_nl, friction * p.k2 + h * p.k1 / a
     y = -p.F / beta
@@ -189,7 +188,7 @@ def static_start(p: Parameters, *, separation: bool = True) -> State:
     ComputationError
         If there is no such equilibrium, see `equilibrium`.
     """
-    rest = _equilibrium(p, 0.0, separation=separation)
+    rest = equilibrium(p, separation=separation, mu=0.0)
     return (rest.x, 0.0, rest.y, 0.0)
 
 

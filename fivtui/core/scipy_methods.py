@@ -20,6 +20,7 @@ _SOLVERS: Final[dict[str, tuple[Callable[..., OdeSolver], int]]] = {
     "LSODA": (LSODA, 7),
 }
 _MAX_STALLED: Final = 64
+_LARGEST: Final = 1e150
 
 
 class ScipyStepper:
@@ -101,16 +102,18 @@ class ScipyStepper:
         ComputationError
             If the solver fails, the motion overflows, or switches stop advancing time.
         """
-        solver, start = self._solver, self._solver.t
-        with np.errstate(over="ignore", invalid="ignore"):
-            message = solver.step()
-        if solver.status == "failed" or not np.all(np.isfinite(solver.y)):
-            raise ComputationError(
-                f"SciPy's solver fails at t = {start:.6g} s: {message or 'the motion overflows'}",
-                "try another tolerance, or the taylor method",
-            )
+        solver, start = self._solver, float(self._solver.t)
+        try:
+            with np.errstate(over="ignore", invalid="ignore"):
+                message = solver.step()
+        except (ValueError, ArithmeticError, np.linalg.LinAlgError) as error:
+            raise self._failure(start, str(error)) from error
+        if solver.status == "failed":
+            raise self._failure(start, message or "no reason given")
+        if not np.abs(solver.y).max() < _LARGEST:
+            raise self._failure(start, "the motion grows out of the range of numbers")
         dense = solver.dense_output()
-        end, mode = solver.t, self._mode
+        end, mode = float(solver.t), self._mode
         x, y = self._polynomials(dense(start + (end - start) * self._nodes))
         final = _state(solver.y)
         root = self._first_root(y, final[2]) if self._separation else None
@@ -129,6 +132,12 @@ class ScipyStepper:
             )
         switches = self._mode is not mode
         return Segment(mode, start, 0.0, end - start, end, x, y, final, switches)
+
+    def _failure(self, t: float, why: str) -> ComputationError:
+        return ComputationError(
+            f"SciPy's solver fails at t = {t:.6g} s: {why}",
+            "try another tolerance or method taylor",
+        )
 
     def _polynomials(self, samples: NDArray[np.float64]) -> tuple[list[float], list[float]]:
         x, y = self._to_power @ samples[0], self._to_power @ samples[2]

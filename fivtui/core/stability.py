@@ -1,6 +1,5 @@
 """Stability of the equilibrium: eigenvalues of Eq. 8, critical friction coefficient (Eq. 9)."""
 
-import math
 from dataclasses import dataclass
 from typing import Final, Literal
 
@@ -9,14 +8,12 @@ from numpy.typing import NDArray
 
 from .errors import ComputationError
 from .model import Equilibrium, equilibrium, jacobian, tangent_stiffness
-from .parameters import Parameters
-from .polynomial import roots
+from .parameters import PARAMETERS, Parameters
 
 Becomes = Literal["stable", "unstable"]
 
 # Growth rates below this, relative to the fastest eigenvalue, are zero to rounding.
 _ROUNDING: Final = 1e-12
-_SIDE_STEP: Final = 1e-5
 
 
 @dataclass(frozen=True, slots=True)
@@ -42,7 +39,7 @@ class Stability:
     stable : bool
         Whether the growth rate is negative beyond rounding.
     critical_mu : tuple of CriticalMu
-        Every μ > 0 at which the growth rate changes sign, ascending.
+        Every allowed μ > 0 at which the growth rate changes sign, ascending.
     linear_critical_mu : float or None
         μ_c of the linear system (k_nl = 0); None if it has none.
     """
@@ -84,7 +81,7 @@ def stability(p: Parameters, *, separation: bool = True) -> Stability:
         growth_rate=growth,
         stable=growth < -_ROUNDING * float(np.abs(values).max()),
         critical_mu=_critical_mu(p, separation=separation),
-        linear_critical_mu=_hopf_mu(p, p.k2),
+        linear_critical_mu=_linear_critical_mu(p),
     )
 
 
@@ -118,76 +115,36 @@ def _eigenvalues(p: Parameters, point: Equilibrium) -> NDArray[np.complex128]:
     return values[order]
 
 
-def _hopf_mu(p: Parameters, kt: float) -> float | None:
-    # Routh–Hurwitz on the characteristic quartic, in which μ enters its last coefficient alone.
-    h = 0.5 * p.k3
-    if h == 0.0:
-        return None
-    critical = _hopf_margin(p, kt) / (h * kt)
-    return critical if critical > 0.0 else None
-
-
-def _hopf_margin(p: Parameters, kt: float) -> float:
-    # h μ_c(k_t) k_t; r = a1/a3 is the square of the frequency on the boundary.
+def _boundary(p: Parameters, kt: float) -> float:
+    # μ_c h k_t by Routh–Hurwitz on the characteristic quartic, which has μ in its last coefficient
+    # alone. w is the share of c1 in the damping; without damping the limit of equal shares.
     h = 0.5 * p.k3
     a = p.k1 + h
     damping = p.c1 + p.c2
-    r = (p.c1 * (kt + h) + p.c2 * a) / damping if damping > 0.0 else 0.5 * (kt + h + a)
-    # All a_n are divided by m, so that r is a stiffness here.
-    a2 = a + kt + h + p.c1 * p.c2 / p.m
-    return r * (a2 - r) - a * (kt + h) + h * h
+    w = p.c1 / damping if damping > 0.0 else 0.5
+    detuning = kt + h - a
+    return w * (1.0 - w) * detuning**2 + h * h + (a + w * detuning) * p.c1 * p.c2 / p.m
+
+
+def _linear_critical_mu(p: Parameters) -> float | None:
+    return _boundary(p, p.k2) / (0.5 * p.k3 * p.k2) if p.k3 > 0.0 else None
 
 
 def _critical_mu(p: Parameters, *, separation: bool) -> tuple[CriticalMu, ...]:
-    h = 0.5 * p.k3
-    if h == 0.0 or (separation and p.F < 0.0):
+    # Along μ the left-hand side of μ h k_t = boundary grows faster than the right-hand side, for
+    # every parameter set in bounds (k_t falls by less than 3/4 of its own rate): one crossing.
+    if p.k3 == 0.0 or (separation and p.F < 0.0):
         return ()
-    if p.k_nl == 0.0 or p.F == 0.0:
-        only = _hopf_mu(p, p.k2)
-        candidates = [] if only is None else [only]
-    else:
-        candidates = _candidates(p)
-    found = []
-    for mu in sorted(candidates):
-        above = growth_rate(p.with_values({"mu": mu * (1.0 + _SIDE_STEP)}), separation=separation)
-        below = growth_rate(p.with_values({"mu": mu * (1.0 - _SIDE_STEP)}), separation=separation)
-        if (above > 0.0) != (below > 0.0) or p.c1 + p.c2 == 0.0:
-            found.append(CriticalMu(mu, "unstable" if above > below else "stable"))
-    return tuple(found)
-
-
-def _candidates(p: Parameters) -> list[float]:
-    # On the boundary μ is a function of y through k_t, and y one of μ through the equilibrium:
-    # together a polynomial in u = y/y(μ=0), which falls from 1 to 0 as μ grows.
-    rest = equilibrium(p.with_values({"mu": 0.0}), separation=False).y
     h = 0.5 * p.k3
-    a = p.k1 + h
-    kt = np.array([p.k2, 0.0, 3.0 * p.k_nl * rest * rest])
-    spring = np.array([0.0, p.k2, 0.0, p.k_nl * rest * rest]) * rest
-    others = np.array([a * p.F, h * p.k1 * rest])
-    damping = p.c1 + p.c2
-    r = (
-        0.5 * (kt + _constant(h + a))
-        if damping == 0.0
-        else (p.c1 * (kt + _constant(h)) + _constant(p.c2 * a)) / damping
-    )
-    multiply = np.convolve
-    a2 = kt + _constant(a + h + p.c1 * p.c2 / p.m)
-    margin = multiply(r, a2 - r)
-    margin[:3] += -a * (kt + _constant(h)) + _constant(h * h)
-    bracket = margin.copy()
-    bracket[:3] += a * kt
-    boundary = multiply(spring, bracket)
-    load = multiply(kt, others)
-    boundary[: load.size] += load
-    size = float(np.abs(boundary).max())
-    if not math.isfinite(size):
-        raise ComputationError(
-            "the stability boundary overflows", "use parameters of less extreme size"
-        )
-    mus = (_hopf_mu(p, tangent_stiffness(p, u * rest)) for u in roots((boundary / size).tolist()))
-    return [mu for mu in mus if mu is not None]
 
+    def excess(mu: float) -> float:
+        y = equilibrium(p, separation=False, mu=mu).y
+        kt = tangent_stiffness(p, y)
+        return mu * h * kt - _boundary(p, kt)
 
-def _constant(value: float) -> NDArray[np.float64]:
-    return np.array([value, 0.0, 0.0])
+    stable, unstable = 0.0, PARAMETERS["mu"].upper
+    if excess(stable) >= 0.0 or excess(unstable) < 0.0:
+        return ()
+    while stable < (middle := 0.5 * (stable + unstable)) < unstable:
+        stable, unstable = (middle, unstable) if excess(middle) < 0.0 else (stable, middle)
+    return (CriticalMu(unstable, "unstable"),)

@@ -8,7 +8,7 @@ is wanted: the polynomial of a step is its dense output.
 import math
 from itertools import accumulate, repeat
 from operator import mul
-from typing import Final
+from typing import Final, NamedTuple
 
 from .errors import ComputationError, InputError
 from .model import Mode, State, mode_of
@@ -17,10 +17,17 @@ from .polynomial import first_root
 from .recurrences import coefficient_function, constants, field_of, state_function
 from .segment import Segment
 
+# Relative error to aim at in the end state, and what may be asked for.
+DEFAULT_TOL: Final = 1e-12
+TOL_RANGE: Final = (1e-13, 1e-2)
+# Local errors add up and grow along the run; this much smaller, `tol` is the error at its end.
+_LOCAL_TOLERANCE: Final = 1e-3
+
 MIN_TOLERANCE: Final = 1e-16
 MAX_TOLERANCE: Final = 1e-2
 MIN_ORDER: Final = 8
 MAX_ORDER: Final = 20
+ORDER_STEP: Final = 4
 # A step never exceeds this many times √(m/stiffness), at rest least of all.
 LONGEST_STEP: Final = 1e3
 # Half of what a straight line exceeds the power of two by, as an exponent.
@@ -29,8 +36,49 @@ EXP2_BIAS: Final = 0.043
 MAX_STALLED: Final = 64
 
 
+class Instant(NamedTuple):
+    """Where an integrator stands: all that a step changes.
+
+    Attributes
+    ----------
+    t, remainder : float
+        Time, s, and what it lacks of the exact time (compensated summation).
+    state : State
+        (x, ẋ, y, ẏ), m and m/s.
+    mode : Mode
+        The field that governs the next step.
+    stalled : int
+        Steps taken without time advancing.
+    """
+
+    t: float
+    remainder: float
+    state: State
+    mode: Mode
+    stalled: int
+
+
+def local_tolerance(tol: float) -> float:
+    """Local tolerance of the Taylor integrator for an aimed relative error of the end state.
+
+    Parameters
+    ----------
+    tol : float
+        Aimed relative error after about a hundred periods.
+
+    Returns
+    -------
+    float
+        Tolerance for one step.
+    """
+    return tol * _LOCAL_TOLERANCE
+
+
 def order_for(tol: float) -> int:
-    """Order of expansion that is cheapest for a tolerance.
+    """Order of expansion that is cheapest for a tolerance, a multiple of four.
+
+    After a landing y is v t + O(t⁵) and every fourth coefficient stands out; only with such an
+    order is the last one among them, and the step size safe.
 
     Parameters
     ----------
@@ -42,7 +90,7 @@ def order_for(tol: float) -> int:
     int
         Order N of the velocities.
     """
-    return min(max(math.ceil(-0.5 * math.log(tol)), MIN_ORDER), MAX_ORDER)
+    return min(max(ORDER_STEP * math.ceil(-0.5 / ORDER_STEP * math.log(tol)), MIN_ORDER), MAX_ORDER)
 
 
 def overflow_error(t: float, state: State) -> ComputationError:
@@ -138,7 +186,7 @@ class TaylorStepper:
     separation : bool
         Whether separation is considered.
     tol : float
-        Local tolerance: last Taylor term of a step relative to the size of the motion.
+        Local tolerance: last Taylor term of the velocities relative to the speed.
     order : int, optional
         Order of expansion; chosen from `tol` if not given.
 
@@ -180,6 +228,21 @@ class TaylorStepper:
         self._time, self._remainder, self._state = t, 0.0, state
         self._stalled = 0
         self._mode = mode_of(p, state, separation=separation)
+
+    @property
+    def instant(self) -> Instant:
+        """Where the integrator stands: at the end of the last segment."""
+        return Instant(self._time, self._remainder, self._state, self._mode, self._stalled)
+
+    def resume(self, instant: Instant) -> None:
+        """Go back, or on, to where an integrator of the same problem stood.
+
+        Parameters
+        ----------
+        instant : Instant
+            The segments that follow are those that followed then, to the last bit.
+        """
+        self._time, self._remainder, self._state, self._mode, self._stalled = instant
 
     def advance(self) -> Segment:
         """Compute the next segment: one Taylor step, cut at the first root of y.
@@ -223,23 +286,19 @@ class TaylorStepper:
         return Segment(mode, start, remainder, duration, self._time, x, y, state, switches)
 
     def _step_size(self, x: tuple[float, ...], y: tuple[float, ...]) -> float:
-        # The size of the motion is that of the state, of the static deflection at the least.
-        size = max(
-            abs(x[0]),
-            abs(y[0]),
-            abs(x[1]) * self._time_scale,
-            abs(y[1]) * self._time_scale,
-            self._deflection,
-        )
-        allowed = self._tol * size
+        # The last two terms of the velocities stay below the tolerance relative to the speed, or
+        # to the speed with which the displacement or the static deflection would be passed.
+        displacement = max(abs(x[0]), abs(y[0]), self._deflection)
+        speed = max(abs(x[1]), abs(y[1]), displacement / self._time_scale)
+        allowed = self._tol * speed
         longest = LONGEST_STEP * self._time_scale
         exponent = math.inf
         for n in (self._degree, self._degree - 1):
-            last = max(abs(x[n]), abs(y[n]))
+            last = n * max(abs(x[n]), abs(y[n]))
             if not math.isfinite(last):
                 raise overflow_error(self._time, self._state)
             if last > 0.0 and allowed > 0.0:
-                exponent = min(exponent, (rough_log2(allowed) - rough_log2(last)) / n)
+                exponent = min(exponent, (rough_log2(allowed) - rough_log2(last)) / (n - 1))
         return longest if exponent == math.inf else min(longest, rough_exp2(exponent))
 
     def _first_root(self, y: tuple[float, ...], final: float) -> float | None:

@@ -2,47 +2,20 @@
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Final, Self
+from typing import Self
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from .columns import COLUMNS, Column
 from .errors import InputError
 from .model import Mode
 from .parameters import Parameters
 from .segment import Segment
 
+__all__ = ["COLUMNS", "Column", "DenseSolution", "Trajectory"]
+
 FloatArray = NDArray[np.float64]
-
-
-@dataclass(frozen=True, slots=True)
-class Column:
-    """A column of a trajectory.
-
-    Attributes
-    ----------
-    name : str
-        Name of the attribute of `Trajectory` and of the column in a file.
-    unit : str
-        SI unit.
-    meaning : str
-        One phrase.
-    """
-
-    name: str
-    unit: str
-    meaning: str
-
-
-COLUMNS: Final = (
-    Column("t", "s", "time"),
-    Column("x", "m", "horizontal displacement"),
-    Column("vx", "m/s", "horizontal velocity"),
-    Column("y", "m", "vertical displacement"),
-    Column("vy", "m/s", "vertical velocity"),
-    Column("P", "N", "contact force"),
-    Column("mode", "1", "1 in contact, 0 separated"),
-)
 
 
 @dataclass(frozen=True, slots=True)

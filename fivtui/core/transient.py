@@ -9,9 +9,10 @@ from typing import Final, Literal
 import numpy as np
 from numpy.typing import NDArray
 
+from . import taylor
 from .errors import Cancelled, ComputationError, InputError
 from .extremes import Extremes
-from .methods import METHODS, Problem
+from .methods import METHODS, Problem, check_takes_step
 from .model import Mode, State, contact_force, mode_of, static_start
 from .parameters import Parameters, parse_number, unknown_name
 from .segment import Segment, Stepper
@@ -25,9 +26,9 @@ Kernel = Literal["exact", "compiled", "interpreted"]
 KernelChoice = Literal["auto"] | Kernel
 
 DEFAULT_T_END: Final = 100.0
-DEFAULT_TOL: Final = 1e-12
+DEFAULT_TOL: Final = taylor.DEFAULT_TOL
 MAX_T_END: Final = 1e7
-TOL_RANGE: Final = (1e-13, 1e-2)
+TOL_RANGE: Final = taylor.TOL_RANGE
 MAX_STEPS: Final = 20_000_000
 _CHUNK: Final = 256
 _PROGRESS_EVERY: Final = 128
@@ -127,6 +128,10 @@ class Transient:
         Horizon, s.
     method : str
         Name of the integration method.
+    tol : float
+        Relative tolerance.
+    step : float or None
+        Step asked of a fixed-step method, s.
     final, peak, steady, contact_force, events, stats
         See their classes.
     switch_times : ndarray, shape (n,)
@@ -144,6 +149,8 @@ class Transient:
     start: State
     t_end: float
     method: str
+    tol: float
+    step: float | None
     final: FinalState
     peak: Peak
     steady: Steady
@@ -191,9 +198,10 @@ def resolve_start(p: Parameters, start: Start, *, separation: bool) -> State:
         if start != "static":
             raise InputError(f"start = {start!r}: allowed is {allowed}")
         return static_start(p, separation=separation)
-    if len(start) != 4:
-        raise InputError(f"start has {len(start)} values: allowed is {allowed}")
-    x, vx, y, vy = (parse_number("start", float(value), allowed) for value in start)
+    given = np.asarray(start)
+    if given.shape != (4,):
+        raise InputError(f"start = {start!r}: allowed is {allowed}")
+    x, vx, y, vy = (parse_number("start", value, allowed) for value in given.tolist())
     return (x, vx, y, vy)
 
 
@@ -388,6 +396,8 @@ def assemble(
         start=problem.start,
         t_end=problem.t_end,
         method=method,
+        tol=problem.tol,
+        step=problem.step,
         final=FinalState(problem.t_end, *final),
         peak=Peak(
             y_abs=max(whole.y_max, -whole.y_min),
@@ -444,18 +454,18 @@ def sample_times(samples: Samples, t_end: float) -> NDArray[np.float64] | None:
     return times
 
 
-def check_horizon(t_end: float) -> float:
+def check_horizon(t_end: float | str) -> float:
     """Check a horizon.
 
     Parameters
     ----------
-    t_end : float
-        Horizon, s.
+    t_end : float or str
+        Horizon, s; text that reads as a number will do.
 
     Returns
     -------
     float
-        The same.
+        The horizon, s.
 
     Raises
     ------
@@ -567,8 +577,8 @@ def integrate(
     if method not in METHODS:
         raise unknown_name("method", method, METHODS)
     problem = make_problem(p, t_end=t_end, tol=tol, separation=separation, start=start, step=step)
-    if step is not None and not METHODS[method].fixed_step:
-        raise InputError(f"step: the method {method} chooses its own; set tol instead")
+    if step is not None:
+        check_takes_step(method)
     used: Kernel | None = None
     if method == "taylor":
         from .kernel_choice import chosen
@@ -577,11 +587,30 @@ def integrate(
         if whole_run is not None:
             return whole_run(problem, samples, max_steps, progress)
         used = "interpreted"
-    elif kernel != "auto":
-        raise InputError(f"kernel = {kernel!r}: the method {method} has no choice of kernels")
+    else:
+        check_has_kernels(method, kernel)
     recorder = Recorder(problem, samples)
     run_segments(METHODS[method].stepper(problem), recorder, max_steps, progress)
     return recorder.result(method, used)
+
+
+def check_has_kernels(method: str, kernel: KernelChoice) -> None:
+    """Check that no kernel is asked for where there is no choice.
+
+    Parameters
+    ----------
+    method : str
+        Name of a method other than ``taylor``.
+    kernel : str
+        What was asked for.
+
+    Raises
+    ------
+    InputError
+        If that is not ``"auto"``.
+    """
+    if kernel != "auto":
+        raise InputError(f"kernel = {kernel!r}: the method {method} has no choice of kernels")
 
 
 def run_segments(

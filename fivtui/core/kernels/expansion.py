@@ -1,7 +1,7 @@
 """The recurrences as machine code: straight-line, for one parameter set or one in each lane.
 
-`recurrences` is run on values of the compiler. After every second order the code can leave, so
-that one kernel serves all orders.
+`recurrences` is run on values of the compiler. The code can leave after every order that
+`core.taylor` chooses, so that one kernel serves them all.
 """
 
 from itertools import islice
@@ -10,7 +10,7 @@ from typing import Any, Final
 from numba import types
 
 from ..recurrences import Constants, Field, Values, recurrences
-from ..taylor import MAX_ORDER, MIN_ORDER
+from ..taylor import MAX_ORDER, MIN_ORDER, ORDER_STEP
 from .jit import intrinsic
 from .vectors import ALIGNMENT, CONTRACT, LANES, constant, extract, join, pointer, spread
 
@@ -96,7 +96,7 @@ def _expansion(field: Field, width: int) -> Any:
                     for place, value in enumerate((term.x, term.y), 2 * (reached + 1)):
                         address = pointer(builder, memory, place, width)
                         builder.store(value.value, address, align=ALIGNMENT)
-                if MIN_ORDER <= reached < MAX_ORDER:
+                if MIN_ORDER <= reached < MAX_ORDER and reached % ORDER_STEP == 0:
                     further = builder.append_basic_block(f"order_{reached + 1}")
                     wanted = builder.icmp_signed(">", order, order.type(reached))
                     builder.cbranch(wanted, further, done)

@@ -47,7 +47,7 @@ PROBLEM: Final = np.dtype(
         ("coupling", "f8"),
         ("preload", "f8"),
         ("deflection", "f8"),
-        ("time_scale", "f8"),
+        ("frequency", "f8"),
         ("order", "i8"),
         ("separation", "i8"),
         ("cubic", "i8"),
@@ -107,19 +107,18 @@ _TWIST: Final = _N * (_N - 1.0) * (_N - 2.0) / 8.0
 @inner
 def step_size(c: Any, degree: int, problem: Any) -> float:
     """Length of the next step, s."""
-    scale = problem.time_scale
-    fastest = max(abs(c[2]), abs(c[3]))
-    size = max(abs(c[0]), abs(c[1]), fastest * scale, problem.deflection)
-    allowed = problem.tol * size
-    longest = LONGEST_STEP * scale
+    displacement = max(abs(c[0]), abs(c[1]), problem.deflection)
+    speed = max(abs(c[2]), abs(c[3]), displacement * problem.frequency)
+    allowed = problem.tol * speed
+    longest = LONGEST_STEP / problem.frequency
     exponent = np.inf
     reciprocals = memory(_RECIPROCAL)
     for n in (degree, degree - 1):
-        last = max(abs(c[2 * n]), abs(c[2 * n + 1]))
+        last = n * max(abs(c[2 * n]), abs(c[2 * n + 1]))
         if last > 0.0 and allowed > 0.0:
             # `rough_log2` is the bits of a float.
             ratio = float(as_integer(allowed) - as_integer(last))
-            exponent = min(exponent, ratio * reciprocals[n])
+            exponent = min(exponent, ratio * reciprocals[n - 1])
     if exponent == np.inf:
         return longest
     return min(longest, as_float(int(exponent) + _EXP2_ZERO))

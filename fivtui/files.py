@@ -1,0 +1,124 @@
+"""Output files: never overwritten unasked, never left half written."""
+
+import os
+import secrets
+import shutil
+from collections.abc import Callable, Iterable
+from pathlib import Path
+from typing import BinaryIO
+
+from .core.errors import InputError
+
+
+def check_suffix(path: Path, kind: str, allowed: Iterable[str]) -> str:
+    """Check that the name of a file says a format that is known.
+
+    Parameters
+    ----------
+    path : Path
+        The file.
+    kind : str
+        What it holds, named in the message, e.g. ``"figure"``.
+    allowed : iterable of str
+        The suffixes allowed, with their dots, in lower case.
+
+    Returns
+    -------
+    str
+        The suffix in lower case.
+
+    Raises
+    ------
+    InputError
+        If it is not among those allowed.
+    """
+    suffix, known = path.suffix.lower(), tuple(allowed)
+    if suffix not in known:
+        raise InputError(f"{path}: the suffix of a {kind} file must be one of {', '.join(known)}")
+    return suffix
+
+
+def check_output(path: Path, *, force: bool) -> None:
+    """Check that a file can be written, before the work that fills it.
+
+    Parameters
+    ----------
+    path : Path
+        The file.
+    force : bool
+        Whether a file that exists may be replaced.
+
+    Raises
+    ------
+    InputError
+        If the file exists and `force` is not given, if it is no regular file, if its folder is
+        missing, or if writing is not permitted.
+    """
+    try:
+        _check_target(path, _target(path), force=force)
+    except OSError as error:
+        raise _cannot_write(path, error) from None
+
+
+def _check_target(path: Path, target: Path, *, force: bool) -> None:
+    if target.is_dir():
+        raise InputError(f"{path}: is a folder, not a file")
+    if target.exists():
+        if not target.is_file():
+            raise InputError(f"{path}: is not a regular file")
+        if not force:
+            raise InputError(f"{path}: exists already; choose another name or force overwriting")
+        if not os.access(target, os.W_OK):
+            raise InputError(f"{path}: cannot be written: the file is read-only")
+    folder = target.parent
+    if not folder.is_dir():
+        raise InputError(f"{path}: there is no folder {folder}")
+    if not os.access(folder, os.W_OK | os.X_OK):
+        raise InputError(f"{path}: cannot be written: no permission to write in {folder}")
+
+
+def write_atomically(path: Path, write: Callable[[BinaryIO], None], *, force: bool = False) -> None:
+    """Write a whole file or nothing.
+
+    Parameters
+    ----------
+    path : Path
+        The file; what a symbolic link points to is written, not the link.
+    write : callable
+        Writes the content to the binary file that it is given.
+    force : bool
+        Whether a file that exists may be replaced.
+
+    Raises
+    ------
+    InputError
+        As `check_output`, or if writing fails, with the reason. Whatever `write` raises besides
+        `OSError` passes through. In every case a file that existed stays as it was.
+    """
+    check_output(path, force=force)
+    target = _target(path)
+    temporary = target.with_name(f".fivtui-{secrets.token_hex(8)}.tmp")
+    try:
+        with temporary.open("xb") as file:
+            write(file)
+            file.flush()
+            os.fsync(file.fileno())
+        # Writing may have taken long enough for another file to appear under this name.
+        check_output(path, force=force)
+        if target.exists():
+            shutil.copymode(target, temporary)
+        temporary.replace(target)
+    except OSError as error:
+        raise _cannot_write(path, error) from None
+    finally:
+        temporary.unlink(missing_ok=True)
+
+
+def _target(path: Path) -> Path:
+    if "\0" in str(path):
+        raise InputError(f"{str(path)!r}: not the name of a file")
+    return Path(os.path.realpath(path))
+
+
+def _cannot_write(path: Path, error: OSError) -> InputError:
+    return InputError(f"{path}: cannot be written: {error.strerror or error}")

@@ -1,0 +1,232 @@
+"""What the command line prints: tables on standard output, progress on standard error."""
+
+import sys
+import time
+from collections.abc import Sequence
+from types import TracebackType
+from typing import TYPE_CHECKING, Final, Self
+
+from rich.console import Console
+from rich.progress import BarColumn, TaskID, TextColumn, TimeRemainingColumn
+from rich.progress import Progress as Bar
+from rich.table import Table
+
+from .core.parameters import Parameters
+from .core.stability import Stability
+from .core.transient import Transient
+
+if TYPE_CHECKING:
+    from .compare import Comparison
+
+# A bar for less than this would only flicker.
+_PATIENCE_S: Final = 1.0
+
+
+class Progress:
+    """A progress bar on standard error that appears only when a computation takes over a second.
+
+    Parameters
+    ----------
+    label : str
+        What is being done.
+    """
+
+    def __init__(self, label: str) -> None:
+        self._label = label
+        self._bar: Bar | None = None
+        self._task: TaskID | None = None
+        self._begin = time.monotonic()
+
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(
+        self,
+        kind: type[BaseException] | None,
+        error: BaseException | None,
+        traceback: TracebackType | None,
+    ) -> None:
+        if self._bar is not None:
+            self._bar.stop()
+
+    def __call__(self, fraction: float) -> bool:
+        """Show the fraction done, 0 to 1; always asks to go on."""
+        if self._bar is None:
+            if time.monotonic() - self._begin < _PATIENCE_S:
+                return True
+            console = Console(stderr=True)
+            columns = (TextColumn("{task.description}"), BarColumn(), TimeRemainingColumn())
+            self._bar = Bar(
+                *columns, console=console, transient=True, disable=not console.is_terminal
+            )
+            self._bar.start()
+            self._task = self._bar.add_task(self._label, total=1.0)
+        if self._task is not None:
+            self._bar.update(self._task, completed=fraction)
+        return True
+
+
+def number(value: float, digits: int = 6) -> str:
+    """A number for reading: a few significant digits."""
+    return f"{value:.{digits}g}"
+
+
+def _print(table: Table) -> None:
+    # Without a terminal nothing is wrapped or cut: the reader is a program.
+    console = Console(file=sys.stdout, width=None if sys.stdout.isatty() else 200, highlight=False)
+    console.print(table)
+
+
+def print_list(title: str, rows: Sequence[tuple[str, str]]) -> None:
+    """Print names and what they stand for.
+
+    Parameters
+    ----------
+    title : str
+        Title of the list.
+    rows : sequence of tuple of str
+        Name and text of each.
+    """
+    table = Table(title=title, title_justify="left", show_header=False, box=None, pad_edge=False)
+    table.add_column(no_wrap=True)
+    table.add_column()
+    for name, value in rows:
+        table.add_row(name, value)
+    _print(table)
+
+
+def _parameter_line(p: Parameters) -> str:
+    return "  ".join(f"{name}={number(value)}" for name, value in p.as_dict().items())
+
+
+def print_transient(result: Transient) -> None:
+    """Print extremes, events and final state of a transient.
+
+    Parameters
+    ----------
+    result : Transient
+        Any transient.
+    """
+    peak, events, final = result.peak, result.events, result.final
+    share = events.separated_time / result.t_end
+    rows = [
+        ("parameters", _parameter_line(result.parameters)),
+        ("separation", "considered" if result.separation else "ignored"),
+        ("method", f"{result.method}, {result.stats.steps} steps"),
+        (
+            "peak |y|",
+            f"{number(peak.y_abs)} m  (y from {number(peak.y_min)} to {number(peak.y_max)} m)",
+        ),
+        ("peak |x|", f"{number(peak.x_abs)} m"),
+        ("steady half range of y", f"{number(result.steady.y_half_range)} m  (second half)"),
+        (
+            "contact force",
+            f"{number(result.contact_force.min)} to {number(result.contact_force.max)} N",
+        ),
+        ("separations", f"{events.separations}  (reattachments {events.reattachments})"),
+        ("time off the belt", f"{number(events.separated_time)} s  ({share:.1%})"),
+        ("valid for belt speeds above", f"{number(max(peak.vx_max, 0.0))} m/s"),
+        (
+            f"final state, t = {number(final.t)} s",
+            f"x={final.x:.13g}  vx={final.vx:.13g}  y={final.y:.13g}  vy={final.vy:.13g}",
+        ),
+    ]
+    if result.stats.cpu_s is not None:
+        rows.append(("CPU time", f"{result.stats.cpu_s:.3g} s"))
+    print_list("Transient", rows)
+
+
+def print_stability(verdict: Stability, p: Parameters) -> None:
+    """Print equilibrium, eigenvalues and critical friction coefficients.
+
+    Parameters
+    ----------
+    verdict : Stability
+        Of any parameter set.
+    p : Parameters
+        That parameter set.
+    """
+    point = verdict.equilibrium
+    rows = [
+        ("parameters", _parameter_line(p)),
+        (
+            "equilibrium",
+            f"x={number(point.x)} m  y={number(point.y)} m  P={number(point.P)} N",
+        ),
+        ("verdict", "stable" if verdict.stable else "unstable"),
+        ("growth rate", f"{number(verdict.growth_rate)} 1/s"),
+    ]
+    rows += [
+        ("eigenvalue", f"{number(value.real)} {value.imag:+.6g}i 1/s")
+        for value in verdict.eigenvalues.tolist()
+    ]
+    rows += [
+        ("critical friction coefficient", f"{number(c.mu)}  ({c.becomes} above)")
+        for c in verdict.critical_mu
+    ] or [("critical friction coefficient", "none")]
+    linear = verdict.linear_critical_mu
+    rows.append(("  of the linear system", "none" if linear is None else number(linear)))
+    print_list("Stability", rows)
+
+
+def print_rows(title: str, header: Sequence[str], rows: Sequence[Sequence[str]]) -> None:
+    """Print a table.
+
+    Parameters
+    ----------
+    title : str
+        Its title.
+    header : sequence of str
+        Column names.
+    rows : sequence of sequence of str
+        As many texts each; the first column is left-aligned, the others right-aligned.
+    """
+    table = Table(title=title, title_justify="left", box=None, pad_edge=False)
+    for index, name in enumerate(header):
+        table.add_column(name, justify="left" if index == 0 else "right", no_wrap=index > 0)
+    for row in rows:
+        table.add_row(*row)
+    _print(table)
+
+
+def print_comparison(result: "Comparison") -> None:
+    """Print the table of the main job: both cases, native and through the FMU.
+
+    Parameters
+    ----------
+    result : Comparison
+        What `compare` returned.
+    """
+    header = (
+        "separation, path",
+        "peak |y| m",
+        "half range m",
+        "separations",
+        "off the belt",
+        "difference",
+        "time s",
+    )
+    rows = []
+    for case, pair in (("considered", result.considered), ("ignored", result.ignored)):
+        for path, run, seconds in (
+            ("native", pair.native, pair.native_s),
+            ("FMU", pair.fmu, pair.fmu_s),
+        ):
+            rows.append(
+                (
+                    f"{case}, {path}",
+                    number(run.peak.y_abs),
+                    number(run.steady.y_half_range),
+                    str(run.events.separations),
+                    f"{run.events.separated_time / run.t_end:.1%}",
+                    f"{pair.difference:.1e}" if run is pair.fmu else "",
+                    f"{seconds:.2f}",
+                )
+            )
+    p, t_end = result.considered.native.parameters, result.considered.native.t_end
+    print_rows(f"Slider-belt, {t_end:g} s: {_parameter_line(p)}", header, rows)
+    text = (
+        "difference: greatest of all sampled states between FMU and native, m and m/s; "
+        f"the FMU was built in {result.build_s:.2f} s"
+    )
+    Console(file=sys.stdout, width=None if sys.stdout.isatty() else 200).print(text)

@@ -1,0 +1,1 @@
+"""The terminal UI: a headless session under thin Textual widgets."""

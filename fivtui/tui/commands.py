@@ -1,0 +1,85 @@
+"""What the command palette lists: all that applies now."""
+
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass
+from functools import partial
+
+from textual.command import DiscoveryHit, Hit, Hits, Provider
+from textual.widgets import TabPane
+
+from fivtui.presets import PRESETS
+
+from .exports import EXPORTS
+from .fields import FIELDS
+from .lab import LabScreen
+from .messages import FieldEdited, SceneLoaded
+
+
+@dataclass(frozen=True, slots=True)
+class Command:
+    """A line of the palette."""
+
+    title: str
+    help: str
+    run: Callable[[], object]
+
+
+def _commands(lab: LabScreen) -> Iterator[Command]:
+    if lab.session.runs.active is None:
+        yield Command("Run the transient", "F5", lab.action_run)
+    else:
+        yield Command("Stop the run", "F5", lab.action_stop)
+    if lab.shown is not None:
+        for what in EXPORTS:
+            title = f"Write the {what} of run {lab.shown.number}…"
+            yield Command(title, "The suffix says the format", partial(lab.action_export, what))
+        yield Command("Show the last tenth", "Plots: steady vibration", lab.action_show_end)
+        yield Command("Show the whole horizon", "Plots", lab.action_show_all)
+    yield Command("Open a scene…", "Ctrl+O", lab.action_open_scene)
+    yield Command("Save the scene as…", "Ctrl+S", lab.action_save_scene)
+    yield Command("Copy the command line", "fivtui simulate …", lab.action_copy_command)
+    if lab.session.changed:
+        yield Command("Reset all fields", "To the scene loaded", lab.action_reset_all)
+    yield from _choices(lab)
+    for pane in lab.query(TabPane):
+        name = str(pane.id)
+        yield Command(f"Tab {name.capitalize()}", "F2: the next one", partial(lab.show_tab, name))
+    for name, scene in PRESETS.items():
+        message = partial(lab.post_message, SceneLoaded(scene, name))
+        yield Command(f"Preset {name}", scene.description, message)
+    for run in lab.session.runs:
+        if run.result is not None and run is not lab.shown:
+            title = f"Show run {run.number}"
+            yield Command(title, "Its plots and result", partial(lab.show_run, run.number))
+
+
+def _choices(lab: LabScreen) -> Iterator[Command]:
+    for field in FIELDS.values():
+        for text, meaning in (field.choices or {}).items():
+            if text != lab.session.texts[field.name]:
+                message = partial(lab.post_message, FieldEdited(field.name, text))
+                yield Command(f"{field.name.capitalize()}: {text}", meaning, message)
+
+
+class LabCommands(Provider):
+    """The laboratory's commands, and below them those that every Textual app has."""
+
+    def _all(self) -> Iterator[Command]:
+        if isinstance(self.screen, LabScreen):
+            yield from _commands(self.screen)
+        for command in self.app.get_system_commands(self.screen):
+            yield Command(*command[:3])
+
+    async def discover(self) -> Hits:
+        """All commands, before anything is typed."""
+        for command in self._all():
+            yield DiscoveryHit(command.title, command.run, help=command.help)
+
+    async def search(self, query: str) -> Hits:
+        """The commands that match what is typed."""
+        matcher = self.matcher(query)
+        for command in self._all():
+            score = matcher.match(command.title)
+            if score > 0:
+                title = matcher.highlight(command.title)
+                yield Hit(score, title, command.run, help=command.help)

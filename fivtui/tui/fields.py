@@ -1,0 +1,234 @@
+"""The fields that a user edits, as data. Imports no Textual."""
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from typing import Final
+
+from fivtui.core.errors import InputError
+from fivtui.core.parameters import PARAMETERS, Parameters, ParameterSpec, parse_number, unknown_name
+from fivtui.core.transient import (
+    DEFAULT_T_END,
+    DEFAULT_TOL,
+    MAX_T_END,
+    TOL_RANGE,
+    Start,
+    check_horizon,
+    make_problem,
+    resolve_start,
+)
+from fivtui.scene import Scene
+from fivtui.simulation import ALL_METHODS
+
+from .equations import equations_with
+from .nudges import Nudge, by_decade, by_digit, number_text
+
+CONSIDERED: Final = "considered"
+IGNORED: Final = "ignored"
+
+_SEPARATION: Final = {
+    CONSIDERED: "Case 1: the slider may leave the belt, then P = 0",
+    IGNORED: "Case 2: P = −k2 y − k_nl y³ for all y, even in tension",
+}
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Field:
+    """One thing that a user edits, as text.
+
+    Attributes
+    ----------
+    name : str
+        Name as in scene files and on the command line.
+    group : str
+        Heading under which it stands.
+    symbol, unit, meaning, allowed : str
+        As in `ParameterSpec`.
+    default : str
+        Text of its default.
+    check : callable
+        Takes a text, returns the value or raises `InputError`.
+    text_of : callable
+        Takes a scene, returns the text of this field in it.
+    nudge : callable or None
+        How a key press changes the value.
+    when_empty : str
+        What no text at all means, where that is allowed.
+    choices : mapping of str to str
+        The texts allowed and their meanings, where there are only some.
+    details : tuple of (str, str)
+        Labelled lines of help: the equations in which it stands, or what it does.
+    """
+
+    name: str
+    group: str
+    symbol: str
+    unit: str
+    meaning: str
+    allowed: str
+    default: str
+    check: Callable[[str], object]
+    text_of: Callable[[Scene], str]
+    nudge: Nudge | None = None
+    when_empty: str = ""
+    choices: Mapping[str, str] | None = None
+    details: tuple[tuple[str, str], ...] = ()
+
+
+def _parameter(spec: ParameterSpec) -> Field:
+    return Field(
+        name=spec.name,
+        group="Parameters",
+        symbol=spec.symbol,
+        unit=spec.unit,
+        meaning=spec.meaning,
+        allowed=spec.allowed,
+        default=number_text(spec.default),
+        check=spec.check,
+        text_of=lambda scene: number_text(getattr(scene.parameters, spec.name)),
+        nudge=by_digit(spec.default),
+        details=tuple(
+            (f"Eq. {equation.number}", f"{equation.text}  ({equation.subject})")
+            for equation in equations_with(spec)
+        ),
+    )
+
+
+def _choice(kind: str, choices: Mapping[str, str]) -> Callable[[str], str]:
+    def check(text: str) -> str:
+        if text not in choices:
+            raise unknown_name(kind, text, choices)
+        return text
+
+    return check
+
+
+def _check_t_end(text: str) -> float:
+    return check_horizon(parse_number("t_end", text, _T_END_ALLOWED))
+
+
+def _check_tol(text: str) -> float:
+    return make_problem(_ANY, start=_AT_ZERO, tol=parse_number("tol", text, _TOL_ALLOWED)).tol
+
+
+def _check_step(text: str) -> float | None:
+    if not text.strip():
+        return None
+    step = parse_number("step", text, _STEP_ALLOWED)
+    return make_problem(_ANY, start=_AT_ZERO, t_end=MAX_T_END, step=step).step
+
+
+def _check_start(text: str) -> Start:
+    parts = [part.strip() for part in text.split(",")]
+    if parts == ["static"]:
+        return "static"
+    if len(parts) != 4:
+        raise InputError(f"start = {text!r}: allowed is {_START_ALLOWED}")
+    return resolve_start(
+        _ANY, [parse_number("start", part, _START_ALLOWED) for part in parts], separation=True
+    )
+
+
+def _start_text(scene: Scene) -> str:
+    if isinstance(scene.start, str):
+        return scene.start
+    return ", ".join(number_text(value) for value in scene.start)
+
+
+_ANY: Final = Parameters()
+_AT_ZERO: Final = (0.0, 0.0, 0.0, 0.0)
+_T_END_ALLOWED: Final = f"0 < t_end <= {MAX_T_END:g} s"
+_TOL_ALLOWED: Final = f"{TOL_RANGE[0]:g} <= tol <= {TOL_RANGE[1]:g}"
+_STEP_ALLOWED: Final = "0 < step <= t_end, or nothing"
+_START_ALLOWED: Final = "static, or four finite numbers x,vx,y,vy in m and m/s"
+
+_OF_THE_RUN: Final = (
+    Field(
+        name="separation",
+        group="Transient",
+        symbol="",
+        unit="",
+        meaning="whether contact can be lost",
+        allowed=" or ".join(_SEPARATION),
+        default=CONSIDERED,
+        check=_choice("separation", _SEPARATION),
+        text_of=lambda scene: CONSIDERED if scene.separation else IGNORED,
+        choices=_SEPARATION,
+        details=tuple(_SEPARATION.items()),
+    ),
+    Field(
+        name="start",
+        group="Transient",
+        symbol="",
+        unit="m, m/s",
+        meaning="state at t = 0",
+        allowed=_START_ALLOWED,
+        default="static",
+        check=_check_start,
+        text_of=_start_text,
+        details=(("static", "at rest at the equilibrium of μ = 0 under F; then the belt moves"),),
+    ),
+    Field(
+        name="t_end",
+        group="Transient",
+        symbol="t_end",
+        unit="s",
+        meaning="horizon",
+        allowed=_T_END_ALLOWED,
+        default=number_text(DEFAULT_T_END),
+        check=_check_t_end,
+        text_of=lambda scene: number_text(scene.t_end),
+        nudge=by_digit(DEFAULT_T_END),
+        details=(("use", "the second half of the horizon gives the steady half range"),),
+    ),
+    Field(
+        name="method",
+        group="Transient",
+        symbol="",
+        unit="",
+        meaning="integration method",
+        allowed=", ".join(ALL_METHODS),
+        default="taylor",
+        check=_choice("method", ALL_METHODS),
+        text_of=lambda scene: scene.method,
+        choices=ALL_METHODS,
+        details=tuple(ALL_METHODS.items()),
+    ),
+    Field(
+        name="tol",
+        group="Transient",
+        symbol="tol",
+        unit="",
+        meaning="relative tolerance",
+        allowed=_TOL_ALLOWED,
+        default=number_text(DEFAULT_TOL),
+        check=_check_tol,
+        text_of=lambda scene: number_text(scene.tol),
+        nudge=by_decade,
+        details=(
+            ("use", "methods of variable step"),
+            ("taylor, fmu", "relative error of the end state after about a hundred periods"),
+        ),
+    ),
+    Field(
+        name="step",
+        group="Transient",
+        symbol="step",
+        unit="s",
+        meaning="step of rk4 or fmu",
+        allowed=_STEP_ALLOWED,
+        default="",
+        check=_check_step,
+        text_of=lambda scene: "" if scene.step is None else number_text(scene.step),
+        nudge=by_digit(0.001),
+        when_empty="default",
+        details=(
+            ("rk4", "the integration step"),
+            ("fmu", "the communication step"),
+            ("others", "choose their own step; leave this empty"),
+        ),
+    ),
+)
+
+FIELDS: Final[Mapping[str, Field]] = {
+    field.name: field for field in (*map(_parameter, PARAMETERS.values()), *_OF_THE_RUN)
+}

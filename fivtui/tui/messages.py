@@ -1,0 +1,90 @@
+"""What widgets tell the screen."""
+
+from dataclasses import dataclass
+from pathlib import Path
+
+from textual.message import Message
+
+from fivtui.scene import Scene
+
+from .runs import Outcome, Run
+
+
+@dataclass
+class FieldEdited(Message):
+    """The user gave a field another text."""
+
+    name: str
+    text: str
+
+
+@dataclass
+class FieldNudged(Message):
+    """The user asked for a little more (+1) or less (-1) of a number."""
+
+    name: str
+    direction: int
+    fine: bool
+
+
+@dataclass
+class FieldFocused(Message):
+    """A field has the focus now."""
+
+    name: str
+
+
+@dataclass
+class RunAsked(Message):
+    """The user asked to run, or to stop what runs."""
+
+
+@dataclass
+class RunEnded(Message):
+    """The thread of a run came to its end, perhaps long after the run was stopped."""
+
+    run: Run
+    outcome: Outcome
+
+
+@dataclass
+class RunChosen(Message):
+    """The user wants to see a run again."""
+
+    number: int
+
+
+@dataclass
+class RunsChanged(Message):
+    """A run began, ended or was stopped."""
+
+
+@dataclass
+class Reported(Message):
+    """Something to log, and unless it is routine to tell the user at once."""
+
+    words: str
+    error: bool = False
+    routine: bool = False
+
+
+@dataclass
+class ExportEnded(Message):
+    """A file was written, or not: then with an error."""
+
+    what: str
+    path: Path
+    error: str
+
+
+@dataclass
+class WindowReset(Message):
+    """The user wants to see the whole horizon."""
+
+
+@dataclass
+class SceneLoaded(Message):
+    """A scene is to be edited; `source` is how the command line would name it."""
+
+    scene: Scene
+    source: str

@@ -1,0 +1,74 @@
+"""How a key press changes a number: by a digit or by a decade. Imports no Textual."""
+
+import math
+from collections.abc import Callable
+from decimal import Decimal
+
+Nudge = Callable[[float, int, bool], float]
+"""Value, direction (+1 or -1) and whether finely; the new value."""
+
+
+def by_digit(default: float) -> Nudge:
+    """Steps of one unit in the second significant digit (1 to 10 %), finely in the third.
+
+    From a number of that many digits a step and the step back give it again, across powers of ten
+    too.
+
+    Parameters
+    ----------
+    default : float
+        Sets the size of the step from zero.
+
+    Returns
+    -------
+    callable
+        The nudge.
+    """
+
+    def nudge(value: float, direction: int, fine: bool) -> float:
+        number = Decimal(repr(value))
+        size = number or Decimal(repr(default)) or Decimal(1)
+        exponent = size.adjusted()
+        inwards = number != 0 and (direction > 0) != (number > 0)
+        if inwards and abs(number) == Decimal(1).scaleb(exponent):
+            exponent -= 1
+        return float(number + direction * Decimal(1).scaleb(exponent - (2 if fine else 1)))
+
+    return nudge
+
+
+def by_decade(value: float, direction: int, _fine: bool) -> float:
+    """Ten times as much, or as little.
+
+    Parameters
+    ----------
+    value : float
+        The value.
+    direction : int
+        +1 or -1.
+
+    Returns
+    -------
+    float
+        The new value.
+    """
+    return float(Decimal(repr(value)).scaleb(direction))
+
+
+def number_text(value: float) -> str:
+    """The shortest text that reads as exactly this number, without a trailing ``.0``.
+
+    Parameters
+    ----------
+    value : float
+        A finite number.
+
+    Returns
+    -------
+    str
+        Its text.
+    """
+    if value == 0.0:
+        return "0"
+    brief = f"{value:.12g}"
+    return brief if float(brief) == value and math.isfinite(value) else repr(value)

@@ -1,0 +1,177 @@
+"""Plot geometry: what to draw of a long run in a few columns. Imports no Textual."""
+
+import math
+from collections.abc import Sequence
+from typing import Final
+
+import numpy as np
+from numpy.typing import NDArray
+
+FloatArray = NDArray[np.float64]
+
+_SHADES: Final = " ░▒▓█"
+_NEARLY_ALL: Final = 1.0 - 1e-12
+_PADDING: Final = 0.05
+# A signal that varies by less than this part of its size is drawn as constant.
+_LEAST_RANGE: Final = 1e-9
+
+
+def envelope(
+    t: FloatArray, values: FloatArray, window: tuple[float, float], columns: int
+) -> tuple[FloatArray, FloatArray]:
+    """Reduce a signal to what a plot of so many columns can show.
+
+    Of every column the first, least, greatest and last sample are kept, in the order of time:
+    a line through them covers the same pixels as one through all samples.
+
+    Parameters
+    ----------
+    t, values : ndarray, shape (n,)
+        Ascending times, s, and the signal.
+    window : tuple of float
+        First and last time shown, s. One sample beyond each end is kept, so that the line
+        reaches the edges.
+    columns : int
+        Number of columns, at least 1.
+
+    Returns
+    -------
+    t, values : ndarray, shape (m,)
+        At most ``4 * columns + 8`` of the samples.
+    """
+    low, high = window
+    first = max(int(np.searchsorted(t, low, side="left")) - 1, 0)
+    stop = min(int(np.searchsorted(t, high, side="right")) + 1, t.size)
+    t, values = t[first:stop], values[first:stop]
+    if t.size <= 4 * columns:
+        return t, values
+    column = np.floor((t - low) / (high - low) * columns)
+    starts = np.flatnonzero(np.diff(column, prepend=np.nan) != 0.0)
+    stops = np.append(starts[1:], t.size)
+    kept: list[int] = []
+    for begin, end in zip(starts.tolist(), stops.tolist(), strict=True):
+        part = values[begin:end]
+        kept += sorted({begin, begin + int(part.argmin()), begin + int(part.argmax()), end - 1})
+    return t[kept], values[kept]
+
+
+def separated_share(
+    intervals: Sequence[tuple[float, float]], window: tuple[float, float], columns: int
+) -> FloatArray:
+    """How much of every column's time the slider is off the belt.
+
+    Parameters
+    ----------
+    intervals : sequence of (start, end)
+        The separated intervals, ascending and disjoint, s.
+    window : tuple of float
+        First and last time shown, s.
+    columns : int
+        Number of columns, at least 1.
+
+    Returns
+    -------
+    ndarray, shape (columns,)
+        Shares, 0 to 1.
+    """
+    if not intervals:
+        return np.zeros(columns)
+    bounds = np.array(intervals)
+    edges = np.linspace(*window, columns + 1)
+    # Separated time up to an edge: all that ended before, and what has passed of the current one.
+    ended = np.searchsorted(bounds[:, 1], edges, side="right")
+    sums = np.concatenate(([0.0], np.cumsum(bounds[:, 1] - bounds[:, 0])))
+    starts = np.append(bounds[:, 0], np.inf)
+    until = sums[ended] + np.maximum(edges - starts[ended], 0.0)
+    shares: FloatArray = np.clip(np.diff(until) / np.diff(edges), 0.0, 1.0)
+    return shares
+
+
+def shading(shares: FloatArray) -> str:
+    """One character a column, the denser the longer the slider is off the belt.
+
+    Parameters
+    ----------
+    shares : ndarray, shape (n,)
+        Shares, 0 to 1.
+
+    Returns
+    -------
+    str
+        Blank only where there is no separation at all, full only where there is no contact.
+    """
+    inner = len(_SHADES) - 2
+    partly = 1 + np.floor(np.minimum(shares, _NEARLY_ALL) * inner)
+    levels = np.select([shares <= 0.0, shares > _NEARLY_ALL], [0, inner + 1], partly)
+    return "".join(_SHADES[int(level)] for level in levels)
+
+
+def axis_limits(low: float, high: float) -> tuple[float, float]:
+    """Limits of an axis that shows a range with a little room, never an empty one.
+
+    Parameters
+    ----------
+    low, high : float
+        Least and greatest value.
+
+    Returns
+    -------
+    tuple of float
+        Limits, the first below the second.
+    """
+    least = max(_LEAST_RANGE * max(abs(low), abs(high)), 1e-300)
+    if high - low < least:
+        middle, half = 0.5 * (low + high), max(0.05 * abs(high), 0.5 * least)
+        return (middle - half, middle + half) if high != 0.0 else (-1.0, 1.0)
+    room = _PADDING * (high - low)
+    return low - room, high + room
+
+
+def round_ticks(low: float, high: float, most: int) -> list[float]:
+    """Evenly spaced ticks at 1, 2 or 5 times a power of ten.
+
+    Parameters
+    ----------
+    low, high : float
+        Limits of the axis, the first below the second.
+    most : int
+        Number of ticks that there is room for, at least 2.
+
+    Returns
+    -------
+    list of float
+        As many as fit, inside the limits.
+    """
+    decade = 10.0 ** math.floor(math.log10((high - low) / most))
+    for factor in (1.0, 2.0, 5.0, 10.0, 20.0):
+        spacing = factor * decade
+        first, last = math.ceil(low / spacing), math.floor(high / spacing)
+        if last - first < most:
+            break
+    return [number * spacing for number in range(first, last + 1)]
+
+
+def tick_labels(ticks: Sequence[float]) -> list[str]:
+    """Short labels for evenly spaced ticks.
+
+    Parameters
+    ----------
+    ticks : sequence of float
+        Ascending ticks.
+
+    Returns
+    -------
+    list of str
+        With as many digits as tell them apart, at most seven characters for usual sizes.
+    """
+    spacing = ticks[1] - ticks[0] if len(ticks) > 1 else 0.0
+    clean = [0.0 if abs(tick) < 1e-6 * spacing else tick for tick in ticks]
+    for digits in range(1, 8):
+        labels = [f"{tick:.{digits}g}" for tick in clean]
+        plain = [f"{float(label):g}" for label in labels]
+        if all(
+            abs(float(label) - tick) <= 0.01 * spacing
+            for label, tick in zip(labels, clean, strict=True)
+        ):
+            return plain
+    return [f"{tick:.7g}" for tick in clean]

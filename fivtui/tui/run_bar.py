@@ -1,0 +1,64 @@
+"""Run and Stop, progress, and how the last run ended."""
+
+from textual import on
+from textual.app import ComposeResult
+from textual.containers import Horizontal
+from textual.widgets import Button, Label, ProgressBar
+
+from .messages import RunAsked
+from .runs import Run, RunState
+
+
+class RunBar(Horizontal):
+    """One line: the button, the progress bar while a run goes on, and words."""
+
+    def compose(self) -> ComposeResult:
+        """The parts of the line."""
+        yield Button("Run", id="run-button", compact=True, variant="primary")
+        yield ProgressBar(total=1.0, show_percentage=False, show_eta=False)
+        yield Label("no run yet: F5 runs", id="run-status", markup=False)
+
+    @on(Button.Pressed, "#run-button")
+    def _press(self, event: Button.Pressed) -> None:
+        event.stop()
+        self.post_message(RunAsked())
+
+    def show(self, run: Run, *, outdated: bool) -> None:
+        """Show where a run stands.
+
+        Parameters
+        ----------
+        run : Run
+            The run.
+        outdated : bool
+            Whether the fields were edited since.
+        """
+        running = run.state is RunState.RUNNING
+        button = self.query_one("#run-button", Button)
+        button.label = "Stop" if running else "Run"
+        button.variant = "error" if running else "primary"
+        self.set_class(running, "-running")
+        self.query_one(ProgressBar).update(progress=run.fraction)
+        words = _progress_words(run) if running else _end_words(run, outdated=outdated)
+        self.query_one("#run-status", Label).update(words)
+
+
+def _progress_words(run: Run) -> str:
+    remaining = run.remaining
+    words = f"run {run.number}: {100.0 * run.fraction:.0f} %"
+    return words if remaining is None else f"{words}, {_duration(remaining)} left"
+
+
+def _duration(seconds: float) -> str:
+    minutes, rest = divmod(round(seconds), 60)
+    hours, minutes = divmod(minutes, 60)
+    if hours:
+        return f"{hours} h {minutes:02d} min"
+    return f"{minutes} min {rest:02d} s" if minutes else f"{seconds:.1f} s"
+
+
+def _end_words(run: Run, *, outdated: bool) -> str:
+    words = f"run {run.number} {run.state.value}"
+    if run.result is not None and run.result.stats.cpu_s is not None:
+        words += f" in {run.result.stats.cpu_s:.2g} s, {run.accuracy}"
+    return f"{words} (inputs changed since)" if outdated else words

@@ -1,0 +1,209 @@
+"""Runs of a session: numbered, stoppable, stale results dropped. Imports no Textual."""
+
+import threading
+import time
+from collections.abc import Iterator
+from dataclasses import dataclass, field
+from enum import Enum
+from typing import Final
+
+from fivtui.core.errors import Cancelled, ComputationError, InputError
+from fivtui.core.methods import METHODS
+from fivtui.core.transient import Transient
+from fivtui.scene import Scene
+from fivtui.simulation import simulate
+
+from .sampling import sample_times
+
+MAX_RUNS: Final = 20
+
+
+class RunState(Enum):
+    """Where a run stands, in words."""
+
+    RUNNING = "running"
+    DONE = "done"
+    STOPPED = "stopped"
+    FAILED = "failed"
+
+
+@dataclass(eq=False, slots=True)
+class Run:
+    """One transient of a session.
+
+    Attributes
+    ----------
+    number : int
+        From 1, never used twice.
+    scene : Scene
+        What is computed.
+    state : RunState
+        Set by the side that shows it, never by the computing thread.
+    fraction : float
+        Part done, 0 to 1; written by the computing thread.
+    result : Transient or None
+        What came out of it.
+    message : str
+        Why it failed.
+    """
+
+    number: int
+    scene: Scene
+    state: RunState = RunState.RUNNING
+    fraction: float = 0.0
+    result: Transient | None = None
+    message: str = ""
+    _begin: float = field(default_factory=time.monotonic)
+    _stop: threading.Event = field(default_factory=threading.Event)
+
+    def report(self, fraction: float) -> bool:
+        """Take note of progress; whether to go on. Called by the computing thread."""
+        self.fraction = fraction
+        return not self._stop.is_set()
+
+    def ask_to_stop(self) -> None:
+        """Let the computing thread know that nobody waits for it any more."""
+        self._stop.set()
+
+    @property
+    def elapsed(self) -> float:
+        """Seconds since the start."""
+        return time.monotonic() - self._begin
+
+    @property
+    def remaining(self) -> float | None:
+        """Seconds still to go at the mean speed so far; None while that is unknown."""
+        if self.fraction <= 0.0:
+            return None
+        return self.elapsed * (1.0 - self.fraction) / self.fraction
+
+    @property
+    def accuracy(self) -> str:
+        """The accuracy asked for, in words."""
+        scene = self.scene
+        if scene.method in METHODS and METHODS[scene.method].fixed_step:
+            step = "default step" if scene.step is None else f"step {scene.step:g} s"
+            return f"{step}, error not controlled"
+        return f"tol {scene.tol:g}"
+
+
+@dataclass(frozen=True, slots=True)
+class Outcome:
+    """How the computation of a run ended: a result, or an error, or neither when stopped."""
+
+    result: Transient | None = None
+    error: str = ""
+
+
+def execute(run: Run) -> Outcome:
+    """Compute a run in the calling thread.
+
+    Parameters
+    ----------
+    run : Run
+        The run; only its progress is written.
+
+    Returns
+    -------
+    Outcome
+        To be given to `Runs.finish` by the thread that shows the run.
+    """
+    scene = run.scene
+    try:
+        result = simulate(
+            scene.parameters,
+            t_end=scene.t_end,
+            tol=scene.tol,
+            separation=scene.separation,
+            start=scene.start,
+            method=scene.method,
+            step=scene.step,
+            samples=sample_times(scene),
+            progress=run.report,
+        )
+    except Cancelled:
+        return Outcome()
+    except (InputError, ComputationError) as error:
+        return Outcome(error=str(error))
+    return Outcome(result)
+
+
+class Runs:
+    """The runs of a session, newest last; at most one is running."""
+
+    def __init__(self) -> None:
+        self._runs: list[Run] = []
+        self._count = 0
+
+    def __iter__(self) -> Iterator[Run]:
+        return iter(self._runs)
+
+    @property
+    def newest(self) -> Run | None:
+        """The run started last."""
+        return self._runs[-1] if self._runs else None
+
+    @property
+    def active(self) -> Run | None:
+        """The run that is running."""
+        newest = self.newest
+        return newest if newest is not None and newest.state is RunState.RUNNING else None
+
+    def start(self, scene: Scene) -> Run:
+        """Begin a new run, stopping the one that is running.
+
+        Parameters
+        ----------
+        scene : Scene
+            What to compute.
+
+        Returns
+        -------
+        Run
+            To be given to `execute` in a thread.
+        """
+        self.stop()
+        self._count += 1
+        run = Run(self._count, scene)
+        self._runs.append(run)
+        del self._runs[:-MAX_RUNS]
+        return run
+
+    def stop(self) -> Run | None:
+        """Stop the run that is running, at once for whoever looks at it.
+
+        Returns
+        -------
+        Run or None
+            The run stopped.
+        """
+        run = self.active
+        if run is not None:
+            run.state = RunState.STOPPED
+            run.ask_to_stop()
+        return run
+
+    def finish(self, run: Run, outcome: Outcome) -> bool:
+        """Take in how a computation ended.
+
+        Parameters
+        ----------
+        run : Run
+            The run.
+        outcome : Outcome
+            How it ended.
+
+        Returns
+        -------
+        bool
+            False if the run was stopped before: its outcome is stale and dropped.
+        """
+        if run.state is not RunState.RUNNING:
+            return False
+        run.result, run.message = outcome.result, outcome.error
+        run.state = RunState.DONE if outcome.result is not None else RunState.FAILED
+        return True
+
+    def find(self, number: int) -> Run | None:
+        """The run of that number, if it is still kept."""
+        return next((run for run in self._runs if run.number == number), None)

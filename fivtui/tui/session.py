@@ -1,0 +1,310 @@
+"""The state of the laboratory without its screen: edited texts, scene, runs. Imports no Textual."""
+
+import shlex
+from dataclasses import dataclass
+from typing import cast
+
+from fivtui.core.errors import InputError
+from fivtui.core.parameters import PARAMETERS, Parameters
+from fivtui.core.stability import Stability, stability
+from fivtui.core.transient import Start
+from fivtui.scene import Scene
+
+from .fields import CONSIDERED, FIELDS
+from .nudges import number_text
+from .runs import Run, Runs
+
+
+class Session:
+    """What is being edited and what was computed from it.
+
+    Parameters
+    ----------
+    scene : Scene, optional
+        The scene to begin with; the base scene if not given.
+    source : str, optional
+        How the command line would name it: a preset or a file; the base scene if not given.
+
+    Attributes
+    ----------
+    texts : dict of str
+        Text of every field, valid or not.
+    runs : Runs
+        The transients of this session.
+    """
+
+    def __init__(self, scene: Scene | None = None, source: str = "") -> None:
+        self.texts: dict[str, str] = {}
+        self.runs = Runs()
+        self.load(base_scene() if scene is None else scene, source)
+
+    def load(self, scene: Scene, source: str = "") -> None:
+        """Replace all texts by those of a scene.
+
+        Parameters
+        ----------
+        scene : Scene
+            The scene.
+        source : str
+            How the command line would name it; empty if it cannot.
+        """
+        self._loaded = scene
+        self.source = source
+        self.texts = {name: field.text_of(scene) for name, field in FIELDS.items()}
+
+    @property
+    def name(self) -> str:
+        """Name of the scene loaded."""
+        return self._loaded.name
+
+    @property
+    def description(self) -> str:
+        """Description of the scene loaded."""
+        return self._loaded.description
+
+    @property
+    def changed(self) -> list[str]:
+        """Names of the fields whose text differs from that of the scene loaded."""
+        return [
+            name
+            for name, field in FIELDS.items()
+            if self.texts[name] != field.text_of(self._loaded)
+        ]
+
+    def set_text(self, name: str, text: str) -> None:
+        """Edit a field.
+
+        Parameters
+        ----------
+        name : str
+            Its name.
+        text : str
+            Its new text, valid or not.
+        """
+        self.texts[name] = text
+
+    def reset(self, name: str) -> None:
+        """Give a field the text it has in the scene loaded."""
+        self.texts[name] = FIELDS[name].text_of(self._loaded)
+
+    def reset_all(self) -> None:
+        """Give every field the text it has in the scene loaded."""
+        self.load(self._loaded, self.source)
+
+    def error(self, name: str) -> str:
+        """What is wrong with a field.
+
+        Parameters
+        ----------
+        name : str
+            Its name.
+
+        Returns
+        -------
+        str
+            One line; empty if nothing is wrong.
+        """
+        try:
+            FIELDS[name].check(self.texts[name])
+        except InputError as error:
+            return str(error)
+        return self._step_error() if name == "step" else ""
+
+    def _step_error(self) -> str:
+        # Whether a step is allowed depends on the method and the horizon, which must be right.
+        if any(self.error(name) for name in ("method", "t_end")):
+            return ""
+        try:
+            Scene(
+                name="step",
+                description="",
+                parameters=Parameters(),
+                t_end=self._number("t_end"),
+                method=self.texts["method"],
+                step=self._step(),
+            )
+        except InputError as error:
+            return str(error)
+        return ""
+
+    @property
+    def errors(self) -> dict[str, str]:
+        """What is wrong, by field; empty if nothing is."""
+        found = {name: self.error(name) for name in FIELDS}
+        return {name: message for name, message in found.items() if message}
+
+    def nudge(self, name: str, direction: int, *, fine: bool = False) -> bool:
+        """Change a number by a step.
+
+        Parameters
+        ----------
+        name : str
+            Name of the field.
+        direction : int
+            +1 for more, -1 for less.
+        fine : bool
+            Whether by a tenth of the usual step.
+
+        Returns
+        -------
+        bool
+            Whether there was a valid number that could be changed so.
+        """
+        field = FIELDS[name]
+        if field.nudge is None:
+            return False
+        try:
+            value = field.check(self.texts[name] or field.default)
+            if not isinstance(value, float):
+                return False
+            text = number_text(field.nudge(value, direction, fine))
+            field.check(text)
+        except InputError:
+            return False
+        self.texts[name] = text
+        return True
+
+    def parameters(self) -> Parameters:
+        """The parameter set edited, checked; `InputError` if a parameter is wrong."""
+        return Parameters().with_values({name: self.texts[name] for name in PARAMETERS})
+
+    @property
+    def separation(self) -> bool:
+        """Whether separation is considered."""
+        return self.texts["separation"] == CONSIDERED
+
+    def stability(self) -> Stability:
+        """Stability of the parameter set edited.
+
+        Returns
+        -------
+        Stability
+            Of its equilibrium.
+
+        Raises
+        ------
+        InputError
+            If a parameter is wrong.
+        ComputationError
+            If there is no equilibrium.
+        """
+        return stability(self.parameters(), separation=self.separation)
+
+    def _number(self, name: str) -> float:
+        return cast("float", FIELDS[name].check(self.texts[name]))
+
+    def _step(self) -> float | None:
+        return cast("float | None", FIELDS["step"].check(self.texts["step"]))
+
+    def scene(self) -> Scene:
+        """The scene edited.
+
+        Returns
+        -------
+        Scene
+            Checked; with the name of the scene loaded.
+
+        Raises
+        ------
+        InputError
+            If a field is wrong.
+        """
+        for message in self.errors.values():
+            raise InputError(message)
+        return Scene(
+            name=self._loaded.name,
+            description="" if self.changed else self._loaded.description,
+            parameters=self.parameters(),
+            separation=self.separation,
+            start=cast("Start", FIELDS["start"].check(self.texts["start"])),
+            t_end=self._number("t_end"),
+            tol=self._number("tol"),
+            method=self.texts["method"],
+            step=self._step(),
+        )
+
+    def outdated(self, run: Run) -> bool:
+        """Whether the fields no longer say what a run computed.
+
+        Parameters
+        ----------
+        run : Run
+            The run.
+
+        Returns
+        -------
+        bool
+            True also if a field is wrong now.
+        """
+        try:
+            return bool(differences(self.scene(), run.scene))
+        except InputError:
+            return True
+
+    def command_line(self) -> str:
+        """The command that computes the same transient in a shell.
+
+        Returns
+        -------
+        str
+            Quoted for a POSIX shell.
+
+        Raises
+        ------
+        InputError
+            If a field is wrong.
+        """
+        scene = self.scene()
+        origin, words = self._loaded, ["fivtui", "simulate", self.source]
+        if not self.source or (scene.separation and not origin.separation):
+            # The command line can ask to ignore separation, not to consider it again.
+            origin, words = base_scene(), ["fivtui", "simulate"]
+        for difference in differences(scene, origin):
+            words += difference.words
+        return shlex.join(words)
+
+
+@dataclass(frozen=True, slots=True)
+class Difference:
+    """A field in which a scene differs from another: its new text, and how to say it in a shell."""
+
+    name: str
+    text: str
+
+    @property
+    def words(self) -> list[str]:
+        """The words on the command line."""
+        if self.name in PARAMETERS:
+            return ["--set", f"{self.name}={self.text}"]
+        if self.name == "separation":
+            return ["--ignore-separation"] if self.text != CONSIDERED else []
+        return [f"--{self.name.replace('_', '-')}={self.text.replace(' ', '')}"]
+
+    def __str__(self) -> str:
+        return f"{self.name}={self.text.replace(' ', '')}"
+
+
+def differences(scene: Scene, origin: Scene) -> list[Difference]:
+    """In which fields two scenes differ.
+
+    Parameters
+    ----------
+    scene, origin : Scene
+        The scene, and that from which it is thought to be made.
+
+    Returns
+    -------
+    list of Difference
+        In the order of the fields.
+    """
+    texts = {name: field.text_of(scene) for name, field in FIELDS.items()}
+    return [
+        Difference(name, text)
+        for name, text in texts.items()
+        if text != FIELDS[name].text_of(origin)
+    ]
+
+
+def base_scene() -> Scene:
+    """The scene of all defaults."""
+    return Scene(name="base", description="the base set", parameters=Parameters())

@@ -1,0 +1,109 @@
+"""Building the FMU: pythonfmu's export, completed, compressed and the same bytes every time."""
+
+import sys
+import tempfile
+import threading
+import zipfile
+from collections.abc import Iterator, Mapping
+from contextlib import contextmanager
+from pathlib import Path
+from typing import BinaryIO, Final
+
+from fivtui.files import check_output, check_suffix, write_atomically
+
+from .bundle import Bundle
+from .description import completed
+from .documentation import documentation
+
+SUFFIX: Final = ".fmu"
+_DESCRIPTION: Final = "modelDescription.xml"
+_ZIP_DATE: Final = (1980, 1, 1, 0, 0, 0)
+_UNIX: Final = 3
+_OPTIONS: Final = {
+    "needsExecutionTool": False,
+    "canGetAndSetFMUstate": True,
+    "canSerializeFMUstate": True,
+}
+# pythonfmu imports the slave in this process, which changes tables that all threads share.
+_importing: Final = threading.Lock()
+
+
+def build_fmu(path: str | Path, *, force: bool = False) -> Path:
+    """Build the FMU (FMI 2.0, co-simulation) of the slider-belt model.
+
+    Parameters
+    ----------
+    path : str or Path
+        File to write; it ends in ``.fmu``.
+    force : bool
+        Whether to replace a file that exists.
+
+    Returns
+    -------
+    Path
+        The file.
+
+    Raises
+    ------
+    InputError
+        If the name does not end in ``.fmu``, the folder is missing or cannot be written, or the
+        file exists and `force` is not set.
+    """
+    target = Path(path)
+    check_suffix(target, "FMU", (SUFFIX,))
+    check_output(target, force=force)
+    with tempfile.TemporaryDirectory(prefix="fivtui-build-") as folder:
+        content = _exported(Path(folder))
+    content |= documentation()
+    description = content.pop(_DESCRIPTION)
+    content[_DESCRIPTION] = completed(description, content)
+    write_atomically(target, lambda file: _write_archive(file, content), force=force)
+    return target
+
+
+def _exported(folder: Path) -> dict[str, bytes]:
+    # pythonfmu's FMU of the bundled sources, as its files by name.
+    from pythonfmu import FmuBuilder
+
+    bundle = Bundle.collected()
+    sources = folder / "sources"
+    for name, text in bundle.sources.items():
+        file = sources / name
+        file.parent.mkdir(parents=True, exist_ok=True)
+        file.write_text(text, encoding="utf-8", newline="\n")
+    with _importing, _imports_restored(bundle):
+        exported = FmuBuilder.build_FMU(
+            sources / f"{bundle.entry}.py",
+            dest=folder / f"exported{SUFFIX}",
+            project_files=[sources / bundle.package],
+            **_OPTIONS,
+        )
+    with zipfile.ZipFile(exported) as archive:
+        return {name: archive.read(name) for name in archive.namelist()}
+
+
+@contextmanager
+def _imports_restored(bundle: Bundle) -> Iterator[None]:
+    path, cached, before = sys.path[:], set(sys.path_importer_cache), set(sys.modules)
+    writes = sys.dont_write_bytecode
+    sys.dont_write_bytecode = True
+    try:
+        yield
+    finally:
+        sys.dont_write_bytecode = writes
+        sys.path[:] = path
+        for name in set(sys.modules) - before:
+            if name.partition(".")[0] in (bundle.package, bundle.entry):
+                del sys.modules[name]
+        for name in set(sys.path_importer_cache) - cached:
+            sys.path_importer_cache.pop(name, None)
+
+
+def _write_archive(file: BinaryIO, content: Mapping[str, bytes]) -> None:
+    with zipfile.ZipFile(file, "w") as archive:
+        for name in sorted(content, key=lambda name: (name != _DESCRIPTION, name)):
+            entry = zipfile.ZipInfo(name, _ZIP_DATE)
+            entry.compress_type = zipfile.ZIP_DEFLATED
+            entry.create_system = _UNIX
+            entry.external_attr = (0o755 if name.startswith("binaries/") else 0o644) << 16
+            archive.writestr(entry, content[name], compresslevel=9)

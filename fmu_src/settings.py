@@ -1,0 +1,84 @@
+"""From the values of the FMU's variables to the motion that they describe."""
+
+from collections.abc import Mapping
+from typing import Final
+
+from fivtui.core.model import State, static_start
+from fivtui.core.parameters import PARAMETERS, Parameters
+
+from .motion import Motion
+from .variable import Role
+from .variables import REFERENCES, STATES, VARIABLES
+
+Values = Mapping[int, float | bool]
+_FIXED: Final = [r for r, v in enumerate(VARIABLES) if v.role is Role.PARAMETER]
+
+
+def start_state(values: Values) -> State:
+    """The state in which the motion begins.
+
+    Parameters
+    ----------
+    values : mapping of int to float or bool
+        Values of all variables by value reference.
+
+    Returns
+    -------
+    State
+        (x, ẋ, y, ẏ), m and m/s.
+
+    Raises
+    ------
+    ComputationError
+        If the start is static and there is no equilibrium.
+    """
+    if values[REFERENCES["start_static"]]:
+        return static_start(_parameters(values), separation=_separation(values))
+    x, vx, y, vy = (float(values[REFERENCES[f"{name}_start"]]) for name in STATES)
+    return (x, vx, y, vy)
+
+
+def motion_from(values: Values, state: State, *, t: float, tol: float) -> Motion:
+    """The motion that the values describe.
+
+    Parameters
+    ----------
+    values : mapping of int to float or bool
+        Values of all variables by value reference.
+    state : State
+        (x, ẋ, y, ẏ) at `t`, m and m/s.
+    t : float
+        Time, s.
+    tol : float
+        Relative error to aim at.
+
+    Returns
+    -------
+    Motion
+        At `t`.
+    """
+    return Motion(_parameters(values), state, t=t, separation=_separation(values), tol=tol)
+
+
+def fixed_values(values: Values) -> list[float]:
+    """What two motions share if one can take up where the other was.
+
+    Parameters
+    ----------
+    values : mapping of int to float or bool
+        Values of all variables by value reference.
+
+    Returns
+    -------
+    list of float
+        The values of the fixed parameters.
+    """
+    return [values[reference] for reference in _FIXED]
+
+
+def _parameters(values: Values) -> Parameters:
+    return Parameters(**{name: float(values[REFERENCES[name]]) for name in PARAMETERS})
+
+
+def _separation(values: Values) -> bool:
+    return bool(values[REFERENCES["separation"]])

@@ -1,0 +1,68 @@
+"""Units of the model in the terms of FMI: exponents of SI base units, and display units."""
+
+from collections import Counter
+from typing import Final
+
+# Exponents of the base units, in the order in which FMI names their attributes.
+_BASE: Final = {
+    "kg": {"kg": 1},
+    "m": {"m": 1},
+    "s": {"s": 1},
+    "N": {"kg": 1, "m": 1, "s": -2},
+    "1": {},
+}
+# One further unit in which engineers read the quantity; value in it = factor times SI value.
+_READ_IN: Final = {
+    "kg": ("g", 1e3),
+    "m": ("mm", 1e3),
+    "m/s": ("mm/s", 1e3),
+    "s": ("ms", 1e3),
+    "N": ("kN", 1e-3),
+    "N/m": ("N/mm", 1e-3),
+    "N/m^3": ("N/mm^3", 1e-9),
+    "N s/m": ("N s/mm", 1e-3),
+}
+
+
+def base_exponents(unit: str) -> dict[str, int]:
+    """Exponents of the SI base units in a unit.
+
+    Parameters
+    ----------
+    unit : str
+        Factors separated by spaces, then divisors each after a slash; "^" before an exponent.
+
+    Returns
+    -------
+    dict of str to int
+        Exponents that are not zero, by base unit.
+
+    Raises
+    ------
+    KeyError
+        If a factor is not a unit of this model.
+    """
+    total: Counter[str] = Counter()
+    numerator, *divisors = unit.split("/")
+    for sign, factors in ((1, numerator.split()), (-1, divisors)):
+        for factor in factors:
+            name, _, power = factor.partition("^")
+            for base, exponent in _BASE[name].items():
+                total[base] += sign * exponent * int(power or 1)
+    return {base: exponent for base, exponent in total.items() if exponent}
+
+
+def display_units(unit: str) -> dict[str, float]:
+    """Units in which a quantity may be shown.
+
+    Parameters
+    ----------
+    unit : str
+        SI unit.
+
+    Returns
+    -------
+    dict of str to float
+        Factor from the SI unit to the display unit; the SI unit itself comes first.
+    """
+    return {unit: 1.0, **dict([_READ_IN[unit]] if unit in _READ_IN else [])}

@@ -1,0 +1,211 @@
+"""The variables of the FMU, as data: what the slave serves and its model description says."""
+
+import math
+from collections.abc import Mapping, Sequence
+from typing import Final
+
+from fivtui.core.columns import COLUMNS
+from fivtui.core.errors import InputError
+from fivtui.core.parameters import PARAMETERS
+
+from .variable import Role, Type, Variable
+
+# Parameters of the model that may change at every communication point.
+INPUTS: Final = ("F", "mu")
+STATES: Final = ("x", "vx", "y", "vy")
+# What an equilibrium under μ = 0 depends on.
+_EQUILIBRIUM: Final = ("k1", "k2", "k3", "k_nl", "F", "separation")
+_DIMENSIONLESS: Final = "1"
+
+
+def _parameters() -> list[Variable]:
+    return [
+        Variable(
+            name=name,
+            type=Type.REAL,
+            role=Role.INPUT if name in INPUTS else Role.PARAMETER,
+            meaning=spec.meaning,
+            unit=spec.unit or _DIMENSIONLESS,
+            start=spec.default,
+            lower=spec.lower,
+            upper=spec.upper,
+            allowed=spec.allowed,
+            nominal=abs(spec.default) or None,
+        )
+        for name, spec in PARAMETERS.items()
+    ]
+
+
+def _settings() -> list[Variable]:
+    columns = {column.name: column for column in COLUMNS}
+    flags = [
+        Variable(
+            name="separation",
+            type=Type.BOOLEAN,
+            role=Role.PARAMETER,
+            meaning="whether the slider may separate from the belt (Case 1) or not (Case 2)",
+            start=True,
+            allowed="true or false",
+        ),
+        Variable(
+            name="start_static",
+            type=Type.BOOLEAN,
+            role=Role.PARAMETER,
+            meaning="whether to start at rest at the equilibrium of mu = 0 under F, "
+            "or from the start values",
+            start=True,
+            allowed="true or false",
+        ),
+    ]
+    return flags + [
+        Variable(
+            name=f"{name}_start",
+            type=Type.REAL,
+            role=Role.PARAMETER,
+            meaning=f"{columns[name].meaning} at the start, if start_static is false",
+            unit=columns[name].unit,
+            allowed=f"a finite number of {columns[name].unit}",
+            nominal=_NOMINAL[columns[name].unit],
+        )
+        for name in STATES
+    ]
+
+
+# Typical sizes in the base scene.
+_NOMINAL: Final = {"m": 1.0, "m/s": 10.0, "N": 100.0, "s": 1.0, _DIMENSIONLESS: 1.0}
+
+
+def _outputs() -> list[Variable]:
+    columns = {column.name: column for column in COLUMNS}
+
+    def output(
+        name: str,
+        meaning: str,
+        unit: str,
+        starts_from: Sequence[str],
+        *,
+        discrete: bool = False,
+        depends_on: tuple[str, ...] = (),
+        bounds: tuple[float, float] = (-math.inf, math.inf),
+    ) -> Variable:
+        return Variable(
+            name=name,
+            type=Type.REAL,
+            role=Role.OUTPUT,
+            meaning=meaning,
+            unit=unit,
+            lower=bounds[0],
+            upper=bounds[1],
+            nominal=_NOMINAL[unit],
+            discrete=discrete,
+            depends_on=depends_on,
+            starts_from=tuple(starts_from),
+        )
+
+    at_rest = ("start_static", *_EQUILIBRIUM)
+    origin = {
+        "x": (*at_rest, "x_start"),
+        "vx": ("start_static", "vx_start"),
+        "y": (*at_rest, "y_start"),
+        "vy": ("start_static", "vy_start"),
+        "P": (*at_rest, *(f"{name}_start" for name in STATES)),
+    }
+    count = (0.0, math.inf)
+    mode, y, force = columns["mode"], columns["y"], columns["P"]
+    friction = (*origin["P"], "mu")
+    # An Integer costs a host one more call for every sample: it is local, so not recorded unasked.
+    code = Variable(
+        name="mode_integer",
+        type=Type.INTEGER,
+        role=Role.LOCAL,
+        meaning=f"mode as an integer: {mode.meaning}",
+        lower=0,
+        upper=1,
+        discrete=True,
+    )
+    return [
+        *(output(n, columns[n].meaning, columns[n].unit, origin[n]) for n in (*STATES, "P")),
+        output(
+            "friction_slider",
+            "friction force of the belt on the slider, mu P",
+            force.unit,
+            friction,
+            depends_on=("mu",),
+        ),
+        output(
+            "friction_belt",
+            "friction force of the slider on the belt, -mu P",
+            force.unit,
+            friction,
+            depends_on=("mu",),
+        ),
+        output("mode", mode.meaning, mode.unit, origin["P"], discrete=True, bounds=(0.0, 1.0)),
+        output(
+            "switching",
+            "switching function y: negative in contact, positive when separated",
+            y.unit,
+            origin["y"],
+        ),
+        output(
+            "separations",
+            "number of separations so far",
+            _DIMENSIONLESS,
+            (),
+            discrete=True,
+            bounds=count,
+        ),
+        output(
+            "reattachments",
+            "number of reattachments so far",
+            _DIMENSIONLESS,
+            (),
+            discrete=True,
+            bounds=count,
+        ),
+        output(
+            "last_event",
+            "time of the last separation or reattachment, the start time before the first",
+            columns["t"].unit,
+            (),
+            discrete=True,
+        ),
+        code,
+    ]
+
+
+# The value reference of a variable is its place in this table.
+VARIABLES: Final[tuple[Variable, ...]] = (*_parameters(), *_settings(), *_outputs())
+REFERENCES: Final[Mapping[str, int]] = {v.name: index for index, v in enumerate(VARIABLES)}
+
+
+def check_settable(reference: int, kind: Type, value: object) -> float | bool:
+    """Check a value that is to be set from outside.
+
+    Parameters
+    ----------
+    reference : int
+        Value reference.
+    kind : Type
+        Type of the FMI call.
+    value : object
+        The value given.
+
+    Returns
+    -------
+    float or bool
+        The checked value.
+
+    Raises
+    ------
+    InputError
+        If there is no such variable, it is not of that type or not to be set, or the value is
+        not allowed.
+    """
+    if not 0 <= reference < len(VARIABLES):
+        raise InputError(f"value reference {reference}: allowed is 0 to {len(VARIABLES) - 1}")
+    variable = VARIABLES[reference]
+    if not variable.settable:
+        raise InputError(f"{variable.name} is an output and cannot be set")
+    if variable.type is not kind:
+        raise InputError(f"{variable.name} is of type {variable.type}, not {kind}")
+    return variable.check(value)

@@ -1,0 +1,228 @@
+"""Drives FMUs through fmpy in a process of its own, in which this project cannot be imported."""
+
+import contextlib
+import json
+import shutil
+import subprocess
+import sys
+import tempfile
+from pathlib import Path
+from typing import Any, NamedTuple, Self
+
+Call = tuple[Any, ...]
+
+
+class Answer(NamedTuple):
+    """What one call of the script came to."""
+
+    status: str
+    value: Any
+    log: list[str]
+
+
+class Driver:
+    """A process that drives FMUs; to be used as a context manager.
+
+    Parameters
+    ----------
+    fmus : Path
+        FMUs that its instances are made of.
+    """
+
+    def __init__(self, *fmus: Path) -> None:
+        self._fmus = [str(fmu.resolve()) for fmu in fmus]
+
+    def __enter__(self) -> Self:
+        self._folder = tempfile.TemporaryDirectory()
+        self._errors = tempfile.TemporaryFile("w+")
+        self._process = subprocess.Popen(
+            [sys.executable, "-I", __file__, *self._fmus],
+            cwd=self._folder.name,
+            stdin=subprocess.PIPE,
+            stdout=subprocess.PIPE,
+            stderr=self._errors,
+            text=True,
+        )
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        self._process.communicate()
+        self._errors.seek(0)
+        errors = self._errors.read()
+        self._errors.close()
+        self._folder.cleanup()
+        assert (self._process.returncode, errors) == (0, "")
+
+    def drive(self, *calls: Call) -> list[Answer]:
+        """Run a script of calls, each (instance, method of `_Host`, arguments …)."""
+        return [Answer(*answer) for answer in self._ask({"calls": calls})]
+
+    def simulate(self, *runs: dict[str, Any]) -> list[dict[str, float]]:
+        """Last outputs of fmpy's ``simulate_fmu`` for each set of options."""
+        ends: list[dict[str, float]] = self._ask({"runs": runs})
+        return ends
+
+    def _ask(self, request: dict[str, Any]) -> Any:
+        assert self._process.stdin is not None
+        assert self._process.stdout is not None
+        self._process.stdin.write(json.dumps(request) + "\n")
+        self._process.stdin.flush()
+        answer = self._process.stdout.readline()
+        assert answer, f"the process has ended with {self._process.wait()}"
+        return json.loads(answer)
+
+
+class _Host:
+    # The FMUs, their instances by name and saved states by name, in the process of its own.
+
+    def __init__(self, fmus: list[tuple[Any, Any]]) -> None:
+        self.fmus = fmus
+        self.instances: dict[str, Any] = {}
+        self.references: dict[str, dict[str, Any]] = {}
+        self.states: dict[str, Any] = {}
+        self.log: list[str] = []
+
+    def new(self, name: str, which: int = 0, logging: bool = True) -> None:
+        import fmpy
+
+        folder, description = self.fmus[which]
+        self.references[name] = {v.name: v for v in description.modelVariables}
+        self.instances[name] = fmpy.instantiate_fmu(
+            folder,
+            description,
+            debug_logging=logging,
+            logger=lambda *args: self.log.append(args[-1].decode()),
+        )
+
+    def free(self, name: str) -> None:
+        self.instances.pop(name).freeInstance()
+
+    def setup(self, name: str, start: float = 0.0, stop: Any = None, tol: Any = None) -> None:
+        self.instances[name].setupExperiment(startTime=start, stopTime=stop, tolerance=tol)
+
+    def enter(self, name: str) -> None:
+        self.instances[name].enterInitializationMode()
+
+    def exit(self, name: str) -> None:
+        self.instances[name].exitInitializationMode()
+
+    def init(self, name: str, values: dict[str, Any] | None = None, tol: Any = None) -> None:
+        self.setup(name, tol=tol)
+        self.set(name, values or {})
+        self.enter(name)
+        self.exit(name)
+
+    def begin(self, name: str, values: dict[str, Any] | None = None, tol: Any = None) -> None:
+        self.new(name)
+        self.init(name, values, tol)
+
+    def reset(self, name: str) -> None:
+        self.instances[name].reset()
+
+    def terminate(self, name: str) -> None:
+        self.instances[name].terminate()
+
+    def step(self, name: str, t: float, h: float) -> None:
+        self.instances[name].doStep(t, h)
+
+    def steps(self, name: str, t: float, h: float, count: int) -> None:
+        for number in range(count):
+            self.instances[name].doStep(t + number * h, h)
+
+    def set(self, name: str, values: dict[str, Any]) -> None:
+        for variable, value in values.items():
+            known = self.references[name][variable]
+            getattr(self.instances[name], f"set{known.type}")([known.valueReference], [value])
+
+    def set_raw(self, name: str, kind: str, references: list[int], values: list[Any]) -> None:
+        getattr(self.instances[name], f"set{kind}")(references, values)
+
+    def get(self, name: str, variables: list[str]) -> list[float]:
+        references = [self.references[name][variable].valueReference for variable in variables]
+        values: list[float] = self.instances[name].getReal(references)
+        return values
+
+    def get_raw(self, name: str, kind: str, references: list[int]) -> Any:
+        values = getattr(self.instances[name], f"get{kind}")(references)
+        return [value.decode() if isinstance(value, bytes) else value for value in values]
+
+    def save(self, name: str, state: str) -> None:
+        self.states[state] = self.instances[name].getFMUstate()
+
+    def restore(self, name: str, state: str) -> None:
+        self.instances[name].setFMUstate(self.states[state])
+
+    def forget(self, name: str, state: str) -> None:
+        self.instances[name].freeFMUstate(self.states.pop(state))
+
+    def serialize(self, name: str, state: str, copy: str, flip: int | None = None) -> int:
+        data = bytearray(self.instances[name].serializeFMUstate(self.states[state]))
+        if flip is not None:
+            data[flip] ^= 1
+        self.states[copy] = self.instances[name].deSerializeFMUstate(bytes(data))
+        return len(data)
+
+    def many(self, name: str, count: int) -> list[Any]:
+        for number in range(count):
+            self.begin(f"{name}{number}")
+            self.step(f"{name}{number}", 0.0, 0.1)
+        ends = [self.get(f"{name}{number}", ["y"])[0] for number in range(count)]
+        for number in range(count):
+            self.free(f"{name}{number}")
+        return ends
+
+    def path_length(self, name: str) -> int:
+        return len(sys.path)
+
+    def modules(self, name: str) -> list[str]:
+        return sorted({module.partition(".")[0] for module in sys.modules if "fivtui" in module})
+
+
+def _drive(fmus: list[tuple[Any, Any]], calls: list[Any]) -> list[Answer]:
+    from fmpy.fmi1 import FMICallException
+
+    host, answers = _Host(fmus), []
+    for instance, method, *arguments in calls:
+        host.log.clear()
+        try:
+            status, value = "ok", getattr(host, method)(instance, *arguments)
+        except FMICallException as error:
+            status, value = {2: "discard", 3: "error", 4: "fatal"}[error.status], None
+        answers.append(Answer(status, value, host.log[:]))
+    for name in list(host.instances):
+        host.free(name)
+    return answers
+
+
+def _simulate(path: str, runs: list[dict[str, Any]]) -> list[dict[str, float]]:
+    import fmpy
+
+    results = [fmpy.simulate_fmu(path, **options) for options in runs]
+    return [{name: float(r[name][-1]) for name in r.dtype.names} for r in results]
+
+
+def main() -> None:
+    """Serve requests, one a line, until there are no more."""
+    # Absent even where the project is installed beside fmpy.
+    for project in ("fivtui", "fmu_src"):
+        sys.modules[project] = None  # type: ignore[assignment]
+        with contextlib.suppress(ImportError):
+            __import__(project)
+            raise AssertionError(project)
+    import fmpy
+
+    fmus = [(fmpy.extract(path), fmpy.read_model_description(path)) for path in sys.argv[1:]]
+    for line in sys.stdin:
+        request = json.loads(line)
+        answer = (
+            _drive(fmus, request["calls"])
+            if "calls" in request
+            else _simulate(sys.argv[1], request["runs"])
+        )
+        print(json.dumps(answer), flush=True)
+    for folder, _ in fmus:
+        shutil.rmtree(folder)
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,189 @@
+"""Make ``transients.json``: transients of varied scenes to 25 digits, by mpmath.
+
+Independent of the package: Taylor series of order 40 in 45 digits, switches by bisection.
+Run it as ``python tests/references/make.py``; it needs mpmath and takes a few minutes.
+"""
+
+import json
+import sys
+from collections.abc import Callable
+from functools import partial
+from itertools import pairwise
+from pathlib import Path
+from typing import Any
+
+from mpmath import mp, mpf
+
+Number = Any
+Table = dict[str, Any]
+
+mp.dps = 45
+ORDER = 40
+TOLERANCE = mpf(10) ** -40
+DIGITS = 25
+
+BASE: Table = {"m": 5, "k1": 100, "k2": 50, "k3": 60, "c1": "0.32", "c2": "0.32"}
+BASE |= {"F": 80, "k_nl": 100, "mu": "0.7"}
+SCENES: dict[str, tuple[Table, bool, float, tuple[str | float, ...]]] = {
+    "base": ({}, True, 100, ()),
+    "base-ignored": ({}, False, 100, ()),
+    "stable-static-start": ({"F": 100, "k_nl": 500, "mu": "0.7"}, True, 60, ()),
+    "coexistence": ({"F": 120}, True, 100, ()),
+    "fig-13": ({"F": 60, "k_nl": 20, "mu": "0.5"}, True, 100, ()),
+    "fig-16-ignored": ({"F": 60, "k_nl": 60, "mu": 1}, False, 60, ()),
+    "undamped": ({"c1": 0, "c2": 0}, True, 40, ()),
+    "no-preload-offset": ({"F": 0}, True, 60, (0, 0, "-0.5", 0)),
+    "lifted": ({"F": -20}, True, 40, ("0.1", 0, "-0.2", 1)),
+    "hard-contact": ({"k_nl": 1000000, "mu": "0.5"}, True, 40, ()),
+    "strong-friction": ({"mu": 5}, True, 12, ()),
+    "soft-horizontal": ({"k1": 50, "k2": 100, "c1": "0.8", "mu": 1}, True, 60, ()),
+    "light-stiff": ({"m": "0.05", "k2": 500, "c1": "0.05", "c2": "0.02"}, True, 10, ()),
+}
+
+
+def number(value: str | float) -> Number:
+    # The double that the package sees, exactly.
+    return mpf(float(value))
+
+
+def root_of_increasing(function: Callable[[Number], Number], low: Number, high: Number) -> Number:
+    for _ in range(200):
+        middle = (low + high) / 2
+        low, high = (low, middle) if function(middle) > 0 else (middle, high)
+    return (low + high) / 2
+
+
+def static_start(p: Table) -> list[Number]:
+    # At rest at the equilibrium of zero friction.
+    h = p["k3"] / 2
+    a = p["k1"] + h
+
+    def balance(y: Number) -> Number:
+        contact = p["k2"] * y + p["k_nl"] * y**3 if y < 0 or not p["separation"] else 0
+        return contact + h * p["k1"] / a * y + p["F"]
+
+    y = root_of_increasing(balance, mpf(-1000), mpf(1000))
+    return [h * y / a, mpf(0), y, mpf(0)]
+
+
+def expand(p: Table, state: list[Number], contact: bool) -> tuple[list[Number], list[Number]]:
+    h = p["k3"] / 2
+    x, y = [state[0], state[1]], [state[2], state[3]]
+    square: list[Number] = []
+    for n in range(ORDER):
+        force = mpf(0)
+        if contact:
+            square.append(sum(y[i] * y[n - i] for i in range(n + 1)))
+            cube = sum(y[i] * square[n - i] for i in range(n + 1))
+            force = -p["k2"] * y[n] - p["k_nl"] * cube
+        pull = h * (x[n] - y[n])
+        load = p["F"] if n == 0 else 0
+        divisor = p["m"] * (n + 1) * (n + 2)
+        push = p["mu"] * force - p["c1"] * (n + 1) * x[n + 1] - p["k1"] * x[n] - pull
+        x.append(push / divisor)
+        y.append((force - load - p["c2"] * (n + 1) * y[n + 1] + pull) / divisor)
+    return x, y
+
+
+def value(c: list[Number], t: Number) -> Number:
+    total = mpf(0)
+    for coefficient in reversed(c):
+        total = total * t + coefficient
+    return total
+
+
+def slope(c: list[Number]) -> list[Number]:
+    return [n * coefficient for n, coefficient in enumerate(c)][1:]
+
+
+def in_contact(p: Table, state: list[Number]) -> bool:
+    if not p["separation"]:
+        return True
+    x, vx, y, vy = state
+    h = p["k3"] / 2
+    for derivative in (y, vy, h * x - p["F"], h * vx, -h * x):
+        if derivative != 0:
+            return bool(derivative < 0)
+    return True
+
+
+def greatest(c: list[Number], duration: Number, samples: int = 24) -> Number:
+    # Greatest |c| on the step: samples, then the sign changes of the slope by bisection.
+    d = slope(c)
+    grid = [duration * i / samples for i in range(samples + 1)]
+    signs = [value(d, t) for t in grid]
+    best = max(abs(value(c, grid[0])), abs(value(c, grid[-1])))
+    for (left, right), (s0, s1) in zip(pairwise(grid), pairwise(signs), strict=True):
+        if s0 * s1 < 0:
+            rising = d if s1 > 0 else [-coefficient for coefficient in d]
+            at = root_of_increasing(partial(value, rising), left, right)
+            best = max(best, abs(value(c, at)))
+    return best
+
+
+def transient(
+    p: Table, state: list[Number], t_end: Number
+) -> tuple[list[Number], list[Number], Number, Number]:
+    t, contact = mpf(0), in_contact(p, state)
+    switches: list[Number] = []
+    separated = peak = mpf(0)
+    while t < t_end:
+        x, y = expand(p, state, contact)
+        size = max(abs(s) for s in (*state, p["F"] / (p["k1"] + p["k2"])))
+        steps = [t_end - t, mpf(1)]
+        for n in (ORDER + 1, ORDER):
+            last = max(abs(x[n]), abs(y[n]))
+            if last > 0:
+                steps.append((TOLERANCE * size / last) ** (mpf(1) / n))
+        h = min(steps)
+        switched = False
+        if p["separation"]:
+            beyond = y if contact else [-coefficient for coefficient in y]
+            grid = [h * i / 24 for i in range(1, 25)]
+            previous = mpf(0)
+            for at in grid:
+                if value(beyond, at) > 0:
+                    low = previous if previous > 0 else at * mpf(10) ** -12
+                    h = root_of_increasing(partial(value, beyond), low, at)
+                    switched = True
+                    break
+                previous = at
+        peak = max(peak, greatest(y, h))
+        if not contact:
+            separated += h
+        state = [value(x, h), value(slope(x), h), value(y, h), value(slope(y), h)]
+        t += h
+        if switched:
+            state[2] = mpf(0)
+            contact = not contact
+            switches.append(t)
+    return state, switches, separated, peak
+
+
+def main() -> None:
+    result = {}
+    for name, (changes, separation, t_end, start) in SCENES.items():
+        given = BASE | changes
+        p = {key: number(entry) for key, entry in given.items()} | {"separation": separation}
+        state = [number(s) for s in start] if start else static_start(p)
+        first_contact = in_contact(p, state)
+        final, switches, separated, peak = transient(p, list(state), mpf(t_end))
+        ups = len(switches[0 if first_contact else 1 :: 2])
+        result[name] = {
+            "parameters": {key: float(number(entry)) for key, entry in given.items()},
+            "separation": separation,
+            "start": [float(s) for s in start] if start else "static",
+            "t_end": float(t_end),
+            "final": [mp.nstr(s, DIGITS) for s in final],
+            "peak_y_abs": mp.nstr(peak, DIGITS),
+            "separations": ups,
+            "separated_time": mp.nstr(separated, DIGITS),
+            "switch_times": [mp.nstr(s, DIGITS) for s in switches],
+        }
+        print(name, ups, result[name]["final"], file=sys.stderr, flush=True)
+    target = Path(__file__).with_name("transients.json")
+    target.write_text(json.dumps(result, indent=1) + "\n", encoding="utf-8")
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,31 @@
+"""Every example is short and runs from anywhere."""
+
+import os
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+ROOT = Path(__file__).parents[1]
+EXAMPLES = sorted((ROOT / "examples").glob("*.py"))
+
+
+@pytest.mark.parametrize("example", EXAMPLES, ids=lambda path: path.stem)
+def test_an_example_is_short_and_runs_from_a_foreign_folder(example: Path, tmp_path: Path) -> None:
+    assert len(example.read_text(encoding="utf-8").splitlines()) < 40
+    done = subprocess.run(
+        [sys.executable, str(example)],
+        cwd=tmp_path,
+        env=os.environ | {"PYTHONPATH": str(ROOT)},
+        capture_output=True,
+        text=True,
+        check=False,
+    )
+    assert done.returncode == 0, done.stderr
+    assert "separation" in done.stdout
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_there_is_a_native_and_an_fmu_example() -> None:
+    assert {"native_run", "fmu_run"} <= {example.stem for example in EXAMPLES}

@@ -1,0 +1,71 @@
+"""What the tests of the terminal UI share."""
+
+import asyncio
+import time
+from collections.abc import Callable
+from typing import Final
+
+from textual.pilot import Pilot
+from textual.widgets import Input
+
+from fivtui.tui.app import FivtuiApp
+from fivtui.tui.form import FieldRow
+
+PATIENCE_S: Final = 30.0
+ENDLESS: Final = "1e6"
+
+
+def text_of(pilot: Pilot[None]) -> str:
+    """What the screen shows, line by line."""
+    strips = pilot.app.screen._compositor.render_strips()
+    return "\n".join(strip.text for strip in strips)
+
+
+def flat_text_of(pilot: Pilot[None]) -> str:
+    """The same with line breaks and runs of blanks as one blank, for wrapped words."""
+    return " ".join(text_of(pilot).split())
+
+
+async def until(pilot: Pilot[None], holds: Callable[[], bool]) -> None:
+    """Wait until something holds."""
+    deadline = time.monotonic() + PATIENCE_S
+    while not holds():
+        assert time.monotonic() < deadline, "waited in vain; the screen:\n" + text_of(pilot)
+        await asyncio.sleep(0.01)
+    await pilot.pause()
+
+
+async def until_shown(pilot: Pilot[None], words: str) -> None:
+    """Wait until the screen shows some words."""
+    await until(pilot, lambda: words in flat_text_of(pilot))
+
+
+def app_of(pilot: Pilot[None]) -> FivtuiApp:
+    """The application under test."""
+    app = pilot.app
+    assert isinstance(app, FivtuiApp)
+    return app
+
+
+async def focus(pilot: Pilot[None], name: str) -> Input:
+    """Give the focus to the editor of a field that is edited as text."""
+    editor = pilot.app.screen.query_one(f"#row-{name}", FieldRow).query_one(Input)
+    editor.focus()
+    await pilot.pause()
+    return editor
+
+
+async def type_into(pilot: Pilot[None], name: str, text: str) -> None:
+    """Replace the text of a field, key by key."""
+    editor = await focus(pilot, name)
+    await pilot.press("end", *["backspace"] * len(editor.value))
+    await pilot.press(*({".": "full_stop", "-": "minus", ",": "comma"}.get(c, c) for c in text))
+    await pilot.pause()
+
+
+async def run_to_end(pilot: Pilot[None]) -> None:
+    """Press the key that runs, and wait for the result."""
+    runs = app_of(pilot).session.runs
+    await pilot.press("f5")
+    await until(pilot, lambda: runs.newest is not None and runs.active is None)
+    await until(pilot, lambda: "peak |y|" in text_of(pilot))
