@@ -1,6 +1,5 @@
 """One transient by any method, native or FMU: what the CLI, the TUI and scripts call."""
 
-import dataclasses
 import time
 from collections.abc import Mapping
 from typing import Final
@@ -11,10 +10,12 @@ from .core.transient import (
     DEFAULT_T_END,
     DEFAULT_TOL,
     MAX_STEPS,
+    KernelChoice,
     Progress,
     Samples,
     Start,
     Transient,
+    check_has_kernels,
     integrate,
     make_problem,
 )
@@ -37,6 +38,7 @@ def simulate(
     samples: Samples = "none",
     max_steps: int = MAX_STEPS,
     progress: Progress | None = None,
+    kernel: KernelChoice = "auto",
 ) -> Transient:
     """Compute a transient.
 
@@ -63,6 +65,10 @@ def simulate(
         Steps after which the run is given up.
     progress : callable, optional
         Called now and then with the fraction done; the run is cancelled when it returns False.
+    kernel : "auto", "exact", "compiled" or "interpreted"
+        What runs the method ``taylor``. By default a linear scene is solved exactly, and another by
+        the compiled kernel once that is loaded, by the interpreted one before; ``stats.kernel``
+        says which it was. To ask for the compiled one is to wait for it.
 
     Returns
     -------
@@ -88,9 +94,11 @@ def simulate(
     if method not in ALL_METHODS:
         raise unknown_name("method", method, ALL_METHODS)
     begin = time.thread_time()
+    result: Transient
     if method == "fmu":
         from .fmu_host import integrate_fmu
 
+        check_has_kernels(method, kernel)
         problem = make_problem(
             p, t_end=t_end, tol=tol, separation=separation, start=start, step=step
         )
@@ -107,6 +115,7 @@ def simulate(
             samples=samples,
             max_steps=max_steps,
             progress=progress,
+            kernel=kernel,
         )
-    cpu_s = time.thread_time() - begin
-    return dataclasses.replace(result, stats=dataclasses.replace(result.stats, cpu_s=cpu_s))
+    result.stats.cpu_s = time.thread_time() - begin
+    return result

@@ -2,9 +2,16 @@
 
 import zipfile
 from collections.abc import Mapping
+from functools import partial
 from pathlib import Path
+from typing import Final
 
 from pythonfmu import FmuBuilder
+
+from fivtui import simulate
+
+# A native run by the very code that the FMU carries.
+interpreted: Final = partial(simulate, kernel="interpreted")
 
 _OTHER = """
 from pythonfmu import Boolean, Fmi2Causality, Fmi2Slave, Fmi2Variability, Integer, Real

@@ -9,6 +9,7 @@ from fivtui import Parameters, simulate
 from fivtui.core.model import State
 from fmu_src.builder import build_fmu
 from tests.fmu_driver import Call, Driver
+from tests.fmu_tools import interpreted
 
 STATES = ["x", "vx", "y", "vy"]
 
@@ -20,7 +21,7 @@ def driver(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Driver]:
 
 
 def final_state(**options: Any) -> State:
-    final = simulate(**options).final
+    final = (simulate if "method" in options else interpreted)(**options).final
     return (final.x, final.vx, final.y, final.vy)
 
 
@@ -38,7 +39,7 @@ def test_every_communication_step_gives_the_native_state_to_the_last_bit(
         }
         for step in steps
     ]
-    native = simulate(separation=separation)
+    native = interpreted(separation=separation)
     for end in driver.simulate(*runs):
         assert [end[name] for name in STATES] == list(final_state(separation=separation))
         assert end["separations"] == native.events.separations
@@ -101,12 +102,12 @@ def test_inputs_changed_at_communication_points_give_the_piecewise_native_run(
         calls += [("a", "set", {"F": F, "mu": mu}), ("a", "steps", 2.5 * number, 0.1, 25)]
     calls.append(("a", "get", [*STATES, "separations"]))
     *state, separations = driver.drive(*calls)[-1].value
-    native = simulate(Parameters(F=80.0, mu=0.7), t_end=2.5)
+    native = interpreted(Parameters(F=80.0, mu=0.7), t_end=2.5)
     switches = native.events.separations
     for F, mu in pieces[1:]:
         end = native.final
         start = (end.x, end.vx, end.y, end.vy)
-        native = simulate(Parameters(F=F, mu=mu), t_end=2.5, start=start)
+        native = interpreted(Parameters(F=F, mu=mu), t_end=2.5, start=start)
         switches += native.events.separations
     assert separations == switches > 0
     end = native.final
@@ -142,6 +143,6 @@ def test_forces_follow_from_the_state_and_the_present_friction(driver: Driver) -
 def test_a_run_may_start_at_any_time(driver: Driver) -> None:
     runs = [{"start_time": 1000.0, "stop_time": 1020.0, "output_interval": 0.5}]
     (end,) = driver.simulate(*runs)
-    native = simulate(t_end=20.0)
+    native = interpreted(t_end=20.0)
     assert [end[name] for name in STATES] == pytest.approx(list(final_state(t_end=20.0)), rel=1e-9)
     assert end["last_event"] == pytest.approx(1000.0 + (native.events.last or 0.0))

@@ -8,11 +8,11 @@ from typing import Any
 import numpy as np
 import pytest
 
-from fivtui import Parameters, simulate
+from fivtui import Parameters
 from fivtui.core.errors import Cancelled, ComputationError, InputError
 from fivtui.fmu_run import run_fmu, save_fmu_run
 from fmu_src.builder import build_fmu
-from tests.fmu_tools import altered, other_fmu
+from tests.fmu_tools import altered, interpreted, other_fmu
 
 
 @pytest.fixture(scope="module")
@@ -27,7 +27,7 @@ def table(tmp_path: Path) -> Path:
 
 def test_start_values_may_be_text_and_units_come_along(fmu: Path) -> None:
     run = run_fmu(fmu, t_end=5.0, start_values={"F": "60", "separation": "false", "k1": 90})
-    final = simulate(Parameters(F=60.0, k1=90.0), t_end=5.0, separation=False).final
+    final = interpreted(Parameters(F=60.0, k1=90.0), t_end=5.0, separation=False).final
     assert run.columns["y"][-1] == final.y
     assert run.columns["time"].size == 501
     assert (run.units["y"], run.units["P"], run.units["time"]) == ("m", "N", "s")
@@ -43,8 +43,8 @@ def test_outputs_and_interval_can_be_chosen(fmu: Path) -> None:
 def test_inputs_from_a_table_jump_where_a_time_comes_twice(fmu: Path, table: Path) -> None:
     table.write_text("# preload\ntime, F\n0, 80\n2, 80\n2, 120\n5, 120\n")
     run = run_fmu(fmu, t_end=5.0, input_csv=table, output_interval=0.5)
-    first = simulate(t_end=2.0).final
-    second = simulate(
+    first = interpreted(t_end=2.0).final
+    second = interpreted(
         Parameters(F=120.0), t_end=3.0, start=(first.x, first.vx, first.y, first.vy)
     ).final
     assert run.columns["y"][-1] == pytest.approx(second.y, rel=1e-10)
@@ -55,7 +55,7 @@ def test_inputs_that_the_table_leaves_out_keep_their_start_value(
 ) -> None:
     table.write_text("time,F\n0,80\n")
     run = run_fmu(fmu, t_end=3.0, input_csv=table, start_values={"mu": 0.9})
-    final = simulate(Parameters(mu=0.9), t_end=3.0).final
+    final = interpreted(Parameters(mu=0.9), t_end=3.0).final
     assert run.columns["y"][-1] == final.y
     assert capfd.readouterr() == ("", "")
 

@@ -18,7 +18,7 @@ from fivtui.core.transient import Transient, make_problem
 from fivtui.fmu_host import integrate_fmu
 from fivtui.fmu_instance import interrupts_deferred
 from fmu_src.builder import build_fmu
-from tests.fmu_tools import altered, other_fmu
+from tests.fmu_tools import altered, interpreted, other_fmu
 from tests.strategies import moderate_parameters
 
 
@@ -47,7 +47,7 @@ def test_the_result_is_native_at_every_communication_step(
     step: float | None, separation: bool
 ) -> None:
     through = simulate(separation=separation, t_end=20.0, method="fmu", step=step)
-    assert_same(through, simulate(separation=separation, t_end=20.0))
+    assert_same(through, interpreted(separation=separation, t_end=20.0))
     assert through.method == "fmu"
     assert through.stats.steps > 0
 
@@ -55,13 +55,13 @@ def test_the_result_is_native_at_every_communication_step(
 @settings(max_examples=6, deadline=None)
 @given(moderate_parameters())
 def test_the_result_is_native_for_other_parameters(p: Parameters) -> None:
-    assert_same(simulate(p, t_end=10.0, method="fmu"), simulate(p, t_end=10.0), rel=1e-8)
+    assert_same(simulate(p, t_end=10.0, method="fmu"), interpreted(p, t_end=10.0), rel=1e-8)
 
 
 def test_several_switches_within_a_communication_step_are_told_apart() -> None:
     p = Parameters(F=60.0, k_nl=1e8, mu=0.5)
     options: dict[str, Any] = {"t_end": 10.0, "start": (0.0, 0.0, 2.0, 0.0)}
-    native = simulate(p, **options)
+    native = interpreted(p, **options)
     assert native.events.separations == 8
     assert np.diff(native.switch_times).min() < 0.007
     for step in (0.008, 0.01, 5.0):
@@ -73,7 +73,7 @@ def test_samples_are_the_outputs_at_their_times(fmu: Path) -> None:
     times = [0.0, 0.1, 0.1, 1.0 / 3.0, 2.860607592369662, 4.0, 10.0]
     problem = make_problem(Parameters(), t_end=10.0)
     through = integrate_fmu(problem, samples=times, fmu=fmu)
-    native = simulate(t_end=10.0, samples=times)
+    native = interpreted(t_end=10.0, samples=times)
     assert through.trajectory is not None
     assert native.trajectory is not None
     assert through.trajectory.t.tolist() == times
@@ -82,13 +82,13 @@ def test_samples_are_the_outputs_at_their_times(fmu: Path) -> None:
         assert one.dtype == other.dtype
         assert one == pytest.approx(other, rel=1e-12, abs=1e-12)
     for t, y in zip(times[1:], through.trajectory.y[1:], strict=True):
-        assert simulate(t_end=t).final.y == y
+        assert interpreted(t_end=t).final.y == y
     assert_same(through, native)
 
 
 def test_a_dense_solution_can_be_had() -> None:
     through = simulate(t_end=10.0, method="fmu", samples="dense")
-    native = simulate(t_end=10.0, samples="dense")
+    native = interpreted(t_end=10.0, samples="dense")
     assert through.solution is not None
     assert native.solution is not None
     times = np.linspace(0.0, 10.0, 997)
@@ -142,7 +142,7 @@ def test_unbounded_growth_ends_with_the_native_diagnosis() -> None:
     p = Parameters(k2=186.0, k_nl=0.0, mu=100.0)
     options: dict[str, Any] = {"separation": False, "t_end": 1e4}
     with pytest.raises(ComputationError) as native:
-        simulate(p, **options)
+        interpreted(p, **options)
     with pytest.raises(ComputationError) as through:
         simulate(p, method="fmu", step=100.0, **options)
     assert native.value.why in through.value.why
@@ -183,7 +183,7 @@ def test_a_temporary_folder_with_spaces_works(
     folder.mkdir()
     monkeypatch.setattr(tempfile, "tempdir", str(folder))
     problem = make_problem(Parameters(), t_end=1.0)
-    assert integrate_fmu(problem, fmu=fmu).final == simulate(t_end=1.0).final
+    assert integrate_fmu(problem, fmu=fmu).final == interpreted(t_end=1.0).final
 
 
 def test_runs_in_threads_do_not_disturb_each_other() -> None:
@@ -198,7 +198,7 @@ def test_runs_in_threads_do_not_disturb_each_other() -> None:
         thread.start()
     for thread in threads:
         thread.join()
-    assert finals == {mu: simulate(Parameters(mu=mu), t_end=3.0).final for mu in frictions}
+    assert finals == {mu: interpreted(Parameters(mu=mu), t_end=3.0).final for mu in frictions}
 
 
 def test_an_interrupt_waits_until_the_fmu_has_returned(fmu: Path) -> None:

@@ -1,5 +1,3 @@
-import math
-
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
@@ -11,33 +9,46 @@ from fivtui.core.recurrences import (
     coefficient_function,
     coefficients,
     constants,
+    field_of,
     state_function,
 )
 from tests.strategies import moderate_parameters, states
 
 
-@given(moderate_parameters(), states(), st.sampled_from(Field), st.integers(2, 20))
+@given(
+    moderate_parameters(),
+    states(),
+    st.sampled_from(Field),
+    st.sampled_from(Mode),
+    st.integers(2, 20),
+)
 def test_straight_line_code_is_the_loop(
-    p: Parameters, state: State, field: Field, order: int
+    p: Parameters, state: State, field: Field, mode: Mode, order: int
 ) -> None:
-    fast = coefficient_function(field, order)(*state, *constants(p))
-    slow = coefficients(field, order, state, constants(p))
-    for fast_row, slow_row in zip(fast, slow, strict=True):
-        assert len(fast_row) == order + 2
-        # Sums are taken in another order: rounding relative to the largest coefficient so far.
-        largest = 0.0
-        for one, other in zip(fast_row, slow_row, strict=True):
-            largest = max(largest, abs(other), *map(abs, state))
-            assert math.isclose(one, other, rel_tol=1e-9, abs_tol=1e-11 * largest)
+    fast = coefficient_function(field, order)(*state, *constants(p, mode))
+    assert fast == coefficients(field, order, state, constants(p, mode))
+    assert [len(row) for row in fast] == [order + 2, order + 2]
+
+
+@given(moderate_parameters(), states(), st.sampled_from(Mode))
+def test_the_coefficients_solve_the_equations_of_motion(
+    p: Parameters, state: State, mode: Mode
+) -> None:
+    order, t, step = 20, 0.01, 1e-4
+    x, y = coefficients(field_of(p, mode), order, state, constants(p, mode))
+    motion = [state_function(order + 1)(x, y, t + shift) for shift in (-step, 0.0, step)]
+    ax, ay = accelerations(p, motion[1], mode)
+    scale = 1.0 + max(map(abs, (ax, ay)))
+    assert (motion[2][1] - motion[0][1]) / (2.0 * step) == pytest.approx(ax, abs=1e-4 * scale)
+    assert (motion[2][3] - motion[0][3]) / (2.0 * step) == pytest.approx(ay, abs=1e-4 * scale)
 
 
 @given(moderate_parameters(), states())
 def test_the_second_coefficients_are_half_the_accelerations(p: Parameters, state: State) -> None:
-    cases = [(Field.CUBIC_CONTACT, Mode.CONTACT, p), (Field.SEPARATED, Mode.SEPARATED, p)]
     linear = p.with_values({"k_nl": 0.0})
-    cases.append((Field.LINEAR_CONTACT, Mode.CONTACT, linear))
-    for field, mode, given_p in cases:
-        x, y = coefficients(field, 2, state, constants(given_p))
+    cases = [(p, Mode.CONTACT), (p, Mode.SEPARATED), (linear, Mode.CONTACT)]
+    for given_p, mode in cases:
+        x, y = coefficients(field_of(given_p, mode), 2, state, constants(given_p, mode))
         ax, ay = accelerations(given_p, state, mode)
         assert 2.0 * x[2] == pytest.approx(ax, rel=1e-12, abs=1e-10)
         assert 2.0 * y[2] == pytest.approx(ay, rel=1e-12, abs=1e-10)

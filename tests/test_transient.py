@@ -80,7 +80,8 @@ def test_samples_are_the_dense_solution_at_those_times() -> None:
     assert sampled is not None
     assert dense is not None
     for name in ("t", "x", "vx", "y", "vy", "P", "mode"):
-        assert np.array_equal(getattr(sampled, name), getattr(dense(times), name))
+        column = getattr(sampled, name)
+        assert column == pytest.approx(getattr(dense(times), name), rel=1e-11, abs=1e-11)
     assert sampled.t.size == times.size
 
 

@@ -4,6 +4,7 @@ import math
 from collections.abc import Sequence
 from functools import lru_cache
 from operator import mul
+from typing import Self
 
 from .model import State
 from .polynomial import derivative, minimum_maximum, restricted
@@ -24,6 +25,18 @@ class Extremes:
     def __init__(self) -> None:
         self.x_min = self.y_min = math.inf
         self.x_max = self.y_max = self.vx_max = -math.inf
+
+    def merge(self, other: Self) -> None:
+        """Take in what another has seen.
+
+        Parameters
+        ----------
+        other : Extremes
+            Of another part of the motion.
+        """
+        self.x_min, self.x_max = min(self.x_min, other.x_min), max(self.x_max, other.x_max)
+        self.y_min, self.y_max = min(self.y_min, other.y_min), max(self.y_max, other.y_max)
+        self.vx_max = max(self.vx_max, other.vx_max)
 
     def include(self, segment: Segment) -> None:
         """Take in a whole segment.

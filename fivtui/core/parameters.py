@@ -3,7 +3,7 @@
 import difflib
 import math
 from collections.abc import Iterable, Mapping
-from dataclasses import asdict, dataclass, field, fields
+from dataclasses import dataclass, field, fields
 from typing import Final, Self
 
 from .errors import InputError
@@ -65,7 +65,10 @@ class ParameterSpec:
         InputError
             If `value` is not a number, not finite or out of bounds.
         """
-        number = parse_number(self.name, value, self.allowed)
+        if isinstance(value, float) and math.isfinite(value):
+            number = float(value)
+        else:
+            number = parse_number(self.name, value, self.allowed)
         too_low = number <= self.lower if self.lower_open else number < self.lower
         if too_low or number > self.upper:
             raise InputError(f"{self.name} = {number:g}: allowed is {self.allowed}")
@@ -214,7 +217,7 @@ class Parameters:
 
     def as_dict(self) -> dict[str, float]:
         """Values by name, in the table's order."""
-        return asdict(self)
+        return {name: getattr(self, name) for name in PARAMETERS}
 
 
 PARAMETERS: Final[Mapping[str, ParameterSpec]] = {

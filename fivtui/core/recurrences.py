@@ -1,61 +1,264 @@
-"""Taylor coefficients of the motion: the recurrences, readable and as straight-line code.
+"""Taylor coefficients of the motion: the recurrences, and what is made of them.
 
-With x = Σ x_n tⁿ and y = Σ y_n tⁿ, Eqs. 2 and 5 give, for every n ≥ 0,
+With z = (x, y), Eqs. 2 and 5 divided by the mass read
 
-    (n+1)(n+2) m x_{n+2} = μ P_n − c1 (n+1) x_{n+1} − k1 x_n − h (x_n − y_n)
-    (n+1)(n+2) m y_{n+2} = P_n − F δ_{n0} − c2 (n+1) y_{n+1} + h (x_n − y_n)
-    P_n = −k2 y_n − k_nl q_n,   s = y y,   q = y s   (Cauchy products),   P_n = 0 when separated.
+    z̈ = a x + b y + C ż − d y³ − (0, F/m)
 
-`coefficients` is these lines as a loop. `straight_line_source` writes the same operations without
-the loop, for one field and one order; both interpreters and compilers run that much faster.
+    a = (−k1 − h, h)/m,  b = (h − μ k2, −h − k2)/m,  C = −diag(c1, c2)/m,  d = (μ, 1) k_nl/m
+
+where k2 = k_nl = 0 when separated. With z = Σ zₙ tⁿ and the Cauchy products s = y y, q = y s they
+give, for every n ≥ 0,
+
+    zₙ₊₂ = C zₙ₊₁/(n+2) + (a xₙ + b yₙ − d qₙ − (0, F/m) δₙ₀)/((n+1)(n+2))
+
+The newest coefficient yₙ is taken out of both products (sₙ = 2 y₀ yₙ + …, qₙ = 3 s₀ yₙ + …), so
+that little more than one multiplication and one addition waits for it.
+
+`recurrences` is the only place where this is written. It is arithmetic on whatever it is given:
+numbers, text (straight-line Python, which runs several times faster than a loop), or values of a
+compiler.
 """
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import dataclass
 from enum import Enum
-from functools import lru_cache
-from operator import mul
-from typing import Any, cast
+from functools import lru_cache, reduce
+from itertools import count, islice
+from operator import add
+from typing import Any, Generic, NamedTuple, Protocol, Self, TypeVar, cast
 
-from .model import State
+from .model import Mode, State
 from .parameters import Parameters
 
 Coefficients = tuple[tuple[float, ...], tuple[float, ...]]
-Constants = tuple[float, float, float, float, float, float, float, float, float]
 CoefficientFunction = Callable[..., Coefficients]
 StateFunction = Callable[[Sequence[float], Sequence[float], float], State]
 
 
+class Arithmetic(Protocol):
+    """What the recurrences ask of a number, of text, or of a compiler's value."""
+
+    def __add__(self, other: Self, /) -> Self: ...
+    def __sub__(self, other: Self, /) -> Self: ...
+    def __mul__(self, other: Self | float, /) -> Self: ...
+
+
+T = TypeVar("T", bound=Arithmetic)
+
+
+class Both(Protocol):
+    """What the recurrences ask of a pair (x, y): arithmetic on both, by a pair or a value."""
+
+    @property
+    def x(self) -> Any:
+        """The value of x."""
+
+    @property
+    def y(self) -> Any:
+        """The value of y."""
+
+    def __add__(self, other: Self, /) -> Self: ...
+    def __sub__(self, other: Self, /) -> Self: ...
+    def __mul__(self, other: Any, /) -> Self: ...
+
+
+B = TypeVar("B", bound=Both)
+
+
+class Backend(Protocol[T, B]):
+    """Where the arithmetic is done.
+
+    A value that is used more than once is kept under a name; what that returns is used instead.
+    """
+
+    def both(self, x: T, y: T, /) -> B:
+        """A pair."""
+
+    def keep(self, name: str, value: T, /) -> T:
+        """Keep a value."""
+
+    def keep_both(self, name: str, value: B, /) -> B:
+        """Keep a pair, its values under the name with x or y before it."""
+
+
 class Field(Enum):
-    """The three right-hand sides, each with only the terms it needs."""
+    """The two kinds of right-hand side; a linear one needs no Cauchy product."""
 
-    SEPARATED = "separated"
-    LINEAR_CONTACT = "linear contact"
-    CUBIC_CONTACT = "cubic contact"
+    LINEAR = "linear"
+    CUBIC = "cubic"
 
 
-def constants(p: Parameters) -> Constants:
+class Constants(NamedTuple):
+    """The constants of the recurrences, SI units.
+
+    What x, y, ẋ and ẏ contribute to ẍ and ÿ; μ, k_nl/m and F/m.
+    """
+
+    xx: float
+    xy: float
+    yx: float
+    yy: float
+    xvx: float
+    yvy: float
+    friction: float
+    cubic: float
+    load: float
+
+
+def field_of(p: Parameters, mode: Mode) -> Field:
+    """The kind of right-hand side that governs a mode.
+
+    Parameters
+    ----------
+    p : Parameters
+        The parameter set.
+    mode : Mode
+        Contact or separated.
+
+    Returns
+    -------
+    Field
+        Cubic in contact with k_nl > 0.
+    """
+    return Field.CUBIC if mode is Mode.CONTACT and p.k_nl > 0.0 else Field.LINEAR
+
+
+def constants(p: Parameters, mode: Mode) -> Constants:
     """The constants of the recurrences.
 
     Parameters
     ----------
     p : Parameters
         The parameter set.
+    mode : Mode
+        Contact or separated.
 
     Returns
     -------
-    tuple of float
-        (1/m, c1, c2, k1, h, k2, k_nl, μ, F) in SI units, h = k3/2.
+    Constants
+        Every force divided by the mass.
     """
-    return (1.0 / p.m, p.c1, p.c2, p.k1, 0.5 * p.k3, p.k2, p.k_nl, p.mu, p.F)
+    h = 0.5 * p.k3
+    k2, k_nl = (p.k2, p.k_nl) if mode is Mode.CONTACT else (0.0, 0.0)
+    return Constants(
+        xx=-(p.k1 + h) / p.m,
+        xy=(h - p.mu * k2) / p.m,
+        yx=h / p.m,
+        yy=-(h + k2) / p.m,
+        xvx=-p.c1 / p.m,
+        yvy=-p.c2 / p.m,
+        friction=p.mu,
+        cubic=k_nl / p.m,
+        load=p.F / p.m,
+    )
 
 
-def coefficients(field: Field, order: int, state: State, given: Constants) -> Coefficients:
-    """Taylor coefficients of x and y by the recurrences as they are written above.
+def recurrences(
+    field: Field, state: Sequence[T], given: Sequence[T], backend: Backend[T, B]
+) -> Iterator[B]:
+    """The coefficients z₂, z₃, … of the motion, without end.
 
     Parameters
     ----------
     field : Field
-        Right-hand side.
+        Kind of right-hand side.
+    state : sequence of four values
+        (x, ẋ, y, ẏ) in m and m/s: the coefficients x₀, x₁, y₀, y₁.
+    given : sequence of nine values
+        The `Constants`.
+    backend : Backend
+        Where the arithmetic is done.
+
+    Yields
+    ------
+    Both
+        Coefficients of x and y, in m/sⁿ.
+    """
+    xx, xy, yx, yy, xvx, yvy, friction, cubic, load = given
+    a, b, damping = backend.both(xx, yx), backend.both(xy, yy), backend.both(xvx, yvy)
+    z = [backend.both(state[0], state[2]), backend.both(state[1], state[3])]
+    y, s = [state[2], state[3]], list[T]()
+    pull = a * z[0].x + b * y[0]
+    pull = backend.both(pull.x, pull.y - load)
+    if field is Field.CUBIC:
+        d = backend.keep_both("d", backend.both(friction * cubic, cubic))
+        s.append(backend.keep("s0", y[0] * y[0]))
+        twice = backend.keep("twice", y[0] + y[0])
+        pull = pull - d * backend.keep("q", s[0] * y[0])
+        b = backend.keep_both("b", b - d * backend.keep("slope", s[0] * 3.0))
+    for n in count():
+        if n > 0:
+            pull = a * z[n].x + b * y[n]
+        if n > 0 and field is Field.CUBIC:
+            square = twice * y[n]
+            if n > 1:
+                rest = backend.keep(f"rest{n}", _square(y, n))
+                pull = pull - d * backend.keep("q", _product(y, s, n) + y[0] * rest)
+                square = rest + square
+            s.append(backend.keep(f"s{n}", square))
+        share = 1.0 / ((n + 1) * (n + 2))
+        new = damping * (1.0 / (n + 2)) * z[n + 1] + pull * share
+        z.append(backend.keep_both(f"{n + 2}", new))
+        y.append(z[-1].y)
+        yield z[-1]
+
+
+def _square(y: Sequence[T], n: int) -> T:
+    # Coefficient n of y² without y₀, each mixed product once, the newest factors last.
+    mixed = [y[i] * y[n - i] for i in range((n - 1) // 2, 0, -1)]
+    terms = [y[n // 2] * y[n // 2]] if n % 2 == 0 else []
+    if mixed:
+        terms.append(reduce(add, mixed) * 2.0)
+    return reduce(add, terms)
+
+
+def _product(y: Sequence[T], s: Sequence[T], n: int) -> T:
+    # Coefficient n of y s without y₀ and s₀, the newest factors last.
+    order = sorted(range(1, n), key=lambda i: min(i, n - i), reverse=True)
+    return reduce(add, [y[i] * s[n - i] for i in order])
+
+
+@dataclass(frozen=True, slots=True)
+class Pair(Generic[T]):
+    """A pair (x, y) of any values, as a `Both`."""
+
+    x: T
+    y: T
+
+    def __add__(self, other: "Pair[T]") -> "Pair[T]":
+        return Pair(self.x + other.x, self.y + other.y)
+
+    def __sub__(self, other: "Pair[T]") -> "Pair[T]":
+        return Pair(self.x - other.x, self.y - other.y)
+
+    def __mul__(self, other: Any) -> "Pair[T]":
+        x, y = (other.x, other.y) if isinstance(other, Pair) else (other, other)
+        return Pair(self.x * x, self.y * y)
+
+
+class Values(Generic[T]):
+    """The backend of values that need no names."""
+
+    def both(self, x: T, y: T) -> Pair[T]:
+        """A pair of them."""
+        return Pair(x, y)
+
+    def keep(self, _name: str, value: T) -> T:
+        """The value itself."""
+        return value
+
+    def keep_both(self, _name: str, value: Pair[T]) -> Pair[T]:
+        """The pair itself."""
+        return value
+
+
+def coefficients(field: Field, order: int, state: State, given: Constants) -> Coefficients:
+    """Taylor coefficients of x and y in numbers.
+
+    Parameters
+    ----------
+    field : Field
+        Kind of right-hand side.
     order : int
         Order N to which the velocities are expanded.
     state : tuple of float
@@ -68,21 +271,48 @@ def coefficients(field: Field, order: int, state: State, given: Constants) -> Co
     tuple of tuple of float
         Coefficients of x and of y, N + 2 each, in m/sⁿ.
     """
-    inverse_mass, c1, c2, k1, h, k2, k_nl, mu, preload = given
-    x, y, s = [state[0], state[1]], [state[2], state[3]], list[float]()
-    for n in range(order):
-        force = 0.0
-        if field is not Field.SEPARATED:
-            force = -k2 * y[n]
-        if field is Field.CUBIC_CONTACT:
-            s.append(sum(map(mul, y[: n + 1], y[n::-1])))
-            force -= k_nl * sum(map(mul, y[: n + 1], s[n::-1]))
-        coupling = h * (x[n] - y[n])
-        divisor = inverse_mass / ((n + 1) * (n + 2))
-        load = preload if n == 0 else 0.0
-        x.append((mu * force - k1 * x[n] - coupling - c1 * (n + 1) * x[n + 1]) * divisor)
-        y.append((force - load + coupling - c2 * (n + 1) * y[n + 1]) * divisor)
-    return tuple(x), tuple(y)
+    higher = list(islice(recurrences(field, state, given, Values[float]()), order))
+    return (
+        (state[0], state[1], *(z.x for z in higher)),
+        (state[2], state[3], *(z.y for z in higher)),
+    )
+
+
+class _Text:
+    """An expression in Python, parenthesised where precedence asks for it."""
+
+    __slots__ = ("is_sum", "text")
+
+    def __init__(self, text: str, *, is_sum: bool = False) -> None:
+        self.text = text
+        self.is_sum = is_sum
+
+    def __add__(self, other: "_Text") -> "_Text":
+        return _Text(f"{self.text} + {other.text}", is_sum=True)
+
+    def __sub__(self, other: "_Text") -> "_Text":
+        return _Text(f"{self.text} - {other._factor()}", is_sum=True)
+
+    def __mul__(self, other: "_Text | float") -> "_Text":
+        factor = repr(other) if isinstance(other, float) else other._factor()
+        return _Text(f"{self._factor()} * {factor}")
+
+    def _factor(self) -> str:
+        return f"({self.text})" if self.is_sum else self.text
+
+
+class _Lines(Values[_Text]):
+    """The backend of text: every value that is kept becomes a line."""
+
+    def __init__(self) -> None:
+        self.lines: list[str] = []
+
+    def keep(self, name: str, value: _Text) -> _Text:
+        self.lines.append(f"    {name} = {value.text}")
+        return _Text(name)
+
+    def keep_both(self, name: str, value: Pair[_Text]) -> Pair[_Text]:
+        return Pair(self.keep(f"x{name}", value.x), self.keep(f"y{name}", value.y))
 
 
 def straight_line_source(field: Field, order: int) -> str:
@@ -91,7 +321,7 @@ def straight_line_source(field: Field, order: int) -> str:
     Parameters
     ----------
     field : Field
-        Right-hand side.
+        Kind of right-hand side.
     order : int
         Order N to which the velocities are expanded.
 
@@ -100,40 +330,15 @@ def straight_line_source(field: Field, order: int) -> str:
     str
         Source of ``coefficients(x0, x1, y0, y1, …)``, plain arithmetic only.
     """
-    lines = [
-        "def coefficients(x0, x1, y0, y1, inverse_mass, c1, c2, k1, h, k2, k_nl, mu, preload):"
-    ]
-    for n in range(order):
-        force = ""
-        if field is Field.LINEAR_CONTACT:
-            force = f"-k2 * y{n}"
-        if field is Field.CUBIC_CONTACT:
-            lines.append(f"    s{n} = {_square_term(n)}")
-            cube = " + ".join(f"y{i} * s{n - i}" for i in range(n + 1))
-            force = f"-k2 * y{n} - k_nl * ({cube})"
-        if force:
-            lines.append(f"    force = {force}")
-        lines.append(f"    coupling = h * (x{n} - y{n})")
-        lines.append(f"    divisor = inverse_mass * {1.0 / ((n + 1) * (n + 2))!r}")
-        pushed = "mu * force - " if force else "-"
-        pressed = "force + coupling" if force else "coupling"
-        load = " - preload" if n == 0 else ""
-        lines.append(
-            f"    x{n + 2} = ({pushed}k1 * x{n} - coupling - c1 * {n + 1.0} * x{n + 1}) * divisor"
-        )
-        lines.append(f"    y{n + 2} = ({pressed}{load} - c2 * {n + 1.0} * y{n + 1}) * divisor")
-    xs = ", ".join(f"x{n}" for n in range(order + 2))
-    ys = ", ".join(f"y{n}" for n in range(order + 2))
-    lines.append(f"    return ({xs}), ({ys})")
-    return "\n".join(lines) + "\n"
-
-
-def _square_term(n: int) -> str:
-    # Coefficient n of y², each mixed product once.
-    mixed = " + ".join(f"y{i} * y{n - i}" for i in range((n + 1) // 2))
-    doubled = f"2.0 * ({mixed})" if mixed else ""
-    middle = f"y{n // 2} * y{n // 2}" if n % 2 == 0 else ""
-    return " + ".join(filter(None, (doubled, middle)))
+    backend = _Lines()
+    state = [_Text(name) for name in ("x0", "x1", "y0", "y1")]
+    given = [_Text(name) for name in Constants._fields]
+    for _ in islice(recurrences(field, state, given, backend), order):
+        pass
+    arguments = ", ".join(value.text for value in (*state, *given))
+    xs, ys = (", ".join(f"{name}{n}" for n in range(order + 2)) for name in ("x", "y"))
+    lines = [f"def coefficients({arguments}):", *backend.lines, f"    return ({xs}), ({ys})", ""]
+    return "\n".join(lines)
 
 
 def state_source(degree: int) -> str:
@@ -177,7 +382,7 @@ def coefficient_function(field: Field, order: int) -> CoefficientFunction:
     Parameters
     ----------
     field : Field
-        Right-hand side.
+        Kind of right-hand side.
     order : int
         Order N to which the velocities are expanded, 1 or more.
 

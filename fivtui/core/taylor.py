@@ -14,7 +14,7 @@ from .errors import ComputationError, InputError
 from .model import Mode, State, mode_of
 from .parameters import Parameters
 from .polynomial import first_root
-from .recurrences import Field, coefficient_function, constants, state_function
+from .recurrences import coefficient_function, constants, field_of, state_function
 from .segment import Segment
 
 # Relative error to aim at in the end state, and what may be asked for.
@@ -27,10 +27,13 @@ MIN_TOLERANCE: Final = 1e-16
 MAX_TOLERANCE: Final = 1e-2
 MIN_ORDER: Final = 8
 MAX_ORDER: Final = 20
+ORDER_STEP: Final = 4
 # A step never exceeds this many times √(m/stiffness), at rest least of all.
-_LONGEST_STEP: Final = 1e3
+LONGEST_STEP: Final = 1e3
+# Half of what a straight line exceeds the power of two by, as an exponent.
+EXP2_BIAS: Final = 0.043
 # More switches than this without time advancing is chatter below the spacing of floats.
-_MAX_STALLED: Final = 64
+MAX_STALLED: Final = 64
 
 
 class Instant(NamedTuple):
@@ -87,7 +90,86 @@ def order_for(tol: float) -> int:
     int
         Order N of the velocities.
     """
-    return min(max(4 * math.ceil(-0.125 * math.log(tol)), MIN_ORDER), MAX_ORDER)
+    return min(max(ORDER_STEP * math.ceil(-0.5 / ORDER_STEP * math.log(tol)), MIN_ORDER), MAX_ORDER)
+
+
+def overflow_error(t: float, state: State) -> ComputationError:
+    """An error for a motion that leaves the range of numbers.
+
+    Parameters
+    ----------
+    t : float
+        Last time at which all was well, s.
+    state : State
+        The state then.
+
+    Returns
+    -------
+    ComputationError
+        To be raised by the caller.
+    """
+    x, _, y, _ = state
+    return ComputationError(
+        f"the motion grows out of the range of numbers at t = {t:.6g} s "
+        f"(x = {x:.3g} m, y = {y:.3g} m)",
+        "it is unbounded: consider separation, use a cubic contact, or end before that time",
+    )
+
+
+def stall_error(t: float) -> ComputationError:
+    """An error for a motion that the spacing of floats cannot resolve in time.
+
+    Parameters
+    ----------
+    t : float
+        Where time stands still, s.
+
+    Returns
+    -------
+    ComputationError
+        To be raised by the caller.
+    """
+    return ComputationError(
+        f"at t = {t:.17g} s the motion changes faster than the spacing of time",
+        "use a less stiff contact, more damping or a later start",
+    )
+
+
+def rough_log2(number: float) -> float:
+    """Logarithm to base 2, by a straight line between powers of two.
+
+    Step sizes need no more, and in machine code it is the bits of a float read as an integer.
+
+    Parameters
+    ----------
+    number : float
+        Positive.
+
+    Returns
+    -------
+    float
+        At most 0.09 too small.
+    """
+    mantissa, exponent = math.frexp(number)
+    return exponent - 2 + 2.0 * mantissa
+
+
+def rough_exp2(exponent: float) -> float:
+    """Power of two, by a straight line between whole exponents.
+
+    Parameters
+    ----------
+    exponent : float
+        Between -1000 and 1000.
+
+    Returns
+    -------
+    float
+        Within 3 %.
+    """
+    centred = exponent - EXP2_BIAS
+    whole = math.floor(centred)
+    return math.ldexp(1.0 + (centred - whole), whole)
 
 
 class TaylorStepper:
@@ -133,12 +215,10 @@ class TaylorStepper:
         self._p = p
         self._separation = separation
         self._tol = tol
-        self._constants = constants(p)
-        contact = Field.CUBIC_CONTACT if p.k_nl > 0.0 else Field.LINEAR_CONTACT
         self._degree = (order_for(tol) if order is None else order) + 1
+        self._constants = {mode: constants(p, mode) for mode in Mode}
         self._expand = {
-            Mode.CONTACT: coefficient_function(contact, self._degree - 1),
-            Mode.SEPARATED: coefficient_function(Field.SEPARATED, self._degree - 1),
+            mode: coefficient_function(field_of(p, mode), self._degree - 1) for mode in Mode
         }
         self._evaluate = state_function(self._degree)
         self._weights = tuple(n * (n - 1) / 8.0 for n in range(self._degree + 1))
@@ -178,7 +258,7 @@ class TaylorStepper:
             If the motion leaves the range of numbers, or switches faster than time can resolve.
         """
         mode = self._mode
-        x, y = self._expand[mode](*self._state, *self._constants)
+        x, y = self._expand[mode](*self._state, *self._constants[mode])
         duration = self._step_size(x, y)
         powers = tuple(accumulate(repeat(duration, self._degree), mul, initial=1.0))
         x, y = tuple(map(mul, x, powers)), tuple(map(mul, y, powers))
@@ -190,7 +270,7 @@ class TaylorStepper:
             x, y = tuple(map(mul, x, powers)), tuple(map(mul, y, powers))
             final = self._evaluate(x, y, 1.0)
         if not math.isfinite(sum(final)) or duration == 0.0:
-            raise self._overflow()
+            raise overflow_error(self._time, self._state)
         self._state = state = (
             final[0],
             final[1] / duration,
@@ -211,20 +291,23 @@ class TaylorStepper:
         displacement = max(abs(x[0]), abs(y[0]), self._deflection)
         speed = max(abs(x[1]), abs(y[1]), displacement / self._time_scale)
         allowed = self._tol * speed
-        duration = _LONGEST_STEP * self._time_scale
+        longest = LONGEST_STEP * self._time_scale
+        exponent = math.inf
         for n in (self._degree, self._degree - 1):
             last = n * max(abs(x[n]), abs(y[n]))
             if not math.isfinite(last):
-                raise self._overflow()
+                raise overflow_error(self._time, self._state)
             if last > 0.0 and allowed > 0.0:
-                duration = min(duration, math.exp(math.log(allowed / last) / (n - 1)))
-        return duration
+                exponent = min(exponent, (rough_log2(allowed) - rough_log2(last)) / (n - 1))
+        return longest if exponent == math.inf else min(longest, rough_exp2(exponent))
 
     def _first_root(self, y: tuple[float, ...], final: float) -> float | None:
-        # |y − chord| <= max|d²y/dθ²|/8, which rejects most steps at the cost of one sum.
+        # |y − chord| <= max|d²y/dθ²|/8, which rejects most steps at the cost of one sum. After a
+        # switch y starts from zero and the same bound holds for y/θ.
         bulge = sum(map(mul, map(abs, y), self._weights))
         contact = self._mode is Mode.CONTACT
-        nearest = max(y[0], final) if contact else -min(y[0], final)
+        first = y[0] if y[0] != 0.0 else y[1]
+        nearest = max(first, final) if contact else -min(first, final)
         if nearest + bulge < 0.0:
             return None
         root = first_root(y)
@@ -244,16 +327,5 @@ class TaylorStepper:
 
     def _check_progress(self, start: float) -> None:
         self._stalled = self._stalled + 1 if self._time == start else 0
-        if self._stalled > _MAX_STALLED:
-            raise ComputationError(
-                f"at t = {start:.17g} s the motion changes faster than the spacing of time",
-                "use a less stiff contact, more damping or a later start",
-            )
-
-    def _overflow(self) -> ComputationError:
-        x, _, y, _ = self._state
-        return ComputationError(
-            f"the motion grows out of the range of numbers at t = {self._time:.6g} s "
-            f"(x = {x:.3g} m, y = {y:.3g} m)",
-            "it is unbounded: consider separation, use a cubic contact, or end before that time",
-        )
+        if self._stalled > MAX_STALLED:
+            raise stall_error(start)

@@ -68,19 +68,41 @@ class DenseSolution:
     """
 
     def __init__(self, p: Parameters, segments: Sequence[Segment]) -> None:
-        self._p = p
         size = max(len(s.x) for s in segments)
-        self._start = np.array([s.start for s in segments])
-        self._remainder = np.array([s.start_remainder for s in segments])
-        self._duration = np.array([s.duration for s in segments])
-        self._mode = np.array([s.mode for s in segments], dtype=np.int8)
-        self._x = np.zeros((size, len(segments)))
-        self._y = np.zeros((size, len(segments)))
+        series = np.zeros((2, size, len(segments)))
         for column, segment in enumerate(segments):
-            self._x[: len(segment.x), column] = segment.x
-            self._y[: len(segment.y), column] = segment.y
-        self.t_start = segments[0].start
-        self.t_end = segments[-1].end
+            series[0, : len(segment.x), column] = segment.x
+            series[1, : len(segment.y), column] = segment.y
+        rows = [(s.start, s.start_remainder, s.duration, s.end, s.mode) for s in segments]
+        self._set(p, np.array(rows, dtype=float), series[0], series[1])
+
+    @classmethod
+    def from_arrays(cls, p: Parameters, rows: FloatArray, x: FloatArray, y: FloatArray) -> Self:
+        """The same from n segments in arrays.
+
+        Parameters
+        ----------
+        p : Parameters
+            The parameter set.
+        rows : ndarray, shape (n, 5)
+            Start, what it lacks, duration and end, s, and mode of every segment.
+        x, y : ndarray, shape (degree + 1, n)
+            Coefficients in (time since the start)/duration, m.
+
+        Returns
+        -------
+        DenseSolution
+            The motion.
+        """
+        solution = cls.__new__(cls)
+        solution._set(p, rows, x, y)
+        return solution
+
+    def _set(self, p: Parameters, rows: FloatArray, x: FloatArray, y: FloatArray) -> None:
+        self._p, self._x, self._y = p, x, y
+        self._start, self._remainder, self._duration = rows[:, 0], rows[:, 1], rows[:, 2]
+        self._mode = rows[:, 4].astype(np.int8)
+        self.t_start, self.t_end = float(rows[0, 0]), float(rows[-1, 3])
 
     def __call__(self, times: ArrayLike) -> Trajectory:
         """Evaluate the motion.
@@ -108,10 +130,36 @@ class DenseSolution:
         theta = ((t - self._start[index]) - self._remainder[index]) / duration
         x, vx = _horner(self._x[:, index], theta)
         y, vy = _horner(self._y[:, index], theta)
-        mode = self._mode[index]
-        force = (-self._p.k2 - self._p.k_nl * y * y) * y
-        force = np.where(mode == Mode.CONTACT, force, 0.0)
-        return Trajectory(t, x, vx / duration, y, vy / duration, force, mode)
+        return trajectory_of(self._p, t, (x, vx / duration, y, vy / duration), self._mode[index])
+
+
+def trajectory_of(
+    p: Parameters,
+    t: FloatArray,
+    states: tuple[FloatArray, FloatArray, FloatArray, FloatArray],
+    mode: NDArray[np.int8],
+) -> Trajectory:
+    """A trajectory from states: adds the contact force.
+
+    Parameters
+    ----------
+    p : Parameters
+        The parameter set.
+    t : ndarray, shape (n,)
+        Times, s.
+    states : tuple of ndarray, shape (n,)
+        x, ẋ, y and ẏ, m and m/s.
+    mode : ndarray of int8, shape (n,)
+        See `Trajectory`.
+
+    Returns
+    -------
+    Trajectory
+        The motion at those times.
+    """
+    x, vx, y, vy = states
+    force = np.where(mode == Mode.CONTACT, (-p.k2 - p.k_nl * y * y) * y, 0.0)
+    return Trajectory(t, x, vx, y, vy, force, mode)
 
 
 def _horner(c: FloatArray, t: FloatArray) -> tuple[FloatArray, FloatArray]:

@@ -16,11 +16,14 @@ from .methods import METHODS, Problem, check_takes_step
 from .model import Mode, State, contact_force, mode_of, static_start
 from .parameters import Parameters, parse_number, unknown_name
 from .segment import Segment, Stepper
+from .taylor import overflow_error
 from .trajectory import DenseSolution, Trajectory
 
 Progress = Callable[[float], bool]
 Start = Literal["static"] | Sequence[float]
 Samples = Literal["none", "dense"] | Sequence[float] | NDArray[np.float64]
+Kernel = Literal["exact", "compiled", "interpreted"]
+KernelChoice = Literal["auto"] | Kernel
 
 DEFAULT_T_END: Final = 100.0
 DEFAULT_TOL: Final = taylor.DEFAULT_TOL
@@ -89,12 +92,24 @@ class Events:
     last: float | None
 
 
-@dataclass(frozen=True, slots=True)
+@dataclass(slots=True)
 class Stats:
-    """Work done: integration steps, and CPU time in s where it was measured."""
+    """Work done.
+
+    Attributes
+    ----------
+    steps : int
+        Integration steps.
+    cpu_s : float or None
+        CPU time, s, where the caller measured it.
+    kernel : str or None
+        What ran the method ``taylor``: ``"compiled"`` or ``"interpreted"`` code, or ``"exact"`` if
+        the scene is linear and nothing had to be stepped. None for other methods.
+    """
 
     steps: int
     cpu_s: float | None = None
+    kernel: Kernel | None = None
 
 
 @dataclass(frozen=True, slots=True)
@@ -216,7 +231,7 @@ class Recorder:
         self._final: State = problem.start
         self._steps = 0
         self._dense = isinstance(samples, str) and samples == "dense"
-        self._times = _sample_times(samples, problem.t_end)
+        self._times = sample_times(samples, problem.t_end)
         self._kept: list[Segment] = []
         self._parts: list[Trajectory] = []
         self.t = 0.0
@@ -277,66 +292,157 @@ class Recorder:
         self._times = times[count:]
         self._kept = []
 
-    def result(self, method: str) -> Transient:
+    def result(self, method: str, kernel: Kernel | None = None) -> Transient:
         """The result of the run.
 
         Parameters
         ----------
         method : str
             Name of the method that made the segments.
+        kernel : str, optional
+            See `Stats`.
 
         Returns
         -------
         Transient
             Without CPU time, which the caller measures.
+
+        Raises
+        ------
+        ComputationError
+            If the contact force is out of the range of numbers.
         """
-        problem, seen, second = self._problem, self._extremes, self._second_half
-        p, considered = problem.parameters, problem.separation
-        solution = DenseSolution(p, self._kept) if self._dense else None
         if self._times is not None and self._kept:
             self._sample(self._times)
-        separated_time = math.fsum(self._separated)
-        # P decreases with y, so its extremes are those of y, except that it ends at zero.
-        highest = min(seen.y_max, 0.0) if considered else seen.y_max
-        lowest = min(seen.y_min, 0.0) if considered else seen.y_min
-        switches = np.array(self._switches)
-        return Transient(
-            parameters=p,
-            separation=considered,
-            start=problem.start,
-            t_end=problem.t_end,
-            method=method,
-            tol=problem.tol,
-            step=problem.step,
-            final=FinalState(problem.t_end, *self._final),
-            peak=Peak(
-                y_abs=max(seen.y_max, -seen.y_min),
-                y_max=seen.y_max,
-                y_min=seen.y_min,
-                x_abs=max(seen.x_max, -seen.x_min),
-                vx_max=seen.vx_max,
-            ),
-            steady=Steady(y_half_range=0.5 * (second.y_max - second.y_min)),
-            contact_force=ContactForce(
-                min=contact_force(p, highest, Mode.CONTACT) + 0.0,
-                max=contact_force(p, lowest, Mode.CONTACT) + 0.0,
-            ),
-            events=Events(
-                separations=self._separations,
-                reattachments=len(switches) - self._separations,
-                separated_time=separated_time,
-                first=float(switches[0]) if switches.size else None,
-                last=float(switches[-1]) if switches.size else None,
-            ),
-            stats=Stats(steps=self._steps),
-            switch_times=switches,
+        return assemble(
+            self._problem,
+            method,
+            final=self._final,
+            whole=self._extremes,
+            second_half=self._second_half,
+            switches=np.array(self._switches),
+            separations=self._separations,
+            separated_time=math.fsum(self._separated),
+            stats=Stats(steps=self._steps, kernel=kernel),
             first_mode=self.first_mode,
             trajectory=Trajectory.joined(self._parts) if self._parts else None,
-            solution=solution,
+            solution=(DenseSolution(self._problem.parameters, self._kept) if self._dense else None),
         )
 
 
-def _sample_times(samples: Samples, t_end: float) -> NDArray[np.float64] | None:
+def assemble(
+    problem: Problem,
+    method: str,
+    *,
+    final: State,
+    whole: Extremes,
+    second_half: Extremes,
+    switches: NDArray[np.float64],
+    separations: int,
+    separated_time: float,
+    stats: Stats,
+    first_mode: Mode,
+    trajectory: Trajectory | None,
+    solution: DenseSolution | None,
+) -> Transient:
+    """The result of a run from what was seen of it.
+
+    Parameters
+    ----------
+    problem : Problem
+        What was integrated.
+    method : str
+        Name of the method.
+    final : State
+        State at the horizon.
+    whole, second_half : Extremes
+        Over the run and over its second half.
+    switches : ndarray, shape (n,)
+        Times of all switches, s.
+    separations : int
+        How many of them left the belt.
+    separated_time : float
+        Time off the belt, s.
+    stats : Stats
+        Work done.
+    first_mode : Mode
+        Mode before the first switch.
+    trajectory, solution
+        As in `Transient`.
+
+    Returns
+    -------
+    Transient
+        Everything that a run reports.
+
+    Raises
+    ------
+    ComputationError
+        If the contact force is out of the range of numbers.
+    """
+    p, considered = problem.parameters, problem.separation
+    # P decreases with y, so its extremes are those of y, except that it ends at zero.
+    highest = min(whole.y_max, 0.0) if considered else whole.y_max
+    lowest = min(whole.y_min, 0.0) if considered else whole.y_min
+    force = ContactForce(
+        min=contact_force(p, highest, Mode.CONTACT) + 0.0,
+        max=contact_force(p, lowest, Mode.CONTACT) + 0.0,
+    )
+    if not math.isfinite(force.max - force.min):
+        raise overflow_error(problem.t_end, final)
+    return Transient(
+        parameters=p,
+        separation=considered,
+        start=problem.start,
+        t_end=problem.t_end,
+        method=method,
+        tol=problem.tol,
+        step=problem.step,
+        final=FinalState(problem.t_end, *final),
+        peak=Peak(
+            y_abs=max(whole.y_max, -whole.y_min),
+            y_max=whole.y_max,
+            y_min=whole.y_min,
+            x_abs=max(whole.x_max, -whole.x_min),
+            vx_max=whole.vx_max,
+        ),
+        steady=Steady(y_half_range=0.5 * (second_half.y_max - second_half.y_min)),
+        contact_force=force,
+        events=Events(
+            separations=separations,
+            reattachments=len(switches) - separations,
+            separated_time=separated_time,
+            first=float(switches[0]) if switches.size else None,
+            last=float(switches[-1]) if switches.size else None,
+        ),
+        stats=stats,
+        switch_times=switches,
+        first_mode=first_mode,
+        trajectory=trajectory,
+        solution=solution,
+    )
+
+
+def sample_times(samples: Samples, t_end: float) -> NDArray[np.float64] | None:
+    """Check a request for samples.
+
+    Parameters
+    ----------
+    samples : "none", "dense" or sequence of float
+        What is kept of the trajectory.
+    t_end : float
+        Horizon, s.
+
+    Returns
+    -------
+    ndarray or None
+        The times, s, if times were given.
+
+    Raises
+    ------
+    InputError
+        If the times are not ascending or lie outside [0, t_end].
+    """
     if isinstance(samples, str):
         if samples not in ("none", "dense"):
             raise unknown_name("samples", samples, ("none", "dense"))
@@ -424,6 +530,7 @@ def integrate(
     samples: Samples = "none",
     max_steps: int = MAX_STEPS,
     progress: Progress | None = None,
+    kernel: KernelChoice = "auto",
 ) -> Transient:
     """Compute a transient with a native method.
 
@@ -450,6 +557,8 @@ def integrate(
         Steps after which the run is given up.
     progress : callable, optional
         Called now and then with the fraction done; the run is cancelled when it returns False.
+    kernel : "auto", "exact", "compiled" or "interpreted"
+        What runs the method ``taylor``, see `kernel_choice.chosen`.
 
     Returns
     -------
@@ -470,9 +579,38 @@ def integrate(
     problem = make_problem(p, t_end=t_end, tol=tol, separation=separation, start=start, step=step)
     if step is not None:
         check_takes_step(method)
+    used: Kernel | None = None
+    if method == "taylor":
+        from .kernel_choice import chosen
+
+        whole_run = chosen(kernel)
+        if whole_run is not None:
+            return whole_run(problem, samples, max_steps, progress)
+        used = "interpreted"
+    else:
+        check_has_kernels(method, kernel)
     recorder = Recorder(problem, samples)
     run_segments(METHODS[method].stepper(problem), recorder, max_steps, progress)
-    return recorder.result(method)
+    return recorder.result(method, used)
+
+
+def check_has_kernels(method: str, kernel: KernelChoice) -> None:
+    """Check that no kernel is asked for where there is no choice.
+
+    Parameters
+    ----------
+    method : str
+        Name of a method other than ``taylor``.
+    kernel : str
+        What was asked for.
+
+    Raises
+    ------
+    InputError
+        If that is not ``"auto"``.
+    """
+    if kernel != "auto":
+        raise InputError(f"kernel = {kernel!r}: the method {method} has no choice of kernels")
 
 
 def run_segments(
@@ -507,8 +645,26 @@ def run_segments(
         if recorder.complete:
             report(1.0)
             return
-    raise ComputationError(
-        f"{max_steps} steps end at t = {recorder.t:.6g} s of {t_end:g} s",
+    raise step_limit_error(max_steps, recorder.t, t_end)
+
+
+def step_limit_error(max_steps: int, t: float, t_end: float) -> ComputationError:
+    """An error for a run that takes too many steps.
+
+    Parameters
+    ----------
+    max_steps : int
+        Their greatest number.
+    t, t_end : float
+        Time reached and horizon, s.
+
+    Returns
+    -------
+    ComputationError
+        To be raised by the caller.
+    """
+    return ComputationError(
+        f"{max_steps} steps end at t = {t:.6g} s of {t_end:g} s",
         "use a shorter horizon, a larger tol, or scipy-radau if the scene is stiff",
     )
 

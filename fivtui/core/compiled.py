@@ -1,0 +1,167 @@
+"""Single runs by the compiled kernel."""
+
+import math
+from typing import Final
+
+import numpy as np
+from numpy.typing import NDArray
+
+from .errors import Cancelled
+from .extremes import Extremes
+from .kernel_loader import KernelLoader
+from .methods import Problem
+from .model import Mode, mode_of
+from .parameters import Parameters
+from .recurrences import Field, constants, field_of
+from .taylor import local_tolerance, order_for, overflow_error, stall_error
+from .trajectory import DenseSolution, Trajectory, trajectory_of
+from .transient import (
+    Progress,
+    Samples,
+    Stats,
+    Transient,
+    assemble,
+    sample_times,
+    step_limit_error,
+)
+
+# Steps between two looks at the progress callback, and at the keyboard if there is none.
+_REPORT: Final = 256
+_PAUSE: Final = 65536
+# Lengths of the buffers; a longer run empties them on its way.
+_SWITCHES: Final = 256
+_SEGMENTS: Final = 512
+_NO_TIMES: Final = np.empty(0)
+
+kernels: Final = KernelLoader("single")
+
+
+def run(problem: Problem, samples: Samples, max_steps: int, progress: Progress | None) -> Transient:
+    """Compute a transient with the compiled kernel; waits for it if it is not loaded.
+
+    Parameters
+    ----------
+    problem : Problem
+        What is asked.
+    samples : "none", "dense" or sequence of float
+        What is kept of the trajectory: nothing, everything, or its values at ascending times, s.
+    max_steps : int
+        Steps after which the run is given up.
+    progress : callable, optional
+        Called now and then with the fraction done; the run is cancelled when it returns False.
+
+    Returns
+    -------
+    Transient
+        Agrees with the interpreted kernel to rounding.
+
+    Raises
+    ------
+    InputError
+        If the sample times are wrong.
+    ComputationError
+        If the run cannot be finished, or the kernel not be loaded.
+    Cancelled
+        If `progress` returned False.
+    """
+    single = kernels.module()
+    p, t_end = problem.parameters, problem.t_end
+    tol = local_tolerance(problem.tol)
+    order = order_for(tol)
+    stiffness = p.k1 + p.k2 + p.k3
+    first_mode = mode_of(p, problem.start, separation=problem.separation)
+    times = sample_times(samples, t_end)
+    dense = isinstance(samples, str) and samples == "dense"
+    request = np.zeros(1, single.PROBLEM)
+    request[0] = (
+        t_end,
+        0.5 * t_end,
+        tol,
+        0.5 * p.k3,
+        p.F,
+        abs(p.F) / stiffness,
+        1.0 / math.sqrt(p.m / stiffness),
+        order,
+        problem.separation,
+        field_of(p, Mode.CONTACT) is Field.CUBIC,
+    )
+    given = np.array([constants(p, mode) for mode in Mode])
+    where = np.zeros(1, single.RUN)
+    where[0] = single.Run(*problem.start, first_mode)
+    halves = single.NOTHING_SEEN.copy()
+    work = np.empty(single.WORK_SIZE)
+    switches = np.empty(_SWITCHES)
+    moments = _NO_TIMES if times is None else times
+    states = np.empty((moments.size, single.SAMPLE_COLUMNS))
+    segments = np.empty((_SEGMENTS if dense else 0, single.segment_columns(order)))
+    switched: list[NDArray[np.float64]] = []
+    stored: list[NDArray[np.float64]] = []
+    portion = _PAUSE if progress is None else _REPORT
+    reached, steps, ending = 0.0, 0, single.PAUSED
+    while ending != single.DONE:
+        if progress is not None and not progress(reached / t_end):
+            raise Cancelled
+        budget = min(portion, max_steps - steps)
+        if budget <= 0:
+            raise step_limit_error(max_steps, reached, t_end)
+        ending = single.advance(
+            request,
+            given,
+            where,
+            halves,
+            work,
+            switches,
+            moments,
+            states,
+            segments,
+            dense,
+            budget,
+        )
+        here = single.Run(*where.item())
+        reached, steps = here.t, here.steps
+        if ending in (single.DONE, single.FULL):
+            switched.append(switches[: here.switches].copy())
+            stored.append(segments[: here.segments].copy())
+            where["switches"] = where["segments"] = 0
+        elif ending == single.OVERFLOW:
+            raise overflow_error(reached, here[:4])
+        elif ending == single.STALLED:
+            raise stall_error(reached)
+    if progress is not None:
+        progress(1.0)
+    earlier, later = halves.tolist()
+    whole, second_half = _extremes(earlier), _extremes(later)
+    whole.merge(second_half)
+    return assemble(
+        problem,
+        "taylor",
+        final=here[:4],
+        whole=whole,
+        second_half=second_half,
+        switches=switched[0] if len(switched) == 1 else np.concatenate(switched),
+        separations=here.separations,
+        separated_time=here.separated,
+        stats=Stats(steps=steps, kernel="compiled"),
+        first_mode=first_mode,
+        trajectory=None if times is None else _trajectory(p, times, states),
+        solution=_solution(p, np.concatenate(stored), order + 1) if dense else None,
+    )
+
+
+def _extremes(row: list[float]) -> Extremes:
+    seen = Extremes()
+    seen.x_min, seen.y_min, seen.x_max, seen.y_max, seen.vx_max = row
+    return seen
+
+
+def _trajectory(
+    p: Parameters, times: NDArray[np.float64], states: NDArray[np.float64]
+) -> Trajectory:
+    x, y, vx, vy, mode, _ = states.T.copy()
+    return trajectory_of(p, times, (x, vx, y, vy), mode.astype(np.int8))
+
+
+def _solution(p: Parameters, stored: NDArray[np.float64], degree: int) -> DenseSolution:
+    head, size = len(kernels.module().SEGMENT_COLUMNS), degree + 1
+    x, y = stored[:, head : head + size], stored[:, head + size + 1 : head + 2 * size + 1]
+    return DenseSolution.from_arrays(p, stored[:, :head], x.T.copy(), y.T.copy())

@@ -1,0 +1,43 @@
+"""What runs the method ``taylor``: an exact solution, compiled code or interpreted code."""
+
+from collections.abc import Callable
+from typing import Final
+
+from . import compiled
+from .methods import Problem
+from .parameters import unknown_name
+from .transient import KernelChoice, Progress, Samples, Transient
+
+WholeRun = Callable[[Problem, Samples, int, Progress | None], Transient]
+
+KERNELS: Final = ("auto", "exact", "compiled", "interpreted")
+
+
+def chosen(kernel: KernelChoice) -> WholeRun | None:
+    """What is to run a problem.
+
+    Parameters
+    ----------
+    kernel : "auto", "exact", "compiled" or "interpreted"
+        By default a linear scene is solved exactly, and another by the compiled kernel once that
+        is loaded, which this starts in the background; until then by the interpreted one. To ask
+        for the compiled one is to wait for it.
+
+    Returns
+    -------
+    callable or None
+        Runs the problem; None for the interpreted kernel.
+
+    Raises
+    ------
+    InputError
+        If there is no such kernel.
+    """
+    if kernel == "interpreted":
+        return None
+    if kernel == "compiled" or (kernel == "auto" and compiled.kernels.ready):
+        return compiled.run
+    if kernel == "auto":
+        compiled.kernels.start()
+        return None
+    raise unknown_name("kernel", kernel, KERNELS)

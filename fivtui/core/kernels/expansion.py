@@ -1,0 +1,115 @@
+"""The recurrences as machine code: straight-line, for one parameter set or one in each lane.
+
+`recurrences` is run on values of the compiler. The code can leave after every order that
+`core.taylor` chooses, so that one kernel serves them all.
+"""
+
+from itertools import islice
+from typing import Any, Final
+
+from numba import types
+
+from ..recurrences import Constants, Field, Values, recurrences
+from ..taylor import MAX_ORDER, MIN_ORDER, ORDER_STEP
+from .jit import intrinsic
+from .vectors import ALIGNMENT, CONTRACT, LANES, constant, extract, join, pointer, spread
+
+# Rows of a workspace: coefficients of a degree one above the order.
+ROWS: Final = MAX_ORDER + 2
+
+
+class _Value:
+    # A number of the compiler, with the arithmetic that `recurrences` asks for.
+
+    __slots__ = ("builder", "value")
+
+    def __init__(self, builder: Any, value: Any) -> None:
+        self.builder = builder
+        self.value = value
+
+    def __add__(self, other: Any) -> Any:
+        return self._with(self.builder.fadd(self.value, other.value, flags=CONTRACT))
+
+    def __sub__(self, other: Any) -> Any:
+        return self._with(self.builder.fsub(self.value, other.value, flags=CONTRACT))
+
+    def __mul__(self, other: Any) -> Any:
+        return self._with(self.builder.fmul(self.value, self._factor(other), flags=CONTRACT))
+
+    def _with(self, value: Any) -> Any:
+        return type(self)(self.builder, value)
+
+    def _factor(self, other: Any) -> Any:
+        return constant(self.value.type, other) if isinstance(other, float) else other.value
+
+
+class _Both(_Value):
+    # x and y side by side in one register.
+
+    __slots__ = ()
+
+    @property
+    def x(self) -> _Value:
+        return self._element(0)
+
+    @property
+    def y(self) -> _Value:
+        return self._element(1)
+
+    def _element(self, index: int) -> _Value:
+        return _Value(self.builder, extract(self.builder, self.value, index))
+
+    def _factor(self, other: Any) -> Any:
+        factor = super()._factor(other)
+        return factor if factor.type == self.value.type else spread(self.builder, 2, factor)
+
+
+class _Registers(Values[_Value]):
+    # One parameter set: numbers, and pairs in one register.
+
+    def both(self, x: _Value, y: _Value) -> Any:
+        return _Both(x.builder, join(x.builder, x.value, y.value))
+
+
+def _expansion(field: Field, width: int) -> Any:
+    backend: Any = _Registers() if width == 1 else Values[_Value]()
+
+    @intrinsic
+    def expand(_typing: Any, series: Any, given: Any, order: Any) -> Any:
+        def generate(context: Any, builder: Any, signature: Any, values: Any) -> Any:
+            memory, given, order = values
+
+            def load(start: Any, place: int) -> _Value:
+                address = pointer(builder, start, place, width)
+                return _Value(builder, builder.load(address, align=ALIGNMENT))
+
+            # The coefficients of x and y alternate.
+            state = [load(memory, place) for place in (0, 2, 1, 3)]
+            constants = [load(given, place) for place in range(len(Constants._fields))]
+            done = builder.append_basic_block("expanded")
+            terms = islice(recurrences(field, state, constants, backend), MAX_ORDER)
+            for reached, term in enumerate(terms, 1):
+                if isinstance(term, _Both):
+                    address = pointer(builder, memory, reached + 1, 2)
+                    builder.store(term.value, address, align=ALIGNMENT)
+                else:
+                    for place, value in enumerate((term.x, term.y), 2 * (reached + 1)):
+                        address = pointer(builder, memory, place, width)
+                        builder.store(value.value, address, align=ALIGNMENT)
+                if MIN_ORDER <= reached < MAX_ORDER and reached % ORDER_STEP == 0:
+                    further = builder.append_basic_block(f"order_{reached + 1}")
+                    wanted = builder.icmp_signed(">", order, order.type(reached))
+                    builder.cbranch(wanted, further, done)
+                    builder.position_at_end(further)
+            builder.branch(done)
+            builder.position_at_end(done)
+            return context.get_dummy_value()
+
+        return types.void(series, given, order), generate
+
+    return expand
+
+
+expand_linear = _expansion(Field.LINEAR, 1)
+expand_cubic = _expansion(Field.CUBIC, 1)
+expand_cubic_lanes = _expansion(Field.CUBIC, LANES)

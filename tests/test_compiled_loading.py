@@ -1,0 +1,103 @@
+"""Loading of the compiled kernels: lazily, in the background, from a cache that cannot be stale."""
+
+import os
+import shutil
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+import fivtui
+from fivtui import simulate
+from fivtui.core import compiled, kernel_loader
+from fivtui.core.errors import ComputationError
+from fivtui.core.kernel_loader import KernelLoader
+
+PACKAGE = Path(fivtui.__file__).parent
+
+
+def python(
+    code: str, *, cache: Path | None = None, path: Path = PACKAGE.parent
+) -> subprocess.CompletedProcess[str]:
+    environment = {**os.environ, "PYTHONPATH": str(path)}
+    if cache is not None:
+        environment["NUMBA_CACHE_DIR"] = str(cache)
+    return subprocess.run(
+        [sys.executable, "-W", "error", "-c", code],
+        env=environment,
+        cwd=path,
+        capture_output=True,
+        text=True,
+        check=False,
+        timeout=300.0,
+    )
+
+
+def test_neither_the_package_nor_a_first_run_imports_the_compiler() -> None:
+    done = python(
+        "import sys, fivtui\n"
+        "kernel = fivtui.simulate(t_end=1e-3).stats.kernel\n"
+        "print(kernel, 'numba' in sys.modules)"
+    )
+    assert (done.stdout, done.stderr, done.returncode) == ("interpreted False\n", "", 0)
+
+
+def test_a_later_run_is_compiled() -> None:
+    done = python(
+        "from fivtui import simulate\n"
+        "from fivtui.core import compiled\n"
+        "first = simulate(t_end=1.0).stats.kernel\n"
+        "compiled.kernels.module()\n"
+        "print(first, simulate(t_end=1.0).stats.kernel)"
+    )
+    assert (done.stdout, done.stderr, done.returncode) == ("interpreted compiled\n", "", 0)
+
+
+@pytest.mark.parametrize("seconds", [0.0, 0.3, 0.7, 1.5, 2.5, 4.0])
+def test_the_end_of_the_process_stops_the_compiler(seconds: float, tmp_path: Path) -> None:
+    done = python(
+        f"import time; from fivtui import simulate; simulate(t_end=1.0); time.sleep({seconds})",
+        cache=tmp_path,
+    )
+    assert (done.stdout, done.stderr, done.returncode) == ("", "", 0)
+
+
+def test_a_failure_to_load_is_reported_and_single_runs_go_on(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    def broken(name: str) -> object:
+        raise OSError(f"no {name}\nand more")
+
+    loader = KernelLoader("single")
+    monkeypatch.setattr(kernel_loader, "import_module", broken)
+    monkeypatch.setattr(compiled, "kernels", loader)
+    with pytest.raises(ComputationError, match=r"cannot be loaded: OSError: no .*single; use the"):
+        simulate(t_end=1.0, kernel="compiled")
+    assert loader.failure == "OSError: no fivtui.core.kernels.single"
+    assert simulate(t_end=1.0).stats.kernel == "interpreted"
+
+
+@pytest.mark.slow
+def test_kernels_are_compiled_anew_when_a_source_of_theirs_changes(tmp_path: Path) -> None:
+    shutil.copytree(PACKAGE, tmp_path / "fivtui", ignore=shutil.ignore_patterns("__pycache__"))
+    source = tmp_path / "fivtui" / "core" / "recurrences.py"
+    before, cache = source.stat(), tmp_path / "cache"
+    code = (
+        "from fivtui import simulate\n"
+        "print([simulate(t_end=1.0, kernel=k).final.y for k in ('compiled', 'interpreted')])"
+    )
+    old = python(code, cache=cache, path=tmp_path)
+    text = source.read_text(encoding="utf-8")
+    changed = text.replace("load=p.F / p.m", "load=p.F * p.m").replace("* 2.0)", "* 3.0)")
+    assert len(changed) == len(text)
+    source.write_text(changed, encoding="utf-8")
+    # Neither its size nor its date tells of the change, nor do Python's own caches.
+    os.utime(source, ns=(before.st_atime_ns, before.st_mtime_ns))
+    for folder in (tmp_path / "fivtui").rglob("__pycache__"):
+        shutil.rmtree(folder)
+    new = python(code, cache=cache, path=tmp_path)
+    assert (old.stderr, new.stderr) == ("", "")
+    assert new.stdout != old.stdout
+    one, other = map(float, new.stdout.strip("[]\n").split(","))
+    assert one == pytest.approx(other, rel=1e-9)
