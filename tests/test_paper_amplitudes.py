@@ -120,8 +120,16 @@ def test_a_study_computes_a_scene_once(monkeypatch: pytest.MonkeyPatch) -> None:
 @pytest.mark.slow
 @pytest.mark.skipif(os.name != "posix", reason="process groups are POSIX")
 def test_an_interrupt_ends_all_processes_without_traceback() -> None:
+    # A parent that ignores the interrupt, as a shell's background job does, hands that on.
+    code = (
+        "import signal\n"
+        "from fivtui.cli import main\n"
+        "if __name__ == '__main__':\n"
+        "    signal.signal(signal.SIGINT, signal.default_int_handler)\n"
+        "    main(['claims', '--json'])\n"
+    )
     process = subprocess.Popen(
-        [sys.executable, "-m", "fivtui", "claims", "--json"],
+        [sys.executable, "-c", code],
         env=os.environ | {"PYTHONPATH": str(ROOT)},
         stdout=subprocess.PIPE,
         stderr=subprocess.PIPE,
