@@ -51,7 +51,7 @@ def test_a_wrong_step_is_refused_and_the_run_can_go_on(
     assert said in refused.log[0]
     assert "\n" not in refused.log[0]
     assert before.value == after.value
-    final = simulate(t_end=2.0).final
+    final = simulate(t_end=2.0, kernel="interpreted").final
     assert end.value == [final.x, final.vx, final.y, final.vy]
 
 
@@ -88,7 +88,7 @@ def test_a_wrong_value_is_refused_and_the_next_step_says_so_once(
     assert said in refused.log[0]
     assert failed.status == "discard"
     assert said in failed.log[0]
-    final = simulate(t_end=2.0).final
+    final = simulate(t_end=2.0, kernel="interpreted").final
     assert end.value == [final.x, final.vx, final.y, final.vy]
 
 
@@ -155,7 +155,7 @@ def test_a_failed_initialization_can_be_mended_or_reset(driver: Driver) -> None:
         ("a", "get", STATES),
     ]
     answers = driver.drive(*calls)
-    final = simulate(t_end=1.0).final
+    final = simulate(t_end=1.0, kernel="interpreted").final
     assert answers[2].status == "discard"
     assert answers[5].status == answers[9].status == "ok"
     assert answers[6].value == answers[10].value == [final.x, final.vx, final.y, final.vy]
@@ -203,7 +203,7 @@ def test_hundreds_of_refusals_leave_an_instance_sound(driver: Driver) -> None:
     ]
     calls = [("a", "begin"), *wrong * 60, ("a", "step", 0.0, 1.0), ("a", "get", STATES)]
     answers = driver.drive(*calls)
-    final = simulate(t_end=1.0).final
+    final = simulate(t_end=1.0, kernel="interpreted").final
     assert answers[-2].status == "ok"
     assert answers[-1].value == [final.x, final.vx, final.y, final.vy]
 

@@ -1,4 +1,4 @@
-"""What runs the method ``taylor``: an exact solution, compiled code or interpreted code."""
+"""What runs the method ``taylor``: compiled code or interpreted code."""
 
 from collections.abc import Callable
 from typing import Final
@@ -10,7 +10,7 @@ from .transient import KernelChoice, Progress, Samples, Transient
 
 WholeRun = Callable[[Problem, Samples, int, Progress | None], Transient]
 
-KERNELS: Final = ("auto", "exact", "compiled", "interpreted")
+KERNELS: Final = ("auto", "compiled", "interpreted")
 
 
 def chosen(kernel: KernelChoice) -> WholeRun | None:
@@ -18,10 +18,9 @@ def chosen(kernel: KernelChoice) -> WholeRun | None:
 
     Parameters
     ----------
-    kernel : "auto", "exact", "compiled" or "interpreted"
-        By default a linear scene is solved exactly, and another by the compiled kernel once that
-        is loaded, which this starts in the background; until then by the interpreted one. To ask
-        for the compiled one is to wait for it.
+    kernel : "auto", "compiled" or "interpreted"
+        By default the compiled kernel once that is loaded, which this starts in the background;
+        until then the interpreted one. To ask for the compiled one is to wait for it.
 
     Returns
     -------

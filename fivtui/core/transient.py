@@ -22,7 +22,7 @@ from .trajectory import DenseSolution, Trajectory
 Progress = Callable[[float], bool]
 Start = Literal["static"] | Sequence[float]
 Samples = Literal["none", "dense"] | Sequence[float] | NDArray[np.float64]
-Kernel = Literal["exact", "compiled", "interpreted"]
+Kernel = Literal["compiled", "interpreted"]
 KernelChoice = Literal["auto"] | Kernel
 
 DEFAULT_T_END: Final = 100.0
@@ -103,8 +103,8 @@ class Stats:
     cpu_s : float or None
         CPU time, s, where the caller measured it.
     kernel : str or None
-        What ran the method ``taylor``: ``"compiled"`` or ``"interpreted"`` code, or ``"exact"`` if
-        the scene is linear and nothing had to be stepped. None for other methods.
+        What ran the method ``taylor``: ``"compiled"`` or ``"interpreted"`` code. None for other
+        methods.
     """
 
     steps: int
@@ -557,7 +557,7 @@ def integrate(
         Steps after which the run is given up.
     progress : callable, optional
         Called now and then with the fraction done; the run is cancelled when it returns False.
-    kernel : "auto", "exact", "compiled" or "interpreted"
+    kernel : "auto", "compiled" or "interpreted"
         What runs the method ``taylor``, see `kernel_choice.chosen`.
 
     Returns

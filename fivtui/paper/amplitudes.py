@@ -71,6 +71,8 @@ def measure(scene: Scene) -> Amplitude:
             start=scene.start,
             method=scene.method,
             step=scene.step,
+            # The same numbers in every process, whichever kernel it has loaded.
+            kernel="interpreted" if scene.method == "taylor" else "auto",
         )
     except ComputationError as error:
         values = ", ".join(f"{k} = {v:g}" for k, v in scene.parameters.as_dict().items())
