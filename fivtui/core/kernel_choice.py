@@ -32,11 +32,9 @@ def chosen(kernel: KernelChoice) -> WholeRun | None:
     InputError
         If there is no such kernel.
     """
-    if kernel == "interpreted":
-        return None
-    if kernel == "compiled" or (kernel == "auto" and compiled.kernels.ready):
-        return compiled.run
-    if kernel == "auto":
+    if kernel not in KERNELS:
+        raise unknown_name("kernel", kernel, KERNELS)
+    if kernel == "auto" and not compiled.kernels.ready:
         compiled.kernels.start()
         return None
-    raise unknown_name("kernel", kernel, KERNELS)
+    return None if kernel == "interpreted" else compiled.run
