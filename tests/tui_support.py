@@ -13,7 +13,7 @@ from fivtui.tui.app import FivtuiApp
 from fivtui.tui.form import FieldRow
 
 PATIENCE_S: Final = 20.0
-ENDLESS: Final = "1e7"
+ENDLESS: Final = "1e6"
 
 
 def text_of(pilot: Pilot[None]) -> str:
