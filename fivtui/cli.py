@@ -13,7 +13,7 @@ from .core.errors import Cancelled, ComputationError, InputError
 from .core.parameters import PARAMETERS, parameter_spec, parse_number, unknown_name
 
 if TYPE_CHECKING:
-    from .core.transient import Start
+    from .core.request import Start
     from .scene import Scene
 
 EXIT_INPUT: Final = 2
@@ -187,7 +187,7 @@ def simulate(**given: Any) -> None:
     """Compute a transient; print its extremes, events and final state."""
     import numpy as np
 
-    from .core.transient import check_horizon
+    from .core.request import check_horizon
     from .report import Progress, print_transient
     from .simulation import simulate as run
 

@@ -12,7 +12,8 @@ import numpy as np
 from fmu_src.builder import build_fmu
 
 from .core.errors import InputError
-from .core.transient import Transient, make_problem
+from .core.outcome import Transient
+from .core.request import make_problem
 from .figures import check_figure_path, save_figure, transient_figure
 from .files import check_output
 from .fmu_host import integrate_fmu

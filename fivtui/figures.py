@@ -18,9 +18,9 @@ from numpy.typing import NDArray
 
 from . import __version__
 from .core.errors import InputError
+from .core.outcome import Transient
 from .core.parameters import PARAMETERS, unknown_name
 from .core.trajectory import COLUMNS, Trajectory
-from .core.transient import Transient
 from .files import check_output, check_suffix, write_atomically
 from .results import trajectory_of
 

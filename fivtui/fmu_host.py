@@ -15,8 +15,10 @@ import numpy as np
 from .core.columns import COLUMNS
 from .core.errors import Cancelled, ComputationError
 from .core.methods import Problem
+from .core.outcome import Transient
+from .core.recorder import Recorder, Samples
 from .core.trajectory import Trajectory
-from .core.transient import Progress, Recorder, Samples, Transient
+from .core.transient import Progress
 from .fmu_instance import extracted, instantiated, interrupts_deferred
 from .fmu_master import Master, Point, Slave
 

@@ -9,7 +9,7 @@ from .core.hermite import segment_between
 from .core.methods import Problem
 from .core.model import Mode, State
 from .core.parameters import unknown_name
-from .core.transient import Recorder
+from .core.recorder import Recorder
 from .fmu_instance import Messages
 
 # Longest interval of interpolation, in √(m/tangent stiffness).

@@ -14,9 +14,9 @@ from rich.progress import Progress as Bar
 from rich.table import Table
 from rich.text import Text
 
+from .core.outcome import Transient
 from .core.parameters import Parameters
 from .core.stability import Stability
-from .core.transient import Transient
 
 if TYPE_CHECKING:
     from .compare import Comparison

@@ -11,9 +11,9 @@ import numpy as np
 from . import __version__
 from .core.errors import ComputationError, InputError
 from .core.model import Mode
+from .core.outcome import Transient
 from .core.stability import Stability
 from .core.trajectory import COLUMNS, Trajectory
-from .core.transient import Transient
 from .files import check_output, check_suffix, write_atomically
 from .formats import FORMATS, Columns, Format
 

@@ -17,14 +17,7 @@ from tomlkit.items import Item
 from .core.errors import InputError
 from .core.methods import check_takes_step
 from .core.parameters import PARAMETERS, Parameters, parameter_spec, unknown_name
-from .core.transient import (
-    DEFAULT_T_END,
-    DEFAULT_TOL,
-    MAX_T_END,
-    TOL_RANGE,
-    Start,
-    make_problem,
-)
+from .core.request import DEFAULT_T_END, DEFAULT_TOL, MAX_T_END, TOL_RANGE, Start, make_problem
 from .files import write_atomically
 from .simulation import ALL_METHODS
 

@@ -5,20 +5,11 @@ from collections.abc import Mapping
 from typing import Final
 
 from .core.methods import METHODS
+from .core.outcome import Transient
 from .core.parameters import Parameters, unknown_name
-from .core.transient import (
-    DEFAULT_T_END,
-    DEFAULT_TOL,
-    MAX_STEPS,
-    KernelChoice,
-    Progress,
-    Samples,
-    Start,
-    Transient,
-    check_has_kernels,
-    integrate,
-    make_problem,
-)
+from .core.recorder import Samples
+from .core.request import DEFAULT_T_END, DEFAULT_TOL, Start, make_problem
+from .core.transient import MAX_STEPS, KernelChoice, Progress, check_has_kernels, integrate
 
 ALL_METHODS: Final[Mapping[str, str]] = {
     **{name: method.meaning for name, method in METHODS.items()},

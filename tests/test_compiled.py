@@ -8,7 +8,8 @@ from hypothesis import strategies as st
 from fivtui import Parameters, simulate
 from fivtui.core.errors import Cancelled, ComputationError, InputError
 from fivtui.core.model import State
-from fivtui.core.transient import KernelChoice, Transient
+from fivtui.core.outcome import Transient
+from fivtui.core.transient import KernelChoice
 from tests.references import REFERENCES
 from tests.strategies import moderate_parameters, states, wide_parameters
 

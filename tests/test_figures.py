@@ -18,8 +18,9 @@ from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 
 from fivtui.core.errors import InputError
+from fivtui.core.outcome import Transient
 from fivtui.core.parameters import Parameters
-from fivtui.core.transient import Start, Transient
+from fivtui.core.request import Start
 from fivtui.figures import check_figure_path, run_labels, save_figure, transient_figure
 from fivtui.simulation import simulate
 from tests.test_files import file_size_limit

@@ -14,7 +14,8 @@ from hypothesis import given, settings
 
 from fivtui import Parameters, simulate
 from fivtui.core.errors import Cancelled, ComputationError, InputError
-from fivtui.core.transient import Transient, make_problem
+from fivtui.core.outcome import Transient
+from fivtui.core.request import make_problem
 from fivtui.fmu_host import integrate_fmu
 from fivtui.fmu_instance import interrupts_deferred
 from fmu_src.builder import build_fmu

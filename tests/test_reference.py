@@ -10,8 +10,8 @@ from fivtui import Parameters, simulate
 from fivtui.core import reference
 from fivtui.core.errors import ComputationError, InputError
 from fivtui.core.model import State, static_start
+from fivtui.core.outcome import Transient
 from fivtui.core.reference import RungeKutta4
-from fivtui.core.transient import Transient
 from tests.strategies import moderate_parameters, states
 
 T_END = 4.0

@@ -15,10 +15,10 @@ import pytest
 
 from fivtui import __version__, formats
 from fivtui.core.errors import ComputationError, InputError
+from fivtui.core.outcome import Transient
 from fivtui.core.parameters import PARAMETERS, Parameters
 from fivtui.core.stability import stability
 from fivtui.core.trajectory import COLUMNS, Trajectory
-from fivtui.core.transient import Transient
 from fivtui.results import (
     check_trajectory_path,
     load_trajectory,

@@ -11,9 +11,10 @@ from hypothesis import strategies as st
 
 from fivtui.core.errors import InputError
 from fivtui.core.methods import METHODS
+from fivtui.core.outcome import Transient
 from fivtui.core.parameters import PARAMETERS, Parameters
+from fivtui.core.request import MAX_T_END, TOL_RANGE, Start
 from fivtui.core.stability import stability
-from fivtui.core.transient import MAX_T_END, TOL_RANGE, Start, Transient
 from fivtui.presets import DEFAULT_PRESET, PRESETS
 from fivtui.scene import Scene, find_scene, load_scene, save_scene, scene_from_dict, scene_to_dict
 from fivtui.simulation import ALL_METHODS, simulate

@@ -11,19 +11,13 @@ from .extremes import Extremes
 from .kernel_loader import KernelLoader
 from .methods import Problem
 from .model import Mode, mode_of
+from .outcome import Stats, Transient, assemble
 from .parameters import Parameters
+from .recorder import Samples, sample_times
 from .recurrences import Field, constants, field_of
 from .taylor import local_tolerance, order_for, overflow_error, stall_error
 from .trajectory import DenseSolution, Trajectory, trajectory_of
-from .transient import (
-    Progress,
-    Samples,
-    Stats,
-    Transient,
-    assemble,
-    sample_times,
-    step_limit_error,
-)
+from .transient import Progress, step_limit_error
 
 # Steps between two looks at the progress callback, and at the keyboard if there is none.
 _REPORT: Final = 256

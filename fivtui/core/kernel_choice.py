@@ -5,8 +5,10 @@ from typing import Final
 
 from . import compiled
 from .methods import Problem
+from .outcome import Transient
 from .parameters import unknown_name
-from .transient import KernelChoice, Progress, Samples, Transient
+from .recorder import Samples
+from .transient import KernelChoice, Progress
 
 WholeRun = Callable[[Problem, Samples, int, Progress | None], Transient]
 

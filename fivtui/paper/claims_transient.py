@@ -6,8 +6,8 @@ from typing import Final
 import numpy as np
 
 from ..core.model import Mode, equilibrium, static_start
+from ..core.outcome import Transient
 from ..core.parameters import Parameters
-from ..core.transient import Transient
 from ..presets import PRESETS
 from ..results import trajectory_of
 from .claim import Chapter, Finding, Quantity

@@ -5,7 +5,7 @@ from typing import Final
 
 import numpy as np
 
-from ..core.transient import Transient
+from ..core.outcome import Transient
 from ..scene import Scene
 from ..simulation import simulate
 from .amplitudes import Amplitude, Progress, measure_all

@@ -7,9 +7,9 @@ import numpy as np
 
 from ..core.errors import ComputationError
 from ..core.model import equilibrium
+from ..core.outcome import Transient
 from ..core.parameters import PARAMETERS, Parameters
 from ..core.stability import Stability, stability
-from ..core.transient import Transient
 from ..results import trajectory_of
 from ..scene import Scene
 from .amplitudes import Amplitude

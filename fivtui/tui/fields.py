@@ -6,7 +6,7 @@ from typing import Final
 
 from fivtui.core.errors import InputError
 from fivtui.core.parameters import PARAMETERS, Parameters, ParameterSpec, parse_number, unknown_name
-from fivtui.core.transient import (
+from fivtui.core.request import (
     DEFAULT_T_END,
     DEFAULT_TOL,
     MAX_T_END,

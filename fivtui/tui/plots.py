@@ -7,8 +7,8 @@ from textual.events import Resize
 from textual.widgets import Static
 from textual_plot import PlotWidget
 
+from fivtui.core.outcome import Transient
 from fivtui.core.trajectory import COLUMNS
-from fivtui.core.transient import Transient
 
 from .messages import WindowReset
 from .time_plot import SeparationStrip, TimePlot

@@ -7,9 +7,9 @@ from typing import Final
 import numpy as np
 
 from fivtui.core.model import Mode
+from fivtui.core.outcome import Transient
 from fivtui.core.parameters import Parameters
 from fivtui.core.stability import Stability
-from fivtui.core.transient import Transient
 
 # A growth rate this small beside the fastest eigenvalue neither grows nor decays visibly.
 _NEUTRAL: Final = 1e-9

@@ -9,7 +9,7 @@ from typing import Final
 
 from fivtui.core.errors import Cancelled, ComputationError, InputError
 from fivtui.core.methods import METHODS
-from fivtui.core.transient import Transient
+from fivtui.core.outcome import Transient
 from fivtui.scene import Scene
 from fivtui.simulation import simulate
 

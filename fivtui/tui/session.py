@@ -5,8 +5,8 @@ from typing import cast
 
 from fivtui.core.errors import InputError
 from fivtui.core.parameters import PARAMETERS, Parameters
+from fivtui.core.request import Start
 from fivtui.core.stability import Stability, stability
-from fivtui.core.transient import Start
 from fivtui.scene import Scene
 
 from .differences import base_scene, differences

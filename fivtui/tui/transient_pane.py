@@ -8,8 +8,8 @@ from textual.widgets import Static, TabPane
 from textual.worker import Worker, WorkerState
 
 from fivtui.core.errors import ComputationError, InputError
+from fivtui.core.outcome import Transient
 from fivtui.core.stability import stability
-from fivtui.core.transient import Transient
 
 from .messages import Reported, RunAsked, RunEnded, RunsChanged
 from .plots import TransientPlots

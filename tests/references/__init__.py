@@ -6,7 +6,7 @@ from pathlib import Path
 
 from fivtui.core.model import State
 from fivtui.core.parameters import Parameters
-from fivtui.core.transient import Start
+from fivtui.core.request import Start
 
 
 @dataclass(frozen=True)

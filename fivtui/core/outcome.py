@@ -1,0 +1,248 @@
+"""The result of a transient: final state, peaks, events, and how they are assembled."""
+
+import math
+from dataclasses import dataclass
+from itertools import pairwise
+from typing import Literal
+
+import numpy as np
+from numpy.typing import NDArray
+
+from .extremes import Extremes
+from .methods import Problem
+from .model import Mode, State, contact_force
+from .parameters import Parameters
+from .taylor import overflow_error
+from .trajectory import DenseSolution, Trajectory
+
+Kernel = Literal["compiled", "interpreted"]
+
+
+@dataclass(frozen=True, slots=True)
+class FinalState:
+    """State at the end: t in s, x and y in m, vx and vy in m/s."""
+
+    t: float
+    x: float
+    vx: float
+    y: float
+    vy: float
+
+
+@dataclass(frozen=True, slots=True)
+class Peak:
+    """Exact extremes over the whole run, m; `vx_max`, m/s, is the least valid belt speed."""
+
+    y_abs: float
+    y_max: float
+    y_min: float
+    x_abs: float
+    vx_max: float
+
+
+@dataclass(frozen=True, slots=True)
+class Steady:
+    """Half range of y over the second half of the horizon, m."""
+
+    y_half_range: float
+
+
+@dataclass(frozen=True, slots=True)
+class ContactForce:
+    """Least and greatest contact force over the run, N."""
+
+    min: float
+    max: float
+
+
+@dataclass(frozen=True, slots=True)
+class Events:
+    """Switches of the run.
+
+    Attributes
+    ----------
+    separations, reattachments : int
+        Their numbers.
+    separated_time : float
+        Time off the belt, s.
+    first, last : float or None
+        Time of the first and last switch, s.
+    """
+
+    separations: int
+    reattachments: int
+    separated_time: float
+    first: float | None
+    last: float | None
+
+
+@dataclass(slots=True)
+class Stats:
+    """Work done.
+
+    Attributes
+    ----------
+    steps : int
+        Integration steps.
+    cpu_s : float or None
+        CPU time, s, where the caller measured it.
+    kernel : str or None
+        What ran the method ``taylor``: ``"compiled"`` or ``"interpreted"`` code. None for other
+        methods.
+    """
+
+    steps: int
+    cpu_s: float | None = None
+    kernel: Kernel | None = None
+
+
+@dataclass(frozen=True, slots=True)
+class Transient:
+    """Result of a transient.
+
+    Attributes
+    ----------
+    parameters : Parameters
+        The parameter set.
+    separation : bool
+        Whether separation was considered.
+    start : State
+        (x, ẋ, y, ẏ) at t = 0, m and m/s.
+    t_end : float
+        Horizon, s.
+    method : str
+        Name of the integration method.
+    tol : float
+        Relative tolerance.
+    step : float or None
+        Step asked of a fixed-step method, s.
+    final, peak, steady, contact_force, events, stats
+        See their classes.
+    switch_times : ndarray, shape (n,)
+        Times of all switches, s, alternately of one kind and the other.
+    first_mode : Mode
+        Mode before the first switch.
+    trajectory : Trajectory or None
+        The motion at the times asked for.
+    solution : DenseSolution or None
+        The motion as a function of time, where ``"dense"`` was asked for.
+    """
+
+    parameters: Parameters
+    separation: bool
+    start: State
+    t_end: float
+    method: str
+    tol: float
+    step: float | None
+    final: FinalState
+    peak: Peak
+    steady: Steady
+    contact_force: ContactForce
+    events: Events
+    stats: Stats
+    switch_times: NDArray[np.float64]
+    first_mode: Mode
+    trajectory: Trajectory | None = None
+    solution: DenseSolution | None = None
+
+    @property
+    def separated_intervals(self) -> list[tuple[float, float]]:
+        """Start and end of every interval off the belt, s."""
+        edges = [0.0, *self.switch_times.tolist(), self.t_end]
+        first = 0 if self.first_mode is Mode.SEPARATED else 1
+        pairs = list(pairwise(edges))
+        return [pair for pair in pairs[first::2] if pair[1] > pair[0]]
+
+
+def assemble(
+    problem: Problem,
+    method: str,
+    *,
+    final: State,
+    whole: Extremes,
+    second_half: Extremes,
+    switches: NDArray[np.float64],
+    separations: int,
+    separated_time: float,
+    stats: Stats,
+    first_mode: Mode,
+    trajectory: Trajectory | None,
+    solution: DenseSolution | None,
+) -> Transient:
+    """The result of a run from what was seen of it.
+
+    Parameters
+    ----------
+    problem : Problem
+        What was integrated.
+    method : str
+        Name of the method.
+    final : State
+        State at the horizon.
+    whole, second_half : Extremes
+        Over the run and over its second half.
+    switches : ndarray, shape (n,)
+        Times of all switches, s.
+    separations : int
+        How many of them left the belt.
+    separated_time : float
+        Time off the belt, s.
+    stats : Stats
+        Work done.
+    first_mode : Mode
+        Mode before the first switch.
+    trajectory, solution
+        As in `Transient`.
+
+    Returns
+    -------
+    Transient
+        Everything that a run reports.
+
+    Raises
+    ------
+    ComputationError
+        If the contact force is out of the range of numbers.
+    """
+    p, considered = problem.parameters, problem.separation
+    # P decreases with y, so its extremes are those of y, except that it ends at zero.
+    highest = min(whole.y_max, 0.0) if considered else whole.y_max
+    lowest = min(whole.y_min, 0.0) if considered else whole.y_min
+    force = ContactForce(
+        min=contact_force(p, highest, Mode.CONTACT) + 0.0,
+        max=contact_force(p, lowest, Mode.CONTACT) + 0.0,
+    )
+    if not math.isfinite(force.max - force.min):
+        raise overflow_error(problem.t_end, final)
+    return Transient(
+        parameters=p,
+        separation=considered,
+        start=problem.start,
+        t_end=problem.t_end,
+        method=method,
+        tol=problem.tol,
+        step=problem.step,
+        final=FinalState(problem.t_end, *final),
+        peak=Peak(
+            y_abs=max(whole.y_max, -whole.y_min),
+            y_max=whole.y_max,
+            y_min=whole.y_min,
+            x_abs=max(whole.x_max, -whole.x_min),
+            vx_max=whole.vx_max,
+        ),
+        steady=Steady(y_half_range=0.5 * (second_half.y_max - second_half.y_min)),
+        contact_force=force,
+        events=Events(
+            separations=separations,
+            reattachments=len(switches) - separations,
+            separated_time=separated_time,
+            first=float(switches[0]) if switches.size else None,
+            last=float(switches[-1]) if switches.size else None,
+        ),
+        stats=stats,
+        switch_times=switches,
+        first_mode=first_mode,
+        trajectory=trajectory,
+        solution=solution,
+    )

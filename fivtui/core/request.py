@@ -1,0 +1,117 @@
+"""What is asked of a transient, checked: start, horizon, tolerance, step."""
+
+from collections.abc import Sequence
+from typing import Final, Literal
+
+import numpy as np
+
+from . import taylor
+from .errors import InputError
+from .methods import Problem
+from .model import State, static_start
+from .parameters import Parameters, parse_number
+
+Start = Literal["static"] | Sequence[float]
+
+DEFAULT_T_END: Final = 100.0
+DEFAULT_TOL: Final = taylor.DEFAULT_TOL
+MAX_T_END: Final = 1e7
+TOL_RANGE: Final = taylor.TOL_RANGE
+
+
+def resolve_start(p: Parameters, start: Start, *, separation: bool) -> State:
+    """The start state in numbers.
+
+    Parameters
+    ----------
+    p : Parameters
+        The parameter set.
+    start : "static" or sequence of four floats
+        At rest at the equilibrium of μ = 0, or (x, ẋ, y, ẏ) in m and m/s.
+    separation : bool
+        Whether separation is considered.
+
+    Returns
+    -------
+    State
+        (x, ẋ, y, ẏ).
+
+    Raises
+    ------
+    InputError
+        If `start` is neither.
+    """
+    allowed = "static, or four finite numbers x,vx,y,vy in m and m/s"
+    if isinstance(start, str):
+        if start != "static":
+            raise InputError(f"start = {start!r}: allowed is {allowed}")
+        return static_start(p, separation=separation)
+    given = np.asarray(start)
+    if given.shape != (4,):
+        raise InputError(f"start = {start!r}: allowed is {allowed}")
+    x, vx, y, vy = (parse_number("start", value, allowed) for value in given.tolist())
+    return (x, vx, y, vy)
+
+
+def check_horizon(t_end: float | str) -> float:
+    """Check a horizon.
+
+    Parameters
+    ----------
+    t_end : float or str
+        Horizon, s; text that reads as a number will do.
+
+    Returns
+    -------
+    float
+        The horizon, s.
+
+    Raises
+    ------
+    InputError
+        If it is not in 0 < t_end <= 1e7 s.
+    """
+    allowed = f"0 < t_end <= {MAX_T_END:g} s"
+    number = parse_number("t_end", t_end, allowed)
+    if not 0.0 < number <= MAX_T_END:
+        raise InputError(f"t_end = {number:g}: allowed is {allowed}")
+    return number
+
+
+def make_problem(
+    p: Parameters,
+    *,
+    t_end: float = DEFAULT_T_END,
+    tol: float = DEFAULT_TOL,
+    separation: bool = True,
+    start: Start = "static",
+    step: float | None = None,
+) -> Problem:
+    """Check a request for a transient.
+
+    Parameters
+    ----------
+    p, t_end, tol, separation, start, step
+        As in `integrate`.
+
+    Returns
+    -------
+    Problem
+        Ready to be integrated.
+
+    Raises
+    ------
+    InputError
+        If a value is out of range.
+    """
+    t_end = check_horizon(t_end)
+    allowed = f"{TOL_RANGE[0]:g} <= tol <= {TOL_RANGE[1]:g}"
+    tol = parse_number("tol", tol, allowed)
+    if not TOL_RANGE[0] <= tol <= TOL_RANGE[1]:
+        raise InputError(f"tol = {tol:g}: allowed is {allowed}")
+    if step is not None:
+        allowed = f"0 < step <= {t_end:g} s"
+        step = parse_number("step", step, allowed)
+        if not 0.0 < step <= t_end:
+            raise InputError(f"step = {step:g}: allowed is {allowed}")
+    return Problem(p, resolve_start(p, start, separation=separation), t_end, separation, tol, step)
