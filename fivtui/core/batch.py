@@ -226,7 +226,7 @@ class _Work:
         self._final = wanted("final", 4)
         self._peak = BatchPeak(*(wanted("peak") for _ in range(5)))
         self._steady = BatchSteady(wanted("steady"))
-        counts = [wanted("events").astype(np.int64) for _ in range(2)]
+        counts = [np.empty(size if "events" in require else 0, np.int64) for _ in range(2)]
         self._events = BatchEvents(*counts, *(wanted("events") for _ in range(3)))
         self._failures: list[Floats] = []
         self._lock = threading.Lock()
@@ -318,7 +318,7 @@ class _Work:
     def _members(self, lanes: Any, columns: dict[str, Floats], where: slice) -> Floats:
         # The problems as the kernel takes them; `constants` does on arrays what it does on numbers.
         p = cast("Parameters", SimpleNamespace(**columns))
-        separation = np.ascontiguousarray(self._separation[where])
+        separation = np.array(self._separation[where])
         if self._start is None:
             start = np.empty((separation.size, 4))
             lanes.static_starts(np.column_stack(list(columns.values())), separation, start)
