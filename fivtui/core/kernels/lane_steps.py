@@ -8,10 +8,11 @@ from typing import Any, Final
 
 from ..taylor import EXP2_BIAS
 from .jit import inner
-from .polynomials import PRECISE
+from .polynomials import PADDED, PRECISE, TO_BERNSTEIN
 from .steps import BEND, RECIPROCAL, TWIST
 from .vectors import (
     absolute,
+    behind,
     bit_numbers,
     bits,
     choose,
@@ -24,9 +25,10 @@ from .vectors import (
     negated,
     root,
     splat,
+    store_lanes,
 )
 
-_NEWTON_STEPS: Final = 100
+_ITERATIONS: Final = 100
 # A change of this part of the step at an extremum changes its value by the cube of it.
 _EXTREME: Final = 4e-6
 # Of `rough_exp2` in the bits of a float, and an exponent that no step has.
@@ -83,6 +85,28 @@ def bounded_at(c: Any, first: int, stride: int, degree: int, t: Any) -> Any:
 
 
 @inner
+def _curved_at(c: Any, first: int, stride: int, degree: int, t: Any) -> Any:
+    # Value, slope and half the second derivative at `t`, even and odd terms side by side. A
+    # polynomial of even degree has a zero after its last coefficient.
+    square = t * t
+    top = degree // 2
+    even = load_lanes(c, first + stride * (2 * top))
+    odd = load_lanes(c, first + stride * (2 * top + 1))
+    even_slope, odd_slope, even_bend, odd_bend = splat(0.0), splat(0.0), splat(0.0), splat(0.0)
+    for k in range(2 * top - 2, -1, -2):
+        even_bend = even_bend * square + even_slope
+        odd_bend = odd_bend * square + odd_slope
+        even_slope = even_slope * square + even
+        odd_slope = odd_slope * square + odd
+        even = even * square + load_lanes(c, first + stride * k)
+        odd = odd * square + load_lanes(c, first + stride * (k + 1))
+    value = even + odd * t
+    slope = odd + (even_slope + odd_slope * t) * (t * 2.0)
+    bend = even_slope + odd_slope * (t * 3.0) + (even_bend + odd_bend * t) * (square * 4.0)
+    return value, slope, bend
+
+
+@inner
 def first_roots(c: Any, degree: int, h: Any, side: Any, guarded: int) -> Any:
     """The first switches in (0, h], s: `steps.first_root` in lanes.
 
@@ -126,18 +150,22 @@ def first_roots(c: Any, degree: int, h: Any, side: Any, guarded: int) -> Any:
 
 @inner
 def _root(c: Any, degree: int, h: Any, side: Any, fresh: Any, guess: Any, wanted: int) -> Any:
-    # Newton's method as in `polynomials.refine`; a lane that is done stands still.
+    # Halley's method, kept inside; a lane that is done stands still.
     left, right, last = splat(0.0), h, splat(0.0)
     t = guess * h
     searching = wanted
-    for _ in range(_NEWTON_STEPS):
-        value, slope = values_at(c, 1, 2, degree, t)
+    for _ in range(_ITERATIONS):
+        value, slope, bend = _curved_at(c, 1, 2, degree, t)
         going = lanes_of(searching)
         inside = side * value > 0.0
         left = choose(inside, t, left)
         right = choose(inside, right, t)
         # Of y/t, after a switch.
-        new = t - value / choose(fresh, slope - value / t, slope)
+        share = value / t
+        bend = choose(fresh, bend - (slope - share) / t, bend)
+        slope = choose(fresh, slope - share, slope)
+        newton = (splat(0.0) - value) / slope
+        new = t + newton / (1.0 + newton * (bend / slope))
         change = absolute(new - t)
         ratio = change / last
         within = (new > left) & (new < right)
@@ -165,11 +193,13 @@ def widened(
     ends: Any,
     seen: Any,
     wanted: int,
+    room: int,
 ) -> Any:
     """Widen ranges so that they hold the polynomial's on [0, h]: `polynomials.widen` in lanes.
 
     `ends` are the values at 0 and h, the slopes there times h, and the bound of the slope; `seen`
-    the least and greatest so far. Returns these, and the bits of the lanes that are not settled.
+    the least and greatest so far; `room` is where the rows for scratch begin. Returns these, and
+    the bits of the lanes that are not settled.
     """
     start, final, slope, last_slope, twist = ends
     low, high = least(seen[0], least(start, final)), greatest(seen[1], greatest(start, final))
@@ -182,6 +212,10 @@ def widened(
     single = turning & bent
     doubtful = wanted & ~bits(flat | single)
     wanted &= bits(single & ((bound < low) | (bound > high)))
+    if doubtful != 0:
+        variations = _variations(c, first, stride, degree, h, room)
+        wanted |= doubtful & bits(variations == 1.0)
+        doubtful &= bits(variations > 1.0)
     if wanted != 0:
         # Where the slope of the cubic through both ends vanishes.
         cube = 3.0 * (slope + last_slope - change * 2.0)
@@ -204,12 +238,8 @@ def _extremum(
     # The value where the slope, of `sign` at first, vanishes.
     left, right, t, result = splat(0.0), h, guess * h, splat(0.0)
     searching = wanted
-    for _ in range(_NEWTON_STEPS):
-        value, slope, bend = load_lanes(c, first + stride * degree), splat(0.0), splat(0.0)
-        for n in range(degree - 1, -1, -1):
-            bend = bend * t + slope
-            slope = slope * t + value
-            value = value * t + load_lanes(c, first + stride * n)
+    for _ in range(_ITERATIONS):
+        value, slope, bend = _curved_at(c, first, stride, degree, t)
         rising = slope * sign > 0.0
         left = choose(rising, t, left)
         right = choose(rising, right, t)
@@ -227,3 +257,24 @@ def _extremum(
         if searching == 0:
             break
     return result
+
+
+@inner
+def _variations(c: Any, first: int, stride: int, degree: int, h: Any, room: int) -> Any:
+    # Of the signs of the Bernstein coefficients of the slope on [0, h]; `degree` if one is zero.
+    power = h
+    for n in range(degree):
+        rate = load_lanes(c, first + stride * (n + 1)) * (n + 1.0)
+        store_lanes(c, room + n, rate * power)
+        power = power * h
+    table = behind(memory(TO_BERNSTEIN), degree * PADDED * PADDED)
+    last = load_lanes(c, room)
+    count = choose(last == 0.0, float(degree), 0.0)
+    for i in range(1, degree):
+        value = load_lanes(c, room)
+        for n in range(1, i + 1):
+            value = value + load_lanes(c, room + n) * table[n * PADDED + i]
+        count = count + choose((value > 0.0) ^ (last > 0.0), 1.0, 0.0)
+        count = count + choose(value == 0.0, float(degree), 0.0)
+        last = value
+    return count
