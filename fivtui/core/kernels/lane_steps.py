@@ -8,11 +8,11 @@ from typing import Any, Final
 
 from ..taylor import EXP2_BIAS
 from .jit import inner
-from .polynomials import PADDED, PRECISE, TO_BERNSTEIN
+from .polynomials import PRECISE
 from .steps import BEND, RECIPROCAL, TWIST
+from .variations import slope_variations
 from .vectors import (
     absolute,
-    behind,
     bit_numbers,
     bits,
     choose,
@@ -25,7 +25,6 @@ from .vectors import (
     negated,
     root,
     splat,
-    store_lanes,
 )
 
 _ITERATIONS: Final = 100
@@ -193,13 +192,12 @@ def widened(
     ends: Any,
     seen: Any,
     wanted: int,
-    room: int,
 ) -> Any:
     """Widen ranges so that they hold the polynomial's on [0, h]: `polynomials.widen` in lanes.
 
     `ends` are the values at 0 and h, the slopes there times h, and the bound of the slope; `seen`
-    the least and greatest so far; `room` is where the rows for scratch begin. Returns these, and
-    the bits of the lanes that are not settled.
+    the least and greatest so far. Returns these, and the bits of the lanes that are
+    not settled.
     """
     start, final, slope, last_slope, twist = ends
     low, high = least(seen[0], least(start, final)), greatest(seen[1], greatest(start, final))
@@ -213,7 +211,7 @@ def widened(
     doubtful = wanted & ~bits(flat | single)
     wanted &= bits(single & ((bound < low) | (bound > high)))
     if doubtful != 0:
-        variations = _variations(c, first, stride, degree, h, room)
+        variations = slope_variations(c, first, stride, h)
         wanted |= doubtful & bits(variations == 1.0)
         doubtful &= bits(variations > 1.0)
     if wanted != 0:
@@ -257,24 +255,3 @@ def _extremum(
         if searching == 0:
             break
     return result
-
-
-@inner
-def _variations(c: Any, first: int, stride: int, degree: int, h: Any, room: int) -> Any:
-    # Of the signs of the Bernstein coefficients of the slope on [0, h]; `degree` if one is zero.
-    power = h
-    for n in range(degree):
-        rate = load_lanes(c, first + stride * (n + 1)) * (n + 1.0)
-        store_lanes(c, room + n, rate * power)
-        power = power * h
-    table = behind(memory(TO_BERNSTEIN), degree * PADDED * PADDED)
-    last = load_lanes(c, room)
-    count = choose(last == 0.0, float(degree), 0.0)
-    for i in range(1, degree):
-        value = load_lanes(c, room)
-        for n in range(1, i + 1):
-            value = value + load_lanes(c, room + n) * table[n * PADDED + i]
-        count = count + choose((value > 0.0) ^ (last > 0.0), 1.0, 0.0)
-        count = count + choose(value == 0.0, float(degree), 0.0)
-        last = value
-    return count

@@ -15,7 +15,7 @@ from .. import model, parameters, polynomial, recurrences, taylor
 from ..parameters import PARAMETERS
 from ..recurrences import Constants
 from ..taylor import MAX_STALLED
-from . import expansion, lane_steps, polynomials, steps, vectors
+from . import expansion, lane_steps, polynomials, steps, variations, vectors
 from .expansion import ROWS, expand_cubic_lanes, expand_linear_lanes
 from .jit import inner, kernel
 from .lane_steps import bounded_at, first_roots, step_sizes, values_at, widened
@@ -124,12 +124,11 @@ _MOVING: Final = _CONTACT + _FIXED
 _SEEN: Final = _MOVING + 11
 _EARLIER: Final = _SEEN + len(EXTREMES)
 _X_LOW, _Y_LOW, _X_HIGH, _Y_HIGH, _VX_HIGH = range(_SEEN, _EARLIER)
-# … room for the steps, the coefficients of x and y, those of ẋ, and scratch.
+# … room for the steps, and the coefficients of x and y, and of ẋ.
 _STEP: Final = _EARLIER + len(EXTREMES)
 _SERIES: Final = _STEP + 1
 _RATES: Final = _SERIES + 2 * ROWS
-_ROOM: Final = _RATES + ROWS
-_BLOCK: Final = (_ROOM + ROWS) * LANES
+_BLOCK: Final = (_RATES + ROWS) * LANES
 # One lane's series and extremes, for the code that knows no lanes.
 _SINGLE: Final = _BLOCK
 _SHIFTED: Final = _SINGLE + 2 * ROWS
@@ -159,6 +158,7 @@ _OWN: Final = (
     lane_steps,
     polynomials,
     steps,
+    variations,
     vectors,
     sys.modules[inner.__module__],
 )
@@ -279,7 +279,6 @@ def _observe_column(w: Any, degree: int, h: Any, column: int, ends: Any, wanted:
         (start, final, slope, final_slope * h, twist),
         (low, high),
         wanted,
-        _ROOM,
     )
     there = lanes_of(wanted)
     store_lanes(w, _SEEN + column, choose(there, low, load_lanes(w, _SEEN + column)))
@@ -304,13 +303,10 @@ def _observe_speed(w: Any, degree: int, h: Any, final: Any, twist: Any, wanted: 
         return
     for n in range(degree):
         store_lanes(w, _RATES + n, load_lanes(w, _SERIES + 2 * n + 2) * (n + 1.0))
-    store_lanes(w, _RATES + degree, splat(0.0))
     final, final_slope, _, twist = bounded_at(w, _RATES, 1, degree - 1, h)
     slope = load_lanes(w, _RATES + 1) * h
     ends = (start, final, slope, final_slope * h, twist)
-    _, found, doubtful = widened(
-        w, _RATES, 1, degree - 1, h, ends, (splat(-np.inf), high), wanted, _ROOM
-    )
+    _, found, doubtful = widened(w, _RATES, 1, degree - 1, h, ends, (splat(-np.inf), high), wanted)
     store_lanes(w, _VX_HIGH, choose(lanes_of(wanted), found, high))
     if doubtful != 0:
         store_lanes(w, _STEP, h)

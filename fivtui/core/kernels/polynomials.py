@@ -33,10 +33,10 @@ EXTREME: Final = 1e-9
 _NEWTON_STEPS: Final = 100
 
 _VECTORS: Final = 3
-PADDED: Final = _VECTORS * LANES
+_PADDED: Final = _VECTORS * LANES
 # A row of `work` holds the Bernstein coefficients on a subinterval, then its ends and its depth.
-_LEFT, _RIGHT, _DEPTH = PADDED, PADDED + 1, PADDED + 2
-_WIDTH: Final = PADDED + LANES
+_LEFT, _RIGHT, _DEPTH = _PADDED, _PADDED + 1, _PADDED + 2
+_WIDTH: Final = _PADDED + LANES
 # The first rows are for the roots found, for scratch, a derivative, and for the caller; the others
 # are the stack of subintervals.
 _FOUND: Final = 0
@@ -49,7 +49,7 @@ WORK_SIZE: Final = _STACK + (MAX_DEPTH + 4) * _WIDTH
 
 def _to_bernstein() -> NDArray[np.float64]:
     # For every size: power coefficients down, Bernstein coefficients across.
-    table = np.zeros((ROWS + 1, PADDED, PADDED))
+    table = np.zeros((ROWS + 1, _PADDED, _PADDED))
     for size in range(1, ROWS + 1):
         for n in range(size):
             for i in range(n, size):
@@ -57,7 +57,7 @@ def _to_bernstein() -> NDArray[np.float64]:
     return table
 
 
-TO_BERNSTEIN: Final = _to_bernstein().ravel()
+_TO_BERNSTEIN: Final = _to_bernstein().ravel()
 
 
 @inner
@@ -125,7 +125,7 @@ def bernstein(c: Any, size: int, b: Any) -> int:
 
     Without a variation there is no root inside; with one there is exactly one.
     """
-    table = behind(memory(TO_BERNSTEIN), size * PADDED * PADDED)
+    table = behind(memory(_TO_BERNSTEIN), size * _PADDED * _PADDED)
     first, second, third = splat(0.0), splat(0.0), splat(0.0)
     for n in range(size):
         factor = c[n]
