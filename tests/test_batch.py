@@ -38,7 +38,7 @@ def varied(count: int) -> np.ndarray:
 
 
 def arrays(result: Batch) -> dict[str, np.ndarray]:
-    found = {"status": result.status, "t": result.t, "steps": result.steps}
+    found: dict[str, np.ndarray] = {"status": result.status, "t": result.t, "steps": result.steps}
     if result.final is not None:
         found["final"] = result.final
     for part in (result.peak, result.steady, result.events):
@@ -101,7 +101,10 @@ def test_members_are_those_of_single_runs(tol: float) -> None:
         events = result.events
         assert events.separations[0] == run.events.separations
         assert events.reattachments[0] == run.events.reattachments
-        for found, expected in ((events.first[0], run.events.first), (events.last[0], run.events.last)):
+        for found, expected in (
+            (events.first[0], run.events.first),
+            (events.last[0], run.events.last),
+        ):
             assert found == pytest.approx(
                 math.nan if expected is None else expected, rel=1e-10, nan_ok=True
             )
@@ -148,9 +151,7 @@ def test_any_members_are_those_of_single_runs(
                 p, t_end=8.0, tol=tol, start=start, separation=separation, kernel="interpreted"
             )
         except ComputationError as error:
-            failure = result.failure(place)
-            assert failure is not None
-            assert failure.advice == error.advice
+            assert str(result.failure(place)).endswith(error.advice)  # noqa: PT017
             continue
         assert_agrees(result, place, run, close=1e-9 if tol < 1e-7 else 1e-3)
 
@@ -245,9 +246,7 @@ def test_every_other_failure_is_told() -> None:
     assert limited.steps[0] == 50
     assert str(limited.failure(0)).startswith("50 steps end at t = ")
     stiff = Parameters(m=1e-12, k2=1e12, k_nl=0.0)
-    stalled = simulate_batch(
-        table(stiff), t_end=1e7, max_steps=10_000, start=(0.0, 0.0, 1.0, -1.0)
-    )
+    stalled = simulate_batch(table(stiff), t_end=1e7, max_steps=10_000, start=(0.0, 0.0, 1.0, -1.0))
     assert stalled.status[0] in (Status.STALLED, Status.STEP_LIMIT)
     lifted = simulate_batch({"F": [-5.0, 80.0], "k3": 0.0}, t_end=1.0)
     assert lifted.status.tolist() == [Status.NO_START, Status.DONE]

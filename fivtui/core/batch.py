@@ -226,8 +226,13 @@ class _Work:
         self._final = wanted("final", 4)
         self._peak = BatchPeak(*(wanted("peak") for _ in range(5)))
         self._steady = BatchSteady(wanted("steady"))
-        counts = [np.empty(size if "events" in require else 0, np.int64) for _ in range(2)]
-        self._events = BatchEvents(*counts, *(wanted("events") for _ in range(3)))
+        self._events = BatchEvents(
+            separations=wanted("events").view(np.int64),
+            reattachments=wanted("events").view(np.int64),
+            separated_time=wanted("events"),
+            first=wanted("events"),
+            last=wanted("events"),
+        )
         self._failures: list[Floats] = []
         self._lock = threading.Lock()
         self._next, self._done = 0, 0.0
