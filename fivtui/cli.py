@@ -316,6 +316,60 @@ def claims(markdown: bool, as_json: bool) -> None:
 
 
 @fivtui.command()
+@scene_argument
+@set_option
+@click.option("--thorough", is_flag=True, help="Take about two minutes instead of seven seconds.")
+@click.option(
+    "--error",
+    "wishes",
+    multiple=True,
+    metavar="QUANTITY=R",
+    help="Name the cheapest setting for an error of final, peak, half_range or events (s).",
+)
+@_path_option("--out", "FILE.csv", "Write all settings measured.")
+@_path_option("--plot", "FILE", "Draw error against CPU time (.png, .svg, .pdf).")
+@force_option
+@json_option
+def tradeoff(scene: str, assignments: tuple[str, ...], **given: Any) -> None:
+    """Measure what accuracy costs on this machine, for every method and setting."""
+    from .report import Progress
+    from .tradeoff import cheapest_to_dict, measure_tradeoff, save_tradeoff, tradeoff_to_dict
+    from .tradeoff_report import check_tradeoff_path, print_tradeoff
+
+    out, plot, force = given["out"], given["plot"], given["force"]
+    wishes = _wishes(given["wishes"])
+    chosen = _scene(scene, assignments)
+    if out is not None:
+        check_tradeoff_path(out, force=force)
+    if plot is not None:
+        from .figures import check_figure_path
+
+        check_figure_path(plot, force=force)
+    with Progress("trade-off") as progress:
+        result = measure_tradeoff(chosen, thorough=given["thorough"], progress=progress)
+    if out is not None:
+        save_tradeoff(result, out, force=force)
+        _say(f"wrote {out}")
+    if plot is not None:
+        from .figures import save_figure
+        from .tradeoff_figure import tradeoff_figure
+
+        save_figure(tradeoff_figure(result), plot, force=force)
+        _say(f"wrote {plot}")
+    if given["as_json"]:
+        _print_json({**tradeoff_to_dict(result), **cheapest_to_dict(result, wishes)})
+    else:
+        print_tradeoff(result, wishes)
+
+
+def _wishes(assignments: Sequence[str]) -> dict[str, float]:
+    from .core.tradeoff import check_error, check_quantity
+
+    pairs = _assigned("--error", assignments, "peak=1e-4")
+    return {check_quantity(name): check_error(name, text) for name, text in pairs.items()}
+
+
+@fivtui.command()
 @json_option
 def presets(as_json: bool) -> None:
     """List the scenes that come with the program."""
