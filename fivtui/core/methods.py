@@ -65,6 +65,11 @@ class Method:
     stepper: Callable[[Problem], Stepper]
 
 
+def takes_step(method: str) -> bool:
+    """Whether a native method is set by its step, and not by a tolerance."""
+    return method in METHODS and METHODS[method].fixed_step
+
+
 def check_takes_step(method: str) -> None:
     """Check that a method takes a step.
 
