@@ -54,8 +54,6 @@ def batch(
 ) -> list[Seen]:
     table = np.array([list(p.as_dict().values()) for p in sets])
     r = simulate_batch(table, start=np.array(starts), t_end=t_end, tol=tol)
-    assert r.final is not None
-    assert r.events is not None
     assert r.failed.size == 0
     e = r.events
     columns = (e.separations, e.reattachments, e.separated_time, e.first, *r.final.T[2:])

@@ -393,9 +393,9 @@ class _Work:
             status=self._status,
             t=self._t,
             steps=self._steps,
-            final=self._final if "final" in self._require else None,
-            peak=self._peak if "peak" in self._require else None,
-            steady=self._steady if "steady" in self._require else None,
-            events=self._events if "events" in self._require else None,
+            _final=self._final if "final" in self._require else None,
+            _peak=self._peak if "peak" in self._require else None,
+            _steady=self._steady if "steady" in self._require else None,
+            _events=self._events if "events" in self._require else None,
             _failures=failures[np.argsort(failures[:, 0])],
         )
