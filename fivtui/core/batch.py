@@ -24,9 +24,9 @@ Requirement = Literal["final", "peak", "steady", "events"]
 
 REQUIREMENTS: Final = ("final", "peak", "steady", "events")
 
-# Members that a worker takes at a time, and steps of its eight lanes between two looks around.
-_CHUNK: Final = (64, 1024)
-_CHUNKS_A_WORKER: Final = 8
+# Members that a worker takes at a time: a part of those left, so that all end together.
+_LEAST_CHUNK, _GREATEST_CHUNK = 64, 1024
+# Steps of its eight lanes between two looks around.
 _BUDGET: Final = 20_000
 # Time between two looks at the progress callback, s.
 _REPORT_S: Final = 0.02
@@ -240,15 +240,13 @@ class _Work:
 
     def run(self, lanes: Any, workers: int, report: Progress) -> None:
         """Compute all members."""
-        low, high = _CHUNK
-        chunk = min(max(self._size // (workers * _CHUNKS_A_WORKER), low), high)
-        workers = min(workers, -(-self._size // chunk))
+        workers = min(workers, -(-self._size // _LEAST_CHUNK))
         if not report(0.0):
             raise Cancelled
         if workers > 0:
             pool = ThreadPoolExecutor(workers, thread_name_prefix="batch")
             try:
-                running = {pool.submit(self._worker, lanes, chunk) for _ in range(workers)}
+                running = {pool.submit(self._worker, lanes, workers) for _ in range(workers)}
                 while running:
                     running = self._waited(running)
                     if not report(min(self._done / self._size, 1.0)):
@@ -265,15 +263,18 @@ class _Work:
             future.result()
         return still
 
-    def _worker(self, lanes: Any, chunk: int) -> None:
+    def _worker(self, lanes: Any, workers: int) -> None:
         work = np.empty(lanes.WORK_SIZE)
+        share = 1 if workers == 1 else 2 * workers
         while not self._stop:
             with self._lock:
                 first = self._next
-                self._next = min(first + chunk, self._size)
-            if first >= self._size:
+                chunk = (self._size - first) // share
+                last = first + min(max(chunk, _LEAST_CHUNK), _GREATEST_CHUNK)
+                self._next = last = min(last, self._size)
+            if first == last:
                 return
-            self._compute(lanes, slice(first, min(first + chunk, self._size)), work)
+            self._compute(lanes, slice(first, last), work)
 
     def _compute(self, lanes: Any, where: slice, work: Floats) -> None:
         p = {name: column[where] for name, column in self._columns.items()}

@@ -58,35 +58,54 @@ def step_sizes(
 
 @inner
 def values_at(c: Any, first: int, stride: int, degree: int, t: Any) -> Any:
-    """Value and slope of a polynomial at `t`; its coefficients are every `stride`-th vector."""
-    value, slope = load_lanes(c, first + stride * degree), splat(0.0)
-    for n in range(degree - 1, -1, -1):
-        slope = slope * t + value
-        value = value * t + load_lanes(c, first + stride * n)
-    return value, slope
+    """Value and slope of a polynomial at `t`, even and odd terms side by side.
+
+    Its coefficients are every `stride`-th vector; an even degree has a zero after the last.
+    """
+    square = t * t
+    top = degree // 2
+    even = load_lanes(c, first + stride * (2 * top))
+    odd = load_lanes(c, first + stride * (2 * top + 1))
+    even_slope, odd_slope = splat(0.0), splat(0.0)
+    for k in range(2 * top - 2, -1, -2):
+        even_slope = even_slope * square + even
+        odd_slope = odd_slope * square + odd
+        even = even * square + load_lanes(c, first + stride * k)
+        odd = odd * square + load_lanes(c, first + stride * (k + 1))
+    return even + odd * t, odd + (even_slope + odd_slope * t) * (t * 2.0)
 
 
 @inner
 def bounded_at(c: Any, first: int, stride: int, degree: int, t: Any) -> Any:
-    """Value and slope at `t`, and the bounds of `steps.at`."""
+    """Value and slope as from `values_at`, and the bounds of `steps.at`."""
     bends, twists = memory(BEND), memory(TWIST)
-    value, slope = load_lanes(c, first + stride * degree), splat(0.0)
-    size = absolute(value)
-    bend, twist = size * bends[degree], size * twists[degree]
-    for n in range(degree - 1, -1, -1):
-        term = load_lanes(c, first + stride * n)
-        slope = slope * t + value
-        value = value * t + term
-        size = absolute(term)
-        bend = bend * t + size * bends[n]
-        twist = twist * t + size * twists[n]
-    return value, slope, bend, twist
+    square = t * t
+    top = degree // 2
+    even = load_lanes(c, first + stride * (2 * top))
+    odd = load_lanes(c, first + stride * (2 * top + 1))
+    even_slope, odd_slope = splat(0.0), splat(0.0)
+    even_size, odd_size = absolute(even), absolute(odd)
+    even_bend, odd_bend = even_size * bends[2 * top], odd_size * bends[2 * top + 1]
+    even_twist, odd_twist = even_size * twists[2 * top], odd_size * twists[2 * top + 1]
+    for k in range(2 * top - 2, -1, -2):
+        even_slope = even_slope * square + even
+        odd_slope = odd_slope * square + odd
+        term, next_term = load_lanes(c, first + stride * k), load_lanes(c, first + stride * (k + 1))
+        even = even * square + term
+        odd = odd * square + next_term
+        even_size, odd_size = absolute(term), absolute(next_term)
+        even_bend = even_bend * square + even_size * bends[k]
+        odd_bend = odd_bend * square + odd_size * bends[k + 1]
+        even_twist = even_twist * square + even_size * twists[k]
+        odd_twist = odd_twist * square + odd_size * twists[k + 1]
+    value = even + odd * t
+    slope = odd + (even_slope + odd_slope * t) * (t * 2.0)
+    return value, slope, even_bend + odd_bend * t, even_twist + odd_twist * t
 
 
 @inner
 def _curved_at(c: Any, first: int, stride: int, degree: int, t: Any) -> Any:
-    # Value, slope and half the second derivative at `t`, even and odd terms side by side. A
-    # polynomial of even degree has a zero after its last coefficient.
+    # Value, slope and half the second derivative, as `values_at`.
     square = t * t
     top = degree // 2
     even = load_lanes(c, first + stride * (2 * top))
