@@ -163,6 +163,62 @@ def stability(scene: str, assignments: tuple[str, ...], as_json: bool) -> None:
         print_stability(verdict, chosen.parameters)
 
 
+@fivtui.command("map")
+@scene_argument
+@set_option
+@click.option(
+    "--over",
+    "ranges",
+    multiple=True,
+    required=True,
+    metavar="NAME=START:STOP:COUNT[:log]",
+    help="A parameter and its values; give two.",
+)
+@click.option(
+    "--value",
+    default="growth-rate",
+    show_default=True,
+    metavar="growth-rate|critical-mu|unstable-modes",
+    help="What is computed at every point.",
+)
+@_path_option("--out", "FILE", "Write the map (.csv, .npz, .parquet).")
+@_path_option("--plot", "FILE", "Write the map as a figure (.png, .svg, .pdf).")
+@force_option
+@json_option
+def stability_map(scene: str, assignments: tuple[str, ...], **given: Any) -> None:
+    """Show the stability of the equilibrium over two parameters."""
+    from .core.stability_map import stability_map as compute
+    from .map_results import check_map_path, map_to_dict, save_map
+    from .ranges import parse_ranges
+    from .report import Progress, print_map
+
+    chosen = _scene(scene, assignments)
+    over = {each.name: each.values() for each in parse_ranges("--over", given["ranges"])}
+    out, plot, force = given["out"], given["plot"], given["force"]
+    _check_outputs(out, plot, check_map_path, force=force)
+    with Progress("map") as progress:
+        result = compute(
+            chosen.parameters,
+            over,
+            given["value"],
+            separation=chosen.separation,
+            progress=progress,
+        )
+    if out is not None:
+        save_map(result, out, force=force)
+        _say(f"wrote {out}")
+    if plot is not None:
+        from .figures import save_figure
+        from .map_figure import map_figure
+
+        save_figure(map_figure(result), plot, force=force)
+        _say(f"wrote {plot}")
+    if given["as_json"]:
+        _print_json(map_to_dict(result))
+    else:
+        print_map(result)
+
+
 @fivtui.command()
 @scene_argument
 @set_option
@@ -189,11 +245,12 @@ def simulate(**given: Any) -> None:
 
     from .core.request import check_horizon
     from .report import Progress, print_transient
+    from .results import check_trajectory_path
     from .simulation import simulate as run
 
     scene = _scene(given["scene"], given["assignments"])
     out, plot, force = given["out"], given["plot"], given["force"]
-    _check_outputs(out, plot, force=force)
+    _check_outputs(out, plot, check_trajectory_path, force=force)
 
     def chosen(name: str) -> Any:
         return getattr(scene, name) if given[name] is None else given[name]
@@ -230,11 +287,11 @@ def simulate(**given: Any) -> None:
         print_transient(result)
 
 
-def _check_outputs(out: Path | None, plot: Path | None, *, force: bool) -> None:
+def _check_outputs(
+    out: Path | None, plot: Path | None, check_data: Callable[..., None], *, force: bool
+) -> None:
     if out is not None:
-        from .results import check_trajectory_path
-
-        check_trajectory_path(out, force=force)
+        check_data(out, force=force)
     if plot is not None:
         from .figures import check_figure_path
 
