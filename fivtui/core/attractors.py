@@ -121,7 +121,8 @@ class Explorer:
         point = equilibrium(p, separation=separation)
         self._attraction = Attraction(p, point, separation=separation)
         self._leg = _LEG_PERIODS * _slowest_period(p)
-        self._known: list[Attractor] = []
+        # Stable or not: of the others it need not be asked again.
+        self._known: list[PeriodicOrbit] = []
         self._linear = p.k_nl == 0.0 and not separation
         self.length = max(abs(point.y), (p.k2 / p.k_nl) ** 0.5 if p.k_nl > 0.0 else 0.0) or 1.0
         self.rest: State = (point.x, 0.0, point.y, 0.0)
@@ -192,35 +193,38 @@ class Explorer:
             return None
         size = np.ptp(states, axis=0).max(initial=0.0) + np.abs(states - self.rest).max()
         latest = states[-1]
+        recent = states[-_MOST_RETURNS:]
         for known in self._known:
-            orbit = known.orbit
-            if orbit is not None and orbit.section is section:
-                near = np.abs(states[-_MOST_RETURNS:] - orbit.start).max(axis=1).min()
-                if near < _RECOGNISED * size:
-                    return known
+            if known.section is section and _nearest(recent, known) < _RECOGNISED * size:
+                return _ended_in(known) if known.stable else None
         for count in range(1, _MOST_RETURNS + 1):
             if np.abs(latest - states[-1 - count]).max() > _RECURS * size:
                 continue
-            period = float(times[-1] - times[-1 - count])
             try:
                 orbit = shoot(
                     self._p,
                     (latest[0], latest[1], latest[2], latest[3]),
-                    period,
+                    float(times[-1] - times[-1 - count]),
                     section,
                     separation=self._separation,
                 )
             except ComputationError:
                 return None
-            if np.abs(latest - orbit.start).max() > _NEAR * size:
+            if _nearest(recent, orbit) > _NEAR * size:
                 return None
+            self._known.append(orbit)
             if orbit.stable:
-                separates = orbit.separations > 0
-                kind = Kind.SEPARATING_CYCLE if separates else Kind.CONTACT_CYCLE
-                found = Attractor(kind, orbit)
-                self._known.append(found)
-                return found
+                return _ended_in(orbit)
         return None
+
+
+def _nearest(states: NDArray[np.float64], orbit: PeriodicOrbit) -> float:
+    return float(np.abs(states - orbit.start).max(axis=1).min())
+
+
+def _ended_in(orbit: PeriodicOrbit) -> Attractor:
+    separates = orbit.separations > 0
+    return Attractor(Kind.SEPARATING_CYCLE if separates else Kind.CONTACT_CYCLE, orbit)
 
 
 def _slowest_period(p: Parameters) -> float:
