@@ -148,19 +148,70 @@ def fivtui(context: click.Context) -> None:
 @fivtui.command()
 @scene_argument
 @set_option
+@click.option(
+    "--attractors",
+    is_flag=True,
+    help="Also look for limit cycles beside the equilibrium, by transients and shooting.",
+)
 @json_option
-def stability(scene: str, assignments: tuple[str, ...], as_json: bool) -> None:
-    """Show equilibrium, eigenvalues, growth rate and critical friction coefficient."""
+def stability(scene: str, assignments: tuple[str, ...], attractors: bool, as_json: bool) -> None:
+    """Show equilibrium, eigenvalues, modes, growth rate and critical friction coefficient."""
     from .core.stability import stability as judge
     from .report import print_stability
     from .results import stability_to_dict
 
     chosen = _scene(scene, assignments)
     verdict = judge(chosen.parameters, separation=chosen.separation)
-    if as_json:
-        _print_json(stability_to_dict(verdict))
-    else:
+    data = stability_to_dict(verdict)
+    if not as_json:
         print_stability(verdict, chosen.parameters)
+    if attractors:
+        from .attractor_tasks import SEARCH, carry_out
+
+        data |= carry_out(SEARCH, chosen, quiet=as_json)
+    if as_json:
+        _print_json(data)
+
+
+@fivtui.command()
+@scene_argument
+@set_option
+@click.option("--start", metavar="static|x,vx,y,vy", help="What this start alone reaches.")
+@click.option(
+    "--vary",
+    metavar="NAME=START:STOP:COUNT[:log]",
+    help="Follow the attractors along a parameter, up and down.",
+)
+@click.option(
+    "--basin",
+    "ranges",
+    multiple=True,
+    metavar="NAME=START:STOP:COUNT",
+    help="What starts reach: give two of x0, vx0, y0, vy0; the others are --start's.",
+)
+@_path_option("--out", "FILE", "Write the branches or the basins (.csv, .npz, .parquet).")
+@_path_option("--plot", "FILE", "Draw the branches or the basins (.png, .svg, .pdf).")
+@force_option
+@json_option
+def attractors(scene: str, assignments: tuple[str, ...], **given: Any) -> None:
+    """Find what motions end in: the equilibrium, limit cycles, or nothing.
+
+    Limit cycles are confirmed by shooting, with their Floquet multipliers. Without an option the
+    attractors around the equilibrium are listed.
+    """
+    from .attractor_tasks import carry_out, choose_task
+
+    start = None if given["start"] is None else _start(given["start"])
+    data = carry_out(
+        choose_task(given["vary"], given["ranges"], start),
+        _scene(scene, assignments),
+        out=given["out"],
+        plot=given["plot"],
+        force=given["force"],
+        quiet=given["as_json"],
+    )
+    if given["as_json"]:
+        _print_json(data)
 
 
 @fivtui.command("map")

@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 
 from .core.parameters import PARAMETERS
 from .core.stability_map import StabilityMap
-from .figures import STYLE, math_symbol, math_unit, value_label
+from .figures import STYLE, math_unit, parameter_line, quantity_label, value_label
 from .map_results import MAP_COLUMNS
 
 _SIZE: Final = (4.8, 3.9)
@@ -73,10 +73,12 @@ def map_figure(result: StabilityMap) -> Figure:
         for axis, name, values in zip(
             (axes.xaxis, axes.yaxis), result.names, result.axes, strict=True
         ):
-            axis.set_label_text(_label(name))
+            axis.set_label_text(quantity_label(PARAMETERS[name]))
             if _is_logarithmic(values):
                 (axes.set_xscale if axis is axes.xaxis else axes.set_yscale)("log")
-        axes.set_title(_fixed(result), fontsize=7.5)
+        unused = ("mu",) if result.value == "critical-mu" else ()
+        title = parameter_line(result.parameters, (*result.names, *unused))
+        axes.set_title(title, fontsize=7.5)
         if handles:
             figure.legend(handles=handles, loc="outside lower center", ncols=2, frameon=False)
     return figure
@@ -114,23 +116,8 @@ def _draw_levels(axes: Axes, result: StabilityMap) -> None:
     axes.clabel(lines, fontsize=6.5, fmt="%g")
 
 
-def _label(name: str) -> str:
-    spec = PARAMETERS[name]
-    unit = f" ({math_unit(spec.unit)})" if spec.unit else ""
-    return f"{spec.meaning.partition(',')[0].capitalize()} {math_symbol(spec.symbol)}{unit}"
-
-
 def _is_logarithmic(values: NDArray[np.float64]) -> bool:
     if values.size < 3 or values.min() <= 0.0:
         return False
     steps = np.diff(np.log(values))
     return bool(np.allclose(steps, steps[0], rtol=1e-6))
-
-
-def _fixed(result: StabilityMap) -> str:
-    shown = [n for n in PARAMETERS if n not in result.names]
-    if result.value == "critical-mu":
-        shown = [name for name in shown if name != "mu"]
-    texts = [value_label(name, getattr(result.parameters, name)) for name in shown]
-    half = (len(texts) + 1) // 2
-    return "\n".join(", ".join(part) for part in (texts[:half], texts[half:]))

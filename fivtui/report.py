@@ -203,7 +203,7 @@ def _shape(mode: "VibrationMode") -> str:
     if x == 0.0:
         return "vertical motion alone"
     ratio = y / x
-    degrees = math.degrees(math.atan2(ratio.imag, ratio.real))
+    degrees = round(math.degrees(math.atan2(ratio.imag, ratio.real)), 6) + 0.0
     return f"y/x {number(abs(ratio))}, {number(degrees, 4)}°"
 
 

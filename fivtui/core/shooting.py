@@ -24,6 +24,8 @@ _CONVERGED: Final = 1e-11
 _TOL: Final = 1e-12
 # A period that leaves this range around its estimate belongs to another orbit.
 _PERIOD_RANGE: Final = (0.5, 2.0)
+# Velocity and acceleration times period, relative to the displacement: less than this is rest.
+_AT_REST: Final = 1e-6
 # An orbit may have been run through several times; it closes after a part of the time then.
 _MOST_PARTS: Final = 8
 _PART_CLOSES: Final = 1e-8
@@ -121,7 +123,7 @@ def shoot(
     Raises
     ------
     ComputationError
-        If Newton does not converge to an orbit of about that period.
+        If Newton does not converge to an orbit of about that period, or to the equilibrium.
     """
     state, time = np.array(guess), period
     fixed = section.value
@@ -152,6 +154,10 @@ def shoot(
             "follow the motion longer, or start nearer to the orbit",
         )
     state, time, there = best
+    if np.abs(there.velocity).max() * time < _AT_REST * np.abs(state).max():
+        raise ComputationError(
+            "shooting came to rest at the equilibrium", "start farther from the equilibrium"
+        )
     for parts in range(_MOST_PARTS, 1, -1):
         part = flow(p, _as_state(state), time / parts, separation=separation)
         if np.abs((np.array(part.final) - state) / _sizes(state, time)).max() < _PART_CLOSES:
@@ -182,7 +188,7 @@ def _measured(
     return PeriodicOrbit(
         section=section,
         start=_as_state(state),
-        period=period,
+        period=float(period),
         multipliers=_nontrivial(np.linalg.eigvals(there.derivative)),
         y_min=run.peak.y_min,
         y_max=run.peak.y_max,
@@ -192,7 +198,7 @@ def _measured(
         # A lift-off at the start may or may not come again before the end; landings do not.
         separations=run.events.reattachments,
         separated_time=run.events.separated_time,
-        residual=residual,
+        residual=float(residual),
     )
 
 
