@@ -153,19 +153,126 @@ def fivtui(context: click.Context) -> None:
 @fivtui.command()
 @scene_argument
 @set_option
+@click.option(
+    "--attractors",
+    is_flag=True,
+    help="Also look for limit cycles beside the equilibrium, by transients and shooting.",
+)
 @json_option
-def stability(scene: str, assignments: tuple[str, ...], as_json: bool) -> None:
-    """Show equilibrium, eigenvalues, growth rate and critical friction coefficient."""
+def stability(scene: str, assignments: tuple[str, ...], attractors: bool, as_json: bool) -> None:
+    """Show equilibrium, eigenvalues, modes, growth rate and critical friction coefficient."""
     from .core.stability import stability as judge
     from .report import print_stability
     from .results import stability_to_dict
 
     chosen = _scene(scene, assignments)
     verdict = judge(chosen.parameters, separation=chosen.separation)
-    if as_json:
-        _print_json(stability_to_dict(verdict))
-    else:
+    data = stability_to_dict(verdict)
+    if not as_json:
         print_stability(verdict, chosen.parameters)
+    if attractors:
+        from .attractor_tasks import SEARCH, carry_out
+
+        data |= carry_out(SEARCH, chosen, quiet=as_json)
+    if as_json:
+        _print_json(data)
+
+
+@fivtui.command()
+@scene_argument
+@set_option
+@click.option("--start", metavar="static|x,vx,y,vy", help="What this start alone reaches.")
+@click.option(
+    "--vary",
+    metavar="NAME=START:STOP:COUNT[:log]",
+    help="Follow the attractors along a parameter, up and down.",
+)
+@click.option(
+    "--basin",
+    "ranges",
+    multiple=True,
+    metavar="NAME=START:STOP:COUNT",
+    help="What starts reach: give two of x0, vx0, y0, vy0; the others are --start's.",
+)
+@_path_option("--out", "FILE", "Write the branches or the basins (.csv, .npz, .parquet).")
+@_path_option("--plot", "FILE", "Draw the branches or the basins (.png, .svg, .pdf).")
+@force_option
+@json_option
+def attractors(scene: str, assignments: tuple[str, ...], **given: Any) -> None:
+    """Find what motions end in: the equilibrium, limit cycles, or nothing.
+
+    Limit cycles are confirmed by shooting, with their Floquet multipliers. Without an option the
+    attractors around the equilibrium are listed.
+    """
+    from .attractor_tasks import carry_out, choose_task
+
+    start = None if given["start"] is None else _start(given["start"])
+    data = carry_out(
+        choose_task(given["vary"], given["ranges"], start),
+        _scene(scene, assignments),
+        out=given["out"],
+        plot=given["plot"],
+        force=given["force"],
+        quiet=given["as_json"],
+    )
+    if given["as_json"]:
+        _print_json(data)
+
+
+@fivtui.command("map")
+@scene_argument
+@set_option
+@click.option(
+    "--over",
+    "ranges",
+    multiple=True,
+    required=True,
+    metavar="NAME=START:STOP:COUNT[:log]",
+    help="A parameter and its values; give two.",
+)
+@click.option(
+    "--value",
+    default="growth-rate",
+    show_default=True,
+    metavar="growth-rate|critical-mu|unstable-modes",
+    help="What is computed at every point.",
+)
+@_path_option("--out", "FILE", "Write the map (.csv, .npz, .parquet).")
+@_path_option("--plot", "FILE", "Write the map as a figure (.png, .svg, .pdf).")
+@force_option
+@json_option
+def stability_map(scene: str, assignments: tuple[str, ...], **given: Any) -> None:
+    """Show the stability of the equilibrium over two parameters."""
+    from .core.stability_map import stability_map as compute
+    from .map_results import check_map_path, map_to_dict, save_map
+    from .ranges import parse_ranges
+    from .report import Progress, print_map
+
+    chosen = _scene(scene, assignments)
+    over = {each.name: each.values() for each in parse_ranges("--over", given["ranges"])}
+    out, plot, force = given["out"], given["plot"], given["force"]
+    _check_outputs(out, plot, check_map_path, force=force)
+    with Progress("map") as progress:
+        result = compute(
+            chosen.parameters,
+            over,
+            given["value"],
+            separation=chosen.separation,
+            progress=progress,
+        )
+    if out is not None:
+        save_map(result, out, force=force)
+        _say(f"wrote {out}")
+    if plot is not None:
+        from .figures import save_figure
+        from .map_figure import map_figure
+
+        save_figure(map_figure(result), plot, force=force)
+        _say(f"wrote {plot}")
+    if given["as_json"]:
+        _print_json(map_to_dict(result))
+    else:
+        print_map(result)
 
 
 @fivtui.command()
@@ -194,12 +301,13 @@ def simulate(**given: Any) -> None:
     import numpy as np
 
     from .report import Progress, print_transient
+    from .results import check_trajectory_path
     from .runner import scene_transient
     from .verified import verified_to_dict
 
     scene = _changed(_scene(given["scene"], given["assignments"]), given)
     out, plot, force = given["out"], given["plot"], given["force"]
-    _check_outputs(out, plot, force=force)
+    _check_outputs(out, plot, check_trajectory_path, force=force)
     stored = out is not None or plot is not None
     with Progress("transient") as progress:
         run = scene_transient(
@@ -251,11 +359,11 @@ def _changed(scene: "Scene", given: dict[str, Any]) -> "Scene":
     return dataclasses.replace(scene, **changes)
 
 
-def _check_outputs(out: Path | None, plot: Path | None, *, force: bool) -> None:
+def _check_outputs(
+    out: Path | None, plot: Path | None, check_data: Callable[..., None], *, force: bool
+) -> None:
     if out is not None:
-        from .results import check_trajectory_path
-
-        check_trajectory_path(out, force=force)
+        check_data(out, force=force)
     if plot is not None:
         from .figures import check_figure_path
 
@@ -271,7 +379,12 @@ def _check_outputs(out: Path | None, plot: Path | None, *, force: bool) -> None:
 def run(scene: str, out: Path | None, force: bool, as_json: bool, **given: Any) -> None:
     """Compute what a scene requires: stability, transient, trajectory; nothing else."""
     from .report import Progress, print_stability, print_transient
-    from .results import save_trajectory, stability_to_dict, transient_to_dict
+    from .results import (
+        check_trajectory_path,
+        save_trajectory,
+        stability_to_dict,
+        transient_to_dict,
+    )
     from .runner import run_scene
     from .verified import verified_to_dict
 
@@ -279,7 +392,7 @@ def run(scene: str, out: Path | None, force: bool, as_json: bool, **given: Any) 
     if ("trajectory" in chosen.outputs) != (out is not None):
         wanted = "a file for it: --out FILE" if out is None else "no --out: it is not required"
         raise InputError(f"trajectory of the scene {chosen.name}: allowed is {wanted}")
-    _check_outputs(out, None, force=force)
+    _check_outputs(out, None, check_trajectory_path, force=force)
     with Progress(chosen.name) as progress:
         result = run_scene(chosen, progress=progress)
     data: dict[str, Any] = {"scene": chosen.name}
@@ -393,12 +506,7 @@ def tradeoff(scene: str, assignments: tuple[str, ...], **given: Any) -> None:
     out, plot, force = given["out"], given["plot"], given["force"]
     wishes = _wishes(given["wishes"])
     chosen = _scene(scene, assignments)
-    if out is not None:
-        check_tradeoff_path(out, force=force)
-    if plot is not None:
-        from .figures import check_figure_path
-
-        check_figure_path(plot, force=force)
+    _check_outputs(out, plot, check_tradeoff_path, force=force)
     with Progress("trade-off") as progress:
         result = measure_tradeoff(chosen, thorough=given["thorough"], progress=progress)
     if out is not None:

@@ -1,5 +1,6 @@
 """What the command line prints: tables on standard output, progress on standard error."""
 
+import math
 import re
 import sys
 import time
@@ -8,6 +9,7 @@ from collections.abc import Sequence
 from types import TracebackType
 from typing import TYPE_CHECKING, Final, Self
 
+import numpy as np
 from rich.console import Console
 from rich.progress import BarColumn, TaskID, TextColumn, TimeRemainingColumn
 from rich.progress import Progress as Bar
@@ -15,11 +17,14 @@ from rich.table import Table
 from rich.text import Text
 
 from .core.outcome import Transient
-from .core.parameters import Parameters
+from .core.parameters import PARAMETERS, Parameters
 from .core.stability import Stability
+from .map_results import MAP_COLUMNS
 
 if TYPE_CHECKING:
     from .compare import Comparison
+    from .core.modes import VibrationMode
+    from .core.stability_map import StabilityMap
     from .paper.claim import CheckedClaim
     from .verified import Verified
 
@@ -194,12 +199,63 @@ def print_stability(verdict: Stability, p: Parameters) -> None:
         for value in verdict.eigenvalues.tolist()
     ]
     rows += [
+        (
+            "mode",
+            f"{number(mode.frequency)} Hz  ({number(mode.angular_frequency)} rad/s)  "
+            f"damping ratio {number(mode.damping_ratio)}  {_shape(mode)}",
+        )
+        for mode in verdict.modes
+    ]
+    rows += [
         ("critical friction coefficient", f"{number(c.mu)}  ({c.becomes} above)")
         for c in verdict.critical_mu
     ] or [("critical friction coefficient", "none")]
     linear = verdict.linear_critical_mu
     rows.append(("  of the linear system", "none" if linear is None else number(linear)))
+    left = verdict.margin.mu
+    rows.append(("margin in friction coefficient", "none" if left is None else f"{left:+.6g}"))
+    near = verdict.coalescence
+    meet = "nowhere" if near.mu is None else f"at friction coefficient {number(near.mu)}"
+    rows += [
+        ("distance of the frequencies", f"{number(near.frequency_distance)} rad/s"),
+        ("undamped frequencies coalesce", meet),
+    ]
     print_list("Stability", rows)
+
+
+def _shape(mode: "VibrationMode") -> str:
+    # Vertical over horizontal amplitude, and how far y is ahead of x.
+    x, y = mode.shape
+    if x == 0.0:
+        return "vertical motion alone"
+    ratio = y / x
+    degrees = round(math.degrees(math.atan2(ratio.imag, ratio.real)), 6) + 0.0
+    return f"y/x {number(abs(ratio))}, {number(degrees, 4)}°"
+
+
+def print_map(result: "StabilityMap") -> None:
+    """Print what a stability map holds: its size, the range of its values, the stable share.
+
+    Parameters
+    ----------
+    result : StabilityMap
+        Any map.
+    """
+    values = result.values[~np.isnan(result.values)]
+    known = result.excess[~np.isnan(result.excess)]
+    rows = [
+        (name, f"{number(axis[0])} to {number(axis[-1])} {PARAMETERS[name].unit}, {axis.size}")
+        for name, axis in zip(result.names, result.axes, strict=True)
+    ]
+    column = MAP_COLUMNS[result.value]
+    span = f"{number(values.min())} to {number(values.max())} {column.unit}" if values.size else ""
+    rows += [
+        ("points", str(result.values.size)),
+        (column.meaning, span.rstrip() or "none"),
+        ("points without value", str(result.values.size - values.size)),
+        ("unstable", f"{np.count_nonzero(known > 0.0) / result.values.size:.1%} of the points"),
+    ]
+    print_list("Stability map", rows)
 
 
 def print_rows(title: str, header: Sequence[str], rows: Sequence[Sequence[str]]) -> None:

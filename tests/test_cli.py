@@ -64,6 +64,9 @@ def test_stability_json_is_one_object_with_everything_promised() -> None:
         "stable",
         "critical_mu",
         "linear_critical_mu",
+        "modes",
+        "margin",
+        "coalescence",
     }
     assert data["stable"] is True
     assert set(data["equilibrium"]) == {"x", "y", "P"}

@@ -1,6 +1,6 @@
 """What is asked of a transient, checked: start, horizon, tolerance, step."""
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from typing import Final, Literal
 
 import numpy as np
@@ -9,9 +9,27 @@ from . import taylor
 from .errors import InputError
 from .methods import Problem
 from .model import State, static_start
-from .parameters import Parameters, parse_number
+from .parameters import Parameters, ParameterSpec, parse_number
 
 Start = Literal["static"] | Sequence[float]
+
+_START_MAX: Final = 1e9
+
+
+def _start_spec(name: str, symbol: str, unit: str, meaning: str) -> ParameterSpec:
+    return ParameterSpec(name, symbol, unit, 0.0, -_START_MAX, _START_MAX, False, meaning)
+
+
+# The four numbers of a start, in the order of a state.
+START_SPECS: Final[Mapping[str, ParameterSpec]] = {
+    spec.name: spec
+    for spec in (
+        _start_spec("x0", "x_0", "m", "horizontal displacement at the start"),
+        _start_spec("vx0", "vx_0", "m/s", "horizontal velocity at the start"),
+        _start_spec("y0", "y_0", "m", "vertical displacement at the start"),
+        _start_spec("vy0", "vy_0", "m/s", "vertical velocity at the start"),
+    )
+}
 
 DEFAULT_T_END: Final = 100.0
 DEFAULT_TOL: Final = taylor.DEFAULT_TOL
