@@ -74,12 +74,12 @@ def stability(p: Parameters, *, separation: bool = True) -> Stability:
     """
     point = equilibrium(p, separation=separation)
     values = _eigenvalues(p, point)
-    growth = float(values.real.max())
+    growth, stable = _judged(values)
     return Stability(
         equilibrium=point,
         eigenvalues=values,
         growth_rate=growth,
-        stable=growth < -_ROUNDING * float(np.abs(values).max()),
+        stable=stable,
         critical_mu=_critical_mu(p, separation=separation),
         linear_critical_mu=_linear_critical_mu(p),
     )
@@ -101,6 +101,29 @@ def growth_rate(p: Parameters, *, separation: bool = True) -> float:
         Growth rate, 1/s.
     """
     return float(_eigenvalues(p, equilibrium(p, separation=separation)).real.max())
+
+
+def judge_growth(p: Parameters, *, separation: bool = True) -> tuple[float, bool]:
+    """Growth rate and verdict, without the critical friction coefficients.
+
+    Parameters
+    ----------
+    p : Parameters
+        The parameter set.
+    separation : bool
+        Whether separation is considered.
+
+    Returns
+    -------
+    tuple of float and bool
+        Growth rate, 1/s, and whether the equilibrium is stable, as in `Stability`.
+    """
+    return _judged(_eigenvalues(p, equilibrium(p, separation=separation)))
+
+
+def _judged(values: NDArray[np.complex128]) -> tuple[float, bool]:
+    growth = float(values.real.max())
+    return growth, growth < -_ROUNDING * float(np.abs(values).max())
 
 
 def _eigenvalues(p: Parameters, point: Equilibrium) -> NDArray[np.complex128]:
