@@ -10,14 +10,16 @@ if TYPE_CHECKING:
     from .core.parameters import Parameters
     from .core.stability import stability
     from .simulation import simulate
+    from .sweeps import sweep
 
 __version__ = "0.1.0"
-__all__ = ["Parameters", "simulate", "stability"]
+__all__ = ["Parameters", "simulate", "stability", "sweep"]
 
 _HOMES = {
     "Parameters": ".core.parameters",
     "simulate": ".simulation",
     "stability": ".core.stability",
+    "sweep": ".sweeps",
 }
 
 

@@ -16,6 +16,7 @@ from .core.parameters import Parameters
 from .core.request import DEFAULT_T_END, DEFAULT_TOL, Start
 from .core.sweep import DEFAULT_OUTPUTS, Rows, Study, compute_rows, joined
 from .core.transient import Progress
+from .sweep_formats import sweep_format
 from .sweep_store import Piece, default_piece_size, open_store, piece_count, piece_of
 
 # Computes pieces of a study, in any order.
@@ -28,6 +29,8 @@ CASES: Final[Mapping[Cases, tuple[bool, ...]]] = {
     "both": (True, False),
 }
 MAX_IN_MEMORY: Final = 1_000_000
+# At least this many pieces, so that all threads have some.
+_PIECES_IN_MEMORY: Final = 32
 # Pieces handed out ahead of those that are being computed, a worker each.
 _AHEAD: Final = 1
 
@@ -76,6 +79,14 @@ class Written:
     members: int
     failed: int | None
     kept: int
+
+    def __str__(self) -> str:
+        if self.failed is None:
+            return f"{self.members} members, complete before"
+        text = f"{self.members} members"
+        if self.kept:
+            text += f", {self.kept} of them computed before"
+        return f"{text}, {self.failed} failed" if self.failed else text
 
 
 def sweep(
@@ -172,12 +183,8 @@ def sweep_in_memory(study: Study, engine: Engine, *, progress: Progress | None =
     Cancelled
         If `progress` returned False.
     """
-    if study.members > MAX_IN_MEMORY:
-        raise InputError(
-            f"{study.members} members are too many to hold in memory: write them to a file "
-            f"(allowed are {MAX_IN_MEMORY})"
-        )
-    size = default_piece_size(study)
+    check_in_memory(study)
+    size = min(default_piece_size(study), max(study.members // _PIECES_IN_MEMORY, 1))
     count = piece_count(study.members, size)
     parts: dict[int, Rows] = {}
     pieces = (piece_of(number, study.members, size) for number in range(count))
@@ -186,6 +193,44 @@ def sweep_in_memory(study: Study, engine: Engine, *, progress: Progress | None =
             parts[piece.number] = rows
             _report(progress, len(parts) / count)
     return Sweep(study, joined([parts[number] for number in range(count)]))
+
+
+def check_in_memory(study: Study) -> None:
+    """Check that the rows of a sweep can be held in memory.
+
+    Parameters
+    ----------
+    study : Study
+        The sweep.
+
+    Raises
+    ------
+    InputError
+        If it has more than a million members.
+    """
+    if study.members > MAX_IN_MEMORY:
+        raise InputError(
+            f"{study.members} members are too many to hold in memory (allowed are "
+            f"{MAX_IN_MEMORY}): write them to a file (--out), and draw and print parts of it"
+        )
+
+
+def load_sweep(study: Study, path: Path) -> Sweep:
+    """Read the rows of a sweep from the file that it was written to.
+
+    Parameters
+    ----------
+    study : Study
+        The sweep.
+    path : Path
+        Its file.
+
+    Returns
+    -------
+    Sweep
+        Its rows.
+    """
+    return Sweep(study, sweep_format(path).read(path, study))
 
 
 def sweep_to_file(
