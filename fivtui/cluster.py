@@ -1,5 +1,8 @@
 """Sweeps on a cluster: pieces computed by the workers of Dask's scheduler, stored here."""
 
+import logging
+import math
+import time
 from collections.abc import Generator, Iterable, Iterator
 from contextlib import contextmanager
 from importlib.util import find_spec
@@ -19,6 +22,10 @@ _AHEAD: Final = 2
 _CONNECT_S: Final = 10
 # Times that a piece is handed out again when what fails is the worker, not the piece.
 _RETRIES: Final = 3
+# Time between two looks at how many workers there are.
+_LOOK_S: Final = 5.0
+_LOGGERS: Final = ("distributed", "distributed.client")
+_AGAIN: Final = "the same command continues"
 
 
 @contextmanager
@@ -49,10 +56,24 @@ def cluster_engine(address: str) -> Iterator[Engine]:
         client = Client(address, timeout=_CONNECT_S, set_as_default=False)
     except (TimeoutError, OSError, ValueError) as error:
         raise InputError(f"--scheduler {address}: no scheduler answers there: {error}") from None
-    with client:
+    with _quiet(), client:
         if not client.nthreads():
             raise InputError(f"--scheduler {address}: the scheduler has no workers")
         yield _engine(client, address)
+
+
+@contextmanager
+def _quiet() -> Iterator[None]:
+    # What goes wrong is said once, by an error, and not in the client's log as well.
+    loggers = [logging.getLogger(name) for name in _LOGGERS]
+    levels = [logger.level for logger in loggers]
+    for logger in loggers:
+        logger.setLevel(logging.CRITICAL + 1)
+    try:
+        yield
+    finally:
+        for logger, level in zip(loggers, levels, strict=True):
+            logger.setLevel(level)
 
 
 def _compute(study: Study, piece: Piece) -> tuple[dict[str, str], Rows]:
@@ -67,46 +88,52 @@ def _engine(client: "Client", address: str) -> Engine:
         own, waiting = versions(), iter(pieces)
         handed_out: dict[Any, Piece] = {}
         completed = as_completed(loop=client.loop)
-
-        def hand_out() -> None:
-            threads = max(sum(client.nthreads().values()), 1)
+        threads, looked = 0, -math.inf
+        while True:
+            if time.monotonic() - looked >= _LOOK_S:
+                threads, looked = _threads(client, address), time.monotonic()
             for piece in islice(waiting, max(_AHEAD * threads - len(handed_out), 0)):
                 future = client.submit(_compute, study, piece, pure=False, retries=_RETRIES)
                 handed_out[future.key] = piece
                 completed.add(future)
-
-        hand_out()
-        try:
-            for future in completed:
-                there, rows = _result(future, address)
-                _check_versions(there, own)
-                yield handed_out.pop(future.key), rows
-                hand_out()
-        finally:
-            completed.clear()
+            if not handed_out:
+                return
+            future = next(completed)
+            there, rows = _result(future, address)
+            _check_versions(there, own)
+            yield handed_out.pop(future.key), rows
 
     return engine
+
+
+def _threads(client: "Client", address: str) -> int:
+    # At least one: workers that are all lost may come back.
+    try:
+        return max(sum(client.nthreads().values()), 1)
+    except OSError:
+        raise _lost(address) from None
+
+
+def _lost(address: str) -> ComputationError:
+    return ComputationError(f"the scheduler at {address} is lost", f"start it again; {_AGAIN}")
 
 
 def _result(future: Any, address: str) -> tuple[dict[str, str], Rows]:
     from distributed import CancelledError
     from distributed.scheduler import KilledWorker
 
-    again = "the same command continues"
     try:
         result: tuple[dict[str, str], Rows] = future.result()
     except CancelledError:
-        raise ComputationError(
-            f"the scheduler at {address} is lost", f"start it again; {again}"
-        ) from None
+        raise _lost(address) from None
     except KilledWorker as error:
         raise ComputationError(
             f"a piece was lost with several workers: {error}",
-            f"see why they end (memory, time limit); {again}",
+            f"see why they end (memory, time limit); {_AGAIN}",
         ) from None
     except ModuleNotFoundError as error:
         raise ComputationError(
-            f"a worker cannot run fivtui: {error}", f"install it there; {again}"
+            f"a worker cannot run fivtui: {error}", f"install it there; {_AGAIN}"
         ) from None
     return result
 
@@ -116,5 +143,5 @@ def _check_versions(there: dict[str, str], own: dict[str, str]) -> None:
         if there.get(name) != number:
             raise ComputationError(
                 f"a worker has {name} {there.get(name)}, not {number} as here",
-                "install the same versions; the same command continues",
+                f"install the same versions; {_AGAIN}",
             )

@@ -112,9 +112,10 @@ def _draw_maps(figure: Figure, panels: list[Axes], result: Sweep, names: list[st
     for axes, case in zip(panels, study.cases, strict=True):
         here = table.separation == case
         x, y, z = (table.numbers[name][here] for name in (*names, output))
-        if study.design.kind == "product":
-            shape = (-1, np.unique(y).size)
-            grid = (column.reshape(shape) for column in (x, y, z))
+        shape = np.unique(x).size, np.unique(y).size
+        if min(shape) > 1 and shape[0] * shape[1] == z.size:
+            order = np.lexsort((y, x))
+            grid = (column[order].reshape(shape) for column in (x, y, z))
             image = axes.pcolormesh(*grid, shading="nearest", rasterized=True, **scale)
         else:
             image = axes.scatter(x, y, c=z, s=_DOT, linewidths=0.0, **scale)
