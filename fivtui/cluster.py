@@ -109,7 +109,7 @@ def _engine(client: "Client", address: str) -> Engine:
 def _threads(client: "Client", address: str) -> int:
     # At least one: workers that are all lost may come back.
     try:
-        return max(sum(client.nthreads().values()), 1)
+        return max(int(sum(client.nthreads().values())), 1)
     except OSError:
         raise _lost(address) from None
 

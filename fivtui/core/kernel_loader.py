@@ -61,6 +61,23 @@ class KernelLoader:
                 atexit.register(self._stop)
                 self._thread.start()
 
+    def wait(self, seconds: float) -> bool:
+        """Wait for the kernels, but not for long.
+
+        Parameters
+        ----------
+        seconds : float
+            The longest wait.
+
+        Returns
+        -------
+        bool
+            Whether they are loaded, or cannot be: `module` does not wait any more.
+        """
+        self._wanted_now.set()
+        self.start()
+        return self._done.wait(seconds)
+
     def module(self) -> Any:
         """The kernels; waits until they are loaded.
 

@@ -78,6 +78,31 @@ def check_horizon(t_end: float | str) -> float:
     return number
 
 
+def check_tolerance(tol: float | str) -> float:
+    """Check a relative tolerance.
+
+    Parameters
+    ----------
+    tol : float or str
+        The tolerance; text that reads as a number will do.
+
+    Returns
+    -------
+    float
+        The tolerance.
+
+    Raises
+    ------
+    InputError
+        If it is not in `TOL_RANGE`.
+    """
+    allowed = f"{TOL_RANGE[0]:g} <= tol <= {TOL_RANGE[1]:g}"
+    number = parse_number("tol", tol, allowed)
+    if not TOL_RANGE[0] <= number <= TOL_RANGE[1]:
+        raise InputError(f"tol = {number:g}: allowed is {allowed}")
+    return number
+
+
 def make_problem(
     p: Parameters,
     *,
@@ -105,10 +130,7 @@ def make_problem(
         If a value is out of range.
     """
     t_end = check_horizon(t_end)
-    allowed = f"{TOL_RANGE[0]:g} <= tol <= {TOL_RANGE[1]:g}"
-    tol = parse_number("tol", tol, allowed)
-    if not TOL_RANGE[0] <= tol <= TOL_RANGE[1]:
-        raise InputError(f"tol = {tol:g}: allowed is {allowed}")
+    tol = check_tolerance(tol)
     if step is not None:
         allowed = f"0 < step <= {t_end:g} s"
         step = parse_number("step", step, allowed)

@@ -2,20 +2,19 @@
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
-from operator import attrgetter
-from typing import Any, Final, Literal
+from typing import Any, Final, Literal, cast
 
 import numpy as np
 from numpy.typing import NDArray
 
-from .compiled import kernels
+from .batch import Requirement, simulate_batch
+from .batch_result import Batch
 from .design import START_SPECS, VARIABLES, Design
 from .errors import Cancelled, ComputationError, InputError
-from .outcome import Transient
 from .parameters import PARAMETERS, Parameters, unknown_name
 from .request import DEFAULT_T_END, DEFAULT_TOL, Start, make_problem, resolve_start
 from .stability import judge_growth
-from .transient import Progress, integrate
+from .transient import Progress
 
 ColumnKind = Literal["number", "count", "truth", "text"]
 DONE: Final = "done"
@@ -72,6 +71,12 @@ OUTPUTS: Final[Mapping[str, SweepColumn]] = {
     column.name: column for column in (*_TRANSIENT, *_STABILITY)
 }
 DEFAULT_OUTPUTS: Final = tuple(column.name for column in _TRANSIENT)
+
+_STATE: Final = ("x", "vx", "y", "vy")
+_FORCE: Final = "contact_force"
+_FORCE_OVERFLOW: Final = (
+    "the contact force grows out of the range of numbers; consider separation or a shorter horizon"
+)
 
 _SEPARATION: Final = SweepColumn("separation", "", "whether separation is considered", "truth")
 _ENDING: Final = (
@@ -251,55 +256,124 @@ def compute_rows(study: Study, first: int, last: int, progress: Progress | None 
     """
     members = np.arange(first, last, dtype=np.int64)
     points, case = np.divmod(members, len(study.cases))
-    varied = study.design.columns(points)
-    separation = np.array(study.cases)[case]
-    results = {name: np.full(members.size, np.nan) for name in study.outputs}
-    reasons = [""] * members.size
-    wanted = [column for column in _TRANSIENT if column.name in study.outputs]
-    if wanted:
-        # Without it no member can be computed: that is no failure of a member.
-        kernels.module()
-    judged = any(column.name in study.outputs for column in _STABILITY)
-    for place in range(members.size):
-        if progress is not None and not progress(place / members.size):
-            raise Cancelled
-        given = {name: float(column[place]) for name, column in varied.items()}
-        p = study.parameters.with_values(
-            {name: value for name, value in given.items() if name in PARAMETERS}
-        )
-        considered = bool(separation[place])
-        try:
-            if wanted:
-                run = _transient(study, p, given, considered, progress)
-                for column in wanted:
-                    results[column.name][place] = attrgetter(column.path)(run)
-            if judged:
-                growth, stable = judge_growth(p, separation=considered)
-                for name, value in (("growth_rate", growth), ("stable", float(stable))):
-                    if name in study.outputs:
-                        results[name][place] = value
-        except ComputationError as error:
-            reasons[place] = str(error)
-    return Rows({**varied, **results}, separation, tuple(reasons))
-
-
-def _transient(
-    study: Study,
-    p: Parameters,
-    given: Mapping[str, float],
-    separation: bool,
-    progress: Progress | None,
-) -> Transient:
-    start = study.start
-    if any(name in given for name in START_SPECS):
-        rest = resolve_start(p, start, separation=separation)
-        start = tuple(given.get(name, value) for name, value in zip(START_SPECS, rest, strict=True))
-    return integrate(
-        p,
-        t_end=study.t_end,
-        tol=study.tol,
-        separation=separation,
-        start=start,
-        progress=progress,
-        kernel="compiled",
+    block = _Block(
+        study,
+        varied=study.design.columns(points),
+        separation=np.array(study.cases)[case],
+        results={name: np.full(members.size, np.nan) for name in study.outputs},
+        reasons=[""] * members.size,
     )
+    if any(column.name in study.outputs for column in _TRANSIENT):
+        block.integrate(progress)
+    if any(column.name in study.outputs for column in _STABILITY):
+        block.judge(progress)
+    return Rows({**block.varied, **block.results}, block.separation, tuple(block.reasons))
+
+
+@dataclass(frozen=True, slots=True)
+class _Block:
+    # Members that are computed together; their results and reasons are filled in.
+    study: Study
+    varied: dict[str, NDArray[np.float64]]
+    separation: NDArray[np.bool_]
+    results: dict[str, NDArray[np.float64]]
+    reasons: list[str]
+
+    def parameters(self, place: int) -> Parameters:
+        values = {name: float(c[place]) for name, c in self.varied.items() if name in PARAMETERS}
+        return self.study.parameters.with_values(values)
+
+    def integrate(self, progress: Progress | None) -> None:
+        study = self.study
+        wanted = [column for column in _TRANSIENT if column.name in study.outputs]
+        start = self._start()
+        places = np.flatnonzero([not reason for reason in self.reasons])
+        if places.size == 0:
+            return
+        parameters = {name: c[places] for name, c in self.varied.items() if name in PARAMETERS}
+        # Without a parameter that varies the size of the batch has to be said by one.
+        parameters.setdefault("F", np.full(places.size, study.parameters.F))
+        batch = simulate_batch(
+            parameters,
+            base=study.parameters,
+            t_end=study.t_end,
+            tol=study.tol,
+            separation=self.separation[places],
+            start=start if isinstance(start, str) else start[places],
+            require={_required(column) for column in wanted},
+            workers=1,
+            progress=progress,
+        )
+        for place in batch.failed.tolist():
+            self.reasons[places[place]] = str(batch.failure(place))
+        for column in wanted:
+            if not column.path.startswith(_FORCE):
+                self.results[column.name][places] = _found(batch, column)
+        self._put_forces(places, batch)
+        for column in wanted:
+            self.results[column.name][[bool(reason) for reason in self.reasons]] = np.nan
+
+    def _start(self) -> Literal["static"] | NDArray[np.float64]:
+        # Components of the start that do not vary may be those of an equilibrium.
+        given = [self.varied.get(name) for name in START_SPECS]
+        start, size = self.study.start, len(self.reasons)
+        static = isinstance(start, str)
+        if static and all(column is None for column in given):
+            return "static"
+        states = np.zeros((size, 4))
+        if static and any(column is None for column in given):
+            for place, separation in enumerate(self.separation.tolist()):
+                try:
+                    p = self.parameters(place)
+                    states[place] = resolve_start(p, start, separation=separation)
+                except ComputationError as error:
+                    self.reasons[place] = str(error)
+        elif not static:
+            states[:] = start
+        for target, column in zip(states.T, given, strict=True):
+            if column is not None:
+                target[:] = column
+        return states
+
+    def _put_forces(self, places: NDArray[np.int64], batch: Batch) -> None:
+        # P decreases with y, so its extremes are those of y, except that it ends at zero.
+        k2, k_nl = (
+            self.varied.get(name, np.full(len(self.reasons), getattr(self.study.parameters, name)))
+            for name in ("k2", "k_nl")
+        )
+        for name, extreme in (("P_min", "y_max"), ("P_max", "y_min")):
+            if name not in self.results:
+                continue
+            y = getattr(batch.peak, extreme)
+            y = np.where(self.separation[places], np.minimum(y, 0.0), y)
+            with np.errstate(over="ignore", invalid="ignore"):
+                force = -k2[places] * y - k_nl[places] * y * y * y + 0.0
+            self.results[name][places] = force
+            for place in places[np.isinf(force)].tolist():
+                self.reasons[place] = self.reasons[place] or _FORCE_OVERFLOW
+
+    def judge(self, progress: Progress | None) -> None:
+        size = len(self.reasons)
+        for place, separation in enumerate(self.separation.tolist()):
+            if progress is not None and not progress(place / size):
+                raise Cancelled
+            try:
+                growth, stable = judge_growth(self.parameters(place), separation=separation)
+            except ComputationError as error:
+                self.reasons[place] = self.reasons[place] or str(error)
+                continue
+            for name, value in (("growth_rate", growth), ("stable", float(stable))):
+                if name in self.results:
+                    self.results[name][place] = value
+
+
+def _required(column: SweepColumn) -> Requirement:
+    part = column.path.split(".", maxsplit=1)[0]
+    return "peak" if part == _FORCE else cast("Requirement", part)
+
+
+def _found(batch: Batch, column: SweepColumn) -> NDArray[np.float64]:
+    part, name = column.path.split(".")
+    if part == "final" and batch.final is not None:
+        return batch.final[:, _STATE.index(name)]
+    return np.asarray(getattr(getattr(batch, part), name), dtype=np.float64)

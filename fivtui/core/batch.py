@@ -1,0 +1,396 @@
+"""Many transients at once: eight a processor core, in a memory that the horizon does not change."""
+
+import os
+import threading
+from collections.abc import Collection, Mapping
+from concurrent.futures import FIRST_EXCEPTION, Future, ThreadPoolExecutor, wait
+from types import SimpleNamespace
+from typing import Any, Final, Literal, cast
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from .batch_result import Batch, BatchEvents, BatchPeak, BatchSteady, Floats, Status
+from .errors import Cancelled, InputError
+from .kernel_loader import KernelLoader
+from .model import Mode
+from .parameters import PARAMETERS, Parameters, parameter_spec, unknown_name
+from .recurrences import constants
+from .request import DEFAULT_T_END, DEFAULT_TOL, check_horizon, check_tolerance
+from .taylor import LONGEST_STEP, local_tolerance, order_for
+from .transient import MAX_STEPS, Progress
+
+Requirement = Literal["final", "peak", "steady", "events"]
+
+REQUIREMENTS: Final = ("final", "peak", "steady", "events")
+
+# Members that a worker takes at a time, and steps of its eight lanes between two looks around.
+_CHUNK: Final = (64, 1024)
+_CHUNKS_A_WORKER: Final = 8
+_BUDGET: Final = 20_000
+# Time between two looks at the progress callback, s.
+_REPORT_S: Final = 0.02
+
+kernels: Final = KernelLoader("lanes")
+
+
+def simulate_batch(
+    parameters: Mapping[str, ArrayLike] | ArrayLike,
+    *,
+    base: Parameters | None = None,
+    t_end: float = DEFAULT_T_END,
+    tol: float = DEFAULT_TOL,
+    separation: ArrayLike = True,
+    start: ArrayLike = "static",
+    require: Collection[Requirement] = REQUIREMENTS,
+    max_steps: int = MAX_STEPS,
+    workers: int | None = None,
+    progress: Progress | None = None,
+) -> Batch:
+    """Compute many transients with the compiled kernel; waits for it if it is not loaded.
+
+    Parameters
+    ----------
+    parameters : mapping of str to array_like, or array_like of shape (n, 9)
+        The parameter sets, SI units: values by parameter name, broadcast against each other to
+        one axis, the others from `base`; or all columns in the order of `Parameters`.
+    base : Parameters, optional
+        Where the values that a mapping does not name come from; the base set if not given.
+    t_end : float
+        Horizon of all, s; at most 1e7.
+    tol : float
+        Relative error to expect of the end states after about a hundred periods, 1e-13 to 1e-2.
+    separation : bool or array_like of bool, shape (n,)
+        Whether separation is considered (the paper's Case 1) or ignored (Case 2).
+    start : "static" or array_like of shape (4,) or (n, 4)
+        At rest at the equilibrium of μ = 0, or (x, ẋ, y, ẏ) in m and m/s.
+    require : collection of "final", "peak", "steady", "events"
+        What is wanted; nothing else is computed.
+    max_steps : int
+        Steps after which a member is given up.
+    workers : int, optional
+        Threads, at least 1; as many as there are processors if not given.
+    progress : callable, optional
+        Called now and then with the fraction done; the batch is cancelled when it returns False.
+
+    Returns
+    -------
+    Batch
+        Agrees with single runs to rounding. A member's numbers do not depend, to the last bit, on
+        its neighbours, its place or the number of workers.
+
+    Raises
+    ------
+    InputError
+        If the request is wrong.
+    ComputationError
+        If the kernel cannot be loaded. Members that cannot be finished do not raise: see
+        `Batch.failure`.
+    Cancelled
+        If `progress` returned False.
+
+    Examples
+    --------
+    >>> from fivtui import simulate_batch
+    >>> batch = simulate_batch({"F": [60.0, 80.0, 100.0]}, require={"peak"})
+    >>> [f"{y:.3f}" for y in batch.peak.y_abs]
+    ['8.228', '10.503', '12.642']
+    """
+    columns, size = _columns(parameters, base or Parameters())
+    for name in require:
+        if name not in REQUIREMENTS:
+            raise unknown_name("requirement", name, REQUIREMENTS)
+    if workers is not None and workers < 1:
+        raise InputError(f"workers = {workers}: allowed is 1 or more")
+    if max_steps < 1:
+        raise InputError(f"max_steps = {max_steps}: allowed is 1 or more")
+    work = _Work(
+        columns,
+        size,
+        separation=_flags(separation, size),
+        start=_starts(start, size),
+        t_end=check_horizon(t_end),
+        tol=check_tolerance(tol),
+        require=frozenset(require),
+        max_steps=max_steps,
+    )
+    report = progress or (lambda _fraction: True)
+    while not kernels.wait(_REPORT_S):
+        if not report(0.0):
+            raise Cancelled
+    work.run(kernels.module(), workers or os.cpu_count() or 1, report)
+    return work.result()
+
+
+def _columns(
+    parameters: Mapping[str, ArrayLike] | ArrayLike, base: Parameters
+) -> tuple[dict[str, Floats], int]:
+    # Nine columns of equal length, checked.
+    if isinstance(parameters, Mapping):
+        given = {name: _numbers(name, value) for name, value in parameters.items()}
+        for name in given:
+            parameter_spec(name)
+        try:
+            shape = np.broadcast_shapes((1,), *(column.shape for column in given.values()))
+        except ValueError:
+            shapes = ", ".join(f"{name} {column.shape}" for name, column in given.items())
+            raise InputError(f"parameters: shapes do not fit each other ({shapes})") from None
+        if len(shape) != 1:
+            raise InputError(f"parameters: shape {shape}; allowed is one axis")
+        whole = {name: np.asarray(value) for name, value in base.as_dict().items()} | given
+        columns = {name: np.broadcast_to(column, shape) for name, column in whole.items()}
+    else:
+        table = _numbers("parameters", parameters)
+        if table.ndim != 2 or table.shape[1] != len(PARAMETERS):
+            raise InputError(
+                f"parameters: shape {table.shape}; allowed is (n, {len(PARAMETERS)}), "
+                f"columns {', '.join(PARAMETERS)}"
+            )
+        columns = dict(zip(PARAMETERS, table.T, strict=True))
+    size = next(iter(columns.values())).size
+    if size > 0:
+        for name, column in columns.items():
+            _check(name, column)
+    return columns, size
+
+
+def _numbers(name: str, value: ArrayLike) -> Floats:
+    try:
+        return np.asarray(value, dtype=np.float64)
+    except (TypeError, ValueError):
+        raise InputError(f"{name}: not an array of numbers") from None
+
+
+def _check(name: str, column: Floats) -> None:
+    # Least and greatest tell of every element, NaN included.
+    spec = parameter_spec(name)
+    try:
+        spec.check(float(column.min()))
+        spec.check(float(column.max()))
+    except InputError:
+        for place, value in enumerate(column.tolist()):
+            try:
+                spec.check(value)
+            except InputError as error:
+                raise InputError(f"member {place}: {error}") from None
+
+
+def _flags(separation: ArrayLike, size: int) -> NDArray[np.bool_]:
+    flags = np.asarray(separation)
+    if flags.dtype != np.bool_ or flags.shape not in ((), (size,)):
+        raise InputError(f"separation: allowed is a bool, or an array of {size}")
+    return np.broadcast_to(flags, (size,))
+
+
+def _starts(start: ArrayLike, size: int) -> Floats | None:
+    # None for static ones.
+    if isinstance(start, str) and start == "static":
+        return None
+    allowed = f"allowed is static, or finite numbers x,vx,y,vy, shape (4,) or ({size}, 4)"
+    try:
+        states = np.asarray(start, dtype=np.float64)
+    except (TypeError, ValueError):
+        raise InputError(f"start = {start!r}: {allowed}") from None
+    if states.shape not in ((4,), (size, 4)):
+        raise InputError(f"start: shape {states.shape}; {allowed}")
+    if states.size > 0 and not np.isfinite([states.min(), states.max()]).all():
+        raise InputError(f"start: not all finite; {allowed}")
+    return np.broadcast_to(states, (size, 4))
+
+
+class _Work:
+    # A batch under way: its checked request, its results, and what of it is done.
+
+    def __init__(
+        self,
+        columns: dict[str, Floats],
+        size: int,
+        *,
+        separation: NDArray[np.bool_],
+        start: Floats | None,
+        t_end: float,
+        tol: float,
+        require: frozenset[str],
+        max_steps: int,
+    ) -> None:
+        self._columns, self._size = columns, size
+        self._separation, self._start = separation, start
+        self._t_end, self._tol, self._max_steps = t_end, tol, max_steps
+        self._require = require
+
+        def wanted(name: str, *width: int) -> Floats:
+            return np.empty((size if name in require else 0, *width))
+
+        self._status = np.empty(size, np.int8)
+        self._t, self._steps = np.empty(size), np.empty(size, np.int64)
+        self._final = wanted("final", 4)
+        self._peak = BatchPeak(*(wanted("peak") for _ in range(5)))
+        self._steady = BatchSteady(wanted("steady"))
+        counts = [np.empty(size if "events" in require else 0, np.int64) for _ in range(2)]
+        self._events = BatchEvents(*counts, *(wanted("events") for _ in range(3)))
+        self._failures: list[Floats] = []
+        self._lock = threading.Lock()
+        self._next, self._done = 0, 0.0
+        self._stop = False
+
+    def run(self, lanes: Any, workers: int, report: Progress) -> None:
+        """Compute all members."""
+        low, high = _CHUNK
+        chunk = min(max(self._size // (workers * _CHUNKS_A_WORKER), low), high)
+        workers = min(workers, -(-self._size // chunk))
+        if not report(0.0):
+            raise Cancelled
+        if workers > 0:
+            pool = ThreadPoolExecutor(workers, thread_name_prefix="batch")
+            try:
+                running = {pool.submit(self._worker, lanes, chunk) for _ in range(workers)}
+                while running:
+                    running = self._waited(running)
+                    if not report(min(self._done / self._size, 1.0)):
+                        raise Cancelled
+            finally:
+                self._stop = True
+                pool.shutdown(cancel_futures=True)
+        report(1.0)
+
+    @staticmethod
+    def _waited(running: set[Future[None]]) -> set[Future[None]]:
+        done, still = wait(running, timeout=_REPORT_S, return_when=FIRST_EXCEPTION)
+        for future in done:
+            future.result()
+        return still
+
+    def _worker(self, lanes: Any, chunk: int) -> None:
+        work = np.empty(lanes.WORK_SIZE)
+        while not self._stop:
+            with self._lock:
+                first = self._next
+                self._next = min(first + chunk, self._size)
+            if first >= self._size:
+                return
+            self._compute(lanes, slice(first, min(first + chunk, self._size)), work)
+
+    def _compute(self, lanes: Any, where: slice, work: Floats) -> None:
+        p = {name: column[where] for name, column in self._columns.items()}
+        members = self._members(lanes, p, where)
+        outcomes = np.empty((len(members), lanes.OUTCOME_COLUMNS))
+        # A member's field is its own: what is linear cannot overflow in a square.
+        cubic = p["k_nl"] > 0.0
+        for field in (True, False):
+            places = np.flatnonzero(cubic == field)
+            if places.size == len(members):
+                self._advance(lanes, members, outcomes, work, cubic=field)
+            elif places.size > 0:
+                some = np.empty((places.size, lanes.OUTCOME_COLUMNS))
+                self._advance(lanes, members[places], some, work, cubic=field)
+                outcomes[places] = some
+            if self._stop:
+                return
+        self._keep(lanes.Outcome(*outcomes.T), p["F"], where)
+
+    def _advance(
+        self, lanes: Any, members: Floats, outcomes: Floats, work: Floats, *, cubic: bool
+    ) -> None:
+        work.fill(0.0)
+        cursor = np.zeros(lanes.CURSOR_SIZE, np.int64)
+        tol = local_tolerance(self._tol)
+        order, reported = order_for(tol), 0.0
+        observed = "peak" in self._require, "steady" in self._require
+        limit = float(self._max_steps)
+        while cursor[lanes.ENDED] < len(members) and not self._stop:
+            done = lanes.advance(
+                members,
+                outcomes,
+                work,
+                cursor,
+                self._t_end,
+                tol,
+                order,
+                cubic,
+                *observed,
+                limit,
+                _BUDGET,
+            )
+            with self._lock:
+                self._done += done - reported
+            reported = done
+
+    def _members(self, lanes: Any, columns: dict[str, Floats], where: slice) -> Floats:
+        # The problems as the kernel takes them; `constants` does on arrays what it does on numbers.
+        p = cast("Parameters", SimpleNamespace(**columns))
+        separation = np.array(self._separation[where])
+        if self._start is None:
+            start = np.empty((separation.size, 4))
+            lanes.static_starts(np.column_stack(list(columns.values())), separation, start)
+        else:
+            start = self._start[where]
+        stiffness = p.k1 + p.k2 + p.k3
+        off = constants(p, Mode.SEPARATED)
+        members = np.empty((separation.size, lanes.MEMBER_COLUMNS))
+        with np.errstate(all="ignore"):
+            frequency = 1.0 / np.sqrt(p.m / stiffness)
+            values = lanes.Member(
+                *constants(p, Mode.CONTACT),
+                xy_off=off.xy,
+                yy_off=off.yy,
+                coupling=0.5 * p.k3,
+                preload=p.F,
+                deflection=abs(p.F) / stiffness,
+                frequency=frequency,
+                longest=LONGEST_STEP / frequency,
+                separation=separation,
+                **dict(zip(("x", "vx", "y", "vy"), start.T, strict=True)),
+            )
+        for column, value in enumerate(values):
+            members[:, column] = value
+        return members
+
+    def _keep(self, seen: Any, force: Floats, where: slice) -> None:
+        # Take the results of a chunk into those of the batch.
+        status = seen.status.astype(np.int8)
+        state = np.column_stack([seen.x, seen.vx, seen.y, seen.vy])
+        status[(seen.steps == 0.0) & ~np.isfinite(state).all(axis=1)] = Status.NO_START
+        failed = status != Status.DONE
+        self._status[where], self._t[where], self._steps[where] = status, seen.t, seen.steps
+        if failed.any():
+            places = np.flatnonzero(failed)
+            row = np.column_stack([places + where.start, state[places], force[places]])
+            with self._lock:
+                self._failures.append(row)
+
+        def put(target: NDArray[Any], value: Floats, missing: float = np.nan) -> None:
+            target[where] = value
+            target[where][failed] = missing
+
+        if "final" in self._require:
+            put(self._final, state)
+        if "peak" in self._require:
+            put(self._peak.y_abs, np.maximum(seen.y_max, -seen.y_min))
+            put(self._peak.y_max, seen.y_max)
+            put(self._peak.y_min, seen.y_min)
+            put(self._peak.x_abs, np.maximum(seen.x_max, -seen.x_min))
+            put(self._peak.vx_max, seen.vx_max)
+        if "steady" in self._require:
+            put(self._steady.y_half_range, 0.5 * (seen.y_high - seen.y_low))
+        if "events" in self._require:
+            put(self._events.separations, seen.separations, -1)
+            put(self._events.reattachments, seen.reattachments, -1)
+            put(self._events.separated_time, seen.separated)
+            put(self._events.first, seen.first)
+            put(self._events.last, seen.last)
+
+    def result(self) -> Batch:
+        """What the batch has found."""
+        failures = np.concatenate([np.empty((0, 6)), *self._failures])
+        return Batch(
+            t_end=self._t_end,
+            tol=self._tol,
+            status=self._status,
+            t=self._t,
+            steps=self._steps,
+            final=self._final if "final" in self._require else None,
+            peak=self._peak if "peak" in self._require else None,
+            steady=self._steady if "steady" in self._require else None,
+            events=self._events if "events" in self._require else None,
+            _failures=failures[np.argsort(failures[:, 0])],
+        )
