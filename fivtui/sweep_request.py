@@ -118,10 +118,13 @@ def study_of(
     Raises
     ------
     InputError
-        If a value is not allowed, or the scene asks for another method than ``taylor``.
+        If a value is not allowed, or the scene asks for another method than ``taylor``,
+        or for an accuracy in place of a tolerance.
     """
     if scene.method != _METHOD:
         raise InputError(f"method = {scene.method}: sweeps are computed by {_METHOD} alone")
+    if scene.accuracy and tol is None:
+        raise InputError("accuracy: a sweep is computed to a tolerance; give it by --tol")
     return Study(
         design=design,
         parameters=scene.parameters,
