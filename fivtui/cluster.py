@@ -19,7 +19,8 @@ if TYPE_CHECKING:
 
 # Pieces handed out ahead of those that are being computed, for each thread of the workers.
 _AHEAD: Final = 2
-_CONNECT_S: Final = 10
+# Time for the scheduler to answer, and for its first worker to come, s.
+_CONNECT_S: Final = 10.0
 # Times that a piece is handed out again when what fails is the worker, not the piece.
 _RETRIES: Final = 3
 # Time between two looks at how many workers there are.
@@ -46,7 +47,7 @@ def cluster_engine(address: str) -> Iterator[Engine]:
     Raises
     ------
     InputError
-        If Dask is not installed, or no scheduler answers there.
+        If Dask is not installed, no scheduler answers there, or it has no workers.
     """
     if find_spec("distributed") is None:
         raise InputError("--scheduler needs Dask: install fivtui[cluster]")
@@ -57,8 +58,10 @@ def cluster_engine(address: str) -> Iterator[Engine]:
     except (TimeoutError, OSError, ValueError) as error:
         raise InputError(f"--scheduler {address}: no scheduler answers there: {error}") from None
     with _quiet(), client:
-        if not client.nthreads():
-            raise InputError(f"--scheduler {address}: the scheduler has no workers")
+        try:
+            client.wait_for_workers(1, timeout=_CONNECT_S)
+        except TimeoutError:
+            raise InputError(f"--scheduler {address}: the scheduler has no workers") from None
         yield _engine(client, address)
 
 

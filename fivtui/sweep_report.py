@@ -1,6 +1,5 @@
 """What the command line prints of a sweep: its rows, and how far it is."""
 
-import sys
 import time
 from types import TracebackType
 from typing import Any, Final, Self
@@ -124,11 +123,10 @@ def print_sweep(result: Sweep, *, chosen: bool) -> None:
     short = rows if len(rows) <= _ROWS else [*rows[: _ROWS // 2], *rows[-(_ROWS // 2) :]]
     cells = [[_cell(row[place]) for place, _ in shown] for row in short]
     header = [f"{column.name} {column.unit}".rstrip() for _, column in shown]
-    title = f"Sweep: {len(rows)} members"
+    print_rows(f"Sweep: {len(rows)} members", header, cells)
     if len(short) < len(rows):
-        title += f", of which the first and the last {_ROWS // 2}; --out and --json give all"
-    print_rows(title, header, cells)
-    sys.stdout.flush()
+        text = f"shown are the first and the last {_ROWS // 2}; --out and --json give all"
+        Console(stderr=True, highlight=False).print(text, soft_wrap=True)
 
 
 def _cell(value: Any) -> str:

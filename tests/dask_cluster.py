@@ -52,6 +52,11 @@ def loopback_cluster(folder: Path, workers: int = 2) -> Iterator[Cluster]:
             )
             for number in range(workers)
         ]  # fmt: skip
+        if workers:
+            from distributed import Client
+
+            with Client(cluster.address, set_as_default=False) as client:
+                client.wait_for_workers(workers, timeout=PATIENCE_S)
         yield cluster
     finally:
         for process in (*cluster.workers, scheduler):
