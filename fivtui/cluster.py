@@ -123,11 +123,12 @@ def _lost(address: str) -> ComputationError:
 
 def _result(future: Any, address: str) -> tuple[dict[str, str], Rows]:
     from distributed import CancelledError
+    from distributed.comm import CommClosedError
     from distributed.scheduler import KilledWorker
 
     try:
         result: tuple[dict[str, str], Rows] = future.result()
-    except CancelledError:
+    except (CancelledError, CommClosedError):
         raise _lost(address) from None
     except KilledWorker as error:
         raise ComputationError(

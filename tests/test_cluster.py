@@ -24,12 +24,12 @@ pytestmark = [pytest.mark.slow, pytest.mark.host]
 
 ROOT = Path(__file__).parents[1]
 STUDY = Study(
-    Design({"F": Range(10.0, 120.0), "k2": Range(40.0, 200.0)}, "sobol", 300),
+    Design({"F": Range(10.0, 120.0), "k2": Range(40.0, 200.0)}, "sobol", 100),
     Parameters(k_nl=0.0, mu=2.0),
     cases=(True, False),
     t_end=600.0,
 )
-SIZE = 30
+SIZE = 10
 
 
 @pytest.fixture(scope="module")
@@ -96,9 +96,12 @@ def test_no_scheduler_and_no_workers_are_said(
         ):
             pass
     monkeypatch.setattr(cluster_module, "_CONNECT_S", 1.0)
-    with loopback_cluster(tmp_path, workers=0) as idle:
-        with pytest.raises(InputError, match="has no workers"), cluster_engine(idle.address):
-            pass
+    with (
+        loopback_cluster(tmp_path, workers=0) as idle,
+        pytest.raises(InputError, match="has no workers"),
+        cluster_engine(idle.address),
+    ):
+        pass
 
 
 def test_a_lost_scheduler_loses_nothing(tmp_path: Path, capfd: pytest.CaptureFixture[str]) -> None:
