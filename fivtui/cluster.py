@@ -2,6 +2,7 @@
 
 import logging
 import math
+import pickle
 import time
 from collections.abc import Generator, Iterable, Iterator
 from contextlib import contextmanager
@@ -10,7 +11,7 @@ from itertools import islice
 from typing import TYPE_CHECKING, Any, Final
 
 from .core.errors import ComputationError, InputError
-from .core.sweep import Rows, Study, compute_rows
+from .core.sweep import Rows, Study
 from .sweep_store import Piece, versions
 from .sweeps import Engine
 
@@ -21,8 +22,6 @@ if TYPE_CHECKING:
 _AHEAD: Final = 2
 # Time for the scheduler to answer, and for its first worker to come, s.
 _CONNECT_S: Final = 10.0
-# Times that a piece is handed out again when what fails is the worker, not the piece.
-_RETRIES: Final = 3
 # Time between two looks at how many workers there are.
 _LOOK_S: Final = 5.0
 _LOGGERS: Final = ("distributed", "distributed.client")
@@ -79,13 +78,19 @@ def _quiet() -> Iterator[None]:
             logger.setLevel(level)
 
 
-def _compute(study: Study, piece: Piece) -> tuple[dict[str, str], Rows]:
-    # On the worker.
-    return versions(), compute_rows(study, piece.first, piece.last)
-
-
 def _engine(client: "Client", address: str) -> Engine:
     from distributed import as_completed
+
+    def compute(packed: bytes) -> Any:
+        # Being no module's it is sent by value, and it names nothing of fivtui but inside. So a
+        # worker without fivtui fails here, and not in reading the message, which would end it.
+        import pickle
+
+        from fivtui.core.sweep import compute_rows
+        from fivtui.sweep_store import versions
+
+        study, piece = pickle.loads(packed)  # noqa: S301, it comes from `submit` below
+        return versions(), compute_rows(study, piece.first, piece.last)
 
     def engine(study: Study, pieces: Iterable[Piece]) -> Generator[tuple[Piece, Rows]]:
         own, waiting = versions(), iter(pieces)
@@ -96,7 +101,7 @@ def _engine(client: "Client", address: str) -> Engine:
             if time.monotonic() - looked >= _LOOK_S:
                 threads, looked = _threads(client, address), time.monotonic()
             for piece in islice(waiting, max(_AHEAD * threads - len(handed_out), 0)):
-                future = client.submit(_compute, study, piece, pure=False, retries=_RETRIES)
+                future = client.submit(compute, pickle.dumps((study, piece)), pure=False)
                 handed_out[future.key] = piece
                 completed.add(future)
             if not handed_out:
@@ -123,7 +128,7 @@ def _lost(address: str) -> ComputationError:
 
 def _result(future: Any, address: str) -> tuple[dict[str, str], Rows]:
     from distributed import CancelledError
-    from distributed.comm import CommClosedError
+    from distributed.comm.core import CommClosedError
     from distributed.scheduler import KilledWorker
 
     try:
@@ -135,7 +140,7 @@ def _result(future: Any, address: str) -> tuple[dict[str, str], Rows]:
             f"a piece was lost with several workers: {error}",
             f"see why they end (memory, time limit); {_AGAIN}",
         ) from None
-    except ModuleNotFoundError as error:
+    except ImportError as error:
         raise ComputationError(
             f"a worker cannot run fivtui: {error}", f"install it there; {_AGAIN}"
         ) from None

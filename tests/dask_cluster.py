@@ -29,10 +29,10 @@ class Cluster:
 
 
 @contextmanager
-def loopback_cluster(folder: Path, workers: int = 2) -> Iterator[Cluster]:
+def loopback_cluster(folder: Path, workers: int = 2, path: str = str(ROOT)) -> Iterator[Cluster]:
     said = folder / "scheduler.json"
     scheduler = _dask(
-        folder, "scheduler", "--host=127.0.0.1", "--port=0", "--no-dashboard",
+        path, folder, "scheduler", "--host=127.0.0.1", "--port=0", "--no-dashboard",
         "--no-show", f"--scheduler-file={said}",
     )  # fmt: skip
     cluster = Cluster("", scheduler)
@@ -46,7 +46,8 @@ def loopback_cluster(folder: Path, workers: int = 2) -> Iterator[Cluster]:
                 cluster.address = json.loads(said.read_text(encoding="utf-8"))["address"]
         cluster.workers += [
             _dask(
-                folder, "worker", cluster.address, "--nworkers=1", "--nthreads=1", "--no-nanny",
+                path, folder, "worker", cluster.address, "--nworkers=1", "--nthreads=1",
+                "--no-nanny",
                 "--host=127.0.0.1", "--no-dashboard", f"--name=w{number}",
                 f"--local-directory={folder}", "--death-timeout=60",
             )
@@ -64,11 +65,12 @@ def loopback_cluster(folder: Path, workers: int = 2) -> Iterator[Cluster]:
             process.wait()
 
 
-def _dask(folder: Path, *args: str) -> subprocess.Popen[bytes]:
+def _dask(path: str, folder: Path, *args: str) -> subprocess.Popen[bytes]:
     with (folder / f"{args[0]}.log").open("ab") as log:
         return subprocess.Popen(
             [sys.executable, "-m", "dask", *args],
-            env=os.environ | {"PYTHONPATH": str(ROOT)},
+            env=os.environ | {"PYTHONPATH": path},
+            cwd=folder,
             stdin=subprocess.DEVNULL,
             stdout=log,
             stderr=log,

@@ -12,6 +12,7 @@ from fivtui import Parameters
 from fivtui.core.design import Design, Range
 from fivtui.core.errors import ComputationError, InputError
 from fivtui.core.sweep import Study
+from fivtui.sweep_store import versions
 from fivtui.sweeps import local_engine, sweep_in_memory, sweep_to_file
 from tests.dask_cluster import Cluster, loopback_cluster
 
@@ -76,13 +77,27 @@ def test_the_command_computes_on_the_cluster(cluster: Cluster, tmp_path: Path) -
 def test_workers_of_other_versions_are_refused(
     cluster: Cluster, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    own = cluster_module.versions()
+    own = versions()
     monkeypatch.setattr(cluster_module, "versions", lambda: own | {"numpy": "1.0"})
     with (
         cluster_engine(cluster.address) as engine,
         pytest.raises(ComputationError, match=r"a worker has numpy \S+, not 1.0 as here"),
     ):
         sweep_in_memory(STUDY, engine)
+
+
+def test_a_worker_without_the_program_says_so_and_lives_on(tmp_path: Path) -> None:
+    # Hides the installed one.
+    text = "raise ModuleNotFoundError(\"No module named 'fivtui'\")\n"
+    (tmp_path / "fivtui.py").write_text(text, encoding="utf-8")
+    with (
+        loopback_cluster(tmp_path, workers=1, path=str(tmp_path)) as bare,
+        cluster_engine(bare.address) as engine,
+    ):
+        for _ in range(2):
+            with pytest.raises(ComputationError, match="a worker cannot run fivtui: No module"):
+                sweep_in_memory(STUDY, engine)
+        assert all(worker.poll() is None for worker in bare.workers)
 
 
 def test_no_scheduler_and_no_workers_are_said(

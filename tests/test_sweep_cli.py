@@ -9,6 +9,7 @@ import time
 from pathlib import Path
 from typing import Any
 
+import numpy as np
 import pytest
 from matplotlib.figure import Figure
 
@@ -228,7 +229,9 @@ def test_over_one_name_amplitudes_are_curves() -> None:
         "peak of |y|, separation ignored",
         "half range of y, second half, separation ignored",
     ]
-    assert [list(line.get_xdata()) for line in axes.lines] == [[20.0, 50.0, 80.0]] * 4
+    assert [np.asarray(line.get_xdata()).tolist() for line in axes.lines] == [
+        [20.0, 50.0, 80.0]
+    ] * 4
     assert axes.get_xlabel() == "Preload, positive towards the belt $F$ (N)"
     assert axes.get_ylabel() == "Amplitude (m)"
     (axes,) = figure_of({"F": Range(1.0, 9.0, 3, log=True)}, outputs=("P_max",)).axes

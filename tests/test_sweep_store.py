@@ -273,7 +273,7 @@ def test_a_full_disk_is_a_clear_stop_and_nothing_is_lost(
     suffix: str, right: dict[str, bytes], monkeypatch: pytest.MonkeyPatch, tmp_path: Path
 ) -> None:
     out = tmp_path / f"out{suffix}"
-    write, written = os.fsync, []
+    write, written = os.fsync, list[int]()
 
     def full(handle: int) -> None:
         # The manifest and three pieces fit.
