@@ -11,15 +11,17 @@ if TYPE_CHECKING:
     from .core.parameters import Parameters
     from .core.stability import stability
     from .simulation import simulate
+    from .sweeps import sweep
 
 __version__ = "0.1.0"
-__all__ = ["Parameters", "simulate", "simulate_batch", "stability"]
+__all__ = ["Parameters", "simulate", "simulate_batch", "stability", "sweep"]
 
 _HOMES = {
     "Parameters": ".core.parameters",
     "simulate": ".simulation",
     "simulate_batch": ".core.batch",
     "stability": ".core.stability",
+    "sweep": ".sweeps",
 }
 
 

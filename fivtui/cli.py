@@ -13,8 +13,11 @@ from .core.errors import Cancelled, ComputationError, InputError
 from .core.parameters import PARAMETERS, parameter_spec, parse_number, unknown_name
 
 if TYPE_CHECKING:
+    from contextlib import AbstractContextManager
+
     from .core.request import Start
     from .scene import Scene
+    from .sweeps import Engine
 
 EXIT_INPUT: Final = 2
 EXIT_COMPUTATION: Final = 3
@@ -59,8 +62,8 @@ def _run(args: Sequence[str] | None) -> int:
         message, code = str(error), EXIT_COMPUTATION
     except MemoryError:
         message, code = "out of memory; ask for fewer points or a shorter horizon", EXIT_COMPUTATION
-    except (click.Abort, Cancelled, KeyboardInterrupt):
-        message, code = "cancelled", EXIT_INTERRUPTED
+    except (click.Abort, Cancelled, KeyboardInterrupt) as error:
+        message, code = ": ".join(filter(None, ["cancelled", str(error)])), EXIT_INTERRUPTED
     except BrokenPipeError:
         # The reader has gone: nothing more to say, and nothing to flush at exit.
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
@@ -368,6 +371,117 @@ def _check_outputs(
         from .figures import check_figure_path
 
         check_figure_path(plot, force=force)
+
+
+@fivtui.command()
+@scene_argument
+@set_option
+@click.option(
+    "--vary",
+    "varied",
+    multiple=True,
+    required=True,
+    metavar="NAME=START:STOP:COUNT[:log]",
+    help="What varies: a parameter, or x0, vx0, y0, vy0 of the start; may be repeated. Also "
+    "NAME=V1,V2,…; without COUNT in random and sobol.",
+)
+@click.option(
+    "--design",
+    "kind",
+    type=click.Choice(["product", "list", "random", "sobol"]),
+    default="product",
+    show_default=True,
+    help="Every value with every other, values side by side, or points between the ends.",
+)
+@click.option("--count", type=int, metavar="N", help="Points of random and sobol.")
+@click.option("--seed", type=int, metavar="S", help="Seed of random and sobol.  [default: 0]")
+@click.option("--ignore-separation", is_flag=True, help="Contact never breaks (Case 2).")
+@click.option("--both", is_flag=True, help="Separation considered and ignored.")
+@click.option("--t-end", metavar="S", help="Horizon in seconds.")
+@click.option("--tol", metavar="R", help="Relative tolerance, 1e-13 to 1e-2.")
+@click.option("--start", metavar="static|x,vx,y,vy", help="Start state, m and m/s.")
+@click.option(
+    "--output",
+    "outputs",
+    multiple=True,
+    metavar="NAME",
+    help="Compute only this one (y_abs, …, growth_rate, stable); may be repeated.",
+)
+@click.option("--workers", type=int, metavar="N", help="Threads.  [default: all processors]")
+@click.option("--scheduler", metavar="ADDRESS", help="Compute on this Dask cluster.")
+@click.option("--piece", type=click.IntRange(min=1), metavar="N", help="Members stored at a time.")
+@_path_option("--out", "FILE", "Write the rows (.csv, .parquet); continues what was stopped.")
+@_path_option("--plot", "FILE", "Draw amplitudes over one or two names (.png, .svg, .pdf).")
+@force_option
+@json_option
+def sweep(**given: Any) -> None:
+    """Compute many transients that differ in parameters, start and physics.
+
+    With --out, rows are stored piece by piece: whatever stops the sweep, the same command
+    continues it. Members that cannot be computed are rows that say why.
+    """
+    from contextlib import ExitStack
+
+    from .sweep_report import SweepProgress, print_sweep
+    from .sweep_request import parse_cases, parse_design, study_of
+    from .sweeps import check_in_memory, load_sweep, sweep_in_memory, sweep_to_file
+
+    scene = _scene(given["scene"], given["assignments"])
+    study = study_of(
+        scene,
+        parse_design(given["varied"], given["kind"], given["count"], given["seed"]),
+        cases=parse_cases(ignored=given["ignore_separation"], both=given["both"]),
+        start=None if given["start"] is None else _start(given["start"]),
+        t_end=given["t_end"],
+        tol=given["tol"],
+        outputs=given["outputs"],
+    )
+    out, plot, force, as_json = (given[name] for name in ("out", "plot", "force", "as_json"))
+    if out is None or plot is not None or as_json:
+        check_in_memory(study)
+    if plot is not None:
+        from .figures import check_figure_path
+        from .sweep_figures import check_drawable
+
+        check_figure_path(plot, force=force)
+        check_drawable(study)
+    with ExitStack() as stack:
+        engine = stack.enter_context(_engine(given["scheduler"], given["workers"]))
+        progress = stack.enter_context(SweepProgress(study.members))
+        if out is None:
+            result = sweep_in_memory(study, engine, progress=progress)
+        else:
+            written = sweep_to_file(
+                study, out, engine, size=given["piece"], force=force, progress=progress
+            )
+    if out is not None:
+        _say(f"wrote {out}: {written}")
+        if plot is not None or as_json:
+            result = load_sweep(study, out)
+    if plot is not None:
+        from .figures import save_figure
+        from .sweep_figures import sweep_figure
+
+        save_figure(sweep_figure(result), plot, force=force)
+        _say(f"wrote {plot}")
+    if as_json:
+        _print_json({"columns": result.columns, "rows": result.rows})
+    elif out is None:
+        print_sweep(result, chosen=bool(given["outputs"]))
+
+
+def _engine(scheduler: str | None, workers: int | None) -> "AbstractContextManager[Engine]":
+    if scheduler is not None:
+        from .cluster import cluster_engine
+
+        if workers is not None:
+            raise InputError("--workers: the cluster of --scheduler has its own")
+        return cluster_engine(scheduler)
+    from contextlib import nullcontext
+
+    from .sweeps import local_engine
+
+    return nullcontext(local_engine(workers))
 
 
 @fivtui.command()

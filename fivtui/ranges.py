@@ -12,6 +12,7 @@ from .core.parameters import PARAMETERS, ParameterSpec, unknown_name
 
 MAX_COUNT: Final = 10_000_000
 _FORM: Final = "NAME=START:STOP:COUNT or NAME=START:STOP:COUNT:log"
+_FORM_OF_ENDS: Final = "NAME=START:STOP or NAME=START:STOP:log"
 _SPACING: Final = "log"
 
 
@@ -44,7 +45,13 @@ class Range:
         return values
 
 
-def parse_range(flag: str, text: str, specs: Mapping[str, ParameterSpec] = PARAMETERS) -> Range:
+def parse_range(
+    flag: str,
+    text: str,
+    specs: Mapping[str, ParameterSpec] = PARAMETERS,
+    *,
+    counted: bool = True,
+) -> Range:
     """Read a range.
 
     Parameters
@@ -55,6 +62,8 @@ def parse_range(flag: str, text: str, specs: Mapping[str, ParameterSpec] = PARAM
         ``NAME=START:STOP:COUNT``, or ``NAME=START:STOP:COUNT:log`` for logarithmic spacing.
     specs : mapping of str to ParameterSpec
         What may vary, and within which bounds; the parameters of the model if not given.
+    counted : bool
+        Whether a count is part of the text; if not, the range has its two ends alone.
 
     Returns
     -------
@@ -70,13 +79,16 @@ def parse_range(flag: str, text: str, specs: Mapping[str, ParameterSpec] = PARAM
     """
     name, equals, rest = text.partition("=")
     name, parts = name.strip(), [part.strip() for part in rest.split(":")]
+    form, example = (_FORM, "F=10:120:23") if counted else (_FORM_OF_ENDS, "F=10:120")
+    if not counted:
+        parts.insert(2, "2")
     if not equals or not name or len(parts) not in (3, 4):
-        raise InputError(f"{flag} {text}: allowed is {_FORM}, e.g. {flag} F=10:120:23")
+        raise InputError(f"{flag} {text}: allowed is {form}, e.g. {flag} {example}")
     if name not in specs:
         raise unknown_name("parameter", name, specs)
     log = len(parts) == 4
     if log and parts[3] != _SPACING:
-        raise InputError(f"{flag} {text}: unknown spacing {parts[3]!r}; allowed is {_FORM}")
+        raise InputError(f"{flag} {text}: unknown spacing {parts[3]!r}; allowed is {form}")
     start, stop = (specs[name].check(part) for part in parts[:2])
     if start == stop:
         raise InputError(f"{flag} {text}: START and STOP must differ; --set gives a single value")

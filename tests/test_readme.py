@@ -43,9 +43,10 @@ def test_the_python_lines_run() -> None:
         text=True,
         check=True,
     )
-    growth_rate, run = done.stdout.splitlines()
+    growth_rate, run, table = done.stdout.splitlines()
     assert float(growth_rate) < 0.0
     assert run.split()[1] == "74"
+    assert table.count("'done'") == 2
 
 
 def test_the_table_of_parameters_is_that_of_the_code() -> None:

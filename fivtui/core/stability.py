@@ -108,7 +108,7 @@ def stability(p: Parameters, *, separation: bool = True) -> Stability:
     """
     point = equilibrium(p, separation=separation)
     values = _eigenvalues(p, point)
-    growth = float(values.real.max())
+    growth, stable = _judged(values)
     critical = critical_mu(p, separation=separation)
     modes = vibration_modes(p, point, values)
     frequencies = [mode.angular_frequency for mode in modes]
@@ -116,7 +116,7 @@ def stability(p: Parameters, *, separation: bool = True) -> Stability:
         equilibrium=point,
         eigenvalues=values,
         growth_rate=growth,
-        stable=growth < -_ROUNDING * float(np.abs(values).max()),
+        stable=stable,
         critical_mu=critical,
         linear_critical_mu=linear_critical_mu(p),
         modes=modes,
@@ -143,6 +143,29 @@ def growth_rate(p: Parameters, *, separation: bool = True) -> float:
         Growth rate, 1/s.
     """
     return float(_eigenvalues(p, equilibrium(p, separation=separation)).real.max())
+
+
+def judge_growth(p: Parameters, *, separation: bool = True) -> tuple[float, bool]:
+    """Growth rate and verdict, without the critical friction coefficients.
+
+    Parameters
+    ----------
+    p : Parameters
+        The parameter set.
+    separation : bool
+        Whether separation is considered.
+
+    Returns
+    -------
+    tuple of float and bool
+        Growth rate, 1/s, and whether the equilibrium is stable, as in `Stability`.
+    """
+    return _judged(_eigenvalues(p, equilibrium(p, separation=separation)))
+
+
+def _judged(values: NDArray[np.complex128]) -> tuple[float, bool]:
+    growth = float(values.real.max())
+    return growth, growth < -_ROUNDING * float(np.abs(values).max())
 
 
 def _eigenvalues(p: Parameters, point: Equilibrium) -> NDArray[np.complex128]:
