@@ -119,7 +119,7 @@ def print_transient(result: Transient) -> None:
     rows = [
         ("parameters", _parameter_line(result.parameters)),
         ("separation", "considered" if result.separation else "ignored"),
-        ("method", f"{result.method}, {result.stats.steps} steps"),
+        ("method", _work(result)),
         (
             "peak |y|",
             f"{number(peak.y_abs)} m  (y from {number(peak.y_min)} to {number(peak.y_max)} m)",
@@ -141,6 +141,12 @@ def print_transient(result: Transient) -> None:
     if result.stats.cpu_s is not None:
         rows.append(("CPU time", f"{result.stats.cpu_s:.3g} s"))
     print_list("Transient", rows)
+
+
+def _work(result: Transient) -> str:
+    if result.stats.kernel == "exact":
+        return "matrix exponential: the scene is linear"
+    return f"{result.method}, {result.stats.steps} steps"
 
 
 def print_stability(verdict: Stability, p: Parameters) -> None:

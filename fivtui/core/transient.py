@@ -57,7 +57,7 @@ def integrate(
         Steps after which the run is given up.
     progress : callable, optional
         Called now and then with the fraction done; the run is cancelled when it returns False.
-    kernel : "auto", "compiled" or "interpreted"
+    kernel : "auto", "compiled", "interpreted" or "exact"
         What runs the method ``taylor``, see `kernel_choice.chosen`.
 
     Returns
@@ -83,7 +83,7 @@ def integrate(
     if method == "taylor":
         from .kernel_choice import chosen
 
-        whole_run = chosen(kernel)
+        whole_run = chosen(kernel, problem)
         if whole_run is not None:
             return whole_run(problem, samples, max_steps, progress)
         used = "interpreted"
