@@ -13,6 +13,7 @@ from .core.errors import Cancelled, ComputationError, InputError
 from .core.parameters import PARAMETERS, parameter_spec, parse_number, unknown_name
 
 if TYPE_CHECKING:
+    from .core.outcome import Transient
     from .core.request import Start
     from .scene import Scene
 
@@ -212,6 +213,7 @@ def simulate(**given: Any) -> None:
             samples=np.linspace(0.0, t_end, given["points"]) if stored else "none",
             progress=progress,
         )
+    _say_if_stiff(result)
     if out is not None:
         from .results import save_trajectory
 
@@ -228,6 +230,15 @@ def simulate(**given: Any) -> None:
         _print_json(transient_to_dict(result))
     else:
         print_transient(result)
+
+
+def _say_if_stiff(result: "Transient") -> None:
+    from .core.stiffness import stiffness
+
+    if result.method == "taylor" and result.stats.kernel != "exact":
+        stiff = stiffness(result.parameters, t_end=result.t_end, separation=result.separation)
+        if stiff is not None:
+            _say(f"{stiff}; this took {result.stats.steps} steps, try --method scipy-lsoda")
 
 
 def _check_outputs(out: Path | None, plot: Path | None, *, force: bool) -> None:

@@ -91,14 +91,34 @@ def _taylor(problem: Problem) -> Stepper:
     )
 
 
+def fixed_step(problem: Problem) -> float:
+    """Step of the fixed-step methods.
+
+    Parameters
+    ----------
+    problem : Problem
+        What is asked.
+
+    Returns
+    -------
+    float
+        The step asked for, or the default for its stiffness, s.
+    """
+    if problem.step is not None:
+        return problem.step
+    p = problem.parameters
+    return _REFERENCE_STEP * math.sqrt(p.m / (p.k1 + p.k2 + p.k3))
+
+
 def _rk4(problem: Problem) -> Stepper:
     from .reference import ReferenceStepper
 
-    p = problem.parameters
-    step = problem.step
-    if step is None:
-        step = _REFERENCE_STEP * math.sqrt(p.m / (p.k1 + p.k2 + p.k3))
-    return ReferenceStepper(p, problem.start, step=step, separation=problem.separation)
+    return ReferenceStepper(
+        problem.parameters,
+        problem.start,
+        step=fixed_step(problem),
+        separation=problem.separation,
+    )
 
 
 def _scipy(solver: str) -> Callable[[Problem], Stepper]:
