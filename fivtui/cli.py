@@ -328,6 +328,25 @@ def claims(markdown: bool, as_json: bool) -> None:
 
 @fivtui.command()
 @json_option
+def extremes(as_json: bool) -> None:
+    """Try every method on scenes that break solvers: right, refused or wrong.
+
+    Each result is held against a solution in quadruple precision. A method is refused where it says
+    itself that it cannot go on, or needs more steps than the trial allows.
+    """
+    from .report import Progress, print_trials
+    from .trials import run_trials, trials_to_dict
+
+    with Progress("extremes") as progress:
+        found = run_trials(progress=progress)
+    if as_json:
+        _print_json(trials_to_dict(found))
+    else:
+        print_trials(found)
+
+
+@fivtui.command()
+@json_option
 def presets(as_json: bool) -> None:
     """List the scenes that come with the program."""
     from .presets import PRESETS
