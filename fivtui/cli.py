@@ -15,6 +15,7 @@ from .core.parameters import PARAMETERS, parameter_spec, parse_number, unknown_n
 if TYPE_CHECKING:
     from contextlib import AbstractContextManager
 
+    from .core.outcome import Transient
     from .core.request import Start
     from .scene import Scene
     from .sweeps import Engine
@@ -319,6 +320,7 @@ def simulate(**given: Any) -> None:
             progress=progress,
         )
     result = run.transient
+    _say_if_stiff(result)
     if out is not None:
         from .results import save_trajectory
 
@@ -360,6 +362,15 @@ def _changed(scene: "Scene", given: dict[str, Any]) -> "Scene":
     if wishes or fixed:
         changes["accuracy"] = tuple(wishes.items())
     return dataclasses.replace(scene, **changes)
+
+
+def _say_if_stiff(result: "Transient") -> None:
+    from .core.stiffness import stiffness
+
+    if result.method == "taylor" and result.stats.kernel != "exact":
+        stiff = stiffness(result.parameters, t_end=result.t_end, separation=result.separation)
+        if stiff is not None:
+            _say(f"{stiff}; this took {result.stats.steps} steps, try --method scipy-lsoda")
 
 
 def _check_outputs(
@@ -643,6 +654,25 @@ def _wishes(assignments: Sequence[str]) -> dict[str, float]:
 
     pairs = _assigned("--error", assignments, "peak=1e-4")
     return {check_quantity(name): check_error(name, text) for name, text in pairs.items()}
+
+
+@fivtui.command()
+@json_option
+def extremes(as_json: bool) -> None:
+    """Try every method on scenes that break solvers: right, refused or wrong.
+
+    Each result is held against a solution in quadruple precision. A method is refused where it says
+    itself that it cannot go on, or needs more steps than the trial allows.
+    """
+    from .report import Progress, print_trials
+    from .trials import run_trials, trials_to_dict
+
+    with Progress("extremes") as progress:
+        found = run_trials(progress=progress)
+    if as_json:
+        _print_json(trials_to_dict(found))
+    else:
+        print_trials(found)
 
 
 @fivtui.command()

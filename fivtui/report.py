@@ -5,7 +5,7 @@ import re
 import sys
 import time
 from collections import Counter
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from types import TracebackType
 from typing import TYPE_CHECKING, Final, Self
 
@@ -26,12 +26,14 @@ if TYPE_CHECKING:
     from .core.modes import VibrationMode
     from .core.stability_map import StabilityMap
     from .paper.claim import CheckedClaim
+    from .trials import Finding
     from .verified import Verified
 
 # A bar for less than this would only flicker.
 _PATIENCE_S: Final = 1.0
 # Columns of the table of claims, and their shares of its width.
 _CLAIM_COLUMNS: Final = {"section": 2, "statement": 6, "stated": 4, "computed": 7, "verdict": 2}
+_FINDING_STYLES: Final = {"right": "", "refused": "dim", "wrong": "bold reverse"}
 _VERDICT_STYLES: Final = {"does not hold": "bold", "not testable": "dim"}
 
 
@@ -139,8 +141,7 @@ def print_transient(result: Transient, verified: "Verified | None" = None) -> No
         ("separation", "considered" if result.separation else "ignored"),
         (
             "method",
-            f"{result.method}, {result.stats.steps} steps"
-            + ("" if verified is None else f", verified by {verified.runs} runs"),
+            _work(result) + ("" if verified is None else f", verified by {verified.runs} runs"),
         ),
         (
             "peak |y|",
@@ -172,6 +173,12 @@ def print_transient(result: Transient, verified: "Verified | None" = None) -> No
     if result.stats.cpu_s is not None:
         rows.append(("CPU time", f"{result.stats.cpu_s:.3g} s"))
     print_list("Transient", rows)
+
+
+def _work(result: Transient) -> str:
+    if result.stats.kernel == "exact":
+        return "matrix exponential: the scene is linear"
+    return f"{result.method}, {result.stats.steps} steps"
 
 
 def print_stability(verdict: Stability, p: Parameters) -> None:
@@ -276,6 +283,43 @@ def print_rows(title: str, header: Sequence[str], rows: Sequence[Sequence[str]])
     for row in rows:
         table.add_row(*row)
     _print(table)
+
+
+def print_trials(found: "Mapping[str, Mapping[str, Finding]]") -> None:
+    """Print the verdicts on every method at the extremes, and the reasons below.
+
+    Parameters
+    ----------
+    found : mapping
+        What `run_trials` returned.
+    """
+    from .trials import CONTESTANTS, TRIALS
+
+    contestants = [name for name in CONTESTANTS if any(name in row for row in found.values())]
+    table = Table(title="Extremes", title_justify="left", box=None, pad_edge=False)
+    for name in ("scene", "what is extreme", *contestants):
+        table.add_column(name)
+    for name, findings in found.items():
+        cells = [
+            Text(_finding(findings[key]), style=_FINDING_STYLES[findings[key].verdict])
+            for key in contestants
+        ]
+        table.add_row(name, TRIALS[name].meaning, *cells)
+    _print(table)
+    reasons = [
+        (f"{name}, {key}", f"{finding.verdict}: {finding.reason}")
+        for name, findings in found.items()
+        for key, finding in findings.items()
+        if finding.reason
+    ]
+    print_list("Why", reasons)
+    counts = Counter(finding.verdict for row in found.values() for finding in row.values())
+    text = ", ".join(f"{verdict} {count}" for verdict, count in counts.items())
+    Console(stderr=True, highlight=False).print(text)
+
+
+def _finding(finding: "Finding") -> str:
+    return finding.verdict if finding.error is None else f"{finding.verdict} {finding.error:.0e}"
 
 
 def print_comparison(result: "Comparison") -> None:

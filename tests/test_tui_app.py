@@ -4,7 +4,8 @@ import pytest
 from textual.pilot import Pilot
 from textual.widgets import Checkbox, Input, Select, TabbedContent
 
-from fivtui.core import kernel_choice
+from fivtui.core import compiled
+from fivtui.core.kernel_loader import KernelLoader
 from fivtui.core.parameters import Parameters
 from fivtui.core.stability import stability
 from fivtui.presets import PRESETS
@@ -30,7 +31,7 @@ USUAL = (80, 24)
 @pytest.fixture(autouse=True)
 def _interpreted(monkeypatch: pytest.MonkeyPatch) -> None:
     # A long run stays long, whatever has been compiled by then.
-    monkeypatch.setattr(kernel_choice, "chosen", lambda _kernel: None)
+    monkeypatch.setattr(compiled, "kernels", KernelLoader("none"))
 
 
 @pytest.fixture

@@ -97,7 +97,7 @@ def run(problem: Problem, samples: Samples, max_steps: int, progress: Progress |
             raise Cancelled
         budget = min(portion, max_steps - steps)
         if budget <= 0:
-            raise step_limit_error(max_steps, reached, t_end)
+            raise step_limit_error(problem, max_steps, reached)
         ending = single.advance(
             request,
             given,
