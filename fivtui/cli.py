@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any, Final, NoReturn
 import click
 
 from .core.errors import Cancelled, ComputationError, InputError
-from .core.parameters import PARAMETERS, parameter_spec, parse_number, unknown_name
+from .core.parameters import PARAMETERS, parameter_spec, unknown_name
 
 if TYPE_CHECKING:
     from .core.request import Start
@@ -406,7 +406,7 @@ def fmu_run(fmu_file: Path, out: Path | None, force: bool, as_json: bool, **give
             start_values=_assigned("--set", given["assignments"], "F=60"),
             outputs=given["outputs"] or None,
             input_csv=given["input"],
-            tol=None if given["tol"] is None else parse_number("tol", given["tol"], "tol > 0"),
+            tol=given["tol"],
             progress=progress,
         )
     if out is not None:

@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 
 from .core.errors import Cancelled, ComputationError, InputError
 from .core.parameters import parse_number, unknown_name
+from .core.taylor import TOL_RANGE
 from .core.transient import Progress
 from .files import check_output, check_suffix, write_atomically
 from .fmu_inputs import TIME, signals_from, start_values_of
@@ -104,7 +105,7 @@ def run_fmu(
             "start_values": values,
             "output": recorded,
             "input": signals,
-            "relative_tolerance": tol,
+            "relative_tolerance": _tolerance(fmu, tol),
         }
         table = _simulate(fmu, (start, stop), options, progress)
         return _checked_run(fmu, table)
@@ -132,6 +133,18 @@ def _experiment(
             f"output interval = {step:g} s: allowed are at most {_MAX_STEPS} intervals in a run"
         )
     return start, stop, step
+
+
+def _tolerance(fmu: FmuFile, tol: float | None) -> float | None:
+    if tol is None:
+        return None
+    own = str(fmu.description.generationTool).startswith("fivtui")
+    lower, upper = TOL_RANGE if own else (0.0, 1.0)
+    allowed = f"{lower:g} {'<=' if own else '<'} tolerance <= {upper:g}"
+    number = parse_number("tolerance", tol, allowed)
+    if not (lower <= number <= upper and number > 0.0):
+        raise InputError(f"tolerance = {number:g}: allowed is {allowed}")
+    return number
 
 
 def _recorded(fmu: FmuFile, outputs: Sequence[str] | None) -> list[str] | None:

@@ -1,6 +1,7 @@
 """The variables of the FMU, as data: what the slave serves and its model description says."""
 
 import math
+import sys
 from collections.abc import Mapping, Sequence
 from typing import Final
 
@@ -27,7 +28,8 @@ def _parameters() -> list[Variable]:
             meaning=spec.meaning,
             unit=spec.unit or _DIMENSIONLESS,
             start=spec.default,
-            lower=spec.lower,
+            # FMI knows closed ranges only: next to an excluded zero is the least normal number.
+            lower=max(spec.lower, sys.float_info.min) if spec.lower_open else spec.lower,
             upper=spec.upper,
             allowed=spec.allowed,
             nominal=abs(spec.default) or None,
