@@ -84,6 +84,12 @@ class Motion:
         """Contact force P, N."""
         return contact_force(self._p, self.moment.state[2], self.moment.mode) + 0.0
 
+    @property
+    def known_until(self) -> float:
+        """Time before which moving on under the same inputs computes no Taylor step, s."""
+        segment = self.moment.segment
+        return self.moment.t if segment is None else segment.end
+
     def move_to(self, t: float, *, F: float, mu: float) -> None:
         """Go on to a later time.
 
