@@ -79,10 +79,27 @@ class Motion:
         instant = self._stepper.instant
         self.moment = Moment(t, state, instant.mode, p.F, p.mu, 0, 0, t, instant, None)
 
-    @property
-    def contact_force(self) -> float:
-        """Contact force P, N."""
-        return contact_force(self._p, self.moment.state[2], self.moment.mode) + 0.0
+    def state_at(self, t: float) -> State:
+        """The state at a time, without moving on.
+
+        Parameters
+        ----------
+        t : float
+            Time, s; that of `moment`, or one between it and `known_until`.
+
+        Returns
+        -------
+        State
+            (x, ẋ, y, ẏ), m and m/s.
+        """
+        moment = self.moment
+        if t == moment.t or moment.segment is None:
+            return moment.state
+        return moment.segment.state(t)
+
+    def contact_force(self, y: float) -> float:
+        """Contact force P, N, at a vertical displacement, m, in the present mode."""
+        return contact_force(self._p, y, self.moment.mode) + 0.0
 
     @property
     def known_until(self) -> float:

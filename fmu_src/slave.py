@@ -35,20 +35,13 @@ from .variable import Role, Type
 from .variables import INPUTS, REFERENCES, STATES, VARIABLES, check_settable
 
 _MAKERS: Final = {Type.REAL: Real, Type.INTEGER: Integer, Type.BOOLEAN: Boolean}
-_OUTPUTS: Final = tuple(
+_X, _VX, _Y, _VY = (REFERENCES[name] for name in STATES)
+_P, _ON_SLIDER, _ON_BELT, _SWITCHING, _MODE, _MODE_INTEGER = (
     REFERENCES[name]
-    for name in (
-        *STATES,
-        "P",
-        "friction_slider",
-        "friction_belt",
-        "mode",
-        "mode_integer",
-        "switching",
-        "separations",
-        "reattachments",
-        "last_event",
-    )
+    for name in ("P", "friction_slider", "friction_belt", "switching", "mode", "mode_integer")
+)
+_SEPARATIONS, _REATTACHMENTS, _LAST_EVENT = (
+    REFERENCES[name] for name in ("separations", "reattachments", "last_event")
 )
 _F, _MU = (REFERENCES[name] for name in INPUTS)
 # Calls whose refusal changes nothing that a host could rely on afterwards.
@@ -230,6 +223,7 @@ class SliderBelt(Fmi2Slave):  # type: ignore[misc]
     def _get_fmu_state(self) -> Memory | None:
         motion = None if self._stale else self._motion
         if motion is not None:
+            self._catch_up(motion)
             self._publish(motion)
         return Memory(
             self._phase,
@@ -335,26 +329,15 @@ class SliderBelt(Fmi2Slave):  # type: ignore[misc]
             motion.move_to(self._t, F=at.F, mu=at.mu)
 
     def _publish(self, motion: Motion) -> None:
-        self._catch_up(motion)
-        self._published = self._t
         moment, values = motion.moment, self._values
-        force = motion.contact_force
+        x, vx, y, vy = motion.state_at(self._t)
+        force = motion.contact_force(y)
         friction = values[_MU] * force
-        values.update(
-            zip(
-                _OUTPUTS,
-                (
-                    *moment.state,
-                    force,
-                    friction,
-                    -friction,
-                    moment.mode,
-                    moment.mode,
-                    moment.state[2],
-                    moment.separations,
-                    moment.reattachments,
-                    moment.last_event,
-                ),
-                strict=True,
-            )
-        )
+        # Unrolled: this is most of what reading costs.
+        values[_X], values[_VX], values[_Y], values[_VY] = x, vx, y, vy
+        values[_P], values[_ON_SLIDER], values[_ON_BELT] = force, friction, -friction
+        values[_SWITCHING] = y
+        values[_MODE] = values[_MODE_INTEGER] = moment.mode
+        values[_SEPARATIONS], values[_REATTACHMENTS] = moment.separations, moment.reattachments
+        values[_LAST_EVENT] = moment.last_event
+        self._published = self._t
