@@ -1,0 +1,1 @@
+"""Benchmarks: figures to read, run by hand as modules."""
