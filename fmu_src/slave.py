@@ -130,6 +130,7 @@ class SliderBelt(Fmi2Slave):  # type: ignore[misc]
         if self._experiment is None:
             raise InputError("enter_initialization_mode is not allowed before setup_experiment")
         self._phase = Phase.INITIALIZATION
+        self._refused.pop("enter_initialization_mode", None)
 
     @guarded(nothing)
     def exit_initialization_mode(self) -> None:
