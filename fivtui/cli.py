@@ -347,12 +347,13 @@ def fmu() -> None:
 
 @fmu.command("build")
 @_path_option("--out", "FILE.fmu", "The FMU to write.", required=True)
+@click.option("--component", default="slider-belt", help="slider-belt (default) or brake-actuator.")
 @force_option
-def fmu_build(out: Path, force: bool) -> None:
-    """Export the slider-belt as an FMU."""
+def fmu_build(out: Path, component: str, force: bool) -> None:
+    """Export the slider-belt, or the brake actuator that presses it, as an FMU."""
     from fmu_src.builder import build_fmu
 
-    build_fmu(out, force=force)
+    build_fmu(out, component=component, force=force)
     _say(f"wrote {out}")
 
 

@@ -6,7 +6,7 @@ input changes, so the result does not depend on where the communication points l
 
 from typing import NamedTuple
 
-from fivtui.core.model import Mode, State, contact_force, mode_of
+from fivtui.core.model import Mode, State, accelerations, contact_force, mode_of
 from fivtui.core.parameters import Parameters
 from fivtui.core.segment import Segment
 from fivtui.core.taylor import Instant, TaylorStepper, local_tolerance
@@ -96,6 +96,13 @@ class Motion:
         if t == moment.t or moment.segment is None:
             return moment.state
         return moment.segment.state(t)
+
+    def accelerations(self, state: State, *, F: float, mu: float) -> tuple[float, float]:
+        """Accelerations (ẍ, ÿ), m/s², at a state in the present mode, under given inputs."""
+        p = self._p
+        if F != p.F or mu != p.mu:
+            p = p.with_values({"F": F, "mu": mu})
+        return accelerations(p, state, self.moment.mode)
 
     def contact_force(self, y: float) -> float:
         """Contact force P, N, at a vertical displacement, m, in the present mode."""
