@@ -357,6 +357,17 @@ def fmu_build(out: Path, component: str, force: bool) -> None:
     _say(f"wrote {out}")
 
 
+@fmu.command("system")
+@_path_option("--out", "FILE.ssp", "The archive to write.", required=True)
+@force_option
+def fmu_system(out: Path, force: bool) -> None:
+    """Export the slider-belt pressed by the brake actuator as an SSP archive."""
+    from fmu_src.ssp import build_ssp
+
+    build_ssp(out, force=force)
+    _say(f"wrote {out}")
+
+
 @fmu.command("check")
 @fmu_argument
 @json_option

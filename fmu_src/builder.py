@@ -21,7 +21,7 @@ from .reference import reference_files
 
 SUFFIX: Final = ".fmu"
 _DESCRIPTION: Final = "modelDescription.xml"
-_ZIP_DATE: Final = (1980, 1, 1, 0, 0, 0)
+ZIP_DATE: Final = (1980, 1, 1, 0, 0, 0)
 _UNIX: Final = 3
 _OPTIONS: Final = {
     "needsExecutionTool": False,
@@ -108,7 +108,7 @@ def _imports_restored(bundle: Bundle) -> Iterator[None]:
 def _write_archive(file: BinaryIO, content: Mapping[str, bytes]) -> None:
     with zipfile.ZipFile(file, "w") as archive:
         for name in sorted(content, key=lambda name: (name != _DESCRIPTION, name)):
-            entry = zipfile.ZipInfo(name, _ZIP_DATE)
+            entry = zipfile.ZipInfo(name, ZIP_DATE)
             entry.compress_type = zipfile.ZIP_DEFLATED
             entry.create_system = _UNIX
             entry.external_attr = (0o755 if name.startswith("binaries/") else 0o644) << 16
