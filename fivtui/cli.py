@@ -509,15 +509,18 @@ def fmu_check(fmu_file: Path, as_json: bool) -> None:
 @click.option("--tol", metavar="R", help="Tolerance given to the FMU.")
 @_path_option("--input", "FILE.csv", "Inputs over time: a column time, and one for each input.")
 @_path_option("--out", "FILE.csv", "Write what was recorded.")
+@_path_option("--events", "FILE.csv", "Write when recorded discrete variables changed.")
 @force_option
 @json_option
 def fmu_run(fmu_file: Path, out: Path | None, force: bool, as_json: bool, **given: Any) -> None:
     """Run an FMU for co-simulation through fmpy; print its last values or write all."""
-    from .fmu_run import check_run_path, run_fmu, save_fmu_run
+    from .fmu_run import check_run_path, run_fmu, save_fmu_events, save_fmu_run
     from .report import Progress, print_list
 
-    if out is not None:
-        check_run_path(out, force=force)
+    events = given["events"]
+    for path in (out, events):
+        if path is not None:
+            check_run_path(path, force=force)
     with Progress("FMU") as progress:
         run = run_fmu(
             fmu_file,
@@ -532,6 +535,9 @@ def fmu_run(fmu_file: Path, out: Path | None, force: bool, as_json: bool, **give
     if out is not None:
         save_fmu_run(run, out, force=force)
         _say(f"wrote {out}")
+    if events is not None:
+        save_fmu_events(run, events, force=force)
+        _say(f"wrote {events}")
     last = {name: column[-1].item() for name, column in run.columns.items()}
     if as_json:
         _print_json({"model": run.model, "fmi_version": run.fmi_version, "final": last})

@@ -37,12 +37,31 @@ class FmuRun:
         ``time`` and the variables recorded, by name.
     units : dict of str to str
         Their units where the FMU has any.
+    discrete : tuple of str
+        Those that change at events only.
     """
 
     model: str
     fmi_version: str
     columns: dict[str, NDArray[Any]]
     units: dict[str, str]
+    discrete: tuple[str, ...]
+
+    def events(self) -> list[tuple[float, str, Any]]:
+        """What changed at events: time of the first row that has it, s, name, new value.
+
+        Returns
+        -------
+        list of tuple
+            In the order of time.
+        """
+        times = self.columns[TIME]
+        found = [
+            (float(times[row + 1]), name, self.columns[name][row + 1].item())
+            for name in self.discrete
+            for row in np.flatnonzero(np.diff(self.columns[name].astype(float)))
+        ]
+        return sorted(found, key=lambda event: event[0])
 
 
 def run_fmu(
@@ -219,6 +238,11 @@ def _checked_run(fmu: FmuFile, table: NDArray[Any]) -> FmuRun:
         fmi_version=description.fmiVersion,
         columns=columns,
         units={TIME: "s", **{name: str(units[name]) for name in names if units.get(name)}},
+        discrete=tuple(
+            v.name
+            for v in description.modelVariables
+            if v.name in names and v.variability == "discrete" and columns[v.name].ndim == 1
+        ),
     )
 
 
@@ -239,6 +263,32 @@ def check_run_path(path: Path, *, force: bool) -> None:
     """
     check_suffix(path, "FMU result", (".csv",))
     check_output(path, force=force)
+
+
+def save_fmu_events(run: FmuRun, path: Path, *, force: bool = False) -> None:
+    """Write what changed at events as CSV: time, name, value.
+
+    Parameters
+    ----------
+    run : FmuRun
+        The outputs.
+    path : Path
+        File to write; it ends in ``.csv``.
+    force : bool
+        Whether a file that exists may be replaced.
+
+    Raises
+    ------
+    InputError
+        If the name is wrong, or the file exists or cannot be written.
+    """
+    check_suffix(path, "FMU events", (".csv",))
+
+    def write(file: BinaryIO) -> None:
+        file.write(b"time,name,value\n")
+        file.writelines(f"{t!r},{name},{value!r}\n".encode() for t, name, value in run.events())
+
+    write_atomically(path, write, force=force)
 
 
 def save_fmu_run(run: FmuRun, path: Path, *, force: bool = False) -> None:
