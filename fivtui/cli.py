@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any, Final, NoReturn
 import click
 
 from .core.errors import Cancelled, ComputationError, InputError
-from .core.parameters import PARAMETERS, parameter_spec, parse_number, unknown_name
+from .core.parameters import PARAMETERS, parameter_spec, unknown_name
 
 if TYPE_CHECKING:
     from contextlib import AbstractContextManager
@@ -707,12 +707,24 @@ def fmu() -> None:
 
 @fmu.command("build")
 @_path_option("--out", "FILE.fmu", "The FMU to write.", required=True)
+@click.option("--component", default="slider-belt", help="slider-belt (default) or brake-actuator.")
 @force_option
-def fmu_build(out: Path, force: bool) -> None:
-    """Export the slider-belt as an FMU."""
+def fmu_build(out: Path, component: str, force: bool) -> None:
+    """Export the slider-belt, or the brake actuator that presses it, as an FMU."""
     from fmu_src.builder import build_fmu
 
-    build_fmu(out, force=force)
+    build_fmu(out, component=component, force=force)
+    _say(f"wrote {out}")
+
+
+@fmu.command("system")
+@_path_option("--out", "FILE.ssp", "The archive to write.", required=True)
+@force_option
+def fmu_system(out: Path, force: bool) -> None:
+    """Export the slider-belt pressed by the brake actuator as an SSP archive."""
+    from fmu_src.ssp import build_ssp
+
+    build_ssp(out, force=force)
     _say(f"wrote {out}")
 
 
@@ -749,15 +761,18 @@ def fmu_check(fmu_file: Path, as_json: bool) -> None:
 @click.option("--tol", metavar="R", help="Tolerance given to the FMU.")
 @_path_option("--input", "FILE.csv", "Inputs over time: a column time, and one for each input.")
 @_path_option("--out", "FILE.csv", "Write what was recorded.")
+@_path_option("--events", "FILE.csv", "Write when recorded discrete variables changed.")
 @force_option
 @json_option
 def fmu_run(fmu_file: Path, out: Path | None, force: bool, as_json: bool, **given: Any) -> None:
     """Run an FMU for co-simulation through fmpy; print its last values or write all."""
-    from .fmu_run import check_run_path, run_fmu, save_fmu_run
+    from .fmu_run import check_run_path, run_fmu, save_fmu_events, save_fmu_run
     from .report import Progress, print_list
 
-    if out is not None:
-        check_run_path(out, force=force)
+    events = given["events"]
+    for path in (out, events):
+        if path is not None:
+            check_run_path(path, force=force)
     with Progress("FMU") as progress:
         run = run_fmu(
             fmu_file,
@@ -766,12 +781,15 @@ def fmu_run(fmu_file: Path, out: Path | None, force: bool, as_json: bool, **give
             start_values=_assigned("--set", given["assignments"], "F=60"),
             outputs=given["outputs"] or None,
             input_csv=given["input"],
-            tol=None if given["tol"] is None else parse_number("tol", given["tol"], "tol > 0"),
+            tol=given["tol"],
             progress=progress,
         )
     if out is not None:
         save_fmu_run(run, out, force=force)
         _say(f"wrote {out}")
+    if events is not None:
+        save_fmu_events(run, events, force=force)
+        _say(f"wrote {events}")
     last = {name: column[-1].item() for name, column in run.columns.items()}
     if as_json:
         _print_json({"model": run.model, "fmi_version": run.fmi_version, "final": last})

@@ -8,16 +8,20 @@ from contextlib import contextmanager
 from pathlib import Path
 from typing import BinaryIO, Final
 
+from fivtui.core.parameters import unknown_name
 from fivtui.files import check_output, check_suffix, write_atomically
 from fivtui.fmu_instance import importing
 
 from .bundle import Bundle
+from .component import Component
+from .components import COMPONENTS, DEFAULT
 from .description import completed
 from .documentation import documentation
+from .reference import reference_files
 
 SUFFIX: Final = ".fmu"
 _DESCRIPTION: Final = "modelDescription.xml"
-_ZIP_DATE: Final = (1980, 1, 1, 0, 0, 0)
+ZIP_DATE: Final = (1980, 1, 1, 0, 0, 0)
 _UNIX: Final = 3
 _OPTIONS: Final = {
     "needsExecutionTool": False,
@@ -26,13 +30,15 @@ _OPTIONS: Final = {
 }
 
 
-def build_fmu(path: str | Path, *, force: bool = False) -> Path:
-    """Build the FMU (FMI 2.0, co-simulation) of the slider-belt model.
+def build_fmu(path: str | Path, *, component: str = DEFAULT, force: bool = False) -> Path:
+    """Build the FMU (FMI 2.0, co-simulation) of a component.
 
     Parameters
     ----------
     path : str or Path
         File to write; it ends in ``.fmu``.
+    component : str
+        Which of `COMPONENTS`; the slider-belt model if not given.
     force : bool
         Whether to replace a file that exists.
 
@@ -44,26 +50,28 @@ def build_fmu(path: str | Path, *, force: bool = False) -> Path:
     Raises
     ------
     InputError
-        If the name does not end in ``.fmu``, the folder is missing or cannot be written, or the
-        file exists and `force` is not set.
+        If there is no such component, the name does not end in ``.fmu``, the folder is missing or
+        cannot be written, or the file exists and `force` is not set.
     """
-    target = Path(path)
+    if component not in COMPONENTS:
+        raise unknown_name("component", component, COMPONENTS)
+    target, made_of = Path(path), COMPONENTS[component]
     check_suffix(target, "FMU", (SUFFIX,))
     check_output(target, force=force)
     with tempfile.TemporaryDirectory(prefix="fivtui-build-") as folder:
-        content = _exported(Path(folder))
-    content |= documentation()
+        content = _exported(Path(folder), made_of)
+    content |= documentation(made_of) | reference_files(made_of.model, made_of.reference())
     description = content.pop(_DESCRIPTION)
-    content[_DESCRIPTION] = completed(description, content)
+    content[_DESCRIPTION] = completed(description, content, made_of.table)
     write_atomically(target, lambda file: _write_archive(file, content), force=force)
     return target
 
 
-def _exported(folder: Path) -> dict[str, bytes]:
+def _exported(folder: Path, component: Component) -> dict[str, bytes]:
     # pythonfmu's FMU of the bundled sources, as its files by name.
     from pythonfmu import FmuBuilder
 
-    bundle = Bundle.collected()
+    bundle = Bundle.collected(component)
     sources = folder / "sources"
     for name, text in bundle.sources.items():
         file = sources / name
@@ -100,7 +108,7 @@ def _imports_restored(bundle: Bundle) -> Iterator[None]:
 def _write_archive(file: BinaryIO, content: Mapping[str, bytes]) -> None:
     with zipfile.ZipFile(file, "w") as archive:
         for name in sorted(content, key=lambda name: (name != _DESCRIPTION, name)):
-            entry = zipfile.ZipInfo(name, _ZIP_DATE)
+            entry = zipfile.ZipInfo(name, ZIP_DATE)
             entry.compress_type = zipfile.ZIP_DEFLATED
             entry.create_system = _UNIX
             entry.external_attr = (0o755 if name.startswith("binaries/") else 0o644) << 16
