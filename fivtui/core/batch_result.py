@@ -160,7 +160,7 @@ class Batch:
         if status is Status.STALLED:
             return stall_error(t)
         if status is Status.STEP_LIMIT:
-            return step_limit_error(int(self.steps[member]), t, self.t_end)
+            return step_limit_error(int(self.steps[member]), t, self.t_end, None)
         return no_equilibrium_error(force)
 
 

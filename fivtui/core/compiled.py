@@ -15,6 +15,7 @@ from .outcome import Stats, Transient, assemble
 from .parameters import Parameters
 from .recorder import Samples, sample_times
 from .recurrences import Field, constants, field_of
+from .stiffness import stiffness_of
 from .taylor import local_tolerance, order_for, overflow_error, stall_error
 from .trajectory import DenseSolution, Trajectory, trajectory_of
 from .transient import Progress, step_limit_error
@@ -97,7 +98,7 @@ def run(problem: Problem, samples: Samples, max_steps: int, progress: Progress |
             raise Cancelled
         budget = min(portion, max_steps - steps)
         if budget <= 0:
-            raise step_limit_error(problem, max_steps, reached)
+            raise step_limit_error(max_steps, reached, t_end, stiffness_of(problem))
         ending = single.advance(
             request,
             given,

@@ -6,6 +6,7 @@ from typing import Final
 import numpy as np
 
 from .errors import ComputationError
+from .methods import Problem
 from .model import Mode, equilibrium, jacobian
 from .parameters import Parameters
 
@@ -78,3 +79,19 @@ def stiffness(p: Parameters, *, t_end: float, separation: bool) -> Stiffness | N
         if decay > _RATIO * motion and steps > _BURDEN and (not found or decay > found.decay):
             found = Stiffness(decay, motion, steps)
     return found
+
+
+def stiffness_of(problem: Problem) -> Stiffness | None:
+    """Judge whether what is asked of an integrator is stiff, see `stiffness`.
+
+    Parameters
+    ----------
+    problem : Problem
+        What is asked.
+
+    Returns
+    -------
+    Stiffness or None
+        None if an explicit method suits it.
+    """
+    return stiffness(problem.parameters, t_end=problem.t_end, separation=problem.separation)

@@ -10,6 +10,7 @@ from .parameters import Parameters, unknown_name
 from .recorder import Recorder, Samples
 from .request import DEFAULT_T_END, DEFAULT_TOL, Start, make_problem
 from .segment import Stepper
+from .stiffness import Stiffness, stiffness_of
 
 Progress = Callable[[float], bool]
 KernelChoice = Literal["auto"] | Kernel
@@ -151,30 +152,30 @@ def run_segments(
         if recorder.complete:
             report(1.0)
             return
-    raise step_limit_error(recorder.problem, max_steps, recorder.t)
+    asked = recorder.problem
+    raise step_limit_error(max_steps, recorder.t, t_end, stiffness_of(asked))
 
 
-def step_limit_error(problem: Problem, max_steps: int, t: float) -> ComputationError:
+def step_limit_error(
+    max_steps: int, t: float, t_end: float, stiff: Stiffness | None
+) -> ComputationError:
     """An error for a run that takes too many steps.
 
     Parameters
     ----------
-    problem : Problem
-        What was asked.
     max_steps : int
         Their greatest number.
-    t : float
-        Time reached, s.
+    t, t_end : float
+        Time reached and horizon, s.
+    stiff : Stiffness or None
+        Why the scene is stiff, if it is.
 
     Returns
     -------
     ComputationError
-        To be raised by the caller; it says if the scene is stiff.
+        To be raised by the caller.
     """
-    from .stiffness import stiffness
-
-    why = f"{max_steps} steps end at t = {t:.6g} s of {problem.t_end:g} s"
-    stiff = stiffness(problem.parameters, t_end=problem.t_end, separation=problem.separation)
+    why = f"{max_steps} steps end at t = {t:.6g} s of {t_end:g} s"
     if stiff is None:
         return ComputationError(why, "use a shorter horizon or a larger tol")
     return ComputationError(f"{why}; {stiff}", "use the method scipy-lsoda or scipy-radau")

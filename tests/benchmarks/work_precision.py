@@ -70,8 +70,8 @@ def measure(
             except (ComputationError, ArithmeticError, RuntimeError) as error:
                 say(f"{solver.name} at {setting:.3g}: {error}")
                 continue
-            error = float(np.abs(np.subtract(final, scene.final)).max()) / size
-            cases.append((solver.name, setting, error, run))
+            off = float(np.abs(np.subtract(final, scene.final)).max()) / size
+            cases.append((solver.name, setting, off, run))
     best = [math.inf] * len(cases)
     for count in range(rounds):
         say(f"round {count + 1} of {rounds}")
