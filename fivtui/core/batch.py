@@ -95,7 +95,7 @@ def simulate_batch(
     >>> from fivtui import simulate_batch
     >>> batch = simulate_batch({"F": [60.0, 80.0, 100.0]}, require={"amplitude"})
     >>> [f"{y:.3f}" for y in batch.amplitude.y_abs]
-    ['8.228', '10.503', '12.642']
+    ['5.990', '10.503', '16.170']
     """
     columns, size = _columns(parameters, base or Parameters())
     for name in require:
