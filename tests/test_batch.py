@@ -45,7 +45,7 @@ def arrays(result: Batch) -> dict[str, np.ndarray]:
     }
     if result._final is not None:
         found["final"] = result._final
-    for part in (result._peak, result._steady, result._events):
+    for part in (result._amplitude, result._peak, result._steady, result._events):
         if part is not None:
             found |= {f.name: getattr(part, f.name) for f in dataclasses.fields(part)}
     return found
@@ -183,7 +183,7 @@ def test_nothing_depends_on_neighbours_place_or_workers() -> None:
 @pytest.mark.parametrize("requirement", REQUIREMENTS)
 def test_only_what_is_required_is_computed(requirement: Requirement) -> None:
     sets = varied(20)
-    whole = simulate_batch(sets, t_end=10.0)
+    whole = simulate_batch(sets, t_end=10.0, require=REQUIREMENTS)
     part = simulate_batch(sets, t_end=10.0, require={requirement})
     for name in set(REQUIREMENTS) - {requirement}:
         with pytest.raises(InputError, match=f"{name}: not required"):
@@ -275,7 +275,7 @@ def test_progress_rises_to_one() -> None:
         seen.append(fraction)
         return True
 
-    simulate_batch({"F": np.linspace(50.0, 100.0, 2000)}, t_end=100.0, tol=1e-3, progress=progress)
+    simulate_batch({"F": np.linspace(50.0, 100.0, 4000)}, t_end=100.0, tol=1e-3, progress=progress)
     assert seen == sorted(seen)
     assert (seen[0], seen[-1]) == (0.0, 1.0)
     assert len(seen) > 3

@@ -41,12 +41,18 @@ class Status(IntEnum):
 
 
 @dataclass(frozen=True, slots=True)
-class BatchPeak:
-    """Exact extremes over the whole runs, m, and of ẋ, m/s; as `Peak`, shape (n,) each."""
+class BatchAmplitude:
+    """Exact extremes of y over the whole runs, m, shape (n,) each."""
 
     y_abs: Floats
     y_max: Floats
     y_min: Floats
+
+
+@dataclass(frozen=True, slots=True)
+class BatchPeak(BatchAmplitude):
+    """Exact extremes over the whole runs, m, and of ẋ, m/s; as `Peak`, shape (n,) each."""
+
     x_abs: Floats
     vx_max: Floats
 
@@ -105,6 +111,7 @@ class Batch:
     t: Floats
     steps: NDArray[np.int64]
     _final: Floats | None = field(repr=False)
+    _amplitude: BatchAmplitude | None = field(repr=False)
     _peak: BatchPeak | None = field(repr=False)
     _steady: BatchSteady | None = field(repr=False)
     _events: BatchEvents | None = field(repr=False)
@@ -115,6 +122,11 @@ class Batch:
     def final(self) -> Floats:
         """States (x, ẋ, y, ẏ) at the horizon, m and m/s, shape (n, 4)."""
         return _required("final", self._final)
+
+    @property
+    def amplitude(self) -> BatchAmplitude:
+        """Extremes of y over the whole runs."""
+        return _required("amplitude", self._amplitude)
 
     @property
     def peak(self) -> BatchPeak:

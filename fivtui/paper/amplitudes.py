@@ -138,7 +138,7 @@ def _batched(scenes: Sequence[Scene], workers: int, progress: Progress) -> list[
         start=np.array(
             [resolve_start(s.parameters, s.start, separation=s.separation) for s in scenes]
         ),
-        require={"peak", "steady", "events"},
+        require={"amplitude", "steady", "events"},
         workers=workers,
         progress=progress,
     )
@@ -147,7 +147,7 @@ def _batched(scenes: Sequence[Scene], workers: int, progress: Progress) -> list[
         if error is not None:
             raise _named(scenes[place], error)
     columns = (
-        batch.peak.y_abs,
+        batch.amplitude.y_abs,
         batch.steady.y_half_range,
         batch.events.separations,
         batch.events.separated_time,
