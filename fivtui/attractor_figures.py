@@ -129,7 +129,7 @@ def basin_figure(result: Basin) -> Figure:
             rasterized=True,
         )
         for index, hatch in enumerate(hatches):
-            inside = (index == result.reached.T).astype(float)
+            inside = np.equal(result.reached.T, index).astype(float)
             if hatch and inside.min() < inside.max():
                 style: dict[str, Any] = {"colors": "none", "hatches": [hatch]}
                 axes.contourf(first, second, inside, levels=[0.5, 1.5], **style)

@@ -8,7 +8,8 @@ import numpy as np
 import pytest
 
 from fivtui import Parameters, stability
-from fivtui.core.model import equilibrium
+from fivtui.attractor_tasks import SEARCH, carry_out
+from fivtui.scene import find_scene
 from tests.test_cli import fivtui
 
 
@@ -38,7 +39,7 @@ def test_a_map_is_written_and_drawn(tmp_path: Path) -> None:
     rows = rows_of(tmp_path / "m.csv")
     assert len(rows) == 15
     p = Parameters(k_nl=0.0, k1=100.0, k2=100.0)
-    row = next(r for r in rows if (r["k1"], float(r["k2"])) == ("100.0", pytest.approx(100.0)))
+    row = next(r for r in rows if r["k1"] == "100.0" and abs(float(r["k2"]) - 100.0) < 1e-9)
     assert float(row["critical_mu"]) == pytest.approx(stability(p).critical_mu[0].mu)
 
 
@@ -106,20 +107,27 @@ def test_stability_warns_of_the_attractor_that_eigenvalues_do_not_see() -> None:
     assert 0.1 < data["escape_offset"]["up"] < 0.3
 
 
-def test_stability_in_words_shows_modes_and_attractors() -> None:
-    done = fivtui("stability", "--attractors")
+def test_stability_in_words_shows_modes_and_margins() -> None:
+    done = fivtui("stability")
     assert done.returncode == 0
     assert "0.918633 Hz" in done.stdout
-    assert "1.3264575" in done.stdout
-    assert "warning" not in done.stderr
+    assert "-0.260612" in done.stdout
+    assert done.stderr == ""
+
+
+def test_attractors_in_words_show_what_leaves_the_equilibrium(
+    capsys: pytest.CaptureFixture[str],
+) -> None:
+    data = carry_out(SEARCH, find_scene("coexistence"))
+    said = capsys.readouterr()
+    assert "1.3241539" in said.out
+    assert "above that leaves the equilibrium" in said.out
+    assert said.err == f"warning: {data['warning']}\n"
 
 
 def test_what_a_start_reaches() -> None:
-    point = equilibrium(Parameters(F=120.0))
-    for offset, kind in ((0.1, "equilibrium"), (0.3, "separating limit cycle")):
-        start = f"{point.x},0,{point.y + offset},0"
-        done = fivtui("attractors", "coexistence", f"--start={start}", "--json")
-        assert json.loads(done.stdout)["kind"] == kind
+    done = fivtui("attractors", "coexistence", "--start=0.29,0,-0.7,0", "--json")
+    assert json.loads(done.stdout) == {"kind": "equilibrium", "half_range": 0.0}
 
 
 def test_branches_are_written_and_drawn(tmp_path: Path) -> None:
