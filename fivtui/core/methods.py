@@ -65,6 +65,11 @@ class Method:
     stepper: Callable[[Problem], Stepper]
 
 
+def takes_step(method: str) -> bool:
+    """Whether a native method is set by its step, and not by a tolerance."""
+    return method in METHODS and METHODS[method].fixed_step
+
+
 def check_takes_step(method: str) -> None:
     """Check that a method takes a step.
 
@@ -82,6 +87,11 @@ def check_takes_step(method: str) -> None:
         raise InputError(f"step: the method {method} chooses its own; set tol instead")
 
 
+def time_scale(p: Parameters) -> float:
+    """√(m/stiffness), s, with all linear springs in parallel: the scale of fixed steps."""
+    return math.sqrt(p.m / (p.k1 + p.k2 + p.k3))
+
+
 def _taylor(problem: Problem) -> Stepper:
     return TaylorStepper(
         problem.parameters,
@@ -91,14 +101,17 @@ def _taylor(problem: Problem) -> Stepper:
     )
 
 
-def _rk4(problem: Problem) -> Stepper:
-    from .reference import ReferenceStepper
+def _rk4(*, locate: bool) -> Callable[[Problem], Stepper]:
+    def stepper(problem: Problem) -> Stepper:
+        from .reference import ReferenceStepper
 
-    p = problem.parameters
-    step = problem.step
-    if step is None:
-        step = _REFERENCE_STEP * math.sqrt(p.m / (p.k1 + p.k2 + p.k3))
-    return ReferenceStepper(p, problem.start, step=step, separation=problem.separation)
+        p = problem.parameters
+        step = _REFERENCE_STEP * time_scale(p) if problem.step is None else problem.step
+        return ReferenceStepper(
+            p, problem.start, step=step, separation=problem.separation, locate=locate
+        )
+
+    return stepper
 
 
 def _scipy(solver: str) -> Callable[[Problem], Stepper]:
@@ -121,7 +134,8 @@ METHODS: Final[Mapping[str, Method]] = {
     method.name: method
     for method in (
         Method("taylor", "Taylor series of variable step, events to rounding", False, _taylor),
-        Method("rk4", "the paper's fixed-step RK4 with bisection (NumPy)", True, _rk4),
+        Method("rk4", "the paper's fixed-step RK4 with bisection", True, _rk4(locate=True)),
+        Method("rk4-across", "fixed-step RK4 across the switch", True, _rk4(locate=False)),
         Method("scipy-dop853", "SciPy's explicit Runge-Kutta of order 8", False, _scipy("DOP853")),
         Method("scipy-radau", "SciPy's implicit Radau of order 5", False, _scipy("Radau")),
         Method("scipy-lsoda", "SciPy's Adams/BDF with automatic choice", False, _scipy("LSODA")),
