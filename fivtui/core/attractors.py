@@ -19,10 +19,11 @@ from .transient import integrate
 
 Progress = Callable[[float], bool]
 
-# A leg of a run is this many periods of the slowest linear mode; after so many legs it is given up.
+# A leg of a run is this many periods of the slowest linear mode; a motion is given up after so many
+# legs, or after so many steps.
 _LEG_PERIODS: Final = 16.0
-_MOST_LEGS: Final = 256
-_MOST_STEPS: Final = 1_000_000
+_MOST_LEGS: Final = 128
+_MOST_STEPS: Final = 200_000
 _TOL: Final = 1e-11
 # Motion that has died out to this much of its first extent is at rest, where no proof is at hand.
 _DIED_OUT: Final = 1e-9
@@ -156,8 +157,10 @@ class Explorer:
             If the motion cannot be followed.
         """
         state = resolve_start(self._p, start, separation=self._separation)
-        extent = self._extent(state)
+        extent, steps = self._extent(state), 0
         for _ in range(_MOST_LEGS):
+            if steps > _MOST_STEPS:
+                break
             if self._attraction.holds(state) or self._extent(state) <= _DIED_OUT * extent:
                 return Attractor(Kind.EQUILIBRIUM)
             if self._linear and self._attraction.unstable:
@@ -169,9 +172,9 @@ class Explorer:
                 separation=self._separation,
                 start=state,
                 samples="dense",
-                max_steps=_MOST_STEPS,
                 kernel=self._kernel,
             )
+            steps += run.stats.steps
             final = run.final
             state = (final.x, final.vx, final.y, final.vy)
             if max(run.peak.y_abs, run.peak.x_abs) > _UNBOUNDED * max(self.length, extent):

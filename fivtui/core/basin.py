@@ -21,9 +21,9 @@ MAX_STARTS: Final = 1_000_000
 # Offsets that are tried, in lengths of the system: from, to, and how many.
 _SMALLEST: Final = 1e-3
 _LARGEST: Final = 100.0
-_OFFSETS: Final = 46
+_OFFSETS: Final = 31
 # An escaping offset is known to this much of itself.
-_RESOLVED: Final = 1e-5
+_RESOLVED: Final = 1e-4
 
 
 @dataclass(frozen=True, slots=True)
@@ -180,7 +180,7 @@ def escape_offset(
     Returns
     -------
     EscapeOffset or None
-        To a hundred-thousandth, among offsets up to a hundred lengths of the system; None if the
+        To a ten-thousandth, among offsets up to a hundred lengths of the system; None if the
         equilibrium is not stable.
 
     Raises
