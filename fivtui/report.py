@@ -70,8 +70,14 @@ class Progress:
             self._bar.start()
             self._task = self._bar.add_task(self._label, total=1.0)
         if self._task is not None:
-            self._bar.update(self._task, completed=fraction)
+            self._bar.update(self._task, completed=fraction, description=self._description())
         return True
+
+    def _description(self) -> str:
+        # Batches wait for the compiler where single runs do not.
+        from .core.batch import kernels
+
+        return f"{self._label}: compiling, once" if kernels.loading else self._label
 
 
 def number(value: float, digits: int = 6) -> str:

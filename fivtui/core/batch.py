@@ -10,7 +10,7 @@ from typing import Any, Final, Literal, cast
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from .batch_result import Batch, BatchEvents, BatchPeak, BatchSteady, Floats, Status
+from .batch_result import Batch, BatchAmplitude, BatchEvents, BatchPeak, BatchSteady, Floats, Status
 from .errors import Cancelled, InputError
 from .kernel_loader import KernelLoader
 from .model import Mode
@@ -20,13 +20,13 @@ from .request import DEFAULT_T_END, DEFAULT_TOL, check_horizon, check_tolerance
 from .taylor import LONGEST_STEP, local_tolerance, order_for
 from .transient import MAX_STEPS, Progress
 
-Requirement = Literal["final", "peak", "steady", "events"]
+Requirement = Literal["final", "amplitude", "peak", "steady", "events"]
 
-REQUIREMENTS: Final = ("final", "peak", "steady", "events")
+REQUIREMENTS: Final = ("final", "amplitude", "peak", "steady", "events")
 
-# Members that a worker takes at a time, and steps of its eight lanes between two looks around.
-_CHUNK: Final = (64, 1024)
-_CHUNKS_A_WORKER: Final = 8
+# Members that a worker takes at a time: a part of those left, so that all end together.
+_LEAST_CHUNK, _GREATEST_CHUNK = 64, 1024
+# Steps of its eight lanes between two looks around.
 _BUDGET: Final = 20_000
 # Time between two looks at the progress callback, s.
 _REPORT_S: Final = 0.02
@@ -42,7 +42,7 @@ def simulate_batch(
     tol: float = DEFAULT_TOL,
     separation: ArrayLike = True,
     start: ArrayLike = "static",
-    require: Collection[Requirement] = REQUIREMENTS,
+    require: Collection[Requirement] = ("final", "peak", "steady", "events"),
     max_steps: int = MAX_STEPS,
     workers: int | None = None,
     progress: Progress | None = None,
@@ -64,8 +64,9 @@ def simulate_batch(
         Whether separation is considered (the paper's Case 1) or ignored (Case 2).
     start : "static" or array_like of shape (4,) or (n, 4)
         At rest at the equilibrium of μ = 0, or (x, ẋ, y, ẏ) in m and m/s.
-    require : collection of "final", "peak", "steady", "events"
-        What is wanted; nothing else is computed.
+    require : collection of "final", "amplitude", "peak", "steady", "events"
+        What is wanted; nothing else is computed. ``"amplitude"`` is the part of
+        ``"peak"`` that concerns y, for three quarters of the time.
     max_steps : int
         Steps after which a member is given up.
     workers : int, optional
@@ -92,9 +93,9 @@ def simulate_batch(
     Examples
     --------
     >>> from fivtui import simulate_batch
-    >>> batch = simulate_batch({"F": [60.0, 80.0, 100.0]}, require={"peak"})
-    >>> [f"{y:.3f}" for y in batch.peak.y_abs]
-    ['8.228', '10.503', '12.642']
+    >>> batch = simulate_batch({"F": [60.0, 80.0, 100.0]}, require={"amplitude"})
+    >>> [f"{y:.3f}" for y in batch.amplitude.y_abs]
+    ['5.990', '10.503', '16.170']
     """
     columns, size = _columns(parameters, base or Parameters())
     for name in require:
@@ -224,10 +225,16 @@ class _Work:
         self._status = np.empty(size, np.int8)
         self._t, self._steps = np.empty(size), np.empty(size, np.int64)
         self._final = wanted("final", 4)
+        self._amplitude = BatchAmplitude(*(wanted("amplitude") for _ in range(3)))
         self._peak = BatchPeak(*(wanted("peak") for _ in range(5)))
         self._steady = BatchSteady(wanted("steady"))
-        counts = [np.empty(size if "events" in require else 0, np.int64) for _ in range(2)]
-        self._events = BatchEvents(*counts, *(wanted("events") for _ in range(3)))
+        self._events = BatchEvents(
+            separations=wanted("events").view(np.int64),
+            reattachments=wanted("events").view(np.int64),
+            separated_time=wanted("events"),
+            first=wanted("events"),
+            last=wanted("events"),
+        )
         self._failures: list[Floats] = []
         self._lock = threading.Lock()
         self._next, self._done = 0, 0.0
@@ -235,15 +242,13 @@ class _Work:
 
     def run(self, lanes: Any, workers: int, report: Progress) -> None:
         """Compute all members."""
-        low, high = _CHUNK
-        chunk = min(max(self._size // (workers * _CHUNKS_A_WORKER), low), high)
-        workers = min(workers, -(-self._size // chunk))
+        workers = min(workers, -(-self._size // _LEAST_CHUNK))
         if not report(0.0):
             raise Cancelled
         if workers > 0:
             pool = ThreadPoolExecutor(workers, thread_name_prefix="batch")
             try:
-                running = {pool.submit(self._worker, lanes, chunk) for _ in range(workers)}
+                running = {pool.submit(self._worker, lanes, workers) for _ in range(workers)}
                 while running:
                     running = self._waited(running)
                     if not report(min(self._done / self._size, 1.0)):
@@ -260,15 +265,18 @@ class _Work:
             future.result()
         return still
 
-    def _worker(self, lanes: Any, chunk: int) -> None:
+    def _worker(self, lanes: Any, workers: int) -> None:
         work = np.empty(lanes.WORK_SIZE)
+        share = 1 if workers == 1 else 2 * workers
         while not self._stop:
             with self._lock:
                 first = self._next
-                self._next = min(first + chunk, self._size)
-            if first >= self._size:
+                chunk = (self._size - first) // share
+                last = first + min(max(chunk, _LEAST_CHUNK), _GREATEST_CHUNK)
+                self._next = last = min(last, self._size)
+            if first == last:
                 return
-            self._compute(lanes, slice(first, min(first + chunk, self._size)), work)
+            self._compute(lanes, slice(first, last), work)
 
     def _compute(self, lanes: Any, where: slice, work: Floats) -> None:
         p = {name: column[where] for name, column in self._columns.items()}
@@ -295,7 +303,8 @@ class _Work:
         cursor = np.zeros(lanes.CURSOR_SIZE, np.int64)
         tol = local_tolerance(self._tol)
         order, reported = order_for(tol), 0.0
-        observed = "peak" in self._require, "steady" in self._require
+        peak, steady = "peak" in self._require, "steady" in self._require
+        observed = peak or "amplitude" in self._require, peak, steady
         limit = float(self._max_steps)
         while cursor[lanes.ENDED] < len(members) and not self._stop:
             done = lanes.advance(
@@ -364,10 +373,12 @@ class _Work:
 
         if "final" in self._require:
             put(self._final, state)
+        for name, part in (("amplitude", self._amplitude), ("peak", self._peak)):
+            if name in self._require:
+                put(part.y_abs, np.maximum(seen.y_max, -seen.y_min))
+                put(part.y_max, seen.y_max)
+                put(part.y_min, seen.y_min)
         if "peak" in self._require:
-            put(self._peak.y_abs, np.maximum(seen.y_max, -seen.y_min))
-            put(self._peak.y_max, seen.y_max)
-            put(self._peak.y_min, seen.y_min)
             put(self._peak.x_abs, np.maximum(seen.x_max, -seen.x_min))
             put(self._peak.vx_max, seen.vx_max)
         if "steady" in self._require:
@@ -388,9 +399,10 @@ class _Work:
             status=self._status,
             t=self._t,
             steps=self._steps,
-            final=self._final if "final" in self._require else None,
-            peak=self._peak if "peak" in self._require else None,
-            steady=self._steady if "steady" in self._require else None,
-            events=self._events if "events" in self._require else None,
+            _final=self._final if "final" in self._require else None,
+            _amplitude=self._amplitude if "amplitude" in self._require else None,
+            _peak=self._peak if "peak" in self._require else None,
+            _steady=self._steady if "steady" in self._require else None,
+            _events=self._events if "events" in self._require else None,
             _failures=failures[np.argsort(failures[:, 0])],
         )

@@ -2,16 +2,18 @@
 
 from dataclasses import dataclass, field
 from enum import IntEnum
+from typing import TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
 
-from .errors import ComputationError
+from .errors import ComputationError, InputError
 from .model import no_equilibrium_error
 from .taylor import overflow_error, stall_error
 from .transient import step_limit_error
 
 Floats = NDArray[np.float64]
+T = TypeVar("T")
 
 
 class Status(IntEnum):
@@ -39,12 +41,18 @@ class Status(IntEnum):
 
 
 @dataclass(frozen=True, slots=True)
-class BatchPeak:
-    """Exact extremes over the whole runs, m, and of ẋ, m/s; as `Peak`, shape (n,) each."""
+class BatchAmplitude:
+    """Exact extremes of y over the whole runs, m, shape (n,) each."""
 
     y_abs: Floats
     y_max: Floats
     y_min: Floats
+
+
+@dataclass(frozen=True, slots=True)
+class BatchPeak(BatchAmplitude):
+    """Exact extremes over the whole runs, m, and of ẋ, m/s; as `Peak`, shape (n,) each."""
+
     x_abs: Floats
     vx_max: Floats
 
@@ -79,7 +87,7 @@ class BatchEvents:
 
 @dataclass(frozen=True, slots=True)
 class Batch:
-    """Result of a batch of n transients; what was not required is None.
+    """Result of a batch of n transients; to ask for what was not required is an `InputError`.
 
     Values of members that failed are NaN, and only theirs.
 
@@ -95,10 +103,6 @@ class Batch:
         Time reached, s: the horizon where all is well.
     steps : ndarray of int64, shape (n,)
         Integration steps.
-    final : ndarray or None, shape (n, 4)
-        States (x, ẋ, y, ẏ) at the horizon, m and m/s.
-    peak, steady, events
-        See their classes.
     """
 
     t_end: float
@@ -106,12 +110,38 @@ class Batch:
     status: NDArray[np.int8]
     t: Floats
     steps: NDArray[np.int64]
-    final: Floats | None
-    peak: BatchPeak | None
-    steady: BatchSteady | None
-    events: BatchEvents | None
+    _final: Floats | None = field(repr=False)
+    _amplitude: BatchAmplitude | None = field(repr=False)
+    _peak: BatchPeak | None = field(repr=False)
+    _steady: BatchSteady | None = field(repr=False)
+    _events: BatchEvents | None = field(repr=False)
     # Of the members that failed: their place, the last state, and F.
     _failures: Floats = field(repr=False)
+
+    @property
+    def final(self) -> Floats:
+        """States (x, ẋ, y, ẏ) at the horizon, m and m/s, shape (n, 4)."""
+        return _required("final", self._final)
+
+    @property
+    def amplitude(self) -> BatchAmplitude:
+        """Extremes of y over the whole runs."""
+        return _required("amplitude", self._amplitude)
+
+    @property
+    def peak(self) -> BatchPeak:
+        """Extremes over the whole runs."""
+        return _required("peak", self._peak)
+
+    @property
+    def steady(self) -> BatchSteady:
+        """Half ranges over the second half of the horizon."""
+        return _required("steady", self._steady)
+
+    @property
+    def events(self) -> BatchEvents:
+        """Switches."""
+        return _required("events", self._events)
 
     @property
     def failed(self) -> NDArray[np.int64]:
@@ -144,3 +174,9 @@ class Batch:
         if status is Status.STEP_LIMIT:
             return step_limit_error(int(self.steps[member]), t, self.t_end)
         return no_equilibrium_error(force)
+
+
+def _required(name: str, value: T | None) -> T:
+    if value is None:
+        raise InputError(f"{name}: not required of this batch; add it to require")
+    return value

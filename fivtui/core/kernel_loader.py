@@ -47,6 +47,11 @@ class KernelLoader:
         """Whether the kernels are loaded."""
         return self._module is not None
 
+    @property
+    def loading(self) -> bool:
+        """Whether they are being loaded or compiled."""
+        return self._thread is not None and not self._done.is_set()
+
     def start(self) -> None:
         """Load the kernels in the background, a moment from now.
 

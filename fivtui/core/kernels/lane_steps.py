@@ -10,6 +10,7 @@ from ..taylor import EXP2_BIAS
 from .jit import inner
 from .polynomials import PRECISE
 from .steps import BEND, RECIPROCAL, TWIST
+from .variations import slope_variations
 from .vectors import (
     absolute,
     bit_numbers,
@@ -26,7 +27,7 @@ from .vectors import (
     splat,
 )
 
-_NEWTON_STEPS: Final = 100
+_ITERATIONS: Final = 100
 # A change of this part of the step at an extremum changes its value by the cube of it.
 _EXTREME: Final = 4e-6
 # Of `rough_exp2` in the bits of a float, and an exponent that no step has.
@@ -57,29 +58,70 @@ def step_sizes(
 
 @inner
 def values_at(c: Any, first: int, stride: int, degree: int, t: Any) -> Any:
-    """Value and slope of a polynomial at `t`; its coefficients are every `stride`-th vector."""
-    value, slope = load_lanes(c, first + stride * degree), splat(0.0)
-    for n in range(degree - 1, -1, -1):
-        slope = slope * t + value
-        value = value * t + load_lanes(c, first + stride * n)
-    return value, slope
+    """Value and slope of a polynomial at `t`, even and odd terms side by side.
+
+    Its coefficients are every `stride`-th vector; an even degree has a zero after the last.
+    """
+    square = t * t
+    top = degree // 2
+    even = load_lanes(c, first + stride * (2 * top))
+    odd = load_lanes(c, first + stride * (2 * top + 1))
+    even_slope, odd_slope = splat(0.0), splat(0.0)
+    for k in range(2 * top - 2, -1, -2):
+        even_slope = even_slope * square + even
+        odd_slope = odd_slope * square + odd
+        even = even * square + load_lanes(c, first + stride * k)
+        odd = odd * square + load_lanes(c, first + stride * (k + 1))
+    return even + odd * t, odd + (even_slope + odd_slope * t) * (t * 2.0)
 
 
 @inner
 def bounded_at(c: Any, first: int, stride: int, degree: int, t: Any) -> Any:
-    """Value and slope at `t`, and the bounds of `steps.at`."""
+    """Value and slope as from `values_at`, and the bounds of `steps.at`."""
     bends, twists = memory(BEND), memory(TWIST)
-    value, slope = load_lanes(c, first + stride * degree), splat(0.0)
-    size = absolute(value)
-    bend, twist = size * bends[degree], size * twists[degree]
-    for n in range(degree - 1, -1, -1):
-        term = load_lanes(c, first + stride * n)
-        slope = slope * t + value
-        value = value * t + term
-        size = absolute(term)
-        bend = bend * t + size * bends[n]
-        twist = twist * t + size * twists[n]
-    return value, slope, bend, twist
+    square = t * t
+    top = degree // 2
+    even = load_lanes(c, first + stride * (2 * top))
+    odd = load_lanes(c, first + stride * (2 * top + 1))
+    even_slope, odd_slope = splat(0.0), splat(0.0)
+    even_size, odd_size = absolute(even), absolute(odd)
+    even_bend, odd_bend = even_size * bends[2 * top], odd_size * bends[2 * top + 1]
+    even_twist, odd_twist = even_size * twists[2 * top], odd_size * twists[2 * top + 1]
+    for k in range(2 * top - 2, -1, -2):
+        even_slope = even_slope * square + even
+        odd_slope = odd_slope * square + odd
+        term, next_term = load_lanes(c, first + stride * k), load_lanes(c, first + stride * (k + 1))
+        even = even * square + term
+        odd = odd * square + next_term
+        even_size, odd_size = absolute(term), absolute(next_term)
+        even_bend = even_bend * square + even_size * bends[k]
+        odd_bend = odd_bend * square + odd_size * bends[k + 1]
+        even_twist = even_twist * square + even_size * twists[k]
+        odd_twist = odd_twist * square + odd_size * twists[k + 1]
+    value = even + odd * t
+    slope = odd + (even_slope + odd_slope * t) * (t * 2.0)
+    return value, slope, even_bend + odd_bend * t, even_twist + odd_twist * t
+
+
+@inner
+def _curved_at(c: Any, first: int, stride: int, degree: int, t: Any) -> Any:
+    # Value, slope and half the second derivative, as `values_at`.
+    square = t * t
+    top = degree // 2
+    even = load_lanes(c, first + stride * (2 * top))
+    odd = load_lanes(c, first + stride * (2 * top + 1))
+    even_slope, odd_slope, even_bend, odd_bend = splat(0.0), splat(0.0), splat(0.0), splat(0.0)
+    for k in range(2 * top - 2, -1, -2):
+        even_bend = even_bend * square + even_slope
+        odd_bend = odd_bend * square + odd_slope
+        even_slope = even_slope * square + even
+        odd_slope = odd_slope * square + odd
+        even = even * square + load_lanes(c, first + stride * k)
+        odd = odd * square + load_lanes(c, first + stride * (k + 1))
+    value = even + odd * t
+    slope = odd + (even_slope + odd_slope * t) * (t * 2.0)
+    bend = even_slope + odd_slope * (t * 3.0) + (even_bend + odd_bend * t) * (square * 4.0)
+    return value, slope, bend
 
 
 @inner
@@ -126,18 +168,22 @@ def first_roots(c: Any, degree: int, h: Any, side: Any, guarded: int) -> Any:
 
 @inner
 def _root(c: Any, degree: int, h: Any, side: Any, fresh: Any, guess: Any, wanted: int) -> Any:
-    # Newton's method as in `polynomials.refine`; a lane that is done stands still.
+    # Halley's method, kept inside; a lane that is done stands still.
     left, right, last = splat(0.0), h, splat(0.0)
     t = guess * h
     searching = wanted
-    for _ in range(_NEWTON_STEPS):
-        value, slope = values_at(c, 1, 2, degree, t)
+    for _ in range(_ITERATIONS):
+        value, slope, bend = _curved_at(c, 1, 2, degree, t)
         going = lanes_of(searching)
         inside = side * value > 0.0
         left = choose(inside, t, left)
         right = choose(inside, right, t)
         # Of y/t, after a switch.
-        new = t - value / choose(fresh, slope - value / t, slope)
+        share = value / t
+        bend = choose(fresh, bend - (slope - share) / t, bend)
+        slope = choose(fresh, slope - share, slope)
+        newton = (splat(0.0) - value) / slope
+        new = t + newton / (1.0 + newton * (bend / slope))
         change = absolute(new - t)
         ratio = change / last
         within = (new > left) & (new < right)
@@ -169,7 +215,8 @@ def widened(
     """Widen ranges so that they hold the polynomial's on [0, h]: `polynomials.widen` in lanes.
 
     `ends` are the values at 0 and h, the slopes there times h, and the bound of the slope; `seen`
-    the least and greatest so far. Returns these, and the bits of the lanes that are not settled.
+    the least and greatest so far. Returns these, and the bits of the lanes that are
+    not settled.
     """
     start, final, slope, last_slope, twist = ends
     low, high = least(seen[0], least(start, final)), greatest(seen[1], greatest(start, final))
@@ -182,6 +229,10 @@ def widened(
     single = turning & bent
     doubtful = wanted & ~bits(flat | single)
     wanted &= bits(single & ((bound < low) | (bound > high)))
+    if doubtful != 0:
+        variations = slope_variations(c, first, stride, h)
+        wanted |= doubtful & bits(variations == 1.0)
+        doubtful &= bits(variations > 1.0)
     if wanted != 0:
         # Where the slope of the cubic through both ends vanishes.
         cube = 3.0 * (slope + last_slope - change * 2.0)
@@ -204,12 +255,8 @@ def _extremum(
     # The value where the slope, of `sign` at first, vanishes.
     left, right, t, result = splat(0.0), h, guess * h, splat(0.0)
     searching = wanted
-    for _ in range(_NEWTON_STEPS):
-        value, slope, bend = load_lanes(c, first + stride * degree), splat(0.0), splat(0.0)
-        for n in range(degree - 1, -1, -1):
-            bend = bend * t + slope
-            slope = slope * t + value
-            value = value * t + load_lanes(c, first + stride * n)
+    for _ in range(_ITERATIONS):
+        value, slope, bend = _curved_at(c, first, stride, degree, t)
         rising = slope * sign > 0.0
         left = choose(rising, t, left)
         right = choose(rising, right, t)

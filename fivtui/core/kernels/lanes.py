@@ -15,7 +15,7 @@ from .. import model, parameters, polynomial, recurrences, taylor
 from ..parameters import PARAMETERS
 from ..recurrences import Constants
 from ..taylor import MAX_STALLED
-from . import expansion, lane_steps, polynomials, steps, vectors
+from . import expansion, lane_steps, polynomials, steps, variations, vectors
 from .expansion import ROWS, expand_cubic_lanes, expand_linear_lanes
 from .jit import inner, kernel
 from .lane_steps import bounded_at, first_roots, step_sizes, values_at, widened
@@ -124,7 +124,7 @@ _MOVING: Final = _CONTACT + _FIXED
 _SEEN: Final = _MOVING + 11
 _EARLIER: Final = _SEEN + len(EXTREMES)
 _X_LOW, _Y_LOW, _X_HIGH, _Y_HIGH, _VX_HIGH = range(_SEEN, _EARLIER)
-# … room for the coefficients of x and y, and those of ẋ, and one row to hand over steps.
+# … room for the steps, and the coefficients of x and y, and of ẋ.
 _STEP: Final = _EARLIER + len(EXTREMES)
 _SERIES: Final = _STEP + 1
 _RATES: Final = _SERIES + 2 * ROWS
@@ -158,6 +158,7 @@ _OWN: Final = (
     lane_steps,
     polynomials,
     steps,
+    variations,
     vectors,
     sys.modules[inner.__module__],
 )
@@ -327,6 +328,7 @@ def _observe_speed(w: Any, degree: int, h: Any, final: Any, twist: Any, wanted: 
         numba.boolean,
         numba.boolean,
         numba.boolean,
+        numba.boolean,
         numba.float64,
         numba.int64,
     ),
@@ -341,6 +343,7 @@ def advance(
     tol: float,
     order: int,
     cubic: bool,
+    amplitude: bool,
     peak: bool,
     steady: bool,
     max_steps: float,
@@ -366,8 +369,9 @@ def advance(
         Of the expansion.
     cubic : bool
         Whether the contact is cubic, of all members.
-    peak, steady : bool
-        Whether the extremes over the run, and those of y over its second half, are wanted.
+    amplitude, peak, steady : bool
+        Whether the extremes of y over the run, those of x and ẋ, and those of y over its second
+        half are wanted.
     max_steps : float
         Steps after which a member is given up.
     budget : int
@@ -427,7 +431,7 @@ def advance(
                 h = load_lanes(w, _STEP)
         cut = lanes_of(rooted)
         # Where the steps end.
-        if peak or steady:
+        if amplitude or steady:
             y_ends = bounded_at(c, 1, 2, degree, h)
             y, vy = y_ends[0], y_ends[1]
         else:
@@ -448,7 +452,7 @@ def advance(
         last = (reaching & negated(cut)) | (end >= t_end)
         end = choose(last, t_end, end)
         # What was seen on the way.
-        if peak or steady:
+        if amplitude or peak or steady:
             observed = live
             if steady:
                 crossing = live & bits((t < half) & (end > half))
@@ -462,12 +466,11 @@ def advance(
                     observed &= ~crossing
             if peak:
                 _observe_column(w, degree, h, 0, x_ends, observed)
-                _observe_column(w, degree, h, 1, y_ends, observed)
                 _observe_speed(w, degree, h, vx, x_ends[3], observed)
-            else:
-                later = observed & bits(t >= half)
-                if later != 0:
-                    _observe_column(w, degree, h, 1, y_ends, later)
+            if not amplitude:
+                observed &= bits(t >= half)
+            if (amplitude or steady) and observed != 0:
+                _observe_column(w, degree, h, 1, y_ends, observed)
         # The switches.
         y = choose(cut, 0.0, y)
         if rooted != 0:
