@@ -129,11 +129,7 @@ def basin_figure(result: Basin) -> Figure:
             rasterized=True,
         )
         for index, hatch in enumerate(hatches):
-<<<<<<< HEAD
-            inside = np.asarray(index == result.reached.T, dtype=float)
-=======
             inside = np.equal(result.reached.T, index).astype(float)
->>>>>>> analysis
             if hatch and inside.min() < inside.max():
                 style: dict[str, Any] = {"colors": "none", "hatches": [hatch]}
                 axes.contourf(first, second, inside, levels=[0.5, 1.5], **style)
