@@ -107,7 +107,7 @@ class ExchangeModel:
 
     @guarded(lambda: 0)
     def get_number_of_event_indicators(self) -> int:
-        """One where separation is considered, which is fixed with the parameters; always y."""
+        """One: y."""
         return 1
 
     @guarded(lambda size: [1.0] * size)
