@@ -708,12 +708,13 @@ def fmu() -> None:
 @fmu.command("build")
 @_path_option("--out", "FILE.fmu", "The FMU to write.", required=True)
 @click.option("--component", default="slider-belt", help="slider-belt (default) or brake-actuator.")
+@click.option("--fmi", default="2", help="2 (default), or 3: model exchange, experimental.")
 @force_option
-def fmu_build(out: Path, component: str, force: bool) -> None:
+def fmu_build(out: Path, component: str, fmi: str, force: bool) -> None:
     """Export the slider-belt, or the brake actuator that presses it, as an FMU."""
     from fmu_src.builder import build_fmu
 
-    build_fmu(out, component=component, force=force)
+    build_fmu(out, component=component, fmi=fmi, force=force)
     _say(f"wrote {out}")
 
 

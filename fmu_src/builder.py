@@ -5,21 +5,27 @@ import tempfile
 import zipfile
 from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
+from importlib import import_module
+from importlib.util import find_spec
 from pathlib import Path
 from typing import BinaryIO, Final
 
+from fivtui.core.errors import InputError
 from fivtui.core.parameters import unknown_name
 from fivtui.files import check_output, check_suffix, write_atomically
 from fivtui.fmu_instance import importing
 
 from .bundle import Bundle
 from .component import Component
-from .components import COMPONENTS, DEFAULT
+from .components import COMPONENTS, DEFAULT, EXCHANGE
 from .description import completed
 from .documentation import documentation
+from .exchange_description import exchange_description
 from .reference import reference_files
+from .variables import SUMMARY
 
 SUFFIX: Final = ".fmu"
+_EXCHANGE: Final = "3"
 _DESCRIPTION: Final = "modelDescription.xml"
 ZIP_DATE: Final = (1980, 1, 1, 0, 0, 0)
 _UNIX: Final = 3
@@ -30,8 +36,10 @@ _OPTIONS: Final = {
 }
 
 
-def build_fmu(path: str | Path, *, component: str = DEFAULT, force: bool = False) -> Path:
-    """Build the FMU (FMI 2.0, co-simulation) of a component.
+def build_fmu(
+    path: str | Path, *, component: str = DEFAULT, fmi: str = "2", force: bool = False
+) -> Path:
+    """Build the FMU of a component.
 
     Parameters
     ----------
@@ -39,6 +47,9 @@ def build_fmu(path: str | Path, *, component: str = DEFAULT, force: bool = False
         File to write; it ends in ``.fmu``.
     component : str
         Which of `COMPONENTS`; the slider-belt model if not given.
+    fmi : "2" or "3"
+        FMI 2.0 for co-simulation, or FMI 3.0 for model exchange, which needs pythonfmu3 and is
+        there for the slider-belt model alone.
     force : bool
         Whether to replace a file that exists.
 
@@ -50,27 +61,43 @@ def build_fmu(path: str | Path, *, component: str = DEFAULT, force: bool = False
     Raises
     ------
     InputError
-        If there is no such component, the name does not end in ``.fmu``, the folder is missing or
-        cannot be written, or the file exists and `force` is not set.
+        If there is no such component, pythonfmu3 is needed and not installed, the name does not
+        end in ``.fmu``, the folder is missing or cannot be written, or the file exists and `force`
+        is not set.
     """
-    if component not in COMPONENTS:
-        raise unknown_name("component", component, COMPONENTS)
-    target, made_of = Path(path), COMPONENTS[component]
+    made_of = _component(component, fmi)
+    target = Path(path)
     check_suffix(target, "FMU", (SUFFIX,))
     check_output(target, force=force)
     with tempfile.TemporaryDirectory(prefix="fivtui-build-") as folder:
-        content = _exported(Path(folder), made_of)
+        content = _exported(Path(folder), made_of, fmi)
     content |= documentation(made_of) | reference_files(made_of.model, made_of.reference())
     description = content.pop(_DESCRIPTION)
-    content[_DESCRIPTION] = completed(description, content, made_of.table)
+    if fmi == _EXCHANGE:
+        content[_DESCRIPTION] = exchange_description(description, content, made_of.table, SUMMARY)
+    else:
+        content[_DESCRIPTION] = completed(description, content, made_of.table)
     write_atomically(target, lambda file: _write_archive(file, content), force=force)
     return target
 
 
-def _exported(folder: Path, component: Component) -> dict[str, bytes]:
-    # pythonfmu's FMU of the bundled sources, as its files by name.
-    from pythonfmu import FmuBuilder
+def _component(name: str, fmi: str) -> Component:
+    if name not in COMPONENTS:
+        raise unknown_name("component", name, COMPONENTS)
+    if fmi == "2":
+        return COMPONENTS[name]
+    if fmi != _EXCHANGE:
+        raise InputError(f"FMI {fmi}: allowed is 2 or 3")
+    if name != DEFAULT:
+        raise InputError(f"{name} in FMI 3: allowed is {DEFAULT}, or FMI 2")
+    if find_spec("pythonfmu3") is None:
+        raise InputError("FMI 3 needs the package pythonfmu3, of the extra fmi3")
+    return EXCHANGE
 
+
+def _exported(folder: Path, component: Component, fmi: str) -> dict[str, bytes]:
+    # The FMU that pythonfmu, or pythonfmu3, makes of the bundled sources, as its files by name.
+    builder = import_module(component.wrapper).FmuBuilder
     bundle = Bundle.collected(component)
     sources = folder / "sources"
     for name, text in bundle.sources.items():
@@ -78,14 +105,16 @@ def _exported(folder: Path, component: Component) -> dict[str, bytes]:
         file.parent.mkdir(parents=True, exist_ok=True)
         file.write_text(text, encoding="utf-8", newline="\n")
     with importing, _imports_restored(bundle):
-        exported = FmuBuilder.build_FMU(
+        exported = builder.build_FMU(
             sources / f"{bundle.entry}.py",
-            dest=folder / f"exported{SUFFIX}",
+            dest=folder / ("exported" if fmi == _EXCHANGE else f"exported{SUFFIX}"),
             project_files=[sources / bundle.package],
-            **_OPTIONS,
+            **({"needsExecutionTool": False} if fmi == _EXCHANGE else _OPTIONS),
         )
     with zipfile.ZipFile(exported) as archive:
-        return {name: archive.read(name) for name in archive.namelist()}
+        # pythonfmu3 adds the C++ of its wrapper, of which no binary can be built as it is.
+        names = [name for name in archive.namelist() if not name.startswith("sources/")]
+        return {name: archive.read(name) for name in names}
 
 
 @contextmanager

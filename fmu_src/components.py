@@ -8,7 +8,8 @@ from fivtui.core.parameters import Parameters
 from fivtui.core.taylor import DEFAULT_TOL
 
 from .actuator_variables import TABLE as ACTUATOR_TABLE
-from .component import Component
+from .component import EXCHANGE_RULES, Component
+from .exchange import EXCHANGE_TABLE
 from .motion import Motion
 from .reference import Reference
 from .settings import start_state
@@ -100,6 +101,8 @@ P = -k2 y - k_nl y^3   in contact (y &lt; 0),   P = 0   when separated (y &gt; 0
 <p>With separation = false, contact never breaks: P = -k2 y - k_nl y^3 for all y.</p>
 <p>The model assumes that the slider always slides: it holds for belt speeds above the greatest vx.
 Impact at reattachment is not modelled.</p>
+"""
+_LOCATED: Final = """\
 <p>State events (separation and reattachment at y = 0) are located inside a communication step to
 rounding. An event is counted at the first communication point that is not before it.</p>
 <p>The relative tolerance of the experiment is the relative error to expect of the state after about
@@ -123,7 +126,7 @@ COMPONENTS: Final[Mapping[str, Component]] = {
             "fmu_src": (*_INSTANCE, "motion", "settings", "slave", "variables"),
         },
         table=TABLE,
-        about=_SLIDER_BELT_ABOUT,
+        about=_SLIDER_BELT_ABOUT + _LOCATED,
         reference=_slider_belt_reference,
     ),
     "brake-actuator": Component(
@@ -139,3 +142,21 @@ COMPONENTS: Final[Mapping[str, Component]] = {
     ),
 }
 DEFAULT: Final = "slider-belt"
+
+# The slider-belt for FMI 3.0 model exchange.
+EXCHANGE: Final = Component(
+    model="SliderBelt",
+    entry="exchange_entry",
+    modules={
+        "fivtui.core": _CORE,
+        "fmu_src": (
+            *("exchange", "experiment", "guard", "memory", "motion", "settings"),
+            *("table", "variable", "variables"),
+        ),
+    },
+    table=EXCHANGE_TABLE,
+    about=_SLIDER_BELT_ABOUT,
+    reference=_slider_belt_reference,
+    rules=EXCHANGE_RULES,
+    wrapper="pythonfmu3",
+)

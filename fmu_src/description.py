@@ -12,7 +12,7 @@ from .units import base_exponents, display_units
 from .variable import Role, Type, Variable
 
 # An FMU of the same content is the same file, whenever it is built.
-_TIMESTAMP: Final = "1980-01-01T00:00:00Z"
+TIMESTAMP: Final = "1980-01-01T00:00:00Z"
 
 
 def completed(xml: bytes, content: Mapping[str, bytes], table: VariableTable) -> bytes:
@@ -34,9 +34,9 @@ def completed(xml: bytes, content: Mapping[str, bytes], table: VariableTable) ->
         unknowns and a fixed GUID.
     """
     root = ET.fromstring(xml)  # noqa: S314
-    root.set("generationDateAndTime", _TIMESTAMP)
+    root.set("generationDateAndTime", TIMESTAMP)
     root.set("generationTool", f"fivtui with {root.get('generationTool')}")
-    root.insert(1, _unit_definitions(table))
+    root.insert(1, unit_definitions(table))
     types = _type_definitions(table)
     if len(types):
         root.insert(2, types)
@@ -63,7 +63,19 @@ def _child(element: ET.Element, name: str) -> ET.Element:
     return found
 
 
-def _unit_definitions(table: VariableTable) -> ET.Element:
+def unit_definitions(table: VariableTable) -> ET.Element:
+    """The units of the variables, each with its base units and display units.
+
+    Parameters
+    ----------
+    table : VariableTable
+        The variables.
+
+    Returns
+    -------
+    Element
+        ``UnitDefinitions``, alike in FMI 2.0 and 3.0.
+    """
     definitions = ET.Element("UnitDefinitions")
     for unit in dict.fromkeys(v.unit for v in table.variables if v.unit):
         element = ET.SubElement(definitions, "Unit", name=unit)

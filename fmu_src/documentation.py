@@ -14,15 +14,6 @@ _TITLES: Final = {
     Role.OUTPUT: "Outputs",
     Role.LOCAL: "Local variables",
 }
-_RULES: Final = """\
-<h2>Rules</h2>
-<p>Inputs are held from one communication point to the next (input derivatives cannot be given).
-Results do not depend on the communication step.</p>
-<p>What is refused (a value out of its range, a fixed parameter while stepping, a wrong time) is
-logged and changes nothing; the next step then returns fmi2Discard.</p>
-<p>The FMU needs Python 3.11 or newer in the process that loads it. The path to which it is
-extracted may hold ASCII letters, digits and spaces, but no # and no %.</p>
-"""
 
 
 def documentation(component: Component) -> dict[str, bytes]:
@@ -40,7 +31,7 @@ def documentation(component: Component) -> dict[str, bytes]:
     """
     return {
         "documentation/index.html": _index(component).encode(),
-        "documentation/licenses/pythonfmu.txt": _license_of("pythonfmu"),
+        f"documentation/licenses/{component.wrapper}.txt": _license_of(component.wrapper),
     }
 
 
@@ -49,7 +40,7 @@ def _index(component: Component) -> str:
         '<!DOCTYPE html>\n<html lang="en"><head><meta charset="utf-8">',
         f"<title>{component.model}</title></head><body>\n<h1>{component.model}</h1>\n",
         component.about,
-        _RULES,
+        component.rules,
     ]
     for role, title in _TITLES.items():
         rows = "".join(

@@ -1,7 +1,7 @@
 """The slider-belt model as a component for co-simulation."""
 
 from dataclasses import astuple
-from typing import Any, Final
+from typing import Any
 
 from pythonfmu import DefaultExperiment
 
@@ -13,7 +13,7 @@ from .experiment import Experiment
 from .instance import Instance
 from .motion import Moment, Motion
 from .settings import Values, fixed_values, motion_from, start_state
-from .variables import INPUTS, REFERENCES, STATES, TABLE
+from .variables import INPUTS, REFERENCES, STATES, SUMMARY, TABLE
 
 _F, _MU = (REFERENCES[name] for name in INPUTS)
 _X, _VX, _Y, _VY = (REFERENCES[name] for name in STATES)
@@ -25,10 +25,6 @@ _MODE, _MODE_INTEGER, _MODE_ENUMERATION = (
 )
 _SEPARATIONS, _REATTACHMENTS, _LAST_EVENT = (
     REFERENCES[name] for name in ("separations", "reattachments", "last_event")
-)
-_DESCRIPTION: Final = (
-    "Slider pressed on a moving belt: friction-induced vibration by mode coupling, "
-    "with a cubic contact stiffness and separation"
 )
 
 
@@ -43,7 +39,7 @@ class SliderBelt(Instance):
 
     def __init__(self, **kwargs: Any) -> None:
         default = DefaultExperiment(0.0, 100.0, 0.01, DEFAULT_TOL)
-        super().__init__(TABLE, _DESCRIPTION, default, **kwargs)
+        super().__init__(TABLE, SUMMARY, default, **kwargs)
         self._motion: Motion
         # What the motion was made of, besides its start and its inputs.
         self._made_of: tuple[float, ...] = ()

@@ -12,6 +12,10 @@ from fivtui.core.parameters import PARAMETERS
 from .table import VariableTable
 from .variable import Role, Type, Variable
 
+SUMMARY: Final = (
+    "Slider pressed on a moving belt: friction-induced vibration by mode coupling, "
+    "with a cubic contact stiffness and separation"
+)
 # Parameters of the model that may change at every communication point.
 INPUTS: Final = ("F", "mu")
 STATES: Final = ("x", "vx", "y", "vy")

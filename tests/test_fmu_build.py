@@ -73,6 +73,7 @@ def test_the_description_says_what_the_fmu_can_do(fmu: Path) -> None:
     assert slave.canGetAndSetFMUstate
     assert slave.canSerializeFMUstate
     assert slave.canHandleVariableCommunicationStepSize
+    assert not slave.canInterpolateInputs
     assert not slave.needsExecutionTool
     assert not slave.canBeInstantiatedOnlyOncePerProcess
     assert (default.startTime, default.stopTime, default.tolerance) == ("0.0", "100.0", "1e-12")
