@@ -327,6 +327,41 @@ def claims(markdown: bool, as_json: bool) -> None:
 
 
 @fivtui.command()
+@scene_argument
+@set_option
+@click.option("--ignore-separation", is_flag=True, help="Contact never breaks (Case 2).")
+@click.option("--t-end", metavar="S", help="Horizon in seconds.")
+@click.option("--tol", metavar="R", help="Relative tolerance, 1e-13 to 1e-2.")
+@json_option
+def accuracy(scene: str, assignments: tuple[str, ...], as_json: bool, **given: Any) -> None:
+    """Say how far to trust the numbers of a transient.
+
+    Holds it against a finer run, follows how an error at the start grows, and estimates the largest
+    Lyapunov exponent: whether errors decay, stay bounded or grow in the long run.
+    """
+    from dataclasses import replace
+
+    from .accuracy import accuracy as judge
+    from .accuracy import accuracy_to_dict
+    from .report import Progress, print_accuracy
+
+    chosen = _scene(scene, assignments)
+    changes: dict[str, Any] = {
+        name: parse_number(name, given[name], "a number")
+        for name in ("t_end", "tol")
+        if given[name] is not None
+    }
+    if given["ignore_separation"]:
+        changes["separation"] = False
+    with Progress("accuracy") as progress:
+        found = judge(replace(chosen, **changes), progress=progress)
+    if as_json:
+        _print_json(accuracy_to_dict(found))
+    else:
+        print_accuracy(found)
+
+
+@fivtui.command()
 @json_option
 def extremes(as_json: bool) -> None:
     """Try every method on scenes that break solvers: right, refused or wrong.
