@@ -129,6 +129,11 @@ def _path_option(flag: str, metavar: str, text: str, **more: Any) -> Callable[..
     return click.option(flag, type=click.Path(path_type=Path), metavar=metavar, help=text, **more)
 
 
+def error_option(text: str) -> Callable[..., Any]:
+    """The option that asks for errors."""
+    return click.option("--error", "wishes", multiple=True, metavar="QUANTITY=R", help=text)
+
+
 @click.group(cls=Commands, invoke_without_command=True, context_settings={"max_content_width": 100})
 @click.version_option(package_name="fivtui", message="%(prog)s %(version)s")
 @click.pass_context
@@ -172,6 +177,7 @@ def stability(scene: str, assignments: tuple[str, ...], as_json: bool) -> None:
 @click.option("--method", metavar="NAME", help="taylor, rk4, scipy-dop853, …: see fivtui methods.")
 @click.option("--tol", metavar="R", help="Relative tolerance, 1e-13 to 1e-2.")
 @click.option("--step", metavar="S", help="Step of rk4, communication step of fmu.")
+@error_option("Choose tol or step for an error of final, peak, half_range or events (s).")
 @click.option("--start", metavar="static|x,vx,y,vy", help="Start state, m and m/s.")
 @click.option(
     "--points",
@@ -188,31 +194,21 @@ def simulate(**given: Any) -> None:
     """Compute a transient; print its extremes, events and final state."""
     import numpy as np
 
-    from .core.request import check_horizon
     from .report import Progress, print_transient
-    from .simulation import simulate as run
+    from .runner import scene_transient
+    from .verified import verified_to_dict
 
-    scene = _scene(given["scene"], given["assignments"])
+    scene = _changed(_scene(given["scene"], given["assignments"]), given)
     out, plot, force = given["out"], given["plot"], given["force"]
     _check_outputs(out, plot, force=force)
-
-    def chosen(name: str) -> Any:
-        return getattr(scene, name) if given[name] is None else given[name]
-
-    t_end = check_horizon(chosen("t_end"))
     stored = out is not None or plot is not None
     with Progress("transient") as progress:
-        result = run(
-            scene.parameters,
-            t_end=t_end,
-            tol=chosen("tol"),
-            separation=scene.separation and not given["ignore_separation"],
-            start=scene.start if given["start"] is None else _start(given["start"]),
-            method=chosen("method"),
-            step=chosen("step"),
-            samples=np.linspace(0.0, t_end, given["points"]) if stored else "none",
+        run = scene_transient(
+            scene,
+            samples=np.linspace(0.0, scene.t_end, given["points"]) if stored else "none",
             progress=progress,
         )
+    result = run.transient
     _say_if_stiff(result)
     if out is not None:
         from .results import save_trajectory
@@ -227,9 +223,34 @@ def simulate(**given: Any) -> None:
     if given["as_json"]:
         from .results import transient_to_dict
 
-        _print_json(transient_to_dict(result))
+        known = {} if run.verified is None else {"accuracy": verified_to_dict(run.verified)}
+        _print_json({**transient_to_dict(result), **known})
     else:
-        print_transient(result)
+        print_transient(result, run.verified)
+
+
+def _changed(scene: "Scene", given: dict[str, Any]) -> "Scene":
+    # The scene with what the options of `simulate` say.
+    import dataclasses
+
+    from .core.request import check_horizon
+
+    wishes = _wishes(given["wishes"])
+    fixed = given["tol"] is not None or given["step"] is not None
+    if wishes and fixed:
+        raise InputError("--error: not allowed beside --tol or --step, which follow from it")
+    changes: dict[str, Any] = {
+        name: given[name] for name in ("tol", "step", "method") if given[name] is not None
+    }
+    if given["t_end"] is not None:
+        changes["t_end"] = check_horizon(given["t_end"])
+    if given["start"] is not None:
+        changes["start"] = _start(given["start"])
+    if given["ignore_separation"]:
+        changes["separation"] = False
+    if wishes or fixed:
+        changes["accuracy"] = tuple(wishes.items())
+    return dataclasses.replace(scene, **changes)
 
 
 def _say_if_stiff(result: "Transient") -> None:
@@ -250,6 +271,45 @@ def _check_outputs(out: Path | None, plot: Path | None, *, force: bool) -> None:
         from .figures import check_figure_path
 
         check_figure_path(plot, force=force)
+
+
+@fivtui.command()
+@scene_argument
+@set_option
+@_path_option("--out", "FILE", "Write the trajectory, if required (.csv, .npz, .parquet).")
+@force_option
+@json_option
+def run(scene: str, out: Path | None, force: bool, as_json: bool, **given: Any) -> None:
+    """Compute what a scene requires: stability, transient, trajectory; nothing else."""
+    from .report import Progress, print_stability, print_transient
+    from .results import save_trajectory, stability_to_dict, transient_to_dict
+    from .runner import run_scene
+    from .verified import verified_to_dict
+
+    chosen = _scene(scene, given["assignments"])
+    if ("trajectory" in chosen.outputs) != (out is not None):
+        wanted = "a file for it: --out FILE" if out is None else "no --out: it is not required"
+        raise InputError(f"trajectory of the scene {chosen.name}: allowed is {wanted}")
+    _check_outputs(out, None, force=force)
+    with Progress(chosen.name) as progress:
+        result = run_scene(chosen, progress=progress)
+    data: dict[str, Any] = {"scene": chosen.name}
+    if result.stability is not None:
+        data["stability"] = stability_to_dict(result.stability)
+    if result.run is not None:
+        data["transient"] = transient_to_dict(result.run.transient)
+        if result.run.verified is not None:
+            data["accuracy"] = verified_to_dict(result.run.verified)
+        if out is not None:
+            save_trajectory(result.run.transient, out, force=force)
+            _say(f"wrote {out}")
+    if as_json:
+        _print_json(data)
+        return
+    if result.stability is not None:
+        print_stability(result.stability, chosen.parameters)
+    if result.run is not None:
+        print_transient(result.run.transient, result.run.verified)
 
 
 @fivtui.command()
@@ -378,6 +438,54 @@ def extremes(as_json: bool) -> None:
         _print_json(trials_to_dict(found))
     else:
         print_trials(found)
+
+
+@fivtui.command()
+@scene_argument
+@set_option
+@click.option("--thorough", is_flag=True, help="Take about two minutes instead of seven seconds.")
+@error_option("Name the cheapest setting for an error of final, peak, half_range or events (s).")
+@_path_option("--out", "FILE.csv", "Write all settings measured.")
+@_path_option("--plot", "FILE", "Draw error against CPU time (.png, .svg, .pdf).")
+@force_option
+@json_option
+def tradeoff(scene: str, assignments: tuple[str, ...], **given: Any) -> None:
+    """Measure what accuracy costs on this machine, for every method and setting."""
+    from .report import Progress
+    from .tradeoff import cheapest_to_dict, measure_tradeoff, save_tradeoff, tradeoff_to_dict
+    from .tradeoff_report import check_tradeoff_path, print_tradeoff
+
+    out, plot, force = given["out"], given["plot"], given["force"]
+    wishes = _wishes(given["wishes"])
+    chosen = _scene(scene, assignments)
+    if out is not None:
+        check_tradeoff_path(out, force=force)
+    if plot is not None:
+        from .figures import check_figure_path
+
+        check_figure_path(plot, force=force)
+    with Progress("trade-off") as progress:
+        result = measure_tradeoff(chosen, thorough=given["thorough"], progress=progress)
+    if out is not None:
+        save_tradeoff(result, out, force=force)
+        _say(f"wrote {out}")
+    if plot is not None:
+        from .figures import save_figure
+        from .tradeoff_figure import tradeoff_figure
+
+        save_figure(tradeoff_figure(result), plot, force=force)
+        _say(f"wrote {plot}")
+    if given["as_json"]:
+        _print_json({**tradeoff_to_dict(result), **cheapest_to_dict(result, wishes)})
+    else:
+        print_tradeoff(result, wishes)
+
+
+def _wishes(assignments: Sequence[str]) -> dict[str, float]:
+    from .core.tradeoff import check_error, check_quantity
+
+    pairs = _assigned("--error", assignments, "peak=1e-4")
+    return {check_quantity(name): check_error(name, text) for name, text in pairs.items()}
 
 
 @fivtui.command()

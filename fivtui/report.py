@@ -23,6 +23,7 @@ if TYPE_CHECKING:
     from .compare import Comparison
     from .paper.claim import CheckedClaim
     from .trials import Finding
+    from .verified import Verified
 
 # A bar for less than this would only flicker.
 _PATIENCE_S: Final = 1.0
@@ -109,36 +110,54 @@ def _parameter_line(p: Parameters) -> str:
     return "  ".join(f"{name}={number(value)}" for name, value in p.as_dict().items())
 
 
-def print_transient(result: Transient) -> None:
+def print_transient(result: Transient, verified: "Verified | None" = None) -> None:
     """Print extremes, events and final state of a transient.
 
     Parameters
     ----------
     result : Transient
         Any transient.
+    verified : Verified, optional
+        What is known of its errors, shown beside the numbers.
     """
     peak, events, final = result.peak, result.events, result.final
+
+    def error(quantity: str, unit: str = "relative") -> str:
+        return "" if verified is None else f"  ± {verified.estimate.of(quantity):.1g} {unit}"
+
     share = events.separated_time / result.t_end
     rows = [
         ("parameters", _parameter_line(result.parameters)),
         ("separation", "considered" if result.separation else "ignored"),
-        ("method", _work(result)),
+        (
+            "method",
+            _work(result) + ("" if verified is None else f", verified by {verified.runs} runs"),
+        ),
         (
             "peak |y|",
-            f"{number(peak.y_abs)} m  (y from {number(peak.y_min)} to {number(peak.y_max)} m)",
+            f"{number(peak.y_abs)} m  (y from {number(peak.y_min)} to {number(peak.y_max)} m)"
+            f"{error('peak')}",
         ),
         ("peak |x|", f"{number(peak.x_abs)} m"),
-        ("steady half range of y", f"{number(result.steady.y_half_range)} m  (second half)"),
+        (
+            "steady half range of y",
+            f"{number(result.steady.y_half_range)} m  (second half){error('half_range')}",
+        ),
         (
             "contact force",
             f"{number(result.contact_force.min)} to {number(result.contact_force.max)} N",
         ),
-        ("separations", f"{events.separations}  (reattachments {events.reattachments})"),
+        (
+            "separations",
+            f"{events.separations}  (reattachments {events.reattachments})"
+            f"{error('events', 's in their times')}",
+        ),
         ("time off the belt", f"{number(events.separated_time)} s  ({share:.1%})"),
         ("valid for belt speeds above", f"{number(max(peak.vx_max, 0.0))} m/s"),
         (
             f"final state, t = {number(final.t)} s",
-            f"x={final.x:.13g}  vx={final.vx:.13g}  y={final.y:.13g}  vy={final.vy:.13g}",
+            f"x={final.x:.13g}  vx={final.vx:.13g}  y={final.y:.13g}  vy={final.vy:.13g}"
+            f"{error('final')}",
         ),
     ]
     if result.stats.cpu_s is not None:

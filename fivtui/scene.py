@@ -14,15 +14,26 @@ from typing import Any, BinaryIO, Final, Self
 import tomlkit
 from tomlkit.items import Item
 
+from .core.deviation import QUANTITIES
 from .core.errors import InputError
 from .core.methods import check_takes_step
 from .core.parameters import PARAMETERS, Parameters, parameter_spec, unknown_name
 from .core.request import DEFAULT_T_END, DEFAULT_TOL, MAX_T_END, TOL_RANGE, Start, make_problem
 from .files import write_atomically
 from .simulation import ALL_METHODS
+from .verified import check_accuracy
 
 FORMAT_VERSION: Final = 1
 _VERSION_KEY: Final = "fivtui_scene"
+# Errors allowed, by quantity.
+Accuracy = tuple[tuple[str, float], ...]
+
+# What a scene can require.
+OUTPUTS: Final = {
+    "stability": "equilibrium, eigenvalues and critical friction coefficient",
+    "transient": "extremes, events and final state",
+    "trajectory": "the motion over time",
+}
 _START: Final = "static (at rest at the equilibrium of μ = 0) or [x, vx, y, vy] in m and m/s"
 
 
@@ -48,6 +59,11 @@ class Scene:
         A name in `ALL_METHODS`.
     step : float or None
         Step of a fixed-step method, communication step of the FMU, s; None for its default.
+    accuracy : tuple of (str, float)
+        Errors allowed by quantity, see `verified.check_accuracy`; `tol` and `step` then follow from
+        them and are not used.
+    outputs : tuple of str
+        What the scene requires, names in `OUTPUTS`: nothing else is computed or stored.
 
     Raises
     ------
@@ -64,6 +80,8 @@ class Scene:
     tol: float = DEFAULT_TOL
     method: str = "taylor"
     step: float | None = None
+    accuracy: Accuracy = ()
+    outputs: tuple[str, ...] = ("stability", "transient")
 
     def __post_init__(self) -> None:
         for key, text in (("name", self.name), ("description", self.description)):
@@ -85,6 +103,10 @@ class Scene:
             start=(0.0, 0.0, 0.0, 0.0) if static else self.start,
             step=self.step,
         )
+        object.__setattr__(self, "accuracy", tuple(check_accuracy(dict(self.accuracy)).items()))
+        for name in self.outputs:
+            if name not in OUTPUTS:
+                raise unknown_name("output", name, OUTPUTS)
         checked = {"t_end": problem.t_end, "tol": problem.tol, "step": problem.step}
         for key, value in checked.items():
             object.__setattr__(self, key, value)
@@ -133,6 +155,18 @@ def _number(key: str, value: object) -> float:
         raise InputError(f"{key}: the number is too large") from None
 
 
+def _accuracy(key: str, value: object) -> Accuracy:
+    if not isinstance(value, Mapping):
+        raise InputError(f"{key} = {value!r}: allowed is a table such as {{peak = 1e-4}}")
+    return tuple((str(name), _number(f"{key}.{name}", error)) for name, error in value.items())
+
+
+def _outputs(key: str, value: object) -> tuple[str, ...]:
+    if not isinstance(value, list | tuple):
+        raise InputError(f"{key} = {value!r}: allowed is a list of {', '.join(OUTPUTS)}")
+    return tuple(_text(f"{key}[{index}]", entry) for index, entry in enumerate(value))
+
+
 def _start(key: str, value: object) -> str | tuple[float, ...]:
     if isinstance(value, str):
         return value
@@ -157,6 +191,8 @@ _KEYS: Final[Mapping[str, _Key]] = {
     "tol": _Key(_number, f"relative tolerance; {TOL_RANGE[0]:g} <= tol <= {TOL_RANGE[1]:g}"),
     "method": _Key(_text, ", ".join(ALL_METHODS)),
     "step": _Key(_number, "step of rk4 or communication step of fmu; 0 < step <= t_end, s"),
+    "accuracy": _Key(_accuracy, f"errors allowed, in place of tol: {', '.join(QUANTITIES)}"),
+    "outputs": _Key(_outputs, f"what is required: {', '.join(OUTPUTS)}"),
 }
 
 
@@ -171,12 +207,16 @@ def scene_to_dict(scene: Scene) -> dict[str, Any]:
     Returns
     -------
     dict
-        Plain values by key, with the version of the format and the table ``parameters``; a step
-        that is not set has no key.
+        Plain values by key, with the version of the format and the table ``parameters``; what is
+        not set has no key.
     """
     fields = {key: getattr(scene, key) for key in _KEYS}
     if scene.step is None:
         del fields["step"]
+    fields["outputs"] = list(scene.outputs)
+    fields["accuracy"] = dict(scene.accuracy)
+    for unused in ("tol", "step") if scene.accuracy else ("accuracy",):
+        fields.pop(unused, None)
     if not isinstance(scene.start, str):
         fields["start"] = list(scene.start)
     return {_VERSION_KEY: FORMAT_VERSION, **fields, "parameters": scene.parameters.as_dict()}
@@ -208,6 +248,9 @@ def scene_from_dict(data: Mapping[str, object], *, name: str | None = None) -> S
         if key not in known:
             raise unknown_name("key", key, known)
     fields = {key: entry.read(key, data[key]) for key, entry in _KEYS.items() if key in data}
+    for unused in ("tol", "step"):
+        if fields.get("accuracy") and unused in fields:
+            raise InputError(f"{unused}: not allowed beside accuracy, from which it follows")
     if name is not None:
         fields.setdefault("name", name)
     if "name" not in fields:
@@ -316,6 +359,10 @@ def _document(scene: Scene) -> tomlkit.TOMLDocument:
 
 
 def _item(value: object, comment: str) -> Item:
+    if isinstance(value, Mapping):
+        table = tomlkit.inline_table()
+        table.update(value)
+        return table.comment(comment)
     item = tomlkit.item(value)
     return item.comment(comment) if comment else item
 

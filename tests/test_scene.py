@@ -9,14 +9,23 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from fivtui.core.deviation import QUANTITIES
 from fivtui.core.errors import InputError
 from fivtui.core.methods import METHODS
 from fivtui.core.outcome import Transient
 from fivtui.core.parameters import PARAMETERS, Parameters
-from fivtui.core.request import MAX_T_END, TOL_RANGE, Start
+from fivtui.core.request import DEFAULT_TOL, MAX_T_END, TOL_RANGE, Start
 from fivtui.core.stability import stability
 from fivtui.presets import DEFAULT_PRESET, PRESETS
-from fivtui.scene import Scene, find_scene, load_scene, save_scene, scene_from_dict, scene_to_dict
+from fivtui.scene import (
+    OUTPUTS,
+    Scene,
+    find_scene,
+    load_scene,
+    save_scene,
+    scene_from_dict,
+    scene_to_dict,
+)
 from fivtui.simulation import ALL_METHODS, simulate
 
 VERSION = "fivtui_scene = 1\n"
@@ -49,6 +58,8 @@ def scenes(draw: st.DrawFn) -> Scene:
     t_end = draw(st.floats(0.0, MAX_T_END, exclude_min=True))
     method = draw(st.sampled_from(sorted(ALL_METHODS)))
     steps = st.none() | st.floats(0.0, t_end, exclude_min=True)
+    errors = st.dictionaries(st.sampled_from(sorted(QUANTITIES)), st.floats(1e-12, 1.0))
+    accuracy = tuple(draw(errors).items())
     return Scene(
         name=draw(printable.filter(str.strip)),
         description=draw(printable),
@@ -56,9 +67,11 @@ def scenes(draw: st.DrawFn) -> Scene:
         separation=draw(st.booleans()),
         start=draw(statics | st.tuples(finite, finite, finite, finite)),
         t_end=t_end,
-        tol=draw(st.floats(*TOL_RANGE)),
+        tol=DEFAULT_TOL if accuracy else draw(st.floats(*TOL_RANGE)),
         method=method,
-        step=draw(steps) if with_step(method) else None,
+        step=draw(steps) if with_step(method) and not accuracy else None,
+        accuracy=accuracy,
+        outputs=tuple(draw(st.lists(st.sampled_from(sorted(OUTPUTS)), unique=True))),
     )
 
 

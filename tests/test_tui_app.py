@@ -232,7 +232,7 @@ async def test_a_long_run_is_stopped_and_the_next_one_works(pilot: Pilot[None]) 
 async def test_the_button_runs_and_stops_by_mouse(
     pilot: Pilot[None], monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr("fivtui.tui.runs.simulate", endless_simulate)
+    monkeypatch.setattr("fivtui.runner.simulate", endless_simulate)
     runs = app_of(pilot).session.runs
     await pilot.click("#run-button")
     await until(pilot, lambda: runs.active is not None)

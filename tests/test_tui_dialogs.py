@@ -167,7 +167,7 @@ async def test_the_palette_lists_what_applies_now(pilot: Pilot[None]) -> None:
 
 
 async def test_the_palette_stops_a_run(pilot: Pilot[None], monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("fivtui.tui.runs.simulate", endless_simulate)
+    monkeypatch.setattr("fivtui.runner.simulate", endless_simulate)
     await pilot.press("f5")
     await palette(pilot, "stop")
     await until_shown(pilot, "Stop the run")

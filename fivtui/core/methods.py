@@ -65,6 +65,11 @@ class Method:
     stepper: Callable[[Problem], Stepper]
 
 
+def takes_step(method: str) -> bool:
+    """Whether a native method is set by its step, and not by a tolerance."""
+    return method in METHODS and METHODS[method].fixed_step
+
+
 def check_takes_step(method: str) -> None:
     """Check that a method takes a step.
 
@@ -80,6 +85,11 @@ def check_takes_step(method: str) -> None:
     """
     if method in METHODS and not METHODS[method].fixed_step:
         raise InputError(f"step: the method {method} chooses its own; set tol instead")
+
+
+def time_scale(p: Parameters) -> float:
+    """√(m/stiffness), s, with all linear springs in parallel: the scale of fixed steps."""
+    return math.sqrt(p.m / (p.k1 + p.k2 + p.k3))
 
 
 def _taylor(problem: Problem) -> Stepper:
@@ -106,19 +116,22 @@ def fixed_step(problem: Problem) -> float:
     """
     if problem.step is not None:
         return problem.step
-    p = problem.parameters
-    return _REFERENCE_STEP * math.sqrt(p.m / (p.k1 + p.k2 + p.k3))
+    return _REFERENCE_STEP * time_scale(problem.parameters)
 
 
-def _rk4(problem: Problem) -> Stepper:
-    from .reference import ReferenceStepper
+def _rk4(*, locate: bool) -> Callable[[Problem], Stepper]:
+    def stepper(problem: Problem) -> Stepper:
+        from .reference import ReferenceStepper
 
-    return ReferenceStepper(
-        problem.parameters,
-        problem.start,
-        step=fixed_step(problem),
-        separation=problem.separation,
-    )
+        return ReferenceStepper(
+            problem.parameters,
+            problem.start,
+            step=fixed_step(problem),
+            separation=problem.separation,
+            locate=locate,
+        )
+
+    return stepper
 
 
 def _scipy(solver: str) -> Callable[[Problem], Stepper]:
@@ -141,7 +154,8 @@ METHODS: Final[Mapping[str, Method]] = {
     method.name: method
     for method in (
         Method("taylor", "Taylor series of variable step, events to rounding", False, _taylor),
-        Method("rk4", "the paper's fixed-step RK4 with bisection (NumPy)", True, _rk4),
+        Method("rk4", "the paper's fixed-step RK4 with bisection", True, _rk4(locate=True)),
+        Method("rk4-across", "fixed-step RK4 across the switch", True, _rk4(locate=False)),
         Method("scipy-dop853", "SciPy's explicit Runge-Kutta of order 8", False, _scipy("DOP853")),
         Method("scipy-radau", "SciPy's implicit Radau of order 5", False, _scipy("Radau")),
         Method("scipy-lsoda", "SciPy's Adams/BDF with automatic choice", False, _scipy("LSODA")),

@@ -222,11 +222,18 @@ class ReferenceStepper:
         Step, s.
     separation : bool
         Whether separation is considered.
+    locate : bool
+        Whether switches are located, see `RungeKutta4`. If not, they count at the end of the step
+        in which they lie.
     """
 
-    def __init__(self, p: Parameters, state: State, *, step: float, separation: bool) -> None:
+    def __init__(
+        self, p: Parameters, state: State, *, step: float, separation: bool, locate: bool = True
+    ) -> None:
         self._p = p
-        self._integrator = RungeKutta4([p], [state], step=step, separation=separation)
+        self._integrator = RungeKutta4(
+            [p], [state], step=step, separation=separation, locate=locate
+        )
         self._waiting: list[Segment] = []
 
     def advance(self) -> Segment:
@@ -247,7 +254,7 @@ class ReferenceStepper:
             for piece in self._integrator.advance():
                 start = begin + float(piece.begin[0])
                 # The last piece ends on the grid, so that no rounding accumulates.
-                complete = not bool(piece.switches[0])
+                complete = not (self._integrator.locate and bool(piece.switches[0]))
                 end = self._integrator.t if complete else start + float(piece.duration[0])
                 if end > start:
                     self._waiting.append(self._segment(piece, (start, end)))

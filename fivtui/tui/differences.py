@@ -23,6 +23,8 @@ class Difference:
             return ["--set", f"{self.name}={self.text}"]
         if self.name == "separation":
             return ["--ignore-separation"] if self.text != CONSIDERED else []
+        if self.name == "accuracy":
+            return [f"--error={part.strip()}" for part in self.text.split(",") if part.strip()]
         return [f"--{self.name.replace('_', '-')}={self.text.replace(' ', '')}"]
 
     def __str__(self) -> str:

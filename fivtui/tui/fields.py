@@ -4,6 +4,7 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from typing import Final
 
+from fivtui.core.deviation import QUANTITIES
 from fivtui.core.errors import InputError
 from fivtui.core.parameters import PARAMETERS, Parameters, ParameterSpec, parse_number, unknown_name
 from fivtui.core.request import (
@@ -16,8 +17,9 @@ from fivtui.core.request import (
     make_problem,
     resolve_start,
 )
-from fivtui.scene import Scene
+from fivtui.scene import Accuracy, Scene
 from fivtui.simulation import ALL_METHODS
+from fivtui.verified import check_accuracy
 
 from .equations import equations_with
 from .nudges import Nudge, by_decade, by_digit, number_text
@@ -117,6 +119,14 @@ def _check_step(text: str) -> float | None:
     return make_problem(_ANY, start=_AT_ZERO, t_end=MAX_T_END, step=step).step
 
 
+def _check_accuracy(text: str) -> Accuracy:
+    asked = {}
+    for part in filter(None, (part.strip() for part in text.split(","))):
+        name, _, error = (word.strip() for word in part.partition("="))
+        asked[name] = error
+    return tuple(check_accuracy(asked).items())
+
+
 def _check_start(text: str) -> Start:
     parts = [part.strip() for part in text.split(",")]
     if parts == ["static"]:
@@ -139,6 +149,7 @@ _AT_ZERO: Final = (0.0, 0.0, 0.0, 0.0)
 _T_END_ALLOWED: Final = f"0 < t_end <= {MAX_T_END:g} s"
 _TOL_ALLOWED: Final = f"{TOL_RANGE[0]:g} <= tol <= {TOL_RANGE[1]:g}"
 _STEP_ALLOWED: Final = "0 < step <= t_end, or nothing"
+_ACCURACY_ALLOWED: Final = f"such as peak=1e-4; of {', '.join(QUANTITIES)}, or nothing"
 _START_ALLOWED: Final = "static, or four finite numbers x,vx,y,vy in m and m/s"
 
 _OF_THE_RUN: Final = (
@@ -205,9 +216,22 @@ _OF_THE_RUN: Final = (
         text_of=lambda scene: number_text(scene.tol),
         nudge=by_decade,
         details=(
-            ("use", "methods of variable step"),
+            ("use", "methods of variable step, where no accuracy is stated"),
             ("taylor, fmu", "relative error of the end state after about a hundred periods"),
         ),
+    ),
+    Field(
+        name="accuracy",
+        group="Transient",
+        symbol="",
+        unit="",
+        meaning="errors allowed, in place of tol and step",
+        allowed=_ACCURACY_ALLOWED,
+        default="",
+        check=_check_accuracy,
+        text_of=lambda scene: ", ".join(f"{name}={error:g}" for name, error in scene.accuracy),
+        when_empty="tol or step",
+        details=tuple(QUANTITIES.items()),
     ),
     Field(
         name="step",

@@ -8,10 +8,10 @@ from enum import Enum
 from typing import Final
 
 from fivtui.core.errors import Cancelled, ComputationError, InputError
-from fivtui.core.methods import METHODS
+from fivtui.core.methods import takes_step
 from fivtui.core.outcome import Transient
+from fivtui.runner import scene_transient
 from fivtui.scene import Scene
-from fivtui.simulation import simulate
 
 from .sampling import sample_times
 
@@ -81,7 +81,9 @@ class Run:
     def accuracy(self) -> str:
         """The accuracy asked for, in words."""
         scene = self.scene
-        if scene.method in METHODS and METHODS[scene.method].fixed_step:
+        if scene.accuracy:
+            return "error of " + ", ".join(f"{name} {error:g}" for name, error in scene.accuracy)
+        if takes_step(scene.method):
             step = "default step" if scene.step is None else f"step {scene.step:g} s"
             return f"{step}, error not controlled"
         return f"tol {scene.tol:g}"
@@ -110,17 +112,7 @@ def execute(run: Run) -> Outcome:
     """
     scene = run.scene
     try:
-        result = simulate(
-            scene.parameters,
-            t_end=scene.t_end,
-            tol=scene.tol,
-            separation=scene.separation,
-            start=scene.start,
-            method=scene.method,
-            step=scene.step,
-            samples=sample_times(scene),
-            progress=run.report,
-        )
+        result = scene_transient(scene, samples=sample_times(scene), progress=run.report).transient
     except Cancelled:
         return Outcome()
     except (InputError, ComputationError) as error:

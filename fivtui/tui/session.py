@@ -7,7 +7,7 @@ from fivtui.core.errors import InputError
 from fivtui.core.parameters import PARAMETERS, Parameters
 from fivtui.core.request import Start
 from fivtui.core.stability import Stability, stability
-from fivtui.scene import Scene
+from fivtui.scene import Accuracy, Scene
 
 from .differences import base_scene, differences
 from .fields import CONSIDERED, FIELDS
@@ -221,6 +221,8 @@ class Session:
             tol=self._number("tol"),
             method=self.texts["method"],
             step=self._step(),
+            accuracy=cast("Accuracy", FIELDS["accuracy"].check(self.texts["accuracy"])),
+            outputs=self._loaded.outputs,
         )
 
     def outdated(self, run: Run) -> bool:
