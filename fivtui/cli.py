@@ -616,6 +616,60 @@ def claims(markdown: bool, as_json: bool) -> None:
 @fivtui.command()
 @scene_argument
 @set_option
+@click.option("--ignore-separation", is_flag=True, help="Contact never breaks (Case 2).")
+@click.option("--t-end", metavar="S", help="Horizon in seconds.")
+@click.option("--tol", metavar="R", help="Relative tolerance, 1e-13 to 1e-2.")
+@json_option
+def accuracy(scene: str, assignments: tuple[str, ...], as_json: bool, **given: Any) -> None:
+    """Say how far to trust the numbers of a transient.
+
+    Holds it against a finer run, follows how an error at the start grows, and estimates the largest
+    Lyapunov exponent: whether errors decay, stay bounded or grow in the long run.
+    """
+    from dataclasses import replace
+
+    from .accuracy import accuracy as judge
+    from .accuracy import accuracy_to_dict
+    from .report import Progress, print_accuracy
+
+    chosen = _scene(scene, assignments)
+    changes: dict[str, Any] = {
+        name: parse_number(name, given[name], "a number")
+        for name in ("t_end", "tol")
+        if given[name] is not None
+    }
+    if given["ignore_separation"]:
+        changes["separation"] = False
+    with Progress("accuracy") as progress:
+        found = judge(replace(chosen, **changes), progress=progress)
+    if as_json:
+        _print_json(accuracy_to_dict(found))
+    else:
+        print_accuracy(found)
+
+
+@fivtui.command()
+@json_option
+def extremes(as_json: bool) -> None:
+    """Try every method on scenes that break solvers: right, refused or wrong.
+
+    Each result is held against a solution in quadruple precision. A method is refused where it says
+    itself that it cannot go on, or needs more steps than the trial allows.
+    """
+    from .report import Progress, print_trials
+    from .trials import run_trials, trials_to_dict
+
+    with Progress("extremes") as progress:
+        found = run_trials(progress=progress)
+    if as_json:
+        _print_json(trials_to_dict(found))
+    else:
+        print_trials(found)
+
+
+@fivtui.command()
+@scene_argument
+@set_option
 @click.option("--thorough", is_flag=True, help="Take about two minutes instead of seven seconds.")
 @error_option("Name the cheapest setting for an error of final, peak, half_range or events (s).")
 @_path_option("--out", "FILE.csv", "Write all settings measured.")
@@ -654,25 +708,6 @@ def _wishes(assignments: Sequence[str]) -> dict[str, float]:
 
     pairs = _assigned("--error", assignments, "peak=1e-4")
     return {check_quantity(name): check_error(name, text) for name, text in pairs.items()}
-
-
-@fivtui.command()
-@json_option
-def extremes(as_json: bool) -> None:
-    """Try every method on scenes that break solvers: right, refused or wrong.
-
-    Each result is held against a solution in quadruple precision. A method is refused where it says
-    itself that it cannot go on, or needs more steps than the trial allows.
-    """
-    from .report import Progress, print_trials
-    from .trials import run_trials, trials_to_dict
-
-    with Progress("extremes") as progress:
-        found = run_trials(progress=progress)
-    if as_json:
-        _print_json(trials_to_dict(found))
-    else:
-        print_trials(found)
 
 
 @fivtui.command()

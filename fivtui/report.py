@@ -22,6 +22,7 @@ from .core.stability import Stability
 from .map_results import MAP_COLUMNS
 
 if TYPE_CHECKING:
+    from .accuracy import Accuracy
     from .compare import Comparison
     from .core.modes import VibrationMode
     from .core.stability_map import StabilityMap
@@ -283,6 +284,40 @@ def print_rows(title: str, header: Sequence[str], rows: Sequence[Sequence[str]])
     for row in rows:
         table.add_row(*row)
     _print(table)
+
+
+def print_accuracy(found: "Accuracy") -> None:
+    """Print how far to trust a run.
+
+    Parameters
+    ----------
+    found : Accuracy
+        What `accuracy` returned.
+    """
+    from .accuracy import believed_digits
+
+    run, growth = found.run, found.growth
+    units = {"x": "m", "vx": "m/s", "y": "m", "vy": "m/s", "separations": "", "separated_time": "s"}
+    rows = [
+        (name, believed_digits(entry), f"{entry.difference:.1e}", units.get(name, "m"))
+        for name, entry in found.estimates.items()
+    ]
+    print_rows(
+        f"Accuracy of {run.t_end:g} s by {run.method}, held against {found.finer}",
+        ("number", "digits to believe", "difference", "unit"),
+        rows,
+    )
+    print_list(
+        "Growth of a small error",
+        [
+            ("over the run", f"at most {growth.greatest:.3g} times, {growth.final:.3g} at the end"),
+            (
+                "largest Lyapunov exponent",
+                f"{number(growth.exponent, 3)} 1/s  (zero within {number(growth.uncertainty, 2)})",
+            ),
+            ("in the long run it", growth.fate),
+        ],
+    )
 
 
 def print_trials(found: "Mapping[str, Mapping[str, Finding]]") -> None:

@@ -25,6 +25,8 @@ FloatArray = NDArray[np.float64]
 # The series of a span of ‖A‖ s <= 2 ends with 2²⁶/26!, far below rounding.
 _REACH: Final = 2.0
 DEGREE: Final = 26
+# A motion that gets here has overflowed: a margin for its derivatives and bounds.
+_LARGEST: Final = 1e300
 # Halvings of that span: over the shortest a motion differs from its chord by rounding.
 DEEPEST: Final = 28
 
@@ -154,10 +156,9 @@ class LinearMotion:
             while np.any(far := left >= span):
                 states[far] = self.after(states[far], level)
                 left[far] -= span
-        series = self.series(states)
-        total = np.zeros_like(states)
-        for term in series[::-1]:
-            total = total * left[:, None] + term
+        share, total = (left / self.spans[self.base])[:, None], np.zeros_like(states)
+        for term in self.series(states)[::-1]:
+            total = total * share + term
         return total
 
     def series(self, z: FloatArray) -> FloatArray:
@@ -171,11 +172,12 @@ class LinearMotion:
         Returns
         -------
         ndarray, shape (27, n, 4)
-            Coefficients of powers of the time since, which converge over the base span.
+            Coefficients of powers of (time since)/(base span), over which they converge.
         """
-        terms = [z, self.velocity(z)]
+        span = self.spans[self.base]
+        terms, scaled = [z, self.velocity(z) * span], self.matrix.T * span
         for n in range(2, DEGREE + 1):
-            terms.append(terms[-1] @ self.matrix.T / n)
+            terms.append(terms[-1] @ scaled / n)
         return np.array(terms)
 
 
@@ -237,12 +239,12 @@ class Walk:
         if blocked:
             x, vx, y, vy = motion.states(self.z)[0].tolist()
             raise overflow_error(t_end - left, (x, vx, y, vy))
-        # What is left is below the resolution of the spans.
-        self.z = motion.at(self.z[0], np.array([left]))
+        # What is left is so short that the chord will do.
+        self.z = self.z + left * motion.velocity(self.z)
         self.t = t_end
         return taken
 
     def _finite(self, z: FloatArray) -> bool:
         force = self._stiffness * z[0, 2]
         reached = (*self._motion.states(z)[0], *self._motion.velocity(z)[0], force)
-        return all(map(math.isfinite, reached))
+        return all(abs(number) < _LARGEST for number in reached)

@@ -127,7 +127,7 @@ def _solution(
     end = np.minimum(begin + span, t_end)
     duration = end - begin
     series = motion.series(motion.at(start, begin))
-    powers = duration ** np.arange(DEGREE + 1)[:, None]
+    powers = (duration / span) ** np.arange(DEGREE + 1)[:, None]
     contact = np.full(count, float(Mode.CONTACT))
     rows = np.stack([begin, np.zeros(count), duration, end, contact], axis=1)
     x, y = series[:, :, 0] * powers, series[:, :, 2] * powers

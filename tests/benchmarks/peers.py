@@ -141,14 +141,12 @@ def _numbalsoda(scene: Reference, start: State, tol: float) -> Run:
 
 
 def _c_rk4(scene: Reference, start: State, step: float) -> Run:
-    library, folder = _compiled()
+    library = _compiled()
     values = (ctypes.c_double * 9)(*scene.parameters.as_dict().values())
     steps = round(scene.t_end / step)
     contact = int(mode_of(scene.parameters, start, separation=scene.separation))
-    kept = [folder]
 
     def run() -> Sequence[float]:
-        assert kept
         state = (ctypes.c_double * 4)(*start)
         step_s = ctypes.c_double(scene.t_end / steps)
         library.run(values, state, contact, int(scene.separation), step_s, ctypes.c_long(steps))
@@ -157,10 +155,10 @@ def _c_rk4(scene: Reference, start: State, step: float) -> Run:
     return run
 
 
-def _compiled() -> tuple[ctypes.CDLL, tempfile.TemporaryDirectory[str]]:
-    folder = tempfile.TemporaryDirectory()
-    library = Path(folder.name) / "rk4.so"
+def _compiled() -> ctypes.CDLL:
     source = Path(__file__).with_name("rk4.c")
-    command = ["gcc", "-O3", "-march=native", "-shared", "-fPIC", "-o", str(library), str(source)]
-    subprocess.run(command, check=True)
-    return ctypes.CDLL(str(library)), folder
+    with tempfile.TemporaryDirectory() as folder:
+        library = Path(folder) / "rk4.so"
+        command = ["gcc", "-O3", "-march=native", "-shared", "-fPIC", "-o", str(library)]
+        subprocess.run([*command, str(source)], check=True)
+        return ctypes.CDLL(str(library))

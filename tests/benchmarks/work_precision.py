@@ -67,8 +67,8 @@ def measure(
             run = solver.prepare(scene, start, setting)
             try:
                 final = run()
-            except (ComputationError, ArithmeticError, RuntimeError) as error:
-                say(f"{solver.name} at {setting:.3g}: {error}")
+            except (ComputationError, ArithmeticError, RuntimeError) as failure:
+                say(f"{solver.name} at {setting:.3g}: {failure}")
                 continue
             off = float(np.abs(np.subtract(final, scene.final)).max()) / size
             cases.append((solver.name, setting, off, run))
@@ -87,7 +87,7 @@ def _least_cpu(run: Callable[[], object], seconds: float) -> float:
     least, spent = math.inf, 0.0
     gc.disable()
     try:
-        while spent < seconds:
+        while spent <= seconds:
             begin = time.thread_time()
             run()
             taken = time.thread_time() - begin
