@@ -10,11 +10,12 @@ from typing import Any, Final, Literal, cast
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from .batch_request import columns, flags, starts
 from .batch_result import Batch, BatchAmplitude, BatchEvents, BatchPeak, BatchSteady, Floats, Status
 from .errors import Cancelled, InputError
 from .kernel_loader import KernelLoader
 from .model import Mode
-from .parameters import PARAMETERS, Parameters, parameter_spec, unknown_name
+from .parameters import Parameters, unknown_name
 from .recurrences import constants
 from .request import DEFAULT_T_END, DEFAULT_TOL, check_horizon, check_tolerance
 from .taylor import LONGEST_STEP, local_tolerance, order_for
@@ -97,7 +98,7 @@ def simulate_batch(
     >>> [f"{y:.3f}" for y in batch.amplitude.y_abs]
     ['5.990', '10.503', '16.170']
     """
-    columns, size = _columns(parameters, base or Parameters())
+    table, size = columns(parameters, base or Parameters())
     for name in require:
         if name not in REQUIREMENTS:
             raise unknown_name("requirement", name, REQUIREMENTS)
@@ -106,10 +107,10 @@ def simulate_batch(
     if max_steps < 1:
         raise InputError(f"max_steps = {max_steps}: allowed is 1 or more")
     work = _Work(
-        columns,
+        table,
         size,
-        separation=_flags(separation, size),
-        start=_starts(start, size),
+        separation=flags(separation, size),
+        start=starts(start, size),
         t_end=check_horizon(t_end),
         tol=check_tolerance(tol),
         require=frozenset(require),
@@ -121,82 +122,6 @@ def simulate_batch(
             raise Cancelled
     work.run(kernels.module(), workers or os.cpu_count() or 1, report)
     return work.result()
-
-
-def _columns(
-    parameters: Mapping[str, ArrayLike] | ArrayLike, base: Parameters
-) -> tuple[dict[str, Floats], int]:
-    # Nine columns of equal length, checked.
-    if isinstance(parameters, Mapping):
-        given = {name: _numbers(name, value) for name, value in parameters.items()}
-        for name in given:
-            parameter_spec(name)
-        try:
-            shape = np.broadcast_shapes((1,), *(column.shape for column in given.values()))
-        except ValueError:
-            shapes = ", ".join(f"{name} {column.shape}" for name, column in given.items())
-            raise InputError(f"parameters: shapes do not fit each other ({shapes})") from None
-        if len(shape) != 1:
-            raise InputError(f"parameters: shape {shape}; allowed is one axis")
-        whole = {name: np.asarray(value) for name, value in base.as_dict().items()} | given
-        columns = {name: np.broadcast_to(column, shape) for name, column in whole.items()}
-    else:
-        table = _numbers("parameters", parameters)
-        if table.ndim != 2 or table.shape[1] != len(PARAMETERS):
-            raise InputError(
-                f"parameters: shape {table.shape}; allowed is (n, {len(PARAMETERS)}), "
-                f"columns {', '.join(PARAMETERS)}"
-            )
-        columns = dict(zip(PARAMETERS, table.T, strict=True))
-    size = next(iter(columns.values())).size
-    if size > 0:
-        for name, column in columns.items():
-            _check(name, column)
-    return columns, size
-
-
-def _numbers(name: str, value: ArrayLike) -> Floats:
-    try:
-        return np.asarray(value, dtype=np.float64)
-    except (TypeError, ValueError):
-        raise InputError(f"{name}: not an array of numbers") from None
-
-
-def _check(name: str, column: Floats) -> None:
-    # Least and greatest tell of every element, NaN included.
-    spec = parameter_spec(name)
-    try:
-        spec.check(float(column.min()))
-        spec.check(float(column.max()))
-    except InputError:
-        for place, value in enumerate(column.tolist()):
-            try:
-                spec.check(value)
-            except InputError as error:
-                raise InputError(f"member {place}: {error}") from None
-
-
-def _flags(separation: ArrayLike, size: int) -> NDArray[np.bool_]:
-    flags = np.asarray(separation)
-    if flags.dtype != np.bool_ or flags.shape not in ((), (size,)):
-        raise InputError(f"separation: allowed is a bool, or an array of {size}")
-    return np.broadcast_to(flags, (size,))
-
-
-def _starts(start: ArrayLike, size: int) -> Floats | None:
-    # None for static ones.
-    if isinstance(start, str) and start == "static":
-        return None
-    allowed = f"allowed is static, or finite numbers x,vx,y,vy, shape (4,) or ({size}, 4)"
-    try:
-        states = np.asarray(start, dtype=np.float64)
-    except (TypeError, ValueError):
-        raise InputError(f"start = {start!r}: {allowed}") from None
-    if states.shape not in ((4,), (size, 4)):
-        raise InputError(f"start: shape {states.shape}; {allowed}")
-    if states.size > 0 and not np.isfinite([states.min(), states.max()]).all():
-        raise InputError(f"start: not all finite; {allowed}")
-    return np.broadcast_to(states, (size, 4))
 
 
 class _Work:
@@ -266,7 +191,7 @@ class _Work:
         return still
 
     def _worker(self, lanes: Any, workers: int) -> None:
-        work = np.empty(lanes.WORK_SIZE)
+        work = np.empty(lanes.rows.WORK_SIZE)
         share = 1 if workers == 1 else 2 * workers
         while not self._stop:
             with self._lock:
@@ -281,7 +206,7 @@ class _Work:
     def _compute(self, lanes: Any, where: slice, work: Floats) -> None:
         p = {name: column[where] for name, column in self._columns.items()}
         members = self._members(lanes, p, where)
-        outcomes = np.empty((len(members), lanes.OUTCOME_COLUMNS))
+        outcomes = np.empty((len(members), lanes.rows.OUTCOME_COLUMNS))
         # A member's field is its own: what is linear cannot overflow in a square.
         cubic = p["k_nl"] > 0.0
         for field in (True, False):
@@ -289,12 +214,12 @@ class _Work:
             if places.size == len(members):
                 self._advance(lanes, members, outcomes, work, cubic=field)
             elif places.size > 0:
-                some = np.empty((places.size, lanes.OUTCOME_COLUMNS))
+                some = np.empty((places.size, lanes.rows.OUTCOME_COLUMNS))
                 self._advance(lanes, members[places], some, work, cubic=field)
                 outcomes[places] = some
             if self._stop:
                 return
-        self._keep(lanes.Outcome(*outcomes.T), p["F"], where)
+        self._keep(lanes.rows.Outcome(*outcomes.T), p["F"], where)
 
     def _advance(
         self, lanes: Any, members: Floats, outcomes: Floats, work: Floats, *, cubic: bool
@@ -335,10 +260,10 @@ class _Work:
             start = self._start[where]
         stiffness = p.k1 + p.k2 + p.k3
         off = constants(p, Mode.SEPARATED)
-        members = np.empty((separation.size, lanes.MEMBER_COLUMNS))
+        members = np.empty((separation.size, lanes.rows.MEMBER_COLUMNS))
         with np.errstate(all="ignore"):
             frequency = 1.0 / np.sqrt(p.m / stiffness)
-            values = lanes.Member(
+            values = lanes.rows.Member(
                 *constants(p, Mode.CONTACT),
                 xy_off=off.xy,
                 yy_off=off.yy,
