@@ -101,25 +101,25 @@ def warning_of(result: Coexistence) -> str | None:
     Returns
     -------
     str or None
-        None unless the equilibrium attracts beside something else.
+        None unless the equilibrium attracts beside something else, or a motion did not settle.
     """
     if not result.coexists:
-        return None
+        return None if result.settled else "some motions did not settle in the time allowed"
     others = [
         _OTHERS.get(attractor.kind, f"a {describe(attractor)}")
         for attractor in result.attractors
         if attractor.kind is not Kind.EQUILIBRIUM
     ]
-    offsets = result.escape and [
+    beside = f"it coexists with {' and '.join(others)}"
+    if result.escape is None:
+        return f"the equilibrium is reached from some starts alone: {beside}"
+    offsets = [
         f"{value:.4g} m {where}"
         for where, value in (("above", result.escape.up), ("below", result.escape.down))
         if value is not None
     ]
     released = f"; a release from rest {' or '.join(offsets)} it leaves it" if offsets else ""
-    return (
-        "the equilibrium is stable for small disturbances alone: it coexists with "
-        f"{' and '.join(others)}{released}"
-    )
+    return f"the equilibrium is stable for small disturbances alone: {beside}{released}"
 
 
 def warning_along(result: Continuation) -> str | None:

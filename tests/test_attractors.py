@@ -6,11 +6,12 @@ from hypothesis import assume, given, settings
 from hypothesis import strategies as st
 
 from fivtui import Parameters, simulate, stability
+from fivtui.attractor_results import warning_of
 from fivtui.core.attraction import Attraction
 from fivtui.core.attractors import Attractor, Explorer, Kind, find_attractors
 from fivtui.core.basin import EscapeOffset, basin, escape_offset
 from fivtui.core.coexistence import Coexistence, coexistence
-from fivtui.core.continuation import continuation
+from fivtui.core.continuation import BranchPoint, Continuation, continuation
 from fivtui.core.errors import Cancelled, InputError
 from fivtui.core.model import equilibrium
 from tests.strategies import moderate_parameters
@@ -185,6 +186,28 @@ def test_a_wrong_continuation_is_refused() -> None:
         continuation(COEXISTENCE, "mu", [1.0, 1.0])
     with pytest.raises(InputError, match="allowed is 0 <= mu"):
         continuation(COEXISTENCE, "mu", [-1.0, 1.0])
+
+
+def test_what_did_not_settle_is_said_and_is_no_coexistence() -> None:
+    rest, open_end = Attractor(Kind.EQUILIBRIUM), Attractor(Kind.UNSETTLED)
+    result = Coexistence(COEXISTENCE, True, (rest, open_end), None)
+    assert not result.coexists
+    assert warning_of(result) == "some motions did not settle in the time allowed"
+    points = tuple(BranchPoint(0.5, ("up",), each) for each in (rest, open_end))
+    assert Continuation(COEXISTENCE, True, "mu", np.array([0.5]), points).coexisting == []
+
+
+def test_growth_without_bounds_beside_the_equilibrium_is_warned_of() -> None:
+    pair = (Attractor(Kind.EQUILIBRIUM), Attractor(Kind.UNBOUNDED))
+    said = warning_of(Coexistence(COEXISTENCE, True, pair, EscapeOffset(0.5, None)))
+    assert said is not None
+    assert "with unbounded growth; a release from rest 0.5 m above it" in said
+
+
+def test_without_damping_nothing_settles() -> None:
+    undamped = Parameters(c1=0.0, c2=0.0, mu=0.0)
+    start = (0.0, 0.0, -0.5, 0.0)
+    assert find_attractors(undamped, starts=[start]) == (Attractor(Kind.UNSETTLED),)
 
 
 def test_every_search_can_be_cancelled() -> None:

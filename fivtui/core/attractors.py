@@ -1,6 +1,6 @@
 """Attractors: what a start reaches, equilibrium or limit cycle, and which of them coexist."""
 
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable, Iterable
 from dataclasses import dataclass
 from enum import StrEnum
 from typing import Final
@@ -361,8 +361,3 @@ def add_new(found: list[Attractor], reached: Attractor) -> int:
             return place
     found.append(reached)
     return len(found) - 1
-
-
-def vibrating(found: Sequence[Attractor]) -> list[Attractor]:
-    """Those attractors that are not the equilibrium."""
-    return [each for each in found if each.kind is not Kind.EQUILIBRIUM]

@@ -147,7 +147,7 @@ class EscapeOffset:
     ----------
     up, down : float or None
         Offset above and below the equilibrium, m, both positive; None if every offset that was
-        tried comes back.
+        tried comes back, or does not settle in the time allowed.
     """
 
     up: float | None
@@ -198,26 +198,27 @@ def escape_offset(
     found: list[float | None] = []
     for turn, sign in enumerate((1.0, -1.0)):
 
-        def returns(offset: float, sign: float = sign) -> bool:
-            state = (x, 0.0, y + sign * offset, 0.0)
-            return explorer.reach(state).kind is Kind.EQUILIBRIUM
+        def end(offset: float, sign: float = sign) -> Kind:
+            return explorer.reach((x, 0.0, y + sign * offset, 0.0)).kind
 
         inside, outside = 0.0, None
         for step, offset in enumerate(ladder):
             if progress is not None and not progress((turn + step / len(ladder)) / 2.0):
                 raise Cancelled
-            if not returns(offset):
-                outside = offset
-                break
-            inside = offset
-        found.append(None if outside is None else _bisected(returns, inside, outside))
+            kind = end(offset)
+            if kind is Kind.EQUILIBRIUM:
+                inside = offset
+                continue
+            outside = None if kind is Kind.UNSETTLED else offset
+            break
+        found.append(None if outside is None else _bisected(end, inside, outside))
     if progress is not None:
         progress(1.0)
     return EscapeOffset(*found)
 
 
-def _bisected(returns: Callable[[float], bool], inside: float, outside: float) -> float:
+def _bisected(end: Callable[[float], Kind], inside: float, outside: float) -> float:
     while outside - inside > _RESOLVED * outside:
         middle = 0.5 * (inside + outside)
-        inside, outside = (middle, outside) if returns(middle) else (inside, middle)
+        inside, outside = (middle, outside) if end(middle) is Kind.EQUILIBRIUM else (inside, middle)
     return outside

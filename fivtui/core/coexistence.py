@@ -40,9 +40,14 @@ class Coexistence:
 
     @property
     def coexists(self) -> bool:
-        """Whether the equilibrium attracts, and something else does too."""
-        kinds = [attractor.kind for attractor in self.attractors]
+        """Whether the equilibrium attracts, and a vibration or unbounded growth does too."""
+        kinds = {attractor.kind for attractor in self.attractors} - {Kind.UNSETTLED}
         return Kind.EQUILIBRIUM in kinds and len(kinds) > 1
+
+    @property
+    def settled(self) -> bool:
+        """Whether every motion that was followed settled in the time allowed."""
+        return all(attractor.kind is not Kind.UNSETTLED for attractor in self.attractors)
 
 
 def coexistence(

@@ -67,16 +67,15 @@ class Continuation:
 
     @property
     def coexisting(self) -> list[float]:
-        """Values at which the equilibrium attracts and so does a vibration, ascending."""
-        still, moving = (
-            {
-                point.value
-                for point in self.points
-                if (point.attractor.kind is Kind.EQUILIBRIUM) is rests
-            }
-            for rests in (True, False)
+        """Values at which the equilibrium attracts and so does something else, ascending."""
+        kinds: dict[float, set[Kind]] = {}
+        for point in self.points:
+            kinds.setdefault(point.value, set()).add(point.attractor.kind)
+        return sorted(
+            value
+            for value, met in kinds.items()
+            if Kind.EQUILIBRIUM in met and met - {Kind.EQUILIBRIUM, Kind.UNSETTLED}
         )
-        return sorted(still & moving)
 
 
 def continuation(
