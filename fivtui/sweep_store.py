@@ -9,6 +9,7 @@ members failed, and the checksum of its content: ``000000012.3.5f1c….parquet``
 import hashlib
 import io
 import json
+import os
 import re
 import textwrap
 from collections.abc import Iterator
@@ -274,6 +275,7 @@ class SweepStore:
             write_atomically(merged, merge, force=True)
         check_output(self._out, force=self._force)
         merged.replace(self._target)
+        _sync(self._target.parent)
         self.complete = True
         self._clear()
 
@@ -352,6 +354,16 @@ def open_store(
 
 def _write(file: BinaryIO, content: bytes) -> None:
     file.write(content)
+
+
+def _sync(folder: Path) -> None:
+    # The new name must outlive a loss of power before what it replaces is removed.
+    if os.name == "posix":
+        handle = os.open(folder, os.O_RDONLY)
+        try:
+            os.fsync(handle)
+        finally:
+            os.close(handle)
 
 
 def _checksum(content: bytes) -> str:

@@ -179,6 +179,18 @@ def test_rows_are_what_single_runs_give() -> None:
     ]  # fmt: skip
 
 
+@pytest.mark.parametrize("names", [(name,) for name in DEFAULT_OUTPUTS])
+def test_an_output_does_not_depend_on_the_others(names: tuple[str, ...]) -> None:
+    for separation in (True, False):
+        vary = {"F": (60.0, 120.0), "k2": (40.0, 60.0)}
+        together, alone = (
+            sweep(vary=vary, separation=separation, t_end=20.0, outputs=outputs).table.numbers
+            for outputs in (DEFAULT_OUTPUTS, names)
+        )
+        assert list(alone) == ["F", "k2", *names]
+        np.testing.assert_allclose(alone[names[0]], together[names[0]], rtol=1e-9, atol=1e-12)
+
+
 def test_a_component_of_the_start_replaces_that_of_the_scene() -> None:
     at_rest = simulate(t_end=0.5, kernel="compiled").start
     outputs = ("x_end", "y_end")

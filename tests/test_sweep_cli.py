@@ -9,12 +9,14 @@ import time
 from pathlib import Path
 from typing import Any
 
+import click
 import numpy as np
 import pytest
 from matplotlib.figure import Figure
 
 from fivtui.cli import _run
-from fivtui.core.design import Design, Kind, Range
+from fivtui.cli import fivtui as commands
+from fivtui.core.design import KINDS, Design, Kind, Range
 from fivtui.core.errors import InputError
 from fivtui.core.parameters import Parameters
 from fivtui.core.sweep import DEFAULT_OUTPUTS, Study
@@ -197,6 +199,12 @@ def test_without_a_terminal_progress_is_a_line_now_and_then(
         "fivtui: 530 of 1000 members (53.0%), 1/s, 8 min left".replace("8 min", "7.8 min"),
         "fivtui: 560 of 1000 members (56.0%), 1/s, 7.3 min left",
     ]
+
+
+def test_the_designs_offered_are_those_that_there_are() -> None:
+    (option,) = [param for param in commands.commands["sweep"].params if param.name == "kind"]
+    assert isinstance(option.type, click.Choice)
+    assert list(option.type.choices) == list(KINDS)
 
 
 def test_cases_are_those_of_the_options() -> None:

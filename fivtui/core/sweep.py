@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from .batch import Requirement, simulate_batch
-from .batch_result import Batch
+from .batch_result import Batch, BatchAmplitude, BatchPeak
 from .design import START_SPECS, VARIABLES, Design
 from .errors import Cancelled, ComputationError, InputError
 from .parameters import PARAMETERS, Parameters, unknown_name
@@ -17,6 +17,7 @@ from .stability import judge_growth
 from .transient import Progress
 
 ColumnKind = Literal["number", "count", "truth", "text"]
+Seen = Literal["peak", "amplitude"]
 DONE: Final = "done"
 FAILED: Final = "failed"
 
@@ -73,6 +74,7 @@ OUTPUTS: Final[Mapping[str, SweepColumn]] = {
 DEFAULT_OUTPUTS: Final = tuple(column.name for column in _TRANSIENT)
 
 _STATE: Final = ("x", "vx", "y", "vy")
+_NOT_OF_Y: Final = ("x_abs", "vx_max")
 _FORCE: Final = "contact_force"
 _FORCE_OVERFLOW: Final = (
     "the contact force grows out of the range of numbers; consider separation or a shorter horizon"
@@ -291,6 +293,8 @@ class _Block:
         if places.size == 0:
             return
         parameters = {name: c[places] for name, c in self.varied.items() if name in PARAMETERS}
+        # Extremes of y alone cost less than all.
+        seen: Seen = "peak" if any(name in study.outputs for name in _NOT_OF_Y) else "amplitude"
         # Without a parameter that varies the size of the batch has to be said by one.
         parameters.setdefault("F", np.full(places.size, study.parameters.F))
         batch = simulate_batch(
@@ -300,7 +304,7 @@ class _Block:
             tol=study.tol,
             separation=self.separation[places],
             start=start if isinstance(start, str) else start[places],
-            require={_required(column) for column in wanted},
+            require={_part(column, seen) for column in wanted},
             workers=1,
             progress=progress,
         )
@@ -308,8 +312,9 @@ class _Block:
             self.reasons[places[place]] = str(batch.failure(place))
         for column in wanted:
             if not column.path.startswith(_FORCE):
-                self.results[column.name][places] = _found(batch, column)
-        self._put_forces(places, batch)
+                self.results[column.name][places] = _found(batch, column, seen)
+        if any(column.path.startswith(_FORCE) for column in wanted):
+            self._put_forces(places, getattr(batch, seen))
         for column in wanted:
             self.results[column.name][[bool(reason) for reason in self.reasons]] = np.nan
 
@@ -335,7 +340,7 @@ class _Block:
                 target[:] = column
         return states
 
-    def _put_forces(self, places: NDArray[np.int64], batch: Batch) -> None:
+    def _put_forces(self, places: NDArray[np.int64], extremes: BatchPeak | BatchAmplitude) -> None:
         # P decreases with y, so its extremes are those of y, except that it ends at zero.
         k2, k_nl = (
             self.varied.get(name, np.full(len(self.reasons), getattr(self.study.parameters, name)))
@@ -344,7 +349,7 @@ class _Block:
         for name, extreme in (("P_min", "y_max"), ("P_max", "y_min")):
             if name not in self.results:
                 continue
-            y = getattr(batch.peak, extreme)
+            y = getattr(extremes, extreme)
             y = np.where(self.separation[places], np.minimum(y, 0.0), y)
             with np.errstate(over="ignore", invalid="ignore"):
                 force = -k2[places] * y - k_nl[places] * y * y * y + 0.0
@@ -367,13 +372,13 @@ class _Block:
                     self.results[name][place] = value
 
 
-def _required(column: SweepColumn) -> Requirement:
+def _part(column: SweepColumn, seen: Seen) -> Requirement:
+    # The part of a batch's result that a column comes from.
     part = column.path.split(".", maxsplit=1)[0]
-    return "peak" if part == _FORCE else cast("Requirement", part)
+    return seen if part in ("peak", _FORCE) else cast("Requirement", part)
 
 
-def _found(batch: Batch, column: SweepColumn) -> NDArray[np.float64]:
-    part, name = column.path.split(".")
-    if part == "final" and batch.final is not None:
-        return batch.final[:, _STATE.index(name)]
-    return np.asarray(getattr(getattr(batch, part), name), dtype=np.float64)
+def _found(batch: Batch, column: SweepColumn, seen: Seen) -> NDArray[np.float64]:
+    part, name = getattr(batch, _part(column, seen)), column.path.rsplit(".", maxsplit=1)[-1]
+    found = part[:, _STATE.index(name)] if name in _STATE else getattr(part, name)
+    return np.asarray(found, dtype=np.float64)
