@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any, Final, NoReturn
 import click
 
 from .core.errors import Cancelled, ComputationError, InputError
-from .core.parameters import PARAMETERS, parameter_spec, unknown_name
+from .core.parameters import PARAMETERS, parameter_spec, parse_number, unknown_name
 
 if TYPE_CHECKING:
     from contextlib import AbstractContextManager
