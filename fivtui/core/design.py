@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 
 from .errors import InputError
 from .parameters import PARAMETERS, ParameterSpec, unknown_name
+from .request import START_SPECS
 
 Kind = Literal["product", "list", "random", "sobol"]
 KINDS: Final[Mapping[str, str]] = {
@@ -28,22 +29,6 @@ MAX_SOBOL: Final = 2**_SOBOL_BITS
 _PHILOX_WORDS: Final = 4
 _MANTISSA: Final = 53
 
-_START_MAX: Final = 1e9
-
-
-def _start(name: str, symbol: str, unit: str, meaning: str) -> ParameterSpec:
-    return ParameterSpec(name, symbol, unit, 0.0, -_START_MAX, _START_MAX, False, meaning)
-
-
-START_SPECS: Final[Mapping[str, ParameterSpec]] = {
-    spec.name: spec
-    for spec in (
-        _start("x0", "x_0", "m", "horizontal displacement at the start"),
-        _start("vx0", "vx_0", "m/s", "horizontal velocity at the start"),
-        _start("y0", "y_0", "m", "vertical displacement at the start"),
-        _start("vy0", "vy_0", "m/s", "vertical velocity at the start"),
-    )
-}
 VARIABLES: Final[Mapping[str, ParameterSpec]] = {**PARAMETERS, **START_SPECS}
 
 
