@@ -9,10 +9,17 @@ from numpy.typing import NDArray
 
 from .batch import Requirement, simulate_batch
 from .batch_result import Batch, BatchAmplitude, BatchPeak
-from .design import START_SPECS, VARIABLES, Design
+from .design import VARIABLES, Design
 from .errors import Cancelled, ComputationError, InputError
 from .parameters import PARAMETERS, Parameters, unknown_name
-from .request import DEFAULT_T_END, DEFAULT_TOL, Start, make_problem, resolve_start
+from .request import (
+    DEFAULT_T_END,
+    DEFAULT_TOL,
+    START_SPECS,
+    Start,
+    make_problem,
+    resolve_start,
+)
 from .stability import judge_growth
 from .transient import Progress
 
