@@ -91,7 +91,7 @@ def run(
         switches=np.empty(0),
         separations=0,
         separated_time=0.0,
-        stats=Stats(steps=search.steps, kernel="exact"),
+        stats=Stats(steps=0, kernel="exact"),
         first_mode=Mode.CONTACT,
         trajectory=None if times is None else _trajectory(problem, motion, start, times),
         solution=_solution(problem, motion, start, max_steps) if dense else None,

@@ -83,7 +83,7 @@ class Stats:
     Attributes
     ----------
     steps : int
-        Integration steps; of an exact solution, the spans of time searched for extremes.
+        Integration steps; an exact solution takes none.
     cpu_s : float or None
         CPU time, s, where the caller measured it.
     kernel : str or None
