@@ -1,4 +1,4 @@
-"""Print the benchmarks of single runs and of starts, and draw the work-precision diagram."""
+"""Print the benchmarks of single runs, starts and batches, and draw the work-precision diagram."""
 
 import sys
 from pathlib import Path
@@ -6,6 +6,7 @@ from pathlib import Path
 import click
 
 from fivtui.report import print_list, print_rows
+from tests.benchmarks import batch
 from tests.benchmarks.peers import missing, peers
 from tests.benchmarks.solvers import OWN
 from tests.benchmarks.starts import starts
@@ -18,8 +19,9 @@ from tests.references import REFERENCES
 @click.option("--out", type=click.Path(path_type=Path), default=Path("work-precision.png"))
 @click.option("--seconds", default=0.3, help="CPU time for one setting in a round.")
 @click.option("--no-starts", is_flag=True, help="Do not time fresh processes.")
-def main(scene: str, out: Path, seconds: float, no_starts: bool) -> None:
-    """Measure single runs beside other solvers, and starts of fresh processes."""
+@click.option("--no-sweep", is_flag=True, help="Do not time batches.")
+def main(scene: str, out: Path, seconds: float, no_starts: bool, no_sweep: bool) -> None:
+    """Measure single runs and batches beside other solvers, and starts of fresh processes."""
 
     def say(text: str) -> None:
         print(text, file=sys.stderr, flush=True)
@@ -37,6 +39,8 @@ def main(scene: str, out: Path, seconds: float, no_starts: bool) -> None:
     if not no_starts:
         rows = [(name, f"{seconds:.3f} s") for name, seconds in starts()]
         print_list("Fresh processes, wall clock", rows)
+    if not no_sweep:
+        batch.main()
 
 
 main()

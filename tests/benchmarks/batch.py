@@ -6,6 +6,7 @@ of 1e-13, relative to the largest component of a state and to the peak.
 """
 
 import importlib.util
+import os
 import time
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -203,8 +204,22 @@ def measure(way: Way, tol: float) -> tuple[float, float, float]:
     return min(seconds), error, float(np.abs(peaks / exact.peak.y_abs - 1.0).max())
 
 
+def scaling() -> list[tuple[int, float]]:
+    """Members a second of wall-clock time, by the number of workers up to that of processors."""
+    forces = np.linspace(20.0, 140.0, 8 * COUNT)
+    found = []
+    for workers in range(1, (os.cpu_count() or 1) + 1):
+        best = 0.0
+        for _ in range(REPEATS):
+            begin = time.perf_counter()
+            simulate_batch({"F": forces}, t_end=T_END, workers=workers, require={"amplitude"})
+            best = max(best, forces.size / (time.perf_counter() - begin))
+        found.append((workers, best))
+    return found
+
+
 def main() -> None:
-    """Print the table."""
+    """Print the tables."""
     print(f"sweep over F, base scene, {T_END:g} s, µs of CPU a run on one core; worst errors")
     print(f"{'':38} {'tol':>6} {'µs':>8} {'state':>9} {'peak':>9}")
     for tol in TOLERANCES:
@@ -212,6 +227,10 @@ def main() -> None:
             seconds, state, peak = measure(way, tol)
             shown = "" if np.isnan(peak) else f"{peak:.1e}"
             print(f"{way.name:38} {tol:6.0e} {seconds * 1e6:8.1f} {state:9.1e} {shown:>9}")
+    print("workers, members a second, and how many times those of one worker")
+    rates = scaling()
+    for workers, rate in rates:
+        print(f"{workers:7} {rate:12.0f} {rate / rates[0][1]:8.2f}")
 
 
 if __name__ == "__main__":
