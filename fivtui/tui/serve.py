@@ -1,6 +1,8 @@
 """The terminal UI in a browser on this machine, by textual-serve."""
 
+import os
 import shlex
+import socket
 import subprocess
 import sys
 from collections.abc import Awaitable, Callable
@@ -43,6 +45,7 @@ def serve(port: int = DEFAULT_PORT, *, say: Callable[[str], None]) -> None:
     """
     if find_spec("textual_serve") is None:
         raise InputError("serve: needs textual-serve: install fivtui[serve]")
+    _check_free(port)
     from aiohttp import web
     from textual_serve.server import Server
 
@@ -74,8 +77,16 @@ def serve(port: int = DEFAULT_PORT, *, say: Callable[[str], None]) -> None:
         def initialize_logging(self) -> None:
             """Leave the terminal to the words of the program."""
 
+    LocalServer(_command(), host=HOST, port=port, title="fivtui").serve()
+
+
+def _check_free(port: int) -> None:
     try:
-        LocalServer(_command(), host=HOST, port=port, title="fivtui").serve()
+        with socket.socket() as probe:
+            if os.name == "posix":
+                # As the server itself does: a port left a moment ago is free there.
+                probe.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
+            probe.bind((HOST, port))
     except OSError as error:
         raise InputError(f"--port {port}: cannot be used: {error.strerror or error}") from None
 
