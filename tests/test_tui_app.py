@@ -2,7 +2,7 @@ from collections.abc import AsyncIterator
 
 import pytest
 from textual.pilot import Pilot
-from textual.widgets import Checkbox, Input, Select, TabbedContent
+from textual.widgets import Checkbox, Input, Select
 
 from fivtui.core import kernel_choice
 from fivtui.core.parameters import Parameters
@@ -10,6 +10,8 @@ from fivtui.core.stability import stability
 from fivtui.presets import PRESETS
 from fivtui.tui.app import FivtuiApp
 from fivtui.tui.runs import RunState
+from fivtui.tui.tab_book import TabBook
+from fivtui.tui.tabs import TABS
 from tests.tui_support import (
     ENDLESS,
     app_of,
@@ -263,7 +265,7 @@ async def test_a_failed_run_is_reported_and_logged(pilot: Pilot[None]) -> None:
     await type_into(pilot, "F", "-5")
     await pilot.press("f5")
     await until_shown(pilot, "run 1 failed")
-    pilot.app.screen.query_one("#tabs", TabbedContent).active = "log"
+    await pilot.press("alt+9")
     await until_shown(pilot, "ERROR: run 1: no equilibrium")
 
 
@@ -273,25 +275,28 @@ async def test_an_unexpected_failure_is_reported_without_traceback(
     def broken(_run: object) -> None:
         raise ZeroDivisionError("by zero")
 
-    monkeypatch.setattr("fivtui.tui.transient_pane.execute", broken)
+    monkeypatch.setattr("fivtui.tui.run_desk.execute", broken)
     await pilot.press("f5")
     await until_told(pilot, "unexpected ZeroDivisionError: by zero")
     assert "run 1 failed" in text_of(pilot)
     assert "Traceback" not in text_of(pilot)
 
 
-async def test_the_tabs_have_result_stability_runs_and_log(pilot: Pilot[None]) -> None:
-    await run_to_end(pilot)
-    await pilot.press("f2")
-    await until_shown(pilot, "range of y -2.685 to 10.50 m")
-    await pilot.press("f2")
+async def test_the_tabs_are_filled_when_they_are_shown(pilot: Pilot[None]) -> None:
     await until_shown(pilot, "critical μ, linear 1.018")
-    await pilot.press("f2")
-    await until_shown(pilot, "1 done 10.50 4.401")
-    await pilot.press("f2")
+    await run_to_end(pilot)
+    for _ in range(len(TABS)):
+        await pilot.press("f2")
+    assert pilot.app.screen.query_one(TabBook).active == "transient"
+    await pilot.press("alt+8")
+    await until_shown(pilot, "range of y -2.685 to 10.50 m")
+    await pilot.press("alt+9")
     await until_shown(pilot, "run 1 done; peak |y| 10.50 m")
-    await pilot.press("f2", "shift+f2", "shift+f2")
-    await until_shown(pilot, "1 done 10.50 4.401")
+    await pilot.press("shift+f2")
+    await until_shown(pilot, "range of y -2.685 to 10.50 m")
+    await pilot.press("alt+1")
+    await type_into(pilot, "F", "100")
+    await until_shown(pilot, "critical μ 0.597")
 
 
 async def test_a_run_of_the_list_is_shown_again(pilot: Pilot[None]) -> None:
@@ -299,11 +304,12 @@ async def test_a_run_of_the_list_is_shown_again(pilot: Pilot[None]) -> None:
     await type_into(pilot, "F", "40")
     await run_to_end(pilot)
     await until(pilot, lambda: "peak |y| 10.50 m" not in text_of(pilot))
-    pilot.app.screen.query_one("#tabs", TabbedContent).active = "runs"
-    await pilot.pause()
-    pilot.app.screen.query_one("RunsTable").focus()
+    await pilot.press("f3")
+    await until_shown(pilot, "1 done 10.50 4.401")
     await pilot.press("j", "enter")
     await until_shown(pilot, "peak |y| 10.50 m")
+    await pilot.press("f3")
+    await until(pilot, lambda: "half range m" not in text_of(pilot))
 
 
 @pytest.mark.parametrize(

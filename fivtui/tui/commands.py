@@ -5,7 +5,6 @@ from dataclasses import dataclass
 from functools import partial
 
 from textual.command import DiscoveryHit, Hit, Hits, Provider
-from textual.widgets import TabPane
 
 from fivtui.presets import PRESETS
 
@@ -13,6 +12,7 @@ from .exports import EXPORTS
 from .fields import FIELDS
 from .lab import LabScreen
 from .messages import FieldEdited, SceneLoaded
+from .tabs import TABS
 
 
 @dataclass(frozen=True, slots=True)
@@ -29,26 +29,24 @@ def _commands(lab: LabScreen) -> Iterator[Command]:
         yield Command("Run the transient", "F5", lab.action_run)
     else:
         yield Command("Stop the run", "F5", lab.action_stop)
-    if lab.shown is not None:
+    shown = lab.session.runs.shown
+    if shown is not None:
         for what in EXPORTS:
-            title = f"Write the {what} of run {lab.shown.number}…"
+            title = f"Write the {what} of run {shown.number}…"
             yield Command(title, "The suffix says the format", partial(lab.action_export, what))
-        yield Command("Show the last tenth", "Plots: steady vibration", lab.action_show_end)
-        yield Command("Show the whole horizon", "Plots", lab.action_show_all)
     yield Command("Open a scene…", "Ctrl+O", lab.action_open_scene)
     yield Command("Save the scene as…", "Ctrl+S", lab.action_save_scene)
     yield Command("Copy the command line", "fivtui simulate …", lab.action_copy_command)
     if lab.session.changed:
         yield Command("Reset all fields", "To the scene loaded", lab.action_reset_all)
     yield from _choices(lab)
-    for pane in lab.query(TabPane):
-        name = str(pane.id)
-        yield Command(f"Tab {name.capitalize()}", "F2: the next one", partial(lab.show_tab, name))
+    for tab in TABS:
+        yield Command(f"Tab {tab.title}", tab.key, partial(lab.show_tab, tab.id))
     for name, scene in PRESETS.items():
         message = partial(lab.post_message, SceneLoaded(scene, name, f"preset {name}"))
         yield Command(f"Preset {name}", scene.description, message)
     for run in lab.session.runs:
-        if run.result is not None and run is not lab.shown:
+        if run.result is not None and run is not shown:
             title = f"Show run {run.number}"
             yield Command(title, "Its plots and result", partial(lab.show_run, run.number))
 

@@ -1,8 +1,7 @@
 """The main screen: form, verdict and tabs around one session."""
 
-from collections.abc import Sequence
 from datetime import datetime
-from typing import ClassVar
+from typing import ClassVar, Final
 
 from textual import on
 from textual.app import ComposeResult
@@ -10,7 +9,7 @@ from textual.binding import ActiveBinding, Binding, BindingType
 from textual.containers import Horizontal, Vertical
 from textual.notifications import SeverityLevel
 from textual.screen import Screen
-from textual.widgets import Footer, RichLog, TabbedContent, TabPane
+from textual.widgets import Footer
 from textual.worker import Worker, WorkerState
 
 from fivtui.core.errors import ComputationError, InputError
@@ -24,20 +23,22 @@ from .messages import (
     FieldEdited,
     FieldNudged,
     Reported,
+    RunAsked,
     RunChosen,
+    RunEnded,
     RunsChanged,
     SceneLoaded,
 )
-from .plots import TransientPlots
-from .report import Row, result_rows, stability_brief, stability_rows, verdict
-from .runs import Run
+from .report import stability_brief, verdict
+from .run_bar import RunBar
+from .run_desk import RunDesk
 from .runs_pane import RunsPane
 from .session import Session
-from .table import RowsView
-from .transient_pane import TransientPane
+from .tab_book import TabBook
+from .tabs import TABS
 from .verdict import VerdictView
 
-_LAST_PART = 0.1
+_PROGRESS_PERIOD: Final = 0.1
 
 
 class LabScreen(Screen[None]):
@@ -55,51 +56,52 @@ class LabScreen(Screen[None]):
         Binding("f1", "help", "Help", key_display="F1"),
         Binding("f2", "turn_tab(1)", "Tab", key_display="F2"),
         Binding("shift+f2", "turn_tab(-1)", "Previous tab", show=False),
+        Binding("f3", "list_runs", "Runs", key_display="F3"),
         Binding("f6", "export('figure')", "Figure…", key_display="F6"),
         Binding("f7", "export('data')", "Data…", key_display="F7"),
         Binding("f8", "reset", "Reset", key_display="F8"),
         Binding("shift+f8", "reset_all", "Reset all", show=False),
         Binding("ctrl+o", "open_scene", "Open a scene", show=False),
         Binding("ctrl+s", "save_scene", "Save the scene", show=False),
+        *(Binding(tab.key, f"show_tab('{tab.id}')", tab.title, show=False) for tab in TABS),
     ]
 
     def __init__(self, session: Session) -> None:
         super().__init__()
         self.session = session
         self._files = FileDesk(self, session)
+        self._run_desk = RunDesk(self, session)
 
     def compose(self) -> ComposeResult:
-        """Form at the left, verdict and tabs at the right."""
+        """Form at the left, verdict, runs and tabs at the right."""
         with Horizontal(id="bench"):
             yield Form(self.session.texts)
             with Vertical(id="results"):
                 yield VerdictView(id="verdict")
-                with TabbedContent(id="tabs"):
-                    yield TransientPane(self.session)
-                    with TabPane("Result", id="result"):
-                        yield RowsView(id="result-rows")
-                    with TabPane("Stability", id="stability"):
-                        yield RowsView(id="stability-rows")
-                    yield RunsPane()
-                    with TabPane("Log", id="log"):
-                        yield RichLog(id="log-lines", wrap=True, min_width=20, markup=False)
+                yield RunBar()
+                yield TabBook(TABS, self.session)
+                yield RunsPane()
         yield Footer(compact=True)
 
     def on_mount(self) -> None:
-        """Show the session."""
-        self.query_one("#result-rows", RowsView).show([], "no result yet: F5 runs")
+        """Show the session, and prepare to poll the progress of runs."""
+        # The thread of a run never waits for the screen.
+        self._ticker = self.set_interval(_PROGRESS_PERIOD, self._show_progress, pause=True)
         self.show_inputs()
         self._show_runs()
         self.query_one(Form).focus_field("m")
         self.app.theme_changed_signal.subscribe(self, lambda _: self._redraw())
 
+    def on_unmount(self) -> None:
+        """Let a run that goes on end: the program would wait for its thread."""
+        self.session.runs.stop()
+
     def _redraw(self) -> None:
-        self.call_after_refresh(self.query_one(TransientPlots).redraw)
+        self.call_after_refresh(self._book.tell, lambda pane: pane.theme_changed())
 
     @property
-    def shown(self) -> Run | None:
-        """The run whose result is shown."""
-        return self.query_one(TransientPane).shown
+    def _book(self) -> TabBook:
+        return self.query_one(TabBook)
 
     @on(Reported)
     def _reported(self, event: Reported) -> None:
@@ -107,8 +109,8 @@ class LabScreen(Screen[None]):
             severity: SeverityLevel = "error" if event.error else "information"
             self.notify(event.words, severity=severity, markup=False)
         mark = "ERROR: " if event.error else ""
-        line = f"{datetime.now():%H:%M:%S} {mark}{event.words}"
-        self.query_one("#log-lines", RichLog).write(line)
+        self.session.reports.append(f"{datetime.now():%H:%M:%S} {mark}{event.words}")
+        self._book.tell(lambda pane: pane.reported())
 
     # Editing
 
@@ -136,7 +138,8 @@ class LabScreen(Screen[None]):
         mark = " (changed)" if session.changed else ""
         self.query_one(Form).show(f"{session.name}{mark}", session.texts, session.errors)
         self._show_verdict()
-        self.query_one(TransientPane).show_status()
+        self._show_progress()
+        self._book.tell(lambda pane: pane.scene_changed())
 
     def _show_verdict(self) -> None:
         view = self.query_one(VerdictView)
@@ -145,30 +148,41 @@ class LabScreen(Screen[None]):
         except (InputError, ComputationError) as error:
             why = ": invalid input" if isinstance(error, InputError) else ""
             view.show("invalid", [f"NO VERDICT{why}", str(error)])
-            self._show_stability([], str(error))
         else:
             view.show(verdict(found).lower(), stability_brief(parameters, found))
-            self._show_stability(stability_rows(parameters, found), "")
-
-    def _show_stability(self, rows: Sequence[Row], otherwise: str) -> None:
-        # A table out of sight is left alone until its tab is shown.
-        if self.query_one("#tabs", TabbedContent).active == "stability":
-            self.query_one("#stability-rows", RowsView).show(rows, otherwise)
-
-    @on(TabbedContent.TabActivated)
-    def _tab_shown(self) -> None:
-        self._show_verdict()
 
     # Runs and files
 
+    def _show_progress(self) -> None:
+        runs = self.session.runs
+        if runs.newest is not None:
+            outdated = self.session.outdated(runs.newest)
+            self.query_one(RunBar).show(runs.newest, outdated=outdated)
+        active = runs.active
+        if active is not None:
+            self._book.tell(lambda pane: pane.run_progressed(active))
+
     @on(RunsChanged)
     def _show_runs(self) -> None:
+        if self.session.runs.active is None:
+            self._ticker.pause()
+        else:
+            self._ticker.resume()
+        self._show_progress()
         self.query_one(RunsPane).show(self.session.runs)
-        shown = self.shown
-        if shown is not None and shown.result is not None:
-            rows = result_rows(shown.result, shown.accuracy)
-            self.query_one("#result-rows", RowsView).show(rows, "")
+        self._book.tell(lambda pane: pane.run_changed(self.session.runs.shown))
         self.refresh_bindings()
+
+    @on(RunAsked)
+    def _run_asked(self) -> None:
+        if self.session.runs.active is None:
+            self.action_run()
+        else:
+            self.action_stop()
+
+    @on(RunEnded)
+    def _run_ended(self, event: RunEnded) -> None:
+        self._run_desk.ended(event)
 
     @on(RunChosen)
     def _run_chosen(self, event: RunChosen) -> None:
@@ -186,7 +200,7 @@ class LabScreen(Screen[None]):
         if run is None or run.result is None:
             self.post_message(Reported(f"run {number} has no result", error=True))
             return
-        self.query_one(TransientPane).show_run(run)
+        self.session.runs.shown = run
         self.show_tab("transient")
         self._show_runs()
 
@@ -197,7 +211,7 @@ class LabScreen(Screen[None]):
 
     @on(Worker.StateChanged)
     def _thread_failed(self, event: Worker.StateChanged) -> None:
-        if event.state is WorkerState.ERROR:
+        if not self._run_desk.thread_failed(event.worker) and event.state is WorkerState.ERROR:
             words = f"unexpected {type(event.worker.error).__name__}: {event.worker.error}"
             self.post_message(Reported(f"{event.worker.name}: {words}", error=True))
 
@@ -215,23 +229,35 @@ class LabScreen(Screen[None]):
         applies = {"run": not running, "stop": running}
         if action == "export":
             # None: shown, but dimmed.
-            return True if self.shown is not None else None
+            return True if self.session.runs.shown is not None else None
         return applies.get(action, True)
 
     def action_run(self) -> None:
         """Begin a run of what is edited."""
-        self.show_tab("transient")
-        self.query_one(TransientPane).start_run()
+        if self._run_desk.start():
+            self.show_tab("transient")
 
     def action_stop(self) -> None:
         """Stop the run that goes on."""
-        self.query_one(TransientPane).stop_run()
+        self._run_desk.stop()
 
     def action_turn_tab(self, direction: int) -> None:
         """Show the next tab, or the one before."""
-        tabs = self.query_one("#tabs", TabbedContent)
-        panes = [pane.id or "" for pane in tabs.query(TabPane)]
-        self.show_tab(panes[(panes.index(tabs.active) + direction) % len(panes)])
+        self._book.turn(direction)
+
+    def action_list_runs(self) -> None:
+        """Show the list of runs and go there, or leave it."""
+        pane = self.query_one(RunsPane)
+        if pane.has_focus_within:
+            self.remove_class("-runs")
+            self.query_one(Form).focus_field("m")
+        else:
+            self.add_class("-runs")
+            pane.take_focus()
+
+    def action_show_tab(self, name: str) -> None:
+        """Show a tab."""
+        self.show_tab(name)
 
     def show_tab(self, name: str) -> None:
         """Show a tab.
@@ -241,12 +267,12 @@ class LabScreen(Screen[None]):
         name : str
             Its identifier.
         """
-        self.query_one("#tabs", TabbedContent).active = name
+        self._book.active = name
 
     def action_export(self, what: str) -> None:
         """Write something of the run shown to a file."""
-        if self.shown is not None:
-            self._files.export(what, self.shown)
+        if self.session.runs.shown is not None:
+            self._files.export(what, self.session.runs.shown)
 
     def action_open_scene(self) -> None:
         """Open a scene file."""
@@ -269,14 +295,6 @@ class LabScreen(Screen[None]):
         """Reset all fields to the scene's values."""
         self.session.reset_all()
         self.show_inputs()
-
-    def action_show_end(self) -> None:
-        """Show the last tenth of the horizon."""
-        self.query_one(TransientPlots).show_end(_LAST_PART)
-
-    def action_show_all(self) -> None:
-        """Show the whole horizon."""
-        self.query_one(TransientPlots).show_all()
 
     def action_help(self) -> None:
         """Help on the field in focus, or on everything."""

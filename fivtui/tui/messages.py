@@ -83,6 +83,11 @@ class WindowReset(Message):
 
 
 @dataclass
+class EndAsked(Message):
+    """The user wants to see the last part of the horizon."""
+
+
+@dataclass
 class SceneLoaded(Message):
     """A scene is to be edited; `source` is how the command line would name it, `words` says why."""
 

@@ -10,11 +10,12 @@ from textual_plot import PlotWidget
 from fivtui.core.outcome import Transient
 from fivtui.core.trajectory import COLUMNS
 
-from .messages import WindowReset
+from .messages import EndAsked, WindowReset
 from .time_plot import SeparationStrip, TimePlot
 
 _LABELS = {column.name: f"{column.name} / {column.unit}" for column in COLUMNS}
 _LEAST_WINDOW = 1e-6
+_LAST_PART = 0.1
 
 
 class TransientPlots(Vertical):
@@ -56,17 +57,12 @@ class TransientPlots(Vertical):
         if self._result is not None:
             self.show_window(0.0, self._result.t_end)
 
-    def show_end(self, share: float) -> None:
-        """Show the last part of the horizon.
-
-        Parameters
-        ----------
-        share : float
-            How much of it, 0 to 1.
-        """
+    @on(EndAsked)
+    def show_end(self) -> None:
+        """Show the last part of the horizon."""
         if self._result is not None:
             t_end = self._result.t_end
-            self.show_window((1.0 - share) * t_end, t_end)
+            self.show_window((1.0 - _LAST_PART) * t_end, t_end)
 
     def show_window(self, low: float, high: float) -> None:
         """Show a part of the horizon.

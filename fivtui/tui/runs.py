@@ -121,9 +121,16 @@ def execute(run: Run) -> Outcome:
 
 
 class Runs:
-    """The runs of a session, newest last; at most one is running."""
+    """The runs of a session, newest last; at most one is running.
+
+    Attributes
+    ----------
+    shown : Run or None
+        The run whose result is shown.
+    """
 
     def __init__(self) -> None:
+        self.shown: Run | None = None
         self._runs: list[Run] = []
         self._count = 0
 

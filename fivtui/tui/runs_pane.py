@@ -1,4 +1,4 @@
-"""The tab of all runs of the session."""
+"""The list of all runs of the session."""
 
 from collections.abc import Iterable, Sequence
 from typing import ClassVar
@@ -6,7 +6,8 @@ from typing import ClassVar
 from textual import on
 from textual.app import ComposeResult
 from textual.binding import Binding, BindingType
-from textual.widgets import DataTable, TabPane
+from textual.containers import Vertical
+from textual.widgets import DataTable
 
 from .differences import base_scene, differences
 from .messages import RunChosen
@@ -26,11 +27,11 @@ class RunsTable(DataTable[str]):
     ]
 
 
-class RunsPane(TabPane):
+class RunsPane(Vertical):
     """The runs, newest first, with what differs from the base set; choosing one shows it again."""
 
     def __init__(self) -> None:
-        super().__init__("Runs", id="runs")
+        super().__init__(id="runs")
 
     def compose(self) -> ComposeResult:
         """The table."""
@@ -49,6 +50,10 @@ class RunsPane(TabPane):
         table.add_columns(*_COLUMNS)
         for run in reversed(list(runs)):
             table.add_row(*_cells(run), key=str(run.number))
+
+    def take_focus(self) -> None:
+        """Give the table the focus."""
+        self.query_one(RunsTable).focus()
 
     @on(DataTable.RowSelected)
     def _choose(self, event: DataTable.RowSelected) -> None:

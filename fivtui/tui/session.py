@@ -31,11 +31,14 @@ class Session:
         Text of every field, valid or not.
     runs : Runs
         The transients of this session.
+    reports : list of str
+        What was reported, a line each, the oldest first.
     """
 
     def __init__(self, scene: Scene | None = None, source: str = "") -> None:
         self.texts: dict[str, str] = {}
         self.runs = Runs()
+        self.reports: list[str] = []
         self.load(base_scene() if scene is None else scene, source)
 
     def load(self, scene: Scene, source: str = "") -> None:

@@ -15,7 +15,7 @@ from textual_plot import LegendLocation, PlotWidget
 from textual_plot.axis_formatter import NumericAxisFormatter
 from textual_plot.plot_widget import Legend
 
-from .messages import WindowReset
+from .messages import EndAsked, WindowReset
 from .plot_data import (
     FloatArray,
     axis_limits,
@@ -95,7 +95,7 @@ class TimePlot(PlotWidget, inherit_bindings=False):
         Binding("left,h", "pan_left", "Earlier", key_display="←", group=_PAN),
         Binding("right,l", "pan_right", "Later", key_display="→", group=_PAN),
         Binding("r", "reset_scales", "Whole"),
-        Binding("e", "screen.show_end", "End"),
+        Binding("e", "show_end", "End"),
     ]
 
     def __init__(self, label: str, *, time_axis: bool, id: str) -> None:  # noqa: A002
@@ -159,6 +159,10 @@ class TimePlot(PlotWidget, inherit_bindings=False):
     def action_reset_scales(self) -> None:
         """Ask for the whole horizon."""
         self.post_message(WindowReset())
+
+    def action_show_end(self) -> None:
+        """Ask for the last part of the horizon."""
+        self.post_message(EndAsked())
 
 
 class SeparationStrip(Static):
