@@ -1,9 +1,11 @@
 """The state of the laboratory without its screen: edited texts, scene, runs. Imports no Textual."""
 
+import dataclasses
 import shlex
-from typing import cast
+from typing import Final, cast
 
 from fivtui.core.errors import InputError
+from fivtui.core.methods import METHODS, takes_step
 from fivtui.core.parameters import PARAMETERS, Parameters
 from fivtui.core.request import Start
 from fivtui.core.stability import Stability, stability
@@ -11,8 +13,16 @@ from fivtui.scene import Accuracy, Scene
 
 from .differences import base_scene, differences
 from .fields import CONSIDERED, FIELDS
+from .history import Edited, History
 from .nudges import number_text
-from .runs import Run, Runs
+from .runs import FMU_ENGINE, FMU_METHOD, Run, Runs, engine_of
+
+_FIRST_METHOD: Final = next(iter(METHODS))
+
+
+def _edited(scene: Scene, source: str) -> Edited:
+    texts = {name: field.text_of(scene) for name, field in FIELDS.items()}
+    return Edited(texts, scene, source)
 
 
 class Session:
@@ -36,10 +46,60 @@ class Session:
     """
 
     def __init__(self, scene: Scene | None = None, source: str = "") -> None:
-        self.texts: dict[str, str] = {}
         self.runs = Runs()
         self.reports: list[str] = []
-        self.load(base_scene() if scene is None else scene, source)
+        self._history = History()
+        self._native_method = _FIRST_METHOD
+        self._take(_edited(base_scene() if scene is None else scene, source))
+
+    def _take(self, state: Edited) -> None:
+        self.texts, self._loaded, self.source = dict(state.texts), state.loaded, state.source
+
+    @property
+    def edited(self) -> Edited:
+        """What is being edited now; to be given to `restore`, in this session or another."""
+        return Edited(dict(self.texts), self._loaded, self.source)
+
+    def restore(self, state: Edited) -> None:
+        """Bring back what was edited before, as one step that can be undone.
+
+        Parameters
+        ----------
+        state : Edited
+            Texts, valid or not, and the scene from which they were made.
+        """
+        self._history.close()
+        self._history.before(self.edited, "restore")
+        self._history.close()
+        self._take(state)
+
+    def close_step(self) -> None:
+        """Let the next edit be undone by itself, also where it continues the last one."""
+        self._history.close()
+
+    @property
+    def can_undo(self) -> bool:
+        """Whether there is an edit to undo."""
+        return self._history.can_undo
+
+    @property
+    def can_redo(self) -> bool:
+        """Whether there is an edit to do again."""
+        return self._history.can_redo
+
+    def undo(self) -> bool:
+        """Undo the last edit; whether there was one."""
+        return self._turn(self._history.undo(self.edited))
+
+    def redo(self) -> bool:
+        """Do again what was undone last; whether there was anything."""
+        return self._turn(self._history.redo(self.edited))
+
+    def _turn(self, state: Edited | None) -> bool:
+        if state is None:
+            return False
+        self._take(state)
+        return True
 
     def load(self, scene: Scene, source: str = "") -> None:
         """Replace all texts by those of a scene.
@@ -51,9 +111,19 @@ class Session:
         source : str
             How the command line would name it; empty if it cannot.
         """
-        self._loaded = scene
-        self.source = source
-        self.texts = {name: field.text_of(scene) for name, field in FIELDS.items()}
+        self.restore(_edited(scene, source))
+
+    def saved(self, scene: Scene, source: str) -> None:
+        """Take note that what is edited was saved; no edit, so nothing to undo.
+
+        Parameters
+        ----------
+        scene : Scene
+            The scene as it was written.
+        source : str
+            The file.
+        """
+        self._loaded, self.source = scene, source
 
     @property
     def name(self) -> str:
@@ -84,11 +154,17 @@ class Session:
         text : str
             Its new text, valid or not.
         """
+        if self.texts[name] != text:
+            self._set(name, text, "type")
+
+    def _set(self, name: str, text: str, how: str) -> None:
+        self._history.before(self.edited, f"{how} {name}")
         self.texts[name] = text
 
     def reset(self, name: str) -> None:
         """Give a field the text it has in the scene loaded."""
-        self.texts[name] = FIELDS[name].text_of(self._loaded)
+        self._set(name, FIELDS[name].text_of(self._loaded), "reset")
+        self.close_step()
 
     def reset_all(self) -> None:
         """Give every field the text it has in the scene loaded."""
@@ -164,8 +240,43 @@ class Session:
             field.check(text)
         except InputError:
             return False
-        self.texts[name] = text
+        self._set(name, text, f"nudge {direction:+d}")
         return True
+
+    @property
+    def engine(self) -> str:
+        """What runs the scene: ``native`` or ``FMU``."""
+        return engine_of(self.texts["method"])
+
+    def switch_engine(self) -> None:
+        """From a native method to the FMU, or back to the native method used last."""
+        if self.engine == FMU_ENGINE:
+            self._set("method", self._native_method, "engine")
+        else:
+            self._native_method = self.texts["method"]
+            self._set("method", FMU_METHOD, "engine")
+        self.close_step()
+
+    def engine_pair(self) -> tuple[Scene, Scene]:
+        """The scene edited, for the native engine and for the FMU.
+
+        Returns
+        -------
+        native, fmu : Scene
+            Alike but for the method, and the step where the method chooses its own.
+
+        Raises
+        ------
+        InputError
+            If a field is wrong.
+        """
+        scene = self.scene()
+        method = self._native_method if self.engine == FMU_ENGINE else scene.method
+        step = scene.step if takes_step(method) else None
+        return (
+            dataclasses.replace(scene, method=method, step=step),
+            dataclasses.replace(scene, method=FMU_METHOD, step=None),
+        )
 
     def parameters(self) -> Parameters:
         """The parameter set edited, checked; `InputError` if a parameter is wrong."""
