@@ -1,4 +1,4 @@
-"""An axis of a chart: limits, scale, ticks, and how they are zoomed and typed. Imports no Textual."""
+"""An axis of a chart: limits, scale, ticks, zoom, typed limits. Imports no Textual."""
 
 import math
 from collections.abc import Sequence

@@ -36,7 +36,10 @@ class Trace:
     ordered : bool
         Whether x ascends: a function of x, which is reduced before it is drawn.
     mark : str
-        The character of a point.
+        The character of a point, or of the line in some places; that of a line is its number if
+        not given.
+    colour : str
+        Such as ``#E69F00``; a colour of the theme if not given.
     """
 
     name: str
@@ -44,7 +47,8 @@ class Trace:
     y: FloatArray
     look: Look = "line"
     ordered: bool = True
-    mark: str = "●"
+    mark: str = ""
+    colour: str = ""
 
 
 @dataclass(frozen=True, slots=True)
@@ -92,6 +96,10 @@ class Chart:
         Shades behind them.
     strip : sequence of (start, end), optional
         Intervals along x that are marked below the plot: those off the belt.
+    note : str
+        What else there is to know, a few words at the top.
+    x_axis : bool
+        Whether the ticks of the x axis are labelled.
     tight : bool
         Whether the x axis ends where the data end.
     x_range, y_range : tuple of float, optional
@@ -104,6 +112,8 @@ class Chart:
     guides: tuple[Guide, ...] = ()
     backdrop: Backdrop | None = None
     strip: Sequence[tuple[float, float]] | None = None
+    note: str = ""
+    x_axis: bool = True
     tight: bool = True
     x_range: tuple[float, float] | None = None
     y_range: tuple[float, float] | None = None
@@ -171,9 +181,7 @@ class View:
     def _axis_y(self, chart: Chart, x: Axis) -> Axis:
         if chart.y_range is not None and not self.log_y:
             return Axis(*chart.y_range)
-        parts = [
-            _within(trace, x) if trace.ordered else trace.y for _, trace in self.shown(chart)
-        ]
+        parts = [_within(trace, x) if trace.ordered else trace.y for _, trace in self.shown(chart)]
         if chart.backdrop is not None:
             return axis_for([*parts, chart.backdrop.y], log=self.log_y, tight=True)
         parts += [np.array([guide.value]) for guide in chart.guides if not guide.vertical]

@@ -180,7 +180,11 @@ class ChartView(Widget, can_focus=True):
 
     def _style(self, name: str) -> Style:
         if name not in self._styles_by_name:
-            self._styles_by_name[name] = self.get_component_rich_style(f"chart--{name}")
+            if name.startswith("#"):
+                style = self._style("plot") + Style(color=name)
+            else:
+                style = self.get_component_rich_style(f"chart--{name}")
+            self._styles_by_name[name] = style
         return self._styles_by_name[name]
 
     def render_line(self, y: int) -> Strip:
@@ -407,7 +411,7 @@ class ChartView(Widget, can_focus=True):
             return
         self._steered = True
         self._put_cursor(place)
-        if event.chain == 2 and self._openable:  # noqa: PLR2004 (a double click)
+        if event.chain == 2 and self._openable:
             self.action_open()
 
 
@@ -426,6 +430,6 @@ def _legend_index(spans: Sequence[Span], column: int) -> int | None:
     for text, style in spans:
         end += len(text)
         if column < end:
-            entry = style == "hidden" or style.startswith("trace-")
+            entry = style == "hidden" or style.startswith(("trace-", "#"))
             return int(text[1]) - 1 if entry and text[1:2].isdigit() else None
     return None

@@ -22,6 +22,7 @@ from .messages import (
     ExportEnded,
     FieldEdited,
     FieldNudged,
+    PointOpened,
     Reported,
     RunAsked,
     RunChosen,
@@ -131,6 +132,14 @@ class LabScreen(Screen[None]):
         self.session.load(event.scene, event.source)
         self.show_inputs()
         self.post_message(Reported(event.words))
+
+    @on(PointOpened)
+    def _point_opened(self, event: PointOpened) -> None:
+        for name, text in event.texts.items():
+            self.session.set_text(name, text)
+        self.show_inputs()
+        self.post_message(Reported(event.words, routine=True))
+        self.action_run()
 
     def show_inputs(self) -> None:
         """Show the session's texts, what is wrong with them, and the verdict."""

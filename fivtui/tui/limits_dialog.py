@@ -43,7 +43,10 @@ class LimitsDialog(ModalScreen[View | None]):
                 text = f"{axis.low:.6g}:{axis.high:.6g}"
                 chosen = getattr(self._view, name) is not None
                 yield Input(
-                    text if chosen else "", placeholder=f"now {text}", id=f"limits-{name}", compact=True
+                    text if chosen else "",
+                    placeholder=f"now {text}",
+                    id=f"limits-{name}",
+                    compact=True,
                 )
             yield Static("LOW:HIGH; nothing for what the data need", id="dialog-hint", markup=False)
             with Horizontal(id="dialog-buttons"):

@@ -2,6 +2,7 @@
 
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
+from itertools import pairwise
 from typing import Final
 
 import numpy as np
@@ -50,9 +51,13 @@ class Picture:
         return (column - left + 0.5) / columns, 1.0 - (row - top + 0.5) / rows
 
 
-def trace_style(index: int) -> str:
-    """Name of the style of a trace."""
-    return f"trace-{index % TRACE_STYLES + 1}"
+def trace_style(trace: Trace, index: int) -> str:
+    """Name of the style of a trace, or its colour."""
+    return trace.colour or f"trace-{index % TRACE_STYLES + 1}"
+
+
+def _mark(trace: Trace, index: int) -> str:
+    return trace.mark or ("●" if trace.look == "points" else str(index + 1)[-1])
 
 
 def draw(chart: Chart, view: View, width: int, height: int) -> Picture:
@@ -70,8 +75,8 @@ def draw(chart: Chart, view: View, width: int, height: int) -> Picture:
     Picture
         Of that size. Without a trace or backdrop there are axes alone.
     """
-    strip_rows = 0 if chart.strip is None else 1
-    columns, rows = max(width - MARGIN, 1), max(height - 2 - strip_rows, 1)
+    below = int(chart.strip is not None) + int(chart.x_axis)
+    columns, rows = max(width - MARGIN, 1), max(height - 1 - below, 1)
     axes = view.axes(chart)
     canvas = _Canvas(columns, rows, axes)
     if chart.backdrop is not None:
@@ -92,7 +97,8 @@ def draw(chart: Chart, view: View, width: int, height: int) -> Picture:
     if chart.strip is not None:
         share = separated_share(chart.strip, (axes[0].low, axes[0].high), columns)
         lines.append([("off belt".rjust(MARGIN), "tick"), (shading(share), "strip")])
-    lines.append(_column_labels(axes[0], chart.x_label, columns))
+    if chart.x_axis:
+        lines.append(_column_labels(axes[0], chart.x_label, columns))
     return Picture(lines[:height], (MARGIN, 1, columns, rows))
 
 
@@ -115,7 +121,9 @@ class _Canvas:
         x, y = self._axes
         across = np.array([x.value((c + 0.5) / self._columns) for c in range(self._columns)])
         up = np.array([y.value(1.0 - (r + 0.5) / self._rows) for r in range(self._rows)])
-        levels = backdrop.levels[_closest(backdrop.x, across)[None, :], _closest(backdrop.y, up)[:, None]]
+        levels = backdrop.levels[
+            _closest(backdrop.x, across)[None, :], _closest(backdrop.y, up)[:, None]
+        ]
         shades = [(ord(character), self._style(name)) for character, name in backdrop.shades]
         characters, styles = np.array(shades, dtype=np.intp).T
         outside = (across < backdrop.x[0]) | (across > backdrop.x[-1])
@@ -155,11 +163,11 @@ class _Canvas:
     def trace(self, index: int, trace: Trace) -> None:
         x, y = reduced(trace, self._axes[0], DOTS_X * self._columns)
         across, up = self._axes[0].place(x), self._axes[1].place(y)
-        style = self._style(trace_style(index))
+        style = self._style(trace_style(trace, index))
         if trace.look == "points":
             inside = (across >= 0.0) & (across <= 1.0) & (up >= 0.0) & (up <= 1.0)
             where = self._where(across[inside], up[inside])
-            self._characters[where] = ord(trace.mark)
+            self._characters[where] = ord(_mark(trace, index))
             self._styles[where] = style
             return
         raster = Raster(self._columns, self._rows)
@@ -191,10 +199,10 @@ class _Canvas:
         return rows, columns
 
     def number(self, chart: Chart, view: View) -> None:
-        # The number of a line on it, so that lines can be told apart without colour.
+        # The mark of a line on it, so that lines can be told apart without colour.
         count = len(chart.traces)
         for index, trace in view.shown(chart):
-            if trace.look != "line" or index > 8 or not trace.x.size:
+            if trace.look != "line" or not trace.x.size:
                 continue
             target = self._axes[0].value((index + 0.5) / count)
             place = int(np.searchsorted(trace.x, target)) if trace.ordered else trace.x.size - 1
@@ -203,12 +211,10 @@ class _Canvas:
             up = float(self._axes[1].place([trace.y[place]])[0])
             if 0.0 <= across <= 1.0 and 0.0 <= up <= 1.0:
                 row, column = self._where(np.array([across]), np.array([up]))
-                self._characters[row, column] = ord(str(index + 1))
-                self._styles[row, column] = self._style(trace_style(index))
+                self._characters[row, column] = ord(_mark(trace, index))
+                self._styles[row, column] = self._style(trace_style(trace, index))
 
-    def cursor(
-        self, where: tuple[float, float], found: Sequence[Found], *, plane: bool
-    ) -> None:
+    def cursor(self, where: tuple[float, float], found: Sequence[Found], *, plane: bool) -> None:
         style = self._style("cursor")
         across = float(self._axes[0].place([where[0]])[0])
         up = float(self._axes[1].place([where[1]])[0])
@@ -238,7 +244,7 @@ class _Canvas:
             starts = [0, *(np.flatnonzero(np.diff(styles)) + 1).tolist(), len(text)]
             yield [
                 (text[begin:end], self._names[int(styles[begin])])
-                for begin, end in zip(starts[:-1], starts[1:], strict=True)
+                for begin, end in pairwise(starts)
             ]
 
 
@@ -262,34 +268,36 @@ def _row_labels(axis: Axis, ticks: Sequence[float], labels: Sequence[str], rows:
 
 
 def _column_labels(axis: Axis, label: str, columns: int) -> list[Span]:
+    # What the axis is stands left of it, or at its end where it is too long for that.
     ticks, labels = axis.ticks(max(columns // _TICK_WIDTH, 2))
-    line = [" "] * (MARGIN + columns)
-    end = MARGIN + columns - len(label) - 1
+    before = label if len(label) < MARGIN else ""
+    after = "" if before else label[:columns]
+    line = [" "] * (columns - len(after))
     free = 0
     for tick, text in zip(ticks, labels, strict=True):
-        middle = MARGIN + _cell(float(axis.place([tick])[0]), columns)
-        start = max(middle - len(text) // 2, 0)
-        if start >= free and start + len(text) <= end:
+        middle = _cell(float(axis.place([tick])[0]), columns)
+        start = max(min(middle - len(text) // 2, columns - len(text)), 0)
+        if start >= free and start + len(text) <= len(line) - bool(after):
             line[start : start + len(text)] = text
             free = start + len(text) + 1
-    return [("".join(line[: end + 1]), "tick"), (label[: columns + MARGIN], "label")]
+    return [(before.ljust(MARGIN), "label"), ("".join(line), "tick"), (after, "label")]
 
 
 def _heading(chart: Chart, view: View, found: Sequence[Found], width: int) -> list[Span]:
     # What the lines are, or what the cursor reads.
-    spans: list[Span] = [(chart.y_label + " ", "label")]
+    spans: list[Span] = [(" ".join(filter(None, [chart.y_label, chart.note])) + " ", "label")]
     if found:
         spans = [(f"{_name(chart.x_label)} {found[0].x:.{_PRECISION}g} ", "readout")]
         for point in found:
-            name = chart.traces[point.trace].name or _name(chart.y_label)
-            spans.append((f" {name} {point.y:.{_PRECISION}g}", trace_style(point.trace)))
+            trace = chart.traces[point.trace]
+            name = trace.name or _name(chart.y_label)
+            style = trace_style(trace, point.trace)
+            spans.append((f" {name} {point.y:.{_PRECISION}g}", style))
     elif len(chart.traces) > 1:
         for index, trace in enumerate(chart.traces):
-            hidden = index in view.hidden
-            mark = trace.mark if trace.look == "points" else "─"
-            spans.append(
-                (f" {index + 1}{mark}{trace.name}", "hidden" if hidden else trace_style(index))
-            )
+            style = "hidden" if index in view.hidden else trace_style(trace, index)
+            mark = _mark(trace, index) if trace.mark or trace.look == "points" else "─"
+            spans.append((f" {index + 1}{mark}{trace.name}", style))
     return _cut(spans, width)
 
 

@@ -17,9 +17,7 @@ _PADDING: Final = 0.05
 _LEAST_RANGE: Final = 1e-9
 
 
-def envelope(
-    x: FloatArray, values: FloatArray, edges: FloatArray
-) -> tuple[FloatArray, FloatArray]:
+def envelope(x: FloatArray, values: FloatArray, edges: FloatArray) -> tuple[FloatArray, FloatArray]:
     """Reduce a signal to what a plot of some columns can show.
 
     Of every column the first, least, greatest and last sample are kept, in their order: a line

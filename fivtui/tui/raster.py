@@ -70,7 +70,9 @@ class Raster:
 
 
 def _between(ends: FloatArray, which: NDArray[np.intp], part: FloatArray) -> FloatArray:
-    return ends[which, 0] + part * (ends[which, 1] - ends[which, 0])
+    begin, end = ends[:, 0], ends[:, 1]
+    points: FloatArray = begin[which] + part * (end - begin)[which]
+    return points
 
 
 def _clipped(x: FloatArray, y: FloatArray) -> FloatArray:
