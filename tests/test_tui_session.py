@@ -15,17 +15,23 @@ from fivtui.tui.nudges import by_decade, by_digit, number_text
 from fivtui.tui.session import Session
 
 HEADLESS = (
+    "comparison",
     "differences",
     "equations",
     "exports",
     "fields",
     "help",
+    "history",
+    "imports",
+    "keeper",
     "nudges",
     "plot_data",
     "report",
+    "run_styles",
     "runs",
     "sampling",
     "session",
+    "state_file",
 )
 
 

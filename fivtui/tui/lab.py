@@ -1,6 +1,7 @@
 """The main screen: form, verdict and tabs around one session."""
 
 from datetime import datetime
+from pathlib import Path
 from typing import ClassVar, Final
 
 from textual import on
@@ -9,10 +10,11 @@ from textual.binding import ActiveBinding, Binding, BindingType
 from textual.containers import Horizontal, Vertical
 from textual.notifications import SeverityLevel
 from textual.screen import Screen
-from textual.widgets import Footer
+from textual.widgets import Footer, Static
 from textual.worker import Worker, WorkerState
 
 from fivtui.core.errors import ComputationError, InputError
+from fivtui.presets import PRESETS
 
 from .dialogs import HelpDialog
 from .file_desk import FileDesk
@@ -21,14 +23,17 @@ from .help import field_help, general_help
 from .messages import (
     ExportEnded,
     FieldEdited,
+    FieldFocused,
     FieldNudged,
     PointOpened,
     Reported,
+    RunActed,
     RunAsked,
-    RunChosen,
     RunEnded,
+    RunRead,
     RunsChanged,
     SceneLoaded,
+    SceneSaved,
 )
 from .report import stability_brief, verdict
 from .run_bar import RunBar
@@ -40,6 +45,7 @@ from .tabs import TABS
 from .verdict import VerdictView
 
 _PROGRESS_PERIOD: Final = 0.1
+_TOO_SMALL: Final = "This window is too small for fivtui: it needs 40 columns and 10 lines."
 
 
 class LabScreen(Screen[None]):
@@ -49,6 +55,8 @@ class LabScreen(Screen[None]):
     ----------
     session : Session
         Its state.
+    first_tab : str
+        The tab to begin with; the first one if there is no such tab.
     """
 
     BINDINGS: ClassVar[list[BindingType]] = [
@@ -58,17 +66,24 @@ class LabScreen(Screen[None]):
         Binding("f2", "turn_tab(1)", "Tab", key_display="F2"),
         Binding("shift+f2", "turn_tab(-1)", "Previous tab", show=False),
         Binding("f3", "list_runs", "Runs", key_display="F3"),
+        Binding("f4", "switch_engine", "Engine", key_display="F4"),
+        Binding("f9", "run_both", "Both engines", show=False),
         Binding("f6", "export('figure')", "Figure…", key_display="F6"),
         Binding("f7", "export('data')", "Data…", key_display="F7"),
-        Binding("f8", "reset", "Reset", key_display="F8"),
+        Binding("f8", "reset", "Reset", show=False),
         Binding("shift+f8", "reset_all", "Reset all", show=False),
         Binding("ctrl+o", "open_scene", "Open a scene", show=False),
         Binding("ctrl+s", "save_scene", "Save the scene", show=False),
+        Binding("alt+s", "save_scene_as", "Save the scene as", show=False),
+        Binding("alt+o", "read_run", "Read a run", show=False),
+        Binding("ctrl+z", "undo", "Undo", show=False),
+        Binding("ctrl+y", "redo", "Redo", show=False),
         *(Binding(tab.key, f"show_tab('{tab.id}')", tab.title, show=False) for tab in TABS),
     ]
 
-    def __init__(self, session: Session) -> None:
+    def __init__(self, session: Session, first_tab: str = "") -> None:
         super().__init__()
+        self._first_tab = first_tab
         self.session = session
         self._files = FileDesk(self, session)
         self._run_desk = RunDesk(self, session)
@@ -82,6 +97,7 @@ class LabScreen(Screen[None]):
                 yield RunBar()
                 yield TabBook(TABS, self.session)
                 yield RunsPane()
+        yield Static(_TOO_SMALL, id="too-small", markup=False)
         yield Footer(compact=True)
 
     def on_mount(self) -> None:
@@ -90,12 +106,19 @@ class LabScreen(Screen[None]):
         self._ticker = self.set_interval(_PROGRESS_PERIOD, self._show_progress, pause=True)
         self.show_inputs()
         self._show_runs()
+        if any(tab.id == self._first_tab for tab in TABS):
+            self.show_tab(self._first_tab)
         self.query_one(Form).focus_field("m")
         self.app.theme_changed_signal.subscribe(self, lambda _: self._redraw())
 
     def on_unmount(self) -> None:
         """Let a run that goes on end: the program would wait for its thread."""
         self.session.runs.stop()
+
+    @property
+    def tab(self) -> str:
+        """Identifier of the tab in sight."""
+        return self._book.active
 
     def _redraw(self) -> None:
         self.call_after_refresh(self._book.tell, lambda pane: pane.theme_changed())
@@ -117,8 +140,14 @@ class LabScreen(Screen[None]):
 
     @on(FieldEdited)
     def _edited(self, event: FieldEdited) -> None:
-        self.session.set_text(event.name, event.text)
-        self.show_inputs()
+        # An editor that shows another text by now was overtaken by an undo or a reset.
+        if not event.typed or self.query_one(Form).text_of(event.name) == event.text:
+            self.session.set_text(event.name, event.text)
+            self.show_inputs()
+
+    @on(FieldFocused)
+    def _field_focused(self) -> None:
+        self.session.close_step()
 
     @on(FieldNudged)
     def _nudged(self, event: FieldNudged) -> None:
@@ -130,6 +159,7 @@ class LabScreen(Screen[None]):
     @on(SceneLoaded)
     def _loaded(self, event: SceneLoaded) -> None:
         self.session.load(event.scene, event.source)
+        self._remember(event.source)
         self.show_inputs()
         self.post_message(Reported(event.words))
 
@@ -141,11 +171,24 @@ class LabScreen(Screen[None]):
         self.post_message(Reported(event.words, routine=True))
         self.action_run()
 
+    @on(SceneSaved)
+    def _saved(self, event: SceneSaved) -> None:
+        self.session.saved(event.scene, str(event.path))
+        self._remember(str(event.path))
+        self.show_inputs()
+        self.post_message(Reported(f"scene {event.scene.name} saved: {event.path}"))
+
+    def _remember(self, source: str) -> None:
+        if source and source not in PRESETS:
+            self.session.remember(source)
+
     def show_inputs(self) -> None:
         """Show the session's texts, what is wrong with them, and the verdict."""
         session = self.session
         mark = " (changed)" if session.changed else ""
-        self.query_one(Form).show(f"{session.name}{mark}", session.texts, session.errors)
+        self.query_one(Form).show(
+            f"{session.name}{mark}", session.texts, session.errors, session.changed
+        )
         self._show_verdict()
         self._show_progress()
         self._book.tell(lambda pane: pane.scene_changed())
@@ -193,25 +236,13 @@ class LabScreen(Screen[None]):
     def _run_ended(self, event: RunEnded) -> None:
         self._run_desk.ended(event)
 
-    @on(RunChosen)
-    def _run_chosen(self, event: RunChosen) -> None:
-        self.show_run(event.number)
+    @on(RunActed)
+    def _run_acted(self, event: RunActed) -> None:
+        self._run_desk.act(event)
 
-    def show_run(self, number: int) -> None:
-        """Show a run again.
-
-        Parameters
-        ----------
-        number : int
-            Its number.
-        """
-        run = self.session.runs.find(number)
-        if run is None or run.result is None:
-            self.post_message(Reported(f"run {number} has no result", error=True))
-            return
-        self.session.runs.shown = run
-        self.show_tab("transient")
-        self._show_runs()
+    @on(RunRead)
+    def _run_read(self, event: RunRead) -> None:
+        self._run_desk.read(event)
 
     @on(ExportEnded)
     def _export_ended(self, event: ExportEnded) -> None:
@@ -235,7 +266,7 @@ class LabScreen(Screen[None]):
     def check_action(self, action: str, parameters: tuple[object, ...]) -> bool | None:  # noqa: ARG002
         """Which actions apply now: one of Run and Stop, export with a result alone."""
         running = self.session.runs.active is not None
-        applies = {"run": not running, "stop": running}
+        applies = {"run": not running, "stop": running, "run_both": not running}
         if action == "export":
             # None: shown, but dimmed.
             return True if self.session.runs.shown is not None else None
@@ -287,9 +318,47 @@ class LabScreen(Screen[None]):
         """Open a scene file."""
         self._files.open_scene()
 
+    def action_open_recent(self, path: str) -> None:
+        """Open a scene file again."""
+        self._files.open_path(Path(path))
+
     def action_save_scene(self) -> None:
-        """Save the scene edited."""
-        self._files.save_scene()
+        """Save the scene edited in its file."""
+        self._files.save_scene(ask=False)
+
+    def action_save_scene_as(self) -> None:
+        """Save the scene edited in a file of another name."""
+        self._files.save_scene(ask=True)
+
+    def action_read_run(self) -> None:
+        """Read a run from a trajectory file."""
+        self._files.read_run()
+
+    def action_undo(self) -> None:
+        """Undo the last edit."""
+        self._turned(self.session.undo())
+
+    def action_redo(self) -> None:
+        """Do again what was undone."""
+        self._turned(self.session.redo())
+
+    def _turned(self, done: bool) -> None:
+        if done:
+            self.show_inputs()
+        else:
+            self.app.bell()
+
+    def action_switch_engine(self) -> None:
+        """From the native engine to the FMU, or back."""
+        self.session.switch_engine()
+        self.show_inputs()
+        words = f"engine {self.session.engine}: method {self.session.texts['method']}"
+        self.post_message(Reported(words))
+
+    def action_run_both(self) -> None:
+        """Run what is edited by both engines, and compare them."""
+        if self._run_desk.start_both():
+            self.show_tab("transient")
 
     def action_reset(self) -> None:
         """Reset the field in focus to the scene's value."""

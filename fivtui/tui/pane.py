@@ -31,7 +31,8 @@ class Pane(Vertical):
         Parameters
         ----------
         run : Run or None
-            The run that is shown, None before the first result; `session.runs` has the others.
+            The run that is shown, None before the first result. `session.runs.drawn` has all that
+            are to be drawn, this one last, each with a result and a style (`Run.style`).
         """
 
     def run_progressed(self, run: Run) -> None:

@@ -134,6 +134,7 @@ class _Canvas:
 
     def guide(self, chart: Chart) -> None:
         style = self._style("guide")
+        labels = []
         for guide in chart.guides:
             axis = self._axes[0 if guide.vertical else 1]
             place = float(axis.place([guide.value])[0])
@@ -143,12 +144,15 @@ class _Canvas:
                 column = _cell(place, self._columns)
                 self._line(self._characters[:, column], _VERTICAL, _HORIZONTAL)
                 self._styles[:, column] = style
-                self._write(0, column + 1, guide.label, style)
+                # One below the other: neighbours would cover each other.
+                labels.append((min(len(labels), self._rows - 1), column + 1, guide.label))
             else:
                 row = self._rows - 1 - _cell(place, self._rows)
                 self._line(self._characters[row], _HORIZONTAL, _VERTICAL)
                 self._styles[row] = style
-                self._write(row, self._columns - len(guide.label), guide.label, style)
+                labels.append((row, self._columns - len(guide.label), guide.label))
+        for row, column, label in labels:
+            self._write(row, column, label, style)
 
     @staticmethod
     def _line(cells: NDArray[np.uint32], own: int, other: int) -> None:

@@ -63,5 +63,5 @@ def _end_words(run: Run, *, outdated: bool) -> str:
     if outdated:
         return f"{words}, inputs changed since"
     if run.result is not None and run.result.stats.cpu_s is not None:
-        words += f" in {run.result.stats.cpu_s:.2g} s, {run.accuracy}"
+        words += f" in {run.result.stats.cpu_s:.2g} s, {run.engine}, {run.accuracy}"
     return words

@@ -54,6 +54,8 @@ class Run:
         What came out of it.
     message : str
         Why it failed.
+    edited : Scene or None
+        What the fields said when it began, where that is not the scene: the other engine's.
     source : str
         File that it was read from; empty if it was computed here.
     overlaid : bool
@@ -70,6 +72,7 @@ class Run:
     fraction: float = 0.0
     result: Transient | None = None
     message: str = ""
+    edited: Scene | None = None
     source: str = ""
     overlaid: bool = False
     style: RunStyle = field(init=False)
@@ -186,13 +189,15 @@ class Runs:
         """The run that is running."""
         return next((run for run in self._runs if run.state is RunState.RUNNING), None)
 
-    def start(self, scene: Scene) -> Run:
+    def start(self, scene: Scene, edited: Scene | None = None) -> Run:
         """Begin a new run, stopping the one that is running.
 
         Parameters
         ----------
         scene : Scene
             What to compute.
+        edited : Scene, optional
+            See `Run`.
 
         Returns
         -------
@@ -200,7 +205,9 @@ class Runs:
             To be given to `execute` in a thread.
         """
         self.stop()
-        return self._add(scene)
+        run = self._add(scene)
+        run.edited = edited
+        return run
 
     def _add(self, scene: Scene) -> Run:
         self._count += 1

@@ -17,6 +17,7 @@ from .history import Edited, History
 from .nudges import number_text
 from .runs import FMU_ENGINE, FMU_METHOD, Run, Runs, engine_of
 
+MOST_RECENT: Final = 10
 _FIRST_METHOD: Final = next(iter(METHODS))
 
 
@@ -43,11 +44,14 @@ class Session:
         The transients of this session.
     reports : list of str
         What was reported, a line each, the oldest first.
+    recent : tuple of str
+        Scene files opened or saved, the last one first.
     """
 
     def __init__(self, scene: Scene | None = None, source: str = "") -> None:
         self.runs = Runs()
         self.reports: list[str] = []
+        self.recent: tuple[str, ...] = ()
         self._history = History()
         self._native_method = _FIRST_METHOD
         self._take(_edited(base_scene() if scene is None else scene, source))
@@ -124,6 +128,16 @@ class Session:
             The file.
         """
         self._loaded, self.source = scene, source
+
+    def remember(self, path: str) -> None:
+        """Put a scene file in front of the recent ones."""
+        others = (old for old in self.recent if old != path)
+        self.recent = (path, *others)[:MOST_RECENT]
+
+    @property
+    def loaded(self) -> Scene:
+        """The scene loaded, as it is without the edits."""
+        return self._loaded
 
     @property
     def name(self) -> str:
@@ -353,7 +367,7 @@ class Session:
             True also if a field is wrong now.
         """
         try:
-            return bool(differences(self.scene(), run.scene))
+            return bool(differences(self.scene(), run.edited or run.scene))
         except InputError:
             return True
 

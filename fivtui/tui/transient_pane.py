@@ -1,5 +1,6 @@
 """The tab of the transient: motion over time, phase portraits, spectrum, and what came out."""
 
+from collections.abc import Mapping
 from typing import ClassVar, Final
 
 from textual import on
@@ -7,7 +8,7 @@ from textual.app import ComposeResult
 from textual.binding import Binding, BindingType
 from textual.containers import Horizontal, Vertical
 from textual.events import Resize
-from textual.widgets import Button, ContentSwitcher, Static
+from textual.widgets import Static
 
 from fivtui.core.errors import ComputationError, InputError
 from fivtui.core.outcome import Transient
@@ -15,7 +16,6 @@ from fivtui.core.stability import stability
 
 from .axis import Axis
 from .chart_view import ChartView
-from .pane import Pane
 from .report import remark, result_brief
 from .runs import Run
 from .session import Session
@@ -28,6 +28,7 @@ from .transient_charts import (
     steady_window,
     time_chart,
 )
+from .views_pane import ViewsPane
 
 # What is shown over time, from the top, and what goes first where there is little room.
 _QUANTITIES: Final = ("y", "x", "P")
@@ -35,16 +36,13 @@ _FIRST: Final = ("y", "P", "x")
 _LEAST_ROWS: Final = 6
 _LAST_PART: Final = 0.1
 _NOTHING: Final = "nothing to show yet: F5 runs"
-_VIEWS: Final = {"time": "Time", "phase": "Phase", "spectrum": "Spectrum"}
 
 
-class TransientPane(Pane):
+class TransientPane(ViewsPane):
     """Plots and summary of the run shown, with those drawn beside it."""
 
-    BINDINGS: ClassVar[list[BindingType]] = [
-        Binding("v", "turn_view", "View"),
-        Binding("e", "show_end", "End"),
-    ]
+    VIEWS: ClassVar[Mapping[str, str]] = {"time": "Time", "phase": "Phase", "spectrum": "Spectrum"}
+    BINDINGS: ClassVar[list[BindingType]] = [Binding("e", "show_end", "End")]
 
     def __init__(self, session: Session) -> None:
         super().__init__(session)
@@ -52,24 +50,24 @@ class TransientPane(Pane):
 
     def compose(self) -> ComposeResult:
         """The views, of which one is shown, and the summary."""
-        with Horizontal(classes="bar"):
-            for name, title in _VIEWS.items():
-                yield Button(title, id=f"view-{name}", compact=True)
-        with ContentSwitcher(initial="time", id="plots"):
-            with Vertical(id="time"):
-                for quantity in _QUANTITIES:
-                    yield ChartView(f"plot-{quantity}", nothing=_NOTHING)
-            with Horizontal(id="phase"):
-                yield ChartView("phase-y", nothing=_NOTHING)
-                yield ChartView("phase-x", nothing=_NOTHING)
-            with Vertical(id="spectrum"):
-                yield ChartView("plot-spectrum", nothing=_NOTHING)
+        yield from super().compose()
         yield Static("", id="summary", markup=False)
+
+    def compose_views(self) -> ComposeResult:
+        """Motion over time, phase portraits and spectrum."""
+        with Vertical(id="time"):
+            for quantity in _QUANTITIES:
+                yield ChartView(f"plot-{quantity}", nothing=_NOTHING)
+        with Horizontal(id="phase"):
+            yield ChartView("phase-y", nothing=_NOTHING)
+            yield ChartView("phase-x", nothing=_NOTHING)
+        with Vertical(id="spectrum"):
+            yield ChartView("plot-spectrum", nothing=_NOTHING)
 
     def on_mount(self) -> None:
         """Show amplitudes over decades."""
+        super().on_mount()
         self.query_one("#plot-spectrum", ChartView).view.log_y = True
-        self._mark_view()
 
     # What is shown
 
@@ -103,24 +101,16 @@ class TransientPane(Pane):
                 ]
             )
 
-    def theme_changed(self) -> None:
-        """Draw the plots in the colours of now."""
-        for view in self.query(ChartView):
-            view.redraw()
-
     def _show(self, motions: list[Motion]) -> None:
         self._motions = motions
-        self._draw()
+        self.draw()
 
-    def _draw(self) -> None:
+    def draw(self) -> None:
+        """Draw the view that is shown."""
         if not self._motions:
             return
         draw = {"time": self._draw_time, "phase": self._draw_phase, "spectrum": self._draw_spectrum}
-        draw[self._view]()
-
-    @property
-    def _view(self) -> str:
-        return self.query_one("#plots", ContentSwitcher).current or "time"
+        draw[self.view]()
 
     def _draw_time(self) -> None:
         charts = [self.query_one(f"#plot-{name}", ChartView) for name in _QUANTITIES]
@@ -153,10 +143,10 @@ class TransientPane(Pane):
 
     @on(Resize)
     def _fit(self, _event: Resize) -> None:
-        room = max(self.query_one("#plots").size.height // _LEAST_ROWS, 1)
+        room = max(self.views.size.height // _LEAST_ROWS, 1)
         for name in _QUANTITIES:
             self.query_one(f"#plot-{name}").display = name in _FIRST[:room]
-        self._draw()
+        self.draw()
 
     @on(ChartView.Moved)
     def _moved(self, event: ChartView.Moved) -> None:
@@ -176,34 +166,7 @@ class TransientPane(Pane):
             for name in _QUANTITIES:
                 chart = self.query_one(f"#plot-{name}", ChartView)
                 chart.view.x = Axis((1.0 - _LAST_PART) * t_end, t_end)
-            self._draw()
-
-    def action_turn_view(self) -> None:
-        """Show the next view."""
-        names = list(_VIEWS)
-        self.show_view(names[(names.index(self._view) + 1) % len(names)])
-
-    @on(Button.Pressed)
-    def _pressed(self, event: Button.Pressed) -> None:
-        event.stop()
-        self.show_view(str(event.button.id).removeprefix("view-"))
-
-    def show_view(self, name: str) -> None:
-        """Show a view.
-
-        Parameters
-        ----------
-        name : str
-            ``"time"``, ``"phase"`` or ``"spectrum"``.
-        """
-        self.query_one("#plots", ContentSwitcher).current = name
-        self._mark_view()
-        self._draw()
-        self.query_one(f"#{name}").query(ChartView).first().focus()
-
-    def _mark_view(self) -> None:
-        for name in _VIEWS:
-            self.query_one(f"#view-{name}", Button).set_class(name == self._view, "-active")
+            self.draw()
 
 
 def _motion(run: Run) -> Motion | None:
