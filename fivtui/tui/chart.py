@@ -14,7 +14,7 @@ from .axis import Axis, axis_for
 from .plot_data import envelope
 
 FloatArray = NDArray[np.float64]
-Look = Literal["line", "points", "dots"]
+Look = Literal["line", "points", "dots", "marked"]
 
 # Samples of an unordered trace that are joined by lines; those before them are dots.
 MOST_JOINED: Final = 16_384
@@ -31,8 +31,8 @@ class Trace:
         What it is, a few characters.
     x, y : ndarray, shape (n,)
         Its points; NaN is a gap.
-    look : "line", "points" or "dots"
-        Joined, or each point by a character, or by a dot.
+    look : "line", "points", "dots" or "marked"
+        Joined, or each point by a character, or by a dot; or joined and each by a character.
     ordered : bool
         Whether x ascends: a function of x, which is reduced before it is drawn.
     mark : str

@@ -68,6 +68,7 @@ class LabScreen(Screen[None]):
         Binding("f3", "list_runs", "Runs", key_display="F3"),
         Binding("f4", "switch_engine", "Engine", key_display="F4"),
         Binding("f9", "run_both", "Both engines", show=False),
+        Binding("f10,ctrl+g", "work", "Compute", key_display="F10", show=False),
         Binding("f6", "export('figure')", "Figure…", key_display="F6"),
         Binding("f7", "export('data')", "Data…", key_display="F7"),
         Binding("f8", "reset", "Reset", show=False),
@@ -294,6 +295,12 @@ class LabScreen(Screen[None]):
         else:
             self.add_class("-runs")
             pane.take_focus()
+
+    def action_work(self) -> None:
+        """Begin what the tab in sight computes, or stop it."""
+        pane = self._book.pane
+        if pane is None or not pane.work():
+            self.app.bell()
 
     def action_show_tab(self, name: str) -> None:
         """Show a tab."""

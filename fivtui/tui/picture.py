@@ -57,7 +57,7 @@ def trace_style(trace: Trace, index: int) -> str:
 
 
 def _mark(trace: Trace, index: int) -> str:
-    return trace.mark or ("●" if trace.look == "points" else str(index + 1)[-1])
+    return trace.mark or str(index + 1)[-1] if trace.look == "line" else trace.mark or "●"
 
 
 def draw(chart: Chart, view: View, width: int, height: int) -> Picture:
@@ -85,6 +85,7 @@ def draw(chart: Chart, view: View, width: int, height: int) -> Picture:
     for index, trace in view.shown(chart):
         canvas.trace(index, trace)
     found = nearest(chart, view)
+    canvas.label_guides()
     if len(chart.traces) > 1:
         canvas.number(chart, view)
     if view.cursor is not None:
@@ -111,6 +112,7 @@ class _Canvas:
         self._characters = np.full((rows, columns), ord(" "), dtype=np.uint32)
         self._styles = np.zeros((rows, columns), dtype=np.intp)
         self._names = ["plot"]
+        self._labels: list[tuple[int, int, str]] = []
 
     def _style(self, name: str) -> int:
         if name not in self._names:
@@ -134,7 +136,7 @@ class _Canvas:
 
     def guide(self, chart: Chart) -> None:
         style = self._style("guide")
-        labels = []
+        labels = self._labels
         for guide in chart.guides:
             axis = self._axes[0 if guide.vertical else 1]
             place = float(axis.place([guide.value])[0])
@@ -151,7 +153,10 @@ class _Canvas:
                 self._line(self._characters[row], _HORIZONTAL, _VERTICAL)
                 self._styles[row] = style
                 labels.append((row, self._columns - len(guide.label), guide.label))
-        for row, column, label in labels:
+
+    def label_guides(self) -> None:
+        style = self._style("guide")
+        for row, column, label in self._labels:
             self._write(row, column, label, style)
 
     @staticmethod
@@ -168,12 +173,15 @@ class _Canvas:
         x, y = reduced(trace, self._axes[0], DOTS_X * self._columns)
         across, up = self._axes[0].place(x), self._axes[1].place(y)
         style = self._style(trace_style(trace, index))
-        if trace.look == "points":
+        if trace.look != "points":
+            self._lay(self._raster(trace, across, up), style)
+        if trace.look in ("points", "marked"):
             inside = (across >= 0.0) & (across <= 1.0) & (up >= 0.0) & (up <= 1.0)
             where = self._where(across[inside], up[inside])
             self._characters[where] = ord(_mark(trace, index))
             self._styles[where] = style
-            return
+
+    def _raster(self, trace: Trace, across: NDArray[np.float64], up: NDArray[np.float64]) -> Raster:
         raster = Raster(self._columns, self._rows)
         if trace.look == "dots":
             raster.dots(across, up)
@@ -183,7 +191,7 @@ class _Canvas:
             early = max(across.size - MOST_JOINED, 0)
             raster.dots(across[:early], up[:early])
             raster.lines(across[early:], up[early:])
-        self._lay(raster, style)
+        return raster
 
     def _lay(self, raster: Raster, style: int) -> None:
         # Dots of traces that meet in a cell are all kept; the cell has the style of the last one.
@@ -300,7 +308,7 @@ def _heading(chart: Chart, view: View, found: Sequence[Found], width: int) -> li
     elif len(chart.traces) > 1:
         for index, trace in enumerate(chart.traces):
             style = "hidden" if index in view.hidden else trace_style(trace, index)
-            mark = _mark(trace, index) if trace.mark or trace.look == "points" else "─"
+            mark = _mark(trace, index) if trace.mark or trace.look != "line" else "─"
             spans.append((f" {index + 1}{mark}{trace.name}", style))
     return _cut(spans, width)
 

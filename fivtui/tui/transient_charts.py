@@ -252,10 +252,10 @@ def spectrum(t: FloatArray, values: FloatArray) -> Spectrum:
     # Periodic, so that its own lines fall on frequencies of the transform.
     window = 0.5 - 0.5 * np.cos(2.0 * np.pi * np.arange(t.size) / t.size)
     lines = np.fft.rfft((values - mean) * window)
-    amplitude = np.hypot(lines.real, lines.imag) * (2.0 / window.sum())
+    amplitude: FloatArray = np.hypot(lines.real, lines.imag) * (2.0 / window.sum())
     amplitude[0] = abs(mean)
     resolution = 1.0 / (step * t.size)
-    frequency: FloatArray = resolution * np.arange(lines.size)
+    frequency = resolution * np.arange(lines.size, dtype=np.float64)
     return Spectrum(frequency, amplitude, _fundamental(amplitude, values) * resolution, resolution)
 
 

@@ -78,8 +78,8 @@ class TransientPane(ViewsPane):
         first, *others = result_brief(run.result)
         lines = [first, *_remarks(run.result), *others]
         self.query_one("#summary", Static).update("\n".join(lines))
-        beside = [each for each in self.session.runs if each.overlaid and each is not run]
-        self._show([each for each in map(_motion, [run, *beside]) if each is not None])
+        drawn = reversed(list(self.session.runs.drawn))
+        self._show([motion for motion in map(_motion, drawn) if motion is not None])
 
     def run_progressed(self, run: Run) -> None:
         """Show what is known of a run that goes on."""
