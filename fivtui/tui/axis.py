@@ -18,7 +18,7 @@ FloatArray = NDArray[np.float64]
 # Closer limits cannot be told apart in their labels.
 _CLOSEST: Final = 1e-9
 _WIDEST: Final = 1e300
-_DECADES: Final = 12.0
+_DECADES: Final = 20.0
 _FACTORS: Final = (1.0, 2.0, 5.0)
 _FORM: Final = "LOW:HIGH, or nothing for what the data need"
 
