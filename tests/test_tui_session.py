@@ -37,7 +37,7 @@ HEADLESS = (
 
 @pytest.mark.parametrize("module", HEADLESS)
 def test_headless_modules_import_no_textual_and_nothing_slow(module: str) -> None:
-    heavy = ("textual", "textual_plot", "matplotlib", "scipy", "fmpy", "numba")
+    heavy = ("textual", "matplotlib", "scipy", "fmpy", "numba")
     code = (
         f"import sys, fivtui.tui.{module}; print([name for name in {heavy} if name in sys.modules])"
     )

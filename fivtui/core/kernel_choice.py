@@ -7,10 +7,10 @@ from . import compiled
 from .methods import Problem
 from .outcome import Transient
 from .parameters import unknown_name
-from .recorder import Samples
+from .recorder import OnSamples, Samples
 from .transient import KernelChoice, Progress
 
-WholeRun = Callable[[Problem, Samples, int, Progress | None], Transient]
+WholeRun = Callable[[Problem, Samples, int, Progress | None, OnSamples | None], Transient]
 
 KERNELS: Final = ("auto", "compiled", "interpreted")
 

@@ -7,7 +7,7 @@ from .errors import Cancelled, ComputationError, InputError
 from .methods import METHODS, check_takes_step
 from .outcome import Kernel, Transient
 from .parameters import Parameters, unknown_name
-from .recorder import Recorder, Samples
+from .recorder import OnSamples, Recorder, Samples
 from .request import DEFAULT_T_END, DEFAULT_TOL, Start, make_problem
 from .segment import Stepper
 
@@ -31,6 +31,7 @@ def integrate(
     max_steps: int = MAX_STEPS,
     progress: Progress | None = None,
     kernel: KernelChoice = "auto",
+    on_samples: OnSamples | None = None,
 ) -> Transient:
     """Compute a transient with a native method.
 
@@ -59,6 +60,9 @@ def integrate(
         Called now and then with the fraction done; the run is cancelled when it returns False.
     kernel : "auto", "compiled" or "interpreted"
         What runs the method ``taylor``, see `kernel_choice.chosen`.
+    on_samples : callable, optional
+        Called now and then with the next part of the trajectory, where sample times are given; in
+        the computing thread.
 
     Returns
     -------
@@ -85,11 +89,11 @@ def integrate(
 
         whole_run = chosen(kernel)
         if whole_run is not None:
-            return whole_run(problem, samples, max_steps, progress)
+            return whole_run(problem, samples, max_steps, progress, on_samples)
         used = "interpreted"
     else:
         check_has_kernels(method, kernel)
-    recorder = Recorder(problem, samples)
+    recorder = Recorder(problem, samples, on_samples)
     run_segments(METHODS[method].stepper(problem), recorder, max_steps, progress)
     return recorder.result(method, used)
 

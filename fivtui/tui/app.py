@@ -41,7 +41,11 @@ class FivtuiApp(App[None]):
     """
 
     TITLE = "fivtui"
-    CSS_PATH: ClassVar[list[str | PurePath]] = [_STYLES / "lab.tcss", _STYLES / "dialogs.tcss"]
+    CSS_PATH: ClassVar[list[str | PurePath]] = [
+        _STYLES / "lab.tcss",
+        _STYLES / "charts.tcss",
+        _STYLES / "dialogs.tcss",
+    ]
     COMMANDS: ClassVar[set[type[Provider] | Callable[[], type[Provider]]]] = {_commands}
     BINDINGS: ClassVar[list[BindingType]] = [
         Binding("ctrl+q", "quit", "Quit", show=True, priority=True),

@@ -25,6 +25,7 @@ from .messages import (
     FieldEdited,
     FieldFocused,
     FieldNudged,
+    PointOpened,
     Reported,
     RunActed,
     RunAsked,
@@ -65,6 +66,7 @@ class LabScreen(Screen[None]):
         Binding("f3", "list_runs", "Runs", key_display="F3"),
         Binding("f4", "switch_engine", "Engine", key_display="F4"),
         Binding("f9", "run_both", "Both engines", show=False),
+        Binding("f10,ctrl+g", "work", "Compute", key_display="F10", show=False),
         Binding("f6", "export('figure')", "Figure…", key_display="F6"),
         Binding("f7", "export('data')", "Data…", key_display="F7"),
         Binding("f8", "reset", "Reset", show=False),
@@ -151,6 +153,14 @@ class LabScreen(Screen[None]):
         self._remember(event.source)
         self.show_inputs()
         self.post_message(Reported(event.words))
+
+    @on(PointOpened)
+    def _point_opened(self, event: PointOpened) -> None:
+        for name, text in event.texts.items():
+            self.session.set_text(name, text)
+        self.show_inputs()
+        self.post_message(Reported(event.words, routine=True))
+        self.action_run()
 
     @on(SceneSaved)
     def _saved(self, event: SceneSaved) -> None:
@@ -275,6 +285,12 @@ class LabScreen(Screen[None]):
         else:
             self.add_class("-runs")
             pane.take_focus()
+
+    def action_work(self) -> None:
+        """Begin what the tab in sight computes, or stop it."""
+        pane = self._book.pane
+        if pane is None or not pane.work():
+            self.app.bell()
 
     def action_show_tab(self, name: str) -> None:
         """Show a tab."""

@@ -81,13 +81,11 @@ class ExportEnded(Message):
 
 
 @dataclass
-class WindowReset(Message):
-    """The user wants to see the whole horizon."""
+class PointOpened(Message):
+    """The user wants to see a point's transient: texts of fields, and where they are from."""
 
-
-@dataclass
-class EndAsked(Message):
-    """The user wants to see the last part of the horizon."""
+    texts: dict[str, str]
+    words: str
 
 
 @dataclass

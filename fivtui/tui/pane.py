@@ -44,6 +44,16 @@ class Pane(Vertical):
             The run that is being computed, not the one shown.
         """
 
+    def work(self) -> bool:
+        """Begin what the tab computes when it is asked to, or stop it.
+
+        Returns
+        -------
+        bool
+            Whether there is such a thing.
+        """
+        return False
+
     def reported(self) -> None:
         """Something was appended to `session.reports`."""
 

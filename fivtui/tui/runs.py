@@ -13,6 +13,7 @@ from fivtui.core.outcome import Transient
 from fivtui.runner import scene_transient
 from fivtui.scene import Scene
 
+from .growth import Growth
 from .run_styles import RunStyle, usual_style
 from .sampling import sample_times
 
@@ -61,6 +62,8 @@ class Run:
         Whether it is drawn beside the run shown.
     style : RunStyle
         Colour and marker.
+    growth : Growth
+        Its trajectory so far, while it goes on.
     """
 
     number: int
@@ -73,6 +76,7 @@ class Run:
     source: str = ""
     overlaid: bool = False
     style: RunStyle = field(init=False)
+    growth: Growth = field(default_factory=Growth)
     _begin: float = field(default_factory=time.monotonic)
     _stop: threading.Event = field(default_factory=threading.Event)
 
@@ -142,7 +146,12 @@ def execute(run: Run) -> Outcome:
     """
     scene = run.scene
     try:
-        result = scene_transient(scene, samples=sample_times(scene), progress=run.report).transient
+        result = scene_transient(
+            scene,
+            samples=sample_times(scene),
+            progress=run.report,
+            on_samples=run.growth.take,
+        ).transient
     except Cancelled:
         return Outcome()
     except (InputError, ComputationError) as error:
@@ -292,6 +301,7 @@ class Runs:
             return False
         run.result, run.message = outcome.result, outcome.error
         run.state = RunState.DONE if outcome.result is not None else RunState.FAILED
+        run.growth = Growth()
         return True
 
     def find(self, number: int) -> Run | None:

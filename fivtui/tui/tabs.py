@@ -9,6 +9,7 @@ from .pane import Pane
 from .result_pane import ResultPane
 from .session import Session
 from .stability_pane import StabilityPane
+from .tradeoff_pane import TradeoffPane
 from .transient_pane import TransientPane
 
 
@@ -38,6 +39,7 @@ class TabSpec:
 TABS: Final = (
     TabSpec("stability", "Stability", "alt+1", StabilityPane),
     TabSpec("transient", "Transient", "alt+2", TransientPane),
+    TabSpec("trade-off", "Trade-off", "alt+5", TradeoffPane),
     TabSpec("result", "Result", "alt+8", ResultPane),
     TabSpec("log", "Log", "alt+9", LogPane),
 )

@@ -1,38 +1,179 @@
-"""The tab of the transient: y and P over time and what came out."""
+"""The tab of the transient: motion over time, phase portraits, spectrum, and what came out."""
 
+from collections.abc import Mapping
+from typing import ClassVar, Final
+
+from textual import on
 from textual.app import ComposeResult
+from textual.binding import Binding, BindingType
+from textual.containers import Horizontal, Vertical
+from textual.events import Resize
 from textual.widgets import Static
 
-from fivtui.core.errors import ComputationError
+from fivtui.core.errors import ComputationError, InputError
 from fivtui.core.outcome import Transient
 from fivtui.core.stability import stability
 
-from .pane import Pane
-from .plots import TransientPlots
+from .axis import Axis
+from .chart_view import ChartView
 from .report import remark, result_brief
 from .runs import Run
+from .session import Session
+from .transient_charts import (
+    Motion,
+    motion_of,
+    phase_chart,
+    separated_samples,
+    spectrum_chart,
+    steady_window,
+    time_chart,
+)
+from .views_pane import ViewsPane
+
+# What is shown over time, from the top, and what goes first where there is little room.
+_QUANTITIES: Final = ("y", "x", "P")
+_FIRST: Final = ("y", "P", "x")
+_LEAST_ROWS: Final = 6
+_LAST_PART: Final = 0.1
+_NOTHING: Final = "nothing to show yet: F5 runs"
 
 
-class TransientPane(Pane):
-    """Plots and summary of the run shown."""
+class TransientPane(ViewsPane):
+    """Plots and summary of the run shown, with those drawn beside it."""
+
+    VIEWS: ClassVar[Mapping[str, str]] = {"time": "Time", "phase": "Phase", "spectrum": "Spectrum"}
+    BINDINGS: ClassVar[list[BindingType]] = [Binding("e", "show_end", "End")]
+
+    def __init__(self, session: Session) -> None:
+        super().__init__(session)
+        self._motions: list[Motion] = []
 
     def compose(self) -> ComposeResult:
-        """The parts from top to bottom."""
-        yield TransientPlots()
+        """The views, of which one is shown, and the summary."""
+        yield from super().compose()
         yield Static("", id="summary", markup=False)
 
+    def compose_views(self) -> ComposeResult:
+        """Motion over time, phase portraits and spectrum."""
+        with Vertical(id="time"):
+            for quantity in _QUANTITIES:
+                yield ChartView(f"plot-{quantity}", nothing=_NOTHING)
+        with Horizontal(id="phase"):
+            yield ChartView("phase-y", nothing=_NOTHING)
+            yield ChartView("phase-x", nothing=_NOTHING)
+        with Vertical(id="spectrum"):
+            yield ChartView("plot-spectrum", nothing=_NOTHING)
+
+    def on_mount(self) -> None:
+        """Show amplitudes over decades."""
+        super().on_mount()
+        self.query_one("#plot-spectrum", ChartView).view.log_y = True
+
+    # What is shown
+
     def run_changed(self, run: Run | None) -> None:
-        """Show the result of a run."""
+        """Show the result of a run, and those drawn beside it."""
         if run is None or run.result is None:
             return
         first, *others = result_brief(run.result)
         lines = [first, *_remarks(run.result), *others]
         self.query_one("#summary", Static).update("\n".join(lines))
-        self.query_one(TransientPlots).show(run.result)
+        drawn = reversed(list(self.session.runs.drawn))
+        self._show([motion for motion in map(_motion, drawn) if motion is not None])
 
-    def theme_changed(self) -> None:
-        """Draw the plots in the colours of now."""
-        self.query_one(TransientPlots).redraw()
+    def run_progressed(self, run: Run) -> None:
+        """Show what is known of a run that goes on."""
+        trajectory = run.growth.trajectory()
+        if trajectory is not None:
+            separated = separated_samples(trajectory)
+            name = f"run {run.number}"
+            style = run.style
+            self._show(
+                [
+                    Motion(
+                        name,
+                        trajectory,
+                        separated,
+                        run.scene.t_end,
+                        style.marker_sign,
+                        style.colour_code,
+                    )
+                ]
+            )
+
+    def _show(self, motions: list[Motion]) -> None:
+        self._motions = motions
+        self.draw()
+
+    def draw(self) -> None:
+        """Draw the view that is shown."""
+        if not self._motions:
+            return
+        draw = {"time": self._draw_time, "phase": self._draw_phase, "spectrum": self._draw_spectrum}
+        draw[self.view]()
+
+    def _draw_time(self) -> None:
+        charts = [self.query_one(f"#plot-{name}", ChartView) for name in _QUANTITIES]
+        visible = [chart for chart in charts if chart.display]
+        for quantity, chart in zip(_QUANTITIES, charts, strict=True):
+            if chart.display:
+                strip, x_axis = chart is visible[0], chart is visible[-1]
+                chart.show(time_chart(quantity, self._motions, strip=strip, x_axis=x_axis))
+
+    def _draw_phase(self) -> None:
+        for quantity in ("y", "x"):
+            chart = self.query_one(f"#phase-{quantity}", ChartView)
+            chart.show(phase_chart(quantity, self._motions, self._window))
+
+    def _draw_spectrum(self) -> None:
+        view = self.query_one("#plot-spectrum", ChartView)
+        try:
+            view.show(spectrum_chart(self._motions, self._window))
+        except InputError as error:
+            view.show(None, nothing=str(error))
+
+    @property
+    def _window(self) -> tuple[float, float]:
+        # The part of time that is shown; of the whole, what is called steady.
+        chosen = self.query_one("#plot-y", ChartView).view.x
+        reached = float(self._motions[0].trajectory.t[-1])
+        return steady_window(reached) if chosen is None else (chosen.low, chosen.high)
+
+    # Room and views
+
+    @on(Resize)
+    def _fit(self, _event: Resize) -> None:
+        room = max(self.views.size.height // _LEAST_ROWS, 1)
+        for name in _QUANTITIES:
+            self.query_one(f"#plot-{name}").display = name in _FIRST[:room]
+        self.draw()
+
+    @on(ChartView.Moved)
+    def _moved(self, event: ChartView.Moved) -> None:
+        charts = [self.query_one(f"#plot-{name}", ChartView) for name in _QUANTITIES]
+        if event.view not in charts:
+            return
+        source = event.view.view
+        for chart in charts:
+            if chart is not event.view:
+                chart.view.x, chart.view.log_x = source.x, source.log_x
+                chart.redraw()
+
+    def action_show_end(self) -> None:
+        """Show the last part of the horizon."""
+        if self._motions:
+            t_end = self._motions[0].t_end
+            for name in _QUANTITIES:
+                chart = self.query_one(f"#plot-{name}", ChartView)
+                chart.view.x = Axis((1.0 - _LAST_PART) * t_end, t_end)
+            self.draw()
+
+
+def _motion(run: Run) -> Motion | None:
+    if run.result is None:
+        return None
+    style = run.style
+    return motion_of(run.result, f"run {run.number}", style.marker_sign, style.colour_code)
 
 
 def _remarks(result: Transient) -> list[str]:
