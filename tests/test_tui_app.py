@@ -40,7 +40,7 @@ async def pilot() -> AsyncIterator[Pilot[None]]:
 
 
 async def test_a_run_ends_in_plots_that_zoom_summary_and_tabs(pilot: Pilot[None]) -> None:
-    await until_shown(pilot, "critical μ, linear 1.018")
+    await until_shown(pilot, "μ_c 0.4394")
     await run_to_end(pilot)
     shown = text_of(pilot)
     for words in (
@@ -99,7 +99,7 @@ async def test_a_run_ends_in_plots_that_zoom_summary_and_tabs(pilot: Pilot[None]
     await until_shown(pilot, "range of y -2.685 to 10.50 m")
     await pilot.press("alt+1")
     await type_into(pilot, "F", "100")
-    await until_shown(pilot, "critical μ 0.597")
+    await until_shown(pilot, "μ_c 0.597")
     await until_shown(pilot, "run 1 done, inputs changed since")
 
 
