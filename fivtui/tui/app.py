@@ -1,5 +1,6 @@
 """The Textual application."""
 
+import sys
 from collections.abc import Callable
 from pathlib import Path, PurePath
 from typing import ClassVar, Final
@@ -18,6 +19,7 @@ from .session import Session
 from .state_file import State, state_path
 
 _KEEPING_PERIOD: Final = 2.0
+_SWITCH_INTERVAL: Final = 1e-3
 _STYLES = Path(__file__).parent / "styles"
 
 
@@ -123,6 +125,11 @@ class FivtuiApp(App[None]):
         self._keeper.save(self._state())
 
 
+def answer_quickly() -> None:
+    """Let the screen have the interpreter soon where a thread computes in Python beside it."""
+    sys.setswitchinterval(_SWITCH_INTERVAL)
+
+
 def run(scene: Scene | None = None, source: str = "") -> None:
     """Run the terminal UI until the user quits.
 
@@ -135,4 +142,5 @@ def run(scene: Scene | None = None, source: str = "") -> None:
     source : str
         How the command line names it, a preset or a file; empty if it does not.
     """
+    answer_quickly()
     FivtuiApp(scene, source, state=state_path()).run()
