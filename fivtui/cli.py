@@ -353,6 +353,21 @@ def figures(numbers: tuple[str, ...], out: Path, formats: tuple[str, ...], force
 
 
 @fivtui.command()
+@click.option(
+    "--port",
+    type=click.IntRange(1, 65535),
+    default=8000,
+    show_default=True,
+    help="Port on 127.0.0.1.",
+)
+def serve(port: int) -> None:
+    """Show the terminal laboratory in a browser on this machine."""
+    from .tui.serve import serve as start
+
+    start(port, say=_say)
+
+
+@fivtui.command()
 @click.option("--markdown", is_flag=True, help="Print a Markdown table.")
 @json_option
 def claims(markdown: bool, as_json: bool) -> None:

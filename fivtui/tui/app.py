@@ -71,7 +71,6 @@ class FivtuiApp(App[None]):
         self.session = Session(scene, source)
         self._keeper = Keeper(state)
         self._given = scene is not None
-        self._first_tab = ""
         self._told = ""
         self._restored = self._restore()
 
@@ -92,12 +91,12 @@ class FivtuiApp(App[None]):
         self.session.recent = state.recent
         if state.edited != self.session.edited:
             self.session.restore(state.edited)
-        self._first_tab = state.tab
+        self.session.tab = state.tab
         return Reported("the session of the last time is restored", routine=True)
 
     def get_default_screen(self) -> LabScreen:
         """The laboratory is the screen under all others."""
-        return LabScreen(self.session, self._first_tab)
+        return LabScreen(self.session)
 
     def on_mount(self) -> None:
         """Tell what was restored, and keep the session from now on."""
@@ -107,8 +106,7 @@ class FivtuiApp(App[None]):
             self.set_interval(_KEEPING_PERIOD, self._keep)
 
     def _state(self) -> State:
-        tab = next((lab.tab for lab in self.screen_stack if isinstance(lab, LabScreen)), "")
-        return State(self.session.edited, self.session.recent, tab, self.theme)
+        return State(self.session.edited, self.session.recent, self.session.tab, self.theme)
 
     def _keep(self) -> None:
         if self._keeper.error != self._told:
@@ -120,10 +118,9 @@ class FivtuiApp(App[None]):
             # Files may be slow.
             self.run_worker(lambda: self._keeper.save(state), thread=True, exit_on_error=False)
 
-    async def action_quit(self) -> None:
-        """Keep the session and quit."""
+    def on_unmount(self) -> None:
+        """Keep the session, whatever ended the application."""
         self._keeper.save(self._state())
-        self.exit()
 
 
 def run(scene: Scene | None = None, source: str = "") -> None:

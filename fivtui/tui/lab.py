@@ -55,8 +55,6 @@ class LabScreen(Screen[None]):
     ----------
     session : Session
         Its state.
-    first_tab : str
-        The tab to begin with; the first one if there is no such tab.
     """
 
     BINDINGS: ClassVar[list[BindingType]] = [
@@ -82,9 +80,8 @@ class LabScreen(Screen[None]):
         *(Binding(tab.key, f"show_tab('{tab.id}')", tab.title, show=False) for tab in TABS),
     ]
 
-    def __init__(self, session: Session, first_tab: str = "") -> None:
+    def __init__(self, session: Session) -> None:
         super().__init__()
-        self._first_tab = first_tab
         self.session = session
         self._files = FileDesk(self, session)
         self._run_desk = RunDesk(self, session)
@@ -107,19 +104,12 @@ class LabScreen(Screen[None]):
         self._ticker = self.set_interval(_PROGRESS_PERIOD, self._show_progress, pause=True)
         self.show_inputs()
         self._show_runs()
-        if any(tab.id == self._first_tab for tab in TABS):
-            self.show_tab(self._first_tab)
         self.query_one(Form).focus_field("m")
         self.app.theme_changed_signal.subscribe(self, lambda _: self._redraw())
 
     def on_unmount(self) -> None:
         """Let a run that goes on end: the program would wait for its thread."""
         self.session.runs.stop()
-
-    @property
-    def tab(self) -> str:
-        """Identifier of the tab in sight."""
-        return self._book.active
 
     def _redraw(self) -> None:
         self.call_after_refresh(self._book.tell, lambda pane: pane.theme_changed())

@@ -46,12 +46,15 @@ class Session:
         What was reported, a line each, the oldest first.
     recent : tuple of str
         Scene files opened or saved, the last one first.
+    tab : str
+        Identifier of the tab in sight; empty for the first one.
     """
 
     def __init__(self, scene: Scene | None = None, source: str = "") -> None:
         self.runs = Runs()
         self.reports: list[str] = []
         self.recent: tuple[str, ...] = ()
+        self.tab = ""
         self._history = History()
         self._native_method = _FIRST_METHOD
         self._take(_edited(base_scene() if scene is None else scene, source))

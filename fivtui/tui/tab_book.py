@@ -23,7 +23,8 @@ class TabBook(TabbedContent):
     """
 
     def __init__(self, tabs: Sequence[TabSpec], session: Session) -> None:
-        super().__init__(id="tabs")
+        known = any(spec.id == session.tab for spec in tabs)
+        super().__init__(initial=session.tab if known else "", id="tabs")
         self.specs = tuple(tabs)
         self._session = session
         self._made: dict[str, Pane] = {}
@@ -58,7 +59,7 @@ class TabBook(TabbedContent):
 
     @on(TabbedContent.TabActivated)
     async def _shown(self) -> None:
-        name = self.active
+        name = self._session.tab = self.active
         spec = next(spec for spec in self.specs if spec.id == name)
         if name not in self._made:
             self._made[name] = pane = spec.pane(self._session)
