@@ -135,13 +135,22 @@ def test_guides_shades_and_marks_are_drawn() -> None:
         "F / N",
         (Trace("here", np.array([1.5]), np.array([1.0]), look="points", mark="◆"),),
         guides=(Guide(0.5, "μ_c"),),
-        backdrop=Backdrop(np.arange(4.0), np.arange(3.0), levels, ((" ", "plot"), ("▒", "plot"))),
+        backdrop=Backdrop(
+            np.arange(4.0),
+            np.arange(3.0),
+            levels,
+            ((" ", "plot"), ("▒", "plot")),
+            levels.astype(float),
+            "growth / 1/s",
+        ),
     )
     text = draw(chart, View(), 48, 12).text()
     plot = [line[MARGIN:] for line in text.splitlines()[1:-1]]
     assert any("μ_c" in line for line in plot)
     assert "◆" in text
     assert all("▒" not in line[:18] and line.endswith("▒") for line in plot)
+    read = draw(chart, View(cursor=(2.9, 0.2)), 48, 12).text()
+    assert read.startswith("μ 3  F 0  growth 1 1/s")
 
 
 def test_a_million_samples_are_reduced() -> None:

@@ -1,5 +1,6 @@
 """A chart drawn in characters: rows of styled text. Imports no Textual."""
 
+import math
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from itertools import pairwise
@@ -298,7 +299,9 @@ def _column_labels(axis: Axis, label: str, columns: int) -> list[Span]:
 def _heading(chart: Chart, view: View, found: Sequence[Found], width: int) -> list[Span]:
     # What the lines are, or what the cursor reads.
     spans: list[Span] = [(" ".join(filter(None, [chart.y_label, chart.note])) + " ", "label")]
-    if found:
+    if found and chart.backdrop is not None:
+        spans = [(_read(chart, chart.backdrop, found[0]), "readout")]
+    elif found:
         spans = [(f"{_name(chart.x_label)} {found[0].x:.{_PRECISION}g} ", "readout")]
         for point in found:
             trace = chart.traces[point.trace]
@@ -311,6 +314,13 @@ def _heading(chart: Chart, view: View, found: Sequence[Found], width: int) -> li
             mark = _mark(trace, index) if trace.mark or trace.look != "line" else "─"
             spans.append((f" {index + 1}{mark}{trace.name}", style))
     return _cut(spans, width)
+
+
+def _read(chart: Chart, backdrop: Backdrop, point: Found) -> str:
+    what, _, unit = backdrop.label.partition(" / ")
+    value = "none" if math.isnan(point.value) else f"{point.value:.{_PRECISION}g} {unit}"
+    x, y = (f"{number:.{_PRECISION}g}" for number in (point.x, point.y))
+    return f"{_name(chart.x_label)} {x}  {_name(chart.y_label)} {y}  {what} {value}"
 
 
 def _name(label: str) -> str:
