@@ -11,6 +11,7 @@ from fivtui.tui.growth import Growth
 from fivtui.tui.picture import MARGIN, draw
 from fivtui.tui.raster import Raster
 from fivtui.tui.transient_charts import (
+    difference_chart,
     motion_of,
     phase_chart,
     separated_samples,
@@ -214,3 +215,20 @@ def test_a_trajectory_grows_by_its_parts_and_begins_anew() -> None:
     known = growth.trajectory()
     assert known is not None
     assert known.t.size == 100
+
+
+def test_the_difference_of_two_motions_is_exact_where_they_share_their_times() -> None:
+    times = np.linspace(0.0, 10.0, 101)
+    motions = []
+    for name, samples in (("a", times), ("b", times), ("c", np.linspace(0.0, 8.0, 1001))):
+        motion = motion_of(simulate(t_end=10.0, samples=samples), name)
+        assert motion is not None
+        motions.append(motion)
+    same = difference_chart("y", motions[0], motions[1], x_axis=True)
+    assert same.note == "a − b"
+    assert not same.traces[0].y.any()
+    assert "Δy / m a − b" in draw(same, View(), 60, 10).text()
+    other = difference_chart("P", motions[0], motions[2], x_axis=True)
+    assert other.note == "a − c, interpolated"
+    assert other.traces[0].x[-1] == 8.0
+    assert np.abs(other.traces[0].y).max() < 0.5
