@@ -94,6 +94,10 @@ def test_a_picture_has_the_size_asked_for_and_says_what_is_what() -> None:
         assert len(lines) == height
         assert {len(line) for line in lines} == {width}
     assert lines[0].startswith("y / m  1─one 2─two")
+    narrow = draw(SINE, View(), 20, 14, reserved=8).text().splitlines()
+    assert [line.strip() for line in narrow[:2]] == ["y / m  1─one", "2─two"]
+    assert {len(line) for line in narrow} == {20}
+    assert draw(SINE, View(), 20, 6).plot[1] == 1
     assert lines[-1].startswith("t / s")
     assert lines[-1].rstrip().endswith("10")
     assert "1" in "".join(lines[1:-1])

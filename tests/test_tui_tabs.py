@@ -97,6 +97,10 @@ async def test_the_transient_has_views_and_every_plot_its_keys(
     assert view.view.x is not None
     await pilot.hover("#plot-y", offset=(20, 3))
     await until_shown(pilot, "run 1 ")
+    await pilot.mouse_down("#plot-y", offset=(20, 3))
+    await pilot.hover("#plot-y", offset=(30, 3))
+    await pilot.mouse_up("#plot-y", offset=(30, 3))
+    await until(pilot, lambda: view.view.x is not None and view.view.x.low < 10.0)
     await pilot.click("#plot-y", offset=(view.size.width - 1, 0))
     await until(pilot, lambda: view.view.x is None)
 
