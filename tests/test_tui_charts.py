@@ -11,6 +11,7 @@ from fivtui.tui.growth import Growth
 from fivtui.tui.picture import MARGIN, draw
 from fivtui.tui.raster import Raster
 from fivtui.tui.transient_charts import (
+    difference_chart,
     motion_of,
     phase_chart,
     separated_samples,
@@ -93,6 +94,10 @@ def test_a_picture_has_the_size_asked_for_and_says_what_is_what() -> None:
         assert len(lines) == height
         assert {len(line) for line in lines} == {width}
     assert lines[0].startswith("y / m  1─one 2─two")
+    narrow = draw(SINE, View(), 20, 14, reserved=8).text().splitlines()
+    assert [line.strip() for line in narrow[:2]] == ["y / m  1─one", "2─two"]
+    assert {len(line) for line in narrow} == {20}
+    assert draw(SINE, View(), 20, 6).plot[1] == 1
     assert lines[-1].startswith("t / s")
     assert lines[-1].rstrip().endswith("10")
     assert "1" in "".join(lines[1:-1])
@@ -135,13 +140,22 @@ def test_guides_shades_and_marks_are_drawn() -> None:
         "F / N",
         (Trace("here", np.array([1.5]), np.array([1.0]), look="points", mark="◆"),),
         guides=(Guide(0.5, "μ_c"),),
-        backdrop=Backdrop(np.arange(4.0), np.arange(3.0), levels, ((" ", "plot"), ("▒", "plot"))),
+        backdrop=Backdrop(
+            np.arange(4.0),
+            np.arange(3.0),
+            levels,
+            ((" ", "plot"), ("▒", "plot")),
+            levels.astype(float),
+            "growth / 1/s",
+        ),
     )
     text = draw(chart, View(), 48, 12).text()
     plot = [line[MARGIN:] for line in text.splitlines()[1:-1]]
     assert any("μ_c" in line for line in plot)
     assert "◆" in text
     assert all("▒" not in line[:18] and line.endswith("▒") for line in plot)
+    read = draw(chart, View(cursor=(2.9, 0.2)), 48, 12).text()
+    assert read.startswith("μ 3  F 0  growth 1 1/s")
 
 
 def test_a_million_samples_are_reduced() -> None:
@@ -205,3 +219,21 @@ def test_a_trajectory_grows_by_its_parts_and_begins_anew() -> None:
     known = growth.trajectory()
     assert known is not None
     assert known.t.size == 100
+
+
+def test_the_difference_of_two_motions_is_exact_where_they_share_their_times() -> None:
+    times = np.linspace(0.0, 10.0, 101)
+    motions = []
+    for name, samples in (("a", times), ("b", times), ("c", np.linspace(0.0, 8.0, 1001))):
+        motion = motion_of(simulate(t_end=10.0, samples=samples), name)
+        assert motion is not None
+        motions.append(motion)
+    same = difference_chart("y", motions[0], motions[1], x_axis=True)
+    assert same.note == "a − b"
+    assert not same.traces[0].y.any()
+    assert "Δy / m a − b" in draw(same, View(), 60, 10).text()
+    other = difference_chart("P", motions[0], motions[2], x_axis=True)
+    assert other.note == "a − c, interpolated"
+    assert other.traces[0].x[-1] == 8.0
+    peak = motions[0].trajectory.P.max()
+    assert np.abs(other.traces[0].y).max() < 0.01 * peak

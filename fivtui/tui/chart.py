@@ -72,12 +72,18 @@ class Backdrop:
         Level of every point: an index into `shades`.
     shades : sequence of (str, str)
         Character and style of every level.
+    values : ndarray, shape (n, k)
+        What the levels stand for; NaN where there is nothing.
+    label : str
+        Quantity and unit of the values.
     """
 
     x: FloatArray
     y: FloatArray
     levels: NDArray[np.intp]
     shades: Sequence[tuple[str, str]]
+    values: FloatArray
+    label: str
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -266,12 +272,22 @@ def reduced(trace: Trace, x: Axis, columns: int) -> tuple[FloatArray, FloatArray
 
 @dataclass(frozen=True, slots=True)
 class Found:
-    """The point of a chart next to its cursor: which trace, which of its points, and where."""
+    """The point of a chart next to its cursor.
+
+    Attributes
+    ----------
+    trace : int
+        Which trace; -1 for the backdrop.
+    x, y : float
+        Where.
+    value : float
+        Of the backdrop.
+    """
 
     trace: int
-    index: int
     x: float
     y: float
+    value: float = 0.0
 
 
 def nearest(chart: Chart, view: View) -> list[Found]:
@@ -285,20 +301,29 @@ def nearest(chart: Chart, view: View) -> list[Found]:
     Returns
     -------
     list of Found
-        Of every visible trace that is ordered the point next to the cursor along x; of the others
-        the one nearest point, and only if there are no ordered ones. Empty without a cursor.
+        Of a backdrop its nearest point. Else of every visible trace that is ordered the point next
+        to the cursor along x, or of all the one nearest point. Empty without a cursor.
     """
     if view.cursor is None:
         return []
+    if chart.backdrop is not None:
+        return [_nearest_of(chart.backdrop, view.cursor)]
     axes = view.axes(chart)
     found = []
     for index, trace in view.shown(chart):
         point = _nearest_point(trace, axes, view.cursor)
         if point is not None:
-            found.append((point[1], Found(index, point[0], *_point(trace, point[0]))))
+            found.append((point[1], Found(index, *_point(trace, point[0]))))
     if chart.plane and found:
         return [min(found, key=lambda each: each[0])[1]]
     return [each[1] for each in found]
+
+
+def _nearest_of(backdrop: Backdrop, cursor: tuple[float, float]) -> Found:
+    column = int(np.abs(backdrop.x - cursor[0]).argmin())
+    row = int(np.abs(backdrop.y - cursor[1]).argmin())
+    value = float(backdrop.values[column, row])
+    return Found(-1, float(backdrop.x[column]), float(backdrop.y[row]), value)
 
 
 def _point(trace: Trace, index: int) -> tuple[float, float]:

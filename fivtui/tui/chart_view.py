@@ -10,10 +10,8 @@ from textual.binding import Binding, BindingType
 from textual.events import (
     Click,
     Leave,
-    MouseCapture,
     MouseDown,
     MouseMove,
-    MouseRelease,
     MouseScrollDown,
     MouseScrollUp,
     MouseUp,
@@ -201,11 +199,10 @@ class ChartView(Widget, can_focus=True):
             return [[("", "plot")], [(f" {self._nothing}"[:width], "label")]]
         if self._picture is None:
             controls = self._heading_end(width)
-            picture = draw(self._chart, self.view, width, height)
-            if controls:
-                room = width - sum(len(text) for text, _ in controls)
-                picture.lines[0] = [*_first(picture.lines[0], room), *controls]
-            self._picture = picture
+            reserved = sum(len(text) for text, _ in controls)
+            self._picture = draw(self._chart, self.view, width, height, reserved=reserved)
+            # The last span of the first line is what was reserved.
+            self._picture.lines[0][-1:] = controls
         return self._picture.lines
 
     def _heading_end(self, width: int) -> list[Span]:
@@ -344,10 +341,11 @@ class ChartView(Widget, can_focus=True):
             return
         _, _, columns, rows = self._picture.plot
         if self._held is not None:
-            if event.delta_x or event.delta_y:
-                self._dragged = True
-                up = event.delta_y / rows if self._chart.plane or self.view.y is not None else 0.0
-                self.view.pan(self._chart, -event.delta_x / columns, up)
+            right, down = event.x - self._held[0], event.y - self._held[1]
+            if right or down:
+                self._held, self._dragged = (event.x, event.y), True
+                follows = not self._chart.plane and self.view.y is None
+                self.view.pan(self._chart, -right / columns, 0.0 if follows else down / rows)
                 self._moved()
         elif not self._steered:
             place = self._picture.place(event.x, event.y)
@@ -363,22 +361,15 @@ class ChartView(Widget, can_focus=True):
 
     def on_mouse_down(self, event: MouseDown) -> None:
         """Begin to drag."""
-        if event.y > 0:
-            self._held, self._dragged = (event.x, event.y), False
+        self._dragged = False
+        if self._picture is not None and event.y >= self._picture.plot[1]:
+            self._held = (event.x, event.y)
             self.capture_mouse()
 
     def on_mouse_up(self, _event: MouseUp) -> None:
         """End dragging."""
         self._held = None
         self.release_mouse()
-
-    def on_mouse_capture(self, event: MouseCapture) -> None:
-        """Nothing to tell others."""
-        event.stop()
-
-    def on_mouse_release(self, event: MouseRelease) -> None:
-        """Nothing to tell others."""
-        event.stop()
 
     def on_mouse_scroll_up(self, event: MouseScrollUp) -> None:
         """Zoom in at the pointer."""
@@ -397,12 +388,12 @@ class ChartView(Widget, can_focus=True):
         """Work a control, toggle a trace, put the cursor, or open a point (twice)."""
         if self._chart is None or self._picture is None or self._dragged:
             return
-        if event.y == 0:
+        if event.y < self._picture.plot[1]:
             for first, stop, action in self._controls:
-                if first <= event.x < stop:
+                if event.y == 0 and first <= event.x < stop:
                     await self.run_action(action)
                     return
-            index = _legend_index(self._picture.lines[0], event.x)
+            index = _legend_index(self._picture.lines[event.y], event.x)
             if index is not None:
                 self.action_trace(index + 1)
             return
@@ -413,15 +404,6 @@ class ChartView(Widget, can_focus=True):
         self._put_cursor(place)
         if event.chain == 2 and self._openable:
             self.action_open()
-
-
-def _first(spans: Sequence[Span], width: int) -> list[Span]:
-    kept: list[Span] = []
-    for text, style in spans:
-        room = width - sum(len(each) for each, _ in kept)
-        if room > 0:
-            kept.append((text[:room], style))
-    return kept
 
 
 def _legend_index(spans: Sequence[Span], column: int) -> int | None:

@@ -1,5 +1,6 @@
 """A chart drawn in characters: rows of styled text. Imports no Textual."""
 
+import math
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from itertools import pairwise
@@ -16,6 +17,7 @@ from .raster import DOTS_X, Raster
 MARGIN: Final = 8
 _TICK_WIDTH: Final = 8
 _TICK_HEIGHT: Final = 2
+_LEAST_ROWS: Final = 7
 TRACE_STYLES: Final = 8
 _VERTICAL: Final = ord("│")
 _HORIZONTAL: Final = ord("─")
@@ -60,7 +62,7 @@ def _mark(trace: Trace, index: int) -> str:
     return trace.mark or str(index + 1)[-1] if trace.look == "line" else trace.mark or "●"
 
 
-def draw(chart: Chart, view: View, width: int, height: int) -> Picture:
+def draw(chart: Chart, view: View, width: int, height: int, *, reserved: int = 0) -> Picture:
     """Draw a chart.
 
     Parameters
@@ -69,6 +71,8 @@ def draw(chart: Chart, view: View, width: int, height: int) -> Picture:
         What to draw.
     width, height : int
         Size in characters, at least `MARGIN` + 2 by 3.
+    reserved : int
+        Columns at the end of the first line that are left blank.
 
     Returns
     -------
@@ -76,21 +80,24 @@ def draw(chart: Chart, view: View, width: int, height: int) -> Picture:
         Of that size. Without a trace or backdrop there are axes alone.
     """
     below = int(chart.strip is not None) + int(chart.x_axis)
-    columns, rows = max(width - MARGIN, 1), max(height - 1 - below, 1)
     axes = view.axes(chart)
+    found = nearest(chart, view)
+    lines = _wrapped(_heading(chart, view, found), width, reserved)
+    # A plot of a few rows is worth more than the names of all traces.
+    del lines[max(height - below - _LEAST_ROWS, 1) :]
+    top = len(lines)
+    columns, rows = max(width - MARGIN, 1), max(height - top - below, 1)
     canvas = _Canvas(columns, rows, axes)
     if chart.backdrop is not None:
         canvas.shade(chart.backdrop)
     canvas.guide(chart)
     for index, trace in view.shown(chart):
         canvas.trace(index, trace)
-    found = nearest(chart, view)
     canvas.label_guides()
     if len(chart.traces) > 1:
         canvas.number(chart, view)
     if view.cursor is not None:
         canvas.cursor(view.cursor, found, plane=chart.plane)
-    lines = [_heading(chart, view, found, width)]
     ticks, labels = axes[1].ticks(max(rows // _TICK_HEIGHT, 2))
     margin = _row_labels(axes[1], ticks, labels, rows)
     for label, row in zip(margin, canvas.rows(), strict=True):
@@ -100,7 +107,7 @@ def draw(chart: Chart, view: View, width: int, height: int) -> Picture:
         lines.append([("off belt".rjust(MARGIN), "tick"), (shading(share), "strip")])
     if chart.x_axis:
         lines.append(_column_labels(axes[0], chart.x_label, columns))
-    return Picture(lines[:height], (MARGIN, 1, columns, rows))
+    return Picture(lines[:height], (MARGIN, top, columns, rows))
 
 
 class _Canvas:
@@ -295,10 +302,12 @@ def _column_labels(axis: Axis, label: str, columns: int) -> list[Span]:
     return [(before.ljust(MARGIN), "label"), ("".join(line), "tick"), (after, "label")]
 
 
-def _heading(chart: Chart, view: View, found: Sequence[Found], width: int) -> list[Span]:
+def _heading(chart: Chart, view: View, found: Sequence[Found]) -> list[Span]:
     # What the lines are, or what the cursor reads.
     spans: list[Span] = [(" ".join(filter(None, [chart.y_label, chart.note])) + " ", "label")]
-    if found:
+    if found and chart.backdrop is not None:
+        spans = [(_read(chart, chart.backdrop, found[0]), "readout")]
+    elif found:
         spans = [(f"{_name(chart.x_label)} {found[0].x:.{_PRECISION}g} ", "readout")]
         for point in found:
             trace = chart.traces[point.trace]
@@ -310,18 +319,32 @@ def _heading(chart: Chart, view: View, found: Sequence[Found], width: int) -> li
             style = "hidden" if index in view.hidden else trace_style(trace, index)
             mark = _mark(trace, index) if trace.mark or trace.look != "line" else "─"
             spans.append((f" {index + 1}{mark}{trace.name}", style))
-    return _cut(spans, width)
+    return spans
+
+
+def _read(chart: Chart, backdrop: Backdrop, point: Found) -> str:
+    what, _, unit = backdrop.label.partition(" / ")
+    value = "none" if math.isnan(point.value) else f"{point.value:.{_PRECISION}g} {unit}"
+    x, y = (f"{number:.{_PRECISION}g}" for number in (point.x, point.y))
+    return f"{_name(chart.x_label)} {x}  {_name(chart.y_label)} {y}  {what} {value}"
 
 
 def _name(label: str) -> str:
     return label.partition(" / ")[0]
 
 
-def _cut(spans: Sequence[Span], width: int) -> list[Span]:
-    kept: list[Span] = []
+def _wrapped(spans: Sequence[Span], width: int, reserved: int) -> list[list[Span]]:
+    # Whole spans, as many lines as they need; one that is longer than a line is cut off.
+    lines: list[list[Span]] = [[]]
+    left = width - reserved
     for text, style in spans:
-        left = width - sum(len(each) for each, _ in kept)
-        if left > 0:
-            kept.append((text[:left], style))
-    kept.append((" " * (width - sum(len(each) for each, _ in kept)), "plot"))
-    return kept
+        if len(text) > left and lines[-1]:
+            lines[-1].append((" " * left, "plot"))
+            lines.append([])
+            left = width
+        kept = text[: max(left, 0)]
+        lines[-1].append((kept, style))
+        left -= len(kept)
+    lines[-1].append((" " * left, "plot"))
+    lines[0].append((" " * reserved, "plot"))
+    return lines

@@ -6,6 +6,7 @@ from typing import Final
 
 from .log_pane import LogPane
 from .pane import Pane
+from .paper_pane import PaperPane
 from .result_pane import ResultPane
 from .session import Session
 from .stability_pane import StabilityPane
@@ -40,6 +41,7 @@ TABS: Final = (
     TabSpec("stability", "Stability", "alt+1", StabilityPane),
     TabSpec("transient", "Transient", "alt+2", TransientPane),
     TabSpec("trade-off", "Trade-off", "alt+5", TradeoffPane),
+    TabSpec("paper", "Paper", "alt+6", PaperPane),
     TabSpec("result", "Result", "alt+8", ResultPane),
     TabSpec("log", "Log", "alt+9", LogPane),
 )

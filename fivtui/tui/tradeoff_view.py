@@ -21,6 +21,8 @@ _MARKS: Final = "○□△▽◇×+☆"
 _PRESENT: Final = "◆"
 # Where an error of zero is drawn.
 _LEAST: Final = 1e-16
+# Settings that differ by less, in decades, are taken for the same.
+_NEAR: Final = 0.3
 
 TITLES: Final[Mapping[str, str]] = {
     "final": "State",
@@ -180,7 +182,9 @@ def present_words(result: "Tradeoff", scene: Scene, quantity: str, present: Row 
             return f"{scene.method} with its default step: give a step to see what it delivers"
         return f"{scene.method} was not measured"
     error = present.error.of(quantity)
-    words = f"now {_words(present, quantity)}"
+    wanted = _knob(present.setting, scene)
+    same = wanted is not None and abs(math.log10(present.setting.value / wanted)) < _NEAR
+    words = f"{'now' if same else 'nearest to now:'} {_words(present, quantity)}"
     # What is beyond the uncertainty of the errors is the same.
     better = cheapest(result.rows, quantity, max(error, result.floor.of(quantity)))
     if better is None or better.setting == present.setting or better.cpu_s >= present.cpu_s:

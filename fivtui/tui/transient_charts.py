@@ -138,6 +138,42 @@ def time_chart(quantity: str, motions: Sequence[Motion], *, strip: bool, x_axis:
     )
 
 
+def difference_chart(quantity: str, motion: Motion, baseline: Motion, *, x_axis: bool) -> Chart:
+    """How far a motion is from another over time.
+
+    Parameters
+    ----------
+    quantity : str
+        A column of the trajectory.
+    motion, baseline : Motion
+        The motion, and what is taken from it.
+    x_axis : bool
+        Whether to label the ticks of the time axis.
+
+    Returns
+    -------
+    Chart
+        Over the time that both have; between samples of the baseline by straight lines where
+        their times differ.
+    """
+    t, there = motion.trajectory.t, baseline.trajectory.t
+    t = t[t <= there[-1]]
+    own = getattr(motion.trajectory, quantity)[: t.size]
+    other = getattr(baseline.trajectory, quantity)
+    same = np.array_equal(t, there[: t.size])
+    values = own - (other[: t.size] if same else np.interp(t, there, other))
+    note = f"{motion.name} − {baseline.name}" + ("" if same else ", interpolated")
+    return Chart(
+        TIME_LABEL,
+        f"Δ{label_of(quantity)}",
+        (Trace("", t, values, colour=motion.colour),),
+        guides=(Guide(0.0, vertical=False),),
+        note=note,
+        x_axis=x_axis,
+        x_range=(0.0, float(t[-1])),
+    )
+
+
 def steady_window(t_end: float) -> tuple[float, float]:
     """The second half of a horizon: there amplitudes are called steady."""
     return 0.5 * t_end, t_end

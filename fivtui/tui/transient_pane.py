@@ -21,6 +21,7 @@ from .runs import Run
 from .session import Session
 from .transient_charts import (
     Motion,
+    difference_chart,
     motion_of,
     phase_chart,
     separated_samples,
@@ -36,12 +37,18 @@ _FIRST: Final = ("y", "P", "x")
 _LEAST_ROWS: Final = 6
 _LAST_PART: Final = 0.1
 _NOTHING: Final = "nothing to show yet: F5 runs"
+_NO_BASELINE: Final = "no difference: choose another run as baseline (b in the list of runs)"
 
 
 class TransientPane(ViewsPane):
     """Plots and summary of the run shown, with those drawn beside it."""
 
-    VIEWS: ClassVar[Mapping[str, str]] = {"time": "Time", "phase": "Phase", "spectrum": "Spectrum"}
+    VIEWS: ClassVar[Mapping[str, str]] = {
+        "time": "Time",
+        "phase": "Phase",
+        "spectrum": "Spectrum",
+        "difference": "Difference",
+    }
     BINDINGS: ClassVar[list[BindingType]] = [Binding("e", "show_end", "End")]
 
     def __init__(self, session: Session) -> None:
@@ -63,6 +70,9 @@ class TransientPane(ViewsPane):
             yield ChartView("phase-x", nothing=_NOTHING)
         with Vertical(id="spectrum"):
             yield ChartView("plot-spectrum", nothing=_NOTHING)
+        with Vertical(id="difference"):
+            yield ChartView("difference-y", nothing=_NO_BASELINE)
+            yield ChartView("difference-P")
 
     def on_mount(self) -> None:
         """Show amplitudes over decades."""
@@ -109,7 +119,12 @@ class TransientPane(ViewsPane):
         """Draw the view that is shown."""
         if not self._motions:
             return
-        draw = {"time": self._draw_time, "phase": self._draw_phase, "spectrum": self._draw_spectrum}
+        draw = {
+            "time": self._draw_time,
+            "phase": self._draw_phase,
+            "spectrum": self._draw_spectrum,
+            "difference": self._draw_difference,
+        }
         draw[self.view]()
 
     def _draw_time(self) -> None:
@@ -132,6 +147,17 @@ class TransientPane(ViewsPane):
         except InputError as error:
             view.show(None, nothing=str(error))
 
+    def _draw_difference(self) -> None:
+        run = self.session.runs.baseline
+        baseline = None if run is None else _motion(run)
+        shown = self._motions[0]
+        for quantity in ("y", "P"):
+            chart = None
+            if baseline is not None and baseline.name != shown.name:
+                last = quantity == "P"
+                chart = difference_chart(quantity, shown, baseline, x_axis=last)
+            self.query_one(f"#difference-{quantity}", ChartView).show(chart)
+
     @property
     def _window(self) -> tuple[float, float]:
         # The part of time that is shown; of the whole, what is called steady.
@@ -150,14 +176,17 @@ class TransientPane(ViewsPane):
 
     @on(ChartView.Moved)
     def _moved(self, event: ChartView.Moved) -> None:
-        charts = [self.query_one(f"#plot-{name}", ChartView) for name in _QUANTITIES]
-        if event.view not in charts:
-            return
+        # What is drawn over time has one time axis.
         source = event.view.view
-        for chart in charts:
-            if chart is not event.view:
-                chart.view.x, chart.view.log_x = source.x, source.log_x
-                chart.redraw()
+        for group in (_QUANTITIES, ("y", "P")):
+            prefix = "plot" if group is _QUANTITIES else "difference"
+            names = [f"{prefix}-{name}" for name in group]
+            if event.view.id not in names:
+                continue
+            for chart in (self.query_one(f"#{name}", ChartView) for name in names):
+                if chart is not event.view:
+                    chart.view.x, chart.view.log_x = source.x, source.log_x
+                    chart.redraw()
 
     def action_show_end(self) -> None:
         """Show the last part of the horizon."""

@@ -1,0 +1,1 @@
+"""Benchmarks: what this solver costs beside others, in one run on one machine."""
