@@ -17,6 +17,7 @@ from fivtui.tui.session import Session
 HEADLESS = (
     "comparison",
     "differences",
+    "editing",
     "equations",
     "exports",
     "fields",

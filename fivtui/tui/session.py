@@ -12,8 +12,8 @@ from fivtui.core.stability import Stability, stability
 from fivtui.scene import Accuracy, Scene
 
 from .differences import base_scene, differences
+from .editing import Editing
 from .fields import CONSIDERED, FIELDS
-from .history import Edited, History
 from .nudges import number_text
 from .runs import FMU_ENGINE, FMU_METHOD, Run, Runs, engine_of
 
@@ -21,12 +21,7 @@ MOST_RECENT: Final = 10
 _FIRST_METHOD: Final = next(iter(METHODS))
 
 
-def _edited(scene: Scene, source: str) -> Edited:
-    texts = {name: field.text_of(scene) for name, field in FIELDS.items()}
-    return Edited(texts, scene, source)
-
-
-class Session:
+class Session(Editing):
     """What is being edited and what was computed from it.
 
     Parameters
@@ -38,8 +33,6 @@ class Session:
 
     Attributes
     ----------
-    texts : dict of str
-        Text of every field, valid or not.
     runs : Runs
         The transients of this session.
     reports : list of str
@@ -51,141 +44,17 @@ class Session:
     """
 
     def __init__(self, scene: Scene | None = None, source: str = "") -> None:
+        super().__init__(scene, source)
         self.runs = Runs()
         self.reports: list[str] = []
         self.recent: tuple[str, ...] = ()
         self.tab = ""
-        self._history = History()
         self._native_method = _FIRST_METHOD
-        self._take(_edited(base_scene() if scene is None else scene, source))
-
-    def _take(self, state: Edited) -> None:
-        self.texts, self._loaded, self.source = dict(state.texts), state.loaded, state.source
-
-    @property
-    def edited(self) -> Edited:
-        """What is being edited now; to be given to `restore`, in this session or another."""
-        return Edited(dict(self.texts), self._loaded, self.source)
-
-    def restore(self, state: Edited) -> None:
-        """Bring back what was edited before, as one step that can be undone.
-
-        Parameters
-        ----------
-        state : Edited
-            Texts, valid or not, and the scene from which they were made.
-        """
-        self._history.close()
-        self._history.before(self.edited, "restore")
-        self._history.close()
-        self._take(state)
-
-    def close_step(self) -> None:
-        """Let the next edit be undone by itself, also where it continues the last one."""
-        self._history.close()
-
-    @property
-    def can_undo(self) -> bool:
-        """Whether there is an edit to undo."""
-        return self._history.can_undo
-
-    @property
-    def can_redo(self) -> bool:
-        """Whether there is an edit to do again."""
-        return self._history.can_redo
-
-    def undo(self) -> bool:
-        """Undo the last edit; whether there was one."""
-        return self._turn(self._history.undo(self.edited))
-
-    def redo(self) -> bool:
-        """Do again what was undone last; whether there was anything."""
-        return self._turn(self._history.redo(self.edited))
-
-    def _turn(self, state: Edited | None) -> bool:
-        if state is None:
-            return False
-        self._take(state)
-        return True
-
-    def load(self, scene: Scene, source: str = "") -> None:
-        """Replace all texts by those of a scene.
-
-        Parameters
-        ----------
-        scene : Scene
-            The scene.
-        source : str
-            How the command line would name it; empty if it cannot.
-        """
-        self.restore(_edited(scene, source))
-
-    def saved(self, scene: Scene, source: str) -> None:
-        """Take note that what is edited was saved; no edit, so nothing to undo.
-
-        Parameters
-        ----------
-        scene : Scene
-            The scene as it was written.
-        source : str
-            The file.
-        """
-        self._loaded, self.source = scene, source
 
     def remember(self, path: str) -> None:
         """Put a scene file in front of the recent ones."""
         others = (old for old in self.recent if old != path)
         self.recent = (path, *others)[:MOST_RECENT]
-
-    @property
-    def loaded(self) -> Scene:
-        """The scene loaded, as it is without the edits."""
-        return self._loaded
-
-    @property
-    def name(self) -> str:
-        """Name of the scene loaded."""
-        return self._loaded.name
-
-    @property
-    def description(self) -> str:
-        """Description of the scene loaded."""
-        return self._loaded.description
-
-    @property
-    def changed(self) -> list[str]:
-        """Names of the fields whose text differs from that of the scene loaded."""
-        return [
-            name
-            for name, field in FIELDS.items()
-            if self.texts[name] != field.text_of(self._loaded)
-        ]
-
-    def set_text(self, name: str, text: str) -> None:
-        """Edit a field.
-
-        Parameters
-        ----------
-        name : str
-            Its name.
-        text : str
-            Its new text, valid or not.
-        """
-        if self.texts[name] != text:
-            self._set(name, text, "type")
-
-    def _set(self, name: str, text: str, how: str) -> None:
-        self._history.before(self.edited, f"{how} {name}")
-        self.texts[name] = text
-
-    def reset(self, name: str) -> None:
-        """Give a field the text it has in the scene loaded."""
-        self._set(name, FIELDS[name].text_of(self._loaded), "reset")
-        self.close_step()
-
-    def reset_all(self) -> None:
-        """Give every field the text it has in the scene loaded."""
-        self.load(self._loaded, self.source)
 
     def error(self, name: str) -> str:
         """What is wrong with a field.

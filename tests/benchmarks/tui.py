@@ -161,7 +161,7 @@ def main() -> None:
     parser.add_argument("--repeats", type=int, default=20)
     given = parser.parse_args()
     # The interpreted kernel, with which every session begins, shares one lock with the screen.
-    kernel_choice.chosen = lambda kernel: None  # noqa: ARG005
+    kernel_choice.chosen = lambda kernel: None
     found = [*first_frame(max(given.repeats // 4, 1)), *asyncio.run(_measured(given.repeats))]
     if given.json:
         print(json.dumps([measured.as_dict() for measured in found], indent=2))
