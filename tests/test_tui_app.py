@@ -47,7 +47,7 @@ async def test_a_run_ends_in_plots_that_zoom_summary_and_tabs(pilot: Pilot[None]
         "peak |y| 10.50 m · steady half range 4.401 m",
         "74 separations · off the belt 71.01 s (71 %)",
         "run 1 done in",
-        "native, tol 1e-12",
+        "s, tol 1e-12",
         "y / m",
         "P / N",
         "⣿",

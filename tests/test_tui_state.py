@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 
 from fivtui.core.errors import InputError
+from fivtui.core.parameters import Parameters
 from fivtui.presets import PRESETS
 from fivtui.results import save_trajectory
 from fivtui.simulation import simulate
@@ -14,6 +15,7 @@ from fivtui.tui.comparison import change_rows, changes, engine_words, percent_te
 from fivtui.tui.differences import base_scene
 from fivtui.tui.imports import load_run
 from fivtui.tui.keeper import Keeper
+from fivtui.tui.paper_scenes import paper_scenes
 from fivtui.tui.run_styles import usual_style
 from fivtui.tui.runs import MAX_RUNS, Outcome, Run, Runs, execute
 from fivtui.tui.session import MOST_RECENT, Session
@@ -221,6 +223,20 @@ def test_a_file_that_does_not_say_what_was_computed_is_refused(tmp_path: Path) -
     path.write_text(f"# parameters: [1]\n{path.read_text()}")
     with pytest.raises(InputError, match="does not say"):
         load_run(path)
+
+
+# Scenes of figures
+
+
+def test_every_figure_has_a_scene_to_begin_with() -> None:
+    scenes = {scene.name: scene for scene, _ in paper_scenes()}
+    numbers = {int(name.removeprefix("fig-").rstrip("ab")) for name in scenes}
+    assert numbers == set(range(2, 17))
+    assert scenes["fig-5"].parameters == Parameters(F=100.0, c1=0.8)
+    assert scenes["fig-12"].separation
+    assert scenes["fig-13"].parameters == Parameters(k_nl=20.0, mu=0.5)
+    for scene in scenes.values():
+        assert Session(scene).scene() == scene
 
 
 # The session between two starts
