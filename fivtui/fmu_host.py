@@ -16,7 +16,7 @@ from .core.columns import COLUMNS
 from .core.errors import Cancelled, ComputationError
 from .core.methods import Problem
 from .core.outcome import Transient
-from .core.recorder import Recorder, Samples
+from .core.recorder import OnSamples, Recorder, Samples
 from .core.trajectory import Trajectory
 from .core.transient import Progress
 from .fmu_instance import extracted, instantiated, interrupts_deferred
@@ -26,6 +26,8 @@ from .fmu_master import Master, Point, Slave
 _STEP: Final = 0.05
 _MAX_STEPS: Final = 20_000_000
 _PROGRESS_EVERY: Final = 128
+# Samples that are handed out together.
+_PART: Final = 256
 
 
 def integrate_fmu(
@@ -34,6 +36,7 @@ def integrate_fmu(
     samples: Samples = "none",
     progress: Progress | None = None,
     fmu: Path | None = None,
+    on_samples: OnSamples | None = None,
 ) -> Transient:
     """Compute a transient through the FMU.
 
@@ -49,6 +52,8 @@ def integrate_fmu(
         Called now and then with the fraction done; the run is cancelled when it returns False.
     fmu : Path, optional
         An FMU built by `fmu_src.builder.build_fmu`; a new one in a temporary folder if not given.
+    on_samples : callable, optional
+        See `integrate`.
 
     Returns
     -------
@@ -100,6 +105,9 @@ def integrate_fmu(
             master.move_to(t)
             if t in wanted:
                 kept.append(master.point)
+                if on_samples is not None and len(kept) % _PART == 0:
+                    part = kept[-_PART:]
+                    on_samples(_trajectory(part, [point.t for point in part]))
         slave.end()
     report(1.0)
     result = recorder.result("fmu")

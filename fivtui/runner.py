@@ -6,7 +6,7 @@ from typing import Final
 import numpy as np
 
 from .core.outcome import Transient
-from .core.recorder import Samples
+from .core.recorder import OnSamples, Samples
 from .core.stability import Stability, stability
 from .core.transient import Progress
 from .scene import Scene
@@ -86,7 +86,11 @@ def run_scene(
 
 
 def scene_transient(
-    scene: Scene, *, samples: Samples = "none", progress: Progress | None = None
+    scene: Scene,
+    *,
+    samples: Samples = "none",
+    progress: Progress | None = None,
+    on_samples: OnSamples | None = None,
 ) -> SceneTransient:
     """The transient of a scene, to its tolerance or to the accuracy that it states.
 
@@ -98,6 +102,9 @@ def scene_transient(
         What is kept of the trajectory.
     progress : callable, optional
         See `simulate`.
+    on_samples : callable, optional
+        See `simulate`; for a stated accuracy several runs hand out their parts, each from the
+        start.
 
     Returns
     -------
@@ -119,6 +126,7 @@ def scene_transient(
             method=scene.method,
             samples=samples,
             progress=progress,
+            on_samples=on_samples,
         )
         return SceneTransient(verified.transient, verified)
     transient = simulate(
@@ -131,5 +139,6 @@ def scene_transient(
         step=scene.step,
         samples=samples,
         progress=progress,
+        on_samples=on_samples,
     )
     return SceneTransient(transient, None)

@@ -7,7 +7,7 @@ from typing import Final
 from .core.methods import METHODS
 from .core.outcome import Transient
 from .core.parameters import Parameters, unknown_name
-from .core.recorder import Samples
+from .core.recorder import OnSamples, Samples
 from .core.request import DEFAULT_T_END, DEFAULT_TOL, Start, make_problem
 from .core.transient import MAX_STEPS, KernelChoice, Progress, check_has_kernels, integrate
 
@@ -30,6 +30,7 @@ def simulate(
     max_steps: int = MAX_STEPS,
     progress: Progress | None = None,
     kernel: KernelChoice = "auto",
+    on_samples: OnSamples | None = None,
 ) -> Transient:
     """Compute a transient.
 
@@ -61,6 +62,9 @@ def simulate(
         is solved exactly, without steps; any other by the compiled kernel once that is loaded, by
         the interpreted one before. ``stats.kernel`` says which it was, and they agree to rounding.
         To ask for the compiled one is to wait for it.
+    on_samples : callable, optional
+        Called now and then with the next part of the trajectory, where sample times are given; in
+        the computing thread. A run that is handed over to another kernel begins again.
 
     Returns
     -------
@@ -94,7 +98,7 @@ def simulate(
         problem = make_problem(
             p, t_end=t_end, tol=tol, separation=separation, start=start, step=step
         )
-        result = integrate_fmu(problem, samples=samples, progress=progress)
+        result = integrate_fmu(problem, samples=samples, progress=progress, on_samples=on_samples)
     else:
         result = integrate(
             p,
@@ -108,6 +112,7 @@ def simulate(
             max_steps=max_steps,
             progress=progress,
             kernel=kernel,
+            on_samples=on_samples,
         )
     result.stats.cpu_s = time.thread_time() - begin
     return result

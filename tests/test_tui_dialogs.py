@@ -5,7 +5,6 @@ import pytest
 from textual.pilot import Pilot
 from textual.widgets import Input
 
-from fivtui.core.trajectory import COLUMNS
 from fivtui.results import load_trajectory
 from fivtui.scene import load_scene
 from fivtui.tui.app import FivtuiApp
@@ -43,100 +42,62 @@ async def answer(pilot: Pilot[None], path: Path | str) -> None:
 async def palette(pilot: Pilot[None], words: str) -> None:
     await pilot.press("ctrl+p")
     await until(pilot, lambda: bool(pilot.app.screen.query("CommandInput")))
-    await pilot.press(*({" ": "space"}.get(c, c) for c in words))
+    await pilot.press(*({" ": "space", ".": "full_stop"}.get(c, c) for c in words))
 
 
-async def test_data_are_exported_under_the_proposed_name(
-    pilot: Pilot[None], tmp_path: Path
+async def test_data_and_figures_are_exported_and_nothing_is_overwritten_unasked(
+    pilot: Pilot[None], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
+    await pilot.press("f6", "f7")
+    await pilot.pause()
+    assert not pilot.app.screen.query("#path")
     await run_to_end(pilot)
     await pilot.press("f7")
     await until_shown(pilot, "Write the data of run 1")
     assert "base-1.csv" in text_of(pilot)
     await pilot.press("enter")
     await until_told(pilot, "data written to base-1.csv")
-    trajectory = load_trajectory(tmp_path / "base-1.csv")
-    assert trajectory.t.size == 10_001
-    assert len(COLUMNS) == 7
+    assert load_trajectory(tmp_path / "base-1.csv").t.size == 10_001
 
-
-async def test_a_figure_is_exported_and_logged(pilot: Pilot[None], tmp_path: Path) -> None:
-    await run_to_end(pilot)
     await pilot.press("f6")
     await answer(pilot, tmp_path / "run.png")
     await until_told(pilot, "figure written to")
     assert (tmp_path / "run.png").read_bytes().startswith(b"\x89PNG")
 
-
-async def test_a_file_that_exists_is_overwritten_only_when_asked_twice(
-    pilot: Pilot[None], tmp_path: Path
-) -> None:
-    path = tmp_path / "a.csv"
-    path.write_text("mine")
-    await run_to_end(pilot)
-    await pilot.press("f7")
-    await answer(pilot, "a.csv")
-    await until_shown(pilot, "a.csv exists. Overwrite it?")
-    assert path.read_text() == "mine"
-    await pilot.press("enter")
-    await until_told(pilot, "data written to")
-    assert load_trajectory(path).t.size == 10_001
-
-
-async def test_another_name_takes_the_question_back(pilot: Pilot[None], tmp_path: Path) -> None:
     for name in ("a.csv", "b.csv"):
         (tmp_path / name).write_text("mine")
-    await run_to_end(pilot)
     await pilot.press("f7")
     await answer(pilot, "a.csv")
     await until_shown(pilot, "a.csv exists. Overwrite it?")
+    # Another name takes the question back.
     await answer(pilot, "b.csv")
     await until_shown(pilot, "b.csv exists. Overwrite it?")
-    await pilot.press("escape")
-    await until(pilot, lambda: not pilot.app.screen.query("#path"))
-    assert (tmp_path / "a.csv").read_text() == (tmp_path / "b.csv").read_text() == "mine"
-
-
-@pytest.mark.parametrize(
-    ("path", "words"),
-    [
+    for path, words in (
         ("a.doc", "suffix of a trajectory file must be one of"),
         ("missing/a.csv", "there is no folder"),
         (".", "suffix"),
         ("", "the path is empty"),
-    ],
-)
-async def test_a_path_that_will_not_do_is_explained_in_the_dialog(
-    pilot: Pilot[None], path: str, words: str
-) -> None:
-    await run_to_end(pilot)
-    await pilot.press("f7")
-    await answer(pilot, path)
-    await until_shown(pilot, words)
-    assert pilot.app.screen.query("#path")
+    ):
+        await answer(pilot, path)
+        await until_shown(pilot, words)
+    assert (tmp_path / "a.csv").read_text() == (tmp_path / "b.csv").read_text() == "mine"
+    await answer(pilot, "a.csv")
+    await until_shown(pilot, "a.csv exists. Overwrite it?")
+    await pilot.press("enter")
+    await until_told(pilot, "data written to a.csv")
+    assert load_trajectory(tmp_path / "a.csv").t.size == 10_001
 
-
-async def test_a_failing_export_is_a_notification(
-    pilot: Pilot[None], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
     def broken(*_: object, **__: object) -> str:
         raise MemoryError("too large")
 
-    await run_to_end(pilot)
     monkeypatch.setattr("fivtui.tui.file_desk.write_export", broken)
     await pilot.press("f7")
-    await answer(pilot, "a.csv")
+    await answer(pilot, "c.csv")
     await until_told(pilot, "data: unexpected MemoryError: too large")
-    assert not list(tmp_path.iterdir())
+    assert not (tmp_path / "c.csv").exists()
 
 
-async def test_nothing_is_exported_before_there_is_a_result(pilot: Pilot[None]) -> None:
-    await pilot.press("f6", "f7")
-    await pilot.pause()
-    assert not pilot.app.screen.query("#path")
-
-
-async def test_help_tells_about_the_field_in_focus(pilot: Pilot[None]) -> None:
+async def test_help_tells_about_the_field_in_focus_or_about_keys(pilot: Pilot[None]) -> None:
     await focus(pilot, "k_nl")
     await pilot.press("f1")
     await until_shown(pilot, "k_nl: cubic contact stiffness")
@@ -146,9 +107,6 @@ async def test_help_tells_about_the_field_in_focus(pilot: Pilot[None]) -> None:
     assert "Eq. 1 P = −k2 y − k_nl y³" in shown
     await pilot.press("escape")
     await until(pilot, lambda: not pilot.app.screen.query("#dialog"))
-
-
-async def test_help_elsewhere_lists_keys_and_equations(pilot: Pilot[None]) -> None:
     pilot.app.screen.query_one("#run-button").focus()
     await pilot.press("f1")
     await until_shown(pilot, "run, or stop what runs")
@@ -156,77 +114,83 @@ async def test_help_elsewhere_lists_keys_and_equations(pilot: Pilot[None]) -> No
     await until(pilot, lambda: not pilot.app.screen.query("#dialog"))
 
 
-async def test_the_palette_lists_what_applies_now(pilot: Pilot[None]) -> None:
+async def test_the_palette_does_what_applies_now(
+    pilot: Pilot[None], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    session = app_of(pilot).session
     await pilot.press("ctrl+p")
     await until_shown(pilot, "Run the transient")
-    assert "Write the figure" not in text_of(pilot)
+    for words in ("Write the figure", "Undo", "Stop the run"):
+        assert words not in text_of(pilot)
     await pilot.press("escape")
-    await run_to_end(pilot)
-    await pilot.press("ctrl+p")
-    await until_shown(pilot, "Write the figure of run 1")
+    with monkeypatch.context() as patched:
+        patched.setattr("fivtui.runner.simulate", endless_simulate)
+        await pilot.press("f5")
+        await palette(pilot, "stop")
+        await until_shown(pilot, "Stop the run")
+        await pilot.press("enter")
+        await until(pilot, lambda: session.runs.active is None)
 
-
-async def test_the_palette_stops_a_run(pilot: Pilot[None], monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("fivtui.runner.simulate", endless_simulate)
-    await pilot.press("f5")
-    await palette(pilot, "stop")
-    await until_shown(pilot, "Stop the run")
-    await pilot.press("enter")
-    await until(pilot, lambda: app_of(pilot).session.runs.active is None)
-
-
-async def test_a_preset_is_loaded_from_the_palette(pilot: Pilot[None]) -> None:
     await palette(pilot, "stiff-c")
     await until_shown(pilot, "Preset stiff-contact")
     await pilot.press("enter")
-    await until(pilot, lambda: app_of(pilot).session.texts["k_nl"] == "300")
+    await until(pilot, lambda: session.texts["k_nl"] == "300")
     assert (await focus(pilot, "k_nl")).value == "300"
-    assert app_of(pilot).session.command_line() == "fivtui simulate stiff-contact"
+    assert session.command_line() == "fivtui simulate stiff-contact"
+    await palette(pilot, "undo")
+    await until_shown(pilot, "Undo")
+    await pilot.press("enter")
+    await until(pilot, lambda: session.texts["k_nl"] == "100")
 
+    await palette(pilot, "fig. 13")
+    await until_shown(pilot, "Scene of Fig. 13")
+    await pilot.press("enter")
+    await until_shown(pilot, "scene fig-13")
+    assert session.command_line() == ("fivtui simulate --set k_nl=20 --set mu=0.5 --tol=1e-09")
+    await palette(pilot, "undo")
+    await until_shown(pilot, "Undo")
+    await pilot.press("enter")
+    await until(pilot, lambda: session.texts["k_nl"] == "100")
 
-async def test_a_method_is_chosen_from_the_palette(pilot: Pilot[None]) -> None:
     await palette(pilot, "rk4")
     await until_shown(pilot, "Method: rk4")
     await pilot.press("enter")
-    await until(pilot, lambda: app_of(pilot).session.texts["method"] == "rk4")
     await until_shown(pilot, "method rk4")
-
-
-async def test_the_command_line_is_copied(pilot: Pilot[None]) -> None:
+    await pilot.press("shift+f8")
     await type_into(pilot, "F", "90")
     await palette(pilot, "copy")
     await until_shown(pilot, "Copy the command line")
     await pilot.press("enter")
     await until(pilot, lambda: pilot.app.clipboard == "fivtui simulate --set F=90")
     await until_told(pilot, "copied: fivtui simulate --set F=90")
+    await run_to_end(pilot)
+    await pilot.press("ctrl+p")
+    await until_shown(pilot, "Write the figure of run 2")
 
 
 async def test_a_scene_is_saved_and_opened_again(pilot: Pilot[None], tmp_path: Path) -> None:
+    session = app_of(pilot).session
+    await type_into(pilot, "F", "x")
+    await pilot.press("ctrl+s")
+    await until_told(pilot, "F = 'x': not a number")
+    assert not pilot.app.screen.query("#path")
     await type_into(pilot, "F", "90")
     await pilot.press("ctrl+s")
     await until_shown(pilot, "base.toml")
     await answer(pilot, "mine.toml")
     await until(pilot, (tmp_path / "mine.toml").is_file)
-    await until(pilot, lambda: app_of(pilot).session.name == "mine")
+    await until(pilot, lambda: session.name == "mine")
     assert load_scene(tmp_path / "mine.toml").parameters.F == 90.0
     assert "(changed)" not in text_of(pilot)
     await pilot.press("up")
     await until_shown(pilot, "mine (changed)")
     await pilot.press("ctrl+o")
     await answer(pilot, "mine.toml")
-    await until(pilot, lambda: not app_of(pilot).session.changed)
-
-
-async def test_a_file_that_is_no_scene_is_explained(pilot: Pilot[None], tmp_path: Path) -> None:
+    await until(pilot, lambda: not session.changed)
     (tmp_path / "other.toml").write_text("[tool]\n")
     await pilot.press("ctrl+o")
     await answer(pilot, "other.toml")
     await until_shown(pilot, "not a scene")
-    assert app_of(pilot).session.name == "base"
-
-
-async def test_a_wrong_input_is_not_saved(pilot: Pilot[None]) -> None:
-    await type_into(pilot, "F", "x")
-    await pilot.press("ctrl+s")
-    await until_told(pilot, "F = 'x': not a number")
-    assert not pilot.app.screen.query("#path")
+    await pilot.press("escape", "alt+s")
+    await until_shown(pilot, "Save the scene as")
+    assert session.name == "mine"

@@ -24,10 +24,10 @@ def test_an_envelope_keeps_the_extremes_of_every_column_in_the_order_of_time(
 ) -> None:
     values = np.random.default_rng(seed).standard_cauchy(800)
     t = np.linspace(0.0, 1.0, values.size)
-    kept_t, kept = envelope(t, values, (low, high), columns)
+    edges = np.linspace(low, high, columns + 1)
+    kept_t, kept = envelope(t, values, edges)
     assert kept.size <= 4 * columns + 8
     assert np.all(np.diff(kept_t) > 0.0)
-    edges = np.linspace(low, high, columns + 1)
     for begin, end in pairwise(edges.tolist()):
         # A hair inside, so that rounding of the edges does not decide.
         inner = (t > begin + 1e-9) & (t < end - 1e-9)
@@ -39,14 +39,14 @@ def test_an_envelope_keeps_the_extremes_of_every_column_in_the_order_of_time(
 
 def test_few_samples_are_drawn_as_they_are() -> None:
     t = np.linspace(0.0, 1.0, 11)
-    kept_t, kept = envelope(t, np.sin(t), (0.25, 0.55), 100)
+    kept_t, kept = envelope(t, np.sin(t), np.linspace(0.25, 0.55, 101))
     assert kept_t.tolist() == pytest.approx([0.2, 0.3, 0.4, 0.5, 0.6])
     assert kept == pytest.approx(np.sin(kept_t))
 
 
 def test_the_cost_of_drawing_does_not_grow_with_the_run() -> None:
     t = np.linspace(0.0, 1.0, 250_000)
-    assert envelope(t, np.sin(1e4 * t), (0.0, 1.0), 100)[0].size <= 408
+    assert envelope(t, np.sin(1e4 * t), np.linspace(0.0, 1.0, 101))[0].size <= 408
 
 
 def test_shares_of_separation_are_exact_per_column() -> None:

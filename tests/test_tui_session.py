@@ -15,23 +15,31 @@ from fivtui.tui.nudges import by_decade, by_digit, number_text
 from fivtui.tui.session import Session
 
 HEADLESS = (
+    "comparison",
     "differences",
+    "editing",
     "equations",
     "exports",
     "fields",
     "help",
+    "history",
+    "imports",
+    "keeper",
     "nudges",
+    "paper_scenes",
     "plot_data",
     "report",
+    "run_styles",
     "runs",
     "sampling",
     "session",
+    "state_file",
 )
 
 
 @pytest.mark.parametrize("module", HEADLESS)
 def test_headless_modules_import_no_textual_and_nothing_slow(module: str) -> None:
-    heavy = ("textual", "textual_plot", "matplotlib", "scipy", "fmpy", "numba")
+    heavy = ("textual", "matplotlib", "scipy", "fmpy", "numba")
     code = (
         f"import sys, fivtui.tui.{module}; print([name for name in {heavy} if name in sys.modules])"
     )

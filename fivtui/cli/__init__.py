@@ -8,7 +8,7 @@ from typing import Final, NoReturn
 import click
 
 from ..core.errors import Cancelled, ComputationError, InputError
-from . import analysis, fmu, lists, paper, studies, transients
+from . import analysis, fmu, lab, lists, paper, studies, transients
 from .group import commands
 from .options import say
 
@@ -16,6 +16,7 @@ __all__ = [
     "analysis",
     "commands",
     "fmu",
+    "lab",
     "lists",
     "main",
     "paper",

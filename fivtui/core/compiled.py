@@ -13,7 +13,7 @@ from .methods import Problem
 from .model import Mode, mode_of
 from .outcome import Stats, Transient, assemble
 from .parameters import Parameters
-from .recorder import Samples, sample_times
+from .recorder import OnSamples, Samples, sample_times
 from .recurrences import Field, constants, field_of
 from .stiffness import stiffness_of
 from .taylor import local_tolerance, order_for, overflow_error, stall_error
@@ -26,12 +26,20 @@ _PAUSE: Final = 65536
 # Lengths of the buffers; a longer run empties them on its way.
 _SWITCHES: Final = 256
 _SEGMENTS: Final = 512
+# Samples that are handed out together.
+_PART: Final = 1024
 _NO_TIMES: Final = np.empty(0)
 
 kernels: Final = KernelLoader("single")
 
 
-def run(problem: Problem, samples: Samples, max_steps: int, progress: Progress | None) -> Transient:
+def run(
+    problem: Problem,
+    samples: Samples,
+    max_steps: int,
+    progress: Progress | None,
+    on_samples: OnSamples | None = None,
+) -> Transient:
     """Compute a transient with the compiled kernel; waits for it if it is not loaded.
 
     Parameters
@@ -44,6 +52,8 @@ def run(problem: Problem, samples: Samples, max_steps: int, progress: Progress |
         Steps after which the run is given up.
     progress : callable, optional
         Called now and then with the fraction done; the run is cancelled when it returns False.
+    on_samples : callable, optional
+        See `integrate`.
 
     Returns
     -------
@@ -91,8 +101,8 @@ def run(problem: Problem, samples: Samples, max_steps: int, progress: Progress |
     segments = np.empty((_SEGMENTS if dense else 0, single.segment_columns(order)))
     switched: list[NDArray[np.float64]] = []
     stored: list[NDArray[np.float64]] = []
-    portion = _PAUSE if progress is None else _REPORT
-    reached, steps, ending = 0.0, 0, single.PAUSED
+    portion = _PAUSE if progress is None and on_samples is None else _REPORT
+    reached, steps, given_out, ending = 0.0, 0, 0, single.PAUSED
     while ending != single.DONE:
         if progress is not None and not progress(reached / t_end):
             raise Cancelled
@@ -114,6 +124,10 @@ def run(problem: Problem, samples: Samples, max_steps: int, progress: Progress |
         )
         here = single.Run(*where.item())
         reached, steps = here.t, here.steps
+        if on_samples is not None and here.samples - given_out >= _PART:
+            part = slice(given_out, here.samples)
+            on_samples(_trajectory(p, moments[part], states[part]))
+            given_out = here.samples
         if ending in (single.DONE, single.FULL):
             switched.append(switches[: here.switches].copy())
             stored.append(segments[: here.segments].copy())

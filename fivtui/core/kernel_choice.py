@@ -7,7 +7,7 @@ from .errors import InputError
 from .methods import METHODS, Problem
 from .outcome import Transient
 from .parameters import unknown_name
-from .recorder import Recorder, Samples
+from .recorder import OnSamples, Recorder, Samples
 from .transient import KernelChoice, Progress, run_segments
 
 KERNELS: Final = ("auto", "compiled", "interpreted", "exact")
@@ -21,6 +21,8 @@ def run(
     max_steps: int,
     progress: Progress | None,
     kernel: KernelChoice,
+    *,
+    on_samples: OnSamples | None = None,
 ) -> Transient:
     """Compute a transient by the method ``taylor``.
 
@@ -39,6 +41,8 @@ def run(
         loaded, which this starts in the background. Until then the interpreted kernel runs, and
         hands over if the compiled one is ready early in the run. To ask for the compiled one is
         to wait for it.
+    on_samples : callable, optional
+        See `integrate`.
 
     Returns
     -------
@@ -62,22 +66,30 @@ def run(
             "kernel = 'exact': allowed for a linear scene (k_nl = 0, separation ignored)"
         )
     if solvable and kernel in ("auto", "exact"):
-        return linear.run(problem, samples, max_steps, progress)
+        solved = linear.run(problem, samples, max_steps, progress)
+        if on_samples is not None and solved.trajectory is not None:
+            on_samples(solved.trajectory)
+        return solved
     if kernel == "interpreted":
-        return _interpreted(problem, samples, max_steps, progress)
+        return _interpreted(problem, samples, max_steps, progress, on_samples)
     if kernel == "auto" and not compiled.kernels.ready:
         compiled.kernels.start()
         try:
-            return _interpreted(problem, samples, max_steps, _Overtaken.by_compiled(progress))
+            watch = _Overtaken.by_compiled(progress)
+            return _interpreted(problem, samples, max_steps, watch, on_samples)
         except _Overtaken as overtaken:
             progress = overtaken.progress
-    return compiled.run(problem, samples, max_steps, progress)
+    return compiled.run(problem, samples, max_steps, progress, on_samples)
 
 
 def _interpreted(
-    problem: Problem, samples: Samples, max_steps: int, progress: Progress | None
+    problem: Problem,
+    samples: Samples,
+    max_steps: int,
+    progress: Progress | None,
+    on_samples: OnSamples | None,
 ) -> Transient:
-    recorder = Recorder(problem, samples)
+    recorder = Recorder(problem, samples, on_samples)
     run_segments(METHODS["taylor"].stepper(problem), recorder, max_steps, progress)
     return recorder.result("taylor", "interpreted")
 

@@ -1,7 +1,7 @@
 """What is kept of a run while it goes on: extremes, events, samples."""
 
 import math
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from typing import Final, Literal
 
 import numpy as np
@@ -17,6 +17,8 @@ from .segment import Segment
 from .trajectory import DenseSolution, Trajectory
 
 Samples = Literal["none", "dense"] | Sequence[float] | NDArray[np.float64]
+# Takes the parts of a trajectory, one after the other, while the run goes on.
+OnSamples = Callable[[Trajectory], None]
 
 _CHUNK: Final = 256
 
@@ -30,6 +32,8 @@ class Recorder:
         What is being integrated.
     samples : "none", "dense" or sequence of float
         Times at which the trajectory is kept, ascending, s; or all polynomials; or nothing.
+    on_samples : callable, optional
+        Called with every part of the trajectory at sample times as soon as it is known.
 
     Raises
     ------
@@ -37,7 +41,9 @@ class Recorder:
         If the times are not ascending or lie outside [0, t_end].
     """
 
-    def __init__(self, problem: Problem, samples: Samples = "none") -> None:
+    def __init__(
+        self, problem: Problem, samples: Samples = "none", on_samples: OnSamples | None = None
+    ) -> None:
         self._problem = problem
         self._extremes = Extremes()
         self._second_half = Extremes()
@@ -50,6 +56,7 @@ class Recorder:
         self._times = sample_times(samples, problem.t_end)
         self._kept: list[Segment] = []
         self._parts: list[Trajectory] = []
+        self._on_samples = on_samples
         self.t = 0.0
         self.first_mode = mode_of(problem.parameters, problem.start, separation=problem.separation)
         self._separations = 0
@@ -112,6 +119,8 @@ class Recorder:
         self._parts.append(solution(times[:count]))
         self._times = times[count:]
         self._kept = []
+        if self._on_samples is not None:
+            self._on_samples(self._parts[-1])
 
     def result(self, method: str, kernel: Kernel | None = None) -> Transient:
         """The result of the run.

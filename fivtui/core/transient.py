@@ -7,7 +7,7 @@ from .errors import Cancelled, ComputationError, InputError
 from .methods import METHODS, Problem, check_takes_step, fixed_step
 from .outcome import Kernel, Transient
 from .parameters import Parameters, unknown_name
-from .recorder import Recorder, Samples
+from .recorder import OnSamples, Recorder, Samples
 from .request import DEFAULT_T_END, DEFAULT_TOL, Start, make_problem
 from .segment import Stepper
 from .stiffness import Stiffness, stiffness_of
@@ -32,6 +32,7 @@ def integrate(
     max_steps: int = MAX_STEPS,
     progress: Progress | None = None,
     kernel: KernelChoice = "auto",
+    on_samples: OnSamples | None = None,
 ) -> Transient:
     """Compute a transient with a native method.
 
@@ -60,6 +61,9 @@ def integrate(
         Called now and then with the fraction done; the run is cancelled when it returns False.
     kernel : "auto", "compiled", "interpreted" or "exact"
         What runs the method ``taylor``, see `kernel_choice.run`.
+    on_samples : callable, optional
+        Called now and then with the next part of the trajectory, where sample times are given; in
+        the computing thread. A run that is handed over to another kernel begins again.
 
     Returns
     -------
@@ -83,11 +87,11 @@ def integrate(
     if method == "taylor":
         from .kernel_choice import run
 
-        return run(problem, samples, max_steps, progress, kernel)
+        return run(problem, samples, max_steps, progress, kernel, on_samples=on_samples)
     check_has_kernels(method, kernel)
     if METHODS[method].fixed_step:
         _check_count(problem, max_steps)
-    recorder = Recorder(problem, samples)
+    recorder = Recorder(problem, samples, on_samples)
     run_segments(METHODS[method].stepper(problem), recorder, max_steps, progress)
     return recorder.result(method)
 

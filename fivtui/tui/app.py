@@ -1,18 +1,25 @@
 """The Textual application."""
 
+import sys
 from collections.abc import Callable
 from pathlib import Path, PurePath
-from typing import ClassVar
+from typing import ClassVar, Final
 
 from textual.app import App
 from textual.binding import Binding, BindingType
 from textual.command import Provider
 
+from fivtui.core.errors import InputError
 from fivtui.scene import Scene
 
+from .keeper import Keeper
 from .lab import LabScreen
+from .messages import Reported
 from .session import Session
+from .state_file import State, state_path
 
+_KEEPING_PERIOD: Final = 2.0
+_SWITCH_INTERVAL: Final = 1e-3
 _STYLES = Path(__file__).parent / "styles"
 
 
@@ -31,43 +38,109 @@ class FivtuiApp(App[None]):
         The scene to begin with; the base scene if not given.
     source : str
         How the command line names it; empty if it does not.
+    state : Path, optional
+        File in which the session is kept from one start to the next; nowhere if not given.
     """
 
     TITLE = "fivtui"
-    CSS_PATH: ClassVar[list[str | PurePath]] = [_STYLES / "lab.tcss", _STYLES / "dialogs.tcss"]
+    CSS_PATH: ClassVar[list[str | PurePath]] = [
+        _STYLES / "lab.tcss",
+        _STYLES / "charts.tcss",
+        _STYLES / "dialogs.tcss",
+    ]
     COMMANDS: ClassVar[set[type[Provider] | Callable[[], type[Provider]]]] = {_commands}
     BINDINGS: ClassVar[list[BindingType]] = [
         Binding("ctrl+q", "quit", "Quit", show=True, priority=True),
     ]
     HORIZONTAL_BREAKPOINTS = [  # noqa: RUF012 (the base class says so)
-        (0, "-narrow"),
+        (0, "-cramped"),
+        (40, "-narrow"),
         (80, "-regular"),
         (140, "-wide"),
     ]
     VERTICAL_BREAKPOINTS = [  # noqa: RUF012 (the base class says so)
-        (0, "-tiny"),
+        (0, "-flat"),
+        (10, "-tiny"),
         (16, "-low"),
         (24, "-short"),
         (36, "-tall"),
     ]
 
-    def __init__(self, scene: Scene | None = None, source: str = "") -> None:
+    def __init__(
+        self, scene: Scene | None = None, source: str = "", *, state: Path | None = None
+    ) -> None:
         super().__init__()
         self.session = Session(scene, source)
+        self._keeper = Keeper(state)
+        self._given = scene is not None
+        self._told = ""
+        self._restored = self._restore()
+
+    def _restore(self) -> Reported | None:
+        # What there is to say about it.
+        try:
+            state = self._keeper.load()
+        except InputError as error:
+            return Reported(str(error), error=True)
+        if state is None:
+            return None
+        self.session.recent = state.recent
+        if state.theme in self.available_themes:
+            self.theme = state.theme
+        if self._given:
+            return None
+        self.session = Session(state.edited.loaded, state.edited.source)
+        self.session.recent = state.recent
+        if state.edited != self.session.edited:
+            self.session.restore(state.edited)
+        self.session.tab = state.tab
+        return Reported("the session of the last time is restored", routine=True)
 
     def get_default_screen(self) -> LabScreen:
         """The laboratory is the screen under all others."""
         return LabScreen(self.session)
 
+    def on_mount(self) -> None:
+        """Tell what was restored, and keep the session from now on."""
+        if self._restored is not None:
+            self.screen.post_message(self._restored)
+        if self._keeper.keeps:
+            self.set_interval(_KEEPING_PERIOD, self._keep)
+
+    def _state(self) -> State:
+        return State(self.session.edited, self.session.recent, self.session.tab, self.theme)
+
+    def _keep(self) -> None:
+        if self._keeper.error != self._told:
+            self._told = self._keeper.error
+            words = f"the session is not kept: {self._told}" if self._told else "it is kept again"
+            self.screen_stack[0].post_message(Reported(words, error=bool(self._told)))
+        state = self._state()
+        if self._keeper.due(state):
+            # Files may be slow.
+            self.run_worker(lambda: self._keeper.save(state), thread=True, exit_on_error=False)
+
+    def on_unmount(self) -> None:
+        """Keep the session, whatever ended the application."""
+        self._keeper.save(self._state())
+
+
+def answer_quickly() -> None:
+    """Let the screen have the interpreter soon where a thread computes in Python beside it."""
+    sys.setswitchinterval(_SWITCH_INTERVAL)
+
 
 def run(scene: Scene | None = None, source: str = "") -> None:
     """Run the terminal UI until the user quits.
 
+    The session of the last time is restored, but for the scene if one is given.
+
     Parameters
     ----------
     scene : Scene, optional
-        The scene to begin with; the base scene if not given.
+        The scene to begin with.
     source : str
         How the command line names it, a preset or a file; empty if it does not.
     """
-    FivtuiApp(scene, source).run()
+    answer_quickly()
+    FivtuiApp(scene, source, state=state_path()).run()

@@ -5,14 +5,17 @@ from dataclasses import dataclass
 from functools import partial
 
 from textual.command import DiscoveryHit, Hit, Hits, Provider
-from textual.widgets import TabPane
 
 from fivtui.presets import PRESETS
+from fivtui.scene import Scene
 
 from .exports import EXPORTS
 from .fields import FIELDS
 from .lab import LabScreen
-from .messages import FieldEdited, SceneLoaded
+from .messages import FieldEdited, RunActed, SceneLoaded
+from .paper_scenes import paper_scenes
+from .runs import FMU_ENGINE, Run
+from .tabs import TABS
 
 
 @dataclass(frozen=True, slots=True)
@@ -27,37 +30,74 @@ class Command:
 def _commands(lab: LabScreen) -> Iterator[Command]:
     if lab.session.runs.active is None:
         yield Command("Run the transient", "F5", lab.action_run)
+        both = "F9: native, then FMU, and their difference"
+        yield Command("Run with both engines", both, lab.action_run_both)
     else:
         yield Command("Stop the run", "F5", lab.action_stop)
-    if lab.shown is not None:
+    shown = lab.session.runs.shown
+    if shown is not None:
         for what in EXPORTS:
-            title = f"Write the {what} of run {lab.shown.number}…"
+            title = f"Write the {what} of run {shown.number}…"
             yield Command(title, "The suffix says the format", partial(lab.action_export, what))
-        yield Command("Show the last tenth", "Plots: steady vibration", lab.action_show_end)
-        yield Command("Show the whole horizon", "Plots", lab.action_show_all)
+    session = lab.session
+    other = "native" if session.engine == FMU_ENGINE else FMU_ENGINE
+    yield Command(f"Engine: {other}", f"F4; now {session.engine}", lab.action_switch_engine)
     yield Command("Open a scene…", "Ctrl+O", lab.action_open_scene)
-    yield Command("Save the scene as…", "Ctrl+S", lab.action_save_scene)
+    yield Command("Save the scene", "Ctrl+S", lab.action_save_scene)
+    yield Command("Save the scene as…", "Alt+S", lab.action_save_scene_as)
+    for path in session.recent:
+        yield Command(f"Recent: {path}", "Open it again", partial(lab.action_open_recent, path))
+    yield Command("Read a run…", "Alt+O: a trajectory file, drawn beside", lab.action_read_run)
+    if session.can_undo:
+        yield Command("Undo", "Ctrl+Z", lab.action_undo)
+    if session.can_redo:
+        yield Command("Redo", "Ctrl+Y", lab.action_redo)
     yield Command("Copy the command line", "fivtui simulate …", lab.action_copy_command)
     if lab.session.changed:
         yield Command("Reset all fields", "To the scene loaded", lab.action_reset_all)
     yield from _choices(lab)
-    for pane in lab.query(TabPane):
-        name = str(pane.id)
-        yield Command(f"Tab {name.capitalize()}", "F2: the next one", partial(lab.show_tab, name))
+    for tab in TABS:
+        yield Command(f"Tab {tab.title}", tab.key, partial(lab.show_tab, tab.id))
+    yield from _scene_commands(lab)
+    yield from _run_commands(lab)
+
+
+def _scene_commands(lab: LabScreen) -> Iterator[Command]:
+    def command(title: str, text: str, scene: Scene, source: str, words: str) -> Command:
+        return Command(title, text, partial(lab.post_message, SceneLoaded(scene, source, words)))
+
     for name, scene in PRESETS.items():
-        message = partial(lab.post_message, SceneLoaded(scene, name, f"preset {name}"))
-        yield Command(f"Preset {name}", scene.description, message)
-    for run in lab.session.runs:
-        if run.result is not None and run is not lab.shown:
-            title = f"Show run {run.number}"
-            yield Command(title, "Its plots and result", partial(lab.show_run, run.number))
+        yield command(f"Preset {name}", scene.description, scene, name, f"preset {name}")
+    for scene, caption in paper_scenes():
+        title = f"Scene of {scene.name.replace('fig-', 'Fig. ')}"
+        yield command(title, caption, scene, "", f"scene {scene.name}: {caption}")
+
+
+def _run_commands(lab: LabScreen) -> Iterator[Command]:
+    runs = lab.session.runs
+
+    def command(title: str, text: str, run: Run, what: str) -> Command:
+        return Command(title, text, partial(lab.post_message, RunActed(run.number, what)))
+
+    for run in runs:
+        yield command(f"Load the scene of run {run.number}", "In the list: Enter", run, "load")
+        yield command(f"Delete run {run.number}", "In the list: x", run, "delete")
+        if run.result is None:
+            continue
+        if run is not runs.shown:
+            yield command(f"Show run {run.number}", "Its plots and result", run, "show")
+            how = "Do not draw" if run.overlaid else "Draw"
+            title = f"{how} run {run.number} beside the one shown"
+            yield command(title, "In the list: Space", run, "overlay")
+        title = "No baseline" if run is runs.baseline else f"Baseline: run {run.number}"
+        yield command(title, "In the list: b", run, "baseline")
 
 
 def _choices(lab: LabScreen) -> Iterator[Command]:
     for field in FIELDS.values():
         for text, meaning in (field.choices or {}).items():
             if text != lab.session.texts[field.name]:
-                message = partial(lab.post_message, FieldEdited(field.name, text))
+                message = partial(lab.post_message, FieldEdited(field.name, text, typed=False))
                 yield Command(f"{field.name.capitalize()}: {text}", meaning, message)
 
 

@@ -5,11 +5,14 @@ from pathlib import Path
 from textual.screen import Screen
 
 from fivtui.core.errors import InputError
+from fivtui.files import check_suffix
+from fivtui.formats import FORMATS
 from fivtui.scene import Scene, load_scene
 
 from .dialogs import PathDialog, Target
 from .exports import EXPORTS, Export, check_scene_path, proposal, save_scene_as, write_export
-from .messages import ExportEnded, Reported, SceneLoaded
+from .imports import load_run
+from .messages import ExportEnded, Reported, RunRead, SceneLoaded, SceneSaved
 from .runs import Run
 from .session import Session
 
@@ -64,44 +67,104 @@ class FileDesk:
         """Ask for a scene file and load it."""
 
         def load(target: Target | None) -> None:
-            if target is None:
-                return
-            try:
-                scene = load_scene(target.path)
-            except InputError as error:
-                self._screen.post_message(Reported(str(error), error=True))
-            else:
-                self._loaded(scene, target.path, "opened")
+            if target is not None:
+                self.open_path(target.path)
 
         def check(path: Path, _force: bool) -> None:
             load_scene(path)
 
-        dialog = PathDialog("Open a scene", "", "A scene file (.toml).", check, verb="Open")
+        hint = "A scene file (.toml)."
+        if self._session.recent:
+            hint += " Recent ones are in the palette (Ctrl+P)."
+        dialog = PathDialog("Open a scene", "", hint, check, verb="Open")
         self._screen.app.push_screen(dialog, load)
 
-    def save_scene(self) -> None:
-        """Ask for a path and save the scene edited."""
+    def open_path(self, path: Path) -> None:
+        """Load a scene file.
+
+        Parameters
+        ----------
+        path : Path
+            The file.
+        """
+        try:
+            scene = load_scene(path)
+        except InputError as error:
+            self._screen.post_message(Reported(str(error), error=True))
+        else:
+            words = f"scene {scene.name} opened: {path}"
+            self._screen.post_message(SceneLoaded(scene, str(path), words))
+
+    def save_scene(self, *, ask: bool) -> None:
+        """Save the scene edited.
+
+        Parameters
+        ----------
+        ask : bool
+            Whether to ask for a path even if the scene has a file. It is asked for in any case if
+            the file is not what it was when it was opened or saved last.
+        """
         try:
             scene = self._session.scene()
         except InputError as error:
             self._screen.post_message(Reported(str(error), error=True))
             return
+        own = self._own_file()
+        if own is not None and not ask and self._unchanged(own):
+            self._save(scene, Target(own, force=True))
+            return
 
         def save(target: Target | None) -> None:
-            if target is None:
-                return
-            try:
-                named = save_scene_as(scene, target.path, force=target.force)
-            except InputError as error:
-                self._screen.post_message(Reported(str(error), error=True))
-            else:
-                self._loaded(named, target.path, "saved")
+            if target is not None:
+                self._save(scene, target)
 
+        proposal = str(own) if own is not None else f"{scene.name}.toml"
         dialog = PathDialog(
-            "Save the scene as", f"{scene.name}.toml", "A scene file (.toml).", check_scene_path
+            "Save the scene as", proposal, "A scene file (.toml).", check_scene_path
         )
         self._screen.app.push_screen(dialog, save)
 
-    def _loaded(self, scene: Scene, path: Path, how: str) -> None:
-        words = f"scene {scene.name} {how}: {path}"
-        self._screen.post_message(SceneLoaded(scene, str(path), words))
+    def _own_file(self) -> Path | None:
+        path = Path(self._session.source)
+        return path if path.suffix.lower() == ".toml" else None
+
+    def _unchanged(self, path: Path) -> bool:
+        try:
+            return load_scene(path) == self._session.loaded
+        except InputError:
+            return False
+
+    def _save(self, scene: Scene, target: Target) -> None:
+        try:
+            named = save_scene_as(scene, target.path, force=target.force)
+        except InputError as error:
+            self._screen.post_message(Reported(str(error), error=True))
+        else:
+            self._screen.post_message(SceneSaved(named, target.path))
+
+    def read_run(self) -> None:
+        """Ask for a trajectory file and read it as a run."""
+
+        def read(target: Target | None) -> None:
+            if target is not None:
+                self._read(target.path)
+
+        def check(path: Path, _force: bool) -> None:
+            check_suffix(path, "trajectory", FORMATS)
+            if not path.is_file():
+                raise InputError(f"{path}: there is no such file")
+
+        hint = "Written by fivtui, here or by simulate --out: .csv, .npz, .parquet."
+        dialog = PathDialog("Read a run", "", hint, check, verb="Read")
+        self._screen.app.push_screen(dialog, read)
+
+    def _read(self, path: Path) -> None:
+        def work() -> None:
+            try:
+                scene, result = load_run(path)
+            except InputError as error:
+                self._screen.post_message(RunRead(path, error=str(error)))
+            else:
+                self._screen.post_message(RunRead(path, scene, result))
+
+        self._screen.run_worker(work, name="reading", thread=True, exit_on_error=False)

@@ -1,6 +1,6 @@
 """The form: one row for every field of the session."""
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Collection, Mapping
 from itertools import groupby
 from typing import ClassVar, Final
 
@@ -44,6 +44,11 @@ class TextEditor(Input):
         # The value now, not that of the message: an older message must not undo a newer edit.
         self.post_message(FieldEdited(self._field.name, self.value))
 
+    @property
+    def text(self) -> str:
+        """What it shows."""
+        return self.value
+
     def show(self, text: str) -> None:
         """Show a text that the user did not type."""
         if self.value != text:
@@ -69,6 +74,11 @@ class ChoiceEditor(Select[str]):
         event.stop()
         self.post_message(FieldEdited(self._field.name, str(self.value)))
 
+    @property
+    def text(self) -> str:
+        """What it shows."""
+        return str(self.value)
+
     def show(self, text: str) -> None:
         """Show a text that the user did not choose."""
         if self.value != text:
@@ -89,6 +99,11 @@ class SeparationEditor(Checkbox):
         self.label = CONSIDERED if self.value else IGNORED
         self.post_message(FieldEdited(self._field.name, str(self.label)))
 
+    @property
+    def text(self) -> str:
+        """What it shows."""
+        return str(self.label)
+
     def show(self, text: str) -> None:
         """Show a text that the user did not choose."""
         if str(self.label) == text:
@@ -97,6 +112,8 @@ class SeparationEditor(Checkbox):
         with self.prevent(Checkbox.Changed):
             self.value = text == CONSIDERED
 
+
+_CHANGED: Final = "•"
 
 Editor = TextEditor | ChoiceEditor | SeparationEditor
 
@@ -124,11 +141,13 @@ class FieldRow(Vertical):
         self.field = field
         self._editor = _editor(field, text)
         self._error = ""
+        self._changed = False
 
     def compose(self) -> ComposeResult:
         """The parts of the row."""
         field = self.field
         with Horizontal(classes="line"):
+            yield Static(" ", classes="mark", markup=False)
             yield Label(field.symbol or field.name, classes="symbol", markup=False)
             yield self._editor
             if field.nudge is not None:
@@ -138,7 +157,12 @@ class FieldRow(Vertical):
             yield Label(field.meaning, classes="meaning", markup=False)
         yield Static("", classes="error", markup=False)
 
-    def show(self, text: str, error: str) -> None:
+    @property
+    def text(self) -> str:
+        """The text that the editor shows."""
+        return self._editor.text
+
+    def show(self, text: str, error: str, *, changed: bool) -> None:
         """Show the text of the field, and what is wrong with it.
 
         Parameters
@@ -147,8 +171,14 @@ class FieldRow(Vertical):
             Its text.
         error : str
             One line; empty if nothing is wrong.
+        changed : bool
+            Whether it differs from that of the scene loaded.
         """
         self._editor.show(text)
+        if changed is not self._changed:
+            self._changed = changed
+            mark = _CHANGED if changed else " "
+            self.query_one(".mark", Static).update(mark, layout=False)
         if error == self._error:
             return
         self._error = error
@@ -179,6 +209,68 @@ class NudgeButton(Button):
         self.post_message(FieldNudged(*self._nudged, fine=False))
 
 
+class FieldList(VerticalScroll):
+    """The rows, with a cursor for the keys of those who do not type; Escape leads here."""
+
+    BINDINGS: ClassVar[list[BindingType]] = [
+        Binding("j,down", "move(1)", "Down", show=False),
+        Binding("k,up", "move(-1)", "Up", show=False),
+        Binding("h,left,minus", "nudge(-1)", "Less", show=False),
+        Binding("l,right,plus", "nudge(1)", "More", show=False),
+        Binding("H,shift+left", "nudge(-1, True)", "Slightly less", show=False),
+        Binding("L,shift+right", "nudge(1, True)", "Slightly more", show=False),
+        Binding("g,home", "move(-999)", "First", show=False),
+        Binding("G,end", "move(999)", "Last", show=False),
+        Binding("enter,i", "edit", "Edit", show=False),
+        Binding("escape", "leave_editor", "Stop typing", show=False),
+    ]
+
+    def __init__(self, *, id: str) -> None:  # noqa: A002
+        super().__init__(id=id, can_focus=True)
+        self._cursor = 0
+
+    @property
+    def row(self) -> FieldRow:
+        """The row at the cursor."""
+        return list(self.query(FieldRow))[self._cursor]
+
+    def on_focus(self) -> None:
+        """Show the cursor."""
+        self._mark()
+
+    def on_blur(self) -> None:
+        """Hide the cursor."""
+        self.row.remove_class("-cursor")
+
+    def _mark(self) -> None:
+        self.row.add_class("-cursor")
+        self.scroll_to_widget(self.row, animate=False)
+        self.post_message(FieldFocused(self.row.field.name))
+
+    def action_move(self, by: int) -> None:
+        """Move the cursor by some rows."""
+        self.row.remove_class("-cursor")
+        self._cursor = min(max(self._cursor + by, 0), len(self.query(FieldRow)) - 1)
+        self._mark()
+
+    def action_nudge(self, direction: int, fine: bool = False) -> None:
+        """Ask for a little more or less at the cursor."""
+        self.post_message(FieldNudged(self.row.field.name, direction, fine))
+
+    def action_edit(self) -> None:
+        """Type at the cursor."""
+        self.row.take_focus()
+
+    @on(FieldFocused)
+    def _follow(self, event: FieldFocused) -> None:
+        names = [row.field.name for row in self.query(FieldRow)]
+        self._cursor = names.index(event.name)
+
+    def action_leave_editor(self) -> None:
+        """From the editor of a field to the list, at that field."""
+        self.focus()
+
+
 class Form(Vertical):
     """All fields under their headings, and a hint about the one in focus.
 
@@ -195,13 +287,26 @@ class Form(Vertical):
     def compose(self) -> ComposeResult:
         """The rows by groups, and the hint."""
         yield Static("", id="scene-name", markup=False)
-        with VerticalScroll(id="fields", can_focus=False):
+        with FieldList(id="fields"):
             for group, fields in groupby(FIELDS.values(), key=lambda field: field.group):
                 yield Label(group, classes="heading")
                 yield from (FieldRow(field, self._texts[field.name]) for field in fields)
         yield Static("", id="hint", markup=False)
 
-    def show(self, title: str, texts: Mapping[str, str], errors: Mapping[str, str]) -> None:
+    def text_of(self, name: str) -> str:
+        """The text that the editor of a field shows."""
+        return self._row(name).text
+
+    def _row(self, name: str) -> FieldRow:
+        return self.query_one(f"#row-{name}", FieldRow)
+
+    def show(
+        self,
+        title: str,
+        texts: Mapping[str, str],
+        errors: Mapping[str, str],
+        changed: Collection[str],
+    ) -> None:
         """Show the texts and what is wrong with them.
 
         Parameters
@@ -210,10 +315,13 @@ class Form(Vertical):
             Name of the scene, marked if changed.
         texts, errors : mapping of str to str
             By name of field.
+        changed : collection of str
+            Names of the fields that differ from the scene loaded.
         """
         self.query_one("#scene-name", Static).update(title, layout=False)
         for row in self.query(FieldRow):
-            row.show(texts[row.field.name], errors.get(row.field.name, ""))
+            name = row.field.name
+            row.show(texts[name], errors.get(name, ""), changed=name in changed)
 
     @on(FieldFocused)
     def _hint(self, event: FieldFocused) -> None:
@@ -223,12 +331,14 @@ class Form(Vertical):
 
     def focus_field(self, name: str) -> None:
         """Give a field the focus."""
-        self.query_one(f"#row-{name}", FieldRow).take_focus()
+        self._row(name).take_focus()
 
 
 def field_of(widget: Widget | None) -> Field | None:
-    """The field that a widget belongs to, if it belongs to one."""
+    """The field that a widget belongs to or, of the list of fields, that at its cursor."""
     if widget is None:
         return None
+    if isinstance(widget, FieldList):
+        return widget.row.field
     rows = (node.field for node in widget.ancestors_with_self if isinstance(node, FieldRow))
     return next(rows, None)

@@ -1,43 +1,52 @@
 """The main screen: form, verdict and tabs around one session."""
 
-from collections.abc import Sequence
 from datetime import datetime
-from typing import ClassVar
+from pathlib import Path
+from typing import ClassVar, Final
 
 from textual import on
 from textual.app import ComposeResult
-from textual.binding import ActiveBinding, Binding, BindingType
+from textual.binding import ActiveBinding, BindingType
 from textual.containers import Horizontal, Vertical
 from textual.notifications import SeverityLevel
 from textual.screen import Screen
-from textual.widgets import Footer, RichLog, TabbedContent, TabPane
+from textual.widgets import Footer, Static
 from textual.worker import Worker, WorkerState
 
 from fivtui.core.errors import ComputationError, InputError
+from fivtui.presets import PRESETS
 
 from .dialogs import HelpDialog
 from .file_desk import FileDesk
 from .form import Form, field_of
 from .help import field_help, general_help
+from .lab_keys import LAB_KEYS
 from .messages import (
     ExportEnded,
     FieldEdited,
+    FieldFocused,
     FieldNudged,
+    PointOpened,
     Reported,
-    RunChosen,
+    RunActed,
+    RunAsked,
+    RunEnded,
+    RunRead,
     RunsChanged,
     SceneLoaded,
+    SceneSaved,
 )
-from .plots import TransientPlots
-from .report import Row, result_rows, stability_brief, stability_rows, verdict
-from .runs import Run
+from .report import stability_brief, verdict
+from .run_bar import RunBar
+from .run_desk import RunDesk
 from .runs_pane import RunsPane
 from .session import Session
-from .table import RowsView
-from .transient_pane import TransientPane
+from .tab_book import TabBook
+from .tabs import TABS
 from .verdict import VerdictView
 
-_LAST_PART = 0.1
+_PROGRESS_PERIOD: Final = 0.1
+_TOO_SMALL: Final = "This window is too small for fivtui: it needs 40 columns and 10 lines."
 
 
 class LabScreen(Screen[None]):
@@ -49,57 +58,45 @@ class LabScreen(Screen[None]):
         Its state.
     """
 
-    BINDINGS: ClassVar[list[BindingType]] = [
-        Binding("f5,ctrl+r", "run", "Run", key_display="F5"),
-        Binding("f5,ctrl+r", "stop", "Stop", key_display="F5"),
-        Binding("f1", "help", "Help", key_display="F1"),
-        Binding("f2", "turn_tab(1)", "Tab", key_display="F2"),
-        Binding("shift+f2", "turn_tab(-1)", "Previous tab", show=False),
-        Binding("f6", "export('figure')", "Figure…", key_display="F6"),
-        Binding("f7", "export('data')", "Data…", key_display="F7"),
-        Binding("f8", "reset", "Reset", key_display="F8"),
-        Binding("shift+f8", "reset_all", "Reset all", show=False),
-        Binding("ctrl+o", "open_scene", "Open a scene", show=False),
-        Binding("ctrl+s", "save_scene", "Save the scene", show=False),
-    ]
+    BINDINGS: ClassVar[list[BindingType]] = [*LAB_KEYS]
 
     def __init__(self, session: Session) -> None:
         super().__init__()
         self.session = session
         self._files = FileDesk(self, session)
+        self._run_desk = RunDesk(self, session)
 
     def compose(self) -> ComposeResult:
-        """Form at the left, verdict and tabs at the right."""
+        """Form at the left, verdict, runs and tabs at the right."""
         with Horizontal(id="bench"):
             yield Form(self.session.texts)
             with Vertical(id="results"):
                 yield VerdictView(id="verdict")
-                with TabbedContent(id="tabs"):
-                    yield TransientPane(self.session)
-                    with TabPane("Result", id="result"):
-                        yield RowsView(id="result-rows")
-                    with TabPane("Stability", id="stability"):
-                        yield RowsView(id="stability-rows")
-                    yield RunsPane()
-                    with TabPane("Log", id="log"):
-                        yield RichLog(id="log-lines", wrap=True, min_width=20, markup=False)
+                yield RunBar()
+                yield TabBook(TABS, self.session)
+                yield RunsPane()
+        yield Static(_TOO_SMALL, id="too-small", markup=False)
         yield Footer(compact=True)
 
     def on_mount(self) -> None:
-        """Show the session."""
-        self.query_one("#result-rows", RowsView).show([], "no result yet: F5 runs")
+        """Show the session, and prepare to poll the progress of runs."""
+        # The thread of a run never waits for the screen.
+        self._ticker = self.set_interval(_PROGRESS_PERIOD, self._show_progress, pause=True)
         self.show_inputs()
         self._show_runs()
         self.query_one(Form).focus_field("m")
         self.app.theme_changed_signal.subscribe(self, lambda _: self._redraw())
 
+    def on_unmount(self) -> None:
+        """Let a run that goes on end: the program would wait for its thread."""
+        self.session.runs.stop()
+
     def _redraw(self) -> None:
-        self.call_after_refresh(self.query_one(TransientPlots).redraw)
+        self.call_after_refresh(self._book.tell, lambda pane: pane.theme_changed())
 
     @property
-    def shown(self) -> Run | None:
-        """The run whose result is shown."""
-        return self.query_one(TransientPane).shown
+    def _book(self) -> TabBook:
+        return self.query_one(TabBook)
 
     @on(Reported)
     def _reported(self, event: Reported) -> None:
@@ -107,15 +104,21 @@ class LabScreen(Screen[None]):
             severity: SeverityLevel = "error" if event.error else "information"
             self.notify(event.words, severity=severity, markup=False)
         mark = "ERROR: " if event.error else ""
-        line = f"{datetime.now():%H:%M:%S} {mark}{event.words}"
-        self.query_one("#log-lines", RichLog).write(line)
+        self.session.reports.append(f"{datetime.now():%H:%M:%S} {mark}{event.words}")
+        self._book.tell(lambda pane: pane.reported())
 
     # Editing
 
     @on(FieldEdited)
     def _edited(self, event: FieldEdited) -> None:
-        self.session.set_text(event.name, event.text)
-        self.show_inputs()
+        # An editor that shows another text by now was overtaken by an undo or a reset.
+        if not event.typed or self.query_one(Form).text_of(event.name) == event.text:
+            self.session.set_text(event.name, event.text)
+            self.show_inputs()
+
+    @on(FieldFocused)
+    def _field_focused(self) -> None:
+        self.session.close_step()
 
     @on(FieldNudged)
     def _nudged(self, event: FieldNudged) -> None:
@@ -127,16 +130,39 @@ class LabScreen(Screen[None]):
     @on(SceneLoaded)
     def _loaded(self, event: SceneLoaded) -> None:
         self.session.load(event.scene, event.source)
+        self._remember(event.source)
         self.show_inputs()
         self.post_message(Reported(event.words))
+
+    @on(PointOpened)
+    def _point_opened(self, event: PointOpened) -> None:
+        for name, text in event.texts.items():
+            self.session.set_text(name, text)
+        self.show_inputs()
+        self.post_message(Reported(event.words, routine=True))
+        self.action_run()
+
+    @on(SceneSaved)
+    def _saved(self, event: SceneSaved) -> None:
+        self.session.saved(event.scene, str(event.path))
+        self._remember(str(event.path))
+        self.show_inputs()
+        self.post_message(Reported(f"scene {event.scene.name} saved: {event.path}"))
+
+    def _remember(self, source: str) -> None:
+        if source and source not in PRESETS:
+            self.session.remember(source)
 
     def show_inputs(self) -> None:
         """Show the session's texts, what is wrong with them, and the verdict."""
         session = self.session
         mark = " (changed)" if session.changed else ""
-        self.query_one(Form).show(f"{session.name}{mark}", session.texts, session.errors)
+        self.query_one(Form).show(
+            f"{session.name}{mark}", session.texts, session.errors, session.changed
+        )
         self._show_verdict()
-        self.query_one(TransientPane).show_status()
+        self._show_progress()
+        self._book.tell(lambda pane: pane.scene_changed())
 
     def _show_verdict(self) -> None:
         view = self.query_one(VerdictView)
@@ -145,50 +171,49 @@ class LabScreen(Screen[None]):
         except (InputError, ComputationError) as error:
             why = ": invalid input" if isinstance(error, InputError) else ""
             view.show("invalid", [f"NO VERDICT{why}", str(error)])
-            self._show_stability([], str(error))
         else:
             view.show(verdict(found).lower(), stability_brief(parameters, found))
-            self._show_stability(stability_rows(parameters, found), "")
-
-    def _show_stability(self, rows: Sequence[Row], otherwise: str) -> None:
-        # A table out of sight is left alone until its tab is shown.
-        if self.query_one("#tabs", TabbedContent).active == "stability":
-            self.query_one("#stability-rows", RowsView).show(rows, otherwise)
-
-    @on(TabbedContent.TabActivated)
-    def _tab_shown(self) -> None:
-        self._show_verdict()
 
     # Runs and files
 
+    def _show_progress(self) -> None:
+        runs = self.session.runs
+        if runs.newest is not None:
+            outdated = self.session.outdated(runs.newest)
+            self.query_one(RunBar).show(runs.newest, outdated=outdated)
+        active = runs.active
+        if active is not None:
+            self._book.tell(lambda pane: pane.run_progressed(active))
+
     @on(RunsChanged)
     def _show_runs(self) -> None:
+        if self.session.runs.active is None:
+            self._ticker.pause()
+        else:
+            self._ticker.resume()
+        self._show_progress()
         self.query_one(RunsPane).show(self.session.runs)
-        shown = self.shown
-        if shown is not None and shown.result is not None:
-            rows = result_rows(shown.result, shown.accuracy)
-            self.query_one("#result-rows", RowsView).show(rows, "")
+        self._book.tell(lambda pane: pane.run_changed(self.session.runs.shown))
         self.refresh_bindings()
 
-    @on(RunChosen)
-    def _run_chosen(self, event: RunChosen) -> None:
-        self.show_run(event.number)
+    @on(RunAsked)
+    def _run_asked(self) -> None:
+        if self.session.runs.active is None:
+            self.action_run()
+        else:
+            self.action_stop()
 
-    def show_run(self, number: int) -> None:
-        """Show a run again.
+    @on(RunEnded)
+    def _run_ended(self, event: RunEnded) -> None:
+        self._run_desk.ended(event)
 
-        Parameters
-        ----------
-        number : int
-            Its number.
-        """
-        run = self.session.runs.find(number)
-        if run is None or run.result is None:
-            self.post_message(Reported(f"run {number} has no result", error=True))
-            return
-        self.query_one(TransientPane).show_run(run)
-        self.show_tab("transient")
-        self._show_runs()
+    @on(RunActed)
+    def _run_acted(self, event: RunActed) -> None:
+        self._run_desk.act(event)
+
+    @on(RunRead)
+    def _run_read(self, event: RunRead) -> None:
+        self._run_desk.read(event)
 
     @on(ExportEnded)
     def _export_ended(self, event: ExportEnded) -> None:
@@ -197,7 +222,7 @@ class LabScreen(Screen[None]):
 
     @on(Worker.StateChanged)
     def _thread_failed(self, event: Worker.StateChanged) -> None:
-        if event.state is WorkerState.ERROR:
+        if not self._run_desk.thread_failed(event.worker) and event.state is WorkerState.ERROR:
             words = f"unexpected {type(event.worker.error).__name__}: {event.worker.error}"
             self.post_message(Reported(f"{event.worker.name}: {words}", error=True))
 
@@ -212,26 +237,44 @@ class LabScreen(Screen[None]):
     def check_action(self, action: str, parameters: tuple[object, ...]) -> bool | None:  # noqa: ARG002
         """Which actions apply now: one of Run and Stop, export with a result alone."""
         running = self.session.runs.active is not None
-        applies = {"run": not running, "stop": running}
+        applies = {"run": not running, "stop": running, "run_both": not running}
         if action == "export":
             # None: shown, but dimmed.
-            return True if self.shown is not None else None
+            return True if self.session.runs.shown is not None else None
         return applies.get(action, True)
 
     def action_run(self) -> None:
         """Begin a run of what is edited."""
-        self.show_tab("transient")
-        self.query_one(TransientPane).start_run()
+        if self._run_desk.start():
+            self.show_tab("transient")
 
     def action_stop(self) -> None:
         """Stop the run that goes on."""
-        self.query_one(TransientPane).stop_run()
+        self._run_desk.stop()
 
     def action_turn_tab(self, direction: int) -> None:
         """Show the next tab, or the one before."""
-        tabs = self.query_one("#tabs", TabbedContent)
-        panes = [pane.id or "" for pane in tabs.query(TabPane)]
-        self.show_tab(panes[(panes.index(tabs.active) + direction) % len(panes)])
+        self._book.turn(direction)
+
+    def action_list_runs(self) -> None:
+        """Show the list of runs and go there, or leave it."""
+        pane = self.query_one(RunsPane)
+        if pane.has_focus_within:
+            self.remove_class("-runs")
+            self.query_one(Form).focus_field("m")
+        else:
+            self.add_class("-runs")
+            pane.take_focus()
+
+    def action_work(self) -> None:
+        """Begin what the tab in sight computes, or stop it."""
+        pane = self._book.pane
+        if pane is None or not pane.work():
+            self.app.bell()
+
+    def action_show_tab(self, name: str) -> None:
+        """Show a tab."""
+        self.show_tab(name)
 
     def show_tab(self, name: str) -> None:
         """Show a tab.
@@ -241,20 +284,58 @@ class LabScreen(Screen[None]):
         name : str
             Its identifier.
         """
-        self.query_one("#tabs", TabbedContent).active = name
+        self._book.active = name
 
     def action_export(self, what: str) -> None:
         """Write something of the run shown to a file."""
-        if self.shown is not None:
-            self._files.export(what, self.shown)
+        if self.session.runs.shown is not None:
+            self._files.export(what, self.session.runs.shown)
 
     def action_open_scene(self) -> None:
         """Open a scene file."""
         self._files.open_scene()
 
+    def action_open_recent(self, path: str) -> None:
+        """Open a scene file again."""
+        self._files.open_path(Path(path))
+
     def action_save_scene(self) -> None:
-        """Save the scene edited."""
-        self._files.save_scene()
+        """Save the scene edited in its file."""
+        self._files.save_scene(ask=False)
+
+    def action_save_scene_as(self) -> None:
+        """Save the scene edited in a file of another name."""
+        self._files.save_scene(ask=True)
+
+    def action_read_run(self) -> None:
+        """Read a run from a trajectory file."""
+        self._files.read_run()
+
+    def action_undo(self) -> None:
+        """Undo the last edit."""
+        self._turned(self.session.undo())
+
+    def action_redo(self) -> None:
+        """Do again what was undone."""
+        self._turned(self.session.redo())
+
+    def _turned(self, done: bool) -> None:
+        if done:
+            self.show_inputs()
+        else:
+            self.app.bell()
+
+    def action_switch_engine(self) -> None:
+        """From the native engine to the FMU, or back."""
+        self.session.switch_engine()
+        self.show_inputs()
+        words = f"engine {self.session.engine}: method {self.session.texts['method']}"
+        self.post_message(Reported(words))
+
+    def action_run_both(self) -> None:
+        """Run what is edited by both engines, and compare them."""
+        if self._run_desk.start_both():
+            self.show_tab("transient")
 
     def action_reset(self) -> None:
         """Reset the field in focus to the scene's value."""
@@ -269,14 +350,6 @@ class LabScreen(Screen[None]):
         """Reset all fields to the scene's values."""
         self.session.reset_all()
         self.show_inputs()
-
-    def action_show_end(self) -> None:
-        """Show the last tenth of the horizon."""
-        self.query_one(TransientPlots).show_end(_LAST_PART)
-
-    def action_show_all(self) -> None:
-        """Show the whole horizon."""
-        self.query_one(TransientPlots).show_all()
 
     def action_help(self) -> None:
         """Help on the field in focus, or on everything."""

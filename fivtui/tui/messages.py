@@ -5,6 +5,7 @@ from pathlib import Path
 
 from textual.message import Message
 
+from fivtui.core.outcome import Transient
 from fivtui.scene import Scene
 
 from .runs import Outcome, Run
@@ -12,10 +13,11 @@ from .runs import Outcome, Run
 
 @dataclass
 class FieldEdited(Message):
-    """The user gave a field another text."""
+    """The user gave a field another text: in its editor, unless it was not typed."""
 
     name: str
     text: str
+    typed: bool = True
 
 
 @dataclass
@@ -48,10 +50,11 @@ class RunEnded(Message):
 
 
 @dataclass
-class RunChosen(Message):
-    """The user wants to see a run again."""
+class RunActed(Message):
+    """The user wants something done with a run: `what` is a name in `run_desk.ACTS`."""
 
     number: int
+    what: str
 
 
 @dataclass
@@ -78,8 +81,11 @@ class ExportEnded(Message):
 
 
 @dataclass
-class WindowReset(Message):
-    """The user wants to see the whole horizon."""
+class PointOpened(Message):
+    """The user wants to see a point's transient: texts of fields, and where they are from."""
+
+    texts: dict[str, str]
+    words: str
 
 
 @dataclass
@@ -89,3 +95,21 @@ class SceneLoaded(Message):
     scene: Scene
     source: str
     words: str
+
+
+@dataclass
+class SceneSaved(Message):
+    """What is edited was written to a file."""
+
+    scene: Scene
+    path: Path
+
+
+@dataclass
+class RunRead(Message):
+    """A transient was read from a file, or not: then with an error."""
+
+    path: Path
+    scene: Scene | None = None
+    result: Transient | None = None
+    error: str = ""

@@ -2,6 +2,7 @@
 
 import math
 from collections.abc import Sequence
+from itertools import pairwise
 from typing import Final
 
 import numpy as np
@@ -16,43 +17,36 @@ _PADDING: Final = 0.05
 _LEAST_RANGE: Final = 1e-9
 
 
-def envelope(
-    t: FloatArray, values: FloatArray, window: tuple[float, float], columns: int
-) -> tuple[FloatArray, FloatArray]:
-    """Reduce a signal to what a plot of so many columns can show.
+def envelope(x: FloatArray, values: FloatArray, edges: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """Reduce a signal to what a plot of some columns can show.
 
-    Of every column the first, least, greatest and last sample are kept, in the order of time:
-    a line through them covers the same pixels as one through all samples.
+    Of every column the first, least, greatest and last sample are kept, in their order: a line
+    through them covers the same pixels as one through all samples.
 
     Parameters
     ----------
-    t, values : ndarray, shape (n,)
-        Ascending times, s, and the signal.
-    window : tuple of float
-        First and last time shown, s. One sample beyond each end is kept, so that the line
-        reaches the edges.
-    columns : int
-        Number of columns, at least 1.
+    x, values : ndarray, shape (n,)
+        Where the samples lie, ascending, and the signal.
+    edges : ndarray, shape (columns + 1,)
+        Where the columns begin and end, ascending. One sample beyond each end is kept, so that
+        the line reaches the edges.
 
     Returns
     -------
-    t, values : ndarray, shape (m,)
+    x, values : ndarray, shape (m,)
         At most ``4 * columns + 8`` of the samples.
     """
-    low, high = window
-    first = max(int(np.searchsorted(t, low, side="left")) - 1, 0)
-    stop = min(int(np.searchsorted(t, high, side="right")) + 1, t.size)
-    t, values = t[first:stop], values[first:stop]
-    if t.size <= 4 * columns:
-        return t, values
-    column = np.floor((t - low) / (high - low) * columns)
-    starts = np.flatnonzero(np.diff(column, prepend=np.nan) != 0.0)
-    stops = np.append(starts[1:], t.size)
+    first = max(int(np.searchsorted(x, edges[0], side="left")) - 1, 0)
+    stop = min(int(np.searchsorted(x, edges[-1], side="right")) + 1, x.size)
+    if stop - first <= 4 * (edges.size - 1):
+        return x[first:stop], values[first:stop]
+    inner = np.searchsorted(x[first:stop], edges) + first
+    bounds = np.unique(np.concatenate(([first], inner, [stop]))).tolist()
     kept: list[int] = []
-    for begin, end in zip(starts.tolist(), stops.tolist(), strict=True):
+    for begin, end in pairwise(bounds):
         part = values[begin:end]
         kept += sorted({begin, begin + int(part.argmin()), begin + int(part.argmax()), end - 1})
-    return t[kept], values[kept]
+    return x[kept], values[kept]
 
 
 def separated_share(

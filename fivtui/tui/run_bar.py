@@ -5,8 +5,9 @@ from textual.app import ComposeResult
 from textual.containers import Horizontal
 from textual.widgets import Button, ProgressBar, Static
 
+from .jobs import progress_words
 from .messages import RunAsked
-from .runs import Run, RunState
+from .runs import FMU_ENGINE, Run, RunState
 
 
 class RunBar(Horizontal):
@@ -40,22 +41,12 @@ class RunBar(Horizontal):
             button.variant = "error" if running else "primary"
             self.set_class(running, "-running")
         self.query_one(ProgressBar).update(progress=run.fraction)
-        words = _progress_words(run) if running else _end_words(run, outdated=outdated)
+        words = (
+            progress_words(run.fraction, run.remaining)
+            if running
+            else _end_words(run, outdated=outdated)
+        )
         self.query_one("#run-status", Static).update(words, layout=False)
-
-
-def _progress_words(run: Run) -> str:
-    remaining = run.remaining
-    words = f"{100.0 * run.fraction:.0f} %"
-    return words if remaining is None else f"{words}, {_duration(remaining)} left"
-
-
-def _duration(seconds: float) -> str:
-    minutes, rest = divmod(round(seconds), 60)
-    hours, minutes = divmod(minutes, 60)
-    if hours:
-        return f"{hours} h {minutes:02d} min"
-    return f"{minutes} min {rest:02d} s" if minutes else f"{seconds:.1f} s"
 
 
 def _end_words(run: Run, *, outdated: bool) -> str:
@@ -63,5 +54,6 @@ def _end_words(run: Run, *, outdated: bool) -> str:
     if outdated:
         return f"{words}, inputs changed since"
     if run.result is not None and run.result.stats.cpu_s is not None:
-        words += f" in {run.result.stats.cpu_s:.2g} s, {run.accuracy}"
+        engine = f", {FMU_ENGINE}" if run.engine == FMU_ENGINE else ""
+        words += f" in {run.result.stats.cpu_s:.2g} s{engine}, {run.accuracy}"
     return words

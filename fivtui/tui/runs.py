@@ -13,9 +13,18 @@ from fivtui.core.outcome import Transient
 from fivtui.runner import scene_transient
 from fivtui.scene import Scene
 
+from .growth import Growth
+from .run_styles import RunStyle, usual_style
 from .sampling import sample_times
 
 MAX_RUNS: Final = 20
+FMU_METHOD: Final = "fmu"
+FMU_ENGINE: Final = "FMU"
+
+
+def engine_of(method: str) -> str:
+    """What runs a method: ``native`` or ``FMU``."""
+    return FMU_ENGINE if method == FMU_METHOD else "native"
 
 
 class RunState(Enum):
@@ -45,6 +54,16 @@ class Run:
         What came out of it.
     message : str
         Why it failed.
+    edited : Scene or None
+        What the fields said when it began, where that is not the scene: the other engine's.
+    source : str
+        File that it was read from; empty if it was computed here.
+    overlaid : bool
+        Whether it is drawn beside the run shown.
+    style : RunStyle
+        Colour and marker.
+    growth : Growth
+        Its trajectory so far, while it goes on.
     """
 
     number: int
@@ -53,8 +72,21 @@ class Run:
     fraction: float = 0.0
     result: Transient | None = None
     message: str = ""
+    edited: Scene | None = None
+    source: str = ""
+    overlaid: bool = False
+    style: RunStyle = field(init=False)
+    growth: Growth = field(default_factory=Growth)
     _begin: float = field(default_factory=time.monotonic)
     _stop: threading.Event = field(default_factory=threading.Event)
+
+    def __post_init__(self) -> None:
+        self.style = usual_style(self.number)
+
+    @property
+    def engine(self) -> str:
+        """What computed it: ``native``, ``FMU``, or ``file``."""
+        return "file" if self.source else engine_of(self.scene.method)
 
     def report(self, fraction: float) -> bool:
         """Take note of progress; whether to go on. Called by the computing thread."""
@@ -81,6 +113,8 @@ class Run:
     def accuracy(self) -> str:
         """The accuracy asked for, in words."""
         scene = self.scene
+        if self.source:
+            return f"read from {self.source}: extremes are those of its samples"
         if scene.accuracy:
             return "error of " + ", ".join(f"{name} {error:g}" for name, error in scene.accuracy)
         if takes_step(scene.method):
@@ -112,7 +146,12 @@ def execute(run: Run) -> Outcome:
     """
     scene = run.scene
     try:
-        result = scene_transient(scene, samples=sample_times(scene), progress=run.report).transient
+        result = scene_transient(
+            scene,
+            samples=sample_times(scene),
+            progress=run.report,
+            on_samples=run.growth.take,
+        ).transient
     except Cancelled:
         return Outcome()
     except (InputError, ComputationError) as error:
@@ -121,9 +160,19 @@ def execute(run: Run) -> Outcome:
 
 
 class Runs:
-    """The runs of a session, newest last; at most one is running."""
+    """The runs of a session, newest last; at most one is running.
+
+    Attributes
+    ----------
+    shown : Run or None
+        The run whose result is shown.
+    baseline : Run or None
+        The run that others are compared with.
+    """
 
     def __init__(self) -> None:
+        self.shown: Run | None = None
+        self.baseline: Run | None = None
         self._runs: list[Run] = []
         self._count = 0
 
@@ -138,16 +187,17 @@ class Runs:
     @property
     def active(self) -> Run | None:
         """The run that is running."""
-        newest = self.newest
-        return newest if newest is not None and newest.state is RunState.RUNNING else None
+        return next((run for run in self._runs if run.state is RunState.RUNNING), None)
 
-    def start(self, scene: Scene) -> Run:
+    def start(self, scene: Scene, edited: Scene | None = None) -> Run:
         """Begin a new run, stopping the one that is running.
 
         Parameters
         ----------
         scene : Scene
             What to compute.
+        edited : Scene, optional
+            See `Run`.
 
         Returns
         -------
@@ -155,11 +205,68 @@ class Runs:
             To be given to `execute` in a thread.
         """
         self.stop()
+        run = self._add(scene)
+        run.edited = edited
+        return run
+
+    def _add(self, scene: Scene) -> Run:
         self._count += 1
         run = Run(self._count, scene)
         self._runs.append(run)
-        del self._runs[:-MAX_RUNS]
+        while len(self._runs) > MAX_RUNS:
+            kept = (self.shown, self.baseline)
+            self.remove(next(old for old in self._runs if old not in kept))
         return run
+
+    def take_in(self, scene: Scene, result: Transient, source: str) -> Run:
+        """Add a run that was read from a file; a run that goes on here goes on.
+
+        Parameters
+        ----------
+        scene : Scene
+            What was computed.
+        result : Transient
+            What came out of it.
+        source : str
+            The file.
+
+        Returns
+        -------
+        Run
+            Drawn beside the run shown, or shown if there is none.
+        """
+        run = self._add(scene)
+        run.state, run.result, run.source, run.overlaid = RunState.DONE, result, source, True
+        if self.shown is None:
+            self.shown = run
+        return run
+
+    def remove(self, run: Run) -> None:
+        """Forget a run; if it is running it is stopped.
+
+        Parameters
+        ----------
+        run : Run
+            The run. If it was shown, the newest result takes its place.
+        """
+        if run is self.active:
+            self.stop()
+        self._runs.remove(run)
+        if self.baseline is run:
+            self.baseline = None
+        if self.shown is run:
+            done = [other for other in self._runs if other.result is not None]
+            self.shown = done[-1] if done else None
+
+    @property
+    def drawn(self) -> list[Run]:
+        """The runs to draw, that shown last: all that are overlaid, each with a result."""
+        beside = [
+            run
+            for run in self._runs
+            if run.overlaid and run.result is not None and run is not self.shown
+        ]
+        return beside if self.shown is None else [*beside, self.shown]
 
     def stop(self) -> Run | None:
         """Stop the run that is running, at once for whoever looks at it.
@@ -194,6 +301,7 @@ class Runs:
             return False
         run.result, run.message = outcome.result, outcome.error
         run.state = RunState.DONE if outcome.result is not None else RunState.FAILED
+        run.growth = Growth()
         return True
 
     def find(self, number: int) -> Run | None:

@@ -1,71 +1,130 @@
-"""The tab of all runs of the session."""
+"""The list of all runs of the session."""
 
-from collections.abc import Iterable, Sequence
-from typing import ClassVar
+from collections.abc import Sequence
+from typing import ClassVar, Final
 
+from rich.text import Text
 from textual import on
 from textual.app import ComposeResult
 from textual.binding import Binding, BindingType
-from textual.widgets import DataTable, TabPane
+from textual.containers import Vertical
+from textual.coordinate import Coordinate
+from textual.widgets import DataTable
 
+from .comparison import changes, percent_text
 from .differences import base_scene, differences
-from .messages import RunChosen
+from .messages import RunActed
 from .report import quantity
-from .runs import Run
+from .runs import Run, Runs
 
-_COLUMNS = ("run", "state", "peak |y| m", "half range m", "off belt %", "changes")
+_COLUMNS: Final = (
+    "run",
+    "drawn",
+    "engine",
+    "peak |y|",
+    "Δ %",
+    "half r.",
+    "Δ %",
+    "sep.",
+    "off %",
+    "changes",
+)
 
 
-class RunsTable(DataTable[str]):
+class RunsTable(DataTable[str | Text]):
     """A table with a row a run."""
 
     BINDINGS: ClassVar[list[BindingType]] = [
+        Binding("enter", "act('load')", "Load scene", key_display="Enter"),
+        Binding("space", "act('overlay')", "Draw on/off", key_display="Space"),
+        Binding("b", "act('baseline')", "Baseline"),
+        Binding("s", "act('show')", "Show"),
+        Binding("x,delete", "act('delete')", "Delete", key_display="x"),
+        Binding("c", "act('colour')", "Colour", show=False),
+        Binding("m", "act('marker')", "Marker", show=False),
         Binding("j", "cursor_down", "Down", show=False),
         Binding("k", "cursor_up", "Up", show=False),
-        Binding("enter", "select_cursor", "Show the run"),
+        Binding("h", "scroll_left", "Left", show=False),
+        Binding("l", "scroll_right", "Right", show=False),
     ]
 
+    @property
+    def number(self) -> int | None:
+        """Number of the run at the cursor."""
+        if not self.row_count:
+            return None
+        return int(str(self.coordinate_to_cell_key(Coordinate(self.cursor_row, 0)).row_key.value))
 
-class RunsPane(TabPane):
-    """The runs, newest first, with what differs from the base set; choosing one shows it again."""
+    def action_act(self, what: str) -> None:
+        """Ask for something to be done with the run at the cursor."""
+        if self.number is not None:
+            self.post_message(RunActed(self.number, what))
+
+
+class RunsPane(Vertical):
+    """The runs, newest first, with what differs from the base set and from the baseline."""
 
     def __init__(self) -> None:
-        super().__init__("Runs", id="runs")
+        super().__init__(id="runs")
 
     def compose(self) -> ComposeResult:
         """The table."""
         yield RunsTable(cursor_type="row", zebra_stripes=True)
 
-    def show(self, runs: Iterable[Run]) -> None:
+    def on_mount(self) -> None:
+        """Make the columns."""
+        self.query_one(RunsTable).add_columns(*_COLUMNS)
+
+    def show(self, runs: Runs) -> None:
         """Show the runs.
 
         Parameters
         ----------
-        runs : iterable of Run
-            Oldest first.
+        runs : Runs
+            The runs.
         """
         table = self.query_one(RunsTable)
-        table.clear(columns=True)
-        table.add_columns(*_COLUMNS)
+        number, row = table.number, table.cursor_row
+        table.clear()
         for run in reversed(list(runs)):
-            table.add_row(*_cells(run), key=str(run.number))
+            table.add_row(*_cells(run, runs), key=str(run.number))
+        # The cursor stays at its run, or at its place if the run has gone.
+        kept = [run.number for run in reversed(list(runs))]
+        table.move_cursor(row=kept.index(number) if number in kept else min(row, len(kept) - 1))
+
+    def take_focus(self) -> None:
+        """Give the table the focus."""
+        self.query_one(RunsTable).focus()
 
     @on(DataTable.RowSelected)
     def _choose(self, event: DataTable.RowSelected) -> None:
+        # By mouse; the key that selects has another meaning here.
         event.stop()
-        self.post_message(RunChosen(int(str(event.row_key.value))))
+        self.post_message(RunActed(int(str(event.row_key.value)), "show"))
 
 
-def _cells(run: Run) -> Sequence[str]:
-    changes = ", ".join(map(str, differences(run.scene, base_scene()))) or "none"
-    result = run.result
-    if result is None:
-        return (str(run.number), run.state.value, "", "", "", changes)
+def _cells(run: Run, runs: Runs) -> Sequence[str | Text]:
+    different = ", ".join(map(str, differences(run.scene, base_scene()))) or "none"
+    name = Text.assemble((run.style.marker_sign, run.style.colour_code), f" {run.number}")
+    changed = run.source or different
+    if run.result is None:
+        return (name, "", run.engine, run.state.value, "", "", "", "", "", changed)
+    result, compared = run.result, ("", "")
+    if runs.baseline is run:
+        compared = ("base", "base")
+    elif runs.baseline is not None and runs.baseline.result is not None:
+        by_label = {change.label: change for change in changes(result, runs.baseline.result)}
+        labels = ("peak |y|", "half range of y")
+        compared = (percent_text(by_label[labels[0]]), percent_text(by_label[labels[1]]))
     return (
-        str(run.number),
-        run.state.value,
+        name,
+        "shown" if run is runs.shown else "on" if run.overlaid else "off",
+        run.engine,
         quantity(result.peak.y_abs),
+        compared[0],
         quantity(result.steady.y_half_range),
+        compared[1],
+        str(result.events.separations),
         f"{100.0 * result.events.separated_time / result.t_end:.3g}",
-        changes,
+        changed,
     )

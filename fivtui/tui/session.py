@@ -1,21 +1,27 @@
 """The state of the laboratory without its screen: edited texts, scene, runs. Imports no Textual."""
 
+import dataclasses
 import shlex
-from typing import cast
+from typing import Final, cast
 
 from fivtui.core.errors import InputError
+from fivtui.core.methods import METHODS, takes_step
 from fivtui.core.parameters import PARAMETERS, Parameters
 from fivtui.core.request import Start
 from fivtui.core.stability import Stability, stability
 from fivtui.scene import Accuracy, Scene
 
 from .differences import base_scene, differences
+from .editing import Editing
 from .fields import CONSIDERED, FIELDS
 from .nudges import number_text
-from .runs import Run, Runs
+from .runs import FMU_ENGINE, FMU_METHOD, Run, Runs, engine_of
+
+MOST_RECENT: Final = 10
+_FIRST_METHOD: Final = next(iter(METHODS))
 
 
-class Session:
+class Session(Editing):
     """What is being edited and what was computed from it.
 
     Parameters
@@ -27,69 +33,28 @@ class Session:
 
     Attributes
     ----------
-    texts : dict of str
-        Text of every field, valid or not.
     runs : Runs
         The transients of this session.
+    reports : list of str
+        What was reported, a line each, the oldest first.
+    recent : tuple of str
+        Scene files opened or saved, the last one first.
+    tab : str
+        Identifier of the tab in sight; empty for the first one.
     """
 
     def __init__(self, scene: Scene | None = None, source: str = "") -> None:
-        self.texts: dict[str, str] = {}
+        super().__init__(scene, source)
         self.runs = Runs()
-        self.load(base_scene() if scene is None else scene, source)
+        self.reports: list[str] = []
+        self.recent: tuple[str, ...] = ()
+        self.tab = ""
+        self._native_method = _FIRST_METHOD
 
-    def load(self, scene: Scene, source: str = "") -> None:
-        """Replace all texts by those of a scene.
-
-        Parameters
-        ----------
-        scene : Scene
-            The scene.
-        source : str
-            How the command line would name it; empty if it cannot.
-        """
-        self._loaded = scene
-        self.source = source
-        self.texts = {name: field.text_of(scene) for name, field in FIELDS.items()}
-
-    @property
-    def name(self) -> str:
-        """Name of the scene loaded."""
-        return self._loaded.name
-
-    @property
-    def description(self) -> str:
-        """Description of the scene loaded."""
-        return self._loaded.description
-
-    @property
-    def changed(self) -> list[str]:
-        """Names of the fields whose text differs from that of the scene loaded."""
-        return [
-            name
-            for name, field in FIELDS.items()
-            if self.texts[name] != field.text_of(self._loaded)
-        ]
-
-    def set_text(self, name: str, text: str) -> None:
-        """Edit a field.
-
-        Parameters
-        ----------
-        name : str
-            Its name.
-        text : str
-            Its new text, valid or not.
-        """
-        self.texts[name] = text
-
-    def reset(self, name: str) -> None:
-        """Give a field the text it has in the scene loaded."""
-        self.texts[name] = FIELDS[name].text_of(self._loaded)
-
-    def reset_all(self) -> None:
-        """Give every field the text it has in the scene loaded."""
-        self.load(self._loaded, self.source)
+    def remember(self, path: str) -> None:
+        """Put a scene file in front of the recent ones."""
+        others = (old for old in self.recent if old != path)
+        self.recent = (path, *others)[:MOST_RECENT]
 
     def error(self, name: str) -> str:
         """What is wrong with a field.
@@ -161,8 +126,43 @@ class Session:
             field.check(text)
         except InputError:
             return False
-        self.texts[name] = text
+        self._set(name, text, f"nudge {direction:+d}")
         return True
+
+    @property
+    def engine(self) -> str:
+        """What runs the scene: ``native`` or ``FMU``."""
+        return engine_of(self.texts["method"])
+
+    def switch_engine(self) -> None:
+        """From a native method to the FMU, or back to the native method used last."""
+        if self.engine == FMU_ENGINE:
+            self._set("method", self._native_method, "engine")
+        else:
+            self._native_method = self.texts["method"]
+            self._set("method", FMU_METHOD, "engine")
+        self.close_step()
+
+    def engine_pair(self) -> tuple[Scene, Scene]:
+        """The scene edited, for the native engine and for the FMU.
+
+        Returns
+        -------
+        native, fmu : Scene
+            Alike but for the method, and the step where the method chooses its own.
+
+        Raises
+        ------
+        InputError
+            If a field is wrong.
+        """
+        scene = self.scene()
+        method = self._native_method if self.engine == FMU_ENGINE else scene.method
+        step = scene.step if takes_step(method) else None
+        return (
+            dataclasses.replace(scene, method=method, step=step),
+            dataclasses.replace(scene, method=FMU_METHOD, step=None),
+        )
 
     def parameters(self) -> Parameters:
         """The parameter set edited, checked; `InputError` if a parameter is wrong."""
@@ -239,7 +239,7 @@ class Session:
             True also if a field is wrong now.
         """
         try:
-            return bool(differences(self.scene(), run.scene))
+            return bool(differences(self.scene(), run.edited or run.scene))
         except InputError:
             return True
 

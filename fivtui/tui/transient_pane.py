@@ -1,139 +1,208 @@
-"""The tab of the transient: run it, stop it, see y and P over time and what came out."""
+"""The tab of the transient: motion over time, phase portraits, spectrum, and what came out."""
 
-from typing import Final
+from collections.abc import Mapping
+from typing import ClassVar, Final
 
 from textual import on
 from textual.app import ComposeResult
-from textual.widgets import Static, TabPane
-from textual.worker import Worker, WorkerState
+from textual.binding import Binding, BindingType
+from textual.containers import Horizontal, Vertical
+from textual.events import Resize
+from textual.widgets import Static
 
 from fivtui.core.errors import ComputationError, InputError
 from fivtui.core.outcome import Transient
 from fivtui.core.stability import stability
 
-from .messages import Reported, RunAsked, RunEnded, RunsChanged
-from .plots import TransientPlots
+from .axis import Axis
+from .chart_view import ChartView
 from .report import remark, result_brief
-from .run_bar import RunBar
-from .runs import Outcome, Run, execute
+from .runs import Run
 from .session import Session
+from .transient_charts import (
+    Motion,
+    difference_chart,
+    motion_of,
+    phase_chart,
+    separated_samples,
+    spectrum_chart,
+    steady_window,
+    time_chart,
+)
+from .views_pane import ViewsPane
 
-_PROGRESS_PERIOD: Final = 0.1
+# What is shown over time, from the top, and what goes first where there is little room.
+_QUANTITIES: Final = ("y", "x", "P")
+_FIRST: Final = ("y", "P", "x")
+_LEAST_ROWS: Final = 6
+_LAST_PART: Final = 0.1
+_NOTHING: Final = "nothing to show yet: F5 runs"
+_NO_BASELINE: Final = "no difference: choose another run as baseline (b in the list of runs)"
 
 
-class TransientPane(TabPane):
-    """Run bar, plots and summary.
+class TransientPane(ViewsPane):
+    """Plots and summary of the run shown, with those drawn beside it."""
 
-    Parameters
-    ----------
-    session : Session
-        Its runs are started, stopped and finished here.
-    """
+    VIEWS: ClassVar[Mapping[str, str]] = {
+        "time": "Time",
+        "phase": "Phase",
+        "spectrum": "Spectrum",
+        "difference": "Difference",
+    }
+    BINDINGS: ClassVar[list[BindingType]] = [Binding("e", "show_end", "End")]
 
     def __init__(self, session: Session) -> None:
-        super().__init__("Transient", id="transient")
-        self._session = session
-        self._shown: Run | None = None
+        super().__init__(session)
+        self._motions: list[Motion] = []
 
     def compose(self) -> ComposeResult:
-        """The parts from top to bottom."""
-        yield RunBar()
-        yield TransientPlots()
+        """The views, of which one is shown, and the summary."""
+        yield from super().compose()
         yield Static("", id="summary", markup=False)
 
+    def compose_views(self) -> ComposeResult:
+        """Motion over time, phase portraits and spectrum."""
+        with Vertical(id="time"):
+            for quantity in _QUANTITIES:
+                yield ChartView(f"plot-{quantity}", nothing=_NOTHING)
+        with Horizontal(id="phase"):
+            yield ChartView("phase-y", nothing=_NOTHING)
+            yield ChartView("phase-x", nothing=_NOTHING)
+        with Vertical(id="spectrum"):
+            yield ChartView("plot-spectrum", nothing=_NOTHING)
+        with Vertical(id="difference"):
+            yield ChartView("difference-y", nothing=_NO_BASELINE)
+            yield ChartView("difference-P")
+
     def on_mount(self) -> None:
-        """Prepare to poll the progress of a run: its thread never waits for the screen."""
-        self._ticker = self.set_interval(_PROGRESS_PERIOD, self.show_status, pause=True)
+        """Show amplitudes over decades."""
+        super().on_mount()
+        self.query_one("#plot-spectrum", ChartView).view.log_y = True
 
-    def on_unmount(self) -> None:
-        """Let a run that goes on end: the program would wait for its thread."""
-        self._session.runs.stop()
+    # What is shown
 
-    @property
-    def shown(self) -> Run | None:
-        """The run whose result is shown."""
-        return self._shown
-
-    @on(RunAsked)
-    def _run_asked(self) -> None:
-        if self._session.runs.active is None:
-            self.start_run()
-        else:
-            self.stop_run()
-
-    def start_run(self) -> None:
-        """Begin a run of what is edited."""
-        try:
-            scene = self._session.scene()
-        except InputError as error:
-            self.post_message(Reported(str(error), error=True))
+    def run_changed(self, run: Run | None) -> None:
+        """Show the result of a run, and those drawn beside it."""
+        if run is None or run.result is None:
             return
-        run = self._session.runs.start(scene)
-        self.run_worker(
-            lambda: self.post_message(RunEnded(run, execute(run))),
-            name=str(run.number),
-            thread=True,
-            exit_on_error=False,
-        )
-        self._runs_changed()
-
-    def stop_run(self) -> None:
-        """Stop the run that goes on."""
-        run = self._session.runs.stop()
-        if run is not None:
-            self._runs_changed()
-            done = f"{100.0 * run.fraction:.0f} %"
-            self.post_message(Reported(f"run {run.number} stopped at {done}"))
-
-    @on(RunEnded)
-    def _run_ended(self, event: RunEnded) -> None:
-        run = event.run
-        if not self._session.runs.finish(run, event.outcome):
-            return
-        self._runs_changed()
-        if run.result is None:
-            self.post_message(Reported(f"run {run.number}: {run.message}", error=True))
-        else:
-            self.show_run(run)
-            words = "; ".join([f"run {run.number} done", *result_brief(run.result)])
-            self.post_message(Reported(words, routine=True))
-
-    @on(Worker.StateChanged)
-    def _thread_failed(self, event: Worker.StateChanged) -> None:
-        run = self._session.runs.find(int(event.worker.name))
-        if event.state is WorkerState.ERROR and run is not None:
-            words = f"unexpected {type(event.worker.error).__name__}: {event.worker.error}"
-            self.post_message(RunEnded(run, Outcome(error=words)))
-
-    def _runs_changed(self) -> None:
-        if self._session.runs.active is None:
-            self._ticker.pause()
-        else:
-            self._ticker.resume()
-        self.show_status()
-        self.post_message(RunsChanged())
-
-    def show_status(self) -> None:
-        """Show where the newest run stands, and whether the fields were edited since."""
-        newest = self._session.runs.newest
-        if newest is not None:
-            self.query_one(RunBar).show(newest, outdated=self._session.outdated(newest))
-
-    def show_run(self, run: Run) -> None:
-        """Show the result of a run.
-
-        Parameters
-        ----------
-        run : Run
-            A run that is done.
-        """
-        if run.result is None:
-            return
-        self._shown = run
         first, *others = result_brief(run.result)
         lines = [first, *_remarks(run.result), *others]
         self.query_one("#summary", Static).update("\n".join(lines))
-        self.query_one(TransientPlots).show(run.result)
+        drawn = reversed(list(self.session.runs.drawn))
+        self._show([motion for motion in map(_motion, drawn) if motion is not None])
+
+    def run_progressed(self, run: Run) -> None:
+        """Show what is known of a run that goes on."""
+        trajectory = run.growth.trajectory()
+        if trajectory is not None:
+            separated = separated_samples(trajectory)
+            name = f"run {run.number}"
+            style = run.style
+            self._show(
+                [
+                    Motion(
+                        name,
+                        trajectory,
+                        separated,
+                        run.scene.t_end,
+                        style.marker_sign,
+                        style.colour_code,
+                    )
+                ]
+            )
+
+    def _show(self, motions: list[Motion]) -> None:
+        self._motions = motions
+        self.draw()
+
+    def draw(self) -> None:
+        """Draw the view that is shown."""
+        if not self._motions:
+            return
+        draw = {
+            "time": self._draw_time,
+            "phase": self._draw_phase,
+            "spectrum": self._draw_spectrum,
+            "difference": self._draw_difference,
+        }
+        draw[self.view]()
+
+    def _draw_time(self) -> None:
+        charts = [self.query_one(f"#plot-{name}", ChartView) for name in _QUANTITIES]
+        visible = [chart for chart in charts if chart.display]
+        for quantity, chart in zip(_QUANTITIES, charts, strict=True):
+            if chart.display:
+                strip, x_axis = chart is visible[0], chart is visible[-1]
+                chart.show(time_chart(quantity, self._motions, strip=strip, x_axis=x_axis))
+
+    def _draw_phase(self) -> None:
+        for quantity in ("y", "x"):
+            chart = self.query_one(f"#phase-{quantity}", ChartView)
+            chart.show(phase_chart(quantity, self._motions, self._window))
+
+    def _draw_spectrum(self) -> None:
+        view = self.query_one("#plot-spectrum", ChartView)
+        try:
+            view.show(spectrum_chart(self._motions, self._window))
+        except InputError as error:
+            view.show(None, nothing=str(error))
+
+    def _draw_difference(self) -> None:
+        run = self.session.runs.baseline
+        baseline = None if run is None else _motion(run)
+        shown = self._motions[0]
+        for quantity in ("y", "P"):
+            chart = None
+            if baseline is not None and baseline.name != shown.name:
+                last = quantity == "P"
+                chart = difference_chart(quantity, shown, baseline, x_axis=last)
+            self.query_one(f"#difference-{quantity}", ChartView).show(chart)
+
+    @property
+    def _window(self) -> tuple[float, float]:
+        # The part of time that is shown; of the whole, what is called steady.
+        chosen = self.query_one("#plot-y", ChartView).view.x
+        reached = float(self._motions[0].trajectory.t[-1])
+        return steady_window(reached) if chosen is None else (chosen.low, chosen.high)
+
+    # Room and views
+
+    @on(Resize)
+    def _fit(self, _event: Resize) -> None:
+        room = max(self.views.size.height // _LEAST_ROWS, 1)
+        for name in _QUANTITIES:
+            self.query_one(f"#plot-{name}").display = name in _FIRST[:room]
+        self.draw()
+
+    @on(ChartView.Moved)
+    def _moved(self, event: ChartView.Moved) -> None:
+        # What is drawn over time has one time axis.
+        source = event.view.view
+        for group in (_QUANTITIES, ("y", "P")):
+            prefix = "plot" if group is _QUANTITIES else "difference"
+            names = [f"{prefix}-{name}" for name in group]
+            if event.view.id not in names:
+                continue
+            for chart in (self.query_one(f"#{name}", ChartView) for name in names):
+                if chart is not event.view:
+                    chart.view.x, chart.view.log_x = source.x, source.log_x
+                    chart.redraw()
+
+    def action_show_end(self) -> None:
+        """Show the last part of the horizon."""
+        if self._motions:
+            t_end = self._motions[0].t_end
+            for name in _QUANTITIES:
+                chart = self.query_one(f"#plot-{name}", ChartView)
+                chart.view.x = Axis((1.0 - _LAST_PART) * t_end, t_end)
+            self.draw()
+
+
+def _motion(run: Run) -> Motion | None:
+    if run.result is None:
+        return None
+    style = run.style
+    return motion_of(run.result, f"run {run.number}", style.marker_sign, style.colour_code)
 
 
 def _remarks(result: Transient) -> list[str]:

@@ -1,0 +1,6 @@
+"""Starts the terminal UI on whatever Textual is connected to: ``python -m fivtui.tui``."""
+
+from .app import run
+
+if __name__ == "__main__":
+    run()

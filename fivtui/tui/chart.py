@@ -1,0 +1,349 @@
+"""What a plot shows, as data: traces, guides, cells of colour, and the view of them.
+
+Imports no Textual.
+"""
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass, field
+from typing import Final, Literal
+
+import numpy as np
+from numpy.typing import NDArray
+
+from .axis import Axis, axis_for
+from .plot_data import envelope
+
+FloatArray = NDArray[np.float64]
+Look = Literal["line", "points", "dots", "marked"]
+
+# Samples of an unordered trace that are joined by lines; those before them are dots.
+MOST_JOINED: Final = 16_384
+_WHOLE: Final = 1e-6
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Trace:
+    """One set of points.
+
+    Attributes
+    ----------
+    name : str
+        What it is, a few characters.
+    x, y : ndarray, shape (n,)
+        Its points; NaN is a gap.
+    look : "line", "points", "dots" or "marked"
+        Joined, or each point by a character, or by a dot; or joined and each by a character.
+    ordered : bool
+        Whether x ascends: a function of x, which is reduced before it is drawn.
+    mark : str
+        The character of a point, or of the line in some places; that of a line is its number if
+        not given.
+    colour : str
+        Such as ``#E69F00``; a colour of the theme if not given.
+    """
+
+    name: str
+    x: FloatArray
+    y: FloatArray
+    look: Look = "line"
+    ordered: bool = True
+    mark: str = ""
+    colour: str = ""
+
+
+@dataclass(frozen=True, slots=True)
+class Guide:
+    """A straight line across the plot, at x or at y, with a label."""
+
+    value: float
+    label: str = ""
+    vertical: bool = True
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Backdrop:
+    """Levels over the plane, drawn as shades behind the traces.
+
+    Attributes
+    ----------
+    x, y : ndarray, shapes (n,) and (k,)
+        Ascending coordinates.
+    levels : ndarray of int, shape (n, k)
+        Level of every point: an index into `shades`.
+    shades : sequence of (str, str)
+        Character and style of every level.
+    values : ndarray, shape (n, k)
+        What the levels stand for; NaN where there is nothing.
+    label : str
+        Quantity and unit of the values.
+    """
+
+    x: FloatArray
+    y: FloatArray
+    levels: NDArray[np.intp]
+    shades: Sequence[tuple[str, str]]
+    values: FloatArray
+    label: str
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Chart:
+    """A plot.
+
+    Attributes
+    ----------
+    x_label, y_label : str
+        Quantities with units.
+    traces : tuple of Trace
+        What is drawn, the last on top; keys 1 to 9 hide and show them.
+    guides : tuple of Guide
+        Lines for reference.
+    backdrop : Backdrop, optional
+        Shades behind them.
+    strip : sequence of (start, end), optional
+        Intervals along x that are marked below the plot: those off the belt.
+    note : str
+        What else there is to know, a few words at the top.
+    x_axis : bool
+        Whether the ticks of the x axis are labelled.
+    tight : bool
+        Whether the x axis ends where the data end.
+    x_range, y_range : tuple of float, optional
+        What the axes show before they are zoomed; what the data need if not given.
+    """
+
+    x_label: str
+    y_label: str
+    traces: tuple[Trace, ...]
+    guides: tuple[Guide, ...] = ()
+    backdrop: Backdrop | None = None
+    strip: Sequence[tuple[float, float]] | None = None
+    note: str = ""
+    x_axis: bool = True
+    tight: bool = True
+    x_range: tuple[float, float] | None = None
+    y_range: tuple[float, float] | None = None
+
+    @property
+    def plane(self) -> bool:
+        """Whether both axes are zoomed and moved alike: it is no function of x."""
+        return self.backdrop is not None or not all(trace.ordered for trace in self.traces)
+
+
+@dataclass(slots=True)
+class View:
+    """Which part of a chart is shown, and how.
+
+    Attributes
+    ----------
+    x, y : Axis or None
+        Limits that were chosen; None where they follow the data.
+    log_x, log_y : bool
+        Whether the scales are logarithmic.
+    hidden : set of int
+        Indices of the traces that are not drawn.
+    cursor : tuple of float or None
+        Where the cursor is, in the coordinates of the data.
+    """
+
+    x: Axis | None = None
+    y: Axis | None = None
+    log_x: bool = False
+    log_y: bool = False
+    hidden: set[int] = field(default_factory=set)
+    cursor: tuple[float, float] | None = None
+
+    def shown(self, chart: Chart) -> Iterator[tuple[int, Trace]]:
+        """The traces that are drawn, with their indices."""
+        return (each for each in enumerate(chart.traces) if each[0] not in self.hidden)
+
+    def axes(self, chart: Chart) -> tuple[Axis, Axis]:
+        """The axes that a chart is drawn with.
+
+        Parameters
+        ----------
+        chart : Chart
+            The chart.
+
+        Returns
+        -------
+        x, y : Axis
+            Chosen, or such that all visible data are seen.
+        """
+        x = self.x or self._axis_x(chart)
+        return x, self.y or self._axis_y(chart, x)
+
+    def _axis_x(self, chart: Chart) -> Axis:
+        if chart.x_range is not None and not self.log_x:
+            return Axis(*chart.x_range)
+        parts = [trace.x for _, trace in self.shown(chart)]
+        if chart.backdrop is not None:
+            parts.append(chart.backdrop.x)
+        if not self.log_x and chart.tight and parts and not chart.plane:
+            # Ascending: their ends say all.
+            parts = [part[[0, -1]] for part in parts if part.size]
+        return axis_for(parts, log=self.log_x, tight=chart.tight)
+
+    def _axis_y(self, chart: Chart, x: Axis) -> Axis:
+        if chart.y_range is not None and not self.log_y:
+            return Axis(*chart.y_range)
+        parts = [_within(trace, x) if trace.ordered else trace.y for _, trace in self.shown(chart)]
+        if chart.backdrop is not None:
+            return axis_for([*parts, chart.backdrop.y], log=self.log_y, tight=True)
+        parts += [np.array([guide.value]) for guide in chart.guides if not guide.vertical]
+        return axis_for(parts, log=self.log_y)
+
+    def zoom(self, chart: Chart, factor: float, about: tuple[float, float] = (0.5, 0.5)) -> None:
+        """Show less (factor below 1) or more, along x alone if the chart is a function of x."""
+        x, y = self.axes(chart)
+        self.x = self._inside(chart, x.moved(zoom=factor, about=about[0]))
+        if chart.plane:
+            self.y = y.moved(zoom=factor, about=about[1])
+
+    def zoom_y(self, chart: Chart, factor: float, about: float = 0.5) -> None:
+        """Show less (factor below 1) or more along y alone."""
+        self.y = self.axes(chart)[1].moved(zoom=factor, about=about)
+
+    def pan(self, chart: Chart, right: float, up: float = 0.0) -> None:
+        """Move by parts of the axes."""
+        x, y = self.axes(chart)
+        if right:
+            self.x = self._inside(chart, x.moved(shift=right))
+        if up:
+            self.y = y.moved(shift=up)
+
+    def _inside(self, chart: Chart, x: Axis) -> Axis | None:
+        # A function of x is not shown where it has no values.
+        if chart.plane:
+            return x
+        whole = View(log_x=self.log_x, hidden=self.hidden)._axis_x(chart)
+        low, high = whole.place([x.low, x.high]).tolist()
+        if high - low >= 1.0 - _WHOLE:
+            return None
+        return x.moved(shift=max(-low, 0.0) / (high - low) - max(high - 1.0, 0.0) / (high - low))
+
+    def reset(self) -> None:
+        """Let the limits follow the data again."""
+        self.x = self.y = None
+
+    def toggle_log(self, *, x: bool) -> None:
+        """Change the scale of one axis; its limits follow the data again."""
+        if x:
+            self.log_x, self.x = not self.log_x, None
+        else:
+            self.log_y, self.y = not self.log_y, None
+
+    def toggle_trace(self, chart: Chart, index: int) -> bool:
+        """Hide or show a trace; whether there is one of that index."""
+        if not 0 <= index < len(chart.traces):
+            return False
+        self.hidden ^= {index}
+        return True
+
+
+def _within(trace: Trace, x: Axis) -> FloatArray:
+    first, stop = np.searchsorted(trace.x, [x.low, x.high])
+    # At least the samples around an interval between two of them.
+    return trace.y[max(int(first) - 1, 0) : int(stop) + 1]
+
+
+def reduced(trace: Trace, x: Axis, columns: int) -> tuple[FloatArray, FloatArray]:
+    """The points of a trace that a plot of so many columns can show.
+
+    Parameters
+    ----------
+    trace : Trace
+        The trace.
+    x : Axis
+        The axis.
+    columns : int
+        Number of columns.
+
+    Returns
+    -------
+    x, y : ndarray, shape (m,)
+        All points of a trace that is not ordered.
+    """
+    if not trace.ordered:
+        return trace.x, trace.y
+    edges = np.array([x.value(place) for place in np.linspace(0.0, 1.0, columns + 1).tolist()])
+    return envelope(trace.x, trace.y, edges)
+
+
+@dataclass(frozen=True, slots=True)
+class Found:
+    """The point of a chart next to its cursor.
+
+    Attributes
+    ----------
+    trace : int
+        Which trace; -1 for the backdrop.
+    x, y : float
+        Where.
+    value : float
+        Of the backdrop.
+    """
+
+    trace: int
+    x: float
+    y: float
+    value: float = 0.0
+
+
+def nearest(chart: Chart, view: View) -> list[Found]:
+    """The points next to the cursor.
+
+    Parameters
+    ----------
+    chart, view
+        What is shown.
+
+    Returns
+    -------
+    list of Found
+        Of a backdrop its nearest point. Else of every visible trace that is ordered the point next
+        to the cursor along x, or of all the one nearest point. Empty without a cursor.
+    """
+    if view.cursor is None:
+        return []
+    if chart.backdrop is not None:
+        return [_nearest_of(chart.backdrop, view.cursor)]
+    axes = view.axes(chart)
+    found = []
+    for index, trace in view.shown(chart):
+        point = _nearest_point(trace, axes, view.cursor)
+        if point is not None:
+            found.append((point[1], Found(index, *_point(trace, point[0]))))
+    if chart.plane and found:
+        return [min(found, key=lambda each: each[0])[1]]
+    return [each[1] for each in found]
+
+
+def _nearest_of(backdrop: Backdrop, cursor: tuple[float, float]) -> Found:
+    column = int(np.abs(backdrop.x - cursor[0]).argmin())
+    row = int(np.abs(backdrop.y - cursor[1]).argmin())
+    value = float(backdrop.values[column, row])
+    return Found(-1, float(backdrop.x[column]), float(backdrop.y[row]), value)
+
+
+def _point(trace: Trace, index: int) -> tuple[float, float]:
+    return float(trace.x[index]), float(trace.y[index])
+
+
+def _nearest_point(
+    trace: Trace, axes: tuple[Axis, Axis], cursor: tuple[float, float]
+) -> tuple[int, float] | None:
+    if not trace.x.size:
+        return None
+    if trace.ordered:
+        above = int(np.searchsorted(trace.x, cursor[0]))
+        near = [place for place in (above - 1, above) if 0 <= place < trace.x.size]
+        best = min(near, key=lambda place: abs(float(trace.x[place]) - cursor[0]))
+        return best, abs(float(trace.x[best]) - cursor[0])
+    across = axes[0].place(trace.x) - axes[0].place([cursor[0]])
+    along = axes[1].place(trace.y) - axes[1].place([cursor[1]])
+    away = across * across + along * along
+    if not np.isfinite(away).any():
+        return None
+    best = int(np.nanargmin(away))
+    return best, float(away[best])

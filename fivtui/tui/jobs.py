@@ -1,0 +1,69 @@
+"""Computations in threads that tell their progress and can be stopped. Imports no Textual."""
+
+import threading
+import time
+from dataclasses import dataclass, field
+
+
+def progress_words(fraction: float, remaining: float | None) -> str:
+    """How far something is, and how long it still takes.
+
+    Parameters
+    ----------
+    fraction : float
+        Part done, 0 to 1.
+    remaining : float or None
+        Seconds still to go, if known.
+
+    Returns
+    -------
+    str
+        For example ``40 %, 2.5 s left``.
+    """
+    words = f"{100.0 * fraction:.0f} %"
+    return words if remaining is None else f"{words}, {_duration(remaining)} left"
+
+
+def _duration(seconds: float) -> str:
+    minutes, rest = divmod(round(seconds), 60)
+    hours, minutes = divmod(minutes, 60)
+    if hours:
+        return f"{hours} h {minutes:02d} min"
+    return f"{minutes} min {rest:02d} s" if minutes else f"{seconds:.1f} s"
+
+
+@dataclass(eq=False, slots=True)
+class Job:
+    """A computation under way.
+
+    Attributes
+    ----------
+    fraction : float
+        Part done, 0 to 1; written by the computing thread.
+    stopped : bool
+        Whether nobody waits for it any more.
+    """
+
+    fraction: float = 0.0
+    _begin: float = field(default_factory=time.monotonic)
+    _stop: threading.Event = field(default_factory=threading.Event)
+
+    def report(self, fraction: float) -> bool:
+        """Take note of progress; whether to go on. Called by the computing thread."""
+        self.fraction = max(self.fraction, fraction)
+        return not self.stopped
+
+    def stop(self) -> None:
+        """Let the computing thread know that nobody waits for it any more."""
+        self._stop.set()
+
+    @property
+    def stopped(self) -> bool:
+        """Whether nobody waits for it any more."""
+        return self._stop.is_set()
+
+    @property
+    def words(self) -> str:
+        """How far it is, and how long it still takes."""
+        elapsed, done = time.monotonic() - self._begin, self.fraction
+        return progress_words(done, elapsed * (1.0 - done) / done if done > 0.0 else None)

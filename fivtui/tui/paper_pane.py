@@ -1,0 +1,222 @@
+"""The tab of the paper: its figures and claims, computed when they are asked for."""
+
+from collections.abc import Mapping
+from typing import TYPE_CHECKING, ClassVar
+
+from textual import on
+from textual.app import ComposeResult
+from textual.binding import Binding, BindingType
+from textual.containers import Vertical
+from textual.widgets import DataTable, Static
+
+from fivtui.core.errors import Cancelled
+
+from .chart_view import ChartView
+from .job_pane import JobPane
+from .jobs import Job
+from .messages import RunAsked, SceneLoaded
+from .session import Session
+
+if TYPE_CHECKING:
+    from fivtui.paper.claim import CheckedClaim
+    from fivtui.paper.data import FigureData
+    from fivtui.paper.study import Study
+
+
+class _Table(DataTable[str]):
+    # With the keys of lists.
+    BINDINGS: ClassVar[list[BindingType]] = [
+        Binding("j", "cursor_down", "Down", show=False),
+        Binding("k", "cursor_up", "Up", show=False),
+        Binding("enter", "select_cursor", "Show"),
+    ]
+
+
+class PaperPane(JobPane):
+    """Lists of figures and claims, and the figure chosen."""
+
+    VERB: ClassVar[str] = "Check"
+    HINT: ClassVar[str] = "Enter computes a figure, F10 checks all claims, o opens as a scene"
+    VIEWS: ClassVar[Mapping[str, str]] = {
+        "figures": "Figures",
+        "claims": "Claims",
+        "figure": "Figure",
+    }
+    BINDINGS: ClassVar[list[BindingType]] = [Binding("o", "open_scene_of", "Open as scene")]
+
+    def __init__(self, session: Session) -> None:
+        super().__init__(session)
+        self._study: Study | None = None
+        self._computed: dict[str, FigureData] = {}
+        self._checked: dict[str, CheckedClaim] = {}
+        self._shown = ""
+
+    def compose_views(self) -> ComposeResult:
+        """Two tables, and two charts."""
+        yield _Table(id="figures", cursor_type="row", zebra_stripes=True)
+        with Vertical(id="claims"):
+            yield _Table(id="claims-table", cursor_type="row", zebra_stripes=True)
+            yield Static("", id="claim", markup=False)
+        with Vertical(id="figure"):
+            yield ChartView("figure-1", nothing="choose a figure", openable=True)
+            yield ChartView("figure-2", openable=True)
+
+    def on_mount(self) -> None:
+        """List the figures."""
+        super().on_mount()
+        self.query_one("#figure-2").display = False
+        self.draw()
+
+    def _source(self) -> "Study":
+        # Figures and claims share what they compute.
+        from fivtui.paper.study import Study
+
+        if self._study is None:
+            self._study = Study()
+        return self._study
+
+    # The lists
+
+    def draw(self) -> None:
+        """List or draw what is in sight."""
+        if self.view == "figures":
+            self._list_figures()
+        elif self.view == "claims":
+            self._list_claims()
+        else:
+            self._draw_figure()
+
+    def _list_figures(self) -> None:
+        from .paper_view import FIGURE_COLUMNS, figure_rows
+
+        _fill(self.query_one("#figures", _Table), FIGURE_COLUMNS, figure_rows(list(self._computed)))
+
+    def _list_claims(self) -> None:
+        from fivtui.paper.claims import CLAIMS
+
+        from .paper_view import CLAIM_COLUMNS, claim_rows
+
+        rows = claim_rows(CLAIMS, self._checked)
+        _fill(self.query_one("#claims-table", _Table), CLAIM_COLUMNS, rows)
+
+    @on(DataTable.RowHighlighted, "#claims-table")
+    def _claim_chosen(self, event: DataTable.RowHighlighted) -> None:
+        from fivtui.paper.claims import CLAIMS
+
+        from .paper_view import claim_words
+
+        claim = CLAIMS[event.cursor_row]
+        self.query_one("#claim", Static).update(claim_words(claim, self._checked.get(claim.id)))
+
+    @on(DataTable.RowSelected, "#figures")
+    def _figure_chosen(self, event: DataTable.RowSelected) -> None:
+        from fivtui.paper.families import PANELS
+
+        event.stop()
+        key = list(PANELS)[event.cursor_row]
+        self._shown = key
+        if key in self._computed:
+            self.show_view("figure")
+            return
+
+        def compute(job: Job) -> object:
+            study, panel = self._source(), PANELS[key]
+            if panel.kind == "amplitude":
+                study.prepare(panel.scenes(), job.report)
+            data = study.table(key)
+            if not job.report(1.0):
+                raise Cancelled
+            return key, data
+
+        self.start(compute)
+
+    # Computing
+
+    def begin(self) -> None:
+        """Check the claims, one after the other."""
+        from fivtui.paper.claim import check
+        from fivtui.paper.claims import CLAIMS
+        from fivtui.paper.families import PANELS
+
+        if self.view == "figure":
+            self.show_view("claims")
+
+        def compute(job: Job) -> object:
+            study = self._source()
+            amplitudes = [panel for panel in PANELS.values() if panel.kind == "amplitude"]
+            scenes = [scene for panel in amplitudes for scene in panel.scenes()]
+            scenes += [scene for claim in CLAIMS for scene in claim.scenes]
+            study.prepare(scenes, lambda fraction: job.report(0.7 * fraction))
+            checked = {}
+            for place, claim in enumerate(CLAIMS, start=1):
+                checked[claim.id] = check(claim, study)
+                if not job.report(0.7 + 0.3 * place / len(CLAIMS)):
+                    raise Cancelled
+            return checked
+
+        self.start(compute)
+
+    def take(self, result: object) -> None:
+        """Show a figure, or the verdicts."""
+        if isinstance(result, tuple):
+            key, data = result
+            self._computed[key] = data
+            self.say(f"figure {key} computed")
+            self.show_view("figure")
+        elif isinstance(result, dict):
+            self._checked.update(result)
+            counts: dict[str, int] = {}
+            for entry in self._checked.values():
+                counts[str(entry.verdict)] = counts.get(str(entry.verdict), 0) + 1
+            words = ", ".join(f"{verdict} {count}" for verdict, count in counts.items())
+            self.say(f"{len(self._checked)} claims: {words}")
+            self.draw()
+
+    # A figure
+
+    def _draw_figure(self) -> None:
+        from fivtui.paper.families import PANELS
+
+        from .paper_view import figure_charts
+
+        if self._shown not in self._computed:
+            return
+        charts = figure_charts(PANELS[self._shown], self._computed[self._shown])
+        second = self.query_one("#figure-2", ChartView)
+        second.display = len(charts) > 1
+        first = self.query_one("#figure-1", ChartView)
+        for view, chart in zip((first, second), charts, strict=False):
+            view.view.reset()
+            view.view.hidden.clear()
+            view.show(chart)
+
+    def action_open_scene_of(self) -> None:
+        """Load the scene of the figure chosen into the form."""
+        from fivtui.paper.families import PANELS
+
+        from .paper_view import panel_scene
+
+        key = self._shown
+        if self.view == "figures":
+            key = list(PANELS)[self.query_one("#figures", _Table).cursor_row]
+        if key:
+            self.post_message(SceneLoaded(panel_scene(PANELS[key]), "", f"scene of figure {key}"))
+
+    @on(ChartView.Opened)
+    def _point_opened(self, event: ChartView.Opened) -> None:
+        from fivtui.paper.families import PANELS
+
+        from .paper_view import point_scene
+
+        panel = PANELS[self._shown]
+        words = f"figure {panel.key}, {panel.along} = {event.point.x:g}"
+        self.post_message(SceneLoaded(point_scene(panel, event.point), "", words))
+        self.post_message(RunAsked())
+
+
+def _fill(table: _Table, columns: tuple[str, ...], rows: list[tuple[str, ...]]) -> None:
+    place = table.cursor_row
+    table.clear(columns=True)
+    table.add_columns(*columns)
+    table.add_rows(rows)
+    table.move_cursor(row=place)

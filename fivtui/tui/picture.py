@@ -1,0 +1,350 @@
+"""A chart drawn in characters: rows of styled text. Imports no Textual."""
+
+import math
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+from itertools import pairwise
+from typing import Final
+
+import numpy as np
+from numpy.typing import NDArray
+
+from .axis import Axis
+from .chart import MOST_JOINED, Backdrop, Chart, Found, Trace, View, nearest, reduced
+from .plot_data import separated_share, shading
+from .raster import DOTS_X, Raster
+
+MARGIN: Final = 8
+_TICK_WIDTH: Final = 8
+_TICK_HEIGHT: Final = 2
+_LEAST_ROWS: Final = 7
+TRACE_STYLES: Final = 8
+_VERTICAL: Final = ord("│")
+_HORIZONTAL: Final = ord("─")
+_CROSSED: Final = ord("┼")
+_PRECISION: Final = 5
+
+# A run of characters of one style.
+Span = tuple[str, str]
+
+
+@dataclass(frozen=True, slots=True)
+class Picture:
+    """A chart drawn.
+
+    Attributes
+    ----------
+    lines : list of list of (text, style)
+        From the top: the heading, the plot, the labels of the x axis.
+    plot : tuple of int
+        First column, first row, columns and rows of the plot.
+    """
+
+    lines: list[list[Span]]
+    plot: tuple[int, int, int, int]
+
+    def text(self) -> str:
+        """All characters, line by line."""
+        return "\n".join("".join(text for text, _ in line) for line in self.lines)
+
+    def place(self, column: float, row: float) -> tuple[float, float]:
+        """Place on the axes (0 to 1, or beyond) of the middle of a cell of the picture."""
+        left, top, columns, rows = self.plot
+        return (column - left + 0.5) / columns, 1.0 - (row - top + 0.5) / rows
+
+
+def trace_style(trace: Trace, index: int) -> str:
+    """Name of the style of a trace, or its colour."""
+    return trace.colour or f"trace-{index % TRACE_STYLES + 1}"
+
+
+def _mark(trace: Trace, index: int) -> str:
+    return trace.mark or str(index + 1)[-1] if trace.look == "line" else trace.mark or "●"
+
+
+def draw(chart: Chart, view: View, width: int, height: int, *, reserved: int = 0) -> Picture:
+    """Draw a chart.
+
+    Parameters
+    ----------
+    chart, view
+        What to draw.
+    width, height : int
+        Size in characters, at least `MARGIN` + 2 by 3.
+    reserved : int
+        Columns at the end of the first line that are left blank.
+
+    Returns
+    -------
+    Picture
+        Of that size. Without a trace or backdrop there are axes alone.
+    """
+    below = int(chart.strip is not None) + int(chart.x_axis)
+    axes = view.axes(chart)
+    found = nearest(chart, view)
+    lines = _wrapped(_heading(chart, view, found), width, reserved)
+    # A plot of a few rows is worth more than the names of all traces.
+    del lines[max(height - below - _LEAST_ROWS, 1) :]
+    top = len(lines)
+    columns, rows = max(width - MARGIN, 1), max(height - top - below, 1)
+    canvas = _Canvas(columns, rows, axes)
+    if chart.backdrop is not None:
+        canvas.shade(chart.backdrop)
+    canvas.guide(chart)
+    for index, trace in view.shown(chart):
+        canvas.trace(index, trace)
+    canvas.label_guides()
+    if len(chart.traces) > 1:
+        canvas.number(chart, view)
+    if view.cursor is not None:
+        canvas.cursor(view.cursor, found, plane=chart.plane)
+    ticks, labels = axes[1].ticks(max(rows // _TICK_HEIGHT, 2))
+    margin = _row_labels(axes[1], ticks, labels, rows)
+    for label, row in zip(margin, canvas.rows(), strict=True):
+        lines.append([(label, "tick"), *row])
+    if chart.strip is not None:
+        share = separated_share(chart.strip, (axes[0].low, axes[0].high), columns)
+        lines.append([("off belt".rjust(MARGIN), "tick"), (shading(share), "strip")])
+    if chart.x_axis:
+        lines.append(_column_labels(axes[0], chart.x_label, columns))
+    return Picture(lines[:height], (MARGIN, top, columns, rows))
+
+
+class _Canvas:
+    # The cells of the plot: a character and a style each.
+
+    def __init__(self, columns: int, rows: int, axes: tuple[Axis, Axis]) -> None:
+        self._columns, self._rows = columns, rows
+        self._axes = axes
+        self._characters = np.full((rows, columns), ord(" "), dtype=np.uint32)
+        self._styles = np.zeros((rows, columns), dtype=np.intp)
+        self._names = ["plot"]
+        self._labels: list[tuple[int, int, str]] = []
+
+    def _style(self, name: str) -> int:
+        if name not in self._names:
+            self._names.append(name)
+        return self._names.index(name)
+
+    def shade(self, backdrop: Backdrop) -> None:
+        x, y = self._axes
+        across = np.array([x.value((c + 0.5) / self._columns) for c in range(self._columns)])
+        up = np.array([y.value(1.0 - (r + 0.5) / self._rows) for r in range(self._rows)])
+        levels = backdrop.levels[
+            _closest(backdrop.x, across)[None, :], _closest(backdrop.y, up)[:, None]
+        ]
+        shades = [(ord(character), self._style(name)) for character, name in backdrop.shades]
+        characters, styles = np.array(shades, dtype=np.intp).T
+        outside = (across < backdrop.x[0]) | (across > backdrop.x[-1])
+        beyond = (up < backdrop.y[0]) | (up > backdrop.y[-1])
+        inside = ~(outside[None, :] | beyond[:, None])
+        self._characters[inside] = characters[levels][inside]
+        self._styles[inside] = styles[levels][inside]
+
+    def guide(self, chart: Chart) -> None:
+        style = self._style("guide")
+        labels = self._labels
+        for guide in chart.guides:
+            axis = self._axes[0 if guide.vertical else 1]
+            place = float(axis.place([guide.value])[0])
+            if not 0.0 <= place <= 1.0:
+                continue
+            if guide.vertical:
+                column = _cell(place, self._columns)
+                self._line(self._characters[:, column], _VERTICAL, _HORIZONTAL)
+                self._styles[:, column] = style
+                # One below the other: neighbours would cover each other.
+                labels.append((min(len(labels), self._rows - 1), column + 1, guide.label))
+            else:
+                row = self._rows - 1 - _cell(place, self._rows)
+                self._line(self._characters[row], _HORIZONTAL, _VERTICAL)
+                self._styles[row] = style
+                labels.append((row, self._columns - len(guide.label), guide.label))
+
+    def label_guides(self) -> None:
+        style = self._style("guide")
+        for row, column, label in self._labels:
+            self._write(row, column, label, style)
+
+    @staticmethod
+    def _line(cells: NDArray[np.uint32], own: int, other: int) -> None:
+        cells[:] = np.where(cells == other, _CROSSED, own)
+
+    def _write(self, row: int, column: int, text: str, style: int) -> None:
+        column = max(min(column, self._columns - len(text)), 0)
+        text = text[: self._columns - column]
+        self._characters[row, column : column + len(text)] = [ord(c) for c in text]
+        self._styles[row, column : column + len(text)] = style
+
+    def trace(self, index: int, trace: Trace) -> None:
+        x, y = reduced(trace, self._axes[0], DOTS_X * self._columns)
+        across, up = self._axes[0].place(x), self._axes[1].place(y)
+        style = self._style(trace_style(trace, index))
+        if trace.look != "points":
+            self._lay(self._raster(trace, across, up), style)
+        if trace.look in ("points", "marked"):
+            inside = (across >= 0.0) & (across <= 1.0) & (up >= 0.0) & (up <= 1.0)
+            where = self._where(across[inside], up[inside])
+            self._characters[where] = ord(_mark(trace, index))
+            self._styles[where] = style
+
+    def _raster(self, trace: Trace, across: NDArray[np.float64], up: NDArray[np.float64]) -> Raster:
+        raster = Raster(self._columns, self._rows)
+        if trace.look == "dots":
+            raster.dots(across, up)
+        elif trace.ordered:
+            raster.lines(across, up)
+        else:
+            early = max(across.size - MOST_JOINED, 0)
+            raster.dots(across[:early], up[:early])
+            raster.lines(across[early:], up[early:])
+        return raster
+
+    def _lay(self, raster: Raster, style: int) -> None:
+        # Dots of traces that meet in a cell are all kept; the cell has the style of the last one.
+        dots = raster.cells
+        drawn = dots > 0
+        before = self._characters[drawn]
+        blank = raster.BLANK
+        kept = np.where((before >= blank) & (before < blank + 256), before - blank, 0)
+        self._characters[drawn] = blank + (dots[drawn] | kept)
+        self._styles[drawn] = style
+
+    def _where(
+        self, across: NDArray[np.float64], up: NDArray[np.float64]
+    ) -> tuple[NDArray[np.intp], NDArray[np.intp]]:
+        columns = np.minimum((across * self._columns).astype(np.intp), self._columns - 1)
+        rows = self._rows - 1 - np.minimum((up * self._rows).astype(np.intp), self._rows - 1)
+        return rows, columns
+
+    def number(self, chart: Chart, view: View) -> None:
+        # The mark of a line on it, so that lines can be told apart without colour.
+        count = len(chart.traces)
+        for index, trace in view.shown(chart):
+            if trace.look != "line" or not trace.x.size:
+                continue
+            target = self._axes[0].value((index + 0.5) / count)
+            place = int(np.searchsorted(trace.x, target)) if trace.ordered else trace.x.size - 1
+            place = min(place, trace.x.size - 1)
+            across = float(self._axes[0].place([trace.x[place]])[0])
+            up = float(self._axes[1].place([trace.y[place]])[0])
+            if 0.0 <= across <= 1.0 and 0.0 <= up <= 1.0:
+                row, column = self._where(np.array([across]), np.array([up]))
+                self._characters[row, column] = ord(_mark(trace, index))
+                self._styles[row, column] = self._style(trace_style(trace, index))
+
+    def cursor(self, where: tuple[float, float], found: Sequence[Found], *, plane: bool) -> None:
+        style = self._style("cursor")
+        across = float(self._axes[0].place([where[0]])[0])
+        up = float(self._axes[1].place([where[1]])[0])
+        if 0.0 <= across <= 1.0:
+            cells = self._characters[:, _cell(across, self._columns)]
+            cells[cells == ord(" ")] = _VERTICAL
+            self._styles[:, _cell(across, self._columns)] = style
+        if plane and 0.0 <= up <= 1.0:
+            row = self._rows - 1 - _cell(up, self._rows)
+            cells = self._characters[row]
+            cells[cells == ord(" ")] = _HORIZONTAL
+            self._styles[row] = style
+        for point in found:
+            across, up = (
+                float(axis.place([value])[0])
+                for axis, value in zip(self._axes, (point.x, point.y), strict=True)
+            )
+            if 0.0 <= across <= 1.0 and 0.0 <= up <= 1.0:
+                row_, column = self._where(np.array([across]), np.array([up]))
+                self._characters[row_, column] = ord("◆")
+                self._styles[row_, column] = self._style("cursor")
+
+    def rows(self) -> Iterator[list[Span]]:
+        """The rows from the top, as runs of one style."""
+        for characters, styles in zip(self._characters, self._styles, strict=True):
+            text = "".join(map(chr, characters.tolist()))
+            starts = [0, *(np.flatnonzero(np.diff(styles)) + 1).tolist(), len(text)]
+            yield [
+                (text[begin:end], self._names[int(styles[begin])])
+                for begin, end in pairwise(starts)
+            ]
+
+
+def _cell(place: float, cells: int) -> int:
+    return min(int(place * cells), cells - 1)
+
+
+def _closest(axis: NDArray[np.float64], values: NDArray[np.float64]) -> NDArray[np.intp]:
+    above = np.clip(np.searchsorted(axis, values), 1, axis.size - 1)
+    nearer = values - axis[above - 1] < axis[above] - values
+    return above - nearer.astype(np.intp)
+
+
+def _row_labels(axis: Axis, ticks: Sequence[float], labels: Sequence[str], rows: int) -> list[str]:
+    margin = ["│".rjust(MARGIN)] * rows
+    for tick, label in zip(ticks, labels, strict=True):
+        row = rows - 1 - _cell(float(axis.place([tick])[0]), rows)
+        if 0 <= row < rows:
+            margin[row] = label[: MARGIN - 1].rjust(MARGIN - 1) + "┤"
+    return margin
+
+
+def _column_labels(axis: Axis, label: str, columns: int) -> list[Span]:
+    # What the axis is stands left of it, or at its end where it is too long for that.
+    ticks, labels = axis.ticks(max(columns // _TICK_WIDTH, 2))
+    before = label if len(label) < MARGIN else ""
+    after = "" if before else label[:columns]
+    line = [" "] * (columns - len(after))
+    free = 0
+    for tick, text in zip(ticks, labels, strict=True):
+        middle = _cell(float(axis.place([tick])[0]), columns)
+        start = max(min(middle - len(text) // 2, columns - len(text)), 0)
+        if start >= free and start + len(text) <= len(line) - bool(after):
+            line[start : start + len(text)] = text
+            free = start + len(text) + 1
+    return [(before.ljust(MARGIN), "label"), ("".join(line), "tick"), (after, "label")]
+
+
+def _heading(chart: Chart, view: View, found: Sequence[Found]) -> list[Span]:
+    # What the lines are, or what the cursor reads.
+    spans: list[Span] = [(" ".join(filter(None, [chart.y_label, chart.note])) + " ", "label")]
+    if found and chart.backdrop is not None:
+        spans = [(_read(chart, chart.backdrop, found[0]), "readout")]
+    elif found:
+        spans = [(f"{_name(chart.x_label)} {found[0].x:.{_PRECISION}g} ", "readout")]
+        for point in found:
+            trace = chart.traces[point.trace]
+            name = trace.name or _name(chart.y_label)
+            style = trace_style(trace, point.trace)
+            spans.append((f" {name} {point.y:.{_PRECISION}g}", style))
+    elif len(chart.traces) > 1:
+        for index, trace in enumerate(chart.traces):
+            style = "hidden" if index in view.hidden else trace_style(trace, index)
+            mark = _mark(trace, index) if trace.mark or trace.look != "line" else "─"
+            spans.append((f" {index + 1}{mark}{trace.name}", style))
+    return spans
+
+
+def _read(chart: Chart, backdrop: Backdrop, point: Found) -> str:
+    what, _, unit = backdrop.label.partition(" / ")
+    value = "none" if math.isnan(point.value) else f"{point.value:.{_PRECISION}g} {unit}"
+    x, y = (f"{number:.{_PRECISION}g}" for number in (point.x, point.y))
+    return f"{_name(chart.x_label)} {x}  {_name(chart.y_label)} {y}  {what} {value}"
+
+
+def _name(label: str) -> str:
+    return label.partition(" / ")[0]
+
+
+def _wrapped(spans: Sequence[Span], width: int, reserved: int) -> list[list[Span]]:
+    # Whole spans, as many lines as they need; one that is longer than a line is cut off.
+    lines: list[list[Span]] = [[]]
+    left = width - reserved
+    for text, style in spans:
+        if len(text) > left and lines[-1]:
+            lines[-1].append((" " * left, "plot"))
+            lines.append([])
+            left = width
+        kept = text[: max(left, 0)]
+        lines[-1].append((kept, style))
+        left -= len(kept)
+    lines[-1].append((" " * left, "plot"))
+    lines[0].append((" " * reserved, "plot"))
+    return lines

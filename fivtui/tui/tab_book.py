@@ -1,0 +1,73 @@
+"""The tabs side by side; each is filled when it is shown for the first time."""
+
+from collections.abc import Callable, Sequence
+
+from textual import on
+from textual.app import ComposeResult
+from textual.widgets import TabbedContent, TabPane
+
+from .pane import Pane
+from .session import Session
+from .tabs import TabSpec
+
+
+class TabBook(TabbedContent):
+    """The tabs of a laboratory.
+
+    Parameters
+    ----------
+    tabs : sequence of TabSpec
+        The tabs from left to right.
+    session : Session
+        Given to the panes.
+    """
+
+    def __init__(self, tabs: Sequence[TabSpec], session: Session) -> None:
+        known = any(spec.id == session.tab for spec in tabs)
+        super().__init__(initial=session.tab if known else "", id="tabs")
+        self.specs = tuple(tabs)
+        self._session = session
+        self._made: dict[str, Pane] = {}
+
+    def compose(self) -> ComposeResult:
+        """The tabs, still empty."""
+        for spec in self.specs:
+            self.compose_add_child(TabPane(spec.title, id=spec.id))
+        yield from super().compose()
+
+    @property
+    def pane(self) -> Pane | None:
+        """The pane in sight, None before it is made."""
+        return self._made.get(self.active)
+
+    def tell(self, what: Callable[[Pane], None]) -> None:
+        """Tell the pane in sight; the others are told everything when they come into sight.
+
+        Parameters
+        ----------
+        what : callable
+            Takes the pane and calls one of its methods.
+        """
+        pane = self.pane
+        if pane is not None and pane.is_mounted:
+            what(pane)
+
+    def turn(self, direction: int) -> None:
+        """Show the next tab (+1) or the one before (-1)."""
+        names = [spec.id for spec in self.specs]
+        self.active = names[(names.index(self.active) + direction) % len(names)]
+
+    @on(TabbedContent.TabActivated)
+    async def _shown(self) -> None:
+        name = self._session.tab = self.active
+        spec = next(spec for spec in self.specs if spec.id == name)
+        if name not in self._made:
+            self._made[name] = pane = spec.pane(self._session)
+            await self.get_pane(name).mount(pane)
+        self.catch_up()
+
+    def catch_up(self) -> None:
+        """Tell the pane in sight all that it may have missed."""
+        self.tell(lambda pane: pane.scene_changed())
+        self.tell(lambda pane: pane.run_changed(self._session.runs.shown))
+        self.tell(lambda pane: pane.reported())

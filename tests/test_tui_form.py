@@ -1,0 +1,147 @@
+from collections.abc import AsyncIterator
+
+import pytest
+from textual.pilot import Pilot
+from textual.widgets import Checkbox, Input, Select
+
+from fivtui.core.parameters import Parameters
+from fivtui.core.stability import stability
+from fivtui.presets import PRESETS
+from fivtui.tui.app import FivtuiApp
+from fivtui.tui.form import FieldList
+from tests.tui_support import (
+    app_of,
+    flat_text_of,
+    focus,
+    text_of,
+    type_into,
+    until,
+    until_shown,
+)
+
+USUAL = (80, 24)
+
+
+@pytest.fixture
+async def pilot() -> AsyncIterator[Pilot[None]]:
+    async with FivtuiApp().run_test(size=USUAL, notifications=True) as started:
+        await started.pause()
+        yield started
+
+
+async def test_the_first_screen_has_scene_fields_verdict_and_keys(pilot: Pilot[None]) -> None:
+    shown = text_of(pilot)
+    assert "UNSTABLE: growth rate +0.6304 1/s, 0.9186 Hz" in shown
+    assert "μ_c 0.4394 (unstable above)" in shown
+    assert "x_e 0.1583 m  y_e -0.6292 m  P_e 56.37 N" in shown
+    assert "no run yet" in shown
+    assert shown.splitlines()[-1].startswith("F5 Run F1 Help")
+    lines = [" ".join(line.split()) for line in shown.splitlines()]
+    for words in ("k_nl 100 − + N/m^3", "μ 0.7 − +", "c_1 0.32 − + N s/m", "tol 1e-12 − +"):
+        assert any(line.startswith(words) for line in lines), words
+    await focus(pilot, "c2")
+    assert "vertical damping" in text_of(pilot)
+    assert "0 <= c2 <= 1e+09 N s/m" in text_of(pilot)
+    await pilot.press("enter")
+    assert pilot.app.focused is pilot.app.screen.query_one("#row-F").query_one(Input)
+
+
+async def test_a_form_with_a_scene_shows_that_scene() -> None:
+    app = FivtuiApp(PRESETS["stiff-contact"], "stiff-contact")
+    async with app.run_test(size=USUAL, notifications=True) as pilot:
+        await pilot.pause()
+        assert "stiff-contact" in text_of(pilot)
+        assert (await focus(pilot, "k_nl")).value == "300"
+
+
+async def test_the_verdict_follows_what_is_typed_valid_or_not(pilot: Pilot[None]) -> None:
+    await type_into(pilot, "mu", "0.3")
+    assert "STABLE: growth rate -0.03" in text_of(pilot)
+    assert "UNSTABLE" not in text_of(pilot)
+    assert "base (changed)" in text_of(pilot)
+    assert "\n•μ   " in text_of(pilot)
+    await type_into(pilot, "mu", "0.7")
+    await type_into(pilot, "m", "0")
+    lines = text_of(pilot).splitlines()
+    row = next(index for index, line in enumerate(lines) if line.startswith("•m  "))
+    assert "m = 0: allowed is 0 < m <=" in lines[row + 1]
+    assert "NO VERDICT: invalid input" in text_of(pilot)
+    (await focus(pilot, "m")).value = "[bold]5[/bold"
+    await until_shown(pilot, "m = '[bold]5[/bold'")
+    await type_into(pilot, "m", "5")
+    assert "allowed is 0 < m" not in text_of(pilot).splitlines()[row + 1]
+    assert "UNSTABLE" in text_of(pilot)
+    assert "(changed)" not in text_of(pilot)
+    await type_into(pilot, "k3", "0")
+    await type_into(pilot, "F", "-5")
+    assert "NO VERDICT" in text_of(pilot)
+    assert "no equilibrium" in flat_text_of(pilot)
+
+
+async def test_values_change_by_keys_mouse_and_lists(pilot: Pilot[None]) -> None:
+    session = app_of(pilot).session
+    editor = await focus(pilot, "mu")
+    await pilot.press("up")
+    assert editor.value == "0.71"
+    await pilot.press("down", "down", "shift+down")
+    assert editor.value == "0.689"
+    growth = stability(Parameters(mu=0.689)).growth_rate
+    assert f"growth rate {growth:+.4g}" in text_of(pilot)
+    editor = await focus(pilot, "F")
+    await pilot.press(*["up"] * 10)
+    await until(pilot, lambda: editor.value == "90")
+    assert session.texts["F"] == "90"
+    await pilot.click("#row-F NudgeButton:last-of-type")
+    await until(pilot, lambda: session.texts["F"] == "91")
+    assert editor.value == "91"
+    pilot.app.screen.query_one(Checkbox).focus()
+    await pilot.press("space")
+    assert "ignored" in text_of(pilot)
+    assert not session.scene().separation
+    pilot.app.screen.query_one(Select).focus()
+    await pilot.press("enter", "down", "enter")
+    await until(pilot, lambda: session.texts["method"] == "rk4")
+
+
+async def test_edits_are_reset_undone_and_done_again(pilot: Pilot[None]) -> None:
+    session = app_of(pilot).session
+    await type_into(pilot, "F", "90")
+    await type_into(pilot, "mu", "0.3")
+    await pilot.press("f8")
+    assert "base (changed)" in text_of(pilot)
+    assert session.changed == ["F"]
+    await pilot.press("shift+f8")
+    assert "(changed)" not in text_of(pilot)
+    editor = await focus(pilot, "F")
+    assert editor.value == "80"
+    await pilot.press("ctrl+z")
+    assert editor.value == "90"
+    await pilot.press("ctrl+z")
+    assert session.texts["mu"] == "0.3"
+    await pilot.press("ctrl+z")
+    assert session.changed == ["F"]
+    await pilot.press("ctrl+z", "ctrl+z", "ctrl+z")
+    assert "(changed)" not in text_of(pilot)
+    await pilot.press("ctrl+y", "ctrl+y")
+    assert (session.texts["F"], session.texts["mu"]) == ("90", "0.3")
+    assert "STABLE" in text_of(pilot)
+    # Typed and undone at once: nothing of it comes back.
+    await pilot.press("9", "ctrl+z")
+    await pilot.pause()
+    assert editor.value == session.texts["F"] == "90"
+
+
+async def test_who_does_not_type_moves_and_changes_by_letters(pilot: Pilot[None]) -> None:
+    session = app_of(pilot).session
+    await focus(pilot, "k1")
+    await pilot.press("escape")
+    assert pilot.app.screen.query_one(FieldList).has_focus
+    await pilot.press("j", "l", "l", "h", "L")
+    await until(pilot, lambda: session.texts["k2"] == "51.1")
+    assert "linear contact stiffness" in text_of(pilot)
+    await pilot.press("f1")
+    await until_shown(pilot, "k2: linear contact stiffness")
+    await pilot.press("escape", "f8")
+    await until(pilot, lambda: not session.changed)
+    await pilot.press("G", "g", "k", "i")
+    assert pilot.app.focused is pilot.app.screen.query_one("#row-m").query_one(Input)

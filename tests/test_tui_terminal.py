@@ -1,0 +1,82 @@
+"""The program as it is, in a real terminal: keys go in and the screen comes out through tmux."""
+
+import os
+import shutil
+import subprocess
+import sys
+import time
+from collections.abc import Iterator
+from pathlib import Path
+
+import pytest
+
+import fivtui
+
+PATIENCE_S = 60.0
+TMUX = shutil.which("tmux")
+
+
+class Terminal:
+    """A terminal of 80 by 24 that runs the program."""
+
+    def __init__(self, folder: Path) -> None:
+        self._base = [str(TMUX), "-L", f"fivtui-{os.getpid()}", "-f", os.devnull]
+        environment = os.environ | {
+            "XDG_STATE_HOME": str(folder),
+            "LC_ALL": "C.UTF-8",
+            "PYTHONPATH": str(Path(fivtui.__file__).parents[1]),
+        }
+        begin = f"cd {folder} && {sys.executable} -m fivtui; echo ended with $?; sleep 100"
+        self._tmux("new-session", "-d", "-x", "80", "-y", "24", begin, env=environment)
+
+    def _tmux(self, *words: str, env: dict[str, str] | None = None) -> str:
+        command = [*self._base, *words]
+        done = subprocess.run(command, check=True, capture_output=True, text=True, env=env)
+        return done.stdout
+
+    def press(self, *keys: str) -> None:
+        self._tmux("send-keys", *keys)
+
+    def screen(self) -> str:
+        return self._tmux("capture-pane", "-p")
+
+    def until_shown(self, words: str) -> str:
+        deadline = time.monotonic() + PATIENCE_S
+        while words not in " ".join((shown := self.screen()).split()):
+            assert time.monotonic() < deadline, f"{words!r} did not come; the screen:\n{shown}"
+            time.sleep(0.05)
+        return shown
+
+    def close(self) -> None:
+        subprocess.run([*self._base, "kill-server"], check=False, capture_output=True)
+
+
+@pytest.fixture
+def terminal(tmp_path: Path) -> Iterator[Terminal]:
+    if TMUX is None:
+        pytest.skip("no tmux")
+    started = Terminal(tmp_path)
+    yield started
+    started.close()
+
+
+@pytest.mark.host
+def test_a_session_in_a_real_terminal(terminal: Terminal, tmp_path: Path) -> None:
+    terminal.until_shown("UNSTABLE: growth rate +0.6304 1/s")
+    terminal.press("Up")
+    terminal.until_shown("base (changed)")
+    terminal.press("C-z")
+    terminal.until_shown("m 5 − + kg")
+    terminal.press("F5")
+    shown = terminal.until_shown("peak |y| 10.50 m · steady half range 4.401 m")
+    assert "⣿" in shown
+    terminal.press("F3")
+    terminal.until_shown("● 1 shown native 10.50")
+    terminal.press("F7")
+    terminal.until_shown("Write the data of run 1")
+    terminal.press("Enter")
+    terminal.until_shown("data written to")
+    assert (tmp_path / "base-1.csv").is_file()
+    terminal.press("C-q")
+    terminal.until_shown("ended with 0")
+    assert (tmp_path / "fivtui" / "session.json").is_file()
