@@ -14,6 +14,7 @@ from typing import Any, BinaryIO, Final, cast
 import numpy as np
 
 from . import __version__
+from .core.batch import Requirement, simulate_batch
 from .core.deviation import QUANTITIES, Deviation, Observation, deviation, observation
 from .core.errors import Cancelled, ComputationError
 from .core.methods import time_scale
@@ -45,6 +46,9 @@ _COST_EXPONENT: Final = {"tol": 0.1, "step": 0.7}
 _LONG_ENOUGH_S: Final = 0.02
 _MOST_REPEATS: Final = 15
 _POINTS: Final = 5001
+# Batches that measure what their members cost.
+_BATCHES: Final = 3
+_MEMBERS: Final = 64
 _REFERENCE_TOL: Final = TOL_RANGE[0]
 _CHECK_TOL: Final = 10.0 * TOL_RANGE[0]
 
@@ -281,12 +285,45 @@ def _features(scene: Scene, report: Progress) -> list[Feature]:
         (f"trajectory of {_POINTS} samples", (scene, "none"), (scene, samples)),
         ("trajectory as polynomials", (scene, "none"), (scene, "dense")),
     ]
-    return [
+    features = [
         Feature(name, without[0], having[0], without[1], having[1])
         for name, without, having in (
             (name, _cost(*first, report), _cost(*second, report)) for name, first, second in pairs
         )
     ]
+    # A single run always has its peaks and events; a batch has what is required of it.
+    plain = _cost_in_batch(scene, (), report)
+    parts: tuple[tuple[str, Requirement], ...] = (
+        ("peaks, in a batch", "peak"),
+        ("event list, in a batch", "events"),
+    )
+    for name, requirement in parts:
+        having = _cost_in_batch(scene, (requirement,), report)
+        features.append(Feature(name, plain[0], having[0], plain[1], having[1]))
+    return features
+
+
+def _cost_in_batch(
+    scene: Scene, more: tuple[Requirement, ...], report: Progress
+) -> tuple[float | None, int | None]:
+    least, steps = math.inf, 0
+    for _ in range(_BATCHES):
+        before = time.process_time()
+        batch = simulate_batch(
+            {"F": np.full(_MEMBERS, scene.parameters.F)},
+            base=scene.parameters,
+            t_end=scene.t_end,
+            separation=scene.separation,
+            start=scene.start,
+            require={"final", *more},
+            workers=1,
+            progress=report,
+        )
+        if batch.failed.size:
+            return None, None
+        least = min(least, (time.process_time() - before) / _MEMBERS)
+        steps = int(batch.steps[0])
+    return least, steps
 
 
 def _cost(scene: Scene, samples: Any, report: Progress) -> tuple[float | None, int | None]:

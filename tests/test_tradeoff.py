@@ -158,7 +158,11 @@ def test_a_tradeoff_is_json_csv_and_a_figure(short: Tradeoff, tmp_path: Path) ->
     assert {"method", "setting", "cpu_s", "error_final", "error_peak", "error_events"} <= set(
         data["rows"][0]
     )
-    assert {feature["name"] for feature in data["features"]} >= {"cubic contact", "separation"}
+    assert {feature["name"] for feature in data["features"]} >= {
+        "cubic contact",
+        "separation",
+        "event list, in a batch",
+    }
     path = tmp_path / "t.csv"
     save_tradeoff(short, path)
     lines = [line for line in path.read_text().splitlines() if not line.startswith("#")]
