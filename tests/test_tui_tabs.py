@@ -9,7 +9,8 @@ import pytest
 from textual.pilot import Pilot
 
 from fivtui import tradeoff
-from fivtui.core import kernel_choice
+from fivtui.core import compiled
+from fivtui.core.kernel_loader import KernelLoader
 from fivtui.paper.claim import check
 from fivtui.paper.claims import CLAIMS
 from fivtui.paper.study import Study
@@ -108,7 +109,7 @@ async def test_the_transient_has_views_and_every_plot_its_keys(
 async def test_a_run_grows_in_the_plot_until_it_is_stopped(
     pilot: Pilot[None], monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr(kernel_choice, "chosen", lambda _kernel: None)
+    monkeypatch.setattr(compiled, "kernels", KernelLoader("none"))
     await type_into(pilot, "t_end", "1e5")
     await pilot.press("f5")
     active = app_of(pilot).session.runs.active
