@@ -16,9 +16,10 @@ from fivtui.core.stability_map import stability_map
 from fivtui.presets import PRESETS
 from fivtui.simulation import simulate
 from fivtui.tui.app import FivtuiApp
+from fivtui.tui.axis import Axis
 from fivtui.tui.chart import View, nearest
 from fivtui.tui.chart_view import ChartView
-from fivtui.tui.map_view import map_chart, map_request
+from fivtui.tui.map_view import map_chart, map_request, values_in
 from fivtui.tui.map_view import point_texts as map_point
 from fivtui.tui.picture import draw
 from fivtui.tui.sweep_view import (
@@ -115,6 +116,16 @@ def test_a_map_is_drawn_with_its_boundary_and_point() -> None:
     assert map_point(result, point) == {"F": "80", "mu": "0.7"}
 
 
+def test_what_is_shown_of_a_map_is_as_fine_as_all_of_it() -> None:
+    mass, friction = map_request("m=1:9:5 mu=0:2:11")
+    assert values_in(mass, None).tolist() == [1.0, 3.0, 5.0, 7.0, 9.0]
+    assert values_in(friction, Axis(0.5, 1.5)).tolist() == pytest.approx(np.linspace(0.5, 1.5, 11))
+    shown = values_in(mass, Axis(-3.0, 1.0))
+    assert 0.0 < shown[0] < 1e-6
+    assert shown[-1] == 1.0
+    assert values_in(mass, Axis(-3.0, -1.0)).tolist() == values_in(mass, None).tolist()
+
+
 @pytest.mark.parametrize("text", ["", "mu=0:1:5", "mu=0:1:5 mu=0:1:5", "mu=0:1:5000 F=1:2:5000"])
 def test_a_map_that_cannot_be_is_refused(text: str) -> None:
     with pytest.raises(InputError):
@@ -164,6 +175,13 @@ async def test_a_map_follows_the_form_and_opens_its_points(pilot: Pilot[None]) -
     session.set_text("c1", "0.8")
     await pilot.press("shift+f2", "f2")
     await until(pilot, lambda: view.chart is not before and view.chart is not None)
+    view.focus()
+    before = view.chart
+    await pilot.press("plus", "plus")
+    await until(pilot, lambda: view.chart is not before and view.chart is not None)
+    await until(pilot, lambda: view.chart.backdrop.x[0] > 0.1)  # type: ignore[union-attr]
+    await pilot.press("r")
+    await until(pilot, lambda: view.chart.backdrop.x[0] == 0.0)  # type: ignore[union-attr]
     await pilot.click("#value-critical-mu")
     await until_shown(pilot, "F / N μ_c")
     view.focus()

@@ -15,7 +15,7 @@ from fivtui.core.parameters import Parameters
 from .chart_view import ChartView
 from .job_pane import JobPane
 from .jobs import Job
-from .map_view import EXAMPLE, VALUES, FloatArray, map_chart, map_request, point_texts
+from .map_view import EXAMPLE, VALUES, FloatArray, map_chart, map_request, point_texts, values_in
 from .messages import PointOpened
 from .session import Session
 
@@ -64,6 +64,12 @@ class MapPane(JobPane):
                 self._waiting.stop()
             self._waiting = self.set_timer(_PAUSE, self._again)
 
+    @on(ChartView.Moved)
+    def _moved(self, event: ChartView.Moved) -> None:
+        # What is shown of the map is computed as finely as all of it.
+        event.stop()
+        self.scene_changed()
+
     def _again(self) -> None:
         try:
             self.begin()
@@ -79,8 +85,13 @@ class MapPane(JobPane):
             for name, value in p.as_dict().items()
             if name not in (first.name, second.name)
         )
-        over = {each.name: each.values() for each in (first, second)}
-        return over, p, (first, second, others, self._value, self.session.separation)
+        view = self.query_one(ChartView).view
+        chosen = (view.x, view.y)
+        over = {
+            each.name: values_in(each, axis)
+            for each, axis in zip((first, second), chosen, strict=True)
+        }
+        return over, p, (first, second, chosen, others, self._value, self.session.separation)
 
     def begin(self) -> None:
         """Compute the map."""

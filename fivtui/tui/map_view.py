@@ -8,6 +8,7 @@ from numpy.typing import NDArray
 from fivtui.core.errors import InputError
 from fivtui.core.parameters import PARAMETERS, Parameters
 
+from .axis import Axis
 from .chart import Backdrop, Chart, Found, Trace
 from .nudges import number_text
 
@@ -29,6 +30,7 @@ _LABELS: Final = {
     "unstable-modes": "unstable modes",
 }
 _MOST: Final = 1_000_000
+_INSIDE: Final = 1e-9
 _DIGITS: Final = 9
 # From the most stable to the fastest growing; the last one is where there is no value.
 _STABLE: Final = (":", "·", " ")
@@ -67,6 +69,34 @@ def map_request(text: str) -> "tuple[Range, Range]":
     if first.count * second.count > _MOST:
         raise InputError(f"{first.count * second.count} points: allowed are {_MOST}")
     return first, second
+
+
+def values_in(given: "Range", axis: Axis | None) -> FloatArray:
+    """The values of a range, or as many within what is shown of it.
+
+    Parameters
+    ----------
+    given : Range
+        The range.
+    axis : Axis or None
+        Limits that were chosen; what of them is allowed for the parameter counts.
+
+    Returns
+    -------
+    ndarray, shape (n,)
+        As many as the range has.
+    """
+    if axis is None:
+        return given.values()
+    spec = PARAMETERS[given.name]
+    # An open bound is not a value itself.
+    inside = _INSIDE * (axis.high - axis.low) if spec.lower_open else 0.0
+    low, high = max(axis.low, spec.lower + inside), min(axis.high, spec.upper)
+    if low >= high:
+        return given.values()
+    space = np.geomspace if axis.log and low > 0.0 else np.linspace
+    values: FloatArray = space(low, high, given.count)
+    return values
 
 
 def map_chart(result: "StabilityMap", now: Parameters | None) -> Chart:
