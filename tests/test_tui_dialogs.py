@@ -42,7 +42,7 @@ async def answer(pilot: Pilot[None], path: Path | str) -> None:
 async def palette(pilot: Pilot[None], words: str) -> None:
     await pilot.press("ctrl+p")
     await until(pilot, lambda: bool(pilot.app.screen.query("CommandInput")))
-    await pilot.press(*({" ": "space"}.get(c, c) for c in words))
+    await pilot.press(*({" ": "space", ".": "full_stop"}.get(c, c) for c in words))
 
 
 async def test_data_and_figures_are_exported_and_nothing_is_overwritten_unasked(
@@ -137,6 +137,16 @@ async def test_the_palette_does_what_applies_now(
     await until(pilot, lambda: session.texts["k_nl"] == "300")
     assert (await focus(pilot, "k_nl")).value == "300"
     assert session.command_line() == "fivtui simulate stiff-contact"
+    await palette(pilot, "undo")
+    await until_shown(pilot, "Undo")
+    await pilot.press("enter")
+    await until(pilot, lambda: session.texts["k_nl"] == "100")
+
+    await palette(pilot, "fig. 13")
+    await until_shown(pilot, "Scene of Fig. 13")
+    await pilot.press("enter")
+    await until_shown(pilot, "scene fig-13")
+    assert session.command_line() == ("fivtui simulate --set k_nl=20 --set mu=0.5 --tol=1e-09")
     await palette(pilot, "undo")
     await until_shown(pilot, "Undo")
     await pilot.press("enter")

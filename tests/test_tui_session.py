@@ -26,6 +26,7 @@ HEADLESS = (
     "imports",
     "keeper",
     "nudges",
+    "paper_scenes",
     "plot_data",
     "report",
     "run_styles",

@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 
 from fivtui.core.errors import InputError
+from fivtui.core.parameters import Parameters
 from fivtui.presets import PRESETS
 from fivtui.results import save_trajectory
 from fivtui.simulation import simulate
@@ -14,6 +15,7 @@ from fivtui.tui.comparison import change_rows, changes, engine_words, percent_te
 from fivtui.tui.differences import base_scene
 from fivtui.tui.imports import load_run
 from fivtui.tui.keeper import Keeper
+from fivtui.tui.paper_scenes import paper_scenes
 from fivtui.tui.run_styles import usual_style
 from fivtui.tui.runs import MAX_RUNS, Outcome, Run, Runs, execute
 from fivtui.tui.session import MOST_RECENT, Session
@@ -85,6 +87,17 @@ def test_loading_and_resetting_are_undone_with_all_that_was_edited() -> None:
     session.undo()
     session.undo()
     assert (session.name, session.source, session.texts["F"]) == ("base", "", "x")
+
+
+def test_undo_goes_back_beyond_saving_but_keeps_the_file() -> None:
+    session = Session()
+    session.set_text("F", "90")
+    session.saved(dataclasses.replace(session.scene(), name="mine"), "mine.toml")
+    assert not session.changed
+    session.undo()
+    assert (session.name, session.source, session.changed) == ("mine", "mine.toml", ["F"])
+    session.redo()
+    assert not session.changed
 
 
 # Engines
@@ -223,6 +236,20 @@ def test_a_file_that_does_not_say_what_was_computed_is_refused(tmp_path: Path) -
         load_run(path)
 
 
+# Scenes of figures
+
+
+def test_every_figure_has_a_scene_to_begin_with() -> None:
+    scenes = {scene.name: scene for scene, _ in paper_scenes()}
+    numbers = {int(name.removeprefix("fig-").rstrip("ab")) for name in scenes}
+    assert numbers == set(range(2, 17))
+    assert scenes["fig-5"].parameters == Parameters(F=100.0, c1=0.8)
+    assert scenes["fig-12"].separation
+    assert scenes["fig-13"].parameters == Parameters(k_nl=20.0, mu=0.5)
+    for scene in scenes.values():
+        assert Session(scene).scene() == scene
+
+
 # The session between two starts
 
 
@@ -234,13 +261,27 @@ def test_a_session_kept_is_the_session_restored(tmp_path: Path) -> None:
     path = tmp_path / "new" / "session.json"
     session = Session(PRESETS["stiff-contact"], "stiff-contact")
     session.set_text("F", "not yet a number")
-    session.remember("a.toml")
+    session.remember(str(tmp_path / "a.toml"))
     save_state(state(session), path)
     assert load_state(path) == state(session)
     assert load_state(tmp_path / "none.json") is None
     save_state(State(Session().edited), path)
     assert load_state(path) == State(Session().edited)
     assert [file.name for file in path.parent.iterdir()] == ["session.json"]
+
+
+def test_files_are_found_again_from_another_folder(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    session = Session(base_scene(), "mine.toml")
+    session.remember("mine.toml")
+    save_state(state(session), tmp_path / "session.json")
+    kept = load_state(tmp_path / "session.json")
+    assert kept is not None
+    assert kept.edited.source == kept.recent[0] == str(tmp_path / "mine.toml")
+    session.remember(kept.recent[0])
+    assert len(session.recent) == 1
 
 
 @pytest.mark.parametrize(

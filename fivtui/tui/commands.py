@@ -7,11 +7,13 @@ from functools import partial
 from textual.command import DiscoveryHit, Hit, Hits, Provider
 
 from fivtui.presets import PRESETS
+from fivtui.scene import Scene
 
 from .exports import EXPORTS
 from .fields import FIELDS
 from .lab import LabScreen
 from .messages import FieldEdited, RunActed, SceneLoaded
+from .paper_scenes import paper_scenes
 from .runs import FMU_ENGINE, Run
 from .tabs import TABS
 
@@ -56,10 +58,19 @@ def _commands(lab: LabScreen) -> Iterator[Command]:
     yield from _choices(lab)
     for tab in TABS:
         yield Command(f"Tab {tab.title}", tab.key, partial(lab.show_tab, tab.id))
-    for name, scene in PRESETS.items():
-        message = partial(lab.post_message, SceneLoaded(scene, name, f"preset {name}"))
-        yield Command(f"Preset {name}", scene.description, message)
+    yield from _scene_commands(lab)
     yield from _run_commands(lab)
+
+
+def _scene_commands(lab: LabScreen) -> Iterator[Command]:
+    def command(title: str, text: str, scene: Scene, source: str, words: str) -> Command:
+        return Command(title, text, partial(lab.post_message, SceneLoaded(scene, source, words)))
+
+    for name, scene in PRESETS.items():
+        yield command(f"Preset {name}", scene.description, scene, name, f"preset {name}")
+    for scene, caption in paper_scenes():
+        title = f"Scene of {scene.name.replace('fig-', 'Fig. ')}"
+        yield command(title, caption, scene, "", f"scene {scene.name}: {caption}")
 
 
 def _run_commands(lab: LabScreen) -> Iterator[Command]:

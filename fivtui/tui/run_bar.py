@@ -7,7 +7,7 @@ from textual.widgets import Button, ProgressBar, Static
 
 from .jobs import progress_words
 from .messages import RunAsked
-from .runs import Run, RunState
+from .runs import FMU_ENGINE, Run, RunState
 
 
 class RunBar(Horizontal):
@@ -54,5 +54,6 @@ def _end_words(run: Run, *, outdated: bool) -> str:
     if outdated:
         return f"{words}, inputs changed since"
     if run.result is not None and run.result.stats.cpu_s is not None:
-        words += f" in {run.result.stats.cpu_s:.2g} s, {run.engine}, {run.accuracy}"
+        engine = f", {FMU_ENGINE}" if run.engine == FMU_ENGINE else ""
+        words += f" in {run.result.stats.cpu_s:.2g} s{engine}, {run.accuracy}"
     return words
