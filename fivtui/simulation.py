@@ -63,8 +63,8 @@ def simulate(
         the interpreted one before. ``stats.kernel`` says which it was, and they agree to rounding.
         To ask for the compiled one is to wait for it.
     on_samples : callable, optional
-        Called now and then with the next part of the trajectory, where sample times are given; in
-        the computing thread. A run that is handed over to another kernel begins again.
+        Called now and then with the next part of the trajectory, where sample times are given and
+        steps are taken; in the computing thread.
 
     Returns
     -------

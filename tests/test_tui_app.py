@@ -61,7 +61,7 @@ async def test_a_run_ends_in_plots_that_zoom_summary_and_tabs(pilot: Pilot[None]
 
     plot = pilot.app.screen.query_one("#plot-y", ChartView)
     pilot.app.screen.query_one("#plot-P").focus()
-    await until(pilot, lambda: "Zoom" in text_of(pilot).splitlines()[-1])
+    await until(pilot, lambda: "+ -" in text_of(pilot).splitlines()[-1])
     assert text_of(pilot).splitlines()[-1].startswith("F5 Run F1 Help")
     await pilot.press("e")
     await until_shown(pilot, "90 95 100")

@@ -89,6 +89,17 @@ def test_loading_and_resetting_are_undone_with_all_that_was_edited() -> None:
     assert (session.name, session.source, session.texts["F"]) == ("base", "", "x")
 
 
+def test_undo_goes_back_beyond_saving_but_keeps_the_file() -> None:
+    session = Session()
+    session.set_text("F", "90")
+    session.saved(dataclasses.replace(session.scene(), name="mine"), "mine.toml")
+    assert not session.changed
+    session.undo()
+    assert (session.name, session.source, session.changed) == ("mine", "mine.toml", ["F"])
+    session.redo()
+    assert not session.changed
+
+
 # Engines
 
 
@@ -250,13 +261,27 @@ def test_a_session_kept_is_the_session_restored(tmp_path: Path) -> None:
     path = tmp_path / "new" / "session.json"
     session = Session(PRESETS["stiff-contact"], "stiff-contact")
     session.set_text("F", "not yet a number")
-    session.remember("a.toml")
+    session.remember(str(tmp_path / "a.toml"))
     save_state(state(session), path)
     assert load_state(path) == state(session)
     assert load_state(tmp_path / "none.json") is None
     save_state(State(Session().edited), path)
     assert load_state(path) == State(Session().edited)
     assert [file.name for file in path.parent.iterdir()] == ["session.json"]
+
+
+def test_files_are_found_again_from_another_folder(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    session = Session(base_scene(), "mine.toml")
+    session.remember("mine.toml")
+    save_state(state(session), tmp_path / "session.json")
+    kept = load_state(tmp_path / "session.json")
+    assert kept is not None
+    assert kept.edited.source == kept.recent[0] == str(tmp_path / "mine.toml")
+    session.remember(kept.recent[0])
+    assert len(session.recent) == 1
 
 
 @pytest.mark.parametrize(

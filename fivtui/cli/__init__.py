@@ -8,15 +8,15 @@ from typing import Final, NoReturn
 import click
 
 from ..core.errors import Cancelled, ComputationError, InputError
-from . import analysis, fmu, lab, lists, paper, studies, transients
+from . import analysis, browser, fmu, lists, paper, studies, transients
 from .group import commands
 from .options import say
 
 __all__ = [
     "analysis",
+    "browser",
     "commands",
     "fmu",
-    "lab",
     "lists",
     "main",
     "paper",

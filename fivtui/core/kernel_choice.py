@@ -42,7 +42,7 @@ def run(
         hands over if the compiled one is ready early in the run. To ask for the compiled one is
         to wait for it.
     on_samples : callable, optional
-        See `integrate`.
+        See `integrate`; a run that the compiled kernel takes over begins anew.
 
     Returns
     -------
@@ -66,10 +66,7 @@ def run(
             "kernel = 'exact': allowed for a linear scene (k_nl = 0, separation ignored)"
         )
     if solvable and kernel in ("auto", "exact"):
-        solved = linear.run(problem, samples, max_steps, progress)
-        if on_samples is not None and solved.trajectory is not None:
-            on_samples(solved.trajectory)
-        return solved
+        return linear.run(problem, samples, max_steps, progress)
     if kernel == "interpreted":
         return _interpreted(problem, samples, max_steps, progress, on_samples)
     if kernel == "auto" and not compiled.kernels.ready:

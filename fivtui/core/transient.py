@@ -62,8 +62,8 @@ def integrate(
     kernel : "auto", "compiled", "interpreted" or "exact"
         What runs the method ``taylor``, see `kernel_choice.run`.
     on_samples : callable, optional
-        Called now and then with the next part of the trajectory, where sample times are given; in
-        the computing thread. A run that is handed over to another kernel begins again.
+        Called now and then with the next part of the trajectory, where sample times are given and
+        steps are taken; in the computing thread.
 
     Returns
     -------

@@ -105,6 +105,7 @@ class Editing:
         source : str
             The file.
         """
+        self._history.saved(self._loaded, scene, source)
         self._loaded, self.source = scene, source
 
     @property

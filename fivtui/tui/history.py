@@ -70,6 +70,22 @@ class History:
         """Let the next edit begin a step of its own."""
         self._kind = ""
 
+    def saved(self, before: Scene, after: Scene, source: str) -> None:
+        """Take note that a scene has a file now: going back does not part from it.
+
+        Parameters
+        ----------
+        before, after : Scene
+            The scene from which the texts were made, and as it was written.
+        source : str
+            The file.
+        """
+        for states in (self._past, self._future):
+            states[:] = [
+                Edited(state.texts, after, source) if state.loaded is before else state
+                for state in states
+            ]
+
     def undo(self, state: Edited) -> Edited | None:
         """Go a step back.
 

@@ -103,6 +103,7 @@ class JobPane(ViewsPane):
     def on_unmount(self) -> None:
         """Let what goes on end: the program would wait for its thread."""
         self.stop()
+        self._ticker.stop()
 
     def begin(self) -> None:
         """Begin what the tab computes: check the request, then call `start`.

@@ -2,6 +2,7 @@
 
 import dataclasses
 import shlex
+from pathlib import Path
 from typing import Final, cast
 
 from fivtui.core.errors import InputError
@@ -53,7 +54,7 @@ class Session(Editing):
 
     def remember(self, path: str) -> None:
         """Put a scene file in front of the recent ones."""
-        others = (old for old in self.recent if old != path)
+        others = [old for old in self.recent if Path(old).absolute() != Path(path).absolute()]
         self.recent = (path, *others)[:MOST_RECENT]
 
     def error(self, name: str) -> str:

@@ -82,8 +82,8 @@ def save_state(state: State, path: Path) -> None:
         _VERSION_KEY: STATE_VERSION,
         "texts": dict(state.edited.texts),
         "scene": scene_to_dict(state.edited.loaded),
-        "source": state.edited.source,
-        "recent": list(state.recent),
+        "source": _absolute(state.edited.source),
+        "recent": [_absolute(recent) for recent in state.recent],
         "tab": state.tab,
         "theme": state.theme,
     }
@@ -97,6 +97,12 @@ def save_state(state: State, path: Path) -> None:
     except OSError as error:
         raise InputError(f"{path.parent}: cannot be made a folder: {error.strerror}") from None
     write_atomically(path, write, force=True)
+
+
+def _absolute(source: str) -> str:
+    # The next start may be in another folder. Names of presets have no suffix.
+    path = Path(source)
+    return str(path.absolute()) if path.suffix else source
 
 
 def load_state(path: Path) -> State | None:

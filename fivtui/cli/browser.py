@@ -1,4 +1,4 @@
-"""Commands that show the laboratory elsewhere than in this terminal."""
+"""The command that shows the terminal laboratory in a browser."""
 
 import click
 
