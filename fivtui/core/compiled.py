@@ -1,6 +1,7 @@
 """Single runs by the compiled kernel."""
 
 import math
+import struct
 from typing import Final
 
 import numpy as np
@@ -26,6 +27,9 @@ _PAUSE: Final = 65536
 # Lengths of the buffers; a longer run empties them on its way.
 _SWITCHES: Final = 256
 _SEGMENTS: Final = 512
+# The problem in the memory of its record, and how a run begins: its state and its mode.
+_PROBLEM: Final = struct.Struct("=7d3q")
+_BEGIN: Final = struct.Struct("=4dq")
 _NO_TIMES: Final = np.empty(0)
 
 kernels: Final = KernelLoader("single")
@@ -67,8 +71,10 @@ def run(problem: Problem, samples: Samples, max_steps: int, progress: Progress |
     first_mode = mode_of(p, problem.start, separation=problem.separation)
     times = sample_times(samples, t_end)
     dense = isinstance(samples, str) and samples == "dense"
-    request = np.zeros(1, single.PROBLEM)
-    request[0] = (
+    request = np.empty(1, single.PROBLEM)
+    _PROBLEM.pack_into(
+        request,
+        0,
         t_end,
         0.5 * t_end,
         tol,
@@ -80,9 +86,9 @@ def run(problem: Problem, samples: Samples, max_steps: int, progress: Progress |
         problem.separation,
         field_of(p, Mode.CONTACT) is Field.CUBIC,
     )
-    given = np.array([constants(p, mode) for mode in Mode])
-    where = np.zeros(1, single.RUN)
-    where[0] = single.Run(*problem.start, first_mode)
+    given = np.array((constants(p, Mode.SEPARATED), constants(p, Mode.CONTACT)))
+    where = single.NOT_BEGUN.copy()
+    _BEGIN.pack_into(where, 0, *problem.start, first_mode)
     halves = single.NOTHING_SEEN.copy()
     work = np.empty(single.WORK_SIZE)
     switches = np.empty(_SWITCHES)
@@ -116,8 +122,10 @@ def run(problem: Problem, samples: Samples, max_steps: int, progress: Progress |
         reached, steps = here.t, here.steps
         if ending in (single.DONE, single.FULL):
             switched.append(switches[: here.switches].copy())
-            stored.append(segments[: here.segments].copy())
-            where["switches"] = where["segments"] = 0
+            if dense:
+                stored.append(segments[: here.segments].copy())
+            if ending == single.FULL:
+                where["switches"] = where["segments"] = 0
         elif ending == single.OVERFLOW:
             raise overflow_error(reached, here[:4])
         elif ending == single.STALLED:
@@ -125,7 +133,7 @@ def run(problem: Problem, samples: Samples, max_steps: int, progress: Progress |
     if progress is not None:
         progress(1.0)
     earlier, later = halves.tolist()
-    whole, second_half = _extremes(earlier), _extremes(later)
+    whole, second_half = Extremes.of(*earlier), Extremes.of(*later)
     whole.merge(second_half)
     return assemble(
         problem,
@@ -141,12 +149,6 @@ def run(problem: Problem, samples: Samples, max_steps: int, progress: Progress |
         trajectory=None if times is None else _trajectory(p, times, states),
         solution=_solution(p, np.concatenate(stored), order + 1) if dense else None,
     )
-
-
-def _extremes(row: list[float]) -> Extremes:
-    seen = Extremes()
-    seen.x_min, seen.y_min, seen.x_max, seen.y_max, seen.vx_max = row
-    return seen
 
 
 def _trajectory(

@@ -15,7 +15,7 @@ from ..recurrences import Constants
 from ..taylor import EXP2_BIAS, LONGEST_STEP, MAX_STALLED
 from . import expansion, polynomials, steps, vectors
 from .expansion import ROWS, expand_cubic, expand_linear
-from .jit import inner, kernel
+from .jit import inner, kernel, part
 from .steps import (
     CONTACT,
     EXTREMES,
@@ -80,6 +80,7 @@ class Run(NamedTuple):
 
 
 RUN: Final = np.dtype(list(Run.__annotations__.items()), align=True)
+NOT_BEGUN: Final = np.zeros(1, RUN)
 # One row of extremes for each half of the horizon.
 NOTHING_SEEN: Final = np.tile(NO_EXTREMES, (2, 1))
 # Columns of a sample: x, y, ẋ, ẏ, mode and one unused.
@@ -96,7 +97,7 @@ WORK_SIZE: Final = SCRATCH + 4 * ROWS
 _EXP2_ZERO: Final = (1023 << 52) - round(EXP2_BIAS * 2.0**52)
 
 
-@inner
+@part
 def step_size(c: Any, degree: int, problem: Any) -> float:
     """Length of the next step, s."""
     displacement = max(abs(c[0]), abs(c[1]), problem.deflection)
@@ -116,7 +117,7 @@ def step_size(c: Any, degree: int, problem: Any) -> float:
     return min(longest, as_float(int(exponent) + _EXP2_ZERO))
 
 
-@inner
+@part
 def expand(c: Any, given: Any, mode: int, problem: Any) -> None:
     """Continue the first two coefficients to the order of the problem."""
     constants = behind(given, mode * _CONSTANTS)

@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from .expansion import ROWS
-from .jit import inner
+from .jit import inner, part
 from .polynomials import CALLER, PRECISE, WORK_SIZE, sign_roots, widen
 from .vectors import (
     absolute,
@@ -65,7 +65,7 @@ CUBIC: Final = _cubic(_N)
 RECIPROCAL: Final = np.array([0.0, *(1.0 / _N[1:])])
 
 
-@inner
+@part
 def at(c: Any, degree: int, t: float) -> Any:
     """Values and derivatives of x and y at `t`, and how far they leave their chords on [0, t].
 
