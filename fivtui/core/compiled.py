@@ -15,7 +15,7 @@ from .model import Mode, mode_of
 from .outcome import Stats, Transient, assemble
 from .parameters import Parameters
 from .recorder import Samples, sample_times
-from .recurrences import Field, constants, field_of
+from .recurrences import Constants, Field, constants, field_of
 from .stiffness import stiffness_of
 from .taylor import local_tolerance, order_for, overflow_error, stall_error
 from .trajectory import DenseSolution, Trajectory, trajectory_of
@@ -27,8 +27,10 @@ _PAUSE: Final = 65536
 # Lengths of the buffers; a longer run empties them on its way.
 _SWITCHES: Final = 256
 _SEGMENTS: Final = 512
-# The problem in the memory of its record, and how a run begins: its state and its mode.
+# What the kernel is given, as it lies in memory: the problem, the constants of both modes, and how
+# a run begins: its state and its mode.
 _PROBLEM: Final = struct.Struct("=7d3q")
+_GIVEN: Final = struct.Struct(f"={len(Mode) * len(Constants._fields)}d")
 _BEGIN: Final = struct.Struct("=4dq")
 _NO_TIMES: Final = np.empty(0)
 
@@ -86,7 +88,8 @@ def run(problem: Problem, samples: Samples, max_steps: int, progress: Progress |
         problem.separation,
         field_of(p, Mode.CONTACT) is Field.CUBIC,
     )
-    given = np.array((constants(p, Mode.SEPARATED), constants(p, Mode.CONTACT)))
+    given = np.empty((len(Mode), len(Constants._fields)))
+    _GIVEN.pack_into(given, 0, *constants(p, Mode.SEPARATED), *constants(p, Mode.CONTACT))
     where = single.NOT_BEGUN.copy()
     _BEGIN.pack_into(where, 0, *problem.start, first_mode)
     halves = single.NOTHING_SEEN.copy()
