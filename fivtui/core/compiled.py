@@ -75,7 +75,7 @@ def run(problem: Problem, samples: Samples, max_steps: int, progress: Progress |
     dense = isinstance(samples, str) and samples == "dense"
     request = np.empty(1, single.PROBLEM)
     _PROBLEM.pack_into(
-        request,
+        request.data,
         0,
         t_end,
         0.5 * t_end,
@@ -89,9 +89,9 @@ def run(problem: Problem, samples: Samples, max_steps: int, progress: Progress |
         field_of(p, Mode.CONTACT) is Field.CUBIC,
     )
     given = np.empty((len(Mode), len(Constants._fields)))
-    _GIVEN.pack_into(given, 0, *constants(p, Mode.SEPARATED), *constants(p, Mode.CONTACT))
+    _GIVEN.pack_into(given.data, 0, *constants(p, Mode.SEPARATED), *constants(p, Mode.CONTACT))
     where = single.NOT_BEGUN.copy()
-    _BEGIN.pack_into(where, 0, *problem.start, first_mode)
+    _BEGIN.pack_into(where.data, 0, *problem.start, first_mode)
     halves = single.NOTHING_SEEN.copy()
     work = np.empty(single.WORK_SIZE)
     switches = np.empty(_SWITCHES)

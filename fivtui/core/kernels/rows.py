@@ -7,8 +7,8 @@ from typing import Final, NamedTuple
 
 from ..recurrences import Constants
 from .expansion import ROWS
-from .steps import SCRATCH as STEP_SCRATCH
 from .steps import EXTREMES
+from .steps import SCRATCH as STEP_SCRATCH
 from .vectors import LANES
 
 

@@ -30,6 +30,7 @@ NO_EXTREMES: Final = np.array([np.inf, np.inf, -np.inf, -np.inf, -np.inf])
 VX_MAX: Final = 4
 CONTACT: Final = 1
 
+
 def _chord(n: NDArray[np.float64]) -> NDArray[np.float64]:
     # max|θⁿ − θ|
     n = np.maximum(n, 1.0)
@@ -53,10 +54,9 @@ SCRATCH: Final = WORK_SIZE + 2 * ROWS
 # A change of this part of the step at an extremum changes its value by the cube of it.
 _EXTREME: Final = 4e-6
 _ITERATIONS: Final = 100
-# How far a power of θ leaves on [0, 1]: its chord; its slope the chord of that; its slope that of its
-# chord; its second derivative the slope of the chord of its slope; and itself the cubic with its
-# values and slopes at both ends. Weights of the sizes of a polynomial's terms that bound the same of
-# it.
+# Weights of the sizes of a polynomial's terms. Summed, they bound how far it leaves on [0, 1] its
+# chord; its slope the chord of that; its slope that of its chord; its second derivative the slope
+# of its slope's chord; and itself the cubic with its values and slopes at both ends.
 CHORD: Final = _chord(_N)
 SLOPE_CHORD: Final = _N * _chord(_N - 1.0)
 SWAY: Final = np.maximum(_N - 1.0, 0.0)
