@@ -185,6 +185,46 @@ class ExchangeModel:
         """Set the switches of the model."""
         self._set(vrs, values, Type.BOOLEAN)
 
+    @guarded(lambda vrs: [0] * len(vrs))
+    def get_int32(self, vrs: Sequence[int]) -> list[Any]:
+        """Refuse: no variable is of this type."""
+        raise _absent("int32", vrs)
+
+    @guarded(lambda vrs: [0] * len(vrs))
+    def get_int64(self, vrs: Sequence[int]) -> list[Any]:
+        """Refuse: no variable is of this type."""
+        raise _absent("int64", vrs)
+
+    @guarded(lambda vrs: [SimpleNamespace(value=0)] * len(vrs))
+    def get_uint64(self, vrs: Sequence[int]) -> list[Any]:
+        """Refuse: no variable is of this type."""
+        raise _absent("uint64", vrs)
+
+    @guarded(lambda vrs: [""] * len(vrs))
+    def get_string(self, vrs: Sequence[int]) -> list[Any]:
+        """Refuse: no variable is of this type."""
+        raise _absent("string", vrs)
+
+    @guarded(nothing)
+    def set_int32(self, vrs: Sequence[int], _values: Sequence[object]) -> None:
+        """Refuse: no variable is of this type."""
+        raise _absent("int32", vrs)
+
+    @guarded(nothing)
+    def set_int64(self, vrs: Sequence[int], _values: Sequence[object]) -> None:
+        """Refuse: no variable is of this type."""
+        raise _absent("int64", vrs)
+
+    @guarded(nothing)
+    def set_uint64(self, vrs: Sequence[int], _values: Sequence[object]) -> None:
+        """Refuse: no variable is of this type."""
+        raise _absent("uint64", vrs)
+
+    @guarded(nothing)
+    def set_string(self, vrs: Sequence[int], _values: Sequence[object]) -> None:
+        """Refuse: no variable is of this type."""
+        raise _absent("string", vrs)
+
     def _require(self, call: str, phase: Phase) -> None:
         if self._phase is not phase:
             raise InputError(f"{call} is not allowed {self._phase.value}")
@@ -245,3 +285,7 @@ class ExchangeModel:
             return [values[reference] for reference in vrs]
         except KeyError as unknown:
             raise InputError(f"value reference {unknown}: there is no such variable") from None
+
+
+def _absent(kind: str, vrs: Sequence[int]) -> InputError:
+    return InputError(f"value references {list(vrs)}: no variable is of type {kind.capitalize()}")

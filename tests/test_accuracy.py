@@ -6,7 +6,7 @@ import pytest
 from click.testing import CliRunner
 
 from fivtui.accuracy import Estimate, accuracy, believed_digits
-from fivtui.cli import fivtui
+from fivtui.cli import commands
 from fivtui.core.errors import Cancelled
 from fivtui.presets import PRESETS
 from fivtui.scene import Scene
@@ -53,12 +53,12 @@ def test_only_digits_to_believe_are_shown(value: float, difference: float, text:
 
 
 def test_the_command_says_it_in_words_and_in_json() -> None:
-    said = CliRunner().invoke(fivtui, ["accuracy", "--t-end", "20", "--tol", "1e-8"])
+    said = CliRunner().invoke(commands, ["accuracy", "--t-end", "20", "--tol", "1e-8"])
     assert said.exit_code == 0
     assert "held against tol 1e-10" in said.output
     assert "largest Lyapunov exponent" in said.output
     printed = CliRunner().invoke(
-        fivtui, ["accuracy", "--set", "mu=0.2", "--t-end", "300", "--tol", "1e-8", "--json"]
+        commands, ["accuracy", "--set", "mu=0.2", "--t-end", "300", "--tol", "1e-8", "--json"]
     )
     data = json.loads(printed.stdout)
     assert data["growth"]["fate"] == "decays"

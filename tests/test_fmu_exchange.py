@@ -19,7 +19,9 @@ from fivtui.core.errors import InputError
 from fmu_src.builder import build_fmu
 from fmu_src.check import check_fmu
 from fmu_src.exchange import EXCHANGE_TABLE
+from tests.fmu_driver import Call, Driver
 
+RECORD = [("time", float), ("F", float), ("mu", float)]
 needs_wrapper = pytest.mark.skipif(
     find_spec("pythonfmu3") is None, reason="pythonfmu3 is not installed (extra fmi3)"
 )
@@ -79,7 +81,7 @@ def test_parameters_and_the_switch_of_the_model_reach_it(fmu: Path) -> None:
 @needs_wrapper
 def test_inputs_may_jump(fmu: Path) -> None:
     rows = [(0.0, 80.0, 0.7), (5.0, 80.0, 0.7), (5.0, 120.0, 0.7), (10.0, 120.0, 0.7)]
-    table = np.array(rows, dtype=[("time", float), ("F", float), ("mu", float)])
+    table = np.array(rows, dtype=RECORD)
     run = fmpy.simulate_fmu(str(fmu), stop_time=10.0, relative_tolerance=1e-9, input=table)
     first = simulate(t_end=5.0).final
     state = (first.x, first.vx, first.y, first.vy)
@@ -105,6 +107,55 @@ for _ in range(8):
     )
     assert done.returncode == 0, done.stderr
     assert done.stdout.count("requested termination") == 8
+
+
+@needs_wrapper
+def test_wrong_calls_crash_nothing_and_are_logged(fmu: Path) -> None:
+    code = f"""
+import fmpy
+folder = fmpy.extract({str(fmu)!r})
+description = fmpy.read_model_description(folder)
+log = []
+instance = fmpy.instantiate_fmu(folder, description, debug_logging=True,
+                                logger=lambda *args: log.append(args[-1].decode()))
+for _ in range(8):
+    for kind in ("Int32", "Int64", "UInt64", "String", "Float64", "Boolean"):
+        getattr(instance, f"get{{kind}}")([10_000])
+    for kind in ("Int32", "Int64", "UInt64", "Float64"):
+        getattr(instance, f"set{{kind}}")([10_000], [1])
+    instance.exitInitializationMode()
+print(len(log), all(log), len(set(log)))
+instance.reset()
+names = {{v.name: v.valueReference for v in description.modelVariables}}
+instance.enterInitializationMode()
+instance.exitInitializationMode()
+print(instance.updateDiscreteStates()[1])
+instance.setFloat64([names["m"]], [6.0])
+print(instance.updateDiscreteStates()[1], instance.getFloat64([names["m"]]))
+"""
+    done = subprocess.run(
+        [sys.executable, "-I", "-c", code], capture_output=True, text=True, check=False
+    )
+    assert done.returncode == 0, done.stderr
+    refused, legal, fixed = done.stdout.splitlines()
+    assert refused.startswith("88 True")
+    assert (legal, fixed) == ("False", "True [5.0]")
+
+
+@needs_wrapper
+def test_inputs_may_vary_continuously(fmu: Path, tmp_path: Path) -> None:
+    table = np.array([(0.0, 80.0, 0.7), (5.0, 100.0, 0.7)], dtype=RECORD)
+    # fmpy sets inputs once for every step of CVode, not for every right-hand side: 1e-3 at best.
+    run = fmpy.simulate_fmu(str(fmu), stop_time=5.0, relative_tolerance=1e-8, input=table)
+    # Held at its mean over short steps, the ramp has an error of second order in the other FMU.
+    h, count = 0.0025, 2000
+    calls: list[Call] = [("a", "begin")]
+    for number in range(count):
+        calls.append(("a", "set", {"F": 80.0 + 4.0 * (number + 0.5) * h}))
+        calls.append(("a", "step", number * h, h))
+    with Driver(build_fmu(tmp_path / "slider_belt.fmu")) as driver:
+        (x, y) = driver.drive(*calls, ("a", "get", ["x", "y"]))[-1].value
+    assert (run["x"][-1], run["y"][-1]) == pytest.approx((x, y), abs=1e-3)
 
 
 @needs_wrapper

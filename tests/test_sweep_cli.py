@@ -14,8 +14,7 @@ import numpy as np
 import pytest
 from matplotlib.figure import Figure
 
-from fivtui.cli import _run
-from fivtui.cli import fivtui as commands
+from fivtui.cli import commands, run
 from fivtui.core.design import KINDS, Design, Kind, Range
 from fivtui.core.errors import InputError
 from fivtui.core.parameters import Parameters
@@ -40,7 +39,7 @@ def read_json(capsys: pytest.CaptureFixture[str]) -> Any:
 
 
 def test_json_is_columns_and_rows(capsys: pytest.CaptureFixture[str]) -> None:
-    assert _run(["sweep", "--vary=F=20:80:3", "--vary=mu=0.1:1:2:log", "--json", *SHORT]) == 0
+    assert run(["sweep", "--vary=F=20:80:3", "--vary=mu=0.1:1:2:log", "--json", *SHORT]) == 0
     data = read_json(capsys)
     assert set(data) == {"columns", "rows"}
     assert data["columns"] == ["F", "mu", "separation", *DEFAULT_OUTPUTS, "status", "reason"]
@@ -53,7 +52,7 @@ def test_json_is_columns_and_rows(capsys: pytest.CaptureFixture[str]) -> None:
 def test_the_options_reach_the_sweep(capsys: pytest.CaptureFixture[str]) -> None:
     args = "--vary F=60,80 --vary x0=0.1,0.2 --design list --set mu=0.5 --start 0,0,-1,0 --tol 1e-6"
     both = ["--both", "--output=x_end", "--output=stable", "--json"]
-    assert _run(["sweep", "coexistence", *args.split(), *both, "--t-end=1e-6"]) == 0
+    assert run(["sweep", "coexistence", *args.split(), *both, "--t-end=1e-6"]) == 0
     data = read_json(capsys)
     assert data["columns"] == ["F", "x0", "separation", "x_end", "stable", "status", "reason"]
     assert [row[:3] for row in data["rows"]] == [
@@ -68,18 +67,18 @@ def test_sampled_designs_follow_their_seed(design: str, capsys: pytest.CaptureFi
     args = ["sweep", "--vary=F=20:80", "--vary=k_nl=1:100:log", f"--design={design}", "--count=5"]
     rows = []
     for seed in ("0", "0", "1"):
-        assert _run([*args, f"--seed={seed}", "--output=stable", "--json"]) == 0
+        assert run([*args, f"--seed={seed}", "--output=stable", "--json"]) == 0
         rows.append(read_json(capsys)["rows"])
     assert rows[0] == rows[1] != rows[2]
     assert all(20.0 <= row[0] <= 80.0 and 1.0 <= row[1] <= 100.0 for row in rows[0])
 
 
 def test_rows_are_printed_as_a_table(capsys: pytest.CaptureFixture[str]) -> None:
-    assert _run(["sweep", "--vary=F=20:80:3", *SHORT]) == 0
+    assert run(["sweep", "--vary=F=20:80:3", *SHORT]) == 0
     shown = capsys.readouterr().out
     assert "y_half_range m" in shown
     assert "vx_max" not in shown
-    assert _run(["sweep", "--vary=F=20:80:100", "--output=vx_max", *SHORT]) == 0
+    assert run(["sweep", "--vary=F=20:80:100", "--output=vx_max", *SHORT]) == 0
     shown, said = capsys.readouterr()
     assert "vx_max m/s" in shown
     assert len(shown.splitlines()) == 42
@@ -92,13 +91,13 @@ def test_a_file_is_written_drawn_and_not_written_twice(
 ) -> None:
     pytest.importorskip("pyarrow")
     args = ["sweep", "--vary=F=20:80:4", "--both", f"--out={name}", *SHORT]
-    assert _run([*args, "--piece=3", "--plot=a.png", "--json"]) == 0
+    assert run([*args, "--piece=3", "--plot=a.png", "--json"]) == 0
     captured = capsys.readouterr()
     assert captured.err == f"wrote {name}: 8 members\nwrote a.png\n"
     assert len(json.loads(captured.out)["rows"]) == 8
     assert Path("a.png").read_bytes()[:4] == b"\x89PNG"
     before = Path(name).stat()
-    assert _run(args) == 0
+    assert run(args) == 0
     assert capsys.readouterr().err == f"wrote {name}: 8 members, complete before\n"
     assert Path(name).stat().st_mtime_ns == before.st_mtime_ns
 
@@ -142,7 +141,7 @@ def test_wrong_input_gets_one_line_and_exit_2(
     }
     for name, text in given.items():
         Path(name).write_text(text)
-    assert _run(["sweep", *args]) == 2
+    assert run(["sweep", *args]) == 2
     captured = capsys.readouterr()
     assert captured.out == ""
     assert said in captured.err
