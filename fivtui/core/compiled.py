@@ -1,6 +1,7 @@
 """Single runs by the compiled kernel."""
 
 import math
+import struct
 from typing import Final
 
 import numpy as np
@@ -14,7 +15,7 @@ from .model import Mode, mode_of
 from .outcome import Stats, Transient, assemble
 from .parameters import Parameters
 from .recorder import OnSamples, Samples, sample_times
-from .recurrences import Field, constants, field_of
+from .recurrences import Constants, Field, constants, field_of
 from .stiffness import stiffness_of
 from .taylor import local_tolerance, order_for, overflow_error, stall_error
 from .trajectory import DenseSolution, Trajectory, trajectory_of
@@ -28,6 +29,11 @@ _SWITCHES: Final = 256
 _SEGMENTS: Final = 512
 # Samples that are handed out together.
 _PART: Final = 1024
+# What the kernel is given, as it lies in memory: the problem, the constants of both modes, and how
+# a run begins: its state and its mode.
+_PROBLEM: Final = struct.Struct("=7d3q")
+_GIVEN: Final = struct.Struct(f"={len(Mode) * len(Constants._fields)}d")
+_BEGIN: Final = struct.Struct("=4dq")
 _NO_TIMES: Final = np.empty(0)
 
 kernels: Final = KernelLoader("single")
@@ -77,8 +83,10 @@ def run(
     first_mode = mode_of(p, problem.start, separation=problem.separation)
     times = sample_times(samples, t_end)
     dense = isinstance(samples, str) and samples == "dense"
-    request = np.zeros(1, single.PROBLEM)
-    request[0] = (
+    request = np.empty(1, single.PROBLEM)
+    _PROBLEM.pack_into(
+        request.data,
+        0,
         t_end,
         0.5 * t_end,
         tol,
@@ -90,9 +98,10 @@ def run(
         problem.separation,
         field_of(p, Mode.CONTACT) is Field.CUBIC,
     )
-    given = np.array([constants(p, mode) for mode in Mode])
-    where = np.zeros(1, single.RUN)
-    where[0] = single.Run(*problem.start, first_mode)
+    given = np.empty((len(Mode), len(Constants._fields)))
+    _GIVEN.pack_into(given.data, 0, *constants(p, Mode.SEPARATED), *constants(p, Mode.CONTACT))
+    where = single.NOT_BEGUN.copy()
+    _BEGIN.pack_into(where.data, 0, *problem.start, first_mode)
     halves = single.NOTHING_SEEN.copy()
     work = np.empty(single.WORK_SIZE)
     switches = np.empty(_SWITCHES)
@@ -130,8 +139,10 @@ def run(
             given_out = here.samples
         if ending in (single.DONE, single.FULL):
             switched.append(switches[: here.switches].copy())
-            stored.append(segments[: here.segments].copy())
-            where["switches"] = where["segments"] = 0
+            if dense:
+                stored.append(segments[: here.segments].copy())
+            if ending == single.FULL:
+                where["switches"] = where["segments"] = 0
         elif ending == single.OVERFLOW:
             raise overflow_error(reached, here[:4])
         elif ending == single.STALLED:
@@ -139,7 +150,7 @@ def run(
     if progress is not None:
         progress(1.0)
     earlier, later = halves.tolist()
-    whole, second_half = _extremes(earlier), _extremes(later)
+    whole, second_half = Extremes.of(*earlier), Extremes.of(*later)
     whole.merge(second_half)
     return assemble(
         problem,
@@ -155,12 +166,6 @@ def run(
         trajectory=None if times is None else _trajectory(p, times, states),
         solution=_solution(p, np.concatenate(stored), order + 1) if dense else None,
     )
-
-
-def _extremes(row: list[float]) -> Extremes:
-    seen = Extremes()
-    seen.x_min, seen.y_min, seen.x_max, seen.y_max, seen.vx_max = row
-    return seen
 
 
 def _trajectory(

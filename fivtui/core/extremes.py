@@ -26,6 +26,25 @@ class Extremes:
         self.x_min = self.y_min = math.inf
         self.x_max = self.y_max = self.vx_max = -math.inf
 
+    @classmethod
+    def of(cls, x_min: float, y_min: float, x_max: float, y_max: float, vx_max: float) -> Self:
+        """Extremes already known.
+
+        Parameters
+        ----------
+        x_min, y_min, x_max, y_max, vx_max : float
+            See the attributes.
+
+        Returns
+        -------
+        Extremes
+            These.
+        """
+        seen = cls.__new__(cls)
+        seen.x_min, seen.y_min, seen.x_max, seen.y_max = x_min, y_min, x_max, y_max
+        seen.vx_max = vx_max
+        return seen
+
     def merge(self, other: Self) -> None:
         """Take in what another has seen.
 

@@ -93,8 +93,10 @@ def mode_of(p: Parameters, state: State, *, separation: bool) -> Mode:
     if not separation:
         return Mode.CONTACT
     x, vx, y, vy = state
+    if y != 0.0:
+        return Mode.SEPARATED if y > 0.0 else Mode.CONTACT
     h = 0.5 * p.k3
-    derivatives = (y, vy, h * x - p.F, h * vx, -h * x)
+    derivatives = (vy, h * x - p.F, h * vx, -h * x)
     direction = next((value for value in derivatives if value != 0.0), -1.0)
     return Mode.SEPARATED if direction > 0.0 else Mode.CONTACT
 

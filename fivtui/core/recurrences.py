@@ -138,18 +138,18 @@ def constants(p: Parameters, mode: Mode) -> Constants:
     Constants
         Every force divided by the mass.
     """
-    h = 0.5 * p.k3
+    m, h, mu = p.m, 0.5 * p.k3, p.mu
     k2, k_nl = (p.k2, p.k_nl) if mode is Mode.CONTACT else (0.0, 0.0)
     return Constants(
-        xx=-(p.k1 + h) / p.m,
-        xy=(h - p.mu * k2) / p.m,
-        yx=h / p.m,
-        yy=-(h + k2) / p.m,
-        xvx=-p.c1 / p.m,
-        yvy=-p.c2 / p.m,
-        friction=p.mu,
-        cubic=k_nl / p.m,
-        load=p.F / p.m,
+        -(p.k1 + h) / m,
+        (h - mu * k2) / m,
+        h / m,
+        -(h + k2) / m,
+        -p.c1 / m,
+        -p.c2 / m,
+        mu,
+        k_nl / m,
+        p.F / m,
     )
 
 

@@ -35,6 +35,8 @@ DEFAULT_T_END: Final = 100.0
 DEFAULT_TOL: Final = taylor.DEFAULT_TOL
 MAX_T_END: Final = 1e7
 TOL_RANGE: Final = taylor.TOL_RANGE
+_ALLOWED_T_END: Final = f"0 < t_end <= {MAX_T_END:g} s"
+_ALLOWED_TOL: Final = f"{TOL_RANGE[0]:g} <= tol <= {TOL_RANGE[1]:g}"
 
 
 def resolve_start(p: Parameters, start: Start, *, separation: bool) -> State:
@@ -59,11 +61,11 @@ def resolve_start(p: Parameters, start: Start, *, separation: bool) -> State:
     InputError
         If `start` is neither.
     """
+    if isinstance(start, str) and start == "static":
+        return static_start(p, separation=separation)
     allowed = "static, or four finite numbers x,vx,y,vy in m and m/s"
     if isinstance(start, str):
-        if start != "static":
-            raise InputError(f"start = {start!r}: allowed is {allowed}")
-        return static_start(p, separation=separation)
+        raise InputError(f"start = {start!r}: allowed is {allowed}")
     given = np.asarray(start)
     if given.shape != (4,):
         raise InputError(f"start = {start!r}: allowed is {allowed}")
@@ -89,10 +91,9 @@ def check_horizon(t_end: float | str) -> float:
     InputError
         If it is not in 0 < t_end <= 1e7 s.
     """
-    allowed = f"0 < t_end <= {MAX_T_END:g} s"
-    number = parse_number("t_end", t_end, allowed)
+    number = parse_number("t_end", t_end, _ALLOWED_T_END)
     if not 0.0 < number <= MAX_T_END:
-        raise InputError(f"t_end = {number:g}: allowed is {allowed}")
+        raise InputError(f"t_end = {number:g}: allowed is {_ALLOWED_T_END}")
     return number
 
 
@@ -114,10 +115,9 @@ def check_tolerance(tol: float | str) -> float:
     InputError
         If it is not in `TOL_RANGE`.
     """
-    allowed = f"{TOL_RANGE[0]:g} <= tol <= {TOL_RANGE[1]:g}"
-    number = parse_number("tol", tol, allowed)
+    number = parse_number("tol", tol, _ALLOWED_TOL)
     if not TOL_RANGE[0] <= number <= TOL_RANGE[1]:
-        raise InputError(f"tol = {number:g}: allowed is {allowed}")
+        raise InputError(f"tol = {number:g}: allowed is {_ALLOWED_TOL}")
     return number
 
 

@@ -90,7 +90,7 @@ def order_for(tol: float) -> int:
     int
         Order N of the velocities.
     """
-    return min(max(ORDER_STEP * math.ceil(-0.5 / ORDER_STEP * math.log(tol)), MIN_ORDER), MAX_ORDER)
+    return min(max(ORDER_STEP * math.ceil(-0.6 / ORDER_STEP * math.log(tol)), MIN_ORDER), MAX_ORDER)
 
 
 def overflow_error(t: float, state: State) -> ComputationError:

@@ -46,6 +46,11 @@ def inner(function: F) -> F:
     return cast("F", numba.njit(**_OPTIONS)(function))
 
 
+def part(function: F) -> F:
+    """`inner`, and copied to wherever it is called: short, and where time is spent."""
+    return cast("F", numba.njit(forceinline=True, **_OPTIONS)(function))
+
+
 def kernel(signature: Any, *modules: ModuleType) -> Callable[[F], F]:
     """Compile an entry point for its signature, or load it from the cache on disk.
 

@@ -7,8 +7,8 @@ from typing import Final, NamedTuple
 
 from ..recurrences import Constants
 from .expansion import ROWS
-from .polynomials import WORK_SIZE as POLYNOMIAL_WORK
 from .steps import EXTREMES
+from .steps import SCRATCH as STEP_SCRATCH
 from .vectors import LANES
 
 
@@ -91,4 +91,4 @@ SINGLE: Final = BLOCK
 SHIFTED: Final = SINGLE + 2 * ROWS
 ROW: Final = SHIFTED + 2 * ROWS
 SCRATCH: Final = ROW + LANES
-WORK_SIZE: Final = SCRATCH + POLYNOMIAL_WORK
+WORK_SIZE: Final = SCRATCH + STEP_SCRATCH

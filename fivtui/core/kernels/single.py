@@ -15,13 +15,13 @@ from ..recurrences import Constants
 from ..taylor import EXP2_BIAS, LONGEST_STEP, MAX_STALLED
 from . import expansion, polynomials, steps, vectors
 from .expansion import ROWS, expand_cubic, expand_linear
-from .jit import inner, kernel
-from .polynomials import WORK_SIZE as POLYNOMIAL_WORK
+from .jit import inner, kernel, part
 from .steps import (
     CONTACT,
     EXTREMES,
     NO_EXTREMES,
     RECIPROCAL,
+    SCRATCH,
     at,
     first_root,
     include,
@@ -80,6 +80,7 @@ class Run(NamedTuple):
 
 
 RUN: Final = np.dtype(list(Run.__annotations__.items()), align=True)
+NOT_BEGUN: Final = np.zeros(1, RUN)
 # One row of extremes for each half of the horizon.
 NOTHING_SEEN: Final = np.tile(NO_EXTREMES, (2, 1))
 # Columns of a sample: x, y, ẋ, ẏ, mode and one unused.
@@ -89,14 +90,14 @@ SEGMENT_COLUMNS: Final = ("start", "remainder", "duration", "end", "mode")
 _HEAD: Final = len(SEGMENT_COLUMNS)
 _CONSTANTS: Final = len(Constants._fields)
 
-# Beside polynomials, two series of coefficients are worked on.
-WORK_SIZE: Final = POLYNOMIAL_WORK + 4 * ROWS
+# Beside the scratch of a step, two series of coefficients are worked on.
+WORK_SIZE: Final = SCRATCH + 4 * ROWS
 
 # Of `rough_exp2` in the bits of a float.
 _EXP2_ZERO: Final = (1023 << 52) - round(EXP2_BIAS * 2.0**52)
 
 
-@inner
+@part
 def step_size(c: Any, degree: int, problem: Any) -> float:
     """Length of the next step, s."""
     displacement = max(abs(c[0]), abs(c[1]), problem.deflection)
@@ -116,7 +117,7 @@ def step_size(c: Any, degree: int, problem: Any) -> float:
     return min(longest, as_float(int(exponent) + _EXP2_ZERO))
 
 
-@inner
+@part
 def expand(c: Any, given: Any, mode: int, problem: Any) -> None:
     """Continue the first two coefficients to the order of the problem."""
     constants = behind(given, mode * _CONSTANTS)
@@ -246,7 +247,7 @@ def advance(
     problem, run = problems[0], runs[0]
     degree, t_end = problem.order + 1, problem.t_end
     scratch = memory(work)
-    c = behind(scratch, POLYNOMIAL_WORK)
+    c = behind(scratch, SCRATCH)
     for n in range(4 * ROWS):
         c[n] = 0.0
     stage = (problem.half, memory(extremes), scratch)
@@ -265,7 +266,7 @@ def advance(
         if problem.separation:
             root = first_root(c, degree, h, -1.0 if mode == CONTACT else 1.0, ends, scratch)
             if root >= 0.0:
-                h *= root
+                h = root
                 ends = at(c, degree, h)
         increment = h + remainder
         end = t + increment
