@@ -7,17 +7,21 @@ from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
+    from .core.batch import simulate_batch
     from .core.parameters import Parameters
     from .core.stability import stability
     from .simulation import simulate
+    from .sweeps import sweep
 
 __version__ = "0.1.0"
-__all__ = ["Parameters", "simulate", "stability"]
+__all__ = ["Parameters", "simulate", "simulate_batch", "stability", "sweep"]
 
 _HOMES = {
     "Parameters": ".core.parameters",
     "simulate": ".simulation",
+    "simulate_batch": ".core.batch",
     "stability": ".core.stability",
+    "sweep": ".sweeps",
 }
 
 

@@ -19,7 +19,7 @@ from numpy.typing import NDArray
 from . import __version__
 from .core.errors import InputError
 from .core.outcome import Transient
-from .core.parameters import PARAMETERS, unknown_name
+from .core.parameters import PARAMETERS, Parameters, ParameterSpec, unknown_name
 from .core.trajectory import COLUMNS, Trajectory
 from .files import check_output, check_suffix, write_atomically
 from .results import trajectory_of
@@ -184,6 +184,32 @@ def value_label(name: str, value: float) -> str:
     spec = PARAMETERS[name]
     text = f"{math_symbol(spec.symbol)} = {value:g} {math_unit(spec.unit)}".rstrip()
     return text.replace(" ", _NO_BREAK)
+
+
+def quantity_label(spec: ParameterSpec) -> str:
+    """Meaning, symbol and unit of a quantity for an axis, in matplotlib's mathtext."""
+    unit = f" ({math_unit(spec.unit)})" if spec.unit else ""
+    return f"{spec.meaning.partition(',')[0].capitalize()} {math_symbol(spec.symbol)}{unit}"
+
+
+def parameter_line(p: Parameters, without: Sequence[str] = ()) -> str:
+    """The values of the parameters, on two lines of matplotlib's mathtext.
+
+    Parameters
+    ----------
+    p : Parameters
+        The parameter set.
+    without : sequence of str
+        Names that are left out.
+
+    Returns
+    -------
+    str
+        Such as ``m = 5 kg, …``.
+    """
+    texts = [value_label(k, value) for k, value in p.as_dict().items() if k not in without]
+    half = (len(texts) + 1) // 2
+    return "\n".join(", ".join(part) for part in (texts[:half], texts[half:]))
 
 
 def _axis_label(name: str) -> str:

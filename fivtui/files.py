@@ -55,7 +55,7 @@ def check_output(path: Path, *, force: bool) -> None:
         missing, or if writing is not permitted.
     """
     try:
-        _check_target(path, _target(path), force=force)
+        _check_target(path, resolved(path), force=force)
     except OSError as error:
         raise _cannot_write(path, error) from None
 
@@ -96,7 +96,7 @@ def write_atomically(path: Path, write: Callable[[BinaryIO], None], *, force: bo
         `OSError` passes through. In every case a file that existed stays as it was.
     """
     check_output(path, force=force)
-    target = _target(path)
+    target = resolved(path)
     temporary = target.with_name(f".fivtui-{secrets.token_hex(8)}.tmp")
     try:
         with temporary.open("xb") as file:
@@ -114,7 +114,24 @@ def write_atomically(path: Path, write: Callable[[BinaryIO], None], *, force: bo
         temporary.unlink(missing_ok=True)
 
 
-def _target(path: Path) -> Path:
+def resolved(path: Path) -> Path:
+    """The file that a name stands for, symbolic links followed.
+
+    Parameters
+    ----------
+    path : Path
+        The name.
+
+    Returns
+    -------
+    Path
+        Absolute.
+
+    Raises
+    ------
+    InputError
+        If it cannot be the name of a file.
+    """
     if "\0" in str(path):
         raise InputError(f"{str(path)!r}: not the name of a file")
     return Path(os.path.realpath(path))

@@ -2,6 +2,7 @@
 
 import csv
 import math
+import sys
 from collections.abc import Mapping
 from pathlib import Path
 from typing import Any, Final
@@ -65,7 +66,9 @@ def _start_value(variable: Any, value: object) -> Any:
         for limit, bound in ((variable.min, -math.inf), (variable.max, math.inf))
     )
     unit = f" {variable.unit}" if variable.unit else ""
-    allowed = f"{lower:g} <= {variable.name} <= {upper:g}{unit}"
+    # A least positive number as the bound says that zero is excluded.
+    above = "0 <" if lower == sys.float_info.min else f"{lower:g} <="
+    allowed = f"{above} {variable.name} <= {upper:g}{unit}"
     number = parse_number(variable.name, value, allowed)
     if not lower <= number <= upper:
         raise InputError(f"{variable.name} = {number:g}: allowed is {allowed}")

@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 
 from .core.errors import Cancelled, ComputationError, InputError
 from .core.parameters import parse_number, unknown_name
+from .core.taylor import TOL_RANGE
 from .core.transient import Progress
 from .files import check_output, check_suffix, write_atomically
 from .fmu_inputs import TIME, signals_from, start_values_of
@@ -36,12 +37,31 @@ class FmuRun:
         ``time`` and the variables recorded, by name.
     units : dict of str to str
         Their units where the FMU has any.
+    discrete : tuple of str
+        Those that change at events only.
     """
 
     model: str
     fmi_version: str
     columns: dict[str, NDArray[Any]]
     units: dict[str, str]
+    discrete: tuple[str, ...]
+
+    def events(self) -> list[tuple[float, str, Any]]:
+        """What changed at events: time of the first row that has it, s, name, new value.
+
+        Returns
+        -------
+        list of tuple
+            In the order of time.
+        """
+        times = self.columns[TIME]
+        found = [
+            (float(times[row + 1]), name, self.columns[name][row + 1].item())
+            for name in self.discrete
+            for row in np.flatnonzero(np.diff(self.columns[name].astype(float)))
+        ]
+        return sorted(found, key=lambda event: event[0])
 
 
 def run_fmu(
@@ -104,7 +124,7 @@ def run_fmu(
             "start_values": values,
             "output": recorded,
             "input": signals,
-            "relative_tolerance": tol,
+            "relative_tolerance": _tolerance(fmu, tol),
         }
         table = _simulate(fmu, (start, stop), options, progress)
         return _checked_run(fmu, table)
@@ -132,6 +152,18 @@ def _experiment(
             f"output interval = {step:g} s: allowed are at most {_MAX_STEPS} intervals in a run"
         )
     return start, stop, step
+
+
+def _tolerance(fmu: FmuFile, tol: float | None) -> float | None:
+    if tol is None:
+        return None
+    own = str(fmu.description.generationTool).startswith("fivtui")
+    lower, upper = TOL_RANGE if own else (0.0, 1.0)
+    allowed = f"{lower:g} {'<=' if own else '<'} tolerance <= {upper:g}"
+    number = parse_number("tolerance", tol, allowed)
+    if not (lower <= number <= upper and number > 0.0):
+        raise InputError(f"tolerance = {number:g}: allowed is {allowed}")
+    return number
 
 
 def _recorded(fmu: FmuFile, outputs: Sequence[str] | None) -> list[str] | None:
@@ -206,6 +238,11 @@ def _checked_run(fmu: FmuFile, table: NDArray[Any]) -> FmuRun:
         fmi_version=description.fmiVersion,
         columns=columns,
         units={TIME: "s", **{name: str(units[name]) for name in names if units.get(name)}},
+        discrete=tuple(
+            v.name
+            for v in description.modelVariables
+            if v.name in names and v.variability == "discrete" and columns[v.name].ndim == 1
+        ),
     )
 
 
@@ -226,6 +263,32 @@ def check_run_path(path: Path, *, force: bool) -> None:
     """
     check_suffix(path, "FMU result", (".csv",))
     check_output(path, force=force)
+
+
+def save_fmu_events(run: FmuRun, path: Path, *, force: bool = False) -> None:
+    """Write what changed at events as CSV: time, name, value.
+
+    Parameters
+    ----------
+    run : FmuRun
+        The outputs.
+    path : Path
+        File to write; it ends in ``.csv``.
+    force : bool
+        Whether a file that exists may be replaced.
+
+    Raises
+    ------
+    InputError
+        If the name is wrong, or the file exists or cannot be written.
+    """
+    check_suffix(path, "FMU events", (".csv",))
+
+    def write(file: BinaryIO) -> None:
+        file.write(b"time,name,value\n")
+        file.writelines(f"{t!r},{name},{value!r}\n".encode() for t, name, value in run.events())
+
+    write_atomically(path, write, force=force)
 
 
 def save_fmu_run(run: FmuRun, path: Path, *, force: bool = False) -> None:

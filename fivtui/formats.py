@@ -1,26 +1,27 @@
-"""The file formats of trajectories, as data: CSV, NPZ and Parquet."""
+"""The file formats of columns with units and provenance, as data: CSV, NPZ and Parquet."""
 
 import csv
 import io
 import json
 import zipfile
 import zlib
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from importlib.util import find_spec
+from pathlib import Path
 from typing import Any, BinaryIO, Final
 
 import numpy as np
 from numpy.typing import NDArray
 
+from .core.columns import COLUMNS, Column
 from .core.errors import InputError
-from .core.trajectory import COLUMNS, Trajectory
+from .files import check_suffix
 
 Columns = dict[str, NDArray[Any]]
 Provenance = Mapping[str, Any]
 
 _NAMES: Final = tuple(column.name for column in COLUMNS)
-_UNITS: Final = {column.name: column.unit for column in COLUMNS}
 _CHUNK: Final = 8192
 
 
@@ -31,9 +32,10 @@ class Format:
     Attributes
     ----------
     write : callable
-        Writes a trajectory and its provenance to a binary file.
+        Writes columns, their values, equally many, and what the file says of its making to a
+        binary file.
     read : callable
-        Reads those columns of `COLUMNS` that a binary file has; InputError if it is of another
+        Reads those columns of a trajectory that a binary file has; InputError if it is of another
         format.
     package : str
         Package that it needs besides those that fivtui always needs; empty if none.
@@ -41,7 +43,7 @@ class Format:
         The extra of fivtui that installs the package.
     """
 
-    write: Callable[[BinaryIO, Trajectory, Provenance], None]
+    write: Callable[[BinaryIO, Sequence[Column], Columns, Provenance], None]
     read: Callable[[BinaryIO], Columns]
     package: str = ""
     extra: str = ""
@@ -82,9 +84,18 @@ def write_csv(
         file.write("".join(",".join(map(repr, row)) + "\n" for row in rows).encode())
 
 
-def _write_csv(file: BinaryIO, trajectory: Trajectory, provenance: Provenance) -> None:
-    columns = {name: getattr(trajectory, name) for name in _NAMES}
-    write_csv(file, columns, {**provenance, "units": _UNITS})
+def _write_csv(
+    file: BinaryIO, columns: Sequence[Column], values: Columns, provenance: Provenance
+) -> None:
+    write_csv(file, _ordered(columns, values), {**provenance, "units": _units(columns)})
+
+
+def _ordered(columns: Sequence[Column], values: Columns) -> Columns:
+    return {column.name: values[column.name] for column in columns}
+
+
+def _units(columns: Sequence[Column]) -> dict[str, str]:
+    return {column.name: column.unit for column in columns}
 
 
 def _read_csv(file: BinaryIO) -> Columns:
@@ -117,9 +128,11 @@ def _parse_csv(text: io.TextIOWrapper) -> Columns:
     return {name: np.array(column, dtype=float) for name, column in values.items()}
 
 
-def _write_npz(file: BinaryIO, trajectory: Trajectory, provenance: Provenance) -> None:
-    arrays: dict[str, Any] = {name: getattr(trajectory, name) for name in _NAMES}
-    for key, value in {**provenance, "units": _UNITS}.items():
+def _write_npz(
+    file: BinaryIO, columns: Sequence[Column], values: Columns, provenance: Provenance
+) -> None:
+    arrays: dict[str, Any] = dict(_ordered(columns, values))
+    for key, value in {**provenance, "units": _units(columns)}.items():
         arrays[key] = _array(value)
     np.savez(file, **arrays)
 
@@ -144,11 +157,13 @@ def _read_npz(file: BinaryIO) -> Columns:
     raise InputError("not an NPZ file")
 
 
-def _write_parquet(file: BinaryIO, trajectory: Trajectory, provenance: Provenance) -> None:
+def _write_parquet(
+    file: BinaryIO, columns: Sequence[Column], values: Columns, provenance: Provenance
+) -> None:
     import pyarrow as pa
     import pyarrow.parquet as pq
 
-    arrays = [pa.array(getattr(trajectory, column.name)) for column in COLUMNS]
+    arrays = [pa.array(values[column.name]) for column in columns]
     fields = [
         pa.field(
             column.name,
@@ -156,7 +171,7 @@ def _write_parquet(file: BinaryIO, trajectory: Trajectory, provenance: Provenanc
             nullable=False,
             metadata={"unit": column.unit, "meaning": column.meaning},
         )
-        for column, array in zip(COLUMNS, arrays, strict=True)
+        for column, array in zip(columns, arrays, strict=True)
     ]
     metadata = {key: json.dumps(value) for key, value in provenance.items()}
     pq.write_table(pa.table(arrays, schema=pa.schema(fields, metadata=metadata)), file)
@@ -178,3 +193,31 @@ FORMATS: Final[Mapping[str, Format]] = {
     ".npz": Format(_write_npz, _read_npz),
     ".parquet": Format(_write_parquet, _read_parquet, package="pyarrow", extra="parquet"),
 }
+
+
+def columns_format(path: Path, kind: str) -> Format:
+    """The format that the name of a file says.
+
+    Parameters
+    ----------
+    path : Path
+        The file.
+    kind : str
+        What it holds, named in the message, e.g. ``"trajectory"``.
+
+    Returns
+    -------
+    Format
+        Its format.
+
+    Raises
+    ------
+    InputError
+        If the suffix is unknown, or a package that the format needs is not installed.
+    """
+    form = FORMATS[check_suffix(path, kind, FORMATS)]
+    try:
+        form.check_installed()
+    except InputError as error:
+        raise InputError(f"{path}: {error}") from None
+    return form

@@ -12,8 +12,8 @@ DEFAULT_PRESET: Final = "base"
 
 _BASE: Final = Parameters()
 _COEXISTENCE: Final = _BASE.with_values({"F": 120.0})
-# Long enough for the motion to settle.
-_COEXISTENCE_T_END: Final = 400.0
+# Long enough for the second half to be settled to five digits.
+_COEXISTENCE_T_END: Final = 800.0
 
 
 def _offset_from_equilibrium(p: Parameters, offset: float) -> tuple[float, float, float, float]:

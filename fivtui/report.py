@@ -1,13 +1,15 @@
 """What the command line prints: tables on standard output, progress on standard error."""
 
+import math
 import re
 import sys
 import time
 from collections import Counter
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from types import TracebackType
 from typing import TYPE_CHECKING, Final, Self
 
+import numpy as np
 from rich.console import Console
 from rich.progress import BarColumn, TaskID, TextColumn, TimeRemainingColumn
 from rich.progress import Progress as Bar
@@ -15,18 +17,24 @@ from rich.table import Table
 from rich.text import Text
 
 from .core.outcome import Transient
-from .core.parameters import Parameters
+from .core.parameters import PARAMETERS, Parameters
 from .core.stability import Stability
+from .map_results import MAP_COLUMNS
 
 if TYPE_CHECKING:
+    from .accuracy import Accuracy
     from .compare import Comparison
+    from .core.modes import VibrationMode
+    from .core.stability_map import StabilityMap
     from .paper.claim import CheckedClaim
+    from .trials import Finding
     from .verified import Verified
 
 # A bar for less than this would only flicker.
 _PATIENCE_S: Final = 1.0
 # Columns of the table of claims, and their shares of its width.
 _CLAIM_COLUMNS: Final = {"section": 2, "statement": 6, "stated": 4, "computed": 7, "verdict": 2}
+_FINDING_STYLES: Final = {"right": "", "refused": "dim", "wrong": "bold reverse"}
 _VERDICT_STYLES: Final = {"does not hold": "bold", "not testable": "dim"}
 
 
@@ -70,8 +78,14 @@ class Progress:
             self._bar.start()
             self._task = self._bar.add_task(self._label, total=1.0)
         if self._task is not None:
-            self._bar.update(self._task, completed=fraction)
+            self._bar.update(self._task, completed=fraction, description=self._description())
         return True
+
+    def _description(self) -> str:
+        # Batches wait for the compiler where single runs do not.
+        from .core.batch import kernels
+
+        return f"{self._label}: compiling, once" if kernels.loading else self._label
 
 
 def number(value: float, digits: int = 6) -> str:
@@ -128,8 +142,7 @@ def print_transient(result: Transient, verified: "Verified | None" = None) -> No
         ("separation", "considered" if result.separation else "ignored"),
         (
             "method",
-            f"{result.method}, {result.stats.steps} steps"
-            + ("" if verified is None else f", verified by {verified.runs} runs"),
+            _work(result) + ("" if verified is None else f", verified by {verified.runs} runs"),
         ),
         (
             "peak |y|",
@@ -163,6 +176,12 @@ def print_transient(result: Transient, verified: "Verified | None" = None) -> No
     print_list("Transient", rows)
 
 
+def _work(result: Transient) -> str:
+    if result.stats.kernel == "exact":
+        return "matrix exponential: the scene is linear"
+    return f"{result.method}, {result.stats.steps} steps"
+
+
 def print_stability(verdict: Stability, p: Parameters) -> None:
     """Print equilibrium, eigenvalues and critical friction coefficients.
 
@@ -188,12 +207,63 @@ def print_stability(verdict: Stability, p: Parameters) -> None:
         for value in verdict.eigenvalues.tolist()
     ]
     rows += [
+        (
+            "mode",
+            f"{number(mode.frequency)} Hz  ({number(mode.angular_frequency)} rad/s)  "
+            f"damping ratio {number(mode.damping_ratio)}  {_shape(mode)}",
+        )
+        for mode in verdict.modes
+    ]
+    rows += [
         ("critical friction coefficient", f"{number(c.mu)}  ({c.becomes} above)")
         for c in verdict.critical_mu
     ] or [("critical friction coefficient", "none")]
     linear = verdict.linear_critical_mu
     rows.append(("  of the linear system", "none" if linear is None else number(linear)))
+    left = verdict.margin.mu
+    rows.append(("margin in friction coefficient", "none" if left is None else f"{left:+.6g}"))
+    near = verdict.coalescence
+    meet = "nowhere" if near.mu is None else f"at friction coefficient {number(near.mu)}"
+    rows += [
+        ("distance of the frequencies", f"{number(near.frequency_distance)} rad/s"),
+        ("undamped frequencies coalesce", meet),
+    ]
     print_list("Stability", rows)
+
+
+def _shape(mode: "VibrationMode") -> str:
+    # Vertical over horizontal amplitude, and how far y is ahead of x.
+    x, y = mode.shape
+    if x == 0.0:
+        return "vertical motion alone"
+    ratio = y / x
+    degrees = round(math.degrees(math.atan2(ratio.imag, ratio.real)), 6) + 0.0
+    return f"y/x {number(abs(ratio))}, {number(degrees, 4)}°"
+
+
+def print_map(result: "StabilityMap") -> None:
+    """Print what a stability map holds: its size, the range of its values, the stable share.
+
+    Parameters
+    ----------
+    result : StabilityMap
+        Any map.
+    """
+    values = result.values[~np.isnan(result.values)]
+    known = result.excess[~np.isnan(result.excess)]
+    rows = [
+        (name, f"{number(axis[0])} to {number(axis[-1])} {PARAMETERS[name].unit}, {axis.size}")
+        for name, axis in zip(result.names, result.axes, strict=True)
+    ]
+    column = MAP_COLUMNS[result.value]
+    span = f"{number(values.min())} to {number(values.max())} {column.unit}" if values.size else ""
+    rows += [
+        ("points", str(result.values.size)),
+        (column.meaning, span.rstrip() or "none"),
+        ("points without value", str(result.values.size - values.size)),
+        ("unstable", f"{np.count_nonzero(known > 0.0) / result.values.size:.1%} of the points"),
+    ]
+    print_list("Stability map", rows)
 
 
 def print_rows(title: str, header: Sequence[str], rows: Sequence[Sequence[str]]) -> None:
@@ -214,6 +284,77 @@ def print_rows(title: str, header: Sequence[str], rows: Sequence[Sequence[str]])
     for row in rows:
         table.add_row(*row)
     _print(table)
+
+
+def print_accuracy(found: "Accuracy") -> None:
+    """Print how far to trust a run.
+
+    Parameters
+    ----------
+    found : Accuracy
+        What `accuracy` returned.
+    """
+    from .accuracy import believed_digits
+
+    run, growth = found.run, found.growth
+    units = {"x": "m", "vx": "m/s", "y": "m", "vy": "m/s", "separations": "", "separated_time": "s"}
+    rows = [
+        (name, believed_digits(entry), f"{entry.difference:.1e}", units.get(name, "m"))
+        for name, entry in found.estimates.items()
+    ]
+    print_rows(
+        f"Accuracy of {run.t_end:g} s by {run.method}, held against {found.finer}",
+        ("number", "digits to believe", "difference", "unit"),
+        rows,
+    )
+    print_list(
+        "Growth of a small error",
+        [
+            ("over the run", f"at most {growth.greatest:.3g} times, {growth.final:.3g} at the end"),
+            (
+                "largest Lyapunov exponent",
+                f"{number(growth.exponent, 3)} 1/s  (zero within {number(growth.uncertainty, 2)})",
+            ),
+            ("in the long run it", growth.fate),
+        ],
+    )
+
+
+def print_trials(found: "Mapping[str, Mapping[str, Finding]]") -> None:
+    """Print the verdicts on every method at the extremes, and the reasons below.
+
+    Parameters
+    ----------
+    found : mapping
+        What `run_trials` returned.
+    """
+    from .trials import CONTESTANTS, TRIALS
+
+    contestants = [name for name in CONTESTANTS if any(name in row for row in found.values())]
+    table = Table(title="Extremes", title_justify="left", box=None, pad_edge=False)
+    for name in ("scene", "what is extreme", *contestants):
+        table.add_column(name)
+    for name, findings in found.items():
+        cells = [
+            Text(_finding(findings[key]), style=_FINDING_STYLES[findings[key].verdict])
+            for key in contestants
+        ]
+        table.add_row(name, TRIALS[name].meaning, *cells)
+    _print(table)
+    reasons = [
+        (f"{name}, {key}", f"{finding.verdict}: {finding.reason}")
+        for name, findings in found.items()
+        for key, finding in findings.items()
+        if finding.reason
+    ]
+    print_list("Why", reasons)
+    counts = Counter(finding.verdict for row in found.values() for finding in row.values())
+    text = ", ".join(f"{verdict} {count}" for verdict, count in counts.items())
+    Console(stderr=True, highlight=False).print(text)
+
+
+def _finding(finding: "Finding") -> str:
+    return finding.verdict if finding.error is None else f"{finding.verdict} {finding.error:.0e}"
 
 
 def print_comparison(result: "Comparison") -> None:

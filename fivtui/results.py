@@ -11,11 +11,12 @@ import numpy as np
 from . import __version__
 from .core.errors import ComputationError, InputError
 from .core.model import Mode
+from .core.modes import VibrationMode
 from .core.outcome import Transient
 from .core.stability import Stability
 from .core.trajectory import COLUMNS, Trajectory
-from .files import check_output, check_suffix, write_atomically
-from .formats import FORMATS, Columns, Format
+from .files import check_output, write_atomically
+from .formats import Columns, columns_format
 
 
 def transient_to_dict(transient: Transient) -> dict[str, Any]:
@@ -60,7 +61,8 @@ def stability_to_dict(stability: Stability) -> dict[str, Any]:
     -------
     dict
         ``equilibrium``, ``eigenvalues`` as pairs of real and imaginary part, ``growth_rate``,
-        ``stable``, ``critical_mu``, ``linear_critical_mu``, in SI units.
+        ``stable``, ``critical_mu``, ``linear_critical_mu``, ``modes``, ``margin``,
+        ``coalescence``, in SI units; frequencies in Hz, angular frequencies in rad/s.
 
     Raises
     ------
@@ -75,9 +77,23 @@ def stability_to_dict(stability: Stability) -> dict[str, Any]:
         "stable": stability.stable,
         "critical_mu": [asdict(critical) for critical in stability.critical_mu],
         "linear_critical_mu": stability.linear_critical_mu,
+        "modes": [_mode_to_dict(mode) for mode in stability.modes],
+        "margin": asdict(stability.margin),
+        "coalescence": asdict(stability.coalescence),
     }
     _check_finite(data, "")
     return data
+
+
+def _mode_to_dict(mode: VibrationMode) -> dict[str, Any]:
+    x, y = mode.shape
+    return {
+        "frequency": mode.frequency,
+        "angular_frequency": mode.angular_frequency,
+        "growth_rate": mode.growth_rate,
+        "damping_ratio": mode.damping_ratio,
+        "shape": {"x": [x.real, x.imag], "y": [y.real, y.imag]},
+    }
 
 
 def _request(transient: Transient) -> dict[str, Any]:
@@ -154,7 +170,7 @@ def check_trajectory_path(path: Path, *, force: bool) -> None:
     InputError
         If the format is unknown or needs a package that is not installed, or as `check_output`.
     """
-    _format(path)
+    columns_format(path, "trajectory")
     check_output(path, force=force)
 
 
@@ -182,13 +198,15 @@ def save_trajectory(transient: Transient, path: Path, *, force: bool = False) ->
     ComputationError
         If a sample is not finite.
     """
-    form = _format(path)
+    form = columns_format(path, "trajectory")
     trajectory = trajectory_of(transient)
     request = {key: value for key, value in _request(transient).items() if value is not None}
     provenance = {"fivtui": __version__, **request}
 
+    values = {column.name: getattr(trajectory, column.name) for column in COLUMNS}
+
     def write(file: BinaryIO) -> None:
-        form.write(file, trajectory, provenance)
+        form.write(file, COLUMNS, values, provenance)
 
     write_atomically(path, write, force=force)
 
@@ -212,7 +230,7 @@ def load_trajectory(path: Path) -> Trajectory:
         If the file cannot be read, or is not a trajectory: a column is missing, a value is not a
         finite number, times do not ascend, or a mode is neither 0 nor 1.
     """
-    form = _format(path)
+    form = columns_format(path, "trajectory")
     try:
         with path.open("rb") as file:
             columns = form.read(file)
@@ -223,15 +241,6 @@ def load_trajectory(path: Path) -> Trajectory:
         raise InputError(f"{path}: cannot be read: {error.strerror or error}") from None
     except InputError as error:
         raise InputError(f"{path}: {error}") from None
-
-
-def _format(path: Path) -> Format:
-    form = FORMATS[check_suffix(path, "trajectory", FORMATS)]
-    try:
-        form.check_installed()
-    except InputError as error:
-        raise InputError(f"{path}: {error}") from None
-    return form
 
 
 def _trajectory(columns: Columns) -> Trajectory:

@@ -57,13 +57,14 @@ def simulate(
         Steps after which the run is given up.
     progress : callable, optional
         Called now and then with the fraction done; the run is cancelled when it returns False.
-    kernel : "auto", "compiled" or "interpreted"
-        What runs the method ``taylor``. By default the compiled kernel once that is loaded, the
-        interpreted one before; ``stats.kernel`` says which it was, and they agree to rounding. To
-        ask for the compiled one is to wait for it.
+    kernel : "auto", "compiled", "interpreted" or "exact"
+        What runs the method ``taylor``. By default a linear scene (k_nl = 0, separation ignored)
+        is solved exactly, without steps; any other by the compiled kernel once that is loaded, by
+        the interpreted one before. ``stats.kernel`` says which it was, and they agree to rounding.
+        To ask for the compiled one is to wait for it.
     on_samples : callable, optional
-        Called now and then with the next part of the trajectory, where sample times are given; in
-        the computing thread.
+        Called now and then with the next part of the trajectory, where sample times are given and
+        steps are taken; in the computing thread.
 
     Returns
     -------

@@ -1,1 +1,1 @@
-"""The slider-belt model as an FMU for co-simulation (FMI 2.0), and its builder."""
+"""The slider-belt model and a brake actuator as FMUs for co-simulation, and their builder."""

@@ -11,30 +11,8 @@ from importlib.resources import files
 from pathlib import PurePosixPath
 from typing import Final, Self
 
-# By package; each imports the standard library, pythonfmu and each other alone.
-_MODULES: Final = {
-    "fivtui.core": (
-        "columns",
-        "errors",
-        "model",
-        "parameters",
-        "polynomial",
-        "recurrences",
-        "segment",
-        "taylor",
-    ),
-    "fmu_src": (
-        "experiment",
-        "guard",
-        "memory",
-        "motion",
-        "settings",
-        "slave",
-        "variable",
-        "variables",
-    ),
-}
-_ENTRY: Final = ("fmu_src", "entry")
+from .component import Component
+
 _IMPORT: Final = re.compile(r"^from (?=(?:fivtui|fmu_src)[. ])", re.MULTILINE)
 _DIGITS: Final = 12
 
@@ -58,8 +36,13 @@ class Bundle:
     sources: dict[str, str]
 
     @classmethod
-    def collected(cls) -> Self:
-        """The bundle of the project as it is installed.
+    def collected(cls, component: Component) -> Self:
+        """The bundle of a component of the project as it is installed.
+
+        Parameters
+        ----------
+        component : Component
+            The component.
 
         Returns
         -------
@@ -68,10 +51,10 @@ class Bundle:
         """
         texts = {
             f"{package.replace('.', '/')}/{name}.py": _text(package, name)
-            for package, names in _MODULES.items()
+            for package, names in component.modules.items()
             for name in names
         }
-        entry_text = _text(*_ENTRY)
+        entry_text = _text("fmu_src", component.entry)
         content = "\0".join(f"{path}\0{text}" for path, text in texts.items()) + entry_text
         digest = hashlib.sha256(content.encode()).hexdigest()[:_DIGITS]
         package, entry = f"fivtui_{digest}", f"fivtui_entry_{digest}"

@@ -5,8 +5,8 @@ from importlib.metadata import distribution
 from pathlib import Path
 from typing import Final
 
+from .component import Component
 from .variable import Role
-from .variables import VARIABLES
 
 _TITLES: Final = {
     Role.PARAMETER: "Parameters, fixed once the run has begun",
@@ -14,21 +14,15 @@ _TITLES: Final = {
     Role.OUTPUT: "Outputs",
     Role.LOCAL: "Local variables",
 }
-_RULES: Final = """\
-<p>State events (separation and reattachment at y = 0) are located inside a communication step to
-rounding. Results do not depend on the communication step. An event is counted at the first
-communication point that is not before it.</p>
-<p>The relative tolerance of the experiment is the relative error to expect of the state after about
-a hundred periods.</p>
-<p>What is refused (a value out of its range, a fixed parameter while stepping, a wrong time) is
-logged and changes nothing; the next step then returns fmi2Discard.</p>
-<p>The FMU needs Python 3.11 or newer in the process that loads it. The path to which it is
-extracted may hold ASCII letters, digits and spaces, but no # and no %.</p>
-"""
 
 
-def documentation() -> dict[str, bytes]:
+def documentation(component: Component) -> dict[str, bytes]:
     """The files below ``documentation/``.
+
+    Parameters
+    ----------
+    component : Component
+        What the FMU is made of.
 
     Returns
     -------
@@ -36,25 +30,26 @@ def documentation() -> dict[str, bytes]:
         Content by name in the FMU.
     """
     return {
-        "documentation/index.html": _index().encode(),
-        "documentation/licenses/pythonfmu.txt": _license_of("pythonfmu"),
+        "documentation/index.html": _index(component).encode(),
+        f"documentation/licenses/{component.wrapper}.txt": _license_of(component.wrapper),
     }
 
 
-def _index() -> str:
+def _index(component: Component) -> str:
     parts = [
         '<!DOCTYPE html>\n<html lang="en"><head><meta charset="utf-8">',
-        "<title>SliderBelt</title></head><body>\n<h1>SliderBelt</h1>\n",
-        _RULES,
+        f"<title>{component.model}</title></head><body>\n<h1>{component.model}</h1>\n",
+        component.about,
+        component.rules,
     ]
     for role, title in _TITLES.items():
         rows = "".join(
             f"<tr><td>{v.name}</td><td>{v.unit}</td><td>{html.escape(v.meaning)}</td>"
             f"<td>{html.escape(v.allowed)}</td></tr>\n"
-            for v in VARIABLES
+            for v in component.table.variables
             if v.role is role
         )
-        parts.append(f"<h2>{title}</h2>\n<table>\n{rows}</table>\n")
+        parts.append(f"<h2>{title}</h2>\n<table>\n{rows}</table>\n" if rows else "")
     return "".join(parts) + "</body></html>\n"
 
 

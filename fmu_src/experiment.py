@@ -8,7 +8,7 @@ from fivtui.core.parameters import parse_number
 from fivtui.core.taylor import DEFAULT_TOL, TOL_RANGE
 
 # Times of the host and of the slave agree to the host's rounding.
-_SAME_TIME: Final = 1e-9
+SAME_TIME: Final = 1e-9
 
 
 class Experiment(NamedTuple):
@@ -96,4 +96,4 @@ class Experiment(NamedTuple):
 
 
 def _same(one: float, other: float) -> bool:
-    return math.isclose(one, other, rel_tol=_SAME_TIME, abs_tol=_SAME_TIME)
+    return math.isclose(one, other, rel_tol=SAME_TIME, abs_tol=SAME_TIME)

@@ -2,17 +2,13 @@
 
 import json
 import zlib
-from dataclasses import astuple
+from collections.abc import Callable
 from enum import StrEnum
 from typing import Any, Final, NamedTuple
 
 from fivtui.core.errors import InputError
-from fivtui.core.model import Mode
-from fivtui.core.segment import Segment
-from fivtui.core.taylor import Instant
 
 from .experiment import Experiment
-from .motion import Moment
 
 # A state belongs to one build of the FMU: the package it is bundled in is named by its content.
 _BUILD: Final = __name__.partition(".")[0]
@@ -38,47 +34,45 @@ class Memory(NamedTuple):
         Times and tolerance; None before they are set up.
     values : tuple of float or bool
         Values of all variables in the order of their value references.
-    moment : Moment or None
-        Where the motion is; None before it begins.
+    moment : named tuple or None
+        Where the motion is, with its time as `t`; None before it begins.
     """
 
     phase: Phase
     experiment: Experiment | None
     values: tuple[float | bool, ...]
-    moment: Moment | None
+    moment: Any
 
 
-def to_bytes(memory: Memory) -> bytes:
+def to_bytes(memory: Memory, encoded: Callable[[Any], Any]) -> bytes:
     """Serialise a state, exactly.
 
     Parameters
     ----------
     memory : Memory
         The state.
+    encoded : callable
+        From a moment to what JSON can hold.
 
     Returns
     -------
     bytes
         A checksum and JSON; floats are written so that they read back bit for bit.
     """
-    content: dict[str, Any] = {"build": _BUILD, **memory._asdict(), "moment": None}
-    if memory.moment is not None:
-        segment = memory.moment.segment
-        content["moment"] = {
-            **memory.moment._asdict(),
-            "segment": None if segment is None else astuple(segment),
-        }
-    text = json.dumps(content).encode()
+    moment = None if memory.moment is None else encoded(memory.moment)
+    text = json.dumps({"build": _BUILD, **memory._asdict(), "moment": moment}).encode()
     return b"%08x" % zlib.crc32(text) + text
 
 
-def from_bytes(data: bytes) -> Memory:
+def from_bytes(data: bytes, decoded: Callable[[Any], Any]) -> Memory:
     """Read a state back.
 
     Parameters
     ----------
     data : bytes
         What `to_bytes` returned.
+    decoded : callable
+        From what JSON holds to a moment.
 
     Returns
     -------
@@ -96,34 +90,10 @@ def from_bytes(data: bytes) -> Memory:
     content = json.loads(text)
     if content.pop("build") != _BUILD:
         raise InputError("the serialised FMU state comes from another build of this FMU")
-    moment, experiment = content.pop("moment"), content["experiment"]
+    moment, experiment = content["moment"], content["experiment"]
     return Memory(
-        **{
-            **content,
-            "phase": Phase(content["phase"]),
-            "experiment": None if experiment is None else Experiment(*experiment),
-            "values": tuple(content["values"]),
-            "moment": None if moment is None else _moment(moment),
-        }
-    )
-
-
-def _moment(content: dict[str, Any]) -> Moment:
-    t, remainder, state, mode, stalled = content["instant"]
-    segment = content["segment"]
-    return Moment(
-        **{
-            **content,
-            "state": tuple(content["state"]),
-            "mode": Mode(content["mode"]),
-            "instant": Instant(t, remainder, tuple(state), Mode(mode), stalled),
-            "segment": None if segment is None else _segment(segment),
-        }
-    )
-
-
-def _segment(content: list[Any]) -> Segment:
-    mode, start, remainder, duration, end, x, y, final, switches = content
-    return Segment(
-        Mode(mode), start, remainder, duration, end, tuple(x), tuple(y), tuple(final), switches
+        Phase(content["phase"]),
+        None if experiment is None else Experiment(*experiment),
+        tuple(content["values"]),
+        None if moment is None else decoded(moment),
     )

@@ -6,7 +6,7 @@ input changes, so the result does not depend on where the communication points l
 
 from typing import NamedTuple
 
-from fivtui.core.model import Mode, State, contact_force, mode_of
+from fivtui.core.model import Mode, State, accelerations, contact_force, mode_of
 from fivtui.core.parameters import Parameters
 from fivtui.core.segment import Segment
 from fivtui.core.taylor import Instant, TaylorStepper, local_tolerance
@@ -79,10 +79,40 @@ class Motion:
         instant = self._stepper.instant
         self.moment = Moment(t, state, instant.mode, p.F, p.mu, 0, 0, t, instant, None)
 
+    def state_at(self, t: float) -> State:
+        """The state at a time, without moving on.
+
+        Parameters
+        ----------
+        t : float
+            Time, s; that of `moment`, or one between it and `known_until`.
+
+        Returns
+        -------
+        State
+            (x, ẋ, y, ẏ), m and m/s.
+        """
+        moment = self.moment
+        if t == moment.t or moment.segment is None:
+            return moment.state
+        return moment.segment.state(t)
+
+    def accelerations(self, state: State, *, F: float, mu: float) -> tuple[float, float]:
+        """Accelerations (ẍ, ÿ), m/s², at a state in the present mode, under given inputs."""
+        p = self._p
+        if F != p.F or mu != p.mu:
+            p = p.with_values({"F": F, "mu": mu})
+        return accelerations(p, state, self.moment.mode)
+
+    def contact_force(self, y: float) -> float:
+        """Contact force P, N, at a vertical displacement, m, in the present mode."""
+        return contact_force(self._p, y, self.moment.mode) + 0.0
+
     @property
-    def contact_force(self) -> float:
-        """Contact force P, N."""
-        return contact_force(self._p, self.moment.state[2], self.moment.mode) + 0.0
+    def known_until(self) -> float:
+        """Time before which moving on under the same inputs computes no Taylor step, s."""
+        segment = self.moment.segment
+        return self.moment.t if segment is None else segment.end
 
     def move_to(self, t: float, *, F: float, mu: float) -> None:
         """Go on to a later time.

@@ -33,7 +33,7 @@ def start_state(values: Values) -> State:
         If the start is static and there is no equilibrium.
     """
     if values[REFERENCES["start_static"]]:
-        return static_start(_parameters(values), separation=_separation(values))
+        return static_start(parameters_from(values), separation=separation_in(values))
     x, vx, y, vy = (float(values[REFERENCES[f"{name}_start"]]) for name in STATES)
     return (x, vx, y, vy)
 
@@ -57,7 +57,7 @@ def motion_from(values: Values, state: State, *, t: float, tol: float) -> Motion
     Motion
         At `t`.
     """
-    return Motion(_parameters(values), state, t=t, separation=_separation(values), tol=tol)
+    return Motion(parameters_from(values), state, t=t, separation=separation_in(values), tol=tol)
 
 
 def fixed_values(values: Values) -> list[float]:
@@ -76,9 +76,33 @@ def fixed_values(values: Values) -> list[float]:
     return [values[reference] for reference in _FIXED]
 
 
-def _parameters(values: Values) -> Parameters:
+def parameters_from(values: Values) -> Parameters:
+    """The parameter set, inputs included.
+
+    Parameters
+    ----------
+    values : mapping of int to float or bool
+        Values of all variables by value reference.
+
+    Returns
+    -------
+    fivtui.core.parameters.Parameters
+        Every value is inside its bounds.
+    """
     return Parameters(**{name: float(values[REFERENCES[name]]) for name in PARAMETERS})
 
 
-def _separation(values: Values) -> bool:
+def separation_in(values: Values) -> bool:
+    """Whether separation is considered.
+
+    Parameters
+    ----------
+    values : mapping of int to float or bool
+        Values of all variables by value reference.
+
+    Returns
+    -------
+    bool
+        True for Case 1.
+    """
     return bool(values[REFERENCES["separation"]])

@@ -4,6 +4,7 @@ import math
 from dataclasses import dataclass
 from enum import StrEnum
 
+from fivtui.core.errors import InputError
 from fivtui.core.parameters import PARAMETERS, parse_number
 
 
@@ -12,6 +13,7 @@ class Type(StrEnum):
 
     REAL = "Real"
     INTEGER = "Integer"
+    ENUMERATION = "Enumeration"
     BOOLEAN = "Boolean"
 
 
@@ -54,6 +56,12 @@ class Variable:
         Inputs it depends on directly, at a communication point.
     starts_from : tuple of str
         Parameters and inputs that its initial value depends on.
+    derivative_of : str
+        Name of the variable whose derivative it is; empty if it is none.
+    varies_with : tuple of str
+        States and inputs that it depends on as a derivative.
+    items : tuple of str
+        Names of the values 0, 1, … of an enumeration.
     """
 
     name: str
@@ -69,6 +77,9 @@ class Variable:
     discrete: bool = False
     depends_on: tuple[str, ...] = ()
     starts_from: tuple[str, ...] = ()
+    derivative_of: str = ""
+    varies_with: tuple[str, ...] = ()
+    items: tuple[str, ...] = ()
 
     @property
     def settable(self) -> bool:
@@ -111,4 +122,7 @@ class Variable:
             return PARAMETERS[self.name].check(value)
         if self.type is Type.BOOLEAN:
             return bool(value)
-        return parse_number(self.name, value, self.allowed)
+        number = parse_number(self.name, value, self.allowed)
+        if not self.lower <= number <= self.upper:
+            raise InputError(f"{self.name} = {number:g}: allowed is {self.allowed}")
+        return number

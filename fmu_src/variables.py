@@ -1,18 +1,25 @@
-"""The variables of the FMU, as data: what the slave serves and its model description says."""
+"""The variables of the slider-belt model, as data."""
 
 import math
-from collections.abc import Mapping, Sequence
+import sys
+from collections.abc import Sequence
 from typing import Final
 
 from fivtui.core.columns import COLUMNS
-from fivtui.core.errors import InputError
+from fivtui.core.model import Mode
 from fivtui.core.parameters import PARAMETERS
 
+from .table import VariableTable
 from .variable import Role, Type, Variable
 
+SUMMARY: Final = (
+    "Slider pressed on a moving belt: friction-induced vibration by mode coupling, "
+    "with a cubic contact stiffness and separation"
+)
 # Parameters of the model that may change at every communication point.
 INPUTS: Final = ("F", "mu")
 STATES: Final = ("x", "vx", "y", "vy")
+_STARTS: Final = tuple(f"{name}_start" for name in STATES)
 # What an equilibrium under μ = 0 depends on.
 _EQUILIBRIUM: Final = ("k1", "k2", "k3", "k_nl", "F", "separation")
 _DIMENSIONLESS: Final = "1"
@@ -27,7 +34,8 @@ def _parameters() -> list[Variable]:
             meaning=spec.meaning,
             unit=spec.unit or _DIMENSIONLESS,
             start=spec.default,
-            lower=spec.lower,
+            # FMI knows closed ranges only: next to an excluded zero is the least normal number.
+            lower=max(spec.lower, sys.float_info.min) if spec.lower_open else spec.lower,
             upper=spec.upper,
             allowed=spec.allowed,
             nominal=abs(spec.default) or None,
@@ -87,6 +95,7 @@ def _outputs() -> list[Variable]:
         discrete: bool = False,
         depends_on: tuple[str, ...] = (),
         bounds: tuple[float, float] = (-math.inf, math.inf),
+        derivative_of: str = "",
     ) -> Variable:
         return Variable(
             name=name,
@@ -100,6 +109,8 @@ def _outputs() -> list[Variable]:
             discrete=discrete,
             depends_on=depends_on,
             starts_from=tuple(starts_from),
+            derivative_of=derivative_of,
+            varies_with=(name,) if derivative_of else (),
         )
 
     at_rest = ("start_static", *_EQUILIBRIUM)
@@ -108,23 +119,17 @@ def _outputs() -> list[Variable]:
         "vx": ("start_static", "vx_start"),
         "y": (*at_rest, "y_start"),
         "vy": ("start_static", "vy_start"),
-        "P": (*at_rest, *(f"{name}_start" for name in STATES)),
+        "P": (*at_rest, *_STARTS),
     }
     count = (0.0, math.inf)
     mode, y, force = columns["mode"], columns["y"], columns["P"]
     friction = (*origin["P"], "mu")
-    # An Integer costs a host one more call for every sample: it is local, so not recorded unasked.
-    code = Variable(
-        name="mode_integer",
-        type=Type.INTEGER,
-        role=Role.LOCAL,
-        meaning=f"mode as an integer: {mode.meaning}",
-        lower=0,
-        upper=1,
-        discrete=True,
-    )
     return [
-        *(output(n, columns[n].meaning, columns[n].unit, origin[n]) for n in (*STATES, "P")),
+        output("x", columns["x"].meaning, "m", origin["x"]),
+        output("vx", columns["vx"].meaning, "m/s", origin["vx"], derivative_of="x"),
+        output("y", y.meaning, "m", origin["y"]),
+        output("vy", columns["vy"].meaning, "m/s", origin["vy"], derivative_of="y"),
+        output("P", force.meaning, force.unit, origin["P"]),
         output(
             "friction_slider",
             "friction force of the belt on the slider, mu P",
@@ -169,43 +174,47 @@ def _outputs() -> list[Variable]:
             (),
             discrete=True,
         ),
-        code,
     ]
 
 
-# The value reference of a variable is its place in this table.
-VARIABLES: Final[tuple[Variable, ...]] = (*_parameters(), *_settings(), *_outputs())
-REFERENCES: Final[Mapping[str, int]] = {v.name: index for index, v in enumerate(VARIABLES)}
+def _locals() -> list[Variable]:
+    columns = {column.name: column for column in COLUMNS}
+    mode = columns["mode"]
+
+    def mirror(name: str, kind: Type, items: tuple[str, ...] = ()) -> Variable:
+        # A further type costs a host one more call for every sample: not recorded unasked.
+        return Variable(
+            name=name,
+            type=kind,
+            role=Role.LOCAL,
+            meaning=f"mode as an {kind.value.lower()}: {mode.meaning}",
+            lower=0,
+            upper=1,
+            discrete=True,
+            items=items,
+        )
+
+    def acceleration(axis: str, adjective: str, varies_with: tuple[str, ...]) -> Variable:
+        return Variable(
+            name=f"a{axis}",
+            type=Type.REAL,
+            role=Role.LOCAL,
+            meaning=f"{adjective} acceleration",
+            unit="m/s^2",
+            nominal=10.0,
+            starts_from=("start_static", *PARAMETERS, "separation", *_STARTS),
+            derivative_of=f"v{axis}",
+            varies_with=varies_with,
+        )
+
+    return [
+        mirror("mode_integer", Type.INTEGER),
+        mirror("mode_enumeration", Type.ENUMERATION, tuple(m.name.lower() for m in Mode)),
+        acceleration("x", "horizontal", ("x", "vx", "y", "mu")),
+        acceleration("y", "vertical", ("x", "y", "vy", "F")),
+    ]
 
 
-def check_settable(reference: int, kind: Type, value: object) -> float | bool:
-    """Check a value that is to be set from outside.
-
-    Parameters
-    ----------
-    reference : int
-        Value reference.
-    kind : Type
-        Type of the FMI call.
-    value : object
-        The value given.
-
-    Returns
-    -------
-    float or bool
-        The checked value.
-
-    Raises
-    ------
-    InputError
-        If there is no such variable, it is not of that type or not to be set, or the value is
-        not allowed.
-    """
-    if not 0 <= reference < len(VARIABLES):
-        raise InputError(f"value reference {reference}: allowed is 0 to {len(VARIABLES) - 1}")
-    variable = VARIABLES[reference]
-    if not variable.settable:
-        raise InputError(f"{variable.name} is an output and cannot be set")
-    if variable.type is not kind:
-        raise InputError(f"{variable.name} is of type {variable.type}, not {kind}")
-    return variable.check(value)
+TABLE: Final = VariableTable([*_parameters(), *_settings(), *_outputs(), *_locals()])
+VARIABLES: Final = TABLE.variables
+REFERENCES: Final = TABLE.references

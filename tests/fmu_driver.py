@@ -57,6 +57,10 @@ class Driver:
         """Run a script of calls, each (instance, method of `_Host`, arguments …)."""
         return [Answer(*answer) for answer in self._ask({"calls": calls})]
 
+    def go_on(self, *calls: Call) -> list[Answer]:
+        """As `drive`, but with the instances and states that the last `go_on` left."""
+        return [Answer(*answer) for answer in self._ask({"calls": calls, "keep": True})]
+
     def simulate(self, *runs: dict[str, Any]) -> list[dict[str, float]]:
         """Last outputs of fmpy's ``simulate_fmu`` for each set of options."""
         ends: list[dict[str, float]] = self._ask({"runs": runs})
@@ -96,6 +100,11 @@ class _Host:
 
     def free(self, name: str) -> None:
         self.instances.pop(name).freeInstance()
+
+    def free_all(self, name: str) -> None:
+        for each in list(self.instances):
+            self.free(each)
+        self.states.clear()
 
     def setup(self, name: str, start: float = 0.0, stop: Any = None, tol: Any = None) -> None:
         self.instances[name].setupExperiment(startTime=start, stopTime=stop, tolerance=tol)
@@ -178,10 +187,10 @@ class _Host:
         return sorted({module.partition(".")[0] for module in sys.modules if "fivtui" in module})
 
 
-def _drive(fmus: list[tuple[Any, Any]], calls: list[Any]) -> list[Answer]:
+def _drive(host: _Host, calls: list[Any]) -> list[Answer]:
     from fmpy.fmi1 import FMICallException
 
-    host, answers = _Host(fmus), []
+    answers = []
     for instance, method, *arguments in calls:
         host.log.clear()
         try:
@@ -189,8 +198,6 @@ def _drive(fmus: list[tuple[Any, Any]], calls: list[Any]) -> list[Answer]:
         except FMICallException as error:
             status, value = {2: "discard", 3: "error", 4: "fatal"}[error.status], None
         answers.append(Answer(status, value, host.log[:]))
-    for name in list(host.instances):
-        host.free(name)
     return answers
 
 
@@ -212,13 +219,18 @@ def main() -> None:
     import fmpy
 
     fmus = [(fmpy.extract(path), fmpy.read_model_description(path)) for path in sys.argv[1:]]
+    kept = _Host(fmus)
     for line in sys.stdin:
         request = json.loads(line)
-        answer = (
-            _drive(fmus, request["calls"])
-            if "calls" in request
-            else _simulate(sys.argv[1], request["runs"])
-        )
+        answer: list[Any]
+        if "runs" in request:
+            answer = _simulate(sys.argv[1], request["runs"])
+        elif "keep" in request:
+            answer = _drive(kept, request["calls"])
+        else:
+            host = _Host(fmus)
+            answer = _drive(host, request["calls"])
+            host.free_all("")
         print(json.dumps(answer), flush=True)
     for folder, _ in fmus:
         shutil.rmtree(folder)

@@ -64,6 +64,9 @@ def test_stability_json_is_one_object_with_everything_promised() -> None:
         "stable",
         "critical_mu",
         "linear_critical_mu",
+        "modes",
+        "margin",
+        "coalescence",
     }
     assert data["stable"] is True
     assert set(data["equilibrium"]) == {"x", "y", "P"}
@@ -232,8 +235,8 @@ def test_a_reader_that_goes_away_is_no_error() -> None:
 def test_help_imports_nothing_heavy() -> None:
     code = (
         "import sys\n"
-        "from fivtui.cli import _run\n"
-        "assert _run(['--help']) == 0\n"
+        "from fivtui.cli import run\n"
+        "assert run(['--help']) == 0\n"
         "heavy = {'numpy', 'scipy', 'matplotlib', 'textual', 'rich', 'fmpy', 'numba'}\n"
         "print(sorted(heavy & set(sys.modules)), file=sys.stderr)\n"
     )

@@ -78,6 +78,33 @@ def test_a_failure_to_load_is_reported_and_single_runs_go_on(
     assert simulate(t_end=1.0).stats.kernel == "interpreted"
 
 
+@pytest.mark.parametrize(("looks", "kernel"), [(4, "compiled"), (30, "interpreted")])
+def test_an_interpreted_run_hands_over_to_the_compiled_kernel_if_that_is_ready_early(
+    monkeypatch: pytest.MonkeyPatch, looks: int, kernel: str
+) -> None:
+    class Late(KernelLoader):
+        seen = 0
+
+        @property
+        def ready(self) -> bool:
+            self.seen += 1
+            return self.seen > looks
+
+    fractions: list[float] = []
+
+    def note(fraction: float) -> bool:
+        fractions.append(fraction)
+        return True
+
+    expected = simulate(t_end=400.0, tol=1e-9, kernel=kernel)  # type: ignore[arg-type]
+    monkeypatch.setattr(compiled, "kernels", Late("single"))
+    run = simulate(t_end=400.0, tol=1e-9, progress=note)
+    assert run.stats.kernel == kernel
+    assert run.final == expected.final
+    assert fractions == sorted(fractions)
+    assert fractions[-1] == 1.0
+
+
 @pytest.mark.slow
 def test_kernels_are_compiled_anew_when_a_source_of_theirs_changes(tmp_path: Path) -> None:
     shutil.copytree(PACKAGE, tmp_path / "fivtui", ignore=shutil.ignore_patterns("__pycache__"))

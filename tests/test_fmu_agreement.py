@@ -46,6 +46,26 @@ def test_every_communication_step_gives_the_native_state_to_the_last_bit(
         assert end["last_event"] == (native.events.last or 0.0)
 
 
+def test_steps_may_be_of_a_microsecond_or_of_the_whole_horizon(driver: Driver) -> None:
+    first = float(interpreted(t_end=5.0).switch_times[0])
+    begin = first - 1e-3
+    names = [*STATES, "mode", "separations", "last_event"]
+    calls: list[Call] = [
+        ("a", "begin"),
+        ("a", "step", 0.0, begin),
+        ("a", "steps", begin, 1e-6, 2000),
+        ("a", "step", begin + 2e-3, 100.0 - (begin + 2e-3)),
+        ("a", "get", names),
+        ("b", "begin"),
+        ("b", "step", 0.0, 100.0),
+        ("b", "get", names),
+    ]
+    answers = driver.drive(*calls)
+    assert {answer.status for answer in answers} == {"ok"}
+    assert answers[4].value == answers[7].value
+    assert tuple(answers[7].value[:4]) == final_state()
+
+
 @pytest.mark.parametrize("separation", [True, False])
 def test_every_communication_step_agrees_with_the_numpy_integrator_to_1e_10(
     driver: Driver, separation: bool

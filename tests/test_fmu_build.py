@@ -9,15 +9,23 @@ import zipfile
 from pathlib import Path
 from xml.etree import ElementTree as ET
 
+import fmpy
+import numpy as np
 import pytest
 from fmpy import read_model_description
+from fmpy.util import read_csv, read_ref_opt_file
 from fmpy.validation import validate_fmu
+from lxml import etree
 
+from fivtui import Parameters, simulate
 from fivtui.core.columns import COLUMNS
 from fivtui.core.errors import InputError
+from fivtui.core.model import Mode
 from fivtui.core.parameters import PARAMETERS
 from fmu_src import bundle
 from fmu_src.builder import build_fmu
+from fmu_src.check import check_fmu
+from fmu_src.components import COMPONENTS
 from fmu_src.units import base_exponents, display_units
 from fmu_src.variables import VARIABLES
 from tests.fmu_driver import Driver
@@ -42,7 +50,11 @@ def test_every_parameter_is_described_by_its_specification(fmu: Path) -> None:
         assert variable.unit == (spec.unit or "1")
         assert variable.displayUnit == variable.unit
         assert float(variable.start) == spec.default
-        assert (float(variable.min), float(variable.max)) == (spec.lower, spec.upper)
+        assert float(variable.max) == spec.upper
+        if spec.lower_open:
+            assert spec.check(float(variable.min)) < 1e-300
+        else:
+            assert float(variable.min) == spec.lower
         assert variable.causality == ("input" if name in ("F", "mu") else "parameter")
         assert variable.variability == ("continuous" if name in ("F", "mu") else "fixed")
 
@@ -61,6 +73,7 @@ def test_the_description_says_what_the_fmu_can_do(fmu: Path) -> None:
     assert slave.canGetAndSetFMUstate
     assert slave.canSerializeFMUstate
     assert slave.canHandleVariableCommunicationStepSize
+    assert not slave.canInterpolateInputs
     assert not slave.needsExecutionTool
     assert not slave.canBeInstantiatedOnlyOncePerProcess
     assert (default.startTime, default.stopTime, default.tolerance) == ("0.0", "100.0", "1e-12")
@@ -70,9 +83,92 @@ def test_the_description_says_what_the_fmu_can_do(fmu: Path) -> None:
     initial = {
         u.variable.name: {v.name for v in u.dependencies} for u in description.initialUnknowns
     }
-    assert set(initial) == {v.name for v in VARIABLES if v.role == "output"}
+    assert set(initial) == {v.name for v in VARIABLES if v.role == "output"} | {"ax", "ay"}
     assert {"k_nl", "F", "y_start", "start_static"} <= initial["y"]
     assert "mu" not in initial["y"]
+
+
+def test_the_derivatives_are_those_of_the_equations_of_motion(fmu: Path) -> None:
+    description = read_model_description(fmu)
+    derivatives = {
+        u.variable.name: (u.variable.derivative.name, {v.name for v in u.dependencies})
+        for u in description.derivatives
+    }
+    assert derivatives == {
+        "vx": ("x", {"vx"}),
+        "ax": ("vx", {"x", "vx", "y", "mu"}),
+        "vy": ("y", {"vy"}),
+        "ay": ("vy", {"x", "y", "vy", "F"}),
+    }
+
+
+def test_the_mode_is_an_enumeration_with_mirrors_as_integer_and_as_real(fmu: Path) -> None:
+    with zipfile.ZipFile(fmu) as archive:
+        root = ET.fromstring(archive.read("modelDescription.xml"))
+    items = {item.get("name"): int(str(item.get("value"))) for item in root.iter("Item")}
+    assert items == {mode.name.lower(): mode.value for mode in Mode}
+    types = {v.name: v.type for v in read_model_description(fmu).modelVariables}
+    mirrors = {"mode": "Real", "mode_integer": "Integer", "mode_enumeration": "Enumeration"}
+    assert mirrors.items() <= types.items()
+    run = fmpy.simulate_fmu(
+        str(fmu), stop_time=6.0, output_interval=0.1, output=["y", "time", *mirrors]
+    )
+    assert set(run["mode"]) == {0.0, 1.0}
+    assert np.array_equal(run["mode"], run["mode_integer"])
+    assert np.array_equal(run["mode"], run["mode_enumeration"])
+    assert np.array_equal(run["mode"] == 1.0, run["y"] <= 0.0)
+
+
+@pytest.mark.parametrize("component", COMPONENTS)
+def test_every_component_follows_the_schema_of_the_standard(component: str, tmp_path: Path) -> None:
+    fmu = build_fmu(tmp_path / "m.fmu", component=component)
+    folder = Path(fmpy.__file__).parent / "schema" / "fmi2"
+    schema = etree.XMLSchema(etree.parse(folder / "fmi2ModelDescription.xsd"))
+    with zipfile.ZipFile(fmu) as archive:
+        schema.assertValid(etree.fromstring(archive.read("modelDescription.xml")))
+    assert check_fmu(fmu) == []
+
+
+@pytest.mark.parametrize("component", COMPONENTS)
+def test_the_reference_run_in_the_fmu_can_be_repeated(component: str, tmp_path: Path) -> None:
+    fmu = build_fmu(tmp_path / "m.fmu", component=component)
+    model = COMPONENTS[component].model
+    with zipfile.ZipFile(fmu) as archive:
+        for name in ("in.csv", "ref.csv", "ref.opt"):
+            (tmp_path / name).write_bytes(archive.read(f"extra/{model}_{name}"))
+    options = read_ref_opt_file(tmp_path / "ref.opt")
+    reference = read_csv(tmp_path / "ref.csv")
+    run = fmpy.simulate_fmu(
+        str(fmu),
+        stop_time=options["StopTime"],
+        output_interval=options["StepSize"],
+        relative_tolerance=options["RelTol"],
+        input=read_csv(tmp_path / "in.csv"),
+        output=reference.dtype.names[1:],
+    )
+    for name in reference.dtype.names:
+        assert run[name] == pytest.approx(reference[name], rel=1e-8, abs=1e-8), name
+
+
+def test_the_reference_run_agrees_with_the_independent_integrator() -> None:
+    reference = COMPONENTS["slider-belt"].reference()
+    times = np.asarray(reference.outputs["time"])
+    before = times <= 10.0
+    first = simulate(t_end=10.0, method="rk4", step=5e-4, samples=times[before])
+    start = (first.final.x, first.final.vx, first.final.y, first.final.vy)
+    second = simulate(
+        Parameters(F=120.0),
+        t_end=10.0,
+        start=start,
+        method="rk4",
+        step=5e-4,
+        samples=times[~before] - 10.0,
+    )
+    assert first.trajectory is not None
+    assert second.trajectory is not None
+    for name in ("x", "y", "P"):
+        both = [getattr(run.trajectory, name) for run in (first, second)]
+        assert reference.outputs[name] == pytest.approx(np.concatenate(both), abs=1e-5)
 
 
 def test_units_are_defined_by_their_base_units(fmu: Path) -> None:
@@ -228,6 +324,11 @@ def test_a_wrong_target_is_refused_and_nothing_is_written(
         build_fmu(tmp_path / name)
     assert (tmp_path / "taken.fmu").read_text() == "mine"
     assert len(list(tmp_path.iterdir())) == 2
+
+
+def test_a_component_that_is_not_there_is_refused(tmp_path: Path) -> None:
+    with pytest.raises(InputError, match="did you mean brake-actuator"):
+        build_fmu(tmp_path / "m.fmu", component="actuator")
 
 
 def test_force_replaces_a_file(tmp_path: Path) -> None:

@@ -175,6 +175,20 @@ def test_a_step_past_the_stop_time_is_refused(driver: Driver) -> None:
     assert "after the stop time 1.0 s" in answers[-2].log[0]
 
 
+def test_a_short_step_past_the_stop_time_is_refused_too(driver: Driver) -> None:
+    calls: list[Call] = [
+        ("a", "new"),
+        ("a", "setup", 0.0, 0.0105),
+        ("a", "enter"),
+        ("a", "exit"),
+        ("a", "steps", 0.0, 1e-3, 10),
+        ("a", "step", 0.01, 1e-3),
+        ("a", "step", 0.01, 0.5e-3),
+    ]
+    answers = driver.drive(*calls)
+    assert [answer.status for answer in answers[-3:]] == ["ok", "discard", "ok"]
+
+
 def test_a_motion_out_of_the_range_of_numbers_ends_with_its_cause(driver: Driver) -> None:
     values = {"k2": 186.0, "k_nl": 0.0, "mu": 3.0, "separation": False}
     calls: list[Call] = [

@@ -10,7 +10,7 @@ import pytest
 
 from fivtui import Parameters
 from fivtui.core.errors import Cancelled, ComputationError, InputError
-from fivtui.fmu_run import run_fmu, save_fmu_run
+from fivtui.fmu_run import run_fmu, save_fmu_events, save_fmu_run
 from fmu_src.builder import build_fmu
 from tests.fmu_tools import altered, interpreted, other_fmu
 
@@ -89,6 +89,9 @@ def test_a_wrong_table_is_refused(fmu: Path, table: Path, text: str, said: str) 
         ({"start_values": {"mu": -0.5}}, "mu = -0.5: allowed is 0 <= mu <= 100"),
         ({"start_values": {"mu": "high"}}, "mu = 'high': not a number"),
         ({"start_values": {"separation": "perhaps"}}, "allowed is true or false"),
+        ({"start_values": {"m": 0.0}}, "m = 0: allowed is 0 < m <= 1e+09 kg"),
+        ({"tol": 0.5}, "tolerance = 0.5: allowed is 1e-13 <= tolerance <= 0.01"),
+        ({"tol": "tight"}, "tolerance = 'tight': not a number"),
         ({"outputs": ["p"]}, "did you mean P?"),
         ({"t_end": 0.0}, "t_end = 0"),
         ({"t_end": float("nan")}, "t_end = nan"),
@@ -106,9 +109,7 @@ def test_a_wrong_request_is_refused(fmu: Path, options: dict[str, Any], said: st
 @pytest.mark.parametrize(
     ("options", "said"),
     [
-        ({"start_values": {"m": 0.0}}, "m = 0: allowed is 0 < m"),
         ({"start_values": {"F": -1.0, "k3": 0.0}}, "no equilibrium"),
-        ({"tol": 0.5}, "tolerance = 0.5: allowed is"),
         (
             {
                 "t_end": 1e5,
@@ -180,6 +181,23 @@ def test_a_run_reports_progress_and_can_be_cancelled(fmu: Path) -> None:
     assert len(seen) > 3
     with pytest.raises(Cancelled):
         run_fmu(fmu, t_end=10.0, progress=lambda fraction: fraction < 0.5)
+
+
+def test_events_are_what_changed_in_discrete_outputs(fmu: Path, tmp_path: Path) -> None:
+    run = run_fmu(fmu, t_end=8.0)
+    native = interpreted(t_end=8.0)
+    events = run.events()
+    assert [t for t, _, _ in events] == sorted(t for t, _, _ in events)
+    switches = [(t, value) for t, name, value in events if name == "last_event"]
+    assert [value for _, value in switches] == native.switch_times.tolist()
+    assert all(0.0 <= t - value < 0.01 + 1e-9 for t, value in switches)
+    assert [value for _, name, value in events if name == "mode"][:2] == [0.0, 1.0]
+    save_fmu_events(run, tmp_path / "events.csv")
+    lines = (tmp_path / "events.csv").read_text().splitlines()
+    assert lines[0] == "time,name,value"
+    assert len(lines) == 1 + len(events)
+    t, name, value = lines[1].split(",")
+    assert (float(t), name, float(value)) == events[0]
 
 
 def test_a_saved_run_reads_back_exactly(fmu: Path, tmp_path: Path) -> None:

@@ -43,9 +43,23 @@ def test_the_python_lines_run() -> None:
         text=True,
         check=True,
     )
-    growth_rate, run = done.stdout.splitlines()
+    growth_rate, run, table = done.stdout.splitlines()
     assert float(growth_rate) < 0.0
     assert run.split()[1] == "74"
+    assert table.count("'done'") == 2
+
+
+def test_the_lines_of_a_batch_run() -> None:
+    (code,) = re.findall(r"^```py\n(.*?)^```", README, flags=re.MULTILINE | re.DOTALL)
+    done = subprocess.run(
+        [sys.executable, "-c", code],
+        env=os.environ | {"PYTHONPATH": str(ROOT)},
+        capture_output=True,
+        text=True,
+        check=True,
+    )
+    assert "10.5027" in done.stdout
+    assert "[74 74 74]" in done.stdout
 
 
 def test_the_table_of_parameters_is_that_of_the_code() -> None:

@@ -328,6 +328,9 @@ def test_a_stability_analysis_as_data_has_the_documented_keys() -> None:
         "stable": ...,
         "critical_mu": ...,
         "linear_critical_mu": ...,
+        "modes": ...,
+        "margin": {"mu": ..., "growth_rate": ...},
+        "coalescence": {"frequency_distance": ..., "mu": ...},
     }
     assert json.loads(json.dumps(data, allow_nan=False)) == data
     assert [complex(*pair) for pair in data["eigenvalues"]] == result.eigenvalues.tolist()

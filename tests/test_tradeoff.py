@@ -8,7 +8,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from fivtui.cli import _run
+from fivtui.cli import run
 from fivtui.core.deviation import QUANTITIES, Deviation, deviation, observation
 from fivtui.core.errors import Cancelled, InputError
 from fivtui.core.parameters import Parameters
@@ -188,6 +188,6 @@ def test_a_tradeoff_can_be_cancelled() -> None:
 def test_a_wrong_request_for_a_tradeoff_is_one_line(
     arguments: list[str], says: str, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    assert _run(["tradeoff", *arguments]) == 2
+    assert run(["tradeoff", *arguments]) == 2
     assert says in capsys.readouterr().err
     assert set(QUANTITIES) == {"final", "peak", "half_range", "events"}

@@ -3,7 +3,8 @@ from collections.abc import AsyncIterator
 import pytest
 from textual.pilot import Pilot
 
-from fivtui.core import kernel_choice
+from fivtui.core import compiled
+from fivtui.core.kernel_loader import KernelLoader
 from fivtui.tui.app import FivtuiApp
 from fivtui.tui.chart_view import ChartView
 from fivtui.tui.runs import RunState
@@ -29,7 +30,7 @@ USUAL = (80, 24)
 @pytest.fixture(autouse=True)
 def _interpreted(monkeypatch: pytest.MonkeyPatch) -> None:
     # A long run stays long, whatever has been compiled by then.
-    monkeypatch.setattr(kernel_choice, "chosen", lambda _kernel: None)
+    monkeypatch.setattr(compiled, "kernels", KernelLoader("none"))
 
 
 @pytest.fixture

@@ -178,7 +178,7 @@ def test_a_stable_equilibrium_with_lasting_separation_is_remarked() -> None:
     scene = PRESETS["coexistence"]
     found = stability(scene.parameters)
     lasting = simulate(scene.parameters, t_end=scene.t_end)
-    assert remark(lasting, found).startswith("stable, yet still separating at t = 39")
+    assert remark(lasting, found).startswith("stable, yet still separating at t = 79")
     decaying = simulate(
         scene.parameters, t_end=scene.t_end, start=PRESETS["coexistence-decay"].start
     )

@@ -9,7 +9,8 @@ import pytest
 from textual.pilot import Pilot
 
 from fivtui import tradeoff
-from fivtui.core import kernel_choice
+from fivtui.core import compiled
+from fivtui.core.kernel_loader import KernelLoader
 from fivtui.paper.claim import check
 from fivtui.paper.claims import CLAIMS
 from fivtui.paper.study import Study
@@ -60,6 +61,7 @@ async def test_stability_is_shown_live_over_mu_and_in_the_plane(pilot: Pilot[Non
     assert text_of(pilot).count("◆") >= 4
     await pilot.press("v")
     await until_shown(pilot, "damping ratio")
+    assert "frequency distance" in flat_text_of(pilot)
     await pilot.click("#view-over-mu")
     view.focus()
     await pilot.press("c", "shift+left", "enter")
@@ -108,7 +110,7 @@ async def test_the_transient_has_views_and_every_plot_its_keys(
 async def test_a_run_grows_in_the_plot_until_it_is_stopped(
     pilot: Pilot[None], monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr(kernel_choice, "chosen", lambda _kernel: None)
+    monkeypatch.setattr(compiled, "kernels", KernelLoader("none"))
     await type_into(pilot, "t_end", "1e5")
     await pilot.press("f5")
     active = app_of(pilot).session.runs.active
@@ -182,7 +184,7 @@ async def test_figures_of_the_paper_are_computed_and_opened(pilot: Pilot[None]) 
     assert "k_nl 500" in text_of(pilot)
     await pilot.press("o")
     await until_shown(pilot, "fig-3")
-    assert app_of(pilot).session.scene().parameters.k_nl == 500.0
+    assert app_of(pilot).session.scene().parameters.F == 20.0
     await pilot.click("#view-claims")
     await until_shown(pilot, "Equal damping is proportional to mass")
 

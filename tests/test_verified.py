@@ -5,7 +5,7 @@ from pathlib import Path
 import pytest
 
 from fivtui import simulation
-from fivtui.cli import _run
+from fivtui.cli import run
 from fivtui.core.errors import ComputationError, InputError
 from fivtui.core.parameters import Parameters
 from fivtui.presets import PRESETS
@@ -80,13 +80,13 @@ def test_a_file_with_accuracy_and_tolerance_is_refused(tmp_path: Path) -> None:
 
 
 def test_the_command_reports_the_errors(capsys: pytest.CaptureFixture[str]) -> None:
-    assert _run(["simulate", "--t-end", "10", "--error", "peak=1e-4", "--json"]) == 0
+    assert run(["simulate", "--t-end", "10", "--error", "peak=1e-4", "--json"]) == 0
     known = json.loads(capsys.readouterr().out)["accuracy"]
     assert known["asked"] == {"peak": 1e-4}
     assert 0.0 <= known["estimate"]["peak"] <= 1e-4
-    assert _run(["simulate", "--t-end", "10", "--error", "peak=1e-4"]) == 0
+    assert run(["simulate", "--t-end", "10", "--error", "peak=1e-4"]) == 0
     assert "±" in capsys.readouterr().out
-    assert _run(["simulate", "--tol", "1e-4", "--error", "peak=1e-4"]) == 2
+    assert run(["simulate", "--tol", "1e-4", "--error", "peak=1e-4"]) == 2
     assert "--error" in capsys.readouterr().err
 
 
@@ -139,10 +139,10 @@ def test_run_computes_what_the_scene_requires(
     scene = dataclasses.replace(PRESETS["base"], t_end=5.0, outputs=("trajectory",))
     path, out = tmp_path / "scene.toml", tmp_path / "run.csv"
     save_scene(scene, path)
-    assert _run(["run", str(path)]) == 2
+    assert run(["run", str(path)]) == 2
     assert "--out FILE" in capsys.readouterr().err
-    assert _run(["run", str(path), "--out", str(out), "--json"]) == 0
+    assert run(["run", str(path), "--out", str(out), "--json"]) == 0
     assert set(json.loads(capsys.readouterr().out)) == {"scene", "transient"}
     assert out.exists()
-    assert _run(["run", "--json"]) == 0
+    assert run(["run", "--json"]) == 0
     assert set(json.loads(capsys.readouterr().out)) == {"scene", "stability", "transient"}

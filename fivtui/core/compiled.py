@@ -15,6 +15,7 @@ from .outcome import Stats, Transient, assemble
 from .parameters import Parameters
 from .recorder import OnSamples, Samples, sample_times
 from .recurrences import Field, constants, field_of
+from .stiffness import stiffness_of
 from .taylor import local_tolerance, order_for, overflow_error, stall_error
 from .trajectory import DenseSolution, Trajectory, trajectory_of
 from .transient import Progress, step_limit_error
@@ -107,7 +108,7 @@ def run(
             raise Cancelled
         budget = min(portion, max_steps - steps)
         if budget <= 0:
-            raise step_limit_error(max_steps, reached, t_end)
+            raise step_limit_error(max_steps, reached, t_end, stiffness_of(problem))
         ending = single.advance(
             request,
             given,

@@ -47,6 +47,11 @@ class KernelLoader:
         """Whether the kernels are loaded."""
         return self._module is not None
 
+    @property
+    def loading(self) -> bool:
+        """Whether they are being loaded or compiled."""
+        return self._thread is not None and not self._done.is_set()
+
     def start(self) -> None:
         """Load the kernels in the background, a moment from now.
 
@@ -60,6 +65,23 @@ class KernelLoader:
                 )
                 atexit.register(self._stop)
                 self._thread.start()
+
+    def wait(self, seconds: float) -> bool:
+        """Wait for the kernels, but not for long.
+
+        Parameters
+        ----------
+        seconds : float
+            The longest wait.
+
+        Returns
+        -------
+        bool
+            Whether they are loaded, or cannot be: `module` does not wait any more.
+        """
+        self._wanted_now.set()
+        self.start()
+        return self._done.wait(seconds)
 
     def module(self) -> Any:
         """The kernels; waits until they are loaded.

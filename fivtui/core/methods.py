@@ -101,14 +101,34 @@ def _taylor(problem: Problem) -> Stepper:
     )
 
 
+def fixed_step(problem: Problem) -> float:
+    """Step of the fixed-step methods.
+
+    Parameters
+    ----------
+    problem : Problem
+        What is asked.
+
+    Returns
+    -------
+    float
+        The step asked for, or the default for its stiffness, s.
+    """
+    if problem.step is not None:
+        return problem.step
+    return _REFERENCE_STEP * time_scale(problem.parameters)
+
+
 def _rk4(*, locate: bool) -> Callable[[Problem], Stepper]:
     def stepper(problem: Problem) -> Stepper:
         from .reference import ReferenceStepper
 
-        p = problem.parameters
-        step = _REFERENCE_STEP * time_scale(p) if problem.step is None else problem.step
         return ReferenceStepper(
-            p, problem.start, step=step, separation=problem.separation, locate=locate
+            problem.parameters,
+            problem.start,
+            step=fixed_step(problem),
+            separation=problem.separation,
+            locate=locate,
         )
 
     return stepper

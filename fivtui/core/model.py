@@ -146,26 +146,69 @@ def equilibrium(p: Parameters, *, separation: bool = True, mu: float | None = No
     """
     h = 0.5 * p.k3
     a = p.k1 + h
-    if separation and p.F < 0.0:
-        held = h * p.k1 / a
-        if held == 0.0 or not math.isfinite(p.F / held):
-            raise ComputationError(
-                f"no equilibrium: F = {p.F:g} N lifts the slider and no spring holds it vertically",
-                "use F >= 0, a larger k3, or ignore separation",
-            )
-        y = -p.F / held
-        return Equilibrium(x=h * y / a, y=y, P=0.0, mode=Mode.SEPARATED)
     mu = p.mu if mu is None else mu
+    y = resting_height(h, (p.k1, p.k2, p.k_nl), p.F, mu, separation)
+    if not math.isfinite(y):
+        raise no_equilibrium_error(p.F)
+    if separation and p.F < 0.0:
+        return Equilibrium(x=h * y / a, y=y, P=0.0, mode=Mode.SEPARATED)
+    force = contact_force(p, y, Mode.CONTACT)
+    return Equilibrium(x=(h * y + mu * force) / a, y=y, P=force, mode=Mode.CONTACT)
+
+
+def resting_height(
+    h: float, k: tuple[float, float, float], force: float, mu: float, separation: bool
+) -> float:
+    """Vertical position of the equilibrium, on plain numbers for compilers too.
+
+    Parameters
+    ----------
+    h : float
+        k3/2, N/m.
+    k : tuple of float
+        k1, k2 and k_nl.
+    force, mu : float
+        F and μ.
+    separation : bool
+        Whether separation is considered.
+
+    Returns
+    -------
+    float
+        y, m; not finite if F < 0 lifts the slider and no spring holds it.
+    """
+    k1, k2, k_nl = k
+    a = k1 + h
+    if separation and force < 0.0:
+        held = h * k1 / a
+        return -force / held if held > 0.0 else math.inf
     friction = 1.0 + mu * h / a
-    alpha, beta = friction * p.k_nl, friction * p.k2 + h * p.k1 / a
-    y = -p.F / beta
+    alpha, beta = friction * k_nl, friction * k2 + h * k1 / a
+    y = -force / beta
     scale = math.sqrt(3.0 * alpha / beta)
     if scale * abs(y) > 1e-4:
         # Below this the root is -F/β to rounding after the polish, and 1/scale may overflow.
-        y = -2.0 / scale * math.sinh(math.asinh(1.5 * p.F / beta * scale) / 3.0)
-    y -= (alpha * y * y * y + beta * y + p.F) / (3.0 * alpha * y * y + beta)
-    force = contact_force(p, y, Mode.CONTACT)
-    return Equilibrium(x=(h * y + mu * force) / a, y=y, P=force, mode=Mode.CONTACT)
+        y = -2.0 / scale * math.sinh(math.asinh(1.5 * force / beta * scale) / 3.0)
+    return y - (alpha * y * y * y + beta * y + force) / (3.0 * alpha * y * y + beta)
+
+
+def no_equilibrium_error(force: float) -> ComputationError:
+    """An error for a slider that is lifted off and not held.
+
+    Parameters
+    ----------
+    force : float
+        F, N.
+
+    Returns
+    -------
+    ComputationError
+        To be raised by the caller.
+    """
+    return ComputationError(
+        f"no equilibrium: F = {force:g} N lifts the slider and no spring holds it vertically",
+        "use F >= 0, a larger k3, or ignore separation",
+    )
 
 
 def static_start(p: Parameters, *, separation: bool = True) -> State:

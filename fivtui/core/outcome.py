@@ -15,7 +15,7 @@ from .parameters import Parameters
 from .taylor import overflow_error
 from .trajectory import DenseSolution, Trajectory
 
-Kernel = Literal["compiled", "interpreted"]
+Kernel = Literal["compiled", "interpreted", "exact"]
 
 
 @dataclass(frozen=True, slots=True)
@@ -83,12 +83,12 @@ class Stats:
     Attributes
     ----------
     steps : int
-        Integration steps.
+        Integration steps; an exact solution takes none.
     cpu_s : float or None
         CPU time, s, where the caller measured it.
     kernel : str or None
-        What ran the method ``taylor``: ``"compiled"`` or ``"interpreted"`` code. None for other
-        methods.
+        What ran the method ``taylor``: ``"compiled"`` or ``"interpreted"`` code step by step, or
+        the ``"exact"`` solution of a linear scene. None for other methods.
     """
 
     steps: int

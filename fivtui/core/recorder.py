@@ -62,6 +62,11 @@ class Recorder:
         self._separations = 0
 
     @property
+    def problem(self) -> Problem:
+        """What is being integrated."""
+        return self._problem
+
+    @property
     def t_end(self) -> float:
         """The horizon, s."""
         return self._problem.t_end

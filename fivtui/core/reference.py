@@ -197,11 +197,14 @@ class RungeKutta4:
     def _check_step(self) -> None:
         p = self._table
         tangent = np.where(self.contact, p["k2"] + 3.0 * p["k_nl"] * self.state[2] ** 2, 0.0)
-        fastest = np.sqrt(np.max((p["k1"] + p["k3"] + tangent) / p["m"]))
+        frequency = np.sqrt(np.max((p["k1"] + p["k3"] + tangent) / p["m"]))
+        decay = np.max(np.maximum(p["c1"], p["c2"]) / p["m"])
+        fastest = max(frequency, decay)
         if self.step * fastest > _STABLE:
+            cause = "damping" if decay > frequency else "tangent contact stiffness"
             raise ComputationError(
-                f"step = {self.step:g} s is too large for RK4 at t = {self.t:.6g} s: the tangent "
-                f"contact stiffness makes it unstable",
+                f"step = {self.step:g} s is too large for RK4 at t = {self.t:.6g} s: the {cause} "
+                f"makes it unstable",
                 f"use a step below {0.1 / fastest:.1g} s, or the taylor method",
             )
 

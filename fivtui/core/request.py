@@ -1,6 +1,6 @@
 """What is asked of a transient, checked: start, horizon, tolerance, step."""
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from typing import Final, Literal
 
 import numpy as np
@@ -9,9 +9,27 @@ from . import taylor
 from .errors import InputError
 from .methods import Problem
 from .model import State, static_start
-from .parameters import Parameters, parse_number
+from .parameters import Parameters, ParameterSpec, parse_number
 
 Start = Literal["static"] | Sequence[float]
+
+_START_MAX: Final = 1e9
+
+
+def _start_spec(name: str, symbol: str, unit: str, meaning: str) -> ParameterSpec:
+    return ParameterSpec(name, symbol, unit, 0.0, -_START_MAX, _START_MAX, False, meaning)
+
+
+# The four numbers of a start, in the order of a state.
+START_SPECS: Final[Mapping[str, ParameterSpec]] = {
+    spec.name: spec
+    for spec in (
+        _start_spec("x0", "x_0", "m", "horizontal displacement at the start"),
+        _start_spec("vx0", "vx_0", "m/s", "horizontal velocity at the start"),
+        _start_spec("y0", "y_0", "m", "vertical displacement at the start"),
+        _start_spec("vy0", "vy_0", "m/s", "vertical velocity at the start"),
+    )
+}
 
 DEFAULT_T_END: Final = 100.0
 DEFAULT_TOL: Final = taylor.DEFAULT_TOL
@@ -78,6 +96,31 @@ def check_horizon(t_end: float | str) -> float:
     return number
 
 
+def check_tolerance(tol: float | str) -> float:
+    """Check a relative tolerance.
+
+    Parameters
+    ----------
+    tol : float or str
+        The tolerance; text that reads as a number will do.
+
+    Returns
+    -------
+    float
+        The tolerance.
+
+    Raises
+    ------
+    InputError
+        If it is not in `TOL_RANGE`.
+    """
+    allowed = f"{TOL_RANGE[0]:g} <= tol <= {TOL_RANGE[1]:g}"
+    number = parse_number("tol", tol, allowed)
+    if not TOL_RANGE[0] <= number <= TOL_RANGE[1]:
+        raise InputError(f"tol = {number:g}: allowed is {allowed}")
+    return number
+
+
 def make_problem(
     p: Parameters,
     *,
@@ -105,10 +148,7 @@ def make_problem(
         If a value is out of range.
     """
     t_end = check_horizon(t_end)
-    allowed = f"{TOL_RANGE[0]:g} <= tol <= {TOL_RANGE[1]:g}"
-    tol = parse_number("tol", tol, allowed)
-    if not TOL_RANGE[0] <= tol <= TOL_RANGE[1]:
-        raise InputError(f"tol = {tol:g}: allowed is {allowed}")
+    tol = check_tolerance(tol)
     if step is not None:
         allowed = f"0 < step <= {t_end:g} s"
         step = parse_number("step", step, allowed)

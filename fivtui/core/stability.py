@@ -1,27 +1,52 @@
 """Stability of the equilibrium: eigenvalues of Eq. 8, critical friction coefficient (Eq. 9)."""
 
 from dataclasses import dataclass
-from typing import Final, Literal
+from typing import Final
 
 import numpy as np
 from numpy.typing import NDArray
 
+from .critical import CriticalMu, coalescence_mu, critical_mu, linear_critical_mu
 from .errors import ComputationError
-from .model import Equilibrium, equilibrium, jacobian, tangent_stiffness
-from .parameters import PARAMETERS, Parameters
-
-Becomes = Literal["stable", "unstable"]
+from .model import Equilibrium, equilibrium, jacobian
+from .modes import VibrationMode, vibration_modes
+from .parameters import Parameters
 
 # Growth rates below this, relative to the fastest eigenvalue, are zero to rounding.
 _ROUNDING: Final = 1e-12
 
 
 @dataclass(frozen=True, slots=True)
-class CriticalMu:
-    """A critical friction coefficient μ_c and what the equilibrium becomes above it."""
+class Margin:
+    """What is left until the equilibrium loses its stability; negative where it has.
 
-    mu: float
-    becomes: Becomes
+    Attributes
+    ----------
+    mu : float or None
+        Critical friction coefficient less the friction coefficient; None if there is no critical
+        one.
+    growth_rate : float
+        Slowest decay of the modes: the growth rate with its sign changed, 1/s.
+    """
+
+    mu: float | None
+    growth_rate: float
+
+
+@dataclass(frozen=True, slots=True)
+class Coalescence:
+    """How near the two modes are to each other.
+
+    Attributes
+    ----------
+    frequency_distance : float
+        Greatest less smallest frequency of the modes, rad/s; zero where they have coalesced.
+    mu : float or None
+        Friction coefficient at which the undamped frequencies coalesce; None if they do not.
+    """
+
+    frequency_distance: float
+    mu: float | None
 
 
 @dataclass(frozen=True, slots=True)
@@ -42,6 +67,12 @@ class Stability:
         Every allowed μ > 0 at which the growth rate changes sign, ascending.
     linear_critical_mu : float or None
         μ_c of the linear system (k_nl = 0); None if it has none.
+    modes : tuple of VibrationMode
+        Frequencies, damping ratios and shapes, by falling frequency.
+    margin : Margin
+        Distance to the loss of stability.
+    coalescence : Coalescence
+        Distance of the two modes, and where they meet.
     """
 
     equilibrium: Equilibrium
@@ -50,6 +81,9 @@ class Stability:
     stable: bool
     critical_mu: tuple[CriticalMu, ...]
     linear_critical_mu: float | None
+    modes: tuple[VibrationMode, ...]
+    margin: Margin
+    coalescence: Coalescence
 
 
 def stability(p: Parameters, *, separation: bool = True) -> Stability:
@@ -65,7 +99,7 @@ def stability(p: Parameters, *, separation: bool = True) -> Stability:
     Returns
     -------
     Stability
-        Eigenvalues, growth rate and critical friction coefficients.
+        Eigenvalues, modes, growth rate, critical friction coefficients and margins.
 
     Raises
     ------
@@ -74,14 +108,22 @@ def stability(p: Parameters, *, separation: bool = True) -> Stability:
     """
     point = equilibrium(p, separation=separation)
     values = _eigenvalues(p, point)
-    growth = float(values.real.max())
+    growth, stable = _judged(values)
+    critical = critical_mu(p, separation=separation)
+    modes = vibration_modes(p, point, values)
+    frequencies = [mode.angular_frequency for mode in modes]
     return Stability(
         equilibrium=point,
         eigenvalues=values,
         growth_rate=growth,
-        stable=growth < -_ROUNDING * float(np.abs(values).max()),
-        critical_mu=_critical_mu(p, separation=separation),
-        linear_critical_mu=_linear_critical_mu(p),
+        stable=stable,
+        critical_mu=critical,
+        linear_critical_mu=linear_critical_mu(p),
+        modes=modes,
+        margin=Margin(next((c.mu - p.mu for c in critical), None), -growth),
+        coalescence=Coalescence(
+            max(frequencies) - min(frequencies), coalescence_mu(p, separation=separation)
+        ),
     )
 
 
@@ -103,6 +145,29 @@ def growth_rate(p: Parameters, *, separation: bool = True) -> float:
     return float(_eigenvalues(p, equilibrium(p, separation=separation)).real.max())
 
 
+def judge_growth(p: Parameters, *, separation: bool = True) -> tuple[float, bool]:
+    """Growth rate and verdict, without the critical friction coefficients.
+
+    Parameters
+    ----------
+    p : Parameters
+        The parameter set.
+    separation : bool
+        Whether separation is considered.
+
+    Returns
+    -------
+    tuple of float and bool
+        Growth rate, 1/s, and whether the equilibrium is stable, as in `Stability`.
+    """
+    return _judged(_eigenvalues(p, equilibrium(p, separation=separation)))
+
+
+def _judged(values: NDArray[np.complex128]) -> tuple[float, bool]:
+    growth = float(values.real.max())
+    return growth, growth < -_ROUNDING * float(np.abs(values).max())
+
+
 def _eigenvalues(p: Parameters, point: Equilibrium) -> NDArray[np.complex128]:
     matrix = np.array(jacobian(p, point.y, point.mode))
     if not np.all(np.isfinite(matrix)):
@@ -113,38 +178,3 @@ def _eigenvalues(p: Parameters, point: Equilibrium) -> NDArray[np.complex128]:
     values = np.linalg.eigvals(matrix).astype(np.complex128)
     order = np.lexsort((-values.real, -values.imag))
     return values[order]
-
-
-def _boundary(p: Parameters, kt: float) -> float:
-    # μ_c h k_t by Routh–Hurwitz on the characteristic quartic, which has μ in its last coefficient
-    # alone. w is the share of c1 in the damping; without damping the limit of equal shares.
-    h = 0.5 * p.k3
-    a = p.k1 + h
-    damping = p.c1 + p.c2
-    w = p.c1 / damping if damping > 0.0 else 0.5
-    detuning = kt + h - a
-    return w * (1.0 - w) * detuning**2 + h * h + (a + w * detuning) * p.c1 * p.c2 / p.m
-
-
-def _linear_critical_mu(p: Parameters) -> float | None:
-    return _boundary(p, p.k2) / (0.5 * p.k3 * p.k2) if p.k3 > 0.0 else None
-
-
-def _critical_mu(p: Parameters, *, separation: bool) -> tuple[CriticalMu, ...]:
-    # Along μ the left-hand side of μ h k_t = boundary grows faster than the right-hand side, for
-    # every parameter set in bounds (k_t falls by less than 3/4 of its own rate): one crossing.
-    if p.k3 == 0.0 or (separation and p.F < 0.0):
-        return ()
-    h = 0.5 * p.k3
-
-    def excess(mu: float) -> float:
-        y = equilibrium(p, separation=False, mu=mu).y
-        kt = tangent_stiffness(p, y)
-        return mu * h * kt - _boundary(p, kt)
-
-    stable, unstable = 0.0, PARAMETERS["mu"].upper
-    if excess(stable) >= 0.0 or excess(unstable) < 0.0:
-        return ()
-    while stable < (middle := 0.5 * (stable + unstable)) < unstable:
-        stable, unstable = (middle, unstable) if excess(middle) < 0.0 else (stable, middle)
-    return (CriticalMu(unstable, "unstable"),)

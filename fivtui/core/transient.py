@@ -4,12 +4,13 @@ from collections.abc import Callable
 from typing import Final, Literal
 
 from .errors import Cancelled, ComputationError, InputError
-from .methods import METHODS, check_takes_step
+from .methods import METHODS, Problem, check_takes_step, fixed_step
 from .outcome import Kernel, Transient
 from .parameters import Parameters, unknown_name
 from .recorder import OnSamples, Recorder, Samples
 from .request import DEFAULT_T_END, DEFAULT_TOL, Start, make_problem
 from .segment import Stepper
+from .stiffness import Stiffness, stiffness_of
 
 Progress = Callable[[float], bool]
 KernelChoice = Literal["auto"] | Kernel
@@ -58,11 +59,11 @@ def integrate(
         Steps after which the run is given up.
     progress : callable, optional
         Called now and then with the fraction done; the run is cancelled when it returns False.
-    kernel : "auto", "compiled" or "interpreted"
-        What runs the method ``taylor``, see `kernel_choice.chosen`.
+    kernel : "auto", "compiled", "interpreted" or "exact"
+        What runs the method ``taylor``, see `kernel_choice.run`.
     on_samples : callable, optional
-        Called now and then with the next part of the trajectory, where sample times are given; in
-        the computing thread.
+        Called now and then with the next part of the trajectory, where sample times are given and
+        steps are taken; in the computing thread.
 
     Returns
     -------
@@ -83,19 +84,25 @@ def integrate(
     problem = make_problem(p, t_end=t_end, tol=tol, separation=separation, start=start, step=step)
     if step is not None:
         check_takes_step(method)
-    used: Kernel | None = None
     if method == "taylor":
-        from .kernel_choice import chosen
+        from .kernel_choice import run
 
-        whole_run = chosen(kernel)
-        if whole_run is not None:
-            return whole_run(problem, samples, max_steps, progress, on_samples)
-        used = "interpreted"
-    else:
-        check_has_kernels(method, kernel)
+        return run(problem, samples, max_steps, progress, kernel, on_samples=on_samples)
+    check_has_kernels(method, kernel)
+    if METHODS[method].fixed_step:
+        _check_count(problem, max_steps)
     recorder = Recorder(problem, samples, on_samples)
     run_segments(METHODS[method].stepper(problem), recorder, max_steps, progress)
-    return recorder.result(method, used)
+    return recorder.result(method)
+
+
+def _check_count(problem: Problem, max_steps: int) -> None:
+    step = fixed_step(problem)
+    if problem.t_end / step > max_steps:
+        raise ComputationError(
+            f"{problem.t_end / step:.3g} steps of {step:.3g} s are needed, more than {max_steps}",
+            "use a shorter horizon, a larger step or the taylor method",
+        )
 
 
 def check_has_kernels(method: str, kernel: KernelChoice) -> None:
@@ -149,10 +156,13 @@ def run_segments(
         if recorder.complete:
             report(1.0)
             return
-    raise step_limit_error(max_steps, recorder.t, t_end)
+    asked = recorder.problem
+    raise step_limit_error(max_steps, recorder.t, t_end, stiffness_of(asked))
 
 
-def step_limit_error(max_steps: int, t: float, t_end: float) -> ComputationError:
+def step_limit_error(
+    max_steps: int, t: float, t_end: float, stiff: Stiffness | None
+) -> ComputationError:
     """An error for a run that takes too many steps.
 
     Parameters
@@ -161,16 +171,18 @@ def step_limit_error(max_steps: int, t: float, t_end: float) -> ComputationError
         Their greatest number.
     t, t_end : float
         Time reached and horizon, s.
+    stiff : Stiffness or None
+        Why the scene is stiff, if it is.
 
     Returns
     -------
     ComputationError
         To be raised by the caller.
     """
-    return ComputationError(
-        f"{max_steps} steps end at t = {t:.6g} s of {t_end:g} s",
-        "use a shorter horizon, a larger tol, or scipy-radau if the scene is stiff",
-    )
+    why = f"{max_steps} steps end at t = {t:.6g} s of {t_end:g} s"
+    if stiff is None:
+        return ComputationError(why, "use a shorter horizon or a larger tol")
+    return ComputationError(f"{why}; {stiff}", "use the method scipy-lsoda or scipy-radau")
 
 
 def _keep_going(_fraction: float) -> bool:

@@ -1,4 +1,8 @@
-"""Amplitudes of many scenes at once, on all processors."""
+"""Amplitudes of many scenes at once, on all processors.
+
+Taylor scenes are members of batches. The other methods have no batch: their runs are shared out
+among processes.
+"""
 
 import os
 import signal
@@ -8,10 +12,15 @@ from concurrent.futures import ProcessPoolExecutor
 from concurrent.futures.process import BrokenProcessPool
 from contextlib import contextmanager
 from dataclasses import dataclass
+from itertools import groupby
 from multiprocessing import get_context
 from typing import Final
 
+import numpy as np
+
+from ..core.batch import simulate_batch
 from ..core.errors import Cancelled, ComputationError, InputError
+from ..core.request import resolve_start
 from ..scene import Scene
 from ..simulation import simulate
 
@@ -55,47 +64,27 @@ def measure(scene: Scene) -> Amplitude:
     Returns
     -------
     Amplitude
-        Of its run.
+        The same numbers as among others in `measure_all`.
 
     Raises
     ------
     ComputationError
         If the run cannot be finished.
     """
-    try:
-        run = simulate(
-            scene.parameters,
-            t_end=scene.t_end,
-            tol=scene.tol,
-            separation=scene.separation,
-            start=scene.start,
-            method=scene.method,
-            step=scene.step,
-            # The same numbers in every process, whichever kernel it has loaded.
-            kernel="interpreted" if scene.method == "taylor" else "auto",
-        )
-    except ComputationError as error:
-        values = ", ".join(f"{k} = {v:g}" for k, v in scene.parameters.as_dict().items())
-        raise ComputationError(f"{scene.name} ({values}): {error.why}", error.advice) from None
-    return Amplitude(
-        y_peak=run.peak.y_abs,
-        y_half_range=run.steady.y_half_range,
-        separations=run.events.separations,
-        separated_time=run.events.separated_time,
-    )
+    return measure_all([scene], workers=1)[0]
 
 
 def measure_all(
     scenes: Sequence[Scene], *, workers: int | None = None, progress: Progress | None = None
 ) -> list[Amplitude]:
-    """Run many scenes, in several processes where they are enough to be worth it.
+    """Run many scenes; waits for the kernel of batches where there are Taylor scenes.
 
     Parameters
     ----------
     scenes : sequence of Scene
         The scenes.
     workers : int, optional
-        Most processes, at least 1; as many as there are processors if not given.
+        Most threads or processes, at least 1; as many as there are processors if not given.
     progress : callable, optional
         Called with the fraction done; the work is cancelled when it returns False.
 
@@ -117,20 +106,96 @@ def measure_all(
     if workers is not None and workers < 1:
         raise InputError(f"workers = {workers}: allowed is 1 or more")
     count = min(processors if workers is None else workers, processors)
-    count = min(count, len(scenes) // _RUNS_A_WORKER)
+    results: dict[int, Amplitude] = {}
+
+    def report(fraction: float) -> bool:
+        return progress is None or progress(min(fraction, 1.0))
+
+    def group(place: int) -> tuple[bool, float, float]:
+        scene = scenes[place]
+        return scene.method == "taylor", scene.t_end, scene.tol
+
+    for (batched, *_), members in groupby(sorted(range(len(scenes)), key=group), group):
+        places = list(members)
+        done, share = len(results) / len(scenes), len(places) / len(scenes)
+
+        def part(fraction: float, done: float = done, share: float = share) -> bool:
+            return report(done + share * fraction)
+
+        some = [scenes[place] for place in places]
+        found = _batched(some, count, part) if batched else _one_by_one(some, count, part)
+        results.update(zip(places, found, strict=True))
+    return [results[place] for place in range(len(scenes))]
+
+
+def _batched(scenes: Sequence[Scene], workers: int, progress: Progress) -> list[Amplitude]:
+    # Taylor scenes of one horizon and tolerance.
+    batch = simulate_batch(
+        np.array([list(scene.parameters.as_dict().values()) for scene in scenes]),
+        t_end=scenes[0].t_end,
+        tol=scenes[0].tol,
+        separation=np.array([scene.separation for scene in scenes]),
+        start=np.array(
+            [resolve_start(s.parameters, s.start, separation=s.separation) for s in scenes]
+        ),
+        require={"amplitude", "steady", "events"},
+        workers=workers,
+        progress=progress,
+    )
+    for place in batch.failed.tolist():
+        error = batch.failure(place)
+        if error is not None:
+            raise _named(scenes[place], error)
+    columns = (
+        batch.amplitude.y_abs,
+        batch.steady.y_half_range,
+        batch.events.separations,
+        batch.events.separated_time,
+    )
+    rows = zip(*(column.tolist() for column in columns), strict=True)
+    return [Amplitude(*row) for row in rows]
+
+
+def _named(scene: Scene, error: ComputationError) -> ComputationError:
+    values = ", ".join(f"{k} = {v:g}" for k, v in scene.parameters.as_dict().items())
+    return ComputationError(f"{scene.name} ({values}): {error.why}", error.advice)
+
+
+def _one_by_one(scenes: Sequence[Scene], workers: int, progress: Progress) -> list[Amplitude]:
     results: list[Amplitude] = []
-    with _mapped(scenes, count) as amplitudes:
+    with _mapped(scenes, min(workers, len(scenes) // _RUNS_A_WORKER)) as amplitudes:
         for amplitude in amplitudes:
             results.append(amplitude)
-            if progress is not None and not progress(len(results) / len(scenes)):
+            if not progress(len(results) / len(scenes)):
                 raise Cancelled
     return results
+
+
+def _run(scene: Scene) -> Amplitude:
+    try:
+        run = simulate(
+            scene.parameters,
+            t_end=scene.t_end,
+            tol=scene.tol,
+            separation=scene.separation,
+            start=scene.start,
+            method=scene.method,
+            step=scene.step,
+        )
+    except ComputationError as error:
+        raise _named(scene, error) from None
+    return Amplitude(
+        y_peak=run.peak.y_abs,
+        y_half_range=run.steady.y_half_range,
+        separations=run.events.separations,
+        separated_time=run.events.separated_time,
+    )
 
 
 @contextmanager
 def _mapped(scenes: Sequence[Scene], count: int) -> Iterator[Iterator[Amplitude]]:
     if count < 2:
-        yield map(measure, scenes)
+        yield map(_run, scenes)
         return
     # Spawned workers are the same on every system and inherit no threads.
     pool = ProcessPoolExecutor(
@@ -138,7 +203,7 @@ def _mapped(scenes: Sequence[Scene], count: int) -> Iterator[Iterator[Amplitude]
     )
     try:
         with _interrupts_ignored():
-            amplitudes = pool.map(measure, scenes, chunksize=_CHUNK)
+            amplitudes = pool.map(_run, scenes, chunksize=_CHUNK)
         yield amplitudes
     except BrokenProcessPool:
         raise ComputationError(

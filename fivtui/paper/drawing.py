@@ -19,7 +19,7 @@ from ..figures import (
     STYLE,
     WIDTH,
     math_symbol,
-    math_unit,
+    quantity_label,
     transient_figure,
     value_label,
 )
@@ -81,13 +81,6 @@ def _new_figure(panels: int) -> tuple[Figure, list[Axes]]:
     return figure, axes
 
 
-def _parameter_axis(name: str) -> str:
-    spec = PARAMETERS[name]
-    unit = f" ({math_unit(spec.unit)})" if spec.unit else ""
-    what = spec.meaning.partition(",")[0].capitalize()
-    return f"{what} {math_symbol(spec.symbol)}{unit}"
-
-
 def _line_label(name: str, value: float) -> str:
     if name == SEPARATION:
         return "separation considered" if value else "separation ignored"
@@ -112,7 +105,7 @@ def _plot(axes: Axes, data: FigureData, names: Sequence[str], label: str) -> Non
         for name in others:
             apart = _where_apart(line[name], line[first])
             axes.plot(line[data.along], np.where(apart, line[name], np.nan), **style)
-    axes.set_xlabel(_parameter_axis(data.along))
+    axes.set_xlabel(quantity_label(PARAMETERS[data.along]))
     axes.set_ylabel(label)
     axes.set_xlim(data[data.along].min(), data[data.along].max())
 

@@ -200,7 +200,7 @@ class PaperPane(JobPane):
         if self.view == "figures":
             key = list(PANELS)[self.query_one("#figures", _Table).cursor_row]
         if key:
-            self.post_message(SceneLoaded(panel_scene(PANELS[key]), "", f"scene of figure {key}"))
+            self.post_message(SceneLoaded(panel_scene(key), "", f"scene of figure {key}"))
 
     @on(ChartView.Opened)
     def _point_opened(self, event: ChartView.Opened) -> None:

@@ -13,6 +13,7 @@ from fivtui.paper.families import PANELS, SEPARATION, Panel
 from fivtui.scene import Scene
 
 from .chart import Chart, Found, Guide, Trace
+from .paper_scenes import paper_scenes
 
 FIGURE_COLUMNS: Final = ("figure", "", "what it shows", "lines")
 CLAIM_COLUMNS: Final = ("verdict", "section", "statement", "stated")
@@ -189,21 +190,19 @@ def point_scene(panel: Panel, point: Found) -> Scene:
     return line.scene
 
 
-def panel_scene(panel: Panel) -> Scene:
-    """The scene with which to begin from a panel: that of its last line.
+def panel_scene(key: str) -> Scene:
+    """The scene with which to begin from a panel.
 
     Parameters
     ----------
-    panel : Panel
-        The panel.
+    key : str
+        Key of the panel.
 
     Returns
     -------
     Scene
-        Of the panel's name and caption; of an amplitude panel in the middle of its range.
+        Named after the panel, with its caption.
     """
-    line = panel.lines[-1]
-    scene = line.scene
-    if line.values:
-        scene = scene.with_values({line.along: line.values[len(line.values) // 2]})
-    return replace(scene, name=f"fig-{panel.key}", description=f"Fig. {panel.key}: {panel.caption}")
+    place = list(PANELS).index(key)
+    scene, caption = list(paper_scenes())[place]
+    return replace(scene, description=f"Fig. {key}: {caption}")

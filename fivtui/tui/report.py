@@ -155,6 +155,11 @@ def stability_rows(p: Parameters, s: Stability) -> list[Row]:
             "in contact" if point.mode is Mode.CONTACT else "separated: the preload lifts it off",
         ),
     ]
+    near = s.coalescence
+    merged = near.frequency_distance <= _NEUTRAL * float(np.abs(s.eigenvalues).max())
+    apart = "none: merged" if merged else quantity(near.frequency_distance / math.tau, "Hz")
+    meet = "nowhere" if near.mu is None else f"at μ {quantity(near.mu)}"
+    rows.append(Row("frequency distance", apart, f"undamped, the modes coalesce {meet}"))
     for number, value in enumerate(_modes(s), start=1):
         damping = f"damping ratio {-value.real / abs(value):+.3g}" if value else ""
         rows.append(Row(f"eigenvalue {number}", _eigenvalue(value), damping))

@@ -5,11 +5,13 @@ from dataclasses import dataclass
 from typing import Final
 
 from .log_pane import LogPane
+from .map_pane import MapPane
 from .pane import Pane
 from .paper_pane import PaperPane
 from .result_pane import ResultPane
 from .session import Session
 from .stability_pane import StabilityPane
+from .sweep_pane import SweepPane
 from .tradeoff_pane import TradeoffPane
 from .transient_pane import TransientPane
 
@@ -40,6 +42,8 @@ class TabSpec:
 TABS: Final = (
     TabSpec("stability", "Stability", "alt+1", StabilityPane),
     TabSpec("transient", "Transient", "alt+2", TransientPane),
+    TabSpec("sweep", "Sweep", "alt+3", SweepPane),
+    TabSpec("map", "Map", "alt+4", MapPane),
     TabSpec("trade-off", "Trade-off", "alt+5", TradeoffPane),
     TabSpec("paper", "Paper", "alt+6", PaperPane),
     TabSpec("result", "Result", "alt+8", ResultPane),

@@ -16,13 +16,15 @@ from collections.abc import Awaitable, Callable
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, Final
+from unittest import mock
 
 import numpy as np
 from textual.events import Key
 from textual.pilot import Pilot
 from textual.widgets import Input
 
-from fivtui.core import kernel_choice
+from fivtui.core import compiled
+from fivtui.core.kernel_loader import KernelLoader
 from fivtui.simulation import simulate
 from fivtui.tui.app import FivtuiApp, answer_quickly
 from fivtui.tui.chart_view import ChartView
@@ -161,8 +163,8 @@ def main() -> None:
     parser.add_argument("--repeats", type=int, default=20)
     given = parser.parse_args()
     # The interpreted kernel, with which every session begins, shares one lock with the screen.
-    kernel_choice.chosen = lambda kernel: None
-    found = [*first_frame(max(given.repeats // 4, 1)), *asyncio.run(_measured(given.repeats))]
+    with mock.patch.object(compiled, "kernels", KernelLoader("none")):
+        found = [*first_frame(max(given.repeats // 4, 1)), *asyncio.run(_measured(given.repeats))]
     if given.json:
         print(json.dumps([measured.as_dict() for measured in found], indent=2))
         return

@@ -113,3 +113,4 @@ def _expansion(field: Field, width: int) -> Any:
 expand_linear = _expansion(Field.LINEAR, 1)
 expand_cubic = _expansion(Field.CUBIC, 1)
 expand_cubic_lanes = _expansion(Field.CUBIC, LANES)
+expand_linear_lanes = _expansion(Field.LINEAR, LANES)

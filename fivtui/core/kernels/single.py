@@ -13,24 +13,24 @@ import numpy as np
 from .. import polynomial, recurrences, taylor
 from ..recurrences import Constants
 from ..taylor import EXP2_BIAS, LONGEST_STEP, MAX_STALLED
-from . import expansion, polynomials, vectors
+from . import expansion, polynomials, steps, vectors
 from .expansion import ROWS, expand_cubic, expand_linear
 from .jit import inner, kernel
-from .polynomials import CALLER, PRECISE, refine, sign_roots, widen
 from .polynomials import WORK_SIZE as POLYNOMIAL_WORK
-from .vectors import (
-    absolute,
-    as_float,
-    as_integer,
-    behind,
-    bits,
-    element,
-    greatest,
-    least,
-    load_pair,
-    memory,
-    store_pair,
+from .steps import (
+    CONTACT,
+    EXTREMES,
+    NO_EXTREMES,
+    RECIPROCAL,
+    at,
+    first_root,
+    include,
+    include_part,
+    is_finite,
+    mode_after,
+    scale_column,
 )
+from .vectors import as_float, as_integer, behind, element, memory, store_pair
 
 # How a call ends. Only the first three can be continued.
 DONE: Final = 0
@@ -81,15 +81,12 @@ class Run(NamedTuple):
 
 RUN: Final = np.dtype(list(Run.__annotations__.items()), align=True)
 # One row of extremes for each half of the horizon.
-EXTREMES: Final = ("x_min", "y_min", "x_max", "y_max", "vx_max")
-NOTHING_SEEN: Final = np.tile([np.inf, np.inf, -np.inf, -np.inf, -np.inf], (2, 1))
-_VX_MAX: Final = 4
+NOTHING_SEEN: Final = np.tile(NO_EXTREMES, (2, 1))
 # Columns of a sample: x, y, ẋ, ẏ, mode and one unused.
 SAMPLE_COLUMNS: Final = 6
 # Columns of a stored segment before its coefficients in θ = time/duration, those of x first.
 SEGMENT_COLUMNS: Final = ("start", "remainder", "duration", "end", "mode")
 _HEAD: Final = len(SEGMENT_COLUMNS)
-_CONTACT: Final = 1
 _CONSTANTS: Final = len(Constants._fields)
 
 # Beside polynomials, two series of coefficients are worked on.
@@ -97,11 +94,6 @@ WORK_SIZE: Final = POLYNOMIAL_WORK + 4 * ROWS
 
 # Of `rough_exp2` in the bits of a float.
 _EXP2_ZERO: Final = (1023 << 52) - round(EXP2_BIAS * 2.0**52)
-_N: Final = np.arange(ROWS, dtype=float)
-_RECIPROCAL: Final = np.array([0.0, *(1.0 / _N[1:])])
-# Bounds of |second derivative|/8 of a polynomial on [0, 1], and of its derivative.
-_BEND: Final = _N * (_N - 1.0) / 8.0
-_TWIST: Final = _N * (_N - 1.0) * (_N - 2.0) / 8.0
 
 
 @inner
@@ -112,7 +104,7 @@ def step_size(c: Any, degree: int, problem: Any) -> float:
     allowed = problem.tol * speed
     longest = LONGEST_STEP / problem.frequency
     exponent = np.inf
-    reciprocals = memory(_RECIPROCAL)
+    reciprocals = memory(RECIPROCAL)
     for n in (degree, degree - 1):
         last = n * max(abs(c[2 * n]), abs(c[2 * n + 1]))
         if last > 0.0 and allowed > 0.0:
@@ -125,155 +117,10 @@ def step_size(c: Any, degree: int, problem: Any) -> float:
 
 
 @inner
-def at(c: Any, degree: int, t: float) -> Any:
-    """Values and derivatives of x and y at `t`, and how far they leave their chords on [0, t].
-
-    The last are bounds: of the values by max|second derivative|/8, and of the derivatives times
-    t, likewise.
-    """
-    bends, twists = memory(_BEND), memory(_TWIST)
-    square = t * t
-    top = degree // 2
-    even, odd = load_pair(c, 2 * top), load_pair(c, 2 * top + 1)
-    even_slope, odd_slope = even * 0.0, odd * 0.0
-    even_size, odd_size = absolute(even), absolute(odd)
-    even_bend, odd_bend = even_size * bends[2 * top], odd_size * bends[2 * top + 1]
-    even_twist, odd_twist = even_size * twists[2 * top], odd_size * twists[2 * top + 1]
-    for k in range(2 * top - 2, -1, -2):
-        even_slope, odd_slope = even_slope * square + even, odd_slope * square + odd
-        term, next_term = load_pair(c, k), load_pair(c, k + 1)
-        even, odd = even * square + term, odd * square + next_term
-        even_size, odd_size = absolute(term), absolute(next_term)
-        even_bend = even_bend * square + even_size * bends[k]
-        odd_bend = odd_bend * square + odd_size * bends[k + 1]
-        even_twist = even_twist * square + even_size * twists[k]
-        odd_twist = odd_twist * square + odd_size * twists[k + 1]
-    value = even + odd * t
-    slope = odd + (even_slope + odd_slope * t) * (2.0 * t)
-    return value, slope, even_bend + odd_bend * t, even_twist + odd_twist * t
-
-
-@inner
-def scale_column(c: Any, column: int, degree: int, t: float, out: Any) -> None:
-    """Coefficients of x (0) or y (1) in θ = time/t."""
-    power = 1.0
-    for n in range(degree + 1):
-        out[n] = c[2 * n + column] * power
-        power *= t
-    out[degree + 1] = 0.0
-
-
-@inner
-def first_root(c: Any, degree: int, h: float, side: float, ends: Any, work: Any) -> float:
-    """The first switch in (0, h] as a part of h, or -1.
-
-    `side` is 1 above the belt and -1 in contact.
-    """
-    value, slope, bend, twist = ends
-    start, final = c[1], element(value, 1)
-    first_slope, last_slope = c[3] * h, element(slope, 1) * h
-    # |y − chord| <= bend; after a switch y starts from zero and the same holds for y/θ.
-    first = side * (start if start != 0.0 else first_slope)
-    if min(first, side * final) > element(bend, 1):
-        return -1.0
-    y = behind(work, CALLER)
-    scale_column(c, 1, degree, h, y)
-    monotone = abs(final - start) > 4.0 * element(bend, 1) or (
-        (first_slope > 0.0) == (last_slope > 0.0)
-        and min(abs(first_slope), abs(last_slope)) > element(twist, 1)
-    )
-    if monotone and start != 0.0:
-        if side * final > 0.0:
-            return -1.0
-        if final == 0.0:
-            return 1.0
-        guess = _guess(start, final, first_slope, last_slope)
-        return refine(y, degree + 1, (0.0, 1.0), start < 0.0, guess, PRECISE)
-    if sign_roots(y, degree + 1, 1, work) > 0:
-        return work[0]
-    # A root that rounded out of the step is at its end.
-    return 1.0 if side * final <= 0.0 else -1.0
-
-
-@inner
-def _guess(start: float, final: float, slope: float, last_slope: float) -> float:
-    # Where the cubic through both ends of the inverse function says that the root is.
-    change = final - start
-    part = -start / change
-    rest = 1.0 - part
-    if slope == 0.0 or last_slope == 0.0:
-        return part
-    guess = part * part * (3.0 - 2.0 * part) + change * part * rest * (
-        rest / slope - part / last_slope
-    )
-    return guess if 0.0 < guess < 1.0 else part
-
-
-@inner
-def is_finite(number: float) -> bool:
-    """Whether a number is neither infinite nor NaN."""
-    return number - number == 0.0
-
-
-@inner
-def mode_after(x: float, vx: float, vy: float, problem: Any) -> int:
-    """The mode in which the motion goes on from y = 0: `core.model.mode_of` there."""
-    direction = vy
-    if direction == 0.0:
-        direction = problem.coupling * x - problem.preload
-    if direction == 0.0:
-        direction = problem.coupling * vx
-    if direction == 0.0:
-        direction = -problem.coupling * x
-    return 0 if direction > 0.0 else _CONTACT
-
-
-@inner
-def include(c: Any, degree: int, h: float, ends: Any, extremes: Any, work: Any) -> None:
-    """Take the motion over [0, h] into one row of the extremes."""
-    value, slope, bend, twist = ends
-    first = load_pair(c, 0)
-    too_low = least(first, value) - bend < load_pair(extremes, 0)
-    too_high = greatest(first, value) + bend > load_pair(extremes, 1)
-    q = behind(work, CALLER)
-    wanted = bits(too_low) | bits(too_high)
-    if wanted != 0:
-        for column in range(2):
-            if wanted >> column & 1:
-                scale_column(c, column, degree, h, q)
-                low, high = widen(q, degree + 1, extremes[column], extremes[2 + column], work)
-                extremes[column], extremes[2 + column] = low, high
-    fastest = extremes[_VX_MAX] * h
-    if max(c[2], element(slope, 0)) * h + element(twist, 0) > fastest:
-        power = h
-        for n in range(degree):
-            q[n] = (n + 1) * c[2 * n + 2] * power
-            power *= h
-        q[degree] = 0.0
-        extremes[_VX_MAX] = widen(q, degree, -np.inf, fastest, work)[1] / h
-
-
-@inner
-def include_part(
-    c: Any, degree: int, left: float, right: float, extremes: Any, work: Any, shifted: Any
-) -> None:
-    """Take the motion over [left, right] into one row of the extremes."""
-    if not left < right:
-        return
-    for n in range(degree + 1):
-        store_pair(shifted, n, load_pair(c, n))
-    for start in range(degree):
-        for n in range(degree - 1, start - 1, -1):
-            store_pair(shifted, n, load_pair(shifted, n) + load_pair(shifted, n + 1) * left)
-    h = right - left
-    include(shifted, degree, h, at(shifted, degree, h), extremes, work)
-
-
-@inner
 def expand(c: Any, given: Any, mode: int, problem: Any) -> None:
     """Continue the first two coefficients to the order of the problem."""
     constants = behind(given, mode * _CONSTANTS)
-    if mode == _CONTACT and problem.cubic:
+    if mode == CONTACT and problem.cubic:
         expand_cubic(c, constants, problem.order)
     else:
         expand_linear(c, constants, problem.order)
@@ -347,6 +194,7 @@ _row = numba.types.Array(numba.float64, 1, "C")
     taylor,
     expansion,
     polynomials,
+    steps,
     vectors,
     sys.modules[inner.__module__],
 )
@@ -415,7 +263,7 @@ def advance(
         ends = at(c, degree, h)
         root = -1.0
         if problem.separation:
-            root = first_root(c, degree, h, -1.0 if mode == _CONTACT else 1.0, ends, scratch)
+            root = first_root(c, degree, h, -1.0 if mode == CONTACT else 1.0, ends, scratch)
             if root >= 0.0:
                 h *= root
                 ends = at(c, degree, h)
@@ -435,14 +283,14 @@ def advance(
         new_mode = mode
         if root >= 0.0 and not beyond:
             y = 0.0
-            new_mode = mode_after(x, vx, vy, problem)
+            new_mode = mode_after(x, vx, vy, problem.coupling, problem.preload)
             if new_mode != mode:
                 switches[run.switches] = end
                 run.switches += 1
                 run.separations += mode
         here = (t, remainder, min(end, t_end))
         observe(c, degree, h, ends, here, stage)
-        if mode != _CONTACT:
+        if mode != CONTACT:
             part = h + run.separated_remainder
             longer = run.separated + part
             run.separated_remainder = part - (longer - run.separated)

@@ -212,9 +212,50 @@ for _python, _symbol in (
 ):
     _operator(_python, _comparison(_symbol), Mask)
 
+
+def _logical(python: Any, emit: Callable[..., Any]) -> None:
+    # Teaches numba a Python operator on masks.
+    @type_callable(python)
+    def _(_context: Any) -> Any:
+        def typed(a, b):  # type: ignore[no-untyped-def]  # numba compares names and annotations
+            return a if isinstance(a, Mask) and a == b else None
+
+        return typed
+
+    def generate(context: Any, builder: Any, signature: Any, values: Any) -> Any:
+        return emit(builder, *values)
+
+    lower_builtin(python, Mask, Mask)(generate)
+
+
+_logical(operator.and_, lambda builder, a, b: builder.and_(a, b))
+_logical(operator.or_, lambda builder, a, b: builder.or_(a, b))
+_logical(operator.xor, lambda builder, a, b: builder.xor(a, b))
+
+
+@intrinsic
+def negated(_typing: Any, mask: Any) -> Any:
+    """The mask of what is not in a mask."""
+
+    def generate(_context: Any, builder: Any, _signature: Any, values: Any) -> Any:
+        return builder.not_(values[0])
+
+    return mask(mask), generate
+
+
+@intrinsic
+def choose(_typing: Any, mask: Any, a: Any, b: Any) -> Any:
+    """The elements of `a` where a mask is set, those of `b` elsewhere; numbers are spread."""
+
+    def generate(context: Any, builder: Any, signature: Any, values: Any) -> Any:
+        a, b = _vectors(context, builder, mask.width, signature.args[1:], values[1:])
+        return builder.select(values[0], a, b)
+
+    return Vector(mask.width)(mask, a, b), generate
+
+
 absolute = _elementwise(1, _call("fabs"))
 root = _elementwise(1, _call("sqrt"))
-floor = _elementwise(1, _call("floor"))
 least = _elementwise(2, _call("minnum"))
 greatest = _elementwise(2, _call("maxnum"))
 
@@ -252,6 +293,17 @@ def bits(_typing: Any, mask: Any) -> Any:
 
 
 @intrinsic
+def lanes_of(_typing: Any, number: Any) -> Any:
+    """The lowest bits of an integer as a mask of `LANES`."""
+
+    def generate(_context: Any, builder: Any, _signature: Any, values: Any) -> Any:
+        packed = builder.trunc(values[0], ir.IntType(LANES))
+        return builder.bitcast(packed, ir.VectorType(ir.IntType(1), LANES))
+
+    return Mask(LANES)(types.int64), generate
+
+
+@intrinsic
 def ones(_typing: Any, number: Any) -> Any:
     """How many bits of an integer are set."""
 
@@ -279,6 +331,28 @@ def as_float(_typing: Any, number: Any) -> Any:
         return builder.bitcast(values[0], _DOUBLE)
 
     return types.float64(types.int64), generate
+
+
+@intrinsic
+def bit_numbers(_typing: Any, vector: Any) -> Any:
+    """The 64 bits of every element, read as an integer, as a float again."""
+
+    def generate(_context: Any, builder: Any, signature: Any, values: Any) -> Any:
+        integers = builder.bitcast(values[0], ir.VectorType(_LONG, signature.args[0].width))
+        return builder.sitofp(integers, vector_type(signature.args[0].width))
+
+    return vector(vector), generate
+
+
+@intrinsic
+def from_bit_numbers(_typing: Any, vector: Any) -> Any:
+    """The inverse of `bit_numbers`, fractions cut off."""
+
+    def generate(_context: Any, builder: Any, signature: Any, values: Any) -> Any:
+        integers = builder.fptosi(values[0], ir.VectorType(_LONG, signature.args[0].width))
+        return builder.bitcast(integers, vector_type(signature.args[0].width))
+
+    return vector(vector), generate
 
 
 @intrinsic

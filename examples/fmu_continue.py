@@ -1,0 +1,37 @@
+"""Continuing a run: a state is saved as bytes, and two instances go on from it.
+
+Run it as ``python examples/fmu_continue.py``.
+"""
+
+import tempfile
+from pathlib import Path
+
+from fmpy import extract, instantiate_fmu, read_model_description, simulate_fmu
+
+from fmu_src.builder import build_fmu
+
+
+def main() -> None:
+    """Settle for 60 s once, then press harder or more softly from there."""
+    with tempfile.TemporaryDirectory() as folder:
+        fmu = str(build_fmu(Path(folder) / "slider_belt.fmu"))
+        files = extract(fmu, Path(folder) / "extracted")
+        description = read_model_description(files)
+        instance = instantiate_fmu(files, description)
+        options = {"set_stop_time": False, "terminate": False}
+        simulate_fmu(fmu, stop_time=60.0, fmu_instance=instance, **options)
+        saved = instance.serializeFMUState(instance.getFMUState())
+        instance.freeInstance()
+        for F in (60.0, 80.0, 120.0):
+            again = instantiate_fmu(files, description)
+            again.setFMUState(again.deserializeFMUState(saved))
+            names = {v.name: v.valueReference for v in description.modelVariables}
+            again.setReal([names["F"]], [F])
+            again.doStep(60.0, 40.0)
+            y, count = again.getReal([names["y"], names["separations"]])
+            print(f"F {F:5.0f} N from 60 s on: y(100 s) {y:9.5f} m, separations {count:.0f}")
+            again.freeInstance()
+
+
+if __name__ == "__main__":
+    main()

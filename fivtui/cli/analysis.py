@@ -1,0 +1,144 @@
+"""Commands that judge the equilibrium and find attractors."""
+
+from typing import Any
+
+import click
+
+from .group import commands
+from .options import (
+    check_outputs,
+    force_option,
+    json_option,
+    path_option,
+    print_json,
+    say,
+    scene_argument,
+    scene_of,
+    set_option,
+    start_of,
+)
+
+
+@commands.command()
+@scene_argument
+@set_option
+@click.option(
+    "--attractors",
+    is_flag=True,
+    help="Also look for limit cycles beside the equilibrium, by transients and shooting.",
+)
+@json_option
+def stability(scene: str, assignments: tuple[str, ...], attractors: bool, as_json: bool) -> None:
+    """Show equilibrium, eigenvalues, modes, growth rate and critical friction coefficient."""
+    from ..core.stability import stability as judge
+    from ..report import print_stability
+    from ..results import stability_to_dict
+
+    chosen = scene_of(scene, assignments)
+    verdict = judge(chosen.parameters, separation=chosen.separation)
+    data = stability_to_dict(verdict)
+    if not as_json:
+        print_stability(verdict, chosen.parameters)
+    if attractors:
+        from ..attractor_tasks import SEARCH, carry_out
+
+        data |= carry_out(SEARCH, chosen, quiet=as_json)
+    if as_json:
+        print_json(data)
+
+
+@commands.command()
+@scene_argument
+@set_option
+@click.option("--start", metavar="static|x,vx,y,vy", help="What this start alone reaches.")
+@click.option(
+    "--vary",
+    metavar="NAME=START:STOP:COUNT[:log]",
+    help="Follow the attractors along a parameter, up and down.",
+)
+@click.option(
+    "--basin",
+    "ranges",
+    multiple=True,
+    metavar="NAME=START:STOP:COUNT",
+    help="What starts reach: give two of x0, vx0, y0, vy0; the others are --start's.",
+)
+@path_option("--out", "FILE", "Write the branches or the basins (.csv, .npz, .parquet).")
+@path_option("--plot", "FILE", "Draw the branches or the basins (.png, .svg, .pdf).")
+@force_option
+@json_option
+def attractors(scene: str, assignments: tuple[str, ...], **given: Any) -> None:
+    """Find what motions end in: the equilibrium, limit cycles, or nothing.
+
+    Limit cycles are confirmed by shooting, with their Floquet multipliers. Without an option the
+    attractors around the equilibrium are listed.
+    """
+    from ..attractor_tasks import carry_out, choose_task
+
+    start = None if given["start"] is None else start_of(given["start"])
+    data = carry_out(
+        choose_task(given["vary"], given["ranges"], start),
+        scene_of(scene, assignments),
+        out=given["out"],
+        plot=given["plot"],
+        force=given["force"],
+        quiet=given["as_json"],
+    )
+    if given["as_json"]:
+        print_json(data)
+
+
+@commands.command("map")
+@scene_argument
+@set_option
+@click.option(
+    "--over",
+    "ranges",
+    multiple=True,
+    required=True,
+    metavar="NAME=START:STOP:COUNT[:log]",
+    help="A parameter and its values; give two.",
+)
+@click.option(
+    "--value",
+    default="growth-rate",
+    show_default=True,
+    metavar="growth-rate|critical-mu|unstable-modes",
+    help="What is computed at every point.",
+)
+@path_option("--out", "FILE", "Write the map (.csv, .npz, .parquet).")
+@path_option("--plot", "FILE", "Write the map as a figure (.png, .svg, .pdf).")
+@force_option
+@json_option
+def stability_map(scene: str, assignments: tuple[str, ...], **given: Any) -> None:
+    """Show the stability of the equilibrium over two parameters."""
+    from ..core.stability_map import stability_map as compute
+    from ..map_results import check_map_path, map_to_dict, save_map
+    from ..ranges import parse_ranges
+    from ..report import Progress, print_map
+
+    chosen = scene_of(scene, assignments)
+    over = {each.name: each.values() for each in parse_ranges("--over", given["ranges"])}
+    out, plot, force = given["out"], given["plot"], given["force"]
+    check_outputs(out, plot, check_map_path, force=force)
+    with Progress("map") as progress:
+        result = compute(
+            chosen.parameters,
+            over,
+            given["value"],
+            separation=chosen.separation,
+            progress=progress,
+        )
+    if out is not None:
+        save_map(result, out, force=force)
+        say(f"wrote {out}")
+    if plot is not None:
+        from ..figures import save_figure
+        from ..map_figure import map_figure
+
+        save_figure(map_figure(result), plot, force=force)
+        say(f"wrote {plot}")
+    if given["as_json"]:
+        print_json(map_to_dict(result))
+    else:
+        print_map(result)

@@ -1,0 +1,21 @@
+"""The command that shows the terminal laboratory in a browser."""
+
+import click
+
+from .group import commands
+from .options import say
+
+
+@commands.command()
+@click.option(
+    "--port",
+    type=click.IntRange(1, 65535),
+    default=8000,
+    show_default=True,
+    help="Port on 127.0.0.1.",
+)
+def serve(port: int) -> None:
+    """Show the terminal laboratory in a browser on this machine."""
+    from ..tui.serve import serve as start
+
+    start(port, say=say)

@@ -1,0 +1,109 @@
+"""Commands that build, check and run the FMU."""
+
+from pathlib import Path
+from typing import Any
+
+import click
+
+from ..core.errors import InputError
+from .group import Commands, commands
+from .options import assigned, fmu_argument, force_option, json_option, path_option, print_json, say
+
+
+@commands.group(cls=Commands)
+def fmu() -> None:
+    """Build, check and run the FMU (FMI 2.0 co-simulation)."""
+
+
+@fmu.command("build")
+@path_option("--out", "FILE.fmu", "The FMU to write.", required=True)
+@click.option("--component", default="slider-belt", help="slider-belt (default) or brake-actuator.")
+@click.option("--fmi", default="2", help="2 (default), or 3: model exchange, experimental.")
+@force_option
+def fmu_build(out: Path, component: str, fmi: str, force: bool) -> None:
+    """Export the slider-belt, or the brake actuator that presses it, as an FMU."""
+    from fmu_src.builder import build_fmu
+
+    build_fmu(out, component=component, fmi=fmi, force=force)
+    say(f"wrote {out}")
+
+
+@fmu.command("system")
+@path_option("--out", "FILE.ssp", "The archive to write.", required=True)
+@force_option
+def fmu_system(out: Path, force: bool) -> None:
+    """Export the slider-belt pressed by the brake actuator as an SSP archive."""
+    from fmu_src.ssp import build_ssp
+
+    build_ssp(out, force=force)
+    say(f"wrote {out}")
+
+
+@fmu.command("check")
+@fmu_argument
+@json_option
+def fmu_check(fmu_file: Path, as_json: bool) -> None:
+    """Check that an FMU follows the standard and runs; exit 2 if it has problems."""
+    from fmu_src.check import check_fmu
+
+    problems = check_fmu(fmu_file)
+    if as_json:
+        print_json({"file": str(fmu_file), "problems": problems})
+    elif problems:
+        click.echo("\n".join(problems))
+    else:
+        click.echo(f"{fmu_file}: no problems")
+    if problems:
+        raise InputError(f"{fmu_file} is not a sound FMU: problems found: {len(problems)}")
+
+
+@fmu.command("run")
+@fmu_argument
+@click.option("--t-end", metavar="S", help="Stop time; by default that of the FMU.")
+@click.option("--output-interval", metavar="S", help="Time between recorded points.")
+@click.option(
+    "--set",
+    "assignments",
+    multiple=True,
+    metavar="NAME=VALUE",
+    help="Start value of a variable of the FMU; may be repeated.",
+)
+@click.option("--output", "outputs", multiple=True, metavar="NAME", help="Record only this one.")
+@click.option("--tol", metavar="R", help="Tolerance given to the FMU.")
+@path_option("--input", "FILE.csv", "Inputs over time: a column time, and one for each input.")
+@path_option("--out", "FILE.csv", "Write what was recorded.")
+@path_option("--events", "FILE.csv", "Write when recorded discrete variables changed.")
+@force_option
+@json_option
+def fmu_run(fmu_file: Path, out: Path | None, force: bool, as_json: bool, **given: Any) -> None:
+    """Run an FMU for co-simulation through fmpy; print its last values or write all."""
+    from ..fmu_run import check_run_path, run_fmu, save_fmu_events, save_fmu_run
+    from ..report import Progress, print_list
+
+    events = given["events"]
+    for path in (out, events):
+        if path is not None:
+            check_run_path(path, force=force)
+    with Progress("FMU") as progress:
+        run = run_fmu(
+            fmu_file,
+            t_end=given["t_end"],
+            output_interval=given["output_interval"],
+            start_values=assigned("--set", given["assignments"], "F=60"),
+            outputs=given["outputs"] or None,
+            input_csv=given["input"],
+            tol=given["tol"],
+            progress=progress,
+        )
+    if out is not None:
+        save_fmu_run(run, out, force=force)
+        say(f"wrote {out}")
+    if events is not None:
+        save_fmu_events(run, events, force=force)
+        say(f"wrote {events}")
+    last = {name: column[-1].item() for name, column in run.columns.items()}
+    if as_json:
+        print_json({"model": run.model, "fmi_version": run.fmi_version, "final": last})
+    elif out is None:
+        rows = [(name, f"{value:.10g} {run.units.get(name, '')}") for name, value in last.items()]
+        print_list(f"{run.model}, FMI {run.fmi_version}: last values", rows)

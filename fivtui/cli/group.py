@@ -1,0 +1,37 @@
+"""The root of all commands."""
+
+import sys
+
+import click
+
+from ..core.errors import InputError
+from ..core.parameters import unknown_name
+
+
+class Commands(click.Group):
+    """A group that names the nearest command when one is unknown."""
+
+    def resolve_command(
+        self, ctx: click.Context, args: list[str]
+    ) -> tuple[str | None, click.Command | None, list[str]]:
+        """Find the command that `args` begin with."""
+        if args and self.get_command(ctx, args[0]) is None:
+            raise unknown_name("command", args[0], self.list_commands(ctx))
+        return super().resolve_command(ctx, args)
+
+
+@click.group(cls=Commands, invoke_without_command=True, context_settings={"max_content_width": 100})
+@click.version_option(package_name="fivtui", message="%(prog)s %(version)s")
+@click.pass_context
+def commands(context: click.Context) -> None:
+    """Friction-induced vibration of a slider on a belt: stability, transients, FMU.
+
+    Without a command the terminal laboratory starts. SCENE is the name of a preset or a TOML file;
+    without it the base scene of the paper is taken.
+    """
+    if context.invoked_subcommand is None:
+        if not (sys.stdin.isatty() and sys.stdout.isatty()):
+            raise InputError("the terminal laboratory needs a terminal; see fivtui --help")
+        from ..tui.app import run
+
+        run()

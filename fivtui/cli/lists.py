@@ -1,0 +1,29 @@
+"""Commands that list what there is."""
+
+from .group import commands
+from .options import json_option, print_json
+
+
+@commands.command()
+@json_option
+def presets(as_json: bool) -> None:
+    """List the scenes that come with the program."""
+    from ..presets import PRESETS
+    from ..scene import scene_to_dict
+
+    if as_json:
+        print_json({name: scene_to_dict(scene) for name, scene in PRESETS.items()})
+    else:
+        from ..report import print_list
+
+        rows = [(name, scene.description) for name, scene in PRESETS.items()]
+        print_list("Presets", rows)
+
+
+@commands.command()
+def methods() -> None:
+    """List the integration methods."""
+    from ..report import print_list
+    from ..simulation import ALL_METHODS
+
+    print_list("Methods", list(ALL_METHODS.items()))

@@ -1,0 +1,100 @@
+"""What the commands share: arguments, options, and how they read and say things."""
+
+import json
+from collections.abc import Callable, Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import click
+
+from ..core.errors import InputError
+from ..core.parameters import PARAMETERS, parameter_spec
+
+if TYPE_CHECKING:
+    from ..core.request import Start
+    from ..scene import Scene
+
+scene_argument = click.argument("scene", default="base", metavar="[SCENE]")
+set_option = click.option(
+    "--set",
+    "assignments",
+    multiple=True,
+    metavar="NAME=VALUE",
+    help=f"Change a parameter ({', '.join(PARAMETERS)}); may be repeated.",
+)
+json_option = click.option("--json", "as_json", is_flag=True, help="Print one JSON object.")
+force_option = click.option("--force", is_flag=True, help="Replace outputs that exist.")
+fmu_argument = click.argument("fmu_file", type=click.Path(path_type=Path), metavar="FILE.fmu")
+
+
+def path_option(flag: str, metavar: str, text: str, **more: Any) -> Callable[..., Any]:
+    """An option that takes a path."""
+    return click.option(flag, type=click.Path(path_type=Path), metavar=metavar, help=text, **more)
+
+
+def error_option(text: str) -> Callable[..., Any]:
+    """The option that asks for errors."""
+    return click.option("--error", "wishes", multiple=True, metavar="QUANTITY=R", help=text)
+
+
+def scene_of(name: str, assignments: Sequence[str]) -> "Scene":
+    """The scene of that name with the changes of ``--set``; `InputError` if either is wrong."""
+    from ..scene import find_scene
+
+    changes = assigned("--set", assignments, "F=120")
+    return find_scene(name).with_values(
+        {parameter: parameter_spec(parameter).check(text) for parameter, text in changes.items()}
+    )
+
+
+def start_of(text: str) -> "Start":
+    """The start state that the text of ``--start`` says; `InputError` if it says none."""
+    if text == "static":
+        return "static"
+    try:
+        return [float(part) for part in text.split(",")]
+    except ValueError:
+        raise InputError(
+            f"--start {text}: allowed is static, or four numbers x,vx,y,vy in m and m/s"
+        ) from None
+
+
+def wishes_of(assignments: Sequence[str]) -> dict[str, float]:
+    """The errors that ``--error`` asks for, by quantity; `InputError` if one is wrong."""
+    from ..core.tradeoff import check_error, check_quantity
+
+    pairs = assigned("--error", assignments, "peak=1e-4")
+    return {check_quantity(name): check_error(name, text) for name, text in pairs.items()}
+
+
+def assigned(flag: str, assignments: Sequence[str], example: str) -> dict[str, str]:
+    """The texts that ``NAME=VALUE`` options give, by name; `InputError` if one is no such pair."""
+    values: dict[str, str] = {}
+    for assignment in assignments:
+        name, equals, text = assignment.partition("=")
+        if not equals or not name.strip():
+            raise InputError(f"{flag} {assignment}: allowed is NAME=VALUE, e.g. {flag} {example}")
+        values[name.strip()] = text.strip()
+    return values
+
+
+def check_outputs(
+    out: Path | None, plot: Path | None, check_data: Callable[..., None], *, force: bool
+) -> None:
+    """Check files to be written, before the work; `InputError` if one cannot be."""
+    if out is not None:
+        check_data(out, force=force)
+    if plot is not None:
+        from ..figures import check_figure_path
+
+        check_figure_path(plot, force=force)
+
+
+def print_json(data: Any) -> None:
+    """Print data as JSON on standard output."""
+    click.echo(json.dumps(data, ensure_ascii=False, allow_nan=False, indent=2))
+
+
+def say(message: str) -> None:
+    """Print words on standard error."""
+    click.echo(message, err=True)

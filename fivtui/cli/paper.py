@@ -1,0 +1,63 @@
+"""Commands that reproduce the paper."""
+
+from pathlib import Path
+
+import click
+
+from ..core.errors import InputError
+from .group import commands
+from .options import force_option, json_option, path_option, print_json, say
+
+
+@commands.command()
+@click.argument("numbers", nargs=-1, metavar="[N ...]")
+@path_option("--out", "DIR", "Folder for the pictures and their data.", required=True)
+@click.option(
+    "--format",
+    "formats",
+    multiple=True,
+    metavar="NAME",
+    help="pdf, svg or png; may be repeated.  [default: pdf and png]",
+)
+@force_option
+def figures(numbers: tuple[str, ...], out: Path, formats: tuple[str, ...], force: bool) -> None:
+    """Draw the paper's Figs. 2 to 16, or those of the numbers N (or ranges such as 3-9).
+
+    Beside each picture stands a CSV file with its data, their units and the parameters.
+    """
+    from ..paper.figures import DEFAULT_FORMATS, figure_numbers, save_figures
+    from ..report import Progress
+
+    with Progress("figures") as progress:
+        written = save_figures(
+            figure_numbers(numbers),
+            out,
+            formats=formats or DEFAULT_FORMATS,
+            force=force,
+            progress=progress,
+        )
+    for files in written:
+        say(f"wrote {', '.join(str(path) for path in (*files.pictures, *files.data))}")
+
+
+@commands.command()
+@click.option("--markdown", is_flag=True, help="Print a Markdown table.")
+@json_option
+def claims(markdown: bool, as_json: bool) -> None:
+    """Hold every testable statement of the paper against the model.
+
+    Each is shown with its section, what the paper states, what is computed, and the verdict.
+    """
+    from ..paper.claims import check_claims, claims_to_list
+    from ..report import Progress, claims_markdown, print_claims
+
+    if markdown and as_json:
+        raise InputError("claims: allowed is one of --json and --markdown")
+    with Progress("claims") as progress:
+        checked = check_claims(progress=progress)
+    if as_json:
+        print_json(claims_to_list(checked))
+    elif markdown:
+        click.echo(claims_markdown(checked))
+    else:
+        print_claims(checked)

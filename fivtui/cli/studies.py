@@ -1,0 +1,193 @@
+"""Commands that compute many transients, or one by many methods."""
+
+from typing import TYPE_CHECKING, Any
+
+import click
+
+from ..core.errors import InputError
+from .group import commands
+from .options import (
+    check_outputs,
+    error_option,
+    force_option,
+    json_option,
+    path_option,
+    print_json,
+    say,
+    scene_argument,
+    scene_of,
+    set_option,
+    start_of,
+    wishes_of,
+)
+
+if TYPE_CHECKING:
+    from contextlib import AbstractContextManager
+
+    from ..sweeps import Engine
+
+
+@commands.command()
+@scene_argument
+@set_option
+@click.option(
+    "--vary",
+    "varied",
+    multiple=True,
+    required=True,
+    metavar="NAME=START:STOP:COUNT[:log]",
+    help="What varies: a parameter, or x0, vx0, y0, vy0 of the start; may be repeated. Also "
+    "NAME=V1,V2,…; without COUNT in random and sobol.",
+)
+@click.option(
+    "--design",
+    "kind",
+    type=click.Choice(["product", "list", "random", "sobol"]),
+    default="product",
+    show_default=True,
+    help="Every value with every other, values side by side, or points between the ends.",
+)
+@click.option("--count", type=int, metavar="N", help="Points of random and sobol.")
+@click.option("--seed", type=int, metavar="S", help="Seed of random and sobol.  [default: 0]")
+@click.option("--ignore-separation", is_flag=True, help="Contact never breaks (Case 2).")
+@click.option("--both", is_flag=True, help="Separation considered and ignored.")
+@click.option("--t-end", metavar="S", help="Horizon in seconds.")
+@click.option("--tol", metavar="R", help="Relative tolerance, 1e-13 to 1e-2.")
+@click.option("--start", metavar="static|x,vx,y,vy", help="Start state, m and m/s.")
+@click.option(
+    "--output",
+    "outputs",
+    multiple=True,
+    metavar="NAME",
+    help="Compute only this one (y_abs, …, growth_rate, stable); may be repeated.",
+)
+@click.option("--workers", type=int, metavar="N", help="Threads.  [default: all processors]")
+@click.option("--scheduler", metavar="ADDRESS", help="Compute on this Dask cluster.")
+@click.option("--piece", type=click.IntRange(min=1), metavar="N", help="Members stored at a time.")
+@path_option("--out", "FILE", "Write the rows (.csv, .parquet); continues what was stopped.")
+@path_option("--plot", "FILE", "Draw amplitudes over one or two names (.png, .svg, .pdf).")
+@force_option
+@json_option
+def sweep(**given: Any) -> None:
+    """Compute many transients that differ in parameters, start and physics.
+
+    With --out, rows are stored piece by piece: whatever stops the sweep, the same command
+    continues it. Members that cannot be computed are rows that say why.
+    """
+    from contextlib import ExitStack
+
+    from ..sweep_report import SweepProgress, print_sweep
+    from ..sweep_request import parse_cases, parse_design, study_of
+    from ..sweeps import check_in_memory, load_sweep, sweep_in_memory, sweep_to_file
+
+    scene = scene_of(given["scene"], given["assignments"])
+    study = study_of(
+        scene,
+        parse_design(given["varied"], given["kind"], given["count"], given["seed"]),
+        cases=parse_cases(ignored=given["ignore_separation"], both=given["both"]),
+        start=None if given["start"] is None else start_of(given["start"]),
+        t_end=given["t_end"],
+        tol=given["tol"],
+        outputs=given["outputs"],
+    )
+    out, plot, force, as_json = (given[name] for name in ("out", "plot", "force", "as_json"))
+    if out is None or plot is not None or as_json:
+        check_in_memory(study)
+    if plot is not None:
+        from ..figures import check_figure_path
+        from ..sweep_figures import check_drawable
+
+        check_figure_path(plot, force=force)
+        check_drawable(study)
+    with ExitStack() as stack:
+        engine = stack.enter_context(_engine(given["scheduler"], given["workers"]))
+        progress = stack.enter_context(SweepProgress(study.members))
+        if out is None:
+            result = sweep_in_memory(study, engine, progress=progress)
+        else:
+            written = sweep_to_file(
+                study, out, engine, size=given["piece"], force=force, progress=progress
+            )
+    if out is not None:
+        say(f"wrote {out}: {written}")
+        if plot is not None or as_json:
+            result = load_sweep(study, out)
+    if plot is not None:
+        from ..figures import save_figure
+        from ..sweep_figures import sweep_figure
+
+        save_figure(sweep_figure(result), plot, force=force)
+        say(f"wrote {plot}")
+    if as_json:
+        print_json({"columns": result.columns, "rows": result.rows})
+    elif out is None:
+        print_sweep(result, chosen=bool(given["outputs"]))
+
+
+def _engine(scheduler: str | None, workers: int | None) -> "AbstractContextManager[Engine]":
+    if scheduler is not None:
+        from ..cluster import cluster_engine
+
+        if workers is not None:
+            raise InputError("--workers: the cluster of --scheduler has its own")
+        return cluster_engine(scheduler)
+    from contextlib import nullcontext
+
+    from ..sweeps import local_engine
+
+    return nullcontext(local_engine(workers))
+
+
+@commands.command()
+@scene_argument
+@set_option
+@click.option("--thorough", is_flag=True, help="Take about two minutes instead of seven seconds.")
+@error_option("Name the cheapest setting for an error of final, peak, half_range or events (s).")
+@path_option("--out", "FILE.csv", "Write all settings measured.")
+@path_option("--plot", "FILE", "Draw error against CPU time (.png, .svg, .pdf).")
+@force_option
+@json_option
+def tradeoff(scene: str, assignments: tuple[str, ...], **given: Any) -> None:
+    """Measure what accuracy costs on this machine, for every method and setting."""
+    from ..report import Progress
+    from ..tradeoff import cheapest_to_dict, measure_tradeoff, save_tradeoff, tradeoff_to_dict
+    from ..tradeoff_report import check_tradeoff_path, print_tradeoff
+
+    out, plot, force = given["out"], given["plot"], given["force"]
+    wishes = wishes_of(given["wishes"])
+    chosen = scene_of(scene, assignments)
+    check_outputs(out, plot, check_tradeoff_path, force=force)
+    with Progress("trade-off") as progress:
+        result = measure_tradeoff(chosen, thorough=given["thorough"], progress=progress)
+    if out is not None:
+        save_tradeoff(result, out, force=force)
+        say(f"wrote {out}")
+    if plot is not None:
+        from ..figures import save_figure
+        from ..tradeoff_figure import tradeoff_figure
+
+        save_figure(tradeoff_figure(result), plot, force=force)
+        say(f"wrote {plot}")
+    if given["as_json"]:
+        print_json({**tradeoff_to_dict(result), **cheapest_to_dict(result, wishes)})
+    else:
+        print_tradeoff(result, wishes)
+
+
+@commands.command()
+@json_option
+def extremes(as_json: bool) -> None:
+    """Try every method on scenes that break solvers: right, refused or wrong.
+
+    Each result is held against a solution in quadruple precision. A method is refused where it says
+    itself that it cannot go on, or needs more steps than the trial allows.
+    """
+    from ..report import Progress, print_trials
+    from ..trials import run_trials, trials_to_dict
+
+    with Progress("extremes") as progress:
+        found = run_trials(progress=progress)
+    if as_json:
+        print_json(trials_to_dict(found))
+    else:
+        print_trials(found)

@@ -1,0 +1,221 @@
+"""Commands that compute one scene."""
+
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import click
+
+from ..core.errors import InputError
+from ..core.parameters import parse_number
+from .group import commands
+from .options import (
+    check_outputs,
+    error_option,
+    force_option,
+    json_option,
+    path_option,
+    print_json,
+    say,
+    scene_argument,
+    scene_of,
+    set_option,
+    start_of,
+    wishes_of,
+)
+
+if TYPE_CHECKING:
+    from ..core.outcome import Transient
+    from ..scene import Scene
+
+
+@commands.command()
+@scene_argument
+@set_option
+@click.option("--ignore-separation", is_flag=True, help="Contact never breaks (Case 2).")
+@click.option("--t-end", metavar="S", help="Horizon in seconds.")
+@click.option("--method", metavar="NAME", help="taylor, rk4, scipy-dop853, …: see fivtui methods.")
+@click.option("--tol", metavar="R", help="Relative tolerance, 1e-13 to 1e-2.")
+@click.option("--step", metavar="S", help="Step of rk4, communication step of fmu.")
+@error_option("Choose tol or step for an error of final, peak, half_range or events (s).")
+@click.option("--start", metavar="static|x,vx,y,vy", help="Start state, m and m/s.")
+@click.option(
+    "--points",
+    type=click.IntRange(2, 10_000_000),
+    default=5001,
+    show_default=True,
+    help="Points of a written trajectory.",
+)
+@path_option("--out", "FILE", "Write the trajectory (.csv, .npz, .parquet).")
+@path_option("--plot", "FILE", "Write P, x and y over time (.png, .svg, .pdf).")
+@force_option
+@json_option
+def simulate(**given: Any) -> None:
+    """Compute a transient; print its extremes, events and final state."""
+    import numpy as np
+
+    from ..report import Progress, print_transient
+    from ..results import check_trajectory_path
+    from ..runner import scene_transient
+    from ..verified import verified_to_dict
+
+    scene = _changed(scene_of(given["scene"], given["assignments"]), given)
+    out, plot, force = given["out"], given["plot"], given["force"]
+    check_outputs(out, plot, check_trajectory_path, force=force)
+    stored = out is not None or plot is not None
+    with Progress("transient") as progress:
+        run = scene_transient(
+            scene,
+            samples=np.linspace(0.0, scene.t_end, given["points"]) if stored else "none",
+            progress=progress,
+        )
+    result = run.transient
+    _say_if_stiff(result)
+    if out is not None:
+        from ..results import save_trajectory
+
+        save_trajectory(result, out, force=force)
+        say(f"wrote {out}")
+    if plot is not None:
+        from ..figures import save_figure, transient_figure
+
+        save_figure(transient_figure([result]), plot, force=force)
+        say(f"wrote {plot}")
+    if given["as_json"]:
+        from ..results import transient_to_dict
+
+        known = {} if run.verified is None else {"accuracy": verified_to_dict(run.verified)}
+        print_json({**transient_to_dict(result), **known})
+    else:
+        print_transient(result, run.verified)
+
+
+def _changed(scene: "Scene", given: dict[str, Any]) -> "Scene":
+    # The scene with what the options of `simulate` say.
+    import dataclasses
+
+    from ..core.request import check_horizon
+
+    wishes = wishes_of(given["wishes"])
+    fixed = given["tol"] is not None or given["step"] is not None
+    if wishes and fixed:
+        raise InputError("--error: not allowed beside --tol or --step, which follow from it")
+    changes: dict[str, Any] = {
+        name: given[name] for name in ("tol", "step", "method") if given[name] is not None
+    }
+    if given["t_end"] is not None:
+        changes["t_end"] = check_horizon(given["t_end"])
+    if given["start"] is not None:
+        changes["start"] = start_of(given["start"])
+    if given["ignore_separation"]:
+        changes["separation"] = False
+    if wishes or fixed:
+        changes["accuracy"] = tuple(wishes.items())
+    return dataclasses.replace(scene, **changes)
+
+
+def _say_if_stiff(result: "Transient") -> None:
+    from ..core.stiffness import stiffness
+
+    if result.method == "taylor" and result.stats.kernel != "exact":
+        stiff = stiffness(result.parameters, t_end=result.t_end, separation=result.separation)
+        if stiff is not None:
+            say(f"{stiff}; this took {result.stats.steps} steps, try --method scipy-lsoda")
+
+
+@commands.command()
+@scene_argument
+@set_option
+@path_option("--out", "FILE", "Write the trajectory, if required (.csv, .npz, .parquet).")
+@force_option
+@json_option
+def run(scene: str, out: Path | None, force: bool, as_json: bool, **given: Any) -> None:
+    """Compute what a scene requires: stability, transient, trajectory; nothing else."""
+    from ..report import Progress, print_stability, print_transient
+    from ..results import (
+        check_trajectory_path,
+        save_trajectory,
+        stability_to_dict,
+        transient_to_dict,
+    )
+    from ..runner import run_scene
+    from ..verified import verified_to_dict
+
+    chosen = scene_of(scene, given["assignments"])
+    if ("trajectory" in chosen.outputs) != (out is not None):
+        wanted = "a file for it: --out FILE" if out is None else "no --out: it is not required"
+        raise InputError(f"trajectory of the scene {chosen.name}: allowed is {wanted}")
+    check_outputs(out, None, check_trajectory_path, force=force)
+    with Progress(chosen.name) as progress:
+        result = run_scene(chosen, progress=progress)
+    data: dict[str, Any] = {"scene": chosen.name}
+    if result.stability is not None:
+        data["stability"] = stability_to_dict(result.stability)
+    if result.run is not None:
+        data["transient"] = transient_to_dict(result.run.transient)
+        if result.run.verified is not None:
+            data["accuracy"] = verified_to_dict(result.run.verified)
+        if out is not None:
+            save_trajectory(result.run.transient, out, force=force)
+            say(f"wrote {out}")
+    if as_json:
+        print_json(data)
+        return
+    if result.stability is not None:
+        print_stability(result.stability, chosen.parameters)
+    if result.run is not None:
+        print_transient(result.run.transient, result.run.verified)
+
+
+@commands.command()
+@scene_argument
+@set_option
+@path_option("--out", "DIR", "Folder for the FMU and the picture.", required=True)
+@force_option
+def compare(scene: str, assignments: tuple[str, ...], out: Path, force: bool) -> None:
+    """Run a scene natively and through the FMU, separation considered and ignored.
+
+    Builds the FMU, prints one table of peaks, separations, time off the belt, agreement and time
+    taken, and draws the paper's Figs. 10 to 12 as one picture.
+    """
+    from ..compare import compare as run
+    from ..report import Progress, print_comparison
+
+    with Progress("native and FMU") as progress:
+        result = run(scene_of(scene, assignments), out, force=force, progress=progress)
+    print_comparison(result)
+    say(f"wrote {result.fmu} and {result.figure}")
+
+
+@commands.command()
+@scene_argument
+@set_option
+@click.option("--ignore-separation", is_flag=True, help="Contact never breaks (Case 2).")
+@click.option("--t-end", metavar="S", help="Horizon in seconds.")
+@click.option("--tol", metavar="R", help="Relative tolerance, 1e-13 to 1e-2.")
+@json_option
+def accuracy(scene: str, assignments: tuple[str, ...], as_json: bool, **given: Any) -> None:
+    """Say how far to trust the numbers of a transient.
+
+    Holds it against a finer run, follows how an error at the start grows, and estimates the largest
+    Lyapunov exponent: whether errors decay, stay bounded or grow in the long run.
+    """
+    from dataclasses import replace
+
+    from ..accuracy import accuracy as judge
+    from ..accuracy import accuracy_to_dict
+    from ..report import Progress, print_accuracy
+
+    chosen = scene_of(scene, assignments)
+    changes: dict[str, Any] = {
+        name: parse_number(name, given[name], "a number")
+        for name in ("t_end", "tol")
+        if given[name] is not None
+    }
+    if given["ignore_separation"]:
+        changes["separation"] = False
+    with Progress("accuracy") as progress:
+        found = judge(replace(chosen, **changes), progress=progress)
+    if as_json:
+        print_json(accuracy_to_dict(found))
+    else:
+        print_accuracy(found)

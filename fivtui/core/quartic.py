@@ -1,0 +1,107 @@
+"""The rightmost root of the characteristic quartic, in closed form on arrays."""
+
+from typing import Final
+
+import numpy as np
+from numpy.typing import NDArray
+
+FloatArray = NDArray[np.float64]
+ComplexArray = NDArray[np.complex128]
+
+_POLISHES: Final = 3
+_DESCENT: Final = 8
+_AMISS: Final = 4e-8
+
+
+def rightmost_real_part(
+    c1: FloatArray, a: FloatArray, c2: FloatArray, b: FloatArray, d: FloatArray
+) -> FloatArray:
+    """Greatest real part of the roots of (s² + c1 s + a)(s² + c2 s + b) − d.
+
+    Shifted by the mean decay g = (c1 + c2)/4 the quartic has no cubic term, and is the product of
+    z² + u z + v and z² − u z + w, where u² is the greatest root of the resolvent cubic (Descartes'
+    solution). Equal dampings give u = 0 or a double root of the cubic, so the coefficients are
+    formed from the two factors, without the cancellation of the expanded quartic.
+
+    Parameters
+    ----------
+    c1, a, c2, b, d : ndarray, equal shapes
+        Coefficients, scaled to the order of one; c1, c2 ≥ 0.
+
+    Returns
+    -------
+    ndarray
+        Same shape. Accurate to rounding of the greatest |s|, where no roots coincide.
+    """
+    g = 0.25 * (c1 + c2)
+    e = 0.5 * (c1 - c2)
+    a0, b0 = a + g * (g - c1), b + g * (g - c2)
+    p = a0 + b0 - e * e
+    q = e * (b0 - a0)
+    # p² − 4 r for r = a0 b0 − d.
+    gap = (a0 - b0) ** 2 + 4.0 * d - e * e * (2.0 * (a0 + b0) - e * e)
+    square = _resolvent(p, gap, q)
+    u = np.sqrt(square)
+    # (w − v)/2 = q/(2u), whose square is also (p + u²)²/4 − r: the one fails at u = 0, the other
+    # where its terms cancel.
+    mean = 0.5 * (p + square)
+    terms = (0.25 * gap, square * (0.5 * p + 0.25 * square))
+    total = terms[0] + terms[1]
+    cancelled = total < 0.25 * (np.abs(terms[0]) + np.abs(terms[1]))
+    apart = np.copysign(np.sqrt(np.maximum(total, 0.0)), q)
+    apart = np.divide(0.5 * q, u, out=apart, where=cancelled & (u > 0.0))
+    near, far = (
+        -0.5 * sign * u + np.sqrt(0.25 * square - (mean - sign * apart) + 0.0j)
+        for sign in (1.0, -1.0)
+    )
+    root = np.where(near.real >= far.real, near, far) - g
+    polished: FloatArray = _polished(root, (c1, a), (c2, b), d).real
+    return polished
+
+
+def _polished(
+    root: ComplexArray,
+    first: tuple[FloatArray, FloatArray],
+    second: tuple[FloatArray, FloatArray],
+    d: FloatArray,
+) -> ComplexArray:
+    # Newton on the product itself, where it makes the residual smaller: with strong damping the
+    # shift has cancelled digits.
+    (c1, a), (c2, b) = first, second
+
+    def residual(s: ComplexArray) -> tuple[ComplexArray, ComplexArray]:
+        one, other = (s + c1) * s + a, (s + c2) * s + b
+        return one * other - d, (2.0 * s + c1) * other + one * (2.0 * s + c2)
+
+    value, slope = residual(root)
+    for _ in range(_POLISHES):
+        new = root - np.divide(value, slope, out=np.zeros_like(root), where=slope != 0.0)
+        new_value, new_slope = residual(new)
+        better = np.abs(new_value) < np.abs(value)
+        root = np.where(better, new, root)
+        value, slope = np.where(better, new_value, value), np.where(better, new_slope, slope)
+    return root
+
+
+def _resolvent(p: FloatArray, gap: FloatArray, q: FloatArray) -> FloatArray:
+    # Greatest root U ≥ 0 of U³ + 2 p U² + gap U − q². The closed form starts Newton next to it.
+    third = -2.0 * p / 3.0
+    slope = third * third - gap / 3.0
+    value = third * third * third - 0.5 * third * gap + 0.5 * q * q
+    radius = np.sqrt(np.maximum(slope, 0.0))
+    cosine = np.clip(value / np.where(radius > 0.0, radius**3, 1.0), -1.0, 1.0)
+    three = third + 2.0 * radius * np.cos(np.arccos(cosine) / 3.0)
+    root = np.sqrt(np.maximum(value * value - slope * slope * slope, 0.0))
+    large = np.cbrt(value + np.copysign(root, value))
+    one = third + large + np.divide(slope, large, out=np.zeros_like(large), where=large != 0.0)
+    single = value * value > slope * slope * slope
+    # The closed form is wrong by the root of rounding where roots meet. From a start that lies
+    # surely to the right of the greatest one Newton falls on it from above.
+    found = np.where(single, one, three)
+    found = np.maximum(found, 0.0) + _AMISS * (np.abs(third) + radius)
+    for _ in range(_DESCENT):
+        residual = ((found + 2.0 * p) * found + gap) * found - q * q
+        steepness = (3.0 * found + 4.0 * p) * found + gap
+        step = np.divide(residual, steepness, out=np.zeros_like(found), where=steepness > 0.0)
+        found = np.maximum(found - step, 0.0)
+    return found

@@ -1,0 +1,139 @@
+"""Ranges of values as text: ``NAME=START:STOP:COUNT``, evenly or logarithmically spaced."""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from typing import Final
+
+import numpy as np
+from numpy.typing import NDArray
+
+from .core.errors import InputError
+from .core.parameters import PARAMETERS, ParameterSpec, unknown_name
+
+MAX_COUNT: Final = 10_000_000
+_FORM: Final = "NAME=START:STOP:COUNT or NAME=START:STOP:COUNT:log"
+_FORM_OF_ENDS: Final = "NAME=START:STOP or NAME=START:STOP:log"
+_SPACING: Final = "log"
+
+
+@dataclass(frozen=True, slots=True)
+class Range:
+    """Values of a quantity from one end to the other, both included.
+
+    Attributes
+    ----------
+    name : str
+        What varies.
+    start, stop : float
+        First and last value; the last may be the smaller one.
+    count : int
+        How many values, 2 or more.
+    log : bool
+        Whether the values are evenly spaced on a logarithmic scale.
+    """
+
+    name: str
+    start: float
+    stop: float
+    count: int
+    log: bool = False
+
+    def values(self) -> NDArray[np.float64]:
+        """The values, shape (count,); the first and the last are `start` and `stop` exactly."""
+        space = np.geomspace if self.log else np.linspace
+        values: NDArray[np.float64] = space(self.start, self.stop, self.count)
+        return values
+
+
+def parse_range(
+    flag: str,
+    text: str,
+    specs: Mapping[str, ParameterSpec] = PARAMETERS,
+    *,
+    counted: bool = True,
+) -> Range:
+    """Read a range.
+
+    Parameters
+    ----------
+    flag : str
+        The option that it was given to, named in messages, e.g. ``"--vary"``.
+    text : str
+        ``NAME=START:STOP:COUNT``, or ``NAME=START:STOP:COUNT:log`` for logarithmic spacing.
+    specs : mapping of str to ParameterSpec
+        What may vary, and within which bounds; the parameters of the model if not given.
+    counted : bool
+        Whether a count is part of the text; if not, the range has its two ends alone.
+
+    Returns
+    -------
+    Range
+        Both ends are within the bounds.
+
+    Raises
+    ------
+    InputError
+        If the text has another form, the name is unknown, an end is out of bounds, both ends are
+        the same, the count is not a whole number from 2 to 10 000 000, or a logarithmic range
+        does not stay above zero.
+    """
+    name, equals, rest = text.partition("=")
+    name, parts = name.strip(), [part.strip() for part in rest.split(":")]
+    form, example = (_FORM, "F=10:120:23") if counted else (_FORM_OF_ENDS, "F=10:120")
+    if not counted:
+        parts.insert(2, "2")
+    if not equals or not name or len(parts) not in (3, 4):
+        raise InputError(f"{flag} {text}: allowed is {form}, e.g. {flag} {example}")
+    if name not in specs:
+        raise unknown_name("parameter", name, specs)
+    log = len(parts) == 4
+    if log and parts[3] != _SPACING:
+        raise InputError(f"{flag} {text}: unknown spacing {parts[3]!r}; allowed is {form}")
+    start, stop = (specs[name].check(part) for part in parts[:2])
+    if start == stop:
+        raise InputError(f"{flag} {text}: START and STOP must differ; --set gives a single value")
+    if log and min(start, stop) <= 0.0:
+        raise InputError(f"{flag} {text}: a logarithmic range needs START > 0 and STOP > 0")
+    return Range(name, start, stop, _count(flag, text, parts[2]), log)
+
+
+def parse_ranges(
+    flag: str, texts: Sequence[str], specs: Mapping[str, ParameterSpec] = PARAMETERS
+) -> tuple[Range, ...]:
+    """Read several ranges, each of another quantity.
+
+    Parameters
+    ----------
+    flag, specs
+        As in `parse_range`.
+    texts : sequence of str
+        The ranges.
+
+    Returns
+    -------
+    tuple of Range
+        In the order given.
+
+    Raises
+    ------
+    InputError
+        As `parse_range`, or if a name appears twice.
+    """
+    ranges = tuple(parse_range(flag, text, specs) for text in texts)
+    names = [each.name for each in ranges]
+    for name in names:
+        if names.count(name) > 1:
+            raise InputError(f"{flag} {name}=…: given twice; allowed is one range a name")
+    return ranges
+
+
+def _count(flag: str, text: str, part: str) -> int:
+    try:
+        count = int(part)
+    except ValueError:
+        count = 0
+    if not 2 <= count <= MAX_COUNT:
+        raise InputError(
+            f"{flag} {text}: COUNT = {part}: allowed is a whole number from 2 to {MAX_COUNT}"
+        )
+    return count

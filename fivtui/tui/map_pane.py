@@ -1,0 +1,146 @@
+"""The tab of the stability map: two parameters, live."""
+
+from collections.abc import Mapping
+from typing import TYPE_CHECKING, ClassVar, Final
+
+from textual import on
+from textual.app import ComposeResult
+from textual.containers import Vertical
+from textual.timer import Timer
+from textual.widgets import Button, Input
+
+from fivtui.core.errors import InputError
+from fivtui.core.parameters import Parameters
+
+from .chart_view import ChartView
+from .job_pane import JobPane
+from .jobs import Job
+from .map_view import EXAMPLE, VALUES, FloatArray, map_chart, map_request, point_texts, values_in
+from .messages import PointOpened
+from .session import Session
+
+if TYPE_CHECKING:
+    from fivtui.core.stability_map import StabilityMap
+
+_PREFIX: Final = "value-"
+_PAUSE: Final = 0.1
+
+
+class MapPane(JobPane):
+    """Growth rate, μ_c or unstable modes over two parameters of the scene edited."""
+
+    VERB: ClassVar[str] = "Map"
+    VIEWS: ClassVar[Mapping[str, str]] = {"map-view": "Map"}
+
+    def __init__(self, session: Session) -> None:
+        super().__init__(session)
+        self._result: StabilityMap | None = None
+        self._value = "growth-rate"
+        self._key: object = None
+        self._waiting: Timer | None = None
+
+    def compose_bar(self) -> ComposeResult:
+        """What is shown, and over what."""
+        for name, title in VALUES.items():
+            classes = "value -active" if name == self._value else "value"
+            yield Button(title, id=f"{_PREFIX}{name}", classes=classes, compact=True)
+        yield Input(EXAMPLE, id="over", compact=True, select_on_focus=False)
+
+    def compose_views(self) -> ComposeResult:
+        """One chart."""
+        with Vertical(id="map-view"):
+            yield ChartView("map-chart", openable=True)
+
+    def scene_changed(self) -> None:
+        """Compute the map anew if one of the other parameters has changed."""
+        self.draw()
+        try:
+            key = self._request()[-1]
+        except InputError as error:
+            self.say(str(error))
+            return
+        if key != self._key:
+            if self._waiting is not None:
+                self._waiting.stop()
+            self._waiting = self.set_timer(_PAUSE, self._again)
+
+    @on(ChartView.Moved)
+    def _moved(self, event: ChartView.Moved) -> None:
+        # What is shown of the map is computed as finely as all of it.
+        event.stop()
+        self.scene_changed()
+
+    def _again(self) -> None:
+        try:
+            self.begin()
+        except InputError as error:
+            self.say(str(error))
+
+    def _request(self) -> tuple[dict[str, FloatArray], Parameters, object]:
+        first, second = map_request(self.query_one("#over", Input).value)
+        p = self.session.parameters()
+        # What varies has no value of its own.
+        others = tuple(
+            (name, value)
+            for name, value in p.as_dict().items()
+            if name not in (first.name, second.name)
+        )
+        view = self.query_one(ChartView).view
+        chosen = (view.x, view.y)
+        over = {
+            each.name: values_in(each, axis)
+            for each, axis in zip((first, second), chosen, strict=True)
+        }
+        return over, p, (first, second, chosen, others, self._value, self.session.separation)
+
+    def begin(self) -> None:
+        """Compute the map."""
+        over, p, key = self._request()
+        value, separation = self._value, self.session.separation
+
+        def compute(job: Job) -> "StabilityMap":
+            from fivtui.core.stability_map import stability_map
+
+            return stability_map(p, over, value, separation=separation, progress=job.report)
+
+        self._key = key
+        self.start(compute)
+
+    def take(self, result: "StabilityMap") -> None:
+        """Show the map."""
+        self._result = result
+        self.say(f"{result.values.size} points; Enter opens the point under the cursor")
+        self.draw()
+
+    def draw(self) -> None:
+        """Draw the map."""
+        if self._result is None:
+            return
+        try:
+            now = self.session.parameters()
+        except InputError:
+            now = None
+        self.query_one(ChartView).show(map_chart(self._result, now))
+
+    @on(Input.Submitted, "#over")
+    def _submitted(self, event: Input.Submitted) -> None:
+        event.stop()
+        self.query_one(ChartView).view.reset()
+        self.stop()
+        self.work()
+
+    @on(Button.Pressed, ".value")
+    def _chosen(self, event: Button.Pressed) -> None:
+        event.stop()
+        self._value = str(event.button.id).removeprefix(_PREFIX)
+        for button in self.query(".value"):
+            button.set_class(button is event.button, "-active")
+        self.stop()
+        self.work()
+
+    @on(ChartView.Opened)
+    def _opened(self, event: ChartView.Opened) -> None:
+        if self._result is not None:
+            texts = point_texts(self._result, event.point)
+            words = ", ".join(f"{name} = {text}" for name, text in texts.items())
+            self.post_message(PointOpened(texts, f"opened {words}"))

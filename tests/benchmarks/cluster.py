@@ -1,0 +1,63 @@
+"""Throughput of a sweep here and on a Dask scheduler with two workers, side by side.
+
+``python -m tests.benchmarks.cluster`` computes the same pieces by two threads and by two workers of
+one thread each, in turn, and prints members per second and the overhead of the cluster. Wall time
+on a busy machine is noise: rounds alternate, and the fastest of each counts.
+"""
+
+import argparse
+import tempfile
+import time
+from pathlib import Path
+
+from fivtui.cluster import cluster_engine
+from fivtui.core.design import Design, Range
+from fivtui.core.parameters import Parameters
+from fivtui.core.sweep import Study
+from fivtui.sweep_store import default_piece_size
+from fivtui.sweeps import Engine, local_engine, sweep_to_file
+from tests.dask_cluster import loopback_cluster
+
+WORKERS = 2
+
+
+def seconds(study: Study, out: Path, engine: Engine, size: int) -> float:
+    begin = time.perf_counter()
+    sweep_to_file(study, out, engine, size=size, force=True)
+    return time.perf_counter() - begin
+
+
+def main() -> None:
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("--members", type=int, default=120_000)
+    parser.add_argument("--rounds", type=int, default=3)
+    given = parser.parse_args()
+    design = Design({"F": Range(10.0, 120.0), "mu": Range(0.1, 1.0)}, "sobol", given.members)
+    study = Study(design, Parameters())
+    size = default_piece_size(study)
+    with tempfile.TemporaryDirectory() as name:
+        folder = Path(name)
+        here, there = folder / "here.parquet", folder / "there.parquet"
+        with loopback_cluster(folder, WORKERS) as cluster, cluster_engine(cluster.address) as dask:
+            small = Study(Design({"F": Range(10.0, 120.0, 64)}), Parameters())
+            for out, engine in ((here, local_engine(WORKERS)), (there, dask)):
+                seconds(small, out, engine, 1)
+            taken: dict[str, list[float]] = {"local": [], "dask": []}
+            for _ in range(given.rounds):
+                taken["local"].append(seconds(study, here, local_engine(WORKERS), size))
+                taken["dask"].append(seconds(study, there, dask, size))
+        same = here.read_bytes() == there.read_bytes()
+    pieces = -(-study.members // size)
+    print(f"{study.members} members, {pieces} pieces of {size}, {WORKERS} threads or workers")
+    for path, times in taken.items():
+        best, shown = min(times), ", ".join(f"{t:.2f}" for t in times)
+        print(
+            f"{path:5} {best:6.2f} s  {study.members / best:7.0f} members/s  "
+            f"{best * WORKERS / pieces:.2f} s a piece  (rounds: {shown})"
+        )
+    overhead = min(taken["dask"]) / min(taken["local"]) - 1.0
+    print(f"overhead of dask {overhead:+.1%}; files {'the same' if same else 'DIFFERENT'}")
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,76 @@
+"""What a benchmark measures: solvers with settings from coarse to fine."""
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from typing import Final
+
+from fivtui import simulate
+from fivtui.core.model import State
+from fivtui.core.transient import KernelChoice
+from tests.references import Reference
+
+# Computes the transient once and returns its final state.
+Run = Callable[[], Sequence[float]]
+
+
+@dataclass(frozen=True)
+class Solver:
+    """A solver under test.
+
+    `prepare` does, untimed, what is needed once for a scene and a setting: compiling, above all.
+    """
+
+    name: str
+    settings: Sequence[float]
+    prepare: Callable[[Reference, State, float], Run]
+
+
+def decades(first: int, last: int, per_decade: int = 1) -> list[float]:
+    """Powers of ten from 1e-first down to 1e-last."""
+    return [10.0 ** (-n / per_decade) for n in range(first * per_decade, last * per_decade + 1)]
+
+
+def _taylor(kernel: KernelChoice) -> Callable[[Reference, State, float], Run]:
+    def prepare(scene: Reference, start: State, tol: float) -> Run:
+        def run() -> Sequence[float]:
+            final = simulate(
+                scene.parameters,
+                t_end=scene.t_end,
+                tol=tol,
+                separation=scene.separation,
+                start=scene.start,
+                kernel=kernel,
+            ).final
+            return (final.x, final.vx, final.y, final.vy)
+
+        return run
+
+    return prepare
+
+
+def _method(method: str) -> Callable[[Reference, State, float], Run]:
+    def prepare(scene: Reference, start: State, setting: float) -> Run:
+        def run() -> Sequence[float]:
+            final = simulate(
+                scene.parameters,
+                t_end=scene.t_end,
+                separation=scene.separation,
+                start=scene.start,
+                method=method,
+                **({"step": setting} if method == "rk4" else {"tol": setting}),  # type: ignore[arg-type]
+            ).final
+            return (final.x, final.vx, final.y, final.vy)
+
+        return run
+
+    return prepare
+
+
+COMPILED: Final = "fivtui taylor, compiled"
+OWN: Final = (
+    Solver(COMPILED, decades(2, 13, 2), _taylor("compiled")),
+    Solver("fivtui taylor, interpreted", decades(2, 13), _taylor("interpreted")),
+    Solver("fivtui rk4", [0.02, 0.01, 0.005], _method("rk4")),
+    Solver("SciPy DOP853 with events", decades(4, 12), _method("scipy-dop853")),
+    Solver("SciPy LSODA with events", decades(4, 12), _method("scipy-lsoda")),
+)

@@ -1,0 +1,50 @@
+"""Make ``fivtui/trial_truth.json``: the truth of the trials in quadruple precision.
+
+Run it as ``python -m tests.references.make_trials``; it needs gcc. The horizon of 1e5 s takes half
+an hour, the rest minutes. ``python -m tests.references.make_trials NAME …`` renews those alone.
+"""
+
+import json
+import subprocess
+import sys
+import tempfile
+from pathlib import Path
+
+import fivtui
+from fivtui.core.request import resolve_start
+from fivtui.trials import TRIALS, TRUTH_FILE
+
+SOURCE = Path(__file__).with_name("quad.c")
+TARGET = Path(fivtui.__file__).with_name(TRUTH_FILE)
+FIELDS = ("x", "vx", "y", "vy", "y_abs", "x_abs", "separations", "separated_time")
+
+
+def solve(program: Path, name: str) -> dict[str, str]:
+    trial = TRIALS[name]
+    p = trial.parameters
+    start = resolve_start(p, trial.start, separation=trial.separation)
+    given = (*p.as_dict().values(), float(trial.separation), trial.t_end, *start)
+    done = subprocess.run(
+        [str(program)],
+        input=" ".join(map(repr, map(float, given))),
+        capture_output=True,
+        text=True,
+        check=True,
+    )
+    return dict(zip(FIELDS, done.stdout.split(), strict=True))
+
+
+def main(names: list[str]) -> None:
+    truths = json.loads(TARGET.read_text(encoding="utf-8")) if names and TARGET.exists() else {}
+    with tempfile.TemporaryDirectory() as folder:
+        program = Path(folder) / "quad"
+        command = ["gcc", "-O2", "-o", str(program), str(SOURCE), "-lquadmath", "-lm"]
+        subprocess.run(command, check=True)
+        for name in names or [name for name, trial in TRIALS.items() if trial.truth_of == ""]:
+            truths[name] = solve(program, name)
+            print(name, truths[name], file=sys.stderr, flush=True)
+            TARGET.write_text(json.dumps(truths, indent=1) + "\n", encoding="utf-8")
+
+
+if __name__ == "__main__":
+    main(sys.argv[1:])

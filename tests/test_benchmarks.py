@@ -1,0 +1,65 @@
+"""The harness of the benchmarks in miniature: what it measures is right; no time is judged."""
+
+import math
+from collections.abc import Sequence
+from pathlib import Path
+
+import pytest
+
+from fivtui.core.model import State
+from tests.benchmarks.peers import missing, peers
+from tests.benchmarks.solvers import COMPILED, OWN, Run, Solver
+from tests.benchmarks.work_precision import (
+    Measurement,
+    cheapest,
+    draw,
+    measure,
+    ratio_to,
+    table,
+)
+from tests.references import REFERENCES, Reference
+
+SCENE = REFERENCES["strong-friction"]
+
+
+def coarse(solver: Solver) -> Solver:
+    middle = len(solver.settings) // 2
+    return Solver(solver.name, solver.settings[middle : middle + 1], solver.prepare)
+
+
+def test_every_solver_that_is_here_computes_the_scene(tmp_path: Path) -> None:
+    own = [coarse(solver) for solver in OWN if "rk4" not in solver.name]
+    measured = measure(SCENE, own + [coarse(solver) for solver in peers()], seconds=0.0, rounds=1)
+    assert {m.solver for m in measured} >= {solver.name for solver in own}
+    for entry in measured:
+        assert entry.error < 5e-2, entry.solver
+    draw(measured, "miniature", tmp_path / "picture.png")
+    assert (tmp_path / "picture.png").stat().st_size > 10_000
+    assert len(missing()) + len({m.solver for m in measured} - {s.name for s in own}) >= 4
+
+
+def test_a_solver_that_fails_is_left_out_and_said() -> None:
+    def broken(_scene: Reference, _start: State, _setting: float) -> Run:
+        def run() -> Sequence[float]:
+            raise ArithmeticError("no")
+
+        return run
+
+    said: list[str] = []
+    assert measure(SCENE, [Solver("broken", [1.0], broken)], rounds=1, say=said.append) == []
+    assert "broken at 1: no" in said
+
+
+def test_the_cheapest_setting_that_reaches_an_error_counts() -> None:
+    measured = [
+        Measurement(COMPILED, 1e-3, 1e-4, 1.0),
+        Measurement(COMPILED, 1e-6, 1e-7, 2.0),
+        Measurement("other", 1e-3, 1e-5, 8.0),
+        Measurement("other", 1e-6, 1e-6, 4.0),
+        Measurement("hopeless", 1.0, 1.0, 1e-3),
+    ]
+    assert cheapest(measured, "other", 1e-5) == 4.0
+    assert math.isinf(cheapest(measured, "other", 1e-7))
+    assert ratio_to(measured, "other", [1e-4, 1e-6, 1e-7]) == pytest.approx(math.sqrt(4.0 * 2.0))
+    assert ratio_to(measured, "hopeless", [1e-4]) is None
+    assert table(measured, [1e-4, 1e-7])[2] == ["hopeless", "–", "–", "–"]

@@ -1,0 +1,172 @@
+"""Stability maps against the stability of single points."""
+
+import json
+import math
+
+import numpy as np
+import pytest
+from hypothesis import example, given, settings
+from hypothesis import strategies as st
+
+from fivtui import Parameters, stability
+from fivtui.core.errors import Cancelled, ComputationError, InputError
+from fivtui.core.parameters import PARAMETERS
+from fivtui.core.quartic import rightmost_real_part
+from fivtui.core.stability_map import MAP_VALUES, StabilityMap, stability_map
+from fivtui.map_figure import map_figure
+from fivtui.map_results import map_to_dict
+from tests.strategies import wide_parameters
+
+
+def value_at(p: Parameters, value: str, over: tuple[str, str] = ("F", "mu")) -> float:
+    found = stability_map(p, {name: [getattr(p, name)] for name in over}, value)
+    return float(found.values[0, 0])
+
+
+@settings(max_examples=300)
+@given(wide_parameters())
+@example(Parameters(m=1e3, k1=1.0, k2=1.0, k3=0.0, c1=0.0, c2=0.01, F=0.0, k_nl=0.0, mu=0.0))
+def test_the_map_agrees_with_the_eigenvalues(p: Parameters) -> None:
+    verdict = stability(p)
+    size = float(np.abs(verdict.eigenvalues).max())
+    gaps = np.abs(np.subtract.outer(verdict.eigenvalues, verdict.eigenvalues))
+    nearest = gaps[~np.eye(4, dtype=bool)].min()
+    # Roots next to each other move by the root of rounding.
+    allowed = 1e-9 if nearest > 1e-3 * size else 1e-5
+    assert value_at(p, "growth-rate") == pytest.approx(verdict.growth_rate, abs=allowed * size)
+    critical = value_at(p, "critical-mu")
+    if verdict.critical_mu:
+        assert critical == pytest.approx(verdict.critical_mu[0].mu, rel=1e-12)
+        assert value_at(p, "unstable-modes") == float(p.mu >= verdict.critical_mu[0].mu)
+    else:
+        assert math.isnan(critical)
+
+
+@given(wide_parameters(), st.permutations(list(PARAMETERS)))
+def test_any_two_parameters_span_a_map(p: Parameters, names: list[str]) -> None:
+    one, other = names[:2]
+    axes = {one: [getattr(p, one)] * 2, other: [getattr(p, other)] * 3}
+    for value in MAP_VALUES:
+        found = stability_map(p, axes, value).values
+        assert found.shape == (2, 3)
+        assert np.array_equal(found, np.full((2, 3), value_at(p, value)), equal_nan=True)
+
+
+@given(st.integers(0, 2**32 - 1))
+def test_the_rightmost_root_is_that_of_the_quartic(seed: int) -> None:
+    rng = np.random.default_rng(seed)
+    c1, c2 = 10.0 ** rng.uniform(-4.0, 1.0, (2, 50))
+    a = rng.uniform(0.05, 0.95, 50)
+    b, d = 1.0 - a, rng.uniform(-3.0, 0.5, 50)
+    found = rightmost_real_part(c1, a, c2, b, d)
+    for case in range(50):
+        one, other = [1.0, c1[case], a[case]], [1.0, c2[case], b[case]]
+        roots = np.roots(np.polysub(np.polymul(one, other), [d[case]]))
+        tolerance = 1e-5 * np.abs(roots).max()
+        assert found[case] == pytest.approx(roots.real.max(), abs=tolerance)
+
+
+@pytest.mark.parametrize(
+    ("F", "k_nl", "known"),
+    [(20.0, 50.0, 0.7650), (20.0, 500.0, 0.2794), (100.0, 100.0, 0.5976), (100.0, 500.0, 1.5473)],
+)
+def test_known_critical_friction_coefficients(F: float, k_nl: float, known: float) -> None:
+    assert value_at(Parameters(F=F, k_nl=k_nl), "critical-mu") == pytest.approx(known, abs=5e-5)
+
+
+def test_rows_follow_the_first_parameter_and_chunks_leave_no_seam() -> None:
+    forces, frictions = np.linspace(0.0, 150.0, 123), np.linspace(0.0, 1.0, 97)
+    found = stability_map(Parameters(), {"F": forces, "mu": frictions})
+    turned = stability_map(Parameters(), {"mu": frictions, "F": forces})
+    assert found.values.shape == (123, 97)
+    assert np.array_equal(found.values, turned.values.T)
+    for row, column in ((0, 0), (61, 50), (84, 33), (122, 96)):
+        p = Parameters(F=float(forces[row]), mu=float(frictions[column]))
+        assert found.values[row, column] == pytest.approx(stability(p).growth_rate, abs=1e-7)
+        critical = stability(p).critical_mu[0].mu
+        assert (found.excess[row, column] > 0.0) == (p.mu > critical)
+
+
+def test_points_without_a_value_are_nan() -> None:
+    over = {"F": [-1.0, 1.0], "k3": [0.0, 60.0]}
+    growth = stability_map(Parameters(), over).values
+    assert np.isnan(growth).tolist() == [[True, False], [False, False]]
+    assert np.isnan(stability_map(Parameters(), over, "unstable-modes").values).sum() == 1
+    critical = stability_map(Parameters(), over, "critical-mu").values
+    assert np.isnan(critical).tolist() == [[True, True], [True, False]]
+    kept = stability_map(Parameters(), over, separation=False).values
+    assert not np.any(np.isnan(kept))
+
+
+def test_progress_is_told_and_can_cancel() -> None:
+    over = {"F": np.linspace(0.0, 1.0, 300), "mu": np.linspace(0.0, 1.0, 300)}
+    told: list[float] = []
+
+    def keep(fraction: float) -> bool:
+        told.append(fraction)
+        return True
+
+    stability_map(Parameters(), over, progress=keep)
+    assert told == sorted(told)
+    assert told[-1] == 1.0
+    with pytest.raises(Cancelled):
+        stability_map(Parameters(), over, progress=lambda done: done < 0.5)
+
+
+@pytest.mark.parametrize(
+    ("over", "value", "said"),
+    [
+        ({"F": [1.0]}, "growth-rate", "two different ones"),
+        ({"F": [1.0], "nu": [1.0]}, "growth-rate", "unknown parameter 'nu'"),
+        ({"F": [1.0], "mu": [-1.0, 1.0]}, "growth-rate", "allowed is 0 <= mu"),
+        ({"F": [1.0], "mu": [math.nan]}, "growth-rate", "not a finite number"),
+        ({"F": [], "mu": [1.0]}, "growth-rate", "one or more numbers"),
+        ({"F": [1.0], "mu": [1.0]}, "growth", "did you mean growth-rate?"),
+        ({"F": np.zeros(20000), "mu": np.zeros(20000)}, "growth-rate", "400000000 points"),
+    ],
+)
+def test_a_wrong_request_is_refused(over: dict[str, list[float]], value: str, said: str) -> None:
+    with pytest.raises(InputError) as caught:
+        stability_map(Parameters(), over, value)
+    assert said in str(caught.value)
+
+
+def test_an_overflow_is_no_missing_value() -> None:
+    p = Parameters(m=5e-324, k1=5e-324, k2=1e12)
+    with pytest.raises(ComputationError, match="out of the range of numbers"):
+        stability_map(p, {"F": [1.0], "mu": [1.0]})
+
+
+@pytest.fixture
+def small() -> StabilityMap:
+    over = {"F": np.geomspace(1.0, 150.0, 12), "mu": np.linspace(0.0, 1.0, 11)}
+    return stability_map(Parameters(), over)
+
+
+def test_a_map_as_data_is_plain_json(small: StabilityMap) -> None:
+    data = json.loads(json.dumps(map_to_dict(small), allow_nan=False))
+    assert [axis["name"] for axis in data["over"]] == ["F", "mu"]
+    assert data["over"][0]["unit"] == "N"
+    assert np.array(data["values"]).shape == (12, 11)
+    assert set(data["parameters"]) == set(PARAMETERS) - {"F", "mu"}
+    none = stability_map(Parameters(), {"F": [-1.0, 1.0], "k1": [1.0]}, "critical-mu")
+    assert map_to_dict(none)["values"][0] == [None]
+
+
+@pytest.mark.parametrize("value", MAP_VALUES)
+def test_a_figure_shows_units_and_the_boundary(value: str) -> None:
+    over = {"F": np.geomspace(1.0, 150.0, 12), "k_nl": np.linspace(0.0, 500.0, 11)}
+    figure = map_figure(stability_map(Parameters(), over, value))
+    axes, bar = figure.axes
+    assert axes.get_xlabel() == "Preload $F$ (N)"
+    assert axes.get_ylabel().endswith("(N/m$^3$)")
+    assert (axes.get_xscale(), axes.get_yscale()) == ("log", "linear")
+    assert ("(1/s)" in bar.get_ylabel()) == (value == "growth-rate")
+    (legend,) = figure.legends
+    assert legend.get_texts()[0].get_text().startswith("stability boundary")
+
+
+def test_a_figure_without_boundary_has_no_legend_of_it() -> None:
+    over = {"F": np.linspace(1.0, 2.0, 3), "mu": np.linspace(0.0, 0.01, 3)}
+    for value in MAP_VALUES:
+        assert map_figure(stability_map(Parameters(), over, value)).legends == []
