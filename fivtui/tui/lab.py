@@ -284,7 +284,7 @@ class LabScreen(Screen[None]):
         name : str
             Its identifier.
         """
-        self._book.active = name
+        self._book.show(name)
 
     def action_export(self, what: str) -> None:
         """Write something of the run shown to a file."""

@@ -4,7 +4,7 @@ from collections.abc import Callable, Sequence
 
 from textual import on
 from textual.app import ComposeResult
-from textual.widgets import TabbedContent, TabPane
+from textual.widgets import TabbedContent, TabPane, Tabs
 
 from .pane import Pane
 from .session import Session
@@ -55,7 +55,21 @@ class TabBook(TabbedContent):
     def turn(self, direction: int) -> None:
         """Show the next tab (+1) or the one before (-1)."""
         names = [spec.id for spec in self.specs]
-        self.active = names[(names.index(self.active) + direction) % len(names)]
+        self.show(names[(names.index(self.active) + direction) % len(names)])
+
+    def show(self, name: str) -> None:
+        """Show a tab.
+
+        Parameters
+        ----------
+        name : str
+            Its identifier.
+        """
+        focused = self.screen.focused
+        if name != self.active and focused is not None and self.pane in focused.ancestors:
+            # A focus that is hidden goes to what is next to it, which would show its tab again.
+            self.query(Tabs).first().focus()
+        self.active = name
 
     @on(TabbedContent.TabActivated)
     async def _shown(self) -> None:
