@@ -89,8 +89,12 @@ async def test_a_run_ends_in_plots_that_zoom_summary_and_tabs(pilot: Pilot[None]
     pilot.app.theme = "gruvbox"
     await until(pilot, lambda: background() != before)
 
+    plot.focus()
+    passed = []
     for _ in range(len(TABS)):
         await pilot.press("f2")
+        passed.append(pilot.app.screen.query_one(TabBook).active)
+    assert sorted(passed) == sorted(tab.id for tab in TABS)
     assert pilot.app.screen.query_one(TabBook).active == "transient"
     await pilot.press("alt+8")
     await until_shown(pilot, "range of y -2.685 to 10.50 m")
