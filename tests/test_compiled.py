@@ -21,21 +21,26 @@ def both(p: Parameters, **options: object) -> tuple[Transient, Transient]:
     return interpreted, compiled
 
 
-def assert_same(one: Transient, other: Transient, *, close: float) -> None:
-    p = one.parameters
+def assert_same(
+    one: Transient, other: Transient, *, close: float, again: Transient | None = None
+) -> None:
+    # `again` is the same at another tolerance: where that moves a number, rounding may as well.
+    p, third = one.parameters, again or one
     length = max(one.peak.x_abs, one.peak.y_abs, abs(p.F) / (p.k1 + p.k2 + p.k3))
     speed = length * math.sqrt((p.k1 + p.k2 + p.k3) / p.m)
     scale = {"x": length, "y": length, "vx": speed, "vy": speed, "t": one.t_end}
 
-    def same(unit: str, found: float, expected: float) -> None:
-        assert found == pytest.approx(expected, rel=close, abs=close * scale[unit])
+    def same(unit: str, part: str, name: str) -> None:
+        found, expected, moved = (getattr(getattr(run, part), name) for run in (other, one, third))
+        allowed = close * scale[unit] + 10.0 * abs(moved - expected)
+        assert found == pytest.approx(expected, rel=close, abs=allowed), name
 
     for name in ("x", "vx", "y", "vy"):
-        same(name, getattr(other.final, name), getattr(one.final, name))
+        same(name, "final", name)
     for unit, name in (("y", "y_max"), ("y", "y_min"), ("x", "x_abs"), ("vx", "vx_max")):
-        same(unit, getattr(other.peak, name), getattr(one.peak, name))
-    same("y", other.steady.y_half_range, one.steady.y_half_range)
-    same("t", other.events.separated_time, one.events.separated_time)
+        same(unit, "peak", name)
+    same("y", "steady", "y_half_range")
+    same("t", "events", "separated_time")
     assert other.first_mode is one.first_mode
 
 
@@ -71,8 +76,11 @@ def test_both_kernels_agree_to_rounding(
             simulate(p, t_end=10.0, start=start, separation=separation, tol=tol, kernel="compiled")
         return
     other = simulate(p, t_end=10.0, start=start, separation=separation, tol=tol, kernel="compiled")
+    again = simulate(
+        p, t_end=10.0, start=start, separation=separation, tol=0.3 * tol, kernel="interpreted"
+    )
     # Rounding grows with the motion, and at a loose tolerance a grazing turns on it.
-    assert_same(one, other, close=1e-9 if tol < 1e-7 else 1e-3)
+    assert_same(one, other, close=1e-9 if tol < 1e-7 else 1e-3, again=again)
 
 
 @settings(max_examples=100)
@@ -81,7 +89,8 @@ def test_both_kernels_agree_over_many_orders_of_magnitude(p: Parameters, separat
     t_end = 30.0 * math.sqrt(p.m / (p.k1 + p.k2 + p.k3))
     assume(t_end < 1e7)
     one, other = both(p, t_end=t_end, separation=separation)
-    assert_same(one, other, close=1e-9)
+    again = simulate(p, t_end=t_end, separation=separation, tol=5e-13, kernel="interpreted")
+    assert_same(one, other, close=1e-9, again=again)
 
 
 @settings(max_examples=50)

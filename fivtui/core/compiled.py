@@ -2,7 +2,7 @@
 
 import math
 import struct
-from typing import Final
+from typing import Any, Final
 
 import numpy as np
 from numpy.typing import NDArray
@@ -77,29 +77,11 @@ def run(
     """
     single = kernels.module()
     p, t_end = problem.parameters, problem.t_end
-    tol = local_tolerance(problem.tol)
-    order = order_for(tol)
-    stiffness = p.k1 + p.k2 + p.k3
+    order = order_for(local_tolerance(problem.tol))
     first_mode = mode_of(p, problem.start, separation=problem.separation)
     times = sample_times(samples, t_end)
     dense = isinstance(samples, str) and samples == "dense"
-    request = np.empty(1, single.PROBLEM)
-    _PROBLEM.pack_into(
-        request.data,
-        0,
-        t_end,
-        0.5 * t_end,
-        tol,
-        0.5 * p.k3,
-        p.F,
-        abs(p.F) / stiffness,
-        1.0 / math.sqrt(p.m / stiffness),
-        order,
-        problem.separation,
-        field_of(p, Mode.CONTACT) is Field.CUBIC,
-    )
-    given = np.empty((len(Mode), len(Constants._fields)))
-    _GIVEN.pack_into(given.data, 0, *constants(p, Mode.SEPARATED), *constants(p, Mode.CONTACT))
+    request, given = _asked(problem, single, order)
     where = single.NOT_BEGUN.copy()
     _BEGIN.pack_into(where.data, 0, *problem.start, first_mode)
     halves = single.NOTHING_SEEN.copy()
@@ -133,10 +115,9 @@ def run(
         )
         here = single.Run(*where.item())
         reached, steps = here.t, here.steps
-        if on_samples is not None and here.samples - given_out >= _PART:
+        if on_samples is not None:
             part = slice(given_out, here.samples)
-            on_samples(_trajectory(p, moments[part], states[part]))
-            given_out = here.samples
+            given_out = _hand_out(p, moments, states, on_samples, part)
         if ending in (single.DONE, single.FULL):
             switched.append(switches[: here.switches].copy())
             if dense:
@@ -166,6 +147,44 @@ def run(
         trajectory=None if times is None else _trajectory(p, times, states),
         solution=_solution(p, np.concatenate(stored), order + 1) if dense else None,
     )
+
+
+def _asked(problem: Problem, single: Any, order: int) -> tuple[NDArray[Any], NDArray[np.float64]]:
+    # The problem and the constants of both modes as the kernel reads them.
+    p, t_end = problem.parameters, problem.t_end
+    stiffness = p.k1 + p.k2 + p.k3
+    request = np.empty(1, single.PROBLEM)
+    _PROBLEM.pack_into(
+        request.data,
+        0,
+        t_end,
+        0.5 * t_end,
+        local_tolerance(problem.tol),
+        0.5 * p.k3,
+        p.F,
+        abs(p.F) / stiffness,
+        1.0 / math.sqrt(p.m / stiffness),
+        order,
+        problem.separation,
+        field_of(p, Mode.CONTACT) is Field.CUBIC,
+    )
+    given = np.empty((len(Mode), len(Constants._fields)))
+    _GIVEN.pack_into(given.data, 0, *constants(p, Mode.SEPARATED), *constants(p, Mode.CONTACT))
+    return request, given
+
+
+def _hand_out(
+    p: Parameters,
+    moments: NDArray[np.float64],
+    states: NDArray[np.float64],
+    on_samples: OnSamples,
+    part: slice,
+) -> int:
+    # Gives the next samples away if they are enough; how many are given away then.
+    if part.stop - part.start < _PART:
+        return int(part.start)
+    on_samples(_trajectory(p, moments[part], states[part]))
+    return int(part.stop)
 
 
 def _trajectory(
