@@ -124,10 +124,9 @@ def run(
                 stored.append(segments[: here.segments].copy())
             if ending == single.FULL:
                 where["switches"] = where["segments"] = 0
-        elif ending == single.OVERFLOW:
-            raise overflow_error(reached, here[:4])
-        elif ending == single.STALLED:
-            raise stall_error(reached)
+        elif ending != single.PAUSED:
+            overflow = ending == single.OVERFLOW
+            raise overflow_error(reached, here[:4]) if overflow else stall_error(reached)
     if progress is not None:
         progress(1.0)
     earlier, later = halves.tolist()
