@@ -11,6 +11,7 @@ from textual.containers import Horizontal, Vertical, VerticalScroll
 from textual.widget import Widget
 from textual.widgets import Button, Checkbox, Input, Label, Select, Static
 
+from .alt_digits import ALT_DIGITS
 from .fields import CONSIDERED, FIELDS, IGNORED, Field
 from .messages import FieldEdited, FieldFocused, FieldNudged
 
@@ -28,6 +29,10 @@ class TextEditor(Input):
     def __init__(self, field: Field, text: str) -> None:
         super().__init__(text, compact=True, placeholder=field.when_empty)
         self._field = field
+
+    def check_consume_key(self, key: str, character: str | None) -> bool:
+        """Whether a key is text here; Alt and a digit is not, whatever a terminal makes of it."""
+        return character not in ALT_DIGITS and super().check_consume_key(key, character)
 
     def action_nudge(self, direction: int, fine: bool = False) -> None:
         """Ask for a little more or less."""

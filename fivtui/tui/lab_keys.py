@@ -4,6 +4,7 @@ from typing import Final
 
 from textual.binding import Binding
 
+from .alt_digits import keys_of
 from .tabs import TABS
 
 LAB_KEYS: Final = (
@@ -26,5 +27,8 @@ LAB_KEYS: Final = (
     Binding("alt+o", "read_run", "Read a run", show=False),
     Binding("ctrl+z", "undo", "Undo", show=False),
     Binding("ctrl+y", "redo", "Redo", show=False),
-    *(Binding(tab.key, f"show_tab('{tab.id}')", tab.title, show=False) for tab in TABS),
+    *(
+        Binding(keys_of(tab.key), f"show_tab('{tab.id}')", tab.title, show=False, priority=True)
+        for tab in TABS
+    ),
 )
