@@ -4,7 +4,7 @@ from collections.abc import Callable, Sequence
 
 from textual import on
 from textual.app import ComposeResult
-from textual.widgets import TabbedContent, TabPane, Tabs
+from textual.widgets import Button, Input, TabbedContent, TabPane
 
 from .pane import Pane
 from .session import Session
@@ -28,6 +28,7 @@ class TabBook(TabbedContent):
         self.specs = tuple(tabs)
         self._session = session
         self._made: dict[str, Pane] = {}
+        self._refocus = False
 
     def compose(self) -> ComposeResult:
         """The tabs, still empty."""
@@ -58,7 +59,7 @@ class TabBook(TabbedContent):
         self.show(names[(names.index(self.active) + direction) % len(names)])
 
     def show(self, name: str) -> None:
-        """Show a tab.
+        """Show a tab; a focus inside the tab of now goes along.
 
         Parameters
         ----------
@@ -66,9 +67,10 @@ class TabBook(TabbedContent):
             Its identifier.
         """
         focused = self.screen.focused
-        if name != self.active and focused is not None and self.pane in focused.ancestors:
-            # A focus that is hidden goes to what is next to it, which would show its tab again.
-            self.query(Tabs).first().focus()
+        if name != self.active and focused is not None and self in focused.ancestors:
+            # A focus that stayed behind would call its tab back.
+            self.screen.set_focus(None)
+            self._refocus = True
         self.active = name
 
     @on(TabbedContent.TabActivated)
@@ -79,6 +81,12 @@ class TabBook(TabbedContent):
             self._made[name] = pane = spec.pane(self._session)
             await self.get_pane(name).mount(pane)
         self.catch_up()
+        if self._refocus and name == self.active:
+            self._refocus = False
+            inside = [widget for widget in self._made[name].query("*") if widget.focusable]
+            # A plot or a list rather than the buttons above it.
+            inside.sort(key=lambda widget: isinstance(widget, Button | Input))
+            self.screen.set_focus(next(iter(inside), None))
 
     def catch_up(self) -> None:
         """Tell the pane in sight all that it may have missed."""
