@@ -8,6 +8,7 @@ from typing import ClassVar, Final
 from textual.app import App
 from textual.binding import Binding, BindingType
 from textual.command import Provider
+from textual.timer import Timer
 
 from fivtui.core.errors import InputError
 from fivtui.scene import Scene
@@ -74,6 +75,7 @@ class FivtuiApp(App[None]):
         self._keeper = Keeper(state)
         self._given = scene is not None
         self._told = ""
+        self._ticker: Timer | None = None
         self._restored = self._restore()
 
     def _restore(self) -> Reported | None:
@@ -105,7 +107,7 @@ class FivtuiApp(App[None]):
         if self._restored is not None:
             self.screen.post_message(self._restored)
         if self._keeper.keeps:
-            self.set_interval(_KEEPING_PERIOD, self._keep)
+            self._ticker = self.set_interval(_KEEPING_PERIOD, self._keep)
 
     def _state(self) -> State:
         return State(self.session.edited, self.session.recent, self.session.tab, self.theme)
@@ -122,6 +124,8 @@ class FivtuiApp(App[None]):
 
     def on_unmount(self) -> None:
         """Keep the session, whatever ended the application."""
+        if self._ticker is not None:
+            self._ticker.stop()
         self._keeper.save(self._state())
 
 

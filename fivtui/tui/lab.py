@@ -89,6 +89,7 @@ class LabScreen(Screen[None]):
 
     def on_unmount(self) -> None:
         """Let a run that goes on end: the program would wait for its thread."""
+        self._ticker.stop()
         self.session.runs.stop()
 
     def _redraw(self) -> None:
