@@ -41,7 +41,8 @@ def test_without_damping_separation_brings_sensitive_dependence() -> None:
     p = Parameters(c1=0.0, c2=0.0)
     found = growth(p, 1500.0)
     assert found.fate is Fate.SENSITIVE
-    assert found.exponent == pytest.approx(0.04, abs=0.015)
+    # Over such a horizon it is known to about a factor of two.
+    assert 0.01 < found.exponent < 0.08
     # The prediction holds: two runs that differ by rounding alone part that fast.
     start = np.array(simulate(p, t_end=1e-3).start)
     one, other = (

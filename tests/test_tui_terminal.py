@@ -73,7 +73,7 @@ def test_a_session_in_a_real_terminal(terminal: Terminal, tmp_path: Path) -> Non
     terminal.press("F3")
     terminal.until_shown("● 1 shown native 10.50")
     terminal.press("M-6")
-    terminal.until_shown("Contact force over time")
+    terminal.until_shown("what it shows")
     terminal.press("M-2")
     terminal.until_shown("peak |y| 10.50 m")
     terminal.press("F7")

@@ -8,6 +8,7 @@ from numpy.typing import ArrayLike, NDArray
 from .batch_result import Floats
 from .errors import InputError
 from .parameters import PARAMETERS, Parameters, parameter_spec
+from .request import LEAST_START
 
 
 def columns(
@@ -138,4 +139,5 @@ def starts(start: ArrayLike, size: int) -> Floats | None:
         raise InputError(f"start: shape {states.shape}; {allowed}")
     if states.size > 0 and not np.isfinite([states.min(), states.max()]).all():
         raise InputError(f"start: not all finite; {allowed}")
+    states = np.where(np.abs(states) < LEAST_START, 0.0, states)
     return np.broadcast_to(states, (size, 4))

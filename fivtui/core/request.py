@@ -31,6 +31,8 @@ START_SPECS: Final[Mapping[str, ParameterSpec]] = {
     )
 }
 
+# Smaller components of a start are zero: their products would underflow.
+LEAST_START: Final = 1e-150
 DEFAULT_T_END: Final = 100.0
 DEFAULT_TOL: Final = taylor.DEFAULT_TOL
 MAX_T_END: Final = 1e7
@@ -47,7 +49,7 @@ def resolve_start(p: Parameters, start: Start, *, separation: bool) -> State:
     p : Parameters
         The parameter set.
     start : "static" or sequence of four floats
-        At rest at the equilibrium of μ = 0, or (x, ẋ, y, ẏ) in m and m/s.
+        At rest at the equilibrium of μ = 0, or (x, ẋ, y, ẏ) in m and m/s; less than 1e-150 is zero.
     separation : bool
         Whether separation is considered.
 
@@ -69,7 +71,8 @@ def resolve_start(p: Parameters, start: Start, *, separation: bool) -> State:
     given = np.asarray(start)
     if given.shape != (4,):
         raise InputError(f"start = {start!r}: allowed is {allowed}")
-    x, vx, y, vy = (parse_number("start", value, allowed) for value in given.tolist())
+    numbers = (parse_number("start", value, allowed) for value in given.tolist())
+    x, vx, y, vy = (0.0 if abs(number) < LEAST_START else number for number in numbers)
     return (x, vx, y, vy)
 
 
