@@ -15,7 +15,7 @@ from .reference import Reference
 from .settings import start_state
 from .variables import TABLE, VARIABLES
 
-_INSTANCE: Final = ("experiment", "guard", "instance", "memory", "table", "variable")
+_INSTANCE: Final = ("experiment", "guard", "instance", "memory", "process_end", "table", "variable")
 _CORE: Final = (
     "columns",
     "errors",

@@ -29,6 +29,7 @@ from fivtui.core.errors import InputError
 from .experiment import SAME_TIME, Experiment
 from .guard import guarded, nothing
 from .memory import Memory, Phase, from_bytes, to_bytes
+from .process_end import let_go_in_time
 from .table import VariableTable
 from .variable import Role, Type
 
@@ -72,6 +73,7 @@ class Instance(Fmi2Slave):  # type: ignore[misc]
         # The wrapper, which passes its logger, has put the FMU's folder on the host's path again.
         if "logger" in kwargs and self.resources in sys.path:
             sys.path.remove(self.resources)
+        let_go_in_time(self.resources)
         self.author = "The fivtui developers"
         self.license = "MIT"
         self.description = description

@@ -51,7 +51,7 @@ class Driver:
         errors = self._errors.read()
         self._errors.close()
         self._folder.cleanup()
-        assert (self._process.returncode, errors) == (0, "")
+        assert (self._process.returncode, errors) == (0, ""), (self._process.returncode, errors)
 
     def drive(self, *calls: Call) -> list[Answer]:
         """Run a script of calls, each (instance, method of `_Host`, arguments …)."""
