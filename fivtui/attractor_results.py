@@ -17,7 +17,7 @@ from .core.continuation import DIRECTIONS, Continuation
 from .core.model import State
 from .core.parameters import PARAMETERS, Parameters
 from .core.request import START_SPECS
-from .files import check_output, write_atomically
+from .files import write_atomically
 from .formats import columns_format
 
 KINDS: Final = tuple(Kind)
@@ -203,25 +203,6 @@ def basin_to_dict(result: Basin) -> dict[str, Any]:
         "attractors": [attractor_to_dict(attractor) for attractor in result.attractors],
         "reached": result.reached.tolist(),
     }
-
-
-def check_attractor_path(path: Path, *, force: bool) -> None:
-    """Check that branches or basins can be written to a file, before they are computed.
-
-    Parameters
-    ----------
-    path : Path
-        The file; its suffix says the format.
-    force : bool
-        Whether a file that exists may be replaced.
-
-    Raises
-    ------
-    InputError
-        If the format is unknown or needs a package that is not installed, or as `check_output`.
-    """
-    columns_format(path, "attractor")
-    check_output(path, force=force)
 
 
 def save_continuation(result: Continuation, path: Path, *, force: bool = False) -> None:

@@ -13,7 +13,6 @@ from .attractor_report import print_attractors, print_basin, print_coexistence, 
 from .attractor_results import (
     attractor_to_dict,
     basin_to_dict,
-    check_attractor_path,
     coexistence_to_dict,
     continuation_to_dict,
     save_basin,
@@ -29,6 +28,7 @@ from .core.continuation import continuation
 from .core.errors import InputError
 from .core.request import START_SPECS, Start
 from .figures import check_figure_path, save_figure
+from .formats import check_columns_path
 from .ranges import parse_range, parse_ranges
 from .report import Progress as ProgressBar
 from .scene import Scene
@@ -184,7 +184,7 @@ def carry_out(
     if task.save is None and (out is not None or plot is not None):
         raise InputError("--out and --plot: allowed with --vary or --basin alone")
     if out is not None:
-        check_attractor_path(out, force=force)
+        check_columns_path(out, "attractor", force=force)
     if plot is not None:
         check_figure_path(plot, force=force)
     with ProgressBar("attractors") as progress:

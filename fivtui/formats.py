@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 
 from .core.columns import COLUMNS, Column
 from .core.errors import InputError
-from .files import check_suffix
+from .files import check_output, check_suffix
 
 Columns = dict[str, NDArray[Any]]
 Provenance = Mapping[str, Any]
@@ -193,6 +193,27 @@ FORMATS: Final[Mapping[str, Format]] = {
     ".npz": Format(_write_npz, _read_npz),
     ".parquet": Format(_write_parquet, _read_parquet, package="pyarrow", extra="parquet"),
 }
+
+
+def check_columns_path(path: Path, kind: str, *, force: bool) -> None:
+    """Check that columns can be written to a file, before they are computed.
+
+    Parameters
+    ----------
+    path : Path
+        The file; its suffix says the format.
+    kind : str
+        What it holds, named in the message, e.g. ``"map"``.
+    force : bool
+        Whether a file that exists may be replaced.
+
+    Raises
+    ------
+    InputError
+        If the format is unknown or needs a package that is not installed, or as `check_output`.
+    """
+    columns_format(path, kind)
+    check_output(path, force=force)
 
 
 def columns_format(path: Path, kind: str) -> Format:

@@ -9,7 +9,7 @@ from . import __version__
 from .core.columns import Column
 from .core.parameters import PARAMETERS
 from .core.stability_map import StabilityMap
-from .files import check_output, write_atomically
+from .files import write_atomically
 from .formats import columns_format
 
 # Name of the column in files, unit and meaning of every value of a map.
@@ -47,25 +47,6 @@ def map_to_dict(result: StabilityMap) -> dict[str, Any]:
         "unit": column.unit,
         "values": rows,
     }
-
-
-def check_map_path(path: Path, *, force: bool) -> None:
-    """Check that a map can be written to a file, before it is computed.
-
-    Parameters
-    ----------
-    path : Path
-        The file; its suffix says the format.
-    force : bool
-        Whether a file that exists may be replaced.
-
-    Raises
-    ------
-    InputError
-        If the format is unknown or needs a package that is not installed, or as `check_output`.
-    """
-    columns_format(path, "map")
-    check_output(path, force=force)
 
 
 def save_map(result: StabilityMap, path: Path, *, force: bool = False) -> None:

@@ -15,7 +15,7 @@ from .core.modes import VibrationMode
 from .core.outcome import Transient
 from .core.stability import Stability
 from .core.trajectory import COLUMNS, Trajectory
-from .files import check_output, write_atomically
+from .files import write_atomically
 from .formats import Columns, columns_format
 
 
@@ -153,25 +153,6 @@ def trajectory_of(transient: Transient) -> Trajectory:
         if not np.all(np.isfinite(getattr(trajectory, column.name))):
             raise _not_finite(f"trajectory.{column.name}")
     return trajectory
-
-
-def check_trajectory_path(path: Path, *, force: bool) -> None:
-    """Check that a trajectory can be written to a file, before it is computed.
-
-    Parameters
-    ----------
-    path : Path
-        The file; its suffix says the format.
-    force : bool
-        Whether a file that exists may be replaced.
-
-    Raises
-    ------
-    InputError
-        If the format is unknown or needs a package that is not installed, or as `check_output`.
-    """
-    columns_format(path, "trajectory")
-    check_output(path, force=force)
 
 
 def save_trajectory(transient: Transient, path: Path, *, force: bool = False) -> None:

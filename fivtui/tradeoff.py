@@ -1,19 +1,15 @@
 """The trade of speed for accuracy of a scene, measured on this machine in one run."""
 
-import csv
-import io
-import json
 import math
 import tempfile
 import time
-from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import asdict, dataclass, replace
+from collections.abc import Iterator
+from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import Any, BinaryIO, Final, cast
+from typing import Any, Final, cast
 
 import numpy as np
 
-from . import __version__
 from .core.batch import Requirement, simulate_batch
 from .core.deviation import QUANTITIES, Deviation, Observation, deviation, observation
 from .core.errors import Cancelled, ComputationError
@@ -21,9 +17,8 @@ from .core.methods import time_scale
 from .core.model import State
 from .core.outcome import Transient
 from .core.request import TOL_RANGE, resolve_start
-from .core.tradeoff import Ladder, Row, Setting, cheapest, ladders, pareto
+from .core.tradeoff import Ladder, Row, Setting, ladders
 from .core.transient import KernelChoice, Progress
-from .files import write_atomically
 from .fmu_run import run_fmu
 from .scene import Scene
 from .simulation import simulate
@@ -347,117 +342,3 @@ def _cost(scene: Scene, samples: Any, report: Progress) -> tuple[float | None, i
         if time.thread_time() - begin > _LONG_ENOUGH_S:
             break
     return least, steps
-
-
-def tradeoff_to_dict(result: Tradeoff) -> dict[str, Any]:
-    """A trade-off as data that JSON can hold.
-
-    Parameters
-    ----------
-    result : Tradeoff
-        What was measured.
-
-    Returns
-    -------
-    dict
-        ``parameters``, ``floor``, ``rows`` of ``method``, ``kernel``, ``setting``, ``cpu_s``,
-        ``steps``, ``error_final``, ``error_peak``, ``error_half_range``, ``error_events`` (s),
-        ``separations`` (too many or missing), ``failure``, ``pareto`` (the quantities on whose
-        front the row is), and ``features``. What does not exist is null.
-    """
-    return {
-        "parameters": result.scene.parameters.as_dict(),
-        "separation": result.scene.separation,
-        "t_end": result.scene.t_end,
-        "floor": {name: _finite(result.floor.of(name)) for name in QUANTITIES},
-        "rows": _rows(result.rows, fronts(result)),
-        "features": [asdict(feature) for feature in result.features],
-    }
-
-
-def fronts(result: Tradeoff) -> dict[str, list[Row]]:
-    """The settings that no other beats, by quantity, cheapest first."""
-    return {name: pareto(result.rows, name, result.floor.of(name)) for name in QUANTITIES}
-
-
-def _rows(rows: Sequence[Row], best: Mapping[str, Sequence[Row]]) -> list[dict[str, Any]]:
-    return [
-        {
-            "method": row.setting.method,
-            "kernel": row.setting.kernel or None,
-            "setting": row.setting.text,
-            "cpu_s": row.cpu_s,
-            "steps": row.steps,
-            **{f"error_{name}": _error(row, name) for name in QUANTITIES},
-            "separations": None if row.error is None else row.error.separations,
-            "failure": row.failure or None,
-            "pareto": [name for name in QUANTITIES if row in best[name]],
-        }
-        for row in rows
-    ]
-
-
-def cheapest_to_dict(result: Tradeoff, wishes: Mapping[str, float]) -> dict[str, Any]:
-    """The cheapest settings for errors asked for, as data that JSON can hold.
-
-    Parameters
-    ----------
-    result : Tradeoff
-        What was measured.
-    wishes : mapping of str to float
-        Error allowed by quantity.
-
-    Returns
-    -------
-    dict
-        ``cheapest``, a list of ``quantity``, ``error`` and ``row`` (null if no setting reached the
-        error); empty if nothing is asked.
-    """
-    if not wishes:
-        return {}
-    found = []
-    for quantity, error in wishes.items():
-        row = cheapest(result.rows, quantity, error)
-        (plain,) = _rows([row], fronts(result)) if row is not None else [None]
-        found.append({"quantity": quantity, "error": error, "row": plain})
-    return {"cheapest": found}
-
-
-def save_tradeoff(result: Tradeoff, path: Path, *, force: bool = False) -> None:
-    """Write all that was measured as CSV, a row a setting.
-
-    Parameters
-    ----------
-    result : Tradeoff
-        What was measured.
-    path : Path
-        The file.
-    force : bool
-        Whether a file that exists may be replaced.
-
-    Raises
-    ------
-    InputError
-        If the file cannot be written, see `write_atomically`.
-    """
-    data = tradeoff_to_dict(result)
-    header = {"fivtui": __version__, **{key: data[key] for key in ("parameters", "t_end", "floor")}}
-    rows = [{**row, "pareto": " ".join(row["pareto"])} for row in data["rows"]]
-
-    def write(file: BinaryIO) -> None:
-        text = io.TextIOWrapper(file, encoding="utf-8", newline="", write_through=True)
-        text.writelines(f"# {key}: {json.dumps(value)}\n" for key, value in header.items())
-        table = csv.DictWriter(text, list(rows[0]), lineterminator="\n")
-        table.writeheader()
-        table.writerows(rows)
-        text.detach()
-
-    write_atomically(path, write, force=force)
-
-
-def _error(row: Row, quantity: str) -> float | None:
-    return None if row.error is None else _finite(row.error.of(quantity))
-
-
-def _finite(value: float) -> float | None:
-    return value if math.isfinite(value) else None

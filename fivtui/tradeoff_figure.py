@@ -10,7 +10,8 @@ from matplotlib.layout_engine import ConstrainedLayoutEngine
 
 from .core.tradeoff import Row
 from .figures import STYLE, WIDTH
-from .tradeoff import Tradeoff, fronts
+from .tradeoff import Tradeoff
+from .tradeoff_results import fronts
 
 _HEIGHT: Final = 3.9
 _PANELS: Final = {

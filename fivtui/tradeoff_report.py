@@ -2,35 +2,15 @@
 
 import math
 from collections.abc import Mapping
-from pathlib import Path
 from typing import Final
 
 from .core.deviation import QUANTITIES
 from .core.tradeoff import Row, cheapest
-from .files import check_output, check_suffix
 from .report import number, print_list, print_rows
-from .tradeoff import Tradeoff, fronts
+from .tradeoff import Tradeoff
+from .tradeoff_results import fronts
 
 _MARKS: Final = {"final": "F", "peak": "P", "half_range": "H", "events": "E"}
-
-
-def check_tradeoff_path(path: Path, *, force: bool) -> None:
-    """Check that a trade-off can be written to a file, before it is measured.
-
-    Parameters
-    ----------
-    path : Path
-        The file; it ends in ``.csv``.
-    force : bool
-        Whether a file that exists may be replaced.
-
-    Raises
-    ------
-    InputError
-        If the name is wrong, or the file exists or cannot be written.
-    """
-    check_suffix(path, "trade-off", (".csv",))
-    check_output(path, force=force)
 
 
 def print_tradeoff(result: Tradeoff, wishes: Mapping[str, float]) -> None:

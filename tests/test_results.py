@@ -19,8 +19,8 @@ from fivtui.core.outcome import Transient
 from fivtui.core.parameters import PARAMETERS, Parameters
 from fivtui.core.stability import stability
 from fivtui.core.trajectory import COLUMNS, Trajectory
+from fivtui.formats import check_columns_path
 from fivtui.results import (
-    check_trajectory_path,
     load_trajectory,
     save_trajectory,
     stability_to_dict,
@@ -143,9 +143,9 @@ def test_a_trajectory_is_not_overwritten_unasked(
     with pytest.raises(InputError, match="exists already"):
         save_trajectory(transient, path)
     with pytest.raises(InputError, match="exists already"):
-        check_trajectory_path(path, force=False)
+        check_columns_path(path, "trajectory", force=False)
     assert path.read_bytes() == b"old"
-    check_trajectory_path(path, force=True)
+    check_columns_path(path, "trajectory", force=True)
     save_trajectory(transient, path, force=True)
     assert load_trajectory(path).t.size == 10_007
 
@@ -156,7 +156,7 @@ def test_an_unknown_format_is_refused_with_those_known(
     path = tmp_path / "run.xlsx"
     for action in (
         lambda: save_trajectory(transient, path),
-        lambda: check_trajectory_path(path, force=False),
+        lambda: check_columns_path(path, "trajectory", force=False),
         lambda: load_trajectory(path),
     ):
         with pytest.raises(InputError, match=r"run\.xlsx: .* \.csv, \.npz, \.parquet$"):

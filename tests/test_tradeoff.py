@@ -15,13 +15,9 @@ from fivtui.core.parameters import Parameters
 from fivtui.core.tradeoff import Row, Setting, cheapest, ladders, pareto
 from fivtui.core.transient import integrate
 from fivtui.presets import PRESETS
-from fivtui.tradeoff import (
-    Tradeoff,
-    measure_tradeoff,
-    save_tradeoff,
-    tradeoff_to_dict,
-)
+from fivtui.tradeoff import Tradeoff, measure_tradeoff
 from fivtui.tradeoff_figure import tradeoff_figure
+from fivtui.tradeoff_results import save_tradeoff, tradeoff_to_dict
 from tests.references import REFERENCES
 
 SHORT = replace(PRESETS["base"], t_end=6.0)

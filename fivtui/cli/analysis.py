@@ -1,5 +1,6 @@
 """Commands that judge the equilibrium and find attractors."""
 
+from functools import partial
 from typing import Any
 
 import click
@@ -113,14 +114,15 @@ def attractors(scene: str, assignments: tuple[str, ...], **given: Any) -> None:
 def stability_map(scene: str, assignments: tuple[str, ...], **given: Any) -> None:
     """Show the stability of the equilibrium over two parameters."""
     from ..core.stability_map import stability_map as compute
-    from ..map_results import check_map_path, map_to_dict, save_map
+    from ..formats import check_columns_path
+    from ..map_results import map_to_dict, save_map
     from ..ranges import parse_ranges
     from ..report import Progress, print_map
 
     chosen = scene_of(scene, assignments)
     over = {each.name: each.values() for each in parse_ranges("--over", given["ranges"])}
     out, plot, force = given["out"], given["plot"], given["force"]
-    check_outputs(out, plot, check_map_path, force=force)
+    check_outputs(out, plot, partial(check_columns_path, kind="map"), force=force)
     with Progress("map") as progress:
         result = compute(
             chosen.parameters,

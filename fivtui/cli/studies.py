@@ -150,8 +150,14 @@ def _engine(scheduler: str | None, workers: int | None) -> "AbstractContextManag
 def tradeoff(scene: str, assignments: tuple[str, ...], **given: Any) -> None:
     """Measure what accuracy costs on this machine, for every method and setting."""
     from ..report import Progress
-    from ..tradeoff import cheapest_to_dict, measure_tradeoff, save_tradeoff, tradeoff_to_dict
-    from ..tradeoff_report import check_tradeoff_path, print_tradeoff
+    from ..tradeoff import measure_tradeoff
+    from ..tradeoff_report import print_tradeoff
+    from ..tradeoff_results import (
+        cheapest_to_dict,
+        check_tradeoff_path,
+        save_tradeoff,
+        tradeoff_to_dict,
+    )
 
     out, plot, force = given["out"], given["plot"], given["force"]
     wishes = wishes_of(given["wishes"])

@@ -1,5 +1,6 @@
 """Commands that compute one scene."""
 
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -53,14 +54,14 @@ def simulate(**given: Any) -> None:
     """Compute a transient; print its extremes, events and final state."""
     import numpy as np
 
+    from ..formats import check_columns_path
     from ..report import Progress, print_transient
-    from ..results import check_trajectory_path
     from ..runner import scene_transient
     from ..verified import verified_to_dict
 
     scene = _changed(scene_of(given["scene"], given["assignments"]), given)
     out, plot, force = given["out"], given["plot"], given["force"]
-    check_outputs(out, plot, check_trajectory_path, force=force)
+    check_outputs(out, plot, partial(check_columns_path, kind="trajectory"), force=force)
     stored = out is not None or plot is not None
     with Progress("transient") as progress:
         run = scene_transient(
@@ -130,9 +131,9 @@ def _say_if_stiff(result: "Transient") -> None:
 @json_option
 def run(scene: str, out: Path | None, force: bool, as_json: bool, **given: Any) -> None:
     """Compute what a scene requires: stability, transient, trajectory; nothing else."""
+    from ..formats import check_columns_path
     from ..report import Progress, print_stability, print_transient
     from ..results import (
-        check_trajectory_path,
         save_trajectory,
         stability_to_dict,
         transient_to_dict,
@@ -144,7 +145,7 @@ def run(scene: str, out: Path | None, force: bool, as_json: bool, **given: Any) 
     if ("trajectory" in chosen.outputs) != (out is not None):
         wanted = "a file for it: --out FILE" if out is None else "no --out: it is not required"
         raise InputError(f"trajectory of the scene {chosen.name}: allowed is {wanted}")
-    check_outputs(out, None, check_trajectory_path, force=force)
+    check_outputs(out, None, partial(check_columns_path, kind="trajectory"), force=force)
     with Progress(chosen.name) as progress:
         result = run_scene(chosen, progress=progress)
     data: dict[str, Any] = {"scene": chosen.name}

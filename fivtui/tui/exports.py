@@ -49,9 +49,9 @@ def _write_figure(run: Run, path: Path, force: bool) -> None:
 
 
 def _check_data(path: Path, force: bool) -> None:
-    from fivtui.results import check_trajectory_path
+    from fivtui.formats import check_columns_path
 
-    check_trajectory_path(path, force=force)
+    check_columns_path(path, "trajectory", force=force)
 
 
 def _write_data(run: Run, path: Path, force: bool) -> None:
