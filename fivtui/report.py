@@ -1,7 +1,6 @@
 """What the command line prints: tables on standard output, progress on standard error."""
 
 import math
-import re
 import sys
 import time
 from collections import Counter
@@ -26,16 +25,12 @@ if TYPE_CHECKING:
     from .compare import Comparison
     from .core.modes import VibrationMode
     from .core.stability_map import StabilityMap
-    from .paper.claim import CheckedClaim
     from .trials import Finding
     from .verified import Verified
 
 # A bar for less than this would only flicker.
 _PATIENCE_S: Final = 1.0
-# Columns of the table of claims, and their shares of its width.
-_CLAIM_COLUMNS: Final = {"section": 2, "statement": 6, "stated": 4, "computed": 7, "verdict": 2}
 _FINDING_STYLES: Final = {"right": "", "refused": "dim", "wrong": "bold reverse"}
-_VERDICT_STYLES: Final = {"does not hold": "bold", "not testable": "dim"}
 
 
 class Progress:
@@ -93,7 +88,8 @@ def number(value: float, digits: int = 6) -> str:
     return f"{value:.{digits}g}"
 
 
-def _print(table: Table) -> None:
+def print_table(table: Table) -> None:
+    """Print a table on standard output."""
     # Without a terminal nothing is wrapped or cut: the reader is a program.
     console = Console(file=sys.stdout, width=None if sys.stdout.isatty() else 200, highlight=False)
     console.print(table)
@@ -114,7 +110,7 @@ def print_list(title: str, rows: Sequence[tuple[str, str]]) -> None:
     table.add_column()
     for name, value in rows:
         table.add_row(name, value)
-    _print(table)
+    print_table(table)
 
 
 def _parameter_line(p: Parameters) -> str:
@@ -283,7 +279,7 @@ def print_rows(title: str, header: Sequence[str], rows: Sequence[Sequence[str]])
         table.add_column(name, justify="left" if index == 0 else "right", no_wrap=index > 0)
     for row in rows:
         table.add_row(*row)
-    _print(table)
+    print_table(table)
 
 
 def print_accuracy(found: "Accuracy") -> None:
@@ -340,7 +336,7 @@ def print_trials(found: "Mapping[str, Mapping[str, Finding]]") -> None:
             for key in contestants
         ]
         table.add_row(name, TRIALS[name].meaning, *cells)
-    _print(table)
+    print_table(table)
     reasons = [
         (f"{name}, {key}", f"{finding.verdict}: {finding.reason}")
         for name, findings in found.items()
@@ -398,63 +394,3 @@ def print_comparison(result: "Comparison") -> None:
         f"the FMU was built in {result.build_s:.2f} s"
     )
     Console(file=sys.stdout, width=None if sys.stdout.isatty() else 200).print(text)
-
-
-def print_claims(checked: Sequence["CheckedClaim"]) -> None:
-    """Print the paper's claims, what was computed of each, and the verdicts.
-
-    Parameters
-    ----------
-    checked : sequence of CheckedClaim
-        What `check_claims` returned.
-    """
-    table = Table(title="Claims of the paper", title_justify="left", show_lines=True, expand=True)
-    for name, share in _CLAIM_COLUMNS.items():
-        table.add_column(name, ratio=share)
-    for entry in checked:
-        claim = entry.claim
-        found = [*map(str, entry.quantities), *([f"({entry.reason})"] if entry.reason else [])]
-        verdict = Text(entry.verdict.value, style=_VERDICT_STYLES.get(entry.verdict.value, ""))
-        statement = Text.assemble(claim.statement, "\n", (claim.id, "dim"))
-        table.add_row(
-            Text(claim.section), statement, Text(claim.stated), Text("\n".join(found)), verdict
-        )
-    _print(table)
-    counts = Counter(entry.verdict.value for entry in checked)
-    text = ", ".join(f"{verdict} {count}" for verdict, count in counts.items())
-    Console(stderr=True, highlight=False).print(f"{len(checked)} claims: {text}")
-
-
-def claims_markdown(checked: Sequence["CheckedClaim"]) -> str:
-    """The paper's claims as a Markdown table.
-
-    Parameters
-    ----------
-    checked : sequence of CheckedClaim
-        What `check_claims` returned.
-
-    Returns
-    -------
-    str
-        One row a claim, with its reason in the last column.
-    """
-    header = ("id", "section", "statement", "stated", "computed", "verdict", "reason")
-    rows = [header, tuple("---" for _ in header)]
-    rows += [
-        (
-            f"`{entry.claim.id}`",
-            entry.claim.section,
-            entry.claim.statement,
-            entry.claim.stated,
-            entry.computed,
-            entry.verdict.value,
-            entry.reason,
-        )
-        for entry in checked
-    ]
-    return "\n".join(f"| {' | '.join(map(_markdown_cell, row))} |" for row in rows)
-
-
-def _markdown_cell(text: str) -> str:
-    # What would end a cell, or be taken as emphasis or HTML.
-    return re.sub(r"[|*_<]", r"\\\g<0>", text) if "`" not in text else text

@@ -25,9 +25,9 @@ from fivtui.paper.claims_amplitude import AMPLITUDES
 from fivtui.paper.claims_critical import CRITICAL
 from fivtui.paper.claims_eigenvalue import EIGENVALUES
 from fivtui.paper.claims_equilibrium import EQUILIBRIUM
+from fivtui.paper.report import claims_markdown, print_claims
 from fivtui.paper.study import Study
 from fivtui.paper.trends import crossing, falls, falls_then_rises, rises
-from fivtui.report import claims_markdown, print_claims
 from fivtui.scene import Scene
 from tests.test_cli import fivtui
 

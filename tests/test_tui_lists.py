@@ -1,6 +1,5 @@
 import dataclasses
 import json
-import time
 from collections.abc import AsyncIterator
 from pathlib import Path
 
@@ -117,15 +116,15 @@ async def test_the_engine_is_switched_and_both_are_compared(
     await until_told(pilot, "engine native: method taylor")
 
 
-async def test_keys_are_answered_and_runs_stopped_within_their_times(
+async def test_keys_are_answered_while_a_run_computes_and_it_stops_when_told(
     pilot: Pilot[None], monkeypatch: pytest.MonkeyPatch
 ) -> None:
     ended = []
 
     def busy(*_: object, progress: object, **__: object) -> None:
-        while progress(0.5):  # type: ignore[operator]
+        while goes_on := progress(0.5):  # type: ignore[operator]
             sum(range(1000))
-        ended.append(time.monotonic())
+        ended.append(goes_on)
         raise Cancelled
 
     monkeypatch.setattr("fivtui.runner.simulate", busy)
@@ -135,12 +134,10 @@ async def test_keys_are_answered_and_runs_stopped_within_their_times(
     await until(pilot, lambda: runs.active is not None)
     await pilot.press("up", "up")
     assert editor.value == "82"
-    begin = time.monotonic()
     await pilot.press("f5")
+    # Stopped at once for whoever looks; the thread ends the next time it asks.
     assert runs.active is None
-    await until(pilot, lambda: bool(ended))
-    # Generous: other programs share this machine. The benchmark measures it.
-    assert ended[0] - begin < 1.0
+    await until(pilot, lambda: ended == [False])
 
 
 async def test_the_session_is_there_again_at_the_next_start(

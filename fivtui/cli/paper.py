@@ -49,7 +49,8 @@ def claims(markdown: bool, as_json: bool) -> None:
     Each is shown with its section, what the paper states, what is computed, and the verdict.
     """
     from ..paper.claims import check_claims, claims_to_list
-    from ..report import Progress, claims_markdown, print_claims
+    from ..paper.report import claims_markdown, print_claims
+    from ..report import Progress
 
     if markdown and as_json:
         raise InputError("claims: allowed is one of --json and --markdown")

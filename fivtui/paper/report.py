@@ -1,0 +1,79 @@
+"""What the command line prints of the paper: its statements, what is computed, the verdicts."""
+
+import re
+from collections import Counter
+from collections.abc import Sequence
+from typing import TYPE_CHECKING, Final
+
+from rich.console import Console
+from rich.table import Table
+from rich.text import Text
+
+from ..report import print_table
+
+if TYPE_CHECKING:
+    from .claim import CheckedClaim
+
+# Columns of the table of claims, and their shares of its width.
+_CLAIM_COLUMNS: Final = {"section": 2, "statement": 6, "stated": 4, "computed": 7, "verdict": 2}
+_VERDICT_STYLES: Final = {"does not hold": "bold", "not testable": "dim"}
+
+
+def print_claims(checked: Sequence["CheckedClaim"]) -> None:
+    """Print the paper's claims, what was computed of each, and the verdicts.
+
+    Parameters
+    ----------
+    checked : sequence of CheckedClaim
+        What `check_claims` returned.
+    """
+    table = Table(title="Claims of the paper", title_justify="left", show_lines=True, expand=True)
+    for name, share in _CLAIM_COLUMNS.items():
+        table.add_column(name, ratio=share)
+    for entry in checked:
+        claim = entry.claim
+        found = [*map(str, entry.quantities), *([f"({entry.reason})"] if entry.reason else [])]
+        verdict = Text(entry.verdict.value, style=_VERDICT_STYLES.get(entry.verdict.value, ""))
+        statement = Text.assemble(claim.statement, "\n", (claim.id, "dim"))
+        table.add_row(
+            Text(claim.section), statement, Text(claim.stated), Text("\n".join(found)), verdict
+        )
+    print_table(table)
+    counts = Counter(entry.verdict.value for entry in checked)
+    text = ", ".join(f"{verdict} {count}" for verdict, count in counts.items())
+    Console(stderr=True, highlight=False).print(f"{len(checked)} claims: {text}")
+
+
+def claims_markdown(checked: Sequence["CheckedClaim"]) -> str:
+    """The paper's claims as a Markdown table.
+
+    Parameters
+    ----------
+    checked : sequence of CheckedClaim
+        What `check_claims` returned.
+
+    Returns
+    -------
+    str
+        One row a claim, with its reason in the last column.
+    """
+    header = ("id", "section", "statement", "stated", "computed", "verdict", "reason")
+    rows = [header, tuple("---" for _ in header)]
+    rows += [
+        (
+            f"`{entry.claim.id}`",
+            entry.claim.section,
+            entry.claim.statement,
+            entry.claim.stated,
+            entry.computed,
+            entry.verdict.value,
+            entry.reason,
+        )
+        for entry in checked
+    ]
+    return "\n".join(f"| {' | '.join(map(_markdown_cell, row))} |" for row in rows)
+
+
+def _markdown_cell(text: str) -> str:
+    # What would end a cell, or be taken as emphasis or HTML.
+    return re.sub(r"[|*_<]", r"\\\g<0>", text) if "`" not in text else text
