@@ -54,6 +54,31 @@ def test_a_later_run_is_compiled() -> None:
     assert (done.stdout, done.stderr, done.returncode) == ("interpreted compiled\n", "", 0)
 
 
+def test_compiling_leaves_standard_output_alone_where_colorama_is_installed(
+    tmp_path: Path,
+) -> None:
+    fake = tmp_path / "fake" / "colorama.py"
+    fake.parent.mkdir()
+    fake.write_text(
+        "import sys\n"
+        "__version__ = '9.0.0'\n"
+        "class Fore:\n    def __getattr__(self, name): return ''\n"
+        "Fore = Style = Fore()\n"
+        "def init(): sys.stdout = sys.stderr\n"
+        "reinit = deinit = init\n"
+    )
+    done = python(
+        f"import sys; sys.path.insert(0, {str(fake.parent)!r})\n"
+        "from fivtui.core import compiled\n"
+        "kernel = compiled.kernels.module()\n"
+        "from numba.core.errors import termcolor\n"
+        "import colorama\n"
+        "termcolor().errmsg('coloured')\n"
+        "print(colorama.__version__)",
+    )
+    assert (done.stdout, done.stderr, done.returncode) == ("9.0.0\n", "", 0)
+
+
 @pytest.mark.parametrize("seconds", [0.0, 0.3, 0.7, 1.5, 2.5, 4.0])
 def test_the_end_of_the_process_stops_the_compiler(seconds: float, tmp_path: Path) -> None:
     done = python(

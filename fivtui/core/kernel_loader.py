@@ -121,6 +121,9 @@ class KernelLoader:
         self._done.set()
 
     def _imported(self) -> Any:
+        # The package settles how numba starts: it comes first.
+        from . import kernels  # isort: skip
+
         from numba.core.event import Listener, install_listener
 
         loader, own = self, threading.get_ident()
@@ -134,7 +137,7 @@ class KernelLoader:
                 pass
 
         with install_listener("numba:run_pass", Brake()):
-            return import_module(f"{__package__}.kernels.{self._name}")
+            return import_module(f"{kernels.__name__}.{self._name}")
 
     def _stop(self) -> None:
         # The compiler must have left LLVM before the process takes that down; it looks at

@@ -4,3 +4,9 @@
 into machine code, one set or eight sets at a time; `polynomials` isolates roots; `single` runs one
 transient, `lanes` eight.
 """
+
+import os
+
+# Where colorama is installed numba would colour its messages, and for that exchange sys.stdout in
+# the middle of compiling, which other threads are writing to.
+os.environ.setdefault("NUMBA_DISABLE_ERROR_MESSAGE_HIGHLIGHTING", "1")
