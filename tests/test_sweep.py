@@ -233,7 +233,7 @@ def test_what_is_not_asked_for_is_not_computed(monkeypatch: pytest.MonkeyPatch) 
     rows = sweep(vary={"F": (20.0, 120.0)}, outputs=["stable"]).rows
     assert [row[2] for row in rows] == [False, True]
     monkeypatch.undo()
-    monkeypatch.setattr(sweep_module, "judge_growth", refuse)
+    monkeypatch.setattr(sweep_module, "judge_growths", refuse)
     assert len(sweep(vary={"F": (20.0, 120.0)}, outputs=["y_abs"], t_end=1.0).rows) == 2
 
 

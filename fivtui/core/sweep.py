@@ -20,7 +20,7 @@ from .request import (
     make_problem,
     resolve_start,
 )
-from .stability import judge_growth
+from .stability_points import judge_growths
 from .transient import Progress
 
 ColumnKind = Literal["number", "count", "truth", "text"]
@@ -83,6 +83,8 @@ DEFAULT_OUTPUTS: Final = tuple(column.name for column in _TRANSIENT)
 _STATE: Final = ("x", "vx", "y", "vy")
 _NOT_OF_Y: Final = ("x_abs", "vx_max")
 _FORCE: Final = "contact_force"
+# Between two looks at a cancellation.
+_JUDGED: Final = 8192
 _FORCE_OVERFLOW: Final = (
     "the contact force grows out of the range of numbers; consider separation or a shorter horizon"
 )
@@ -365,18 +367,23 @@ class _Block:
                 self.reasons[place] = self.reasons[place] or _FORCE_OVERFLOW
 
     def judge(self, progress: Progress | None) -> None:
+        parameters = {name: c for name, c in self.varied.items() if name in PARAMETERS}
         size = len(self.reasons)
-        for place, separation in enumerate(self.separation.tolist()):
-            if progress is not None and not progress(place / size):
+        for first in range(0, size, _JUDGED):
+            if progress is not None and not progress(first / size):
                 raise Cancelled
-            try:
-                growth, stable = judge_growth(self.parameters(place), separation=separation)
-            except ComputationError as error:
-                self.reasons[place] = self.reasons[place] or str(error)
-                continue
-            for name, value in (("growth_rate", growth), ("stable", float(stable))):
+            some = slice(first, first + _JUDGED)
+            growth, stable, reasons = judge_growths(
+                self.study.parameters,
+                {name: column[some] for name, column in parameters.items()},
+                self.separation[some],
+            )
+            for place, reason in reasons.items():
+                self.reasons[first + place] = self.reasons[first + place] or reason
+            verdicts = np.where(np.isnan(growth), np.nan, stable)
+            for name, values in (("growth_rate", growth), ("stable", verdicts)):
                 if name in self.results:
-                    self.results[name][place] = value
+                    self.results[name][some] = values
 
 
 def _part(column: SweepColumn, seen: Seen) -> Requirement:
