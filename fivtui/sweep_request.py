@@ -7,7 +7,7 @@ from .core.design import VARIABLES, Axis, Design, Kind, Range
 from .core.errors import InputError
 from .core.parameters import parse_number, unknown_name
 from .core.request import TOL_RANGE, Start, check_horizon
-from .core.sweep import DEFAULT_OUTPUTS, Study
+from .core.study import DEFAULT_OUTPUTS, Study
 from .ranges import parse_range
 from .scene import Scene
 

@@ -22,7 +22,8 @@ from typing import Any, BinaryIO, Final
 from . import __version__
 from .core.design import Axis, Range
 from .core.errors import ComputationError, InputError
-from .core.sweep import Rows, Study
+from .core.study import Study
+from .core.sweep import Rows
 from .files import check_output, resolved, write_atomically
 from .locks import locked
 from .sweep_formats import SweepFormat, sweep_format

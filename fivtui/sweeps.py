@@ -14,7 +14,8 @@ from .core.design import Axis, Design, Kind
 from .core.errors import Cancelled, InputError
 from .core.parameters import Parameters
 from .core.request import DEFAULT_T_END, DEFAULT_TOL, Start
-from .core.sweep import DEFAULT_OUTPUTS, Rows, Study, compute_rows, joined
+from .core.study import DEFAULT_OUTPUTS, Study
+from .core.sweep import Rows, compute_rows, joined
 from .core.transient import Progress
 from .sweep_formats import sweep_format
 from .sweep_store import Piece, default_piece_size, open_store, piece_count, piece_of
@@ -122,7 +123,7 @@ def sweep(
     start, t_end, tol
         As in `simulate`. A component of the start that varies replaces that of `start`.
     outputs : sequence of str
-        What is computed: names in `fivtui.core.sweep.OUTPUTS`.
+        What is computed: names in `fivtui.core.study.OUTPUTS`.
     progress : callable, optional
         Called now and then with the fraction done; the sweep is cancelled when it returns False.
     workers : int, optional

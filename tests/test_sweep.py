@@ -16,7 +16,8 @@ import fivtui.core.sweep as sweep_module
 from fivtui import Parameters, simulate, stability, sweep
 from fivtui.core.design import Design, Kind, Range
 from fivtui.core.errors import Cancelled, ComputationError, InputError
-from fivtui.core.sweep import DEFAULT_OUTPUTS, OUTPUTS, Rows, Study, compute_rows, joined
+from fivtui.core.study import DEFAULT_OUTPUTS, OUTPUTS, Study
+from fivtui.core.sweep import Rows, compute_rows, joined
 from fivtui.sweeps import check_in_memory, local_engine, sweep_in_memory
 
 

@@ -18,7 +18,7 @@ from fivtui.cli import commands, run
 from fivtui.core.design import KINDS, Design, Kind, Range
 from fivtui.core.errors import InputError
 from fivtui.core.parameters import Parameters
-from fivtui.core.sweep import DEFAULT_OUTPUTS, Study
+from fivtui.core.study import DEFAULT_OUTPUTS, Study
 from fivtui.sweep_figures import check_drawable, sweep_figure
 from fivtui.sweep_report import SweepProgress, progress_text
 from fivtui.sweep_request import parse_cases, parse_design

@@ -8,10 +8,11 @@ from fivtui import simulation
 from fivtui.cli import run
 from fivtui.core.errors import ComputationError, InputError
 from fivtui.core.parameters import Parameters
+from fivtui.core.wishes import check_accuracy
 from fivtui.presets import PRESETS
 from fivtui.runner import run_scene, scene_transient
 from fivtui.scene import load_scene, save_scene
-from fivtui.verified import check_accuracy, simulate_to
+from fivtui.verified import simulate_to
 from tests.references import REFERENCES
 
 
