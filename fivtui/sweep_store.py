@@ -115,6 +115,7 @@ def study_to_dict(study: Study) -> dict[str, Any]:
         "start": study.start if isinstance(study.start, str) else list(study.start),
         "t_end": study.t_end,
         "tol": study.tol,
+        "accuracy": dict(study.accuracy),
         "separation": list(study.cases),
         "design": {
             "kind": design.kind,

@@ -5,9 +5,11 @@ from dataclasses import dataclass
 from typing import Final, Literal
 
 from .design import VARIABLES, Design
+from .deviation import QUANTITIES
 from .errors import InputError
 from .parameters import Parameters, unknown_name
 from .request import DEFAULT_T_END, DEFAULT_TOL, Start, make_problem
+from .wishes import check_accuracy
 
 ColumnKind = Literal["number", "count", "truth", "text"]
 DONE: Final = "done"
@@ -64,6 +66,11 @@ OUTPUTS: Final[Mapping[str, SweepColumn]] = {
     column.name: column for column in (*TRANSIENT, *STABILITY)
 }
 DEFAULT_OUTPUTS: Final = tuple(column.name for column in TRANSIENT)
+# By quantity of `deviation.QUANTITIES`; rows keep no times of switches, hence no error of them.
+ERRORS: Final[Mapping[str, SweepColumn]] = {
+    name: SweepColumn(f"{name}_error", "", f"error of the {QUANTITIES[name]}")
+    for name in ("final", "peak", "half_range")
+}
 
 _SEPARATION: Final = SweepColumn("separation", "", "whether separation is considered", "truth")
 _ENDING: Final = (
@@ -87,6 +94,10 @@ class Study:
         stand together.
     start, t_end, tol
         As in `integrate`.
+    accuracy : tuple of (str, float)
+        Errors allowed by quantity, see `check_accuracy`, without ``events``. The tolerance then
+        follows member by member, a finer run verifies it, `tol` is not used, and a row has the
+        errors.
     outputs : tuple of str
         Names in `OUTPUTS`. Without an output of the transient nothing is integrated.
 
@@ -102,6 +113,7 @@ class Study:
     start: Start = "static"
     t_end: float = DEFAULT_T_END
     tol: float = DEFAULT_TOL
+    accuracy: tuple[tuple[str, float], ...] = ()
     outputs: tuple[str, ...] = DEFAULT_OUTPUTS
 
     def __post_init__(self) -> None:
@@ -112,6 +124,14 @@ class Study:
                 raise unknown_name("output", name, OUTPUTS)
         if not 1 <= len(set(self.outputs)) == len(self.outputs):
             raise InputError("outputs: allowed are one or more names, each once")
+        asked = check_accuracy(dict(self.accuracy))
+        for name in asked:
+            if name not in ERRORS:
+                raise InputError(
+                    f"accuracy of {name}: a sweep keeps no times of switches; "
+                    f"allowed are {', '.join(ERRORS)}"
+                )
+        object.__setattr__(self, "accuracy", tuple(asked.items()))
         static = isinstance(self.start, str) and self.start == "static"
         problem = make_problem(
             self.parameters,
@@ -137,4 +157,5 @@ class Study:
             for name in self.design.axes
         ]
         outputs = [OUTPUTS[name] for name in self.outputs]
-        return (*varied, _SEPARATION, *outputs, *_ENDING)
+        errors = [ERRORS[name] for name, _ in self.accuracy]
+        return (*varied, _SEPARATION, *outputs, *errors, *_ENDING)

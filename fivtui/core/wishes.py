@@ -11,7 +11,8 @@ from .request import TOL_RANGE
 # What the first tolerance is below the least error asked for: errors of one run are up to twenty
 # times its tolerance.
 _MARGIN: Final = 100.0
-_FINER: Final = 1e-2
+_FINER: Final = 100.0
+_APART: Final = 10.0
 
 
 def check_accuracy(asked: Mapping[str, object]) -> dict[str, float]:
@@ -50,7 +51,7 @@ def first_tol(asked: Mapping[str, float]) -> float:
         A hundredth of the least error, and not the finest tolerance, so that there is a finer one.
     """
     wish = min(asked.values(), default=TOL_RANGE[1])
-    return min(max(wish / _MARGIN, TOL_RANGE[0] / _FINER), TOL_RANGE[1])
+    return min(max(wish / _MARGIN, TOL_RANGE[0] * _FINER), TOL_RANGE[1])
 
 
 def finer_tol(tol: float) -> float:
@@ -64,9 +65,11 @@ def finer_tol(tol: float) -> float:
     Returns
     -------
     float
-        A hundredth of it, or the finest that is allowed.
+        A hundredth of it; the finest that is allowed if that is next to it, or beyond: two runs
+        at nearly the same tolerance tell nothing of each other.
     """
-    return max(tol * _FINER, TOL_RANGE[0])
+    finer, least = tol / _FINER, TOL_RANGE[0]
+    return finer if finer > _APART * least else least
 
 
 def check_quantity(name: str) -> str:
