@@ -30,6 +30,7 @@ async def pilot() -> AsyncIterator[Pilot[None]]:
 
 
 async def test_the_first_screen_has_scene_fields_verdict_and_keys(pilot: Pilot[None]) -> None:
+    await until_shown(pilot, "F5 Run F1 Help")
     shown = text_of(pilot)
     assert "UNSTABLE: growth rate +0.6304 1/s, 0.9186 Hz" in shown
     assert "μ_c 0.4394 (unstable above)" in shown
