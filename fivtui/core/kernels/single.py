@@ -4,6 +4,7 @@ Step for step the same as `core.taylor` under `core.transient`; kept apart from 
 compiler wants flat data. `c` are the coefficients of x and y, unscaled, one row a degree.
 """
 
+import struct
 import sys
 from typing import Any, Final, NamedTuple
 
@@ -39,21 +40,19 @@ FULL: Final = 2
 OVERFLOW: Final = 3
 STALLED: Final = 4
 
-PROBLEM: Final = np.dtype(
-    [
-        ("t_end", "f8"),
-        ("half", "f8"),
-        ("tol", "f8"),
-        ("coupling", "f8"),
-        ("preload", "f8"),
-        ("deflection", "f8"),
-        ("frequency", "f8"),
-        ("order", "i8"),
-        ("separation", "i8"),
-        ("cubic", "i8"),
-    ],
-    align=True,
-)
+
+class Request(NamedTuple):
+    """What is asked, SI units; the constants of both modes follow it."""
+
+    t_end: float
+    tol: float
+    coupling: float
+    preload: float
+    deflection: float
+    frequency: float
+    order: int
+    separation: bool
+    cubic: bool
 
 
 class Run(NamedTuple):
@@ -66,44 +65,74 @@ class Run(NamedTuple):
     vx: float
     y: float
     vy: float
-    mode: int
-    t: float = 0.0
-    remainder: float = 0.0
-    separated: float = 0.0
-    separated_remainder: float = 0.0
-    stalled: int = 0
-    steps: int = 0
-    separations: int = 0
-    switches: int = 0
-    segments: int = 0
-    samples: int = 0
+    mode: float
+    t: float
+    remainder: float
+    separated: float
+    separated_remainder: float
+    stalled: float
+    steps: float
+    separations: float
+    switches: float
+    segments: float
+    samples: float
 
 
-RUN: Final = np.dtype(list(Run.__annotations__.items()), align=True)
-NOT_BEGUN: Final = np.zeros(1, RUN)
-# One row of extremes for each half of the horizon.
-NOTHING_SEEN: Final = np.tile(NO_EXTREMES, (2, 1))
+# A block holds what is asked, the constants of the modes, where the run is, a row of extremes for
+# each half of the horizon, and room to work.
+(T_END, TOL, COUPLING, PRELOAD, DEFLECTION, FREQUENCY, ORDER, SEPARATION, CUBIC) = range(
+    len(Request._fields)
+)
+_CONSTANTS: Final = len(Constants._fields)
+GIVEN: Final = len(Request._fields)
+RUN: Final = GIVEN + 2 * _CONSTANTS
+SEEN: Final = RUN + len(Run._fields)
+_WORK: Final = SEEN + 2 * len(EXTREMES)
+(
+    _X,
+    _VX,
+    _Y,
+    _VY,
+    _MODE,
+    _T,
+    _REMAINDER,
+    _SEPARATED,
+    _SEPARATED_REMAINDER,
+    _STALLED,
+    _STEPS,
+    _SEPARATIONS,
+    SWITCHES,
+    SEGMENTS,
+    _SAMPLES,
+) = range(RUN, SEEN)
 # Columns of a sample: x, y, ẋ, ẏ, mode and one unused.
 SAMPLE_COLUMNS: Final = 6
 # Columns of a stored segment before its coefficients in θ = time/duration, those of x first.
 SEGMENT_COLUMNS: Final = ("start", "remainder", "duration", "end", "mode")
 _HEAD: Final = len(SEGMENT_COLUMNS)
-_CONSTANTS: Final = len(Constants._fields)
-
 # Beside the scratch of a step, two series of coefficients are worked on.
-WORK_SIZE: Final = SCRATCH + 4 * ROWS
+BLOCK_SIZE: Final = _WORK + SCRATCH + 4 * ROWS
+# What a block begins with, and what of it a call changes.
+BEGIN: Final = struct.Struct(f"={_WORK}d")
+ARRIVED: Final = struct.Struct(f"={_WORK - RUN}d")
+RUN_SIZE: Final = len(Run._fields)
+RUN_BYTES: Final = 8 * RUN
+# Behind the state and the mode of a run.
+NOT_BEGUN: Final = (0.0,) * (RUN_SIZE - 5)
+NOTHING_SEEN: Final = (*NO_EXTREMES.tolist(), *NO_EXTREMES.tolist())
 
 # Of `rough_exp2` in the bits of a float.
 _EXP2_ZERO: Final = (1023 << 52) - round(EXP2_BIAS * 2.0**52)
 
 
 @part
-def step_size(c: Any, degree: int, problem: Any) -> float:
+def step_size(c: Any, degree: int, block: Any) -> float:
     """Length of the next step, s."""
-    displacement = max(abs(c[0]), abs(c[1]), problem.deflection)
-    speed = max(abs(c[2]), abs(c[3]), displacement * problem.frequency)
-    allowed = problem.tol * speed
-    longest = LONGEST_STEP / problem.frequency
+    frequency = block[FREQUENCY]
+    displacement = max(abs(c[0]), abs(c[1]), block[DEFLECTION])
+    speed = max(abs(c[2]), abs(c[3]), displacement * frequency)
+    allowed = block[TOL] * speed
+    longest = LONGEST_STEP / frequency
     exponent = np.inf
     reciprocals = memory(RECIPROCAL)
     for n in (degree, degree - 1):
@@ -118,13 +147,13 @@ def step_size(c: Any, degree: int, problem: Any) -> float:
 
 
 @part
-def expand(c: Any, given: Any, mode: int, problem: Any) -> None:
-    """Continue the first two coefficients to the order of the problem."""
-    constants = behind(given, mode * _CONSTANTS)
-    if mode == CONTACT and problem.cubic:
-        expand_cubic(c, constants, problem.order)
+def expand(c: Any, block: Any, mode: int, order: int) -> None:
+    """Continue the first two coefficients to an order."""
+    constants = behind(block, GIVEN + mode * _CONSTANTS)
+    if mode == CONTACT and block[CUBIC] != 0.0:
+        expand_cubic(c, constants, order)
     else:
-        expand_linear(c, constants, problem.order)
+        expand_linear(c, constants, order)
 
 
 @inner
@@ -171,25 +200,12 @@ def segment_columns(order: int) -> int:
     return _HEAD + 2 * (order + 3)
 
 
-_record = numba.from_dtype
 _matrix = numba.types.Array(numba.float64, 2, "C")
 _row = numba.types.Array(numba.float64, 1, "C")
 
 
 @kernel(
-    numba.int64(
-        numba.types.Array(_record(PROBLEM), 1, "C"),
-        _matrix,
-        numba.types.Array(_record(RUN), 1, "C"),
-        _matrix,
-        _row,
-        _row,
-        _row,
-        _matrix,
-        _matrix,
-        numba.boolean,
-        numba.int64,
-    ),
+    numba.int64(_row, _row, _row, _matrix, _matrix, numba.boolean, numba.int64),
     polynomial,
     recurrences,
     taylor,
@@ -200,11 +216,7 @@ _row = numba.types.Array(numba.float64, 1, "C")
     sys.modules[inner.__module__],
 )
 def advance(
-    problems: Any,
-    given: Any,
-    runs: Any,
-    extremes: Any,
-    work: Any,
+    block: Any,
     switches: Any,
     times: Any,
     samples: Any,
@@ -216,16 +228,9 @@ def advance(
 
     Parameters
     ----------
-    problems : ndarray of PROBLEM, shape (1,)
-        What is asked.
-    given : ndarray, shape (2, 9)
-        The `Constants` of both modes.
-    runs : ndarray of RUN, shape (1,)
-        Where the run is; updated.
-    extremes : ndarray, shape (2, 5)
-        Extremes in the two halves of the horizon; updated.
-    work : ndarray
-        See `polynomials.workspace`.
+    block : ndarray, shape (BLOCK_SIZE,)
+        The `Request`, the `Constants` of both modes, and from `RUN` on what is updated: the `Run`,
+        and the extremes in the two halves of the horizon.
     switches : ndarray, shape (n,)
         Buffer for the times of switches, s.
     times : ndarray, shape (m,)
@@ -244,26 +249,30 @@ def advance(
     int
         How it ended.
     """
-    problem, run = problems[0], runs[0]
-    degree, t_end = problem.order + 1, problem.t_end
-    scratch = memory(work)
+    b = memory(block)
+    order, t_end = int(b[ORDER]), b[T_END]
+    degree = order + 1
+    separation = b[SEPARATION] != 0.0
+    scratch = behind(b, _WORK)
     c = behind(scratch, SCRATCH)
     for n in range(4 * ROWS):
         c[n] = 0.0
-    stage = (problem.half, memory(extremes), scratch)
-    t, remainder, mode = run.t, run.remainder, run.mode
-    x, vx, y, vy = run.x, run.vx, run.y, run.vy
+    stage = (0.5 * t_end, behind(b, SEEN), scratch)
+    x, vx, y, vy, mode = b[_X], b[_VX], b[_Y], b[_VY], int(b[_MODE])
+    t, remainder = b[_T], b[_REMAINDER]
+    switched, stored, sampled = int(b[SWITCHES]), int(b[SEGMENTS]), int(b[_SAMPLES])
+    stalled = int(b[_STALLED])
     ending = PAUSED
     for _ in range(budget):
-        if run.switches == switches.size or (dense and run.segments == segments.shape[0]):
+        if switched == switches.size or (dense and stored == segments.shape[0]):
             ending = FULL
             break
         c[0], c[1], c[2], c[3] = x, y, vx, vy
-        expand(c, memory(given), mode, problem)
-        h = step_size(c, degree, problem)
+        expand(c, b, mode, order)
+        h = step_size(c, degree, b)
         ends = at(c, degree, h)
         root = -1.0
-        if problem.separation:
+        if separation:
             root = first_root(c, degree, h, -1.0 if mode == CONTACT else 1.0, ends, scratch)
             if root >= 0.0:
                 h = root
@@ -284,35 +293,36 @@ def advance(
         new_mode = mode
         if root >= 0.0 and not beyond:
             y = 0.0
-            new_mode = mode_after(x, vx, vy, problem.coupling, problem.preload)
+            new_mode = mode_after(x, vx, vy, b[COUPLING], b[PRELOAD])
             if new_mode != mode:
-                switches[run.switches] = end
-                run.switches += 1
-                run.separations += mode
+                switches[switched] = end
+                switched += 1
+                b[_SEPARATIONS] += mode
         here = (t, remainder, min(end, t_end))
         observe(c, degree, h, ends, here, stage)
         if mode != CONTACT:
-            part = h + run.separated_remainder
-            longer = run.separated + part
-            run.separated_remainder = part - (longer - run.separated)
-            run.separated = longer
-        while run.samples < times.size and (times[run.samples] < end or last):
-            row = behind(memory(samples), run.samples * SAMPLE_COLUMNS)
-            store_sample(c, degree, (times[run.samples] - t) - remainder, mode, row)
-            run.samples += 1
+            part = h + b[_SEPARATED_REMAINDER]
+            longer = b[_SEPARATED] + part
+            b[_SEPARATED_REMAINDER] = part - (longer - b[_SEPARATED])
+            b[_SEPARATED] = longer
+        while sampled < times.size and (times[sampled] < end or last):
+            row = behind(memory(samples), sampled * SAMPLE_COLUMNS)
+            store_sample(c, degree, (times[sampled] - t) - remainder, mode, row)
+            sampled += 1
         if dense:
-            row = behind(memory(segments), run.segments * segments.shape[1])
+            row = behind(memory(segments), stored * segments.shape[1])
             store_segment(c, degree, h, here, mode, row)
-            run.segments += 1
-        run.steps += 1
-        run.stalled = run.stalled + 1 if end == t else 0
+            stored += 1
+        b[_STEPS] += 1.0
+        stalled = stalled + 1 if end == t else 0
         t, remainder, mode = end, rest, new_mode
         if last:
             ending = DONE
             break
-        if run.stalled > MAX_STALLED:
+        if stalled > MAX_STALLED:
             ending = STALLED
             break
-    run.t, run.remainder, run.mode = t, remainder, mode
-    run.x, run.vx, run.y, run.vy = x, vx, y, vy
+    b[_X], b[_VX], b[_Y], b[_VY], b[_MODE] = x, vx, y, vy, mode
+    b[_T], b[_REMAINDER], b[_STALLED] = t, remainder, stalled
+    b[SWITCHES], b[SEGMENTS], b[_SAMPLES] = switched, stored, sampled
     return ending
