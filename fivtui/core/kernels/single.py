@@ -13,9 +13,9 @@ import numpy as np
 
 from .. import polynomial, recurrences, taylor
 from ..recurrences import Constants
-from ..taylor import EXP2_BIAS, LONGEST_STEP, MAX_STALLED
+from ..taylor import EXP2_BIAS, LONGEST_STEP, MAX_ORDER, MAX_STALLED
 from . import expansion, polynomials, steps, vectors
-from .expansion import ROWS, expand_cubic, expand_linear
+from .expansion import GROUP, ROWS, expand_cubic, expand_linear
 from .jit import inner, kernel, part
 from .steps import (
     CONTACT,
@@ -24,6 +24,7 @@ from .steps import (
     RECIPROCAL,
     SCRATCH,
     at,
+    ends_of,
     first_root,
     include,
     include_part,
@@ -31,7 +32,18 @@ from .steps import (
     mode_after,
     scale_column,
 )
-from .vectors import as_float, as_integer, behind, element, memory, store_pair
+from .vectors import (
+    LANES,
+    as_float,
+    as_integer,
+    behind,
+    element,
+    load_lanes,
+    memory,
+    splat,
+    store_lanes,
+    store_pair,
+)
 
 # How a call ends. Only the first three can be continued.
 DONE: Final = 0
@@ -84,6 +96,7 @@ class Run(NamedTuple):
     len(Request._fields)
 )
 _CONSTANTS: Final = len(Constants._fields)
+_LOAD: Final = Constants._fields.index("load")
 GIVEN: Final = len(Request._fields)
 RUN: Final = GIVEN + 2 * _CONSTANTS
 SEEN: Final = RUN + len(Run._fields)
@@ -110,8 +123,9 @@ SAMPLE_COLUMNS: Final = 6
 # Columns of a stored segment before its coefficients in θ = time/duration, those of x first.
 SEGMENT_COLUMNS: Final = ("start", "remainder", "duration", "end", "mode")
 _HEAD: Final = len(SEGMENT_COLUMNS)
-# Beside the scratch of a step, two series of coefficients are worked on.
-BLOCK_SIZE: Final = _WORK + SCRATCH + 4 * ROWS
+# Beside the scratch of a step there are two series of coefficients, and a table for each mode.
+_TABLE: Final = 4 * 2 * MAX_ORDER
+BLOCK_SIZE: Final = _WORK + SCRATCH + 4 * ROWS + 2 * _TABLE
 # What a block begins with, and what of it a call changes.
 BEGIN: Final = struct.Struct(f"={_WORK}d")
 ARRIVED: Final = struct.Struct(f"={_WORK - RUN}d")
@@ -146,14 +160,54 @@ def step_size(c: Any, degree: int, block: Any) -> float:
     return min(longest, as_float(int(exponent) + _EXP2_ZERO))
 
 
+@inner
+def tabulate(table: Any, constants: Any, order: int, work: Any) -> bool:
+    """What velocities and accelerations contribute to the coefficients of a linear motion.
+
+    For every group of rows come the vectors for ẋ, ẏ, ẍ and ÿ. Returns whether all are finite.
+    """
+    rates, unloaded = work, behind(work, 2 * ROWS)
+    for n in range(_CONSTANTS):
+        unloaded[n] = constants[n]
+    unloaded[_LOAD] = 0.0
+    total = 0.0
+    for one in range(4):
+        # The rates of a linear motion follow the same field without the load.
+        for n in range(4):
+            rates[n] = 1.0 if n == one else 0.0
+        expand_linear(rates, unloaded, order)
+        for n in range(2 * order):
+            group, place = n // LANES, n % LANES
+            share = rates[n + 2] / (n // 2 + 2)
+            table[(4 * group + one) * LANES + place] = share
+            total += abs(share)
+    return is_finite(total)
+
+
 @part
-def expand(c: Any, block: Any, mode: int, order: int) -> None:
+def expand(c: Any, constants: Any, cubic: bool, table: Any, tabulated: bool, order: int) -> None:
     """Continue the first two coefficients to an order."""
-    constants = behind(block, GIVEN + mode * _CONSTANTS)
-    if mode == CONTACT and block[CUBIC] != 0.0:
+    if cubic:
         expand_cubic(c, constants, order)
-    else:
+    elif not tabulated:
         expand_linear(c, constants, order)
+    else:
+        xx, xy, yx, yy, xvx, yvy = (
+            constants[0],
+            constants[1],
+            constants[2],
+            constants[3],
+            constants[4],
+            constants[5],
+        )
+        ax, ay = xx * c[0] + xy * c[1], yx * c[0] + yy * c[1]
+        ax, ay = splat(ax + xvx * c[2]), splat((ay - constants[_LOAD]) + yvy * c[3])
+        vx, vy = splat(c[2]), splat(c[3])
+        groups = behind(c, 4)
+        for k in range(order // GROUP):
+            term = load_lanes(table, 4 * k) * vx + load_lanes(table, 4 * k + 1) * vy
+            more = load_lanes(table, 4 * k + 2) * ax + load_lanes(table, 4 * k + 3) * ay
+            store_lanes(groups, k, term + more)
 
 
 @inner
@@ -178,7 +232,7 @@ def observe(
 @inner
 def store_sample(c: Any, degree: int, t: float, mode: int, row: Any) -> None:
     """Write the state at `t` into a row of samples."""
-    value, slope, _, _ = at(c, degree, t)
+    value, slope = at(c, degree, t)
     store_pair(row, 0, value)
     store_pair(row, 1, slope)
     row[4] = mode
@@ -262,28 +316,36 @@ def advance(
     t, remainder = b[_T], b[_REMAINDER]
     switched, stored, sampled = int(b[SWITCHES]), int(b[SEGMENTS]), int(b[_SAMPLES])
     stalled = int(b[_STALLED])
+    tables, cubic = behind(c, 4 * ROWS), b[CUBIC] != 0.0
+    tabulated = True
+    for n in range(2):
+        if (separation or n == CONTACT) and not (cubic and n == CONTACT):
+            constants = behind(b, GIVEN + n * _CONSTANTS)
+            tabulated &= tabulate(behind(tables, n * _TABLE), constants, order, c)
     ending = PAUSED
     for _ in range(budget):
         if switched == switches.size or (dense and stored == segments.shape[0]):
             ending = FULL
             break
         c[0], c[1], c[2], c[3] = x, y, vx, vy
-        expand(c, b, mode, order)
+        constants = behind(b, GIVEN + mode * _CONSTANTS)
+        table = behind(tables, mode * _TABLE)
+        expand(c, constants, cubic and mode == CONTACT, table, tabulated, order)
         h = step_size(c, degree, b)
-        ends = at(c, degree, h)
+        ends = ends_of(c, degree, h)
         root = -1.0
         if separation:
             root = first_root(c, degree, h, -1.0 if mode == CONTACT else 1.0, ends, scratch)
             if root >= 0.0:
                 h = root
-                ends = at(c, degree, h)
+                ends = ends_of(c, degree, h)
         increment = h + remainder
         end = t + increment
         rest = (t - (end - (end - t))) + (increment - (end - t))
         beyond, last = end > t_end, end >= t_end
         if beyond:
             h = (t_end - t) - remainder
-            ends = at(c, degree, h)
+            ends = ends_of(c, degree, h)
         x, y = element(ends[0], 0), element(ends[0], 1)
         vx, vy = element(ends[1], 0), element(ends[1], 1)
         if not is_finite(x + y + vx + vy) or h == 0.0:
