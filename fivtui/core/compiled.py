@@ -155,9 +155,10 @@ def _begun(problem: Problem, single: Any, order: int, first_mode: Mode) -> NDArr
     return block
 
 
-def _extremes(*seen: float) -> tuple[Extremes, Extremes]:
+def _extremes(
+    x_min: float, y_min: float, x_max: float, y_max: float, vx_max: float, *later: float
+) -> tuple[Extremes, Extremes]:
     # Over the whole run and over its second half, from a row of each half.
-    x_min, y_min, x_max, y_max, vx_max, *later = seen
     second_half = Extremes.of(*later)
     whole = Extremes.of(x_min, y_min, x_max, y_max, vx_max)
     whole.merge(second_half)

@@ -159,7 +159,6 @@ def first_root(c: Any, degree: int, h: float, side: float, ends: Any, work: Any)
     if min(first, near, far, final) > off:
         return -1.0
     curve = (first, near, far, final), (slope, last_slope)
-    curve = (first, near, far, final), (slope, last_slope)
     return _settled(c, degree, h, side, curve, element(slope_offs, 1), work)
 
 
@@ -170,12 +169,14 @@ def _settled(
     # The first switch, where the values alone do not rule it out.
     (first, near, far, final), (slope, last_slope) = curve
     fresh, b = c[1] == 0.0, behind(work, CALLER)
-    found = 1 if first > 0.0 and final < 0.0 else 2
-    if found > 1 or not _is_monotone(near, far, slope, last_slope, slope_off):
+    falls = first > 0.0 and final < 0.0
+    if first > 0.0 and final != 0.0 and _is_monotone(near, far, slope, last_slope, slope_off):
+        found = 1 if falls else 0
+    else:
         skipped = 1 if fresh else 0
         transform(behind(c, 2 * skipped + 1), 2, degree + 1 - skipped, h, b)
         found = variations(b, degree + 1 - skipped)
-    if found == 1 and first > 0.0 and final < 0.0:
+    if falls and found == 1:
         guess = _guess(first, final, slope, last_slope)
         return _refined(c, degree, h, side, fresh, guess * h)
     if found > 0:
