@@ -4,17 +4,19 @@ import time
 from collections.abc import Mapping
 from typing import Final
 
+from .core.integration import check_has_kernels, integrate
 from .core.methods import METHODS
 from .core.outcome import Transient
 from .core.parameters import Parameters, unknown_name
 from .core.recorder import OnSamples, Samples
 from .core.request import DEFAULT_T_END, DEFAULT_TOL, Start, make_problem
-from .core.transient import MAX_STEPS, KernelChoice, Progress, check_has_kernels, integrate
+from .core.transient import MAX_STEPS, KernelChoice, Progress
 
 ALL_METHODS: Final[Mapping[str, str]] = {
     **{name: method.meaning for name, method in METHODS.items()},
     "fmu": "the FMU, run by fmpy",
 }
+_BASE: Final = Parameters()
 
 
 def simulate(
@@ -86,7 +88,7 @@ def simulate(
     >>> simulate(Parameters(F=80.0), t_end=100.0).events.separations
     74
     """
-    p = Parameters() if parameters is None else parameters
+    p = _BASE if parameters is None else parameters
     if method not in ALL_METHODS:
         raise unknown_name("method", method, ALL_METHODS)
     begin = time.thread_time()

@@ -10,12 +10,12 @@ from numpy.typing import NDArray
 
 from .attraction import Attraction
 from .errors import Cancelled, ComputationError
+from .integration import integrate
 from .model import Mode, State, equilibrium, static_start
 from .outcome import Kernel, Transient
 from .parameters import Parameters
 from .request import Start, resolve_start
 from .shooting import PeriodicOrbit, Section, shoot
-from .transient import integrate
 
 Progress = Callable[[float], bool]
 

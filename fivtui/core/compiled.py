@@ -1,7 +1,6 @@
 """Single runs by the compiled kernel."""
 
 import math
-import struct
 from typing import Any, Final
 
 import numpy as np
@@ -15,7 +14,7 @@ from .model import Mode, mode_of
 from .outcome import Stats, Transient, assemble
 from .parameters import Parameters
 from .recorder import OnSamples, Samples, sample_times
-from .recurrences import Constants, Field, constants, field_of
+from .recurrences import Field, constants, field_of
 from .stiffness import stiffness_of
 from .taylor import local_tolerance, order_for, overflow_error, stall_error
 from .trajectory import DenseSolution, Trajectory, trajectory_of
@@ -29,12 +28,8 @@ _SWITCHES: Final = 256
 _SEGMENTS: Final = 512
 # Samples that are handed out together.
 _PART: Final = 1024
-# What the kernel is given, as it lies in memory: the problem, the constants of both modes, and how
-# a run begins: its state and its mode.
-_PROBLEM: Final = struct.Struct("=7d3q")
-_GIVEN: Final = struct.Struct(f"={len(Mode) * len(Constants._fields)}d")
-_BEGIN: Final = struct.Struct("=4dq")
 _NO_TIMES: Final = np.empty(0)
+_NO_ROWS: Final = np.empty((0, 0))
 
 kernels: Final = KernelLoader("single")
 
@@ -81,57 +76,42 @@ def run(
     first_mode = mode_of(p, problem.start, separation=problem.separation)
     times = sample_times(samples, t_end)
     dense = isinstance(samples, str) and samples == "dense"
-    request, given = _asked(problem, single, order)
-    where = single.NOT_BEGUN.copy()
-    _BEGIN.pack_into(where.data, 0, *problem.start, first_mode)
-    halves = single.NOTHING_SEEN.copy()
-    work = np.empty(single.WORK_SIZE)
+    block = _begun(problem, single, order, first_mode)
     switches = np.empty(_SWITCHES)
     moments = _NO_TIMES if times is None else times
-    states = np.empty((moments.size, single.SAMPLE_COLUMNS))
-    segments = np.empty((_SEGMENTS if dense else 0, single.segment_columns(order)))
+    states = _NO_ROWS if times is None else np.empty((times.size, single.SAMPLE_COLUMNS))
+    segments = np.empty((_SEGMENTS, single.segment_columns(order))) if dense else _NO_ROWS
     switched: list[NDArray[np.float64]] = []
     stored: list[NDArray[np.float64]] = []
     portion = _PAUSE if progress is None and on_samples is None else _REPORT
     reached, steps, given_out, ending = 0.0, 0, 0, single.PAUSED
+    arrived: tuple[float, ...] = ()
     while ending != single.DONE:
         if progress is not None and not progress(reached / t_end):
             raise Cancelled
         budget = min(portion, max_steps - steps)
         if budget <= 0:
             raise step_limit_error(max_steps, reached, t_end, stiffness_of(problem))
-        ending = single.advance(
-            request,
-            given,
-            where,
-            halves,
-            work,
-            switches,
-            moments,
-            states,
-            segments,
-            dense,
-            budget,
-        )
-        here = single.Run(*where.item())
-        reached, steps = here.t, here.steps
+        ending = single.advance(block, switches, moments, states, segments, dense, budget)
+        arrived = single.ARRIVED.unpack_from(block, single.RUN_BYTES)
+        here = single.Run(*arrived[: single.RUN_SIZE])
+        reached, steps = here.t, int(here.steps)
         if on_samples is not None:
-            part = slice(given_out, here.samples)
+            part = slice(given_out, int(here.samples))
             given_out = _hand_out(p, moments, states, on_samples, part)
         if ending in (single.DONE, single.FULL):
-            switched.append(switches[: here.switches].copy())
+            switched.append(switches[: int(here.switches)])
             if dense:
-                stored.append(segments[: here.segments].copy())
+                stored.append(segments[: int(here.segments)])
             if ending == single.FULL:
-                where["switches"] = where["segments"] = 0
+                switches, segments = np.empty_like(switches), np.empty_like(segments)
+                block[single.SWITCHES] = block[single.SEGMENTS] = 0.0
         elif ending != single.PAUSED:
             overflow = ending == single.OVERFLOW
             raise overflow_error(reached, here[:4]) if overflow else stall_error(reached)
     if progress is not None:
         progress(1.0)
-    earlier, later = halves.tolist()
-    whole, second_half = Extremes.of(*earlier), Extremes.of(*later)
-    whole.merge(second_half)
+    whole, second_half = _extremes(*arrived[single.RUN_SIZE :])
     return assemble(
         problem,
         "taylor",
@@ -139,25 +119,24 @@ def run(
         whole=whole,
         second_half=second_half,
         switches=switched[0] if len(switched) == 1 else np.concatenate(switched),
-        separations=here.separations,
+        separations=int(here.separations),
         separated_time=here.separated,
-        stats=Stats(steps=steps, kernel="compiled"),
+        stats=Stats(steps, None, "compiled"),
         first_mode=first_mode,
         trajectory=None if times is None else _trajectory(p, times, states),
         solution=_solution(p, np.concatenate(stored), order + 1) if dense else None,
     )
 
 
-def _asked(problem: Problem, single: Any, order: int) -> tuple[NDArray[Any], NDArray[np.float64]]:
-    # The problem and the constants of both modes as the kernel reads them.
-    p, t_end = problem.parameters, problem.t_end
+def _begun(problem: Problem, single: Any, order: int, first_mode: Mode) -> NDArray[np.float64]:
+    # What is asked, and a run that has not begun, as the kernel reads them.
+    p = problem.parameters
     stiffness = p.k1 + p.k2 + p.k3
-    request = np.empty(1, single.PROBLEM)
-    _PROBLEM.pack_into(
-        request.data,
+    block = np.empty(single.BLOCK_SIZE)
+    single.BEGIN.pack_into(
+        block,
         0,
-        t_end,
-        0.5 * t_end,
+        problem.t_end,
         local_tolerance(problem.tol),
         0.5 * p.k3,
         p.F,
@@ -166,10 +145,24 @@ def _asked(problem: Problem, single: Any, order: int) -> tuple[NDArray[Any], NDA
         order,
         problem.separation,
         field_of(p, Mode.CONTACT) is Field.CUBIC,
+        *constants(p, Mode.SEPARATED),
+        *constants(p, Mode.CONTACT),
+        *problem.start,
+        first_mode,
+        *single.NOT_BEGUN,
+        *single.NOTHING_SEEN,
     )
-    given = np.empty((len(Mode), len(Constants._fields)))
-    _GIVEN.pack_into(given.data, 0, *constants(p, Mode.SEPARATED), *constants(p, Mode.CONTACT))
-    return request, given
+    return block
+
+
+def _extremes(
+    x_min: float, y_min: float, x_max: float, y_max: float, vx_max: float, *later: float
+) -> tuple[Extremes, Extremes]:
+    # Over the whole run and over its second half, from a row of each half.
+    second_half = Extremes.of(*later)
+    whole = Extremes.of(x_min, y_min, x_max, y_max, vx_max)
+    whole.merge(second_half)
+    return whole, second_half
 
 
 def _hand_out(

@@ -14,9 +14,9 @@ from typing import Final
 
 from . import compiled
 from .errors import Cancelled, ComputationError
+from .integration import integrate
 from .methods import Problem
 from .model import State
-from .transient import integrate
 
 # Distance of the neighbour, relative to the size of the motion.
 _DISTANCE: Final = 1e-7

@@ -233,8 +233,11 @@ def static_start(p: Parameters, *, separation: bool = True) -> State:
     ComputationError
         If there is no such equilibrium, see `equilibrium`.
     """
-    rest = equilibrium(p, separation=separation, mu=0.0)
-    return (rest.x, 0.0, rest.y, 0.0)
+    h = 0.5 * p.k3
+    y = resting_height(h, (p.k1, p.k2, p.k_nl), p.F, 0.0, separation)
+    if not math.isfinite(y):
+        raise no_equilibrium_error(p.F)
+    return (h * y / (p.k1 + h), 0.0, y, 0.0)
 
 
 def jacobian(p: Parameters, y: float, mode: Mode) -> Matrix:

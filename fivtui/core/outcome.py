@@ -3,7 +3,7 @@
 import math
 from dataclasses import dataclass
 from itertools import pairwise
-from typing import Literal
+from typing import Literal, TypeVar, dataclass_transform
 
 import numpy as np
 from numpy.typing import NDArray
@@ -16,9 +16,16 @@ from .taylor import overflow_error
 from .trajectory import DenseSolution, Trajectory
 
 Kernel = Literal["compiled", "interpreted", "exact"]
+T = TypeVar("T")
 
 
-@dataclass(frozen=True, slots=True)
+@dataclass_transform(frozen_default=True)
+def _record(cls: type[T]) -> type[T]:
+    # Frozen for type checkers: to be so at run time takes longer than a tenth of a whole run.
+    return dataclass(slots=True, unsafe_hash=True)(cls)
+
+
+@_record
 class FinalState:
     """State at the end: t in s, x and y in m, vx and vy in m/s."""
 
@@ -29,7 +36,7 @@ class FinalState:
     vy: float
 
 
-@dataclass(frozen=True, slots=True)
+@_record
 class Peak:
     """Exact extremes over the whole run, m; `vx_max`, m/s, is the least valid belt speed."""
 
@@ -40,14 +47,14 @@ class Peak:
     vx_max: float
 
 
-@dataclass(frozen=True, slots=True)
+@_record
 class Steady:
     """Half range of y over the second half of the horizon, m."""
 
     y_half_range: float
 
 
-@dataclass(frozen=True, slots=True)
+@_record
 class ContactForce:
     """Least and greatest contact force over the run, N."""
 
@@ -55,7 +62,7 @@ class ContactForce:
     max: float
 
 
-@dataclass(frozen=True, slots=True)
+@_record
 class Events:
     """Switches of the run.
 
@@ -96,7 +103,7 @@ class Stats:
     kernel: Kernel | None = None
 
 
-@dataclass(frozen=True, slots=True)
+@_record
 class Transient:
     """Result of a transient.
 
@@ -205,44 +212,31 @@ def assemble(
     ComputationError
         If the contact force is out of the range of numbers.
     """
-    p, considered = problem.parameters, problem.separation
+    p, considered, t_end = problem.parameters, problem.separation, problem.t_end
+    y_min, y_max = whole.y_min, whole.y_max
     # P decreases with y, so its extremes are those of y, except that it ends at zero.
-    highest = min(whole.y_max, 0.0) if considered else whole.y_max
-    lowest = min(whole.y_min, 0.0) if considered else whole.y_min
-    force = ContactForce(
-        min=contact_force(p, highest, Mode.CONTACT) + 0.0,
-        max=contact_force(p, lowest, Mode.CONTACT) + 0.0,
-    )
-    if not math.isfinite(force.max - force.min):
-        raise overflow_error(problem.t_end, final)
+    highest, lowest = (min(y_max, 0.0), min(y_min, 0.0)) if considered else (y_max, y_min)
+    weakest = contact_force(p, highest, Mode.CONTACT) + 0.0
+    strongest = contact_force(p, lowest, Mode.CONTACT) + 0.0
+    if not math.isfinite(strongest - weakest):
+        raise overflow_error(t_end, final)
+    first, last = (float(switches[0]), float(switches[-1])) if switches.size else (None, None)
     return Transient(
-        parameters=p,
-        separation=considered,
-        start=problem.start,
-        t_end=problem.t_end,
-        method=method,
-        tol=problem.tol,
-        step=problem.step,
-        final=FinalState(problem.t_end, *final),
-        peak=Peak(
-            y_abs=max(whole.y_max, -whole.y_min),
-            y_max=whole.y_max,
-            y_min=whole.y_min,
-            x_abs=max(whole.x_max, -whole.x_min),
-            vx_max=whole.vx_max,
-        ),
-        steady=Steady(y_half_range=0.5 * (second_half.y_max - second_half.y_min)),
-        contact_force=force,
-        events=Events(
-            separations=separations,
-            reattachments=len(switches) - separations,
-            separated_time=separated_time,
-            first=float(switches[0]) if switches.size else None,
-            last=float(switches[-1]) if switches.size else None,
-        ),
-        stats=stats,
-        switch_times=switches,
-        first_mode=first_mode,
-        trajectory=trajectory,
-        solution=solution,
+        p,
+        considered,
+        problem.start,
+        t_end,
+        method,
+        problem.tol,
+        problem.step,
+        FinalState(t_end, *final),
+        Peak(max(y_max, -y_min), y_max, y_min, max(whole.x_max, -whole.x_min), whole.vx_max),
+        Steady(0.5 * (second_half.y_max - second_half.y_min)),
+        ContactForce(weakest, strongest),
+        Events(separations, switches.size - separations, separated_time, first, last),
+        stats,
+        switches,
+        first_mode,
+        trajectory,
+        solution,
     )

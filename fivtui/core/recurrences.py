@@ -11,8 +11,10 @@ give, for every n ≥ 0,
 
     zₙ₊₂ = C zₙ₊₁/(n+2) + (a xₙ + b yₙ − d qₙ − (0, F/m) δₙ₀)/((n+1)(n+2))
 
-The newest coefficient yₙ is taken out of both products (sₙ = 2 y₀ yₙ + …, qₙ = 3 s₀ yₙ + …), so
-that little more than one multiplication and one addition waits for it.
+The newest coefficient yₙ is taken out of both products, so that little more than one
+multiplication and one addition waits for it: with rₙ = sₙ + y₀ yₙ, and sums over 0 < i < n,
+
+    rₙ = 3 y₀ yₙ + Σ yᵢ yₙ₋ᵢ,   qₙ = 3 s₀ yₙ + Σ yᵢ rₙ₋ᵢ
 
 `recurrences` is the only place where this is written. It is arithmetic on whatever it is given:
 numbers, text (straight-line Python, which runs several times faster than a loop), or values of a
@@ -73,6 +75,12 @@ class Backend(Protocol[T, B]):
 
     def both(self, x: T, y: T, /) -> B:
         """A pair."""
+
+    def fused(self, value: B, factor: float, rest: B, /) -> B:
+        """The pair value × factor + rest, where `rest` is known first."""
+
+    def products(self, y: Sequence[T], r: Sequence[T], n: int, /) -> tuple[T, T]:
+        """The sums of yᵢ yₙ₋ᵢ and of yᵢ rₙ₋ᵢ over 0 < i < n, where n > 1."""
 
     def keep(self, name: str, value: T, /) -> T:
         """Keep a value."""
@@ -177,45 +185,46 @@ def recurrences(
     xx, xy, yx, yy, xvx, yvy, friction, cubic, load = given
     a, b, damping = backend.both(xx, yx), backend.both(xy, yy), backend.both(xvx, yvy)
     z = [backend.both(state[0], state[2]), backend.both(state[1], state[3])]
-    y, s = [state[2], state[3]], list[T]()
+    y, r = [state[2], state[3]], [state[2]]
     pull = a * z[0].x + b * y[0]
     pull = backend.both(pull.x, pull.y - load)
     if field is Field.CUBIC:
         d = backend.keep_both("d", backend.both(friction * cubic, cubic))
-        s.append(backend.keep("s0", y[0] * y[0]))
-        twice = backend.keep("twice", y[0] + y[0])
-        pull = pull - d * backend.keep("q", s[0] * y[0])
-        b = backend.keep_both("b", b - d * backend.keep("slope", s[0] * 3.0))
+        thrice = backend.keep("thrice", y[0] * 3.0)
+        square = backend.keep("square", y[0] * y[0])
+        pull = pull - d * backend.keep("q", square * y[0])
+        b = backend.keep_both("b", b - d * backend.keep("slope", square * 3.0))
     for n in count():
         if n > 0:
             pull = a * z[n].x + b * y[n]
         if n > 0 and field is Field.CUBIC:
-            square = twice * y[n]
+            newest = thrice * y[n]
             if n > 1:
-                rest = backend.keep(f"rest{n}", _square(y, n))
-                pull = pull - d * backend.keep("q", _product(y, s, n) + y[0] * rest)
-                square = rest + square
-            s.append(backend.keep(f"s{n}", square))
+                rest, product = backend.products(y, r, n)
+                pull = pull - d * backend.keep("q", product)
+                newest = rest + newest
+            r.append(backend.keep(f"r{n}", newest))
         share = 1.0 / ((n + 1) * (n + 2))
-        new = damping * (1.0 / (n + 2)) * z[n + 1] + pull * share
+        new = backend.fused(pull, share, damping * (1.0 / (n + 2)) * z[n + 1])
         z.append(backend.keep_both(f"{n + 2}", new))
         y.append(z[-1].y)
         yield z[-1]
 
 
-def _square(y: Sequence[T], n: int) -> T:
-    # Coefficient n of y² without y₀, each mixed product once, the newest factors last.
-    mixed = [y[i] * y[n - i] for i in range((n - 1) // 2, 0, -1)]
-    terms = [y[n // 2] * y[n // 2]] if n % 2 == 0 else []
-    if mixed:
-        terms.append(reduce(add, mixed) * 2.0)
-    return reduce(add, terms)
+def newest_last(n: int) -> list[int]:
+    """The indices 0 < i < n, those last for which i or n − i is nearest to n.
 
+    Parameters
+    ----------
+    n : int
+        Degree of a product.
 
-def _product(y: Sequence[T], s: Sequence[T], n: int) -> T:
-    # Coefficient n of y s without y₀ and s₀, the newest factors last.
-    order = sorted(range(1, n), key=lambda i: min(i, n - i), reverse=True)
-    return reduce(add, [y[i] * s[n - i] for i in order])
+    Returns
+    -------
+    list of int
+        The order in which its terms become known.
+    """
+    return sorted(range(n - 1, 0, -1), key=lambda i: min(i, n - i), reverse=True)
 
 
 @dataclass(frozen=True, slots=True)
@@ -242,6 +251,18 @@ class Values(Generic[T]):
     def both(self, x: T, y: T) -> Pair[T]:
         """A pair of them."""
         return Pair(x, y)
+
+    def fused(self, value: Pair[T], factor: float, rest: Pair[T]) -> Pair[T]:
+        """The product and the sum."""
+        return value * factor + rest
+
+    def products(self, y: Sequence[T], r: Sequence[T], n: int) -> tuple[T, T]:
+        """The sums, each mixed product of y once."""
+        mixed = [y[i] * y[n - i] for i in range((n - 1) // 2, 0, -1)]
+        terms = [y[n // 2] * y[n // 2]] if n % 2 == 0 else []
+        if mixed:
+            terms.append(reduce(add, mixed) * 2.0)
+        return reduce(add, terms), reduce(add, [y[i] * r[n - i] for i in newest_last(n)])
 
     def keep(self, _name: str, value: T) -> T:
         """The value itself."""

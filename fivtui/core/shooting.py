@@ -13,9 +13,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from .errors import ComputationError
+from .integration import integrate
 from .model import State
 from .parameters import Parameters
-from .transient import integrate
 from .variation import Flow, flow
 
 _MOST_ITERATIONS: Final = 10

@@ -4,18 +4,35 @@
 `core.taylor` chooses, so that one kernel serves them all.
 """
 
+from collections.abc import Sequence
+from functools import reduce
 from itertools import islice
+from operator import add
 from typing import Any, Final
 
+from llvmlite import ir
 from numba import types
+from numba.core import cgutils
 
-from ..recurrences import Constants, Field, Values, recurrences
+from ..recurrences import Constants, Field, Values, newest_last, recurrences
 from ..taylor import MAX_ORDER, MIN_ORDER, ORDER_STEP
 from .jit import intrinsic
-from .vectors import ALIGNMENT, CONTRACT, LANES, constant, extract, join, pointer, spread
+from .vectors import (
+    ALIGNMENT,
+    CONTRACT,
+    LANES,
+    concatenate,
+    constant,
+    extract,
+    join,
+    pointer,
+    spread,
+)
 
 # Rows of a workspace: coefficients of a degree one above the order.
 ROWS: Final = MAX_ORDER + 2
+# From the second degree on the rows of one parameter set, x and y, come in vectors of four.
+GROUP: Final = LANES // 2
 
 
 class _Value:
@@ -70,6 +87,25 @@ class _Registers(Values[_Value]):
     def both(self, x: _Value, y: _Value) -> Any:
         return _Both(x.builder, join(x.builder, x.value, y.value))
 
+    def fused(self, value: Any, factor: float, rest: Any) -> Any:
+        builder, kind = value.builder, value.value.type
+        signature = ir.FunctionType(kind, [kind] * 3)
+        name = f"llvm.fmuladd.v{kind.count}f64"
+        function = cgutils.get_or_insert_function(builder.module, signature, name)
+        share = constant(kind, factor)
+        return _Both(builder, builder.call(function, [value.value, share, rest.value]))
+
+    def products(self, y: Sequence[_Value], r: Sequence[_Value], n: int) -> tuple[_Value, _Value]:
+        # Both sums in one register, but for the newest terms: the sums wait for one another there.
+        if n == 2:
+            return y[1] * y[1], y[1] * r[1]
+        square, product = y[n - 1] * (y[1] * 2.0), y[n - 1] * r[1]
+        if n > 3:
+            older = [self.both(y[n - i], r[n - i]) * y[i] for i in newest_last(n)[:-2]]
+            sums = reduce(add, older)
+            square, product = sums.x + square, sums.y + product
+        return square, product + y[1] * r[n - 1]
+
 
 def _expansion(field: Field, width: int) -> Any:
     backend: Any = _Registers() if width == 1 else Values[_Value]()
@@ -88,10 +124,17 @@ def _expansion(field: Field, width: int) -> Any:
             constants = [load(given, place) for place in range(len(Constants._fields))]
             done = builder.append_basic_block("expanded")
             terms = islice(recurrences(field, state, constants, backend), MAX_ORDER)
+            rows = list[Any]()
             for reached, term in enumerate(terms, 1):
                 if isinstance(term, _Both):
-                    address = pointer(builder, memory, reached + 1, 2)
-                    builder.store(term.value, address, align=ALIGNMENT)
+                    # What is stored at once can be loaded at once.
+                    rows.append(term.value)
+                    if len(rows) == GROUP:
+                        address = pointer(builder, memory, 2 * (reached + 2 - GROUP), 1)
+                        group = concatenate(builder, rows)
+                        address = builder.bitcast(address, group.type.as_pointer())
+                        builder.store(group, address, align=ALIGNMENT)
+                        rows = []
                 else:
                     for place, value in enumerate((term.x, term.y), 2 * (reached + 1)):
                         address = pointer(builder, memory, place, width)

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from ..polynomial import MAX_DEPTH
 from .expansion import ROWS
-from .jit import inner
+from .jit import inner, part
 from .vectors import (
     LANES,
     behind,
@@ -58,6 +58,7 @@ def _to_bernstein() -> NDArray[np.float64]:
 
 
 _TO_BERNSTEIN: Final = _to_bernstein().ravel()
+_NOTHING: Final = np.zeros(_PADDED)
 
 
 @inner
@@ -119,27 +120,65 @@ def refine(
     return t
 
 
+@part
+def transform(c: Any, stride: int, size: int, h: float, b: Any) -> None:
+    """Bernstein coefficients on [0, h] of the polynomial whose coefficients are every `stride`-th.
+
+    They are followed by zeros up to the end of a row.
+    """
+    table = behind(memory(_TO_BERNSTEIN), size * _PADDED * _PADDED)
+    first, second, third, power = splat(0.0), splat(0.0), splat(0.0), 1.0
+    for n in range(size):
+        factor = c[stride * n] * power
+        first = first + load_lanes(table, _VECTORS * n) * factor
+        second = second + load_lanes(table, _VECTORS * n + 1) * factor
+        third = third + load_lanes(table, _VECTORS * n + 2) * factor
+        power *= h
+    store_lanes(b, 0, first)
+    store_lanes(b, 1, second)
+    store_lanes(b, 2, third)
+
+
+@part
+def below(b: Any, bound: Any) -> int:
+    """Which numbers of a row are less than a bound, or than those of another row, as bits."""
+    return (
+        bits(load_lanes(b, 0) < load_lanes(bound, 0))
+        | bits(load_lanes(b, 1) < load_lanes(bound, 1)) << LANES
+        | bits(load_lanes(b, 2) < load_lanes(bound, 2)) << 2 * LANES
+    )
+
+
+@part
+def changes(negative: int, positive: int, size: int) -> int:
+    """Changes of sign in a row of numbers, `size` if one of them is zero."""
+    if (negative | positive) & ((1 << size) - 1) != (1 << size) - 1:
+        return size
+    return ones((negative ^ (negative >> 1)) & ((1 << (size - 1)) - 1))
+
+
 @inner
 def bernstein(c: Any, size: int, b: Any) -> int:
     """Bernstein coefficients; returns the variations of their signs, or `size` if one is zero.
 
     Without a variation there is no root inside; with one there is exactly one.
     """
-    table = behind(memory(_TO_BERNSTEIN), size * _PADDED * _PADDED)
-    first, second, third = splat(0.0), splat(0.0), splat(0.0)
-    for n in range(size):
-        factor = c[n]
-        first = first + load_lanes(table, _VECTORS * n) * factor
-        second = second + load_lanes(table, _VECTORS * n + 1) * factor
-        third = third + load_lanes(table, _VECTORS * n + 2) * factor
-    store_lanes(b, 0, first)
-    store_lanes(b, 1, second)
-    store_lanes(b, 2, third)
-    negative = bits(first < 0.0) | bits(second < 0.0) << LANES | bits(third < 0.0) << 2 * LANES
-    positive = bits(first > 0.0) | bits(second > 0.0) << LANES | bits(third > 0.0) << 2 * LANES
-    if (negative | positive) != (1 << size) - 1:
-        return size
-    return ones((negative ^ (negative >> 1)) & ((1 << (size - 1)) - 1))
+    transform(c, 1, size, 1.0, b)
+    return variations(b, size)
+
+
+@inner
+def variations(b: Any, size: int) -> int:
+    """Variations of sign in a row, `size` if a number is zero."""
+    nothing = memory(_NOTHING)
+    return changes(below(b, nothing), below(nothing, b), size)
+
+
+@inner
+def turns(b: Any, size: int) -> int:
+    """Variations of sign of the differences in a row, `size` if one of them is zero."""
+    after = behind(b, 1)
+    return changes(below(after, b), below(b, after), size - 1)
 
 
 @inner
@@ -169,8 +208,8 @@ def sign_roots(c: Any, size: int, limit: int, work: Any) -> int:
         top -= 1
         b = behind(work, _STACK + top * _WIDTH)
         left, right, depth = b[_LEFT], b[_RIGHT], b[_DEPTH]
-        variations = _variations(b, size)
-        if variations > 1 and depth < MAX_DEPTH:
+        count_here = _variations(b, size)
+        if count_here > 1 and depth < MAX_DEPTH:
             # The lower part is taken first: it goes on top.
             lower = behind(b, _WIDTH)
             part = _split(b, lower, behind(work, _SPARE), size)
@@ -178,7 +217,7 @@ def sign_roots(c: Any, size: int, limit: int, work: Any) -> int:
             b[_LEFT], b[_RIGHT], b[_DEPTH] = middle, right, depth + 1.0
             lower[_LEFT], lower[_RIGHT], lower[_DEPTH] = left, middle, depth + 1.0
             top += 2
-        elif variations % 2 == 1:
+        elif count_here % 2 == 1:
             middle = 0.5 * (left + right)
             work[_FOUND + count] = refine(c, size, (left, right), negative, middle, PRECISE)
             negative = not negative
@@ -244,10 +283,10 @@ def widen(c: Any, size: int, low: float, high: float, work: Any) -> tuple[float,
     for n in range(1, size):
         d[n - 1] = n * c[n]
     d[size - 1] = 0.0
-    variations = bernstein(d, size - 1, behind(work, _STACK))
-    if variations == 0:
+    found = bernstein(d, size - 1, behind(work, _STACK))
+    if found == 0:
         return low, high
-    if variations == 1:
+    if found == 1:
         guess = slope / (slope - last_slope)
         place = refine(d, size - 1, (0.0, 1.0), slope < 0.0, guess, EXTREME)
         value = evaluate(c, size, place)

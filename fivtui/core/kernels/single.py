@@ -4,6 +4,7 @@ Step for step the same as `core.taylor` under `core.transient`; kept apart from 
 compiler wants flat data. `c` are the coefficients of x and y, unscaled, one row a degree.
 """
 
+import struct
 import sys
 from typing import Any, Final, NamedTuple
 
@@ -12,9 +13,9 @@ import numpy as np
 
 from .. import polynomial, recurrences, taylor
 from ..recurrences import Constants
-from ..taylor import EXP2_BIAS, LONGEST_STEP, MAX_STALLED
+from ..taylor import EXP2_BIAS, LONGEST_STEP, MAX_ORDER, MAX_STALLED
 from . import expansion, polynomials, steps, vectors
-from .expansion import ROWS, expand_cubic, expand_linear
+from .expansion import GROUP, ROWS, expand_cubic, expand_linear
 from .jit import inner, kernel, part
 from .steps import (
     CONTACT,
@@ -23,6 +24,7 @@ from .steps import (
     RECIPROCAL,
     SCRATCH,
     at,
+    ends_of,
     first_root,
     include,
     include_part,
@@ -30,7 +32,18 @@ from .steps import (
     mode_after,
     scale_column,
 )
-from .vectors import as_float, as_integer, behind, element, memory, store_pair
+from .vectors import (
+    LANES,
+    as_float,
+    as_integer,
+    behind,
+    element,
+    load_lanes,
+    memory,
+    splat,
+    store_lanes,
+    store_pair,
+)
 
 # How a call ends. Only the first three can be continued.
 DONE: Final = 0
@@ -39,21 +52,19 @@ FULL: Final = 2
 OVERFLOW: Final = 3
 STALLED: Final = 4
 
-PROBLEM: Final = np.dtype(
-    [
-        ("t_end", "f8"),
-        ("half", "f8"),
-        ("tol", "f8"),
-        ("coupling", "f8"),
-        ("preload", "f8"),
-        ("deflection", "f8"),
-        ("frequency", "f8"),
-        ("order", "i8"),
-        ("separation", "i8"),
-        ("cubic", "i8"),
-    ],
-    align=True,
-)
+
+class Request(NamedTuple):
+    """What is asked, SI units; the constants of both modes follow it."""
+
+    t_end: float
+    tol: float
+    coupling: float
+    preload: float
+    deflection: float
+    frequency: float
+    order: int
+    separation: bool
+    cubic: bool
 
 
 class Run(NamedTuple):
@@ -66,44 +77,76 @@ class Run(NamedTuple):
     vx: float
     y: float
     vy: float
-    mode: int
-    t: float = 0.0
-    remainder: float = 0.0
-    separated: float = 0.0
-    separated_remainder: float = 0.0
-    stalled: int = 0
-    steps: int = 0
-    separations: int = 0
-    switches: int = 0
-    segments: int = 0
-    samples: int = 0
+    mode: float
+    t: float
+    remainder: float
+    separated: float
+    separated_remainder: float
+    stalled: float
+    steps: float
+    separations: float
+    switches: float
+    segments: float
+    samples: float
 
 
-RUN: Final = np.dtype(list(Run.__annotations__.items()), align=True)
-NOT_BEGUN: Final = np.zeros(1, RUN)
-# One row of extremes for each half of the horizon.
-NOTHING_SEEN: Final = np.tile(NO_EXTREMES, (2, 1))
+# A block holds what is asked, the constants of the modes, where the run is, a row of extremes for
+# each half of the horizon, and room to work.
+(T_END, TOL, COUPLING, PRELOAD, DEFLECTION, FREQUENCY, ORDER, SEPARATION, CUBIC) = range(
+    len(Request._fields)
+)
+_CONSTANTS: Final = len(Constants._fields)
+_LOAD: Final = Constants._fields.index("load")
+GIVEN: Final = len(Request._fields)
+RUN: Final = GIVEN + 2 * _CONSTANTS
+SEEN: Final = RUN + len(Run._fields)
+_WORK: Final = SEEN + 2 * len(EXTREMES)
+(
+    _X,
+    _VX,
+    _Y,
+    _VY,
+    _MODE,
+    _T,
+    _REMAINDER,
+    _SEPARATED,
+    _SEPARATED_REMAINDER,
+    _STALLED,
+    _STEPS,
+    _SEPARATIONS,
+    SWITCHES,
+    SEGMENTS,
+    _SAMPLES,
+) = range(RUN, SEEN)
 # Columns of a sample: x, y, ẋ, ẏ, mode and one unused.
 SAMPLE_COLUMNS: Final = 6
 # Columns of a stored segment before its coefficients in θ = time/duration, those of x first.
 SEGMENT_COLUMNS: Final = ("start", "remainder", "duration", "end", "mode")
 _HEAD: Final = len(SEGMENT_COLUMNS)
-_CONSTANTS: Final = len(Constants._fields)
-
-# Beside the scratch of a step, two series of coefficients are worked on.
-WORK_SIZE: Final = SCRATCH + 4 * ROWS
+# Beside the scratch of a step there are two series of coefficients, and a table for each mode.
+_TABLE: Final = 4 * 2 * MAX_ORDER
+BLOCK_SIZE: Final = _WORK + SCRATCH + 4 * ROWS + 2 * _TABLE
+# What a block begins with, and what of it a call changes.
+BEGIN: Final = struct.Struct(f"={_WORK}d")
+ARRIVED: Final = struct.Struct(f"={_WORK - RUN}d")
+RUN_SIZE: Final = len(Run._fields)
+RUN_BYTES: Final = 8 * RUN
+# Behind the state and the mode of a run.
+NOT_BEGUN: Final = (0.0,) * (RUN_SIZE - 5)
+NOTHING_SEEN: Final = (*NO_EXTREMES.tolist(), *NO_EXTREMES.tolist())
 
 # Of `rough_exp2` in the bits of a float.
 _EXP2_ZERO: Final = (1023 << 52) - round(EXP2_BIAS * 2.0**52)
 
 
 @part
-def step_size(c: Any, degree: int, problem: Any) -> float:
+def step_size(c: Any, degree: int, block: Any) -> float:
     """Length of the next step, s."""
-    displacement = max(abs(c[0]), abs(c[1]), problem.deflection)
-    speed = max(abs(c[2]), abs(c[3]), displacement * problem.frequency)
-    allowed = problem.tol * speed
-    longest = LONGEST_STEP / problem.frequency
+    frequency = block[FREQUENCY]
+    displacement = max(abs(c[0]), abs(c[1]), block[DEFLECTION])
+    speed = max(abs(c[2]), abs(c[3]), displacement * frequency)
+    allowed = block[TOL] * speed
+    longest = LONGEST_STEP / frequency
     exponent = np.inf
     reciprocals = memory(RECIPROCAL)
     for n in (degree, degree - 1):
@@ -117,14 +160,54 @@ def step_size(c: Any, degree: int, problem: Any) -> float:
     return min(longest, as_float(int(exponent) + _EXP2_ZERO))
 
 
+@inner
+def tabulate(table: Any, constants: Any, order: int, work: Any) -> bool:
+    """What velocities and accelerations contribute to the coefficients of a linear motion.
+
+    For every group of rows come the vectors for ẋ, ẏ, ẍ and ÿ. Returns whether all are finite.
+    """
+    rates, unloaded = work, behind(work, 2 * ROWS)
+    for n in range(_CONSTANTS):
+        unloaded[n] = constants[n]
+    unloaded[_LOAD] = 0.0
+    total = 0.0
+    for one in range(4):
+        # The rates of a linear motion follow the same field without the load.
+        for n in range(4):
+            rates[n] = 1.0 if n == one else 0.0
+        expand_linear(rates, unloaded, order)
+        for n in range(2 * order):
+            group, place = n // LANES, n % LANES
+            share = rates[n + 2] / (n // 2 + 2)
+            table[(4 * group + one) * LANES + place] = share
+            total += abs(share)
+    return is_finite(total)
+
+
 @part
-def expand(c: Any, given: Any, mode: int, problem: Any) -> None:
-    """Continue the first two coefficients to the order of the problem."""
-    constants = behind(given, mode * _CONSTANTS)
-    if mode == CONTACT and problem.cubic:
-        expand_cubic(c, constants, problem.order)
+def expand(c: Any, constants: Any, cubic: bool, table: Any, tabulated: bool, order: int) -> None:
+    """Continue the first two coefficients to an order."""
+    if cubic:
+        expand_cubic(c, constants, order)
+    elif not tabulated:
+        expand_linear(c, constants, order)
     else:
-        expand_linear(c, constants, problem.order)
+        xx, xy, yx, yy, xvx, yvy = (
+            constants[0],
+            constants[1],
+            constants[2],
+            constants[3],
+            constants[4],
+            constants[5],
+        )
+        ax, ay = xx * c[0] + xy * c[1], yx * c[0] + yy * c[1]
+        ax, ay = splat(ax + xvx * c[2]), splat((ay - constants[_LOAD]) + yvy * c[3])
+        vx, vy = splat(c[2]), splat(c[3])
+        groups = behind(c, 4)
+        for k in range(order // GROUP):
+            term = load_lanes(table, 4 * k) * vx + load_lanes(table, 4 * k + 1) * vy
+            more = load_lanes(table, 4 * k + 2) * ax + load_lanes(table, 4 * k + 3) * ay
+            store_lanes(groups, k, term + more)
 
 
 @inner
@@ -149,7 +232,7 @@ def observe(
 @inner
 def store_sample(c: Any, degree: int, t: float, mode: int, row: Any) -> None:
     """Write the state at `t` into a row of samples."""
-    value, slope, _, _ = at(c, degree, t)
+    value, slope = at(c, degree, t)
     store_pair(row, 0, value)
     store_pair(row, 1, slope)
     row[4] = mode
@@ -171,25 +254,12 @@ def segment_columns(order: int) -> int:
     return _HEAD + 2 * (order + 3)
 
 
-_record = numba.from_dtype
 _matrix = numba.types.Array(numba.float64, 2, "C")
 _row = numba.types.Array(numba.float64, 1, "C")
 
 
 @kernel(
-    numba.int64(
-        numba.types.Array(_record(PROBLEM), 1, "C"),
-        _matrix,
-        numba.types.Array(_record(RUN), 1, "C"),
-        _matrix,
-        _row,
-        _row,
-        _row,
-        _matrix,
-        _matrix,
-        numba.boolean,
-        numba.int64,
-    ),
+    numba.int64(_row, _row, _row, _matrix, _matrix, numba.boolean, numba.int64),
     polynomial,
     recurrences,
     taylor,
@@ -200,11 +270,7 @@ _row = numba.types.Array(numba.float64, 1, "C")
     sys.modules[inner.__module__],
 )
 def advance(
-    problems: Any,
-    given: Any,
-    runs: Any,
-    extremes: Any,
-    work: Any,
+    block: Any,
     switches: Any,
     times: Any,
     samples: Any,
@@ -216,16 +282,9 @@ def advance(
 
     Parameters
     ----------
-    problems : ndarray of PROBLEM, shape (1,)
-        What is asked.
-    given : ndarray, shape (2, 9)
-        The `Constants` of both modes.
-    runs : ndarray of RUN, shape (1,)
-        Where the run is; updated.
-    extremes : ndarray, shape (2, 5)
-        Extremes in the two halves of the horizon; updated.
-    work : ndarray
-        See `polynomials.workspace`.
+    block : ndarray, shape (BLOCK_SIZE,)
+        The `Request`, the `Constants` of both modes, and from `RUN` on what is updated: the `Run`,
+        and the extremes in the two halves of the horizon.
     switches : ndarray, shape (n,)
         Buffer for the times of switches, s.
     times : ndarray, shape (m,)
@@ -244,37 +303,49 @@ def advance(
     int
         How it ended.
     """
-    problem, run = problems[0], runs[0]
-    degree, t_end = problem.order + 1, problem.t_end
-    scratch = memory(work)
+    b = memory(block)
+    order, t_end = int(b[ORDER]), b[T_END]
+    degree = order + 1
+    separation = b[SEPARATION] != 0.0
+    scratch = behind(b, _WORK)
     c = behind(scratch, SCRATCH)
     for n in range(4 * ROWS):
         c[n] = 0.0
-    stage = (problem.half, memory(extremes), scratch)
-    t, remainder, mode = run.t, run.remainder, run.mode
-    x, vx, y, vy = run.x, run.vx, run.y, run.vy
+    stage = (0.5 * t_end, behind(b, SEEN), scratch)
+    x, vx, y, vy, mode = b[_X], b[_VX], b[_Y], b[_VY], int(b[_MODE])
+    t, remainder = b[_T], b[_REMAINDER]
+    switched, stored, sampled = int(b[SWITCHES]), int(b[SEGMENTS]), int(b[_SAMPLES])
+    stalled = int(b[_STALLED])
+    tables, cubic = behind(c, 4 * ROWS), b[CUBIC] != 0.0
+    tabulated = True
+    for n in range(2):
+        if (separation or n == CONTACT) and not (cubic and n == CONTACT):
+            constants = behind(b, GIVEN + n * _CONSTANTS)
+            tabulated &= tabulate(behind(tables, n * _TABLE), constants, order, c)
     ending = PAUSED
     for _ in range(budget):
-        if run.switches == switches.size or (dense and run.segments == segments.shape[0]):
+        if switched == switches.size or (dense and stored == segments.shape[0]):
             ending = FULL
             break
         c[0], c[1], c[2], c[3] = x, y, vx, vy
-        expand(c, memory(given), mode, problem)
-        h = step_size(c, degree, problem)
-        ends = at(c, degree, h)
+        constants = behind(b, GIVEN + mode * _CONSTANTS)
+        table = behind(tables, mode * _TABLE)
+        expand(c, constants, cubic and mode == CONTACT, table, tabulated, order)
+        h = step_size(c, degree, b)
+        ends = ends_of(c, degree, h)
         root = -1.0
-        if problem.separation:
+        if separation:
             root = first_root(c, degree, h, -1.0 if mode == CONTACT else 1.0, ends, scratch)
             if root >= 0.0:
                 h = root
-                ends = at(c, degree, h)
+                ends = ends_of(c, degree, h)
         increment = h + remainder
         end = t + increment
         rest = (t - (end - (end - t))) + (increment - (end - t))
         beyond, last = end > t_end, end >= t_end
         if beyond:
             h = (t_end - t) - remainder
-            ends = at(c, degree, h)
+            ends = ends_of(c, degree, h)
         x, y = element(ends[0], 0), element(ends[0], 1)
         vx, vy = element(ends[1], 0), element(ends[1], 1)
         if not is_finite(x + y + vx + vy) or h == 0.0:
@@ -284,35 +355,36 @@ def advance(
         new_mode = mode
         if root >= 0.0 and not beyond:
             y = 0.0
-            new_mode = mode_after(x, vx, vy, problem.coupling, problem.preload)
+            new_mode = mode_after(x, vx, vy, b[COUPLING], b[PRELOAD])
             if new_mode != mode:
-                switches[run.switches] = end
-                run.switches += 1
-                run.separations += mode
+                switches[switched] = end
+                switched += 1
+                b[_SEPARATIONS] += mode
         here = (t, remainder, min(end, t_end))
         observe(c, degree, h, ends, here, stage)
         if mode != CONTACT:
-            part = h + run.separated_remainder
-            longer = run.separated + part
-            run.separated_remainder = part - (longer - run.separated)
-            run.separated = longer
-        while run.samples < times.size and (times[run.samples] < end or last):
-            row = behind(memory(samples), run.samples * SAMPLE_COLUMNS)
-            store_sample(c, degree, (times[run.samples] - t) - remainder, mode, row)
-            run.samples += 1
+            part = h + b[_SEPARATED_REMAINDER]
+            longer = b[_SEPARATED] + part
+            b[_SEPARATED_REMAINDER] = part - (longer - b[_SEPARATED])
+            b[_SEPARATED] = longer
+        while sampled < times.size and (times[sampled] < end or last):
+            row = behind(memory(samples), sampled * SAMPLE_COLUMNS)
+            store_sample(c, degree, (times[sampled] - t) - remainder, mode, row)
+            sampled += 1
         if dense:
-            row = behind(memory(segments), run.segments * segments.shape[1])
+            row = behind(memory(segments), stored * segments.shape[1])
             store_segment(c, degree, h, here, mode, row)
-            run.segments += 1
-        run.steps += 1
-        run.stalled = run.stalled + 1 if end == t else 0
+            stored += 1
+        b[_STEPS] += 1.0
+        stalled = stalled + 1 if end == t else 0
         t, remainder, mode = end, rest, new_mode
         if last:
             ending = DONE
             break
-        if run.stalled > MAX_STALLED:
+        if stalled > MAX_STALLED:
             ending = STALLED
             break
-    run.t, run.remainder, run.mode = t, remainder, mode
-    run.x, run.vx, run.y, run.vy = x, vx, y, vy
+    b[_X], b[_VX], b[_Y], b[_VY], b[_MODE] = x, vx, y, vy, mode
+    b[_T], b[_REMAINDER], b[_STALLED] = t, remainder, stalled
+    b[SWITCHES], b[SEGMENTS], b[_SAMPLES] = switched, stored, sampled
     return ending

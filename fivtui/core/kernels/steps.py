@@ -9,18 +9,22 @@ from typing import Any, Final
 import numpy as np
 from numpy.typing import NDArray
 
-from .expansion import ROWS
+from .expansion import GROUP, ROWS
 from .jit import inner, part
-from .polynomials import CALLER, PRECISE, WORK_SIZE, sign_roots, widen
+from .polynomials import CALLER, PRECISE, WORK_SIZE, sign_roots, transform, turns, variations, widen
 from .vectors import (
     absolute,
     behind,
     bits,
     element,
+    fold,
     greatest,
     least,
+    load_lanes,
     load_pair,
     memory,
+    powers,
+    store_lanes,
     store_pair,
 )
 
@@ -31,87 +35,78 @@ VX_MAX: Final = 4
 CONTACT: Final = 1
 
 
-def _chord(n: NDArray[np.float64]) -> NDArray[np.float64]:
-    # max|θⁿ − θ|
-    n = np.maximum(n, 1.0)
-    return np.where(n > 1.0, (n - 1.0) * n ** (-n / np.maximum(n - 1.0, 1.0)), 0.0)
+def _deviations(derivative: int) -> NDArray[np.float64]:
+    # The greatest size of θⁿ − H(θ) on [0, 1], or of its derivative, where H is the cubic with the
+    # values and slopes of θⁿ at 0 and 1; from a fine grid.
+    n, part = _N[:, None], np.linspace(0.0, 1.0, 4097)
+    if derivative == 0:
+        off = part**n - part * part * ((3.0 - 2.0 * part) + n * (part - 1.0))
+    else:
+        slope = n * part ** np.maximum(n - 1.0, 0.0)
+        off = slope - 6.0 * part * (1.0 - part) - n * part * (3.0 * part - 2.0)
+    return np.where(_N > 3.0, 1.0001 * np.abs(off).max(axis=1), 0.0)
 
 
-def _cubic(n: NDArray[np.float64]) -> NDArray[np.float64]:
-    # max|θⁿ − H(θ)| where H has the values and slopes of θⁿ at 0 and 1, from a fine grid.
-    part = np.linspace(0.0, 1.0, 4097)
-    power = part ** n[:, None]
-    there = part * part * ((3.0 - 2.0 * part) + n[:, None] * (part - 1.0))
-    return np.where(n > 3.0, 1.0001 * np.abs(power - there).max(axis=1), 0.0)
+def _grouped(weights: NDArray[np.float64]) -> NDArray[np.float64]:
+    # One weight for x and one for y, from the first group of rows on.
+    return np.repeat(weights[2:], 2)
 
 
 _N: Final = np.arange(ROWS, dtype=float)
 # Bounds of |second derivative|/8 of a polynomial on [0, 1], and of its derivative.
 BEND: Final = _N * (_N - 1.0) / 8.0
 TWIST: Final = _N * (_N - 1.0) * (_N - 2.0) / 8.0
+RECIPROCAL: Final = np.array([0.0, *(1.0 / _N[1:])])
 # Beside `polynomials`, the rates of change of x and y are worked on.
-SCRATCH: Final = WORK_SIZE + 2 * ROWS
+SCRATCH: Final = WORK_SIZE + 2 * (ROWS + GROUP)
 # A change of this part of the step at an extremum changes its value by the cube of it.
 _EXTREME: Final = 4e-6
 _ITERATIONS: Final = 100
-# Weights of the sizes of a polynomial's terms. Summed, they bound how far it leaves on [0, 1] its
-# chord; its slope the chord of that; its slope that of its chord; its second derivative the slope
-# of its slope's chord; and itself the cubic with its values and slopes at both ends.
-CHORD: Final = _chord(_N)
-SLOPE_CHORD: Final = _N * _chord(_N - 1.0)
-SWAY: Final = np.maximum(_N - 1.0, 0.0)
-SLOPE_SWAY: Final = np.where(_N > 2.0, _N * (_N - 2.0), 0.0)
-CUBIC: Final = _cubic(_N)
-RECIPROCAL: Final = np.array([0.0, *(1.0 / _N[1:])])
+# Weights of the terms in the derivatives.
+_SLOPE: Final = _grouped(_N)
+_CURVE: Final = _grouped(_N * (_N - 1.0) / 2.0)
+# Weights of the sizes of the terms. Summed, they bound how far a polynomial and its slope leave on
+# [0, 1] those of the cubic with its values and slopes at both ends.
+_OFF: Final = _grouped(_deviations(0))
+_SLOPE_OFF: Final = _grouped(_deviations(1))
+_THIRD: Final = 1.0 / 3.0
 
 
 @part
 def at(c: Any, degree: int, t: float) -> Any:
-    """Values and derivatives of x and y at `t`, and how far they leave their chords on [0, t].
+    """Values and derivatives of x and y at `t`."""
+    groups, slopes = behind(c, 4), memory(_SLOPE)
+    square = t * t
+    fourth, parts = square * square, powers(t, square)
+    top = (degree - 1) // GROUP - 1
+    value = load_lanes(groups, top)
+    slope = value * load_lanes(slopes, top)
+    for k in range(top - 1, -1, -1):
+        term = load_lanes(groups, k)
+        value = value * fourth + term
+        slope = slope * fourth + term * load_lanes(slopes, k)
+    first, rate = load_pair(c, 0), load_pair(c, 1)
+    return first + rate * t + fold(value * parts) * square, rate + fold(slope * parts) * t
 
-    The last are bounds: of the values, and of the derivatives times t.
+
+@part
+def ends_of(c: Any, degree: int, h: float) -> Any:
+    """As `at`, and how far x and y, and their slopes times h, leave on [0, h] those of cubics.
+
+    The cubics have the values and slopes of x and y at both ends.
     """
-    bends, twists = memory(CHORD), memory(SLOPE_CHORD)
-    square = t * t
-    top = degree // 2
-    even, odd = load_pair(c, 2 * top), load_pair(c, 2 * top + 1)
-    even_slope, odd_slope = even * 0.0, odd * 0.0
-    even_size, odd_size = absolute(even), absolute(odd)
-    even_bend, odd_bend = even_size * bends[2 * top], odd_size * bends[2 * top + 1]
-    even_twist, odd_twist = even_size * twists[2 * top], odd_size * twists[2 * top + 1]
-    for k in range(2 * top - 2, -1, -2):
-        even_slope, odd_slope = even_slope * square + even, odd_slope * square + odd
-        term, next_term = load_pair(c, k), load_pair(c, k + 1)
-        even, odd = even * square + term, odd * square + next_term
-        even_size, odd_size = absolute(term), absolute(next_term)
-        even_bend = even_bend * square + even_size * bends[k]
-        odd_bend = odd_bend * square + odd_size * bends[k + 1]
-        even_twist = even_twist * square + even_size * twists[k]
-        odd_twist = odd_twist * square + odd_size * twists[k + 1]
-    value = even + odd * t
-    slope = odd + (even_slope + odd_slope * t) * (2.0 * t)
-    return value, slope, even_bend + odd_bend * t, even_twist + odd_twist * t
-
-
-@inner
-def _deviations(c: Any, degree: int, t: float) -> Any:
-    # Bounds by `SWAY`, `SLOPE_SWAY` and `CUBIC` on [0, t] for x and y.
-    sways, slope_sways, cubics = memory(SWAY), memory(SLOPE_SWAY), memory(CUBIC)
-    square = t * t
-    top = degree // 2
-    even, odd = absolute(load_pair(c, 2 * top)), absolute(load_pair(c, 2 * top + 1))
-    even_sway, odd_sway = even * sways[2 * top], odd * sways[2 * top + 1]
-    even_slope, odd_slope = even * slope_sways[2 * top], odd * slope_sways[2 * top + 1]
-    even_cubic, odd_cubic = even * cubics[2 * top], odd * cubics[2 * top + 1]
-    for k in range(2 * top - 2, -1, -2):
-        even, odd = absolute(load_pair(c, k)), absolute(load_pair(c, k + 1))
-        even_sway = even_sway * square + even * sways[k]
-        odd_sway = odd_sway * square + odd * sways[k + 1]
-        even_slope = even_slope * square + even * slope_sways[k]
-        odd_slope = odd_slope * square + odd * slope_sways[k + 1]
-        even_cubic = even_cubic * square + even * cubics[k]
-        odd_cubic = odd_cubic * square + odd * cubics[k + 1]
-    return even_sway + odd_sway * t, even_slope + odd_slope * t, even_cubic + odd_cubic * t
+    value, slope = at(c, degree, h)
+    groups, weights, slope_weights = behind(c, 4), memory(_OFF), memory(_SLOPE_OFF)
+    square = h * h
+    fourth, parts = square * square, powers(h, square)
+    top = (degree - 1) // GROUP - 1
+    size = absolute(load_lanes(groups, top))
+    off, slope_off = size * load_lanes(weights, top), size * load_lanes(slope_weights, top)
+    for k in range(top - 1, -1, -1):
+        size = absolute(load_lanes(groups, k))
+        off = off * fourth + size * load_lanes(weights, k)
+        slope_off = slope_off * fourth + size * load_lanes(slope_weights, k)
+    return value, slope, fold(off * parts) * square, fold(slope_off * parts) * square
 
 
 @inner
@@ -126,66 +121,79 @@ def scale_column(c: Any, column: int, degree: int, t: float, out: Any) -> None:
 
 @inner
 def _curved_at(c: Any, degree: int, t: float) -> Any:
-    # Values, derivatives and half the second derivatives of x and y, as `at`.
+    # Values, derivatives and half the second derivatives of x and y.
+    groups, slopes, curves = behind(c, 4), memory(_SLOPE), memory(_CURVE)
     square = t * t
-    top = degree // 2
-    even, odd = load_pair(c, 2 * top), load_pair(c, 2 * top + 1)
-    even_slope, odd_slope = even * 0.0, odd * 0.0
-    even_bend, odd_bend = even_slope, odd_slope
-    for k in range(2 * top - 2, -1, -2):
-        even_bend, odd_bend = even_bend * square + even_slope, odd_bend * square + odd_slope
-        even_slope, odd_slope = even_slope * square + even, odd_slope * square + odd
-        even, odd = even * square + load_pair(c, k), odd * square + load_pair(c, k + 1)
-    value = even + odd * t
-    slope = odd + (even_slope + odd_slope * t) * (2.0 * t)
-    bend = even_slope + odd_slope * (3.0 * t) + (even_bend + odd_bend * t) * (4.0 * square)
-    return value, slope, bend
+    fourth, parts = square * square, powers(t, square)
+    top = (degree - 1) // GROUP - 1
+    value = load_lanes(groups, top)
+    slope, bend = value * load_lanes(slopes, top), value * load_lanes(curves, top)
+    for k in range(top - 1, -1, -1):
+        term = load_lanes(groups, k)
+        value = value * fourth + term
+        slope = slope * fourth + term * load_lanes(slopes, k)
+        bend = bend * fourth + term * load_lanes(curves, k)
+    first, rate = load_pair(c, 0), load_pair(c, 1)
+    return (
+        first + rate * t + fold(value * parts) * square,
+        rate + fold(slope * parts) * t,
+        fold(bend * parts),
+    )
 
 
-@inner
+@part
 def first_root(c: Any, degree: int, h: float, side: float, ends: Any, work: Any) -> float:
     """The first switch in (0, h], s, or -1.
 
     `side` is 1 above the belt and -1 in contact.
     """
-    value, slope, bends, twists = ends
-    final, bend, twist = element(value, 1), element(bends, 1), element(twists, 1)
-    # |y − chord| <= bend; after a switch y starts from zero and the same holds for y/θ.
-    fresh = c[1] == 0.0
-    first = c[3] * h if fresh else c[1]
-    if min(side * first, side * final) > bend:
+    values, slopes, offs, slope_offs = ends
+    # What follows is about the distance from the belt; after a switch that starts from zero, and
+    # it is about the distance over θ, for which the bounds are good enough.
+    first, final = side * c[1], side * element(values, 1)
+    slope, last_slope = side * h * c[3], side * h * element(slopes, 1)
+    if first == 0.0:
+        first, slope, last_slope = slope, side * h * h * c[5], last_slope - final
+    near, far = first + slope * _THIRD, final - last_slope * _THIRD
+    off = element(offs, 1)
+    if min(first, near, far, final) > off:
         return -1.0
-    # After a switch all this is about y/θ, for which the bounds of y are good enough.
-    last_slope = element(slope, 1) * h
-    first_slope = c[5] * h * h if fresh else c[3] * h
-    if fresh:
-        last_slope -= final
-    change = final - first
-    turning = (first_slope > 0.0) != (last_slope > 0.0)
-    sways, slope_sways, _ = _deviations(c, degree, h)
-    monotone = abs(change) > element(sways, 1) or (
-        not turning and min(abs(first_slope), abs(last_slope)) > twist
-    )
-    bent = abs(last_slope - first_slope) > element(slope_sways, 1)
-    if side * first > 0.0 and (monotone or bent):
-        if side * final < 0.0:
-            guess = _guess(first, final, first_slope, last_slope)
-            return _refined(c, degree, h, side, fresh, guess * h)
-        # Between the tangents at its ends lies all of a curve that bends one way.
-        if side * final > 0.0 and (
-            monotone
-            or not turning
-            or side * first_slope > 0.0
-            or side * (first + first_slope * ((change - last_slope) / (first_slope - last_slope)))
-            > 0.0
-        ):
-            return -1.0
-    y = behind(work, CALLER)
-    scale_column(c, 1, degree, h, y)
-    if sign_roots(y, degree + 1, 1, work) > 0:
-        return work[0] * h
+    curve = (first, near, far, final), (slope, last_slope)
+    return _settled(c, degree, h, side, curve, element(slope_offs, 1), work)
+
+
+@inner
+def _settled(
+    c: Any, degree: int, h: float, side: float, curve: Any, slope_off: float, work: Any
+) -> float:
+    # The first switch, where the values alone do not rule it out.
+    (first, near, far, final), (slope, last_slope) = curve
+    fresh, b = c[1] == 0.0, behind(work, CALLER)
+    falls = first > 0.0 and final < 0.0
+    if first > 0.0 and final != 0.0 and _is_monotone(near, far, slope, last_slope, slope_off):
+        found = 1 if falls else 0
+    else:
+        skipped = 1 if fresh else 0
+        transform(behind(c, 2 * skipped + 1), 2, degree + 1 - skipped, h, b)
+        found = variations(b, degree + 1 - skipped)
+    if falls and found == 1:
+        guess = _guess(first, final, slope, last_slope)
+        return _refined(c, degree, h, side, fresh, guess * h)
+    if found > 0:
+        scale_column(c, 1, degree, h, b)
+        if sign_roots(b, degree + 1, 1, work) > 0:
+            return work[0] * h
     # A root that rounded out of the step is at its end.
-    return h if side * final <= 0.0 else -1.0
+    return h if final <= 0.0 else -1.0
+
+
+@part
+def _is_monotone(
+    near: float, far: float, slope: float, last_slope: float, slope_off: float
+) -> bool:
+    # Whether the slope, near to that of a cubic, keeps its sign.
+    middle = 3.0 * (far - near)
+    return max(slope, last_slope, middle) < -slope_off or min(slope, last_slope, middle) > slope_off
 
 
 @inner
@@ -257,70 +265,84 @@ def mode_after(x: float, vx: float, vy: float, coupling: float, preload: float) 
     return 0 if direction > 0.0 else CONTACT
 
 
-@inner
+@part
 def include(c: Any, degree: int, h: float, ends: Any, extremes: Any, work: Any) -> None:
     """Take the motion over [0, h] into one row of the extremes."""
-    value, slope, bend, twist = ends
-    first = load_pair(c, 0)
-    too_low = least(first, value) - bend < load_pair(extremes, 0)
-    too_high = greatest(first, value) + bend > load_pair(extremes, 1)
-    wanted = bits(too_low) | bits(too_high)
+    final, last_slope, off, slope_off = ends
+    first, slope, last_slope = load_pair(c, 0), load_pair(c, 1) * h, last_slope * h
+    # The cubic through both ends lies between these and the values there.
+    near, far = first + slope * _THIRD, final - last_slope * _THIRD
+    low = least(least(first, near), least(far, final)) - off
+    high = greatest(greatest(first, near), greatest(far, final)) + off
+    wanted = bits(low < load_pair(extremes, 0)) | bits(high > load_pair(extremes, 1))
     if wanted != 0:
-        off = _deviations(c, degree, h)
-        for column in range(2):
-            if wanted >> column & 1:
-                seen = extremes[column], extremes[2 + column]
-                low, high = _widened(c, column, degree, h, ends, off, seen, work)
-                extremes[column], extremes[2 + column] = low, high
-    fastest = extremes[VX_MAX]
-    if max(c[2], element(slope, 0)) * h + element(twist, 0) > fastest * h:
-        rates = behind(work, WORK_SIZE)
-        for n in range(degree):
-            store_pair(rates, n, load_pair(c, n + 1) * (n + 1.0))
-        store_pair(rates, degree, first * 0.0)
-        seen = -np.inf, fastest
-        there = at(rates, degree - 1, h)
-        off = _deviations(rates, degree - 1, h)
-        extremes[VX_MAX] = _widened(rates, 0, degree - 1, h, there, off, seen, work)[1]
+        _include_values(c, degree, h, ends, extremes, wanted, work)
+    middle = (far - near) * 3.0
+    fastest = greatest(greatest(slope, last_slope), middle) + slope_off
+    if element(fastest, 0) > extremes[VX_MAX] * h:
+        _include_speed(c, degree, h, extremes, work)
+
+
+@inner
+def _include_values(
+    c: Any, degree: int, h: float, ends: Any, extremes: Any, wanted: int, work: Any
+) -> None:
+    for column in range(2):
+        if wanted >> column & 1:
+            seen = extremes[column], extremes[2 + column]
+            low, high = _widened(c, column, degree, h, ends, seen, work)
+            extremes[column], extremes[2 + column] = low, high
+
+
+@inner
+def _include_speed(c: Any, degree: int, h: float, extremes: Any, work: Any) -> None:
+    # The rates of change are polynomials with a zero for their last coefficient.
+    rates, slopes = behind(work, WORK_SIZE), memory(_SLOPE)
+    store_pair(rates, 0, load_pair(c, 1))
+    store_pair(rates, 1, load_pair(c, 2) * 2.0)
+    for k in range((degree - 1) // GROUP):
+        term = load_lanes(behind(c, 6), k) * (load_lanes(slopes, k) + 1.0)
+        store_lanes(behind(rates, 4), k, term)
+    store_pair(rates, degree, load_pair(rates, 0) * 0.0)
+    seen = -np.inf, extremes[VX_MAX]
+    ends = ends_of(rates, degree, h)
+    extremes[VX_MAX] = _widened(rates, 0, degree, h, ends, seen, work)[1]
 
 
 @inner
 def _widened(
-    c: Any,
-    column: int,
-    degree: int,
-    h: float,
-    ends: Any,
-    off: Any,
-    seen: tuple[float, float],
-    work: Any,
+    c: Any, column: int, degree: int, h: float, ends: Any, seen: tuple[float, float], work: Any
 ) -> tuple[float, float]:
     # A range widened so that it holds that of x (0) or y (1) on [0, h].
-    first, final = c[column], element(ends[0], column)
+    values, slopes, offs, slope_offs = ends
+    first, final = c[column], element(values, column)
     low, high = min(seen[0], first, final), max(seen[1], first, final)
-    slope, last_slope = c[2 + column] * h, element(ends[1], column) * h
-    # The cubic through both ends lies between these and the values there.
-    near, far = first + slope * (1.0 / 3.0), final - last_slope * (1.0 / 3.0)
-    slack = element(off[2], column)
-    if min(near, far) - slack >= low and max(near, far) + slack <= high:
+    slope, last_slope = c[2 + column] * h, element(slopes, column) * h
+    near, far = first + slope * _THIRD, final - last_slope * _THIRD
+    off, slope_off = element(offs, column), element(slope_offs, column)
+    if min(near, far) - off >= low and max(near, far) + off <= high:
+        return low, high
+    if _is_monotone(near, far, slope, last_slope, slope_off):
         return low, high
     turning = (slope > 0.0) != (last_slope > 0.0)
-    if not turning and min(abs(slope), abs(last_slope)) > element(ends[3], column):
-        return low, high
-    if abs(last_slope - slope) > element(off[1], column):
-        if not turning:
-            return low, high
+    crest = 0.5
+    if turning:
         change = final - first
-        part = _crest(change, slope, last_slope)
+        crest = _crest(change, slope, last_slope)
         cube, square = slope + last_slope - 2.0 * change, 3.0 * change - 2.0 * slope - last_slope
-        value = first + part * (slope + part * (square + part * cube))
-        if low <= value - slack and value + slack <= high:
+        value = first + crest * (slope + crest * (square + crest * cube))
+        if low <= value - off and value + off <= high:
             return low, high
-        value = _extremum(c, column, degree, h, part)
+    b = behind(work, CALLER)
+    transform(behind(c, column), 2, degree + 1, h, b)
+    found = turns(b, degree + 1)
+    if found == 0:
+        return low, high
+    if found == 1 and turning:
+        value = _extremum(c, column, degree, h, crest)
         return min(low, value), max(high, value)
-    q = behind(work, CALLER)
-    scale_column(c, column, degree, h, q)
-    return widen(q, degree + 1, low, high, work)
+    scale_column(c, column, degree, h, b)
+    return widen(b, degree + 1, low, high, work)
 
 
 @inner
@@ -373,4 +395,4 @@ def include_part(
         for n in range(degree - 1, start - 1, -1):
             store_pair(shifted, n, load_pair(shifted, n) + load_pair(shifted, n + 1) * left)
     h = right - left
-    include(shifted, degree, h, at(shifted, degree, h), extremes, work)
+    include(shifted, degree, h, ends_of(shifted, degree, h), extremes, work)

@@ -107,6 +107,19 @@ def join(builder: Any, *values: Any) -> Any:
     return result
 
 
+def concatenate(builder: Any, vectors: list[Any]) -> Any:
+    """A compiler's vector of the elements of others; their number is a power of two."""
+    while len(vectors) > 1:
+        places = ir.Constant(
+            ir.VectorType(_INDEX, 2 * vectors[0].type.count), list(range(2 * vectors[0].type.count))
+        )
+        vectors = [
+            builder.shuffle_vector(one, other, places)
+            for one, other in zip(vectors[::2], vectors[1::2], strict=True)
+        ]
+    return vectors[0]
+
+
 def extract(builder: Any, vector: Any, index: int) -> Any:
     """A number of a compiler's vector."""
     return builder.extract_element(vector, _INDEX(index))
@@ -268,6 +281,39 @@ def splat(_typing: Any, number: Any) -> Any:
         return spread(builder, LANES, values[0])
 
     return Vector(LANES)(types.float64), generate
+
+
+@intrinsic
+def powers(_typing: Any, t: Any, square: Any) -> Any:
+    """The vector 1, 1, t, t, t², t², t³, t³."""
+
+    def generate(_context: Any, builder: Any, _signature: Any, values: Any) -> Any:
+        t, square = values
+        one, cube = constant(_DOUBLE, 1.0), builder.fmul(t, square)
+        return join(builder, one, one, t, t, square, square, cube, cube)
+
+    return Vector(LANES)(types.float64, types.float64), generate
+
+
+@intrinsic
+def fold(_typing: Any, vector: Any) -> Any:
+    """The sums of the elements at even and at odd places."""
+
+    def generate(_context: Any, builder: Any, signature: Any, values: Any) -> Any:
+        (value,), width = values, signature.args[0].width
+        while width > 2:
+            width //= 2
+            empty = ir.Constant(value.type, ir.Undefined)
+            halves = (
+                builder.shuffle_vector(
+                    value, empty, ir.Constant(ir.VectorType(_INDEX, width), list(places))
+                )
+                for places in (range(width), range(width, 2 * width))
+            )
+            value = builder.fadd(*halves)
+        return value
+
+    return Vector(2)(vector), generate
 
 
 @intrinsic
