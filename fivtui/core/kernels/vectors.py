@@ -314,6 +314,16 @@ def ones(_typing: Any, number: Any) -> Any:
 
 
 @intrinsic
+def lowest(_typing: Any, number: Any) -> Any:
+    """The place of the lowest bit that is set; there is one."""
+
+    def generate(_context: Any, builder: Any, _signature: Any, values: Any) -> Any:
+        return builder.cttz(values[0], ir.IntType(1)(1))
+
+    return types.int64(types.int64), generate
+
+
+@intrinsic
 def as_integer(_typing: Any, number: Any) -> Any:
     """The 64 bits of a float64, read as an integer."""
 
