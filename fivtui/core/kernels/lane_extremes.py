@@ -12,8 +12,10 @@ from . import rows
 from .jit import inner
 from .lane_steps import cubic_bound, curved_at, slope_bound, sways, values_at
 from .polynomials import CALLER, widen
+from .rows import BLOCKS
 from .steps import EXTREMES, NO_EXTREMES, include_part
 from .vectors import (
+    LANE_BITS,
     LANES,
     absolute,
     behind,
@@ -38,8 +40,51 @@ _ITERATIONS: Final = 100
 
 
 @inner
-def settle_half(work: Any, place: int, degree: int, half: float) -> None:
-    """Take the step in which half the horizon lies into the extremes, which begin anew there."""
+def observe(
+    work: Any, degree: int, half: float, amplitude: bool, peak: bool, steady: bool, live: int
+) -> None:
+    """Take the steps of the lanes that are live into what is wanted of the extremes.
+
+    Those are of y over the run, of x and ẋ, and of y after half the horizon.
+    """
+    of_x, of_y, of_vx, crossing = 0, 0, 0, 0
+    for block in range(BLOCKS):
+        first = block * LANES
+        here = live >> first & LANE_BITS
+        if here != 0:
+            w = behind(work, block * rows.BLOCK)
+            t = load_lanes(w, rows.T)
+            if steady:
+                end = t + (load_lanes(w, rows.STEP) + load_lanes(w, rows.REST))
+                halved = here & bits((t < half) & (end > half))
+                crossing |= halved << first
+                here &= ~halved
+            if amplitude or steady:
+                late = here if amplitude else here & bits(t >= half)
+                of_y |= _reaching(w, 1, late) << first
+            if peak:
+                of_x |= _reaching(w, 0, here) << first
+                of_vx |= _speeding(w, here) << first
+    while crossing != 0:
+        _settle_half(work, lowest(crossing), degree, half)
+        crossing &= crossing - 1
+    waiting = 0
+    for extreme in range(3):
+        found = of_x if extreme == OF_X else (of_y if extreme == OF_Y else of_vx)
+        while found != 0:
+            _queue(work, waiting, lowest(found), extreme, degree)
+            found &= found - 1
+            waiting += 1
+            if waiting == LANES:
+                _settle(work, degree, waiting)
+                waiting = 0
+    if waiting > 0:
+        _settle(work, degree, waiting)
+
+
+@inner
+def _settle_half(work: Any, place: int, degree: int, half: float) -> None:
+    # Take the step in which half the horizon lies into the extremes, which begin anew there.
     w = behind(work, place // LANES * rows.BLOCK + place % LANES)
     c, row = behind(work, rows.SINGLE), behind(work, rows.ROW)
     scratch, shifted = behind(work, rows.SCRATCH), behind(work, rows.SHIFTED)
@@ -59,8 +104,8 @@ def settle_half(work: Any, place: int, degree: int, half: float) -> None:
 
 
 @inner
-def reaching(w: Any, column: int, wanted: int) -> int:
-    """Which of the wanted steps of a block may reach beyond what was seen of x (0) or y (1)."""
+def _reaching(w: Any, column: int, wanted: int) -> int:
+    # Which of the wanted steps of a block may reach beyond what was seen of x (0) or y (1).
     start, final = load_lanes(w, rows.SERIES + column), load_lanes(w, rows.X + column)
     off = load_lanes(w, rows.X_OFF + column)
     below = least(start, final) - off < load_lanes(w, rows.SEEN + column)
@@ -69,16 +114,16 @@ def reaching(w: Any, column: int, wanted: int) -> int:
 
 
 @inner
-def speeding(w: Any, wanted: int) -> int:
-    """Which of the wanted steps of a block may reach beyond what was seen of ẋ."""
+def _speeding(w: Any, wanted: int) -> int:
+    # Which of the wanted steps of a block may reach beyond what was seen of ẋ.
     h, fastest = load_lanes(w, rows.STEP), load_lanes(w, rows.VX_HIGH)
     speed = greatest(load_lanes(w, rows.SERIES + 2), load_lanes(w, rows.VX))
     return wanted & bits(speed * h + load_lanes(w, rows.VX_OFF) > fastest * h)
 
 
 @inner
-def queue_extreme(work: Any, slot: int, place: int, extreme: int, degree: int) -> None:
-    """Put the step of a lane into a slot of the queue, for one of its extremes."""
+def _queue(work: Any, slot: int, place: int, extreme: int, degree: int) -> None:
+    # Put the step of a lane into a slot of the queue, for one of its extremes.
     w = behind(work, place // LANES * rows.BLOCK + place % LANES)
     q = behind(work, rows.CRESTS + slot)
     q[rows.PLACE * LANES] = float(place)
@@ -98,8 +143,8 @@ def queue_extreme(work: Any, slot: int, place: int, extreme: int, degree: int) -
 
 
 @inner
-def settle_extremes(work: Any, degree: int, count: int) -> None:
-    """Take the steps in the first slots into the extremes of where they come from."""
+def _settle(work: Any, degree: int, count: int) -> None:
+    # Take the steps in the first slots into the extremes of where they come from.
     q = behind(work, rows.CRESTS)
     doubtful = _widened(q, degree, (1 << count) - 1)
     scratch = behind(work, rows.SCRATCH)

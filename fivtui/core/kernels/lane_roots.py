@@ -30,8 +30,25 @@ _ITERATIONS: Final = 100
 
 
 @inner
-def queue_root(work: Any, slot: int, place: int, degree: int) -> None:
-    """Put the step of a lane into a slot of the queue."""
+def settle_roots(work: Any, degree: int, near: int) -> int:
+    """End the steps of the lanes in which there may be a switch at the first one, if there is one.
+
+    Returns the lanes in which there is.
+    """
+    rooted, waiting = 0, 0
+    while near != 0:
+        _queue(work, waiting, lowest(near), degree)
+        near &= near - 1
+        waiting += 1
+        if waiting == LANES or near == 0:
+            rooted |= _settle(work, degree, waiting)
+            waiting = 0
+    return rooted
+
+
+@inner
+def _queue(work: Any, slot: int, place: int, degree: int) -> None:
+    # Put the step of a lane into a slot of the queue.
     w = behind(work, place // LANES * rows.BLOCK + place % LANES)
     q = behind(work, rows.ROOTS + slot)
     q[rows.PLACE * LANES] = float(place)
@@ -39,13 +56,13 @@ def queue_root(work: Any, slot: int, place: int, degree: int) -> None:
     q[rows.ASIDE * LANES] = w[rows.SIDE * LANES]
     q[rows.FINAL * LANES] = w[rows.Y * LANES]
     q[rows.FINAL_SLOPE * LANES] = w[rows.VY * LANES]
-    for n in range(2 * degree + 2):
-        q[(rows.QUEUED + n) * LANES] = w[(rows.SERIES + n) * LANES]
+    for n in range(degree + 1):
+        q[(rows.QUEUED + n) * LANES] = w[(rows.SERIES + 2 * n + 1) * LANES]
 
 
 @inner
-def settle_roots(work: Any, degree: int, count: int) -> int:
-    """End the steps in the first slots at their first switches; returns the places that do."""
+def _settle(work: Any, degree: int, count: int) -> int:
+    # End the steps in the first slots at their first switches; returns the places that do.
     q = behind(work, rows.ROOTS)
     doubtful, found = _first_roots(q, degree, (1 << count) - 1)
     scratch = behind(work, rows.SCRATCH)
@@ -55,12 +72,8 @@ def settle_roots(work: Any, degree: int, count: int) -> int:
         if _settle_root(behind(q, slot), degree, scratch):
             found |= 1 << slot
     h, c = load_lanes(q, rows.LENGTH), behind(q, rows.QUEUED * LANES)
-    x, vx = values_at(c, 0, 2, degree, h)
-    _, vy = values_at(c, 1, 2, degree, h)
-    # The steps' ends, where they began.
-    store_lanes(q, rows.QUEUED, x)
-    store_lanes(q, rows.QUEUED + 1, vx)
-    store_lanes(q, rows.QUEUED + 2, vy)
+    _, vy = values_at(c, 0, 1, degree, h)
+    store_lanes(q, rows.FINAL_SLOPE, vy)
     places = 0
     while found != 0:
         slot = lowest(found)
@@ -69,10 +82,8 @@ def settle_roots(work: Any, degree: int, count: int) -> int:
         places |= 1 << place
         w = behind(work, place // LANES * rows.BLOCK + place % LANES)
         w[rows.STEP * LANES] = q[rows.LENGTH * LANES + slot]
-        w[rows.X * LANES] = q[rows.QUEUED * LANES + slot]
-        w[rows.VX * LANES] = q[(rows.QUEUED + 1) * LANES + slot]
         w[rows.Y * LANES] = 0.0
-        w[rows.VY * LANES] = q[(rows.QUEUED + 2) * LANES + slot]
+        w[rows.VY * LANES] = q[rows.FINAL_SLOPE * LANES + slot]
     return places
 
 
@@ -82,13 +93,13 @@ def _first_roots(q: Any, degree: int, wanted: int) -> Any:
     c = behind(q, rows.QUEUED * LANES)
     h, side = load_lanes(q, rows.LENGTH), load_lanes(q, rows.ASIDE)
     final, last_slope = load_lanes(q, rows.FINAL), load_lanes(q, rows.FINAL_SLOPE) * h
-    start, start_slope = load_lanes(c, 1), load_lanes(c, 3) * h
-    twist = slope_bound(c, 1, 2, degree, h)
-    sway, slope_sway = sways(c, 1, 2, degree, h)
+    start, start_slope = load_lanes(c, 0), load_lanes(c, 1) * h
+    twist = slope_bound(c, 0, 1, degree, h)
+    sway, slope_sway = sways(c, 0, 1, degree, h)
     # After a switch all this is about y/θ, for which the bounds of y are good enough.
     fresh = start == 0.0
     first = choose(fresh, start_slope, start)
-    slope = choose(fresh, load_lanes(c, 5) * (h * h), start_slope)
+    slope = choose(fresh, load_lanes(c, 2) * (h * h), start_slope)
     last_slope = choose(fresh, last_slope - final, last_slope)
     change = final - first
     level = (absolute(slope) > twist) & (absolute(last_slope) > twist)
@@ -120,7 +131,7 @@ def _settle_root(q: Any, degree: int, scratch: Any) -> bool:
     y = behind(scratch, CALLER)
     power, final = 1.0, 0.0
     for n in range(degree + 1):
-        y[n] = q[(rows.QUEUED + 2 * n + 1) * LANES] * power
+        y[n] = q[(rows.QUEUED + n) * LANES] * power
         final += y[n]
         power *= h
     y[degree + 1] = 0.0
@@ -138,23 +149,22 @@ def _root(c: Any, degree: int, h: Any, side: Any, fresh: Any, guess: Any, wanted
     t = guess * h
     searching = wanted
     for _ in range(_ITERATIONS):
-        value, slope, bend = curved_at(c, 1, 2, degree, t)
+        value, slope, bend = curved_at(c, 0, 1, degree, t)
         going = lanes_of(searching)
         inside = side * value > 0.0
         left = choose(inside, t, left)
         right = choose(inside, right, t)
         # Of y/t, after a switch.
-        share = value / t
-        bend = choose(fresh, bend - (slope - share) / t, bend)
-        slope = choose(fresh, slope - share, slope)
-        newton = (splat(0.0) - value) / slope
-        new = t + newton / (1.0 + newton * (bend / slope))
+        rise = slope * t - value
+        slope, bend = choose(fresh, rise, slope), choose(fresh, bend * (t * t) - rise, bend)
+        length = choose(fresh, t, splat(1.0))
+        new = t - length * ((value * slope) / (slope * slope - value * bend))
         change = absolute(new - t)
-        ratio = change / last
         within = (new > left) & (new < right)
         close = change <= t * PRECISE
-        next_is_none = (change < last * 1e-3) & (change * ratio * ratio <= t * PRECISE)
-        accepted = close | (within & next_is_none)
+        # Changes shrink cubically: the next is about change (change/last)².
+        next_is_none = change * change * change <= last * last * (t * PRECISE)
+        accepted = close | (within & (change < last * 1e-3) & next_is_none)
         middle = (left + right) * 0.5
         stuck = (value == 0.0) | (negated(within | close) & ((middle <= left) | (middle >= right)))
         moved = choose(accepted, least(greatest(new, left), right), choose(within, new, middle))

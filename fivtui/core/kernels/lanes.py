@@ -27,22 +27,14 @@ from . import (
 )
 from .expansion import expand_cubic_lanes, expand_linear_lanes
 from .jit import inner, kernel
-from .lane_extremes import (
-    OF_VX,
-    OF_X,
-    OF_Y,
-    queue_extreme,
-    reaching,
-    settle_extremes,
-    settle_half,
-    speeding,
-)
+from .lane_extremes import observe
 from .lane_members import begin, end, lane_of, move
-from .lane_roots import queue_root, settle_roots
+from .lane_roots import settle_roots
 from .lane_steps import bounded_at, slope_bound, step_sizes, values_at
 from .rows import BLOCKS, MEMBER_COLUMNS, OUTCOME_COLUMNS, PLACES
 from .steps import is_finite
 from .vectors import (
+    LANE_BITS,
     LANES,
     behind,
     bits,
@@ -68,7 +60,6 @@ _K1, _K2, _K3, _F, _K_NL = (
     list(PARAMETERS).index(name) for name in ("k1", "k2", "k3", "F", "k_nl")
 )
 _ALL: Final = (1 << PLACES) - 1
-_BLOCK: Final = (1 << LANES) - 1
 _resting_height: Final = inner(model.resting_height)
 _row = numba.types.Array(numba.float64, 1, "C")
 _table = numba.types.Array(numba.float64, 2, "C")
@@ -115,16 +106,10 @@ def _refill(work: Any, members: Any, count: int, cursor: Any, occupied: int) -> 
 
 
 @inner
-def _predict(
-    w: Any, t_end: float, tol: float, order: int, cubic: bool, speed: bool, occupied: int
-) -> int:
-    # Expand the motion of a block and go as far as the steps lead; returns the lanes in which
-    # there may be a switch before.
-    c, degree = behind(w, rows.SERIES * LANES), order + 1
-    if cubic:
-        expand_cubic_lanes(c, w, order)
-    else:
-        expand_linear_lanes(c, w, order)
+def _predict(w: Any, t_end: float, tol: float, degree: int, occupied: int) -> int:
+    # Step a block in y as far as the expansions lead; returns the lanes in which there may be a
+    # switch before.
+    c = behind(w, rows.SERIES * LANES)
     h = step_sizes(
         c,
         degree,
@@ -139,19 +124,27 @@ def _predict(
     store_lanes(w, rows.Y, y)
     store_lanes(w, rows.VY, vy)
     store_lanes(w, rows.Y_OFF, off)
-    if speed:
-        x, vx, x_off = bounded_at(c, 0, 2, degree, h)
-        store_lanes(w, rows.X_OFF, x_off)
-        store_lanes(w, rows.VX_OFF, slope_bound(c, 0, 2, degree, h))
-    else:
-        x, vx = values_at(c, 0, 2, degree, h)
-    store_lanes(w, rows.X, x)
-    store_lanes(w, rows.VX, vx)
     # After a switch y starts from zero; the same holds for y/θ.
     side, start = load_lanes(w, rows.SIDE), load_lanes(c, 1)
     first = choose(start == 0.0, load_lanes(c, 3) * h, start)
     far = least(side * first, side * y) > off
     return occupied & bits((load_lanes(w, rows.GUARDED) > 0.0) & negated(far))
+
+
+@inner
+def _complete(w: Any, degree: int, bounded: bool, occupied: int) -> int:
+    # Step a block in x; returns the lanes in which all is finite.
+    c, h = behind(w, rows.SERIES * LANES), load_lanes(w, rows.STEP)
+    if bounded:
+        x, vx, off = bounded_at(c, 0, 2, degree, h)
+        store_lanes(w, rows.X_OFF, off)
+        store_lanes(w, rows.VX_OFF, slope_bound(c, 0, 2, degree, h))
+    else:
+        x, vx = values_at(c, 0, 2, degree, h)
+    store_lanes(w, rows.X, x)
+    store_lanes(w, rows.VX, vx)
+    total = (x + load_lanes(w, rows.Y)) + (vx + load_lanes(w, rows.VY))
+    return occupied & bits((total - total == 0.0) & (h > 0.0))
 
 
 @inner
@@ -290,66 +283,35 @@ def advance(
             occupied = _refill(lanes, memory(members), count, cursor, occupied)
             if occupied == 0:
                 break
-        rooted, waiting = 0, 0
         for block in range(BLOCKS):
-            here = occupied >> block * LANES & _BLOCK
+            if occupied >> block * LANES & LANE_BITS != 0:
+                w = behind(lanes, block * rows.BLOCK)
+                if cubic:
+                    expand_cubic_lanes(behind(w, rows.SERIES * LANES), w, order)
+                else:
+                    expand_linear_lanes(behind(w, rows.SERIES * LANES), w, order)
+        near = 0
+        for block in range(BLOCKS):
+            here = occupied >> block * LANES & LANE_BITS
             if here != 0:
                 w = behind(lanes, block * rows.BLOCK)
-                near = _predict(w, t_end, tol, order, cubic, peak, here)
-                while near != 0:
-                    place = block * LANES + lowest(near)
-                    near &= near - 1
-                    queue_root(lanes, waiting, place, degree)
-                    waiting += 1
-                    if waiting == LANES:
-                        rooted |= settle_roots(lanes, degree, waiting)
-                        waiting = 0
-        if waiting > 0:
-            rooted |= settle_roots(lanes, degree, waiting)
-        live, waiting = 0, 0
+                near |= _predict(w, t_end, tol, degree, here) << block * LANES
+        rooted = settle_roots(lanes, degree, near)
+        live = 0
         for block in range(BLOCKS):
-            here = occupied >> block * LANES & _BLOCK
+            here = occupied >> block * LANES & LANE_BITS
             if here != 0:
                 w = behind(lanes, block * rows.BLOCK)
-                total = load_lanes(w, rows.X) + load_lanes(w, rows.Y)
-                total = total + load_lanes(w, rows.VX) + load_lanes(w, rows.VY)
-                h, t = load_lanes(w, rows.STEP), load_lanes(w, rows.T)
-                fine = here & bits((total - total == 0.0) & (h > 0.0))
-                live |= fine << block * LANES
-                if amplitude or peak or steady:
-                    if steady:
-                        increment = h + load_lanes(w, rows.REST)
-                        crossing = fine & bits((t < half) & (t + increment > half))
-                        fine &= ~crossing
-                        while crossing != 0:
-                            place = block * LANES + lowest(crossing)
-                            crossing &= crossing - 1
-                            settle_half(lanes, place, degree, half)
-                    for extreme in (OF_X, OF_Y, OF_VX):
-                        found = 0
-                        if extreme == OF_Y:
-                            observed = fine if amplitude else fine & bits(t >= half)
-                            if amplitude or steady:
-                                found = reaching(w, 1, observed)
-                        elif peak:
-                            found = reaching(w, 0, fine) if extreme == OF_X else speeding(w, fine)
-                        while found != 0:
-                            place = block * LANES + lowest(found)
-                            found &= found - 1
-                            queue_extreme(lanes, waiting, place, extreme, degree)
-                            waiting += 1
-                            if waiting == LANES:
-                                settle_extremes(lanes, degree, waiting)
-                                waiting = 0
-        if waiting > 0:
-            settle_extremes(lanes, degree, waiting)
+                live |= _complete(w, degree, peak, here) << block * LANES
+        if amplitude or peak or steady:
+            observe(lanes, degree, half, amplitude, peak, steady, live)
         leaving = occupied & ~live
         done, stalled, halted = 0, 0, 0
         for block in range(BLOCKS):
             first = block * LANES
-            if occupied >> first & _BLOCK != 0:
+            if occupied >> first & LANE_BITS != 0:
                 w = behind(lanes, block * rows.BLOCK)
-                cut, going = rooted >> first & _BLOCK, live >> first & _BLOCK
+                cut, going = rooted >> first & LANE_BITS, live >> first & LANE_BITS
                 at_end, stuck, late = _go_on(w, t_end, cut, going, max_steps)
                 done |= at_end << first
                 stalled |= stuck << first

@@ -96,7 +96,7 @@ PLACE, LENGTH, ASIDE, FINAL, FINAL_SLOPE = range(5)
 EXTREME, LOW, HIGH = range(2, 5)
 QUEUED: Final = 5
 ROOTS: Final = BLOCKS * BLOCK
-CRESTS: Final = ROOTS + (QUEUED + 2 * ROWS) * LANES
+CRESTS: Final = ROOTS + (QUEUED + ROWS) * LANES
 # One lane's series and extremes, for the code that knows no lanes.
 SINGLE: Final = CRESTS + (QUEUED + ROWS) * LANES
 SHIFTED: Final = SINGLE + 2 * ROWS

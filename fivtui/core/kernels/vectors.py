@@ -17,6 +17,8 @@ from numba.extending import lower_builtin, models, register_model, type_callable
 from .jit import intrinsic
 
 LANES: Final = 8
+# All of them.
+LANE_BITS: Final = (1 << LANES) - 1
 
 # A product and a sum may become one fused operation, rounded once.
 CONTRACT: Final = ("contract",)
