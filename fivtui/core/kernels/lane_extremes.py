@@ -10,7 +10,7 @@ import numpy as np
 
 from . import rows
 from .jit import inner
-from .lane_steps import cubic_bound, curved_at, slope_bound, sways, values_at
+from .lane_steps import cubic_bound, curved_at, slope_bound, slope_sway, values_at
 from .polynomials import CALLER, widen
 from .rows import BLOCKS
 from .steps import EXTREMES, NO_EXTREMES, include_part
@@ -182,10 +182,9 @@ def _widened(q: Any, degree: int, wanted: int) -> int:
     if wanted == 0:
         return 0
     twist = slope_bound(c, 0, 1, degree, h)
-    _, slope_sway = sways(c, 0, 1, degree, h)
     turning = (slope > 0.0) ^ (last_slope > 0.0)
     level = (absolute(slope) > twist) & (absolute(last_slope) > twist)
-    bent = absolute(last_slope - slope) > slope_sway
+    bent = absolute(last_slope - slope) > slope_sway(c, 0, 1, degree, h)
     # Where the slope of the cubic vanishes, and what it is there.
     change = final - start
     cube = slope + last_slope - change * 2.0

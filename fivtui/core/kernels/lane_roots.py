@@ -8,7 +8,7 @@ from typing import Any, Final
 
 from . import rows
 from .jit import inner
-from .lane_steps import curved_at, slope_bound, sways, values_at
+from .lane_steps import curved_at, slope_bound, slope_sway, sway, values_at
 from .polynomials import CALLER, PRECISE, sign_roots
 from .vectors import (
     LANES,
@@ -94,24 +94,29 @@ def _first_roots(q: Any, degree: int, wanted: int) -> Any:
     h, side = load_lanes(q, rows.LENGTH), load_lanes(q, rows.ASIDE)
     final, last_slope = load_lanes(q, rows.FINAL), load_lanes(q, rows.FINAL_SLOPE) * h
     start, start_slope = load_lanes(c, 0), load_lanes(c, 1) * h
-    twist = slope_bound(c, 0, 1, degree, h)
-    sway, slope_sway = sways(c, 0, 1, degree, h)
     # After a switch all this is about y/θ, for which the bounds of y are good enough.
     fresh = start == 0.0
     first = choose(fresh, start_slope, start)
     slope = choose(fresh, load_lanes(c, 2) * (h * h), start_slope)
     last_slope = choose(fresh, last_slope - final, last_slope)
     change = final - first
-    level = (absolute(slope) > twist) & (absolute(last_slope) > twist)
-    turning = (slope > 0.0) ^ (last_slope > 0.0)
-    monotone = (absolute(change) > sway) | (level & negated(turning))
-    bent = absolute(last_slope - slope) > slope_sway
-    # Between the tangents at its ends lies all of a curve that bends one way.
-    lowest_value = first + slope * ((change - last_slope) / (slope - last_slope))
-    clear = negated(turning) | (side * slope > 0.0) | (side * lowest_value > 0.0)
+    # Whether there is one root at most, and none if the ends are on one side.
+    single = absolute(change) > sway(c, 0, 1, degree, h)
+    clear = single
+    if wanted & ~bits(single) != 0:
+        twist = slope_bound(c, 0, 1, degree, h)
+        level = (absolute(slope) > twist) & (absolute(last_slope) > twist)
+        turning = (slope > 0.0) ^ (last_slope > 0.0)
+        clear = clear | (level & negated(turning))
+        bent = absolute(last_slope - slope) > slope_sway(c, 0, 1, degree, h)
+        # Between the tangents at its ends lies all of a curve that bends one way.
+        bound = first + slope * ((change - last_slope) / (slope - last_slope))
+        one_sided = negated(turning) | (side * slope > 0.0) | (side * bound > 0.0)
+        single = clear | bent
+        clear = clear | (bent & one_sided)
     inside = side * first > 0.0
-    none = bits(inside & (side * final > 0.0) & (monotone | (bent & clear)))
-    one = wanted & bits(inside & (side * final < 0.0) & (monotone | bent))
+    none = bits(inside & (side * final > 0.0) & clear)
+    one = wanted & bits(inside & (side * final < 0.0) & single)
     if one != 0:
         part = (splat(0.0) - first) / change
         rest = 1.0 - part

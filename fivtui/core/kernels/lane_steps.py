@@ -106,12 +106,15 @@ def slope_bound(c: Any, first: int, stride: int, degree: int, t: Any) -> Any:
 
 
 @part
-def sways(c: Any, first: int, stride: int, degree: int, t: Any) -> Any:
-    """How far slope and second derivative leave those of their chords on [0, t] at most."""
-    return (
-        _weighed_at(memory(SWAY), c, first, stride, degree, t),
-        _weighed_at(memory(SLOPE_SWAY), c, first, stride, degree, t),
-    )
+def sway(c: Any, first: int, stride: int, degree: int, t: Any) -> Any:
+    """How far the slope, times t, leaves that of the polynomial's chord on [0, t] at most."""
+    return _weighed_at(memory(SWAY), c, first, stride, degree, t)
+
+
+@part
+def slope_sway(c: Any, first: int, stride: int, degree: int, t: Any) -> Any:
+    """How far the second derivative, times t², leaves the slope of the slope's chord at most."""
+    return _weighed_at(memory(SLOPE_SWAY), c, first, stride, degree, t)
 
 
 @part
