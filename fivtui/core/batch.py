@@ -1,9 +1,9 @@
-"""Many transients at once: eight a processor core, in a memory that the horizon does not change."""
+"""Many transients at once, on all processor cores, in a memory that the horizon does not change."""
 
 import os
 import threading
-from collections.abc import Collection, Mapping
-from concurrent.futures import FIRST_EXCEPTION, Future, ThreadPoolExecutor, wait
+from collections.abc import Callable, Collection, Mapping
+from concurrent.futures import Future, ThreadPoolExecutor, wait
 from types import SimpleNamespace
 from typing import Any, Final, Literal, cast
 
@@ -27,12 +27,16 @@ REQUIREMENTS: Final = ("final", "amplitude", "peak", "steady", "events")
 
 # Members that a worker takes at a time: a part of those left, so that all end together.
 _LEAST_CHUNK, _GREATEST_CHUNK = 64, 1024
-# Steps of its eight lanes between two looks around.
+# Steps of all its lanes between two looks around.
 _BUDGET: Final = 20_000
 # Time between two looks at the progress callback, s.
 _REPORT_S: Final = 0.02
 
 kernels: Final = KernelLoader("lanes")
+
+
+def _nothing() -> None:
+    pass
 
 
 def simulate_batch(
@@ -71,7 +75,7 @@ def simulate_batch(
     max_steps : int
         Steps after which a member is given up.
     workers : int, optional
-        Threads, at least 1; as many as there are processors if not given.
+        Threads, the caller's one of them; as many as there are processors if not given.
     progress : callable, optional
         Called now and then with the fraction done; the batch is cancelled when it returns False.
 
@@ -168,29 +172,33 @@ class _Work:
     def run(self, lanes: Any, workers: int, report: Progress) -> None:
         """Compute all members."""
         workers = min(workers, -(-self._size // _LEAST_CHUNK))
-        if not report(0.0):
-            raise Cancelled
+        running: set[Future[None]] = set()
+
+        def look() -> None:
+            for future in running:
+                if future.done():
+                    future.result()
+            if not report(min(self._done / self._size, 1.0)):
+                raise Cancelled
+
         if workers > 0:
+            look()
             pool = ThreadPoolExecutor(workers, thread_name_prefix="batch")
             try:
-                running = {pool.submit(self._worker, lanes, workers) for _ in range(workers)}
-                while running:
-                    running = self._waited(running)
-                    if not report(min(self._done / self._size, 1.0)):
-                        raise Cancelled
+                # This thread is one of the workers.
+                running |= {
+                    pool.submit(self._worker, lanes, workers, _nothing) for _ in range(workers - 1)
+                }
+                self._worker(lanes, workers, look)
+                while wait(running, timeout=_REPORT_S).not_done:
+                    look()
+                look()
             finally:
                 self._stop = True
                 pool.shutdown(cancel_futures=True)
         report(1.0)
 
-    @staticmethod
-    def _waited(running: set[Future[None]]) -> set[Future[None]]:
-        done, still = wait(running, timeout=_REPORT_S, return_when=FIRST_EXCEPTION)
-        for future in done:
-            future.result()
-        return still
-
-    def _worker(self, lanes: Any, workers: int) -> None:
+    def _worker(self, lanes: Any, workers: int, look: Callable[[], None]) -> None:
         work = np.empty(lanes.rows.WORK_SIZE)
         share = 1 if workers == 1 else 2 * workers
         while not self._stop:
@@ -201,9 +209,9 @@ class _Work:
                 self._next = last = min(last, self._size)
             if first == last:
                 return
-            self._compute(lanes, slice(first, last), work)
+            self._compute(lanes, slice(first, last), work, look)
 
-    def _compute(self, lanes: Any, where: slice, work: Floats) -> None:
+    def _compute(self, lanes: Any, where: slice, work: Floats, look: Callable[[], None]) -> None:
         p = {name: column[where] for name, column in self._columns.items()}
         members = self._members(lanes, p, where)
         outcomes = np.empty((len(members), lanes.rows.OUTCOME_COLUMNS))
@@ -212,17 +220,24 @@ class _Work:
         for field in (True, False):
             places = np.flatnonzero(cubic == field)
             if places.size == len(members):
-                self._advance(lanes, members, outcomes, work, cubic=field)
+                self._advance(lanes, members, outcomes, work, look, cubic=field)
             elif places.size > 0:
                 some = np.empty((places.size, lanes.rows.OUTCOME_COLUMNS))
-                self._advance(lanes, members[places], some, work, cubic=field)
+                self._advance(lanes, members[places], some, work, look, cubic=field)
                 outcomes[places] = some
             if self._stop:
                 return
         self._keep(lanes.rows.Outcome(*outcomes.T), p["F"], where)
 
     def _advance(
-        self, lanes: Any, members: Floats, outcomes: Floats, work: Floats, *, cubic: bool
+        self,
+        lanes: Any,
+        members: Floats,
+        outcomes: Floats,
+        work: Floats,
+        look: Callable[[], None],
+        *,
+        cubic: bool,
     ) -> None:
         work.fill(0.0)
         cursor = np.zeros(lanes.CURSOR_SIZE, np.int64)
@@ -248,6 +263,7 @@ class _Work:
             with self._lock:
                 self._done += done - reported
             reported = done
+            look()
 
     def _members(self, lanes: Any, columns: dict[str, Floats], where: slice) -> Floats:
         # The problems as the kernel takes them; `constants` does on arrays what it does on numbers.

@@ -1,15 +1,14 @@
-"""Many transients, eight at a time: Taylor steps of as many parameter sets, one in each lane.
+"""Many transients at once: Taylor steps of as many parameter sets, one in each lane.
 
 Every lane has its own time, step, mode and problem; all run the cubic field, whose contact terms
-are zero off the belt. What the bounds of `lane_steps` leave open is settled by `polynomials`, for
-that lane alone. A lane that is done takes the next problem.
+are zero off the belt. A lane that is done takes the next problem. The lanes are stepped block by
+block; first switches and extrema, which few of the steps have, are then looked for together.
 """
 
 import sys
 from typing import Any, Final
 
 import numba
-import numpy as np
 
 from .. import batch_result, model, parameters, polynomial, recurrences, taylor
 from ..batch_result import Status
@@ -18,21 +17,24 @@ from ..taylor import MAX_STALLED
 from . import (
     expansion,
     lane_extremes,
+    lane_members,
+    lane_roots,
     lane_steps,
     polynomials,
     rows,
     steps,
-    variations,
     vectors,
 )
 from .expansion import expand_cubic_lanes, expand_linear_lanes
 from .jit import inner, kernel
-from .lane_extremes import observe_column, observe_speed, settle_half
-from .lane_steps import bounded_at, first_roots, step_sizes, values_at
-from .polynomials import CALLER, sign_roots
-from .rows import MEMBER_COLUMNS, OUTCOME_COLUMNS
-from .steps import EXTREMES, NO_EXTREMES, is_finite, mode_after
+from .lane_extremes import observe
+from .lane_members import begin, end, lane_of, move
+from .lane_roots import settle_roots
+from .lane_steps import bounded_at, slope_bound, step_sizes, values_at
+from .rows import BLOCKS, MEMBER_COLUMNS, OUTCOME_COLUMNS, PLACES
+from .steps import is_finite
 from .vectors import (
+    LANE_BITS,
     LANES,
     behind,
     bits,
@@ -40,6 +42,7 @@ from .vectors import (
     lanes_of,
     least,
     load_lanes,
+    lowest,
     memory,
     negated,
     splat,
@@ -51,12 +54,12 @@ DONE, OVERFLOW, STALLED, STEP_LIMIT = (
 )
 # What a worker keeps between calls: members begun and ended, and the members in the lanes.
 BEGUN, ENDED, OCCUPIED, MEMBERS = range(4)
-CURSOR_SIZE: Final = MEMBERS + LANES
+CURSOR_SIZE: Final = MEMBERS + PLACES
 
 _K1, _K2, _K3, _F, _K_NL = (
     list(PARAMETERS).index(name) for name in ("k1", "k2", "k3", "F", "k_nl")
 )
-_ALL: Final = (1 << LANES) - 1
+_ALL: Final = (1 << PLACES) - 1
 _resting_height: Final = inner(model.resting_height)
 _row = numba.types.Array(numba.float64, 1, "C")
 _table = numba.types.Array(numba.float64, 2, "C")
@@ -70,89 +73,84 @@ _OWN: Final = (
     taylor,
     expansion,
     lane_extremes,
+    lane_members,
+    lane_roots,
     lane_steps,
     polynomials,
     rows,
     steps,
-    variations,
     vectors,
     sys.modules[inner.__module__],
 )
 
 
 @inner
-def _begin(w: Any, lane: int, member: Any) -> None:
-    # Put a problem into a lane.
-    for n in range(rows.FIXED):
-        w[(rows.CONTACT + n) * LANES + lane] = member[n]
-    for n in range(rows.MOVING, rows.STEP):
-        w[n * LANES + lane] = 0.0
-    w[rows.FIRST * LANES + lane] = w[rows.LAST * LANES + lane] = np.nan
-    for n in range(len(EXTREMES)):
-        w[(rows.SEEN + n) * LANES + lane] = NO_EXTREMES[n]
-        w[(rows.EARLIER + n) * LANES + lane] = NO_EXTREMES[n]
-    x, vx, y, vy = (
-        member[rows.FIXED],
-        member[rows.FIXED + 1],
-        member[rows.FIXED + 2],
-        member[rows.FIXED + 3],
+def _refill(work: Any, members: Any, count: int, cursor: Any, occupied: int) -> int:
+    # Give problems to empty lanes, the lowest first; without any left, keep to as few blocks as
+    # can be.
+    while occupied != _ALL and cursor[BEGUN] < count:
+        place, index = lowest(~occupied), cursor[BEGUN]
+        begin(work, place, behind(members, index * MEMBER_COLUMNS))
+        cursor[MEMBERS + place] = index
+        cursor[BEGUN] += 1
+        occupied |= 1 << place
+    for place in range(PLACES - 1, -1, -1):
+        if occupied >> place & 1:
+            hole = lowest(~occupied)
+            if hole // LANES >= place // LANES:
+                break
+            move(work, place, hole)
+            cursor[MEMBERS + hole] = cursor[MEMBERS + place]
+            occupied ^= 1 << place | 1 << hole
+    return occupied
+
+
+@inner
+def _predict(w: Any, t_end: float, tol: float, degree: int, occupied: int) -> int:
+    # Step a block in y as far as the expansions lead; returns the lanes in which there may be a
+    # switch before.
+    c = behind(w, rows.SERIES * LANES)
+    h = step_sizes(
+        c,
+        degree,
+        tol,
+        load_lanes(w, rows.DEFLECTION),
+        load_lanes(w, rows.FREQUENCY),
+        load_lanes(w, rows.LONGEST),
     )
-    series = behind(w, rows.SERIES * LANES)
-    series[lane], series[LANES + lane] = x, y
-    series[2 * LANES + lane], series[3 * LANES + lane] = vx, vy
-    above = y > 0.0
-    if y == 0.0:
-        coupling, preload = w[rows.COUPLING * LANES + lane], w[rows.PRELOAD * LANES + lane]
-        above = mode_after(x, vx, vy, coupling, preload) == 0
-    w[rows.SIDE * LANES + lane] = 1.0 if above and w[rows.GUARDED * LANES + lane] > 0.0 else -1.0
+    h = least(h, (t_end - load_lanes(w, rows.T)) - load_lanes(w, rows.REST))
+    y, vy, off = bounded_at(c, 1, 2, degree, h)
+    store_lanes(w, rows.STEP, h)
+    store_lanes(w, rows.Y, y)
+    store_lanes(w, rows.VY, vy)
+    store_lanes(w, rows.Y_OFF, off)
+    # After a switch y starts from zero; the same holds for y/θ.
+    side, start = load_lanes(w, rows.SIDE), load_lanes(c, 1)
+    first = choose(start == 0.0, load_lanes(c, 3) * h, start)
+    far = least(side * first, side * y) > off
+    return occupied & bits((load_lanes(w, rows.GUARDED) > 0.0) & negated(far))
 
 
 @inner
-def _end(w: Any, lane: int, status: int, outcome: Any) -> None:
-    # Write the result of a lane and empty it.
-    series = behind(w, rows.SERIES * LANES)
-    outcome[0], outcome[1] = series[lane], series[2 * LANES + lane]
-    outcome[2], outcome[3] = series[LANES + lane], series[3 * LANES + lane]
-    outcome[4], outcome[5] = w[rows.T * LANES + lane], status
-    outcome[6] = w[rows.STEPS * LANES + lane]
-    outcome[7], outcome[8] = w[rows.LIFTS * LANES + lane], w[rows.LANDINGS * LANES + lane]
-    outcome[9] = w[rows.AIR * LANES + lane]
-    outcome[10], outcome[11] = w[rows.FIRST * LANES + lane], w[rows.LAST * LANES + lane]
-    for n in range(len(EXTREMES)):
-        one, other = w[(rows.SEEN + n) * LANES + lane], w[(rows.EARLIER + n) * LANES + lane]
-        outcome[12 + n] = min(one, other) if n < 2 else max(one, other)
-    outcome[17], outcome[18] = w[rows.Y_LOW * LANES + lane], w[rows.Y_HIGH * LANES + lane]
-    # What has no problem stands still.
-    for n in range(rows.STEP):
-        w[n * LANES + lane] = 0.0
-    for n in range(4):
-        series[n * LANES + lane] = 0.0
-    w[rows.LONGEST * LANES + lane] = 1.0
+def _complete(w: Any, degree: int, bounded: bool, occupied: int) -> int:
+    # Step a block in x; returns the lanes in which all is finite.
+    c, h = behind(w, rows.SERIES * LANES), load_lanes(w, rows.STEP)
+    if bounded:
+        x, vx, off = bounded_at(c, 0, 2, degree, h)
+        store_lanes(w, rows.X_OFF, off)
+        store_lanes(w, rows.VX_OFF, slope_bound(c, 0, 2, degree, h))
+    else:
+        x, vx = values_at(c, 0, 2, degree, h)
+    store_lanes(w, rows.X, x)
+    store_lanes(w, rows.VX, vx)
+    total = (x + load_lanes(w, rows.Y)) + (vx + load_lanes(w, rows.VY))
+    return occupied & bits((total - total == 0.0) & (h > 0.0))
 
 
 @inner
-def _settle_root(w: Any, degree: int, lane: int) -> bool:
-    # The first switch of a lane's step, exactly; the step ends at it.
-    c, scratch = behind(w, rows.SERIES * LANES), behind(w, rows.SCRATCH)
-    side, h = w[rows.SIDE * LANES + lane], w[rows.STEP * LANES + lane]
-    y = behind(scratch, CALLER)
-    power, final = 1.0, 0.0
-    for n in range(degree + 1):
-        y[n] = c[(2 * n + 1) * LANES + lane] * power
-        final += y[n]
-        power *= h
-    y[degree + 1] = 0.0
-    if sign_roots(y, degree + 1, 1, scratch) > 0:
-        w[rows.STEP * LANES + lane] = h * scratch[0]
-        return True
-    # A root that rounded out of the step is at its end.
-    return side * final <= 0.0
-
-
-@inner
-def _switch(w: Any, end: Any, state: Any, cut: Any, going: Any) -> None:
+def _switch(w: Any, end: Any, cut: Any, going: Any) -> None:
     # Change the mode of the lanes that are `cut` at a root, by the first derivative that is not 0.
-    x, vx, vy = state
+    x, vx, vy = load_lanes(w, rows.X), load_lanes(w, rows.VX), load_lanes(w, rows.VY)
     side = load_lanes(w, rows.SIDE)
     coupling = load_lanes(w, rows.COUPLING)
     pull = coupling * x - load_lanes(w, rows.PRELOAD)
@@ -170,6 +168,46 @@ def _switch(w: Any, end: Any, state: Any, cut: Any, going: Any) -> None:
     store_lanes(w, rows.FIRST, choose(none_yet, end, load_lanes(w, rows.FIRST)))
     store_lanes(w, rows.LAST, choose(switched, end, load_lanes(w, rows.LAST)))
     store_lanes(w, rows.SIDE, new_side)
+    off = new_side > 0.0
+    contact = rows.CONTACT
+    xy, yy = load_lanes(w, contact + rows.XY), load_lanes(w, contact + rows.YY)
+    store_lanes(w, rows.XY, choose(off, load_lanes(w, rows.XY_OFF), xy))
+    store_lanes(w, rows.YY, choose(off, load_lanes(w, rows.YY_OFF), yy))
+    store_lanes(w, rows.CUBIC, choose(off, 0.0, load_lanes(w, contact + rows.CUBIC)))
+
+
+@inner
+def _go_on(w: Any, t_end: float, rooted: int, live: int, max_steps: float) -> Any:
+    # End the steps of a block; returns the lanes that are at the end of the horizon, stall, or
+    # have made too many steps.
+    t, rest, h = load_lanes(w, rows.T), load_lanes(w, rows.REST), load_lanes(w, rows.STEP)
+    cut, going = lanes_of(rooted), lanes_of(live)
+    reached = negated(h < (t_end - t) - rest) & negated(cut)
+    increment = h + rest
+    end = t + increment
+    lost = end - t
+    new_rest = (t - (end - lost)) + (increment - lost)
+    last = reached | (end >= t_end)
+    end = choose(last, t_end, end)
+    part = choose((load_lanes(w, rows.SIDE) > 0.0) & going, h, 0.0) + load_lanes(w, rows.AIR_REST)
+    air = load_lanes(w, rows.AIR)
+    longer = air + part
+    store_lanes(w, rows.AIR_REST, part - (longer - air))
+    store_lanes(w, rows.AIR, longer)
+    if rooted != 0:
+        _switch(w, end, cut, going)
+    made = load_lanes(w, rows.STEPS) + choose(going, 1.0, 0.0)
+    stuck = choose(end == t, load_lanes(w, rows.STUCK) + 1.0, 0.0)
+    store_lanes(w, rows.STEPS, made)
+    store_lanes(w, rows.STUCK, stuck)
+    store_lanes(w, rows.T, choose(going, end, t))
+    store_lanes(w, rows.REST, new_rest)
+    for n, row in enumerate((rows.X, rows.Y, rows.VX, rows.VY)):
+        old = load_lanes(w, rows.SERIES + n)
+        store_lanes(w, rows.SERIES + n, choose(going, load_lanes(w, row), old))
+    ended = live & bits(last)
+    stalled = live & bits(stuck > float(MAX_STALLED))
+    return ended, stalled, live & bits(made >= max_steps)
 
 
 @kernel(
@@ -238,144 +276,66 @@ def advance(
     float
         Members ended, those under way counted by the part of the horizon behind them.
     """
-    w = memory(work)
-    c = behind(w, rows.SERIES * LANES)
-    degree, half, count = order + 1, 0.5 * t_end, members.shape[0]
+    lanes, degree, half, count = memory(work), order + 1, 0.5 * t_end, members.shape[0]
     occupied = cursor[OCCUPIED]
     for _ in range(budget):
-        if occupied != _ALL and cursor[BEGUN] < count:
-            for lane in range(LANES):
-                if occupied >> lane & 1 == 0 and cursor[BEGUN] < count:
-                    index = cursor[BEGUN]
-                    _begin(w, lane, behind(memory(members), index * MEMBER_COLUMNS))
-                    cursor[MEMBERS + lane] = index
-                    cursor[BEGUN] += 1
-                    occupied |= 1 << lane
-        if occupied == 0:
-            break
-        t, rest, side = load_lanes(w, rows.T), load_lanes(w, rows.REST), load_lanes(w, rows.SIDE)
-        for n in range(rows.CONSTANTS):
-            store_lanes(w, n, load_lanes(w, rows.CONTACT + n))
-        off = side > 0.0
-        store_lanes(
-            w,
-            rows.XY,
-            choose(off, load_lanes(w, rows.XY_OFF), load_lanes(w, rows.CONTACT + rows.XY)),
-        )
-        store_lanes(
-            w,
-            rows.YY,
-            choose(off, load_lanes(w, rows.YY_OFF), load_lanes(w, rows.CONTACT + rows.YY)),
-        )
-        store_lanes(w, rows.CUBIC, choose(off, 0.0, load_lanes(w, rows.CONTACT + rows.CUBIC)))
-        if cubic:
-            expand_cubic_lanes(c, w, order)
-        else:
-            expand_linear_lanes(c, w, order)
-        h = step_sizes(
-            c,
-            degree,
-            tol,
-            load_lanes(w, rows.DEFLECTION),
-            load_lanes(w, rows.FREQUENCY),
-            load_lanes(w, rows.LONGEST),
-        )
-        ahead = (t_end - t) - rest
-        reaching = negated(h < ahead)
-        h = least(h, ahead)
-        guarded = bits(load_lanes(w, rows.GUARDED) > 0.0) & occupied
-        rooted = 0
-        if guarded != 0:
-            h, rooted, doubtful = first_roots(c, degree, h, side, guarded)
-            if doubtful != 0:
-                store_lanes(w, rows.STEP, h)
-                for lane in range(LANES):
-                    if doubtful >> lane & 1 and _settle_root(w, degree, lane):
-                        rooted |= 1 << lane
-                h = load_lanes(w, rows.STEP)
-        cut = lanes_of(rooted)
-        # Where the steps end.
-        if amplitude or steady:
-            y_ends = bounded_at(c, 1, 2, degree, h)
-            y, vy = y_ends[0], y_ends[1]
-        else:
-            y, vy = values_at(c, 1, 2, degree, h)
-            y_ends = (y, vy, y, y)
-        if peak:
-            x_ends = bounded_at(c, 0, 2, degree, h)
-            x, vx = x_ends[0], x_ends[1]
-        else:
-            x, vx = values_at(c, 0, 2, degree, h)
-            x_ends = (x, vx, x, x)
-        total = x + y + vx + vy
-        live = occupied & bits((total - total == 0.0) & (h > 0.0))
-        increment = h + rest
-        end = t + increment
-        lost = end - t
-        new_rest = (t - (end - lost)) + (increment - lost)
-        last = (reaching & negated(cut)) | (end >= t_end)
-        end = choose(last, t_end, end)
-        # What was seen on the way.
+        if occupied != _ALL:
+            occupied = _refill(lanes, memory(members), count, cursor, occupied)
+            if occupied == 0:
+                break
+        for block in range(BLOCKS):
+            if occupied >> block * LANES & LANE_BITS != 0:
+                w = behind(lanes, block * rows.BLOCK)
+                if cubic:
+                    expand_cubic_lanes(behind(w, rows.SERIES * LANES), w, order)
+                else:
+                    expand_linear_lanes(behind(w, rows.SERIES * LANES), w, order)
+        near = 0
+        for block in range(BLOCKS):
+            here = occupied >> block * LANES & LANE_BITS
+            if here != 0:
+                w = behind(lanes, block * rows.BLOCK)
+                near |= _predict(w, t_end, tol, degree, here) << block * LANES
+        rooted = settle_roots(lanes, degree, near)
+        live = 0
+        for block in range(BLOCKS):
+            here = occupied >> block * LANES & LANE_BITS
+            if here != 0:
+                w = behind(lanes, block * rows.BLOCK)
+                live |= _complete(w, degree, peak, here) << block * LANES
         if amplitude or peak or steady:
-            observed = live
-            if steady:
-                crossing = live & bits((t < half) & (end > half))
-                if crossing != 0:
-                    store_lanes(w, rows.STEP, h)
-                    for lane in range(LANES):
-                        if crossing >> lane & 1:
-                            middle = (half - w[rows.T * LANES + lane]) - w[rows.REST * LANES + lane]
-                            duration = w[rows.STEP * LANES + lane]
-                            settle_half(w, degree, lane, min(middle, duration), duration)
-                    observed &= ~crossing
-            if peak:
-                observe_column(w, degree, h, 0, x_ends, observed)
-                observe_speed(w, degree, h, vx, x_ends[3], observed)
-            if not amplitude:
-                observed &= bits(t >= half)
-            if (amplitude or steady) and observed != 0:
-                observe_column(w, degree, h, 1, y_ends, observed)
-        # The switches.
-        y = choose(cut, 0.0, y)
-        if rooted != 0:
-            _switch(w, end, (x, vx, vy), cut, lanes_of(live))
-        going = lanes_of(live)
-        part = choose(off & going, h, 0.0) + load_lanes(w, rows.AIR_REST)
-        air = load_lanes(w, rows.AIR)
-        longer = air + part
-        store_lanes(w, rows.AIR_REST, part - (longer - air))
-        store_lanes(w, rows.AIR, longer)
-        made = load_lanes(w, rows.STEPS) + choose(going, 1.0, 0.0)
-        stuck = choose(end == t, load_lanes(w, rows.STUCK) + 1.0, 0.0)
-        store_lanes(w, rows.STEPS, made)
-        store_lanes(w, rows.STUCK, stuck)
-        store_lanes(w, rows.T, choose(going, end, t))
-        store_lanes(w, rows.REST, new_rest)
-        for n, value in ((0, x), (1, y), (2, vx), (3, vy)):
-            store_lanes(c, n, choose(going, value, load_lanes(c, n)))
-        ended = live & bits(last)
-        stalled = live & ~ended & bits(stuck > float(MAX_STALLED))
-        halted = live & ~ended & bits(made >= max_steps)
-        leaving = (occupied & ~live) | ended | stalled | halted
-        if leaving != 0:
-            for lane in range(LANES):
-                if leaving >> lane & 1:
-                    status = OVERFLOW
-                    if ended >> lane & 1:
-                        status = DONE
-                    elif stalled >> lane & 1:
-                        status = STALLED
-                    elif halted >> lane & 1:
-                        status = STEP_LIMIT
-                    index = cursor[MEMBERS + lane]
-                    _end(w, lane, status, behind(memory(outcomes), index * OUTCOME_COLUMNS))
-                    cursor[ENDED] += 1
-            occupied &= ~leaving
+            observe(lanes, degree, half, amplitude, peak, steady, live)
+        leaving = occupied & ~live
+        done, stalled, halted = 0, 0, 0
+        for block in range(BLOCKS):
+            first = block * LANES
+            if occupied >> first & LANE_BITS != 0:
+                w = behind(lanes, block * rows.BLOCK)
+                cut, going = rooted >> first & LANE_BITS, live >> first & LANE_BITS
+                at_end, stuck, late = _go_on(w, t_end, cut, going, max_steps)
+                done |= at_end << first
+                stalled |= stuck << first
+                halted |= late << first
+        leaving |= done | stalled | halted
+        while leaving != 0:
+            place = lowest(leaving)
+            leaving &= leaving - 1
+            status = OVERFLOW
+            if done >> place & 1:
+                status = DONE
+            elif stalled >> place & 1:
+                status = STALLED
+            elif halted >> place & 1:
+                status = STEP_LIMIT
+            index = cursor[MEMBERS + place]
+            end(lanes, place, status, behind(memory(outcomes), index * OUTCOME_COLUMNS))
+            cursor[ENDED] += 1
+            occupied ^= 1 << place
     cursor[OCCUPIED] = occupied
     behind_us = float(cursor[ENDED])
-    for lane in range(LANES):
-        if occupied >> lane & 1:
-            behind_us += w[rows.T * LANES + lane] / t_end
+    for place in range(PLACES):
+        if occupied >> place & 1:
+            behind_us += lane_of(lanes, place)[rows.T * LANES] / t_end
     return behind_us
 
 

@@ -64,7 +64,10 @@ class Outcome(NamedTuple):
 
 MEMBER_COLUMNS: Final = len(Member._fields)
 OUTCOME_COLUMNS: Final = len(Outcome._fields)
-# Rows of a lane block: the constants that the recurrences are given, then those of the problem, …
+# Lanes that take turns: while those of one block step, those of another need not be waited for.
+BLOCKS: Final = 4
+PLACES: Final = BLOCKS * LANES
+# Rows of a block: the constants that the recurrences are given, then those of the problem, …
 CONSTANTS: Final = len(Constants._fields)
 CONTACT: Final = CONSTANTS
 XY, YY, CUBIC = (Constants._fields.index(name) for name in ("xy", "yy", "cubic"))
@@ -81,13 +84,21 @@ T, REST, SIDE, STEPS, STUCK, LIFTS, LANDINGS, AIR, AIR_REST, FIRST, LAST = range
 SEEN: Final = MOVING + 11
 EARLIER: Final = SEEN + len(EXTREMES)
 X_LOW, Y_LOW, X_HIGH, Y_HIGH, VX_HIGH = range(SEEN, EARLIER)
-# … room for the steps, and the coefficients of x and y, and of ẋ.
+# … a step: its length, its end, and how far x, y and ẋ may leave their chords, …
 STEP: Final = EARLIER + len(EXTREMES)
-SERIES: Final = STEP + 1
-RATES: Final = SERIES + 2 * ROWS
-BLOCK: Final = (RATES + ROWS) * LANES
+X, Y, VX, VY, X_OFF, Y_OFF, VX_OFF = range(STEP + 1, STEP + 8)
+# … and the coefficients of x and y.
+SERIES: Final = STEP + 8
+BLOCK: Final = (SERIES + 2 * ROWS) * LANES
+# Rows of a queue of steps, of which the first switch or an extremum is wanted: where a step comes
+# from, its length, side and end, or which extreme is wanted and those seen, and the coefficients.
+PLACE, LENGTH, ASIDE, FINAL, FINAL_SLOPE = range(5)
+EXTREME, LOW, HIGH = range(2, 5)
+QUEUED: Final = 5
+ROOTS: Final = BLOCKS * BLOCK
+CRESTS: Final = ROOTS + (QUEUED + ROWS) * LANES
 # One lane's series and extremes, for the code that knows no lanes.
-SINGLE: Final = BLOCK
+SINGLE: Final = CRESTS + (QUEUED + ROWS) * LANES
 SHIFTED: Final = SINGLE + 2 * ROWS
 ROW: Final = SHIFTED + 2 * ROWS
 SCRATCH: Final = ROW + LANES

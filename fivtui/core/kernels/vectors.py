@@ -17,6 +17,8 @@ from numba.extending import lower_builtin, models, register_model, type_callable
 from .jit import intrinsic
 
 LANES: Final = 8
+# All of them.
+LANE_BITS: Final = (1 << LANES) - 1
 
 # A product and a sum may become one fused operation, rounded once.
 CONTRACT: Final = ("contract",)
@@ -355,6 +357,16 @@ def ones(_typing: Any, number: Any) -> Any:
 
     def generate(_context: Any, builder: Any, _signature: Any, values: Any) -> Any:
         return builder.ctpop(values[0])
+
+    return types.int64(types.int64), generate
+
+
+@intrinsic
+def lowest(_typing: Any, number: Any) -> Any:
+    """The place of the lowest bit that is set; there is one."""
+
+    def generate(_context: Any, builder: Any, _signature: Any, values: Any) -> Any:
+        return builder.cttz(values[0], ir.IntType(1)(1))
 
     return types.int64(types.int64), generate
 
