@@ -11,6 +11,7 @@ from textual.pilot import Pilot
 from fivtui import tradeoff
 from fivtui.core import compiled
 from fivtui.core.kernel_loader import KernelLoader
+from fivtui.core.mode_scan import mode_scan, scan_top
 from fivtui.paper.claim import check
 from fivtui.paper.claims import CLAIMS
 from fivtui.paper.study import Study
@@ -20,7 +21,6 @@ from fivtui.tui import runs
 from fivtui.tui.app import FivtuiApp
 from fivtui.tui.chart_view import ChartView
 from fivtui.tui.paper_view import claim_rows, claim_words
-from fivtui.tui.stability_charts import mode_scan, scan_top
 from fivtui.tui.tradeoff_view import present_row, present_words, table_rows, tradeoff_chart
 from tests.tui_support import (
     app_of,

@@ -12,6 +12,7 @@ from textual.timer import Timer
 from textual.worker import get_current_worker
 
 from fivtui.core.errors import Cancelled, ComputationError, InputError
+from fivtui.core.mode_scan import ModeScan, mode_scan, scan_top
 from fivtui.core.parameters import Parameters
 from fivtui.core.stability import Stability
 
@@ -20,14 +21,7 @@ from .messages import PointOpened
 from .nudges import number_text
 from .report import stability_rows
 from .session import Session
-from .stability_charts import (
-    ModeScan,
-    frequency_chart,
-    growth_chart,
-    mode_scan,
-    plane_chart,
-    scan_top,
-)
+from .stability_charts import frequency_chart, growth_chart, plane_chart
 from .table import RowsView
 from .views_pane import ViewsPane
 
