@@ -10,10 +10,9 @@ from fivtui.formats import FORMATS
 from fivtui.scene import Scene, load_scene
 
 from .dialogs import PathDialog, Target
-from .exports import EXPORTS, Export, check_scene_path, proposal, save_scene_as, write_export
+from .exports import Export, check_scene_path, save_scene_as, write_export
 from .imports import load_run
 from .messages import ExportEnded, Reported, RunRead, SceneLoaded, SceneSaved
-from .runs import Run
 from .session import Session
 
 
@@ -32,33 +31,26 @@ class FileDesk:
         self._screen = screen
         self._session = session
 
-    def export(self, what: str, run: Run) -> None:
-        """Ask for a path and write something of a run there.
+    def export(self, export: Export) -> None:
+        """Ask for a path and write something there.
 
         Parameters
         ----------
-        what : str
-            A name in `EXPORTS`.
-        run : Run
-            A run that is done.
+        export : Export
+            What to write.
         """
-        export = EXPORTS[what]
 
         def write(target: Target | None) -> None:
             if target is not None:
-                self._write(export, run, target)
+                self._write(export, target)
 
-        dialog = PathDialog(
-            f"Write the {what} of run {run.number}",
-            proposal(run, export),
-            f"The suffix says the format, for example {export.suffix}.",
-            export.check,
-        )
+        title = f"Write the {export.what} of {export.of}"
+        dialog = PathDialog(title, export.proposal, export.hint, export.check)
         self._screen.app.push_screen(dialog, write)
 
-    def _write(self, export: Export, run: Run, target: Target) -> None:
+    def _write(self, export: Export, target: Target) -> None:
         def work() -> None:
-            error = write_export(export, run, target.path, force=target.force)
+            error = write_export(export, target.path, force=target.force)
             self._screen.post_message(ExportEnded(export.what, target.path, error))
 
         self._screen.run_worker(work, name=export.what, thread=True, exit_on_error=False)

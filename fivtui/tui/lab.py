@@ -36,6 +36,7 @@ from .messages import (
     SceneLoaded,
     SceneSaved,
 )
+from .pane import Pane
 from .report import stability_brief, verdict
 from .run_bar import RunBar
 from .run_desk import RunDesk
@@ -236,12 +237,9 @@ class LabScreen(Screen[None]):
         return dict(sorted(bindings.items(), key=lambda item: item[1].node is not self))
 
     def check_action(self, action: str, parameters: tuple[object, ...]) -> bool | None:  # noqa: ARG002
-        """Which actions apply now: one of Run and Stop, export with a result alone."""
+        """Which actions apply now: one of Run and Stop."""
         running = self.session.runs.active is not None
         applies = {"run": not running, "stop": running, "run_both": not running}
-        if action == "export":
-            # None: shown, but dimmed.
-            return True if self.session.runs.shown is not None else None
         return applies.get(action, True)
 
     def action_run(self) -> None:
@@ -287,10 +285,18 @@ class LabScreen(Screen[None]):
         """
         self._book.show(name)
 
+    @property
+    def pane(self) -> Pane | None:
+        """The pane in sight, None before it is made."""
+        return self._book.pane
+
     def action_export(self, what: str) -> None:
-        """Write something of the run shown to a file."""
-        if self.session.runs.shown is not None:
-            self._files.export(what, self.session.runs.shown)
+        """Write what the tab in sight shows to a file."""
+        if self.pane is not None:
+            try:
+                self._files.export(self.pane.export(what))
+            except InputError as error:
+                self.post_message(Reported(str(error), error=True))
 
     def action_open_scene(self) -> None:
         """Open a scene file."""
@@ -361,9 +367,9 @@ class LabScreen(Screen[None]):
             self.app.push_screen(HelpDialog(f"{field.name}: {field.meaning}", field_help(field)))
 
     def action_copy_command(self) -> None:
-        """Copy the command line that computes the same."""
+        """Copy the command line that computes what the tab in sight shows."""
         try:
-            line = self.session.command_line()
+            line = self.session.command_line() if self.pane is None else self.pane.command_line()
         except InputError as error:
             self.post_message(Reported(str(error), error=True))
         else:

@@ -14,6 +14,7 @@ from .chart_view import ChartView
 from .pane import Pane
 
 _PREFIX = "view-"
+_VIEW = "view"
 
 
 class ViewsPane(Pane):
@@ -23,9 +24,12 @@ class ViewsPane(Pane):
     ----------
     VIEWS : mapping of str to str
         Identifier and title of every view; `compose_views` makes a widget of each identifier.
+    LOG_AXES : mapping of str to str
+        Which axes of a chart begin with a logarithmic scale, such as ``xy``.
     """
 
     VIEWS: ClassVar[Mapping[str, str]] = {}
+    LOG_AXES: ClassVar[Mapping[str, str]] = {}
     BINDINGS: ClassVar[list[BindingType]] = [Binding("v", "turn_view", "View")]
 
     def compose(self) -> ComposeResult:
@@ -34,7 +38,8 @@ class ViewsPane(Pane):
             for name, title in self.VIEWS.items():
                 yield Button(title, id=f"{_PREFIX}{name}", classes="view-button", compact=True)
             yield from self.compose_bar()
-        with ContentSwitcher(initial=next(iter(self.VIEWS)), classes="views"):
+        kept, first = self.setting(_VIEW, ""), next(iter(self.VIEWS))
+        with ContentSwitcher(initial=kept if kept in self.VIEWS else first, classes="views"):
             yield from self.compose_views()
 
     def compose_bar(self) -> ComposeResult:
@@ -46,8 +51,12 @@ class ViewsPane(Pane):
         raise NotImplementedError
 
     def on_mount(self) -> None:
-        """Mark the view shown."""
+        """Mark the view shown, and give the charts the limits and scales that they had."""
         self._mark()
+        for chart in self.query(ChartView):
+            usual = self.LOG_AXES.get(str(chart.id), "")
+            chart.view.log_x, chart.view.log_y = "x" in usual, "y" in usual
+            chart.view = self.session.views.setdefault(str(chart.id), chart.view)
 
     def theme_changed(self) -> None:
         """Draw the charts in the colours of now."""
@@ -87,6 +96,7 @@ class ViewsPane(Pane):
             Its identifier.
         """
         self.query_one(ContentSwitcher).current = name
+        self.keep(_VIEW, name)
         self._mark()
         self.draw()
         chosen = self.query_one(f"#{name}")
