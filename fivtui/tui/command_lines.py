@@ -148,8 +148,7 @@ def sweep_line(study: "Study", origin: Origin) -> str:
     begin = origin.scene
     stuck = begin.method != scene.method or begin.accuracy or not (both or begin.separation)
     known = Origin(base_scene(), "") if stuck else origin
-    said = [name for name in _OF_SWEEPS if name not in design.axes]
-    words = _words("sweep", scene, known, said)
+    words = _words("sweep", scene, known, _OF_SWEEPS)
     if both or not study.cases[0]:
         words.append("--both" if both else "--ignore-separation")
     for name, axis in design.axes.items():
