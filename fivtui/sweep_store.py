@@ -23,7 +23,8 @@ from . import __version__
 from .core.design import Axis, Design, Range
 from .core.errors import ComputationError, InputError
 from .core.parameters import Parameters
-from .core.sweep import Rows, Study
+from .core.study import Study
+from .core.sweep import Rows
 from .files import check_output, resolved, write_atomically
 from .locks import locked
 from .sweep_formats import SweepFormat, sweep_format
@@ -115,6 +116,7 @@ def study_to_dict(study: Study) -> dict[str, Any]:
         "start": study.start if isinstance(study.start, str) else list(study.start),
         "t_end": study.t_end,
         "tol": study.tol,
+        "accuracy": dict(study.accuracy),
         "separation": list(study.cases),
         "design": {
             "kind": design.kind,

@@ -15,7 +15,7 @@ from fivtui.core.errors import Cancelled, InputError
 from fivtui.core.parameters import Parameters
 from fivtui.core.stability import stability
 from fivtui.core.stability_map import stability_map
-from fivtui.core.sweep import Study
+from fivtui.core.study import Study
 from fivtui.map_results import load_map, map_to_dict, save_map
 from fivtui.mode_results import modes_over_mu, save_modes
 from fivtui.presets import PRESETS

@@ -8,10 +8,8 @@ from typing import TYPE_CHECKING, Final
 import numpy as np
 from numpy.typing import NDArray
 
-from fivtui.core.design import Range
 from fivtui.core.errors import InputError
 from fivtui.core.parameters import PARAMETERS
-from fivtui.core.sweep import DEFAULT_OUTPUTS
 from fivtui.scene import Scene
 
 from .differences import base_scene, differences
@@ -20,7 +18,7 @@ from .nudges import number_text
 if TYPE_CHECKING:
     from fivtui.core.design import Axis
     from fivtui.core.stability_map import StabilityMap
-    from fivtui.core.sweep import Study
+    from fivtui.core.study import Study
 
 _PHYSICS: Final = (*PARAMETERS, "separation")
 _MOTION: Final = (*_PHYSICS, "start", "t_end")
@@ -135,6 +133,8 @@ def sweep_line(study: "Study", origin: Origin) -> str:
     str
         Quoted for a POSIX shell.
     """
+    from fivtui.core.study import DEFAULT_OUTPUTS
+
     design, both = study.design, len(study.cases) > 1
     scene = dataclasses.replace(
         base_scene(),
@@ -163,6 +163,8 @@ def sweep_line(study: "Study", origin: Origin) -> str:
 
 
 def _axis_text(axis: "Axis") -> str:
+    from fivtui.core.design import Range
+
     if not isinstance(axis, Range):
         return ",".join(map(number_text, axis))
     parts = [number_text(axis.start), number_text(axis.stop)]

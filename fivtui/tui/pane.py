@@ -1,13 +1,14 @@
 """What every tab has in common."""
 
-from typing import ClassVar
+from typing import TYPE_CHECKING, ClassVar
 
 from textual.containers import Vertical
 
-from .command_lines import transient_line
-from .exports import Export, run_export
 from .runs import Run
 from .session import Session
+
+if TYPE_CHECKING:
+    from .exports import Export
 
 
 class Pane(Vertical):
@@ -73,7 +74,7 @@ class Pane(Vertical):
         """
         return False
 
-    def export(self, what: str) -> Export:
+    def export(self, what: str) -> "Export":
         """What can be written of what is shown: of the run, where the tab says nothing else.
 
         Parameters
@@ -91,6 +92,8 @@ class Pane(Vertical):
         InputError
             If there is nothing to write yet; it says what to do.
         """
+        from .exports import run_export
+
         return run_export(what, self.session.runs.shown)
 
     def command_line(self) -> str:
@@ -106,6 +109,8 @@ class Pane(Vertical):
         InputError
             If a field is wrong, or no command can say it.
         """
+        from .command_lines import transient_line
+
         run = self.session.runs.shown
         scene = self.session.scene() if run is None else run.scene
         return transient_line(scene, self.session.origin)

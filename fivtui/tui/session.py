@@ -2,7 +2,7 @@
 
 import dataclasses
 from pathlib import Path
-from typing import Final, cast
+from typing import TYPE_CHECKING, Final, cast
 
 from fivtui.core.errors import InputError
 from fivtui.core.methods import METHODS, takes_step
@@ -12,13 +12,15 @@ from fivtui.core.stability import Stability, stability
 from fivtui.scene import Accuracy, Scene
 
 from .chart import View
-from .command_lines import Origin, transient_line
 from .differences import differences
 from .editing import Editing
 from .fields import CONSIDERED, FIELDS
 from .nudges import number_text
 from .runs import FMU_ENGINE, FMU_METHOD, Run, Runs, engine_of
 from .shown import Studies
+
+if TYPE_CHECKING:
+    from .command_lines import Origin
 
 MOST_RECENT: Final = 10
 _FIRST_METHOD: Final = next(iter(METHODS))
@@ -256,8 +258,10 @@ class Session(Editing):
             return True
 
     @property
-    def origin(self) -> Origin:
+    def origin(self) -> "Origin":
         """The scene loaded, and how the command line names it."""
+        from .command_lines import Origin
+
         return Origin(self._loaded, self.source)
 
     def command_line(self) -> str:
@@ -273,4 +277,6 @@ class Session(Editing):
         InputError
             If a field is wrong.
         """
+        from .command_lines import transient_line
+
         return transient_line(self.scene(), self.origin)

@@ -2,7 +2,7 @@
 
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
-from typing import ClassVar, Final
+from typing import TYPE_CHECKING, ClassVar, Final
 
 from textual import on
 from textual.app import ComposeResult
@@ -17,17 +17,17 @@ from fivtui.core.parameters import Parameters
 from fivtui.core.stability import Stability
 
 from .chart_view import ChartView
-from .command_lines import stability_line
 from .differences import base_scene
-from .exports import Export
 from .messages import PointOpened
 from .nudges import number_text
 from .report import stability_rows
 from .session import Session
 from .stability_charts import frequency_chart, growth_chart, plane_chart
-from .study_exports import stability_export
 from .table import RowsView
 from .views_pane import ViewsPane
+
+if TYPE_CHECKING:
+    from .exports import Export
 
 # The scan over μ begins when no key was pressed for so long, s.
 _PAUSE: Final = 0.05
@@ -140,8 +140,10 @@ class StabilityPane(ViewsPane):
         text = number_text(float(f"{event.point.x:.{_DIGITS}g}"))
         self.post_message(PointOpened({"mu": text}, f"opened μ = {text}"))
 
-    def export(self, what: str) -> Export:
+    def export(self, what: str) -> "Export":
         """The modes over μ and the eigenvalues."""
+        from .study_exports import stability_export
+
         if self._now is None:
             raise InputError(f"no stability to write: {self._why}")
         return stability_export(
@@ -150,6 +152,8 @@ class StabilityPane(ViewsPane):
 
     def command_line(self) -> str:
         """The stability of what is edited."""
+        from .command_lines import stability_line
+
         p = self.session.parameters()
         scene = replace(base_scene(), parameters=p, separation=self.session.separation)
         return stability_line(scene, self.session.origin)

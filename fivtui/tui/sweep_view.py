@@ -18,7 +18,8 @@ from .differences import base_scene
 from .fields import CONSIDERED, FIELDS, IGNORED
 
 if TYPE_CHECKING:
-    from fivtui.core.sweep import Rows, Study
+    from fivtui.core.study import Study
+    from fivtui.core.sweep import Rows
     from fivtui.sweeps import Sweep
 
 FloatArray = NDArray[np.float64]
@@ -185,7 +186,7 @@ def sweep_chart(points: SweepPoints, now: float | None) -> Chart:
         A trace an output and case.
     """
     from fivtui.core.design import VARIABLES
-    from fivtui.core.sweep import OUTPUTS
+    from fivtui.core.study import OUTPUTS
 
     outputs = list(dict.fromkeys(output for output, _ in points.values))
     traces = []
