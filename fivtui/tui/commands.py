@@ -45,7 +45,8 @@ def _commands(lab: LabScreen) -> Iterator[Command]:
     yield Command("Save the scene as…", "Alt+S", lab.action_save_scene_as)
     for path in session.recent:
         yield Command(f"Recent: {path}", "Open it again", partial(lab.action_open_recent, path))
-    yield Command("Read a run…", "Alt+O: a trajectory file, drawn beside", lab.action_read_run)
+    kinds = "Alt+O: a run, sweep, map or trade-off"
+    yield Command("Read a result…", kinds, lab.action_read_result)
     if session.can_undo:
         yield Command("Undo", "Ctrl+Z", lab.action_undo)
     if session.can_redo:

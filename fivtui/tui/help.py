@@ -19,7 +19,7 @@ KEYS: Final = (
     Row("F8", "reset the field in focus; Shift+F8: all of them"),
     Row("Ctrl+Z, Ctrl+Y", "undo and redo edits"),
     Row("Ctrl+O, Ctrl+S, Alt+S", "open a scene, save it, save it as"),
-    Row("Alt+O", "read a run from a trajectory file"),
+    Row("Alt+O", "read a run, sweep, map or trade-off from a file"),
     Row("F1", "help on the field in focus"),
     Row("Ctrl+P", "palette: everything that can be done now"),
     Row("F10", "begin what the tab computes, or stop it"),

@@ -35,6 +35,7 @@ from .messages import (
     RunsChanged,
     SceneLoaded,
     SceneSaved,
+    StudyRead,
 )
 from .pane import Pane
 from .report import stability_brief, verdict
@@ -217,6 +218,13 @@ class LabScreen(Screen[None]):
     def _run_read(self, event: RunRead) -> None:
         self._run_desk.read(event)
 
+    @on(StudyRead)
+    def _study_read(self, event: StudyRead) -> None:
+        self.session.studies.put(event.kind, event.shown)
+        self.show_tab(event.kind)
+        self._book.catch_up()
+        self.post_message(Reported(f"{event.kind} read from {event.shown.source}"))
+
     @on(ExportEnded)
     def _export_ended(self, event: ExportEnded) -> None:
         words = event.error or f"{event.what} written to {event.path}"
@@ -314,9 +322,9 @@ class LabScreen(Screen[None]):
         """Save the scene edited in a file of another name."""
         self._files.save_scene(ask=True)
 
-    def action_read_run(self) -> None:
-        """Read a run from a trajectory file."""
-        self._files.read_run()
+    def action_read_result(self) -> None:
+        """Read a run, sweep, map or trade-off from a file."""
+        self._files.read_result()
 
     def action_undo(self) -> None:
         """Undo the last edit."""

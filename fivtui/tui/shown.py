@@ -1,7 +1,7 @@
 """What the tabs of studies show, and where it came from. Imports no Textual."""
 
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Generic, TypeVar
+from typing import TYPE_CHECKING, Any, Generic, TypeVar
 
 if TYPE_CHECKING:
     from fivtui.core.stability_map import StabilityMap
@@ -47,3 +47,7 @@ class Studies:
     sweep: "Shown[Sweep] | None" = None
     map: "Shown[StabilityMap] | None" = None
     tradeoff: "Shown[Tradeoff] | None" = None
+
+    def put(self, kind: str, shown: "Shown[Any]") -> None:
+        """Show something: `kind` is a tab, such as ``trade-off``."""
+        setattr(self, kind.replace("-", ""), shown)

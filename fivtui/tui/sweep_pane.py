@@ -97,6 +97,8 @@ class SweepPane(JobPane):
         # The session has the result, be it computed here, read from a file, or restored.
         shown = self.session.studies.sweep
         if shown is not self._drawn:
+            if shown is not None and shown.source:
+                self.stop()
             self._drawn = shown
             self._points = None if shown is None else points_of(shown.value)
             if shown is not None and self.job is None:

@@ -42,6 +42,7 @@ class TradeoffPane(JobPane):
         super().__init__(session)
         kept = self.setting(_QUANTITY, "")
         self._quantity = kept if kept in TITLES else next(iter(TITLES))
+        self._seen: Shown[Tradeoff] | None = None
 
     def compose_bar(self) -> ComposeResult:
         """The quantities whose errors can be shown."""
@@ -83,6 +84,9 @@ class TradeoffPane(JobPane):
         """Show what the setting edited delivers."""
         shown = self.session.studies.tradeoff
         if shown is not None:
+            if shown is not self._seen and shown.source:
+                self.stop()
+            self._seen = shown
             scene = self._scene()
             outdated = scene is None or not _same(scene, shown.value.scene)
             words = "the scene has changed since" if outdated else "this scene, this machine"
