@@ -28,6 +28,7 @@ from .messages import (
     FieldNudged,
     PointOpened,
     Reported,
+    ResultsRestored,
     RunActed,
     RunAsked,
     RunEnded,
@@ -43,6 +44,7 @@ from .run_bar import RunBar
 from .run_desk import RunDesk
 from .runs_pane import RunsPane
 from .session import Session
+from .snapshot import take_back
 from .tab_book import TabBook
 from .tabs import TABS
 from .verdict import VerdictView
@@ -224,6 +226,14 @@ class LabScreen(Screen[None]):
         self.show_tab(event.kind)
         self._book.catch_up()
         self.post_message(Reported(f"{event.kind} read from {event.shown.source}"))
+
+    @on(ResultsRestored)
+    def _results_restored(self, event: ResultsRestored) -> None:
+        take_back(self.session, event.results)
+        for words in event.errors:
+            self.post_message(Reported(words, error=True))
+        self._show_runs()
+        self._book.catch_up()
 
     @on(ExportEnded)
     def _export_ended(self, event: ExportEnded) -> None:

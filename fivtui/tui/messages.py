@@ -122,3 +122,11 @@ class StudyRead(Message):
 
     kind: str
     shown: Shown[Any]
+
+
+@dataclass
+class ResultsRestored(Message):
+    """Results of the last session were read, see `snapshot.take_back`, or not: then with errors."""
+
+    results: dict[str, Any]
+    errors: list[str]

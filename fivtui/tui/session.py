@@ -21,6 +21,7 @@ from .shown import Studies
 
 if TYPE_CHECKING:
     from .command_lines import Origin
+    from .state_file import KeptFile
 
 MOST_RECENT: Final = 10
 _FIRST_METHOD: Final = next(iter(METHODS))
@@ -52,6 +53,8 @@ class Session(Editing):
         What the tabs are set to, by name of the tab and of the setting.
     views : dict of str to View
         Limits and scales of the charts, by their identifiers.
+    unread : dict of str to KeptFile
+        Results of the last session that are not read yet, see `State`.
     """
 
     def __init__(self, scene: Scene | None = None, source: str = "") -> None:
@@ -63,6 +66,7 @@ class Session(Editing):
         self.studies = Studies()
         self.settings: dict[str, dict[str, str]] = {}
         self.views: dict[str, View] = {}
+        self.unread: dict[str, KeptFile] = {}
         self._native_method = _FIRST_METHOD
 
     def remember(self, path: str) -> None:

@@ -51,3 +51,8 @@ class Studies:
     def put(self, kind: str, shown: "Shown[Any]") -> None:
         """Show something: `kind` is a tab, such as ``trade-off``."""
         setattr(self, kind.replace("-", ""), shown)
+
+    def get(self, kind: str) -> "Shown[Any] | None":
+        """What is shown in a tab, such as ``trade-off``."""
+        shown: Shown[Any] | None = getattr(self, kind.replace("-", ""))
+        return shown

@@ -10,6 +10,7 @@ from textual.containers import Horizontal
 from textual.widget import Widget
 from textual.widgets import Button, ContentSwitcher
 
+from .chart import View
 from .chart_view import ChartView
 from .pane import Pane
 
@@ -54,9 +55,11 @@ class ViewsPane(Pane):
         """Mark the view shown, and give the charts the limits and scales that they had."""
         self._mark()
         for chart in self.query(ChartView):
-            usual = self.LOG_AXES.get(str(chart.id), "")
-            chart.view.log_x, chart.view.log_y = "x" in usual, "y" in usual
-            chart.view = self.session.views.setdefault(str(chart.id), chart.view)
+            name = str(chart.id)
+            if name not in self.session.views:
+                usual = self.LOG_AXES.get(name, "")
+                self.session.views[name] = View(log_x="x" in usual, log_y="y" in usual)
+            chart.view = self.session.views[name]
 
     def theme_changed(self) -> None:
         """Draw the charts in the colours of now."""
