@@ -139,7 +139,7 @@ class MapPane(JobPane):
     def take(self, result: "StabilityMap") -> None:
         """Show the map."""
         self._computed = result
-        self.say(f"{result.values.size} points; Enter opens the point under the cursor")
+        self.say(f"{result.values.size} points; Enter opens one")
         self.draw()
 
     def draw(self) -> None:

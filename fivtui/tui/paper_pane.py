@@ -43,7 +43,7 @@ class PaperPane(JobPane):
 
     NAME: ClassVar[str] = "paper"
     VERB: ClassVar[str] = "Check"
-    HINT: ClassVar[str] = "Enter computes a figure, F10 checks all claims, o opens as a scene"
+    HINT: ClassVar[str] = "Enter: figure, F10: claims, o: scene"
     VIEWS: ClassVar[Mapping[str, str]] = {
         "figures": "Figures",
         "claims": "Claims",

@@ -48,7 +48,7 @@ class SweepPane(JobPane):
 
     NAME: ClassVar[str] = "sweep"
     VERB: ClassVar[str] = "Sweep"
-    HINT: ClassVar[str] = "F10 sweeps; Enter on a point opens its transient"
+    HINT: ClassVar[str] = "F10 sweeps; Enter opens a point"
     VIEWS: ClassVar[Mapping[str, str]] = {"amplitudes": "Amplitudes"}
 
     @dataclass

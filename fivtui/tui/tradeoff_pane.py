@@ -34,7 +34,7 @@ class TradeoffPane(JobPane):
 
     NAME: ClassVar[str] = "trade-off"
     VERB: ClassVar[str] = "Measure"
-    HINT: ClassVar[str] = "F10 runs the scene by every method, about 7 s of CPU time"
+    HINT: ClassVar[str] = "F10 measures, about 7 s of CPU time"
     VIEWS: ClassVar[Mapping[str, str]] = {"errors": "Plot", "settings": "Table"}
     LOG_AXES: ClassVar[Mapping[str, str]] = {"errors-chart": "xy"}
 
@@ -93,7 +93,7 @@ class TradeoffPane(JobPane):
             if shown.source:
                 words = f"{'another' if outdated else 'this'} scene, read from {shown.source}"
             if self.job is None:
-                self.say(f"{words}; {len(shown.value.rows)} settings")
+                self.say(f"{words}, {len(shown.value.rows)} rows")
             self.draw()
 
     def _scene(self) -> Scene | None:

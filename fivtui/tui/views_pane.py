@@ -36,7 +36,7 @@ class ViewsPane(Pane):
     def compose(self) -> ComposeResult:
         """The bar and the views."""
         with Horizontal(classes="bar"):
-            for name, title in self.VIEWS.items():
+            for name, title in self.VIEWS.items() if len(self.VIEWS) > 1 else ():
                 yield Button(title, id=f"{_PREFIX}{name}", classes="view-button", compact=True)
             yield from self.compose_bar()
         kept, first = self.setting(_VIEW, ""), next(iter(self.VIEWS))
