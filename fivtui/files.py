@@ -1,11 +1,12 @@
 """Output files: never overwritten unasked, never left half written."""
 
+import json
 import os
 import secrets
 import shutil
 from collections.abc import Callable, Iterable
 from pathlib import Path
-from typing import BinaryIO
+from typing import Any, BinaryIO
 
 from .core.errors import InputError
 
@@ -112,6 +113,36 @@ def write_atomically(path: Path, write: Callable[[BinaryIO], None], *, force: bo
         raise _cannot_write(path, error) from None
     finally:
         temporary.unlink(missing_ok=True)
+
+
+def save_json(data: Any, path: Path, *, force: bool = False) -> None:
+    """Write data as JSON.
+
+    Parameters
+    ----------
+    data : object
+        What JSON can hold.
+    path : Path
+        The file.
+    force : bool
+        Whether a file that exists may be replaced.
+
+    Raises
+    ------
+    InputError
+        As `write_atomically`.
+    """
+    text = json.dumps(data, ensure_ascii=False, allow_nan=False, indent=2) + "\n"
+    save_bytes(text.encode(), path, force=force)
+
+
+def save_bytes(content: bytes, path: Path, *, force: bool = False) -> None:
+    """Write bytes; parameters and errors as `write_atomically`."""
+
+    def write(file: BinaryIO) -> None:
+        file.write(content)
+
+    write_atomically(path, write, force=force)
 
 
 def resolved(path: Path) -> Path:

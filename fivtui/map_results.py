@@ -1,16 +1,24 @@
 """Stability maps as plain data and in files, with units and provenance."""
 
+import json
+from collections.abc import Mapping
+from dataclasses import replace
 from pathlib import Path
 from typing import Any, BinaryIO, Final
 
 import numpy as np
+from numpy.typing import NDArray
 
 from . import __version__
+from .column_files import read_columns
 from .core.columns import Column
-from .core.parameters import PARAMETERS
-from .core.stability_map import StabilityMap
+from .core.errors import InputError
+from .core.parameters import PARAMETERS, Parameters
+from .core.stability_map import StabilityMap, stability_map
 from .files import write_atomically
-from .formats import columns_format
+from .formats import Columns, Provenance, columns_format
+
+FloatArray = NDArray[np.float64]
 
 # Name of the column in files, unit and meaning of every value of a map.
 MAP_COLUMNS: Final = {
@@ -80,6 +88,69 @@ def save_map(result: StabilityMap, path: Path, *, force: bool = False) -> None:
         form.write(file, columns, values, provenance)
 
     write_atomically(path, write, force=force)
+
+
+def load_map(path: Path) -> StabilityMap:
+    """Read a map from a file.
+
+    Parameters
+    ----------
+    path : Path
+        What `save_map` wrote (``.csv``, ``.npz``, ``.parquet``), or ``fivtui map --json`` printed
+        (``.json``).
+
+    Returns
+    -------
+    StabilityMap
+        With the values of the file; the stability boundary is computed anew.
+
+    Raises
+    ------
+    InputError
+        If the file is no map.
+    """
+    plain = path.suffix.lower() == ".json"
+    values, said = ({}, {}) if plain else read_columns(path, "map")
+    try:
+        return _from_dict(json.loads(path.read_bytes())) if plain else _from_columns(values, said)
+    except InputError as error:
+        raise InputError(f"{path}: {error}") from None
+    except (OSError, ValueError, KeyError, TypeError, AttributeError):
+        raise InputError(f"{path}: not a map, or damaged") from None
+
+
+def _from_dict(data: Mapping[str, Any]) -> StabilityMap:
+    (first, rows), (second, columns) = (
+        (str(axis["name"]), np.array(axis["values"], dtype=float)) for axis in data["over"]
+    )
+    values = np.array(data["values"], dtype=float)
+    return _map((first, rows), (second, columns), str(data["value"]), values, data)
+
+
+def _from_columns(columns: Columns, said: Provenance) -> StabilityMap:
+    first, second, last = columns
+    value = {column.name: name for name, column in MAP_COLUMNS.items()}[last]
+    size = int(np.argmax(columns[first] != columns[first][0])) or columns[first].size
+    shape = (columns[first].size // size, size)
+    rows, line = columns[first].reshape(shape), columns[second].reshape(shape)
+    if not (np.all(rows == rows[:, :1]) and np.all(line == line[:1])):
+        raise InputError("the points are not those of a grid")
+    values = columns[last].reshape(shape)
+    return _map((first, rows[:, 0]), (second, line[0]), value, values, said)
+
+
+def _map(
+    rows: tuple[str, FloatArray],
+    columns: tuple[str, FloatArray],
+    value: str,
+    values: FloatArray,
+    said: Mapping[str, Any],
+) -> StabilityMap:
+    p = Parameters().with_values(said["parameters"])
+    computed = stability_map(p, dict((rows, columns)), value, separation=bool(said["separation"]))
+    if values.shape != computed.values.shape:
+        raise InputError(f"{values.shape} values for {computed.values.shape} points")
+    return replace(computed, values=values)
 
 
 def _provenance(result: StabilityMap) -> dict[str, Any]:

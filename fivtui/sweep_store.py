@@ -20,8 +20,9 @@ from pathlib import Path
 from typing import Any, BinaryIO, Final
 
 from . import __version__
-from .core.design import Axis, Range
+from .core.design import Axis, Design, Range
 from .core.errors import ComputationError, InputError
+from .core.parameters import Parameters
 from .core.study import Study
 from .core.sweep import Rows
 from .files import check_output, resolved, write_atomically
@@ -133,6 +134,70 @@ def _axis_to_data(axis: Axis) -> Any:
     return list(axis)
 
 
+def study_from_dict(data: Any) -> Study:
+    """The sweep that a file or a folder of pieces says it is of, see `study_to_dict`.
+
+    Parameters
+    ----------
+    data : dict
+        What `study_to_dict` gave.
+
+    Returns
+    -------
+    Study
+        The checked sweep.
+
+    Raises
+    ------
+    InputError
+        If the data are of another form, or a value is not allowed.
+    """
+    try:
+        design, start = data["design"], data["start"]
+        return Study(
+            design=Design(
+                {str(name): _axis_from_data(axis) for name, axis in design["axes"]},
+                design["kind"],
+                design["count"],
+                design["seed"] if design["kind"] in ("random", "sobol") else None,
+            ),
+            parameters=Parameters().with_values(data["parameters"]),
+            cases=tuple(bool(case) for case in data["separation"]),
+            start="static" if start == "static" else [float(value) for value in start],
+            t_end=float(data["t_end"]),
+            tol=float(data["tol"]),
+            outputs=tuple(map(str, data["outputs"])),
+        )
+    except (KeyError, TypeError, ValueError, AttributeError):
+        raise InputError("does not say which sweep it is of") from None
+
+
+def _axis_from_data(data: Any) -> Axis:
+    return Range(**data) if isinstance(data, dict) else tuple(float(value) for value in data)
+
+
+def provenance_of(study: Study, form: SweepFormat) -> dict[str, Any]:
+    """What a file of a format says of its making: the sweep, and versions.
+
+    Parameters
+    ----------
+    study : Study
+        The sweep.
+    form : SweepFormat
+        The format.
+
+    Returns
+    -------
+    dict
+        As JSON can hold it.
+    """
+    return {
+        "fivtui_sweep": FORMAT_VERSION,
+        "sweep": study_to_dict(study),
+        "versions": versions(form.package),
+    }
+
+
 class SweepStore:
     """The results of one sweep on disk; made by `open_store`.
 
@@ -154,11 +219,7 @@ class SweepStore:
         self._target = resolved(out)
         self.folder = self._target.with_name(f"{self._target.name}.parts")
         self._shown = out.with_name(self.folder.name)
-        self._provenance = {
-            "fivtui_sweep": FORMAT_VERSION,
-            "sweep": study_to_dict(study),
-            "versions": versions(self._form.package),
-        }
+        self._provenance = provenance_of(study, self._form)
         self._asked_size = size
         self.size = size or default_piece_size(study)
         self._pieces: dict[int, Path] = {}
@@ -352,6 +413,65 @@ def open_store(
         # What somebody else has put there is left.
         with suppress(OSError):
             folder.rmdir()
+
+
+@dataclass(frozen=True, slots=True)
+class Pieces:
+    """What is stored of a sweep that is not complete.
+
+    Attributes
+    ----------
+    study : Study
+        The sweep.
+    form : SweepFormat
+        Format of the pieces.
+    paths : tuple of Path
+        The pieces, in order.
+    members : int
+        How many members they have.
+    """
+
+    study: Study
+    form: SweepFormat
+    paths: tuple[Path, ...]
+    members: int
+
+
+def find_pieces(folder: Path) -> Pieces:
+    """Look into the folder of a sweep that is not complete; nothing is changed there.
+
+    Parameters
+    ----------
+    folder : Path
+        ``FILE.parts``.
+
+    Returns
+    -------
+    Pieces
+        Those that are sound.
+
+    Raises
+    ------
+    InputError
+        If it is no such folder, or has no sound piece yet.
+    """
+    try:
+        said = json.loads((folder / _MANIFEST).read_bytes())
+        study, size = study_from_dict(said["sweep"]), int(said["piece_members"])
+        form = sweep_format(Path(folder.stem))
+        found = [(path, _PIECE.fullmatch(path.name)) for path in sorted(folder.iterdir())]
+        sound = [(path, m) for path, m in found if m is not None and _is_sound(path, m[3])]
+    except (OSError, ValueError, KeyError, TypeError):
+        raise InputError("not the folder of a sweep under way (FILE.parts)") from None
+    if not sound:
+        raise InputError("no member of this sweep is stored yet")
+    pieces = [piece_of(int(match[1]), study.members, size) for _, match in sound]
+    return Pieces(
+        study,
+        form,
+        tuple(path for path, _ in sound),
+        sum(piece.last - piece.first for piece in pieces),
+    )
 
 
 def _write(file: BinaryIO, content: bytes) -> None:

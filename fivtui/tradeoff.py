@@ -77,8 +77,8 @@ class Tradeoff:
     ----------
     scene : Scene
         The scene.
-    reference : Transient
-        What errors are held against: Taylor at the least tolerance.
+    reference : Transient or None
+        What errors are held against: Taylor at the least tolerance. None if read from a file.
     floor : Deviation
         How far the reference is from the same at ten times the tolerance and by the other kernel:
         smaller errors say nothing.
@@ -89,7 +89,7 @@ class Tradeoff:
     """
 
     scene: Scene
-    reference: Transient
+    reference: Transient | None
     floor: Deviation
     rows: list[Row]
     features: list[Feature]

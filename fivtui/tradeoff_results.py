@@ -10,10 +10,13 @@ from pathlib import Path
 from typing import Any, BinaryIO
 
 from . import __version__
-from .core.deviation import QUANTITIES
-from .core.tradeoff import Row, cheapest, pareto
+from .core.deviation import QUANTITIES, Deviation
+from .core.errors import InputError
+from .core.parameters import Parameters
+from .core.tradeoff import Row, Setting, cheapest, pareto
 from .files import check_output, check_suffix, write_atomically
-from .tradeoff import Tradeoff
+from .scene import Scene
+from .tradeoff import Feature, Tradeoff
 
 
 def tradeoff_to_dict(result: Tradeoff) -> dict[str, Any]:
@@ -27,14 +30,17 @@ def tradeoff_to_dict(result: Tradeoff) -> dict[str, Any]:
     Returns
     -------
     dict
-        ``parameters``, ``floor``, ``rows`` of ``method``, ``kernel``, ``setting``, ``cpu_s``,
-        ``steps``, ``error_final``, ``error_peak``, ``error_half_range``, ``error_events`` (s),
-        ``separations`` (too many or missing), ``failure``, ``pareto`` (the quantities on whose
-        front the row is), and ``features``. What does not exist is null.
+        ``parameters``, ``separation``, ``start``, ``t_end``, ``floor``, ``rows`` of ``method``,
+        ``kernel``, ``setting``, ``cpu_s``, ``steps``, ``error_final``, ``error_peak``,
+        ``error_half_range``, ``error_events`` (s), ``separations`` (too many or missing),
+        ``failure``, ``pareto`` (the quantities on whose front the row is), and ``features``. What
+        does not exist is null.
     """
+    start = result.scene.start
     return {
         "parameters": result.scene.parameters.as_dict(),
         "separation": result.scene.separation,
+        "start": start if isinstance(start, str) else list(start),
         "t_end": result.scene.t_end,
         "floor": {name: _finite(result.floor.of(name)) for name in QUANTITIES},
         "rows": _rows(result.rows, fronts(result)),
@@ -127,7 +133,8 @@ def save_tradeoff(result: Tradeoff, path: Path, *, force: bool = False) -> None:
         If the file cannot be written, see `write_atomically`.
     """
     data = tradeoff_to_dict(result)
-    header = {"fivtui": __version__, **{key: data[key] for key in ("parameters", "t_end", "floor")}}
+    known = ("parameters", "separation", "start", "t_end", "floor", "features")
+    header = {"fivtui": __version__, **{key: data[key] for key in known}}
     rows = [{**row, "pareto": " ".join(row["pareto"])} for row in data["rows"]]
 
     def write(file: BinaryIO) -> None:
@@ -139,6 +146,78 @@ def save_tradeoff(result: Tradeoff, path: Path, *, force: bool = False) -> None:
         text.detach()
 
     write_atomically(path, write, force=force)
+
+
+def load_tradeoff(path: Path) -> Tradeoff:
+    """Read a trade-off from a file.
+
+    Parameters
+    ----------
+    path : Path
+        What ``fivtui tradeoff --json`` printed (``.json``) or ``--out`` wrote (``.csv``).
+
+    Returns
+    -------
+    Tradeoff
+        What was measured, without the reference.
+
+    Raises
+    ------
+    InputError
+        If the file is no trade-off.
+    """
+    suffix = check_suffix(path, "trade-off", (".csv", ".json"))
+    try:
+        text = path.read_text(encoding="utf-8-sig")
+        data = json.loads(text) if suffix == ".json" else _from_csv(text)
+        return _tradeoff(path.stem, data)
+    except InputError as error:
+        raise InputError(f"{path}: {error}") from None
+    except (OSError, ValueError, KeyError, TypeError, AttributeError):
+        raise InputError(f"{path}: not a trade-off, or damaged") from None
+
+
+def _from_csv(text: str) -> dict[str, Any]:
+    lines = text.splitlines()
+    said = [line.removeprefix("# ").partition(": ") for line in lines if line.startswith("# ")]
+    data = {key: json.loads(value) for key, _, value in said}
+    table = csv.DictReader(line for line in lines if not line.startswith("# "))
+    return {**data, "rows": [{k: v or None for k, v in row.items()} for row in table]}
+
+
+def _tradeoff(name: str, data: Mapping[str, Any]) -> Tradeoff:
+    start = data.get("start", "static")
+    scene = Scene(
+        name=name,
+        description="",
+        parameters=Parameters().with_values(data["parameters"]),
+        separation=bool(data.get("separation", True)),
+        start="static" if start == "static" else [float(value) for value in start],
+        t_end=float(data["t_end"]),
+    )
+    floor = {quantity: _infinite(data["floor"][quantity]) for quantity in QUANTITIES}
+    return Tradeoff(
+        scene=scene,
+        reference=None,
+        floor=Deviation(**floor, separations=0),
+        rows=[_row(row) for row in data["rows"]],
+        features=[Feature(**feature) for feature in data.get("features", [])],
+    )
+
+
+def _row(data: Mapping[str, Any]) -> Row:
+    knob, _, value = str(data["setting"]).partition("=")
+    setting = Setting(str(data["method"]), data["kernel"] or "", knob, float(value))
+    failure = data["failure"] or ""
+    error = None
+    if not failure:
+        errors = {name: _infinite(data[f"error_{name}"]) for name in QUANTITIES}
+        error = Deviation(**errors, separations=int(data["separations"]))
+    return Row(setting, float(data["cpu_s"]), int(data["steps"]), error, failure)
+
+
+def _infinite(value: float | str | None) -> float:
+    return math.inf if value is None else float(value)
 
 
 def _error(row: Row, quantity: str) -> float | None:

@@ -48,8 +48,8 @@ async def palette(pilot: Pilot[None], words: str) -> None:
 async def test_data_and_figures_are_exported_and_nothing_is_overwritten_unasked(
     pilot: Pilot[None], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    await pilot.press("f6", "f7")
-    await pilot.pause()
+    await pilot.press("alt+2", "f6")
+    await until_told(pilot, "no run to write yet: F5 runs the scene")
     assert not pilot.app.screen.query("#path")
     await run_to_end(pilot)
     await pilot.press("f7")
@@ -120,7 +120,7 @@ async def test_the_palette_does_what_applies_now(
     session = app_of(pilot).session
     await pilot.press("ctrl+p")
     await until_shown(pilot, "Run the transient")
-    for words in ("Write the figure", "Undo", "Stop the run"):
+    for words in ("of run", "Undo", "Stop the run"):
         assert words not in text_of(pilot)
     await pilot.press("escape")
     with monkeypatch.context() as patched:
@@ -156,7 +156,7 @@ async def test_the_palette_does_what_applies_now(
     await until_shown(pilot, "Method: rk4")
     await pilot.press("enter")
     await until_shown(pilot, "method rk4")
-    await pilot.press("shift+f8")
+    await pilot.press("shift+f8", "alt+2")
     await type_into(pilot, "F", "90")
     await palette(pilot, "copy")
     await until_shown(pilot, "Copy the command line")

@@ -76,7 +76,7 @@ async def test_runs_are_listed_drawn_compared_loaded_and_deleted(
     result = simulate(t_end=20.0, samples=[0.01 * n for n in range(2001)])
     save_trajectory(result, tmp_path / "cli.npz")
     await pilot.press("alt+o")
-    await until_shown(pilot, "Read a run")
+    await until_shown(pilot, "Read a result")
     pilot.app.screen.query_one("#path", Input).value = "cli.npz"
     await pilot.press("enter")
     await until_told(pilot, "run 3 read from cli.npz")
@@ -84,7 +84,7 @@ async def test_runs_are_listed_drawn_compared_loaded_and_deleted(
     assert runs.shown is first
     (tmp_path / "bad.csv").write_text("t,y\n0,0\n")
     await pilot.press("alt+o")
-    await until_shown(pilot, "Read a run")
+    await until_shown(pilot, "Read a result")
     pilot.app.screen.query_one("#path", Input).value = "bad.csv"
     await pilot.press("enter")
     await until_told(pilot, "bad.csv: not a trajectory: no column x")

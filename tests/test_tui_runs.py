@@ -10,7 +10,14 @@ from fivtui.presets import PRESETS
 from fivtui.scene import Scene, load_scene
 from fivtui.simulation import simulate
 from fivtui.tui.differences import base_scene
-from fivtui.tui.exports import EXPORTS, check_scene_path, proposal, save_scene_as, write_export
+from fivtui.tui.exports import (
+    DATA,
+    FIGURE,
+    check_scene_path,
+    run_export,
+    save_scene_as,
+    write_export,
+)
 from fivtui.tui.report import (
     remark,
     result_brief,
@@ -195,16 +202,16 @@ def test_the_accuracy_of_a_fixed_step_is_not_claimed() -> None:
 def test_an_export_refused_says_why_and_leaves_the_file(tmp_path: Path) -> None:
     run, path = finished(), tmp_path / "a.csv"
     path.write_text("mine")
-    assert "exists already" in write_export(EXPORTS["data"], run, path, force=False)
+    assert "exists already" in write_export(run_export(DATA, run), path, force=False)
     assert path.read_text() == "mine"
-    assert write_export(EXPORTS["data"], run, path, force=True) == ""
+    assert write_export(run_export(DATA, run), path, force=True) == ""
     assert path.read_text() != "mine"
-    assert "suffix" in write_export(EXPORTS["figure"], run, tmp_path / "a.doc", force=False)
+    assert "suffix" in write_export(run_export(FIGURE, run), tmp_path / "a.doc", force=False)
 
 
 def test_proposed_names_are_names_of_files() -> None:
-    run = Run(3, dataclasses.replace(SHORT, name="a/b: c"))
-    assert proposal(run, EXPORTS["figure"]) == "a-b--c-3.svg"
+    run = finished(dataclasses.replace(SHORT, name="a/b: c"))
+    assert run_export(FIGURE, run).proposal == "a-b--c-1.svg"
 
 
 def test_a_scene_is_saved_under_the_name_of_its_file(tmp_path: Path) -> None:

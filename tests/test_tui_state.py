@@ -290,8 +290,9 @@ def test_files_are_found_again_from_another_folder(
         (b"{", "damaged"),
         (b"\xff\xfe", "damaged"),
         (b"[]", "damaged"),
-        (b'{"fivtui_session": 1}', "damaged"),
-        (json.dumps({"fivtui_session": STATE_VERSION + 1}).encode(), "version 2, not 1"),
+        (json.dumps({"fivtui_session": STATE_VERSION}).encode(), "damaged"),
+        (b'{"fivtui_session": 1}', "version 1, not 2"),
+        (json.dumps({"fivtui_session": STATE_VERSION + 1}).encode(), "version 3, not 2"),
     ],
 )
 def test_a_session_that_cannot_be_read_is_kept_aside(

@@ -18,14 +18,16 @@ from fivtui.tui.app import FivtuiApp
 from fivtui.tui.axis import Axis
 from fivtui.tui.chart import View, nearest
 from fivtui.tui.chart_view import ChartView
-from fivtui.tui.map_view import map_chart, map_request, values_in
+from fivtui.tui.map_view import map_chart, map_request, point_words, values_in
 from fivtui.tui.map_view import point_texts as map_point
 from fivtui.tui.picture import draw
 from fivtui.tui.sweep_view import (
     count_words,
+    point_scene,
     point_texts,
     points_of,
     sweep_chart,
+    sweep_of,
     sweep_parts,
     sweep_request,
 )
@@ -53,7 +55,8 @@ def test_a_sweep_gives_what_single_runs_give_point_by_point() -> None:
     parts = list(sweep_parts(study, go_on))
     assert len(parts) == 3
     assert seen == sorted(seen)
-    points = points_of("F", parts)
+    result = sweep_of(study, parts)
+    points = points_of(result)
     x, peaks = points.values["y_abs", True]
     assert np.all(np.diff(x) > 0.0)
     run = simulate(Parameters(F=float(x[5])), t_end=100.0)
@@ -66,15 +69,17 @@ def test_a_sweep_gives_what_single_runs_give_point_by_point() -> None:
     assert all(mark in picture for mark in "●◆◇")
     view = View(cursor=(60.2, 0.0))
     found = nearest(chart, view)
-    assert point_texts(points, found[0]) == {"F": "60", "separation": "considered"}
-    assert point_texts(points, found[3])["separation"] == "ignored"
+    assert point_scene(study, points, found[0]).parameters == Parameters(F=60.0)
+    texts = point_texts(point_scene(study, points, found[3]))
+    assert (texts["F"], texts["separation"], texts["t_end"]) == ("60", "ignored", "100")
 
 
 def test_members_that_fail_leave_a_gap_and_a_reason() -> None:
     study = sweep_request(replace(BASE.with_values({"k_nl": 0.0}), t_end=1000.0), "mu=0.5,60,100")
-    points = points_of("mu", list(sweep_parts(study, lambda _: True)))
-    assert points.failed > 0
-    assert "not finished: " in count_words(points)
+    result = sweep_of(study, list(sweep_parts(study, lambda _: True)))
+    points = points_of(result)
+    assert result.table.failed > 0
+    assert "not finished: " in count_words(result)
     assert np.isnan(points.values["y_abs", False][1][-1])
 
 
@@ -112,7 +117,9 @@ def test_a_map_is_drawn_with_its_boundary_and_point() -> None:
     view = View(cursor=(80.0, 0.7))
     (point,) = nearest(turned, view)
     result = stability_map(Parameters(), descending)
-    assert map_point(result, point) == {"F": "80", "mu": "0.7"}
+    texts = map_point(result, point)
+    assert (texts["F"], texts["mu"], texts["k1"]) == ("80", "0.7", "100")
+    assert point_words(result, point) == "F = 80, mu = 0.7"
 
 
 def test_what_is_shown_of_a_map_is_as_fine_as_all_of_it() -> None:

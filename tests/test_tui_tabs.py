@@ -11,6 +11,7 @@ from textual.pilot import Pilot
 from fivtui import tradeoff
 from fivtui.core import compiled
 from fivtui.core.kernel_loader import KernelLoader
+from fivtui.core.mode_scan import mode_scan, scan_top
 from fivtui.paper.claim import check
 from fivtui.paper.claims import CLAIMS
 from fivtui.paper.study import Study
@@ -20,7 +21,6 @@ from fivtui.tui import runs
 from fivtui.tui.app import FivtuiApp
 from fivtui.tui.chart_view import ChartView
 from fivtui.tui.paper_view import claim_rows, claim_words
-from fivtui.tui.stability_charts import mode_scan, scan_top
 from fivtui.tui.tradeoff_view import present_row, present_words, table_rows, tradeoff_chart
 from tests.tui_support import (
     app_of,
@@ -233,3 +233,23 @@ def test_claims_have_rows_and_words() -> None:
     assert {row[0] for row in rows[1:]} == {"?"}
     assert "computed: " in claim_words(claim, checked[claim.id])
     assert "computed" not in claim_words(CLAIMS[1], None)
+
+
+@pytest.mark.parametrize("size", [(80, 24), (100, 30), (120, 36), (200, 60)])
+async def test_nothing_touches_and_no_title_is_cut(size: tuple[int, int]) -> None:
+    async with FivtuiApp().run_test(size=size) as pilot:
+        await until_shown(pilot, "Im λ/2π / Hz")
+        shown = text_of(pilot).splitlines()
+        form = pilot.app.screen.query_one("Form").region
+        # A blank column between the units of the form and what stands beside it.
+        assert {line[form.right] for line in shown[: form.height]} == {" "}
+        titles = ("Stab", "Trans", "Sweep", "Map", "Trade", "Paper", "Res", "Log")
+        (tabs,) = (line for line in shown if "Sweep" in line)
+        assert all(title in tabs for title in titles)
+        await pilot.press("alt+5")
+        await until_shown(pilot, "State Peak Range Events")
+        assert "F10 measures, about 7 s of CPU time" in text_of(pilot)
+        await pilot.press("alt+4")
+        await until_shown(pilot, "Growth μ_c Modes mu=0:1.5:121 F=5:120:9")
+        await pilot.press("alt+6")
+        await until_shown(pilot, "Enter: figure, F10: claims, o: scene")

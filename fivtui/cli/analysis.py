@@ -9,6 +9,7 @@ from .group import commands
 from .options import (
     check_outputs,
     force_option,
+    ignore_option,
     json_option,
     path_option,
     print_json,
@@ -23,24 +24,45 @@ from .options import (
 @commands.command()
 @scene_argument
 @set_option
+@ignore_option
 @click.option(
     "--attractors",
     is_flag=True,
     help="Also look for limit cycles beside the equilibrium, by transients and shooting.",
 )
+@path_option("--out", "FILE", "Write the eigenvalues over μ (.csv, .npz, .parquet).")
+@path_option("--plot", "FILE", "Draw frequencies, growth rates, eigenvalues (.png, .svg, .pdf).")
+@force_option
 @json_option
-def stability(scene: str, assignments: tuple[str, ...], attractors: bool, as_json: bool) -> None:
+def stability(scene: str, assignments: tuple[str, ...], **given: Any) -> None:
     """Show equilibrium, eigenvalues, modes, growth rate and critical friction coefficient."""
     from ..core.stability import stability as judge
+    from ..formats import check_columns_path
     from ..report import print_stability
     from ..results import stability_to_dict
 
-    chosen = scene_of(scene, assignments)
-    verdict = judge(chosen.parameters, separation=chosen.separation)
+    chosen = scene_of(scene, assignments, ignore_separation=given["ignore_separation"])
+    out, plot, force, as_json = (given[name] for name in ("out", "plot", "force", "as_json"))
+    check_outputs(out, plot, partial(check_columns_path, kind="table of modes"), force=force)
+    p, separation = chosen.parameters, chosen.separation
+    verdict = judge(p, separation=separation)
     data = stability_to_dict(verdict)
+    if out is not None or plot is not None:
+        from ..mode_results import modes_over_mu, save_modes
+
+        scan = modes_over_mu(p, verdict, separation=separation)
+        if out is not None:
+            save_modes(p, verdict, scan, out, separation=separation, force=force)
+            say(f"wrote {out}")
+        if plot is not None:
+            from ..figures import save_figure
+            from ..mode_figure import mode_figure
+
+            save_figure(mode_figure(p, verdict, scan), plot, force=force)
+            say(f"wrote {plot}")
     if not as_json:
-        print_stability(verdict, chosen.parameters)
-    if attractors:
+        print_stability(verdict, p)
+    if given["attractors"]:
         from ..attractor_tasks import SEARCH, carry_out
 
         data |= carry_out(SEARCH, chosen, quiet=as_json)
@@ -92,6 +114,7 @@ def attractors(scene: str, assignments: tuple[str, ...], **given: Any) -> None:
 @commands.command("map")
 @scene_argument
 @set_option
+@ignore_option
 @click.option(
     "--over",
     "ranges",
@@ -119,7 +142,7 @@ def stability_map(scene: str, assignments: tuple[str, ...], **given: Any) -> Non
     from ..ranges import parse_ranges
     from ..report import Progress, print_map
 
-    chosen = scene_of(scene, assignments)
+    chosen = scene_of(scene, assignments, ignore_separation=given["ignore_separation"])
     over = {each.name: each.values() for each in parse_ranges("--over", given["ranges"])}
     out, plot, force = given["out"], given["plot"], given["force"]
     check_outputs(out, plot, partial(check_columns_path, kind="map"), force=force)

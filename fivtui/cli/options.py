@@ -22,6 +22,9 @@ set_option = click.option(
     metavar="NAME=VALUE",
     help=f"Change a parameter ({', '.join(PARAMETERS)}); may be repeated.",
 )
+ignore_option = click.option(
+    "--ignore-separation", is_flag=True, help="Contact never breaks (Case 2)."
+)
 json_option = click.option("--json", "as_json", is_flag=True, help="Print one JSON object.")
 force_option = click.option("--force", is_flag=True, help="Replace outputs that exist.")
 fmu_argument = click.argument("fmu_file", type=click.Path(path_type=Path), metavar="FILE.fmu")
@@ -37,14 +40,17 @@ def error_option(text: str) -> Callable[..., Any]:
     return click.option("--error", "wishes", multiple=True, metavar="QUANTITY=R", help=text)
 
 
-def scene_of(name: str, assignments: Sequence[str]) -> "Scene":
-    """The scene of that name with the changes of ``--set``; `InputError` if either is wrong."""
+def scene_of(name: str, assignments: Sequence[str], *, ignore_separation: bool = False) -> "Scene":
+    """The scene of that name with the changes of options; `InputError` if either is wrong."""
+    from dataclasses import replace
+
     from ..scene import find_scene
 
     changes = assigned("--set", assignments, "F=120")
-    return find_scene(name).with_values(
+    scene = find_scene(name).with_values(
         {parameter: parameter_spec(parameter).check(text) for parameter, text in changes.items()}
     )
+    return replace(scene, separation=False) if ignore_separation else scene
 
 
 def start_of(text: str) -> "Start":

@@ -10,6 +10,7 @@ from .options import (
     check_outputs,
     error_option,
     force_option,
+    ignore_option,
     json_option,
     path_option,
     print_json,
@@ -49,7 +50,7 @@ if TYPE_CHECKING:
 )
 @click.option("--count", type=int, metavar="N", help="Points of random and sobol.")
 @click.option("--seed", type=int, metavar="S", help="Seed of random and sobol.  [default: 0]")
-@click.option("--ignore-separation", is_flag=True, help="Contact never breaks (Case 2).")
+@ignore_option
 @click.option("--both", is_flag=True, help="Separation considered and ignored.")
 @click.option("--t-end", metavar="S", help="Horizon in seconds.")
 @click.option("--tol", metavar="R", help="Relative tolerance, 1e-13 to 1e-2.")
@@ -143,6 +144,9 @@ def _engine(scheduler: str | None, workers: int | None) -> "AbstractContextManag
 @commands.command()
 @scene_argument
 @set_option
+@ignore_option
+@click.option("--t-end", metavar="S", help="Horizon in seconds.")
+@click.option("--start", metavar="static|x,vx,y,vy", help="Start state, m and m/s.")
 @click.option("--thorough", is_flag=True, help="Take about two minutes instead of seven seconds.")
 @error_option("Name the cheapest setting for an error of final, peak, half_range or events (s).")
 @path_option("--out", "FILE.csv", "Write all settings measured.")
@@ -151,6 +155,9 @@ def _engine(scheduler: str | None, workers: int | None) -> "AbstractContextManag
 @json_option
 def tradeoff(scene: str, assignments: tuple[str, ...], **given: Any) -> None:
     """Measure what accuracy costs on this machine, for every method and setting."""
+    from dataclasses import replace
+
+    from ..core.request import check_horizon
     from ..report import Progress
     from ..tradeoff import measure_tradeoff
     from ..tradeoff_report import print_tradeoff
@@ -163,7 +170,11 @@ def tradeoff(scene: str, assignments: tuple[str, ...], **given: Any) -> None:
 
     out, plot, force = given["out"], given["plot"], given["force"]
     wishes = wishes_of(given["wishes"])
-    chosen = scene_of(scene, assignments)
+    chosen = scene_of(scene, assignments, ignore_separation=given["ignore_separation"])
+    if given["t_end"] is not None:
+        chosen = replace(chosen, t_end=check_horizon(given["t_end"]))
+    if given["start"] is not None:
+        chosen = replace(chosen, start=start_of(given["start"]))
     check_outputs(out, plot, check_tradeoff_path, force=force)
     with Progress("trade-off") as progress:
         result = measure_tradeoff(chosen, thorough=given["thorough"], progress=progress)

@@ -13,6 +13,7 @@ from .options import (
     check_outputs,
     error_option,
     force_option,
+    ignore_option,
     json_option,
     path_option,
     print_json,
@@ -32,7 +33,7 @@ if TYPE_CHECKING:
 @commands.command()
 @scene_argument
 @set_option
-@click.option("--ignore-separation", is_flag=True, help="Contact never breaks (Case 2).")
+@ignore_option
 @click.option("--t-end", metavar="S", help="Horizon in seconds.")
 @click.option("--method", metavar="NAME", help="taylor, rk4, scipy-dop853, …: see fivtui methods.")
 @click.option("--tol", metavar="R", help="Relative tolerance, 1e-13 to 1e-2.")
@@ -190,7 +191,7 @@ def compare(scene: str, assignments: tuple[str, ...], out: Path, force: bool) ->
 @commands.command()
 @scene_argument
 @set_option
-@click.option("--ignore-separation", is_flag=True, help="Contact never breaks (Case 2).")
+@ignore_option
 @click.option("--t-end", metavar="S", help="Horizon in seconds.")
 @click.option("--tol", metavar="R", help="Relative tolerance, 1e-13 to 1e-2.")
 @json_option

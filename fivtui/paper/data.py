@@ -14,7 +14,7 @@ from ..core.errors import ComputationError
 from ..core.parameters import PARAMETERS
 from ..core.trajectory import COLUMNS, Column
 from ..files import write_atomically
-from ..formats import write_csv
+from ..formats import columns_format
 from .families import SEPARATION
 
 FloatArray = NDArray[np.float64]
@@ -111,33 +111,34 @@ class FigureData:
 
 
 def save_data(data: FigureData, path: Path, *, force: bool = False) -> None:
-    """Write the data of a figure as CSV, with units and provenance in comment lines.
+    """Write the data of a figure, with units and provenance.
 
     Parameters
     ----------
     data : FigureData
         The data.
     path : Path
-        The file.
+        The file; its suffix ``.csv``, ``.npz`` or ``.parquet`` says the format.
     force : bool
         Whether a file that exists may be replaced.
 
     Raises
     ------
     InputError
-        If the file cannot be written, see `write_atomically`.
+        If the format is unknown or needs a package that is not installed, or the file cannot be
+        written.
     """
+    form = columns_format(path, "figure's data")
     described = [DATA_COLUMNS[name] for name in data.columns]
     header = {
         "fivtui": __version__,
         "figure": data.key,
         "caption": data.caption,
         **data.provenance,
-        "units": {column.name: column.unit for column in described},
         "meanings": {column.name: column.meaning for column in described},
     }
 
     def write(file: BinaryIO) -> None:
-        write_csv(file, data.columns, header)
+        form.write(file, described, dict(data.columns), header)
 
     write_atomically(path, write, force=force)

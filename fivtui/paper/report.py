@@ -1,5 +1,7 @@
 """What the command line prints of the paper: its statements, what is computed, the verdicts."""
 
+import csv
+import io
 import re
 from collections import Counter
 from collections.abc import Sequence
@@ -16,6 +18,15 @@ if TYPE_CHECKING:
 
 # Columns of the table of claims, and their shares of its width.
 _CLAIM_COLUMNS: Final = {"section": 2, "statement": 6, "stated": 4, "computed": 7, "verdict": 2}
+_CLAIM_HEADER: Final = (
+    "id",
+    "section",
+    "statement",
+    "stated",
+    "computed",
+    "verdict",
+    "reason",
+)
 _VERDICT_STYLES: Final = {"does not hold": "bold", "not testable": "dim"}
 
 
@@ -57,21 +68,24 @@ def claims_markdown(checked: Sequence["CheckedClaim"]) -> str:
     str
         One row a claim, with its reason in the last column.
     """
-    header = ("id", "section", "statement", "stated", "computed", "verdict", "reason")
-    rows = [header, tuple("---" for _ in header)]
-    rows += [
-        (
-            f"`{entry.claim.id}`",
-            entry.claim.section,
-            entry.claim.statement,
-            entry.claim.stated,
-            entry.computed,
-            entry.verdict.value,
-            entry.reason,
-        )
-        for entry in checked
-    ]
+    rows = [_CLAIM_HEADER, tuple("---" for _ in _CLAIM_HEADER)]
+    rows += [(f"`{entry.claim.id}`", *_claim_cells(entry)) for entry in checked]
     return "\n".join(f"| {' | '.join(map(_markdown_cell, row))} |" for row in rows)
+
+
+def claims_csv(checked: Sequence["CheckedClaim"]) -> str:
+    """The paper's claims as CSV; parameters as in `claims_markdown`."""
+    text = io.StringIO()
+    table = csv.writer(text, lineterminator="\n")
+    table.writerow(_CLAIM_HEADER)
+    table.writerows((entry.claim.id, *_claim_cells(entry)) for entry in checked)
+    return text.getvalue()
+
+
+def _claim_cells(entry: "CheckedClaim") -> tuple[str, ...]:
+    claim = entry.claim
+    known = (claim.section, claim.statement, claim.stated)
+    return (*known, entry.computed, entry.verdict.value, entry.reason)
 
 
 def _markdown_cell(text: str) -> str:

@@ -15,8 +15,9 @@ from fivtui.scene import Scene
 
 from .keeper import Keeper
 from .lab import LabScreen
-from .messages import Reported
+from .messages import Reported, ResultsRestored
 from .session import Session
+from .snapshot import bring_back, state_of
 from .state_file import State, state_path
 
 _KEEPING_PERIOD: Final = 2.0
@@ -86,17 +87,18 @@ class FivtuiApp(App[None]):
             return Reported(str(error), error=True)
         if state is None:
             return None
-        self.session.recent = state.recent
         if state.theme in self.available_themes:
             self.theme = state.theme
-        if self._given:
-            return None
-        self.session = Session(state.edited.loaded, state.edited.source)
-        self.session.recent = state.recent
-        if state.edited != self.session.edited:
-            self.session.restore(state.edited)
-        self.session.tab = state.tab
-        return Reported("the session of the last time is restored", routine=True)
+        if not self._given:
+            self.session = Session(state.edited.loaded, state.edited.source)
+            if state.edited != self.session.edited:
+                self.session.restore(state.edited)
+            self.session.tab = state.tab
+        bring_back(self.session, state)
+        words = [f"{key} is not kept: {why}" for key, why in state.notes.items()]
+        return Reported(
+            "; ".join(["the session of the last time is restored", *words]), routine=not words
+        )
 
     def get_default_screen(self) -> LabScreen:
         """The laboratory is the screen under all others."""
@@ -108,9 +110,25 @@ class FivtuiApp(App[None]):
             self.screen.post_message(self._restored)
         if self._keeper.keeps:
             self._ticker = self.set_interval(_KEEPING_PERIOD, self._keep)
+        if self.session.unread:
+            # After the first frame: files may be slow.
+            self.call_after_refresh(
+                self.run_worker, self._read_results, thread=True, exit_on_error=False
+            )
+
+    def _read_results(self) -> None:
+        results: dict[str, object] = {}
+        errors: list[str] = []
+        for key, kept in dict(self.session.unread).items():
+            try:
+                results[key] = self._keeper.result(key, kept)
+            except InputError as error:
+                results[key] = None
+                errors.append(str(error))
+        self.screen_stack[0].post_message(ResultsRestored(results, errors))
 
     def _state(self) -> State:
-        return State(self.session.edited, self.session.recent, self.session.tab, self.theme)
+        return state_of(self.session, self.theme)
 
     def _keep(self) -> None:
         if self._keeper.error != self._told:

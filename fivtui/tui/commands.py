@@ -1,15 +1,17 @@
 """What the command palette lists: all that applies now."""
 
 from collections.abc import Callable, Iterator
+from contextlib import suppress
 from dataclasses import dataclass
 from functools import partial
 
 from textual.command import DiscoveryHit, Hit, Hits, Provider
 
+from fivtui.core.errors import InputError
 from fivtui.presets import PRESETS
 from fivtui.scene import Scene
 
-from .exports import EXPORTS
+from .exports import KINDS
 from .fields import FIELDS
 from .lab import LabScreen
 from .messages import FieldEdited, RunActed, SceneLoaded
@@ -34,11 +36,7 @@ def _commands(lab: LabScreen) -> Iterator[Command]:
         yield Command("Run with both engines", both, lab.action_run_both)
     else:
         yield Command("Stop the run", "F5", lab.action_stop)
-    shown = lab.session.runs.shown
-    if shown is not None:
-        for what in EXPORTS:
-            title = f"Write the {what} of run {shown.number}…"
-            yield Command(title, "The suffix says the format", partial(lab.action_export, what))
+    yield from _tab_commands(lab)
     session = lab.session
     other = "native" if session.engine == FMU_ENGINE else FMU_ENGINE
     yield Command(f"Engine: {other}", f"F4; now {session.engine}", lab.action_switch_engine)
@@ -47,12 +45,12 @@ def _commands(lab: LabScreen) -> Iterator[Command]:
     yield Command("Save the scene as…", "Alt+S", lab.action_save_scene_as)
     for path in session.recent:
         yield Command(f"Recent: {path}", "Open it again", partial(lab.action_open_recent, path))
-    yield Command("Read a run…", "Alt+O: a trajectory file, drawn beside", lab.action_read_run)
+    kinds = "Alt+O: a run, sweep, map or trade-off"
+    yield Command("Read a result…", kinds, lab.action_read_result)
     if session.can_undo:
         yield Command("Undo", "Ctrl+Z", lab.action_undo)
     if session.can_redo:
         yield Command("Redo", "Ctrl+Y", lab.action_redo)
-    yield Command("Copy the command line", "fivtui simulate …", lab.action_copy_command)
     if lab.session.changed:
         yield Command("Reset all fields", "To the scene loaded", lab.action_reset_all)
     yield from _choices(lab)
@@ -60,6 +58,22 @@ def _commands(lab: LabScreen) -> Iterator[Command]:
         yield Command(f"Tab {tab.title}", tab.key, partial(lab.show_tab, tab.id))
     yield from _scene_commands(lab)
     yield from _run_commands(lab)
+
+
+def _tab_commands(lab: LabScreen) -> Iterator[Command]:
+    # Of what the tab in sight shows.
+    pane = lab.pane
+    if pane is None:
+        return
+    for what, key in KINDS.items():
+        with suppress(InputError):
+            export = pane.export(what)
+            title = f"Write the {export.what} of {export.of}…"
+            text = f"{key}: {', '.join(export.suffixes)}"
+            yield Command(title, text, partial(lab.action_export, what))
+    with suppress(InputError):
+        line = pane.command_line()
+        yield Command("Copy the command line", line, lab.action_copy_command)
 
 
 def _scene_commands(lab: LabScreen) -> Iterator[Command]:

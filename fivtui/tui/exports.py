@@ -4,13 +4,27 @@ import dataclasses
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Final
+from typing import TYPE_CHECKING, Any, Final
 
 from fivtui.core.errors import ComputationError, InputError
-from fivtui.files import check_output
+from fivtui.files import check_output, check_suffix, save_json
+from fivtui.formats import FORMATS
 from fivtui.scene import Scene, save_scene
 
 from .runs import Run
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+    from fivtui.core.outcome import Transient
+
+FIGURE: Final = "figure"
+DATA: Final = "data"
+# What is written, and the key that writes it.
+KINDS: Final[Mapping[str, str]] = {FIGURE: "F6", DATA: "F7"}
+_NO_RUN: Final = "no run to write yet: F5 runs the scene"
+
+Save = Callable[[Path, bool], None]
 
 
 @dataclass(frozen=True, slots=True)
@@ -21,83 +35,156 @@ class Export:
     ----------
     what : str
         One word for menus and messages.
-    suffix : str
-        Suffix proposed.
+    of : str
+        Of which it is, a few words.
+    proposal : str
+        A file name to begin with.
+    suffixes : tuple of str
+        The formats that there are.
     check : callable
         Takes the path and whether to overwrite; raises `InputError` before any work is done.
     write : callable
-        Takes the run, the path and whether to overwrite.
+        Takes the path and whether to overwrite.
     """
 
     what: str
-    suffix: str
-    check: Callable[[Path, bool], None]
-    write: Callable[[Run, Path, bool], None]
+    of: str
+    proposal: str
+    suffixes: tuple[str, ...]
+    check: Save
+    write: Save
+
+    @property
+    def hint(self) -> str:
+        """What is allowed."""
+        return f"The suffix says the format: {', '.join(self.suffixes)}."
 
 
-def _check_figure(path: Path, force: bool) -> None:
-    from fivtui.figures import check_figure_path
-
-    check_figure_path(path, force=force)
-
-
-def _write_figure(run: Run, path: Path, force: bool) -> None:
-    from fivtui.figures import save_figure, transient_figure
-
-    if run.result is not None:
-        save_figure(transient_figure([run.result]), path, force=force)
-
-
-def _check_data(path: Path, force: bool) -> None:
-    from fivtui.formats import check_columns_path
-
-    check_columns_path(path, "trajectory", force=force)
-
-
-def _write_data(run: Run, path: Path, force: bool) -> None:
-    from fivtui.results import save_trajectory
-
-    if run.result is not None:
-        save_trajectory(run.result, path, force=force)
-
-
-EXPORTS: Final[Mapping[str, Export]] = {
-    export.what: export
-    for export in (
-        Export("figure", ".svg", _check_figure, _write_figure),
-        Export("data", ".csv", _check_data, _write_data),
-    )
-}
-
-
-def proposal(run: Run, export: Export) -> str:
-    """A file name to begin with.
+def figure_export(of: str, stem: str, draw: "Callable[[], Figure]") -> Export:
+    """A figure that can be written.
 
     Parameters
     ----------
-    run : Run
-        The run.
-    export : Export
-        What of it.
+    of : str
+        Of which it is, a few words.
+    stem : str
+        File name to begin with, without suffix; what a file name had better not have is replaced.
+    draw : callable
+        Makes the figure.
 
     Returns
     -------
-    str
-        Name of the scene and number of the run, with the suffix proposed.
+    Export
+        As PNG, SVG or PDF.
     """
-    safe = "".join(c if c.isalnum() or c in "-_" else "-" for c in run.scene.name)
-    return f"{safe}-{run.number}{export.suffix}"
+
+    def check(path: Path, force: bool) -> None:
+        from fivtui.figures import check_figure_path
+
+        check_figure_path(path, force=force)
+
+    def write(path: Path, force: bool) -> None:
+        from fivtui.figures import save_figure
+
+        save_figure(draw(), path, force=force)
+
+    return Export(FIGURE, of, f"{_safe(stem)}.svg", (".png", ".svg", ".pdf"), check, write)
 
 
-def write_export(export: Export, run: Run, path: Path, *, force: bool) -> str:
+def data_export(of: str, stem: str, kind: str, writers: Mapping[str, Save]) -> Export:
+    """Data that can be written.
+
+    Parameters
+    ----------
+    of, stem
+        As in `figure_export`.
+    kind : str
+        What a file holds, named in messages, e.g. ``"map"``.
+    writers : mapping of str to callable
+        By suffix; the first one is proposed.
+
+    Returns
+    -------
+    Export
+        In the formats of the writers.
+    """
+
+    def check(path: Path, force: bool) -> None:
+        suffix = check_suffix(path, kind, writers)
+        if suffix in FORMATS:
+            try:
+                FORMATS[suffix].check_installed()
+            except InputError as error:
+                raise InputError(f"{path}: {error}") from None
+        check_output(path, force=force)
+
+    def write(path: Path, force: bool) -> None:
+        writers[check_suffix(path, kind, writers)](path, force)
+
+    suffixes = tuple(writers)
+    return Export(DATA, of, f"{_safe(stem)}{suffixes[0]}", suffixes, check, write)
+
+
+def json_writer(data: Callable[[], Any]) -> Save:
+    """A writer of JSON; `data` makes what JSON can hold."""
+
+    def write(path: Path, force: bool) -> None:
+        save_json(data(), path, force=force)
+
+    return write
+
+
+def _safe(stem: str) -> str:
+    return "".join(c if c.isalnum() or c in "-_" else "-" for c in stem)
+
+
+def run_export(what: str, run: Run | None) -> Export:
+    """What can be written of a run.
+
+    Parameters
+    ----------
+    what : str
+        A name in `KINDS`.
+    run : Run or None
+        The run that is shown.
+
+    Returns
+    -------
+    Export
+        Its figure, or its trajectory.
+
+    Raises
+    ------
+    InputError
+        If there is no result.
+    """
+    if run is None or run.result is None:
+        raise InputError(_NO_RUN)
+    result, of, stem = run.result, f"run {run.number}", f"{run.scene.name}-{run.number}"
+    if what == FIGURE:
+        return figure_export(of, stem, lambda: _run_figure(result))
+
+    def write(path: Path, force: bool) -> None:
+        from fivtui.results import save_trajectory
+
+        save_trajectory(result, path, force=force)
+
+    return data_export(of, stem, "trajectory", dict.fromkeys(FORMATS, write))
+
+
+def _run_figure(result: "Transient") -> "Figure":
+    from fivtui.figures import transient_figure
+
+    return transient_figure([result])
+
+
+def write_export(export: Export, path: Path, *, force: bool) -> str:
     """Write a file.
 
     Parameters
     ----------
     export : Export
-        What of the run.
-    run : Run
-        A run that is done.
+        What to write.
     path : Path
         The file.
     force : bool
@@ -109,7 +196,7 @@ def write_export(export: Export, run: Run, path: Path, *, force: bool) -> str:
         What went wrong, one line; empty if nothing did.
     """
     try:
-        export.write(run, path, force)
+        export.write(path, force)
     except (InputError, ComputationError) as error:
         return str(error)
     return ""

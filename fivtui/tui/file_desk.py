@@ -1,20 +1,25 @@
 """Opening and saving: dialogs on the screen, files in threads."""
 
 from pathlib import Path
+from typing import Final
 
+from textual.message import Message
 from textual.screen import Screen
 
 from fivtui.core.errors import InputError
-from fivtui.files import check_suffix
-from fivtui.formats import FORMATS
 from fivtui.scene import Scene, load_scene
 
 from .dialogs import PathDialog, Target
-from .exports import EXPORTS, Export, check_scene_path, proposal, save_scene_as, write_export
-from .imports import load_run
-from .messages import ExportEnded, Reported, RunRead, SceneLoaded, SceneSaved
-from .runs import Run
+from .exports import Export, check_scene_path, save_scene_as, write_export
+from .imports import RUN, check_readable, kind_of, load_run, load_study
+from .messages import ExportEnded, Reported, RunRead, SceneLoaded, SceneSaved, StudyRead
 from .session import Session
+from .shown import Shown
+
+_READABLE: Final = (
+    "Written by fivtui: a run, sweep or map (.csv, .npz, .parquet), a map or trade-off "
+    "(.json; .csv), a sweep under way (FILE.parts)."
+)
 
 
 class FileDesk:
@@ -32,33 +37,26 @@ class FileDesk:
         self._screen = screen
         self._session = session
 
-    def export(self, what: str, run: Run) -> None:
-        """Ask for a path and write something of a run there.
+    def export(self, export: Export) -> None:
+        """Ask for a path and write something there.
 
         Parameters
         ----------
-        what : str
-            A name in `EXPORTS`.
-        run : Run
-            A run that is done.
+        export : Export
+            What to write.
         """
-        export = EXPORTS[what]
 
         def write(target: Target | None) -> None:
             if target is not None:
-                self._write(export, run, target)
+                self._write(export, target)
 
-        dialog = PathDialog(
-            f"Write the {what} of run {run.number}",
-            proposal(run, export),
-            f"The suffix says the format, for example {export.suffix}.",
-            export.check,
-        )
+        title = f"Write the {export.what} of {export.of}"
+        dialog = PathDialog(title, export.proposal, export.hint, export.check)
         self._screen.app.push_screen(dialog, write)
 
-    def _write(self, export: Export, run: Run, target: Target) -> None:
+    def _write(self, export: Export, target: Target) -> None:
         def work() -> None:
-            error = write_export(export, run, target.path, force=target.force)
+            error = write_export(export, target.path, force=target.force)
             self._screen.post_message(ExportEnded(export.what, target.path, error))
 
         self._screen.run_worker(work, name=export.what, thread=True, exit_on_error=False)
@@ -142,29 +140,30 @@ class FileDesk:
         else:
             self._screen.post_message(SceneSaved(named, target.path))
 
-    def read_run(self) -> None:
-        """Ask for a trajectory file and read it as a run."""
+    def read_result(self) -> None:
+        """Ask for a file with a result and read it."""
 
         def read(target: Target | None) -> None:
             if target is not None:
                 self._read(target.path)
 
         def check(path: Path, _force: bool) -> None:
-            check_suffix(path, "trajectory", FORMATS)
-            if not path.is_file():
-                raise InputError(f"{path}: there is no such file")
+            check_readable(path)
 
-        hint = "Written by fivtui, here or by simulate --out: .csv, .npz, .parquet."
-        dialog = PathDialog("Read a run", "", hint, check, verb="Read")
+        dialog = PathDialog("Read a result", "", _READABLE, check, verb="Read")
         self._screen.app.push_screen(dialog, read)
 
     def _read(self, path: Path) -> None:
         def work() -> None:
             try:
-                scene, result = load_run(path)
+                kind = kind_of(path)
+                if kind == RUN:
+                    message: Message = RunRead(path, *load_run(path))
+                else:
+                    shown = Shown(load_study(kind, path), path.stem, str(path))
+                    message = StudyRead(kind, shown)
             except InputError as error:
-                self._screen.post_message(RunRead(path, error=str(error)))
-            else:
-                self._screen.post_message(RunRead(path, scene, result))
+                message = Reported(str(error), error=True)
+            self._screen.post_message(message)
 
         self._screen.run_worker(work, name="reading", thread=True, exit_on_error=False)

@@ -1,13 +1,13 @@
-"""Transients read from the files that the program writes. Imports no Textual."""
+"""Results read from the files that the program writes. Imports no Textual."""
 
-import io
 import json
 from collections.abc import Callable, Mapping
 from pathlib import Path
-from typing import Any, BinaryIO, Final
+from typing import Any, Final
 
 import numpy as np
 
+from fivtui.column_files import read_provenance
 from fivtui.core.errors import InputError
 from fivtui.core.methods import takes_step
 from fivtui.core.model import Mode
@@ -22,10 +22,153 @@ from fivtui.core.outcome import (
 )
 from fivtui.core.parameters import Parameters
 from fivtui.core.trajectory import Trajectory
+from fivtui.formats import FORMATS
 from fivtui.results import load_trajectory
 from fivtui.scene import Scene
 
-_KEYS: Final = ("parameters", "separation", "start", "t_end", "method", "tol", "step")
+RUN: Final = "run"
+SWEEP: Final = "sweep"
+MAP: Final = "map"
+TRADEOFF: Final = "trade-off"
+SUFFIXES: Final = (*FORMATS, ".json", ".parts")
+# What a file says of its making, and what it then is; the first that fits.
+_BY_PROVENANCE: Final = (
+    (("sweep",), SWEEP),
+    (("floor",), TRADEOFF),
+    (("method", "t_end"), RUN),
+)
+# Keys of what the command line prints as JSON, and what that is.
+_BY_KEYS: Final = ((("floor", "rows"), TRADEOFF), (("over", "values"), MAP))
+# What else it prints, and what can be read instead.
+_OTHER_JSON: Final = (
+    (("columns", "rows"), "does not say which sweep it is of; read the file of sweep --out"),
+    (("final", "peak"), "has no motion over time; read the file of simulate --out"),
+)
+_MAP_COLUMNS: Final = {"parameters", "separation", "fivtui"}
+
+
+def check_readable(path: Path) -> None:
+    """Check that a path may be that of a result.
+
+    Parameters
+    ----------
+    path : Path
+        A file, or the folder of a sweep under way.
+
+    Raises
+    ------
+    InputError
+        If there is nothing, or its name says another format.
+    """
+    if path.suffix.lower() not in SUFFIXES:
+        raise InputError(f"{path}: a result has one of the suffixes {', '.join(SUFFIXES)}")
+    if not path.exists():
+        raise InputError(f"{path}: there is no such file")
+
+
+def kind_of(path: Path) -> str:
+    """What a file holds.
+
+    Parameters
+    ----------
+    path : Path
+        A file that fivtui wrote, or the folder of a sweep under way.
+
+    Returns
+    -------
+    str
+        `RUN`, `SWEEP`, `MAP` or `TRADEOFF`.
+
+    Raises
+    ------
+    InputError
+        If it is none of these.
+    """
+    check_readable(path)
+    if path.is_dir():
+        return SWEEP
+    if path.suffix.lower() == ".json":
+        return _kind_of_json(path)
+    said = read_provenance(path, "result")
+    for keys, kind in _BY_PROVENANCE:
+        if all(key in said for key in keys):
+            return kind
+    if set(said) == _MAP_COLUMNS:
+        return MAP
+    # That it does not say what it is of is said where it is read.
+    if not said:
+        return RUN
+    raise InputError(f"{path}: no run, sweep, map or trade-off")
+
+
+def _kind_of_json(path: Path) -> str:
+    try:
+        data = json.loads(path.read_bytes())
+    except (OSError, ValueError):
+        raise InputError(f"{path}: not JSON, or damaged") from None
+    known = set(data) if isinstance(data, dict) else set()
+    for keys, kind in _BY_KEYS:
+        if known.issuperset(keys):
+            return kind
+    for keys, words in _OTHER_JSON:
+        if known.issuperset(keys):
+            raise InputError(f"{path}: {words}")
+    raise InputError(f"{path}: no sweep, map or trade-off")
+
+
+def load_study(kind: str, path: Path) -> Any:
+    """Read the result of a study.
+
+    Parameters
+    ----------
+    kind : str
+        What it is, see `kind_of`.
+    path : Path
+        The file.
+
+    Returns
+    -------
+    Sweep, StabilityMap or Tradeoff
+        What it holds.
+
+    Raises
+    ------
+    InputError
+        If it cannot be read, or cannot be shown.
+    """
+    return _STUDY_READERS[kind](path)
+
+
+def _read_sweep(path: Path) -> Any:
+    from fivtui.sweep_files import read_sweep
+
+    from .sweep_view import check_drawable
+
+    result = read_sweep(path)
+    try:
+        check_drawable(result.study)
+    except InputError as error:
+        raise InputError(f"{path}: {error}") from None
+    return result
+
+
+def _read_map(path: Path) -> Any:
+    from fivtui.map_results import load_map
+
+    return load_map(path)
+
+
+def _read_tradeoff(path: Path) -> Any:
+    from fivtui.tradeoff_results import load_tradeoff
+
+    return load_tradeoff(path)
+
+
+_STUDY_READERS: Final[Mapping[str, Callable[[Path], Any]]] = {
+    SWEEP: _read_sweep,
+    MAP: _read_map,
+    TRADEOFF: _read_tradeoff,
+}
 
 
 def load_run(path: Path) -> tuple[Scene, Transient]:
@@ -50,51 +193,17 @@ def load_run(path: Path) -> tuple[Scene, Transient]:
     """
     motion = load_trajectory(path)
     try:
-        with path.open("rb") as file:
-            known = _READERS[path.suffix.lower()](file)
+        known = read_provenance(path, "trajectory")
         scene = _scene(path.stem, known)
         start = tuple(float(value) for value in known["start"])
-    except (KeyError, ValueError, TypeError, AttributeError, OSError):
+    except (KeyError, ValueError, TypeError, AttributeError):
         raise InputError(
             f"{path}: does not say what was computed; fivtui did not write it"
         ) from None
     except InputError as error:
-        raise InputError(f"{path}: {error}") from None
+        words = str(error).removeprefix(f"{path}: ")
+        raise InputError(f"{path}: {words}") from None
     return scene, _transient(scene, start, motion)
-
-
-def _from_csv(file: BinaryIO) -> dict[str, Any]:
-    known = {}
-    with io.TextIOWrapper(file, encoding="utf-8-sig") as lines:
-        for line in lines:
-            if not line.startswith("#"):
-                break
-            key, _, text = line.removeprefix("#").partition(":")
-            if key.strip() in _KEYS:
-                known[key.strip()] = json.loads(text)
-    return known
-
-
-def _from_npz(file: BinaryIO) -> dict[str, Any]:
-    with np.load(file, allow_pickle=False) as archive:
-        known = {key: archive[key] for key in _KEYS if key in archive}
-    names = known["parameters"].dtype.names or ()
-    parameters = {name: float(known["parameters"][name]) for name in names}
-    return {**{key: value.tolist() for key, value in known.items()}, "parameters": parameters}
-
-
-def _from_parquet(file: BinaryIO) -> dict[str, Any]:
-    import pyarrow.parquet as pq
-
-    metadata = pq.read_schema(file).metadata or {}
-    return {key: json.loads(metadata[key.encode()]) for key in _KEYS if key.encode() in metadata}
-
-
-_READERS: Final[Mapping[str, Callable[[BinaryIO], dict[str, Any]]]] = {
-    ".csv": _from_csv,
-    ".npz": _from_npz,
-    ".parquet": _from_parquet,
-}
 
 
 def _scene(name: str, known: Mapping[str, Any]) -> Scene:

@@ -1,11 +1,18 @@
 """Keeps the session in its file. Imports no Textual."""
 
 import threading
+from dataclasses import replace
 from pathlib import Path
+from typing import TYPE_CHECKING, Any, Final
 
 from fivtui.core.errors import InputError
 
-from .state_file import State, load_state, save_state
+from .state_file import KeptFile, State, load_state, save_state
+
+if TYPE_CHECKING:
+    from .result_store import ResultStore
+
+_RESULTS: Final = "results"
 
 
 class Keeper:
@@ -26,6 +33,7 @@ class Keeper:
         self._path = path
         self._kept: State | None = None
         self._lock = threading.Lock()
+        self._results: ResultStore | None = None
         self.error = ""
 
     @property
@@ -75,8 +83,22 @@ class Keeper:
             # One that could not be written is not tried again until it changes.
             self._kept = state
             try:
-                save_state(state, self._path)
+                files, notes = self._store.put(state.results)
+                save_state(replace(state, results=files, notes=notes), self._path)
             except InputError as error:
                 self.error = str(error)
             else:
+                self._store.remove_others(files)
                 self.error = ""
+
+    def result(self, key: str, kept: KeptFile) -> Any:
+        """A result of the last time; parameters and errors as `ResultStore.get`."""
+        return self._store.get(key, kept)
+
+    @property
+    def _store(self) -> "ResultStore":
+        from .result_store import ResultStore
+
+        if self._results is None:
+            self._results = ResultStore((self._path or Path()).parent / _RESULTS)
+        return self._results

@@ -28,6 +28,7 @@ from .messages import (
     FieldNudged,
     PointOpened,
     Reported,
+    ResultsRestored,
     RunActed,
     RunAsked,
     RunEnded,
@@ -35,12 +36,15 @@ from .messages import (
     RunsChanged,
     SceneLoaded,
     SceneSaved,
+    StudyRead,
 )
+from .pane import Pane
 from .report import stability_brief, verdict
 from .run_bar import RunBar
 from .run_desk import RunDesk
 from .runs_pane import RunsPane
 from .session import Session
+from .snapshot import take_back
 from .tab_book import TabBook
 from .tabs import TABS
 from .verdict import VerdictView
@@ -216,6 +220,21 @@ class LabScreen(Screen[None]):
     def _run_read(self, event: RunRead) -> None:
         self._run_desk.read(event)
 
+    @on(StudyRead)
+    def _study_read(self, event: StudyRead) -> None:
+        self.session.studies.put(event.kind, event.shown)
+        self.show_tab(event.kind)
+        self._book.catch_up()
+        self.post_message(Reported(f"{event.kind} read from {event.shown.source}"))
+
+    @on(ResultsRestored)
+    def _results_restored(self, event: ResultsRestored) -> None:
+        take_back(self.session, event.results)
+        for words in event.errors:
+            self.post_message(Reported(words, error=True))
+        self._show_runs()
+        self._book.catch_up()
+
     @on(ExportEnded)
     def _export_ended(self, event: ExportEnded) -> None:
         words = event.error or f"{event.what} written to {event.path}"
@@ -236,12 +255,9 @@ class LabScreen(Screen[None]):
         return dict(sorted(bindings.items(), key=lambda item: item[1].node is not self))
 
     def check_action(self, action: str, parameters: tuple[object, ...]) -> bool | None:  # noqa: ARG002
-        """Which actions apply now: one of Run and Stop, export with a result alone."""
+        """Which actions apply now: one of Run and Stop."""
         running = self.session.runs.active is not None
         applies = {"run": not running, "stop": running, "run_both": not running}
-        if action == "export":
-            # None: shown, but dimmed.
-            return True if self.session.runs.shown is not None else None
         return applies.get(action, True)
 
     def action_run(self) -> None:
@@ -287,10 +303,18 @@ class LabScreen(Screen[None]):
         """
         self._book.show(name)
 
+    @property
+    def pane(self) -> Pane | None:
+        """The pane in sight, None before it is made."""
+        return self._book.pane
+
     def action_export(self, what: str) -> None:
-        """Write something of the run shown to a file."""
-        if self.session.runs.shown is not None:
-            self._files.export(what, self.session.runs.shown)
+        """Write what the tab in sight shows to a file."""
+        if self.pane is not None:
+            try:
+                self._files.export(self.pane.export(what))
+            except InputError as error:
+                self.post_message(Reported(str(error), error=True))
 
     def action_open_scene(self) -> None:
         """Open a scene file."""
@@ -308,9 +332,9 @@ class LabScreen(Screen[None]):
         """Save the scene edited in a file of another name."""
         self._files.save_scene(ask=True)
 
-    def action_read_run(self) -> None:
-        """Read a run from a trajectory file."""
-        self._files.read_run()
+    def action_read_result(self) -> None:
+        """Read a run, sweep, map or trade-off from a file."""
+        self._files.read_result()
 
     def action_undo(self) -> None:
         """Undo the last edit."""
@@ -361,9 +385,9 @@ class LabScreen(Screen[None]):
             self.app.push_screen(HelpDialog(f"{field.name}: {field.meaning}", field_help(field)))
 
     def action_copy_command(self) -> None:
-        """Copy the command line that computes the same."""
+        """Copy the command line that computes what the tab in sight shows."""
         try:
-            line = self.session.command_line()
+            line = self.session.command_line() if self.pane is None else self.pane.command_line()
         except InputError as error:
             self.post_message(Reported(str(error), error=True))
         else:

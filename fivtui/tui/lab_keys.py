@@ -24,7 +24,7 @@ LAB_KEYS: Final = (
     Binding("ctrl+o", "open_scene", "Open a scene", show=False),
     Binding("ctrl+s", "save_scene", "Save the scene", show=False),
     Binding("alt+s", "save_scene_as", "Save the scene as", show=False),
-    Binding("alt+o", "read_run", "Read a run", show=False),
+    Binding("alt+o", "read_result", "Read a result", show=False),
     Binding("ctrl+z", "undo", "Undo", show=False),
     Binding("ctrl+y", "redo", "Redo", show=False),
     *(

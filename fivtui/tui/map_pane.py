@@ -13,29 +13,46 @@ from fivtui.core.errors import InputError
 from fivtui.core.parameters import Parameters
 
 from .chart_view import ChartView
+from .command_lines import map_line
+from .exports import Export
 from .job_pane import JobPane
 from .jobs import Job
-from .map_view import EXAMPLE, VALUES, FloatArray, map_chart, map_request, point_texts, values_in
+from .map_view import (
+    EXAMPLE,
+    VALUES,
+    FloatArray,
+    map_chart,
+    map_request,
+    point_texts,
+    point_words,
+    values_in,
+)
 from .messages import PointOpened
 from .session import Session
+from .study_exports import map_export
 
 if TYPE_CHECKING:
     from fivtui.core.stability_map import StabilityMap
 
 _PREFIX: Final = "value-"
+_VALUE: Final = "value"
+_OVER: Final = "over"
+_NOTHING: Final = "no map yet: F10 maps the scene"
 _PAUSE: Final = 0.1
 
 
 class MapPane(JobPane):
     """Growth rate, μ_c or unstable modes over two parameters of the scene edited."""
 
+    NAME: ClassVar[str] = "map"
     VERB: ClassVar[str] = "Map"
     VIEWS: ClassVar[Mapping[str, str]] = {"map-view": "Map"}
 
     def __init__(self, session: Session) -> None:
         super().__init__(session)
-        self._result: StabilityMap | None = None
-        self._value = "growth-rate"
+        self._computed: StabilityMap | None = None
+        kept = self.setting(_VALUE, "")
+        self._value = kept if kept in VALUES else next(iter(VALUES))
         self._key: object = None
         self._waiting: Timer | None = None
 
@@ -44,16 +61,27 @@ class MapPane(JobPane):
         for name, title in VALUES.items():
             classes = "value -active" if name == self._value else "value"
             yield Button(title, id=f"{_PREFIX}{name}", classes=classes, compact=True)
-        yield Input(EXAMPLE, id="over", compact=True, select_on_focus=False)
+        yield Input(self.setting(_OVER, EXAMPLE), id="over", compact=True, select_on_focus=False)
 
     def compose_views(self) -> ComposeResult:
         """One chart."""
         with Vertical(id="map-view"):
             yield ChartView("map-chart", openable=True)
 
+    @property
+    def _result(self) -> "StabilityMap | None":
+        # One that was read from a file stays until another one is asked for.
+        read = self.session.studies.map
+        return self._computed if read is None else read.value
+
     def scene_changed(self) -> None:
         """Compute the map anew if one of the other parameters has changed."""
         self.draw()
+        read = self.session.studies.map
+        if read is not None:
+            self.stop()
+            self.say(f"read from {read.source}; F10 maps the scene edited")
+            return
         try:
             key = self._request()[-1]
         except InputError as error:
@@ -71,6 +99,8 @@ class MapPane(JobPane):
         self.scene_changed()
 
     def _again(self) -> None:
+        if self.session.studies.map is not None:
+            return
         try:
             self.begin()
         except InputError as error:
@@ -103,24 +133,30 @@ class MapPane(JobPane):
 
             return stability_map(p, over, value, separation=separation, progress=job.report)
 
-        self._key = key
+        self._key, self.session.studies.map = key, None
         self.start(compute)
 
     def take(self, result: "StabilityMap") -> None:
         """Show the map."""
-        self._result = result
-        self.say(f"{result.values.size} points; Enter opens the point under the cursor")
+        self._computed = result
+        self.say(f"{result.values.size} points; Enter opens one")
         self.draw()
 
     def draw(self) -> None:
         """Draw the map."""
-        if self._result is None:
+        result = self._result
+        if result is None:
             return
         try:
             now = self.session.parameters()
         except InputError:
             now = None
-        self.query_one(ChartView).show(map_chart(self._result, now))
+        self.query_one(ChartView).show(map_chart(result, now))
+
+    @on(Input.Changed, "#over")
+    def _edited(self, event: Input.Changed) -> None:
+        event.stop()
+        self.keep(_OVER, event.value)
 
     @on(Input.Submitted, "#over")
     def _submitted(self, event: Input.Submitted) -> None:
@@ -133,6 +169,7 @@ class MapPane(JobPane):
     def _chosen(self, event: Button.Pressed) -> None:
         event.stop()
         self._value = str(event.button.id).removeprefix(_PREFIX)
+        self.keep(_VALUE, self._value)
         for button in self.query(".value"):
             button.set_class(button is event.button, "-active")
         self.stop()
@@ -140,7 +177,21 @@ class MapPane(JobPane):
 
     @on(ChartView.Opened)
     def _opened(self, event: ChartView.Opened) -> None:
-        if self._result is not None:
-            texts = point_texts(self._result, event.point)
-            words = ", ".join(f"{name} = {text}" for name, text in texts.items())
-            self.post_message(PointOpened(texts, f"opened {words}"))
+        result = self._result
+        if result is not None:
+            words = f"opened {point_words(result, event.point)}"
+            self.post_message(PointOpened(point_texts(result, event.point), words))
+
+    def export(self, what: str) -> Export:
+        """The map shown."""
+        read, result = self.session.studies.map, self._result
+        if result is None:
+            raise InputError(_NOTHING)
+        return map_export(what, self.session.name if read is None else read.name, result)
+
+    def command_line(self) -> str:
+        """The map shown."""
+        result = self._result
+        if result is None:
+            raise InputError(_NOTHING)
+        return map_line(result, self.session.origin)

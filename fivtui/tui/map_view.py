@@ -10,6 +10,7 @@ from fivtui.core.parameters import PARAMETERS, Parameters
 
 from .axis import Axis
 from .chart import Backdrop, Chart, Found, Trace
+from .fields import CONSIDERED, IGNORED
 from .nudges import number_text
 
 if TYPE_CHECKING:
@@ -204,6 +205,14 @@ def _merged(
 
 
 def point_texts(result: "StabilityMap", point: Found) -> dict[str, str]:
-    """The fields' texts of a point of a map."""
+    """The fields' texts of a point of a map: all parameters, and whether separation counts."""
     places = (float(f"{value:.{_DIGITS}g}") for value in (point.x, point.y))
-    return dict(zip(result.names, map(number_text, places), strict=True))
+    values = result.parameters.as_dict() | dict(zip(result.names, places, strict=True))
+    texts = {name: number_text(value) for name, value in values.items()}
+    return texts | {"separation": CONSIDERED if result.separation else IGNORED}
+
+
+def point_words(result: "StabilityMap", point: Found) -> str:
+    """What tells a point of a map from the others."""
+    texts = point_texts(result, point)
+    return ", ".join(f"{name} = {texts[name]}" for name in result.names)

@@ -2,6 +2,7 @@
 
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Any
 
 from textual.message import Message
 
@@ -9,6 +10,7 @@ from fivtui.core.outcome import Transient
 from fivtui.scene import Scene
 
 from .runs import Outcome, Run
+from .shown import Shown
 
 
 @dataclass
@@ -107,9 +109,24 @@ class SceneSaved(Message):
 
 @dataclass
 class RunRead(Message):
-    """A transient was read from a file, or not: then with an error."""
+    """A transient was read from a file."""
 
     path: Path
-    scene: Scene | None = None
-    result: Transient | None = None
-    error: str = ""
+    scene: Scene
+    result: Transient
+
+
+@dataclass
+class StudyRead(Message):
+    """A sweep, map or trade-off was read from a file; `kind` is the tab that shows it."""
+
+    kind: str
+    shown: Shown[Any]
+
+
+@dataclass
+class ResultsRestored(Message):
+    """Results of the last session were read, see `snapshot.take_back`, or not: then with errors."""
+
+    results: dict[str, Any]
+    errors: list[str]

@@ -1,9 +1,14 @@
 """What every tab has in common."""
 
+from typing import TYPE_CHECKING, ClassVar
+
 from textual.containers import Vertical
 
 from .runs import Run
 from .session import Session
+
+if TYPE_CHECKING:
+    from .exports import Export
 
 
 class Pane(Vertical):
@@ -16,11 +21,26 @@ class Pane(Vertical):
     ----------
     session : Session
         The state of the laboratory; panes read it, and post messages to change it.
+
+    Attributes
+    ----------
+    NAME : str
+        Under which the settings of the tab are kept.
     """
+
+    NAME: ClassVar[str] = ""
 
     def __init__(self, session: Session) -> None:
         super().__init__()
         self.session = session
+
+    def setting(self, key: str, default: str) -> str:
+        """What the tab is set to; kept from one start to the next."""
+        return self.session.settings.get(self.NAME, {}).get(key, default)
+
+    def keep(self, key: str, value: str) -> None:
+        """Keep what the tab is set to."""
+        self.session.settings.setdefault(self.NAME, {})[key] = value
 
     def scene_changed(self) -> None:
         """A field was edited, or another scene was loaded. Called at every key press: be quick."""
@@ -53,6 +73,47 @@ class Pane(Vertical):
             Whether there is such a thing.
         """
         return False
+
+    def export(self, what: str) -> "Export":
+        """What can be written of what is shown: of the run, where the tab says nothing else.
+
+        Parameters
+        ----------
+        what : str
+            A name in `exports.KINDS`.
+
+        Returns
+        -------
+        Export
+            To be written.
+
+        Raises
+        ------
+        InputError
+            If there is nothing to write yet; it says what to do.
+        """
+        from .exports import run_export
+
+        return run_export(what, self.session.runs.shown)
+
+    def command_line(self) -> str:
+        """The command that computes in a shell what is shown, or would be.
+
+        Returns
+        -------
+        str
+            Quoted for a POSIX shell.
+
+        Raises
+        ------
+        InputError
+            If a field is wrong, or no command can say it.
+        """
+        from .command_lines import transient_line
+
+        run = self.session.runs.shown
+        scene = self.session.scene() if run is None else run.scene
+        return transient_line(scene, self.session.origin)
 
     def reported(self) -> None:
         """Something was appended to `session.reports`."""

@@ -1,7 +1,7 @@
 """The tab of the paper: its figures and claims, computed when they are asked for."""
 
 from collections.abc import Mapping
-from typing import TYPE_CHECKING, ClassVar
+from typing import TYPE_CHECKING, ClassVar, Final
 
 from textual import on
 from textual.app import ComposeResult
@@ -9,18 +9,24 @@ from textual.binding import Binding, BindingType
 from textual.containers import Vertical
 from textual.widgets import DataTable, Static
 
-from fivtui.core.errors import Cancelled
+from fivtui.core.errors import Cancelled, InputError
 
 from .chart_view import ChartView
+from .command_lines import CLAIMS_LINE, figure_line
+from .exports import DATA, FIGURE, KINDS, Export
 from .job_pane import JobPane
 from .jobs import Job
 from .messages import RunAsked, SceneLoaded
 from .session import Session
+from .study_exports import claims_export, paper_export
 
 if TYPE_CHECKING:
     from fivtui.paper.claim import CheckedClaim
     from fivtui.paper.data import FigureData
     from fivtui.paper.study import Study
+
+
+_SHOWN: Final = "figure"
 
 
 class _Table(DataTable[str]):
@@ -35,8 +41,9 @@ class _Table(DataTable[str]):
 class PaperPane(JobPane):
     """Lists of figures and claims, and the figure chosen."""
 
+    NAME: ClassVar[str] = "paper"
     VERB: ClassVar[str] = "Check"
-    HINT: ClassVar[str] = "Enter computes a figure, F10 checks all claims, o opens as a scene"
+    HINT: ClassVar[str] = "Enter: figure, F10: claims, o: scene"
     VIEWS: ClassVar[Mapping[str, str]] = {
         "figures": "Figures",
         "claims": "Claims",
@@ -49,7 +56,8 @@ class PaperPane(JobPane):
         self._study: Study | None = None
         self._computed: dict[str, FigureData] = {}
         self._checked: dict[str, CheckedClaim] = {}
-        self._shown = ""
+        # The limits that are kept are those of the figure that is kept.
+        self._shown = self._drawn = self.setting(_SHOWN, "")
 
     def compose_views(self) -> ComposeResult:
         """Two tables, and two charts."""
@@ -65,7 +73,16 @@ class PaperPane(JobPane):
         """List the figures."""
         super().on_mount()
         self.query_one("#figure-2").display = False
+        self._restore()
         self.draw()
+
+    def _restore(self) -> None:
+        from fivtui.paper.families import PANELS
+
+        if self._shown not in PANELS:
+            self._shown = ""
+        elif self.view == "figure":
+            self._choose(self._shown)
 
     def _source(self) -> "Study":
         # Figures and claims share what they compute.
@@ -113,8 +130,13 @@ class PaperPane(JobPane):
         from fivtui.paper.families import PANELS
 
         event.stop()
-        key = list(PANELS)[event.cursor_row]
+        self._choose(list(PANELS)[event.cursor_row])
+
+    def _choose(self, key: str) -> None:
+        from fivtui.paper.families import PANELS
+
         self._shown = key
+        self.keep(_SHOWN, key)
         if key in self._computed:
             self.show_view("figure")
             return
@@ -162,7 +184,10 @@ class PaperPane(JobPane):
             key, data = result
             self._computed[key] = data
             self.say(f"figure {key} computed")
-            self.show_view("figure")
+            if self.view == "figure":
+                self.draw()
+            else:
+                self.show_view("figure")
         elif isinstance(result, dict):
             self._checked.update(result)
             counts: dict[str, int] = {}
@@ -182,23 +207,52 @@ class PaperPane(JobPane):
         if self._shown not in self._computed:
             return
         charts = figure_charts(PANELS[self._shown], self._computed[self._shown])
+        another, self._drawn = self._drawn != self._shown, self._shown
         second = self.query_one("#figure-2", ChartView)
         second.display = len(charts) > 1
         first = self.query_one("#figure-1", ChartView)
         for view, chart in zip((first, second), charts, strict=False):
-            view.view.reset()
-            view.view.hidden.clear()
+            if another:
+                view.view.reset()
+                view.view.hidden.clear()
             view.show(chart)
+
+    @property
+    def _chosen(self) -> str:
+        # Key of the figure that is meant; empty if there is none.
+        from fivtui.paper.families import PANELS
+
+        if self.view == "figures":
+            return list(PANELS)[self.query_one("#figures", _Table).cursor_row]
+        return self._shown
+
+    def export(self, what: str) -> Export:
+        """The figure chosen or its data; the claims where they are shown."""
+        if self.view == "claims":
+            if what == FIGURE:
+                raise InputError(f"claims are no figure: {KINDS[DATA]} writes them")
+            if not self._checked:
+                raise InputError("no claims to write yet: F10 checks them")
+            return claims_export(list(self._checked.values()))
+        key = self._chosen
+        if key not in self._computed:
+            which = f"Fig. {key} is not computed yet" if key else "no figure is chosen yet"
+            raise InputError(f"{which}: Enter in the list of figures computes it")
+        return paper_export(what, key, self._source())
+
+    def command_line(self) -> str:
+        """The figure chosen, or the claims."""
+        if self.view == "claims":
+            return CLAIMS_LINE
+        if not self._chosen:
+            raise InputError("no figure is chosen yet: Enter in the list of figures computes one")
+        return figure_line(int(self._chosen.rstrip("ab")))
 
     def action_open_scene_of(self) -> None:
         """Load the scene of the figure chosen into the form."""
-        from fivtui.paper.families import PANELS
-
         from .paper_view import panel_scene
 
-        key = self._shown
-        if self.view == "figures":
-            key = list(PANELS)[self.query_one("#figures", _Table).cursor_row]
+        key = self._chosen
         if key:
             self.post_message(SceneLoaded(panel_scene(key), "", f"scene of figure {key}"))
 

@@ -15,7 +15,7 @@ from fivtui.scene import Scene
 from .chart import Chart, Found, Guide, Trace
 from .paper_scenes import paper_scenes
 
-FIGURE_COLUMNS: Final = ("figure", "", "what it shows", "lines")
+FIGURE_COLUMNS: Final = ("figure", "", "lines", "what it shows")
 CLAIM_COLUMNS: Final = ("verdict", "section", "statement", "stated")
 COMPUTED: Final = "computed"
 _UNKNOWN: Final = "?"
@@ -50,7 +50,7 @@ def figure_rows(computed: Sequence[str]) -> list[tuple[str, ...]]:
         In the columns `FIGURE_COLUMNS`.
     """
     return [
-        (key, COMPUTED if key in computed else "", panel.caption, _by(panel))
+        (key, COMPUTED if key in computed else "", _by(panel), panel.caption)
         for key, panel in PANELS.items()
     ]
 

@@ -143,9 +143,6 @@ class RunDesk:
         event : RunRead
             What was read.
         """
-        if event.scene is None or event.result is None:
-            self._tell(Reported(event.error, error=True))
-            return
         run = self._session.runs.take_in(event.scene, event.result, str(event.path))
         self._tell(Reported(f"run {run.number} read from {event.path}"))
         self._tell(RunsChanged())

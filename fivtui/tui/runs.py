@@ -2,7 +2,7 @@
 
 import threading
 import time
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from dataclasses import dataclass, field
 from enum import Enum
 from typing import Final
@@ -34,6 +34,7 @@ class RunState(Enum):
     DONE = "done"
     STOPPED = "stopped"
     FAILED = "failed"
+    NOT_KEPT = "not kept"
 
 
 @dataclass(eq=False, slots=True)
@@ -189,6 +190,24 @@ class Runs:
         """The run that is running."""
         return next((run for run in self._runs if run.state is RunState.RUNNING), None)
 
+    @property
+    def count(self) -> int:
+        """The number used last."""
+        return self._count
+
+    def restore(self, runs: Iterable[Run], count: int) -> None:
+        """Put runs of an earlier session before those of this one.
+
+        Parameters
+        ----------
+        runs : iterable of Run
+            The oldest first.
+        count : int
+            The number used last.
+        """
+        self._runs[:0] = runs
+        self._count = max(count, self._count, *(run.number for run in self._runs), 0)
+
     def start(self, scene: Scene, edited: Scene | None = None) -> Run:
         """Begin a new run, stopping the one that is running.
 
@@ -266,7 +285,9 @@ class Runs:
             for run in self._runs
             if run.overlaid and run.result is not None and run is not self.shown
         ]
-        return beside if self.shown is None else [*beside, self.shown]
+        if self.shown is None or self.shown.result is None:
+            return beside
+        return [*beside, self.shown]
 
     def stop(self) -> Run | None:
         """Stop the run that is running, at once for whoever looks at it.

@@ -1,9 +1,8 @@
 """The state of the laboratory without its screen: edited texts, scene, runs. Imports no Textual."""
 
 import dataclasses
-import shlex
 from pathlib import Path
-from typing import Final, cast
+from typing import TYPE_CHECKING, Final, cast
 
 from fivtui.core.errors import InputError
 from fivtui.core.methods import METHODS, takes_step
@@ -12,11 +11,17 @@ from fivtui.core.request import Start
 from fivtui.core.stability import Stability, stability
 from fivtui.scene import Accuracy, Scene
 
-from .differences import base_scene, differences
+from .chart import View
+from .differences import differences
 from .editing import Editing
 from .fields import CONSIDERED, FIELDS
 from .nudges import number_text
 from .runs import FMU_ENGINE, FMU_METHOD, Run, Runs, engine_of
+from .shown import Studies
+
+if TYPE_CHECKING:
+    from .command_lines import Origin
+    from .state_file import KeptFile
 
 MOST_RECENT: Final = 10
 _FIRST_METHOD: Final = next(iter(METHODS))
@@ -42,6 +47,14 @@ class Session(Editing):
         Scene files opened or saved, the last one first.
     tab : str
         Identifier of the tab in sight; empty for the first one.
+    studies : Studies
+        What the tabs of studies show.
+    settings : dict of str to dict of str
+        What the tabs are set to, by name of the tab and of the setting.
+    views : dict of str to View
+        Limits and scales of the charts, by their identifiers.
+    unread : dict of str to KeptFile
+        Results of the last session that are not read yet, see `State`.
     """
 
     def __init__(self, scene: Scene | None = None, source: str = "") -> None:
@@ -50,6 +63,10 @@ class Session(Editing):
         self.reports: list[str] = []
         self.recent: tuple[str, ...] = ()
         self.tab = ""
+        self.studies = Studies()
+        self.settings: dict[str, dict[str, str]] = {}
+        self.views: dict[str, View] = {}
+        self.unread: dict[str, KeptFile] = {}
         self._native_method = _FIRST_METHOD
 
     def remember(self, path: str) -> None:
@@ -244,6 +261,13 @@ class Session(Editing):
         except InputError:
             return True
 
+    @property
+    def origin(self) -> "Origin":
+        """The scene loaded, and how the command line names it."""
+        from .command_lines import Origin
+
+        return Origin(self._loaded, self.source)
+
     def command_line(self) -> str:
         """The command that computes the same transient in a shell.
 
@@ -257,11 +281,6 @@ class Session(Editing):
         InputError
             If a field is wrong.
         """
-        scene = self.scene()
-        origin, words = self._loaded, ["fivtui", "simulate", self.source]
-        if not self.source or (scene.separation and not origin.separation):
-            # The command line can ask to ignore separation, not to consider it again.
-            origin, words = base_scene(), ["fivtui", "simulate"]
-        for difference in differences(scene, origin):
-            words += difference.words
-        return shlex.join(words)
+        from .command_lines import transient_line
+
+        return transient_line(self.scene(), self.origin)

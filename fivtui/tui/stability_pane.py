@@ -1,8 +1,8 @@
 """The tab of the equilibrium: modes over μ, eigenvalues, and all that is known, live."""
 
 from collections.abc import Mapping
-from dataclasses import dataclass
-from typing import ClassVar, Final
+from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING, ClassVar, Final
 
 from textual import on
 from textual.app import ComposeResult
@@ -12,24 +12,22 @@ from textual.timer import Timer
 from textual.worker import get_current_worker
 
 from fivtui.core.errors import Cancelled, ComputationError, InputError
+from fivtui.core.mode_scan import ModeScan, mode_scan, scan_top
 from fivtui.core.parameters import Parameters
 from fivtui.core.stability import Stability
 
 from .chart_view import ChartView
+from .differences import base_scene
 from .messages import PointOpened
 from .nudges import number_text
 from .report import stability_rows
 from .session import Session
-from .stability_charts import (
-    ModeScan,
-    frequency_chart,
-    growth_chart,
-    mode_scan,
-    plane_chart,
-    scan_top,
-)
+from .stability_charts import frequency_chart, growth_chart, plane_chart
 from .table import RowsView
 from .views_pane import ViewsPane
+
+if TYPE_CHECKING:
+    from .exports import Export
 
 # The scan over μ begins when no key was pressed for so long, s.
 _PAUSE: Final = 0.05
@@ -39,6 +37,7 @@ _DIGITS: Final = 6
 class StabilityPane(ViewsPane):
     """The equilibrium of what is edited."""
 
+    NAME: ClassVar[str] = "stability"
     VIEWS: ClassVar[Mapping[str, str]] = {"over-mu": "Over μ", "plane": "Plane", "facts": "Facts"}
 
     @dataclass
@@ -140,3 +139,21 @@ class StabilityPane(ViewsPane):
     def _opened(self, event: ChartView.Opened) -> None:
         text = number_text(float(f"{event.point.x:.{_DIGITS}g}"))
         self.post_message(PointOpened({"mu": text}, f"opened μ = {text}"))
+
+    def export(self, what: str) -> "Export":
+        """The modes over μ and the eigenvalues."""
+        from .study_exports import stability_export
+
+        if self._now is None:
+            raise InputError(f"no stability to write: {self._why}")
+        return stability_export(
+            what, self.session.name, *self._now, separation=self.session.separation
+        )
+
+    def command_line(self) -> str:
+        """The stability of what is edited."""
+        from .command_lines import stability_line
+
+        p = self.session.parameters()
+        scene = replace(base_scene(), parameters=p, separation=self.session.separation)
+        return stability_line(scene, self.session.origin)

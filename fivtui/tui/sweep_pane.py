@@ -2,7 +2,7 @@
 
 from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, ClassVar
+from typing import TYPE_CHECKING, ClassVar, Final
 
 from textual import on
 from textual.app import ComposeResult
@@ -11,32 +11,44 @@ from textual.message import Message
 from textual.widgets import Input, Static
 
 from fivtui.core.errors import InputError
+from fivtui.core.parameters import PARAMETERS
 
 from .chart_view import ChartView
+from .command_lines import sweep_line
+from .exports import Export
 from .job_pane import JobPane
 from .jobs import Job
 from .messages import PointOpened
 from .session import Session
+from .shown import Shown
+from .study_exports import sweep_export
 from .sweep_view import (
     EXAMPLE,
     SweepPoints,
     count_words,
+    point_scene,
     point_texts,
     points_of,
     sweep_chart,
+    sweep_of,
     sweep_parts,
     sweep_request,
 )
 
 if TYPE_CHECKING:
     from fivtui.core.sweep import Rows
+    from fivtui.sweeps import Sweep
+
+_NOTHING: Final = "no sweep to write yet: F10 sweeps"
+_PARTIAL: Final = "the sweep is not complete, so that it is not written: F10 sweeps anew"
 
 
 class SweepPane(JobPane):
     """Peak and steady half range over a parameter of the scene edited."""
 
+    NAME: ClassVar[str] = "sweep"
     VERB: ClassVar[str] = "Sweep"
-    HINT: ClassVar[str] = "F10 sweeps; Enter on a point opens its transient"
+    HINT: ClassVar[str] = "F10 sweeps; Enter opens a point"
     VIEWS: ClassVar[Mapping[str, str]] = {"amplitudes": "Amplitudes"}
 
     @dataclass
@@ -44,16 +56,17 @@ class SweepPane(JobPane):
         """More points are known."""
 
         job: Job
-        points: SweepPoints
+        result: "Sweep"
 
     def __init__(self, session: Session) -> None:
         super().__init__(session)
+        self._drawn: Shown[Sweep] | None = None
         self._points: SweepPoints | None = None
 
     def compose_bar(self) -> ComposeResult:
         """What varies."""
         yield Static("vary", classes="words")
-        yield Input(EXAMPLE, id="vary", compact=True, select_on_focus=False)
+        yield Input(self.setting("vary", EXAMPLE), id="vary", compact=True, select_on_focus=False)
 
     def compose_views(self) -> ComposeResult:
         """One chart."""
@@ -62,20 +75,40 @@ class SweepPane(JobPane):
 
     def begin(self) -> None:
         """Sweep the scene edited."""
-        text = self.query_one("#vary", Input).value
-        study = sweep_request(self.session.scene(), text)
-        (name,) = study.design.axes
+        study = sweep_request(self.session.scene(), self.query_one("#vary", Input).value)
 
-        def compute(job: Job) -> SweepPoints:
+        def compute(job: Job) -> "Sweep":
             parts: list[Rows] = []
             for rows in sweep_parts(study, job.report):
                 parts.append(rows)
-                self.post_message(self.Grown(job, points_of(name, parts)))
-            return points_of(name, parts)
+                self.post_message(self.Grown(job, sweep_of(study, parts)))
+            return sweep_of(study, parts)
 
-        self._points = None
+        self._show(None)
         self.start(compute)
         self.query_one(ChartView).view.reset()
+
+    def _show(self, result: "Sweep | None") -> None:
+        name = self.session.name
+        self.session.studies.sweep = None if result is None else Shown(result, name)
+        self._catch_up()
+
+    def _catch_up(self) -> None:
+        # The session has the result, be it computed here, read from a file, or restored.
+        shown = self.session.studies.sweep
+        if shown is not self._drawn:
+            if shown is not None and shown.source:
+                self.stop()
+            self._drawn = shown
+            self._points = None if shown is None else points_of(shown.value)
+            if shown is not None and self.job is None:
+                source = f", read from {shown.source}" if shown.source else ""
+                self.say(f"{count_words(shown.value)}{source}")
+
+    @on(Input.Changed, "#vary")
+    def _edited(self, event: Input.Changed) -> None:
+        event.stop()
+        self.keep("vary", event.value)
 
     @on(Input.Submitted, "#vary")
     def _submitted(self, event: Input.Submitted) -> None:
@@ -87,35 +120,57 @@ class SweepPane(JobPane):
     def _grown(self, event: Grown) -> None:
         event.stop()
         if event.job is self.job:
-            self._points = event.points
+            self._show(event.result)
 
     def progressed(self) -> None:
         """Show the points that are known."""
         self.draw()
 
-    def take(self, result: SweepPoints) -> None:
+    def take(self, result: "Sweep") -> None:
         """Show all points."""
-        self._points = result
-        self.say(count_words(result))
+        self._show(result)
         self.draw()
 
     def scene_changed(self) -> None:
-        """Mark the value edited."""
+        """Mark the value edited, and show what was read from a file."""
+        self._catch_up()
         self.draw()
 
     def draw(self) -> None:
         """Draw what is known."""
         if self._points is None:
+            self.query_one(ChartView).show(None)
             return
-        try:
-            now = float(getattr(self.session.parameters(), self._points.name))
-        except InputError:
-            now = None
+        name, now = self._points.name, None
+        if name in PARAMETERS:
+            try:
+                now = float(getattr(self.session.parameters(), name))
+            except InputError:
+                now = None
         self.query_one(ChartView).show(sweep_chart(self._points, now))
 
     @on(ChartView.Opened)
     def _opened(self, event: ChartView.Opened) -> None:
-        if self._points is not None:
-            texts = point_texts(self._points, event.point)
-            words = ", ".join(f"{name} = {text}" for name, text in texts.items())
+        if self._points is not None and self._drawn is not None:
+            scene = point_scene(self._drawn.value.study, self._points, event.point)
+            texts = point_texts(scene)
+            words = f"{self._points.name} = {event.point.x:g}, separation {texts['separation']}"
             self.post_message(PointOpened(texts, f"opened {words}"))
+
+    def export(self, what: str) -> Export:
+        """The sweep, if it is complete."""
+        shown = self.session.studies.sweep
+        if shown is None:
+            raise InputError(_NOTHING)
+        if len(shown.value.table.reasons) < shown.value.study.members:
+            raise InputError(_PARTIAL)
+        return sweep_export(what, shown.name, shown.value)
+
+    def command_line(self) -> str:
+        """The sweep shown, or else that which would be computed."""
+        shown = self.session.studies.sweep
+        if shown is None:
+            study = sweep_request(self.session.scene(), self.query_one("#vary", Input).value)
+        else:
+            study = shown.value.study
+        return sweep_line(study, self.session.origin)

@@ -1,5 +1,6 @@
 """What the sweep tab computes and shows: amplitudes over a parameter. Imports no Textual."""
 
+import dataclasses
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Final
@@ -9,15 +10,17 @@ from numpy.typing import NDArray
 
 from fivtui.core.errors import InputError
 from fivtui.core.parameters import PARAMETERS
+from fivtui.core.request import START_SPECS, resolve_start
 from fivtui.scene import Scene
 
 from .chart import Chart, Found, Guide, Trace
-from .fields import CONSIDERED, IGNORED
-from .nudges import number_text
+from .differences import base_scene
+from .fields import CONSIDERED, FIELDS, IGNORED
 
 if TYPE_CHECKING:
     from fivtui.core.study import Study
     from fivtui.core.sweep import Rows
+    from fivtui.sweeps import Sweep
 
 FloatArray = NDArray[np.float64]
 
@@ -26,40 +29,24 @@ EXAMPLE: Final = "F=10:120:56"
 _PIECE: Final = 16
 _CASES: Final = {True: CONSIDERED, False: IGNORED}
 _OUTPUTS: Final = {"y_abs": "peak", "y_half_range": "steady"}
-_MARKS: Final = {
-    ("y_abs", True): "●",
-    ("y_abs", False): "○",
-    ("y_half_range", True): "◆",
-    ("y_half_range", False): "◇",
-}
+# By output as it is drawn, and case.
+_MARKS: Final = ({True: "●", False: "○"}, {True: "◆", False: "◇"})
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class SweepPoints:
-    """What is known of a sweep by now.
+    """What a sweep over one name is drawn from.
 
     Attributes
     ----------
     name : str
-        The parameter that varies.
+        What varies: a parameter, or a component of the start.
     values : dict of ((str, bool), (ndarray, ndarray))
-        By output and case: the parameter, ascending, and the amplitude, m; NaN where a member
-        failed.
-    failed : int
-        How many members failed.
-    reason : str
-        Why the first of them did.
+        By output and case: what varies, ascending, and the output; NaN where a member failed.
     """
 
     name: str
     values: dict[tuple[str, bool], tuple[FloatArray, FloatArray]]
-    failed: int
-    reason: str
-
-    @property
-    def count(self) -> int:
-        """How many members are computed."""
-        return sum(x.size for (name, _), (x, _) in self.values.items() if name == "y_abs")
 
 
 def sweep_request(scene: Scene, text: str) -> "Study":
@@ -126,82 +113,139 @@ def sweep_parts(study: "Study", progress: Callable[[float], bool]) -> Iterator["
         yield compute_rows(study, first, last, within)
 
 
-def points_of(name: str, parts: Sequence["Rows"]) -> SweepPoints:
-    """The points of all parts.
+def sweep_of(study: "Study", parts: Sequence["Rows"]) -> "Sweep":
+    """The sweep of all parts; at least one.
 
     Parameters
     ----------
-    name : str
-        The parameter that varies.
+    study : Study
+        What is computed.
     parts : sequence of Rows
-        At least one.
+        Its rows by now, at least one.
+
+    Returns
+    -------
+    Sweep
+        As far as it is known.
+    """
+    from fivtui.core.sweep import joined
+    from fivtui.sweeps import Sweep
+
+    return Sweep(study, joined(list(parts)))
+
+
+def check_drawable(study: "Study") -> None:
+    """Check that a sweep can be shown; `InputError` if not one name alone varies."""
+    names = list(study.design.axes)
+    if len(names) != 1:
+        raise InputError(
+            f"a sweep over {', '.join(names)}: shown are sweeps over one name; "
+            "fivtui sweep --plot draws two"
+        )
+
+
+def points_of(result: "Sweep") -> SweepPoints:
+    """What is drawn of a sweep over one name.
+
+    Parameters
+    ----------
+    result : Sweep
+        The sweep, as far as it is known.
 
     Returns
     -------
     SweepPoints
-        Ascending, whatever the order of the sweep.
+        Peak and steady half range as far as they were computed, or else the first output.
     """
-    from fivtui.core.sweep import joined
-
-    rows = joined(list(parts))
+    study, rows = result.study, result.table
+    (name,) = study.design.axes
     along = rows.numbers[name]
     order = np.argsort(along, kind="stable")
+    drawn = [output for output in _OUTPUTS if output in study.outputs] or study.outputs[:1]
     values = {}
-    for case in _CASES:
+    for case in sorted(study.cases, reverse=True):
         own = order[rows.separation[order] == case]
-        for output in _OUTPUTS:
+        for output in drawn:
             values[output, case] = along[own], rows.numbers[output][own]
-    reason = next((reason for reason in rows.reasons if reason), "")
-    return SweepPoints(name, values, rows.failed, reason)
+    return SweepPoints(name, values)
 
 
 def sweep_chart(points: SweepPoints, now: float | None) -> Chart:
-    """Peak and steady half range over the parameter, for both cases.
+    """The outputs over what varies, for every case.
 
     Parameters
     ----------
     points : SweepPoints
         What is known.
     now : float or None
-        The value of the parameter that is edited.
+        The value that is edited.
 
     Returns
     -------
     Chart
-        Four traces.
+        A trace an output and case.
     """
+    from fivtui.core.design import VARIABLES
+    from fivtui.core.study import OUTPUTS
+
+    outputs = list(dict.fromkeys(output for output, _ in points.values))
     traces = []
     for (output, case), (x, y) in points.values.items():
-        name, mark = f"{_OUTPUTS[output]} {_CASES[case]}", _MARKS[output, case]
+        name = f"{_OUTPUTS.get(output, output)} {_CASES[case]}"
+        mark = _MARKS[outputs.index(output)][case]
         traces.append(Trace(name, x, y, look="marked", mark=mark))
     guides = () if now is None else (Guide(now, f"{now:g}"),)
-    unit = PARAMETERS[points.name].unit
-    label = f"{points.name} / {unit}" if unit else points.name
-    return Chart(label, "amplitude of y / m", tuple(traces), guides=guides, tight=False)
+    first = OUTPUTS[outputs[0]]
+    shown = "amplitude of y" if first.name in _OUTPUTS else first.meaning
+    along = _label(points.name, VARIABLES[points.name].unit)
+    return Chart(along, _label(shown, first.unit), tuple(traces), guides=guides, tight=False)
 
 
-def point_texts(points: SweepPoints, point: Found) -> dict[str, str]:
-    """The fields' texts of a point.
+def _label(name: str, unit: str) -> str:
+    return f"{name} / {unit}" if unit else name
+
+
+def point_scene(study: "Study", points: SweepPoints, point: Found) -> Scene:
+    """The scene of a member of a sweep.
 
     Parameters
     ----------
-    points : SweepPoints
+    study : Study
         The sweep.
+    points : SweepPoints
+        What is drawn of it.
     point : Found
         A point of its chart.
 
     Returns
     -------
-    dict of str
-        The parameter, and whether separation is considered.
+    Scene
+        What was computed there.
     """
     _, case = list(points.values)[point.trace]
-    return {points.name: number_text(point.x), "separation": _CASES[case]}
+    p, start = study.parameters, study.start
+    if points.name in PARAMETERS:
+        p = p.with_values({points.name: point.x})
+    else:
+        state = dict(zip(START_SPECS, resolve_start(p, start, separation=case), strict=True))
+        start = tuple((state | {points.name: point.x}).values())
+    return dataclasses.replace(
+        base_scene(), parameters=p, separation=case, start=start, t_end=study.t_end, tol=study.tol
+    )
 
 
-def count_words(points: SweepPoints) -> str:
+def point_texts(scene: Scene) -> dict[str, str]:
+    """The fields' texts of a scene that a point stands for."""
+    return {name: field.text_of(scene) for name, field in FIELDS.items()}
+
+
+def count_words(result: "Sweep") -> str:
     """How many members there are, and what became of those that failed."""
-    words = f"{points.count} transients"
-    if points.failed:
-        words += f", {points.failed} not finished: {points.reason}"
+    rows = result.table
+    words = f"{len(rows.reasons)} transients"
+    if len(rows.reasons) < result.study.members:
+        words = f"{len(rows.reasons)} of {result.study.members} transients"
+    if rows.failed:
+        reason = next(reason for reason in rows.reasons if reason)
+        words += f", {rows.failed} not finished: {reason}"
     return words

@@ -1,14 +1,26 @@
 """The tabs side by side; each is filled when it is shown for the first time."""
 
 from collections.abc import Callable, Sequence
+from typing import Final
 
 from textual import on
 from textual.app import ComposeResult
+from textual.content import Content
+from textual.events import Resize
 from textual.widgets import Button, Input, TabbedContent, TabPane
 
 from .pane import Pane
 from .session import Session
 from .tabs import TabSpec
+
+# Columns that the titles need, and what is said where there are fewer.
+_ROOM: Final = 65
+_BRIEF: Final = {
+    "Stability": "Stab.",
+    "Transient": "Trans.",
+    "Trade-off": "Trade",
+    "Result": "Res.",
+}
 
 
 class TabBook(TabbedContent):
@@ -29,6 +41,17 @@ class TabBook(TabbedContent):
         self._session = session
         self._made: dict[str, Pane] = {}
         self._refocus = False
+        self._brief = False
+
+    def on_resize(self, event: Resize) -> None:
+        """Say less on the tabs where there is little room."""
+        brief = event.size.width < _ROOM
+        if brief is not self._brief:
+            self._brief = brief
+            self.set_class(brief, "-brief")
+            for spec in self.specs:
+                title = _BRIEF.get(spec.title, spec.title) if brief else spec.title
+                self.get_tab(spec.id).label = Content(title)
 
     def compose(self) -> ComposeResult:
         """The tabs, still empty."""

@@ -12,28 +12,37 @@ from fivtui.core.errors import InputError
 from fivtui.scene import Scene
 
 from .chart_view import ChartView
+from .command_lines import tradeoff_line
+from .exports import Export
 from .job_pane import JobPane
 from .jobs import Job
 from .session import Session
+from .shown import Shown
+from .study_exports import tradeoff_export
 from .tradeoff_view import COLUMNS, TITLES, present_row, present_words, table_rows, tradeoff_chart
 
 if TYPE_CHECKING:
     from fivtui.tradeoff import Tradeoff
 
 _PREFIX = "quantity-"
+_QUANTITY = "quantity"
+_NOTHING = "no trade-off to write yet: F10 measures it"
 
 
 class TradeoffPane(JobPane):
     """Errors against CPU time of the scene edited, by every method and setting."""
 
+    NAME: ClassVar[str] = "trade-off"
     VERB: ClassVar[str] = "Measure"
-    HINT: ClassVar[str] = "F10 runs the scene by every method, about 7 s of CPU time"
+    HINT: ClassVar[str] = "F10 measures, about 7 s of CPU time"
     VIEWS: ClassVar[Mapping[str, str]] = {"errors": "Plot", "settings": "Table"}
+    LOG_AXES: ClassVar[Mapping[str, str]] = {"errors-chart": "xy"}
 
     def __init__(self, session: Session) -> None:
         super().__init__(session)
-        self._result: Tradeoff | None = None
-        self._quantity = "final"
+        kept = self.setting(_QUANTITY, "")
+        self._quantity = kept if kept in TITLES else next(iter(TITLES))
+        self._seen: Shown[Tradeoff] | None = None
 
     def compose_bar(self) -> ComposeResult:
         """The quantities whose errors can be shown."""
@@ -49,12 +58,6 @@ class TradeoffPane(JobPane):
             yield Static("", id="present", markup=False)
         yield DataTable[str](id="settings", cursor_type="row", zebra_stripes=True)
 
-    def on_mount(self) -> None:
-        """Show errors and times over decades."""
-        super().on_mount()
-        view = self.query_one("#errors-chart", ChartView).view
-        view.log_x = view.log_y = True
-
     def begin(self) -> None:
         """Measure the scene edited."""
         scene = self.session.scene()
@@ -68,16 +71,29 @@ class TradeoffPane(JobPane):
 
     def take(self, result: "Tradeoff") -> None:
         """Show what was measured."""
-        self._result = result
+        self.session.studies.tradeoff = Shown(result, result.scene.name)
         self.scene_changed()
+
+    @property
+    def _result(self) -> "Tradeoff | None":
+        # The session has it, be it measured here, read from a file, or restored.
+        shown = self.session.studies.tradeoff
+        return None if shown is None else shown.value
 
     def scene_changed(self) -> None:
         """Show what the setting edited delivers."""
-        if self._result is not None:
+        shown = self.session.studies.tradeoff
+        if shown is not None:
+            if shown is not self._seen and shown.source:
+                self.stop()
+            self._seen = shown
             scene = self._scene()
-            outdated = scene is None or not _same(scene, self._result.scene)
+            outdated = scene is None or not _same(scene, shown.value.scene)
             words = "the scene has changed since" if outdated else "this scene, this machine"
-            self.say(f"{words}; {len(self._result.rows)} settings")
+            if shown.source:
+                words = f"{'another' if outdated else 'this'} scene, read from {shown.source}"
+            if self.job is None:
+                self.say(f"{words}, {len(shown.value.rows)} rows")
             self.draw()
 
     def _scene(self) -> Scene | None:
@@ -110,9 +126,23 @@ class TradeoffPane(JobPane):
     def _chosen(self, event: Button.Pressed) -> None:
         event.stop()
         self._quantity = str(event.button.id).removeprefix(_PREFIX)
+        self.keep(_QUANTITY, self._quantity)
         for button in self.query(".quantity"):
             button.set_class(button is event.button, "-active")
         self.draw()
+
+    def export(self, what: str) -> Export:
+        """What was measured."""
+        shown = self.session.studies.tradeoff
+        if shown is None:
+            raise InputError(_NOTHING)
+        return tradeoff_export(what, shown.name, shown.value)
+
+    def command_line(self) -> str:
+        """The measurement shown, or else that of what is edited."""
+        result = self._result
+        scene = self.session.scene() if result is None else result.scene
+        return tradeoff_line(scene, self.session.origin)
 
 
 def _same(one: Scene, other: Scene) -> bool:

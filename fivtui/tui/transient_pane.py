@@ -43,12 +43,14 @@ _NO_BASELINE: Final = "no difference: choose another run as baseline (b in the l
 class TransientPane(ViewsPane):
     """Plots and summary of the run shown, with those drawn beside it."""
 
+    NAME: ClassVar[str] = "transient"
     VIEWS: ClassVar[Mapping[str, str]] = {
         "time": "Time",
         "phase": "Phase",
         "spectrum": "Spectrum",
         "difference": "Difference",
     }
+    LOG_AXES: ClassVar[Mapping[str, str]] = {"plot-spectrum": "y"}
     BINDINGS: ClassVar[list[BindingType]] = [Binding("e", "show_end", "End")]
 
     def __init__(self, session: Session) -> None:
@@ -73,11 +75,6 @@ class TransientPane(ViewsPane):
         with Vertical(id="difference"):
             yield ChartView("difference-y", nothing=_NO_BASELINE)
             yield ChartView("difference-P")
-
-    def on_mount(self) -> None:
-        """Show amplitudes over decades."""
-        super().on_mount()
-        self.query_one("#plot-spectrum", ChartView).view.log_y = True
 
     # What is shown
 

@@ -10,10 +10,12 @@ from textual.containers import Horizontal
 from textual.widget import Widget
 from textual.widgets import Button, ContentSwitcher
 
+from .chart import View
 from .chart_view import ChartView
 from .pane import Pane
 
 _PREFIX = "view-"
+_VIEW = "view"
 
 
 class ViewsPane(Pane):
@@ -23,18 +25,22 @@ class ViewsPane(Pane):
     ----------
     VIEWS : mapping of str to str
         Identifier and title of every view; `compose_views` makes a widget of each identifier.
+    LOG_AXES : mapping of str to str
+        Which axes of a chart begin with a logarithmic scale, such as ``xy``.
     """
 
     VIEWS: ClassVar[Mapping[str, str]] = {}
+    LOG_AXES: ClassVar[Mapping[str, str]] = {}
     BINDINGS: ClassVar[list[BindingType]] = [Binding("v", "turn_view", "View")]
 
     def compose(self) -> ComposeResult:
         """The bar and the views."""
         with Horizontal(classes="bar"):
-            for name, title in self.VIEWS.items():
+            for name, title in self.VIEWS.items() if len(self.VIEWS) > 1 else ():
                 yield Button(title, id=f"{_PREFIX}{name}", classes="view-button", compact=True)
             yield from self.compose_bar()
-        with ContentSwitcher(initial=next(iter(self.VIEWS)), classes="views"):
+        kept, first = self.setting(_VIEW, ""), next(iter(self.VIEWS))
+        with ContentSwitcher(initial=kept if kept in self.VIEWS else first, classes="views"):
             yield from self.compose_views()
 
     def compose_bar(self) -> ComposeResult:
@@ -46,8 +52,14 @@ class ViewsPane(Pane):
         raise NotImplementedError
 
     def on_mount(self) -> None:
-        """Mark the view shown."""
+        """Mark the view shown, and give the charts the limits and scales that they had."""
         self._mark()
+        for chart in self.query(ChartView):
+            name = str(chart.id)
+            if name not in self.session.views:
+                usual = self.LOG_AXES.get(name, "")
+                self.session.views[name] = View(log_x="x" in usual, log_y="y" in usual)
+            chart.view = self.session.views[name]
 
     def theme_changed(self) -> None:
         """Draw the charts in the colours of now."""
@@ -87,6 +99,7 @@ class ViewsPane(Pane):
             Its identifier.
         """
         self.query_one(ContentSwitcher).current = name
+        self.keep(_VIEW, name)
         self._mark()
         self.draw()
         chosen = self.query_one(f"#{name}")
