@@ -34,6 +34,8 @@ from .steps import (
     scale_column,
 )
 from .vectors import (
+    LANES,
+    aligned,
     as_float,
     as_integer,
     behind,
@@ -119,8 +121,10 @@ SAMPLE_COLUMNS: Final = 6
 # Columns of a stored segment before its coefficients in θ = time/duration, those of x first.
 SEGMENT_COLUMNS: Final = ("start", "remainder", "duration", "end", "mode")
 _HEAD: Final = len(SEGMENT_COLUMNS)
-# Beside the scratch of a step there are two series of coefficients, and a table for each mode.
-BLOCK_SIZE: Final = _WORK + SCRATCH + 4 * ROWS + 2 * TABLE_SIZE
+# Beside the scratch of a step there are two series of coefficients, whose groups of rows begin
+# behind the first two, and a table for each mode; both aligned.
+_FIRST_GROUP: Final = 4
+BLOCK_SIZE: Final = _WORK + SCRATCH + 4 * ROWS + 2 * TABLE_SIZE + 3 * LANES
 # What a block begins with, and what of it a call changes.
 BEGIN: Final = struct.Struct(f"={_WORK}d")
 ARRIVED: Final = struct.Struct(f"={_WORK - RUN}d")
@@ -254,7 +258,7 @@ def advance(
     degree = order + 1
     separation = b[SEPARATION] != 0.0
     scratch = behind(b, _WORK)
-    c = behind(scratch, SCRATCH)
+    c = behind(aligned(behind(scratch, SCRATCH)), LANES - _FIRST_GROUP)
     for n in range(4 * ROWS):
         c[n] = 0.0
     stage = (0.5 * t_end, behind(b, SEEN), scratch)
@@ -262,7 +266,7 @@ def advance(
     t, remainder = b[_T], b[_REMAINDER]
     switched, stored, sampled = int(b[SWITCHES]), int(b[SEGMENTS]), int(b[_SAMPLES])
     stalled = int(b[_STALLED])
-    tables, cubic = behind(c, 4 * ROWS), b[CUBIC] != 0.0
+    tables, cubic = aligned(behind(c, 4 * ROWS)), b[CUBIC] != 0.0
     tabulated = True
     for n in range(2):
         if (separation or n == CONTACT) and not (cubic and n == CONTACT):
