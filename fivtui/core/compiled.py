@@ -72,7 +72,7 @@ def run(
     """
     single = kernels.module()
     p, t_end = problem.parameters, problem.t_end
-    order = order_for(local_tolerance(problem.tol), alone=True)
+    order = order_for(local_tolerance(problem.tol))
     first_mode = mode_of(p, problem.start, separation=problem.separation)
     times = sample_times(samples, t_end)
     dense = isinstance(samples, str) and samples == "dense"

@@ -74,7 +74,7 @@ def local_tolerance(tol: float) -> float:
     return tol * _LOCAL_TOLERANCE
 
 
-def order_for(tol: float, *, alone: bool = False) -> int:
+def order_for(tol: float) -> int:
     """Order of expansion that is cheapest for a tolerance, a multiple of four.
 
     After a landing y is v t + O(t⁵) and every fourth coefficient stands out; only with such an
@@ -84,17 +84,13 @@ def order_for(tol: float, *, alone: bool = False) -> int:
     ----------
     tol : float
         Local tolerance.
-    alone : bool
-        Whether one parameter set is integrated alone; of several in lanes the expansion takes
-        almost all the time, and a lower order pays.
 
     Returns
     -------
     int
         Order N of the velocities.
     """
-    terms = (-0.7 if alone else -0.6) * math.log(tol)
-    return min(max(ORDER_STEP * math.ceil(terms / ORDER_STEP), MIN_ORDER), MAX_ORDER)
+    return min(max(ORDER_STEP * math.ceil(-0.6 / ORDER_STEP * math.log(tol)), MIN_ORDER), MAX_ORDER)
 
 
 def overflow_error(t: float, state: State) -> ComputationError:
@@ -219,7 +215,7 @@ class TaylorStepper:
         self._p = p
         self._separation = separation
         self._tol = tol
-        self._degree = (order_for(tol, alone=True) if order is None else order) + 1
+        self._degree = (order_for(tol) if order is None else order) + 1
         self._constants = {mode: constants(p, mode) for mode in Mode}
         self._expand = {
             mode: coefficient_function(field_of(p, mode), self._degree - 1) for mode in Mode

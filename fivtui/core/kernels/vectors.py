@@ -428,7 +428,7 @@ def behind(_typing: Any, start: Any, count: Any) -> Any:
 
 @intrinsic
 def aligned(_typing: Any, start: Any) -> Any:
-    """The memory from the next multiple of `LANES` numbers on: its vectors are whole cache lines."""
+    """The memory from the next multiple of `LANES` numbers on: vectors in whole cache lines."""
 
     def generate(_context: Any, builder: Any, _signature: Any, values: Any) -> Any:
         line = 8 * LANES
