@@ -141,7 +141,8 @@ def test_kernels_are_compiled_anew_when_a_source_of_theirs_changes(tmp_path: Pat
     )
     old = python(code, cache=cache, path=tmp_path)
     text = source.read_text(encoding="utf-8")
-    changed = text.replace("load=p.F / p.m", "load=p.F * p.m").replace("* 2.0)", "* 3.0)")
+    changed = text.replace("square * 3.0", "square * 2.0")
+    assert changed != text
     assert len(changed) == len(text)
     source.write_text(changed, encoding="utf-8")
     # Neither its size nor its date tells of the change, nor do Python's own caches.

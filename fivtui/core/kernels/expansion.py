@@ -121,7 +121,12 @@ def _expansion(field: Field, width: int) -> Any:
 
             # The coefficients of x and y alternate.
             state = [load(memory, place) for place in (0, 2, 1, 3)]
-            constants = [load(given, place) for place in range(len(Constants._fields))]
+            if isinstance(signature.args[1], types.BaseTuple):
+                constants = [
+                    _Value(builder, value) for value in cgutils.unpack_tuple(builder, given)
+                ]
+            else:
+                constants = [load(given, place) for place in range(len(Constants._fields))]
             done = builder.append_basic_block("expanded")
             terms = islice(recurrences(field, state, constants, backend), MAX_ORDER)
             rows = list[Any]()

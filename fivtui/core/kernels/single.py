@@ -13,10 +13,11 @@ import numpy as np
 
 from .. import polynomial, recurrences, taylor
 from ..recurrences import Constants
-from ..taylor import EXP2_BIAS, LONGEST_STEP, MAX_ORDER, MAX_STALLED
-from . import expansion, polynomials, steps, vectors
-from .expansion import GROUP, ROWS, expand_cubic, expand_linear
+from ..taylor import EXP2_BIAS, LONGEST_STEP, MAX_STALLED
+from . import expansion, linear_tables, polynomials, steps, vectors
+from .expansion import ROWS, expand_cubic
 from .jit import inner, kernel, part
+from .linear_tables import TABLE_SIZE, constants_of, expand_tabulated, tabulate
 from .steps import (
     CONTACT,
     EXTREMES,
@@ -34,14 +35,12 @@ from .steps import (
 )
 from .vectors import (
     LANES,
+    aligned,
     as_float,
     as_integer,
     behind,
     element,
-    load_lanes,
     memory,
-    splat,
-    store_lanes,
     store_pair,
 )
 
@@ -96,7 +95,6 @@ class Run(NamedTuple):
     len(Request._fields)
 )
 _CONSTANTS: Final = len(Constants._fields)
-_LOAD: Final = Constants._fields.index("load")
 GIVEN: Final = len(Request._fields)
 RUN: Final = GIVEN + 2 * _CONSTANTS
 SEEN: Final = RUN + len(Run._fields)
@@ -123,9 +121,10 @@ SAMPLE_COLUMNS: Final = 6
 # Columns of a stored segment before its coefficients in θ = time/duration, those of x first.
 SEGMENT_COLUMNS: Final = ("start", "remainder", "duration", "end", "mode")
 _HEAD: Final = len(SEGMENT_COLUMNS)
-# Beside the scratch of a step there are two series of coefficients, and a table for each mode.
-_TABLE: Final = 4 * 2 * MAX_ORDER
-BLOCK_SIZE: Final = _WORK + SCRATCH + 4 * ROWS + 2 * _TABLE
+# Beside the scratch of a step there are two series of coefficients, whose groups of rows begin
+# behind the first two, and a table for each mode; both aligned.
+_FIRST_GROUP: Final = 4
+BLOCK_SIZE: Final = _WORK + SCRATCH + 4 * ROWS + 2 * TABLE_SIZE + 3 * LANES
 # What a block begins with, and what of it a call changes.
 BEGIN: Final = struct.Struct(f"={_WORK}d")
 ARRIVED: Final = struct.Struct(f"={_WORK - RUN}d")
@@ -158,56 +157,6 @@ def step_size(c: Any, degree: int, block: Any) -> float:
     if exponent == np.inf:
         return longest
     return min(longest, as_float(int(exponent) + _EXP2_ZERO))
-
-
-@inner
-def tabulate(table: Any, constants: Any, order: int, work: Any) -> bool:
-    """What velocities and accelerations contribute to the coefficients of a linear motion.
-
-    For every group of rows come the vectors for ẋ, ẏ, ẍ and ÿ. Returns whether all are finite.
-    """
-    rates, unloaded = work, behind(work, 2 * ROWS)
-    for n in range(_CONSTANTS):
-        unloaded[n] = constants[n]
-    unloaded[_LOAD] = 0.0
-    total = 0.0
-    for one in range(4):
-        # The rates of a linear motion follow the same field without the load.
-        for n in range(4):
-            rates[n] = 1.0 if n == one else 0.0
-        expand_linear(rates, unloaded, order)
-        for n in range(2 * order):
-            group, place = n // LANES, n % LANES
-            share = rates[n + 2] / (n // 2 + 2)
-            table[(4 * group + one) * LANES + place] = share
-            total += abs(share)
-    return is_finite(total)
-
-
-@part
-def expand(c: Any, constants: Any, cubic: bool, table: Any, tabulated: bool, order: int) -> None:
-    """Continue the first two coefficients to an order."""
-    if cubic:
-        expand_cubic(c, constants, order)
-    elif not tabulated:
-        expand_linear(c, constants, order)
-    else:
-        xx, xy, yx, yy, xvx, yvy = (
-            constants[0],
-            constants[1],
-            constants[2],
-            constants[3],
-            constants[4],
-            constants[5],
-        )
-        ax, ay = xx * c[0] + xy * c[1], yx * c[0] + yy * c[1]
-        ax, ay = splat(ax + xvx * c[2]), splat((ay - constants[_LOAD]) + yvy * c[3])
-        vx, vy = splat(c[2]), splat(c[3])
-        groups = behind(c, 4)
-        for k in range(order // GROUP):
-            term = load_lanes(table, 4 * k) * vx + load_lanes(table, 4 * k + 1) * vy
-            more = load_lanes(table, 4 * k + 2) * ax + load_lanes(table, 4 * k + 3) * ay
-            store_lanes(groups, k, term + more)
 
 
 @inner
@@ -264,6 +213,7 @@ _row = numba.types.Array(numba.float64, 1, "C")
     recurrences,
     taylor,
     expansion,
+    linear_tables,
     polynomials,
     steps,
     vectors,
@@ -308,7 +258,7 @@ def advance(
     degree = order + 1
     separation = b[SEPARATION] != 0.0
     scratch = behind(b, _WORK)
-    c = behind(scratch, SCRATCH)
+    c = behind(aligned(behind(scratch, SCRATCH)), LANES - _FIRST_GROUP)
     for n in range(4 * ROWS):
         c[n] = 0.0
     stage = (0.5 * t_end, behind(b, SEEN), scratch)
@@ -316,21 +266,24 @@ def advance(
     t, remainder = b[_T], b[_REMAINDER]
     switched, stored, sampled = int(b[SWITCHES]), int(b[SEGMENTS]), int(b[_SAMPLES])
     stalled = int(b[_STALLED])
-    tables, cubic = behind(c, 4 * ROWS), b[CUBIC] != 0.0
+    tables, cubic = aligned(behind(c, 4 * ROWS)), b[CUBIC] != 0.0
     tabulated = True
     for n in range(2):
         if (separation or n == CONTACT) and not (cubic and n == CONTACT):
             constants = behind(b, GIVEN + n * _CONSTANTS)
-            tabulated &= tabulate(behind(tables, n * _TABLE), constants, order, c)
+            tabulated &= tabulate(behind(tables, n * TABLE_SIZE), constants, order, c)
+    contact = constants_of(behind(b, GIVEN + CONTACT * _CONSTANTS))
     ending = PAUSED
     for _ in range(budget):
         if switched == switches.size or (dense and stored == segments.shape[0]):
             ending = FULL
             break
         c[0], c[1], c[2], c[3] = x, y, vx, vy
-        constants = behind(b, GIVEN + mode * _CONSTANTS)
-        table = behind(tables, mode * _TABLE)
-        expand(c, constants, cubic and mode == CONTACT, table, tabulated, order)
+        if cubic and mode == CONTACT:
+            expand_cubic(c, contact, order)
+        else:
+            constants = behind(b, GIVEN + mode * _CONSTANTS)
+            expand_tabulated(c, constants, behind(tables, mode * TABLE_SIZE), tabulated, order)
         h = step_size(c, degree, b)
         ends = ends_of(c, degree, h)
         root = -1.0

@@ -438,6 +438,20 @@ def behind(_typing: Any, start: Any, count: Any) -> Any:
     return start(start, count), generate
 
 
+@intrinsic
+def aligned(_typing: Any, start: Any) -> Any:
+    """The memory from the next multiple of `LANES` numbers on: vectors in whole cache lines."""
+
+    def generate(_context: Any, builder: Any, _signature: Any, values: Any) -> Any:
+        line = 8 * LANES
+        address = builder.ptrtoint(values[0], _LONG)
+        address = builder.add(address, ir.Constant(_LONG, line - 1))
+        address = builder.and_(address, ir.Constant(_LONG, -line))
+        return builder.inttoptr(address, values[0].type)
+
+    return start(start), generate
+
+
 def pointer(builder: Any, memory: Any, place: int | Any, width: int) -> Any:
     """Address of one number or vector in memory.
 
