@@ -10,7 +10,7 @@ import numpy as np
 
 from . import rows
 from .jit import inner
-from .lane_steps import cubic_bound, curved_at, slope_bound, slope_sway, values_at
+from .lane_steps import cubic_bound, curved_at, hull, slope_bound, slope_sway, values_at
 from .polynomials import CALLER, widen
 from .rows import BLOCKS
 from .steps import EXTREMES, NO_EXTREMES, include_part
@@ -105,12 +105,19 @@ def _settle_half(work: Any, place: int, degree: int, half: float) -> None:
 
 @inner
 def _reaching(w: Any, column: int, wanted: int) -> int:
-    # Which of the wanted steps of a block may reach beyond what was seen of x (0) or y (1).
+    # Take the ends of the wanted steps of a block into the extremes of x (0) or y (1); returns
+    # which may reach beyond in between.
     start, final = load_lanes(w, rows.SERIES + column), load_lanes(w, rows.X + column)
-    off = load_lanes(w, rows.X_OFF + column)
-    below = least(start, final) - off < load_lanes(w, rows.SEEN + column)
-    above = greatest(start, final) + off > load_lanes(w, rows.SEEN + 2 + column)
-    return wanted & bits(below | above)
+    slope, last_slope = load_lanes(w, rows.SERIES + 2 + column), load_lanes(w, rows.VX + column)
+    h, off = load_lanes(w, rows.STEP), load_lanes(w, rows.X_OFF + column)
+    low, high = load_lanes(w, rows.SEEN + column), load_lanes(w, rows.SEEN + 2 + column)
+    here = lanes_of(wanted)
+    low = choose(here, least(low, least(start, final)), low)
+    high = choose(here, greatest(high, greatest(start, final)), high)
+    store_lanes(w, rows.SEEN + column, low)
+    store_lanes(w, rows.SEEN + 2 + column, high)
+    bottom, top = hull(start, slope * h, final, last_slope * h)
+    return wanted & bits((bottom - off < low) | (top + off > high))
 
 
 @inner
@@ -174,11 +181,9 @@ def _widened(q: Any, degree: int, wanted: int) -> int:
     high = greatest(load_lanes(q, rows.HIGH), greatest(start, final))
     store_lanes(q, rows.LOW, low)
     store_lanes(q, rows.HIGH, high)
-    # The cubic through both ends lies between these and the values there.
-    near, far = start + slope * (1.0 / 3.0), final - last_slope * (1.0 / 3.0)
     slack = cubic_bound(c, 0, 1, degree, h)
-    beyond = (least(near, far) - slack < low) | (greatest(near, far) + slack > high)
-    wanted &= bits(beyond)
+    least_value, greatest_value = hull(start, slope, final, last_slope)
+    wanted &= bits((least_value - slack < low) | (greatest_value + slack > high))
     if wanted == 0:
         return 0
     twist = slope_bound(c, 0, 1, degree, h)
