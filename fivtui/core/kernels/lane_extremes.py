@@ -10,6 +10,7 @@ import numpy as np
 
 from . import rows
 from .jit import inner
+from .lane_members import lane_of
 from .lane_steps import cubic_bound, curved_at, hull, slope_bound, slope_sway, values_at
 from .polynomials import CALLER, widen
 from .rows import BLOCKS
@@ -85,7 +86,7 @@ def observe(
 @inner
 def _settle_half(work: Any, place: int, degree: int, half: float) -> None:
     # Take the step in which half the horizon lies into the extremes, which begin anew there.
-    w = behind(work, place // LANES * rows.BLOCK + place % LANES)
+    w = lane_of(work, place)
     c, row = behind(work, rows.SINGLE), behind(work, rows.ROW)
     scratch, shifted = behind(work, rows.SCRATCH), behind(work, rows.SHIFTED)
     h = w[rows.STEP * LANES]
@@ -131,7 +132,7 @@ def _speeding(w: Any, wanted: int) -> int:
 @inner
 def _queue(work: Any, slot: int, place: int, extreme: int, degree: int) -> None:
     # Put the step of a lane into a slot of the queue, for one of its extremes.
-    w = behind(work, place // LANES * rows.BLOCK + place % LANES)
+    w = lane_of(work, place)
     q = behind(work, rows.CRESTS + slot)
     q[rows.PLACE * LANES] = float(place)
     q[rows.LENGTH * LANES] = w[rows.STEP * LANES]
@@ -161,7 +162,7 @@ def _settle(work: Any, degree: int, count: int) -> None:
         _settle_range(behind(q, slot), degree, scratch)
     for slot in range(count):
         place, extreme = int(q[rows.PLACE * LANES + slot]), int(q[rows.EXTREME * LANES + slot])
-        w = behind(work, place // LANES * rows.BLOCK + place % LANES)
+        w = lane_of(work, place)
         high = q[rows.HIGH * LANES + slot]
         if extreme == OF_VX:
             w[rows.VX_HIGH * LANES] = high
@@ -186,10 +187,13 @@ def _widened(q: Any, degree: int, wanted: int) -> int:
     wanted &= bits((least_value - slack < low) | (greatest_value + slack > high))
     if wanted == 0:
         return 0
-    twist = slope_bound(c, 0, 1, degree, h)
     turning = (slope > 0.0) ^ (last_slope > 0.0)
-    level = (absolute(slope) > twist) & (absolute(last_slope) > twist)
     bent = absolute(last_slope - slope) > slope_sway(c, 0, 1, degree, h)
+    settled = bent
+    if wanted & ~bits(bent) != 0:
+        twist = slope_bound(c, 0, 1, degree, h)
+        level = (absolute(slope) > twist) & (absolute(last_slope) > twist)
+        settled = bent | (level & negated(turning))
     # Where the slope of the cubic vanishes, and what it is there.
     change = final - start
     cube = slope + last_slope - change * 2.0
@@ -206,7 +210,7 @@ def _widened(q: Any, degree: int, wanted: int) -> int:
         found = lanes_of(single)
         store_lanes(q, rows.LOW, choose(found, least(low, value), low))
         store_lanes(q, rows.HIGH, choose(found, greatest(high, value), high))
-    return wanted & ~bits(bent | (level & negated(turning)))
+    return wanted & ~bits(settled)
 
 
 @inner
