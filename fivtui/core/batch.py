@@ -28,7 +28,7 @@ REQUIREMENTS: Final = ("final", "amplitude", "peak", "steady", "events")
 # Members that a worker takes at a time: a part of those left, so that all end together.
 _LEAST_CHUNK, _GREATEST_CHUNK = 64, 1024
 # Steps of all its lanes between two looks around.
-_BUDGET: Final = 20_000
+_BUDGET: Final = 10_000
 # Time between two looks at the progress callback, s.
 _REPORT_S: Final = 0.02
 
@@ -71,7 +71,7 @@ def simulate_batch(
         At rest at the equilibrium of μ = 0, or (x, ẋ, y, ẏ) in m and m/s.
     require : collection of "final", "amplitude", "peak", "steady", "events"
         What is wanted; nothing else is computed. ``"amplitude"`` is the part of
-        ``"peak"`` that concerns y, for three quarters of the time.
+        ``"peak"`` that concerns y, for five sixths of the time.
     max_steps : int
         Steps after which a member is given up.
     workers : int, optional

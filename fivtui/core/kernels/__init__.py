@@ -2,7 +2,7 @@
 
 `jit` compiles and caches; `vectors` adds SIMD vectors to numba; `expansion` turns the recurrences
 into machine code, one set or eight sets at a time; `polynomials` isolates roots; `single` runs one
-transient, `lanes` eight.
+transient, `lanes` many, with its parts in the modules `lane_…` and its memory in `rows`.
 """
 
 import os

@@ -10,7 +10,8 @@ import numpy as np
 
 from . import rows
 from .jit import inner
-from .lane_steps import cubic_bound, curved_at, slope_bound, slope_sway, values_at
+from .lane_members import lane_of
+from .lane_steps import cubic_bound, curved_at, hull, slope_bound, slope_sway, values_at
 from .polynomials import CALLER, widen
 from .rows import BLOCKS
 from .steps import EXTREMES, NO_EXTREMES, include_part
@@ -85,7 +86,7 @@ def observe(
 @inner
 def _settle_half(work: Any, place: int, degree: int, half: float) -> None:
     # Take the step in which half the horizon lies into the extremes, which begin anew there.
-    w = behind(work, place // LANES * rows.BLOCK + place % LANES)
+    w = lane_of(work, place)
     c, row = behind(work, rows.SINGLE), behind(work, rows.ROW)
     scratch, shifted = behind(work, rows.SCRATCH), behind(work, rows.SHIFTED)
     h = w[rows.STEP * LANES]
@@ -105,12 +106,19 @@ def _settle_half(work: Any, place: int, degree: int, half: float) -> None:
 
 @inner
 def _reaching(w: Any, column: int, wanted: int) -> int:
-    # Which of the wanted steps of a block may reach beyond what was seen of x (0) or y (1).
+    # Take the ends of the wanted steps of a block into the extremes of x (0) or y (1); returns
+    # which may reach beyond in between.
     start, final = load_lanes(w, rows.SERIES + column), load_lanes(w, rows.X + column)
-    off = load_lanes(w, rows.X_OFF + column)
-    below = least(start, final) - off < load_lanes(w, rows.SEEN + column)
-    above = greatest(start, final) + off > load_lanes(w, rows.SEEN + 2 + column)
-    return wanted & bits(below | above)
+    slope, last_slope = load_lanes(w, rows.SERIES + 2 + column), load_lanes(w, rows.VX + column)
+    h, off = load_lanes(w, rows.STEP), load_lanes(w, rows.X_OFF + column)
+    low, high = load_lanes(w, rows.SEEN + column), load_lanes(w, rows.SEEN + 2 + column)
+    here = lanes_of(wanted)
+    low = choose(here, least(low, least(start, final)), low)
+    high = choose(here, greatest(high, greatest(start, final)), high)
+    store_lanes(w, rows.SEEN + column, low)
+    store_lanes(w, rows.SEEN + 2 + column, high)
+    bottom, top = hull(start, slope * h, final, last_slope * h)
+    return wanted & bits((bottom - off < low) | (top + off > high))
 
 
 @inner
@@ -124,7 +132,7 @@ def _speeding(w: Any, wanted: int) -> int:
 @inner
 def _queue(work: Any, slot: int, place: int, extreme: int, degree: int) -> None:
     # Put the step of a lane into a slot of the queue, for one of its extremes.
-    w = behind(work, place // LANES * rows.BLOCK + place % LANES)
+    w = lane_of(work, place)
     q = behind(work, rows.CRESTS + slot)
     q[rows.PLACE * LANES] = float(place)
     q[rows.LENGTH * LANES] = w[rows.STEP * LANES]
@@ -154,7 +162,7 @@ def _settle(work: Any, degree: int, count: int) -> None:
         _settle_range(behind(q, slot), degree, scratch)
     for slot in range(count):
         place, extreme = int(q[rows.PLACE * LANES + slot]), int(q[rows.EXTREME * LANES + slot])
-        w = behind(work, place // LANES * rows.BLOCK + place % LANES)
+        w = lane_of(work, place)
         high = q[rows.HIGH * LANES + slot]
         if extreme == OF_VX:
             w[rows.VX_HIGH * LANES] = high
@@ -174,17 +182,18 @@ def _widened(q: Any, degree: int, wanted: int) -> int:
     high = greatest(load_lanes(q, rows.HIGH), greatest(start, final))
     store_lanes(q, rows.LOW, low)
     store_lanes(q, rows.HIGH, high)
-    # The cubic through both ends lies between these and the values there.
-    near, far = start + slope * (1.0 / 3.0), final - last_slope * (1.0 / 3.0)
     slack = cubic_bound(c, 0, 1, degree, h)
-    beyond = (least(near, far) - slack < low) | (greatest(near, far) + slack > high)
-    wanted &= bits(beyond)
+    least_value, greatest_value = hull(start, slope, final, last_slope)
+    wanted &= bits((least_value - slack < low) | (greatest_value + slack > high))
     if wanted == 0:
         return 0
-    twist = slope_bound(c, 0, 1, degree, h)
     turning = (slope > 0.0) ^ (last_slope > 0.0)
-    level = (absolute(slope) > twist) & (absolute(last_slope) > twist)
     bent = absolute(last_slope - slope) > slope_sway(c, 0, 1, degree, h)
+    settled = bent
+    if wanted & ~bits(bent) != 0:
+        twist = slope_bound(c, 0, 1, degree, h)
+        level = (absolute(slope) > twist) & (absolute(last_slope) > twist)
+        settled = bent | (level & negated(turning))
     # Where the slope of the cubic vanishes, and what it is there.
     change = final - start
     cube = slope + last_slope - change * 2.0
@@ -201,7 +210,7 @@ def _widened(q: Any, degree: int, wanted: int) -> int:
         found = lanes_of(single)
         store_lanes(q, rows.LOW, choose(found, least(low, value), low))
         store_lanes(q, rows.HIGH, choose(found, greatest(high, value), high))
-    return wanted & ~bits(bent | (level & negated(turning)))
+    return wanted & ~bits(settled)
 
 
 @inner

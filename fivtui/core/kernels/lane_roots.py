@@ -8,6 +8,7 @@ from typing import Any, Final
 
 from . import rows
 from .jit import inner
+from .lane_members import lane_of
 from .lane_steps import curved_at, slope_bound, slope_sway, sway, values_at
 from .polynomials import CALLER, PRECISE, sign_roots
 from .vectors import (
@@ -49,7 +50,7 @@ def settle_roots(work: Any, degree: int, near: int) -> int:
 @inner
 def _queue(work: Any, slot: int, place: int, degree: int) -> None:
     # Put the step of a lane into a slot of the queue.
-    w = behind(work, place // LANES * rows.BLOCK + place % LANES)
+    w = lane_of(work, place)
     q = behind(work, rows.ROOTS + slot)
     q[rows.PLACE * LANES] = float(place)
     q[rows.LENGTH * LANES] = w[rows.STEP * LANES]
@@ -80,7 +81,7 @@ def _settle(work: Any, degree: int, count: int) -> int:
         found &= found - 1
         place = int(q[rows.PLACE * LANES + slot])
         places |= 1 << place
-        w = behind(work, place // LANES * rows.BLOCK + place % LANES)
+        w = lane_of(work, place)
         w[rows.STEP * LANES] = q[rows.LENGTH * LANES + slot]
         w[rows.Y * LANES] = 0.0
         w[rows.VY * LANES] = q[rows.FINAL_SLOPE * LANES + slot]

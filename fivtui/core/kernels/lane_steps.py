@@ -5,9 +5,12 @@ A lane's numbers depend on that lane alone, to the last bit, whatever its neighb
 
 from typing import Any, Final
 
+import numpy as np
+
 from ..taylor import EXP2_BIAS
+from .expansion import ROWS
 from .jit import inner, part
-from .steps import CHORD, CUBIC, RECIPROCAL, SLOPE_CHORD, SLOPE_SWAY, SWAY
+from .steps import CUBIC, RECIPROCAL, SLOPE_CHORD, SLOPE_SWAY, SWAY
 from .vectors import (
     absolute,
     bit_numbers,
@@ -20,6 +23,16 @@ from .vectors import (
     splat,
 )
 
+
+def _sharing() -> float:
+    # What a bound by `CUBIC` is multiplied by for the polynomial and the cubic divided by θ.
+    n, part = np.arange(4.0, ROWS)[:, None], np.linspace(0.0, 1.0, 4097)
+    there = part * ((3.0 - 2.0 * part) + n * (part - 1.0))
+    off = np.abs(part ** (n - 1.0) - there).max(axis=1)
+    return float(1.0001 * (off / CUBIC[4:]).max())
+
+
+SHARING: Final = _sharing()
 # Of `rough_exp2` in the bits of a float, and an exponent that no step has.
 _EXP2_ZERO: Final = (1023.0 - EXP2_BIAS) * 2.0**52
 _HUGE: Final = 200.0 * 2.0**52
@@ -67,24 +80,42 @@ def values_at(c: Any, first: int, stride: int, degree: int, t: Any) -> Any:
 
 @part
 def bounded_at(c: Any, first: int, stride: int, degree: int, t: Any) -> Any:
-    """Value and slope as from `values_at`, and how far the value leaves its chord at most."""
-    bends = memory(CHORD)
+    """Value and slope as from `values_at`, and `cubic_bound`."""
+    weights = memory(CUBIC)
     square = t * t
     top = degree // 2
     even = load_lanes(c, first + stride * (2 * top))
     odd = load_lanes(c, first + stride * (2 * top + 1))
     even_slope, odd_slope = splat(0.0), splat(0.0)
-    even_bend, odd_bend = absolute(even) * bends[2 * top], absolute(odd) * bends[2 * top + 1]
+    even_off, odd_off = absolute(even) * weights[2 * top], absolute(odd) * weights[2 * top + 1]
     for k in range(2 * top - 2, -1, -2):
         even_slope = even_slope * square + even
         odd_slope = odd_slope * square + odd
         term, next_term = load_lanes(c, first + stride * k), load_lanes(c, first + stride * (k + 1))
         even = even * square + term
         odd = odd * square + next_term
-        even_bend = even_bend * square + absolute(term) * bends[k]
-        odd_bend = odd_bend * square + absolute(next_term) * bends[k + 1]
+        # Up to degree three there is nothing to leave.
+        if k > 3:
+            even_off = even_off * square + absolute(term) * weights[k]
+            odd_off = odd_off * square + absolute(next_term) * weights[k + 1]
     slope = odd + (even_slope + odd_slope * t) * (t * 2.0)
-    return even + odd * t, slope, even_bend + odd_bend * t
+    return even + odd * t, slope, (even_off + odd_off * t) * (square * square)
+
+
+@part
+def hull(start: Any, slope: Any, final: Any, last_slope: Any) -> Any:
+    """Numbers between which the cubic with these values and slopes at 0 and 1 lies."""
+    near, far = start + slope * (1.0 / 3.0), final - last_slope * (1.0 / 3.0)
+    return least(least(start, final), least(near, far)), greatest(
+        greatest(start, final), greatest(near, far)
+    )
+
+
+@part
+def hull_of_share(slope: Any, final: Any, last_slope: Any) -> Any:
+    """As `hull`, for the cubic from zero divided by its argument."""
+    middle = final * 1.5 - last_slope * 0.5
+    return least(least(slope, final), middle), greatest(greatest(slope, final), middle)
 
 
 @part

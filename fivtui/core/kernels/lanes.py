@@ -13,9 +13,9 @@ import numba
 from .. import batch_result, model, parameters, polynomial, recurrences, taylor
 from ..batch_result import Status
 from ..parameters import PARAMETERS
-from ..taylor import MAX_STALLED
 from . import (
     expansion,
+    lane_blocks,
     lane_extremes,
     lane_members,
     lane_roots,
@@ -27,27 +27,13 @@ from . import (
 )
 from .expansion import expand_cubic_lanes, expand_linear_lanes
 from .jit import inner, kernel
+from .lane_blocks import go_on, is_sound, may_switch, set_steps, step_x, step_y
 from .lane_extremes import observe
 from .lane_members import begin, end, lane_of, move
 from .lane_roots import settle_roots
-from .lane_steps import bounded_at, slope_bound, step_sizes, values_at
-from .rows import BLOCKS, MEMBER_COLUMNS, OUTCOME_COLUMNS, PLACES
+from .rows import MEMBER_COLUMNS, OUTCOME_COLUMNS, PLACES
 from .steps import is_finite
-from .vectors import (
-    LANE_BITS,
-    LANES,
-    behind,
-    bits,
-    choose,
-    lanes_of,
-    least,
-    load_lanes,
-    lowest,
-    memory,
-    negated,
-    splat,
-    store_lanes,
-)
+from .vectors import LANE_BITS, LANES, behind, lowest, memory, ones
 
 DONE, OVERFLOW, STALLED, STEP_LIMIT = (
     int(status) for status in (Status.DONE, Status.OVERFLOW, Status.STALLED, Status.STEP_LIMIT)
@@ -72,6 +58,7 @@ _OWN: Final = (
     recurrences,
     taylor,
     expansion,
+    lane_blocks,
     lane_extremes,
     lane_members,
     lane_roots,
@@ -103,111 +90,6 @@ def _refill(work: Any, members: Any, count: int, cursor: Any, occupied: int) -> 
             cursor[MEMBERS + hole] = cursor[MEMBERS + place]
             occupied ^= 1 << place | 1 << hole
     return occupied
-
-
-@inner
-def _predict(w: Any, t_end: float, tol: float, degree: int, occupied: int) -> int:
-    # Step a block in y as far as the expansions lead; returns the lanes in which there may be a
-    # switch before.
-    c = behind(w, rows.SERIES * LANES)
-    h = step_sizes(
-        c,
-        degree,
-        tol,
-        load_lanes(w, rows.DEFLECTION),
-        load_lanes(w, rows.FREQUENCY),
-        load_lanes(w, rows.LONGEST),
-    )
-    h = least(h, (t_end - load_lanes(w, rows.T)) - load_lanes(w, rows.REST))
-    y, vy, off = bounded_at(c, 1, 2, degree, h)
-    store_lanes(w, rows.STEP, h)
-    store_lanes(w, rows.Y, y)
-    store_lanes(w, rows.VY, vy)
-    store_lanes(w, rows.Y_OFF, off)
-    # After a switch y starts from zero; the same holds for y/θ.
-    side, start = load_lanes(w, rows.SIDE), load_lanes(c, 1)
-    first = choose(start == 0.0, load_lanes(c, 3) * h, start)
-    far = least(side * first, side * y) > off
-    return occupied & bits((load_lanes(w, rows.GUARDED) > 0.0) & negated(far))
-
-
-@inner
-def _complete(w: Any, degree: int, bounded: bool, occupied: int) -> int:
-    # Step a block in x; returns the lanes in which all is finite.
-    c, h = behind(w, rows.SERIES * LANES), load_lanes(w, rows.STEP)
-    if bounded:
-        x, vx, off = bounded_at(c, 0, 2, degree, h)
-        store_lanes(w, rows.X_OFF, off)
-        store_lanes(w, rows.VX_OFF, slope_bound(c, 0, 2, degree, h))
-    else:
-        x, vx = values_at(c, 0, 2, degree, h)
-    store_lanes(w, rows.X, x)
-    store_lanes(w, rows.VX, vx)
-    total = (x + load_lanes(w, rows.Y)) + (vx + load_lanes(w, rows.VY))
-    return occupied & bits((total - total == 0.0) & (h > 0.0))
-
-
-@inner
-def _switch(w: Any, end: Any, cut: Any, going: Any) -> None:
-    # Change the mode of the lanes that are `cut` at a root, by the first derivative that is not 0.
-    x, vx, vy = load_lanes(w, rows.X), load_lanes(w, rows.VX), load_lanes(w, rows.VY)
-    side = load_lanes(w, rows.SIDE)
-    coupling = load_lanes(w, rows.COUPLING)
-    pull = coupling * x - load_lanes(w, rows.PRELOAD)
-    push = coupling * vx
-    third = choose(push != 0.0, push, splat(0.0) - coupling * x)
-    direction = choose(vy != 0.0, vy, choose(pull != 0.0, pull, third))
-    new_side = choose(cut, choose(direction > 0.0, 1.0, -1.0), side)
-    switched = (new_side != side) & going
-    lifted = choose(switched & (side < 0.0), 1.0, 0.0)
-    landed = choose(switched & (side > 0.0), 1.0, 0.0)
-    lifts, landings = load_lanes(w, rows.LIFTS), load_lanes(w, rows.LANDINGS)
-    none_yet = switched & (lifts + landings == 0.0)
-    store_lanes(w, rows.LIFTS, lifts + lifted)
-    store_lanes(w, rows.LANDINGS, landings + landed)
-    store_lanes(w, rows.FIRST, choose(none_yet, end, load_lanes(w, rows.FIRST)))
-    store_lanes(w, rows.LAST, choose(switched, end, load_lanes(w, rows.LAST)))
-    store_lanes(w, rows.SIDE, new_side)
-    off = new_side > 0.0
-    contact = rows.CONTACT
-    xy, yy = load_lanes(w, contact + rows.XY), load_lanes(w, contact + rows.YY)
-    store_lanes(w, rows.XY, choose(off, load_lanes(w, rows.XY_OFF), xy))
-    store_lanes(w, rows.YY, choose(off, load_lanes(w, rows.YY_OFF), yy))
-    store_lanes(w, rows.CUBIC, choose(off, 0.0, load_lanes(w, contact + rows.CUBIC)))
-
-
-@inner
-def _go_on(w: Any, t_end: float, rooted: int, live: int, max_steps: float) -> Any:
-    # End the steps of a block; returns the lanes that are at the end of the horizon, stall, or
-    # have made too many steps.
-    t, rest, h = load_lanes(w, rows.T), load_lanes(w, rows.REST), load_lanes(w, rows.STEP)
-    cut, going = lanes_of(rooted), lanes_of(live)
-    reached = negated(h < (t_end - t) - rest) & negated(cut)
-    increment = h + rest
-    end = t + increment
-    lost = end - t
-    new_rest = (t - (end - lost)) + (increment - lost)
-    last = reached | (end >= t_end)
-    end = choose(last, t_end, end)
-    part = choose((load_lanes(w, rows.SIDE) > 0.0) & going, h, 0.0) + load_lanes(w, rows.AIR_REST)
-    air = load_lanes(w, rows.AIR)
-    longer = air + part
-    store_lanes(w, rows.AIR_REST, part - (longer - air))
-    store_lanes(w, rows.AIR, longer)
-    if rooted != 0:
-        _switch(w, end, cut, going)
-    made = load_lanes(w, rows.STEPS) + choose(going, 1.0, 0.0)
-    stuck = choose(end == t, load_lanes(w, rows.STUCK) + 1.0, 0.0)
-    store_lanes(w, rows.STEPS, made)
-    store_lanes(w, rows.STUCK, stuck)
-    store_lanes(w, rows.T, choose(going, end, t))
-    store_lanes(w, rows.REST, new_rest)
-    for n, row in enumerate((rows.X, rows.Y, rows.VX, rows.VY)):
-        old = load_lanes(w, rows.SERIES + n)
-        store_lanes(w, rows.SERIES + n, choose(going, load_lanes(w, row), old))
-    ended = live & bits(last)
-    stalled = live & bits(stuck > float(MAX_STALLED))
-    return ended, stalled, live & bits(made >= max_steps)
 
 
 @kernel(
@@ -283,39 +165,41 @@ def advance(
             occupied = _refill(lanes, memory(members), count, cursor, occupied)
             if occupied == 0:
                 break
-        for block in range(BLOCKS):
-            if occupied >> block * LANES & LANE_BITS != 0:
-                w = behind(lanes, block * rows.BLOCK)
-                if cubic:
-                    expand_cubic_lanes(behind(w, rows.SERIES * LANES), w, order)
-                else:
-                    expand_linear_lanes(behind(w, rows.SERIES * LANES), w, order)
+        # All blocks before the last are full.
+        blocks = (ones(occupied) + LANES - 1) // LANES
+        for block in range(blocks):
+            w = behind(lanes, block * rows.BLOCK)
+            if cubic:
+                expand_cubic_lanes(behind(w, rows.SERIES * LANES), w, order)
+            else:
+                expand_linear_lanes(behind(w, rows.SERIES * LANES), w, order)
+        for block in range(blocks):
+            set_steps(behind(lanes, block * rows.BLOCK), t_end, tol, degree)
+        for block in range(blocks):
+            step_y(behind(lanes, block * rows.BLOCK), degree)
         near = 0
-        for block in range(BLOCKS):
-            here = occupied >> block * LANES & LANE_BITS
-            if here != 0:
-                w = behind(lanes, block * rows.BLOCK)
-                near |= _predict(w, t_end, tol, degree, here) << block * LANES
-        rooted = settle_roots(lanes, degree, near)
+        for block in range(blocks):
+            near |= may_switch(behind(lanes, block * rows.BLOCK)) << block * LANES
+        rooted = settle_roots(lanes, degree, near & occupied)
+        for block in range(blocks):
+            step_x(behind(lanes, block * rows.BLOCK), degree, peak)
         live = 0
-        for block in range(BLOCKS):
-            here = occupied >> block * LANES & LANE_BITS
-            if here != 0:
-                w = behind(lanes, block * rows.BLOCK)
-                live |= _complete(w, degree, peak, here) << block * LANES
+        for block in range(blocks):
+            live |= is_sound(behind(lanes, block * rows.BLOCK)) << block * LANES
+        live &= occupied
         if amplitude or peak or steady:
             observe(lanes, degree, half, amplitude, peak, steady, live)
         leaving = occupied & ~live
         done, stalled, halted = 0, 0, 0
-        for block in range(BLOCKS):
+        for block in range(blocks):
             first = block * LANES
-            if occupied >> first & LANE_BITS != 0:
-                w = behind(lanes, block * rows.BLOCK)
-                cut, going = rooted >> first & LANE_BITS, live >> first & LANE_BITS
-                at_end, stuck, late = _go_on(w, t_end, cut, going, max_steps)
-                done |= at_end << first
-                stalled |= stuck << first
-                halted |= late << first
+            cut, going = rooted >> first & LANE_BITS, live >> first & LANE_BITS
+            at_end, stuck, late = go_on(
+                behind(lanes, block * rows.BLOCK), t_end, cut, going, max_steps
+            )
+            done |= at_end << first
+            stalled |= stuck << first
+            halted |= late << first
         leaving |= done | stalled | halted
         while leaving != 0:
             place = lowest(leaving)

@@ -64,8 +64,9 @@ class Outcome(NamedTuple):
 
 MEMBER_COLUMNS: Final = len(Member._fields)
 OUTCOME_COLUMNS: Final = len(Outcome._fields)
-# Lanes that take turns: while those of one block step, those of another need not be waited for.
-BLOCKS: Final = 4
+# Blocks of lanes that are stepped side by side: enough of them to fill the queues, few enough for
+# the cache next to the processor.
+BLOCKS: Final = 6
 PLACES: Final = BLOCKS * LANES
 # Rows of a block: the constants that the recurrences are given, then those of the problem, …
 CONSTANTS: Final = len(Constants._fields)
