@@ -177,6 +177,14 @@ async def test_a_trade_off_is_read_and_shown(
     await pilot.press("f7")
     await until_shown(pilot, "trade-tradeoff.csv")
     await pilot.press("escape")
+    # The dialog for scenes takes results too.
+    await pilot.press("ctrl+o")
+    await until_shown(pilot, "Open a scene or a result")
+    pilot.app.screen.query_one("#path", Input).value = "map.csv"
+    await pilot.pause()
+    await pilot.press("enter")
+    await until_told(pilot, "map read from map.csv")
+    await pilot.press("alt+5")
     await read(pilot, "modes.csv", "modes.csv: no run, sweep, map or trade-off")
     data = json.dumps({"floor": {}, "rows": []})
     (written / "empty.json").write_text(data)
