@@ -99,9 +99,10 @@ def test_files_are_told_apart(written: Path, printed: Any, monkeypatch: pytest.M
         check_readable(written / "a.doc")
     with pytest.raises(InputError, match="no such file"):
         check_readable(written / "a.csv")
-    command("sweep", "--vary=F=1,2", "--vary=mu=1,2", "--out", str(written / "two.csv"))
-    with pytest.raises(InputError, match=r"two\.csv: a sweep over F, mu: shown are sweeps over"):
-        load_study(SWEEP, written / "two.csv")
+    many = [f"--vary={name}=1,2" for name in ("F", "mu", "k1")]
+    command("sweep", *many, "--output=stable", "--out", str(written / "many.csv"))
+    with pytest.raises(InputError, match=r"many\.csv: a product sweep over F, mu, k1: shown are"):
+        load_study(SWEEP, written / "many.csv")
 
 
 async def test_a_sweep_is_read_shown_and_opened(pilot: Pilot[None], written: Path) -> None:
@@ -132,9 +133,25 @@ async def test_a_sweep_is_read_shown_and_opened(pilot: Pilot[None], written: Pat
     assert peak == pytest.approx([runs.shown.result.peak.y_abs])
 
 
-async def test_a_sweep_under_way_is_shown_as_far_as_it_is(
+async def test_sweeps_over_two_names_and_under_way_are_shown_as_far_as_they_are(
     pilot: Pilot[None], written: Path
 ) -> None:
+    two = ("--vary=y0=-1:0:3", "--vary=F=20:80:4", "--output=separations", "--ignore-separation")
+    command("sweep", *two, "--t-end=10", "--out", "two.csv")
+    await read(pilot, "two.csv", "sweep read from two.csv")
+    await until_shown(pilot, "number of separations, separation ignored")
+    view = pilot.app.screen.query_one("#sweep-chart", ChartView)
+    view.focus()
+    await pilot.press("plus", "left")
+    await read(pilot, "sweep.csv", "sweep read from sweep.csv")
+    assert (view.view.x, view.view.y) == (None, None)
+    await read(pilot, "two.csv", "sweep read from two.csv")
+    view.focus()
+    await pilot.press("c", "enter")
+    runs = app_of(pilot).session.runs
+    await until(pilot, lambda: runs.shown is not None)
+    assert runs.shown is not None
+    assert (runs.shown.scene.start[2], runs.shown.scene.separation) == (-0.5, False)
     study = study_of(PRESETS["base"], parse_design(["F=20:80:6"], "product"), t_end=5.0)
     with pytest.raises(Cancelled):
         sweep_to_file(

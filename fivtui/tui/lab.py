@@ -44,6 +44,7 @@ from .run_bar import RunBar
 from .run_desk import RunDesk
 from .runs_pane import RunsPane
 from .session import Session
+from .shown import CHARTS
 from .snapshot import take_back
 from .tab_book import TabBook
 from .tabs import TABS
@@ -223,6 +224,11 @@ class LabScreen(Screen[None]):
     @on(StudyRead)
     def _study_read(self, event: StudyRead) -> None:
         self.session.studies.put(event.kind, event.shown)
+        # Limits were chosen for something else.
+        view = self.session.views.get(CHARTS[event.kind])
+        if view is not None:
+            view.reset()
+            view.hidden.clear()
         self.show_tab(event.kind)
         self._book.catch_up()
         self.post_message(Reported(f"{event.kind} read from {event.shown.source}"))
