@@ -139,7 +139,7 @@ async def test_sweeps_over_two_names_and_under_way_are_shown_as_far_as_they_are(
     two = ("--vary=y0=-1:0:3", "--vary=F=20:80:4", "--output=separations", "--ignore-separation")
     command("sweep", *two, "--t-end=10", "--out", "two.csv")
     await read(pilot, "two.csv", "sweep read from two.csv")
-    await until_shown(pilot, "number of separations, separation ignored")
+    await until_shown(pilot, "number of separations, ignored")
     view = pilot.app.screen.query_one("#sweep-chart", ChartView)
     view.focus()
     await pilot.press("plus", "left")

@@ -195,7 +195,7 @@ def grid_chart(result: "Sweep", case: bool, now: tuple[float, float] | None) -> 
         _label(second, VARIABLES[second].unit),
         here,
         backdrop=Backdrop(x, y, levels, shades, values, label),
-        note=f"{label}, separation {_CASES[shown]}",
+        note=f"{label}, {_CASES[shown]}",
     )
 
 
