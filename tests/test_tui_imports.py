@@ -18,7 +18,15 @@ from fivtui.sweeps import local_engine, sweep_to_file
 from fivtui.tui.app import FivtuiApp
 from fivtui.tui.chart_view import ChartView
 from fivtui.tui.imports import MAP, RUN, SWEEP, TRADEOFF, check_readable, kind_of, load_study
-from tests.tui_support import app_of, flat_text_of, text_of, until, until_shown, until_told
+from tests.tui_support import (
+    app_of,
+    flat_text_of,
+    show_tab,
+    text_of,
+    until,
+    until_shown,
+    until_told,
+)
 
 MU = "mu=0.2:0.8:4"
 
@@ -180,7 +188,8 @@ async def test_a_map_is_read_and_stays_until_another_is_asked_for(
     await until(pilot, lambda: session.runs.shown is not None)
     # What was edited gives way to what the file says.
     assert (session.texts["k_nl"], session.texts["c1"]) == ("50", "0.32")
-    await pilot.press("alt+4", "f10")
+    await show_tab(pilot, "alt+4")
+    await pilot.press("f10")
     await until_shown(pilot, "11253 points")
     assert session.studies.map is None
 
@@ -201,7 +210,7 @@ async def test_a_trade_off_is_read_and_shown(
     await pilot.pause()
     await pilot.press("enter")
     await until_told(pilot, "map read from map.csv")
-    await pilot.press("alt+5")
+    await show_tab(pilot, "alt+5")
     await read(pilot, "modes.csv", "modes.csv: no run, sweep, map or trade-off")
     data = json.dumps({"floor": {}, "rows": []})
     (written / "empty.json").write_text(data)

@@ -27,7 +27,16 @@ from fivtui.tui.runs import RunState
 from fivtui.tui.shown import Shown
 from fivtui.tui.state_file import KeptFile
 from fivtui.tui.sweep_view import sweep_of, sweep_request
-from tests.tui_support import app_of, run_to_end, text_of, type_into, until, until_shown, until_told
+from tests.tui_support import (
+    app_of,
+    run_to_end,
+    show_tab,
+    text_of,
+    type_into,
+    until,
+    until_shown,
+    until_told,
+)
 
 SIZE = (100, 40)
 BASE = PRESETS["base"]
@@ -36,7 +45,7 @@ BASE = PRESETS["base"]
 async def settled(pilot: Pilot[None], name: str, words: str) -> str:
     """The screen of a tab, without what comes and goes."""
     pilot.app.clear_notifications()
-    await pilot.press({"sweep": "alt+3", "map": "alt+4", "trade-off": "alt+5"}.get(name, "alt+2"))
+    await show_tab(pilot, KEYS[name])
     await until_shown(pilot, words)
     await until(pilot, lambda: not pilot.app.screen.query("Toast"))
     pilot.app.screen.query_one("#row-m").query_one(Input).focus()
@@ -44,6 +53,7 @@ async def settled(pilot: Pilot[None], name: str, words: str) -> str:
     return text_of(pilot)
 
 
+KEYS = {"transient": "alt+2", "sweep": "alt+3", "map": "alt+4", "trade-off": "alt+5"}
 SHOWN = {
     "transient": "steady half range",
     "sweep": "8 transients",
@@ -71,13 +81,13 @@ async def test_what_was_left_is_shown_again(
         view = pilot.app.screen.query_one("#plot-y", ChartView)
         view.focus()
         await pilot.press("plus", "right", "y", "2")
-        await pilot.press("alt+3")
+        await show_tab(pilot, "alt+3")
         pilot.app.screen.query_one("#vary", Input).value = "mu=0.2:0.8:4"
         await pilot.press("f10")
         await until_shown(pilot, SHOWN["sweep"])
         pilot.app.screen.query_one("#sweep-chart", ChartView).focus()
         await pilot.press("3", "plus")
-        await pilot.press("alt+4")
+        await show_tab(pilot, "alt+4")
         await until_shown(pilot, "11253 points")
         editor = pilot.app.screen.query_one("#over", Input)
         editor.value = "mu=0:1.5:7 k_nl=1:500:5"
@@ -85,12 +95,13 @@ async def test_what_was_left_is_shown_again(
         await pilot.press("enter")
         await pilot.click("#value-critical-mu")
         await until_shown(pilot, SHOWN["map"])
-        await pilot.press("alt+5", "f10")
+        await show_tab(pilot, "alt+5")
+        await pilot.press("f10")
         await until_shown(pilot, SHOWN["trade-off"])
         await pilot.click("#quantity-peak")
         pilot.app.screen.query_one("#errors-chart", ChartView).focus()
         await pilot.press("x")
-        await pilot.press("alt+2")
+        await show_tab(pilot, "alt+2")
         await pilot.pause()
         before = {name: await settled(pilot, name, words) for name, words in SHOWN.items()}
         await settled(pilot, "map", SHOWN["map"])
@@ -115,7 +126,7 @@ async def test_what_was_left_is_shown_again(
         # Going on from there: a new number, and the files stay as they are.
         await run_to_end(pilot)
         assert [run.number for run in session.runs] == [1, 2, 3]
-        await pilot.press("alt+3")
+        await show_tab(pilot, "alt+3")
         files = {path.name for path in folder.iterdir()}
     assert files <= {path.name for path in folder.iterdir()}
     assert len(list(folder.iterdir())) == 5
@@ -130,7 +141,7 @@ async def test_what_was_read_a_figure_of_the_paper_and_what_is_not_kept(tmp_path
         session.studies.sweep = Shown(sweep_of(study, [compute_rows(study, 0, 4)]), "base")
         pilot.app.screen.post_message(StudyRead("map", a_map()))
         await until_shown(pilot, "read from mine.csv; F10 maps the scene edited")
-        await pilot.press("alt+6")
+        await show_tab(pilot, "alt+6")
         await until_shown(pilot, "what it shows")
         pilot.app.screen.query_one("#figures").focus()
         await pilot.press("enter")
@@ -147,7 +158,7 @@ async def test_what_was_read_a_figure_of_the_paper_and_what_is_not_kept(tmp_path
         pilot.app.clear_notifications()
         await until(pilot, lambda: not pilot.app.screen.query("Toast"))
         assert text_of(pilot).splitlines() == before.splitlines()
-        await pilot.press("alt+4")
+        await show_tab(pilot, "alt+4")
         await until_shown(pilot, "read from mine.csv; F10 maps the scene edited")
         read, written = app_of(pilot).session.studies.map, a_map()
         assert read is not None
