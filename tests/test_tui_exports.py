@@ -33,7 +33,15 @@ from fivtui.tui.command_lines import (
     transient_line,
 )
 from fivtui.tui.lab import LabScreen
-from tests.tui_support import app_of, flat_text_of, text_of, until, until_shown, until_told
+from tests.tui_support import (
+    app_of,
+    flat_text_of,
+    show_tab,
+    text_of,
+    until,
+    until_shown,
+    until_told,
+)
 
 BASE = PRESETS["base"]
 EDITED = {"F": "60", "t_end": "20", "start": "0, 0, -0.5, 0"}
@@ -90,7 +98,7 @@ def is_picture(path: Path) -> bool:
 
 
 async def test_stability_is_written_and_copied(pilot: Pilot[None]) -> None:
-    await pilot.press("alt+1")
+    await show_tab(pilot, "alt+1")
     await until_shown(pilot, "Re λ / 1/s")
     assert is_picture(await write(pilot, "f6", "a.png", "Write the figure of the stability"))
     ours = await write(pilot, "f7", "a.csv", "Write the data of the stability")
@@ -104,7 +112,7 @@ async def test_stability_is_written_and_copied(pilot: Pilot[None]) -> None:
 
 
 async def test_a_sweep_is_written_and_copied(pilot: Pilot[None]) -> None:
-    await pilot.press("alt+3")
+    await show_tab(pilot, "alt+3")
     await refused(pilot, "f6", "no sweep to write yet: F10 sweeps")
     pilot.app.screen.query_one("#vary", Input).value = "mu=0.2:0.8:4"
     before = await copied(pilot)
@@ -128,7 +136,7 @@ async def test_a_sweep_is_written_and_copied(pilot: Pilot[None]) -> None:
 
 
 async def test_a_map_is_written_and_copied(pilot: Pilot[None]) -> None:
-    await pilot.press("alt+4")
+    await show_tab(pilot, "alt+4")
     await until_shown(pilot, "11253 points")
     editor = pilot.app.screen.query_one("#over", Input)
     editor.value = "mu=0:1.5:7 k_nl=1:500:5:log"
@@ -150,7 +158,8 @@ async def test_a_map_is_written_and_copied(pilot: Pilot[None]) -> None:
     await until_shown(pilot, "Write the data of the map…")
     assert "F7: .csv, .npz, .parquet, .json" in text_of(pilot)
     assert "fivtui map --set F=60 --over mu" in flat_text_of(pilot)
-    await pilot.press("escape", "alt+3")
+    await pilot.press("escape")
+    await show_tab(pilot, "alt+3")
     await pilot.press("ctrl+p")
     await until_shown(pilot, "Copy the command line")
     assert "Write the" not in text_of(pilot)
@@ -160,7 +169,7 @@ async def test_a_trade_off_is_written_and_copied(
     pilot: Pilot[None], monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setattr(tradeoff, "QUICK_S", 0.2)
-    await pilot.press("alt+5")
+    await show_tab(pilot, "alt+5")
     await refused(pilot, "f7", "no trade-off to write yet: F10 measures it")
     await pilot.press("f10")
     await until_shown(pilot, "this scene, this machine")
@@ -178,7 +187,7 @@ async def test_a_trade_off_is_written_and_copied(
 async def test_figures_and_claims_of_the_paper_are_written_and_copied(
     pilot: Pilot[None], monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    await pilot.press("alt+6")
+    await show_tab(pilot, "alt+6")
     await until_shown(pilot, "what it shows")
     pilot.app.screen.query_one("#figures").focus()
     await refused(pilot, "f6", "Fig. 2a is not computed yet: Enter in the list of figures")

@@ -18,7 +18,15 @@ from fivtui.sweeps import local_engine, sweep_to_file
 from fivtui.tui.app import FivtuiApp
 from fivtui.tui.chart_view import ChartView
 from fivtui.tui.imports import MAP, RUN, SWEEP, TRADEOFF, check_readable, kind_of, load_study
-from tests.tui_support import app_of, flat_text_of, text_of, until, until_shown, until_told
+from tests.tui_support import (
+    app_of,
+    flat_text_of,
+    show_tab,
+    text_of,
+    until,
+    until_shown,
+    until_told,
+)
 
 MU = "mu=0.2:0.8:4"
 
@@ -99,9 +107,10 @@ def test_files_are_told_apart(written: Path, printed: Any, monkeypatch: pytest.M
         check_readable(written / "a.doc")
     with pytest.raises(InputError, match="no such file"):
         check_readable(written / "a.csv")
-    command("sweep", "--vary=F=1,2", "--vary=mu=1,2", "--out", str(written / "two.csv"))
-    with pytest.raises(InputError, match=r"two\.csv: a sweep over F, mu: shown are sweeps over"):
-        load_study(SWEEP, written / "two.csv")
+    many = [f"--vary={name}=1,2" for name in ("F", "mu", "k1")]
+    command("sweep", *many, "--output=stable", "--out", str(written / "many.csv"))
+    with pytest.raises(InputError, match=r"many\.csv: a product sweep over F, mu, k1: shown are"):
+        load_study(SWEEP, written / "many.csv")
 
 
 async def test_a_sweep_is_read_shown_and_opened(pilot: Pilot[None], written: Path) -> None:
@@ -132,9 +141,25 @@ async def test_a_sweep_is_read_shown_and_opened(pilot: Pilot[None], written: Pat
     assert peak == pytest.approx([runs.shown.result.peak.y_abs])
 
 
-async def test_a_sweep_under_way_is_shown_as_far_as_it_is(
+async def test_sweeps_over_two_names_and_under_way_are_shown_as_far_as_they_are(
     pilot: Pilot[None], written: Path
 ) -> None:
+    two = ("--vary=y0=-1:0:3", "--vary=F=20:80:4", "--output=separations", "--ignore-separation")
+    command("sweep", *two, "--t-end=10", "--out", "two.csv")
+    await read(pilot, "two.csv", "sweep read from two.csv")
+    await until_shown(pilot, "number of separations, ignored")
+    view = pilot.app.screen.query_one("#sweep-chart", ChartView)
+    view.focus()
+    await pilot.press("plus", "left")
+    await read(pilot, "sweep.csv", "sweep read from sweep.csv")
+    assert (view.view.x, view.view.y) == (None, None)
+    await read(pilot, "two.csv", "sweep read from two.csv")
+    view.focus()
+    await pilot.press("c", "enter")
+    runs = app_of(pilot).session.runs
+    await until(pilot, lambda: runs.shown is not None)
+    assert runs.shown is not None
+    assert (runs.shown.scene.start[2], runs.shown.scene.separation) == (-0.5, False)
     study = study_of(PRESETS["base"], parse_design(["F=20:80:6"], "product"), t_end=5.0)
     with pytest.raises(Cancelled):
         sweep_to_file(
@@ -163,7 +188,8 @@ async def test_a_map_is_read_and_stays_until_another_is_asked_for(
     await until(pilot, lambda: session.runs.shown is not None)
     # What was edited gives way to what the file says.
     assert (session.texts["k_nl"], session.texts["c1"]) == ("50", "0.32")
-    await pilot.press("alt+4", "f10")
+    await show_tab(pilot, "alt+4")
+    await pilot.press("f10")
     await until_shown(pilot, "11253 points")
     assert session.studies.map is None
 
@@ -177,6 +203,14 @@ async def test_a_trade_off_is_read_and_shown(
     await pilot.press("f7")
     await until_shown(pilot, "trade-tradeoff.csv")
     await pilot.press("escape")
+    # The dialog for scenes takes results too.
+    await pilot.press("ctrl+o")
+    await until_shown(pilot, "Open a scene or a result")
+    pilot.app.screen.query_one("#path", Input).value = "map.csv"
+    await pilot.pause()
+    await pilot.press("enter")
+    await until_told(pilot, "map read from map.csv")
+    await show_tab(pilot, "alt+5")
     await read(pilot, "modes.csv", "modes.csv: no run, sweep, map or trade-off")
     data = json.dumps({"floor": {}, "rows": []})
     (written / "empty.json").write_text(data)

@@ -13,6 +13,7 @@ from textual.widgets import Input
 from fivtui import tradeoff
 from fivtui.core.errors import InputError
 from fivtui.core.stability_map import stability_map
+from fivtui.core.sweep import compute_rows
 from fivtui.map_results import save_map
 from fivtui.presets import PRESETS
 from fivtui.simulation import simulate
@@ -20,25 +21,31 @@ from fivtui.tui import result_store
 from fivtui.tui.app import FivtuiApp
 from fivtui.tui.chart_view import ChartView
 from fivtui.tui.kept_runs import load_kept_run, save_kept_run
-from fivtui.tui.messages import RunActed
+from fivtui.tui.messages import RunActed, StudyRead
 from fivtui.tui.result_store import ResultStore
 from fivtui.tui.runs import RunState
 from fivtui.tui.shown import Shown
 from fivtui.tui.state_file import KeptFile
-from tests.tui_support import app_of, run_to_end, text_of, type_into, until, until_shown, until_told
+from fivtui.tui.sweep_view import sweep_of, sweep_request
+from tests.tui_support import (
+    app_of,
+    run_to_end,
+    show_tab,
+    text_of,
+    type_into,
+    until,
+    until_shown,
+    until_told,
+)
 
 SIZE = (100, 40)
 BASE = PRESETS["base"]
 
 
-def screen(pilot: Pilot[None]) -> str:
-    return text_of(pilot)
-
-
 async def settled(pilot: Pilot[None], name: str, words: str) -> str:
     """The screen of a tab, without what comes and goes."""
     pilot.app.clear_notifications()
-    await pilot.press({"sweep": "alt+3", "map": "alt+4", "trade-off": "alt+5"}.get(name, "alt+2"))
+    await show_tab(pilot, KEYS[name])
     await until_shown(pilot, words)
     await until(pilot, lambda: not pilot.app.screen.query("Toast"))
     pilot.app.screen.query_one("#row-m").query_one(Input).focus()
@@ -46,6 +53,7 @@ async def settled(pilot: Pilot[None], name: str, words: str) -> str:
     return text_of(pilot)
 
 
+KEYS = {"transient": "alt+2", "sweep": "alt+3", "map": "alt+4", "trade-off": "alt+5"}
 SHOWN = {
     "transient": "steady half range",
     "sweep": "8 transients",
@@ -73,13 +81,13 @@ async def test_what_was_left_is_shown_again(
         view = pilot.app.screen.query_one("#plot-y", ChartView)
         view.focus()
         await pilot.press("plus", "right", "y", "2")
-        await pilot.press("alt+3")
+        await show_tab(pilot, "alt+3")
         pilot.app.screen.query_one("#vary", Input).value = "mu=0.2:0.8:4"
         await pilot.press("f10")
         await until_shown(pilot, SHOWN["sweep"])
         pilot.app.screen.query_one("#sweep-chart", ChartView).focus()
         await pilot.press("3", "plus")
-        await pilot.press("alt+4")
+        await show_tab(pilot, "alt+4")
         await until_shown(pilot, "11253 points")
         editor = pilot.app.screen.query_one("#over", Input)
         editor.value = "mu=0:1.5:7 k_nl=1:500:5"
@@ -87,12 +95,13 @@ async def test_what_was_left_is_shown_again(
         await pilot.press("enter")
         await pilot.click("#value-critical-mu")
         await until_shown(pilot, SHOWN["map"])
-        await pilot.press("alt+5", "f10")
+        await show_tab(pilot, "alt+5")
+        await pilot.press("f10")
         await until_shown(pilot, SHOWN["trade-off"])
         await pilot.click("#quantity-peak")
         pilot.app.screen.query_one("#errors-chart", ChartView).focus()
         await pilot.press("x")
-        await pilot.press("alt+2")
+        await show_tab(pilot, "alt+2")
         await pilot.pause()
         before = {name: await settled(pilot, name, words) for name, words in SHOWN.items()}
         await settled(pilot, "map", SHOWN["map"])
@@ -117,10 +126,43 @@ async def test_what_was_left_is_shown_again(
         # Going on from there: a new number, and the files stay as they are.
         await run_to_end(pilot)
         assert [run.number for run in session.runs] == [1, 2, 3]
-        await pilot.press("alt+3")
+        await show_tab(pilot, "alt+3")
         files = {path.name for path in folder.iterdir()}
     assert files <= {path.name for path in folder.iterdir()}
     assert len(list(folder.iterdir())) == 5
+
+
+async def test_what_was_read_a_figure_of_the_paper_and_what_is_not_kept(tmp_path: Path) -> None:
+    kept = tmp_path / "session.json"
+    async with FivtuiApp(state=kept).run_test(size=SIZE, notifications=True) as pilot:
+        await pilot.pause()
+        session = app_of(pilot).session
+        study = sweep_request(BASE, "F=10:20:30")
+        session.studies.sweep = Shown(sweep_of(study, [compute_rows(study, 0, 4)]), "base")
+        pilot.app.screen.post_message(StudyRead("map", a_map()))
+        await until_shown(pilot, "read from mine.csv; F10 maps the scene edited")
+        await show_tab(pilot, "alt+6")
+        await until_shown(pilot, "what it shows")
+        pilot.app.screen.query_one("#figures").focus()
+        await pilot.press("enter")
+        await until_shown(pilot, "figure 2a computed")
+        pilot.app.screen.query_one("#figure-1", ChartView).focus()
+        await pilot.press("plus", "1")
+        pilot.app.clear_notifications()
+        pilot.app.screen.query_one("#row-m").query_one(Input).focus()
+        await until(pilot, lambda: not pilot.app.screen.query("Toast"))
+        before = text_of(pilot)
+    async with FivtuiApp(state=kept).run_test(size=SIZE, notifications=True) as pilot:
+        await until_told(pilot, "sweep is not kept: it is not complete")
+        await until_shown(pilot, "figure 2a computed")
+        pilot.app.clear_notifications()
+        await until(pilot, lambda: not pilot.app.screen.query("Toast"))
+        assert text_of(pilot).splitlines() == before.splitlines()
+        await show_tab(pilot, "alt+4")
+        await until_shown(pilot, "read from mine.csv; F10 maps the scene edited")
+        read, written = app_of(pilot).session.studies.map, a_map()
+        assert read is not None
+        np.testing.assert_array_equal(read.value.values, written.value.values)
 
 
 async def test_a_result_that_is_damaged_is_put_aside_and_the_rest_restored(

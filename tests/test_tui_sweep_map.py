@@ -12,6 +12,7 @@ from fivtui.core import sweep
 from fivtui.core.errors import Cancelled, InputError
 from fivtui.core.parameters import Parameters
 from fivtui.core.stability_map import stability_map
+from fivtui.core.sweep import compute_rows
 from fivtui.presets import PRESETS
 from fivtui.simulation import simulate
 from fivtui.tui.app import FivtuiApp
@@ -22,7 +23,9 @@ from fivtui.tui.map_view import map_chart, map_request, point_words, values_in
 from fivtui.tui.map_view import point_texts as map_point
 from fivtui.tui.picture import draw
 from fivtui.tui.sweep_view import (
+    case_of,
     count_words,
+    grid_chart,
     point_scene,
     point_texts,
     points_of,
@@ -69,9 +72,36 @@ def test_a_sweep_gives_what_single_runs_give_point_by_point() -> None:
     assert all(mark in picture for mark in "●◆◇")
     view = View(cursor=(60.2, 0.0))
     found = nearest(chart, view)
-    assert point_scene(study, points, found[0]).parameters == Parameters(F=60.0)
-    texts = point_texts(point_scene(study, points, found[3]))
+    assert case_of(study, points, found[0], False)
+    assert point_scene(study, found[0], True).parameters == Parameters(F=60.0)
+    assert not case_of(study, points, found[3], True)
+    texts = point_texts(point_scene(study, found[3], False))
     assert (texts["F"], texts["separation"], texts["t_end"]) == ("60", "ignored", "100")
+
+
+def test_a_sweep_over_two_names_is_drawn_as_shades_as_far_as_it_is_known() -> None:
+    study = sweep_request(replace(BASE, t_end=10.0), "F=20:80:4 mu=0.2,0.5,0.8")
+    parts = list(sweep_parts(study, lambda _: True))
+    result = sweep_of(study, parts)
+    for case in (True, False):
+        chart = grid_chart(result, case, (80.0, 0.5))
+        backdrop = chart.backdrop
+        assert backdrop is not None
+        assert (chart.x_label, chart.y_label) == ("F / N", "mu")
+        run = simulate(Parameters(F=40.0, mu=0.8), t_end=10.0, separation=case)
+        assert backdrop.values[1, 2] == pytest.approx(run.peak.y_abs, rel=1e-9)
+        assert "◆" in draw(chart, View(), 80, 20).text()
+        read = draw(chart, View(cursor=(41.0, 0.79)), 80, 20).text()
+        assert read.startswith("F 40  mu 0.8  peak of |y| ")
+        (point,) = nearest(chart, View(cursor=(41.0, 0.79)))
+        assert case_of(study, None, point, case) is case
+        assert point_scene(study, point, case).parameters == Parameters(F=40.0, mu=0.8)
+    part = compute_rows(study, 0, 7)
+    known = grid_chart(sweep_of(study, [part]), True, None).backdrop
+    assert known is not None
+    assert np.isnan(known.values).sum() == known.values.size - 4
+    with pytest.raises(InputError, match="shown are sweeps over one name"):
+        sweep_request(BASE, "F=1,2 mu=1,2 k1=1,2")
 
 
 def test_members_that_fail_leave_a_gap_and_a_reason() -> None:

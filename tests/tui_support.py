@@ -11,6 +11,7 @@ from textual.widgets import Input
 from fivtui.core.errors import Cancelled
 from fivtui.tui.app import FivtuiApp
 from fivtui.tui.form import FieldRow
+from fivtui.tui.tab_book import TabBook
 
 PATIENCE_S: Final = 20.0
 ENDLESS: Final = "1e6"
@@ -52,6 +53,17 @@ def app_of(pilot: Pilot[None]) -> FivtuiApp:
     app = pilot.app
     assert isinstance(app, FivtuiApp)
     return app
+
+
+async def show_tab(pilot: Pilot[None], key: str) -> None:
+    """Press the key of a tab, and wait until the tab is there."""
+    await pilot.press(key)
+    await until(pilot, lambda: _tab_is_there(pilot))
+
+
+def _tab_is_there(pilot: Pilot[None]) -> bool:
+    book = app_of(pilot).screen_stack[0].query_one(TabBook)
+    return book.pane is not None and book.pane.is_mounted
 
 
 async def focus(pilot: Pilot[None], name: str) -> Input:

@@ -40,7 +40,7 @@ def _commands(lab: LabScreen) -> Iterator[Command]:
     session = lab.session
     other = "native" if session.engine == FMU_ENGINE else FMU_ENGINE
     yield Command(f"Engine: {other}", f"F4; now {session.engine}", lab.action_switch_engine)
-    yield Command("Open a scene…", "Ctrl+O", lab.action_open_scene)
+    yield Command("Open a scene…", "Ctrl+O: or a result", lab.action_open_scene)
     yield Command("Save the scene", "Ctrl+S", lab.action_save_scene)
     yield Command("Save the scene as…", "Alt+S", lab.action_save_scene_as)
     for path in session.recent:

@@ -62,19 +62,24 @@ class FileDesk:
         self._screen.run_worker(work, name=export.what, thread=True, exit_on_error=False)
 
     def open_scene(self) -> None:
-        """Ask for a scene file and load it."""
+        """Ask for a scene file and load it, or for a result and read it."""
 
         def load(target: Target | None) -> None:
-            if target is not None:
+            if target is not None and _is_scene(target.path):
                 self.open_path(target.path)
+            elif target is not None:
+                self._read(target.path)
 
         def check(path: Path, _force: bool) -> None:
-            load_scene(path)
+            if _is_scene(path):
+                load_scene(path)
+            else:
+                check_readable(path)
 
-        hint = "A scene file (.toml)."
+        hint = "A scene (.toml), or a result that fivtui has written."
         if self._session.recent:
-            hint += " Recent ones are in the palette (Ctrl+P)."
-        dialog = PathDialog("Open a scene", "", hint, check, verb="Open")
+            hint += " Recent scenes are in the palette (Ctrl+P)."
+        dialog = PathDialog("Open a scene or a result", "", hint, check, verb="Open")
         self._screen.app.push_screen(dialog, load)
 
     def open_path(self, path: Path) -> None:
@@ -167,3 +172,7 @@ class FileDesk:
             self._screen.post_message(message)
 
         self._screen.run_worker(work, name="reading", thread=True, exit_on_error=False)
+
+
+def _is_scene(path: Path) -> bool:
+    return path.suffix.lower() == ".toml"

@@ -18,7 +18,7 @@ KEYS: Final = (
     Row("F6, F7", "write the figure, the data of what the tab shows"),
     Row("F8", "reset the field in focus; Shift+F8: all of them"),
     Row("Ctrl+Z, Ctrl+Y", "undo and redo edits"),
-    Row("Ctrl+O, Ctrl+S, Alt+S", "open a scene, save it, save it as"),
+    Row("Ctrl+O, Ctrl+S, Alt+S", "open a scene or a result; save the scene, save it as"),
     Row("Alt+O", "read a run, sweep, map or trade-off from a file"),
     Row("F1", "help on the field in focus"),
     Row("Ctrl+P", "palette: everything that can be done now"),

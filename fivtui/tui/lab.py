@@ -44,6 +44,7 @@ from .run_bar import RunBar
 from .run_desk import RunDesk
 from .runs_pane import RunsPane
 from .session import Session
+from .shown import CHARTS
 from .snapshot import take_back
 from .tab_book import TabBook
 from .tabs import TABS
@@ -223,6 +224,11 @@ class LabScreen(Screen[None]):
     @on(StudyRead)
     def _study_read(self, event: StudyRead) -> None:
         self.session.studies.put(event.kind, event.shown)
+        # Limits were chosen for something else.
+        view = self.session.views.get(CHARTS[event.kind])
+        if view is not None:
+            view.reset()
+            view.hidden.clear()
         self.show_tab(event.kind)
         self._book.catch_up()
         self.post_message(Reported(f"{event.kind} read from {event.shown.source}"))
@@ -310,11 +316,13 @@ class LabScreen(Screen[None]):
 
     def action_export(self, what: str) -> None:
         """Write what the tab in sight shows to a file."""
-        if self.pane is not None:
-            try:
-                self._files.export(self.pane.export(what))
-            except InputError as error:
-                self.post_message(Reported(str(error), error=True))
+        self._book.tell(lambda pane: self._export(pane, what))
+
+    def _export(self, pane: Pane, what: str) -> None:
+        try:
+            self._files.export(pane.export(what))
+        except InputError as error:
+            self.post_message(Reported(str(error), error=True))
 
     def action_open_scene(self) -> None:
         """Open a scene file."""
@@ -386,8 +394,11 @@ class LabScreen(Screen[None]):
 
     def action_copy_command(self) -> None:
         """Copy the command line that computes what the tab in sight shows."""
+        self._book.tell(self._copy_command)
+
+    def _copy_command(self, pane: Pane) -> None:
         try:
-            line = self.session.command_line() if self.pane is None else self.pane.command_line()
+            line = pane.command_line()
         except InputError as error:
             self.post_message(Reported(str(error), error=True))
         else:

@@ -162,12 +162,33 @@ def _shades(value: str, values: FloatArray) -> tuple[NDArray[np.intp], tuple[tup
         shades = [(_STABLE[1], "stable"), (_UNSTABLE[1], "unstable")]
         levels = np.clip(np.nan_to_num(values), 0, 1)
     else:
-        shades = [(shade, "trace-1") for shade in _LEVELS]
-        parts = np.linspace(0.0, 1.0, len(_LEVELS) + 1)[1:-1]
-        edges = np.quantile(known, parts) if known.size else np.zeros(1)
-        levels = np.searchsorted(edges, np.nan_to_num(values)).astype(float)
+        return graded(values)
     shades.append(_NO_VALUE)
     return np.where(missing, len(shades) - 1, levels).astype(np.intp), tuple(shades)
+
+
+def graded(values: FloatArray) -> tuple[NDArray[np.intp], tuple[tuple[str, str], ...]]:
+    """Shades from the least values to the greatest, each for equally many points.
+
+    Parameters
+    ----------
+    values : ndarray
+        The values; NaN where there is none.
+
+    Returns
+    -------
+    levels : ndarray of int
+        Of the same shape: indices into the shades.
+    shades : tuple of (str, str)
+        As in `Backdrop`.
+    """
+    missing = np.isnan(values)
+    known = values[~missing]
+    shades = [(shade, "trace-1") for shade in _LEVELS]
+    parts = np.linspace(0.0, 1.0, len(_LEVELS) + 1)[1:-1]
+    edges = np.quantile(known, parts) if known.size else np.zeros(1)
+    levels = np.searchsorted(edges, np.nan_to_num(values))
+    return np.where(missing, len(shades), levels).astype(np.intp), (*shades, _NO_VALUE)
 
 
 def boundary(x: FloatArray, y: FloatArray, excess: FloatArray) -> tuple[FloatArray, FloatArray]:

@@ -1,7 +1,7 @@
 """What the tabs of studies show, and where it came from. Imports no Textual."""
 
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any, Generic, TypeVar
+from typing import TYPE_CHECKING, Any, Final, Generic, TypeVar
 
 if TYPE_CHECKING:
     from fivtui.core.stability_map import StabilityMap
@@ -9,6 +9,9 @@ if TYPE_CHECKING:
     from fivtui.tradeoff import Tradeoff
 
 T = TypeVar("T")
+
+# The chart that shows it, by tab.
+CHARTS: Final = {"sweep": "sweep-chart", "map": "map-chart", "trade-off": "errors-chart"}
 
 
 @dataclass(frozen=True, slots=True, eq=False)

@@ -1,6 +1,6 @@
 """The tab of sweeps: amplitudes over a parameter, for both cases."""
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, ClassVar, Final
 
@@ -25,7 +25,9 @@ from .study_exports import sweep_export
 from .sweep_view import (
     EXAMPLE,
     SweepPoints,
+    case_of,
     count_words,
+    grid_chart,
     point_scene,
     point_texts,
     points_of,
@@ -100,7 +102,8 @@ class SweepPane(JobPane):
             if shown is not None and shown.source:
                 self.stop()
             self._drawn = shown
-            self._points = None if shown is None else points_of(shown.value)
+            single = shown is not None and len(shown.value.study.design.axes) == 1
+            self._points = points_of(shown.value) if shown is not None and single else None
             if shown is not None and self.job is None:
                 source = f", read from {shown.source}" if shown.source else ""
                 self.say(f"{count_words(shown.value)}{source}")
@@ -138,24 +141,39 @@ class SweepPane(JobPane):
 
     def draw(self) -> None:
         """Draw what is known."""
-        if self._points is None:
-            self.query_one(ChartView).show(None)
+        view, shown = self.query_one(ChartView), self._drawn
+        if shown is None:
+            view.show(None)
             return
-        name, now = self._points.name, None
-        if name in PARAMETERS:
-            try:
-                now = float(getattr(self.session.parameters(), name))
-            except InputError:
-                now = None
-        self.query_one(ChartView).show(sweep_chart(self._points, now))
+        now = self._now(list(shown.value.study.design.axes))
+        if self._points is not None:
+            view.show(sweep_chart(self._points, None if now is None else now[0]))
+        else:
+            point = None if now is None else (now[0], now[1])
+            view.show(grid_chart(shown.value, self.session.separation, point))
+
+    def _now(self, names: Sequence[str]) -> tuple[float, ...] | None:
+        # What is edited of that which varies.
+        try:
+            p = self.session.parameters()
+        except InputError:
+            return None
+        if not all(name in PARAMETERS for name in names):
+            return None
+        return tuple(float(getattr(p, name)) for name in names)
 
     @on(ChartView.Opened)
     def _opened(self, event: ChartView.Opened) -> None:
-        if self._points is not None and self._drawn is not None:
-            scene = point_scene(self._drawn.value.study, self._points, event.point)
-            texts = point_texts(scene)
-            words = f"{self._points.name} = {event.point.x:g}, separation {texts['separation']}"
-            self.post_message(PointOpened(texts, f"opened {words}"))
+        if self._drawn is None:
+            return
+        study, point = self._drawn.value.study, event.point
+        case = case_of(study, self._points, point, self.session.separation)
+        scene = point_scene(study, point, case)
+        texts = point_texts(scene)
+        values = zip(study.design.axes, (point.x, point.y), strict=False)
+        words = ", ".join(f"{name} = {value:g}" for name, value in values)
+        words = f"opened {words}, separation {texts['separation']}"
+        self.post_message(PointOpened(texts, words))
 
     def export(self, what: str) -> Export:
         """The sweep, if it is complete."""

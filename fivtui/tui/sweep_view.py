@@ -13,9 +13,10 @@ from fivtui.core.parameters import PARAMETERS
 from fivtui.core.request import START_SPECS, resolve_start
 from fivtui.scene import Scene
 
-from .chart import Chart, Found, Guide, Trace
+from .chart import Backdrop, Chart, Found, Guide, Trace
 from .differences import base_scene
 from .fields import CONSIDERED, FIELDS, IGNORED
+from .map_view import graded
 
 if TYPE_CHECKING:
     from fivtui.core.study import Study
@@ -57,7 +58,7 @@ def sweep_request(scene: Scene, text: str) -> "Study":
     scene : Scene
         What every member has in common.
     text : str
-        One parameter: ``NAME=START:STOP:COUNT``, ``…:log``, or ``NAME=V1,V2,…``.
+        One parameter or two: ``NAME=START:STOP:COUNT``, ``…:log``, or ``NAME=V1,V2,…``.
 
     Returns
     -------
@@ -72,13 +73,15 @@ def sweep_request(scene: Scene, text: str) -> "Study":
     from fivtui.sweep_request import parse_design, study_of
 
     try:
-        design = parse_design([text.strip()], "product")
+        design = parse_design(text.split(), "product")
     except InputError as error:
         raise InputError(str(error).replace("--vary ", "")) from None
-    (name,) = design.axes
-    if name not in PARAMETERS:
-        raise InputError(f"{name}: allowed is a parameter: {', '.join(PARAMETERS)}")
-    return study_of(scene, design, cases=tuple(_CASES), outputs=tuple(_OUTPUTS))
+    for name in design.axes:
+        if name not in PARAMETERS:
+            raise InputError(f"{name}: allowed is a parameter: {', '.join(PARAMETERS)}")
+    study = study_of(scene, design, cases=tuple(_CASES), outputs=tuple(_OUTPUTS))
+    check_drawable(study)
+    return study
 
 
 def sweep_parts(study: "Study", progress: Callable[[float], bool]) -> Iterator["Rows"]:
@@ -135,13 +138,69 @@ def sweep_of(study: "Study", parts: Sequence["Rows"]) -> "Sweep":
 
 
 def check_drawable(study: "Study") -> None:
-    """Check that a sweep can be shown; `InputError` if not one name alone varies."""
-    names = list(study.design.axes)
-    if len(names) != 1:
+    """Check that a sweep can be shown: over one name, or over two, every value with every other.
+
+    Parameters
+    ----------
+    study : Study
+        The sweep.
+
+    Raises
+    ------
+    InputError
+        If it cannot.
+    """
+    names, kind = list(study.design.axes), study.design.kind
+    if len(names) > 2 or (len(names) == 2 and kind != "product"):
         raise InputError(
-            f"a sweep over {', '.join(names)}: shown are sweeps over one name; "
-            "fivtui sweep --plot draws two"
+            f"a {kind} sweep over {', '.join(names)}: shown are sweeps over one name, "
+            "or over every value of two"
         )
+
+
+def grid_chart(result: "Sweep", case: bool, now: tuple[float, float] | None) -> Chart:
+    """A sweep over two names as shades: of the peak, or else of the first output.
+
+    Parameters
+    ----------
+    result : Sweep
+        The sweep, as far as it is known.
+    case : bool
+        Whether separation is considered; the other case where this one was not computed.
+    now : tuple of float or None
+        The point that is edited.
+
+    Returns
+    -------
+    Chart
+        Without a value where a member failed or is not computed yet.
+    """
+    from fivtui.core.design import VARIABLES
+    from fivtui.core.study import OUTPUTS
+
+    study, rows = result.study, result.table
+    first, second = study.design.axes
+    output = next((name for name in _OUTPUTS if name in study.outputs), study.outputs[0])
+    shown = case if case in study.cases else study.cases[0]
+    own = rows.separation == shown
+    x, column = np.unique(rows.numbers[first][own], return_inverse=True)
+    y, row = np.unique(rows.numbers[second][own], return_inverse=True)
+    values = np.full((x.size, y.size), np.nan)
+    values[column, row] = rows.numbers[output][own]
+    levels, shades = graded(values)
+    label = _label(OUTPUTS[output].meaning, OUTPUTS[output].unit)
+    here = () if now is None else (_point(*now),)
+    return Chart(
+        _label(first, VARIABLES[first].unit),
+        _label(second, VARIABLES[second].unit),
+        here,
+        backdrop=Backdrop(x, y, levels, shades, values, label),
+        note=f"{label}, {_CASES[shown]}",
+    )
+
+
+def _point(x: float, y: float) -> Trace:
+    return Trace("now", np.array([x]), np.array([y]), look="points", ordered=False, mark="◆")
 
 
 def points_of(result: "Sweep") -> SweepPoints:
@@ -205,30 +264,37 @@ def _label(name: str, unit: str) -> str:
     return f"{name} / {unit}" if unit else name
 
 
-def point_scene(study: "Study", points: SweepPoints, point: Found) -> Scene:
+def case_of(study: "Study", points: SweepPoints | None, point: Found, case: bool) -> bool:
+    """Which case a point of a chart is of: its trace says it, or what is shown of a grid."""
+    if points is not None:
+        return list(points.values)[point.trace][1]
+    return case if case in study.cases else study.cases[0]
+
+
+def point_scene(study: "Study", point: Found, case: bool) -> Scene:
     """The scene of a member of a sweep.
 
     Parameters
     ----------
     study : Study
         The sweep.
-    points : SweepPoints
-        What is drawn of it.
     point : Found
         A point of its chart.
+    case : bool
+        Whether separation is considered there.
 
     Returns
     -------
     Scene
         What was computed there.
     """
-    _, case = list(points.values)[point.trace]
-    p, start = study.parameters, study.start
-    if points.name in PARAMETERS:
-        p = p.with_values({points.name: point.x})
-    else:
+    values = dict(zip(study.design.axes, (point.x, point.y), strict=False))
+    parameters = {name: value for name, value in values.items() if name in PARAMETERS}
+    p, start = study.parameters.with_values(parameters), study.start
+    moved = {name: value for name, value in values.items() if name not in PARAMETERS}
+    if moved:
         state = dict(zip(START_SPECS, resolve_start(p, start, separation=case), strict=True))
-        start = tuple((state | {points.name: point.x}).values())
+        start = tuple((state | moved).values())
     return dataclasses.replace(
         base_scene(), parameters=p, separation=case, start=start, t_end=study.t_end, tol=study.tol
     )
