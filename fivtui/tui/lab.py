@@ -1,8 +1,9 @@
 """The main screen: form, verdict and tabs around one session."""
 
 from datetime import datetime
+from functools import cached_property
 from pathlib import Path
-from typing import ClassVar, Final
+from typing import TYPE_CHECKING, ClassVar, Final
 
 from textual import on
 from textual.app import ComposeResult
@@ -10,16 +11,14 @@ from textual.binding import ActiveBinding, BindingType
 from textual.containers import Horizontal, Vertical
 from textual.notifications import SeverityLevel
 from textual.screen import Screen
-from textual.widgets import Footer, Static
+from textual.widgets import Static
 from textual.worker import Worker, WorkerState
 
 from fivtui.core.errors import ComputationError, InputError
 from fivtui.presets import PRESETS
 
-from .dialogs import HelpDialog
-from .file_desk import FileDesk
 from .form import Form, field_of
-from .help import field_help, general_help
+from .key_bar import KeyBar
 from .lab_keys import LAB_KEYS
 from .messages import (
     ExportEnded,
@@ -45,6 +44,9 @@ from .tab_book import TabBook
 from .tabs import TABS
 from .verdict import VerdictView
 
+if TYPE_CHECKING:
+    from .file_desk import FileDesk
+
 _PROGRESS_PERIOD: Final = 0.1
 _TOO_SMALL: Final = "This window is too small for fivtui: it needs 40 columns and 10 lines."
 
@@ -59,11 +61,12 @@ class LabScreen(Screen[None]):
     """
 
     BINDINGS: ClassVar[list[BindingType]] = [*LAB_KEYS]
+    # The field that it is comes from `on_mount`: every change of focus costs.
+    AUTO_FOCUS: ClassVar[str | None] = ""
 
     def __init__(self, session: Session) -> None:
         super().__init__()
         self.session = session
-        self._files = FileDesk(self, session)
         self._run_desk = RunDesk(self, session)
 
     def compose(self) -> ComposeResult:
@@ -76,7 +79,7 @@ class LabScreen(Screen[None]):
                 yield TabBook(TABS, self.session)
                 yield RunsPane()
         yield Static(_TOO_SMALL, id="too-small", markup=False)
-        yield Footer(compact=True)
+        yield KeyBar()
 
     def on_mount(self) -> None:
         """Show the session, and prepare to poll the progress of runs."""
@@ -94,6 +97,13 @@ class LabScreen(Screen[None]):
 
     def _redraw(self) -> None:
         self.call_after_refresh(self._book.tell, lambda pane: pane.theme_changed())
+
+    @cached_property
+    def _files(self) -> "FileDesk":
+        # What reads and writes files is slow to come.
+        from .file_desk import FileDesk
+
+        return FileDesk(self, self.session)
 
     @property
     def _book(self) -> TabBook:
@@ -113,7 +123,11 @@ class LabScreen(Screen[None]):
     @on(FieldEdited)
     def _edited(self, event: FieldEdited) -> None:
         # An editor that shows another text by now was overtaken by an undo or a reset.
-        if not event.typed or self.query_one(Form).text_of(event.name) == event.text:
+        # One that shows what is known has just been made.
+        known = self.session.texts[event.name] == event.text
+        if not known and (
+            not event.typed or self.query_one(Form).text_of(event.name) == event.text
+        ):
             self.session.set_text(event.name, event.text)
             self.show_inputs()
 
@@ -354,6 +368,9 @@ class LabScreen(Screen[None]):
 
     def action_help(self) -> None:
         """Help on the field in focus, or on everything."""
+        from .dialogs import HelpDialog
+        from .help import field_help, general_help
+
         field = field_of(self.focused)
         if field is None:
             self.app.push_screen(HelpDialog("fivtui", general_help()))
