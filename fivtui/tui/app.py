@@ -7,11 +7,13 @@ from typing import ClassVar, Final
 from textual.app import App
 from textual.binding import Binding, BindingType
 from textual.command import Provider
+from textual.events import Event, InputEvent, MouseMove
 from textual.timer import Timer
 
 from fivtui.core.errors import InputError
 from fivtui.scene import Scene
 
+from .jobs import PRECEDENCE
 from .keeper import Keeper
 from .lab import LabScreen
 from .messages import Reported
@@ -124,6 +126,12 @@ class FivtuiApp(App[None]):
             self.screen.post_message(self._restored)
         if self._keeper.keeps:
             self._ticker = self.set_interval(_KEEPING_PERIOD, self._keep)
+
+    async def on_event(self, event: Event) -> None:
+        """Take a key before what is computed."""
+        if isinstance(event, InputEvent) and not isinstance(event, MouseMove):
+            PRECEDENCE.claim()
+        await super().on_event(event)
 
     def on_ready(self) -> None:
         """Tell that the first screen is there."""

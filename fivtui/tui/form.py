@@ -352,7 +352,7 @@ class Form(Vertical):
 
     def __init__(self, texts: Mapping[str, str]) -> None:
         super().__init__(id="form")
-        self._texts = texts
+        self._rows = {name: FieldRow(field, texts[name]) for name, field in FIELDS.items()}
 
     def compose(self) -> ComposeResult:
         """The rows by groups, and the hint."""
@@ -360,15 +360,12 @@ class Form(Vertical):
         with FieldList(id="fields"):
             for group, fields in groupby(FIELDS.values(), key=lambda field: field.group):
                 yield Label(group, classes="heading")
-                yield from (FieldRow(field, self._texts[field.name]) for field in fields)
+                yield from (self._rows[field.name] for field in fields)
         yield Static("", id="hint", markup=False)
 
     def text_of(self, name: str) -> str:
         """The text that the editor of a field shows."""
-        return self._row(name).text
-
-    def _row(self, name: str) -> FieldRow:
-        return self.query_one(f"#row-{name}", FieldRow)
+        return self._rows[name].text
 
     def show(
         self,
@@ -389,8 +386,7 @@ class Form(Vertical):
             Names of the fields that differ from the scene loaded.
         """
         self.query_one("#scene-name", Static).update(title, layout=False)
-        for row in self.query(FieldRow):
-            name = row.field.name
+        for name, row in self._rows.items():
             row.show(texts[name], errors.get(name, ""), changed=name in changed)
 
     @on(FieldFocused)
@@ -401,7 +397,7 @@ class Form(Vertical):
 
     def focus_field(self, name: str) -> None:
         """Give a field the focus."""
-        self._row(name).take_focus()
+        self._rows[name].take_focus()
 
 
 def field_of(widget: Widget | None) -> Field | None:

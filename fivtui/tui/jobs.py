@@ -3,6 +3,42 @@
 import threading
 import time
 from dataclasses import dataclass, field
+from typing import Final
+
+# The answer to a key takes less than that, s.
+_ANSWER: Final = 0.03
+
+
+class Precedence:
+    """Whose turn it is: that of the screen for a moment after a key, else of whoever computes.
+
+    All share one interpreter. Threads that compute in Python beside the screen would double the
+    time that an answer takes.
+    """
+
+    def __init__(self) -> None:
+        self._until = 0.0
+
+    def claim(self) -> None:
+        """A key was pressed: the screen has something to do."""
+        self._until = time.monotonic() + _ANSWER
+
+    @property
+    def claimed(self) -> bool:
+        """Whether the screen answers a key; what is not part of the answer can wait."""
+        return time.monotonic() < self._until
+
+    def give_way(self) -> None:
+        """Let the screen go first; called by computing threads between two pieces of work.
+
+        Nobody waits for more than one answer, however many keys are pressed.
+        """
+        wait = self._until - time.monotonic()
+        if wait > 0.0:
+            time.sleep(wait)
+
+
+PRECEDENCE: Final = Precedence()
 
 
 def progress_words(fraction: float, remaining: float | None) -> str:
@@ -51,6 +87,7 @@ class Job:
     def report(self, fraction: float) -> bool:
         """Take note of progress; whether to go on. Called by the computing thread."""
         self.fraction = max(self.fraction, fraction)
+        PRECEDENCE.give_way()
         return not self.stopped
 
     def stop(self) -> None:

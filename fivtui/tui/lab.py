@@ -18,6 +18,7 @@ from fivtui.core.errors import ComputationError, InputError
 from fivtui.presets import PRESETS
 
 from .form import Form, field_of
+from .jobs import PRECEDENCE
 from .key_bar import KeyBar
 from .lab_keys import LAB_KEYS
 from .messages import (
@@ -84,7 +85,7 @@ class LabScreen(Screen[None]):
     def on_mount(self) -> None:
         """Show the session, and prepare to poll the progress of runs."""
         # The thread of a run never waits for the screen.
-        self._ticker = self.set_interval(_PROGRESS_PERIOD, self._show_progress, pause=True)
+        self._ticker = self.set_interval(_PROGRESS_PERIOD, self._tick, pause=True)
         self.show_inputs()
         self._show_runs()
         self.query_one(Form).focus_field("m")
@@ -190,6 +191,10 @@ class LabScreen(Screen[None]):
             view.show(verdict(found).lower(), stability_brief(parameters, found))
 
     # Runs and files
+
+    def _tick(self) -> None:
+        if not PRECEDENCE.claimed:
+            self._show_progress()
 
     def _show_progress(self) -> None:
         runs = self.session.runs
