@@ -3,7 +3,7 @@
 from collections.abc import Callable, Collection, Mapping
 from itertools import groupby
 from textwrap import wrap
-from typing import ClassVar, Final, cast
+from typing import ClassVar, Final, Self, cast
 
 from textual import on
 from textual.app import ComposeResult
@@ -34,6 +34,16 @@ class TextEditor(Input):
     def __init__(self, field: Field, text: str) -> None:
         super().__init__(text, compact=True, placeholder=field.when_empty, validate_on=())
         self._field = field
+
+    def refresh(
+        self,
+        *regions: Region,
+        repaint: bool = True,
+        layout: bool = False,  # noqa: ARG002
+        recompose: bool = False,
+    ) -> Self:
+        """Draw anew; where it stands is its row's affair, whatever it says."""
+        return super().refresh(*regions, repaint=repaint, recompose=recompose)
 
     def check_consume_key(self, key: str, character: str | None) -> bool:
         """Whether a key is text here; Alt and a digit is not, whatever a terminal makes of it."""
@@ -352,6 +362,7 @@ class Form(Vertical):
 
     def __init__(self, texts: Mapping[str, str]) -> None:
         super().__init__(id="form")
+        self._title = ""
         self._rows = {name: FieldRow(field, texts[name]) for name, field in FIELDS.items()}
 
     def compose(self) -> ComposeResult:
@@ -385,7 +396,9 @@ class Form(Vertical):
         changed : collection of str
             Names of the fields that differ from the scene loaded.
         """
-        self.query_one("#scene-name", Static).update(title, layout=False)
+        if title != self._title:
+            self._title = title
+            self.query_one("#scene-name", Static).update(title, layout=False)
         for name, row in self._rows.items():
             row.show(texts[name], errors.get(name, ""), changed=name in changed)
 

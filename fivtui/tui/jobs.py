@@ -5,8 +5,10 @@ import time
 from dataclasses import dataclass, field
 from typing import Final
 
-# The answer to a key takes less than that, s.
-_ANSWER: Final = 0.03
+# The answer to a key never takes longer than that, s; most are on the screen sooner.
+_ANSWER: Final = 0.06
+# Time between two looks at whether it is there, s.
+_LOOK: Final = 0.005
 
 
 class Precedence:
@@ -23,6 +25,10 @@ class Precedence:
         """A key was pressed: the screen has something to do."""
         self._until = time.monotonic() + _ANSWER
 
+    def release(self) -> None:
+        """The answer is on the screen."""
+        self._until = 0.0
+
     @property
     def claimed(self) -> bool:
         """Whether the screen answers a key; what is not part of the answer can wait."""
@@ -33,9 +39,9 @@ class Precedence:
 
         Nobody waits for more than one answer, however many keys are pressed.
         """
-        wait = self._until - time.monotonic()
-        if wait > 0.0:
-            time.sleep(wait)
+        latest = time.monotonic() + _ANSWER
+        while time.monotonic() < min(self._until, latest):
+            time.sleep(_LOOK)
 
 
 PRECEDENCE: Final = Precedence()

@@ -36,6 +36,7 @@ from .messages import (
     SceneLoaded,
     SceneSaved,
 )
+from .pane import Pane
 from .report import stability_brief, verdict
 from .run_bar import RunBar
 from .run_desk import RunDesk
@@ -69,6 +70,7 @@ class LabScreen(Screen[None]):
         super().__init__()
         self.session = session
         self._run_desk = RunDesk(self, session)
+        self._tab_behind = False
 
     def compose(self) -> ComposeResult:
         """Form at the left, verdict, runs and tabs at the right."""
@@ -178,7 +180,15 @@ class LabScreen(Screen[None]):
         )
         self._show_verdict()
         self._show_progress()
+        if not self._tab_behind:
+            # The answer to the key first: what a tab draws of it takes a frame of its own.
+            self._tab_behind = True
+            self.call_after_refresh(self._show_in_tab)
+
+    def _show_in_tab(self) -> None:
+        self._tab_behind = False
         self._book.tell(lambda pane: pane.scene_changed())
+        self.call_after_refresh(PRECEDENCE.release)
 
     def _show_verdict(self) -> None:
         view = self.query_one(VerdictView)
@@ -288,9 +298,12 @@ class LabScreen(Screen[None]):
 
     def action_work(self) -> None:
         """Begin what the tab in sight computes, or stop it."""
-        pane = self._book.pane
-        if pane is None or not pane.work():
-            self.app.bell()
+
+        def work(pane: Pane) -> None:
+            if not pane.work():
+                self.app.bell()
+
+        self._book.ask(work)
 
     def action_show_tab(self, name: str) -> None:
         """Show a tab."""

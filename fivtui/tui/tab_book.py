@@ -29,6 +29,7 @@ class TabBook(TabbedContent):
         self._session = session
         self._made: dict[str, Pane] = {}
         self._refocus = False
+        self._waiting: list[Callable[[Pane], None]] = []
 
     def compose(self) -> ComposeResult:
         """The tabs, still empty."""
@@ -52,6 +53,24 @@ class TabBook(TabbedContent):
         pane = self.pane
         if pane is not None and pane.is_mounted:
             what(pane)
+
+    def ask(self, what: Callable[[Pane], None]) -> None:
+        """Tell the pane in sight, as soon as it is there.
+
+        Parameters
+        ----------
+        what : callable
+            Takes the pane.
+        """
+        self._waiting.append(what)
+        self._tell_waiting()
+
+    def _tell_waiting(self) -> None:
+        pane = self.pane
+        if pane is not None and pane.is_mounted:
+            waiting, self._waiting = self._waiting, []
+            for what in waiting:
+                what(pane)
 
     def turn(self, direction: int) -> None:
         """Show the next tab (+1) or the one before (-1)."""
@@ -81,6 +100,7 @@ class TabBook(TabbedContent):
             self._made[name] = pane = spec.pane(self._session)
             await self.get_pane(name).mount(pane)
         self.catch_up()
+        self._tell_waiting()
         if self._refocus and name == self.active:
             self._refocus = False
             inside = [widget for widget in self._made[name].query("*") if widget.focusable]

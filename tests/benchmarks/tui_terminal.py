@@ -202,7 +202,7 @@ LOADS: Final = (
     Load("nothing"),
     Load("a run, interpreted", b"\x1b[15~", "left", "t_end=1e6", _INTERPRETED),
     Load("a run, compiled", b"\x1b[15~", "left", "t_end=1e7"),
-    Load("a run by rk4", b"\x1b[15~", "left", "t_end=1e6, method='rk4'"),
+    Load("a run by rk4", b"\x1b[15~", "left", "t_end=1e5, method='rk4'"),
     Load("a sweep", b"\x1b3" + COMPUTE, "left", "t_end=1e5"),
     Load(
         "a map",
