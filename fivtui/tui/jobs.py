@@ -1,5 +1,6 @@
 """Computations in threads that tell their progress and can be stopped. Imports no Textual."""
 
+import sys
 import threading
 import time
 from dataclasses import dataclass, field
@@ -74,6 +75,12 @@ def _duration(seconds: float) -> str:
     return f"{minutes} min {rest:02d} s" if minutes else f"{seconds:.1f} s"
 
 
+def _waits_for_kernels() -> bool:
+    # They are imported by what waits for them, not for this question.
+    modules = (sys.modules.get(f"fivtui.core.{name}") for name in ("batch", "compiled"))
+    return any(module is not None and module.kernels.awaited for module in modules)
+
+
 @dataclass(eq=False, slots=True)
 class Job:
     """A computation under way.
@@ -107,6 +114,8 @@ class Job:
 
     @property
     def words(self) -> str:
-        """How far it is, and how long it still takes."""
+        """How far it is, and how long it still takes; or that it waits for the compiler."""
+        if self.fraction == 0.0 and _waits_for_kernels():
+            return "compiling, once"
         elapsed, done = time.monotonic() - self._begin, self.fraction
         return progress_words(done, elapsed * (1.0 - done) / done if done > 0.0 else None)

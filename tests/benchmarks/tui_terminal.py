@@ -202,13 +202,13 @@ LOADS: Final = (
     Load("nothing"),
     Load("a run, interpreted", b"\x1b[15~", "left", "t_end=1e6", _INTERPRETED),
     Load("a run, compiled", b"\x1b[15~", "left", "t_end=1e7"),
-    Load("a run by rk4", b"\x1b[15~", "left", "t_end=1e5, method='rk4'"),
+    Load("a run by rk4", b"\x1b[15~", "left", "t_end=1e3, method='rk4'"),
     Load("a sweep", b"\x1b3" + COMPUTE, "left", "t_end=1e5"),
     Load(
-        "a map",
+        "a map at every key",
         b"\x1b4",
-        "left",
-        setting="from fivtui.tui import map_view; map_view.EXAMPLE = 'mu=0:1.5:9000 F=5:120:9000'",
+        "1000000 points",
+        setting="from fivtui.tui import map_view; map_view.EXAMPLE = 'mu=0:1.5:1000 F=5:120:1000'",
     ),
     Load("a trade-off", b"\x1b5" + COMPUTE, "left", "t_end=1e3"),
 )
