@@ -129,8 +129,12 @@ class FivtuiApp(App[None]):
 
     async def on_event(self, event: Event) -> None:
         """Take a key before what is computed."""
-        if isinstance(event, InputEvent) and not isinstance(event, MouseMove):
-            PRECEDENCE.claim()
+        if isinstance(event, InputEvent):
+            if not self.screen_stack:
+                # Pressed after the key that quits.
+                return
+            if not isinstance(event, MouseMove):
+                PRECEDENCE.claim()
         await super().on_event(event)
 
     def on_ready(self) -> None:
