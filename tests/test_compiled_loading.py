@@ -103,7 +103,7 @@ def test_a_failure_to_load_is_reported_and_single_runs_go_on(
     assert simulate(t_end=1.0).stats.kernel == "interpreted"
 
 
-@pytest.mark.parametrize(("looks", "kernel"), [(4, "compiled"), (30, "interpreted")])
+@pytest.mark.parametrize(("looks", "kernel"), [(16, "compiled"), (120, "interpreted")])
 def test_an_interpreted_run_hands_over_to_the_compiled_kernel_if_that_is_ready_early(
     monkeypatch: pytest.MonkeyPatch, looks: int, kernel: str
 ) -> None:

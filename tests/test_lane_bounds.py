@@ -3,8 +3,8 @@
 import numpy as np
 import pytest
 
+from fivtui.core.kernels.bounds import CUBIC
 from fivtui.core.kernels.lane_steps import SHARING
-from fivtui.core.kernels.steps import CUBIC
 
 THETA = np.linspace(0.0, 1.0, 20_001)[1:]
 

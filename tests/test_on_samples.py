@@ -24,3 +24,11 @@ def test_parts_of_the_trajectory_are_handed_out_in_order(options: dict[str, Any]
         whole = getattr(run.trajectory, column.name)
         assert np.array_equal(getattr(joined, column.name), whole[: joined.t.size]), column
     assert joined.t.size > 4000
+
+
+def test_no_part_is_empty_where_samples_are_rare() -> None:
+    parts: list[Trajectory] = []
+    times = [0.0, 500.0, 1000.0]
+    simulate(t_end=1000.0, kernel="interpreted", samples=times, on_samples=parts.append)
+    assert [t for part in parts for t in part.t] == times
+    assert all(part.t.size for part in parts)

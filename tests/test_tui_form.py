@@ -92,7 +92,8 @@ async def test_values_change_by_keys_mouse_and_lists(pilot: Pilot[None]) -> None
     await pilot.press(*["up"] * 10)
     await until(pilot, lambda: editor.value == "90")
     assert session.texts["F"] == "90"
-    await pilot.click("#row-F NudgeButton:last-of-type")
+    line = next(line for line in text_of(pilot).splitlines() if line.lstrip("•").startswith("F "))
+    await pilot.click("#row-F", offset=(line.index("+"), 0))
     await until(pilot, lambda: session.texts["F"] == "91")
     assert editor.value == "91"
     pilot.app.screen.query_one(Checkbox).focus()

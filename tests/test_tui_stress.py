@@ -19,8 +19,6 @@ PRESSES = 100
 
 
 @pytest.mark.slow
-# A dialog closed while it opens leaves a timer of Textual to the end of the loop.
-@pytest.mark.filterwarnings("ignore::pytest.PytestUnraisableExceptionWarning")
 async def test_typing_at_random_neither_crashes_nor_blocks(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:

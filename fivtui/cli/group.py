@@ -32,6 +32,6 @@ def commands(context: click.Context) -> None:
     if context.invoked_subcommand is None:
         if not (sys.stdin.isatty() and sys.stdout.isatty()):
             raise InputError("the terminal laboratory needs a terminal; see fivtui --help")
-        from ..tui.app import run
+        from ..tui.start import run
 
         run()

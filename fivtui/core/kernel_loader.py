@@ -52,6 +52,11 @@ class KernelLoader:
         """Whether they are being loaded or compiled."""
         return self._thread is not None and not self._done.is_set()
 
+    @property
+    def awaited(self) -> bool:
+        """Whether somebody waits for them."""
+        return self._wanted_now.is_set() and self.loading
+
     def start(self) -> None:
         """Load the kernels in the background, a moment from now.
 

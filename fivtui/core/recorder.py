@@ -33,7 +33,8 @@ class Recorder:
     samples : "none", "dense" or sequence of float
         Times at which the trajectory is kept, ascending, s; or all polynomials; or nothing.
     on_samples : callable, optional
-        Called with every part of the trajectory at sample times as soon as it is known.
+        Called with every part of the trajectory at sample times as soon as it is known; no part is
+        empty.
 
     Raises
     ------
@@ -119,7 +120,7 @@ class Recorder:
         self._parts.append(solution(times[:count]))
         self._times = times[count:]
         self._kept = []
-        if self._on_samples is not None:
+        if self._on_samples is not None and count > 0:
             self._on_samples(self._parts[-1])
 
     def result(self, method: str, kernel: Kernel | None = None) -> Transient:

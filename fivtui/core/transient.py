@@ -13,7 +13,7 @@ Progress = Callable[[float], bool]
 KernelChoice = Literal["auto"] | Kernel
 
 MAX_STEPS: Final = 20_000_000
-_PROGRESS_EVERY: Final = 128
+_PROGRESS_EVERY: Final = 32
 
 
 def run_segments(

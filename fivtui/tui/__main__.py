@@ -1,6 +1,6 @@
 """Starts the terminal UI on whatever Textual is connected to: ``python -m fivtui.tui``."""
 
-from .app import run
+from .start import run
 
 if __name__ == "__main__":
     run()

@@ -1,6 +1,5 @@
 """The Textual application."""
 
-import sys
 from collections.abc import Callable
 from pathlib import Path, PurePath
 from typing import ClassVar, Final
@@ -8,20 +7,21 @@ from typing import ClassVar, Final
 from textual.app import App
 from textual.binding import Binding, BindingType
 from textual.command import Provider
+from textual.events import Event, InputEvent, MouseMove
 from textual.timer import Timer
 
 from fivtui.core.errors import InputError
 from fivtui.scene import Scene
 
+from .jobs import PRECEDENCE
 from .keeper import Keeper
 from .lab import LabScreen
 from .messages import Reported, ResultsRestored
 from .session import Session
 from .snapshot import bring_back, state_of
-from .state_file import State, state_path
+from .state_file import State
 
 _KEEPING_PERIOD: Final = 2.0
-_SWITCH_INTERVAL: Final = 1e-3
 _STYLES = Path(__file__).parent / "styles"
 
 
@@ -42,6 +42,8 @@ class FivtuiApp(App[None]):
         How the command line names it; empty if it does not.
     state : Path, optional
         File in which the session is kept from one start to the next; nowhere if not given.
+    when_shown : callable, optional
+        Called once, when the first screen is there.
     """
 
     TITLE = "fivtui"
@@ -69,9 +71,15 @@ class FivtuiApp(App[None]):
     ]
 
     def __init__(
-        self, scene: Scene | None = None, source: str = "", *, state: Path | None = None
+        self,
+        scene: Scene | None = None,
+        source: str = "",
+        *,
+        state: Path | None = None,
+        when_shown: Callable[[], None] = lambda: None,
     ) -> None:
         super().__init__()
+        self._when_shown = when_shown
         self.session = Session(scene, source)
         self._keeper = Keeper(state)
         self._given = scene is not None
@@ -102,7 +110,17 @@ class FivtuiApp(App[None]):
 
     def get_default_screen(self) -> LabScreen:
         """The laboratory is the screen under all others."""
-        return LabScreen(self.session)
+        screen = LabScreen(self.session)
+        # Known before the first layout, the size does not ask for a second one.
+        screen.set_classes(
+            [
+                next(name for least, name in reversed(names) if extent >= least)
+                for extent, names in zip(
+                    self.size, (self.HORIZONTAL_BREAKPOINTS, self.VERTICAL_BREAKPOINTS), strict=True
+                )
+            ]
+        )
+        return screen
 
     def on_mount(self) -> None:
         """Tell what was restored, and keep the session from now on."""
@@ -127,6 +145,20 @@ class FivtuiApp(App[None]):
                 errors.append(str(error))
         self.screen_stack[0].post_message(ResultsRestored(results, errors))
 
+    async def on_event(self, event: Event) -> None:
+        """Take a key before what is computed."""
+        if isinstance(event, InputEvent):
+            if not self.screen_stack:
+                # Pressed after the key that quits.
+                return
+            if not isinstance(event, MouseMove):
+                PRECEDENCE.claim()
+        await super().on_event(event)
+
+    def on_ready(self) -> None:
+        """Tell that the first screen is there."""
+        self._when_shown()
+
     def _state(self) -> State:
         return state_of(self.session, self.theme)
 
@@ -145,24 +177,3 @@ class FivtuiApp(App[None]):
         if self._ticker is not None:
             self._ticker.stop()
         self._keeper.save(self._state())
-
-
-def answer_quickly() -> None:
-    """Let the screen have the interpreter soon where a thread computes in Python beside it."""
-    sys.setswitchinterval(_SWITCH_INTERVAL)
-
-
-def run(scene: Scene | None = None, source: str = "") -> None:
-    """Run the terminal UI until the user quits.
-
-    The session of the last time is restored, but for the scene if one is given.
-
-    Parameters
-    ----------
-    scene : Scene, optional
-        The scene to begin with.
-    source : str
-        How the command line names it, a preset or a file; empty if it does not.
-    """
-    answer_quickly()
-    FivtuiApp(scene, source, state=state_path()).run()

@@ -21,8 +21,9 @@ from textual.strip import Strip
 from textual.widget import Widget
 
 from .chart import Chart, Found, View, nearest
+from .chart_styles import CHART_STYLES, FOCUSED_STYLES
 from .limits_dialog import LimitsDialog
-from .picture import MARGIN, TRACE_STYLES, Picture, Span, draw
+from .picture import MARGIN, Picture, Span, draw
 
 _ZOOM: Final = Binding.Group("Zoom")
 _PAN: Final = Binding.Group("Pan")
@@ -66,21 +67,6 @@ class ChartView(Widget, can_focus=True):
         Whether a point can be opened.
     """
 
-    COMPONENT_CLASSES: ClassVar[set[str]] = {
-        "chart--plot",
-        "chart--tick",
-        "chart--label",
-        "chart--guide",
-        "chart--cursor",
-        "chart--readout",
-        "chart--hidden",
-        "chart--strip",
-        "chart--control",
-        "chart--control-on",
-        "chart--stable",
-        "chart--unstable",
-        *(f"chart--trace-{number}" for number in range(1, TRACE_STYLES + 1)),
-    }
     BINDINGS: ClassVar[list[BindingType]] = [
         Binding("plus,equals_sign", "zoom(-1)", "Zoom in", key_display="+", group=_ZOOM),
         Binding("minus", "zoom(1)", "Zoom out", key_display="-", group=_ZOOM),
@@ -178,12 +164,22 @@ class ChartView(Widget, can_focus=True):
 
     def _style(self, name: str) -> Style:
         if name not in self._styles_by_name:
-            if name.startswith("#"):
-                style = self._style("plot") + Style(color=name)
-            else:
-                style = self.get_component_rich_style(f"chart--{name}")
-            self._styles_by_name[name] = style
+            known = {**CHART_STYLES, **(FOCUSED_STYLES if self.has_focus else {})}
+            own = self.app.stylesheet.parse_style(known.get(name, name))
+            self._styles_by_name[name] = (self.visual_style + own).rich_style
         return self._styles_by_name[name]
+
+    def on_focus(self) -> None:
+        """Show that keys come here."""
+        self._restyle()
+
+    def on_blur(self) -> None:
+        """Show that keys go elsewhere."""
+        self._restyle()
+
+    def _restyle(self) -> None:
+        self._styles_by_name.clear()
+        self.refresh()
 
     def render_line(self, y: int) -> Strip:
         """A line of the picture."""

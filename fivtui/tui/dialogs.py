@@ -17,6 +17,7 @@ from fivtui.core.errors import InputError
 
 from .report import Row
 from .table import grid
+from .text_input import TextInput
 
 
 @dataclass(frozen=True, slots=True)
@@ -68,7 +69,7 @@ class PathDialog(ModalScreen[Target | None]):
         """The parts from top to bottom."""
         with Vertical(id="dialog"):
             yield Label(self._title, id="dialog-title", markup=False)
-            yield Input(self._proposal, id="path", select_on_focus=False)
+            yield TextInput(self._proposal, id="path", select_on_focus=False)
             yield Static(self._hint, id="dialog-hint", markup=False)
             with Horizontal(id="dialog-buttons"):
                 yield Button(self._verb, id="save", variant="primary", compact=True)
@@ -105,10 +106,12 @@ class PathDialog(ModalScreen[Target | None]):
         return ""
 
     def _say(self, words: str, label: str, *, wrong: bool) -> None:
-        hint = self.query_one("#dialog-hint", Static)
-        hint.update(words)
-        hint.set_class(wrong, "-wrong")
-        self.query_one("#save", Button).label = label
+        # What the first text is comes before the button is there, or after all has gone.
+        for hint in self.query("#dialog-hint").results(Static):
+            hint.update(words)
+            hint.set_class(wrong, "-wrong")
+        for button in self.query("#save").results(Button):
+            button.label = label
 
     @on(Button.Pressed, "#cancel")
     def action_dismiss_dialog(self) -> None:

@@ -2,21 +2,27 @@
 
 from collections.abc import Callable, Collection, Mapping
 from itertools import groupby
-from typing import ClassVar, Final
+from textwrap import wrap
+from typing import ClassVar, Final, Self, cast
 
 from textual import on
 from textual.app import ComposeResult
 from textual.binding import Binding, BindingType
-from textual.containers import Horizontal, Vertical, VerticalScroll
+from textual.containers import Vertical, VerticalScroll
+from textual.content import Content
+from textual.events import Click
+from textual.geometry import Offset, Region, Size, Spacing
+from textual.layout import ArrangeResult, Layout, WidgetPlacement
 from textual.widget import Widget
-from textual.widgets import Button, Checkbox, Input, Label, Select, Static
+from textual.widgets import Checkbox, Input, Label, Select, Static
 
 from .alt_digits import ALT_DIGITS
 from .fields import CONSIDERED, FIELDS, IGNORED, Field
 from .messages import FieldEdited, FieldFocused, FieldNudged
+from .text_input import TextInput
 
 
-class TextEditor(Input):
+class TextEditor(TextInput):
     """Edits a field as text; the arrows up and down change a number by a step."""
 
     BINDINGS: ClassVar[list[BindingType]] = [
@@ -27,8 +33,18 @@ class TextEditor(Input):
     ]
 
     def __init__(self, field: Field, text: str) -> None:
-        super().__init__(text, compact=True, placeholder=field.when_empty)
+        super().__init__(text, compact=True, placeholder=field.when_empty, validate_on=())
         self._field = field
+
+    def refresh(
+        self,
+        *regions: Region,
+        repaint: bool = True,
+        layout: bool = False,  # noqa: ARG002
+        recompose: bool = False,
+    ) -> Self:
+        """Draw anew; where it stands is its row's affair, whatever it says."""
+        return super().refresh(*regions, repaint=repaint, recompose=recompose)
 
     def check_consume_key(self, key: str, character: str | None) -> bool:
         """Whether a key is text here; Alt and a digit is not, whatever a terminal makes of it."""
@@ -119,6 +135,14 @@ class SeparationEditor(Checkbox):
 
 
 _CHANGED: Final = "•"
+_SIGNS: Final = ("−", "+")
+_INDENT: Final = "   "
+_SYMBOL_WIDTH: Final = 6
+_NUDGE_WIDTH: Final = 3
+_NUDGES_WIDTH: Final = _NUDGE_WIDTH * len(_SIGNS)
+_UNIT_WIDTH: Final = 6
+# A row of so many columns has room for the meaning of its field.
+_WIDE: Final = 60
 
 Editor = TextEditor | ChoiceEditor | SeparationEditor
 
@@ -130,8 +154,31 @@ def _editor(field: Field, text: str) -> Editor:
     return _EDITORS.get(field.name, usual)(field, text)
 
 
-class FieldRow(Vertical):
+class _Beside(Layout):
+    # The editor between what its row draws at its left and at its right.
+
+    name = "beside"
+
+    def arrange(
+        self,
+        parent: Widget,
+        children: list[Widget],
+        size: Size,
+        greedy: bool = True,  # noqa: ARG002
+    ) -> ArrangeResult:
+        first, width = cast("FieldRow", parent).span(size.width)
+        region = Region(first, 0, width, 1)
+        return [WidgetPlacement(region, Offset(), Spacing(), child) for child in children]
+
+
+_BESIDE: Final = _Beside()
+
+
+class FieldRow(Widget):
     """Symbol, editor and unit of a field, and below them what is wrong with it.
+
+    One widget draws all but the editor: a widget for every part would be felt at the start and at
+    every key.
 
     Parameters
     ----------
@@ -142,25 +189,53 @@ class FieldRow(Vertical):
     """
 
     def __init__(self, field: Field, text: str) -> None:
-        super().__init__(id=f"row-{field.name}")
         self.field = field
         self._editor = _editor(field, text)
+        super().__init__(self._editor, id=f"row-{field.name}")
+        self._symbol = field.symbol or field.name
         self._error = ""
         self._changed = False
 
-    def compose(self) -> ComposeResult:
-        """The parts of the row."""
-        field = self.field
-        with Horizontal(classes="line"):
-            yield Static(" ", classes="mark", markup=False)
-            yield Label(field.symbol or field.name, classes="symbol", markup=False)
-            yield self._editor
-            if field.nudge is not None:
-                for sign, direction in (("−", -1), ("+", 1)):
-                    yield NudgeButton(sign, field.name, direction)
-                yield Label(field.unit, classes="unit", markup=False)
-            yield Label(field.meaning, classes="meaning", markup=False)
-        yield Static("", classes="error", markup=False)
+    @property
+    def layout(self) -> Layout:
+        """Where the editor stands."""
+        return _BESIDE
+
+    def span(self, width: int) -> tuple[int, int]:
+        """First column and width of the editor in a row of some width."""
+        first = max(_SYMBOL_WIDTH, len(self._symbol) + 1) + len(_CHANGED)
+        room = width - first - (0 if self.field.nudge is None else _NUDGES_WIDTH + _UNIT_WIDTH)
+        # Where there is more room, the meaning has the greater part of it.
+        return first, max(room // 3 if width >= _WIDE else room, 1)
+
+    def get_content_height(self, container: Size, viewport: Size, width: int) -> int:  # noqa: ARG002
+        """A line, and those of what is wrong."""
+        return 1 + len(self._error_lines(width))
+
+    def _error_lines(self, width: int) -> list[str]:
+        return wrap(self._error, max(width - len(_INDENT) - 1, 1))
+
+    def render(self) -> Content:
+        """All but the editor."""
+        field, width = self.field, self.size.width
+        first, editor_width = self.span(width)
+        focused = self._editor.has_focus or self.has_class("-cursor")
+        symbol = self._symbol.ljust(_SYMBOL_WIDTH - 1)
+        parts: list[tuple[str, str]] = [
+            (_CHANGED if self._changed else " ", "$text-warning"),
+            (symbol, "bold reverse" if focused else ""),
+            (" " * (first + editor_width - len(_CHANGED) - len(symbol)), ""),
+        ]
+        if field.nudge is not None:
+            parts += [(sign.center(_NUDGE_WIDTH), "$button-foreground") for sign in _SIGNS]
+            parts.append((f" {field.unit}".ljust(_UNIT_WIDTH), ""))
+        if width >= _WIDE:
+            parts.append((f" {field.meaning}", "$foreground-muted"))
+        line = Content.assemble(*parts)
+        errors = (
+            Content.styled(_INDENT + line, "$text-error") for line in self._error_lines(width)
+        )
+        return Content("\n").join([line.truncate(width), *errors])
 
     @property
     def text(self) -> str:
@@ -182,36 +257,37 @@ class FieldRow(Vertical):
         self._editor.show(text)
         if changed is not self._changed:
             self._changed = changed
-            mark = _CHANGED if changed else " "
-            self.query_one(".mark", Static).update(mark, layout=False)
-        if error == self._error:
-            return
-        self._error = error
-        self._editor.set_class(bool(error), "-invalid")
-        self.set_class(bool(error), "-wrong")
-        self.query_one(".error", Static).update(error)
+            self.refresh()
+        if error != self._error:
+            self._error = error
+            self._editor.set_class(bool(error), "-invalid")
+            self.refresh(layout=True)
 
     def on_descendant_focus(self) -> None:
         """Say which field has the focus."""
+        self.refresh()
         self.post_message(FieldFocused(self.field.name))
+
+    def on_descendant_blur(self) -> None:
+        """Show that the focus has gone."""
+        self.refresh()
+
+    def mark(self, *, here: bool) -> None:
+        """Show or hide the cursor of those who do not type."""
+        self.set_class(here, "-cursor")
+        self.refresh()
 
     def take_focus(self) -> None:
         """Give the editor the focus."""
         self._editor.focus()
 
-
-class NudgeButton(Button):
-    """A step more or less, by mouse."""
-
-    def __init__(self, sign: str, name: str, direction: int) -> None:
-        super().__init__(sign, compact=True)
-        self.can_focus = False
-        self._nudged = (name, direction)
-
-    @on(Button.Pressed)
-    def _press(self, event: Button.Pressed) -> None:
-        event.stop()
-        self.post_message(FieldNudged(*self._nudged, fine=False))
+    def on_click(self, event: Click) -> None:
+        """A step more or less, by mouse."""
+        first, width = self.span(self.size.width)
+        place = (event.x - first - width) // _NUDGE_WIDTH
+        if self.field.nudge is not None and event.y == 0 and place in (0, 1):
+            event.stop()
+            self.post_message(FieldNudged(self.field.name, (-1, +1)[place], fine=False))
 
 
 class FieldList(VerticalScroll):
@@ -245,16 +321,16 @@ class FieldList(VerticalScroll):
 
     def on_blur(self) -> None:
         """Hide the cursor."""
-        self.row.remove_class("-cursor")
+        self.row.mark(here=False)
 
     def _mark(self) -> None:
-        self.row.add_class("-cursor")
+        self.row.mark(here=True)
         self.scroll_to_widget(self.row, animate=False)
         self.post_message(FieldFocused(self.row.field.name))
 
     def action_move(self, by: int) -> None:
         """Move the cursor by some rows."""
-        self.row.remove_class("-cursor")
+        self.row.mark(here=False)
         self._cursor = min(max(self._cursor + by, 0), len(self.query(FieldRow)) - 1)
         self._mark()
 
@@ -287,7 +363,8 @@ class Form(Vertical):
 
     def __init__(self, texts: Mapping[str, str]) -> None:
         super().__init__(id="form")
-        self._texts = texts
+        self._title = ""
+        self._rows = {name: FieldRow(field, texts[name]) for name, field in FIELDS.items()}
 
     def compose(self) -> ComposeResult:
         """The rows by groups, and the hint."""
@@ -295,15 +372,12 @@ class Form(Vertical):
         with FieldList(id="fields"):
             for group, fields in groupby(FIELDS.values(), key=lambda field: field.group):
                 yield Label(group, classes="heading")
-                yield from (FieldRow(field, self._texts[field.name]) for field in fields)
+                yield from (self._rows[field.name] for field in fields)
         yield Static("", id="hint", markup=False)
 
     def text_of(self, name: str) -> str:
         """The text that the editor of a field shows."""
-        return self._row(name).text
-
-    def _row(self, name: str) -> FieldRow:
-        return self.query_one(f"#row-{name}", FieldRow)
+        return self._rows[name].text
 
     def show(
         self,
@@ -323,9 +397,10 @@ class Form(Vertical):
         changed : collection of str
             Names of the fields that differ from the scene loaded.
         """
-        self.query_one("#scene-name", Static).update(title, layout=False)
-        for row in self.query(FieldRow):
-            name = row.field.name
+        if title != self._title:
+            self._title = title
+            self.query_one("#scene-name", Static).update(title, layout=False)
+        for name, row in self._rows.items():
             row.show(texts[name], errors.get(name, ""), changed=name in changed)
 
     @on(FieldFocused)
@@ -336,7 +411,7 @@ class Form(Vertical):
 
     def focus_field(self, name: str) -> None:
         """Give a field the focus."""
-        self._row(name).take_focus()
+        self._rows[name].take_focus()
 
 
 def field_of(widget: Widget | None) -> Field | None:

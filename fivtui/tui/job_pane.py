@@ -13,7 +13,7 @@ from textual.worker import Worker, WorkerState
 
 from fivtui.core.errors import Cancelled, ComputationError, InputError
 
-from .jobs import Job
+from .jobs import PRECEDENCE, Job
 from .messages import Reported
 from .session import Session
 from .views_pane import ViewsPane
@@ -202,6 +202,8 @@ class JobPane(ViewsPane):
         self._show_bar()
 
     def _tick(self) -> None:
+        if PRECEDENCE.claimed:
+            return
         self._show_bar()
         if self.job is not None:
             self.progressed()

@@ -1,8 +1,51 @@
 """Computations in threads that tell their progress and can be stopped. Imports no Textual."""
 
+import sys
 import threading
 import time
 from dataclasses import dataclass, field
+from typing import Final
+
+# The answer to a key never takes longer than that, s; most are on the screen sooner.
+_ANSWER: Final = 0.06
+# Time between two looks at whether it is there, s.
+_LOOK: Final = 0.005
+
+
+class Precedence:
+    """Whose turn it is: that of the screen for a moment after a key, else of whoever computes.
+
+    All share one interpreter. Threads that compute in Python beside the screen would double the
+    time that an answer takes.
+    """
+
+    def __init__(self) -> None:
+        self._until = 0.0
+
+    def claim(self) -> None:
+        """A key was pressed: the screen has something to do."""
+        self._until = time.monotonic() + _ANSWER
+
+    def release(self) -> None:
+        """The answer is on the screen."""
+        self._until = 0.0
+
+    @property
+    def claimed(self) -> bool:
+        """Whether the screen answers a key; what is not part of the answer can wait."""
+        return time.monotonic() < self._until
+
+    def give_way(self) -> None:
+        """Let the screen go first; called by computing threads between two pieces of work.
+
+        Nobody waits for more than one answer, however many keys are pressed.
+        """
+        latest = time.monotonic() + _ANSWER
+        while time.monotonic() < min(self._until, latest):
+            time.sleep(_LOOK)
+
+
+PRECEDENCE: Final = Precedence()
 
 
 def progress_words(fraction: float, remaining: float | None) -> str:
@@ -32,6 +75,12 @@ def _duration(seconds: float) -> str:
     return f"{minutes} min {rest:02d} s" if minutes else f"{seconds:.1f} s"
 
 
+def _waits_for_kernels() -> bool:
+    # They are imported by what waits for them, not for this question.
+    modules = (sys.modules.get(f"fivtui.core.{name}") for name in ("batch", "compiled"))
+    return any(module is not None and module.kernels.awaited for module in modules)
+
+
 @dataclass(eq=False, slots=True)
 class Job:
     """A computation under way.
@@ -51,6 +100,7 @@ class Job:
     def report(self, fraction: float) -> bool:
         """Take note of progress; whether to go on. Called by the computing thread."""
         self.fraction = max(self.fraction, fraction)
+        PRECEDENCE.give_way()
         return not self.stopped
 
     def stop(self) -> None:
@@ -64,6 +114,8 @@ class Job:
 
     @property
     def words(self) -> str:
-        """How far it is, and how long it still takes."""
+        """How far it is, and how long it still takes; or that it waits for the compiler."""
+        if self.fraction == 0.0 and _waits_for_kernels():
+            return "compiling, once"
         elapsed, done = time.monotonic() - self._begin, self.fraction
         return progress_words(done, elapsed * (1.0 - done) / done if done > 0.0 else None)

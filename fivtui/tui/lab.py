@@ -1,8 +1,9 @@
 """The main screen: form, verdict and tabs around one session."""
 
 from datetime import datetime
+from functools import cached_property
 from pathlib import Path
-from typing import ClassVar, Final
+from typing import TYPE_CHECKING, ClassVar, Final
 
 from textual import on
 from textual.app import ComposeResult
@@ -10,16 +11,15 @@ from textual.binding import ActiveBinding, BindingType
 from textual.containers import Horizontal, Vertical
 from textual.notifications import SeverityLevel
 from textual.screen import Screen
-from textual.widgets import Footer, Static
+from textual.widgets import Static
 from textual.worker import Worker, WorkerState
 
 from fivtui.core.errors import ComputationError, InputError
 from fivtui.presets import PRESETS
 
-from .dialogs import HelpDialog
-from .file_desk import FileDesk
 from .form import Form, field_of
-from .help import field_help, general_help
+from .jobs import PRECEDENCE
+from .key_bar import KeyBar
 from .lab_keys import LAB_KEYS
 from .messages import (
     ExportEnded,
@@ -50,6 +50,9 @@ from .tab_book import TabBook
 from .tabs import TABS
 from .verdict import VerdictView
 
+if TYPE_CHECKING:
+    from .file_desk import FileDesk
+
 _PROGRESS_PERIOD: Final = 0.1
 _TOO_SMALL: Final = "This window is too small for fivtui: it needs 40 columns and 10 lines."
 
@@ -64,12 +67,14 @@ class LabScreen(Screen[None]):
     """
 
     BINDINGS: ClassVar[list[BindingType]] = [*LAB_KEYS]
+    # The field that it is comes from `on_mount`: every change of focus costs.
+    AUTO_FOCUS: ClassVar[str | None] = ""
 
     def __init__(self, session: Session) -> None:
         super().__init__()
         self.session = session
-        self._files = FileDesk(self, session)
         self._run_desk = RunDesk(self, session)
+        self._tab_behind = False
 
     def compose(self) -> ComposeResult:
         """Form at the left, verdict, runs and tabs at the right."""
@@ -81,12 +86,12 @@ class LabScreen(Screen[None]):
                 yield TabBook(TABS, self.session)
                 yield RunsPane()
         yield Static(_TOO_SMALL, id="too-small", markup=False)
-        yield Footer(compact=True)
+        yield KeyBar()
 
     def on_mount(self) -> None:
         """Show the session, and prepare to poll the progress of runs."""
         # The thread of a run never waits for the screen.
-        self._ticker = self.set_interval(_PROGRESS_PERIOD, self._show_progress, pause=True)
+        self._ticker = self.set_interval(_PROGRESS_PERIOD, self._tick, pause=True)
         self.show_inputs()
         self._show_runs()
         self.query_one(Form).focus_field("m")
@@ -99,6 +104,13 @@ class LabScreen(Screen[None]):
 
     def _redraw(self) -> None:
         self.call_after_refresh(self._book.tell, lambda pane: pane.theme_changed())
+
+    @cached_property
+    def _files(self) -> "FileDesk":
+        # What reads and writes files is slow to come.
+        from .file_desk import FileDesk
+
+        return FileDesk(self, self.session)
 
     @property
     def _book(self) -> TabBook:
@@ -118,7 +130,11 @@ class LabScreen(Screen[None]):
     @on(FieldEdited)
     def _edited(self, event: FieldEdited) -> None:
         # An editor that shows another text by now was overtaken by an undo or a reset.
-        if not event.typed or self.query_one(Form).text_of(event.name) == event.text:
+        # One that shows what is known has just been made.
+        known = self.session.texts[event.name] == event.text
+        if not known and (
+            not event.typed or self.query_one(Form).text_of(event.name) == event.text
+        ):
             self.session.set_text(event.name, event.text)
             self.show_inputs()
 
@@ -168,7 +184,15 @@ class LabScreen(Screen[None]):
         )
         self._show_verdict()
         self._show_progress()
+        if not self._tab_behind:
+            # The answer to the key first: what a tab draws of it takes a frame of its own.
+            self._tab_behind = True
+            self.call_after_refresh(self._show_in_tab)
+
+    def _show_in_tab(self) -> None:
+        self._tab_behind = False
         self._book.tell(lambda pane: pane.scene_changed())
+        self.call_after_refresh(PRECEDENCE.release)
 
     def _show_verdict(self) -> None:
         view = self.query_one(VerdictView)
@@ -181,6 +205,10 @@ class LabScreen(Screen[None]):
             view.show(verdict(found).lower(), stability_brief(parameters, found))
 
     # Runs and files
+
+    def _tick(self) -> None:
+        if not PRECEDENCE.claimed:
+            self._show_progress()
 
     def _show_progress(self) -> None:
         runs = self.session.runs
@@ -291,9 +319,12 @@ class LabScreen(Screen[None]):
 
     def action_work(self) -> None:
         """Begin what the tab in sight computes, or stop it."""
-        pane = self._book.pane
-        if pane is None or not pane.work():
-            self.app.bell()
+
+        def work(pane: Pane) -> None:
+            if not pane.work():
+                self.app.bell()
+
+        self._book.ask(work)
 
     def action_show_tab(self, name: str) -> None:
         """Show a tab."""
@@ -386,6 +417,9 @@ class LabScreen(Screen[None]):
 
     def action_help(self) -> None:
         """Help on the field in focus, or on everything."""
+        from .dialogs import HelpDialog
+        from .help import field_help, general_help
+
         field = field_of(self.focused)
         if field is None:
             self.app.push_screen(HelpDialog("fivtui", general_help()))

@@ -14,6 +14,7 @@ from fivtui.runner import scene_transient
 from fivtui.scene import Scene
 
 from .growth import Growth
+from .jobs import PRECEDENCE
 from .run_styles import RunStyle, usual_style
 from .sampling import sample_times
 
@@ -92,6 +93,7 @@ class Run:
     def report(self, fraction: float) -> bool:
         """Take note of progress; whether to go on. Called by the computing thread."""
         self.fraction = fraction
+        PRECEDENCE.give_way()
         return not self._stop.is_set()
 
     def ask_to_stop(self) -> None:

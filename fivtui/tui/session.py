@@ -68,6 +68,8 @@ class Session(Editing):
         self.views: dict[str, View] = {}
         self.unread: dict[str, KeptFile] = {}
         self._native_method = _FIRST_METHOD
+        # What was asked last, by several views at every key.
+        self._stability: tuple[tuple[Parameters, bool], Stability] | None = None
 
     def remember(self, path: str) -> None:
         """Put a scene file in front of the recent ones."""
@@ -206,7 +208,10 @@ class Session(Editing):
         ComputationError
             If there is no equilibrium.
         """
-        return stability(self.parameters(), separation=self.separation)
+        asked = self.parameters(), self.separation
+        if self._stability is None or self._stability[0] != asked:
+            self._stability = asked, stability(asked[0], separation=asked[1])
+        return self._stability[1]
 
     def _number(self, name: str) -> float:
         return cast("float", FIELDS[name].check(self.texts[name]))

@@ -42,6 +42,7 @@ class TabBook(TabbedContent):
         self._made: dict[str, Pane] = {}
         self._refocus = False
         self._brief = False
+        self._waiting: list[Callable[[Pane], None]] = []
 
     def on_resize(self, event: Resize) -> None:
         """Say less on the tabs where there is little room."""
@@ -76,6 +77,24 @@ class TabBook(TabbedContent):
         if pane is not None and pane.is_mounted:
             what(pane)
 
+    def ask(self, what: Callable[[Pane], None]) -> None:
+        """Tell the pane in sight, as soon as it is there.
+
+        Parameters
+        ----------
+        what : callable
+            Takes the pane.
+        """
+        self._waiting.append(what)
+        self._tell_waiting()
+
+    def _tell_waiting(self) -> None:
+        pane = self.pane
+        if pane is not None and pane.is_mounted:
+            waiting, self._waiting = self._waiting, []
+            for what in waiting:
+                what(pane)
+
     def turn(self, direction: int) -> None:
         """Show the next tab (+1) or the one before (-1)."""
         names = [spec.id for spec in self.specs]
@@ -104,6 +123,7 @@ class TabBook(TabbedContent):
             self._made[name] = pane = spec.pane(self._session)
             await self.get_pane(name).mount(pane)
         self.catch_up()
+        self._tell_waiting()
         if self._refocus and name == self.active:
             self._refocus = False
             inside = [widget for widget in self._made[name].query("*") if widget.focusable]

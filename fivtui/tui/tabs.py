@@ -2,18 +2,11 @@
 
 from collections.abc import Callable
 from dataclasses import dataclass
-from typing import Final
+from importlib import import_module
+from typing import Final, cast
 
-from .log_pane import LogPane
-from .map_pane import MapPane
 from .pane import Pane
-from .paper_pane import PaperPane
-from .result_pane import ResultPane
 from .session import Session
-from .stability_pane import StabilityPane
-from .sweep_pane import SweepPane
-from .tradeoff_pane import TradeoffPane
-from .transient_pane import TransientPane
 
 
 @dataclass(frozen=True, slots=True)
@@ -29,8 +22,8 @@ class TabSpec:
     key : str
         Key that shows it.
     pane : callable
-        Takes the session, makes the contents. The module of a pane imports what is slow when it is
-        needed, not before.
+        Takes the session, makes the contents. The module of a pane is imported by it, when the tab
+        is first shown.
     """
 
     id: str
@@ -39,13 +32,20 @@ class TabSpec:
     pane: Callable[[Session], Pane]
 
 
+def _of(module: str, name: str) -> Callable[[Session], Pane]:
+    def make(session: Session) -> Pane:
+        return cast("Pane", getattr(import_module(f".{module}", __package__), name)(session))
+
+    return make
+
+
 TABS: Final = (
-    TabSpec("stability", "Stability", "alt+1", StabilityPane),
-    TabSpec("transient", "Transient", "alt+2", TransientPane),
-    TabSpec("sweep", "Sweep", "alt+3", SweepPane),
-    TabSpec("map", "Map", "alt+4", MapPane),
-    TabSpec("trade-off", "Trade-off", "alt+5", TradeoffPane),
-    TabSpec("paper", "Paper", "alt+6", PaperPane),
-    TabSpec("result", "Result", "alt+8", ResultPane),
-    TabSpec("log", "Log", "alt+9", LogPane),
+    TabSpec("stability", "Stability", "alt+1", _of("stability_pane", "StabilityPane")),
+    TabSpec("transient", "Transient", "alt+2", _of("transient_pane", "TransientPane")),
+    TabSpec("sweep", "Sweep", "alt+3", _of("sweep_pane", "SweepPane")),
+    TabSpec("map", "Map", "alt+4", _of("map_pane", "MapPane")),
+    TabSpec("trade-off", "Trade-off", "alt+5", _of("tradeoff_pane", "TradeoffPane")),
+    TabSpec("paper", "Paper", "alt+6", _of("paper_pane", "PaperPane")),
+    TabSpec("result", "Result", "alt+8", _of("result_pane", "ResultPane")),
+    TabSpec("log", "Log", "alt+9", _of("log_pane", "LogPane")),
 )

@@ -10,6 +10,10 @@ from textual.widgets import Static
 class VerdictView(Vertical):
     """A headline and a few lines of facts."""
 
+    def __init__(self, *, id: str) -> None:  # noqa: A002
+        super().__init__(id=id)
+        self._shown: tuple[str, ...] = ()
+
     def compose(self) -> ComposeResult:
         """The two parts."""
         yield Static("", id="headline", markup=False)
@@ -25,6 +29,10 @@ class VerdictView(Vertical):
         lines : sequence of str
             Headline and facts.
         """
+        shown = (kind, *lines)
+        if shown == self._shown:
+            return
+        self._shown = shown
         self.set_classes(f"-{kind}")
         # Both parts keep their sizes: a new layout at every key press would be felt.
         self.query_one("#headline", Static).update(lines[0], layout=False)

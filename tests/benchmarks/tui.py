@@ -26,10 +26,11 @@ from textual.widgets import Input
 from fivtui.core import compiled
 from fivtui.core.kernel_loader import KernelLoader
 from fivtui.simulation import simulate
-from fivtui.tui.app import FivtuiApp, answer_quickly
+from fivtui.tui.app import FivtuiApp
 from fivtui.tui.chart_view import ChartView
 from fivtui.tui.form import FieldRow
 from fivtui.tui.session import Session
+from fivtui.tui.start import answer_quickly
 
 SIZE: Final = (100, 30)
 SAMPLES: Final = 1_000_000

@@ -8,9 +8,9 @@ from typing import Any, Final
 import numpy as np
 
 from ..taylor import EXP2_BIAS
+from .bounds import CUBIC, RECIPROCAL, SLOPE_CHORD, SLOPE_SWAY, SWAY
 from .expansion import ROWS
 from .jit import inner, part
-from .steps import CUBIC, RECIPROCAL, SLOPE_CHORD, SLOPE_SWAY, SWAY
 from .vectors import (
     absolute,
     bit_numbers,

@@ -14,6 +14,7 @@ from .. import batch_result, model, parameters, polynomial, recurrences, taylor
 from ..batch_result import Status
 from ..parameters import PARAMETERS
 from . import (
+    bounds,
     expansion,
     lane_blocks,
     lane_extremes,
@@ -57,6 +58,7 @@ _OWN: Final = (
     polynomial,
     recurrences,
     taylor,
+    bounds,
     expansion,
     lane_blocks,
     lane_extremes,

@@ -14,7 +14,8 @@ import numpy as np
 from .. import polynomial, recurrences, taylor
 from ..recurrences import Constants
 from ..taylor import EXP2_BIAS, LONGEST_STEP, MAX_STALLED
-from . import expansion, linear_tables, polynomials, steps, vectors
+from . import bounds, expansion, linear_tables, polynomials, steps, vectors
+from .bounds import RECIPROCAL
 from .expansion import ROWS, expand_cubic
 from .jit import inner, kernel, part
 from .linear_tables import TABLE_SIZE, constants_of, expand_tabulated, tabulate
@@ -22,7 +23,6 @@ from .steps import (
     CONTACT,
     EXTREMES,
     NO_EXTREMES,
-    RECIPROCAL,
     SCRATCH,
     at,
     ends_of,
@@ -212,6 +212,7 @@ _row = numba.types.Array(numba.float64, 1, "C")
     polynomial,
     recurrences,
     taylor,
+    bounds,
     expansion,
     linear_tables,
     polynomials,

@@ -9,6 +9,7 @@ from typing import Any, Final
 import numpy as np
 from numpy.typing import NDArray
 
+from .bounds import CUBIC, DEGREES, SLOPE_CUBIC
 from .expansion import GROUP, ROWS
 from .jit import inner, part
 from .polynomials import CALLER, PRECISE, WORK_SIZE, sign_roots, transform, turns, variations, widen
@@ -35,40 +36,21 @@ VX_MAX: Final = 4
 CONTACT: Final = 1
 
 
-def _deviations(derivative: int) -> NDArray[np.float64]:
-    # The greatest size of θⁿ − H(θ) on [0, 1], or of its derivative, where H is the cubic with the
-    # values and slopes of θⁿ at 0 and 1; from a fine grid.
-    n, part = _N[:, None], np.linspace(0.0, 1.0, 4097)
-    if derivative == 0:
-        off = part**n - part * part * ((3.0 - 2.0 * part) + n * (part - 1.0))
-    else:
-        slope = n * part ** np.maximum(n - 1.0, 0.0)
-        off = slope - 6.0 * part * (1.0 - part) - n * part * (3.0 * part - 2.0)
-    return np.where(_N > 3.0, 1.0001 * np.abs(off).max(axis=1), 0.0)
-
-
 def _grouped(weights: NDArray[np.float64]) -> NDArray[np.float64]:
     # One weight for x and one for y, from the first group of rows on.
     return np.repeat(weights[2:], 2)
 
 
-_N: Final = np.arange(ROWS, dtype=float)
-# Bounds of |second derivative|/8 of a polynomial on [0, 1], and of its derivative.
-BEND: Final = _N * (_N - 1.0) / 8.0
-TWIST: Final = _N * (_N - 1.0) * (_N - 2.0) / 8.0
-RECIPROCAL: Final = np.array([0.0, *(1.0 / _N[1:])])
 # Beside `polynomials`, the rates of change of x and y are worked on.
 SCRATCH: Final = WORK_SIZE + 2 * (ROWS + GROUP)
 # A change of this part of the step at an extremum changes its value by the cube of it.
 _EXTREME: Final = 4e-6
 _ITERATIONS: Final = 100
 # Weights of the terms in the derivatives.
-_SLOPE: Final = _grouped(_N)
-_CURVE: Final = _grouped(_N * (_N - 1.0) / 2.0)
-# Weights of the sizes of the terms. Summed, they bound how far a polynomial and its slope leave on
-# [0, 1] those of the cubic with its values and slopes at both ends.
-_OFF: Final = _grouped(_deviations(0))
-_SLOPE_OFF: Final = _grouped(_deviations(1))
+_SLOPE: Final = _grouped(DEGREES)
+_CURVE: Final = _grouped(DEGREES * (DEGREES - 1.0) / 2.0)
+_OFF: Final = _grouped(CUBIC)
+_SLOPE_OFF: Final = _grouped(SLOPE_CUBIC)
 _THIRD: Final = 1.0 / 3.0
 
 

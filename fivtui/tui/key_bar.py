@@ -1,0 +1,106 @@
+"""The keys that work now, in the last line."""
+
+from collections.abc import Iterable, Iterator
+from dataclasses import dataclass, replace
+from itertools import accumulate, groupby
+from typing import Final
+
+from textual.binding import ActiveBinding
+from textual.content import Content
+from textual.events import Click
+from textual.screen import Screen
+from textual.widget import Widget
+
+_KEY: Final = "bold $footer-key-foreground"
+_WORDS: Final = "$footer-description-foreground"
+_OFF: Final = "dim $footer-description-foreground"
+
+
+@dataclass(frozen=True, slots=True)
+class _Item:
+    # A key and what it does; keys of one group share the words behind the last of them.
+    key: str
+    display: str
+    words: str
+    enabled: bool
+
+    @property
+    def width(self) -> int:
+        return sum(len(text) for text, _ in self.parts)
+
+    @property
+    def parts(self) -> tuple[tuple[str, str], ...]:
+        words = f" {self.words} " if self.words else " "
+        return ((self.display, _KEY if self.enabled else _OFF), (words, _WORDS))
+
+
+class KeyBar(Widget):
+    """One line of keys; a click on one of them presses it.
+
+    One widget draws them all: Textual's footer makes a widget of every key whenever another widget
+    has the focus, which is felt at the start and at every Tab.
+    """
+
+    def __init__(self) -> None:
+        super().__init__()
+        self._items: list[tuple[int, _Item]] = []
+
+    def on_mount(self) -> None:
+        """Follow the keys that work."""
+        self.screen.bindings_updated_signal.subscribe(self, self._changed)
+
+    def _changed(self, screen: Screen[object]) -> None:
+        if screen is self.screen and screen.app.app_focus:
+            self.refresh()
+
+    def render(self) -> Content:
+        """The keys from the left as far as there is room; at the right end that of all commands."""
+        active = self.screen.active_bindings
+        palette = active.get(self.app.COMMAND_PALETTE_BINDING)
+        last = [] if palette is None else next(self._groups([palette]))
+        room = self.size.width - _width(last)
+        shown: list[_Item] = []
+        for group in self._groups(each for each in active.values() if each.binding.show):
+            if _width(shown) + _width(group) > room:
+                break
+            shown += group
+        blanks = max(room - _width(shown), 0)
+        ends = accumulate(item.width for item in shown)
+        self._items = [(end - item.width, item) for end, item in zip(ends, shown, strict=True)]
+        self._items += [(room, item) for item in last]
+        return Content.assemble(
+            *(part for item in shown for part in item.parts),
+            " " * blanks,
+            *(part for item in last for part in item.parts),
+        )
+
+    def _groups(self, bindings: Iterable[ActiveBinding]) -> Iterator[list[_Item]]:
+        # The first key of every action; those of a group together.
+        by_action: dict[str, ActiveBinding] = {}
+        for active in bindings:
+            by_action.setdefault(active.binding.action, active)
+        for group, members in groupby(by_action.values(), key=lambda each: each.binding.group):
+            items = [
+                _Item(binding.key, self.app.get_key_display(binding), binding.description, enabled)
+                for _, binding, enabled, _ in members
+            ]
+            if group is None:
+                yield from ([item] for item in items)
+            else:
+                shared = [""] * (len(items) - 1) + [group.description]
+                yield [
+                    replace(item, words=words) for item, words in zip(items, shared, strict=True)
+                ]
+
+    def on_click(self, event: Click) -> None:
+        """Press the key clicked."""
+        for column, item in self._items:
+            if column <= event.x < column + item.width:
+                if item.enabled:
+                    self.app.simulate_key(item.key)
+                else:
+                    self.app.bell()
+
+
+def _width(items: Iterable[_Item]) -> int:
+    return sum(item.width for item in items)
