@@ -38,8 +38,8 @@ def stability(scene: str, assignments: tuple[str, ...], **given: Any) -> None:
     """Show equilibrium, eigenvalues, modes, growth rate and critical friction coefficient."""
     from ..core.stability import stability as judge
     from ..formats import check_columns_path
-    from ..report import print_stability
     from ..results import stability_to_dict
+    from ..stability_report import print_stability
 
     chosen = scene_of(scene, assignments, ignore_separation=given["ignore_separation"])
     out, plot, force, as_json = (given[name] for name in ("out", "plot", "force", "as_json"))
@@ -140,7 +140,8 @@ def stability_map(scene: str, assignments: tuple[str, ...], **given: Any) -> Non
     from ..formats import check_columns_path
     from ..map_results import map_to_dict, save_map
     from ..ranges import parse_ranges
-    from ..report import Progress, print_map
+    from ..report import Progress
+    from ..stability_report import print_map
 
     chosen = scene_of(scene, assignments, ignore_separation=given["ignore_separation"])
     over = {each.name: each.values() for each in parse_ranges("--over", given["ranges"])}

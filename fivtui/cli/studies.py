@@ -201,8 +201,9 @@ def extremes(as_json: bool) -> None:
     Each result is held against a solution in quadruple precision. A method is refused where it says
     itself that it cannot go on, or needs more steps than the trial allows.
     """
-    from ..report import Progress, print_trials
+    from ..report import Progress
     from ..trials import run_trials, trials_to_dict
+    from ..trials_report import print_trials
 
     with Progress("extremes") as progress:
         found = run_trials(progress=progress)

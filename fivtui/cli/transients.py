@@ -56,8 +56,9 @@ def simulate(**given: Any) -> None:
     import numpy as np
 
     from ..formats import check_columns_path
-    from ..report import Progress, print_transient
+    from ..report import Progress
     from ..runner import scene_transient
+    from ..transient_report import print_transient
     from ..verified import verified_to_dict
 
     scene = _changed(scene_of(given["scene"], given["assignments"]), given)
@@ -133,13 +134,15 @@ def _say_if_stiff(result: "Transient") -> None:
 def run(scene: str, out: Path | None, force: bool, as_json: bool, **given: Any) -> None:
     """Compute what a scene requires: stability, transient, trajectory; nothing else."""
     from ..formats import check_columns_path
-    from ..report import Progress, print_stability, print_transient
+    from ..report import Progress
     from ..results import (
         save_trajectory,
         stability_to_dict,
         transient_to_dict,
     )
     from ..runner import run_scene
+    from ..stability_report import print_stability
+    from ..transient_report import print_transient
     from ..verified import verified_to_dict
 
     chosen = scene_of(scene, given["assignments"])
@@ -180,7 +183,8 @@ def compare(scene: str, assignments: tuple[str, ...], out: Path, force: bool) ->
     taken, and draws the paper's Figs. 10 to 12 as one picture.
     """
     from ..compare import compare as run
-    from ..report import Progress, print_comparison
+    from ..report import Progress
+    from ..transient_report import print_comparison
 
     with Progress("native and FMU") as progress:
         result = run(scene_of(scene, assignments), out, force=force, progress=progress)
@@ -205,7 +209,8 @@ def accuracy(scene: str, assignments: tuple[str, ...], as_json: bool, **given: A
 
     from ..accuracy import accuracy as judge
     from ..accuracy import accuracy_to_dict
-    from ..report import Progress, print_accuracy
+    from ..report import Progress
+    from ..transient_report import print_accuracy
 
     chosen = scene_of(scene, assignments)
     changes: dict[str, Any] = {

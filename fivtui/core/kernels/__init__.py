@@ -2,8 +2,8 @@
 
 `jit` compiles and caches; `vectors` adds SIMD vectors to numba; `expansion` turns the recurrences
 into machine code, one set or eight sets at a time; `polynomials` isolates roots, of which `bounds`
-spares most; `single` runs one
-transient, `lanes` many, with its parts in the modules `lane_…` and its memory in `rows`.
+spares most; `single` runs one transient, `lanes` many, with its parts in the modules `lane_…` and
+its memory in `rows`; `linear_tables` serves motions off the belt.
 """
 
 import os
