@@ -35,6 +35,7 @@ from fivtui.tui.command_lines import (
 from fivtui.tui.lab import LabScreen
 from tests.tui_support import (
     app_of,
+    compile_kernels,
     flat_text_of,
     show_tab,
     text_of,
@@ -44,6 +45,13 @@ from tests.tui_support import (
 )
 
 BASE = PRESETS["base"]
+
+
+@pytest.fixture(scope="module", autouse=True)
+def compiled() -> None:
+    compile_kernels()
+
+
 EDITED = {"F": "60", "t_end": "20", "start": "0, 0, -0.5, 0"}
 
 

@@ -29,6 +29,7 @@ from fivtui.tui.state_file import KeptFile
 from fivtui.tui.sweep_view import sweep_of, sweep_request
 from tests.tui_support import (
     app_of,
+    compile_kernels,
     run_to_end,
     show_tab,
     text_of,
@@ -40,6 +41,15 @@ from tests.tui_support import (
 
 SIZE = (100, 40)
 BASE = PRESETS["base"]
+
+
+@pytest.fixture(scope="module", autouse=True)
+def compiled() -> None:
+    compile_kernels()
+
+
+async def until_same(pilot: Pilot[None], screen: str) -> None:
+    await until(pilot, lambda: text_of(pilot) == screen)
 
 
 async def settled(pilot: Pilot[None], name: str, words: str) -> str:
@@ -114,9 +124,9 @@ async def test_what_was_left_is_shown_again(
         session = app_of(pilot).session
         await until(pilot, lambda: not session.unread)
         assert session.tab == "map"
-        after = {name: await settled(pilot, name, words) for name, words in SHOWN.items()}
-        for name in SHOWN:
-            assert after[name].splitlines() == before[name].splitlines(), name
+        for name, words in SHOWN.items():
+            await settled(pilot, name, words)
+            await until_same(pilot, before[name])
         (first, second) = session.runs
         assert session.runs.baseline is first
         assert first.overlaid
@@ -157,7 +167,7 @@ async def test_what_was_read_a_figure_of_the_paper_and_what_is_not_kept(tmp_path
         await until_shown(pilot, "figure 2a computed")
         pilot.app.clear_notifications()
         await until(pilot, lambda: not pilot.app.screen.query("Toast"))
-        assert text_of(pilot).splitlines() == before.splitlines()
+        await until_same(pilot, before)
         await show_tab(pilot, "alt+4")
         await until_shown(pilot, "read from mine.csv; F10 maps the scene edited")
         read, written = app_of(pilot).session.studies.map, a_map()

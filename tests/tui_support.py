@@ -1,6 +1,7 @@
 """What the tests of the terminal UI share."""
 
 import asyncio
+import dataclasses
 import time
 from collections.abc import Callable
 from typing import Final
@@ -9,8 +10,12 @@ from textual.pilot import Pilot
 from textual.widgets import Input
 
 from fivtui.core.errors import Cancelled
+from fivtui.core.sweep import compute_rows
+from fivtui.presets import PRESETS
+from fivtui.simulation import simulate
 from fivtui.tui.app import FivtuiApp
 from fivtui.tui.form import FieldRow
+from fivtui.tui.sweep_view import sweep_request
 from fivtui.tui.tab_book import TabBook
 
 PATIENCE_S: Final = 20.0
@@ -53,6 +58,13 @@ def app_of(pilot: Pilot[None]) -> FivtuiApp:
     app = pilot.app
     assert isinstance(app, FivtuiApp)
     return app
+
+
+def compile_kernels() -> None:
+    """Compile what runs and sweeps need, which may take longer than `until` waits."""
+    simulate(t_end=1.0, kernel="compiled")
+    study = sweep_request(dataclasses.replace(PRESETS["base"], t_end=1.0), "F=20,80")
+    compute_rows(study, 0, study.members)
 
 
 async def show_tab(pilot: Pilot[None], key: str) -> None:
