@@ -51,7 +51,6 @@ class TradeoffPane(JobPane):
 
     def on_mount(self) -> None:
         """Show errors and times over decades."""
-        super().on_mount()
         view = self.query_one("#errors-chart", ChartView).view
         view.log_x = view.log_y = True
 

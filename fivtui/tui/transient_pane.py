@@ -76,7 +76,6 @@ class TransientPane(ViewsPane):
 
     def on_mount(self) -> None:
         """Show amplitudes over decades."""
-        super().on_mount()
         self.query_one("#plot-spectrum", ChartView).view.log_y = True
 
     # What is shown
