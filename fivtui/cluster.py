@@ -11,7 +11,8 @@ from itertools import islice
 from typing import TYPE_CHECKING, Any, Final
 
 from .core.errors import ComputationError, InputError
-from .core.sweep import Rows, Study
+from .core.study import Study
+from .core.sweep import Rows
 from .sweep_store import Piece, versions
 from .sweeps import Engine
 

@@ -19,9 +19,9 @@ from .core.errors import InputError
 from .core.methods import check_takes_step
 from .core.parameters import PARAMETERS, Parameters, parameter_spec, unknown_name
 from .core.request import DEFAULT_T_END, DEFAULT_TOL, MAX_T_END, TOL_RANGE, Start, make_problem
+from .core.wishes import check_accuracy
 from .files import write_atomically
 from .simulation import ALL_METHODS
-from .verified import check_accuracy
 
 FORMAT_VERSION: Final = 1
 _VERSION_KEY: Final = "fivtui_scene"
@@ -60,8 +60,8 @@ class Scene:
     step : float or None
         Step of a fixed-step method, communication step of the FMU, s; None for its default.
     accuracy : tuple of (str, float)
-        Errors allowed by quantity, see `verified.check_accuracy`; `tol` and `step` then follow from
-        them and are not used.
+        Errors allowed by quantity, see `core.wishes.check_accuracy`; `tol` and `step` then follow
+        from them and are not used.
     outputs : tuple of str
         What the scene requires, names in `OUTPUTS`: nothing else is computed or stored.
 

@@ -10,7 +10,7 @@ from matplotlib.figure import Figure
 
 from .core.design import VARIABLES, Range
 from .core.errors import InputError
-from .core.sweep import OUTPUTS, Study
+from .core.study import OUTPUTS, Study
 from .figures import CASE_COLOURS, CASE_LINES, STYLE, WIDTH, math_symbol, math_unit
 from .sweeps import Sweep
 

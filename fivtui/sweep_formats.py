@@ -12,7 +12,8 @@ from typing import Any, BinaryIO, Final
 import numpy as np
 
 from .core.errors import InputError
-from .core.sweep import ColumnKind, Rows, Study, SweepColumn
+from .core.study import ColumnKind, Study, SweepColumn
+from .core.sweep import Rows
 from .files import check_suffix
 
 # What a file says of its own making: JSON values by key.

@@ -8,6 +8,7 @@ from rich.console import Console
 from rich.progress import BarColumn, TextColumn
 from rich.progress import Progress as Bar
 
+from .core.study import ERRORS, SweepColumn
 from .report import number, print_rows
 from .sweeps import Sweep
 
@@ -121,7 +122,7 @@ def print_sweep(result: Sweep, *, chosen: bool) -> None:
     ]
     rows = result.rows
     short = rows if len(rows) <= _ROWS else [*rows[: _ROWS // 2], *rows[-(_ROWS // 2) :]]
-    cells = [[_cell(row[place]) for place, _ in shown] for row in short]
+    cells = [[_cell(row[place], column) for place, column in shown] for row in short]
     header = [f"{column.name} {column.unit}".rstrip() for _, column in shown]
     print_rows(f"Sweep: {len(rows)} members", header, cells)
     if len(short) < len(rows):
@@ -129,9 +130,11 @@ def print_sweep(result: Sweep, *, chosen: bool) -> None:
         Console(stderr=True, highlight=False).print(text, soft_wrap=True)
 
 
-def _cell(value: Any) -> str:
+def _cell(value: Any, column: SweepColumn) -> str:
     if value is None:
         return ""
     if isinstance(value, bool):
         return "yes" if value else "no"
-    return number(value) if isinstance(value, float) else str(value)
+    if isinstance(value, float):
+        return number(value, 2 if column in ERRORS.values() else 6)
+    return str(value)

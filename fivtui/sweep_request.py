@@ -1,13 +1,14 @@
 """What is asked of a sweep, read from text: ranges and lists of values, design, cases."""
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
+from types import MappingProxyType
 from typing import Final
 
 from .core.design import VARIABLES, Axis, Design, Kind, Range
 from .core.errors import InputError
 from .core.parameters import parse_number, unknown_name
 from .core.request import TOL_RANGE, Start, check_horizon
-from .core.sweep import DEFAULT_OUTPUTS, Study
+from .core.study import DEFAULT_OUTPUTS, Study
 from .ranges import parse_range
 from .scene import Scene
 
@@ -93,6 +94,7 @@ def study_of(
     start: Start | None = None,
     t_end: float | str | None = None,
     tol: float | str | None = None,
+    accuracy: Mapping[str, float] = MappingProxyType({}),
     outputs: Sequence[str] = (),
 ) -> Study:
     """The sweep of a scene.
@@ -107,6 +109,8 @@ def study_of(
         See `Study`; that of the scene if not given.
     start, t_end, tol : optional
         In place of those of the scene.
+    accuracy : mapping of str to float, optional
+        See `Study`; that of the scene if neither this nor `tol` is given.
     outputs : sequence of str
         See `Study`; all of the transient if none is given.
 
@@ -118,13 +122,12 @@ def study_of(
     Raises
     ------
     InputError
-        If a value is not allowed, or the scene asks for another method than ``taylor``,
-        or for an accuracy in place of a tolerance.
+        If a value is not allowed, or the scene asks for another method than ``taylor``.
     """
     if scene.method != _METHOD:
         raise InputError(f"method = {scene.method}: sweeps are computed by {_METHOD} alone")
-    if scene.accuracy and tol is None:
-        raise InputError("accuracy: a sweep is computed to a tolerance; give it by --tol")
+    if accuracy and tol is not None:
+        raise InputError("--error: not allowed beside --tol, which follows from it")
     return Study(
         design=design,
         parameters=scene.parameters,
@@ -132,5 +135,6 @@ def study_of(
         start=scene.start if start is None else start,
         t_end=scene.t_end if t_end is None else check_horizon(t_end),
         tol=scene.tol if tol is None else parse_number("tol", tol, _TOLERANCES),
+        accuracy=tuple(accuracy.items()) or (scene.accuracy if tol is None else ()),
         outputs=tuple(outputs) or DEFAULT_OUTPUTS,
     )

@@ -22,7 +22,8 @@ from typing import Any, BinaryIO, Final
 from . import __version__
 from .core.design import Axis, Range
 from .core.errors import ComputationError, InputError
-from .core.sweep import Rows, Study
+from .core.study import Study
+from .core.sweep import Rows
 from .files import check_output, resolved, write_atomically
 from .locks import locked
 from .sweep_formats import SweepFormat, sweep_format
@@ -114,6 +115,7 @@ def study_to_dict(study: Study) -> dict[str, Any]:
         "start": study.start if isinstance(study.start, str) else list(study.start),
         "t_end": study.t_end,
         "tol": study.tol,
+        "accuracy": dict(study.accuracy),
         "separation": list(study.cases),
         "design": {
             "kind": design.kind,

@@ -8,13 +8,15 @@ from contextlib import closing
 from dataclasses import dataclass
 from itertools import islice
 from pathlib import Path
+from types import MappingProxyType
 from typing import Any, Final, Literal
 
 from .core.design import Axis, Design, Kind
 from .core.errors import Cancelled, InputError
 from .core.parameters import Parameters
 from .core.request import DEFAULT_T_END, DEFAULT_TOL, Start
-from .core.sweep import DEFAULT_OUTPUTS, Rows, Study, compute_rows, joined
+from .core.study import DEFAULT_OUTPUTS, Study
+from .core.sweep import Rows, compute_rows, joined
 from .core.transient import Progress
 from .sweep_formats import sweep_format
 from .sweep_store import Piece, default_piece_size, open_store, piece_count, piece_of
@@ -100,6 +102,7 @@ def sweep(
     start: Start = "static",
     t_end: float = DEFAULT_T_END,
     tol: float = DEFAULT_TOL,
+    accuracy: Mapping[str, float] = MappingProxyType({}),
     outputs: Sequence[str] = DEFAULT_OUTPUTS,
     progress: Progress | None = None,
     workers: int | None = None,
@@ -121,8 +124,11 @@ def sweep(
         Whether separation is considered; with both every point is two members.
     start, t_end, tol
         As in `simulate`. A component of the start that varies replaces that of `start`.
+    accuracy : mapping of str to float
+        Errors allowed of ``final``, ``peak``, ``half_range``, relative: the tolerance follows,
+        member by member, a finer run verifies it, and rows have the errors. Without it `tol` holds.
     outputs : sequence of str
-        What is computed: names in `fivtui.core.sweep.OUTPUTS`.
+        What is computed: names in `fivtui.core.study.OUTPUTS`.
     progress : callable, optional
         Called now and then with the fraction done; the sweep is cancelled when it returns False.
     workers : int, optional
@@ -154,6 +160,7 @@ def sweep(
         start=start,
         t_end=t_end,
         tol=tol,
+        accuracy=tuple(accuracy.items()),
         outputs=tuple(outputs),
     )
     return sweep_in_memory(study, local_engine(workers), progress=progress)

@@ -10,16 +10,12 @@ from .core.methods import takes_step, time_scale
 from .core.outcome import Transient
 from .core.parameters import Parameters
 from .core.request import TOL_RANGE
-from .core.tradeoff import check_error, check_quantity
 from .core.transient import Progress
+from .core.wishes import check_accuracy, finer_tol, first_tol
 from .simulation import simulate
 
-# What the first tolerance is below the least error asked for: errors of one run are up to twenty
-# times its tolerance.
-_MARGIN: Final = 100.0
 _FIRST_STEP: Final = 0.1
 # From a setting to the next finer one.
-_FINER_TOL: Final = 1e-2
 _FINER_STEP: Final = 0.5
 _LEAST_STEP: Final = 1e-4
 
@@ -45,28 +41,6 @@ class Verified:
     asked: Mapping[str, float]
     estimate: Deviation
     runs: int
-
-
-def check_accuracy(asked: Mapping[str, object]) -> dict[str, float]:
-    """Check errors that are asked for.
-
-    Parameters
-    ----------
-    asked : mapping of str to float or str
-        Error allowed, above 0 and at most 1, by quantity: ``final``, ``peak`` and ``half_range``
-        relative, ``events`` in s.
-
-    Returns
-    -------
-    dict
-        The same as numbers.
-
-    Raises
-    ------
-    InputError
-        If a quantity is unknown or an error not allowed.
-    """
-    return {check_quantity(name): check_error(name, value) for name, value in asked.items()}
 
 
 def simulate_to(
@@ -117,11 +91,11 @@ def simulate_to(
         knob = {"step" if by_step else "tol": setting}
         return simulate(p, method=method, progress=progress, **knob, **options)  # type: ignore[arg-type]
 
-    setting = _FIRST_STEP * time_scale(p) if by_step else _first_tol(wishes)
+    setting = _FIRST_STEP * time_scale(p) if by_step else first_tol(wishes)
     least = _LEAST_STEP * time_scale(p) if by_step else TOL_RANGE[0]
     coarse, runs = run(setting), 1
     while True:
-        setting = max(setting * (_FINER_STEP if by_step else _FINER_TOL), least)
+        setting = max(setting * _FINER_STEP, least) if by_step else finer_tol(setting)
         fine, runs = run(setting), runs + 1
         found = deviation(observation(coarse), observation(fine))
         missed = [name for name, error in wishes.items() if found.of(name) > error]
@@ -135,11 +109,6 @@ def simulate_to(
                 "allow a larger error, take a shorter horizon or the method taylor",
             )
         coarse = fine
-
-
-def _first_tol(asked: Mapping[str, float]) -> float:
-    wish = min(asked.values(), default=TOL_RANGE[1])
-    return min(max(wish / _MARGIN, TOL_RANGE[0] / _FINER_TOL), TOL_RANGE[1])
 
 
 def verified_to_dict(result: Verified) -> dict[str, Any]:

@@ -150,7 +150,7 @@ EXCHANGE: Final = Component(
     modules={
         "fivtui.core": _CORE,
         "fmu_src": (
-            *("exchange", "experiment", "guard", "memory", "motion", "settings"),
+            *("exchange", "experiment", "guard", "memory", "motion", "process_end", "settings"),
             *("table", "variable", "variables"),
         ),
     },

@@ -15,6 +15,7 @@ from fivtui.core.parameters import Parameters
 
 from .guard import guarded, nothing
 from .memory import Phase
+from .process_end import let_go_in_time
 from .settings import parameters_from, separation_in, start_state
 from .table import VariableTable
 from .variable import Role, Type
@@ -39,6 +40,7 @@ class ExchangeModel:
 
     def __init__(self, **kwargs: Any) -> None:
         super().__init__(**kwargs)
+        let_go_in_time(kwargs.get("resources"))
         self.time = 0.0
         self._table = EXCHANGE_TABLE
         self._phase = Phase.INSTANTIATED

@@ -1,8 +1,8 @@
 """The end of the host's process: the wrapper lets go of the interpreter before its memory is gone.
 
-When a process ends, pythonfmu's wrapper destroys the counter of its uses of the interpreter, and
-then counts down once more in freed memory, which may abort the host. Done before, by the function
-that the wrapper exports for it, this is harmless, and so is its repetition.
+When a process ends, the wrappers of pythonfmu and pythonfmu3 destroy the counter of their uses of
+the interpreter, and then count down once more in freed memory, which may abort the host. Done
+before, by the function that the wrapper exports for it, this is harmless, and so is its repetition.
 """
 
 import atexit
@@ -12,7 +12,8 @@ import sys
 from pathlib import Path
 from typing import Final
 
-_FOLDER: Final = "binaries/linux64/*.so"
+# Of FMI 2.0 and 3.0.
+_FOLDERS: Final = ("linux64", "x86_64-linux")
 _known: Final[set[str]] = set()
 
 
@@ -28,7 +29,8 @@ def let_go_in_time(resources: str | None) -> None:
     # Without arguments the interpreter is embedded: there the wrapper itself ends it, in time.
     if resources is None or sys.platform != "linux" or not sys.orig_argv:
         return
-    for library in Path(resources).parent.glob(_FOLDER):
+    binaries = Path(resources).parent / "binaries"
+    for library in (found for folder in _FOLDERS for found in (binaries / folder).glob("*.so")):
         path = os.path.realpath(library)
         if path in _known:
             continue

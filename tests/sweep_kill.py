@@ -14,7 +14,7 @@ from typing import Any
 
 from fivtui.core.design import Design, Range
 from fivtui.core.parameters import Parameters
-from fivtui.core.sweep import Study
+from fivtui.core.study import Study
 from fivtui.sweeps import local_engine, sweep_to_file
 
 STUDY = Study(

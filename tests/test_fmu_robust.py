@@ -63,3 +63,36 @@ def test_it_needs_no_package_and_its_memory_does_not_grow(extracted: Path) -> No
 def test_its_memory_does_not_grow_over_a_million_steps(extracted: Path) -> None:
     _, memory = bare_run(extracted, 1_000_000)
     assert memory[-1] - memory[1] < 300
+
+
+ENDING = """
+import atexit, fmpy, sys
+asked = []
+register = atexit.register
+def noting(function, *args, **more):
+    asked.append(getattr(function, "__name__", ""))
+    return register(function, *args, **more)
+atexit.register = noting
+for _ in range(2):
+    fmpy.simulate_fmu(sys.argv[1], stop_time=0.1, fmi_type=sys.argv[2])
+print(asked.count("finalizePythonInterpreter"))
+"""
+
+
+@linux
+@pytest.mark.parametrize(("fmi", "kind"), [("2", "CoSimulation"), ("3", "ModelExchange")])
+def test_the_wrapper_lets_go_of_the_interpreter_before_the_process_ends(
+    fmi: str, kind: str, tmp_path: Path
+) -> None:
+    if fmi == "3":
+        pytest.importorskip("pythonfmu3")
+    path = build_fmu(tmp_path / "slider_belt.fmu", fmi=fmi)
+    done = subprocess.run(
+        [sys.executable, "-c", ENDING, str(path), kind],
+        capture_output=True,
+        text=True,
+        check=False,
+        timeout=300.0,
+    )
+    # fmpy unpacks the archive anew for every run: two libraries.
+    assert (done.stdout, done.returncode) == ("2\n", 0), done.stderr

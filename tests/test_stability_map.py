@@ -2,6 +2,7 @@
 
 import json
 import math
+import re
 
 import numpy as np
 import pytest
@@ -13,6 +14,7 @@ from fivtui.core.errors import Cancelled, ComputationError, InputError
 from fivtui.core.parameters import PARAMETERS
 from fivtui.core.quartic import rightmost_real_part
 from fivtui.core.stability_map import MAP_VALUES, StabilityMap, stability_map
+from fivtui.core.stability_points import judge_growths
 from fivtui.map_figure import map_figure
 from fivtui.map_results import map_to_dict
 from tests.strategies import wide_parameters
@@ -40,6 +42,39 @@ def test_the_map_agrees_with_the_eigenvalues(p: Parameters) -> None:
         assert value_at(p, "unstable-modes") == float(p.mu >= verdict.critical_mu[0].mu)
     else:
         assert math.isnan(critical)
+
+
+@settings(max_examples=30)
+@given(
+    st.lists(wide_parameters(), min_size=1, max_size=8),
+    st.lists(st.tuples(st.booleans(), st.booleans()), min_size=8, max_size=8),
+)
+@example([Parameters(F=1.0, k3=0.0), Parameters(k3=0.0)], [(True, True)] * 8)
+@example([Parameters(m=1e-6, k1=1e9, k3=1e9, k2=1e9, k_nl=1e9, F=1e6)], [(False, False)] * 8)
+def test_growth_rates_of_many_sets_are_those_of_each(
+    sets: list[Parameters], turns: list[tuple[bool, bool]]
+) -> None:
+    turned = [
+        p.with_values({"F": -p.F if lifted else p.F})
+        for p, (lifted, _) in zip(sets, turns, strict=False)
+    ]
+    separation = np.array([considered for _, considered in turns[: len(sets)]])
+    varied = {name: np.array([getattr(p, name) for p in turned]) for name in PARAMETERS}
+    growth, stable, reasons = judge_growths(Parameters(), varied, separation)
+    for place, (p, considered) in enumerate(zip(turned, separation.tolist(), strict=True)):
+        if place in reasons:
+            assert math.isnan(growth[place])
+            with pytest.raises(ComputationError, match=re.escape(reasons[place])):
+                stability(p, separation=considered)
+            continue
+        verdict = stability(p, separation=considered)
+        values = verdict.eigenvalues
+        size = float(np.abs(values).max())
+        gaps = np.abs(np.subtract.outer(values, values))[~np.eye(4, dtype=bool)]
+        allowed = (1e-9 if gaps.min() > 1e-3 * size else 1e-5) * size
+        assert growth[place] == pytest.approx(verdict.growth_rate, abs=allowed)
+        if abs(verdict.growth_rate) > allowed:
+            assert stable[place] == verdict.stable
 
 
 @given(wide_parameters(), st.permutations(list(PARAMETERS)))

@@ -14,9 +14,11 @@ from scipy.stats import qmc
 import fivtui.core.batch as batch_module
 import fivtui.core.sweep as sweep_module
 from fivtui import Parameters, simulate, stability, sweep
+from fivtui.core.batch import simulate_batch
 from fivtui.core.design import Design, Kind, Range
 from fivtui.core.errors import Cancelled, ComputationError, InputError
-from fivtui.core.sweep import DEFAULT_OUTPUTS, OUTPUTS, Rows, Study, compute_rows, joined
+from fivtui.core.study import DEFAULT_OUTPUTS, OUTPUTS, Study
+from fivtui.core.sweep import Rows, compute_rows, joined
 from fivtui.sweeps import check_in_memory, local_engine, sweep_in_memory
 
 
@@ -146,6 +148,8 @@ def test_a_wrong_range_is_refused(
         ({"t_end": 0.0}, "t_end"),
         ({"tol": 1.0}, "tol"),
         ({"start": (1.0, 2.0)}, "four"),
+        ({"accuracy": (("events", 1e-3),)}, "no times of switches; allowed are final, peak, half"),
+        ({"accuracy": (("peak", 0.0),)}, "0 < error <= 1"),
     ],
 )
 def test_a_wrong_study_is_refused(more: Any, said: str) -> None:
@@ -201,6 +205,65 @@ def test_a_component_of_the_start_replaces_that_of_the_scene() -> None:
         assert rows[0][2:4] == pytest.approx([exact.x, exact.y], rel=1e-12)
 
 
+def test_errors_asked_for_are_met_and_told_member_by_member() -> None:
+    asked = {"final": 1e-5, "peak": 1e-6, "half_range": 1e-6}
+    vary = {"F": (20.0, 80.0), "c1": (0.0, 0.32)}
+    result = sweep(vary=vary, separation="both", t_end=200.0, accuracy=asked, outputs=["y_abs"])
+    assert result.columns[3:-2] == ["y_abs", "final_error", "peak_error", "half_range_error"]
+    assert result.table.failed == 0
+    for row in result.rows:
+        named = dict(zip(result.columns, row, strict=True))
+        p = Parameters(F=named["F"], c1=named["c1"])
+        truth = simulate(p, t_end=200.0, tol=1e-13, separation=named["separation"])
+        assert named["y_abs"] == pytest.approx(truth.peak.y_abs, rel=asked["peak"])
+        for name, error in asked.items():
+            assert 0.0 <= named[f"{name}_error"] <= error
+
+
+def test_members_are_refined_until_their_errors_are_met(monkeypatch: pytest.MonkeyPatch) -> None:
+    sizes: list[tuple[float, int]] = []
+
+    def seen(parameters: Any, **more: Any) -> Any:
+        sizes.append((more["tol"], len(parameters["F"])))
+        return simulate_batch(parameters, **more)
+
+    monkeypatch.setattr(sweep_module, "simulate_batch", seen)
+    vary = {"F": (20.0, 80.0, 120.0), "c1": (0.0,), "c2": (0.0,)}
+    result = sweep(vary=vary, t_end=1000.0, accuracy={"final": 1e-3}, outputs=["x_end"], workers=1)
+    errors = [row[result.columns.index("final_error")] for row in result.rows]
+    assert [error is None or error <= 1e-3 for error in errors] == [True] * 3
+    tols = sorted({tol for tol, _ in sizes}, reverse=True)
+    members = [sum(size for at, size in sizes if at == tol) for tol in tols]
+    assert tols[:2] == pytest.approx([1e-5, 1e-7])
+    assert members[:2] == [3, 3]
+    assert members == sorted(members, reverse=True)
+    # Without damping errors grow along a run, and more than one refinement is needed.
+    assert len(tols) > 2
+
+
+def test_a_member_whose_error_cannot_be_had_says_so() -> None:
+    vary = {"F": (80.0,), "c1": (0.0, 0.32)}
+    base = Parameters(c2=0.0)
+    result = sweep(base, vary=vary, t_end=2000.0, accuracy={"final": 1e-12}, outputs=["y_abs"])
+    sensitive = result.rows[0]
+    assert sensitive[3:-1] == [None, None, "failed"]
+    assert "the error of final is about" in sensitive[-1]
+    assert "not 1e-12; allow a larger error" in sensitive[-1]
+
+
+def test_errors_do_not_depend_on_pieces() -> None:
+    study = Study(
+        DESIGNS[3], Parameters(), t_end=20.0, accuracy=(("peak", 1e-6),), outputs=("y_abs",)
+    )
+    whole = compute_rows(study, 0, study.members)
+    middle = study.members // 3
+    parts = joined([compute_rows(study, *ends) for ends in ((0, middle), (middle, study.members))])
+    for name, numbers in whole.numbers.items():
+        assert numbers.tobytes() == parts.numbers[name].tobytes(), name
+    with pytest.raises(Cancelled):
+        compute_rows(study, 0, 9, lambda fraction: fraction < 0.5)
+
+
 UNBOUNDED = Parameters(k2=186.0, k_nl=0.0, mu=2.0)
 
 
@@ -233,7 +296,7 @@ def test_what_is_not_asked_for_is_not_computed(monkeypatch: pytest.MonkeyPatch) 
     rows = sweep(vary={"F": (20.0, 120.0)}, outputs=["stable"]).rows
     assert [row[2] for row in rows] == [False, True]
     monkeypatch.undo()
-    monkeypatch.setattr(sweep_module, "judge_growth", refuse)
+    monkeypatch.setattr(sweep_module, "judge_growths", refuse)
     assert len(sweep(vary={"F": (20.0, 120.0)}, outputs=["y_abs"], t_end=1.0).rows) == 2
 
 

@@ -18,7 +18,7 @@ from fivtui.cli import commands, run
 from fivtui.core.design import KINDS, Design, Kind, Range
 from fivtui.core.errors import InputError
 from fivtui.core.parameters import Parameters
-from fivtui.core.sweep import DEFAULT_OUTPUTS, Study
+from fivtui.core.study import DEFAULT_OUTPUTS, Study
 from fivtui.sweep_figures import check_drawable, sweep_figure
 from fivtui.sweep_report import SweepProgress, progress_text
 from fivtui.sweep_request import parse_cases, parse_design
@@ -47,6 +47,20 @@ def test_json_is_columns_and_rows(capsys: pytest.CaptureFixture[str]) -> None:
         [force, mu, True] for force in (20.0, 50.0, 80.0) for mu in (0.1, 1.0)
     ]
     assert all(row[-2:] == ["done", ""] for row in data["rows"])
+
+
+def test_rows_have_the_errors_that_are_asked_for(capsys: pytest.CaptureFixture[str]) -> None:
+    Path("scene.toml").write_text("fivtui_scene = 1\naccuracy = {peak = 1e-3}\n")
+    asked = ["--error=half_range=1e-4", "--error=final=1e-5"]
+    for args, columns in (
+        (["scene.toml"], ["peak_error"]),
+        (["scene.toml", "--tol=1e-6"], []),
+        (["scene.toml", *asked], ["half_range_error", "final_error"]),
+    ):
+        assert run(["sweep", *args, "--vary=F=60,80", "--output=y_abs", "--json", *SHORT]) == 0
+        data = read_json(capsys)
+        assert data["columns"][3:-2] == columns
+        assert all(0.0 <= error <= 1e-3 for row in data["rows"] for error in row[3:-2])
 
 
 def test_the_options_reach_the_sweep(capsys: pytest.CaptureFixture[str]) -> None:
@@ -126,7 +140,12 @@ def test_a_file_is_written_drawn_and_not_written_twice(
         (["--vary=F=1:2:2000000", "--out=a.csv", "--json"], "too many"),
         (["--vary=F=1:2:2", "--vary=mu=0:1:2", "--vary=m=1:2:2", "--plot=a.png"], "one name or"),
         (["rk4.toml", "--vary=F=1:2:3"], "taylor alone"),
-        (["accurate.toml", "--vary=F=1:2:3"], "--tol"),
+        (["accurate.toml", "--vary=F=1:2:3"], "no times of switches; allowed are final, peak"),
+        (
+            ["--vary=F=1:2:3", "--error=peak=1e-3", "--tol=1e-6"],
+            "--error: not allowed beside --tol",
+        ),
+        (["--vary=F=1:2:3", "--error=peak=2"], "0 < error <= 1"),
     ],
     ids=lambda value: " ".join(value) if isinstance(value, list) else "",
 )
@@ -137,7 +156,7 @@ def test_wrong_input_gets_one_line_and_exit_2(
         "taken.csv": "mine",
         "taken.png": "mine",
         "rk4.toml": 'fivtui_scene = 1\nmethod = "rk4"\n',
-        "accurate.toml": "fivtui_scene = 1\naccuracy = {peak = 1e-3}\n",
+        "accurate.toml": "fivtui_scene = 1\naccuracy = {events = 1e-3}\n",
     }
     for name, text in given.items():
         Path(name).write_text(text)

@@ -22,7 +22,7 @@ import fivtui.sweep_store as store_module
 from fivtui import Parameters
 from fivtui.core.design import Design, Range
 from fivtui.core.errors import Cancelled, ComputationError, InputError
-from fivtui.core.sweep import Study
+from fivtui.core.study import Study
 from fivtui.locks import locked
 from fivtui.sweep_store import default_piece_size
 from fivtui.sweeps import (

@@ -1,6 +1,5 @@
 import asyncio
 import random
-import time
 from pathlib import Path
 
 import pytest
@@ -16,7 +15,7 @@ KEYS = (
     *("f1", "f2", "shift+f2", "f3", "f4", "f5", "f5", "f6", "f7", "f8", "shift+f8", "f9"),
     *(tab.key for tab in TABS),
 )
-SECONDS = 5.0
+PRESSES = 100
 
 
 @pytest.mark.slow
@@ -31,8 +30,7 @@ async def test_typing_at_random_neither_crashes_nor_blocks(
     app = FivtuiApp(state=tmp_path / "session.json")
     async with app.run_test(size=(100, 30), notifications=True) as pilot:
         await pilot.pause()
-        end = time.monotonic() + SECONDS
-        while time.monotonic() < end:
+        for _ in range(PRESSES):
             pressed.append(chosen.choice(KEYS))
             if pressed[-1] == "enter" and app.screen.query("#path"):
                 # No file is opened or written under a name typed at random.
@@ -40,7 +38,6 @@ async def test_typing_at_random_neither_crashes_nor_blocks(
             async with asyncio.timeout(PATIENCE_S):
                 await pilot.press(pressed[-1])
             assert app._exception is None, pressed
-        assert len(pressed) > 20
         # Whatever was done, the program still does what it is told.
         while len(app.screen_stack) > 1:
             app.pop_screen()

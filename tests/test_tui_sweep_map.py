@@ -1,6 +1,5 @@
 """The tabs of sweeps and maps: what they compute, and one start of the app each."""
 
-import time
 from collections.abc import AsyncIterator
 from dataclasses import replace
 
@@ -159,10 +158,8 @@ async def test_a_sweep_runs_stops_and_opens_its_points(
     )
     await pilot.press("alt+3", "f10")
     await until_shown(pilot, "Stop")
-    begin = time.monotonic()
     await pilot.press("f10")
     await until_shown(pilot, "stopped at")
-    assert time.monotonic() - begin < 5.0
 
 
 async def test_a_map_follows_the_form_and_opens_its_points(pilot: Pilot[None]) -> None:

@@ -1,17 +1,22 @@
 import dataclasses
+import itertools
 import json
 from pathlib import Path
 
 import pytest
+from hypothesis import given
+from hypothesis import strategies as st
 
 from fivtui import simulation
 from fivtui.cli import run
 from fivtui.core.errors import ComputationError, InputError
 from fivtui.core.parameters import Parameters
+from fivtui.core.request import TOL_RANGE
+from fivtui.core.wishes import check_accuracy, finer_tol, first_tol
 from fivtui.presets import PRESETS
 from fivtui.runner import run_scene, scene_transient
 from fivtui.scene import load_scene, save_scene
-from fivtui.verified import check_accuracy, simulate_to
+from fivtui.verified import simulate_to
 from tests.references import REFERENCES
 
 
@@ -146,3 +151,14 @@ def test_run_computes_what_the_scene_requires(
     assert out.exists()
     assert run(["run", "--json"]) == 0
     assert set(json.loads(capsys.readouterr().out)) == {"scene", "stability", "transient"}
+
+
+@given(st.floats(-16.0, 0.0).map(lambda exponent: 10.0**exponent))
+def test_tolerances_that_verify_each_other_are_a_decade_apart(error: float) -> None:
+    tol = first_tol({"peak": error})
+    tried = [tol]
+    while tried[-1] > TOL_RANGE[0]:
+        tried.append(finer_tol(tried[-1]))
+    assert len(tried) > 1
+    assert tried[-1] == TOL_RANGE[0]
+    assert all(10.0 <= a / b <= 1000.1 for a, b in itertools.pairwise(tried))

@@ -61,10 +61,9 @@ def start_of(text: str) -> "Start":
 
 def wishes_of(assignments: Sequence[str]) -> dict[str, float]:
     """The errors that ``--error`` asks for, by quantity; `InputError` if one is wrong."""
-    from ..core.tradeoff import check_error, check_quantity
+    from ..core.wishes import check_accuracy
 
-    pairs = assigned("--error", assignments, "peak=1e-4")
-    return {check_quantity(name): check_error(name, text) for name, text in pairs.items()}
+    return check_accuracy(assigned("--error", assignments, "peak=1e-4"))
 
 
 def assigned(flag: str, assignments: Sequence[str], example: str) -> dict[str, str]:

@@ -53,6 +53,7 @@ if TYPE_CHECKING:
 @click.option("--both", is_flag=True, help="Separation considered and ignored.")
 @click.option("--t-end", metavar="S", help="Horizon in seconds.")
 @click.option("--tol", metavar="R", help="Relative tolerance, 1e-13 to 1e-2.")
+@error_option("Choose tol, member by member, for an error of final, peak or half_range.")
 @click.option("--start", metavar="static|x,vx,y,vy", help="Start state, m and m/s.")
 @click.option(
     "--output",
@@ -88,6 +89,7 @@ def sweep(**given: Any) -> None:
         start=None if given["start"] is None else start_of(given["start"]),
         t_end=given["t_end"],
         tol=given["tol"],
+        accuracy=wishes_of(given["wishes"]),
         outputs=given["outputs"],
     )
     out, plot, force, as_json = (given[name] for name in ("out", "plot", "force", "as_json"))

@@ -13,7 +13,7 @@ from .modes import VibrationMode, vibration_modes
 from .parameters import Parameters
 
 # Growth rates below this, relative to the fastest eigenvalue, are zero to rounding.
-_ROUNDING: Final = 1e-12
+ROUNDING: Final = 1e-12
 
 
 @dataclass(frozen=True, slots=True)
@@ -165,7 +165,7 @@ def judge_growth(p: Parameters, *, separation: bool = True) -> tuple[float, bool
 
 def _judged(values: NDArray[np.complex128]) -> tuple[float, bool]:
     growth = float(values.real.max())
-    return growth, growth < -_ROUNDING * float(np.abs(values).max())
+    return growth, growth < -ROUNDING * float(np.abs(values).max())
 
 
 def _eigenvalues(p: Parameters, point: Equilibrium) -> NDArray[np.complex128]:

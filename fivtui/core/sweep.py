@@ -1,6 +1,6 @@
 """Sweeps: many transients that differ in parameters, start and physics, as rows of numbers."""
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Collection, Mapping
 from dataclasses import dataclass
 from typing import Any, Final, Literal, cast
 
@@ -9,157 +9,27 @@ from numpy.typing import NDArray
 
 from .batch import Requirement, simulate_batch
 from .batch_result import Batch, BatchAmplitude, BatchPeak
-from .design import VARIABLES, Design
-from .errors import Cancelled, ComputationError, InputError
-from .parameters import PARAMETERS, Parameters, unknown_name
-from .request import (
-    DEFAULT_T_END,
-    DEFAULT_TOL,
-    START_SPECS,
-    Start,
-    make_problem,
-    resolve_start,
-)
-from .stability import judge_growth
+from .errors import Cancelled, ComputationError
+from .parameters import PARAMETERS, Parameters
+from .request import START_SPECS, TOL_RANGE, resolve_start
+from .stability_points import judge_growths
+from .study import DONE, ERRORS, FAILED, STABILITY, TRANSIENT, Study, SweepColumn
 from .transient import Progress
+from .wishes import finer_tol, first_tol
 
-ColumnKind = Literal["number", "count", "truth", "text"]
 Seen = Literal["peak", "amplitude"]
-DONE: Final = "done"
-FAILED: Final = "failed"
-
-
-@dataclass(frozen=True, slots=True)
-class SweepColumn:
-    """A column of a sweep's rows.
-
-    Attributes
-    ----------
-    name : str
-        Its name.
-    unit : str
-        SI unit; empty where there is none.
-    meaning : str
-        One phrase.
-    kind : "number", "count", "truth" or "text"
-        What it holds.
-    path : str
-        Attribute of `Transient` that it is; empty if it is none.
-    """
-
-    name: str
-    unit: str
-    meaning: str
-    kind: ColumnKind = "number"
-    path: str = ""
-
-
-_TRANSIENT: Final = (
-    SweepColumn("y_abs", "m", "peak of |y|", path="peak.y_abs"),
-    SweepColumn("y_max", "m", "greatest y", path="peak.y_max"),
-    SweepColumn("y_min", "m", "least y", path="peak.y_min"),
-    SweepColumn("x_abs", "m", "peak of |x|", path="peak.x_abs"),
-    SweepColumn("vx_max", "m/s", "least valid belt speed", path="peak.vx_max"),
-    SweepColumn("y_half_range", "m", "half range of y, second half", path="steady.y_half_range"),
-    SweepColumn("P_min", "N", "least contact force", path="contact_force.min"),
-    SweepColumn("P_max", "N", "greatest contact force", path="contact_force.max"),
-    SweepColumn("separations", "", "number of separations", "count", "events.separations"),
-    SweepColumn("reattachments", "", "number of reattachments", "count", "events.reattachments"),
-    SweepColumn("separated_time", "s", "time off the belt", path="events.separated_time"),
-    SweepColumn("x_end", "m", "horizontal displacement at the end", path="final.x"),
-    SweepColumn("vx_end", "m/s", "horizontal velocity at the end", path="final.vx"),
-    SweepColumn("y_end", "m", "vertical displacement at the end", path="final.y"),
-    SweepColumn("vy_end", "m/s", "vertical velocity at the end", path="final.vy"),
-)
-_STABILITY: Final = (
-    SweepColumn("growth_rate", "1/s", "greatest real part of the eigenvalues"),
-    SweepColumn("stable", "", "whether the equilibrium is stable", "truth"),
-)
-OUTPUTS: Final[Mapping[str, SweepColumn]] = {
-    column.name: column for column in (*_TRANSIENT, *_STABILITY)
-}
-DEFAULT_OUTPUTS: Final = tuple(column.name for column in _TRANSIENT)
+Places = NDArray[np.int64]
+Floats = NDArray[np.float64]
+BlockStart = Literal["static"] | Floats
 
 _STATE: Final = ("x", "vx", "y", "vy")
 _NOT_OF_Y: Final = ("x_abs", "vx_max")
 _FORCE: Final = "contact_force"
+# Between two looks at a cancellation.
+_JUDGED: Final = 8192
 _FORCE_OVERFLOW: Final = (
     "the contact force grows out of the range of numbers; consider separation or a shorter horizon"
 )
-
-_SEPARATION: Final = SweepColumn("separation", "", "whether separation is considered", "truth")
-_ENDING: Final = (
-    SweepColumn("status", "", f"{DONE} or {FAILED}", "text"),
-    SweepColumn("reason", "", "why a member failed", "text"),
-)
-
-
-@dataclass(frozen=True, slots=True)
-class Study:
-    """A sweep to be computed: a scene, what varies in it, and what is asked of every member.
-
-    Parameters
-    ----------
-    design : Design
-        What varies. A component of the start that varies replaces that component of `start`.
-    parameters : Parameters
-        The other parameters.
-    cases : tuple of bool
-        Whether separation is considered; with ``(True, False)`` every point is two members, which
-        stand together.
-    start, t_end, tol
-        As in `integrate`.
-    outputs : tuple of str
-        Names in `OUTPUTS`. Without an output of the transient nothing is integrated.
-
-    Raises
-    ------
-    InputError
-        If a value is not allowed.
-    """
-
-    design: Design
-    parameters: Parameters
-    cases: tuple[bool, ...] = (True,)
-    start: Start = "static"
-    t_end: float = DEFAULT_T_END
-    tol: float = DEFAULT_TOL
-    outputs: tuple[str, ...] = DEFAULT_OUTPUTS
-
-    def __post_init__(self) -> None:
-        if not 1 <= len(set(self.cases)) == len(self.cases):
-            raise InputError(f"cases = {self.cases}: allowed are True, False, or both")
-        for name in self.outputs:
-            if name not in OUTPUTS:
-                raise unknown_name("output", name, OUTPUTS)
-        if not 1 <= len(set(self.outputs)) == len(self.outputs):
-            raise InputError("outputs: allowed are one or more names, each once")
-        static = isinstance(self.start, str) and self.start == "static"
-        problem = make_problem(
-            self.parameters,
-            t_end=self.t_end,
-            tol=self.tol,
-            start=(0.0, 0.0, 0.0, 0.0) if static else self.start,
-        )
-        object.__setattr__(self, "t_end", problem.t_end)
-        object.__setattr__(self, "tol", problem.tol)
-        if not static:
-            object.__setattr__(self, "start", problem.start)
-
-    @property
-    def members(self) -> int:
-        """How many members there are."""
-        return self.design.size * len(self.cases)
-
-    @property
-    def columns(self) -> tuple[SweepColumn, ...]:
-        """The columns of a row, in order."""
-        varied = [
-            SweepColumn(name, VARIABLES[name].unit, VARIABLES[name].meaning)
-            for name in self.design.axes
-        ]
-        outputs = [OUTPUTS[name] for name in self.outputs]
-        return (*varied, _SEPARATION, *outputs, *_ENDING)
 
 
 @dataclass(frozen=True, slots=True)
@@ -269,12 +139,15 @@ def compute_rows(study: Study, first: int, last: int, progress: Progress | None 
         study,
         varied=study.design.columns(points),
         separation=np.array(study.cases)[case],
-        results={name: np.full(members.size, np.nan) for name in study.outputs},
+        results={
+            name: np.full(members.size, np.nan)
+            for name in (*study.outputs, *(ERRORS[name].name for name, _ in study.accuracy))
+        },
         reasons=[""] * members.size,
     )
-    if any(column.name in study.outputs for column in _TRANSIENT):
+    if study.accuracy or any(column.name in study.outputs for column in TRANSIENT):
         block.integrate(progress)
-    if any(column.name in study.outputs for column in _STABILITY):
+    if any(column.name in study.outputs for column in STABILITY):
         block.judge(progress)
     return Rows({**block.varied, **block.results}, block.separation, tuple(block.reasons))
 
@@ -293,39 +166,94 @@ class _Block:
         return self.study.parameters.with_values(values)
 
     def integrate(self, progress: Progress | None) -> None:
-        study = self.study
-        wanted = [column for column in _TRANSIENT if column.name in study.outputs]
         start = self._start()
         places = np.flatnonzero([not reason for reason in self.reasons])
-        if places.size == 0:
-            return
+        if self.study.accuracy:
+            self._verify(places, start, progress or (lambda _fraction: True))
+        elif places.size > 0:
+            self._put(places, self._run(places, start, self.study.tol, progress))
+
+    def _verify(self, places: Places, start: BlockStart, progress: Progress) -> None:
+        # As `verified.simulate_to`, member by member: the tolerance is made finer until a run
+        # changes by less than the errors asked for.
+        asked, part = dict(self.study.accuracy), 0.0
+
+        def look(fraction: float) -> bool:
+            return progress(part + 0.5 * fraction)
+
+        tol = first_tol(asked)
+        if places.size > 0:
+            coarse = _observed(self._run(places, start, tol, look), asked, self._seen)
+        while places.size > 0:
+            tol, part = finer_tol(tol), 0.5
+            batch = self._run(places, start, tol, look)
+            fine = _observed(batch, asked, self._seen)
+            errors = {name: _error(name, coarse, fine) for name in asked}
+            missed = ~np.all([errors[name] <= asked[name] for name in asked], axis=0)
+            missed[batch.failed] = False
+            if tol == TOL_RANGE[0]:
+                for place in np.flatnonzero(missed).tolist():
+                    found = {name: float(error[place]) for name, error in errors.items()}
+                    self.reasons[places[place]] = _too_inexact(found, asked)
+                missed[:] = False
+            for name, error in errors.items():
+                self.results[ERRORS[name].name][places] = error
+            self._put(places, batch)
+            places, coarse = places[missed], {name: fine[name][missed] for name in fine}
+
+    def _run(
+        self, places: Places, start: BlockStart, tol: float, progress: Progress | None
+    ) -> Batch:
+        study = self.study
         parameters = {name: c[places] for name, c in self.varied.items() if name in PARAMETERS}
-        # Extremes of y alone cost less than all.
-        seen: Seen = "peak" if any(name in study.outputs for name in _NOT_OF_Y) else "amplitude"
         # Without a parameter that varies the size of the batch has to be said by one.
         parameters.setdefault("F", np.full(places.size, study.parameters.F))
-        batch = simulate_batch(
+        return simulate_batch(
             parameters,
             base=study.parameters,
             t_end=study.t_end,
-            tol=study.tol,
+            tol=tol,
             separation=self.separation[places],
             start=start if isinstance(start, str) else start[places],
-            require={_part(column, seen) for column in wanted},
+            require=self._requirements(),
             workers=1,
             progress=progress,
         )
+
+    def _requirements(self) -> set[Requirement]:
+        asked = dict(self.study.accuracy)
+        required: set[Requirement] = {_part(column, self._seen) for column in self._wanted}
+        if "final" in asked:
+            required.add("final")
+        if "peak" in asked or "half_range" in asked:
+            required.add(self._seen)
+        if "half_range" in asked:
+            required.add("steady")
+        return required
+
+    @property
+    def _wanted(self) -> list[SweepColumn]:
+        return [column for column in TRANSIENT if column.name in self.study.outputs]
+
+    @property
+    def _seen(self) -> Seen:
+        # Extremes of y alone cost less than all.
+        return "peak" if any(name in self.study.outputs for name in _NOT_OF_Y) else "amplitude"
+
+    def _put(self, places: Places, batch: Batch) -> None:
         for place in batch.failed.tolist():
             self.reasons[places[place]] = str(batch.failure(place))
+        wanted, seen = self._wanted, self._seen
         for column in wanted:
             if not column.path.startswith(_FORCE):
                 self.results[column.name][places] = _found(batch, column, seen)
         if any(column.path.startswith(_FORCE) for column in wanted):
             self._put_forces(places, getattr(batch, seen))
-        for column in wanted:
-            self.results[column.name][[bool(reason) for reason in self.reasons]] = np.nan
+        failed = [bool(reason) for reason in self.reasons]
+        for name in (*(c.name for c in wanted), *(ERRORS[n].name for n, _ in self.study.accuracy)):
+            self.results[name][failed] = np.nan
 
-    def _start(self) -> Literal["static"] | NDArray[np.float64]:
+    def _start(self) -> BlockStart:
         # Components of the start that do not vary may be those of an equilibrium.
         given = [self.varied.get(name) for name in START_SPECS]
         start, size = self.study.start, len(self.reasons)
@@ -347,7 +275,7 @@ class _Block:
                 target[:] = column
         return states
 
-    def _put_forces(self, places: NDArray[np.int64], extremes: BatchPeak | BatchAmplitude) -> None:
+    def _put_forces(self, places: Places, extremes: BatchPeak | BatchAmplitude) -> None:
         # P decreases with y, so its extremes are those of y, except that it ends at zero.
         k2, k_nl = (
             self.varied.get(name, np.full(len(self.reasons), getattr(self.study.parameters, name)))
@@ -365,18 +293,23 @@ class _Block:
                 self.reasons[place] = self.reasons[place] or _FORCE_OVERFLOW
 
     def judge(self, progress: Progress | None) -> None:
+        parameters = {name: c for name, c in self.varied.items() if name in PARAMETERS}
         size = len(self.reasons)
-        for place, separation in enumerate(self.separation.tolist()):
-            if progress is not None and not progress(place / size):
+        for first in range(0, size, _JUDGED):
+            if progress is not None and not progress(first / size):
                 raise Cancelled
-            try:
-                growth, stable = judge_growth(self.parameters(place), separation=separation)
-            except ComputationError as error:
-                self.reasons[place] = self.reasons[place] or str(error)
-                continue
-            for name, value in (("growth_rate", growth), ("stable", float(stable))):
+            some = slice(first, first + _JUDGED)
+            growth, stable, reasons = judge_growths(
+                self.study.parameters,
+                {name: column[some] for name, column in parameters.items()},
+                self.separation[some],
+            )
+            for place, reason in reasons.items():
+                self.reasons[first + place] = self.reasons[first + place] or reason
+            verdicts = np.where(np.isnan(growth), np.nan, stable)
+            for name, values in (("growth_rate", growth), ("stable", verdicts)):
                 if name in self.results:
-                    self.results[name][place] = value
+                    self.results[name][some] = values
 
 
 def _part(column: SweepColumn, seen: Seen) -> Requirement:
@@ -389,3 +322,35 @@ def _found(batch: Batch, column: SweepColumn, seen: Seen) -> NDArray[np.float64]
     part, name = getattr(batch, _part(column, seen)), column.path.rsplit(".", maxsplit=1)[-1]
     found = part[:, _STATE.index(name)] if name in _STATE else getattr(part, name)
     return np.asarray(found, dtype=np.float64)
+
+
+def _observed(batch: Batch, asked: Collection[str], seen: Seen) -> dict[str, Floats]:
+    # What of the members is compared, an array each with the members along its first axis.
+    observed = {}
+    if "final" in asked:
+        observed["final"] = batch.final
+    if "peak" in asked or "half_range" in asked:
+        observed["peak"] = getattr(batch, seen).y_abs
+    if "half_range" in asked:
+        observed["half_range"] = batch.steady.y_half_range
+    return observed
+
+
+def _error(quantity: str, run: Mapping[str, Floats], truth: Mapping[str, Floats]) -> Floats:
+    # The measures of `deviation`.
+    apart = np.abs(run[quantity] - truth[quantity])
+    if quantity == "final":
+        apart, size = apart.max(axis=1), np.abs(truth[quantity]).max(axis=1)
+    else:
+        size = truth["peak"]
+    error = np.where(apart == 0.0, 0.0, np.inf)
+    np.divide(apart, size, out=error, where=size > 0.0)
+    return error
+
+
+def _too_inexact(found: Mapping[str, float], asked: Mapping[str, float]) -> str:
+    name = next(name for name in asked if not found[name] <= asked[name])
+    return (
+        f"the error of {name} is about {found[name]:.1e} at the finest tolerance, not "
+        f"{asked[name]:g}; allow a larger error or take a shorter horizon"
+    )

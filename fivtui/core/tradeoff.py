@@ -5,9 +5,8 @@ from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass
 from typing import Final
 
-from .deviation import QUANTITIES, Deviation
-from .errors import InputError
-from .parameters import parse_number, unknown_name
+from .deviation import Deviation
+from .wishes import check_quantity
 
 
 @dataclass(frozen=True, slots=True)
@@ -197,53 +196,3 @@ def cheapest(rows: Sequence[Row], quantity: str, error: float) -> Row | None:
 
 def _error(row: Row, quantity: str) -> float:
     return math.inf if row.error is None else row.error.of(quantity)
-
-
-def check_quantity(name: str) -> str:
-    """Check the name of a quantity that has an error.
-
-    Parameters
-    ----------
-    name : str
-        The name.
-
-    Returns
-    -------
-    str
-        The same.
-
-    Raises
-    ------
-    InputError
-        If it is not in `QUANTITIES`; the nearest is suggested.
-    """
-    if name not in QUANTITIES:
-        raise unknown_name("quantity", name, QUANTITIES)
-    return name
-
-
-def check_error(name: str, value: object) -> float:
-    """Check an error that is asked for.
-
-    Parameters
-    ----------
-    name : str
-        The quantity it is of, for the message.
-    value : float or str
-        The error.
-
-    Returns
-    -------
-    float
-        The same as a number.
-
-    Raises
-    ------
-    InputError
-        If it is not above zero and at most 1.
-    """
-    allowed = "0 < error <= 1"
-    number = parse_number(f"error of {name}", value, allowed)
-    if not 0.0 < number <= 1.0:
-        raise InputError(f"error of {name} = {number:g}: allowed is {allowed}")
-    return number

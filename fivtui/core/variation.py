@@ -4,12 +4,16 @@ A small deviation δz = (δx, δy) from a motion in contact obeys, with the symb
 
     δz̈ = a δx + b δy + C δż − 3 d y² δy
 
-in which y is the polynomial of a segment of the Taylor integrator: its coefficients follow by the
-same kind of recurrence. Both fields agree at y = 0, hence the saltation matrix at a switch is the
-identity, and the derivative of the flow is the product of those of its segments.
+in which y is the polynomial of a segment of the Taylor integrator: over a piece of the segment its
+coefficients follow by the same kind of recurrence. Both fields agree at y = 0, hence the saltation
+matrix at a switch is the identity, and the derivative of the flow is the product of those of the
+pieces.
 """
 
+import math
+from collections.abc import Sequence
 from dataclasses import dataclass
+from itertools import pairwise
 from typing import Final
 
 import numpy as np
@@ -18,7 +22,8 @@ from numpy.typing import NDArray
 from .errors import ComputationError
 from .model import State, accelerations, mode_of
 from .parameters import Parameters
-from .recurrences import constants, state_function
+from .polynomial import restricted
+from .recurrences import Constants, constants, state_function
 from .segment import Segment
 from .taylor import TaylorStepper
 
@@ -26,6 +31,8 @@ FloatArray = NDArray[np.float64]
 
 _SIZE: Final = 4
 _LOCAL_TOLERANCE: Final = 1e-16
+# Of the series of deviations over a piece: 1/20! is below rounding.
+_DEGREE: Final = 20
 _MAX_SEGMENTS: Final = 200_000
 
 
@@ -117,21 +124,41 @@ def _state_within(segment: Segment, span: float) -> State:
 
 
 def _segment_derivative(p: Parameters, segment: Segment, span: float) -> FloatArray:
-    # Four deviations at once, a column each, in θ = (time since the start)/duration.
+    # A deviation turns with the frequency of the system however slow the motion is: in pieces of
+    # less than a radian its series converges.
     c = constants(p, segment.mode)
-    duration, degree = segment.duration, len(segment.x) - 1
-    square = np.convolve(segment.y, segment.y)[: degree + 1]
+    end = span / segment.duration
+    farthest = float(np.abs(segment.y) @ end ** np.arange(float(len(segment.y))))
+    pieces = math.ceil(_fastest(c, farthest) * span)
+    total = np.eye(_SIZE)
+    for left, right in pairwise(np.linspace(0.0, end, max(pieces, 1) + 1).tolist()):
+        piece = restricted(segment.y, left, right)
+        total = _piece_derivative(c, piece, (right - left) * segment.duration) @ total
+    return total
+
+
+def _fastest(c: Constants, y: float) -> float:
+    # A bound of the frequencies and decay rates of deviations where |y| is at most this, 1/s.
+    push = 3.0 * abs(c.cubic) * y * y
+    horizontal = abs(c.xx) + abs(c.xy) + abs(c.friction) * push
+    vertical = abs(c.yx) + abs(c.yy) + push
+    return math.sqrt(max(horizontal, vertical)) + max(abs(c.xvx), abs(c.yvy))
+
+
+def _piece_derivative(c: Constants, y: Sequence[float], duration: float) -> FloatArray:
+    # Four deviations at once, a column each, in θ = (time since the start)/duration.
+    square = np.zeros(_DEGREE + 1)
+    product = np.convolve(y, y)[: _DEGREE + 1]
+    square[: product.size] = product
     stiffness = duration * duration * np.array([[c.xx, c.xy], [c.yx, c.yy]])
     damping = duration * np.array([[c.xvx], [c.yvy]])
     push = 3.0 * duration * duration * c.cubic * np.array([[c.friction], [1.0]])
-    z = np.zeros((degree + 1, 2, _SIZE))
+    z = np.zeros((_DEGREE + 1, 2, _SIZE))
     z[0, 0, 0] = z[0, 1, 2] = 1.0
     z[1, 0, 1] = z[1, 1, 3] = duration
-    for n in range(degree - 1):
+    for n in range(_DEGREE - 1):
         force = stiffness @ z[n] - push * (square[n::-1] @ z[: n + 1, 1])
         z[n + 2] = (force / (n + 1) + damping * z[n + 1]) / (n + 2)
-    powers = (span / duration) ** np.arange(degree + 1.0)
-    slopes = np.arange(1.0, degree + 1.0) * powers[:-1] / duration
-    place = np.tensordot(powers, z, 1)
-    speed = np.tensordot(slopes, z[1:], 1)
+    place = z.sum(axis=0)
+    speed = np.tensordot(np.arange(_DEGREE + 1.0), z, 1) / duration
     return np.stack([place[0], speed[0], place[1], speed[1]])

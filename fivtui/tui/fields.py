@@ -17,9 +17,9 @@ from fivtui.core.request import (
     make_problem,
     resolve_start,
 )
+from fivtui.core.wishes import check_accuracy
 from fivtui.scene import Accuracy, Scene
 from fivtui.simulation import ALL_METHODS
-from fivtui.verified import check_accuracy
 
 from .equations import equations_with
 from .nudges import Nudge, by_decade, by_digit, number_text

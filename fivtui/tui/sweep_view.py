@@ -16,7 +16,8 @@ from .fields import CONSIDERED, IGNORED
 from .nudges import number_text
 
 if TYPE_CHECKING:
-    from fivtui.core.sweep import Rows, Study
+    from fivtui.core.study import Study
+    from fivtui.core.sweep import Rows
 
 FloatArray = NDArray[np.float64]
 

@@ -13,7 +13,7 @@ from pathlib import Path
 from fivtui.cluster import cluster_engine
 from fivtui.core.design import Design, Range
 from fivtui.core.parameters import Parameters
-from fivtui.core.sweep import Study
+from fivtui.core.study import Study
 from fivtui.sweep_store import default_piece_size
 from fivtui.sweeps import Engine, local_engine, sweep_to_file
 from tests.dask_cluster import loopback_cluster
