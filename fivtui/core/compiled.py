@@ -29,6 +29,8 @@ _SWITCHES: Final = 256
 _SEGMENTS: Final = 512
 # Samples that are handed out together.
 _PART: Final = 1024
+# Time between two looks at the progress callback while the kernel is being loaded, s.
+_WAIT_S: Final = 0.02
 # What the kernel is given, as it lies in memory: the problem, the constants of both modes, and how
 # a run begins: its state and its mode.
 _PROBLEM: Final = struct.Struct("=7d3q")
@@ -75,7 +77,7 @@ def run(
     Cancelled
         If `progress` returned False.
     """
-    single = kernels.module()
+    single = _loaded(progress)
     p, t_end = problem.parameters, problem.t_end
     order = order_for(local_tolerance(problem.tol))
     first_mode = mode_of(p, problem.start, separation=problem.separation)
@@ -146,6 +148,14 @@ def run(
         trajectory=None if times is None else _trajectory(p, times, states),
         solution=_solution(p, np.concatenate(stored), order + 1) if dense else None,
     )
+
+
+def _loaded(progress: Progress | None) -> Any:
+    # The kernels; who can cancel the run need not wait for them.
+    while progress is not None and not kernels.wait(_WAIT_S):
+        if not progress(0.0):
+            raise Cancelled
+    return kernels.module()
 
 
 def _asked(problem: Problem, single: Any, order: int) -> tuple[NDArray[Any], NDArray[np.float64]]:
