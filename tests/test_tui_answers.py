@@ -1,10 +1,13 @@
 """Keys are answered while something is computed, and what is computed says what it waits for."""
 
+import asyncio
+import gc
 import threading
 import time
 from collections.abc import AsyncIterator
 
 import pytest
+from textual.events import Key
 from textual.pilot import Pilot
 
 from fivtui.core import batch
@@ -12,6 +15,7 @@ from fivtui.core.kernel_loader import KernelLoader
 from fivtui.tui.app import FivtuiApp
 from fivtui.tui.jobs import PRECEDENCE, Job, Precedence
 from fivtui.tui.key_bar import KeyBar
+from fivtui.tui.tabs import TABS
 from tests.tui_support import app_of, text_of, until, until_shown
 
 
@@ -145,3 +149,36 @@ async def test_the_keys_fill_one_line_and_groups_are_whole(width: int) -> None:
         await pilot.pause()
         line = text_of(pilot).splitlines()[-1]
         assert ("+ - Zoom" in line) is ("+" in line)
+
+
+async def test_no_timer_of_a_tab_is_lost() -> None:
+    # A timer that nobody holds is found by the collector, pending.
+    told: list[str] = []
+    asyncio.get_running_loop().set_exception_handler(
+        lambda _loop, context: told.append(str(context))
+    )
+    async with FivtuiApp().run_test(size=(80, 24)) as pilot:
+        for tab in TABS:
+            await pilot.press(tab.key)
+            await pilot.pause()
+            gc.collect()
+    assert told == []
+
+
+async def test_keys_after_the_one_that_quits_are_dropped() -> None:
+    app = FivtuiApp()
+    async with app.run_test(size=(80, 24)) as pilot:
+        await pilot.pause()
+        for key in ("ctrl+q", "f5", "up", "alt+3", "f10"):
+            app.simulate_key(key)
+        app.post_message(Key("up", None))
+
+
+async def test_a_dialog_closed_while_it_opens_harms_nothing(pilot: Pilot[None]) -> None:
+    for pause in (0.0, 0.0, 0.002, 0.005, 0.01, 0.02):
+        pilot.app.simulate_key("alt+s")
+        await asyncio.sleep(pause)
+        pilot.app.simulate_key("escape")
+    await until(pilot, lambda: len(pilot.app.screen_stack) == 1)
+    await pilot.press("alt+s")
+    await until_shown(pilot, "Cancel")

@@ -100,6 +100,8 @@ class Explorer:
         Whether separation is considered.
     kernel : "compiled" or "interpreted"
         What computes the transients. Either gives the same result every time.
+    go_on : callable
+        Asked within every motion that is followed; `reach` is cancelled when it returns False.
 
     Attributes
     ----------
@@ -116,9 +118,15 @@ class Explorer:
     """
 
     def __init__(
-        self, p: Parameters, *, separation: bool = True, kernel: Kernel = "compiled"
+        self,
+        p: Parameters,
+        *,
+        separation: bool = True,
+        kernel: Kernel = "compiled",
+        go_on: Callable[[], bool] = lambda: True,
     ) -> None:
         self._p, self._separation, self._kernel = p, separation, kernel
+        self._go_on = go_on
         point = equilibrium(p, separation=separation)
         self._attraction = Attraction(p, point, separation=separation)
         self._leg = _LEG_PERIODS * _slowest_period(p)
@@ -155,6 +163,8 @@ class Explorer:
             If the start is wrong.
         ComputationError
             If the motion cannot be followed.
+        Cancelled
+            If `go_on` returned False.
         """
         state = resolve_start(self._p, start, separation=self._separation)
         extent, steps = self._extent(state), 0
@@ -172,6 +182,7 @@ class Explorer:
                 separation=self._separation,
                 start=state,
                 samples="dense",
+                progress=lambda _fraction: self._go_on(),
                 kernel=self._kernel,
             )
             steps += run.stats.steps
@@ -210,6 +221,7 @@ class Explorer:
                     float(times[-1] - times[-1 - count]),
                     section,
                     separation=self._separation,
+                    go_on=self._go_on,
                 )
             except ComputationError:
                 return None
@@ -291,6 +303,29 @@ def starts_around(explorer: Explorer, p: Parameters, *, separation: bool = True)
     return [static_start(p, separation=separation), *around]
 
 
+class Watch:
+    """Tells how far a search is; between two steps of it, whether to go on is asked alone.
+
+    Parameters
+    ----------
+    progress : callable or None
+        Called with the fraction done; returns whether to go on.
+    """
+
+    def __init__(self, progress: Progress | None) -> None:
+        self._progress, self._fraction = progress, 0.0
+
+    def go_on(self) -> bool:
+        """Whether the search goes on, asked anywhere in a step."""
+        return self._progress is None or self._progress(self._fraction)
+
+    def tell(self, fraction: float) -> None:
+        """Tell the fraction done; raises `Cancelled` if the search does not go on."""
+        self._fraction = fraction
+        if not self.go_on():
+            raise Cancelled
+
+
 def find_attractors(
     p: Parameters,
     *,
@@ -328,12 +363,12 @@ def find_attractors(
     Cancelled
         If `progress` returned False.
     """
-    explorer = Explorer(p, separation=separation, kernel=kernel)
+    watch = Watch(progress)
+    explorer = Explorer(p, separation=separation, kernel=kernel, go_on=watch.go_on)
     chosen = list(starts_around(explorer, p, separation=separation) if starts is None else starts)
     found: list[Attractor] = []
     for index, start in enumerate(chosen):
-        if progress is not None and not progress(index / len(chosen)):
-            raise Cancelled
+        watch.tell(index / len(chosen))
         add_new(found, explorer.reach(start))
     if progress is not None:
         progress(1.0)

@@ -8,8 +8,8 @@ from typing import Final
 import numpy as np
 from numpy.typing import NDArray
 
-from .attractors import Attractor, Explorer, Kind, add_new
-from .errors import Cancelled, InputError
+from .attractors import Attractor, Explorer, Kind, Watch, add_new
+from .errors import InputError
 from .model import State
 from .outcome import Kernel
 from .parameters import Parameters, unknown_name
@@ -103,14 +103,14 @@ def basin(
     total = rows.size * columns.size
     if total > MAX_STARTS:
         raise InputError(f"basin: {total} starts; allowed are {MAX_STARTS}")
-    explorer = Explorer(p, separation=separation, kernel=kernel)
+    watch = Watch(progress)
+    explorer = Explorer(p, separation=separation, kernel=kernel, go_on=watch.go_on)
     base = explorer.rest if start is None else resolve_start(p, start, separation=separation)
     places = tuple(list(START_SPECS).index(name) for name in (first, second))
     found: list[Attractor] = []
     reached = np.empty(total, dtype=np.int64)
     for index, pair in enumerate(product(rows.tolist(), columns.tolist())):
-        if progress is not None and not progress(index / total):
-            raise Cancelled
+        watch.tell(index / total)
         state = list(base)
         for place, value in zip(places, pair, strict=True):
             state[place] = value
@@ -190,7 +190,8 @@ def escape_offset(
     Cancelled
         If `progress` returned False.
     """
-    explorer = Explorer(p, separation=separation, kernel=kernel)
+    watch = Watch(progress)
+    explorer = Explorer(p, separation=separation, kernel=kernel, go_on=watch.go_on)
     if not explorer.equilibrium_attracts:
         return None
     x, _, y, _ = explorer.rest
@@ -203,8 +204,7 @@ def escape_offset(
 
         inside, outside = 0.0, None
         for step, offset in enumerate(ladder):
-            if progress is not None and not progress((turn + step / len(ladder)) / 2.0):
-                raise Cancelled
+            watch.tell((turn + step / len(ladder)) / 2.0)
             kind = end(offset)
             if kind is Kind.EQUILIBRIUM:
                 inside = offset

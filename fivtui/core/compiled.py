@@ -28,6 +28,8 @@ _SWITCHES: Final = 256
 _SEGMENTS: Final = 512
 # Samples that are handed out together.
 _PART: Final = 1024
+# Time between two looks at the progress callback while the kernel is being loaded, s.
+_WAIT_S: Final = 0.02
 _NO_TIMES: Final = np.empty(0)
 _NO_ROWS: Final = np.empty((0, 0))
 
@@ -70,7 +72,7 @@ def run(
     Cancelled
         If `progress` returned False.
     """
-    single = kernels.module()
+    single = _loaded(progress)
     p, t_end = problem.parameters, problem.t_end
     order = order_for(local_tolerance(problem.tol))
     first_mode = mode_of(p, problem.start, separation=problem.separation)
@@ -126,6 +128,14 @@ def run(
         trajectory=None if times is None else _trajectory(p, times, states),
         solution=_solution(p, np.concatenate(stored), order + 1) if dense else None,
     )
+
+
+def _loaded(progress: Progress | None) -> Any:
+    # The kernels; who can cancel the run need not wait for them.
+    while progress is not None and not kernels.wait(_WAIT_S):
+        if not progress(0.0):
+            raise Cancelled
+    return kernels.module()
 
 
 def _begun(problem: Problem, single: Any, order: int, first_mode: Mode) -> NDArray[np.float64]:

@@ -7,8 +7,8 @@ from typing import Final, Literal
 import numpy as np
 from numpy.typing import NDArray
 
-from .attractors import Attractor, Explorer, Kind, add_new, starts_around
-from .errors import Cancelled, InputError
+from .attractors import Attractor, Explorer, Kind, Watch, add_new, starts_around
+from .errors import InputError
 from .model import State
 from .outcome import Kernel
 from .parameters import Parameters, parameter_spec
@@ -128,13 +128,13 @@ def continuation(
         raise InputError(f"continuation: {name}: allowed are two or more different values")
     found: dict[float, list[Attractor]] = {value: [] for value in grid.tolist()}
     met: dict[float, list[list[Direction]]] = {value: [] for value in grid.tolist()}
+    watch = Watch(progress)
     for turn, direction in enumerate(DIRECTIONS):
         starts: list[State] | None = None
         for step, value in enumerate(found if direction == "up" else reversed(found)):
-            if progress is not None and not progress((turn + step / grid.size) / 2.0):
-                raise Cancelled
+            watch.tell((turn + step / grid.size) / 2.0)
             at = p.with_values({name: value})
-            explorer = Explorer(at, separation=separation, kernel=kernel)
+            explorer = Explorer(at, separation=separation, kernel=kernel, go_on=watch.go_on)
             if starts is None:
                 starts = starts_around(explorer, at, separation=separation)
             here: list[Attractor] = []

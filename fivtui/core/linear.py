@@ -1,12 +1,12 @@
 """Transients of linear scenes, by the exponential of the matrix: exact, without steps."""
 
 import math
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Final
 
 import numpy as np
 from numpy.typing import NDArray
 
-from .errors import ComputationError
+from .errors import Cancelled, ComputationError
 from .exponential import DEGREE, LinearMotion, Walk
 from .linear_extremes import Search
 from .methods import Problem
@@ -17,6 +17,9 @@ from .trajectory import DenseSolution, Trajectory, trajectory_of
 
 if TYPE_CHECKING:
     from .transient import Progress
+
+# Times at which the state is computed between two looks at the progress callback.
+_TIMES: Final = 4096
 
 
 def is_linear(problem: Problem) -> bool:
@@ -93,7 +96,7 @@ def run(
         separated_time=0.0,
         stats=Stats(steps=0, kernel="exact"),
         first_mode=Mode.CONTACT,
-        trajectory=None if times is None else _trajectory(problem, motion, start, times),
+        trajectory=None if times is None else _trajectory(problem, motion, start, times, progress),
         solution=_solution(problem, motion, start, max_steps) if dense else None,
     )
     if progress is not None:
@@ -106,9 +109,19 @@ def _fraction_of(t_end: float, progress: "Progress") -> "Progress":
 
 
 def _trajectory(
-    problem: Problem, motion: LinearMotion, start: NDArray[np.float64], times: NDArray[np.float64]
+    problem: Problem,
+    motion: LinearMotion,
+    start: NDArray[np.float64],
+    times: NDArray[np.float64],
+    progress: "Progress | None",
 ) -> Trajectory:
-    x, vx, y, vy = motion.states(motion.at(start, times)).T.copy()
+    states = np.empty((times.size, 4))
+    for first in range(0, times.size, _TIMES):
+        if progress is not None and not progress(1.0):
+            raise Cancelled
+        part = slice(first, first + _TIMES)
+        states[part] = motion.states(motion.at(start, times[part]))
+    x, vx, y, vy = states.T.copy()
     contact = np.full(times.size, Mode.CONTACT, dtype=np.int8)
     return trajectory_of(problem.parameters, times, (x, vx, y, vy), contact)
 

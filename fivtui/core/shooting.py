@@ -5,6 +5,7 @@ from the variational equations (`variation`), so that Newton converges quadratic
 multipliers are those of the orbit itself.
 """
 
+from collections.abc import Callable
 from dataclasses import dataclass
 from enum import Enum
 from typing import Final
@@ -12,7 +13,7 @@ from typing import Final
 import numpy as np
 from numpy.typing import NDArray
 
-from .errors import ComputationError
+from .errors import Cancelled, ComputationError
 from .integration import integrate
 from .model import State
 from .parameters import Parameters
@@ -99,6 +100,7 @@ def shoot(
     section: Section,
     *,
     separation: bool = True,
+    go_on: Callable[[], bool] = lambda: True,
 ) -> PeriodicOrbit:
     """Find the periodic orbit next to a guess.
 
@@ -114,6 +116,8 @@ def shoot(
         The section.
     separation : bool
         Whether separation is considered.
+    go_on : callable
+        Asked before every iteration; the search is cancelled when it returns False.
 
     Returns
     -------
@@ -124,12 +128,14 @@ def shoot(
     ------
     ComputationError
         If Newton does not converge to an orbit of about that period, or to the equilibrium.
+    Cancelled
+        If `go_on` returned False.
     """
     state, time = np.array(guess), period
     fixed = section.value
     least, best = np.inf, None
     for _ in range(_MOST_ITERATIONS):
-        there = flow(p, _as_state(state), time, separation=separation)
+        there = _flow(p, state, time, go_on, separation=separation)
         missed = np.array(there.final) - state
         size = _sizes(state, time)
         residual = float(np.abs(missed / size).max()) + abs(float(state[fixed])) / size[fixed]
@@ -137,12 +143,8 @@ def shoot(
             least, best = residual, (state, time, there)
         elif least < _CONVERGED:
             break
-        system = np.zeros((5, 5))
-        system[:4, :4] = there.derivative - np.eye(4)
-        system[:4, 4] = there.velocity
-        system[4, fixed] = 1.0
         try:
-            change = np.linalg.solve(system, -np.append(missed, state[fixed]))
+            change = _newton(there, missed, fixed, float(state[fixed]))
         except np.linalg.LinAlgError:
             break
         state, time = state + change[:4], time + float(change[4])
@@ -164,6 +166,31 @@ def shoot(
             time, there = time / parts, part
             break
     return _measured(p, state, time, (section, least, there), separation=separation)
+
+
+def _flow(
+    p: Parameters,
+    state: NDArray[np.float64],
+    time: float,
+    go_on: Callable[[], bool],
+    *,
+    separation: bool,
+) -> Flow:
+    if not go_on():
+        raise Cancelled
+    return flow(p, _as_state(state), time, separation=separation)
+
+
+def _newton(
+    there: Flow, missed: NDArray[np.float64], fixed: int, off: float
+) -> NDArray[np.float64]:
+    # The change of state and period that closes the orbit and puts its start on the section.
+    system = np.zeros((5, 5))
+    system[:4, :4] = there.derivative - np.eye(4)
+    system[:4, 4] = there.velocity
+    system[4, fixed] = 1.0
+    change: NDArray[np.float64] = np.linalg.solve(system, -np.append(missed, off))
+    return change
 
 
 def _measured(

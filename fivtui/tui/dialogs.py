@@ -17,7 +17,6 @@ from fivtui.core.errors import InputError
 
 from .report import Row
 from .table import grid
-from .text_input import TextInput
 
 
 @dataclass(frozen=True, slots=True)
@@ -69,7 +68,7 @@ class PathDialog(ModalScreen[Target | None]):
         """The parts from top to bottom."""
         with Vertical(id="dialog"):
             yield Label(self._title, id="dialog-title", markup=False)
-            yield TextInput(self._proposal, id="path", select_on_focus=False)
+            yield Input(self._proposal, id="path", select_on_focus=False)
             yield Static(self._hint, id="dialog-hint", markup=False)
             with Horizontal(id="dialog-buttons"):
                 yield Button(self._verb, id="save", variant="primary", compact=True)

@@ -19,10 +19,9 @@ from textual.widgets import Checkbox, Input, Label, Select, Static
 from .alt_digits import ALT_DIGITS
 from .fields import CONSIDERED, FIELDS, IGNORED, Field
 from .messages import FieldEdited, FieldFocused, FieldNudged
-from .text_input import TextInput
 
 
-class TextEditor(TextInput):
+class TextEditor(Input):
     """Edits a field as text; the arrows up and down change a number by a step."""
 
     BINDINGS: ClassVar[list[BindingType]] = [

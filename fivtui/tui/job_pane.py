@@ -96,7 +96,6 @@ class JobPane(ViewsPane):
 
     def on_mount(self) -> None:
         """Prepare to poll the progress."""
-        super().on_mount()
         self._ticker = self.set_interval(_PERIOD, self._tick, pause=True)
         self._show_bar()
 

@@ -183,7 +183,7 @@ class LabScreen(Screen[None]):
             f"{session.name}{mark}", session.texts, session.errors, session.changed
         )
         self._show_verdict()
-        self._show_progress()
+        self._show_newest()
         if not self._tab_behind:
             # The answer to the key first: what a tab draws of it takes a frame of its own.
             self._tab_behind = True
@@ -210,12 +210,14 @@ class LabScreen(Screen[None]):
         if not PRECEDENCE.claimed:
             self._show_progress()
 
+    def _show_newest(self) -> None:
+        newest = self.session.runs.newest
+        if newest is not None:
+            self.query_one(RunBar).show(newest, outdated=self.session.outdated(newest))
+
     def _show_progress(self) -> None:
-        runs = self.session.runs
-        if runs.newest is not None:
-            outdated = self.session.outdated(runs.newest)
-            self.query_one(RunBar).show(runs.newest, outdated=outdated)
-        active = runs.active
+        self._show_newest()
+        active = self.session.runs.active
         if active is not None:
             self._book.tell(lambda pane: pane.run_progressed(active))
 
@@ -347,7 +349,7 @@ class LabScreen(Screen[None]):
 
     def action_export(self, what: str) -> None:
         """Write what the tab in sight shows to a file."""
-        self._book.tell(lambda pane: self._export(pane, what))
+        self._book.ask(lambda pane: self._export(pane, what))
 
     def _export(self, pane: Pane, what: str) -> None:
         try:
@@ -428,7 +430,7 @@ class LabScreen(Screen[None]):
 
     def action_copy_command(self) -> None:
         """Copy the command line that computes what the tab in sight shows."""
-        self._book.tell(self._copy_command)
+        self._book.ask(self._copy_command)
 
     def _copy_command(self, pane: Pane) -> None:
         try:

@@ -14,7 +14,6 @@ from fivtui.core.errors import InputError
 
 from .axis import Axis, parse_limits
 from .chart import Chart, View
-from .text_input import TextInput
 
 
 class LimitsDialog(ModalScreen[View | None]):
@@ -43,7 +42,7 @@ class LimitsDialog(ModalScreen[View | None]):
                 axis = axes[name]
                 text = f"{axis.low:.6g}:{axis.high:.6g}"
                 chosen = getattr(self._view, name) is not None
-                yield TextInput(
+                yield Input(
                     text if chosen else "",
                     placeholder=f"now {text}",
                     id=f"limits-{name}",

@@ -71,7 +71,6 @@ class PaperPane(JobPane):
 
     def on_mount(self) -> None:
         """List the figures."""
-        super().on_mount()
         self.query_one("#figure-2").display = False
         self._restore()
         self.draw()

@@ -1,48 +1,33 @@
 """How fast the terminal UI answers: ``python -m tests.benchmarks.tui [--json]``.
 
-Measured without a terminal: the time of the terminal itself comes on top. What is shown is the
+Starts and keys are measured in a terminal of their own, the rest without one. What is shown is the
 median, and the greatest of all in brackets.
 """
 
 import argparse
 import asyncio
 import json
-import os
+import random
 import statistics
-import subprocess
-import sys
 import time
-from collections.abc import Awaitable, Callable
+from collections.abc import Awaitable, Callable, Mapping
 from dataclasses import dataclass
-from pathlib import Path
 from typing import Any, Final
 from unittest import mock
 
 import numpy as np
-from textual.events import Key
-from textual.pilot import Pilot
-from textual.widgets import Input
 
 from fivtui.core import compiled
 from fivtui.core.kernel_loader import KernelLoader
 from fivtui.simulation import simulate
 from fivtui.tui.app import FivtuiApp
 from fivtui.tui.chart_view import ChartView
-from fivtui.tui.form import FieldRow
-from fivtui.tui.session import Session
-from fivtui.tui.start import answer_quickly
+from fivtui.tui.job_pane import JobPane
+
+from .tui_terminal import LOADS, answers, starts
 
 SIZE: Final = (100, 30)
 SAMPLES: Final = 1_000_000
-_FIRST_FRAME: Final = """
-import asyncio, time
-from fivtui.tui.app import FivtuiApp
-async def main():
-    async with FivtuiApp().run_test(size=(100, 30)) as pilot:
-        await pilot.pause()
-        print(time.process_time(), flush=True)
-asyncio.run(main())
-"""
 
 
 @dataclass(frozen=True, slots=True)
@@ -60,19 +45,23 @@ class Measured:
 
 
 def first_frame(repeats: int) -> list[Measured]:
-    """From the start of a process to the first frame."""
-    times, processor = [], []
-    environment = os.environ | {"PYTHONPATH": str(Path(__file__).parents[2])}
-    for _ in range(repeats):
-        begin = time.perf_counter()
-        command = [sys.executable, "-c", _FIRST_FRAME]
-        with subprocess.Popen(command, stdout=subprocess.PIPE, text=True, env=environment) as child:
-            assert child.stdout is not None
-            processor.append(float(child.stdout.readline()))
-            times.append(time.perf_counter() - begin)
+    """From the start of a process to the first screen, and to the answer to a key pressed then."""
+    found = []
+    for columns, rows in ((80, 24), (200, 60)):
+        started = starts(repeats, (columns, rows))
+        size = f"{columns}x{rows}"
+        found += [
+            Measured(f"first screen at {size}", [start.shown for start in started], 1.0),
+            Measured(f"… CPU time of it at {size}", [start.processor for start in started], 1.0),
+            Measured(f"… first key there at {size}", [start.answered for start in started], 0.05),
+        ]
+    return found
+
+
+def keys(repeats: int) -> list[Measured]:
+    """From a key to what it changed on the screen, while something is computed."""
     return [
-        Measured("first frame", times, 1.0),
-        Measured("first frame, CPU time", processor, 1.0),
+        Measured(f"key answered beside {load.what}", answers(load, repeats), 0.05) for load in LOADS
     ]
 
 
@@ -107,53 +96,62 @@ async def redraw(repeats: int) -> Measured:
         )
 
 
-async def _latency(pilot: Pilot[None], session: Session, repeats: int) -> list[float]:
-    editor = pilot.app.screen.query_one("#row-F", FieldRow).query_one(Input)
-    editor.focus()
-    await pilot.pause()
-
-    async def press() -> None:
-        before = session.texts["F"]
-        pilot.app.post_message(Key("up", None))
-        while session.texts["F"] == before:
-            await asyncio.sleep(0)
-        while editor.value == before:
-            await asyncio.sleep(0)
-
-    return await _timed(repeats, press)
+async def _stopped(app: FivtuiApp, group: str, stop: Callable[[], object]) -> float:
+    # From the order to stop to the end of the thread.
+    begin = time.perf_counter()
+    stop()
+    while any(worker.group == group for worker in app.workers if worker.is_running):
+        await asyncio.sleep(0.001)
+    return time.perf_counter() - begin
 
 
-async def keys(repeats: int, *, running: bool) -> list[Measured]:
-    """From a key to the changed field, and from the order to stop to the end of the thread."""
-    answer_quickly()
+async def stop_run(repeats: int, what: str, fields: Mapping[str, str]) -> Measured:
+    """Until the thread of a run has ended that was stopped at a time of chance."""
+    chosen, times = random.Random(5), []
     app = FivtuiApp()
-    stops: list[float] = []
     async with app.run_test(size=SIZE) as pilot:
-        if running:
-            app.session.set_text("t_end", "1e6")
+        for name, text in fields.items():
+            app.session.set_text(name, text)
+        for _ in range(repeats):
             await pilot.press("f5")
-            active = app.session.runs.active
-            while active is None or not active.fraction:
+            while (active := app.session.runs.active) is not None and not active.fraction:
                 await pilot.pause(0.02)
-                active = app.session.runs.active
-        times = await _latency(pilot, app.session, repeats)
-        if running:
-            begin = time.perf_counter()
-            app.session.runs.stop()
-            while any(worker.group == "transient" for worker in app.workers if worker.is_running):
-                await asyncio.sleep(0.001)
-            stops.append(time.perf_counter() - begin)
-    found = [
-        Measured(f"key answered {'while a run goes on' if running else 'at rest'}", times, 0.05)
-    ]
-    return found + ([Measured("stop, until the thread has ended", stops, 0.1)] if stops else [])
+            await asyncio.sleep(chosen.uniform(0.1, 0.5))
+            times.append(await _stopped(app, "transient", app.session.runs.stop))
+    return Measured(f"stop of {what}", times, 0.1)
 
 
-async def _measured(repeats: int) -> list[Measured]:
+async def stop_job(repeats: int, what: str, key: str, fields: Mapping[str, str]) -> Measured:
+    """Until the thread of a tab's job has ended that was stopped at a time of chance."""
+    chosen, times = random.Random(5), []
+    app = FivtuiApp()
+    async with app.run_test(size=SIZE) as pilot:
+        for name, text in fields.items():
+            app.session.set_text(name, text)
+        await pilot.press(key)
+        await pilot.pause()
+        pane = app.screen.query_one(JobPane)
+        for _ in range(repeats):
+            pane.stop()
+            pane.work()
+            await asyncio.sleep(chosen.uniform(0.2, 2.0))
+            times.append(await _stopped(app, "job", pane.stop))
+    return Measured(f"stop of {what}", times, 0.1)
+
+
+async def _stops(repeats: int) -> list[Measured]:
+    # The interpreted kernel, with which every session begins, holds the interpreter.
+    with mock.patch.object(compiled, "kernels", KernelLoader("none")):
+        found = [await stop_run(repeats, "a run, interpreted", {"t_end": "1e6"})]
+    compiled.kernels.module()
     return [
-        await redraw(repeats),
-        *await keys(repeats, running=False),
-        *await keys(repeats, running=True),
+        *found,
+        await stop_run(repeats, "a run, compiled", {"t_end": "1e7"}),
+        await stop_run(repeats, "a run by rk4", {"t_end": "1e4", "method": "rk4"}),
+        await stop_run(repeats, "a run of the FMU", {"t_end": "1e4", "method": "fmu"}),
+        await stop_job(repeats, "a sweep", "alt+3", {"t_end": "1e5"}),
+        await stop_job(repeats, "a trade-off", "alt+5", {"t_end": "1e3"}),
+        await stop_job(repeats, "a check of the claims", "alt+6", {}),
     ]
 
 
@@ -163,9 +161,13 @@ def main() -> None:
     parser.add_argument("--json", action="store_true", help="print one JSON object")
     parser.add_argument("--repeats", type=int, default=20)
     given = parser.parse_args()
-    # The interpreted kernel, with which every session begins, shares one lock with the screen.
-    with mock.patch.object(compiled, "kernels", KernelLoader("none")):
-        found = [*first_frame(max(given.repeats // 4, 1)), *asyncio.run(_measured(given.repeats))]
+    few = max(given.repeats // 4, 1)
+    found = [
+        *first_frame(few),
+        *keys(given.repeats),
+        asyncio.run(redraw(given.repeats)),
+        *asyncio.run(_stops(few)),
+    ]
     if given.json:
         print(json.dumps([measured.as_dict() for measured in found], indent=2))
         return

@@ -1,0 +1,93 @@
+"""Whatever takes long looks at whether to go on within every piece of work that it is made of."""
+
+import threading
+from collections.abc import Callable
+from typing import Any
+
+import numpy as np
+import pytest
+
+from fivtui.core import compiled
+from fivtui.core.attractors import find_attractors
+from fivtui.core.basin import basin, escape_offset
+from fivtui.core.coexistence import coexistence
+from fivtui.core.continuation import continuation
+from fivtui.core.errors import Cancelled
+from fivtui.core.integration import integrate
+from fivtui.core.kernel_loader import KernelLoader
+from fivtui.core.parameters import Parameters
+from fivtui.simulation import simulate
+
+P = Parameters(F=120.0)
+Go = Callable[[float], bool]
+SEARCHES: dict[str, Callable[[Go], Any]] = {
+    "attractors": lambda go: find_attractors(P, kernel="interpreted", progress=go),
+    "coexistence": lambda go: coexistence(P, kernel="interpreted", progress=go),
+    "escape": lambda go: escape_offset(P, kernel="interpreted", progress=go),
+    "basin": lambda go: basin(
+        P, {"x0": [0.0, 1.0], "y0": [0.0, 1.0]}, kernel="interpreted", progress=go
+    ),
+    "continuation": lambda go: continuation(
+        P, "F", [110.0, 120.0], kernel="interpreted", progress=go
+    ),
+}
+
+
+@pytest.mark.parametrize("name", SEARCHES)
+def test_a_search_is_cancelled_within_a_motion(name: str, monkeypatch: pytest.MonkeyPatch) -> None:
+    within = False
+
+    def watched(*args: Any, **options: Any) -> Any:
+        nonlocal within
+        within = True
+        try:
+            return integrate(*args, **options)
+        finally:
+            within = False
+
+    monkeypatch.setattr("fivtui.core.attractors.integrate", watched)
+    with pytest.raises(Cancelled):
+        SEARCHES[name](lambda _fraction: not within)
+
+
+@pytest.mark.parametrize("method", ["taylor", "rk4", "scipy-dop853"])
+def test_no_more_than_a_few_steps_lie_between_two_looks(method: str) -> None:
+    looks = 0
+
+    def look(_fraction: float) -> bool:
+        nonlocal looks
+        looks += 1
+        return True
+
+    options = {"kernel": "interpreted"} if method == "taylor" else {}
+    run = simulate(t_end=5.0, method=method, progress=look, **options)  # type: ignore[arg-type]
+    assert looks >= run.stats.steps // 32
+
+
+def test_an_exact_solution_is_cancelled_between_its_samples() -> None:
+    times = np.linspace(0.0, 100.0, 20_001)
+    looks: list[float] = []
+
+    def go_on(fraction: float) -> bool:
+        looks.append(fraction)
+        return looks.count(1.0) < 3
+
+    p = Parameters(k_nl=0.0)
+    with pytest.raises(Cancelled):
+        simulate(p, t_end=100.0, separation=False, samples=times, progress=go_on)
+    assert looks == sorted(looks)
+
+
+def test_a_run_that_waits_for_the_compiler_is_cancelled(monkeypatch: pytest.MonkeyPatch) -> None:
+    released = threading.Event()
+
+    class Slow(KernelLoader):
+        def _imported(self) -> None:
+            released.wait()
+
+    monkeypatch.setattr(compiled, "kernels", Slow("single"))
+    try:
+        with pytest.raises(Cancelled):
+            simulate(kernel="compiled", progress=lambda _fraction: False)
+    finally:
+        released.set()
