@@ -11,9 +11,9 @@ from hypothesis import strategies as st
 from fivtui.cli import run
 from fivtui.core.deviation import QUANTITIES, Deviation, deviation, observation
 from fivtui.core.errors import Cancelled, InputError
+from fivtui.core.integration import integrate
 from fivtui.core.parameters import Parameters
 from fivtui.core.tradeoff import Row, Setting, cheapest, ladders, pareto
-from fivtui.core.integration import integrate
 from fivtui.presets import PRESETS
 from fivtui.tradeoff import Tradeoff, measure_tradeoff
 from fivtui.tradeoff_figure import tradeoff_figure
