@@ -124,6 +124,12 @@ def test_extremes_are_those_of_the_dense_output(p: Parameters, start: State, t_e
         assert least - 1e-9 * (1.0 + abs(least)) <= found <= most + 1e-9 * (1.0 + abs(found))
 
 
+def test_a_crest_behind_a_start_with_almost_no_slope_is_seen() -> None:
+    p = Parameters(m=1.0, k1=20.0, k2=20.0, k3=1.0, c1=0.0, c2=0.0, F=5.0, k_nl=0.0, mu=0.0)
+    one, other = both(p, t_end=1.0, start=(0.0, 0.0, -(2.0**-52), 1.0))
+    assert other.peak.vx_max == pytest.approx(one.peak.vx_max, rel=1e-12)
+
+
 def test_samples_and_dense_output_are_those_of_the_interpreted_kernel() -> None:
     times = np.linspace(0.0, 40.0, 2001)
     one, other = both(Parameters(), t_end=40.0, samples=times)
