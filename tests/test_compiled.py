@@ -2,7 +2,7 @@ import math
 
 import numpy as np
 import pytest
-from hypothesis import assume, given, settings
+from hypothesis import assume, example, given, settings
 from hypothesis import strategies as st
 
 from fivtui import Parameters, simulate
@@ -29,10 +29,14 @@ def assert_same(
     length = max(one.peak.x_abs, one.peak.y_abs, abs(p.F) / (p.k1 + p.k2 + p.k3))
     speed = length * math.sqrt((p.k1 + p.k2 + p.k3) / p.m)
     scale = {"x": length, "y": length, "vx": speed, "vy": speed, "t": one.t_end}
+    # Whether there is an excursion of the height of rounding, for its root, turns on rounding.
+    excursions = max(run.events.separations for run in (one, other, third))
+    grazing = 1e-7 * length / speed * excursions if length > 0.0 else 0.0
 
     def same(unit: str, part: str, name: str) -> None:
         found, expected, moved = (getattr(getattr(run, part), name) for run in (other, one, third))
         allowed = close * scale[unit] + 10.0 * abs(moved - expected)
+        allowed += grazing if unit == "t" else 0.0
         assert found == pytest.approx(expected, rel=close, abs=allowed), name
 
     for name in ("x", "vx", "y", "vy"):
@@ -63,6 +67,12 @@ def test_both_kernels_agree_on_the_reference_scenes(name: str, tol: float) -> No
 
 
 @settings(max_examples=300)
+@example(
+    Parameters(m=1.0, k1=54.0, k2=20.0, k3=0.0, c1=1.875, c2=0.0, F=2.0, k_nl=239.0, mu=1.5),
+    (1.75, 1.0, 0.0, 0.0),
+    True,
+    1e-12,
+)
 @given(moderate_parameters(), states(), st.booleans(), st.sampled_from([1e-12, 1e-9, 1e-5, 1e-2]))
 def test_both_kernels_agree_to_rounding(
     p: Parameters, start: State, separation: bool, tol: float
@@ -112,6 +122,12 @@ def test_extremes_are_those_of_the_dense_output(p: Parameters, start: State, t_e
         (seen.P.max(), r.contact_force.max, math.inf),
     ):
         assert least - 1e-9 * (1.0 + abs(least)) <= found <= most + 1e-9 * (1.0 + abs(found))
+
+
+def test_a_crest_behind_a_start_with_almost_no_slope_is_seen() -> None:
+    p = Parameters(m=1.0, k1=20.0, k2=20.0, k3=1.0, c1=0.0, c2=0.0, F=5.0, k_nl=0.0, mu=0.0)
+    one, other = both(p, t_end=1.0, start=(0.0, 0.0, -(2.0**-52), 1.0))
+    assert other.peak.vx_max == pytest.approx(one.peak.vx_max, rel=1e-12)
 
 
 def test_samples_and_dense_output_are_those_of_the_interpreted_kernel() -> None:

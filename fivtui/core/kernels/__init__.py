@@ -1,9 +1,9 @@
 """The compiled kernels: everything here needs numba and is imported by `compiled` alone.
 
 `jit` compiles and caches; `vectors` adds SIMD vectors to numba; `expansion` turns the recurrences
-into machine code, one set or eight sets at a time; `polynomials` isolates roots, of which `bounds`
-spares most; `single` runs one transient, `lanes` many, with its parts in the modules `lane_…` and
-its memory in `rows`; `linear_tables` serves motions off the belt.
+into machine code, one set or eight sets at a time; `linear_tables` does without them where the
+motion is linear; `polynomials` isolates roots, of which `bounds` spares most; `single` runs one
+transient, `lanes` many, with its parts in the modules `lane_…` and its memory in `rows`.
 """
 
 import os

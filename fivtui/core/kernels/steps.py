@@ -313,7 +313,9 @@ def _widened(
         crest = _crest(change, slope, last_slope)
         cube, square = slope + last_slope - 2.0 * change, 3.0 * change - 2.0 * slope - last_slope
         value = first + crest * (slope + crest * (square + crest * cube))
-        if low <= value - off and value + off <= high:
+        if not 0.0 < crest < 1.0:
+            crest = 0.5
+        elif low <= value - off and value + off <= high:
             return low, high
     b = behind(work, CALLER)
     transform(behind(c, column), 2, degree + 1, h, b)
@@ -329,13 +331,16 @@ def _widened(
 
 @inner
 def _crest(change: float, slope: float, last_slope: float) -> float:
-    # Where the slope of the cubic through both ends vanishes, if slopes there differ in sign.
+    # Where the slope of the cubic through both ends vanishes, if slopes there differ in sign; not
+    # in (0, 1) where rounding hides it.
     cube = 3.0 * (slope + last_slope - 2.0 * change)
     half = 3.0 * change - 2.0 * slope - last_slope
     sign = 1.0 if slope > 0.0 else -1.0
     root = math.sqrt(max(half * half - cube * slope, 0.0))
-    guess = abs(slope) / (root - half * sign)
-    return guess if 0.0 < guess < 1.0 else 0.5
+    # Two forms of the same, each of which cancels where the other does not.
+    if half * sign > 0.0:
+        return -(half + sign * root) / cube
+    return abs(slope) / (root - half * sign)
 
 
 @inner
