@@ -8,7 +8,7 @@ from typing import Any
 
 from ..taylor import MAX_STALLED
 from . import rows
-from .jit import inner, part
+from .jit import inner
 from .lane_steps import (
     SHARING,
     bounded_at,
@@ -32,7 +32,7 @@ from .vectors import (
 )
 
 
-@part
+@inner
 def set_steps(w: Any, t_end: float, tol: float, degree: int) -> None:
     """Choose the lengths of the steps; the horizon ends the last."""
     h = step_sizes(
@@ -47,7 +47,7 @@ def set_steps(w: Any, t_end: float, tol: float, degree: int) -> None:
     store_lanes(w, rows.STEP, least(h, ahead))
 
 
-@part
+@inner
 def step_y(w: Any, degree: int) -> None:
     """Go to the ends of the steps in y."""
     h = load_lanes(w, rows.STEP)
@@ -57,7 +57,7 @@ def step_y(w: Any, degree: int) -> None:
     store_lanes(w, rows.Y_OFF, off)
 
 
-@part
+@inner
 def may_switch(w: Any) -> int:
     """The lanes in whose steps there may be a switch."""
     h, side, off = load_lanes(w, rows.STEP), load_lanes(w, rows.SIDE), load_lanes(w, rows.Y_OFF)
@@ -72,7 +72,7 @@ def may_switch(w: Any) -> int:
     return bits((load_lanes(w, rows.GUARDED) > 0.0) & negated(far))
 
 
-@part
+@inner
 def step_x(w: Any, degree: int, bounded: bool) -> None:
     """Go to the ends of the steps in x, with bounds if these are wanted."""
     c, h = behind(w, rows.SERIES * LANES), load_lanes(w, rows.STEP)
@@ -86,7 +86,7 @@ def step_x(w: Any, degree: int, bounded: bool) -> None:
     store_lanes(w, rows.VX, vx)
 
 
-@part
+@inner
 def is_sound(w: Any) -> int:
     """The lanes in which the end of the step is finite."""
     total = (load_lanes(w, rows.X) + load_lanes(w, rows.Y)) + (
@@ -124,7 +124,7 @@ def _switch(w: Any, end: Any, cut: Any, going: Any) -> None:
     store_lanes(w, rows.CUBIC, choose(off, 0.0, load_lanes(w, contact + rows.CUBIC)))
 
 
-@part
+@inner
 def go_on(w: Any, t_end: float, rooted: int, live: int, max_steps: float) -> Any:
     """End the steps of the lanes that are live, `rooted` ones at a switch.
 

@@ -10,7 +10,7 @@ import numpy as np
 from ..taylor import EXP2_BIAS
 from .bounds import CUBIC, RECIPROCAL, SLOPE_CHORD, SLOPE_SWAY, SWAY
 from .expansion import ROWS
-from .jit import inner, part
+from .jit import inner
 from .vectors import (
     absolute,
     bit_numbers,
@@ -38,7 +38,7 @@ _EXP2_ZERO: Final = (1023.0 - EXP2_BIAS) * 2.0**52
 _HUGE: Final = 200.0 * 2.0**52
 
 
-@part
+@inner
 def step_sizes(
     c: Any, degree: int, tol: float, deflection: Any, frequency: Any, longest: Any
 ) -> Any:
@@ -59,7 +59,7 @@ def step_sizes(
     return least(from_bit_numbers(exponent + _EXP2_ZERO), longest)
 
 
-@part
+@inner
 def values_at(c: Any, first: int, stride: int, degree: int, t: Any) -> Any:
     """Value and slope of a polynomial at `t`, even and odd terms side by side.
 
@@ -78,7 +78,7 @@ def values_at(c: Any, first: int, stride: int, degree: int, t: Any) -> Any:
     return even + odd * t, odd + (even_slope + odd_slope * t) * (t * 2.0)
 
 
-@part
+@inner
 def bounded_at(c: Any, first: int, stride: int, degree: int, t: Any) -> Any:
     """Value and slope as from `values_at`, and `cubic_bound`."""
     weights = memory(CUBIC)
@@ -102,7 +102,7 @@ def bounded_at(c: Any, first: int, stride: int, degree: int, t: Any) -> Any:
     return even + odd * t, slope, (even_off + odd_off * t) * (square * square)
 
 
-@part
+@inner
 def hull(start: Any, slope: Any, final: Any, last_slope: Any) -> Any:
     """Numbers between which the cubic with these values and slopes at 0 and 1 lies."""
     near, far = start + slope * (1.0 / 3.0), final - last_slope * (1.0 / 3.0)
@@ -111,14 +111,14 @@ def hull(start: Any, slope: Any, final: Any, last_slope: Any) -> Any:
     )
 
 
-@part
+@inner
 def hull_of_share(slope: Any, final: Any, last_slope: Any) -> Any:
     """As `hull`, for the cubic from zero divided by its argument."""
     middle = final * 1.5 - last_slope * 0.5
     return least(least(slope, final), middle), greatest(greatest(slope, final), middle)
 
 
-@part
+@inner
 def _weighed_at(weights: Any, c: Any, first: int, stride: int, degree: int, t: Any) -> Any:
     square = t * t
     top = degree // 2
@@ -130,25 +130,25 @@ def _weighed_at(weights: Any, c: Any, first: int, stride: int, degree: int, t: A
     return even + odd * t
 
 
-@part
+@inner
 def slope_bound(c: Any, first: int, stride: int, degree: int, t: Any) -> Any:
     """How far the slope, times t, leaves its chord on [0, t] at most."""
     return _weighed_at(memory(SLOPE_CHORD), c, first, stride, degree, t)
 
 
-@part
+@inner
 def sway(c: Any, first: int, stride: int, degree: int, t: Any) -> Any:
     """How far the slope, times t, leaves that of the polynomial's chord on [0, t] at most."""
     return _weighed_at(memory(SWAY), c, first, stride, degree, t)
 
 
-@part
+@inner
 def slope_sway(c: Any, first: int, stride: int, degree: int, t: Any) -> Any:
     """How far the second derivative, times t², leaves the slope of the slope's chord at most."""
     return _weighed_at(memory(SLOPE_SWAY), c, first, stride, degree, t)
 
 
-@part
+@inner
 def cubic_bound(c: Any, first: int, stride: int, degree: int, t: Any) -> Any:
     """How far the polynomial leaves the cubic through both of its ends on [0, t] at most."""
     return _weighed_at(memory(CUBIC), c, first, stride, degree, t)
