@@ -1,6 +1,5 @@
 """The main job: one scene natively and through the FMU, with separation considered and ignored."""
 
-import dataclasses
 import time
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -45,7 +44,7 @@ class Pair:
     @property
     def difference(self) -> float:
         """Greatest difference of the sampled and final states, m and m/s."""
-        finals = (np.array(dataclasses.astuple(r.final)) for r in (self.native, self.fmu))
+        finals = (np.array(r.final) for r in (self.native, self.fmu))
         greatest = float(np.abs(np.subtract(*finals)).max())
         if self.native.trajectory is not None and self.fmu.trajectory is not None:
             for name in ("x", "vx", "y", "vy"):

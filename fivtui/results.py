@@ -40,10 +40,11 @@ def transient_to_dict(transient: Transient) -> dict[str, Any]:
     ComputationError
         If a number is not finite.
     """
-    outcome = ("final", "peak", "steady", "contact_force", "events", "stats")
+    outcome = ("final", "peak", "steady", "contact_force", "events")
     data = {
         **_request(transient),
-        **{name: asdict(getattr(transient, name)) for name in outcome},
+        **{name: getattr(transient, name)._asdict() for name in outcome},
+        "stats": asdict(transient.stats),
     }
     _check_finite(data, "")
     return data

@@ -308,7 +308,7 @@ def test_a_transient_without_events_has_null_for_their_times() -> None:
 
 @pytest.mark.parametrize("value", [math.nan, math.inf, -math.inf])
 def test_a_number_that_is_not_finite_never_becomes_data(transient: Transient, value: float) -> None:
-    peak = dataclasses.replace(transient.peak, x_abs=value)
+    peak = transient.peak._replace(x_abs=value)
     with pytest.raises(ComputationError, match=r"peak\.x_abs is not a finite number; use"):
         transient_to_dict(dataclasses.replace(transient, peak=peak))
     result = stability(Parameters())

@@ -3,7 +3,7 @@
 import math
 from dataclasses import dataclass
 from itertools import pairwise
-from typing import Literal, TypeVar, dataclass_transform
+from typing import Literal, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -16,17 +16,9 @@ from .taylor import overflow_error
 from .trajectory import DenseSolution, Trajectory
 
 Kernel = Literal["compiled", "interpreted", "exact"]
-T = TypeVar("T")
 
 
-@dataclass_transform(frozen_default=True)
-def _record(cls: type[T]) -> type[T]:
-    # Frozen for type checkers: to be so at run time takes longer than a tenth of a whole run.
-    return dataclass(slots=True, unsafe_hash=True)(cls)
-
-
-@_record
-class FinalState:
+class FinalState(NamedTuple):
     """State at the end: t in s, x and y in m, vx and vy in m/s."""
 
     t: float
@@ -36,8 +28,7 @@ class FinalState:
     vy: float
 
 
-@_record
-class Peak:
+class Peak(NamedTuple):
     """Exact extremes over the whole run, m; `vx_max`, m/s, is the least valid belt speed."""
 
     y_abs: float
@@ -47,23 +38,20 @@ class Peak:
     vx_max: float
 
 
-@_record
-class Steady:
+class Steady(NamedTuple):
     """Half range of y over the second half of the horizon, m."""
 
     y_half_range: float
 
 
-@_record
-class ContactForce:
+class ContactForce(NamedTuple):
     """Least and greatest contact force over the run, N."""
 
     min: float
     max: float
 
 
-@_record
-class Events:
+class Events(NamedTuple):
     """Switches of the run.
 
     Attributes
@@ -103,7 +91,7 @@ class Stats:
     kernel: Kernel | None = None
 
 
-@_record
+@dataclass(frozen=True, slots=True)
 class Transient:
     """Result of a transient.
 

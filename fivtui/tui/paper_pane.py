@@ -70,10 +70,10 @@ class PaperPane(JobPane):
             yield ChartView("figure-2", openable=True)
 
     def on_mount(self) -> None:
-        """List the figures."""
+        """List the figures, or show the one of the last session."""
         self.query_one("#figure-2").display = False
-        self._restore()
-        self.draw()
+        # Textual mounts the class above after this one.
+        self.call_later(self._restore)
 
     def _restore(self) -> None:
         from fivtui.paper.families import PANELS
@@ -82,6 +82,7 @@ class PaperPane(JobPane):
             self._shown = ""
         elif self.view == "figure":
             self._choose(self._shown)
+        self.draw()
 
     def _source(self) -> "Study":
         # Figures and claims share what they compute.
