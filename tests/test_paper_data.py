@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from fivtui.core.errors import ComputationError, InputError
+from fivtui.core.errors import Cancelled, ComputationError, InputError
 from fivtui.core.parameters import Parameters
 from fivtui.paper.amplitudes import measure_all
 from fivtui.paper.data import DATA_COLUMNS, FigureData, save_data
@@ -192,3 +192,20 @@ def test_an_existing_data_file_stays(study: Study, tmp_path: Path) -> None:
 def test_a_system_without_critical_friction_says_so() -> None:
     with pytest.raises(ComputationError, match="no friction coefficient"):
         critical_mu(Parameters(k3=0.0))
+
+
+@pytest.mark.parametrize("key", ["2a", "3", "6", "10"])
+def test_a_table_is_given_up_at_the_next_scene_or_within_a_run(key: str) -> None:
+    study, looks = Study(), 0
+
+    def go_on() -> bool:
+        nonlocal looks
+        looks += 1
+        return looks < 3
+
+    study.go_on = go_on
+    with pytest.raises(Cancelled):
+        study.table(key)
+    assert looks == 3
+    study.go_on = lambda: True
+    assert study.table(key).columns

@@ -57,11 +57,15 @@ def check_claims(
     scenes = [s for panel in PANELS.values() if panel.kind == "amplitude" for s in panel.scenes()]
     scenes += [scene for claim in CLAIMS for scene in claim.scenes]
     source.prepare(scenes, lambda fraction: report(_RUNS * fraction))
-    checked = []
-    for place, claim in enumerate(CLAIMS, start=1):
-        checked.append(check(claim, source))
-        if not report(_RUNS + (1.0 - _RUNS) * place / len(CLAIMS)):
-            raise Cancelled
+    checked: list[CheckedClaim] = []
+    source.go_on = lambda: report(_RUNS + (1.0 - _RUNS) * len(checked) / len(CLAIMS))
+    try:
+        for claim in CLAIMS:
+            checked.append(check(claim, source))
+            if not source.go_on():
+                raise Cancelled
+    finally:
+        source.go_on = lambda: True
     return checked
 
 

@@ -1,10 +1,11 @@
 """What figures and claims need, computed once for all of them."""
 
-from collections.abc import Iterable
+from collections.abc import Callable, Iterable, Iterator
 from typing import Final
 
 import numpy as np
 
+from ..core.errors import Cancelled
 from ..core.outcome import Transient
 from ..scene import Scene
 from ..simulation import simulate
@@ -23,9 +24,16 @@ class Study:
     ----------
     workers : int, optional
         Most processes for amplitudes; as many as there are processors if not given.
+
+    Attributes
+    ----------
+    go_on : callable
+        Asked now and then while something is computed; when it returns False, that ends in
+        `Cancelled`.
     """
 
     def __init__(self, *, workers: int | None = None) -> None:
+        self.go_on: Callable[[], bool] = lambda: True
         self._workers = workers
         self._tables: dict[str, FigureData] = {}
         self._runs: dict[Scene, Transient] = {}
@@ -91,6 +99,7 @@ class Study:
                 separation=scene.separation,
                 start=scene.start,
                 samples=np.linspace(0.0, scene.t_end, _POINTS),
+                progress=lambda _fraction: self.go_on(),
             )
         return self._runs[scene]
 
@@ -120,4 +129,13 @@ class Study:
             return amplitude_table(panel, self.amplitudes(panel.scenes()))
         if panel.kind == "transient":
             return transient_table(panel, self.runs(panel))
-        return PLAIN_TABLES[panel.kind](panel)
+        return PLAIN_TABLES[panel.kind](panel, self._looked(panel.scenes()))
+
+    def _look(self) -> None:
+        if not self.go_on():
+            raise Cancelled
+
+    def _looked(self, scenes: Iterable[Scene]) -> Iterator[Scene]:
+        for scene in scenes:
+            self._look()
+            yield scene

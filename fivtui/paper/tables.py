@@ -1,15 +1,17 @@
 """From the scenes of a panel to its numbers."""
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from typing import Any, Final
 
 import numpy as np
 
+from ..core.critical import CriticalMu
+from ..core.critical import critical_mu as critical_mus
 from ..core.errors import ComputationError
 from ..core.model import equilibrium
 from ..core.outcome import Transient
 from ..core.parameters import PARAMETERS, Parameters
-from ..core.stability import Stability, stability
+from ..core.stability import Stability, growth_rate, stability
 from ..results import trajectory_of
 from ..scene import Scene
 from .amplitudes import Amplitude
@@ -20,30 +22,34 @@ from .families import SEPARATION, Panel
 _MERGED: Final = 1e-6
 
 
-def equilibrium_table(panel: Panel) -> FigureData:
+def equilibrium_table(panel: Panel, scenes: Iterable[Scene]) -> FigureData:
     """Equilibrium points along a parameter (Eq. 6).
 
     Parameters
     ----------
     panel : Panel
         Of the kind ``"equilibrium"``.
+    scenes : iterable of Scene
+        Its scenes.
 
     Returns
     -------
     FigureData
         Columns of the two parameters, ``x_e`` and ``y_e``.
     """
-    points = [equilibrium(scene.parameters) for scene in panel.scenes()]
+    points = [equilibrium(scene.parameters) for scene in scenes]
     return _data(panel, {"x_e": [p.x for p in points], "y_e": [p.y for p in points]})
 
 
-def eigenvalue_table(panel: Panel) -> FigureData:
+def eigenvalue_table(panel: Panel, scenes: Iterable[Scene]) -> FigureData:
     """The two modes along a parameter: eigenvalues of positive imaginary part (Eq. 8).
 
     Parameters
     ----------
     panel : Panel
         Of the kind ``"eigenvalues"``.
+    scenes : iterable of Scene
+        Its scenes.
 
     Returns
     -------
@@ -51,14 +57,14 @@ def eigenvalue_table(panel: Panel) -> FigureData:
         Columns of the two parameters, ``omega_1``, ``omega_2``, ``sigma_1``, ``sigma_2`` and
         ``mu_c``, which is the same for a whole line.
     """
-    verdicts = [stability(scene.parameters) for scene in panel.scenes()]
+    verdicts = [stability(scene.parameters) for scene in scenes]
     lower, upper = zip(*(modes(verdict) for verdict in verdicts), strict=True)
     columns = {
         "omega_1": [value.imag for value in lower],
         "omega_2": [value.imag for value in upper],
         "sigma_1": [value.real for value in lower],
         "sigma_2": [value.real for value in upper],
-        "mu_c": [_least_critical(verdict) for verdict in verdicts],
+        "mu_c": [_least(verdict.critical_mu) for verdict in verdicts],
     }
     return _data(panel, columns)
 
@@ -81,20 +87,22 @@ def modes(verdict: Stability) -> tuple[complex, complex]:
     return (upper, lower) if merged and upper.real > lower.real else (lower, upper)
 
 
-def critical_table(panel: Panel) -> FigureData:
+def critical_table(panel: Panel, scenes: Iterable[Scene]) -> FigureData:
     """Critical friction coefficient along a parameter (Eq. 9).
 
     Parameters
     ----------
     panel : Panel
         Of the kind ``"critical mu"``.
+    scenes : iterable of Scene
+        Its scenes.
 
     Returns
     -------
     FigureData
         Columns of the two parameters and ``mu_c``.
     """
-    return _data(panel, {"mu_c": [critical_mu(scene.parameters) for scene in panel.scenes()]})
+    return _data(panel, {"mu_c": [critical_mu(scene.parameters) for scene in scenes]})
 
 
 def critical_mu(p: Parameters) -> float:
@@ -115,16 +123,16 @@ def critical_mu(p: Parameters) -> float:
     ComputationError
         If no friction destabilises the equilibrium.
     """
-    return _least_critical(stability(p))
+    return _least(critical_mus(p))
 
 
-def _least_critical(verdict: Stability) -> float:
-    if not verdict.critical_mu:
+def _least(found: Sequence[CriticalMu]) -> float:
+    if not found:
         raise ComputationError(
             "no friction coefficient destabilises the equilibrium",
             "use parameters that have a critical friction coefficient",
         )
-    return min(critical.mu for critical in verdict.critical_mu)
+    return min(critical.mu for critical in found)
 
 
 def amplitude_table(panel: Panel, amplitudes: Sequence[Amplitude]) -> FigureData:
@@ -143,7 +151,7 @@ def amplitude_table(panel: Panel, amplitudes: Sequence[Amplitude]) -> FigureData
         Columns of the case, the parameter, the growth rate of the equilibrium, and the fields of
         `Amplitude`.
     """
-    growth = [stability(scene.parameters).growth_rate for scene in panel.scenes()]
+    growth = [growth_rate(scene.parameters) for scene in panel.scenes()]
     columns: dict[str, Sequence[float]] = {
         "growth_rate": growth,
         "y_peak": [a.y_peak for a in amplitudes],
@@ -187,7 +195,7 @@ def transient_table(panel: Panel, runs: Sequence[Transient]) -> FigureData:
     )
 
 
-PLAIN_TABLES: Final[Mapping[str, Callable[[Panel], FigureData]]] = {
+PLAIN_TABLES: Final[Mapping[str, Callable[[Panel, Iterable[Scene]], FigureData]]] = {
     "equilibrium": equilibrium_table,
     "eigenvalues": eigenvalue_table,
     "critical mu": critical_table,

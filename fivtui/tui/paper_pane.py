@@ -156,25 +156,15 @@ class PaperPane(JobPane):
 
     def begin(self) -> None:
         """Check the claims, one after the other."""
-        from fivtui.paper.claim import check
-        from fivtui.paper.claims import CLAIMS
-        from fivtui.paper.families import PANELS
+        from fivtui.paper.claims import check_claims
 
         if self.view == "figure":
             self.show_view("claims")
 
         def compute(job: Job) -> object:
-            study = self._source()
-            amplitudes = [panel for panel in PANELS.values() if panel.kind == "amplitude"]
-            scenes = [scene for panel in amplitudes for scene in panel.scenes()]
-            scenes += [scene for claim in CLAIMS for scene in claim.scenes]
-            study.prepare(scenes, lambda fraction: job.report(0.7 * fraction))
-            checked = {}
-            for place, claim in enumerate(CLAIMS, start=1):
-                checked[claim.id] = check(claim, study)
-                if not job.report(0.7 + 0.3 * place / len(CLAIMS)):
-                    raise Cancelled
-            return checked
+            return {
+                found.claim.id: found for found in check_claims(self._source(), progress=job.report)
+            }
 
         self.start(compute)
 
