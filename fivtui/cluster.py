@@ -13,7 +13,8 @@ from typing import TYPE_CHECKING, Any, Final
 from .core.errors import ComputationError, InputError
 from .core.study import Study
 from .core.sweep import Rows
-from .sweep_store import Piece, versions
+from .sweep_provenance import versions
+from .sweep_store import Piece
 from .sweeps import Engine
 
 if TYPE_CHECKING:
@@ -88,7 +89,7 @@ def _engine(client: "Client", address: str) -> Engine:
         import pickle
 
         from fivtui.core.sweep import compute_rows
-        from fivtui.sweep_store import versions
+        from fivtui.sweep_provenance import versions
 
         study, piece = pickle.loads(packed)  # noqa: S301, it comes from `submit` below
         return versions(), compute_rows(study, piece.first, piece.last)

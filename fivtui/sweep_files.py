@@ -7,7 +7,8 @@ from typing import BinaryIO
 from .core.errors import InputError
 from .files import write_atomically
 from .sweep_formats import SweepFormat, sweep_format
-from .sweep_store import find_pieces, provenance_of, study_from_dict
+from .sweep_provenance import provenance_of, study_from_dict
+from .sweep_store import find_pieces
 from .sweeps import MAX_IN_MEMORY, Sweep
 
 

@@ -15,29 +15,26 @@ import textwrap
 from collections.abc import Iterator
 from contextlib import contextmanager, suppress
 from dataclasses import dataclass
-from importlib.metadata import version
 from pathlib import Path
 from typing import Any, BinaryIO, Final
 
-from . import __version__
-from .core.design import Axis, Design, Range
 from .core.errors import ComputationError, InputError
-from .core.parameters import Parameters
 from .core.study import Study
 from .core.sweep import Rows
 from .files import check_output, resolved, write_atomically
 from .locks import locked
 from .sweep_formats import SweepFormat, sweep_format
+from .sweep_provenance import (
+    provenance_of,
+    study_from_dict,
+)
 
-FORMAT_VERSION: Final = 1
 _MANIFEST: Final = "manifest.json"
 _LOCK: Final = "lock"
 _CHECKSUM_DIGITS: Final = 32
 _PIECE: Final = re.compile(r"(\d{9,})\.(\d+)\.([0-9a-f]{32})\.\w+")
 # Characters of a value in a message.
 _BRIEF: Final = 100
-# Packages that decide the last bits of a result.
-_PACKAGES: Final = ("numpy", "scipy", "numba", "llvmlite")
 # Members of a piece whose horizon is one second, and the limits for other horizons: pieces of
 # about a second, or of one member where that takes longer.
 _MEMBER_SECONDS: Final = 1_000_000
@@ -78,124 +75,6 @@ def default_piece_size(study: Study) -> int:
     """
     least, most = _PIECE_MEMBERS
     return max(least, min(most, int(_MEMBER_SECONDS / study.t_end)))
-
-
-def versions(package: str = "") -> dict[str, str]:
-    """Versions of what the last bits of a result depend on.
-
-    Parameters
-    ----------
-    package : str
-        One more package.
-
-    Returns
-    -------
-    dict of str
-        Versions by name.
-    """
-    names = [*_PACKAGES, package] if package else _PACKAGES
-    return {"fivtui": __version__, **{name: version(name) for name in names}}
-
-
-def study_to_dict(study: Study) -> dict[str, Any]:
-    """A sweep as data that JSON can hold.
-
-    Parameters
-    ----------
-    study : Study
-        The sweep.
-
-    Returns
-    -------
-    dict
-        Everything that decides its rows.
-    """
-    design = study.design
-    return {
-        "parameters": study.parameters.as_dict(),
-        "start": study.start if isinstance(study.start, str) else list(study.start),
-        "t_end": study.t_end,
-        "tol": study.tol,
-        "accuracy": dict(study.accuracy),
-        "separation": list(study.cases),
-        "design": {
-            "kind": design.kind,
-            "count": design.count,
-            "seed": design.seed,
-            "axes": [[name, _axis_to_data(axis)] for name, axis in design.axes.items()],
-        },
-        "outputs": list(study.outputs),
-    }
-
-
-def _axis_to_data(axis: Axis) -> Any:
-    if isinstance(axis, Range):
-        return {"start": axis.start, "stop": axis.stop, "count": axis.count, "log": axis.log}
-    return list(axis)
-
-
-def study_from_dict(data: Any) -> Study:
-    """The sweep that a file or a folder of pieces says it is of, see `study_to_dict`.
-
-    Parameters
-    ----------
-    data : dict
-        What `study_to_dict` gave.
-
-    Returns
-    -------
-    Study
-        The checked sweep.
-
-    Raises
-    ------
-    InputError
-        If the data are of another form, or a value is not allowed.
-    """
-    try:
-        design, start = data["design"], data["start"]
-        return Study(
-            design=Design(
-                {str(name): _axis_from_data(axis) for name, axis in design["axes"]},
-                design["kind"],
-                design["count"],
-                design["seed"] if design["kind"] in ("random", "sobol") else None,
-            ),
-            parameters=Parameters().with_values(data["parameters"]),
-            cases=tuple(bool(case) for case in data["separation"]),
-            start="static" if start == "static" else [float(value) for value in start],
-            t_end=float(data["t_end"]),
-            tol=float(data["tol"]),
-            outputs=tuple(map(str, data["outputs"])),
-        )
-    except (KeyError, TypeError, ValueError, AttributeError):
-        raise InputError("does not say which sweep it is of") from None
-
-
-def _axis_from_data(data: Any) -> Axis:
-    return Range(**data) if isinstance(data, dict) else tuple(float(value) for value in data)
-
-
-def provenance_of(study: Study, form: SweepFormat) -> dict[str, Any]:
-    """What a file of a format says of its making: the sweep, and versions.
-
-    Parameters
-    ----------
-    study : Study
-        The sweep.
-    form : SweepFormat
-        The format.
-
-    Returns
-    -------
-    dict
-        As JSON can hold it.
-    """
-    return {
-        "fivtui_sweep": FORMAT_VERSION,
-        "sweep": study_to_dict(study),
-        "versions": versions(form.package),
-    }
 
 
 class SweepStore:

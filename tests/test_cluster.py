@@ -12,7 +12,7 @@ from fivtui import Parameters
 from fivtui.core.design import Design, Range
 from fivtui.core.errors import ComputationError, InputError
 from fivtui.core.study import Study
-from fivtui.sweep_store import versions
+from fivtui.sweep_provenance import versions
 from fivtui.sweeps import local_engine, sweep_in_memory, sweep_to_file
 from tests.dask_cluster import Cluster, loopback_cluster
 

@@ -20,8 +20,8 @@ from fivtui.map_results import load_map, map_to_dict, save_map
 from fivtui.mode_results import modes_over_mu, save_modes
 from fivtui.presets import PRESETS
 from fivtui.sweep_files import read_sweep, save_sweep
+from fivtui.sweep_provenance import study_from_dict, study_to_dict
 from fivtui.sweep_request import parse_design, study_of
-from fivtui.sweep_store import study_from_dict, study_to_dict
 from fivtui.sweeps import Sweep, local_engine, sweep_in_memory, sweep_to_file
 from fivtui.tradeoff import Tradeoff, measure_tradeoff
 from fivtui.tradeoff_results import load_tradeoff, save_tradeoff, tradeoff_to_dict
@@ -63,11 +63,23 @@ def test_a_sweep_written_from_memory_is_the_file_of_the_command_line(
         study("F=1:100:5:log", "x0=-1,0.25"),
         study("F=20:80", "mu=0.1:1:log", kind="sobol", count=9, seed=3),
         study("F=20,30", "mu=1,2", kind="list"),
+        dataclasses.replace(study("F=20,30"), accuracy=(("peak", 1e-4), ("final", 1e-3))),
         dataclasses.replace(study("y0=-1:0:3"), start=[0.0, 0.5, -0.25, 0.0], cases=(False,)),
     ],
 )
 def test_a_study_is_read_as_it_was_written(design: Study) -> None:
     assert study_from_dict(json.loads(json.dumps(study_to_dict(design)))) == design
+
+
+@pytest.mark.parametrize("suffix", [".csv", ".parquet"])
+def test_the_errors_of_a_sweep_are_read_again(suffix: str, tmp_path: Path) -> None:
+    asked = dataclasses.replace(study("F=20,30"), accuracy=(("peak", 1e-4),))
+    result = sweep_in_memory(asked, local_engine(1))
+    path = tmp_path / f"sweep{suffix}"
+    save_sweep(result, path)
+    again = read_sweep(path)
+    assert again.columns[-3:] == ["peak_error", "status", "reason"]
+    assert again.rows == result.rows
 
 
 @pytest.mark.parametrize("suffix", [".csv", ".parquet"])
