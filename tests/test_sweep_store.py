@@ -18,7 +18,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-import fivtui.sweep_store as store_module
+import fivtui.sweep_provenance as provenance_module
 from fivtui import Parameters
 from fivtui.core.design import Design, Range
 from fivtui.core.errors import Cancelled, ComputationError, InputError
@@ -232,7 +232,7 @@ def test_other_versions_and_sizes_are_refused(
     parts = interrupted(out)
     with pytest.raises(InputError, match="members of a piece: 3 there, 4 here"):
         run(out, size=4)
-    monkeypatch.setattr(store_module, "__version__", "9.9")
+    monkeypatch.setattr(provenance_module, "__version__", "9.9")
     with pytest.raises(InputError, match=r'versions.fivtui: "\S+" there, "9.9" here'):
         run(out)
     monkeypatch.undo()
