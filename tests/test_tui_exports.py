@@ -21,6 +21,7 @@ from fivtui.paper.claim import check
 from fivtui.paper.claims import CLAIMS
 from fivtui.paper.study import Study
 from fivtui.presets import PRESETS
+from fivtui.scene import save_scene
 from fivtui.sweep_request import parse_design, study_of
 from fivtui.tradeoff_results import load_tradeoff
 from fivtui.tui.app import FivtuiApp
@@ -290,6 +291,32 @@ def test_the_line_of_a_sweep_is_read_as_the_sweep(
         with pytest.raises(AttributeError):
             run_command(line_words(line))
         assert read == [study]
+
+
+@pytest.mark.parametrize("accuracy", [(), (("peak", 1e-4), ("final", 1e-3)), (("peak", 1e-2),)])
+def test_the_lines_of_an_accuracy_ask_for_it_and_for_nothing_that_follows_from_it(
+    accuracy: tuple[tuple[str, float], ...],
+    monkeypatch: pytest.MonkeyPatch,
+    capsys: pytest.CaptureFixture[str],
+    tmp_path: Path,
+) -> None:
+    path = tmp_path / "scene.toml"
+    saved = dataclasses.replace(BASE, t_end=5.0, accuracy=(("peak", 1e-2),))
+    save_scene(saved, path)
+    scene = dataclasses.replace(BASE, t_end=5.0, tol=1e-8, accuracy=accuracy)
+    study = study_of(scene, parse_design(["F=20,30"], "product"), outputs=("y_abs",))
+    read: list[Any] = []
+    keep = lambda study, *_, **__: read.append(study)  # noqa: E731
+    monkeypatch.setattr("fivtui.sweeps.sweep_in_memory", keep)
+    for origin in (Origin(BASE, ""), Origin(saved, str(path))):
+        read.clear()
+        with pytest.raises(AttributeError):
+            run_command(line_words(sweep_line(study, origin)))
+        assert read == [study]
+        words = line_words(transient_line(scene, origin))
+        run_command(words, "--json")
+        data = json.loads(capsys.readouterr().out)
+        assert set(data.get("accuracy", {}).get("asked", {})) == set(dict(accuracy))
 
 
 def test_a_map_that_no_command_can_say_is_not_copied() -> None:

@@ -96,8 +96,8 @@ class Study:
         As in `integrate`.
     accuracy : tuple of (str, float)
         Errors allowed by quantity, see `check_accuracy`, without ``events``. The tolerance then
-        follows member by member, a finer run verifies it, `tol` is not used, and a row has the
-        errors.
+        follows member by member, a finer run verifies it, `tol` is its default and not used, and
+        a row has the errors.
     outputs : tuple of str
         Names in `OUTPUTS`. Without an output of the transient nothing is integrated.
 
@@ -140,7 +140,7 @@ class Study:
             start=(0.0, 0.0, 0.0, 0.0) if static else self.start,
         )
         object.__setattr__(self, "t_end", problem.t_end)
-        object.__setattr__(self, "tol", problem.tol)
+        object.__setattr__(self, "tol", DEFAULT_TOL if asked else problem.tol)
         if not static:
             object.__setattr__(self, "start", problem.start)
 

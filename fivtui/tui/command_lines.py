@@ -22,7 +22,9 @@ if TYPE_CHECKING:
 
 _PHYSICS: Final = (*PARAMETERS, "separation")
 _MOTION: Final = (*_PHYSICS, "start", "t_end")
-_OF_SWEEPS: Final = (*PARAMETERS, "start", "t_end", "tol")
+_OF_SWEEPS: Final = (*PARAMETERS, "start", "t_end", "tol", "accuracy")
+# What follows from the errors that are asked for.
+_OF_ACCURACY: Final = ("tol", "step")
 _OF_TRANSIENTS: Final = (*_MOTION, "method", "tol", "accuracy", "step")
 _DEFAULT_VALUE: Final = "growth-rate"
 
@@ -39,11 +41,13 @@ def _words(command: str, scene: Scene, origin: Origin, said: Collection[str]) ->
     # The command, the scene that it begins with, and in what else the scene differs.
     begin, words = origin.scene, ["fivtui", command, origin.source]
     considered = "separation" in said and scene.separation and not begin.separation
-    if not origin.source or considered:
-        # The command line can ask to ignore separation, not to consider it again.
+    by_tolerance = "accuracy" in said and not scene.accuracy and begin.accuracy
+    if not origin.source or considered or by_tolerance:
+        # The command line can ask to ignore separation and for errors, not take that back.
         begin, words = base_scene(), ["fivtui", command]
+    following = _OF_ACCURACY if scene.accuracy else ()
     for difference in differences(scene, begin):
-        if difference.name in said:
+        if difference.name in said and difference.name not in following:
             words += difference.words
     return words
 
@@ -142,11 +146,12 @@ def sweep_line(study: "Study", origin: Origin) -> str:
         start=study.start,
         t_end=study.t_end,
         tol=study.tol,
+        accuracy=study.accuracy,
         separation=both or study.cases[0],
     )
     # What the command line of a sweep cannot take back.
     begin = origin.scene
-    stuck = begin.method != scene.method or begin.accuracy or not (both or begin.separation)
+    stuck = begin.method != scene.method or not (both or begin.separation)
     known = Origin(base_scene(), "") if stuck else origin
     words = _words("sweep", scene, known, _OF_SWEEPS)
     if both or not study.cases[0]:
