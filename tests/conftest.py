@@ -1,7 +1,10 @@
 """Settings of all tests."""
 
 import os
+import subprocess
+import sys
 
+import pytest
 from hypothesis import HealthCheck, settings
 
 # No test depends on how fast the machine is; the checks run the same examples every time.
@@ -12,3 +15,19 @@ settings.register_profile(
     suppress_health_check=[HealthCheck.too_slow],
 )
 settings.load_profile("fivtui")
+
+
+_KERNELS = (
+    "from fivtui import simulate; simulate(t_end=1.0, kernel='compiled')",
+    "from fivtui import simulate_batch; simulate_batch({'F': [80.0]}, t_end=1.0)",
+)
+
+
+def pytest_sessionstart(session: pytest.Session) -> None:
+    """Compile the kernels once, before several processes that run all tests need them at once."""
+    config = session.config
+    several = config.getoption("numprocesses", 0) and not hasattr(config, "workerinput")
+    if several and config.args_source is config.ArgsSource.TESTPATHS:
+        compiling = [subprocess.Popen([sys.executable, "-c", code]) for code in _KERNELS]
+        for process in compiling:
+            process.wait()

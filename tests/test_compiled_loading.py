@@ -130,7 +130,27 @@ def test_an_interpreted_run_hands_over_to_the_compiled_kernel_if_that_is_ready_e
     assert fractions[-1] == 1.0
 
 
-@pytest.mark.slow
+def test_a_kernel_is_stored_under_a_name_that_follows_from_all_of_its_sources(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    import numba
+
+    from fivtui.core import recurrences
+    from fivtui.core.kernels import jit
+
+    def stored_as(text: str) -> str:
+        def double(x: float) -> float:
+            return 2.0 * x
+
+        monkeypatch.setattr(jit, "_source", lambda module: text if module is recurrences else "")
+        compiled_double = jit.kernel(numba.float64(numba.float64), recurrences)(double)
+        assert compiled_double(3.0) == 6.0
+        return double.__qualname__
+
+    assert stored_as("square * 3.0") == stored_as("square * 3.0") != stored_as("square * 2.0")
+
+
+@pytest.mark.whole
 def test_kernels_are_compiled_anew_when_a_source_of_theirs_changes(tmp_path: Path) -> None:
     shutil.copytree(PACKAGE, tmp_path / "fivtui", ignore=shutil.ignore_patterns("__pycache__"))
     source = tmp_path / "fivtui" / "core" / "recurrences.py"

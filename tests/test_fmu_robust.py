@@ -59,7 +59,7 @@ def test_it_needs_no_package_and_its_memory_does_not_grow(extracted: Path) -> No
 
 
 @linux
-@pytest.mark.slow
+@pytest.mark.whole
 def test_its_memory_does_not_grow_over_a_million_steps(extracted: Path) -> None:
     _, memory = bare_run(extracted, 1_000_000)
     assert memory[-1] - memory[1] < 300
