@@ -5,6 +5,7 @@ from collections.abc import Mapping
 from dataclasses import asdict, dataclass
 from typing import Any, Final
 
+from .core.divergence import Divergence
 from .core.lyapunov import ErrorGrowth, error_growth
 from .core.methods import METHODS, fixed_step
 from .core.outcome import Transient
@@ -12,6 +13,7 @@ from .core.request import TOL_RANGE, make_problem
 from .core.transient import Progress
 from .scene import Scene
 from .simulation import simulate
+from .verified import runs_part
 
 _FINER: Final = 100.0
 
@@ -39,12 +41,15 @@ class Accuracy:
         ``separated_time`` and ``separations``, in SI units.
     growth : ErrorGrowth
         How errors grow along it.
+    parted : Divergence or None
+        When both runs part: then no digit is to be believed, however near the numbers are.
     """
 
     run: Transient
     finer: str
     estimates: Mapping[str, Estimate]
     growth: ErrorGrowth
+    parted: Divergence | None
 
 
 def accuracy(scene: Scene, *, progress: Progress | None = None) -> Accuracy:
@@ -110,6 +115,7 @@ def accuracy(scene: Scene, *, progress: Progress | None = None) -> Accuracy:
             name: Estimate(value, abs(value - theirs[name])) for name, value in ours.items()
         },
         growth=growth,
+        parted=runs_part(asked, other),
     )
 
 
@@ -138,7 +144,8 @@ def accuracy_to_dict(found: Accuracy) -> dict[str, Any]:
     -------
     dict
         ``parameters``, ``separation``, ``t_end``, ``method``, ``tol``, ``step``, ``finer``,
-        ``estimates{name: {value, difference}}`` and ``growth``.
+        ``estimates{name: {value, difference}}``, ``growth`` and ``parted{t, reason}`` (null where
+        the runs stay together).
     """
     run = found.run
     return {
@@ -151,6 +158,7 @@ def accuracy_to_dict(found: Accuracy) -> dict[str, Any]:
         "finer": found.finer,
         "estimates": {name: asdict(entry) for name, entry in found.estimates.items()},
         "growth": asdict(found.growth),
+        "parted": None if found.parted is None else asdict(found.parted),
     }
 
 

@@ -36,6 +36,10 @@ def simulate(
 ) -> Transient:
     """Compute a transient.
 
+    Two identical calls in one process may differ in the last bits: the first is run by the
+    interpreted kernel, a later one by the compiled kernel, which has been loaded meanwhile. Name a
+    `kernel` where bits matter.
+
     Parameters
     ----------
     parameters : Parameters, optional

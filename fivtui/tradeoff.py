@@ -22,6 +22,7 @@ from .core.transient import KernelChoice, Progress
 from .fmu_run import run_fmu
 from .scene import Scene
 from .simulation import simulate
+from .verified import runs_part
 
 # CPU time of a whole measurement, s, and the share that the settings of one method may take.
 QUICK_S: Final = 7.0
@@ -120,7 +121,7 @@ def measure_tradeoff(
     Raises
     ------
     ComputationError
-        If the scene cannot be finished by the reference.
+        If the scene cannot be finished by the reference, or that cannot be verified.
     Cancelled
         If `progress` returned False.
     """
@@ -132,10 +133,15 @@ def measure_tradeoff(
 
     reference = _native(scene, Setting("taylor", "compiled", "tol", _REFERENCE_TOL), alive)
     truth = observation(reference)
-    floor = _greatest(
-        deviation(observation(_native(scene, Setting("taylor", kernel, "tol", tol), alive)), truth)
+    checks = [
+        _native(scene, Setting("taylor", kernel, "tol", tol), alive)
         for kernel, tol in (("compiled", _CHECK_TOL), ("interpreted", _REFERENCE_TOL))
-    )
+    ]
+    for check in checks:
+        parted = runs_part(check, reference)
+        if parted is not None:
+            raise parted.error()
+    floor = _greatest(deviation(observation(check), truth) for check in checks)
     rows: list[Row] = []
     steps = ladders(time_scale(scene.parameters), scene.t_end)
     with tempfile.TemporaryDirectory(prefix="fivtui-") as folder:

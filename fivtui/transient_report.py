@@ -88,7 +88,12 @@ def print_accuracy(found: "Accuracy") -> None:
     run, growth = found.run, found.growth
     units = {"x": "m", "vx": "m/s", "y": "m", "vy": "m/s", "separations": "", "separated_time": "s"}
     rows = [
-        (name, believed_digits(entry), f"{entry.difference:.1e}", units.get(name, "m"))
+        (
+            name,
+            believed_digits(entry) if found.parted is None else "none",
+            f"{entry.difference:.1e}",
+            units.get(name, "m"),
+        )
         for name, entry in found.estimates.items()
     ]
     print_rows(
@@ -96,9 +101,13 @@ def print_accuracy(found: "Accuracy") -> None:
         ("number", "digits to believe", "difference", "unit"),
         rows,
     )
+    parted = []
+    if found.parted is not None:
+        parted = [("the runs part at", f"t = {found.parted.t:.6g} s: {found.parted.reason}")]
     print_list(
         "Growth of a small error",
         [
+            *parted,
             ("over the run", f"at most {growth.greatest:.3g} times, {growth.final:.3g} at the end"),
             (
                 "largest Lyapunov exponent",

@@ -5,6 +5,7 @@ from dataclasses import dataclass
 from typing import Any, Final
 
 from .core.deviation import QUANTITIES, Deviation, deviation, observation
+from .core.divergence import Divergence, divergence
 from .core.errors import ComputationError
 from .core.methods import takes_step, time_scale
 from .core.outcome import Transient
@@ -55,6 +56,7 @@ def simulate_to(
 
     The tolerance, or the step of a method that takes one, follows from the least error; the same
     run with a finer setting then tells the errors, and the setting is refined until they are met.
+    Runs that part on their way tell nothing, however near their numbers are by chance.
 
     Parameters
     ----------
@@ -79,7 +81,7 @@ def simulate_to(
     InputError
         If the request is wrong.
     ComputationError
-        If a run cannot be finished, or the errors cannot be had.
+        If a run cannot be finished, the errors cannot be had, or the finest runs part.
     Cancelled
         If `progress` returned False.
     """
@@ -99,9 +101,12 @@ def simulate_to(
         fine, runs = run(setting), runs + 1
         found = deviation(observation(coarse), observation(fine))
         missed = [name for name, error in wishes.items() if found.of(name) > error]
-        if not missed:
+        parted = runs_part(coarse, fine)
+        if not missed and parted is None:
             return Verified(fine, wishes, found, runs)
         if setting <= least:
+            if parted is not None:
+                raise parted.error()
             name = missed[0]
             raise ComputationError(
                 f"the error of {name} is about {found.of(name):.1e} at the finest setting of the "
@@ -109,6 +114,16 @@ def simulate_to(
                 "allow a larger error, take a shorter horizon or the method taylor",
             )
         coarse = fine
+
+
+def runs_part(run: Transient, other: Transient) -> Divergence | None:
+    """Where two runs of one problem part, see `core.divergence`; None if they do not."""
+    return divergence(
+        observation(run),
+        observation(other),
+        t_end=other.t_end,
+        time_scale=time_scale(other.parameters),
+    )
 
 
 def verified_to_dict(result: Verified) -> dict[str, Any]:

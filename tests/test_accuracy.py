@@ -65,6 +65,19 @@ def test_the_command_says_it_in_words_and_in_json() -> None:
     assert data["estimates"]["separations"] == {"value": 0.0, "difference": 0.0}
 
 
+def test_runs_that_part_leave_no_digit_to_believe() -> None:
+    undamped = ["accuracy", "--set", "c1=0", "--set", "c2=0", "--t-end", "800", "--tol", "1e-8"]
+    said = CliRunner().invoke(commands, undamped)
+    assert said.exit_code == 0
+    rows = [line.split() for line in said.output.splitlines() if "e-" in line or "e+" in line]
+    assert [row[1] for row in rows if row[0] in ("x", "peak_y_abs", "y_half_range")] == ["none"] * 3
+    assert "the runs part at" in said.output
+    data = json.loads(CliRunner().invoke(commands, [*undamped, "--json"]).stdout)
+    assert 0.0 < data["parted"]["t"] < 800.0
+    assert "switches differ" in data["parted"]["reason"]
+    assert accuracy(scene(tol=1e-8, t_end=20.0)).parted is None
+
+
 def test_it_can_be_cancelled() -> None:
     with pytest.raises(Cancelled):
         accuracy(BASE, progress=lambda part: part < 0.5)

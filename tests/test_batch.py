@@ -75,7 +75,11 @@ def assert_agrees(result: Batch, place: int, run: Transient, *, close: float) ->
         same(getattr(result.peak, name)[place], getattr(run.peak, name), length)
     same(result.peak.vx_max[place], run.peak.vx_max, speed)
     same(result.steady.y_half_range[place], run.steady.y_half_range, length)
-    same(result.events.separated_time[place], run.events.separated_time, run.t_end)
+    # A touch that is lost in rounding lasts for the root of rounding.
+    lost = max(close, 3e-8) * run.t_end
+    assert result.events.separated_time[place] == pytest.approx(
+        run.events.separated_time, rel=close, abs=lost
+    )
 
 
 @pytest.mark.parametrize("tol", [1e-12, 1e-7, 1e-3])

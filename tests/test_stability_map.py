@@ -4,6 +4,7 @@ import json
 import math
 import re
 
+import mpmath
 import numpy as np
 import pytest
 from hypothesis import example, given, settings
@@ -99,6 +100,52 @@ def test_the_rightmost_root_is_that_of_the_quartic(seed: int) -> None:
         roots = np.roots(np.polysub(np.polymul(one, other), [d[case]]))
         tolerance = 1e-5 * np.abs(roots).max()
         assert found[case] == pytest.approx(roots.real.max(), abs=tolerance)
+
+
+def rightmost_in_many_digits(c: float, a: float, b: float, d: float) -> float:
+    # With equal dampings the quartic is a quadratic polynomial in s² + c s.
+    with mpmath.workdps(60):
+        rate, one, other, coupling = map(mpmath.mpf, (c, a, b, d))
+        apart = mpmath.sqrt((one - other) ** 2 / 4 + coupling)
+        inner = [mpmath.sqrt(rate**2 - 2 * (one + other) + 4 * w) for w in (apart, -apart)]
+        return float(max(abs(root.real) - rate for root in map(mpmath.mpc, inner)) / 2)
+
+
+@pytest.mark.parametrize("apart", [0.0, 1e-15, 1e-12, 1e-10, 1e-8, 1e-6, 1e-4, 1e-3, 1e-2])
+def test_modes_that_coalesce_have_the_growth_rate_of_many_digits(apart: float) -> None:
+    # Equal dampings: the undamped frequencies meet where d = -(a - b)²/4.
+    rng = np.random.default_rng(5)
+    count = 12
+    a = rng.uniform(0.05, 0.95, count)
+    b, c = 1.0 - a, 10.0 ** rng.uniform(-4.0, 0.3, count)
+    d = -0.25 * (a - b) ** 2 * (1.0 + apart * rng.choice([-1.0, 1.0], count))
+    found = rightmost_real_part(c, a, c, b, d)
+    true = [rightmost_in_many_digits(*case) for case in np.stack([c, a, b, d], 1).tolist()]
+    # A double root is known to the root of rounding; others to rounding over their distance.
+    allowed = 6e-8 if apart < 1e-14 else 3e-15 / math.sqrt(apart) + 1e-14
+    assert np.abs(found - true).max() <= allowed
+
+
+def test_modes_that_all_but_coalesce_in_any_way_agree_with_the_eigenvalues() -> None:
+    # By equal, nearly equal and different dampings, and by critical damping.
+    rng = np.random.default_rng(6)
+    count = 4000
+    a = rng.uniform(0.05, 0.95, count)
+    b, c1 = 1.0 - a, 10.0 ** rng.uniform(-5.0, 1.0, count)
+    near = 1.0 + 10.0 ** rng.uniform(-14.0, -1.0, count)
+    kind = rng.integers(0, 4, count)
+    c2 = np.select([kind < 2, kind == 2], [c1, c1 * near], 10.0 ** rng.uniform(-5.0, 1.0, count))
+    c1 = np.where(kind == 1, 2.0 * np.sqrt(a) * near, c1)
+    d = -0.25 * (a - b) ** 2 * (2.0 - near)
+    found = rightmost_real_part(c1, a, c2, b, d)
+    matrices = np.zeros((count, 4, 4))
+    matrices[:, [0, 2], [1, 3]] = 1.0
+    for place, value in (((1, 0), -a), ((1, 1), -c1), ((3, 2), -b), ((3, 3), -c2)):
+        matrices[:, *place] = value
+    matrices[:, 3, 0], matrices[:, 1, 2] = 1.0, d
+    values = np.linalg.eigvals(matrices)
+    errors = np.abs(found - values.real.max(axis=1)) / np.abs(values).max(axis=1)
+    assert errors.max() < 2e-7
 
 
 @pytest.mark.parametrize(

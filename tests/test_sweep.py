@@ -3,6 +3,7 @@
 import dataclasses
 import itertools
 import pickle
+import re
 from typing import Any
 
 import numpy as np
@@ -20,6 +21,7 @@ from fivtui.core.errors import Cancelled, ComputationError, InputError
 from fivtui.core.study import DEFAULT_OUTPUTS, OUTPUTS, Study
 from fivtui.core.sweep import Rows, compute_rows, joined
 from fivtui.sweeps import check_in_memory, local_engine, sweep_in_memory
+from fivtui.verified import simulate_to
 
 
 def values(design: Design, first: int, last: int) -> list[tuple[float, ...]]:
@@ -224,7 +226,9 @@ def test_members_are_refined_until_their_errors_are_met(monkeypatch: pytest.Monk
     sizes: list[tuple[float, int]] = []
 
     def seen(parameters: Any, **more: Any) -> Any:
-        sizes.append((more["tol"], len(parameters["F"])))
+        # Shorter runs tell when two of them part.
+        if more["t_end"] == 1000.0:
+            sizes.append((more["tol"], len(parameters["F"])))
         return simulate_batch(parameters, **more)
 
     monkeypatch.setattr(sweep_module, "simulate_batch", seen)
@@ -244,11 +248,34 @@ def test_members_are_refined_until_their_errors_are_met(monkeypatch: pytest.Monk
 def test_a_member_whose_error_cannot_be_had_says_so() -> None:
     vary = {"F": (80.0,), "c1": (0.0, 0.32)}
     base = Parameters(c2=0.0)
-    result = sweep(base, vary=vary, t_end=2000.0, accuracy={"final": 1e-12}, outputs=["y_abs"])
+    result = sweep(base, vary=vary, t_end=300.0, accuracy={"final": 1e-12}, outputs=["y_abs"])
     sensitive = result.rows[0]
     assert sensitive[3:-1] == [None, None, "failed"]
     assert "the error of final is about" in sensitive[-1]
     assert "not 1e-12; allow a larger error" in sensitive[-1]
+
+
+def test_a_member_whose_runs_part_is_refused_however_near_its_numbers_are() -> None:
+    asked, most = {"half_range": 1.0}, 1000.0
+    vary = {"F": (20.0, 80.0), "c1": (0.0, 0.32)}
+    result = sweep(vary=vary, t_end=most, accuracy=asked, outputs=["y_half_range"])
+    assert [row[-2] for row in result.rows] == ["done"] * 4
+    result = sweep(Parameters(c2=0.0), vary=vary, t_end=most, accuracy=asked, outputs=["y_abs"])
+    for row in result.rows:
+        p = Parameters(c2=0.0, F=row[0], c1=row[1])
+        try:
+            simulate_to(asked, p, t_end=most, kernel="compiled")
+        except ComputationError as error:
+            found = re.search(r"part at t = ([\d.]+) s", error.why)
+            told = re.search(r"part between t = ([\d.]+) and ([\d.]+) s", row[-1])
+            assert found is not None
+            assert told is not None
+            # What the numbers at the ends of these parts show may be a part behind the switches.
+            assert float(told[1]) - 0.125 * most <= float(found[1]) <= float(told[2])
+            assert row[-2] == "failed"
+        else:
+            assert row[-2] == "done"
+    assert [row[-2] for row in result.rows].count("failed") >= 1
 
 
 def test_errors_do_not_depend_on_pieces() -> None:

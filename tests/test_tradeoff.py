@@ -10,7 +10,7 @@ from hypothesis import strategies as st
 
 from fivtui.cli import run
 from fivtui.core.deviation import QUANTITIES, Deviation, deviation, observation
-from fivtui.core.errors import Cancelled, InputError
+from fivtui.core.errors import Cancelled, ComputationError, InputError
 from fivtui.core.integration import integrate
 from fivtui.core.parameters import Parameters
 from fivtui.core.tradeoff import Row, Setting, cheapest, ladders, pareto
@@ -169,6 +169,12 @@ def test_a_tradeoff_is_json_csv_and_a_figure(short: Tradeoff, tmp_path: Path) ->
     assert [axes.get_xscale() for axes in figure.axes] == ["log"] * 3
     legend = {text.get_text() for text in figure.legends[0].get_texts()}
     assert legend == {each.setting.label for each in short.rows if each.error is not None}
+
+
+def test_a_reference_that_cannot_be_verified_is_refused_with_the_time() -> None:
+    undamped = replace(SHORT, t_end=1000.0).with_values({"c1": 0.0, "c2": 0.0})
+    with pytest.raises(ComputationError, match="part at t = "):
+        measure_tradeoff(undamped)
 
 
 def test_a_tradeoff_can_be_cancelled() -> None:

@@ -1,14 +1,18 @@
 import dataclasses
 import itertools
 import json
+import re
 from pathlib import Path
 
+import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
 from fivtui import simulation
 from fivtui.cli import run
+from fivtui.core.deviation import Observation
+from fivtui.core.divergence import divergence
 from fivtui.core.errors import ComputationError, InputError
 from fivtui.core.parameters import Parameters
 from fivtui.core.request import TOL_RANGE
@@ -16,6 +20,7 @@ from fivtui.core.wishes import check_accuracy, finer_tol, first_tol
 from fivtui.presets import PRESETS
 from fivtui.runner import run_scene, scene_transient
 from fivtui.scene import load_scene, save_scene
+from fivtui.simulation import simulate
 from fivtui.verified import simulate_to
 from tests.references import REFERENCES
 
@@ -51,6 +56,61 @@ def test_a_fixed_step_is_refined_until_the_error_is_met() -> None:
 def test_an_error_below_rounding_is_refused_with_what_can_be_had() -> None:
     with pytest.raises(ComputationError, match="error of final is about"):
         simulate_to({"final": 1e-16}, Parameters())
+
+
+# Without damping an error grows for ever: two runs part after some hundred seconds.
+UNDAMPED = Parameters(c1=0.0, c2=0.0)
+
+
+@pytest.mark.parametrize("wish", [2e-4, 1e-2, 1.0])
+def test_numbers_after_two_runs_part_are_refused_with_the_time_and_the_reason(wish: float) -> None:
+    with pytest.raises(ComputationError, match=r"part at t = .* switches differ") as caught:
+        simulate_to({"half_range": wish}, UNDAMPED, t_end=1000.0)
+    found = re.search(r"t = ([\d.]+) s", caught.value.why)
+    assert found is not None
+    # What is advised is right: before that time the same number is verified.
+    before = simulate_to({"half_range": wish}, UNDAMPED, t_end=0.8 * float(found[1]))
+    assert before.estimate.half_range <= wish
+
+
+def test_agreement_by_chance_is_no_agreement(monkeypatch: pytest.MonkeyPatch) -> None:
+    # Every number agrees but the state at the end, at all settings.
+    true = simulate(Parameters(), t_end=10.0)
+
+    shifts = itertools.cycle((0.0, 0.02 * true.peak.y_abs))
+
+    def by_chance(*_args: object, **_options: object) -> object:
+        final = true.final._replace(x=true.final.x + next(shifts))
+        return dataclasses.replace(true, final=final)
+
+    monkeypatch.setattr("fivtui.verified.simulate", by_chance)
+    with pytest.raises(ComputationError, match=r"part at t = 10 s: .*% of the amplitude"):
+        simulate_to({"peak": 1.0}, t_end=10.0)
+
+
+def observed(final: float, *times: float) -> Observation:
+    return Observation((final, 0.0, 0.0, 0.0), 1.0, 1.0, np.array(times), len(times) // 2)
+
+
+@pytest.mark.parametrize(
+    ("one", "other", "at"),
+    [
+        (observed(1.0, 2.0, 3.0), observed(1.0, 2.0, 3.0), None),
+        (observed(1.0, 2.0, 3.0), observed(1.009, 2.0, 3.0009), None),
+        (observed(1.0, 2.0, 3.0), observed(1.02, 2.0, 3.0), 9.0),
+        (observed(1.0, 2.0, 3.0), observed(1.0, 2.0, 3.002), 3.0),
+        (observed(1.0, 2.0, 3.0), observed(1.0, 2.0, 3.0, 5.0, 6.0), 5.0),
+        (observed(1.0, 2.0, 4.0, 5.0, 6.0), observed(1.0, 5.0, 6.0), 2.0),
+    ],
+)
+def test_runs_part_at_the_first_switch_that_differs_or_at_the_end(
+    one: Observation, other: Observation, at: float | None
+) -> None:
+    for found in (
+        divergence(one, other, t_end=9.0, time_scale=0.1),
+        divergence(other, one, t_end=9.0, time_scale=0.1),
+    ):
+        assert (None if found is None else found.t) == at
 
 
 @pytest.mark.parametrize(

@@ -7,10 +7,15 @@ A state is (x, ẋ, y, ẏ) in m and m/s.
 import math
 from dataclasses import dataclass
 from enum import IntEnum
+from typing import Final
 
 from .errors import ComputationError
 from .parameters import Parameters
 
+# Forces whose difference is below this part of them balance: it is their rounding. Below the other
+# number, N or N/s, what they do to a mass may be lost to underflow.
+BALANCED: Final = 2.0**-49
+LEAST: Final = 1e-280
 State = tuple[float, float, float, float]
 Matrix = tuple[State, State, State, State]
 
@@ -74,7 +79,8 @@ def mode_of(p: Parameters, state: State, *, separation: bool) -> Mode:
     """The mode in which the motion goes on from a state (Eqs. 3 and 4).
 
     On the switch itself (y = 0) the first nonzero derivative of y decides; both fields agree
-    there, so the derivatives are those of either field.
+    there, so the derivatives are those of either field. A second one within rounding is zero, see
+    `pull`.
 
     Parameters
     ----------
@@ -96,9 +102,33 @@ def mode_of(p: Parameters, state: State, *, separation: bool) -> Mode:
     if y != 0.0:
         return Mode.SEPARATED if y > 0.0 else Mode.CONTACT
     h = 0.5 * p.k3
-    derivatives = (vy, h * x - p.F, h * vx, -h * x)
+    push = h * vx if abs(h * vx) > LEAST else 0.0
+    derivatives = (vy, pull(h, p.F, x), push, -h * x)
     direction = next((value for value in derivatives if value != 0.0), -1.0)
     return Mode.SEPARATED if direction > 0.0 else Mode.CONTACT
+
+
+def pull(h: float, force: float, x: float) -> float:
+    """Force that lifts the slider at rest at y = 0, on plain numbers for compilers too.
+
+    Parameters
+    ----------
+    h : float
+        k3/2, N/m.
+    force : float
+        F, N.
+    x : float
+        Horizontal displacement, m.
+
+    Returns
+    -------
+    float
+        (k3/2) x − F in N; zero if x cannot be told from the place where both forces balance.
+    """
+    held = h * x
+    difference = held - force
+    known = abs(difference) > max(BALANCED * (abs(held) + abs(force)), LEAST)
+    return difference if known else 0.0
 
 
 @dataclass(frozen=True, slots=True)

@@ -1,6 +1,6 @@
-"""The rightmost root of the characteristic quartic, in closed form on arrays."""
+"""The rightmost root of the characteristic quartic on arrays: closed form, or as an eigenvalue."""
 
-from typing import Final
+from typing import Any, Final
 
 import numpy as np
 from numpy.typing import NDArray
@@ -11,6 +11,8 @@ ComplexArray = NDArray[np.complex128]
 _POLISHES: Final = 3
 _DESCENT: Final = 8
 _AMISS: Final = 4e-8
+# A slope at the root that is less than this part of its terms: another root is next to it.
+_COALESCING: Final = 1e-3
 
 
 def rightmost_real_part(
@@ -21,7 +23,9 @@ def rightmost_real_part(
     Shifted by the mean decay g = (c1 + c2)/4 the quartic has no cubic term, and is the product of
     z² + u z + v and z² − u z + w, where u² is the greatest root of the resolvent cubic (Descartes'
     solution). Equal dampings give u = 0 or a double root of the cubic, so the coefficients are
-    formed from the two factors, without the cancellation of the expanded quartic.
+    formed from the two factors, without the cancellation of the expanded quartic. Where the root
+    found has another one next to it, the closed form is worse than the problem: these few points
+    are left to the eigenvalues of a matrix.
 
     Parameters
     ----------
@@ -31,7 +35,7 @@ def rightmost_real_part(
     Returns
     -------
     ndarray
-        Same shape. Accurate to rounding of the greatest |s|, where no roots coincide.
+        Same shape. Accurate to rounding of the greatest |s|, and to its root where roots coincide.
     """
     g = 0.25 * (c1 + c2)
     e = 0.5 * (c1 - c2)
@@ -55,8 +59,41 @@ def rightmost_real_part(
         for sign in (1.0, -1.0)
     )
     root = np.where(near.real >= far.real, near, far) - g
-    polished: FloatArray = _polished(root, (c1, a), (c2, b), d).real
-    return polished
+    root = _polished(root, (c1, a), (c2, b), d)
+    found: FloatArray = root.real
+    close = np.flatnonzero(_coalescing(root, (c1, a), (c2, b)))
+    if close.size > 0:
+        found[close] = _greatest(c1[close], a[close], c2[close], b[close], d[close])
+    return found
+
+
+def _coalescing(
+    root: ComplexArray, first: tuple[FloatArray, FloatArray], second: tuple[FloatArray, FloatArray]
+) -> NDArray[np.bool_]:
+    # Where the slope of the quartic is small beside its terms.
+    (c1, a), (c2, b) = first, second
+
+    def slope(s: Any) -> Any:
+        return (2.0 * s + c1) * ((s + c2) * s + b) + ((s + c1) * s + a) * (2.0 * s + c2)
+
+    close: NDArray[np.bool_] = np.abs(slope(root)) < _COALESCING * slope(np.abs(root))
+    return close
+
+
+def _greatest(
+    c1: FloatArray, a: FloatArray, c2: FloatArray, b: FloatArray, d: FloatArray
+) -> FloatArray:
+    # The two oscillators with a coupling whose product is d.
+    matrices = np.zeros((d.size, 4, 4))
+    matrices[:, 0, 1] = matrices[:, 2, 3] = 1.0
+    matrices[:, 1, 0], matrices[:, 1, 1] = -a, -c1
+    matrices[:, 3, 2], matrices[:, 3, 3] = -b, -c2
+    matrices[:, 3, 0] = np.sqrt(np.abs(d))
+    matrices[:, 1, 2] = np.copysign(matrices[:, 3, 0], d)
+    finite = np.isfinite(matrices).all(axis=(1, 2))
+    greatest = np.full(d.size, np.nan)
+    greatest[finite] = np.linalg.eigvals(matrices[finite]).real.max(axis=1)
+    return greatest
 
 
 def _polished(

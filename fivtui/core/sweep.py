@@ -9,6 +9,7 @@ from numpy.typing import NDArray
 
 from .batch import Requirement, simulate_batch
 from .batch_result import Batch, BatchAmplitude, BatchPeak
+from .divergence import PARTED
 from .errors import Cancelled, ComputationError
 from .parameters import PARAMETERS, Parameters
 from .request import START_SPECS, TOL_RANGE, resolve_start
@@ -20,11 +21,14 @@ from .wishes import finer_tol, first_tol
 Seen = Literal["peak", "amplitude"]
 Places = NDArray[np.int64]
 Floats = NDArray[np.float64]
+Truths = NDArray[np.bool_]
 BlockStart = Literal["static"] | Floats
 
 _STATE: Final = ("x", "vx", "y", "vy")
 _NOT_OF_Y: Final = ("x_abs", "vx_max")
 _FORCE: Final = "contact_force"
+# Parts of the horizon by which it is told when two runs part.
+_PARTS: Final = 8
 # Between two looks at a cancellation.
 _JUDGED: Final = 8192
 _FORCE_OVERFLOW: Final = (
@@ -175,7 +179,7 @@ class _Block:
 
     def _verify(self, places: Places, start: BlockStart, progress: Progress) -> None:
         # As `verified.simulate_to`, member by member: the tolerance is made finer until a run
-        # changes by less than the errors asked for.
+        # changes by less than the errors asked for, and does not part from the one before.
         asked, part = dict(self.study.accuracy), 0.0
 
         def look(fraction: float) -> bool:
@@ -185,24 +189,62 @@ class _Block:
         if places.size > 0:
             coarse = _observed(self._run(places, start, tol, look), asked, self._seen)
         while places.size > 0:
-            tol, part = finer_tol(tol), 0.5
+            before, tol, part = tol, finer_tol(tol), 0.5
             batch = self._run(places, start, tol, look)
             fine = _observed(batch, asked, self._seen)
             errors = {name: _error(name, coarse, fine) for name in asked}
             missed = ~np.all([errors[name] <= asked[name] for name in asked], axis=0)
-            missed[batch.failed] = False
+            parted = _parted(coarse, fine, self._time_scales(places))
+            missed |= parted
+            missed[batch.failed] = parted[batch.failed] = False
             if tol == TOL_RANGE[0]:
-                for place in np.flatnonzero(missed).tolist():
+                for place in np.flatnonzero(missed & ~parted).tolist():
                     found = {name: float(error[place]) for name, error in errors.items()}
                     self.reasons[places[place]] = _too_inexact(found, asked)
+                self._tell_when(places[parted], start, (before, tol), look)
                 missed[:] = False
             for name, error in errors.items():
                 self.results[ERRORS[name].name][places] = error
             self._put(places, batch)
             places, coarse = places[missed], {name: fine[name][missed] for name in fine}
 
+    def _time_scales(self, places: Places) -> Floats:
+        m, k1, k2, k3 = (
+            self.varied.get(name, np.full(len(self.reasons), getattr(self.study.parameters, name)))
+            for name in ("m", "k1", "k2", "k3")
+        )
+        scales: Floats = np.sqrt(m / (k1 + k2 + k3))[places]
+        return scales
+
+    def _tell_when(
+        self, places: Places, start: BlockStart, tols: tuple[float, float], progress: Progress
+    ) -> None:
+        # Members whose runs part: between which parts of the horizon they do, as their reason.
+        for count in range(1, _PARTS + 1):
+            if places.size == 0:
+                return
+            begin, end = ((n / _PARTS) * self.study.t_end for n in (count - 1, count))
+            parted = np.ones(places.size, dtype=bool)
+            if count < _PARTS:
+                coarse, fine = (
+                    _observed(self._run(places, start, tol, progress, end), (), self._seen)
+                    for tol in tols
+                )
+                parted = _parted(coarse, fine, self._time_scales(places))
+            for place in places[parted].tolist():
+                self.reasons[place] = (
+                    f"two runs at different accuracy part between t = {begin:.6g} and {end:.6g} s; "
+                    "nothing after that can be verified: take a shorter horizon"
+                )
+            places = places[~parted]
+
     def _run(
-        self, places: Places, start: BlockStart, tol: float, progress: Progress | None
+        self,
+        places: Places,
+        start: BlockStart,
+        tol: float,
+        progress: Progress | None,
+        t_end: float | None = None,
     ) -> Batch:
         study = self.study
         parameters = {name: c[places] for name, c in self.varied.items() if name in PARAMETERS}
@@ -211,7 +253,7 @@ class _Block:
         return simulate_batch(
             parameters,
             base=study.parameters,
-            t_end=study.t_end,
+            t_end=study.t_end if t_end is None else t_end,
             tol=tol,
             separation=self.separation[places],
             start=start if isinstance(start, str) else start[places],
@@ -223,10 +265,9 @@ class _Block:
     def _requirements(self) -> set[Requirement]:
         asked = dict(self.study.accuracy)
         required: set[Requirement] = {_part(column, self._seen) for column in self._wanted}
-        if "final" in asked:
-            required.add("final")
-        if "peak" in asked or "half_range" in asked:
-            required.add(self._seen)
+        if asked:
+            # What tells whether two runs are the same motion.
+            required |= {"final", "events", self._seen}
         if "half_range" in asked:
             required.add("steady")
         return required
@@ -326,14 +367,21 @@ def _found(batch: Batch, column: SweepColumn, seen: Seen) -> NDArray[np.float64]
 
 def _observed(batch: Batch, asked: Collection[str], seen: Seen) -> dict[str, Floats]:
     # What of the members is compared, an array each with the members along its first axis.
-    observed = {}
-    if "final" in asked:
-        observed["final"] = batch.final
-    if "peak" in asked or "half_range" in asked:
-        observed["peak"] = getattr(batch, seen).y_abs
+    observed = {"final": batch.final, "peak": getattr(batch, seen).y_abs}
+    switches = batch.events.separations + batch.events.reattachments
+    observed["switches"] = switches.astype(np.float64)
     if "half_range" in asked:
         observed["half_range"] = batch.steady.y_half_range
     return observed
+
+
+def _parted(run: Mapping[str, Floats], truth: Mapping[str, Floats], scales: Floats) -> Truths:
+    # Whether two runs of the members are different motions, as in `divergence`.
+    weights = np.stack([np.ones_like(scales), scales] * 2, axis=1)
+    apart = (np.abs(run["final"] - truth["final"]) * weights).max(axis=1)
+    size = np.maximum((np.abs(truth["final"]) * weights).max(axis=1), truth["peak"])
+    parted: Truths = (run["switches"] != truth["switches"]) | ~(apart <= PARTED * size)
+    return parted
 
 
 def _error(quantity: str, run: Mapping[str, Floats], truth: Mapping[str, Floats]) -> Floats:

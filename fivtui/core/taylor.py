@@ -11,7 +11,7 @@ from operator import mul
 from typing import Final, NamedTuple
 
 from .errors import ComputationError, InputError
-from .model import Mode, State, mode_of
+from .model import Mode, State, mode_of, pull
 from .parameters import Parameters
 from .polynomial import first_root
 from .recurrences import coefficient_function, constants, field_of, state_function
@@ -32,7 +32,9 @@ ORDER_STEP: Final = 4
 LONGEST_STEP: Final = 1e3
 # Half of what a straight line exceeds the power of two by, as an exponent.
 EXP2_BIAS: Final = 0.043
-# More switches than this without time advancing is chatter below the spacing of floats.
+# A step that a switch ends before this many times √(m/stiffness) does not advance the motion, and
+# more of these in a row than can be are chatter below the spacing of floats.
+SHORTEST_FLIGHT: Final = 2.0**-30
 MAX_STALLED: Final = 64
 
 
@@ -48,7 +50,7 @@ class Instant(NamedTuple):
     mode : Mode
         The field that governs the next step.
     stalled : int
-        Steps taken without time advancing.
+        Steps taken, one after the other, that did not advance.
     """
 
     t: float
@@ -259,6 +261,8 @@ class TaylorStepper:
         """
         mode = self._mode
         x, y = self._expand[mode](*self._state, *self._constants[mode])
+        if self._state[2] == 0.0 and self._separation:
+            y = self._settled(y)
         duration = self._step_size(x, y)
         powers = tuple(accumulate(repeat(duration, self._degree), mul, initial=1.0))
         x, y = tuple(map(mul, x, powers)), tuple(map(mul, y, powers))
@@ -281,9 +285,21 @@ class TaylorStepper:
             self._mode = mode_of(self._p, state, separation=True)
         start, remainder = self._time, self._remainder
         self._add_to_time(duration)
-        self._check_progress(start)
+        short = root is not None and duration < SHORTEST_FLIGHT * self._time_scale
+        self._check_progress(start, short=short)
         switches = self._mode is not mode
         return Segment(mode, start, remainder, duration, self._time, x, y, state, switches)
+
+    def _settled(self, y: tuple[float, ...]) -> tuple[float, ...]:
+        # On the switch, where the forces balance to rounding, the acceleration is that of the
+        # damper: with a sign by chance the motion would seem to cross at once, again and again.
+        x, vx, _, vy = self._state
+        if pull(0.5 * self._p.k3, self._p.F, x) != 0.0:
+            return y
+        given = self._constants[self._mode]
+        half = 0.5 * given.yvy * vy
+        sixth = (given.yx * vx + given.yy * vy + 2.0 * given.yvy * half) / 6.0
+        return (*y[:2], half, sixth, *y[4:])
 
     def _step_size(self, x: tuple[float, ...], y: tuple[float, ...]) -> float:
         # The last two terms of the velocities stay below the tolerance relative to the speed, or
@@ -325,7 +341,7 @@ class TaylorStepper:
         )
         self._time = total
 
-    def _check_progress(self, start: float) -> None:
-        self._stalled = self._stalled + 1 if self._time == start else 0
+    def _check_progress(self, start: float, *, short: bool) -> None:
+        self._stalled = self._stalled + 1 if short or self._time == start else 0
         if self._stalled > MAX_STALLED:
             raise stall_error(start)

@@ -46,6 +46,11 @@ def inner(function: F) -> F:
     return cast("F", numba.njit(**_OPTIONS)(function))
 
 
+def plain(function: F) -> F:
+    """`inner`, but every operation is rounded: the same bits as in Python."""
+    return cast("F", numba.njit(**{**_OPTIONS, "fastmath": False})(function))
+
+
 def part(function: F) -> F:
     """`inner`, and copied to wherever it is called: short, and where time is spent."""
     return cast("F", numba.njit(forceinline=True, **_OPTIONS)(function))

@@ -4,9 +4,10 @@ A block's part is done for all blocks before the next part is begun: most of the
 operations that wait for each other, and those of several blocks overlap.
 """
 
-from typing import Any
+from typing import Any, Final
 
-from ..taylor import MAX_STALLED
+from ..model import BALANCED, LEAST
+from ..taylor import LONGEST_STEP, MAX_STALLED, SHORTEST_FLIGHT
 from . import rows
 from .jit import inner
 from .lane_steps import (
@@ -20,9 +21,11 @@ from .lane_steps import (
 )
 from .vectors import (
     LANES,
+    absolute,
     behind,
     bits,
     choose,
+    greatest,
     lanes_of,
     least,
     load_lanes,
@@ -30,6 +33,9 @@ from .vectors import (
     splat,
     store_lanes,
 )
+
+# The shortest flight that advances, as a part of the longest step.
+_SHORTEST: Final = SHORTEST_FLIGHT / LONGEST_STEP
 
 
 @inner
@@ -101,9 +107,12 @@ def _switch(w: Any, end: Any, cut: Any, going: Any) -> None:
     x, vx, vy = load_lanes(w, rows.X), load_lanes(w, rows.VX), load_lanes(w, rows.VY)
     side = load_lanes(w, rows.SIDE)
     coupling = load_lanes(w, rows.COUPLING)
-    pull = coupling * x - load_lanes(w, rows.PRELOAD)
+    held, preload = coupling * x, load_lanes(w, rows.PRELOAD)
+    pull = held - preload
+    rounding = (absolute(held) + absolute(preload)) * BALANCED
+    pull = choose(absolute(pull) > greatest(rounding, splat(LEAST)), pull, 0.0)
     push = coupling * vx
-    third = choose(push != 0.0, push, splat(0.0) - coupling * x)
+    third = choose(absolute(push) > LEAST, push, splat(0.0) - coupling * x)
     direction = choose(vy != 0.0, vy, choose(pull != 0.0, pull, third))
     new_side = choose(cut, choose(direction > 0.0, 1.0, -1.0), side)
     switched = (new_side != side) & going
@@ -148,7 +157,8 @@ def go_on(w: Any, t_end: float, rooted: int, live: int, max_steps: float) -> Any
     if rooted != 0:
         _switch(w, end, cut, going)
     made = load_lanes(w, rows.STEPS) + choose(going, 1.0, 0.0)
-    stuck = choose(end == t, load_lanes(w, rows.STUCK) + 1.0, 0.0)
+    short = cut & (h < load_lanes(w, rows.LONGEST) * _SHORTEST)
+    stuck = choose(short | (end == t), load_lanes(w, rows.STUCK) + 1.0, 0.0)
     store_lanes(w, rows.STEPS, made)
     store_lanes(w, rows.STUCK, stuck)
     store_lanes(w, rows.T, choose(going, end, t))

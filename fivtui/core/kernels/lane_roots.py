@@ -11,6 +11,7 @@ from .jit import inner
 from .lane_members import lane_of
 from .lane_steps import curved_at, slope_bound, slope_sway, sway, values_at
 from .polynomials import CALLER, PRECISE, sign_roots
+from .steps import STILL, settle
 from .vectors import (
     LANES,
     absolute,
@@ -59,6 +60,12 @@ def _queue(work: Any, slot: int, place: int, degree: int) -> None:
     q[rows.FINAL_SLOPE * LANES] = w[rows.VY * LANES]
     for n in range(degree + 1):
         q[(rows.QUEUED + n) * LANES] = w[(rows.SERIES + 2 * n + 1) * LANES]
+    series = behind(w, rows.SERIES * LANES)
+    if series[LANES] == 0.0:
+        forces = w[rows.COUPLING * LANES], w[rows.PRELOAD * LANES]
+        settle(
+            behind(q, rows.QUEUED * LANES), LANES, series[0], series[2 * LANES], forces, w, LANES
+        )
 
 
 @inner
@@ -166,11 +173,13 @@ def _root(c: Any, degree: int, h: Any, side: Any, fresh: Any, guess: Any, wanted
         length = choose(fresh, t, splat(1.0))
         new = t - length * ((value * slope) / (slope * slope - value * bend))
         change = absolute(new - t)
-        within = (new > left) & (new < right)
-        close = change <= t * PRECISE
+        # Halley's method stands still at an extremum too: there Newton's would not.
+        near = absolute(value) * length <= change * absolute(slope) * 2.0
+        within = (new > left) & (new < right) & (near | (change > t * STILL))
+        close = near & (change <= t * PRECISE)
         # Changes shrink cubically: the next is about change (change/last)².
         next_is_none = change * change * change <= last * last * (t * PRECISE)
-        accepted = close | (within & (change < last * 1e-3) & next_is_none)
+        accepted = close | (near & within & (change < last * 1e-3) & next_is_none)
         middle = (left + right) * 0.5
         stuck = (value == 0.0) | (negated(within | close) & ((middle <= left) | (middle >= right)))
         moved = choose(accepted, least(greatest(new, left), right), choose(within, new, middle))

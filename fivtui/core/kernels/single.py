@@ -11,9 +11,9 @@ from typing import Any, Final, NamedTuple
 import numba
 import numpy as np
 
-from .. import polynomial, recurrences, taylor
+from .. import model, polynomial, recurrences, taylor
 from ..recurrences import Constants
-from ..taylor import EXP2_BIAS, LONGEST_STEP, MAX_STALLED
+from ..taylor import EXP2_BIAS, LONGEST_STEP, MAX_STALLED, SHORTEST_FLIGHT
 from . import bounds, expansion, linear_tables, polynomials, steps, vectors
 from .bounds import RECIPROCAL
 from .expansion import ROWS, expand_cubic
@@ -32,6 +32,7 @@ from .steps import (
     is_finite,
     mode_after,
     scale_column,
+    settle,
 )
 from .vectors import (
     LANES,
@@ -209,6 +210,7 @@ _row = numba.types.Array(numba.float64, 1, "C")
 
 @kernel(
     numba.int64(_row, _row, _row, _matrix, _matrix, numba.boolean, numba.int64),
+    model,
     polynomial,
     recurrences,
     taylor,
@@ -263,6 +265,7 @@ def advance(
     for n in range(4 * ROWS):
         c[n] = 0.0
     stage = (0.5 * t_end, behind(b, SEEN), scratch)
+    forces, shortest = (b[COUPLING], b[PRELOAD]), SHORTEST_FLIGHT / b[FREQUENCY]
     x, vx, y, vy, mode = b[_X], b[_VX], b[_Y], b[_VY], int(b[_MODE])
     t, remainder = b[_T], b[_REMAINDER]
     switched, stored, sampled = int(b[SWITCHES]), int(b[SEGMENTS]), int(b[_SAMPLES])
@@ -285,6 +288,8 @@ def advance(
         else:
             constants = behind(b, GIVEN + mode * _CONSTANTS)
             expand_tabulated(c, constants, behind(tables, mode * TABLE_SIZE), tabulated, order)
+        if y == 0.0 and separation:
+            settle(behind(c, 1), 2, x, vx, forces, behind(b, GIVEN + mode * _CONSTANTS), 1)
         h = step_size(c, degree, b)
         ends = ends_of(c, degree, h)
         root = -1.0
@@ -330,7 +335,7 @@ def advance(
             store_segment(c, degree, h, here, mode, row)
             stored += 1
         b[_STEPS] += 1.0
-        stalled = stalled + 1 if end == t else 0
+        stalled = stalled + 1 if end == t or (root >= 0.0 and h < shortest) else 0
         t, remainder, mode = end, rest, new_mode
         if last:
             ending = DONE

@@ -9,9 +9,11 @@ from typing import Any, Final
 import numpy as np
 from numpy.typing import NDArray
 
+from ..model import LEAST, pull
+from ..recurrences import Constants
 from .bounds import CUBIC, DEGREES, SLOPE_CUBIC
 from .expansion import GROUP, ROWS
-from .jit import inner, part
+from .jit import inner, part, plain
 from .polynomials import CALLER, PRECISE, WORK_SIZE, sign_roots, transform, turns, variations, widen
 from .vectors import (
     absolute,
@@ -46,12 +48,16 @@ SCRATCH: Final = WORK_SIZE + 2 * (ROWS + GROUP)
 # A change of this part of the step at an extremum changes its value by the cube of it.
 _EXTREME: Final = 4e-6
 _ITERATIONS: Final = 100
+# A change that is less than this part of a root, and that Newton's method would not make, is none.
+STILL: Final = 1e-6
 # Weights of the terms in the derivatives.
 _SLOPE: Final = _grouped(DEGREES)
 _CURVE: Final = _grouped(DEGREES * (DEGREES - 1.0) / 2.0)
 _OFF: Final = _grouped(CUBIC)
 _SLOPE_OFF: Final = _grouped(SLOPE_CUBIC)
 _THIRD: Final = 1.0 / 3.0
+_YX, _YY, _YVY = (Constants._fields.index(name) for name in ("yx", "yy", "yvy"))
+_pull: Final = plain(pull)
 
 
 @part
@@ -212,12 +218,14 @@ def _refined(c: Any, degree: int, h: float, side: float, fresh: bool, guess: flo
         # Equal to -newton / (1 + newton bend / slope) with newton = -value / slope.
         new = t - value * slope / (slope * slope - value * bend)
         change = abs(new - t)
-        if change <= t * PRECISE:
+        # Halley's method stands still at an extremum too: there Newton's would not.
+        near = abs(value) <= 2.0 * change * abs(slope)
+        if near and change <= t * PRECISE:
             return min(max(new, left), right)
-        if left < new < right:
+        if left < new < right and (near or change > STILL * t):
             t = new
             # Changes shrink cubically: the next is about change (change/last)².
-            if change < 1e-3 * last and change * (change / last) ** 2 <= t * PRECISE:
+            if near and change < 1e-3 * last and change * (change / last) ** 2 <= t * PRECISE:
                 break
             last = change
         else:
@@ -239,12 +247,28 @@ def mode_after(x: float, vx: float, vy: float, coupling: float, preload: float) 
     """The mode in which the motion goes on from y = 0: `core.model.mode_of` there."""
     direction = vy
     if direction == 0.0:
-        direction = coupling * x - preload
-    if direction == 0.0:
+        direction = _pull(coupling, preload, x)
+    if direction == 0.0 and abs(coupling * vx) > LEAST:
         direction = coupling * vx
     if direction == 0.0:
         direction = -coupling * x
     return 0 if direction > 0.0 else CONTACT
+
+
+@inner
+def settle(
+    y: Any, stride: int, x: float, vx: float, forces: tuple[float, float], given: Any, apart: int
+) -> None:
+    """Acceleration and jerk at y = 0, where the forces balance to rounding: `core.taylor` there.
+
+    `y` are its coefficients, `stride` apart, and `given` the `Constants`, `apart`.
+    """
+    if _pull(forces[0], forces[1], x) == 0.0:
+        vy, damping = y[stride], given[_YVY * apart]
+        half = 0.5 * damping * vy
+        y[2 * stride] = half
+        sixth = given[_YX * apart] * vx + given[_YY * apart] * vy + 2.0 * damping * half
+        y[3 * stride] = sixth / 6.0
 
 
 @part

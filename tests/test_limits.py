@@ -1,0 +1,119 @@
+"""Numerical limits by what they deliver: ten thousand times as loose, each of them shows here."""
+
+import math
+
+import numpy as np
+import pytest
+
+from fivtui import Parameters, simulate, stability
+from fivtui.core.errors import ComputationError
+from fivtui.core.lyapunov import error_growth
+from fivtui.core.model import State
+from fivtui.core.polynomial import roots
+from fivtui.core.request import make_problem
+from fivtui.core.shooting import PeriodicOrbit, Section, shoot
+from fivtui.core.variation import flow
+
+# F = 80 N: where the separating cycle is born, and its lift-off and period there, by a
+# continuation with other code.
+FOLD, FOLD_PERIOD = 0.277876613, 1.1945636
+
+
+def as_state(values: list[float]) -> State:
+    x, vx, y, vy = values
+    return (x, vx, y, vy)
+
+
+@pytest.fixture(scope="module")
+def folded() -> PeriodicOrbit:
+    """The cycle next to the fold, followed down from a transient."""
+    p = Parameters(mu=0.3)
+    run = simulate(
+        p, t_end=200.0, start=(0.0, 0.0, 1.5, 3.0), samples="dense", kernel="interpreted"
+    )
+    assert run.solution is not None
+    one, other = run.switch_times[0 if run.first_mode else 1 :: 2][-2:]
+    there = run.solution([one])
+    guess = as_state([float(there.x[0]), float(there.vx[0]), 0.0, float(there.vy[0])])
+    orbit = shoot(p, guess, float(other - one), Section.LIFT_OFF)
+    for beyond in (1e-2, 2e-3, 3e-4, 4e-5, 2e-6, 4e-8):
+        at = Parameters(mu=FOLD + beyond)
+        orbit = shoot(at, orbit.start, orbit.period, Section.LIFT_OFF)
+    return orbit
+
+
+def test_next_to_the_fold_there_is_an_orbit_and_below_it_none(folded: PeriodicOrbit) -> None:
+    assert folded.period == pytest.approx(FOLD_PERIOD, abs=5e-5)
+    # Here the return map misses by 1e-9 to 1e-8 of the orbit, and by no less.
+    for below in (1e-9, 3e-9, 1e-8):
+        with pytest.raises(ComputationError, match="no periodic orbit"):
+            shoot(Parameters(mu=FOLD - below), folded.start, folded.period, Section.LIFT_OFF)
+
+
+def test_an_orbit_closes_and_its_numbers_are_those_of_a_run_over_it(folded: PeriodicOrbit) -> None:
+    p = Parameters(mu=FOLD + 4e-8)
+    run = simulate(p, t_end=folded.period, start=folded.start, method="scipy-dop853", tol=1e-13)
+    final = (run.final.x, run.final.vx, run.final.y, run.final.vy)
+    assert final == pytest.approx(folded.start, abs=1e-9)
+    finest = simulate(p, t_end=folded.period, start=folded.start, tol=1e-13, kernel="interpreted")
+    assert folded.y_min == pytest.approx(finest.peak.y_min, rel=2e-13)
+    assert folded.x_abs == pytest.approx(finest.peak.x_abs, rel=2e-13)
+    assert folded.separated_time == pytest.approx(finest.events.separated_time, rel=1e-12)
+
+
+@pytest.mark.parametrize("beyond", [1e-4, 1e-6, 1e-9])
+def test_a_small_cycle_is_told_from_rest(beyond: float) -> None:
+    # A cycle born at a supercritical boundary grows like the root of the distance from it.
+    critical = stability(Parameters(F=40.0)).critical_mu[0].mu
+    p = Parameters(F=40.0, mu=critical + beyond)
+    verdict = stability(p)
+    mode = max(verdict.modes, key=lambda mode: mode.growth_rate)
+    x, y = (part / mode.shape[1] * -3.53 * math.sqrt(beyond) for part in mode.shape)
+    rest = verdict.equilibrium
+    guess = (rest.x + x.real, (mode.eigenvalue * x).real, rest.y + y.real, 0.0)
+    period = 2.0 * math.pi / mode.angular_frequency
+    orbit = shoot(p, guess, period, Section.LOWEST_POINT)
+    assert orbit.half_range / math.sqrt(beyond) == pytest.approx(3.53, rel=2e-3)
+    assert orbit.period == pytest.approx(period, rel=beyond + 1e-9)
+
+
+@pytest.mark.parametrize(
+    ("p", "separation", "start"),
+    [
+        (Parameters(), True, "static"),
+        (Parameters(mu=0.2), True, (0.1, 0.0, -0.5, 0.0)),
+    ],
+)
+def test_errors_grow_as_the_derivative_of_the_flow_says(
+    p: Parameters, separation: bool, start: State
+) -> None:
+    problem = make_problem(p, t_end=20.0, separation=separation, tol=1e-12, start=start)
+    frequency = math.sqrt((p.k1 + p.k2 + p.k3) / p.m)
+    weights = np.array([1.0, frequency, 1.0, frequency])
+    end = flow(p, problem.start, 20.0, separation=separation).derivative @ weights
+    grown = float(np.linalg.norm(end / weights)) / 2.0
+    assert error_growth(problem).final == pytest.approx(grown, rel=2e-5)
+
+
+def test_the_derivative_of_the_flow_contracts_volume_to_rounding() -> None:
+    # Liouville; the trace of the matrix is the divergence everywhere, −(c1 + c2)/m.
+    p = Parameters()
+    derivative = flow(p, (0.3, 1.0, -0.5, 2.0), 3.0).derivative
+    contraction = math.exp(-(p.c1 + p.c2) / p.m * 3.0)
+    assert np.linalg.det(derivative) == pytest.approx(contraction, rel=1e-13)
+
+
+@pytest.mark.parametrize("damping", [1e-9, 1e-10])
+def test_the_least_damping_makes_stable_and_none_does_not(damping: float) -> None:
+    verdict = stability(Parameters(c1=damping, c2=damping, mu=0.0))
+    assert verdict.growth_rate == pytest.approx(-0.1 * damping, rel=1e-4)
+    assert verdict.stable
+    assert not stability(Parameters(c1=0.0, c2=0.0, mu=0.0)).stable
+
+
+def test_two_roots_next_to_each_other_and_to_the_start_are_two() -> None:
+    # (t − δ)(t − 2 δ): a flight of the length δ of a step after the start.
+    for part in (1e-9, 1e-11, 1e-13):
+        assert list(roots([2.0 * part * part, -3.0 * part, 1.0])) == pytest.approx(
+            [part, 2.0 * part], rel=1e-14
+        )
