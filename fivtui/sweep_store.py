@@ -89,7 +89,8 @@ class SweepStore:
         self._sweep = ""
         self._pieces: dict[int, Path] = {}
         self.kept = self.failed = 0
-        self.complete = self._is_complete()
+        with _readable(out):
+            self.complete = self._is_complete()
         if not self.complete:
             check_output(out, force=force)
             self._provenance = provenance_of(study, self._form)
@@ -334,13 +335,22 @@ def open_store(
         if store.complete:
             store.clear_own()
         else:
-            store._open()
+            with _readable(store.folder):
+                store._open()
         yield store
     if store.complete:
         (folder / _LOCK).unlink(missing_ok=True)
         # What somebody else has put there is left.
         with suppress(OSError):
             folder.rmdir()
+
+
+@contextmanager
+def _readable(path: Path) -> Iterator[None]:
+    try:
+        yield
+    except OSError as error:
+        raise InputError(f"{path}: cannot be read: {error.strerror or error}") from None
 
 
 def _write(file: BinaryIO, content: bytes) -> None:

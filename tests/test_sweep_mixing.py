@@ -1,7 +1,9 @@
 """No file of a sweep ever has rows of two: pieces, manifests, finished files and machines."""
 
 import dataclasses
+import errno
 import json
+import os
 import shutil
 from collections.abc import Callable, Generator, Iterable
 from pathlib import Path
@@ -289,6 +291,28 @@ def test_rows_that_were_read_keep_what_their_file_says(
     here.write_bytes(right[".csv", "lighter"])
     save_sweep(read_sweep(here), tmp_path / f"here-again{suffix}")
     assert (tmp_path / f"here-again{suffix}").read_bytes() == right[suffix, "lighter"]
+
+
+def test_what_cannot_be_read_is_said(
+    right: dict[tuple[str, str], bytes], monkeypatch: pytest.MonkeyPatch, tmp_path: Path
+) -> None:
+    out, read = tmp_path / "out.csv", Path.open
+
+    def broken(path: Path, mode: str = "r", **more: Any) -> Any:
+        if path == out:
+            raise OSError(errno.EIO, os.strerror(errno.EIO))
+        return read(path, mode, **more)
+
+    out.write_bytes(right[".csv", "lighter"])
+    monkeypatch.setattr(Path, "open", broken)
+    with pytest.raises(InputError, match=r"out\.csv: cannot be read: Input/output error"):
+        run(out)
+    monkeypatch.undo()
+    out.unlink()
+    manifest = begun(out) / "manifest.json"
+    manifest.unlink()
+    manifest.mkdir()
+    refused(out, r"out\.csv\.parts: cannot be read: Is a directory")
 
 
 def test_a_piece_that_lacks_rows_is_not_stored(tmp_path: Path) -> None:
