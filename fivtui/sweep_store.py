@@ -138,7 +138,7 @@ class SweepStore:
         count = piece_count(self._study.members, self.size)
         for file in piece_files(self.folder):
             wanted = file.number < count and file.number not in self._pieces
-            if wanted and file.sweep == self._sweep and file.sound:
+            if wanted and file.sound:
                 piece = piece_of(file.number, self._study.members, self.size)
                 self._count(piece, file.path, file.failed)
         for path in self.folder.iterdir():
@@ -176,7 +176,8 @@ class SweepStore:
                 " finish it where it was begun, choose another --out"
             )
         self.size = size
-        if old_piece_files(self.folder) or {file.sweep for file in own} - {digest_of(there)}:
+        asked = digest_of(self._manifest())
+        if old_piece_files(self.folder) or any(file.sweep != asked for file in own):
             return (
                 f"has pieces of another sweep than its {MANIFEST} says; delete that folder, choose "
                 "another --out"
