@@ -11,10 +11,11 @@ from fivtui import files
 from fivtui.cli import commands, run
 from fivtui.cli.group import Command
 from fivtui.cli.paths import InputFile, OutputFile, OutputFolder, SceneName
-from fivtui.compare import comparison_files
+from fivtui.compare import compare, comparison_files
 from fivtui.core.errors import InputError
 from fivtui.files import check_apart, parts_folder, write_atomically
 from fivtui.paper.figures import figure_files, save_figures
+from fivtui.presets import PRESETS
 
 SCENE = 'fivtui_scene = 1\noutputs = ["transient", "trajectory"]\n'
 
@@ -221,6 +222,14 @@ def test_pictures_and_data_of_the_paper_are_different_files(tmp_path: Path) -> N
     with pytest.raises(InputError, match="is the same file as"):
         save_figures([2], tmp_path, formats=["svg", "png"], force=True)
     assert [path.name for path in tmp_path.iterdir()] == [files_of.pictures[0].name]
+
+
+def test_the_files_of_a_comparison_are_different_ones(tmp_path: Path) -> None:
+    fmu, figure = comparison_files(tmp_path)
+    figure.symlink_to(fmu)
+    with pytest.raises(InputError, match="is the same file as"):
+        compare(PRESETS["base"], tmp_path, force=True)
+    assert names_in(tmp_path) == [figure.name]
 
 
 def test_a_comparison_leaves_its_scene_alone(

@@ -2,11 +2,12 @@
 
 from collections.abc import Mapping, Sequence
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import click
 
-from ..files import Named, check_apart, parts_folder
+if TYPE_CHECKING:
+    from ..files import Named
 
 
 class InputFile(click.Path):
@@ -52,6 +53,8 @@ def check_paths(params: Sequence[click.Parameter], values: Mapping[str, Any]) ->
     values : mapping of str to object
         What is given for them.
     """
+    from ..files import check_apart, parts_folder
+
     given = [
         (param, values[param.name or ""])
         for param in params
@@ -80,16 +83,18 @@ def check_in_folder(paths: Sequence[Path], scene: str) -> None:
     scene : str
         What is given as the scene.
     """
+    from ..files import check_apart
+
     check_apart([("--out", path) for path in paths], _scene(scene))
 
 
-def _read(param: click.Parameter, value: Any) -> list[Named]:
+def _read(param: click.Parameter, value: Any) -> "list[Named]":
     if isinstance(param.type, SceneName):
         return _scene(value)
     return [(param.type.called, value)] if isinstance(param.type, InputFile) else []
 
 
-def _scene(text: str) -> list[Named]:
+def _scene(text: str) -> "list[Named]":
     from ..scene import scene_file
 
     path = scene_file(text)
