@@ -4,7 +4,7 @@ import logging
 import math
 import pickle
 import time
-from collections.abc import Generator, Iterable, Iterator
+from collections.abc import Generator, Iterable, Iterator, Mapping
 from contextlib import contextmanager
 from importlib.util import find_spec
 from itertools import islice
@@ -13,8 +13,9 @@ from typing import TYPE_CHECKING, Any, Final
 from .core.errors import ComputationError, InputError
 from .core.study import Study
 from .core.sweep import Rows
+from .sweep_arithmetic import arithmetic_difference, arithmetic_of
+from .sweep_pieces import Piece
 from .sweep_provenance import versions
-from .sweep_store import Piece
 from .sweeps import Engine
 
 if TYPE_CHECKING:
@@ -88,14 +89,20 @@ def _engine(client: "Client", address: str) -> Engine:
         # worker without fivtui fails here, and not in reading the message, which would end it.
         import pickle
 
-        from fivtui.core.sweep import compute_rows
         from fivtui.sweep_provenance import versions
 
-        study, piece = pickle.loads(packed)  # noqa: S301, it comes from `submit` below
-        return versions(), compute_rows(study, piece.first, piece.last)
+        there, asked = versions(), pickle.loads(packed)  # noqa: S301, it comes from `submit` below
+        if asked["versions"] != there:
+            return there, None, None
+
+        from fivtui.core.sweep import compute_rows
+        from fivtui.sweep_arithmetic import arithmetic_of
+
+        study, piece = pickle.loads(asked["piece"])  # noqa: S301
+        return there, arithmetic_of(study), compute_rows(study, piece.first, piece.last)
 
     def engine(study: Study, pieces: Iterable[Piece]) -> Generator[tuple[Piece, Rows]]:
-        own, waiting = versions(), iter(pieces)
+        own, arithmetic, waiting = versions(), arithmetic_of(study), iter(pieces)
         handed_out: dict[Any, Piece] = {}
         completed = as_completed(loop=client.loop)
         threads, looked = 0, -math.inf
@@ -103,14 +110,17 @@ def _engine(client: "Client", address: str) -> Engine:
             if time.monotonic() - looked >= _LOOK_S:
                 threads, looked = _threads(client, address), time.monotonic()
             for piece in islice(waiting, max(_AHEAD * threads - len(handed_out), 0)):
-                future = client.submit(compute, pickle.dumps((study, piece)), pure=False)
+                # What a piece is can be read by the same version alone.
+                asked = {"versions": own, "piece": pickle.dumps((study, piece))}
+                future = client.submit(compute, pickle.dumps(asked), pure=False)
                 handed_out[future.key] = piece
                 completed.add(future)
             if not handed_out:
                 return
             future = next(completed)
-            there, rows = _result(future, address)
+            there, computed_with, rows = _result(future, address)
             _check_versions(there, own)
+            _check_arithmetic(computed_with, arithmetic)
             yield handed_out.pop(future.key), rows
 
     return engine
@@ -128,13 +138,13 @@ def _lost(address: str) -> ComputationError:
     return ComputationError(f"the scheduler at {address} is lost", f"start it again; {_AGAIN}")
 
 
-def _result(future: Any, address: str) -> tuple[dict[str, str], Rows]:
+def _result(future: Any, address: str) -> tuple[dict[str, str], object, Any]:
     from distributed import CancelledError
     from distributed.comm.core import CommClosedError
     from distributed.scheduler import KilledWorker
 
     try:
-        result: tuple[dict[str, str], Rows] = future.result()
+        result: tuple[dict[str, str], object, Any] = future.result()
     except (CancelledError, CommClosedError):
         raise _lost(address) from None
     except KilledWorker as error:
@@ -156,3 +166,13 @@ def _check_versions(there: dict[str, str], own: dict[str, str]) -> None:
                 f"a worker has {name} {there.get(name)}, not {number} as here",
                 f"install the same versions; {_AGAIN}",
             )
+
+
+def _check_arithmetic(there: object, own: Mapping[str, Any]) -> None:
+    difference = arithmetic_difference(there, own)
+    if difference:
+        raise ComputationError(
+            f"rows of a worker would differ in the last bits from those of this machine "
+            f"({difference})",
+            f"take workers whose processors are of one kind with this machine's; {_AGAIN}",
+        )

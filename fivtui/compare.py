@@ -14,7 +14,7 @@ from .core.errors import InputError
 from .core.outcome import Transient
 from .core.request import make_problem
 from .figures import check_figure_path, save_figure, transient_figure
-from .files import check_output
+from .files import check_apart, check_output
 from .fmu_host import integrate_fmu
 from .scene import Scene
 from .simulation import simulate
@@ -77,6 +77,11 @@ class Comparison:
     figure: Path
 
 
+def comparison_files(folder: Path) -> tuple[Path, Path]:
+    """The FMU and the picture that `compare` writes into a folder."""
+    return folder / FMU_NAME, folder / FIGURE_NAME
+
+
 def compare(
     scene: Scene,
     folder: Path,
@@ -105,7 +110,7 @@ def compare(
     Raises
     ------
     InputError
-        If a file exists or cannot be written.
+        If a file exists or cannot be written, or both are one.
     ComputationError
         If a run cannot be finished.
     Cancelled
@@ -115,7 +120,8 @@ def compare(
         folder.mkdir(parents=True, exist_ok=True)
     except OSError as error:
         raise InputError(f"{folder}: cannot be made a folder: {error.strerror}") from None
-    fmu, figure = folder / FMU_NAME, folder / FIGURE_NAME
+    fmu, figure = comparison_files(folder)
+    check_apart([("the FMU", fmu), ("the picture", figure)])
     check_output(fmu, force=force)
     check_figure_path(figure, force=force)
     report = progress or (lambda _fraction: True)

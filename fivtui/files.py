@@ -1,14 +1,18 @@
-"""Output files: never overwritten unasked, never left half written."""
+"""Output files: never overwritten unasked, never left half written, never what is read."""
 
 import json
 import os
 import secrets
 import shutil
-from collections.abc import Callable, Iterable
+import tempfile
+from collections.abc import Callable, Iterable, Sequence
 from pathlib import Path
 from typing import Any, BinaryIO
 
 from .core.errors import InputError
+
+# What a file is called in messages, such as ``--out``, and its name.
+Named = tuple[str, Path]
 
 
 def check_suffix(path: Path, kind: str, allowed: Iterable[str]) -> str:
@@ -76,6 +80,82 @@ def _check_target(path: Path, target: Path, *, force: bool) -> None:
         raise InputError(f"{path}: there is no folder {folder}")
     if not os.access(folder, os.W_OK | os.X_OK):
         raise InputError(f"{path}: cannot be written: no permission to write in {folder}")
+
+
+def check_apart(
+    outputs: Sequence[Named], inputs: Sequence[Named] = (), folders: Sequence[Named] = ()
+) -> None:
+    """Check that no file to be written is another one, or one that is read.
+
+    Two names are one file where links lead to it, hard or symbolic, and where the folder takes
+    capital letters for small ones.
+
+    Parameters
+    ----------
+    outputs : sequence of (str, Path)
+        Files to be written, each with what it is called in messages.
+    inputs : sequence of (str, Path)
+        Files that are read.
+    folders : sequence of (str, Path)
+        Folders for intermediate results: no other file may be in one of them.
+
+    Raises
+    ------
+    InputError
+        If two are the same, or a file is in such a folder.
+    """
+    for place, (name, path) in enumerate(outputs):
+        for other, there in outputs[:place]:
+            if _same(resolved(path), resolved(there)):
+                raise InputError(
+                    f"{name} {path}: is the same file as {other} {there}; "
+                    "every output must be a file of its own"
+                )
+        for other, there in inputs:
+            if _same(resolved(path), resolved(there)):
+                raise InputError(
+                    f"{name} {path}: is the same file as {other} {there}, which is read; "
+                    "an output must be another file"
+                )
+    for name, folder in folders:
+        for other, path in (*outputs, *inputs):
+            target = resolved(path)
+            if any(_same(above, folder) for above in (target, *target.parents)):
+                raise InputError(
+                    f"{other} {path}: is in the folder {folder}, where {name} keeps intermediate "
+                    "results; choose another place"
+                )
+
+
+def _same(one: Path, other: Path) -> bool:
+    # Whether two names without symbolic links stand for one file, be it there or not.
+    if one == other:
+        return True
+    try:
+        if one.exists() or other.exists():
+            return one.samefile(other)
+        if not one.parent.samefile(other.parent):
+            return False
+    except OSError:
+        return False
+    return one.name == other.name or (
+        one.name.casefold() == other.name.casefold() and _ignores_case(one.parent)
+    )
+
+
+def _ignores_case(folder: Path) -> bool:
+    try:
+        with tempfile.NamedTemporaryFile(prefix=".fivtui-", dir=folder) as file:
+            path = Path(file.name)
+            return path.with_name(path.name.upper()).exists()
+    except OSError:
+        return False
+
+
+def parts_folder(out: Path) -> Path:
+    """Where pieces of a file are kept as long as it is not complete: ``FILE.parts``."""
+    target = resolved(out)
+    return target.with_name(f"{target.name}.parts")
 
 
 def write_atomically(path: Path, write: Callable[[BinaryIO], None], *, force: bool = False) -> None:
@@ -161,11 +241,18 @@ def resolved(path: Path) -> Path:
     Raises
     ------
     InputError
-        If it cannot be the name of a file.
+        If it cannot be the name of a file, or is a symbolic link that leads back to itself.
     """
     if "\0" in str(path):
         raise InputError(f"{str(path)!r}: not the name of a file")
-    return Path(os.path.realpath(path))
+    target = Path(os.path.realpath(path))
+    # Only what leads nowhere is still a link.
+    if os.path.islink(target):  # noqa: PTH114, a name too long is no link
+        raise InputError(
+            f"{path}: is a symbolic link that leads back to itself; it must be a file, or a link "
+            "to one"
+        )
+    return target
 
 
 def _cannot_write(path: Path, error: OSError) -> InputError:

@@ -387,10 +387,20 @@ def find_scene(name_or_path: str) -> Scene:
     """
     from .presets import PRESETS
 
+    path = scene_file(name_or_path)
+    if path is not None:
+        return load_scene(path)
     if name_or_path in PRESETS:
         return PRESETS[name_or_path]
+    raise unknown_name("preset", name_or_path, PRESETS)
+
+
+def scene_file(name_or_path: str) -> Path | None:
+    """The file that `find_scene` reads for this text; None if it reads none."""
+    from .presets import PRESETS
+
+    if name_or_path in PRESETS:
+        return None
     path = Path(name_or_path)
     # Names of presets have no dot and no separator.
-    if path.suffix or len(path.parts) > 1 or path.is_file():
-        return load_scene(path)
-    raise unknown_name("preset", name_or_path, PRESETS)
+    return path if path.suffix or len(path.parts) > 1 or path.is_file() else None

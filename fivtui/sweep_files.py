@@ -7,13 +7,15 @@ from typing import BinaryIO
 from .core.errors import InputError
 from .files import write_atomically
 from .sweep_formats import SweepFormat, sweep_format
-from .sweep_provenance import provenance_of, study_from_dict
-from .sweep_store import find_pieces
+from .sweep_pieces import find_pieces
+from .sweep_provenance import carried_over, provenance_of, study_from_dict
 from .sweeps import MAX_IN_MEMORY, Sweep
 
 
 def save_sweep(result: Sweep, path: Path, *, force: bool = False) -> None:
     """Write the rows of a complete sweep; the file is that of `sweep_to_file`, to the last bit.
+
+    Of rows that were read from a file it says what that file said of their making.
 
     Parameters
     ----------
@@ -32,13 +34,14 @@ def save_sweep(result: Sweep, path: Path, *, force: bool = False) -> None:
     form, study, members = sweep_format(path), result.study, len(result.table.reasons)
     if members != study.members:
         raise InputError(f"{path}: {members} of {study.members} members are computed, not all")
+    said = provenance_of(study, form) if result.said is None else carried_over(result.said, form)
 
     def write(file: BinaryIO) -> None:
         with tempfile.TemporaryDirectory(prefix="fivtui-") as folder:
             piece = Path(folder) / f"rows{path.suffix.lower()}"
             with piece.open("wb") as rows:
                 form.write_piece(rows, study, result.table)
-            form.merge(file, study, [piece], provenance_of(study, form))
+            form.merge(file, study, [piece], said)
 
     write_atomically(path, write, force=force)
 
@@ -79,7 +82,7 @@ def _from_file(path: Path, form: SweepFormat) -> tuple[Sweep, int]:
         raise InputError("not a sweep that fivtui wrote")
     study = study_from_dict(said["sweep"])
     _check_size(study.members)
-    return Sweep(study, form.read(path, study)), study.members
+    return Sweep(study, form.read(path, study), said), study.members
 
 
 def _from_folder(folder: Path) -> tuple[Sweep, int]:
@@ -89,7 +92,8 @@ def _from_folder(folder: Path) -> tuple[Sweep, int]:
         whole = Path(scratch) / folder.stem
         with whole.open("wb") as file:
             pieces.form.merge(file, pieces.study, pieces.paths, {})
-        return Sweep(pieces.study, pieces.form.read(whole, pieces.study)), pieces.members
+        rows = pieces.form.read(whole, pieces.study)
+        return Sweep(pieces.study, rows, pieces.said), pieces.members
 
 
 def _check_size(members: int) -> None:

@@ -5,6 +5,7 @@ import json
 import shutil
 from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass
+from functools import partial
 from importlib.util import find_spec
 from pathlib import Path
 from typing import Any, BinaryIO, Final
@@ -22,6 +23,10 @@ Provenance = Mapping[str, Any]
 _TRUTH: Final[Mapping[bool, str]] = {True: "true", False: "false"}
 # Rows of a row group of a Parquet file: enough to be read fast, few enough to be held in memory.
 _GROUP_ROWS: Final = 131_072
+# Bytes read at a time to count rows.
+_CHUNK: Final = 1 << 20
+# Bytes of a Parquet file besides its columns and what says where they are.
+_PARQUET_FRAME: Final = 12
 _ARROW_TYPES: Final[Mapping[ColumnKind, str]] = {
     "number": "double",
     "count": "int64",
@@ -42,6 +47,8 @@ class SweepFormat:
         Writes pieces, in order, and what the file says of its making to a binary file.
     provenance : callable
         What a file says of its making; None if it says nothing.
+    count : callable
+        How many whole rows of a study a file has; 0 if it is not laid out as one.
     read : callable
         The rows of a study in a file.
     package : str
@@ -51,6 +58,7 @@ class SweepFormat:
     write_piece: Callable[[BinaryIO, Study, Rows], None]
     merge: Callable[[BinaryIO, Study, Iterable[Path], Provenance], None]
     provenance: Callable[[Path], dict[str, Any] | None]
+    count: Callable[[Path, Study], int]
     read: Callable[[Path, Study], Rows]
     package: str = ""
 
@@ -122,6 +130,15 @@ def _csv_provenance(path: Path) -> dict[str, Any] | None:
                 return None
     said.pop("units", None)
     return said or None
+
+
+def _count_csv(path: Path, study: Study) -> int:
+    with path.open("rb") as file:
+        names = next((line for line in file if not line.startswith(b"# ")), b"")
+        if names != (",".join(column.name for column in study.columns) + "\n").encode():
+            return 0
+        # Each row ends with the only line feed that it has; what follows the last one is no row.
+        return sum(part.count(b"\n") for part in iter(partial(file.read, _CHUNK), b""))
 
 
 _CSV_NUMBERS: Final[Mapping[str, float]] = {"": np.nan, "true": 1.0, "false": 0.0}
@@ -229,6 +246,24 @@ def _parquet_provenance(path: Path) -> dict[str, Any] | None:
         return None
 
 
+def _count_parquet(path: Path, study: Study) -> int:
+    import pyarrow as pa
+    import pyarrow.parquet as pq
+
+    try:
+        found = pq.read_metadata(path)
+    except pa.ArrowException:
+        return 0
+    groups = [found.row_group(number) for number in range(found.num_row_groups)]
+    chunks = [group.column(place) for group in groups for place in range(group.num_columns)]
+    stored = sum(chunk.total_compressed_size for chunk in chunks)
+    if found.schema.names != [column.name for column in study.columns]:
+        return 0
+    # The end of the file says where everything is: a file from which a part is missing is shorter.
+    whole = path.stat().st_size >= stored + found.serialized_size + _PARQUET_FRAME
+    return int(found.num_rows) if whole else 0
+
+
 def _read_parquet(path: Path, study: Study) -> Rows:
     import pyarrow.parquet as pq
 
@@ -244,8 +279,13 @@ def _read_parquet(path: Path, study: Study) -> Rows:
 
 
 SWEEP_FORMATS: Final[Mapping[str, SweepFormat]] = {
-    ".csv": SweepFormat(_write_csv_piece, _merge_csv, _csv_provenance, _read_csv),
+    ".csv": SweepFormat(_write_csv_piece, _merge_csv, _csv_provenance, _count_csv, _read_csv),
     ".parquet": SweepFormat(
-        _write_parquet_piece, _merge_parquet, _parquet_provenance, _read_parquet, "pyarrow"
+        _write_parquet_piece,
+        _merge_parquet,
+        _parquet_provenance,
+        _count_parquet,
+        _read_parquet,
+        "pyarrow",
     ),
 }

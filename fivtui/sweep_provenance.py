@@ -1,5 +1,6 @@
-"""What a sweep's file says of its making: which sweep it is of, and the versions that made it."""
+"""What a sweep's file says of its making: which sweep it is of, and what computed it."""
 
+from collections.abc import Mapping
 from importlib.metadata import version
 from typing import Any, Final
 
@@ -8,9 +9,11 @@ from .core.design import Axis, Design, Range
 from .core.errors import InputError
 from .core.parameters import Parameters
 from .core.study import Study
+from .sweep_arithmetic import arithmetic_of
 from .sweep_formats import SweepFormat
 
 FORMAT_VERSION: Final = 1
+ARITHMETIC: Final = "arithmetic"
 # Packages that decide the last bits of a result.
 _PACKAGES: Final = ("numpy", "scipy", "numba", "llvmlite")
 
@@ -112,8 +115,8 @@ def _axis_from_data(data: Any) -> Axis:
     return Range(**data) if isinstance(data, dict) else tuple(float(value) for value in data)
 
 
-def provenance_of(study: Study, form: SweepFormat) -> dict[str, Any]:
-    """What a file of a format says of its making: the sweep, and versions.
+def described(study: Study, form: SweepFormat) -> dict[str, Any]:
+    """What a file of a format says of a sweep: which one it is, and versions.
 
     Parameters
     ----------
@@ -132,3 +135,44 @@ def provenance_of(study: Study, form: SweepFormat) -> dict[str, Any]:
         "sweep": study_to_dict(study),
         "versions": versions(form.package),
     }
+
+
+def provenance_of(study: Study, form: SweepFormat) -> dict[str, Any]:
+    """What a file that this machine makes says: `described`, and the arithmetic.
+
+    Parameters
+    ----------
+    study, form
+        As in `described`.
+
+    Returns
+    -------
+    dict
+        As JSON can hold it.
+
+    Raises
+    ------
+    ComputationError
+        If the compiled kernel is needed and cannot be loaded.
+    """
+    return {**described(study, form), ARITHMETIC: arithmetic_of(study)}
+
+
+def carried_over(said: Mapping[str, Any], form: SweepFormat) -> dict[str, Any]:
+    """What a file of another format says of rows that were read from a file.
+
+    Parameters
+    ----------
+    said : mapping
+        What that file said of its making.
+    form : SweepFormat
+        The format to be written.
+
+    Returns
+    -------
+    dict
+        The same, with the versions that the format names.
+    """
+    before = said.get("versions", {})
+    named = {name: before.get(name, number) for name, number in versions(form.package).items()}
+    return {**said, "versions": named}

@@ -1,63 +1,47 @@
 """The results of a sweep on disk: pieces that survive whatever stops it, then one file.
 
 Beside the file that is asked for, say ``out.parquet``, stands the folder ``out.parquet.parts`` as
-long as the sweep is not complete. Its ``manifest.json`` says what is computed, by which versions,
-and how many members a piece has. A piece is a file whose name says its number, how many of its
-members failed, and the checksum of its content: ``000000012.3.5f1c….parquet``.
+long as the sweep is not complete, see `sweep_pieces`.
 """
 
-import hashlib
 import io
 import json
 import os
-import re
 import textwrap
 from collections.abc import Iterator
 from contextlib import contextmanager, suppress
-from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, BinaryIO, Final
 
 from .core.errors import ComputationError, InputError
 from .core.study import Study
 from .core.sweep import Rows
-from .files import check_output, resolved, write_atomically
+from .files import check_output, parts_folder, resolved, write_atomically
 from .locks import locked
+from .sweep_arithmetic import arithmetic_difference
 from .sweep_formats import SweepFormat, sweep_format
-from .sweep_provenance import (
-    provenance_of,
-    study_from_dict,
+from .sweep_pieces import (
+    COLUMNS,
+    MANIFEST,
+    PIECE_MEMBERS,
+    Piece,
+    digest_of,
+    is_own,
+    old_piece_files,
+    piece_count,
+    piece_files,
+    piece_name,
+    piece_of,
 )
+from .sweep_provenance import ARITHMETIC, described, provenance_of
 
-_MANIFEST: Final = "manifest.json"
 _LOCK: Final = "lock"
-_CHECKSUM_DIGITS: Final = 32
-_PIECE: Final = re.compile(r"(\d{9,})\.(\d+)\.([0-9a-f]{32})\.\w+")
 # Characters of a value in a message.
 _BRIEF: Final = 100
 # Members of a piece whose horizon is one second, and the limits for other horizons: pieces of
 # about a second, or of one member where that takes longer.
 _MEMBER_SECONDS: Final = 1_000_000
 _PIECE_MEMBERS: Final = (1, 20_000)
-
-
-@dataclass(frozen=True, slots=True)
-class Piece:
-    """Piece `number` of a sweep: the members from `first` up to, not including, `last`."""
-
-    number: int
-    first: int
-    last: int
-
-
-def piece_count(members: int, size: int) -> int:
-    """How many pieces of `size` members there are; the last may have fewer members."""
-    return -(-members // size)
-
-
-def piece_of(number: int, members: int, size: int) -> Piece:
-    """Piece `number` of a sweep that has `members` members, `size` in a piece."""
-    return Piece(number, number * size, min((number + 1) * size, members))
 
 
 def default_piece_size(study: Study) -> int:
@@ -96,65 +80,109 @@ class SweepStore:
         self._form: SweepFormat = sweep_format(out)
         self._out, self._study, self._force = out, study, force
         self._target = resolved(out)
-        self.folder = self._target.with_name(f"{self._target.name}.parts")
+        self.folder = parts_folder(out)
         self._shown = out.with_name(self.folder.name)
-        self._provenance = provenance_of(study, self._form)
+        self._described = described(study, self._form)
+        self._provenance: dict[str, Any] = {}
         self._asked_size = size
         self.size = size or default_piece_size(study)
+        self._sweep = ""
         self._pieces: dict[int, Path] = {}
         self.kept = self.failed = 0
-        self.complete = self._is_complete()
+        with _readable(out):
+            self.complete = self._is_complete()
         if not self.complete:
             check_output(out, force=force)
+            self._provenance = provenance_of(study, self._form)
 
     def _is_complete(self) -> bool:
-        # A file appears under its name when it is whole.
+        # A file appears under its name when it is whole; what became of it since is looked at.
         if self._force or not self._target.is_file():
             return False
-        return self._form.provenance(self._target) == self._provenance
+        said = self._form.provenance(self._target)
+        if said is None:
+            raise InputError(
+                f"{self._out}: exists already, and is no sweep or damaged; choose another name or "
+                "force overwriting"
+            )
+        if _without_arithmetic(said) != self._described:
+            return False
+        rows = self._form.count(self._target, self._study)
+        if rows != self._study.members:
+            raise InputError(
+                f"{self._out}: exists already, and is damaged: {rows} of {self._study.members} "
+                "rows are whole; force overwriting to compute it again, or choose another name"
+            )
+        return True
+
+    def _manifest(self) -> dict[str, Any]:
+        return {
+            **self._provenance,
+            PIECE_MEMBERS: self.size,
+            COLUMNS: [column.name for column in self._study.columns],
+        }
 
     def _open(self) -> None:
         # Finds out what an earlier run has left.
-        manifest = self.folder / _MANIFEST
-        if manifest.exists() and not self._is_mine(manifest):
+        manifest = self.folder / MANIFEST
+        reason = self._reason_against()
+        if reason:
+            if not self._force:
+                raise InputError(f"{self._shown}: {reason}, or force to discard what is there")
             self._clear()
+        content = self._manifest()
+        self._sweep = digest_of(content)
         if not manifest.exists():
-            content = {**self._provenance, "piece_members": self.size}
-            content["columns"] = [column.name for column in self._study.columns]
             text = json.dumps(content, ensure_ascii=False, indent=1) + "\n"
             write_atomically(manifest, lambda file: _write(file, text.encode()))
         count = piece_count(self._study.members, self.size)
-        for path in sorted(self.folder.iterdir()):
-            match = _PIECE.fullmatch(path.name)
-            number = int(match[1]) if match else -1
-            wanted = 0 <= number < count and number not in self._pieces
-            if match is not None and wanted and _is_sound(path, match[3]):
-                self._count(piece_of(number, self._study.members, self.size), path, int(match[2]))
-            elif _is_own(path):
+        for file in piece_files(self.folder):
+            wanted = file.number < count and file.number not in self._pieces
+            if wanted and file.sound:
+                piece = piece_of(file.number, self._study.members, self.size)
+                self._count(piece, file.path, file.failed)
+        for path in self.folder.iterdir():
+            if is_own(path) and path not in self._pieces.values():
                 path.unlink()
 
-    def _is_mine(self, manifest: Path) -> bool:
-        # Whether to go on from what is there (True), or to start over.
+    def _reason_against(self) -> str:
+        # Why not to go on from what is there, and what to do; empty if nothing is against it.
+        manifest, own = self.folder / MANIFEST, piece_files(self.folder)
+        if not manifest.exists():
+            if own or old_piece_files(self.folder):
+                return (
+                    f"has pieces but no {MANIFEST} that says of which sweep they are; delete that "
+                    "folder, choose another --out"
+                )
+            return ""
         try:
             there = json.loads(manifest.read_bytes())
-            size = int(there.pop("piece_members"))
-            del there["columns"]
+            size = int(there[PIECE_MEMBERS])
+            of_sweep = _without_arithmetic(_of_file(there))
+            arithmetic = there.get(ARITHMETIC)
         except (ValueError, KeyError, AttributeError, TypeError):
-            size, difference = 0, f"its {_MANIFEST} is damaged"
+            difference = f"its {MANIFEST} is damaged"
         else:
-            asked = self._asked_size or size
-            difference = _difference(there, self._provenance) or _difference(
-                size, asked, "members of a piece"
+            difference = _difference(of_sweep, self._described) or _difference(
+                size, self._asked_size or size, "members of a piece"
             )
-        if not difference:
-            self.size = size
-            return True
-        if self._force:
-            return False
-        raise InputError(
-            f"{self._shown}: holds another sweep ({difference}); finish that one, choose another "
-            "--out, or force to discard it"
-        )
+        if difference:
+            return f"holds another sweep ({difference}); finish that one, choose another --out"
+        here = self._provenance[ARITHMETIC]
+        difference = arithmetic_difference(arithmetic, here)
+        if difference:
+            return (
+                f"rows computed here would differ in the last bits from those there ({difference});"
+                " finish it where it was begun, choose another --out"
+            )
+        self.size = size
+        asked = digest_of(self._manifest())
+        if old_piece_files(self.folder) or any(file.sweep != asked for file in own):
+            return (
+                f"has pieces of another sweep than its {MANIFEST} says; delete that folder, choose "
+                "another --out"
+            )
+        return ""
 
     def _count(self, piece: Piece, path: Path, failed: int) -> None:
         self._pieces[piece.number] = path
@@ -187,12 +215,18 @@ class SweepStore:
         Raises
         ------
         ComputationError
-            If it cannot be written; everything stored before is kept.
+            If it cannot be written, or has not a row a member; everything stored before is kept.
         """
+        members = piece.last - piece.first
+        if len(rows.reasons) != members:
+            raise ComputationError(
+                f"{len(rows.reasons)} rows were computed for {members} members", self.advice
+            )
         buffer = io.BytesIO()
         self._form.write_piece(buffer, self._study, rows)
         content = buffer.getvalue()
-        name = f"{piece.number:09}.{rows.failed}.{_checksum(content)}{self._target.suffix.lower()}"
+        suffix = self._target.suffix.lower()
+        name = piece_name(piece.number, rows.failed, self._sweep, content, suffix)
         with self._explained():
             write_atomically(self.folder / name, lambda file: _write(file, content), force=True)
         self._count(piece, self.folder / name, rows.failed)
@@ -203,7 +237,7 @@ class SweepStore:
         Raises
         ------
         ComputationError
-            If it cannot be written; the pieces are kept.
+            If it cannot be written, or does not have all rows; the pieces are kept.
         InputError
             If a file of its name has appeared.
         """
@@ -215,6 +249,11 @@ class SweepStore:
 
         with self._explained():
             write_atomically(merged, merge, force=True)
+        rows = self._form.count(merged, self._study)
+        if rows != self._study.members:
+            raise ComputationError(
+                f"{merged}: {rows} of {self._study.members} rows came together", self.advice
+            )
         check_output(self._out, force=self._force)
         merged.replace(self._target)
         _sync(self._target.parent)
@@ -223,10 +262,20 @@ class SweepStore:
 
     def _clear(self) -> None:
         # The manifest last: what is left by a kill in between is still known.
-        for path in (*filter(_is_own, self.folder.iterdir()), self.folder / _MANIFEST):
+        for path in (*filter(is_own, self.folder.iterdir()), self.folder / MANIFEST):
             path.unlink(missing_ok=True)
         self._pieces.clear()
         self.kept = self.failed = 0
+
+    def clear_own(self) -> None:
+        """Remove what a kill has left of this sweep after its file was complete."""
+        try:
+            there = json.loads((self.folder / MANIFEST).read_bytes())
+            own = _without_arithmetic(_of_file(there)) == self._described
+        except (OSError, ValueError, KeyError, AttributeError, TypeError):
+            own = False
+        if own:
+            self._clear()
 
     @contextmanager
     def _explained(self) -> Iterator[None]:
@@ -269,8 +318,10 @@ def open_store(
     Raises
     ------
     InputError
-        If the file cannot be written, another sweep was begun under its name, or another process
-        is at work on it.
+        If the file cannot be written or is damaged, another sweep was begun under its name, this
+        one where arithmetic differs, or another process is at work on it.
+    ComputationError
+        If the compiled kernel cannot be loaded.
     """
     store = SweepStore(out, study, size=size, force=force)
     folder = store.folder
@@ -283,9 +334,10 @@ def open_store(
         raise InputError(f"{folder}: cannot be made: {error.strerror or error}") from None
     with locked(folder / _LOCK, "another fivtui sweep"):
         if store.complete:
-            store._clear()
+            store.clear_own()
         else:
-            store._open()
+            with _readable(store.folder):
+                store._open()
         yield store
     if store.complete:
         (folder / _LOCK).unlink(missing_ok=True)
@@ -294,63 +346,12 @@ def open_store(
             folder.rmdir()
 
 
-@dataclass(frozen=True, slots=True)
-class Pieces:
-    """What is stored of a sweep that is not complete.
-
-    Attributes
-    ----------
-    study : Study
-        The sweep.
-    form : SweepFormat
-        Format of the pieces.
-    paths : tuple of Path
-        The pieces, in order.
-    members : int
-        How many members they have.
-    """
-
-    study: Study
-    form: SweepFormat
-    paths: tuple[Path, ...]
-    members: int
-
-
-def find_pieces(folder: Path) -> Pieces:
-    """Look into the folder of a sweep that is not complete; nothing is changed there.
-
-    Parameters
-    ----------
-    folder : Path
-        ``FILE.parts``.
-
-    Returns
-    -------
-    Pieces
-        Those that are sound.
-
-    Raises
-    ------
-    InputError
-        If it is no such folder, or has no sound piece yet.
-    """
+@contextmanager
+def _readable(path: Path) -> Iterator[None]:
     try:
-        said = json.loads((folder / _MANIFEST).read_bytes())
-        study, size = study_from_dict(said["sweep"]), int(said["piece_members"])
-        form = sweep_format(Path(folder.stem))
-        found = [(path, _PIECE.fullmatch(path.name)) for path in sorted(folder.iterdir())]
-        sound = [(path, m) for path, m in found if m is not None and _is_sound(path, m[3])]
-    except (OSError, ValueError, KeyError, TypeError):
-        raise InputError("not the folder of a sweep under way (FILE.parts)") from None
-    if not sound:
-        raise InputError("no member of this sweep is stored yet")
-    pieces = [piece_of(int(match[1]), study.members, size) for _, match in sound]
-    return Pieces(
-        study,
-        form,
-        tuple(path for path, _ in sound),
-        sum(piece.last - piece.first for piece in pieces),
-    )
+        yield
+    except OSError as error:
+        raise InputError(f"{path}: cannot be read: {error.strerror or error}") from None
 
 
 def _write(file: BinaryIO, content: bytes) -> None:
@@ -367,17 +368,13 @@ def _sync(folder: Path) -> None:
             os.close(handle)
 
 
-def _checksum(content: bytes) -> str:
-    return hashlib.sha256(content).hexdigest()[:_CHECKSUM_DIGITS]
+def _of_file(manifest: dict[str, Any]) -> dict[str, Any]:
+    # What of a manifest the file says as well.
+    return {key: manifest[key] for key in manifest if key not in (PIECE_MEMBERS, COLUMNS)}
 
 
-def _is_own(path: Path) -> bool:
-    # Pieces, and what a kill has left half written; nothing that somebody else has put there.
-    return _PIECE.fullmatch(path.name) is not None or path.name.startswith((".fivtui-", "merged."))
-
-
-def _is_sound(path: Path, checksum: str) -> bool:
-    return _checksum(path.read_bytes()) == checksum
+def _without_arithmetic(said: dict[str, Any]) -> dict[str, Any]:
+    return {key: value for key, value in said.items() if key != ARITHMETIC}
 
 
 def _difference(there: Any, here: Any, name: str = "") -> str:

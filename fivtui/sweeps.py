@@ -19,7 +19,8 @@ from .core.study import DEFAULT_OUTPUTS, Study
 from .core.sweep import Rows, compute_rows, joined
 from .core.transient import Progress
 from .sweep_formats import sweep_format
-from .sweep_store import Piece, default_piece_size, open_store, piece_count, piece_of
+from .sweep_pieces import Piece, piece_count, piece_of
+from .sweep_store import default_piece_size, open_store
 
 # Computes pieces of a study, in any order.
 Engine = Callable[[Study, Iterable[Piece]], Generator[tuple[Piece, Rows]]]
@@ -47,10 +48,13 @@ class Sweep:
         What was computed.
     table : Rows
         Its rows by column.
+    said : dict or None
+        What the file says of its making from which it was read; None if it was computed here.
     """
 
     study: Study
     table: Rows
+    said: dict[str, Any] | None = None
 
     @property
     def columns(self) -> list[str]:
@@ -252,7 +256,8 @@ def sweep_to_file(
     """Compute a sweep into a file, or go on with one that was stopped.
 
     Whatever stops it, what was computed is kept beside the file; called again with the same
-    arguments it goes on, and the file is the same to the last bit as if nothing had happened.
+    arguments it goes on, and the file is the same to the last bit as if nothing had happened. A
+    file that is there and complete, all its rows counted, is left as it is.
 
     Parameters
     ----------
@@ -277,7 +282,8 @@ def sweep_to_file(
     Raises
     ------
     InputError
-        If the file cannot be written, or another sweep was begun under its name.
+        If the file cannot be written, is there and damaged, another sweep was begun under its
+        name, or this one on a machine whose rows differ in their last bits.
     ComputationError
         If a piece cannot be written or computed; what is written is kept.
     Cancelled

@@ -12,6 +12,7 @@ from fivtui import Parameters
 from fivtui.core.design import Design, Range
 from fivtui.core.errors import ComputationError, InputError
 from fivtui.core.study import Study
+from fivtui.sweep_arithmetic import arithmetic_of
 from fivtui.sweep_provenance import versions
 from fivtui.sweeps import local_engine, sweep_in_memory, sweep_to_file
 from tests.dask_cluster import Cluster, loopback_cluster
@@ -84,6 +85,21 @@ def test_workers_of_other_versions_are_refused(
         pytest.raises(ComputationError, match=r"a worker has numpy \S+, not 1.0 as here"),
     ):
         sweep_in_memory(STUDY, engine)
+
+
+def test_workers_whose_rows_have_other_bits_are_refused(
+    cluster: Cluster, monkeypatch: pytest.MonkeyPatch, tmp_path: Path
+) -> None:
+    own, out = arithmetic_of(STUDY), tmp_path / "out.csv"
+    monkeypatch.setattr(
+        cluster_module, "arithmetic_of", lambda _: own | {"fused": not own["fused"]}
+    )
+    with (
+        cluster_engine(cluster.address) as engine,
+        pytest.raises(ComputationError, match=r"a worker would differ in the last bits.* fused"),
+    ):
+        sweep_to_file(STUDY, out, engine, size=SIZE)
+    assert not list(tmp_path.glob("out.csv.parts/0*"))
 
 
 def test_a_worker_without_the_program_says_so_and_lives_on(tmp_path: Path) -> None:

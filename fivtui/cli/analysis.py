@@ -11,7 +11,7 @@ from .options import (
     force_option,
     ignore_option,
     json_option,
-    path_option,
+    output_option,
     print_json,
     say,
     scene_argument,
@@ -30,8 +30,8 @@ from .options import (
     is_flag=True,
     help="Also look for limit cycles beside the equilibrium, by transients and shooting.",
 )
-@path_option("--out", "FILE", "Write the eigenvalues over μ (.csv, .npz, .parquet).")
-@path_option("--plot", "FILE", "Draw frequencies, growth rates, eigenvalues (.png, .svg, .pdf).")
+@output_option("--out", "FILE", "Write the eigenvalues over μ (.csv, .npz, .parquet).")
+@output_option("--plot", "FILE", "Draw frequencies, growth rates, eigenvalues (.png, .svg, .pdf).")
 @force_option
 @json_option
 def stability(scene: str, assignments: tuple[str, ...], **given: Any) -> None:
@@ -86,8 +86,8 @@ def stability(scene: str, assignments: tuple[str, ...], **given: Any) -> None:
     metavar="NAME=START:STOP:COUNT",
     help="What starts reach: give two of x0, vx0, y0, vy0; the others are --start's.",
 )
-@path_option("--out", "FILE", "Write the branches or the basins (.csv, .npz, .parquet).")
-@path_option("--plot", "FILE", "Draw the branches or the basins (.png, .svg, .pdf).")
+@output_option("--out", "FILE", "Write the branches or the basins (.csv, .npz, .parquet).")
+@output_option("--plot", "FILE", "Draw the branches or the basins (.png, .svg, .pdf).")
 @force_option
 @json_option
 def attractors(scene: str, assignments: tuple[str, ...], **given: Any) -> None:
@@ -130,8 +130,8 @@ def attractors(scene: str, assignments: tuple[str, ...], **given: Any) -> None:
     metavar="growth-rate|critical-mu|unstable-modes",
     help="What is computed at every point.",
 )
-@path_option("--out", "FILE", "Write the map (.csv, .npz, .parquet).")
-@path_option("--plot", "FILE", "Write the map as a figure (.png, .svg, .pdf).")
+@output_option("--out", "FILE", "Write the map (.csv, .npz, .parquet).")
+@output_option("--plot", "FILE", "Write the map as a figure (.png, .svg, .pdf).")
 @force_option
 @json_option
 def stability_map(scene: str, assignments: tuple[str, ...], **given: Any) -> None:

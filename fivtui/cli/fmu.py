@@ -7,7 +7,16 @@ import click
 
 from ..core.errors import InputError
 from .group import Commands, commands
-from .options import assigned, fmu_argument, force_option, json_option, path_option, print_json, say
+from .options import (
+    assigned,
+    fmu_argument,
+    force_option,
+    input_option,
+    json_option,
+    output_option,
+    print_json,
+    say,
+)
 
 
 @commands.group(cls=Commands)
@@ -16,7 +25,7 @@ def fmu() -> None:
 
 
 @fmu.command("build")
-@path_option("--out", "FILE.fmu", "The FMU to write.", required=True)
+@output_option("--out", "FILE.fmu", "The FMU to write.", required=True)
 @click.option("--component", default="slider-belt", help="slider-belt (default) or brake-actuator.")
 @click.option("--fmi", default="2", help="2 (default), or 3: model exchange, experimental.")
 @force_option
@@ -29,7 +38,7 @@ def fmu_build(out: Path, component: str, fmi: str, force: bool) -> None:
 
 
 @fmu.command("system")
-@path_option("--out", "FILE.ssp", "The archive to write.", required=True)
+@output_option("--out", "FILE.ssp", "The archive to write.", required=True)
 @force_option
 def fmu_system(out: Path, force: bool) -> None:
     """Export the slider-belt pressed by the brake actuator as an SSP archive."""
@@ -70,9 +79,9 @@ def fmu_check(fmu_file: Path, as_json: bool) -> None:
 )
 @click.option("--output", "outputs", multiple=True, metavar="NAME", help="Record only this one.")
 @click.option("--tol", metavar="R", help="Tolerance given to the FMU.")
-@path_option("--input", "FILE.csv", "Inputs over time: a column time, and one for each input.")
-@path_option("--out", "FILE.csv", "Write what was recorded.")
-@path_option("--events", "FILE.csv", "Write when recorded discrete variables changed.")
+@input_option("--input", "FILE.csv", "Inputs over time: a column time, and one for each input.")
+@output_option("--out", "FILE.csv", "Write what was recorded.")
+@output_option("--events", "FILE.csv", "Write when recorded discrete variables changed.")
 @force_option
 @json_option
 def fmu_run(fmu_file: Path, out: Path | None, force: bool, as_json: bool, **given: Any) -> None:

@@ -1,15 +1,28 @@
 """The root of all commands."""
 
 import sys
+from typing import Any
 
 import click
 
 from ..core.errors import InputError
 from ..core.parameters import unknown_name
+from .paths import check_paths
+
+
+class Command(click.Command):
+    """A command that starts only if its files are different ones."""
+
+    def invoke(self, ctx: click.Context) -> Any:
+        """Check the files that are named, and call the command."""
+        check_paths(self.params, ctx.params)
+        return super().invoke(ctx)
 
 
 class Commands(click.Group):
     """A group that names the nearest command when one is unknown."""
+
+    command_class = Command
 
     def resolve_command(
         self, ctx: click.Context, args: list[str]

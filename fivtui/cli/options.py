@@ -9,12 +9,13 @@ import click
 
 from ..core.errors import InputError
 from ..core.parameters import PARAMETERS, parameter_spec
+from .paths import InputFile, OutputFile, OutputFolder, SceneName
 
 if TYPE_CHECKING:
     from ..core.request import Start
     from ..scene import Scene
 
-scene_argument = click.argument("scene", default="base", metavar="[SCENE]")
+scene_argument = click.argument("scene", type=SceneName(), default="base", metavar="[SCENE]")
 set_option = click.option(
     "--set",
     "assignments",
@@ -27,12 +28,25 @@ ignore_option = click.option(
 )
 json_option = click.option("--json", "as_json", is_flag=True, help="Print one JSON object.")
 force_option = click.option("--force", is_flag=True, help="Replace outputs that exist.")
-fmu_argument = click.argument("fmu_file", type=click.Path(path_type=Path), metavar="FILE.fmu")
+fmu_argument = click.argument("fmu_file", type=InputFile("the FMU"), metavar="FILE.fmu")
 
 
-def path_option(flag: str, metavar: str, text: str, **more: Any) -> Callable[..., Any]:
-    """An option that takes a path."""
-    return click.option(flag, type=click.Path(path_type=Path), metavar=metavar, help=text, **more)
+def input_option(flag: str, metavar: str, text: str) -> Callable[..., Any]:
+    """An option for a file that is read."""
+    return click.option(flag, type=InputFile(flag), metavar=metavar, help=text)
+
+
+def output_option(
+    flag: str, metavar: str, text: str, *, required: bool = False, in_parts: bool = False
+) -> Callable[..., Any]:
+    """An option for a file that is written, see `OutputFile`."""
+    kind = OutputFile(in_parts=in_parts)
+    return click.option(flag, type=kind, metavar=metavar, help=text, required=required)
+
+
+def folder_option(text: str) -> Callable[..., Any]:
+    """The option for the folder in which files are written."""
+    return click.option("--out", type=OutputFolder(), metavar="DIR", help=text, required=True)
 
 
 def error_option(text: str) -> Callable[..., Any]:

@@ -6,12 +6,12 @@ import click
 
 from ..core.errors import InputError
 from .group import commands
-from .options import force_option, json_option, path_option, print_json, say
+from .options import folder_option, force_option, json_option, print_json, say
 
 
 @commands.command()
 @click.argument("numbers", nargs=-1, metavar="[N ...]")
-@path_option("--out", "DIR", "Folder for the pictures and their data.", required=True)
+@folder_option("Folder for the pictures and their data.")
 @click.option(
     "--format",
     "formats",

@@ -12,7 +12,7 @@ from .options import (
     force_option,
     ignore_option,
     json_option,
-    path_option,
+    output_option,
     print_json,
     say,
     scene_argument,
@@ -66,8 +66,13 @@ if TYPE_CHECKING:
 @click.option("--workers", type=int, metavar="N", help="Threads.  [default: all processors]")
 @click.option("--scheduler", metavar="ADDRESS", help="Compute on this Dask cluster.")
 @click.option("--piece", type=click.IntRange(min=1), metavar="N", help="Members stored at a time.")
-@path_option("--out", "FILE", "Write the rows (.csv, .parquet); continues what was stopped.")
-@path_option("--plot", "FILE", "Draw amplitudes over one or two names (.png, .svg, .pdf).")
+@output_option(
+    "--out",
+    "FILE",
+    "Write the rows (.csv, .parquet); continues what was stopped.",
+    in_parts=True,
+)
+@output_option("--plot", "FILE", "Draw amplitudes over one or two names (.png, .svg, .pdf).")
 @force_option
 @json_option
 def sweep(**given: Any) -> None:
@@ -149,8 +154,8 @@ def _engine(scheduler: str | None, workers: int | None) -> "AbstractContextManag
 @click.option("--start", metavar="static|x,vx,y,vy", help="Start state, m and m/s.")
 @click.option("--thorough", is_flag=True, help="Take about two minutes instead of seven seconds.")
 @error_option("Name the cheapest setting for an error of final, peak, half_range or events (s).")
-@path_option("--out", "FILE.csv", "Write all settings measured.")
-@path_option("--plot", "FILE", "Draw error against CPU time (.png, .svg, .pdf).")
+@output_option("--out", "FILE.csv", "Write all settings measured.")
+@output_option("--plot", "FILE", "Draw error against CPU time (.png, .svg, .pdf).")
 @force_option
 @json_option
 def tradeoff(scene: str, assignments: tuple[str, ...], **given: Any) -> None:

@@ -12,10 +12,11 @@ from .group import commands
 from .options import (
     check_outputs,
     error_option,
+    folder_option,
     force_option,
     ignore_option,
     json_option,
-    path_option,
+    output_option,
     print_json,
     say,
     scene_argument,
@@ -24,6 +25,7 @@ from .options import (
     start_of,
     wishes_of,
 )
+from .paths import check_in_folder
 
 if TYPE_CHECKING:
     from ..core.outcome import Transient
@@ -47,8 +49,8 @@ if TYPE_CHECKING:
     show_default=True,
     help="Points of a written trajectory.",
 )
-@path_option("--out", "FILE", "Write the trajectory (.csv, .npz, .parquet).")
-@path_option("--plot", "FILE", "Write P, x and y over time (.png, .svg, .pdf).")
+@output_option("--out", "FILE", "Write the trajectory (.csv, .npz, .parquet).")
+@output_option("--plot", "FILE", "Write P, x and y over time (.png, .svg, .pdf).")
 @force_option
 @json_option
 def simulate(**given: Any) -> None:
@@ -128,7 +130,7 @@ def _say_if_stiff(result: "Transient") -> None:
 @commands.command()
 @scene_argument
 @set_option
-@path_option("--out", "FILE", "Write the trajectory, if required (.csv, .npz, .parquet).")
+@output_option("--out", "FILE", "Write the trajectory, if required (.csv, .npz, .parquet).")
 @force_option
 @json_option
 def run(scene: str, out: Path | None, force: bool, as_json: bool, **given: Any) -> None:
@@ -174,7 +176,7 @@ def run(scene: str, out: Path | None, force: bool, as_json: bool, **given: Any) 
 @commands.command()
 @scene_argument
 @set_option
-@path_option("--out", "DIR", "Folder for the FMU and the picture.", required=True)
+@folder_option("Folder for the FMU and the picture.")
 @force_option
 def compare(scene: str, assignments: tuple[str, ...], out: Path, force: bool) -> None:
     """Run a scene natively and through the FMU, separation considered and ignored.
@@ -183,9 +185,11 @@ def compare(scene: str, assignments: tuple[str, ...], out: Path, force: bool) ->
     taken, and draws the paper's Figs. 10 to 12 as one picture.
     """
     from ..compare import compare as run
+    from ..compare import comparison_files
     from ..report import Progress
     from ..transient_report import print_comparison
 
+    check_in_folder(comparison_files(out), scene)
     with Progress("native and FMU") as progress:
         result = run(scene_of(scene, assignments), out, force=force, progress=progress)
     print_comparison(result)

@@ -9,7 +9,7 @@ from typing import Final
 from ..core.errors import Cancelled, InputError
 from ..core.parameters import unknown_name
 from ..figures import FORMATS, save_figure
-from ..files import check_output
+from ..files import check_apart, check_output
 from .amplitudes import Progress
 from .data import save_data
 from .drawing import draw
@@ -156,9 +156,10 @@ def save_figures(
         folder.mkdir(parents=True, exist_ok=True)
     except OSError as error:
         raise InputError(f"{folder}: cannot be made a folder: {error.strerror}") from None
-    for files in plan:
-        for path in (*files.pictures, *files.data):
-            check_output(path, force=force)
+    paths = [path for files in plan for path in (*files.pictures, *files.data)]
+    check_apart([("the file", path) for path in paths])
+    for path in paths:
+        check_output(path, force=force)
     report = progress or (lambda _fraction: True)
     source = Study() if study is None else study
     panels = [panel for number in chosen for panel in panels_of(number)]

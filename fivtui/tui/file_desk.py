@@ -7,7 +7,8 @@ from textual.message import Message
 from textual.screen import Screen
 
 from fivtui.core.errors import InputError
-from fivtui.scene import Scene, load_scene
+from fivtui.files import check_apart
+from fivtui.scene import Scene, load_scene, scene_file
 
 from .dialogs import PathDialog, Target
 from .exports import Export, check_scene_path, save_scene_as, write_export
@@ -50,8 +51,16 @@ class FileDesk:
             if target is not None:
                 self._write(export, target)
 
+        opened = scene_file(self._session.source)
+
+        def check(path: Path, force: bool) -> None:
+            # Asking whether to overwrite comes after this.
+            read = [] if opened is None else [("the scene opened", opened)]
+            check_apart([("the file", path)], read)
+            export.check(path, force)
+
         title = f"Write the {export.what} of {export.of}"
-        dialog = PathDialog(title, export.proposal, export.hint, export.check)
+        dialog = PathDialog(title, export.proposal, export.hint, check)
         self._screen.app.push_screen(dialog, write)
 
     def _write(self, export: Export, target: Target) -> None:

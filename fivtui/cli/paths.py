@@ -1,0 +1,101 @@
+"""Paths on the command line: what a command reads and what it writes, told by their types."""
+
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import click
+
+if TYPE_CHECKING:
+    from ..files import Named
+
+
+class InputFile(click.Path):
+    """A file that is read; `called` says what it is called in messages."""
+
+    def __init__(self, called: str) -> None:
+        super().__init__(path_type=Path)
+        self.called = called
+
+
+class OutputFile(click.Path):
+    """A file that is written.
+
+    Parameters
+    ----------
+    in_parts : bool
+        Whether pieces of it are kept in ``FILE.parts`` until it is complete.
+    """
+
+    def __init__(self, *, in_parts: bool = False) -> None:
+        super().__init__(path_type=Path)
+        self.in_parts = in_parts
+
+
+class OutputFolder(click.Path):
+    """A folder in which files are written; the command checks them, it knows their names."""
+
+    def __init__(self) -> None:
+        super().__init__(path_type=Path)
+
+
+class SceneName(click.types.StringParamType):
+    """The name of a preset, or a scene file that is read."""
+
+
+def check_paths(params: Sequence[click.Parameter], values: Mapping[str, Any]) -> None:
+    """Check that no output of a command is another one, or an input, see `check_apart`.
+
+    Parameters
+    ----------
+    params : sequence of click.Parameter
+        The command's.
+    values : mapping of str to object
+        What is given for them.
+    """
+    from ..files import check_apart, parts_folder
+
+    given = [
+        (param, values[param.name or ""])
+        for param in params
+        if values.get(param.name or "") is not None
+    ]
+    outputs = [
+        (param.opts[0], path, param.type.in_parts)
+        for param, path in given
+        if isinstance(param.type, OutputFile)
+    ]
+    if outputs:
+        check_apart(
+            [(name, path) for name, path, _ in outputs],
+            [named for param, value in given for named in _read(param, value)],
+            [(name, parts_folder(path)) for name, path, in_parts in outputs if in_parts],
+        )
+
+
+def check_in_folder(paths: Sequence[Path], scene: str) -> None:
+    """Check that no file to be written into a folder is another one, or the scene's.
+
+    Parameters
+    ----------
+    paths : sequence of Path
+        The files.
+    scene : str
+        What is given as the scene.
+    """
+    from ..files import check_apart
+
+    check_apart([("--out", path) for path in paths], _scene(scene))
+
+
+def _read(param: click.Parameter, value: Any) -> "list[Named]":
+    if isinstance(param.type, SceneName):
+        return _scene(value)
+    return [(param.type.called, value)] if isinstance(param.type, InputFile) else []
+
+
+def _scene(text: str) -> "list[Named]":
+    from ..scene import scene_file
+
+    path = scene_file(text)
+    return [] if path is None else [("the scene", path)]
