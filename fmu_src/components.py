@@ -15,7 +15,9 @@ from .reference import Reference
 from .settings import start_state
 from .variables import TABLE, VARIABLES
 
-_INSTANCE: Final = ("experiment", "guard", "instance", "memory", "process_end", "table", "variable")
+_INSTANCE: Final = (
+    *("experiment", "guard", "instance", "memory", "notices", "process_end", "table", "variable"),
+)
 _CORE: Final = (
     "columns",
     "errors",
@@ -150,8 +152,8 @@ EXCHANGE: Final = Component(
     modules={
         "fivtui.core": _CORE,
         "fmu_src": (
-            *("exchange", "experiment", "guard", "memory", "motion", "process_end", "settings"),
-            *("table", "variable", "variables"),
+            *("exchange", "experiment", "guard", "memory", "motion", "notices", "process_end"),
+            *("settings", "table", "variable", "variables"),
         ),
     },
     table=EXCHANGE_TABLE,
