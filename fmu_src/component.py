@@ -29,8 +29,8 @@ EXCHANGE_RULES: Final = f"""\
 <p>The importer integrates, and finds separation and reattachment as zeros of the event indicator
 y. Inputs may vary continuously.</p>
 <p>What is refused (a value out of its range, a fixed parameter in continuous time) is logged,
-also on standard error, and changes nothing; the next update of the discrete states then asks to end the simulation. FMU states
-cannot be saved.</p>
+also on standard error, and changes nothing; the next update of the discrete states then asks to end
+the simulation. FMU states cannot be saved.</p>
 {_PYTHON}"""
 
 
