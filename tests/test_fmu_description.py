@@ -239,7 +239,7 @@ SIZES: Final = {
     "g": Fraction(1, 1000),
     "mm": Fraction(1, 1000),
     "ms": Fraction(1, 1000),
-    "kN": 1000,
+    "kN": Fraction(1000),
 }
 
 
@@ -260,7 +260,7 @@ def dimension(unit: str) -> tuple[int, ...]:
 
 def size(unit: str) -> Fraction:
     product = Fraction(1)
-    for part in parsed(unit, lambda name: Fraction(SIZES.get(name, 1)), lambda v, n: v**n):
+    for part in parsed(unit, lambda name: SIZES.get(name, Fraction(1)), lambda v, n: v**n):
         product *= part
     return product
 
