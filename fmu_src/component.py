@@ -8,12 +8,13 @@ from .reference import Reference
 from .table import VariableTable
 
 _PYTHON: Final = """\
-<p>The FMU needs Python 3.11 or newer in the process that loads it.</p>
+<p>The FMU needs Python 3.11 or newer in the process that loads it. On Linux a process never unloads
+the wrapper's library: for thousands of runs in one process extract the FMU once and load it from
+that folder.</p>
 """
-_WRAPPER: Final = """\
+_FOLDER: Final = """\
 <p>The path to which it is extracted may hold ASCII letters, digits, _ . - ~ and spaces; any other
-character crashes the wrapper. On Linux a process never unloads the wrapper's library: for thousands
-of runs in one process extract the FMU once and load it from that folder.</p>
+character crashes the wrapper.</p>
 """
 _RULES: Final = f"""\
 <h2>Rules</h2>
@@ -23,7 +24,7 @@ Results do not depend on the communication step.</p>
 logged, also on standard error, and changes nothing; the next step then returns fmi2Discard. Outputs
 are NaN where the initialization was refused. A tolerance out of range is replaced by the nearest
 possible one, with a warning.</p>
-{_PYTHON}{_WRAPPER}"""
+{_PYTHON}{_FOLDER}"""
 EXCHANGE_RULES: Final = f"""\
 <h2>Rules</h2>
 <p>The importer integrates, and finds separation and reattachment as zeros of the event indicator

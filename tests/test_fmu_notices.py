@@ -7,8 +7,10 @@ import sys
 from pathlib import Path
 from typing import Any
 
+import fmpy
 import pytest
 
+from fivtui.core.errors import ComputationError
 from fivtui.fmu_run import run_fmu
 from fmu_src.builder import build_fmu
 from tests.fmu_tools import interpreted
@@ -115,9 +117,14 @@ def test_thousands_of_refused_steps_take_no_memory_and_some_lines(
     assert "switch the FMU's debug logging on" in errors[4][-1]
 
 
-def test_a_run_of_the_project_prints_no_line_of_the_fmu_besides_its_error(
-    fmu: Path, capfd: pytest.CaptureFixture[str]
+def test_a_run_of_the_project_says_what_is_refused_once_in_its_error(
+    fmu: Path, capfd: pytest.CaptureFixture[str], caplog: pytest.LogCaptureFixture
 ) -> None:
-    with pytest.raises(Exception, match="no equilibrium"):
+    with pytest.raises(ComputationError, match="no equilibrium"):
         run_fmu(fmu, t_end=1.0, start_values={"F": -1.0, "k3": 0.0})
+    assert caplog.record_tuples == []
     assert capfd.readouterr() == ("", "")
+    # Other instances in the same process are not silenced.
+    fmpy.simulate_fmu(str(fmu), stop_time=1.0, start_values={"k_nl": -1.0})
+    assert "k_nl = -1" in caplog.text
+    assert {record[0] for record in caplog.record_tuples} == {"fivtui.fmu"}
