@@ -158,6 +158,23 @@ def test_every_real_variable_is_what_the_table_says(described: tuple[str, ET.Ele
         assert "declaredType" not in v, name
 
 
+def test_time_is_the_independent_variable_of_the_importer(
+    descriptions: dict[str, ET.Element],
+) -> None:
+    if "exchange" not in descriptions:
+        pytest.skip("pythonfmu3 is not installed (extra fmi3)")
+    *others, last = variables_of(descriptions["exchange"])
+    assert "independent" not in {v["causality"] for v in others}
+    assert last == {
+        "name": "time",
+        "valueReference": str(len(others)),
+        "causality": "independent",
+        "variability": "continuous",
+        "unit": "s",
+        "type": "Real",
+    }
+
+
 def test_the_flags_are_true_and_fixed(described: tuple[str, ET.Element]) -> None:
     which, root = described
     flags = {v["name"]: v for v in variables_of(root) if v["type"] == "Boolean"}
