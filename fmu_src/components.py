@@ -68,7 +68,7 @@ def _slider_belt_reference() -> Reference:
 def _actuator_reference() -> Reference:
     starts: Mapping[str, Any] = {v.name: v.start for v in ACTUATOR_TABLE.variables}
     tau, gain, begin = starts["tau"], starts["gain"], starts["F_start"]
-    feedback = _BEFORE
+    feedback = 0.75 * _BEFORE
 
     goals = [command + gain * (command - feedback) for command in (_BEFORE, _AFTER)]
 
