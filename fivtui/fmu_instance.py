@@ -1,22 +1,22 @@
 """FMUs as fmpy loads them, with what they log and without traces in this process."""
 
 import itertools
+import logging
 import os
-import shutil
 import signal
 import sys
-import tempfile
 import threading
 import zipfile
 from collections import deque
 from collections.abc import Callable, Iterator
-from contextlib import contextmanager, suppress
+from contextlib import ExitStack, contextmanager, suppress
 from ctypes import byref
 from functools import lru_cache
 from pathlib import Path
 from typing import Any, Final
 
 from .core.errors import ComputationError, InputError
+from .fmu_folders import Folder, folder_for
 
 # An FMI status from here on means that a call did not do its work.
 _DISCARD: Final = 2
@@ -28,6 +28,8 @@ _DESCRIPTION: Final = "modelDescription.xml"
 importing: Final = threading.Lock()
 _identifiers = itertools.count(1)
 _listeners: dict[int, "Messages"] = {}
+# FMUs of this project log here, too, what is refused; what this host takes in is not to be printed.
+_LOGGER: Final = logging.getLogger("fivtui.fmu")
 
 
 class Messages:
@@ -68,10 +70,15 @@ class FmuFile:
         What fmpy reads of it.
     """
 
-    def __init__(self, path: Path, folder: str, description: Any) -> None:
+    def __init__(self, path: Path, folder: Folder, description: Any) -> None:
         self.path = path
-        self.folder = folder
+        self.folder = folder.path
         self.description = description
+        self._folder = folder
+
+    def spoil(self) -> None:
+        """Have the next run load the FMU's library anew."""
+        self._folder.spoilt = True
 
 
 @contextmanager
@@ -92,22 +99,29 @@ def extracted(path: Path) -> Iterator[FmuFile]:
     ------
     InputError
         If there is no such file or it is not an FMU.
+    ComputationError
+        If there is no folder for temporary files that FMUs can handle.
     """
-    import fmpy
-
     check_archive(path)
-    folder = tempfile.mkdtemp(prefix="fivtui-fmu-")
-    try:
+    with ExitStack() as stack:
         try:
-            fmpy.extract(path, folder)
-            description = fmpy.read_model_description(folder, validate=False)
+            folder = stack.enter_context(folder_for(path))
+            description = _extracted_to(folder.path, path)
         except OSError as error:
             raise InputError(f"{path}: cannot be extracted: {error.strerror or error}") from None
-        except Exception as error:  # noqa: BLE001
-            raise InputError(f"{path}: is not an FMU: {' '.join(str(error).split())}") from None
         yield FmuFile(path, folder, description)
-    finally:
-        shutil.rmtree(folder, ignore_errors=True)
+
+
+def _extracted_to(folder: str, path: Path) -> Any:
+    import fmpy
+
+    try:
+        fmpy.extract(path, folder)
+        return fmpy.read_model_description(folder, validate=False)
+    except OSError:
+        raise
+    except Exception as error:  # noqa: BLE001
+        raise InputError(f"{path}: is not an FMU: {' '.join(str(error).split())}") from None
 
 
 def check_archive(path: Path) -> None:
@@ -165,6 +179,8 @@ def instantiated(fmu: FmuFile) -> Iterator[tuple[Any, Messages]]:
     identifier, messages = next(_identifiers), Messages()
     _listeners[identifier] = messages
     instance, fatal = None, False
+    unprinted = _unprinted(identifier)
+    _LOGGER.addFilter(unprinted)
     try:
         with importing, _process_restored():
             instance = _made(fmu, lambda: make(identifier, messages), messages)
@@ -174,10 +190,22 @@ def instantiated(fmu: FmuFile) -> Iterator[tuple[Any, Messages]]:
         fatal = any(getattr(cause, "status", None) == _FATAL for cause in causes)
         raise
     finally:
-        if instance is not None and not fatal:
+        if fatal:
+            fmu.spoil()
+        elif instance is not None:
             with suppress(Exception):
                 instance.freeInstance()
+        _LOGGER.removeFilter(unprinted)
         del _listeners[identifier]
+
+
+def _name_of(identifier: int) -> str:
+    return f"fivtui-{identifier}"
+
+
+def _unprinted(identifier: int) -> Callable[[logging.LogRecord], bool]:
+    name = _name_of(identifier)
+    return lambda record: getattr(record, "fmu_instance", None) != name
 
 
 @contextmanager
@@ -210,20 +238,10 @@ def _maker(fmu: FmuFile) -> Callable[[int, Messages], Any]:
     if fmpy.platform not in fmpy.supported_platforms(fmu.folder):
         raise InputError(f"{fmu.path}: has no binary for this platform, {fmpy.platform}")
     if version == "2.0":
-        _check_folder(fmu)
         return lambda identifier, _: _instantiate_fmi2(fmu, identifier)
     if version.startswith("3."):
         return lambda _, messages: _instantiate_fmi3(fmu, messages)
     raise InputError(f"{fmu.path}: is of FMI {version}; FMI 2.0 or 3.0 is needed")
-
-
-def _check_folder(fmu: FmuFile) -> None:
-    # pythonfmu's wrapper decodes spaces in the resource location, and nothing else.
-    if "%" in Path(fmu.folder).as_uri().replace("%20", ""):
-        raise ComputationError(
-            f"the temporary folder {fmu.folder} has characters that FMUs cannot handle",
-            "set TMPDIR to a folder of ASCII letters and digits",
-        )
 
 
 def _instantiate_fmi2(fmu: FmuFile, identifier: int) -> Any:
@@ -248,6 +266,7 @@ def _instantiate_fmi2(fmu: FmuFile, identifier: int) -> Any:
         guid=description.guid,
         modelIdentifier=description.coSimulation.modelIdentifier,
         unzipDirectory=fmu.folder,
+        instanceName=_name_of(identifier),
     )
     instance.instantiate(callbacks=callbacks, loggingOn=True)
     return instance

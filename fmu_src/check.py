@@ -66,7 +66,8 @@ def _problems_of_a_run(path: Path) -> list[str]:
             done = subprocess.run(  # noqa: S603
                 [sys.executable, "-m", "fmu_src.probe", str(path.resolve())],
                 cwd=folder,
-                env=os.environ | {"PYTHONPATH": search},
+                # What a process leaves that is killed is removed with the folder.
+                env=os.environ | {"PYTHONPATH": search, "TMPDIR": folder},
                 capture_output=True,
                 timeout=_TIMEOUT_S,
                 check=False,

@@ -8,23 +8,30 @@ from .reference import Reference
 from .table import VariableTable
 
 _PYTHON: Final = """\
-<p>The FMU needs Python 3.11 or newer in the process that loads it. The path to which it is
-extracted may hold ASCII letters, digits and spaces, but no # and no %.</p>
+<p>The FMU needs Python 3.11 or newer in the process that loads it. On Linux a process never unloads
+the wrapper's library: for thousands of runs in one process extract the FMU once and load it from
+that folder.</p>
+"""
+_FOLDER: Final = """\
+<p>The path to which it is extracted may hold ASCII letters, digits, _ . - ~ and spaces; any other
+character crashes the wrapper.</p>
 """
 _RULES: Final = f"""\
 <h2>Rules</h2>
 <p>Inputs are held from one communication point to the next (input derivatives cannot be given).
 Results do not depend on the communication step.</p>
 <p>What is refused (a value out of its range, a fixed parameter while stepping, a wrong time) is
-logged and changes nothing; the next step then returns fmi2Discard.</p>
-{_PYTHON}"""
+logged, also on standard error, and changes nothing; the next step then returns fmi2Discard. Outputs
+are NaN where the initialization was refused. A tolerance out of range is replaced by the nearest
+possible one, with a warning.</p>
+{_PYTHON}{_FOLDER}"""
 EXCHANGE_RULES: Final = f"""\
 <h2>Rules</h2>
 <p>The importer integrates, and finds separation and reattachment as zeros of the event indicator
 y. Inputs may vary continuously.</p>
-<p>What is refused (a value out of its range, a fixed parameter in continuous time) is logged and
-changes nothing; the next update of the discrete states then asks to end the simulation. FMU states
-cannot be saved.</p>
+<p>What is refused (a value out of its range, a fixed parameter in continuous time) is logged,
+also on standard error, and changes nothing; the next update of the discrete states then asks to end
+the simulation. FMU states cannot be saved.</p>
 {_PYTHON}"""
 
 

@@ -15,7 +15,9 @@ from .reference import Reference
 from .settings import start_state
 from .variables import TABLE, VARIABLES
 
-_INSTANCE: Final = ("experiment", "guard", "instance", "memory", "process_end", "table", "variable")
+_INSTANCE: Final = (
+    *("experiment", "guard", "instance", "memory", "notices", "process_end", "table", "variable"),
+)
 _CORE: Final = (
     "columns",
     "errors",
@@ -66,7 +68,7 @@ def _slider_belt_reference() -> Reference:
 def _actuator_reference() -> Reference:
     starts: Mapping[str, Any] = {v.name: v.start for v in ACTUATOR_TABLE.variables}
     tau, gain, begin = starts["tau"], starts["gain"], starts["F_start"]
-    feedback = _BEFORE
+    feedback = 0.75 * _BEFORE
 
     goals = [command + gain * (command - feedback) for command in (_BEFORE, _AFTER)]
 
@@ -150,8 +152,8 @@ EXCHANGE: Final = Component(
     modules={
         "fivtui.core": _CORE,
         "fmu_src": (
-            *("exchange", "experiment", "guard", "memory", "motion", "process_end", "settings"),
-            *("table", "variable", "variables"),
+            *("exchange", "experiment", "guard", "memory", "motion", "notices", "process_end"),
+            *("settings", "table", "variable", "variables"),
         ),
     },
     table=EXCHANGE_TABLE,

@@ -4,6 +4,7 @@ The wrapper of pythonfmu3 carries no exception either, and no refusal: what a ca
 logged, and the next update of the discrete states asks the importer to end the simulation.
 """
 
+import logging
 import math
 from collections.abc import Sequence
 from types import SimpleNamespace
@@ -15,6 +16,7 @@ from fivtui.core.parameters import Parameters
 
 from .guard import guarded, nothing
 from .memory import Phase
+from .notices import Notices
 from .process_end import let_go_in_time
 from .settings import parameters_from, separation_in, start_state
 from .table import VariableTable
@@ -54,9 +56,10 @@ class ExchangeModel:
         self._switches = [0, 0]
         self._last_event = 0.0
         self._refused: dict[int | str, str] = {}
+        self._notices = Notices(kwargs["instance_name"])
 
     def refuse(self, call: int | str, why: str) -> None:
-        """Log why a call is refused; unless it reads, the simulation is to end.
+        """Tell why a call is refused; unless it reads, the simulation is to end.
 
         Parameters
         ----------
@@ -70,7 +73,8 @@ class ExchangeModel:
         from pythonfmu3 import Fmi3Status
 
         log: Any = self.log  # type: ignore[attr-defined]
-        log(why.replace("%", "%%"), Fmi3Status.error)
+        # A category that is given is one object, which the wrapper may keep.
+        log(self._notices.tell(logging.ERROR, why), Fmi3Status.error, "logStatusError")
 
     @guarded(nothing)
     def setup_experiment(self, start_time: float) -> None:

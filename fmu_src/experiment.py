@@ -1,6 +1,7 @@
 """The experiment that a host sets up, and the communication steps that it allows."""
 
 import math
+from collections.abc import Callable
 from typing import Final, NamedTuple, Self
 
 from fivtui.core.errors import InputError
@@ -27,7 +28,13 @@ class Experiment(NamedTuple):
     tol: float = DEFAULT_TOL
 
     @classmethod
-    def checked(cls, start_time: float, stop_time: float | None, tol: float | None) -> Self:
+    def checked(
+        cls,
+        start_time: float,
+        stop_time: float | None,
+        tol: float | None,
+        warn: Callable[[str], None],
+    ) -> Self:
         """An experiment from what a host gives.
 
         Parameters
@@ -37,7 +44,9 @@ class Experiment(NamedTuple):
         stop_time : float or None
             Stop time, s.
         tol : float or None
-            Relative tolerance; the default if None.
+            Relative tolerance; the default if None, the nearest possible if out of range.
+        warn : callable
+            Is given a line if another tolerance is taken.
 
         Returns
         -------
@@ -47,18 +56,24 @@ class Experiment(NamedTuple):
         Raises
         ------
         InputError
-            If a value is not finite or out of range.
+            If a time or the tolerance is not a number, or a time is not finite or out of range.
         """
         start = parse_number("start time", start_time, "a finite number of seconds")
         allowed = f"a number of seconds not below {start:g}"
         stop = math.inf if stop_time is None else parse_number("stop time", stop_time, allowed)
         if stop < start:
             raise InputError(f"stop time = {stop:g}: allowed is {allowed}")
-        allowed = f"{TOL_RANGE[0]:g} <= tolerance <= {TOL_RANGE[1]:g}"
-        tolerance = DEFAULT_TOL if tol is None else parse_number("tolerance", tol, allowed)
-        if not TOL_RANGE[0] <= tolerance <= TOL_RANGE[1]:
-            raise InputError(f"tolerance = {tolerance:g}: allowed is {allowed}")
-        return cls(start, stop, tolerance)
+        tolerance = DEFAULT_TOL if tol is None else tol
+        lowest, highest = TOL_RANGE
+        if math.isnan(tolerance):
+            raise InputError(f"tolerance = nan: must be from {lowest:g} to {highest:g}")
+        possible = min(max(tolerance, lowest), highest)
+        if possible != tolerance:
+            warn(
+                f"tolerance = {tolerance:g}: must be from {lowest:g} to {highest:g}, "
+                f"{possible:g} is used"
+            )
+        return cls(start, stop, possible)
 
     def end_of_step(self, t: float, current_time: float, step_size: float) -> float:
         """Where a communication step ends.

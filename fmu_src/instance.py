@@ -5,6 +5,7 @@ The wrapper around these classes cannot carry an exception, nor a status other t
 and what a call refused is reported by the next `do_step`, which then fails.
 """
 
+import logging
 import math
 import sys
 import traceback
@@ -29,6 +30,7 @@ from fivtui.core.errors import InputError
 from .experiment import SAME_TIME, Experiment
 from .guard import guarded, nothing
 from .memory import Memory, Phase, from_bytes, to_bytes
+from .notices import Notices
 from .process_end import let_go_in_time
 from .table import VariableTable
 from .variable import Role, Type
@@ -86,6 +88,8 @@ class Instance(Fmi2Slave):  # type: ignore[misc]
         # The time reached, that of the outputs, and up to where a step computes nothing.
         self._t, self._published, self._free_until = 0.0, 0.0, -math.inf
         self._refused: dict[int | str, str] = {}
+        self._notices = Notices(self.instance_name)
+        self._undefined = {r: math.nan for r, v in enumerate(table.variables) if not v.settable}
         for reference, variable in enumerate(table.variables):
             self._values[reference] = variable.start
             self.register_variable(
@@ -129,7 +133,7 @@ class Instance(Fmi2Slave):  # type: ignore[misc]
         """A moment from what JSON holds."""
 
     def refuse(self, call: int | str, why: str) -> None:
-        """Log why a call is refused; unless it reads or steps, the next step reports it too.
+        """Tell why a call is refused; unless it reads or steps, the next step reports it too.
 
         Parameters
         ----------
@@ -141,8 +145,12 @@ class Instance(Fmi2Slave):  # type: ignore[misc]
         if call not in _REPORTED_AT_ONCE:
             self._refused[call] = why
             self._free_until = -math.inf
-        # The message is a format to the host.
-        self.log(why.replace("%", "%%"), Fmi2Status.error)
+        self._tell(Fmi2Status.error, logging.ERROR, why)
+
+    def _tell(self, status: Fmi2Status, level: int, text: str) -> None:
+        # A category that is given is one object, which the wrapper may keep.
+        category = "logStatusError" if status is Fmi2Status.error else "logStatusWarning"
+        self.log(self._notices.tell(level, text), status, category)
 
     @guarded(nothing)
     def setup_experiment(
@@ -150,7 +158,12 @@ class Instance(Fmi2Slave):  # type: ignore[misc]
     ) -> None:
         """Take the start time, the stop time and the tolerance of the run."""
         self._require("setup_experiment", Phase.INSTANTIATED)
-        self._experiment = Experiment.checked(start_time, stop_time, tolerance)
+        self._experiment = Experiment.checked(
+            start_time,
+            stop_time,
+            tolerance,
+            lambda text: self._tell(Fmi2Status.warning, logging.WARNING, text),
+        )
         self._stale = True
         self._refused.pop("setup_experiment", None)
 
@@ -215,13 +228,13 @@ class Instance(Fmi2Slave):  # type: ignore[misc]
 
     @guarded(lambda vrs: [0] * len(vrs))
     def get_integer(self, vrs: Sequence[int]) -> list[int]:
-        """Values of variables of any type as integers."""
-        return [int(value) for value in self._read(vrs)]
+        """Values of variables of any type as integers; 0 where there is none yet."""
+        return [0 if math.isnan(value) else int(value) for value in self._read(vrs)]
 
     @guarded(lambda vrs: [False] * len(vrs))
     def get_boolean(self, vrs: Sequence[int]) -> list[bool]:
-        """Values of variables of any type as truth values."""
-        return [bool(value) for value in self._read(vrs)]
+        """Values of variables of any type as truth values; false where there is none yet."""
+        return [not math.isnan(value) and bool(value) for value in self._read(vrs)]
 
     @guarded(lambda vrs: [""] * len(vrs))
     def get_string(self, vrs: Sequence[int]) -> list[str]:
@@ -286,11 +299,14 @@ class Instance(Fmi2Slave):  # type: ignore[misc]
             raise InputError(f"{call} is not allowed {self._phase.value}")
 
     def _read(self, vrs: Sequence[int]) -> list[float | bool]:
-        if self._stale:
+        values = self._values
+        if self._refused and self._phase in (Phase.INSTANTIATED, Phase.INITIALIZATION):
+            # There is no motion with the values that the host has set: nothing that looks like one.
+            values = values | self._undefined
+        elif self._stale:
             self._begin()
         elif self._t != self._published:
             self._publish_now()
-        values = self._values
         try:
             return [values[reference] for reference in vrs]
         except KeyError as unknown:

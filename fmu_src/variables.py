@@ -194,15 +194,17 @@ def _locals() -> list[Variable]:
             items=items,
         )
 
-    def acceleration(axis: str, adjective: str, varies_with: tuple[str, ...]) -> Variable:
+    def acceleration(
+        axis: str, adjective: str, starts_from: tuple[str, ...], varies_with: tuple[str, ...]
+    ) -> Variable:
         return Variable(
             name=f"a{axis}",
             type=Type.REAL,
             role=Role.LOCAL,
             meaning=f"{adjective} acceleration",
             unit="m/s^2",
-            nominal=10.0,
-            starts_from=("start_static", *PARAMETERS, "separation", *_STARTS),
+            nominal=50.0,
+            starts_from=("start_static", "separation", *starts_from, "x_start", "y_start"),
             derivative_of=f"v{axis}",
             varies_with=varies_with,
         )
@@ -210,8 +212,19 @@ def _locals() -> list[Variable]:
     return [
         mirror("mode_integer", Type.INTEGER),
         mirror("mode_enumeration", Type.ENUMERATION, tuple(m.name.lower() for m in Mode)),
-        acceleration("x", "horizontal", ("x", "vx", "y", "mu")),
-        acceleration("y", "vertical", ("x", "y", "vy", "F")),
+        acceleration(
+            "x",
+            "horizontal",
+            ("m", "k1", "k2", "k3", "k_nl", "c1", "F", "mu", "vx_start"),
+            ("x", "vx", "y", "mu"),
+        ),
+        # At rest at the equilibrium it is zero, whatever k1 is.
+        acceleration(
+            "y",
+            "vertical",
+            ("m", "k2", "k3", "k_nl", "c2", "F", "vy_start"),
+            ("x", "y", "vy", "F"),
+        ),
     ]
 
 

@@ -2,6 +2,7 @@
 
 import contextlib
 import json
+import logging
 import shutil
 import subprocess
 import sys
@@ -218,6 +219,8 @@ def main() -> None:
             raise AssertionError(project)
     import fmpy
 
+    # What the FMU would print to standard error, a script sees in the log.
+    logging.getLogger("fivtui.fmu").addHandler(logging.NullHandler())
     fmus = [(fmpy.extract(path), fmpy.read_model_description(path)) for path in sys.argv[1:]]
     kept = _Host(fmus)
     for line in sys.stdin:

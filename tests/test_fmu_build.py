@@ -138,12 +138,17 @@ def test_the_reference_run_in_the_fmu_can_be_repeated(component: str, tmp_path: 
             (tmp_path / name).write_bytes(archive.read(f"extra/{model}_{name}"))
     options = read_ref_opt_file(tmp_path / "ref.opt")
     reference = read_csv(tmp_path / "ref.csv")
+    inputs = read_csv(tmp_path / "in.csv")
+    # Hosts extrapolate inputs differently: they are given from the first time to the last.
+    assert inputs["time"].tolist() == [0.0, 10.0, 10.0, 20.0]
+    assert (options["StartTime"], options["StopTime"]) == (0.0, 20.0)
+    assert reference["time"] == pytest.approx(np.arange(2001) * 0.01)
     run = fmpy.simulate_fmu(
         str(fmu),
         stop_time=options["StopTime"],
         output_interval=options["StepSize"],
         relative_tolerance=options["RelTol"],
-        input=read_csv(tmp_path / "in.csv"),
+        input=inputs,
         output=reference.dtype.names[1:],
     )
     for name in reference.dtype.names:

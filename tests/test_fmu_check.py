@@ -1,6 +1,7 @@
 """Checking FMUs: sound ones have no problem, broken ones are described and do no harm."""
 
 import re
+import tempfile
 import zipfile
 from pathlib import Path
 
@@ -130,5 +131,10 @@ def test_the_behaviour_of_any_fmu_is_tried(
 def test_an_fmu_that_hangs_is_given_up(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr("fmpy.validation.validate_fmu", lambda _path: [])
     monkeypatch.setattr("fmu_src.check._TIMEOUT_S", 3.0)
+    place = tmp_path / "place"
+    place.mkdir()
+    monkeypatch.setattr(tempfile, "tempdir", str(place))
+    monkeypatch.setenv("TMPDIR", str(place))
     (problem,) = check_fmu(other_fmu(tmp_path, "import time; time.sleep(60)"))
     assert problem == "a short run is not finished after 3 s"
+    assert list(place.iterdir()) == []

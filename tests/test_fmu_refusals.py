@@ -124,7 +124,7 @@ def test_a_refused_call_sets_nothing_and_a_good_value_makes_up_for_a_bad_one(
         ([("a", "begin"), ("a", "enter")], "not allowed while stepping"),
         ([("a", "begin"), ("a", "terminate")], "do_step is not allowed after termination"),
         ([("a", "new"), ("a", "init", {"m": 0.0})], "m = 0: allowed is 0 < m <= 1e+09 kg"),
-        ([("a", "new"), ("a", "init", {}, 1.0)], "tolerance = 1: allowed is 1e-13"),
+        ([("a", "new"), ("a", "init", {}, float("nan"))], "tolerance = nan: must be from 1e-13"),
         ([("a", "new"), ("a", "init", {"F": -1.0, "k3": 0.0})], "no equilibrium: F = -1 N"),
         ([("a", "new"), ("a", "setup", float("nan"))], "start time = nan"),
         ([("a", "new"), ("a", "setup", 2.0, 1.0)], "stop time = 1"),

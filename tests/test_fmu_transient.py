@@ -18,6 +18,7 @@ from fivtui.core.outcome import Transient
 from fivtui.core.request import make_problem
 from fivtui.fmu_host import integrate_fmu
 from fivtui.fmu_instance import interrupts_deferred
+from fivtui.fmu_run import run_fmu
 from fmu_src.builder import build_fmu
 from tests.fmu_tools import altered, interpreted, other_fmu
 from tests.strategies import moderate_parameters
@@ -166,15 +167,22 @@ def test_a_file_that_is_not_this_fmu_is_wrong_input(fmu: Path, tmp_path: Path) -
             integrate_fmu(problem, fmu=path)
 
 
-def test_a_temporary_folder_that_fmus_cannot_handle_is_refused(
-    fmu: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+@pytest.mark.parametrize("name", ["für", "a#b", "a%b", "a%20b", "a+b", "a(b)"])
+def test_a_temporary_folder_that_fmus_cannot_handle_is_not_used(
+    name: str, fmu: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    folder = tmp_path / "für #1"
+    folder, plain = tmp_path / name, tmp_path / "plain"
     folder.mkdir()
+    plain.mkdir()
     monkeypatch.setattr(tempfile, "tempdir", str(folder))
-    with pytest.raises(ComputationError, match="set TMPDIR"):
-        integrate_fmu(make_problem(Parameters(), t_end=1.0), fmu=fmu)
-    assert list(folder.iterdir()) == []
+    monkeypatch.setattr("fivtui.fmu_folders._FALLBACKS", (str(plain),))
+    problem = make_problem(Parameters(), t_end=1.0)
+    assert integrate_fmu(problem, fmu=fmu).final == interpreted(t_end=1.0).final
+    monkeypatch.setattr("fivtui.fmu_folders._FALLBACKS", ())
+    for run in (lambda: integrate_fmu(problem, fmu=fmu), lambda: run_fmu(fmu, t_end=1.0)):
+        with pytest.raises(ComputationError, match="set TMPDIR"):
+            run()
+    assert [*folder.iterdir(), *plain.iterdir()] == []
 
 
 def test_a_temporary_folder_with_spaces_works(
