@@ -7,12 +7,13 @@ from typing import ClassVar, Final
 from textual.app import App
 from textual.binding import Binding, BindingType
 from textual.command import Provider
-from textual.events import Event, InputEvent, MouseMove
+from textual.events import Event, InputEvent, Key, MouseMove
 from textual.timer import Timer
 
 from fivtui.core.errors import InputError
 from fivtui.scene import Scene
 
+from .alt_digits import know_alt_keys, take_for_alt
 from .jobs import PRECEDENCE
 from .keeper import Keeper
 from .lab import LabScreen
@@ -78,6 +79,7 @@ class FivtuiApp(App[None]):
         state: Path | None = None,
         when_shown: Callable[[], None] = lambda: None,
     ) -> None:
+        know_alt_keys()
         super().__init__()
         self._when_shown = when_shown
         self.session = Session(scene, source)
@@ -146,11 +148,13 @@ class FivtuiApp(App[None]):
         self.screen_stack[0].post_message(ResultsRestored(results, errors))
 
     async def on_event(self, event: Event) -> None:
-        """Take a key before what is computed."""
+        """Take a key before what is computed, and one with Alt for a key and no text."""
         if isinstance(event, InputEvent):
             if not self.screen_stack:
                 # Pressed after the key that quits.
                 return
+            if isinstance(event, Key):
+                take_for_alt(event, option=isinstance(self.screen, LabScreen))
             if not isinstance(event, MouseMove):
                 PRECEDENCE.claim()
         await super().on_event(event)
