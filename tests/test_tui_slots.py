@@ -9,7 +9,8 @@ import sys
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
-from typing import Any
+from types import SimpleNamespace
+from typing import Any, cast
 
 import numpy as np
 import pytest
@@ -18,8 +19,12 @@ from fivtui import locks
 from fivtui.core.errors import InputError
 from fivtui.core.stability_map import stability_map
 from fivtui.presets import PRESETS
+from fivtui.tui import start
 from fivtui.tui.app import FivtuiApp
 from fivtui.tui.keeper import Keeper
+from fivtui.tui.messages import Reported
+from fivtui.tui.run_desk import RunDesk
+from fivtui.tui.runs import MAX_RUNS
 from fivtui.tui.session import Session
 from fivtui.tui.shown import Shown
 from fivtui.tui.slots import slot_of
@@ -279,6 +284,30 @@ def test_a_state_folder_that_cannot_be_made_is_said(tmp_path: Path) -> None:
     keeper.save(a_state("1"))
     assert "cannot be made a folder" in keeper.error
     keeper.close(a_state("2"))
+
+
+def test_at_the_end_it_is_said_what_is_not_kept(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    (tmp_path / "fivtui").write_text("")
+    monkeypatch.setenv("XDG_STATE_HOME", str(tmp_path))
+    monkeypatch.setattr(FivtuiApp, "run", lambda _: None)
+    # What it sets for the whole process is no affair of the other tests.
+    monkeypatch.setattr("gc.disable", lambda: None)
+    monkeypatch.setattr(start, "answer_quickly", lambda: None)
+    start.run()
+    said_last = capsys.readouterr().err
+    assert said_last.startswith(f"the session is not kept: {tmp_path / 'fivtui'}: cannot be made")
+
+
+def test_a_run_that_leaves_the_list_is_said_to() -> None:
+    told: list[Any] = []
+    screen = SimpleNamespace(post_message=told.append, run_worker=lambda *_, **__: None)
+    desk = RunDesk(cast("Any", screen), Session())
+    for _ in range(MAX_RUNS + 1):
+        desk.start()
+    words = [message.words for message in told if isinstance(message, Reported)]
+    assert words == [f"run 1, the oldest, is deleted: the list holds {MAX_RUNS}"]
 
 
 async def test_the_palette_opens_another_session_and_keeps_this_one(tmp_path: Path) -> None:

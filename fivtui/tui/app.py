@@ -134,6 +134,11 @@ class FivtuiApp(App[None]):
         return [f"{key} is not kept: {why}" for key, why in state.notes.items()]
 
     @property
+    def not_kept(self) -> str:
+        """Why the session, or a result of it, is not kept; empty if all is."""
+        return self._keeper.error
+
+    @property
     def other_sessions(self) -> list[Slot]:
         """The places of the other sessions that are kept."""
         return self._keeper.others
