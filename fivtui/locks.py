@@ -9,6 +9,10 @@ from pathlib import Path
 from .core.errors import InputError
 
 
+class Locked(InputError):
+    """Another process holds a lock."""
+
+
 @contextmanager
 def locked(path: Path, holder: str) -> Iterator[None]:
     """Hold a lock.
@@ -22,8 +26,10 @@ def locked(path: Path, holder: str) -> Iterator[None]:
 
     Raises
     ------
+    Locked
+        If another process holds it.
     InputError
-        If another process holds it, or it cannot be locked.
+        If it cannot be locked.
     """
     try:
         handle = os.open(path, os.O_RDWR | os.O_CREAT, 0o666)
@@ -33,7 +39,7 @@ def locked(path: Path, holder: str) -> Iterator[None]:
         try:
             _lock(handle)
         except (BlockingIOError, PermissionError):
-            raise InputError(f"{path.parent}: {holder} is at work here") from None
+            raise Locked(f"{path.parent}: {holder} is at work here") from None
         except OSError as error:
             raise InputError(f"{path}: cannot be locked: {error.strerror or error}") from None
         yield

@@ -210,5 +210,5 @@ async def test_without_colour_all_is_said_in_words(monkeypatch: pytest.MonkeyPat
     async with app.run_test(size=USUAL, notifications=True) as pilot:
         await run_to_end(pilot)
         assert "UNSTABLE" in text_of(pilot)
-        await type_into(pilot, "mu", "x")
+        await type_into(pilot, "mu", "-")
         assert "NO VERDICT: invalid input" in text_of(pilot)

@@ -170,9 +170,9 @@ async def test_the_palette_does_what_applies_now(
 
 async def test_a_scene_is_saved_and_opened_again(pilot: Pilot[None], tmp_path: Path) -> None:
     session = app_of(pilot).session
-    await type_into(pilot, "F", "x")
+    await type_into(pilot, "F", "-")
     await pilot.press("ctrl+s")
-    await until_told(pilot, "F = 'x': not a number")
+    await until_told(pilot, "F = '-': not a number")
     assert not pilot.app.screen.query("#path")
     await type_into(pilot, "F", "90")
     await pilot.press("ctrl+s")

@@ -1,6 +1,8 @@
+import re
 from collections.abc import AsyncIterator
 
 import pytest
+from textual._xterm_parser import XTermParser
 from textual.pilot import Pilot
 from textual.widgets import Checkbox, Input, Select
 
@@ -8,6 +10,7 @@ from fivtui.core.parameters import Parameters
 from fivtui.core.stability import stability
 from fivtui.presets import PRESETS
 from fivtui.tui.app import FivtuiApp
+from fivtui.tui.fields import FIELDS
 from fivtui.tui.form import FieldList
 from tests.tui_support import (
     app_of,
@@ -147,3 +150,78 @@ async def test_who_does_not_type_moves_and_changes_by_letters(pilot: Pilot[None]
     await until(pilot, lambda: not session.changed)
     await pilot.press("G", "g", "k", "i")
     assert pilot.app.focused is pilot.app.screen.query_one("#row-m").query_one(Input)
+
+
+async def send(pilot: Pilot[None], *sequences: str) -> None:
+    """Keys as a terminal sends them."""
+    for sequence in sequences:
+        for event in XTermParser().feed(sequence):
+            pilot.app.post_message(event)
+    await pilot.pause()
+
+
+async def test_alt_and_a_key_is_never_text(pilot: Pilot[None]) -> None:
+    session = app_of(pilot).session
+    for editor in ("#row-m Input", "#row-start Input", "#row-accuracy Input"):
+        pilot.app.screen.query_one(editor).focus()
+        # The last ones are what Option types on a Mac.
+        await send(pilot, *(f"\x1b{sign}" for sign in "1234567890-=x"), *"¡™£¢∞§¶•ªº")
+        assert not session.changed
+    # Without a pause between, too.
+    await send(pilot, "\x1b2\x1b3")
+    await until(pilot, lambda: session.tab == "sweep")
+    await until_shown(pilot, "nothing swept yet")
+    vary = pilot.app.screen.query_one("#vary", Input)
+    vary.focus()
+    before = vary.value
+    await send(pilot, "\x1b7", "£", "\x1b0")
+    assert vary.value == before
+    assert session.tab == "sweep"
+    await send(pilot, "\x1b1")
+    await until(pilot, lambda: session.tab == "stability")
+    await send(pilot, "\x1bs")
+    await until_shown(pilot, "Save the scene as")
+    path = pilot.app.screen.query_one("#path", Input)
+    await send(pilot, "\x1b2", "\x1bq", "£")
+    assert path.value == "base.toml£"
+    assert session.tab == "stability"
+
+
+async def test_no_letter_overwrites_a_number(pilot: Pilot[None]) -> None:
+    session = app_of(pilot).session
+    await send(pilot, *"abcdefghijklmnopqrstuvwxyzABCEGHL :;_=µ٣")
+    assert not session.changed
+    assert await focus(pilot, "m") is pilot.app.focused
+    await send(pilot, *"+1.5e-3")
+    assert session.texts["m"] == "+1.5e-3"
+    await send(pilot, "e", ".", "-", "x")
+    assert session.texts["m"] == "+1.5e-3"
+    # What deleting leaves can be mended from either end.
+    await pilot.press("home", "delete", "delete")
+    assert session.texts["m"] == ".5e-3"
+    await pilot.press("delete", "delete", "end", "4", "home", "2")
+    assert session.texts["m"] == "2e-34"
+    await pilot.press("end")
+    await send(pilot, "\x1b[200~12.5\x1b[201~")
+    assert session.texts["m"] == "2e-34"
+    await focus(pilot, "k1")
+    await send(pilot, "\x1b[200~ 12.5 \x1b[201~")
+    assert session.texts["k1"] == "12.5"
+
+
+@pytest.mark.parametrize(
+    ("name", "text"),
+    [
+        ("m", "1e+09"),
+        ("F", "-.5E-3"),
+        ("F", "+80."),
+        ("step", "0.001"),
+        ("start", "static"),
+        ("start", "0.1, 0,-5e-1 ,1.e3"),
+        ("accuracy", "peak=1e-4, half_range=1e-3"),
+    ],
+)
+def test_every_text_that_a_field_takes_can_be_typed(name: str, text: str) -> None:
+    FIELDS[name].check(text)
+    for length in range(len(text) + 1):
+        assert length == 0 or re.fullmatch(FIELDS[name].typed, text[:length]), text[:length]

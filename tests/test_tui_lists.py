@@ -147,7 +147,7 @@ async def test_the_session_is_there_again_at_the_next_start(
     kept = tmp_path / "state" / "session.json"
     app = FivtuiApp(state=kept)
     async with app.run_test(size=SIZE, notifications=True) as pilot:
-        await type_into(pilot, "F", "not a number")
+        await type_into(pilot, "F", "-")
         await type_into(pilot, "mu", "0.3")
         await pilot.press("alt+8")
         app.theme = "gruvbox"

@@ -243,10 +243,27 @@ def test_results_are_written_once_and_removed_when_nothing_needs_them(tmp_path: 
     np.testing.assert_array_equal(read.value.values, shown.value.values)
     # What is not read yet stays where it is.
     assert other.put({"map": again["map"]}) == (again, {})
+    # What another session has written, or nobody knows of, stays.
+    theirs, _ = ResultStore(tmp_path).put({"map": a_map()})
     (tmp_path / "mine.txt").write_text("mine")
     newer, _ = other.put({"map": a_map()})
     other.remove_others(newer)
-    assert {file.name for file in tmp_path.iterdir()} == {"mine.txt", newer["map"].file}
+    left = {"mine.txt", theirs["map"].file, newer["map"].file}
+    assert {file.name for file in tmp_path.iterdir()} == left
+
+
+def test_a_study_that_is_not_kept_does_not_take_the_one_before_away(tmp_path: Path) -> None:
+    store, study = ResultStore(tmp_path), sweep_request(BASE, "F=10:20:30")
+    whole = Shown(sweep_of(study, [compute_rows(study, 0, study.members)]), "base")
+    begun = Shown(sweep_of(study, [compute_rows(study, 0, 4)]), "base")
+    files, _ = store.put({"sweep": whole})
+    store.remove_others(files)
+    again, notes = store.put({"sweep": begun})
+    store.remove_others(again)
+    assert again == files
+    assert notes == {"sweep": "it is not complete; the one before is"}
+    read = ResultStore(tmp_path).get("sweep", again["sweep"])
+    assert len(read.value.table.reasons) == study.members
 
 
 def test_what_is_too_large_is_a_note_and_foreign_names_are_refused(
@@ -260,5 +277,9 @@ def test_what_is_too_large_is_a_note_and_foreign_names_are_refused(
     save_map(a_map().value, tmp_path / "mine.npz")
     with pytest.raises(InputError, match="not the name of a file of this session"):
         store.get("map", KeptFile("../mine.npz"))
+    assert (tmp_path / "mine.npz").is_file()
+    store.adopt({"map": KeptFile("../mine.npz")})
+    store.remove_others({})
+    assert (tmp_path / "mine.npz").is_file()
     with pytest.raises(InputError, match="the map of the last session could not be restored"):
         store.get("map", KeptFile("map-0123456789abcdef.npz"))

@@ -33,6 +33,7 @@ HEADLESS = (
     "runs",
     "sampling",
     "session",
+    "slots",
     "state_file",
 )
 

@@ -19,7 +19,14 @@ from fivtui.tui.paper_scenes import paper_scenes
 from fivtui.tui.run_styles import usual_style
 from fivtui.tui.runs import MAX_RUNS, Outcome, Run, Runs, execute
 from fivtui.tui.session import MOST_RECENT, Session
-from fivtui.tui.state_file import STATE_VERSION, State, load_state, save_state, state_path
+from fivtui.tui.state_file import (
+    STATE_VERSION,
+    DamagedSession,
+    State,
+    load_state,
+    save_state,
+    state_path,
+)
 
 SHORT = dataclasses.replace(base_scene(), t_end=10.0)
 
@@ -292,7 +299,6 @@ def test_files_are_found_again_from_another_folder(
         (b"[]", "damaged"),
         (json.dumps({"fivtui_session": STATE_VERSION}).encode(), "damaged"),
         (b'{"fivtui_session": 1}', "version 1, not 2"),
-        (json.dumps({"fivtui_session": STATE_VERSION + 1}).encode(), "version 3, not 2"),
     ],
 )
 def test_a_session_that_cannot_be_read_is_kept_aside(
@@ -302,12 +308,23 @@ def test_a_session_that_cannot_be_read_is_kept_aside(
     for number in (1, 2):
         path.write_bytes(content)
         keeper = Keeper(path)
-        with pytest.raises(InputError, match=words):
-            keeper.load()
-        assert (tmp_path / f"session.damaged-{number}.json").read_bytes() == content
+        assert keeper.load() is None
+        (notice,) = keeper.notices
+        aside = tmp_path / f"session.damaged-{number}.json"
+        assert f"could not be restored ({words}); it is kept as {aside}" in notice
+        assert f"its results stay in {tmp_path / 'results'}" in notice
+        assert aside.read_bytes() == content
         assert not path.exists()
-    keeper.save(state(Session()))
-    assert load_state(path) == state(Session())
+        keeper.close(state(Session()))
+        assert load_state(path) == state(Session())
+
+
+def test_an_infinite_number_of_runs_is_damage(tmp_path: Path) -> None:
+    path = tmp_path / "session.json"
+    save_state(state(Session()), path)
+    path.write_text(path.read_text().replace('"count": 0', '"count": 1e999'))
+    with pytest.raises(DamagedSession, match="damaged"):
+        load_state(path)
 
 
 def test_a_keeper_writes_only_what_differs_and_says_why_it_could_not(tmp_path: Path) -> None:
@@ -326,6 +343,15 @@ def test_a_keeper_writes_only_what_differs_and_says_why_it_could_not(tmp_path: P
     path.rmdir()
     session.set_text("F", "2")
     keeper.save(state(session))
+    assert not keeper.error
+    # At the end it is tried again.
+    path.unlink()
+    path.mkdir()
+    session.set_text("F", "3")
+    keeper.save(state(session))
+    assert keeper.error
+    path.rmdir()
+    keeper.close(state(session))
     assert not keeper.error
     assert stat.S_ISREG(path.stat().st_mode)
     nowhere = Keeper(None)

@@ -67,6 +67,12 @@ def test_a_session_in_a_real_terminal(terminal: Terminal, tmp_path: Path) -> Non
     terminal.until_shown("base (changed)")
     terminal.press("C-z")
     terminal.until_shown("m 5 − + kg")
+    # None of these is text, and none changes anything.
+    terminal.press("M-7", "M-0", "M-x", "x", "e")
+    terminal.press("M-s")
+    terminal.until_shown("Save the scene as")
+    terminal.press("Escape")
+    terminal.until_shown("m 5 − + kg")
     terminal.press("F5")
     shown = terminal.until_shown("peak |y| 10.50 m · steady half range 4.401 m")
     assert "⣿" in shown

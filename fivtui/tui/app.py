@@ -1,25 +1,28 @@
 """The Textual application."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from pathlib import Path, PurePath
 from typing import ClassVar, Final
 
+from textual import on
 from textual.app import App
 from textual.binding import Binding, BindingType
 from textual.command import Provider
-from textual.events import Event, InputEvent, MouseMove
+from textual.events import Event, InputEvent, Key, MouseMove
 from textual.timer import Timer
 
 from fivtui.core.errors import InputError
 from fivtui.scene import Scene
 
+from .alt_digits import know_alt_keys, take_for_alt
 from .jobs import PRECEDENCE
 from .keeper import Keeper
 from .lab import LabScreen
-from .messages import Reported, ResultsRestored
+from .messages import Reported, ResultsRestored, SessionAsked
 from .session import Session
+from .slots import Slot
 from .snapshot import bring_back, state_of
-from .state_file import State
+from .state_file import KeptFile, State
 
 _KEEPING_PERIOD: Final = 2.0
 _STYLES = Path(__file__).parent / "styles"
@@ -29,6 +32,18 @@ def _commands() -> type[Provider]:
     from .commands import LabCommands
 
     return LabCommands
+
+
+def _read_results(keeper: Keeper, unread: Mapping[str, KeptFile]) -> ResultsRestored:
+    results: dict[str, object] = {}
+    errors: list[str] = []
+    for key, kept in unread.items():
+        try:
+            results[key] = keeper.result(key, kept)
+        except InputError as error:
+            results[key] = None
+            errors.append(str(error))
+    return ResultsRestored(results, errors)
 
 
 class FivtuiApp(App[None]):
@@ -56,6 +71,8 @@ class FivtuiApp(App[None]):
     BINDINGS: ClassVar[list[BindingType]] = [
         Binding("ctrl+q", "quit", "Quit", show=True, priority=True),
     ]
+    # Of each session its own, so that one can be left for another.
+    DEFAULT_MODE = "session"
     HORIZONTAL_BREAKPOINTS = [  # noqa: RUF012 (the base class says so)
         (0, "-cramped"),
         (40, "-narrow"),
@@ -78,35 +95,72 @@ class FivtuiApp(App[None]):
         state: Path | None = None,
         when_shown: Callable[[], None] = lambda: None,
     ) -> None:
+        know_alt_keys()
         super().__init__()
         self._when_shown = when_shown
         self.session = Session(scene, source)
+        self._mode = self.DEFAULT_MODE
+        self.add_mode(self._mode, self.get_default_screen)
+        self._state_file = state
         self._keeper = Keeper(state)
-        self._given = scene is not None
         self._told = ""
         self._ticker: Timer | None = None
-        self._restored = self._restore()
+        # What there is to say when the screen is there.
+        self._reports: list[Reported] = []
+        self._restore(given=scene is not None)
 
-    def _restore(self) -> Reported | None:
-        # What there is to say about it.
-        try:
-            state = self._keeper.load()
-        except InputError as error:
-            return Reported(str(error), error=True)
-        if state is None:
-            return None
+    def _restore(self, *, given: bool) -> None:
+        state = self._keeper.load()
+        self._reports += [Reported(words, error=True) for words in self._keeper.notices]
+        if state is not None:
+            notes = self._take(state, given=given)
+            words = "; ".join(["the session of the last time is restored", *notes])
+            self._reports.append(Reported(words, routine=not notes))
+        others = ", ".join(str(slot.number) for slot in reversed(self._keeper.others))
+        if others:
+            words = f"this is session {self._keeper.number}; kept as well: {others} (Ctrl+P, Open)"
+            self._reports.append(Reported(words))
+
+    def _take(self, state: State, *, given: bool = False) -> list[str]:
+        # What there is to say about what is not kept.
         if state.theme in self.available_themes:
             self.theme = state.theme
-        if not self._given:
+        if not given:
             self.session = Session(state.edited.loaded, state.edited.source)
             if state.edited != self.session.edited:
                 self.session.restore(state.edited)
             self.session.tab = state.tab
         bring_back(self.session, state)
-        words = [f"{key} is not kept: {why}" for key, why in state.notes.items()]
-        return Reported(
-            "; ".join(["the session of the last time is restored", *words]), routine=not words
-        )
+        return [f"{key} is not kept: {why}" for key, why in state.notes.items()]
+
+    @property
+    def not_kept(self) -> str:
+        """Why the session, or a result of it, is not kept; empty if all is."""
+        return self._keeper.error
+
+    @property
+    def other_sessions(self) -> list[Slot]:
+        """The places of the other sessions that are kept."""
+        return self._keeper.others
+
+    @on(SessionAsked)
+    def _open_session(self, event: SessionAsked) -> None:
+        keeper = Keeper(self._state_file)
+        try:
+            state = keeper.open(event.number)
+        except InputError as error:
+            self.screen_stack[0].post_message(Reported(str(error), error=True))
+            return
+        self._keeper.close(self._state())
+        self._keeper, self._told = keeper, ""
+        words = [f"session {event.number} opened", *self._take(state)]
+        self._reports.append(Reported("; ".join(words)))
+        # With its screen the session before is given up, and what it computes.
+        before, self._mode = self._mode, f"session {event.number}"
+        self.add_mode(self._mode, self.get_default_screen)
+        self.switch_mode(self._mode)
+        self.remove_mode(before)
+        self._begin()
 
     def get_default_screen(self) -> LabScreen:
         """The laboratory is the screen under all others."""
@@ -124,33 +178,33 @@ class FivtuiApp(App[None]):
 
     def on_mount(self) -> None:
         """Tell what was restored, and keep the session from now on."""
-        if self._restored is not None:
-            self.screen.post_message(self._restored)
         if self._keeper.keeps:
             self._ticker = self.set_interval(_KEEPING_PERIOD, self._keep)
+        self._begin()
+
+    def _begin(self) -> None:
+        lab = self.screen_stack[0]
+        for report in self._reports:
+            lab.post_message(report)
+        self._reports.clear()
         if self.session.unread:
+            keeper, unread = self._keeper, dict(self.session.unread)
             # After the first frame: files may be slow.
             self.call_after_refresh(
-                self.run_worker, self._read_results, thread=True, exit_on_error=False
+                self.run_worker,
+                lambda: lab.post_message(_read_results(keeper, unread)),
+                thread=True,
+                exit_on_error=False,
             )
 
-    def _read_results(self) -> None:
-        results: dict[str, object] = {}
-        errors: list[str] = []
-        for key, kept in dict(self.session.unread).items():
-            try:
-                results[key] = self._keeper.result(key, kept)
-            except InputError as error:
-                results[key] = None
-                errors.append(str(error))
-        self.screen_stack[0].post_message(ResultsRestored(results, errors))
-
     async def on_event(self, event: Event) -> None:
-        """Take a key before what is computed."""
+        """Take a key before what is computed, and one with Alt for a key and no text."""
         if isinstance(event, InputEvent):
             if not self.screen_stack:
                 # Pressed after the key that quits.
                 return
+            if isinstance(event, Key):
+                take_for_alt(event, option=isinstance(self.screen, LabScreen))
             if not isinstance(event, MouseMove):
                 PRECEDENCE.claim()
         await super().on_event(event)
@@ -167,13 +221,13 @@ class FivtuiApp(App[None]):
             self._told = self._keeper.error
             words = f"the session is not kept: {self._told}" if self._told else "it is kept again"
             self.screen_stack[0].post_message(Reported(words, error=bool(self._told)))
-        state = self._state()
-        if self._keeper.due(state):
+        keeper, state = self._keeper, self._state()
+        if keeper.due(state):
             # Files may be slow.
-            self.run_worker(lambda: self._keeper.save(state), thread=True, exit_on_error=False)
+            self.run_worker(lambda: keeper.save(state), thread=True, exit_on_error=False)
 
     def on_unmount(self) -> None:
         """Keep the session, whatever ended the application."""
         if self._ticker is not None:
             self._ticker.stop()
-        self._keeper.save(self._state())
+        self._keeper.close(self._state())

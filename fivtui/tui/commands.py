@@ -1,8 +1,9 @@
 """What the command palette lists: all that applies now."""
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterable, Iterator
 from contextlib import suppress
 from dataclasses import dataclass
+from datetime import datetime
 from functools import partial
 
 from textual.command import DiscoveryHit, Hit, Hits, Provider
@@ -14,9 +15,11 @@ from fivtui.scene import Scene
 from .exports import KINDS
 from .fields import FIELDS
 from .lab import LabScreen
-from .messages import FieldEdited, RunActed, SceneLoaded
+from .messages import FieldEdited, RunActed, SceneLoaded, SessionAsked
 from .paper_scenes import paper_scenes
 from .runs import FMU_ENGINE, Run
+from .slots import Slot
+from .state_file import load_state
 from .tabs import TABS
 
 
@@ -107,6 +110,27 @@ def _run_commands(lab: LabScreen) -> Iterator[Command]:
         yield command(title, "In the list: b", run, "baseline")
 
 
+def _session_commands(lab: LabScreen, others: Iterable[Slot]) -> Iterator[Command]:
+    for slot in others:
+        used = f"used {datetime.fromtimestamp(slot.used):%Y-%m-%d %H:%M}; the present one is kept"
+        open_it = partial(lab.post_message, SessionAsked(slot.number))
+        yield Command(f"Open session {slot.number}: {_content(slot)}", used, open_it)
+
+
+def _content(slot: Slot) -> str:
+    try:
+        state = load_state(slot.path)
+    except InputError as error:
+        return str(error)
+    if state is None:
+        return "empty"
+    names = ["scene " + state.edited.loaded.name]
+    count = len(state.runs.runs)
+    if count:
+        names.append(f"{count} run{'s' * (count > 1)}")
+    return ", ".join([*names, *(key for key in state.results if not key.startswith("run-"))])
+
+
 def _choices(lab: LabScreen) -> Iterator[Command]:
     for field in FIELDS.values():
         for text, meaning in (field.choices or {}).items():
@@ -118,9 +142,18 @@ def _choices(lab: LabScreen) -> Iterator[Command]:
 class LabCommands(Provider):
     """The laboratory's commands, and below them those that every Textual app has."""
 
+    async def startup(self) -> None:
+        """Read what the other sessions are, once for all that is typed."""
+        from .app import FivtuiApp
+
+        self._sessions: list[Command] = []
+        if isinstance(self.screen, LabScreen) and isinstance(self.app, FivtuiApp):
+            self._sessions += _session_commands(self.screen, self.app.other_sessions)
+
     def _all(self) -> Iterator[Command]:
         if isinstance(self.screen, LabScreen):
             yield from _commands(self.screen)
+        yield from self._sessions
         for command in self.app.get_system_commands(self.screen):
             yield Command(*command[:3])
 

@@ -32,6 +32,12 @@ _SEPARATION: Final = {
     IGNORED: "Case 2: P = −k2 y − k_nl y³ for all y, even in tension",
 }
 
+# An exponent only after a digit: a letter alone is no beginning of a number.
+_NUMBER_BEGUN: Final = r"[+-]?(?:[0-9]*\.?|(?:[0-9]+\.?[0-9]*|\.[0-9]+)(?:[eE][+-]?[0-9]*)?)"
+_NUMBERS_BEGUN: Final = rf" *{_NUMBER_BEGUN} *(?:, *{_NUMBER_BEGUN} *){{0,3}}"
+_STATIC_BEGUN: Final = "s(?:t(?:a(?:t(?:ic?)?)?)?)?"
+_ACCURACY_BEGUN: Final = "[a-z][A-Za-z0-9_=.,+ -]*"
+
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Field:
@@ -51,6 +57,9 @@ class Field:
         Takes a text, returns the value or raises `InputError`.
     text_of : callable
         Takes a scene, returns the text of this field in it.
+    typed : str
+        Regular expression of what its text may be while it is typed: the beginning of a number if
+        not given.
     nudge : callable or None
         How a key press changes the value.
     when_empty : str
@@ -70,6 +79,7 @@ class Field:
     default: str
     check: Callable[[str], object]
     text_of: Callable[[Scene], str]
+    typed: str = _NUMBER_BEGUN
     nudge: Nudge | None = None
     when_empty: str = ""
     choices: Mapping[str, str] | None = None
@@ -176,6 +186,7 @@ _OF_THE_RUN: Final = (
         default="static",
         check=_check_start,
         text_of=_start_text,
+        typed=f"{_STATIC_BEGUN}|{_NUMBERS_BEGUN}",
         details=(("static", "at rest at the equilibrium of μ = 0 under F; then the belt moves"),),
     ),
     Field(
@@ -230,6 +241,7 @@ _OF_THE_RUN: Final = (
         default="",
         check=_check_accuracy,
         text_of=lambda scene: ", ".join(f"{name}={error:g}" for name, error in scene.accuracy),
+        typed=_ACCURACY_BEGUN,
         when_empty="tol or step",
         details=tuple(QUANTITIES.items()),
     ),

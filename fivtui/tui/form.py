@@ -1,5 +1,6 @@
 """The form: one row for every field of the session."""
 
+import re
 from collections.abc import Callable, Collection, Mapping
 from itertools import groupby
 from textwrap import wrap
@@ -16,7 +17,6 @@ from textual.layout import ArrangeResult, Layout, WidgetPlacement
 from textual.widget import Widget
 from textual.widgets import Checkbox, Input, Label, Select, Static
 
-from .alt_digits import ALT_DIGITS
 from .fields import CONSIDERED, FIELDS, IGNORED, Field
 from .messages import FieldEdited, FieldFocused, FieldNudged
 
@@ -45,9 +45,20 @@ class TextEditor(Input):
         """Draw anew; where it stands is its row's affair, whatever it says."""
         return super().refresh(*regions, repaint=repaint, recompose=recompose)
 
-    def check_consume_key(self, key: str, character: str | None) -> bool:
-        """Whether a key is text here; Alt and a digit is not, whatever a terminal makes of it."""
-        return character not in ALT_DIGITS and super().check_consume_key(key, character)
+    def replace(self, text: str, start: int, end: int) -> None:
+        """Put text in place of other text, unless no text of the field begins as it would then."""
+        # What is copied has blanks around it now and then.
+        new = text.strip() or text
+        begin, finish = sorted((start, end))
+        whole = f"{self.value[:begin]}{new}{self.value[finish:]}"
+        good, right = (
+            re.fullmatch(self._field.typed, text) is not None for text in (self.value, whole)
+        )
+        # What is deleted may leave what is no beginning, to be mended by what is typed.
+        if new and good and not right:
+            self.restricted()
+        else:
+            super().replace(new, start, end)
 
     def action_nudge(self, direction: int, fine: bool = False) -> None:
         """Ask for a little more or less."""

@@ -4,7 +4,6 @@ from typing import Final
 
 from textual.binding import Binding
 
-from .alt_digits import keys_of
 from .tabs import TABS
 
 LAB_KEYS: Final = (
@@ -28,7 +27,7 @@ LAB_KEYS: Final = (
     Binding("ctrl+z", "undo", "Undo", show=False),
     Binding("ctrl+y", "redo", "Redo", show=False),
     *(
-        Binding(keys_of(tab.key), f"show_tab('{tab.id}')", tab.title, show=False, priority=True)
+        Binding(tab.key, f"show_tab('{tab.id}')", tab.title, show=False, priority=True)
         for tab in TABS
     ),
 )

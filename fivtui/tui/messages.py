@@ -125,6 +125,13 @@ class StudyRead(Message):
 
 
 @dataclass
+class SessionAsked(Message):
+    """The user wants another session that is kept, by its number."""
+
+    number: int
+
+
+@dataclass
 class ResultsRestored(Message):
     """Results of the last session were read, see `snapshot.take_back`, or not: then with errors."""
 

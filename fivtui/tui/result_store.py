@@ -23,6 +23,11 @@ _RUN: Final = "run"
 _OWN: Final = re.compile(r"(run|sweep|map|tradeoff)-[0-9a-f]{16}\.\w+")
 
 
+class _NotKept(InputError):
+    # A result that is not to be kept.
+    pass
+
+
 @dataclass(frozen=True, slots=True)
 class _Form:
     # How a kind of result is written and read, and about how many bytes it takes.
@@ -33,18 +38,33 @@ class _Form:
 
 
 class ResultStore:
-    """A folder of results, each written once and removed when nothing refers to it any more.
+    """A folder of results, each written once.
+
+    Those of this session are removed when nothing in it refers to them any more, and never a file
+    of which the session does not know.
 
     Parameters
     ----------
     folder : Path
         Made when it is needed.
+
+    Attributes
+    ----------
+    failure : str
+        Why a result could not be written the last time; empty if all could that are to be kept.
     """
 
     def __init__(self, folder: Path) -> None:
-        self._folder = folder
+        self.folder = folder
+        self.failure = ""
+        # Names of the files that this session has written, or refers to.
+        self._ours: set[str] = set()
         # What is in which file, by what it is of.
         self._files: dict[str, tuple[object, KeptFile]] = {}
+
+    def adopt(self, results: Mapping[str, object]) -> None:
+        """Take note of the files to which the session refers; `results` as in `State`."""
+        self._ours |= {kept.file for kept in results.values() if isinstance(kept, KeptFile)}
 
     def put(self, results: Mapping[str, object]) -> tuple[dict[str, KeptFile], dict[str, str]]:
         """Write the results that are not written yet.
@@ -60,24 +80,32 @@ class ResultStore:
         files : dict of str to KeptFile
             Where they are.
         notes : dict of str to str
-            Why others are not kept.
+            Why others are not kept; the file before stays in their place.
         """
         files: dict[str, KeptFile] = {}
         notes: dict[str, str] = {}
+        self.failure = ""
         for key, result in results.items():
             if isinstance(result, KeptFile):
                 files[key] = result
                 continue
             token = result.result if isinstance(result, Run) else result
             known, file = self._files.get(key, (None, None))
-            if known is not token or file is None or not (self._folder / file.file).exists():
+            if known is not token or file is None or not (self.folder / file.file).exists():
                 try:
-                    file = self._write(key, result)
-                except (InputError, ComputationError) as error:
+                    written = self._write(key, result)
+                except (_NotKept, ComputationError) as error:
                     notes[key] = str(error)
-                    continue
-                self._files[key] = (token, file)
-            files[key] = file
+                except InputError as error:
+                    notes[key] = self.failure = str(error)
+                else:
+                    self._files[key] = (token, written)
+                    self._ours.add(written.file)
+                    file = written
+                if key in notes and file is not None:
+                    notes[key] += "; the one before is"
+            if file is not None:
+                files[key] = file
         return files, notes
 
     def _write(self, key: str, result: object) -> KeptFile:
@@ -85,16 +113,16 @@ class ResultStore:
         form = _FORMS[kind]
         size = form.size(value)
         if size > _MOST:
-            raise InputError(f"it takes {size / 1e6:.0f} MB; kept are {_MOST / 1e6:.0f} MB each")
+            raise _NotKept(f"it takes {size / 1e6:.0f} MB; kept are {_MOST / 1e6:.0f} MB each")
         file = f"{kind.replace('-', '')}-{secrets.token_hex(8)}{form.suffix}"
         try:
-            self._folder.mkdir(parents=True, exist_ok=True)
+            self.folder.mkdir(parents=True, exist_ok=True)
         except OSError as error:
-            raise InputError(f"{self._folder}: cannot be made: {error.strerror}") from None
-        form.save(value, self._folder / file)
+            raise InputError(f"{self.folder}: cannot be made: {error.strerror}") from None
+        form.save(value, self.folder / file)
         return KeptFile(file, name, source)
 
-    def get(self, key: str, kept: KeptFile) -> Any:
+    def get(self, key: str, kept: KeptFile, *, aside: bool = True) -> Any:
         """Read a result.
 
         Parameters
@@ -103,6 +131,8 @@ class ResultStore:
             What it is of, as in `put`.
         kept : KeptFile
             Where it is.
+        aside : bool
+            Whether to give it another name if it cannot be read.
 
         Returns
         -------
@@ -112,38 +142,41 @@ class ResultStore:
         Raises
         ------
         InputError
-            If it cannot be read; it is then kept aside under another name.
+            If it cannot be read. It is no file of the session from then on.
         """
         kind = _kind(key)
-        path = self._folder / kept.file
+        path = self.folder / kept.file
         try:
             if _OWN.fullmatch(kept.file) is None:
                 raise InputError("not the name of a file of this session")
             value = _FORMS[kind].load(path)
         except InputError as error:
             why = str(error).removeprefix(f"{path}: ")
-            where = f"; {put_aside(path)}" if path.exists() else ""
+            self._ours.discard(kept.file)
+            own = _OWN.fullmatch(kept.file) is not None
+            where = f"; {put_aside(path)}" if aside and own and path.exists() else ""
             raise InputError(
                 f"the {key.replace('-', ' ') if kind == _RUN else key} of the last session could "
                 f"not be restored ({why}){where}"
             ) from None
         found = value if kind == _RUN else Shown(value, kept.name, kept.source)
         self._files[key] = (found, kept)
+        self._ours.add(kept.file)
         return found
 
     def remove_others(self, files: Mapping[str, KeptFile]) -> None:
-        """Remove the results to which nothing refers any more.
+        """Remove the results of this session to which nothing in it refers any more.
 
         Parameters
         ----------
         files : mapping of str to KeptFile
             Those that stay.
         """
-        wanted = {kept.file for kept in files.values()}
-        with suppress(OSError):
-            for path in self._folder.iterdir():
-                if _OWN.fullmatch(path.name) and path.name not in wanted:
-                    path.unlink(missing_ok=True)
+        for name in self._ours - {kept.file for kept in files.values()}:
+            if _OWN.fullmatch(name):
+                with suppress(OSError):
+                    (self.folder / name).unlink(missing_ok=True)
+            self._ours.discard(name)
 
 
 def _kind(key: str) -> str:
@@ -178,7 +211,7 @@ def _save_sweep(value: Any, path: Path) -> None:
     from fivtui.sweep_files import save_sweep
 
     if len(value.table.reasons) < value.study.members:
-        raise InputError("it is not complete")
+        raise _NotKept("it is not complete")
     save_sweep(value, path)
 
 

@@ -13,7 +13,7 @@ from fivtui.scene import Scene
 from .comparison import engine_words
 from .messages import Reported, RunActed, RunEnded, RunRead, RunsChanged, SceneLoaded
 from .report import result_brief
-from .runs import FMU_ENGINE, Outcome, Run, execute
+from .runs import FMU_ENGINE, MAX_RUNS, Outcome, Run, execute
 from .session import Session
 
 _GROUP: Final = "transient"
@@ -62,7 +62,9 @@ class RunDesk:
 
     def _begin(self, scene: Scene, edited: Scene | None = None) -> None:
         self._session.close_step()
+        before = list(self._session.runs)
         run = self._session.runs.start(scene, edited)
+        self._tell_left(before)
         self._screen.run_worker(
             lambda: self._tell(RunEnded(run, execute(run))),
             name=str(run.number),
@@ -143,9 +145,17 @@ class RunDesk:
         event : RunRead
             What was read.
         """
+        before = list(self._session.runs)
         run = self._session.runs.take_in(event.scene, event.result, str(event.path))
+        self._tell_left(before)
         self._tell(Reported(f"run {run.number} read from {event.path}"))
         self._tell(RunsChanged())
+
+    def _tell_left(self, before: list[Run]) -> None:
+        for run in before:
+            if self._session.runs.find(run.number) is None:
+                why = f"the list holds {MAX_RUNS}"
+                self._tell(Reported(f"run {run.number}, the oldest, is deleted: {why}"))
 
     def act(self, event: RunActed) -> None:
         """Do something with a run.

@@ -33,7 +33,10 @@ def run(scene: "Scene | None" = None, source: str = "") -> None:
     from .state_file import state_path
 
     answer_quickly()
-    FivtuiApp(scene, source, state=state_path(), when_shown=_collect_later).run()
+    app = FivtuiApp(scene, source, state=state_path(), when_shown=_collect_later)
+    app.run()
+    if app.not_kept:
+        sys.stderr.write(f"the session is not kept: {app.not_kept}\n")
 
 
 def _collect_later() -> None:

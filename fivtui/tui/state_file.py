@@ -24,6 +24,10 @@ _VERSION_KEY: Final = "fivtui_session"
 _ASIDE: Final = 100
 
 
+class DamagedSession(InputError):
+    """A session's file holds what no version reads any more."""
+
+
 @dataclass(frozen=True, slots=True)
 class KeptFile:
     """A result in a file: the name of the file, and what `Shown` says of it."""
@@ -233,7 +237,7 @@ def _absolute(source: str) -> str:
 
 
 def load_state(path: Path) -> State | None:
-    """Read the session of the last time.
+    """Read a session.
 
     Parameters
     ----------
@@ -247,29 +251,33 @@ def load_state(path: Path) -> State | None:
 
     Raises
     ------
+    DamagedSession
+        If it is damaged, or of a version that is not read any more.
     InputError
-        If it cannot be read or is no session of this version; it is then kept aside under another
-        name, which the message says.
+        If it cannot be read, or is of a newer version.
     """
     try:
         content = path.read_bytes()
     except FileNotFoundError:
         return None
     except OSError as error:
-        raise InputError(f"{path}: cannot be read: {error.strerror or error}") from None
+        raise InputError(f"cannot be read: {error.strerror or error}") from None
     try:
-        return _state(json.loads(content))
-    except (InputError, ValueError, KeyError, TypeError, AttributeError, RecursionError) as error:
-        why = f"{error}" if isinstance(error, InputError) else "damaged"
-        raise InputError(
-            f"the last session could not be restored ({why}); {put_aside(path)}"
-        ) from None
+        data = json.loads(content)
+        version = data[_VERSION_KEY]
+        state = _state(data) if version == STATE_VERSION else None
+    except InputError as error:
+        raise DamagedSession(str(error)) from None
+    except (ValueError, KeyError, TypeError, AttributeError, RecursionError, OverflowError):
+        raise DamagedSession("damaged") from None
+    if state is not None:
+        return state
+    if isinstance(version, int) and version > STATE_VERSION:
+        raise InputError(f"version {version}, written by a newer fivtui, not {STATE_VERSION}")
+    raise DamagedSession(f"version {version!r}, not {STATE_VERSION}")
 
 
 def _state(data: Any) -> State:
-    version = data[_VERSION_KEY]
-    if version != STATE_VERSION:
-        raise InputError(f"version {version!r}, not {STATE_VERSION}")
     loaded = scene_from_dict(data["scene"])
     texts = {name: field.text_of(loaded) for name, field in FIELDS.items()}
     texts |= {name: str(text) for name, text in data["texts"].items() if name in FIELDS}
