@@ -1,6 +1,7 @@
 """What the commands share: arguments, options, and how they read and say things."""
 
 import json
+import sys
 from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -8,36 +9,35 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from ..core.errors import InputError
-from ..core.parameters import PARAMETERS, parameter_spec
+from ..core.parameters import PARAMETERS, parameter_spec, read_number
+from .arguments import FilePath, option
 
 if TYPE_CHECKING:
     from ..core.request import Start
     from ..scene import Scene
 
 scene_argument = click.argument("scene", default="base", metavar="[SCENE]")
-set_option = click.option(
+set_option = option(
     "--set",
     "assignments",
     multiple=True,
     metavar="NAME=VALUE",
     help=f"Change a parameter ({', '.join(PARAMETERS)}); may be repeated.",
 )
-ignore_option = click.option(
-    "--ignore-separation", is_flag=True, help="Contact never breaks (Case 2)."
-)
-json_option = click.option("--json", "as_json", is_flag=True, help="Print one JSON object.")
-force_option = click.option("--force", is_flag=True, help="Replace outputs that exist.")
-fmu_argument = click.argument("fmu_file", type=click.Path(path_type=Path), metavar="FILE.fmu")
+ignore_option = option("--ignore-separation", is_flag=True, help="Contact never breaks (Case 2).")
+json_option = option("--json", "as_json", is_flag=True, help="Print one JSON object.")
+force_option = option("--force", is_flag=True, help="Replace outputs that exist.")
+fmu_argument = click.argument("fmu_file", type=FilePath(), metavar="FILE.fmu")
 
 
 def path_option(flag: str, metavar: str, text: str, **more: Any) -> Callable[..., Any]:
     """An option that takes a path."""
-    return click.option(flag, type=click.Path(path_type=Path), metavar=metavar, help=text, **more)
+    return option(flag, type=FilePath(), metavar=metavar, help=text, **more)
 
 
 def error_option(text: str) -> Callable[..., Any]:
     """The option that asks for errors."""
-    return click.option("--error", "wishes", multiple=True, metavar="QUANTITY=R", help=text)
+    return option("--error", "wishes", multiple=True, metavar="QUANTITY=R", help=text)
 
 
 def scene_of(name: str, assignments: Sequence[str], *, ignore_separation: bool = False) -> "Scene":
@@ -58,7 +58,7 @@ def start_of(text: str) -> "Start":
     if text == "static":
         return "static"
     try:
-        return [float(part) for part in text.split(",")]
+        return [read_number(part) for part in text.split(",")]
     except ValueError:
         raise InputError(
             f"--start {text}: allowed is static, or four numbers x,vx,y,vy in m and m/s"
@@ -79,6 +79,8 @@ def assigned(flag: str, assignments: Sequence[str], example: str) -> dict[str, s
         name, equals, text = assignment.partition("=")
         if not equals or not name.strip():
             raise InputError(f"{flag} {assignment}: allowed is NAME=VALUE, e.g. {flag} {example}")
+        if name.strip() in values:
+            raise InputError(f"{flag} {name.strip()}=…: given twice; must be given once a name")
         values[name.strip()] = text.strip()
     return values
 
@@ -97,7 +99,13 @@ def check_outputs(
 
 def print_json(data: Any) -> None:
     """Print data as JSON on standard output."""
-    click.echo(json.dumps(data, ensure_ascii=False, allow_nan=False, indent=2))
+    plain = "utf" not in (sys.stdout.encoding or "").lower()
+    put(json.dumps(data, ensure_ascii=plain, allow_nan=False, indent=2))
+
+
+def put(text: str) -> None:
+    """Print lines of data on standard output."""
+    sys.stdout.write(f"{text}\n")
 
 
 def say(message: str) -> None:
