@@ -68,16 +68,22 @@ def opened(path: Path, *, limit: int = MAX_TABLE) -> Iterator[BinaryIO]:
 
 def _open(path: Path) -> BinaryIO:
     # Without waiting: a pipe that nobody writes to would never open.
-    flags = os.O_RDONLY | getattr(os, "O_NONBLOCK", 0) | getattr(os, "O_BINARY", 0)
+    def opener(name: str, flags: int) -> int:
+        handle = os.open(name, flags | getattr(os, "O_NONBLOCK", 0))
+        if stat.S_ISDIR(os.fstat(handle).st_mode):
+            os.close(handle)
+            raise InputError(f"{path}: is a folder, not a file")
+        return handle
+
     try:
-        return os.fdopen(os.open(path, flags), "rb")
+        return open(path, "rb", opener=opener)
+    except InputError:
+        raise
     except ValueError:
         raise InputError(f"{path}: not the name of a file") from None
 
 
 def _check(path: Path, status: os.stat_result, limit: int) -> None:
-    if stat.S_ISDIR(status.st_mode):
-        raise InputError(f"{path}: is a folder, not a file")
     if not stat.S_ISREG(status.st_mode):
         raise InputError(f"{path}: must be a regular file, not a pipe or a device")
     if status.st_size > limit:
