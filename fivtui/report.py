@@ -55,7 +55,11 @@ class Progress:
             if time.monotonic() - self._begin < _PATIENCE_S:
                 return True
             console = Console(stderr=True)
-            columns = (TextColumn("{task.description}"), BarColumn(), TimeRemainingColumn())
+            columns = (
+                TextColumn("{task.description}", markup=False),
+                BarColumn(),
+                TimeRemainingColumn(),
+            )
             self._bar = Bar(
                 *columns, console=console, transient=True, disable=not console.is_terminal
             )

@@ -329,7 +329,7 @@ def _check_lines(text: str) -> None:
     # A key of n dots takes tomllib n² steps.
     for number, line in enumerate(text.split("\n"), start=1):
         if len(line) > _LONGEST_LINE:
-            raise InputError(f"line {number} must be of at most {_LONGEST_LINE} characters")
+            raise InputError(f"line {number}: must be of at most {_LONGEST_LINE} characters")
 
 
 def _parsed(text: str) -> dict[str, Any]:
@@ -337,6 +337,8 @@ def _parsed(text: str) -> dict[str, Any]:
         return tomllib.loads(text)
     except ValueError as error:
         raise InputError(f"not a TOML file: {error}") from None
+    except RecursionError:
+        raise InputError("not a TOML file: values are nested too deeply") from None
 
 
 def save_scene(scene: Scene, path: Path, *, force: bool = False) -> None:
@@ -413,6 +415,6 @@ def find_scene(name_or_path: str) -> Scene:
         return PRESETS[name_or_path]
     path = Path(name_or_path)
     # Names of presets have no dot and no separator.
-    if path.suffix or len(path.parts) > 1 or is_there(path):
+    if path.suffix or len(path.parts) > 1 or (name_or_path and is_there(path)):
         return load_scene(path)
     raise unknown_name("preset", name_or_path, PRESETS)

@@ -60,7 +60,7 @@ class SweepProgress:
         )
         if self._console.is_terminal:
             if self._bar is None and now - self._shown >= _PATIENCE_S:
-                columns = (BarColumn(), TextColumn("{task.description}"))
+                columns = (BarColumn(), TextColumn("{task.description}", markup=False))
                 self._bar = Bar(*columns, console=self._console, transient=True)
                 self._bar.add_task("", total=1.0)
                 self._bar.start()
