@@ -85,7 +85,7 @@ def print_continuation(result: Continuation) -> None:
         (number(point.value), *_row(point.attractor)[:6], ", ".join(point.directions))
         for point in result.points
     ]
-    print_rows("Attractors, followed up and down", header, rows)
+    print_rows("Attractors, followed up and down", header, rows, keys=2)
 
 
 def print_basin(result: Basin) -> None:

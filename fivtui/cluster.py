@@ -1,5 +1,6 @@
 """Sweeps on a cluster: pieces computed by the workers of Dask's scheduler, stored here."""
 
+import asyncio
 import logging
 import math
 import pickle
@@ -56,8 +57,10 @@ def cluster_engine(address: str) -> Iterator[Engine]:
     from distributed import Client
 
     try:
+        # A client that cannot be made hangs when the process ends: ask before one is made.
+        asyncio.run(_reach(address))
         client = Client(address, timeout=_CONNECT_S, set_as_default=False)
-    except (TimeoutError, OSError, ValueError) as error:
+    except Exception as error:  # noqa: BLE001
         raise InputError(f"--scheduler {address}: no scheduler answers there: {error}") from None
     with _quiet(), client:
         try:
@@ -65,6 +68,16 @@ def cluster_engine(address: str) -> Iterator[Engine]:
         except TimeoutError:
             raise InputError(f"--scheduler {address}: the scheduler has no workers") from None
         yield _engine(client, address)
+
+
+async def _reach(address: str) -> None:
+    # Besides what is no address, schemes of packages that are missing or not set up fail here.
+    from distributed.comm.core import connect
+    from distributed.security import Security
+
+    arguments = Security().get_connection_args("client")
+    comm = await connect(address, timeout=_CONNECT_S, **arguments)
+    await comm.close()
 
 
 @contextmanager

@@ -14,7 +14,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from .core.errors import InputError
+from .core.parameters import read_number
 from .formats import Columns, columns_format
+from .reading import opened
 
 Read = tuple[Columns, dict[str, Any]]
 _UNITS: Final = "units"
@@ -70,15 +72,11 @@ def read_provenance(path: Path, kind: str) -> dict[str, Any]:
 
 def _read(path: Path, kind: str, readers: Mapping[str, Callable[[BinaryIO], Any]]) -> Any:
     columns_format(path, kind)
-    try:
-        with path.open("rb") as file:
+    with opened(path) as file:
+        try:
             return readers[path.suffix.lower()](file)
-    except FileNotFoundError:
-        raise InputError(f"{path}: there is no such file") from None
-    except OSError as error:
-        raise InputError(f"{path}: cannot be read: {error.strerror or error}") from None
-    except _DAMAGED:
-        raise InputError(f"{path}: not a {kind} file, or damaged") from None
+        except _DAMAGED:
+            raise InputError(f"{path}: not a {kind} file, or damaged") from None
 
 
 def _from_csv(file: BinaryIO) -> Read:
@@ -103,7 +101,7 @@ def _csv_header(file: BinaryIO) -> dict[str, Any]:
 
 def _numbers(texts: Any) -> NDArray[Any]:
     try:
-        return np.array(texts, dtype=float)
+        return np.array([read_number(text) for text in texts], dtype=float)
     except ValueError:
         return np.array(texts, dtype=str)
 
@@ -168,6 +166,7 @@ def _without_units(said: dict[str, Any]) -> dict[str, Any]:
 
 _DAMAGED: Final = (
     ValueError,
+    RecursionError,
     KeyError,
     TypeError,
     EOFError,

@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 from .core.errors import InputError
 from .core.parameters import parse_number, unknown_name
 from .fmu_instance import FmuFile
+from .reading import read_bytes
 
 TIME: Final = "time"
 _WORDS: Final = ("String", "Binary")
@@ -131,13 +132,12 @@ def signals_from(fmu: FmuFile, path: Path, start: Mapping[str, Any]) -> NDArray[
 
 
 def _read_table(path: Path) -> tuple[list[str], list[list[float]]]:
+    content = read_bytes(path)
     try:
-        with path.open(encoding="utf-8-sig", newline="") as file:
-            reader = csv.reader(line for line in file if line.strip() and line[0] != "#")
-            names = [name.strip().strip('"') for name in next(reader, [])]
-            rows = list(reader)
-    except OSError as error:
-        raise InputError(f"{path}: cannot be read: {error.strerror or error}") from None
+        lines = content.decode("utf-8-sig").splitlines()
+        reader = csv.reader(line for line in lines if line.strip() and line[0] != "#")
+        names = [name.strip().strip('"') for name in next(reader, [])]
+        rows = list(reader)
     except (UnicodeDecodeError, csv.Error):
         raise InputError(f"{path}: is not a table of comma-separated values") from None
     if not rows:

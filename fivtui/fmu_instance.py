@@ -17,6 +17,7 @@ from typing import Any, Final
 
 from .core.errors import ComputationError, InputError
 from .fmu_folders import Folder, folder_for
+from .reading import MAX_TABLE, opened
 
 # An FMI status from here on means that a call did not do its work.
 _DISCARD: Final = 2
@@ -137,18 +138,15 @@ def check_archive(path: Path) -> None:
     InputError
         If there is no such file, it is not a zip archive or has no model description.
     """
-    if path.is_dir():
-        raise InputError(f"{path}: is a folder, not an FMU")
-    if not path.exists():
-        raise InputError(f"{path}: there is no such file")
-    try:
-        with zipfile.ZipFile(path) as archive:
-            names = archive.namelist()
-    except zipfile.BadZipFile:
-        raise InputError(f"{path}: is not an FMU: not a zip archive") from None
-    except OSError as error:
-        raise InputError(f"{path}: cannot be read: {error.strerror or error}") from None
-    if _DESCRIPTION not in names:
+    with opened(path) as file:
+        try:
+            with zipfile.ZipFile(file) as archive:
+                sizes = {entry.filename: entry.file_size for entry in archive.infolist()}
+        except (zipfile.BadZipFile, ValueError, NotImplementedError):
+            raise InputError(f"{path}: is not an FMU: not a zip archive") from None
+    if sum(sizes.values()) > MAX_TABLE:
+        raise InputError(f"{path}: must be of at most {MAX_TABLE >> 30} GiB when extracted")
+    if _DESCRIPTION not in sizes:
         raise InputError(f"{path}: is not an FMU: it holds no {_DESCRIPTION}")
 
 

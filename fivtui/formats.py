@@ -16,6 +16,7 @@ from numpy.typing import NDArray
 
 from .core.columns import COLUMNS, Column
 from .core.errors import InputError
+from .core.parameters import read_number
 from .files import check_output, check_suffix
 
 Columns = dict[str, NDArray[Any]]
@@ -121,7 +122,7 @@ def _parse_csv(text: io.TextIOWrapper) -> Columns:
             )
         for name, place in places.items():
             try:
-                values[name].append(float(row[place]))
+                values[name].append(read_number(row[place]))
             except ValueError:
                 message = f"line {reader.line_num}: {name} = {row[place]!r} is not a number"
                 raise InputError(message) from None

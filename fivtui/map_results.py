@@ -17,6 +17,7 @@ from .core.parameters import PARAMETERS, Parameters
 from .core.stability_map import StabilityMap, stability_map
 from .files import write_atomically
 from .formats import Columns, Provenance, columns_format
+from .reading import read_bytes
 
 FloatArray = NDArray[np.float64]
 
@@ -110,12 +111,13 @@ def load_map(path: Path) -> StabilityMap:
         If the file is no map.
     """
     plain = path.suffix.lower() == ".json"
+    content = read_bytes(path) if plain else b""
     values, said = ({}, {}) if plain else read_columns(path, "map")
     try:
-        return _from_dict(json.loads(path.read_bytes())) if plain else _from_columns(values, said)
+        return _from_dict(json.loads(content)) if plain else _from_columns(values, said)
     except InputError as error:
         raise InputError(f"{path}: {error}") from None
-    except (OSError, ValueError, KeyError, TypeError, AttributeError):
+    except (ValueError, KeyError, TypeError, AttributeError, RecursionError):
         raise InputError(f"{path}: not a map, or damaged") from None
 
 

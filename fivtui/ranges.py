@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from .core.errors import InputError
-from .core.parameters import PARAMETERS, ParameterSpec, unknown_name
+from .core.parameters import PARAMETERS, ParameterSpec, read_whole, unknown_name
 
 MAX_COUNT: Final = 10_000_000
 _FORM: Final = "NAME=START:STOP:COUNT or NAME=START:STOP:COUNT:log"
@@ -129,7 +129,7 @@ def parse_ranges(
 
 def _count(flag: str, text: str, part: str) -> int:
     try:
-        count = int(part)
+        count = read_whole(part)
     except ValueError:
         count = 0
     if not 2 <= count <= MAX_COUNT:

@@ -17,6 +17,7 @@ from .core.stability import Stability
 from .core.trajectory import COLUMNS, Trajectory
 from .files import write_atomically
 from .formats import Columns, columns_format
+from .reading import opened
 
 
 def transient_to_dict(transient: Transient) -> dict[str, Any]:
@@ -213,16 +214,11 @@ def load_trajectory(path: Path) -> Trajectory:
         finite number, times do not ascend, or a mode is neither 0 nor 1.
     """
     form = columns_format(path, "trajectory")
-    try:
-        with path.open("rb") as file:
-            columns = form.read(file)
-        return _trajectory(columns)
-    except FileNotFoundError:
-        raise InputError(f"{path}: there is no such file") from None
-    except OSError as error:
-        raise InputError(f"{path}: cannot be read: {error.strerror or error}") from None
-    except InputError as error:
-        raise InputError(f"{path}: {error}") from None
+    with opened(path) as file:
+        try:
+            return _trajectory(form.read(file))
+        except InputError as error:
+            raise InputError(f"{path}: {error}") from None
 
 
 def _trajectory(columns: Columns) -> Trajectory:

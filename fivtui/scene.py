@@ -21,12 +21,17 @@ from .core.parameters import PARAMETERS, Parameters, parameter_spec, unknown_nam
 from .core.request import DEFAULT_T_END, DEFAULT_TOL, MAX_T_END, TOL_RANGE, Start, make_problem
 from .core.wishes import check_accuracy
 from .files import write_atomically
+from .reading import MAX_TEXT, is_there, read_bytes
 from .simulation import ALL_METHODS
 
 FORMAT_VERSION: Final = 1
 _VERSION_KEY: Final = "fivtui_scene"
 # Errors allowed, by quantity.
 Accuracy = tuple[tuple[str, float], ...]
+
+_LONGEST_NAME: Final = 255
+_LONGEST_DESCRIPTION: Final = 2000
+_LONGEST_LINE: Final = 4096
 
 # What a scene can require.
 OUTPUTS: Final = {
@@ -84,9 +89,8 @@ class Scene:
     outputs: tuple[str, ...] = ("stability", "transient")
 
     def __post_init__(self) -> None:
-        for key, text in (("name", self.name), ("description", self.description)):
-            if not text.isprintable():
-                raise InputError(f"{key} = {text!r}: allowed is one line of printable characters")
+        _check_line("name", self.name, _LONGEST_NAME)
+        _check_line("description", self.description, _LONGEST_DESCRIPTION)
         if not self.name.strip():
             raise InputError("name is empty: allowed is one line of printable characters")
         if self.method not in ALL_METHODS:
@@ -132,6 +136,13 @@ class Scene:
             If a name is unknown or a value is not allowed.
         """
         return dataclasses.replace(self, parameters=self.parameters.with_values(values))
+
+
+def _check_line(key: str, text: str, longest: int) -> None:
+    if not text.isprintable():
+        raise InputError(f"{key} = {text!r}: allowed is one line of printable characters")
+    if len(text) > longest:
+        raise InputError(f"{key}: must be of at most {longest} characters, not {len(text)}")
 
 
 def _boolean(key: str, value: object) -> bool:
@@ -301,20 +312,33 @@ def load_scene(path: Path) -> Scene:
         If the file cannot be read, is not TOML, or is not a scene; the message names the file, the
         key and what is allowed.
     """
+    content = read_bytes(path, limit=MAX_TEXT)
     try:
-        data = tomllib.loads(path.read_text(encoding="utf-8"))
-    except FileNotFoundError:
-        raise InputError(f"{path}: there is no such file") from None
-    except OSError as error:
-        raise InputError(f"{path}: cannot be read: {error.strerror or error}") from None
+        text = content.decode()
+        _check_lines(text)
+        return scene_from_dict(_parsed(text), name=path.stem)
     except UnicodeDecodeError:
         raise InputError(f"{path}: not a TOML file: not UTF-8 text") from None
-    except (ValueError, RecursionError) as error:
-        raise InputError(f"{path}: not a TOML file: {error}") from None
-    try:
-        return scene_from_dict(data, name=path.stem)
     except InputError as error:
         raise InputError(f"{path}: {error}") from None
+    except RecursionError:
+        raise InputError(f"{path}: not a scene: values are nested too deeply") from None
+
+
+def _check_lines(text: str) -> None:
+    # A key of n dots takes tomllib n² steps.
+    for number, line in enumerate(text.split("\n"), start=1):
+        if len(line) > _LONGEST_LINE:
+            raise InputError(f"line {number}: must be of at most {_LONGEST_LINE} characters")
+
+
+def _parsed(text: str) -> dict[str, Any]:
+    try:
+        return tomllib.loads(text)
+    except ValueError as error:
+        raise InputError(f"not a TOML file: {error}") from None
+    except RecursionError:
+        raise InputError("not a TOML file: values are nested too deeply") from None
 
 
 def save_scene(scene: Scene, path: Path, *, force: bool = False) -> None:
@@ -403,4 +427,5 @@ def scene_file(name_or_path: str) -> Path | None:
         return None
     path = Path(name_or_path)
     # Names of presets have no dot and no separator.
-    return path if path.suffix or len(path.parts) > 1 or path.is_file() else None
+    there = path.suffix or len(path.parts) > 1 or (name_or_path and is_there(path))
+    return path if there else None

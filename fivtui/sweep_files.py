@@ -6,6 +6,7 @@ from typing import BinaryIO
 
 from .core.errors import InputError
 from .files import write_atomically
+from .reading import check_regular, is_folder
 from .sweep_formats import SweepFormat, sweep_format
 from .sweep_pieces import find_pieces
 from .sweep_provenance import carried_over, provenance_of, study_from_dict
@@ -64,12 +65,14 @@ def read_sweep(path: Path) -> Sweep:
     InputError
         If it is none, is damaged, or has more than a million members.
     """
-    form = None if path.is_dir() else sweep_format(path)
+    form = None if is_folder(path) else sweep_format(path)
+    if form is not None:
+        check_regular(path)
     try:
         result, members = _from_folder(path) if form is None else _from_file(path, form)
     except InputError as error:
         raise InputError(f"{path}: {error}") from None
-    except (OSError, ValueError, KeyError, IndexError, TypeError):
+    except (OSError, ValueError, KeyError, IndexError, TypeError, RecursionError):
         raise InputError(f"{path}: not a sweep, or damaged") from None
     if len(result.table.reasons) != members:
         raise InputError(f"{path}: damaged: {len(result.table.reasons)} rows, not {members}")

@@ -13,6 +13,7 @@ from typing import Any, BinaryIO, Final
 import numpy as np
 
 from .core.errors import InputError
+from .core.parameters import read_number
 from .core.study import ColumnKind, Study, SweepColumn
 from .core.sweep import Rows
 from .files import check_suffix
@@ -153,7 +154,7 @@ def _read_csv(path: Path, study: Study) -> Rows:
         study,
         {
             column.name: [
-                _CSV_NUMBERS[text] if text in _CSV_NUMBERS else float(text)
+                _CSV_NUMBERS[text] if text in _CSV_NUMBERS else read_number(text)
                 for text in columns[column.name]
             ]
             for column in study.columns

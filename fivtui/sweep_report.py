@@ -60,7 +60,7 @@ class SweepProgress:
         )
         if self._console.is_terminal:
             if self._bar is None and now - self._shown >= _PATIENCE_S:
-                columns = (BarColumn(), TextColumn("{task.description}"))
+                columns = (BarColumn(), TextColumn("{task.description}", markup=False))
                 self._bar = Bar(*columns, console=self._console, transient=True)
                 self._bar.add_task("", total=1.0)
                 self._bar.start()
@@ -115,16 +115,18 @@ def print_sweep(result: Sweep, *, chosen: bool) -> None:
         Whether its outputs were chosen: all are shown then, and else some.
     """
     study = result.study
+    rows = result.rows
     shown = [
         (place, column)
         for place, column in enumerate(study.columns)
         if chosen or column.name not in study.outputs or column.name in _FOR_READING
+        if column.name != "reason" or any(row[place] for row in rows)
     ]
-    rows = result.rows
     short = rows if len(rows) <= _ROWS else [*rows[: _ROWS // 2], *rows[-(_ROWS // 2) :]]
     cells = [[_cell(row[place], column) for place, column in shown] for row in short]
     header = [f"{column.name} {column.unit}".rstrip() for _, column in shown]
-    print_rows(f"Sweep: {len(rows)} members", header, cells)
+    keys = len(study.design.axes) + 1
+    print_rows(f"Sweep: {len(rows)} members", header, cells, keys=keys)
     if len(short) < len(rows):
         text = f"shown are the first and the last {_ROWS // 2}; --out and --json give all"
         Console(stderr=True, highlight=False).print(text, soft_wrap=True)

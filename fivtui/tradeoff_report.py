@@ -40,7 +40,7 @@ def print_tradeoff(result: Tradeoff, wishes: Mapping[str, float]) -> None:
         _cells(row, "".join(mark for name, mark in _MARKS.items() if row in best[name]))
         for row in result.rows
     ]
-    print_rows(f"Trade-off: {result.scene.name}, {result.scene.t_end:g} s", header, rows)
+    print_rows(f"Trade-off: {result.scene.name}, {result.scene.t_end:g} s", header, rows, keys=2)
     floor = ", ".join(f"{name} {result.floor.of(name):.0e}" for name in QUANTITIES)
     notes = [
         (

@@ -15,6 +15,7 @@ from .core.errors import InputError
 from .core.parameters import Parameters
 from .core.tradeoff import Row, Setting, cheapest, pareto
 from .files import check_output, check_suffix, write_atomically
+from .reading import read_bytes
 from .scene import Scene
 from .tradeoff import Feature, Tradeoff
 
@@ -167,13 +168,14 @@ def load_tradeoff(path: Path) -> Tradeoff:
         If the file is no trade-off.
     """
     suffix = check_suffix(path, "trade-off", (".csv", ".json"))
+    content = read_bytes(path)
     try:
-        text = path.read_text(encoding="utf-8-sig")
+        text = content.decode("utf-8-sig")
         data = json.loads(text) if suffix == ".json" else _from_csv(text)
         return _tradeoff(path.stem, data)
     except InputError as error:
         raise InputError(f"{path}: {error}") from None
-    except (OSError, ValueError, KeyError, TypeError, AttributeError):
+    except (ValueError, KeyError, TypeError, AttributeError, RecursionError):
         raise InputError(f"{path}: not a trade-off, or damaged") from None
 
 

@@ -1,12 +1,11 @@
 """What the command line prints of transients."""
 
-import sys
 from typing import TYPE_CHECKING
 
-from rich.console import Console
+from rich.text import Text
 
 from .core.outcome import Transient
-from .report import number, parameter_line, print_list, print_rows
+from .report import number, parameter_line, print_list, print_rows, print_titled
 
 if TYPE_CHECKING:
     from .accuracy import Accuracy
@@ -158,4 +157,4 @@ def print_comparison(result: "Comparison") -> None:
         "difference: greatest of all sampled states between FMU and native, m and m/s; "
         f"the FMU was built in {result.build_s:.2f} s"
     )
-    Console(file=sys.stdout, width=None if sys.stdout.isatty() else 200).print(text)
+    print_titled("", Text(text))

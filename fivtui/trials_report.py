@@ -5,10 +5,9 @@ from collections.abc import Mapping
 from typing import TYPE_CHECKING, Final
 
 from rich.console import Console
-from rich.table import Table
 from rich.text import Text
 
-from .report import print_list, print_table
+from .report import print_list, print_rows
 
 if TYPE_CHECKING:
     from .trials import Finding
@@ -28,16 +27,14 @@ def print_trials(found: "Mapping[str, Mapping[str, Finding]]") -> None:
     from .trials import CONTESTANTS, TRIALS
 
     contestants = [name for name in CONTESTANTS if any(name in row for row in found.values())]
-    table = Table(title="Extremes", title_justify="left", box=None, pad_edge=False)
-    for name in ("scene", "what is extreme", *contestants):
-        table.add_column(name)
+    rows: list[list[str | Text]] = []
     for name, findings in found.items():
         cells = [
             Text(_finding(findings[key]), style=_FINDING_STYLES[findings[key].verdict])
             for key in contestants
         ]
-        table.add_row(name, TRIALS[name].meaning, *cells)
-    print_table(table)
+        rows.append([name, TRIALS[name].meaning, *cells])
+    print_rows("Extremes", ("scene", "what is extreme", *contestants), rows, justify="left")
     reasons = [
         (f"{name}, {key}", f"{finding.verdict}: {finding.reason}")
         for name, findings in found.items()

@@ -98,7 +98,7 @@ def test_simulate_takes_every_option() -> None:
 
 def test_written_data_are_the_trajectory(tmp_path: Path) -> None:
     done = fivtui(
-        "simulate", "--t-end", "10", "--points", "11", "--out", "a.csv", "--out", "run.csv",
+        "simulate", "--t-end", "10", "--points", "11", "--out", "run.csv",
         cwd=tmp_path,
     )  # fmt: skip
     assert done.returncode == 0, done.stderr

@@ -98,7 +98,7 @@ def test_a_wrong_table_is_refused(fmu: Path, table: Path, text: str, said: str) 
         ({"output_interval": 0.0}, "output interval = 0"),
         ({"t_end": 10.0, "output_interval": 20.0}, "output interval = 20"),
         ({"t_end": 1e9, "output_interval": 1e-3}, "at most 20000000 intervals"),
-        ({"input_csv": Path("absent.csv")}, "absent.csv: cannot be read"),
+        ({"input_csv": Path("absent.csv")}, "absent.csv: there is no such file"),
     ],
 )
 def test_a_wrong_request_is_refused(fmu: Path, options: dict[str, Any], said: str) -> None:

@@ -1,10 +1,11 @@
-"""The README's commands run, and what it repeats from the code agrees with it."""
+"""The README's blocks run in order, and what it repeats from the code agrees with it."""
 
+import json
 import os
 import re
-import shlex
 import subprocess
 import sys
+import tarfile
 from pathlib import Path
 
 import pytest
@@ -13,53 +14,53 @@ from fivtui.core.parameters import PARAMETERS
 
 ROOT = Path(__file__).parents[1]
 README = (ROOT / "README.md").read_text(encoding="utf-8")
-BLOCKS = re.findall(r"^```sh\n(.*?)^```", README, flags=re.MULTILINE | re.DOTALL)
-TASKS = [block.splitlines() for block in BLOCKS if block.startswith("fivtui")]
+BLOCKS = re.findall(r"^```(sh|python|py)\n(.*?)^```", README, flags=re.MULTILINE | re.DOTALL)
 
 
-@pytest.mark.parametrize("task", TASKS, ids=[task[0] for task in TASKS])
-def test_a_common_task_runs_as_written(task: list[str], tmp_path: Path) -> None:
-    for line in task:
-        words = shlex.split(line)
-        assert words[0] == "fivtui"
-        done = subprocess.run(
-            [sys.executable, "-m", "fivtui", *words[1:]],
-            cwd=tmp_path,
-            env=os.environ | {"PYTHONPATH": str(ROOT)},
-            capture_output=True,
-            text=True,
-            check=False,
-        )
-        assert done.returncode == 0, done.stderr
-        assert done.stdout or "wrote" in done.stderr
-
-
-def test_the_python_lines_run() -> None:
-    (code,) = re.findall(r"^```python\n(.*?)^```", README, flags=re.MULTILINE | re.DOTALL)
+@pytest.mark.slow
+def test_the_blocks_run_in_order_in_one_folder_as_installed_there(tmp_path: Path) -> None:
     done = subprocess.run(
-        [sys.executable, "-c", code],
+        [sys.executable, "-m", "tests.readme_commands"],
+        input=json.dumps(BLOCKS),
+        cwd=tmp_path,
         env=os.environ | {"PYTHONPATH": str(ROOT)},
         capture_output=True,
         text=True,
-        check=True,
+        check=False,
     )
-    growth_rate, run, table = done.stdout.splitlines()
+    assert done.returncode == 0, done.stderr
+    found = json.loads(done.stdout)
+    wrong = [f"{entry['line']}: {entry['error']}" for entry in found if entry["code"]]
+    assert not wrong, "\n".join(wrong)
+    assert all(entry["out"] or "wrote" in entry["error"] for entry in found)
+    assert len(found) >= README.count("\nfivtui ") + len(
+        re.findall(r"^```py", README, re.MULTILINE)
+    )
+    by_line = {entry["line"]: entry["out"] for entry in found}
+    growth_rate, run, table = by_line["python"].splitlines()
     assert float(growth_rate) < 0.0
     assert run.split()[1] == "74"
     assert table.count("'done'") == 2
+    assert "10.5027" in by_line["py"]
+    assert "[74 74 74]" in by_line["py"]
 
 
-def test_the_lines_of_a_batch_run() -> None:
-    (code,) = re.findall(r"^```py\n(.*?)^```", README, flags=re.MULTILINE | re.DOTALL)
-    done = subprocess.run(
-        [sys.executable, "-c", code],
-        env=os.environ | {"PYTHONPATH": str(ROOT)},
+def test_the_source_distribution_has_every_file_that_the_readme_names(tmp_path: Path) -> None:
+    subprocess.run(
+        [sys.executable, "-m", "hatchling", "build", "-t", "sdist", "-d", str(tmp_path)],
+        cwd=ROOT,
         capture_output=True,
-        text=True,
         check=True,
     )
-    assert "10.5027" in done.stdout
-    assert "[74 74 74]" in done.stdout
+    (archive,) = tmp_path.iterdir()
+    with tarfile.open(archive) as file:
+        there = {name.partition("/")[2] for name in file.getnames()}
+    links = set(re.findall(r"\]\((?!http)([^)#]+)\)", README))
+    commands = " ".join(text for language, text in BLOCKS if language == "sh")
+    files = {"pyproject.toml", *re.findall(r"[\w./-]+\.txt", commands)}
+    assert ".ci/constraints.txt" in files
+    for name in links | files:
+        assert any(entry == name or entry.startswith(f"{name}/") for entry in there), name
 
 
 def test_the_table_of_parameters_is_that_of_the_code() -> None:

@@ -2,15 +2,16 @@
 
 import os
 import sys
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from typing import Final, NoReturn
 
 import click
 
-from ..core.errors import Cancelled, ComputationError, InputError
+from ..core.errors import Cancelled, ComputationError, InputError, one_line
 from . import analysis, browser, fmu, lists, paper, studies, transients
 from .group import commands
 from .options import say
+from .streams import ReaderGone, guarded_streams
 
 __all__ = [
     "analysis",
@@ -56,27 +57,36 @@ def run(args: Sequence[str] | None) -> int:
     int
         The exit status: 0 done, 2 wrong input, 3 not finished, 130 interrupted.
     """
+    with guarded_streams():
+        message, code = _outcome(lambda: commands.main(args, "fivtui", standalone_mode=False))
+        # What a command printed before it failed is to be read too.
+        lost, code_of_loss = _outcome(sys.stdout.flush)
+        if not message:
+            message, code = lost, code or code_of_loss
+        if message:
+            say(one_line(f"fivtui: {' '.join(message.split())}"))
+    return code
+
+
+def _outcome(act: Callable[[], object]) -> tuple[str, int]:
+    # What is to be said of an action, and the exit status.
     message, code = "", 0
     try:
-        commands.main(args=args, prog_name="fivtui", standalone_mode=False)
-        sys.stdout.flush()
+        act()
     except InputError as error:
         message, code = str(error), EXIT_INPUT
     except click.ClickException as error:
-        message, code = " ".join(error.format_message().split()), EXIT_INPUT
+        message, code = error.format_message(), EXIT_INPUT
     except ComputationError as error:
         message, code = str(error), EXIT_COMPUTATION
     except MemoryError:
         message, code = "out of memory; ask for fewer points or a shorter horizon", EXIT_COMPUTATION
     except (click.Abort, Cancelled, KeyboardInterrupt) as error:
         message, code = ": ".join(filter(None, ["cancelled", str(error)])), EXIT_INTERRUPTED
-    except BrokenPipeError:
-        # The reader has gone: nothing more to say, and nothing to flush at exit.
-        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+    except ReaderGone:
+        pass
     except Exception as error:
         if TRACEBACK_VARIABLE in os.environ:
             raise
         message, code = f"unexpected {type(error).__name__}: {error}; {_DEBUG}", EXIT_COMPUTATION
-    if message:
-        say(f"fivtui: {message}")
-    return code
+    return message, code

@@ -3,8 +3,7 @@
 from functools import partial
 from typing import Any
 
-import click
-
+from .arguments import option
 from .group import commands
 from .options import (
     check_outputs,
@@ -25,7 +24,7 @@ from .options import (
 @scene_argument
 @set_option
 @ignore_option
-@click.option(
+@option(
     "--attractors",
     is_flag=True,
     help="Also look for limit cycles beside the equilibrium, by transients and shooting.",
@@ -73,13 +72,13 @@ def stability(scene: str, assignments: tuple[str, ...], **given: Any) -> None:
 @commands.command()
 @scene_argument
 @set_option
-@click.option("--start", metavar="static|x,vx,y,vy", help="What this start alone reaches.")
-@click.option(
+@option("--start", metavar="static|x,vx,y,vy", help="What this start alone reaches.")
+@option(
     "--vary",
     metavar="NAME=START:STOP:COUNT[:log]",
     help="Follow the attractors along a parameter, up and down.",
 )
-@click.option(
+@option(
     "--basin",
     "ranges",
     multiple=True,
@@ -115,7 +114,7 @@ def attractors(scene: str, assignments: tuple[str, ...], **given: Any) -> None:
 @scene_argument
 @set_option
 @ignore_option
-@click.option(
+@option(
     "--over",
     "ranges",
     multiple=True,
@@ -123,7 +122,7 @@ def attractors(scene: str, assignments: tuple[str, ...], **given: Any) -> None:
     metavar="NAME=START:STOP:COUNT[:log]",
     help="A parameter and its values; give two.",
 )
-@click.option(
+@option(
     "--value",
     default="growth-rate",
     show_default=True,

@@ -1,15 +1,14 @@
 """The command that shows the terminal laboratory in a browser."""
 
-import click
-
+from .arguments import Whole, option
 from .group import commands
 from .options import say
 
 
 @commands.command()
-@click.option(
+@option(
     "--port",
-    type=click.IntRange(1, 65535),
+    type=Whole(1, 65535),
     default=8000,
     show_default=True,
     help="Port on 127.0.0.1.",

@@ -3,9 +3,8 @@
 from pathlib import Path
 from typing import Any
 
-import click
-
 from ..core.errors import InputError
+from .arguments import option
 from .group import Commands, commands
 from .options import (
     assigned,
@@ -15,6 +14,7 @@ from .options import (
     json_option,
     output_option,
     print_json,
+    put,
     say,
 )
 
@@ -26,8 +26,8 @@ def fmu() -> None:
 
 @fmu.command("build")
 @output_option("--out", "FILE.fmu", "The FMU to write.", required=True)
-@click.option("--component", default="slider-belt", help="slider-belt (default) or brake-actuator.")
-@click.option("--fmi", default="2", help="2 (default), or 3: model exchange, experimental.")
+@option("--component", default="slider-belt", help="slider-belt (default) or brake-actuator.")
+@option("--fmi", default="2", help="2 (default), or 3: model exchange, experimental.")
 @force_option
 def fmu_build(out: Path, component: str, fmi: str, force: bool) -> None:
     """Export the slider-belt, or the brake actuator that presses it, as an FMU."""
@@ -59,26 +59,26 @@ def fmu_check(fmu_file: Path, as_json: bool) -> None:
     if as_json:
         print_json({"file": str(fmu_file), "problems": problems})
     elif problems:
-        click.echo("\n".join(problems))
+        put("\n".join(problems))
     else:
-        click.echo(f"{fmu_file}: no problems")
+        put(f"{fmu_file}: no problems")
     if problems:
         raise InputError(f"{fmu_file} is not a sound FMU: problems found: {len(problems)}")
 
 
 @fmu.command("run")
 @fmu_argument
-@click.option("--t-end", metavar="S", help="Stop time; by default that of the FMU.")
-@click.option("--output-interval", metavar="S", help="Time between recorded points.")
-@click.option(
+@option("--t-end", metavar="S", help="Stop time; by default that of the FMU.")
+@option("--output-interval", metavar="S", help="Time between recorded points.")
+@option(
     "--set",
     "assignments",
     multiple=True,
     metavar="NAME=VALUE",
     help="Start value of a variable of the FMU; may be repeated.",
 )
-@click.option("--output", "outputs", multiple=True, metavar="NAME", help="Record only this one.")
-@click.option("--tol", metavar="R", help="Tolerance given to the FMU.")
+@option("--output", "outputs", multiple=True, metavar="NAME", help="Record only this one.")
+@option("--tol", metavar="R", help="Tolerance given to the FMU.")
 @input_option("--input", "FILE.csv", "Inputs over time: a column time, and one for each input.")
 @output_option("--out", "FILE.csv", "Write what was recorded.")
 @output_option("--events", "FILE.csv", "Write when recorded discrete variables changed.")

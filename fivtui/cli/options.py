@@ -1,6 +1,7 @@
 """What the commands share: arguments, options, and how they read and say things."""
 
 import json
+import sys
 from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -8,7 +9,8 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from ..core.errors import InputError
-from ..core.parameters import PARAMETERS, parameter_spec
+from ..core.parameters import PARAMETERS, parameter_spec, read_number
+from .arguments import option
 from .paths import InputFile, OutputFile, OutputFolder, SceneName
 
 if TYPE_CHECKING:
@@ -16,24 +18,22 @@ if TYPE_CHECKING:
     from ..scene import Scene
 
 scene_argument = click.argument("scene", type=SceneName(), default="base", metavar="[SCENE]")
-set_option = click.option(
+set_option = option(
     "--set",
     "assignments",
     multiple=True,
     metavar="NAME=VALUE",
     help=f"Change a parameter ({', '.join(PARAMETERS)}); may be repeated.",
 )
-ignore_option = click.option(
-    "--ignore-separation", is_flag=True, help="Contact never breaks (Case 2)."
-)
-json_option = click.option("--json", "as_json", is_flag=True, help="Print one JSON object.")
-force_option = click.option("--force", is_flag=True, help="Replace outputs that exist.")
+ignore_option = option("--ignore-separation", is_flag=True, help="Contact never breaks (Case 2).")
+json_option = option("--json", "as_json", is_flag=True, help="Print one JSON object.")
+force_option = option("--force", is_flag=True, help="Replace outputs that exist.")
 fmu_argument = click.argument("fmu_file", type=InputFile("the FMU"), metavar="FILE.fmu")
 
 
 def input_option(flag: str, metavar: str, text: str) -> Callable[..., Any]:
     """An option for a file that is read."""
-    return click.option(flag, type=InputFile(flag), metavar=metavar, help=text)
+    return option(flag, type=InputFile(flag), metavar=metavar, help=text)
 
 
 def output_option(
@@ -41,17 +41,17 @@ def output_option(
 ) -> Callable[..., Any]:
     """An option for a file that is written, see `OutputFile`."""
     kind = OutputFile(in_parts=in_parts)
-    return click.option(flag, type=kind, metavar=metavar, help=text, required=required)
+    return option(flag, type=kind, metavar=metavar, help=text, required=required)
 
 
 def folder_option(text: str) -> Callable[..., Any]:
     """The option for the folder in which files are written."""
-    return click.option("--out", type=OutputFolder(), metavar="DIR", help=text, required=True)
+    return option("--out", type=OutputFolder(), metavar="DIR", help=text, required=True)
 
 
 def error_option(text: str) -> Callable[..., Any]:
     """The option that asks for errors."""
-    return click.option("--error", "wishes", multiple=True, metavar="QUANTITY=R", help=text)
+    return option("--error", "wishes", multiple=True, metavar="QUANTITY=R", help=text)
 
 
 def scene_of(name: str, assignments: Sequence[str], *, ignore_separation: bool = False) -> "Scene":
@@ -72,7 +72,7 @@ def start_of(text: str) -> "Start":
     if text == "static":
         return "static"
     try:
-        return [float(part) for part in text.split(",")]
+        return [read_number(part) for part in text.split(",")]
     except ValueError:
         raise InputError(
             f"--start {text}: allowed is static, or four numbers x,vx,y,vy in m and m/s"
@@ -93,6 +93,8 @@ def assigned(flag: str, assignments: Sequence[str], example: str) -> dict[str, s
         name, equals, text = assignment.partition("=")
         if not equals or not name.strip():
             raise InputError(f"{flag} {assignment}: allowed is NAME=VALUE, e.g. {flag} {example}")
+        if name.strip() in values:
+            raise InputError(f"{flag} {name.strip()}=…: given twice; must be given once a name")
         values[name.strip()] = text.strip()
     return values
 
@@ -111,7 +113,13 @@ def check_outputs(
 
 def print_json(data: Any) -> None:
     """Print data as JSON on standard output."""
-    click.echo(json.dumps(data, ensure_ascii=False, allow_nan=False, indent=2))
+    plain = "utf" not in (sys.stdout.encoding or "").lower()
+    put(json.dumps(data, ensure_ascii=plain, allow_nan=False, indent=2))
+
+
+def put(text: str) -> None:
+    """Print lines of data on standard output."""
+    sys.stdout.write(f"{text}\n")
 
 
 def say(message: str) -> None:

@@ -5,14 +5,15 @@ from pathlib import Path
 import click
 
 from ..core.errors import InputError
+from .arguments import option
 from .group import commands
-from .options import folder_option, force_option, json_option, print_json, say
+from .options import folder_option, force_option, json_option, print_json, put, say
 
 
 @commands.command()
 @click.argument("numbers", nargs=-1, metavar="[N ...]")
 @folder_option("Folder for the pictures and their data.")
-@click.option(
+@option(
     "--format",
     "formats",
     multiple=True,
@@ -41,7 +42,7 @@ def figures(numbers: tuple[str, ...], out: Path, formats: tuple[str, ...], force
 
 
 @commands.command()
-@click.option("--markdown", is_flag=True, help="Print a Markdown table.")
+@option("--markdown", is_flag=True, help="Print a Markdown table.")
 @json_option
 def claims(markdown: bool, as_json: bool) -> None:
     """Hold every testable statement of the paper against the model.
@@ -59,6 +60,6 @@ def claims(markdown: bool, as_json: bool) -> None:
     if as_json:
         print_json(claims_to_list(checked))
     elif markdown:
-        click.echo(claims_markdown(checked))
+        put(claims_markdown(checked))
     else:
         print_claims(checked)

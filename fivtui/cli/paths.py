@@ -6,19 +6,20 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
+from .arguments import FilePath
+
 if TYPE_CHECKING:
     from ..files import Named
 
 
-class InputFile(click.Path):
+class InputFile(FilePath):
     """A file that is read; `called` says what it is called in messages."""
 
     def __init__(self, called: str) -> None:
-        super().__init__(path_type=Path)
         self.called = called
 
 
-class OutputFile(click.Path):
+class OutputFile(FilePath):
     """A file that is written.
 
     Parameters
@@ -28,15 +29,11 @@ class OutputFile(click.Path):
     """
 
     def __init__(self, *, in_parts: bool = False) -> None:
-        super().__init__(path_type=Path)
         self.in_parts = in_parts
 
 
-class OutputFolder(click.Path):
+class OutputFolder(FilePath):
     """A folder in which files are written; the command checks them, it knows their names."""
-
-    def __init__(self) -> None:
-        super().__init__(path_type=Path)
 
 
 class SceneName(click.types.StringParamType):

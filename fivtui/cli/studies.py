@@ -5,6 +5,7 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from ..core.errors import InputError
+from .arguments import Whole, option
 from .group import commands
 from .options import (
     check_outputs,
@@ -31,7 +32,7 @@ if TYPE_CHECKING:
 @commands.command()
 @scene_argument
 @set_option
-@click.option(
+@option(
     "--vary",
     "varied",
     multiple=True,
@@ -40,7 +41,7 @@ if TYPE_CHECKING:
     help="What varies: a parameter, or x0, vx0, y0, vy0 of the start; may be repeated. Also "
     "NAME=V1,V2,…; without COUNT in random and sobol.",
 )
-@click.option(
+@option(
     "--design",
     "kind",
     type=click.Choice(["product", "list", "random", "sobol"]),
@@ -48,24 +49,24 @@ if TYPE_CHECKING:
     show_default=True,
     help="Every value with every other, values side by side, or points between the ends.",
 )
-@click.option("--count", type=int, metavar="N", help="Points of random and sobol.")
-@click.option("--seed", type=int, metavar="S", help="Seed of random and sobol.  [default: 0]")
+@option("--count", type=Whole(), metavar="N", help="Points of random and sobol.")
+@option("--seed", type=Whole(), metavar="S", help="Seed of random and sobol.  [default: 0]")
 @ignore_option
-@click.option("--both", is_flag=True, help="Separation considered and ignored.")
-@click.option("--t-end", metavar="S", help="Horizon in seconds.")
-@click.option("--tol", metavar="R", help="Relative tolerance, 1e-13 to 1e-2.")
+@option("--both", is_flag=True, help="Separation considered and ignored.")
+@option("--t-end", metavar="S", help="Horizon in seconds.")
+@option("--tol", metavar="R", help="Relative tolerance, 1e-13 to 1e-2.")
 @error_option("Choose tol, member by member, for an error of final, peak or half_range.")
-@click.option("--start", metavar="static|x,vx,y,vy", help="Start state, m and m/s.")
-@click.option(
+@option("--start", metavar="static|x,vx,y,vy", help="Start state, m and m/s.")
+@option(
     "--output",
     "outputs",
     multiple=True,
     metavar="NAME",
     help="Compute only this one (y_abs, …, growth_rate, stable); may be repeated.",
 )
-@click.option("--workers", type=int, metavar="N", help="Threads.  [default: all processors]")
-@click.option("--scheduler", metavar="ADDRESS", help="Compute on this Dask cluster.")
-@click.option("--piece", type=click.IntRange(min=1), metavar="N", help="Members stored at a time.")
+@option("--workers", type=Whole(), metavar="N", help="Threads.  [default: all processors]")
+@option("--scheduler", metavar="ADDRESS", help="Compute on this Dask cluster.")
+@option("--piece", type=Whole(min=1), metavar="N", help="Members stored at a time.")
 @output_option(
     "--out",
     "FILE",
@@ -150,9 +151,9 @@ def _engine(scheduler: str | None, workers: int | None) -> "AbstractContextManag
 @scene_argument
 @set_option
 @ignore_option
-@click.option("--t-end", metavar="S", help="Horizon in seconds.")
-@click.option("--start", metavar="static|x,vx,y,vy", help="Start state, m and m/s.")
-@click.option("--thorough", is_flag=True, help="Take about two minutes instead of seven seconds.")
+@option("--t-end", metavar="S", help="Horizon in seconds.")
+@option("--start", metavar="static|x,vx,y,vy", help="Start state, m and m/s.")
+@option("--thorough", is_flag=True, help="Take about two minutes instead of seven seconds.")
 @error_option("Name the cheapest setting for an error of final, peak, half_range or events (s).")
 @output_option("--out", "FILE.csv", "Write all settings measured.")
 @output_option("--plot", "FILE", "Draw error against CPU time (.png, .svg, .pdf).")

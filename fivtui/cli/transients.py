@@ -4,10 +4,9 @@ from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-import click
-
 from ..core.errors import InputError
 from ..core.parameters import parse_number
+from .arguments import Whole, option
 from .group import commands
 from .options import (
     check_outputs,
@@ -36,15 +35,15 @@ if TYPE_CHECKING:
 @scene_argument
 @set_option
 @ignore_option
-@click.option("--t-end", metavar="S", help="Horizon in seconds.")
-@click.option("--method", metavar="NAME", help="taylor, rk4, scipy-dop853, …: see fivtui methods.")
-@click.option("--tol", metavar="R", help="Relative tolerance, 1e-13 to 1e-2.")
-@click.option("--step", metavar="S", help="Step of rk4, communication step of fmu.")
+@option("--t-end", metavar="S", help="Horizon in seconds.")
+@option("--method", metavar="NAME", help="taylor, rk4, scipy-dop853, …: see fivtui methods.")
+@option("--tol", metavar="R", help="Relative tolerance, 1e-13 to 1e-2.")
+@option("--step", metavar="S", help="Step of rk4, communication step of fmu.")
 @error_option("Choose tol or step for an error of final, peak, half_range or events (s).")
-@click.option("--start", metavar="static|x,vx,y,vy", help="Start state, m and m/s.")
-@click.option(
+@option("--start", metavar="static|x,vx,y,vy", help="Start state, m and m/s.")
+@option(
     "--points",
-    type=click.IntRange(2, 10_000_000),
+    type=Whole(2, 10_000_000),
     default=5001,
     show_default=True,
     help="Points of a written trajectory.",
@@ -200,8 +199,8 @@ def compare(scene: str, assignments: tuple[str, ...], out: Path, force: bool) ->
 @scene_argument
 @set_option
 @ignore_option
-@click.option("--t-end", metavar="S", help="Horizon in seconds.")
-@click.option("--tol", metavar="R", help="Relative tolerance, 1e-13 to 1e-2.")
+@option("--t-end", metavar="S", help="Horizon in seconds.")
+@option("--tol", metavar="R", help="Relative tolerance, 1e-13 to 1e-2.")
 @json_option
 def accuracy(scene: str, assignments: tuple[str, ...], as_json: bool, **given: Any) -> None:
     """Say how far to trust the numbers of a transient.

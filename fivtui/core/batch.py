@@ -15,7 +15,7 @@ from .batch_result import Batch, BatchAmplitude, BatchEvents, BatchPeak, BatchSt
 from .errors import Cancelled, InputError
 from .kernel_loader import KernelLoader
 from .model import Mode
-from .parameters import Parameters, unknown_name
+from .parameters import Parameters, check_parameters, unknown_name
 from .recurrences import constants
 from .request import DEFAULT_T_END, DEFAULT_TOL, check_horizon, check_tolerance
 from .taylor import LONGEST_STEP, local_tolerance, order_for
@@ -102,7 +102,7 @@ def simulate_batch(
     >>> [f"{y:.3f}" for y in batch.amplitude.y_abs]
     ['5.990', '10.503', '16.170']
     """
-    table, size = columns(parameters, base or Parameters())
+    table, size = columns(parameters, Parameters() if base is None else check_parameters(base))
     for name in require:
         if name not in REQUIREMENTS:
             raise unknown_name("requirement", name, REQUIREMENTS)

@@ -1,8 +1,56 @@
 """The two ways in which a request can fail, and cancellation."""
 
+import re
+from typing import Final
+
+_LONGEST_WORD: Final = 240
+_LONGEST_TEXT: Final = 2000
+# What stays of either end of what is cut.
+_HEAD_OF_WORD, _TAIL_OF_WORD = 120, 60
+_HEAD_OF_TEXT, _TAIL_OF_TEXT = 1200, 600
+_LONG_WORD: Final = re.compile(rf"\S{{{_LONGEST_WORD + 1},}}")
+
+
+def one_line(text: str) -> str:
+    """A message on one line: control characters as escapes, long words and texts cut in the middle.
+
+    Parameters
+    ----------
+    text : str
+        The message, with whatever was given put into it.
+
+    Returns
+    -------
+    str
+        Printable characters alone, at most about 2000; no word is longer than 240.
+    """
+    if not text.isprintable():
+        text = "".join(_printable(character) for character in text)
+    text = _LONG_WORD.sub(lambda word: _cut(word[0], _HEAD_OF_WORD, _TAIL_OF_WORD), text)
+    return text if len(text) <= _LONGEST_TEXT else _cut(text, _HEAD_OF_TEXT, _TAIL_OF_TEXT)
+
+
+def _printable(character: str) -> str:
+    if character.isprintable():
+        return character
+    return character.encode("unicode_escape", "surrogatepass").decode("ascii")
+
+
+def _cut(text: str, head: int, tail: int) -> str:
+    return f"{text[:head]}…({len(text) - head - tail} characters)…{text[-tail:]}"
+
 
 class InputError(ValueError):
-    """The request itself is wrong: one line saying what, where and what is allowed."""
+    """The request itself is wrong: one line saying what, where and what is allowed.
+
+    Parameters
+    ----------
+    message : str
+        The line; what is too long or not printable in it is cut or escaped.
+    """
+
+    def __init__(self, message: str) -> None:
+        super().__init__(one_line(message))
 
 
 class ComputationError(RuntimeError):
@@ -17,9 +65,9 @@ class ComputationError(RuntimeError):
     """
 
     def __init__(self, why: str, advice: str) -> None:
-        super().__init__(why, advice)
-        self.why = why
-        self.advice = advice
+        self.why = one_line(why)
+        self.advice = one_line(advice)
+        super().__init__(self.why, self.advice)
 
     def __str__(self) -> str:
         return f"{self.why}; {self.advice}"

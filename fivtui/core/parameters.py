@@ -4,6 +4,7 @@ import difflib
 import math
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field, fields
+from numbers import Real
 from typing import Final, Self
 
 from .errors import InputError
@@ -83,7 +84,7 @@ def parse_number(name: str, value: object, allowed: str) -> float:
     name : str
         What the value is for, named in the message.
     value : object
-        A number, or text that reads as one.
+        A number, a scalar of NumPy too, or text that reads as one (see `read_number`).
     allowed : str
         The allowed range in words, repeated in the message.
 
@@ -97,15 +98,48 @@ def parse_number(name: str, value: object, allowed: str) -> float:
     InputError
         If `value` is not a finite number (a bool is not a number here).
     """
-    if isinstance(value, bool) or not isinstance(value, (str, int, float)):
+    if isinstance(value, bool) or not isinstance(value, (str, Real)):
         raise InputError(f"{name} = {value!r}: not a number; allowed is {allowed}")
     try:
-        number = float(value)
+        number = read_number(value) if isinstance(value, str) else float(value)
     except (ValueError, OverflowError):
         raise InputError(f"{name} = {value!r}: not a number; allowed is {allowed}") from None
     if not math.isfinite(number):
         raise InputError(f"{name} = {value}: not a finite number; allowed is {allowed}")
     return number
+
+
+def read_number(text: str) -> float:
+    """The number that a text is, written as in all languages: no ``1_0``, no digits but 0 to 9.
+
+    Parameters
+    ----------
+    text : str
+        Digits with sign, point and exponent, or ``inf`` or ``nan``; spaces around it do not count.
+
+    Returns
+    -------
+    float
+        The number.
+
+    Raises
+    ------
+    ValueError
+        If it is none.
+    """
+    return float(_plain(text))
+
+
+def read_whole(text: str) -> int:
+    """The whole number that a text is; parameters and errors as `read_number`."""
+    return int(_plain(text))
+
+
+def _plain(text: str) -> str:
+    # What Python's numbers have besides plain ones.
+    if not text.isascii() or "_" in text:
+        raise ValueError
+    return text
 
 
 def unknown_name(kind: str, name: str, known: Iterable[str]) -> InputError:
@@ -218,6 +252,15 @@ class Parameters:
     def as_dict(self) -> dict[str, float]:
         """Values by name, in the table's order."""
         return {name: getattr(self, name) for name in PARAMETERS}
+
+
+def check_parameters(value: object) -> Parameters:
+    """The value itself if it is a parameter set; `InputError` if it is none."""
+    if not isinstance(value, Parameters):
+        raise InputError(
+            f"parameters = {value!r}: must be a set of parameters, such as Parameters(F=80.0)"
+        )
+    return value
 
 
 PARAMETERS: Final[Mapping[str, ParameterSpec]] = {

@@ -9,7 +9,7 @@ from . import taylor
 from .errors import InputError
 from .methods import Problem
 from .model import State, static_start
-from .parameters import Parameters, ParameterSpec, parse_number
+from .parameters import Parameters, ParameterSpec, check_parameters, parse_number
 
 Start = Literal["static"] | Sequence[float]
 
@@ -148,8 +148,9 @@ def make_problem(
     Raises
     ------
     InputError
-        If a value is out of range.
+        If a value is out of range, or `p` is no parameter set.
     """
+    check_parameters(p)
     t_end = check_horizon(t_end)
     tol = check_tolerance(tol)
     if step is not None:

@@ -10,7 +10,7 @@ from .critical import CriticalMu, coalescence_mu, critical_mu, linear_critical_m
 from .errors import ComputationError
 from .model import Equilibrium, equilibrium, jacobian
 from .modes import VibrationMode, vibration_modes
-from .parameters import Parameters
+from .parameters import Parameters, check_parameters
 
 # Growth rates below this, relative to the fastest eigenvalue, are zero to rounding.
 ROUNDING: Final = 1e-12
@@ -103,9 +103,12 @@ def stability(p: Parameters, *, separation: bool = True) -> Stability:
 
     Raises
     ------
+    InputError
+        If `p` is no parameter set.
     ComputationError
         If there is no equilibrium, or a number overflows.
     """
+    check_parameters(p)
     point = equilibrium(p, separation=separation)
     values = _eigenvalues(p, point)
     growth, stable = _judged(values)

@@ -23,6 +23,7 @@ from fivtui.core.outcome import (
 from fivtui.core.parameters import Parameters
 from fivtui.core.trajectory import Trajectory
 from fivtui.formats import FORMATS
+from fivtui.reading import check_regular, is_folder, read_bytes
 from fivtui.results import load_trajectory
 from fivtui.scene import Scene
 
@@ -62,8 +63,8 @@ def check_readable(path: Path) -> None:
     """
     if path.suffix.lower() not in SUFFIXES:
         raise InputError(f"{path}: a result has one of the suffixes {', '.join(SUFFIXES)}")
-    if not path.exists():
-        raise InputError(f"{path}: there is no such file")
+    if not is_folder(path):
+        check_regular(path)
 
 
 def kind_of(path: Path) -> str:
@@ -85,7 +86,7 @@ def kind_of(path: Path) -> str:
         If it is none of these.
     """
     check_readable(path)
-    if path.is_dir():
+    if is_folder(path):
         return SWEEP
     if path.suffix.lower() == ".json":
         return _kind_of_json(path)
@@ -102,9 +103,10 @@ def kind_of(path: Path) -> str:
 
 
 def _kind_of_json(path: Path) -> str:
+    content = read_bytes(path)
     try:
-        data = json.loads(path.read_bytes())
-    except (OSError, ValueError):
+        data = json.loads(content)
+    except (ValueError, RecursionError):
         raise InputError(f"{path}: not JSON, or damaged") from None
     known = set(data) if isinstance(data, dict) else set()
     for keys, kind in _BY_KEYS:

@@ -1,0 +1,130 @@
+"""Command lines drawn at random over all commands and options, with values that nobody expects."""
+
+import os
+import random
+import zipfile
+from collections.abc import Iterator, Sequence
+from pathlib import Path
+
+import click
+
+from fivtui.cli import commands
+
+# What takes long, or serves, is given something that is wrong for certain.
+HEAVY = {"attractors", "claims", "compare", "extremes", "figures", "serve", "tradeoff", "build"}
+HEAVY |= {"system", "accuracy", "methods"}
+WRONG = ("--colour", "--colour=red", "-q", "--force=3", "--\x00")
+
+SANE = {
+    "--set": ("F=60", "mu=0.3", "k_nl=20", "m=4", "c1=0.1"),
+    "--t-end": ("0.5", "1"),
+    "--tol": ("1e-8", "1e-3"),
+    "--step": ("0.01",),
+    "--method": ("taylor", "rk4"),
+    "--start": ("static", "0,0,-0.5,0"),
+    "--points": ("11", "2"),
+    "--out": ("a.csv", "b.npz", "c.json", "d.CSV", "mine.csv"),
+    "--plot": ("p.gif", "mine.csv"),
+    "--error": ("peak=1e-2",),
+    "--vary": ("F=20:40:2", "mu=0.1,0.2", "y0=-1:0:2"),
+    "--design": ("product", "list"),
+    "--output": ("stable", "growth_rate"),
+    "--over": ("F=1:2:2", "mu=0:1:3"),
+    "--value": ("growth-rate", "critical-mu"),
+    "--basin": ("y0=-1:0:2", "vy0=-1:1:2"),
+    "--input": ("mine.csv", "table.csv"),
+}
+SCENES = ("base", "linear", "own.toml", "bare.toml")
+FILES = ("text.fmu", "empty.fmu", "bare.fmu", "odd.fmu", "pipe.fmu", "folder.fmu", "absent.fmu")
+HOSTILE = (
+    "", " ", "\t", "x" * 5000, "1" * 100_000, "a" * 300 + ".csv", "1_0", "F=1_0", "٣", "F=٣", "１",
+    "nan", "inf", "-inf", "F=nan", "1e400", "1e-400", "0x10", "1e308", "-1", "0", "-0", "1e-13",
+    "9" * 5000, "+", "--", "-", "---", "\n", "a\nb", "a\nb.csv", "F=1\n2", "\x1b[31m", "\udcff",
+    "\udcff.csv", "/dev/zero", "/dev/null", "/dev/full", "pipe.toml", "pipe.csv", "folder",
+    "folder/", "folder/x.csv", "missing/x.csv", "missing.toml", "deep.toml", "binary.toml",
+    "long.toml", "dots.toml", "wrong.toml", "huge.toml", "names.toml", "=", "=1", "F", "F=", "F==1",
+    "F=1=2", "F=1,2", "F=80", "F=60", "f=1", "knl=1", "1:2:3", "F=1:2:1e3", "F=2:1:3:log:log",
+    "F=1:2:1_0", "F=0:1:3:log", "x0=0:1:2", "F=1:1:2", "F=1:2:99999999999", "%s%n", "{0}", "[/red]",
+    "[bold]", "$HOME", "~", "a,b,c,d", "1,2,3,4,5", "0,0,0,", "NaN,0,0,0", "1_0,0,0,0", "é", "😀",
+    "peak", "peak=0", "final=2", "peak=1_0", "events=1e-3", "mine.csv", "mine.toml", ".", "..", "/",
+    "C:\\x", "taylor", "fmu", "sobol", "1" * 400 + "." + "1" * 400, "2-", "1", "17",
+)  # fmt: skip
+
+
+def prepare(folder: Path) -> None:
+    """Put files into a folder that lines name: sound ones, and such as nobody should read."""
+    texts = {
+        "own.toml": "fivtui_scene = 1\nt_end = 0.5\n[parameters]\nF = 33.0\n",
+        "bare.toml": "fivtui_scene = 1\nt_end = 1\n",
+        "wrong.toml": "fivtui_scene = 1\nname = 3\n",
+        "dots.toml": f"fivtui_scene = 1\n{'.'.join('a' * 20_000)} = 1\n",
+        "deep.toml": f"fivtui_scene = 1\naccuracy.{'.'.join('a' * 1500)} = 1\n",
+        "long.toml": f"fivtui_scene = 1\nname = '{'x' * 3000}'\n",
+        "huge.toml": "#" * (1 << 20) + "\n#\n",
+        "names.toml": 'fivtui_scene = 1\nname = "a\\nb"\n',
+        "mine.csv": "mine",
+        "mine.toml": "mine",
+        "table.csv": "time,F\n0,80\n1_0,80\n",
+        "text.fmu": "mine",
+        "empty.fmu": "",
+    }
+    for name, text in texts.items():
+        (folder / name).write_text(text, encoding="utf-8")
+    (folder / "binary.toml").write_bytes(bytes(range(256)))
+    for name, member in (("bare.fmu", "a"), ("odd.fmu", "modelDescription.xml")):
+        with zipfile.ZipFile(folder / name, "w") as archive:
+            archive.writestr(member, "<fmiModelDescription/>")
+    for name in ("pipe.toml", "pipe.csv", "pipe.fmu"):
+        os.mkfifo(folder / name)
+    for name in ("folder", "folder.fmu"):
+        (folder / name).mkdir()
+
+
+def lines(seed: int, count: int) -> Iterator[list[str]]:
+    """Command lines, the same for a seed."""
+    draw = random.Random(seed)
+    paths = list(_commands(commands, ()))
+    for _ in range(count):
+        names, command = draw.choice(paths)
+        yield [*names, *_arguments(draw, names, command)]
+
+
+def _commands(
+    group: click.Group, names: tuple[str, ...]
+) -> Iterator[tuple[tuple[str, ...], click.Command]]:
+    for name, command in group.commands.items():
+        if isinstance(command, click.Group):
+            yield from _commands(command, (*names, name))
+        else:
+            yield (*names, name), command
+    yield names, group
+
+
+def _arguments(draw: random.Random, names: Sequence[str], command: click.Command) -> list[str]:
+    groups: list[list[str]] = []
+    for parameter in command.params:
+        needed = parameter.required and draw.random() < 0.9
+        times = draw.choice((0, 0, 0, 0, 1, 1, 1, 1, 2)) or needed
+        groups += [_given(draw, parameter) for _ in range(times)]
+    if draw.random() < 0.05:
+        groups.append([draw.choice(HOSTILE)])
+    draw.shuffle(groups)
+    words = [word for group in groups for word in group]
+    if words and draw.random() < 0.05:
+        words.pop()
+    if not names or names[-1] in HEAVY or "--attractors" in words:
+        # Before all others, one of which may say that what follows is no option.
+        words = [draw.choice(WRONG), *words]
+    return words
+
+
+def _given(draw: random.Random, parameter: click.Parameter) -> list[str]:
+    hostile = draw.random() < 0.25
+    if isinstance(parameter, click.Argument):
+        sane = FILES if parameter.name == "fmu_file" else SCENES
+        return [draw.choice(HOSTILE if hostile else sane)]
+    flag = parameter.opts[0]
+    if isinstance(parameter, click.Option) and parameter.is_flag:
+        return [flag]
+    value = draw.choice(HOSTILE if hostile else SANE.get(flag, ("1", "2")))
+    return [f"{flag}={value}"] if draw.random() < 0.3 else [flag, value]
