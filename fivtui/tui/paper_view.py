@@ -15,9 +15,10 @@ from fivtui.scene import Scene
 from .chart import Chart, Found, Guide, Trace
 from .paper_scenes import paper_scenes
 
-FIGURE_COLUMNS: Final = ("figure", "", "lines", "what it shows")
+FIGURE_COLUMNS: Final = ("figure", "lines", "what it shows")
 CLAIM_COLUMNS: Final = ("verdict", "section", "statement", "stated")
-COMPUTED: Final = "computed"
+# Behind the key of a figure that is computed: a column of its own would push the others away.
+COMPUTED: Final = " ✓"
 _UNKNOWN: Final = "?"
 
 # The columns drawn of every kind, a chart each; two columns of a chart are the two modes.
@@ -50,7 +51,7 @@ def figure_rows(computed: Sequence[str]) -> list[tuple[str, ...]]:
         In the columns `FIGURE_COLUMNS`.
     """
     return [
-        (key, COMPUTED if key in computed else "", _by(panel), panel.caption)
+        (f"{key}{COMPUTED if key in computed else ''}", _by(panel), panel.caption)
         for key, panel in PANELS.items()
     ]
 
