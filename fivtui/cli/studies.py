@@ -54,7 +54,10 @@ if TYPE_CHECKING:
 @click.option("--both", is_flag=True, help="Separation considered and ignored.")
 @click.option("--t-end", metavar="S", help="Horizon in seconds.")
 @click.option("--tol", metavar="R", help="Relative tolerance, 1e-13 to 1e-2.")
-@error_option("Choose tol, member by member, for an error of final, peak or half_range.")
+@error_option(
+    "Choose tol, member by member, for an error of final, peak or half_range (half peak-to-peak "
+    "over the second half of the run)."
+)
 @click.option("--start", metavar="static|x,vx,y,vy", help="Start state, m and m/s.")
 @click.option(
     "--output",
@@ -148,7 +151,10 @@ def _engine(scheduler: str | None, workers: int | None) -> "AbstractContextManag
 @click.option("--t-end", metavar="S", help="Horizon in seconds.")
 @click.option("--start", metavar="static|x,vx,y,vy", help="Start state, m and m/s.")
 @click.option("--thorough", is_flag=True, help="Take about two minutes instead of seven seconds.")
-@error_option("Name the cheapest setting for an error of final, peak, half_range or events (s).")
+@error_option(
+    "Name the cheapest setting for an error of final, peak, half_range (half peak-to-peak over the "
+    "second half of the run) or events (s)."
+)
 @path_option("--out", "FILE.csv", "Write all settings measured.")
 @path_option("--plot", "FILE", "Draw error against CPU time (.png, .svg, .pdf).")
 @force_option

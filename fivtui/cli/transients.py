@@ -38,7 +38,10 @@ if TYPE_CHECKING:
 @click.option("--method", metavar="NAME", help="taylor, rk4, scipy-dop853, …: see fivtui methods.")
 @click.option("--tol", metavar="R", help="Relative tolerance, 1e-13 to 1e-2.")
 @click.option("--step", metavar="S", help="Step of rk4, communication step of fmu.")
-@error_option("Choose tol or step for an error of final, peak, half_range or events (s).")
+@error_option(
+    "Choose tol or step for an error of final, peak, half_range (half peak-to-peak over the second "
+    "half of the run) or events (s)."
+)
 @click.option("--start", metavar="static|x,vx,y,vy", help="Start state, m and m/s.")
 @click.option(
     "--points",

@@ -38,8 +38,8 @@ class ListTable(DataTable[Cell]):
         place, across = self.cursor_row, self.scroll_x
         self.clear(columns=True)
         for number, label in enumerate(columns):
-            cells = [row[number] for row in rows.values()]
-            self.add_column(label, width=max(map(_width, [label, *cells])))
+            widths = [_width(row[number]) for row in rows.values()]
+            self.add_column(label, width=max(cell_len(label), *widths, 0))
         for key, row in rows.items():
             self.add_row(*row, key=key)
         self.move_cursor(row=place)

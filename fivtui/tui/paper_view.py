@@ -33,7 +33,7 @@ _LABELS: Final = {
     "sigma_1": "Re λ / 1/s",
     "mu_c": "μ_c",
     "y_peak": "peak |y| / m",
-    "y_half_range": "steady half range / m",
+    "y_half_range": "half peak-to-peak, 2nd half / m",
 }
 
 

@@ -15,7 +15,7 @@ from .comparison import changes, percent_text
 from .differences import base_scene, differences
 from .list_table import ListTable
 from .messages import RunActed
-from .report import quantity
+from .report import SECOND_HALF, quantity
 from .runs import Run, Runs
 
 _COLUMNS: Final = (
@@ -106,7 +106,7 @@ def _cells(run: Run, runs: Runs) -> Sequence[str | Text]:
         compared = ("base", "base")
     elif runs.baseline is not None and runs.baseline.result is not None:
         by_label = {change.label: change for change in changes(result, runs.baseline.result)}
-        labels = ("peak |y|", "half range of y")
+        labels = ("peak |y|", SECOND_HALF)
         compared = (percent_text(by_label[labels[0]]), percent_text(by_label[labels[1]]))
     return (
         name,

@@ -114,7 +114,7 @@ class StabilityPane(ViewsPane):
     def draw(self) -> None:
         """Draw the view that is shown."""
         if self.view == "facts":
-            rows = [] if self._now is None else stability_rows(*self._now)
+            rows = [] if self._now is None else stability_rows(*self._now, self.session.beside)
             self.query_one("#facts", RowsView).show(rows, self._why)
         elif self.view == "plane":
             chart = None if self._now is None else plane_chart(self._now[1], self._scan)

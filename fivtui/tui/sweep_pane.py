@@ -46,7 +46,7 @@ _PARTIAL: Final = "the sweep is not complete, so that it is not written: F10 swe
 
 
 class SweepPane(JobPane):
-    """Peak and steady half range over a parameter of the scene edited."""
+    """Peak, and half peak-to-peak over the second half, over a parameter of the scene edited."""
 
     NAME: ClassVar[str] = "sweep"
     VERB: ClassVar[str] = "Sweep"

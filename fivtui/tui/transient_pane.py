@@ -24,9 +24,9 @@ from .transient_charts import (
     difference_chart,
     motion_of,
     phase_chart,
+    second_half,
     separated_samples,
     spectrum_chart,
-    steady_window,
     time_chart,
 )
 from .views_pane import ViewsPane
@@ -157,10 +157,10 @@ class TransientPane(ViewsPane):
 
     @property
     def _window(self) -> tuple[float, float]:
-        # The part of time that is shown; of the whole, what is called steady.
+        # The part of time that is shown; of the whole, its second half.
         chosen = self.query_one("#plot-y", ChartView).view.x
         reached = float(self._motions[0].trajectory.t[-1])
-        return steady_window(reached) if chosen is None else (chosen.low, chosen.high)
+        return second_half(reached) if chosen is None else (chosen.low, chosen.high)
 
     # Room and views
 
