@@ -13,7 +13,7 @@ from fivtui.core.errors import Cancelled, InputError
 
 from .chart_view import ChartView
 from .command_lines import CLAIMS_LINE, figure_line
-from .exports import DATA, FIGURE, KINDS, Export
+from .exports import DATA, FIGURE, KINDS, Export, as_seen
 from .job_pane import JobPane
 from .jobs import Job
 from .list_table import ListTable
@@ -217,7 +217,7 @@ class PaperPane(JobPane):
         return self._shown
 
     def export(self, what: str) -> Export:
-        """The figure chosen or its data; the claims where they are shown."""
+        """The chart as it is seen, or the paper's figure from the list; its data; the claims."""
         if self.view == "claims":
             if what == FIGURE:
                 raise InputError(f"claims are no figure: {KINDS[DATA]} writes them")
@@ -228,7 +228,7 @@ class PaperPane(JobPane):
         if key not in self._computed:
             which = f"Fig. {key} is not computed yet" if key else "no figure is chosen yet"
             raise InputError(f"{which}: Enter in the list of figures computes it")
-        return paper_export(what, key, self._source())
+        return as_seen(paper_export(what, key, self._source()), self.seen())
 
     def command_line(self) -> str:
         """The figure chosen, or the claims."""

@@ -141,14 +141,16 @@ class StabilityPane(ViewsPane):
         self.post_message(PointOpened({"mu": text}, f"opened μ = {text}"))
 
     def export(self, what: str) -> "Export":
-        """The modes over μ and the eigenvalues."""
+        """The charts as they are seen; as data the modes over μ and the eigenvalues."""
+        from .exports import as_seen
         from .study_exports import stability_export
 
         if self._now is None:
             raise InputError(f"no stability to write: {self._why}")
-        return stability_export(
+        whole = stability_export(
             what, self.session.name, *self._now, separation=self.session.separation
         )
+        return as_seen(whole, self.seen())
 
     def command_line(self) -> str:
         """The stability of what is edited."""

@@ -15,7 +15,7 @@ from fivtui.core.parameters import PARAMETERS
 
 from .chart_view import ChartView
 from .command_lines import sweep_line
-from .exports import Export
+from .exports import Export, as_seen
 from .job_pane import JobPane
 from .jobs import Job
 from .messages import PointOpened
@@ -176,13 +176,13 @@ class SweepPane(JobPane):
         self.post_message(PointOpened(texts, words))
 
     def export(self, what: str) -> Export:
-        """The sweep, if it is complete."""
+        """The sweep, if it is complete; as a figure as it is seen."""
         shown = self.session.studies.sweep
         if shown is None:
             raise InputError(_NOTHING)
         if len(shown.value.table.reasons) < shown.value.study.members:
             raise InputError(_PARTIAL)
-        return sweep_export(what, shown.name, shown.value)
+        return as_seen(sweep_export(what, shown.name, shown.value), self.seen())
 
     def command_line(self) -> str:
         """The sweep shown, or else that which would be computed."""

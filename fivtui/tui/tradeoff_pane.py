@@ -13,7 +13,7 @@ from fivtui.scene import Scene
 
 from .chart_view import ChartView
 from .command_lines import tradeoff_line
-from .exports import Export
+from .exports import Export, as_seen
 from .job_pane import JobPane
 from .jobs import Job
 from .list_table import ListTable
@@ -132,11 +132,11 @@ class TradeoffPane(JobPane):
         self.draw()
 
     def export(self, what: str) -> Export:
-        """What was measured."""
+        """What was measured; as a figure as it is seen, or all of it from the table."""
         shown = self.session.studies.tradeoff
         if shown is None:
             raise InputError(_NOTHING)
-        return tradeoff_export(what, shown.name, shown.value)
+        return as_seen(tradeoff_export(what, shown.name, shown.value), self.seen())
 
     def command_line(self) -> str:
         """The measurement shown, or else that of what is edited."""
