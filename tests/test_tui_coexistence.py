@@ -169,54 +169,43 @@ async def test_a_stable_verdict_names_the_cycle_once_it_is_found(
     assert now_known(pilot).note == warning_of(searches.answers[120.0])  # type: ignore[arg-type]
 
 
-async def test_where_none_is_found_the_number_of_starts_is_said(
+async def test_it_says_so_where_none_is_found_or_the_search_fails(
     pilot: Pilot[None], searches: Searches
 ) -> None:
+    searches.answers[120.0] = Coexistence(P, True, (REST, LARGE), (0, 1), True, None)
+    searches.answers[125.0] = ComputationError("too many steps", "another step")
     searches.answers[130.0] = Coexistence(P, True, (REST,), (0,) * 11, True, None)
     await edit(pilot, "130")
     await until_shown(pilot, "STABLE, no limit cycle found from 11 starts")
-
-
-async def test_an_edit_cancels_the_search_and_drops_what_it_finds(
-    pilot: Pilot[None], searches: Searches
-) -> None:
-    await edit(pilot, "120")
-    await until(pilot, lambda: searches.begun == [P])
-    # Keys are answered while it goes on.
     await edit(pilot, "125")
-    await until(pilot, lambda: searches.cancelled == [P])
-    searches.answers[120.0] = Coexistence(P, True, (REST, LARGE), (0, 1), True, None)
-    await until(pilot, lambda: len(searches.begun) == 2)
-    assert searches.begun[1].F == 125.0
-    assert f"STABLE, {SEARCHING}" in headline(pilot)
-    # Unstable: nothing is searched beside it.
-    await edit(pilot, "80")
-    assert "UNSTABLE: growth rate" in headline(pilot)
-    await until(pilot, lambda: len(searches.cancelled) == 2)
-
-
-async def test_what_was_found_is_known_when_an_edit_is_undone(
-    pilot: Pilot[None], searches: Searches
-) -> None:
-    searches.answers[120.0] = Coexistence(P, True, (REST, LARGE), (0, 1), True, None)
-    await edit(pilot, "120")
-    await until(pilot, lambda: now_known(pilot).done)
-    await edit(pilot, "80")
-    await edit(pilot, "120")
-    assert "STABLE, but a limit cycle coexists" in headline(pilot)
-    assert searches.begun == [P]
-
-
-async def test_a_search_that_fails_says_why(pilot: Pilot[None], searches: Searches) -> None:
-    searches.answers[120.0] = ComputationError("too many steps", "another step")
-    await edit(pilot, "120")
     await until_shown(pilot, "STABLE, limit cycles not searched:")
     assert "too many steps" in now_known(pilot).words
+    await edit(pilot, "120")
+    await until(pilot, lambda: now_known(pilot).done)
+    # What was found is known when an edit is undone.
+    for preload, words in (("130", "no limit cycle found"), ("120", "a limit cycle coexists")):
+        await edit(pilot, preload)
+        assert words in headline(pilot)
+    assert [p.F for p in searches.begun] == [130.0, 125.0, 120.0]
 
 
-async def test_the_laboratory_ends_while_it_searches(searches: Searches) -> None:
+async def test_an_edit_cancels_the_search_and_so_does_the_end(searches: Searches) -> None:
     async with FivtuiApp().run_test(size=(80, 24)) as pilot:
         await edit(pilot, "120")
-        await until(pilot, lambda: bool(searches.begun))
+        await until(pilot, lambda: searches.begun == [P])
+        # Keys are answered while it goes on.
+        await edit(pilot, "125")
+        await until(pilot, lambda: searches.cancelled == [P])
+        searches.answers[120.0] = Coexistence(P, True, (REST, LARGE), (0, 1), True, None)
+        await until(pilot, lambda: len(searches.begun) == 2)
+        assert searches.begun[1].F == 125.0
+        assert f"STABLE, {SEARCHING}" in headline(pilot)
+        # Unstable: nothing is searched beside it.
+        await edit(pilot, "80")
+        assert "UNSTABLE: growth rate" in headline(pilot)
+        await until(pilot, lambda: len(searches.cancelled) == 2)
+        await edit(pilot, "130")
+        await until(pilot, lambda: len(searches.begun) == 3)
+        searches.ended.clear()
     assert searches.ended.wait(PATIENCE_S)
-    assert searches.cancelled == [P]
+    assert len(searches.cancelled) == 3
