@@ -21,7 +21,7 @@ from fivtui.core.shooting import PeriodicOrbit, Section
 from fivtui.tui.app import FivtuiApp
 from fivtui.tui.lab import LabScreen
 from fivtui.tui.report import Beside
-from tests.tui_support import PATIENCE_S, app_of, text_of, until, until_shown
+from tests.tui_support import HANG_S, app_of, text_of, until, until_shown
 
 P = Parameters(F=120.0)
 REST, OPEN_END = Attractor(Kind.EQUILIBRIUM), Attractor(Kind.UNSETTLED)
@@ -207,5 +207,5 @@ async def test_an_edit_cancels_the_search_and_so_does_the_end(searches: Searches
         await edit(pilot, "130")
         await until(pilot, lambda: len(searches.begun) == 3)
         searches.ended.clear()
-    assert searches.ended.wait(PATIENCE_S)
+    assert searches.ended.wait(HANG_S)
     assert len(searches.cancelled) == 3
