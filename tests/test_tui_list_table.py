@@ -10,7 +10,10 @@ from tests.tui_support import show_tab, text_of, until_shown
 
 COLUMNS = ("figure", "what it shows")
 WIDE = {"1": ("a key of many words", "long " * 20)}
-NARROW: dict[str, tuple[str | Text, ...]] = {"1": ("2a", "x"), "2": (Text("■ 10"), "y")}
+NARROW: dict[str, tuple[str | Text, ...]] = {
+    "1": ("2a to 2c", "x"),
+    "2": (Text("■ 10"), "y"),
+}
 
 
 class Tables(App[None]):

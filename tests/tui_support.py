@@ -33,7 +33,7 @@ async def _wait_patiently(self: Pilot[None], timeout: float = HANG_S) -> bool:
     return await _wait_for_screen(self, timeout)
 
 
-Pilot._wait_for_screen = _wait_patiently  # type: ignore[method-assign]
+Pilot._wait_for_screen = _wait_patiently  # type: ignore[method-assign, assignment]
 ENDLESS: Final = "1e6"
 
 
