@@ -33,7 +33,7 @@ _HATCHES: Final = ("///", "...", "xxx", "\\\\\\", "+++", "ooo", "|||")
 
 
 def continuation_figure(result: Continuation) -> Figure:
-    """Half range of every attractor over the parameter; where several coexist is shaded.
+    """Half peak-to-peak of every attractor over the parameter; where several coexist is shaded.
 
     Parameters
     ----------
@@ -67,7 +67,7 @@ def continuation_figure(result: Continuation) -> Figure:
                         label=f"{kind}, {direction}",
                     )
         axes.set_xlabel(quantity_label(PARAMETERS[result.name]))
-        axes.set_ylabel("Half range of $y$ (m)")
+        axes.set_ylabel("Half peak-to-peak of $y$ (m)")
         axes.set_ylim(bottom=min(0.0, axes.get_ylim()[0]))
         axes.set_title(parameter_line(result.parameters, (result.name,)), fontsize=7.5)
         figure.legend(loc="outside lower center", ncols=2, frameon=False)

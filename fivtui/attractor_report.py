@@ -5,6 +5,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from .attractor_results import describe
+from .coexistence_words import coexistence_words
 from .core.attractors import Attractor
 from .core.basin import Basin
 from .core.coexistence import Coexistence
@@ -14,7 +15,7 @@ from .report import number, print_list, print_rows
 _HEADER = (
     "attractor",
     "period s",
-    "half range m",
+    "half peak-to-peak m",
     "y from .. to m",
     "separations",
     "off the belt s",
@@ -60,6 +61,7 @@ def print_coexistence(result: Coexistence) -> None:
         The result.
     """
     print_attractors(result.attractors)
+    print_list("", [("found", coexistence_words(result))])
     if result.escape is not None:
         rows = [
             (f"offset {where} that leaves the equilibrium", _offset(value))

@@ -27,7 +27,7 @@ _OTHERS: Final = {
 }
 _NUMBERS: Final = (
     Column("period", "s", "period of the limit cycle"),
-    Column("half_range", "m", "half range of y"),
+    Column("half_range", "m", "half peak-to-peak of y"),
     Column("y_min", "m", "lowest point"),
     Column("y_max", "m", "highest point"),
     Column("separations", "1", "separations a period"),
@@ -144,7 +144,8 @@ def describe(attractor: Attractor) -> str:
     orbit = attractor.orbit
     if orbit is None:
         return str(attractor.kind)
-    return f"{attractor.kind}, period {orbit.period:.6g} s, half range {attractor.half_range:.6g} m"
+    size = f"half peak-to-peak {attractor.half_range:.6g} m"
+    return f"{attractor.kind}, period {orbit.period:.6g} s, {size}"
 
 
 def continuation_to_dict(result: Continuation) -> dict[str, Any]:

@@ -41,10 +41,10 @@ def check_drawable(study: Study) -> None:
 
 
 def sweep_figure(result: Sweep) -> Figure:
-    """Peak and steady half range of y over what varies, separation considered and ignored.
+    """Peak of y, and its half peak-to-peak over the second half of the run, over what varies.
 
-    Over one name as curves, over two as a map for each case: of the peak, or of the first output
-    if the peak was not computed. Members that failed are left blank.
+    Both cases; over one name as curves, over two as a map for each case: of the peak, or of the
+    first output if the peak was not computed. Members that failed are left blank.
 
     Parameters
     ----------

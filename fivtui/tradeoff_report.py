@@ -30,7 +30,7 @@ def print_tradeoff(result: Tradeoff, wishes: Mapping[str, float]) -> None:
         "steps",
         "final state",
         "peak |y|",
-        "half range",
+        "half peak-to-peak",
         "events s",
         "separations",
         "best for",
@@ -45,7 +45,8 @@ def print_tradeoff(result: Tradeoff, wishes: Mapping[str, float]) -> None:
     notes = [
         (
             "best for",
-            "no other setting has less error in less time: final, peak, half range, events",
+            "no other setting has less error in less time: final state, peak, half peak-to-peak "
+            "over the second half of the run, events",
         ),
         ("uncertainty of the errors", floor),
     ]

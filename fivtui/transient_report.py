@@ -43,8 +43,9 @@ def print_transient(result: Transient, verified: "Verified | None" = None) -> No
         ),
         ("peak |x|", f"{number(peak.x_abs)} m"),
         (
-            "steady half range of y",
-            f"{number(result.steady.y_half_range)} m  (second half){error('half_range')}",
+            "half peak-to-peak of y",
+            f"{number(result.steady.y_half_range)} m  over the second half of the run"
+            f"{error('half_range')}",
         ),
         (
             "contact force",
@@ -128,7 +129,7 @@ def print_comparison(result: "Comparison") -> None:
     header = (
         "separation, path",
         "peak |y| m",
-        "half range m",
+        "half peak-to-peak, 2nd half m",
         "separations",
         "off the belt",
         "difference",

@@ -190,7 +190,7 @@ def test_a_wrong_continuation_is_refused() -> None:
 
 def test_what_did_not_settle_is_said_and_is_no_coexistence() -> None:
     rest, open_end = Attractor(Kind.EQUILIBRIUM), Attractor(Kind.UNSETTLED)
-    result = Coexistence(COEXISTENCE, True, (rest, open_end), None)
+    result = Coexistence(COEXISTENCE, True, (rest, open_end), (0, 1), True, None)
     assert not result.coexists
     assert warning_of(result) == "some motions did not settle in the time allowed"
     points = tuple(BranchPoint(0.5, ("up",), each) for each in (rest, open_end))
@@ -199,7 +199,7 @@ def test_what_did_not_settle_is_said_and_is_no_coexistence() -> None:
 
 def test_growth_without_bounds_beside_the_equilibrium_is_warned_of() -> None:
     pair = (Attractor(Kind.EQUILIBRIUM), Attractor(Kind.UNBOUNDED))
-    said = warning_of(Coexistence(COEXISTENCE, True, pair, EscapeOffset(0.5, None)))
+    said = warning_of(Coexistence(COEXISTENCE, True, pair, (1, 0), True, EscapeOffset(0.5, None)))
     assert said is not None
     assert "with unbounded growth; a release from rest 0.5 m above it" in said
 

@@ -144,7 +144,7 @@ def test_amplitudes_show_peak_and_half_range(number: int, study: Study) -> None:
         for line, value in zip(curves(axes), (0.0, 1.0), strict=True):
             np.testing.assert_array_equal(line.get_ydata(), data.line(value)[name])
     assert "Peak" in peak.get_ylabel()
-    assert "half range" in half_range.get_ylabel()
+    assert "Half peak-to-peak" in half_range.get_ylabel()
 
 
 def test_runs_are_drawn_over_the_whole_time_and_enlarged(study: Study) -> None:

@@ -251,9 +251,9 @@ def test_over_one_name_amplitudes_are_curves() -> None:
     (axes,) = figure.axes
     assert [line.get_label() for line in axes.lines] == [
         "peak of |y|, separation considered",
-        "half range of y, second half, separation considered",
+        "half peak-to-peak of y, second half, separation considered",
         "peak of |y|, separation ignored",
-        "half range of y, second half, separation ignored",
+        "half peak-to-peak of y, second half, separation ignored",
     ]
     assert [np.asarray(line.get_xdata()).tolist() for line in axes.lines] == [
         [20.0, 50.0, 80.0]

@@ -60,7 +60,7 @@ async def test_a_form_with_a_scene_shows_that_scene() -> None:
 
 async def test_the_verdict_follows_what_is_typed_valid_or_not(pilot: Pilot[None]) -> None:
     await type_into(pilot, "mu", "0.3")
-    assert "STABLE: growth rate -0.03" in text_of(pilot)
+    assert "growth rate -0.03" in text_of(pilot)
     assert "UNSTABLE" not in text_of(pilot)
     assert "base (changed)" in text_of(pilot)
     assert "\n•μ   " in text_of(pilot)

@@ -15,14 +15,14 @@ import pytest
 from fivtui.core.errors import InputError
 from fivtui.tui import serve as serve_module
 from fivtui.tui.serve import serve
+from tests.tui_support import HANG_S
 
-PATIENCE_S = 60.0
 CHROMIUM = shutil.which("chromium") or shutil.which("chromium-browser")
 DRIVER = shutil.which("chromedriver")
 
 
 def until(holds: Callable[[], bool], what: str) -> None:
-    deadline = time.monotonic() + PATIENCE_S
+    deadline = time.monotonic() + HANG_S
     while not holds():
         assert time.monotonic() < deadline, f"waited in vain for {what}"
         time.sleep(0.1)
@@ -61,11 +61,11 @@ def served(tmp_path: Path) -> Iterator[int]:
             yield port
         finally:
             process.terminate()
-        assert process.wait(PATIENCE_S) == 0
+        assert process.wait(HANG_S) == 0
 
 
 def answer(port: int, path: str, **headers: str) -> http.client.HTTPResponse:
-    connection = http.client.HTTPConnection("127.0.0.1", port, timeout=PATIENCE_S)
+    connection = http.client.HTTPConnection("127.0.0.1", port, timeout=HANG_S)
     connection.request("GET", path, headers=headers)
     response = connection.getresponse()
     response.read()

@@ -67,7 +67,7 @@ def test_a_sweep_gives_what_single_runs_give_point_by_point() -> None:
     assert points.values["y_half_range", True][1][5] == pytest.approx(run.steady.y_half_range)
     chart = sweep_chart(points, 80.0)
     names = [trace.name for trace in chart.traces]
-    assert names == ["peak considered", "steady considered", "peak ignored", "steady ignored"]
+    assert names == ["peak considered", "±2nd half considered", "peak ignored", "±2nd half ignored"]
     picture = draw(chart, View(), 80, 20).text()
     assert all(mark in picture for mark in "●◆◇")
     view = View(cursor=(60.2, 0.0))

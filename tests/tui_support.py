@@ -18,7 +18,22 @@ from fivtui.tui.form import FieldRow
 from fivtui.tui.sweep_view import sweep_request
 from fivtui.tui.tab_book import TabBook
 
-PATIENCE_S: Final = 20.0
+# A test waits for as long as something may still come. It gives up after so many looks in a row at
+# an application that computes nothing, each soon after the one before: a machine that is busy with
+# something else makes looks late, and these do not count. The other limit ends a hang.
+_IDLE_LOOKS: Final = 800
+_LOOK_S: Final = 0.01
+_LATE_S: Final = 0.1
+HANG_S: Final = 900.0
+_wait_for_screen = Pilot._wait_for_screen
+
+
+async def _wait_patiently(self: Pilot[None], timeout: float = HANG_S) -> bool:
+    # Textual gives up a screen that is not done after half a minute, which a busy machine may take.
+    return await _wait_for_screen(self, timeout)
+
+
+Pilot._wait_for_screen = _wait_patiently  # type: ignore[method-assign, assignment]
 ENDLESS: Final = "1e6"
 
 
@@ -35,10 +50,19 @@ def flat_text_of(pilot: Pilot[None]) -> str:
 
 async def until(pilot: Pilot[None], holds: Callable[[], bool]) -> None:
     """Wait until something holds."""
-    deadline = time.monotonic() + PATIENCE_S
+    begin = last = time.monotonic()
+    idle = 0
     while not holds():
-        assert time.monotonic() < deadline, "waited in vain; the screen:\n" + text_of(pilot)
-        await asyncio.sleep(0.01)
+        now = time.monotonic()
+        busy = any(worker.is_running for worker in pilot.app.workers)
+        if busy:
+            idle = 0
+        elif now - last < _LATE_S:
+            idle += 1
+        last = now
+        in_vain = idle > _IDLE_LOOKS or now - begin > HANG_S
+        assert not in_vain, "waited in vain; the screen:\n" + text_of(pilot)
+        await asyncio.sleep(_LOOK_S)
     await pilot.pause()
 
 
@@ -82,7 +106,7 @@ async def focus(pilot: Pilot[None], name: str) -> Input:
     """Give the focus to the editor of a field that is edited as text."""
     editor = pilot.app.screen.query_one(f"#row-{name}", FieldRow).query_one(Input)
     editor.focus()
-    await pilot.pause()
+    await until(pilot, lambda: editor.has_focus)
     return editor
 
 
@@ -91,7 +115,7 @@ async def type_into(pilot: Pilot[None], name: str, text: str) -> None:
     editor = await focus(pilot, name)
     await pilot.press("end", *["backspace"] * len(editor.value))
     await pilot.press(*({".": "full_stop", "-": "minus", ",": "comma"}.get(c, c) for c in text))
-    await pilot.pause()
+    await until(pilot, lambda: app_of(pilot).session.texts[name] == text)
 
 
 def endless_simulate(*_: object, progress: Callable[[float], bool], **__: object) -> None:

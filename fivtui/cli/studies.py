@@ -55,7 +55,10 @@ if TYPE_CHECKING:
 @option("--both", is_flag=True, help="Separation considered and ignored.")
 @option("--t-end", metavar="S", help="Horizon in seconds.")
 @option("--tol", metavar="R", help="Relative tolerance, 1e-13 to 1e-2.")
-@error_option("Choose tol, member by member, for an error of final, peak or half_range.")
+@error_option(
+    "Choose tol, member by member, for an error of final, peak or half_range (half peak-to-peak "
+    "over the second half of the run)."
+)
 @option("--start", metavar="static|x,vx,y,vy", help="Start state, m and m/s.")
 @option(
     "--output",
@@ -154,7 +157,10 @@ def _engine(scheduler: str | None, workers: int | None) -> "AbstractContextManag
 @option("--t-end", metavar="S", help="Horizon in seconds.")
 @option("--start", metavar="static|x,vx,y,vy", help="Start state, m and m/s.")
 @option("--thorough", is_flag=True, help="Take about two minutes instead of seven seconds.")
-@error_option("Name the cheapest setting for an error of final, peak, half_range or events (s).")
+@error_option(
+    "Name the cheapest setting for an error of final, peak, half_range (half peak-to-peak over the "
+    "second half of the run) or events (s)."
+)
 @output_option("--out", "FILE.csv", "Write all settings measured.")
 @output_option("--plot", "FILE", "Draw error against CPU time (.png, .svg, .pdf).")
 @force_option

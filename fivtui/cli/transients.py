@@ -39,7 +39,10 @@ if TYPE_CHECKING:
 @option("--method", metavar="NAME", help="taylor, rk4, scipy-dop853, …: see fivtui methods.")
 @option("--tol", metavar="R", help="Relative tolerance, 1e-13 to 1e-2.")
 @option("--step", metavar="S", help="Step of rk4, communication step of fmu.")
-@error_option("Choose tol or step for an error of final, peak, half_range or events (s).")
+@error_option(
+    "Choose tol or step for an error of final, peak, half_range (half peak-to-peak over the second "
+    "half of the run) or events (s)."
+)
 @option("--start", metavar="static|x,vx,y,vy", help="Start state, m and m/s.")
 @option(
     "--points",

@@ -71,7 +71,7 @@ class Attractor:
 
     @property
     def half_range(self) -> float | None:
-        """Half range of y, m; zero at rest, None where there is none."""
+        """Half peak-to-peak of y, m; zero at rest, None where there is none."""
         if self.kind is Kind.EQUILIBRIUM:
             return 0.0
         return None if self.orbit is None else self.orbit.half_range
@@ -354,7 +354,7 @@ def find_attractors(
     Returns
     -------
     tuple of Attractor
-        Each once, the equilibrium first, cycles by growing half range.
+        Each once, the equilibrium first, cycles by growing half peak-to-peak.
 
     Raises
     ------
@@ -363,17 +363,58 @@ def find_attractors(
     Cancelled
         If `progress` returned False.
     """
+    return search(
+        p, separation=separation, starts=starts, kernel=kernel, progress=progress
+    ).attractors
+
+
+@dataclass(frozen=True, slots=True)
+class Search:
+    """What a search for attractors found.
+
+    Attributes
+    ----------
+    attractors : tuple of Attractor
+        Each once, the equilibrium first, cycles by growing half peak-to-peak.
+    reached : tuple of int
+        Place in `attractors` of what every start reaches, in the order of the starts.
+    stable : bool
+        Whether the equilibrium is stable by its eigenvalues, reached or not.
+    """
+
+    attractors: tuple[Attractor, ...]
+    reached: tuple[int, ...]
+    stable: bool
+
+
+def search(
+    p: Parameters,
+    *,
+    separation: bool = True,
+    starts: Iterable[Start] | None = None,
+    kernel: Kernel = "compiled",
+    progress: Progress | None = None,
+) -> Search:
+    """The attractors as of `find_attractors`, with the starts that reach them."""
     watch = Watch(progress)
     explorer = Explorer(p, separation=separation, kernel=kernel, go_on=watch.go_on)
     chosen = list(starts_around(explorer, p, separation=separation) if starts is None else starts)
     found: list[Attractor] = []
+    reached = []
     for index, start in enumerate(chosen):
         watch.tell(index / len(chosen))
-        add_new(found, explorer.reach(start))
+        reached.append(add_new(found, explorer.reach(start)))
     if progress is not None:
         progress(1.0)
-    order = list(Kind)
-    return tuple(sorted(found, key=lambda a: (order.index(a.kind), a.half_range or 0.0)))
+    kinds = list(Kind)
+    order = sorted(
+        range(len(found)), key=lambda at: (kinds.index(found[at].kind), found[at].half_range or 0.0)
+    )
+    return Search(
+        tuple(found[at] for at in order),
+        tuple(order.index(at) for at in reached),
+        explorer.equilibrium_attracts,
+    )
 
 
 def add_new(found: list[Attractor], reached: Attractor) -> int:

@@ -59,7 +59,7 @@ class BatchPeak(BatchAmplitude):
 
 @dataclass(frozen=True, slots=True)
 class BatchSteady:
-    """Half ranges of y over the second half of the horizon, m, shape (n,)."""
+    """Half peak-to-peak of y over the second half of the run, m, shape (n,)."""
 
     y_half_range: Floats
 
@@ -135,7 +135,7 @@ class Batch:
 
     @property
     def steady(self) -> BatchSteady:
-        """Half ranges over the second half of the horizon."""
+        """Half peak-to-peak over the second half of the run."""
         return _required("steady", self._steady)
 
     @property

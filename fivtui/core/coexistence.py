@@ -1,10 +1,10 @@
 """Whether a stable equilibrium stands alone, or a vibration attracts beside it."""
 
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Final
 
-from .attractors import Attractor, Kind, find_attractors
+from .attractors import Attractor, Kind, search
 from .basin import EscapeOffset, escape_offset
 from .errors import Cancelled
 from .outcome import Kernel
@@ -28,6 +28,10 @@ class Coexistence:
         Whether separation was considered.
     attractors : tuple of Attractor
         Those found, the equilibrium first.
+    reached : tuple of int
+        Place in `attractors` of what every start reaches, the static start first.
+    stable : bool
+        Whether the equilibrium is stable by its eigenvalues, reached or not.
     escape : EscapeOffset or None
         The smallest vertical offsets that leave the equilibrium's basin, where it attracts beside
         something else.
@@ -36,13 +40,21 @@ class Coexistence:
     parameters: Parameters
     separation: bool
     attractors: tuple[Attractor, ...]
+    reached: tuple[int, ...]
+    stable: bool
     escape: EscapeOffset | None
+
+    @property
+    def others(self) -> tuple[Attractor, ...]:
+        """The vibrations and the unbounded growth that were reached."""
+        rest = (Kind.EQUILIBRIUM, Kind.UNSETTLED)
+        return tuple(each for each in self.attractors if each.kind not in rest)
 
     @property
     def coexists(self) -> bool:
         """Whether the equilibrium attracts, and a vibration or unbounded growth does too."""
-        kinds = {attractor.kind for attractor in self.attractors} - {Kind.UNSETTLED}
-        return Kind.EQUILIBRIUM in kinds and len(kinds) > 1
+        attracts = any(each.kind is Kind.EQUILIBRIUM for each in self.attractors)
+        return (attracts or self.stable) and bool(self.others)
 
     @property
     def settled(self) -> bool:
@@ -56,6 +68,7 @@ def coexistence(
     separation: bool = True,
     kernel: Kernel = "compiled",
     progress: Progress | None = None,
+    found: Callable[[Coexistence], None] = lambda _: None,
 ) -> Coexistence:
     """Look for all attractors, and for what it takes to leave the equilibrium.
 
@@ -69,6 +82,8 @@ def coexistence(
         What computes the transients; either gives the same result every time.
     progress : callable, optional
         Called with the fraction done; the search is cancelled when it returns False.
+    found : callable
+        Called with what is known before the offsets are looked for, which takes longer.
 
     Returns
     -------
@@ -86,13 +101,14 @@ def coexistence(
     def part(start: float, share: float) -> Progress:
         return lambda done: progress is None or progress(start + share * done)
 
-    found = find_attractors(p, separation=separation, kernel=kernel, progress=part(0.0, _SEARCH))
-    result = Coexistence(p, separation, found, None)
+    ends = search(p, separation=separation, kernel=kernel, progress=part(0.0, _SEARCH))
+    result = Coexistence(p, separation, ends.attractors, ends.reached, ends.stable, None)
     if not result.coexists:
         if progress is not None and not progress(1.0):
             raise Cancelled
         return result
+    found(result)
     escape = escape_offset(
         p, separation=separation, kernel=kernel, progress=part(_SEARCH, 1.0 - _SEARCH)
     )
-    return Coexistence(p, separation, found, escape)
+    return replace(result, escape=escape)

@@ -15,7 +15,7 @@ from .outcome import Transient
 QUANTITIES: Final[Mapping[str, str]] = {
     "final": "state at the end, relative to its greatest component",
     "peak": "peak of |y|, relative",
-    "half_range": "half range of y over the second half, relative to the peak of |y|",
+    "half_range": "half peak-to-peak of y over the second half of the run, relative to peak |y|",
     "events": "times of separation and reattachment, s",
 }
 
@@ -31,7 +31,7 @@ class Deviation:
     peak : float
         Difference of the peak of |y|, relative to it.
     half_range : float
-        Difference of the half range of y over the second half, relative to the peak of |y|.
+        Difference of half peak-to-peak over the second half, relative to the peak of |y|.
     events : float
         Greatest difference in the time of a switch, s; infinite if their numbers differ.
     separations : int
@@ -64,7 +64,7 @@ class Observation:
     peak : float
         Peak of |y|, m.
     half_range : float
-        Half range of y over the second half, m.
+        Half peak-to-peak of y over the second half of the run, m.
     switch_times : ndarray, shape (n,)
         Times of all switches, s.
     separations : int
@@ -89,7 +89,7 @@ def observation(run: Transient) -> Observation:
     Returns
     -------
     Observation
-        Its final state, peak, half range and switches.
+        Its final state, peak, half peak-to-peak and switches.
     """
     return Observation(
         final=(run.final.x, run.final.vx, run.final.y, run.final.vy),

@@ -39,7 +39,7 @@ class Peak(NamedTuple):
 
 
 class Steady(NamedTuple):
-    """Half range of y over the second half of the horizon, m."""
+    """Half peak-to-peak of y over the second half of the run, m; it may still be settling."""
 
     y_half_range: float
 

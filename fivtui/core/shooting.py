@@ -84,7 +84,7 @@ class PeriodicOrbit:
 
     @property
     def half_range(self) -> float:
-        """Half range of y, m."""
+        """Half peak-to-peak of y, m."""
         return 0.5 * (self.y_max - self.y_min)
 
     @property

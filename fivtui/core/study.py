@@ -47,7 +47,9 @@ TRANSIENT: Final = (
     SweepColumn("y_min", "m", "least y", path="peak.y_min"),
     SweepColumn("x_abs", "m", "peak of |x|", path="peak.x_abs"),
     SweepColumn("vx_max", "m/s", "least valid belt speed", path="peak.vx_max"),
-    SweepColumn("y_half_range", "m", "half range of y, second half", path="steady.y_half_range"),
+    SweepColumn(
+        "y_half_range", "m", "half peak-to-peak of y, second half", path="steady.y_half_range"
+    ),
     SweepColumn("P_min", "N", "least contact force", path="contact_force.min"),
     SweepColumn("P_max", "N", "greatest contact force", path="contact_force.max"),
     SweepColumn("separations", "", "number of separations", "count", "events.separations"),

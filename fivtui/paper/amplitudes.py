@@ -40,7 +40,7 @@ class Amplitude:
     y_peak : float
         Greatest |y|, m.
     y_half_range : float
-        Half range of y over the second half of the horizon, m.
+        Half peak-to-peak of y over the second half of the run, m.
     separations : int
         Their number.
     separated_time : float

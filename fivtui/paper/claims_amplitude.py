@@ -12,7 +12,7 @@ from .study import Study
 from .trends import crossing, falls, rises
 
 AMPLITUDES: Final = Chapter()
-_MEASURES: Final = {"y_peak": "peak", "y_half_range": "half range"}
+_MEASURES: Final = {"y_peak": "peak", "y_half_range": "half peak-to-peak, second half of the run"}
 _UNITS: Final = {"F": "N", "k_nl": "N/m³"}
 # Along a whole figure, separation ignored: less than this is "barely".
 _BARELY: Final = 1.2
@@ -162,7 +162,9 @@ def _ignoring_separation_underestimates(study: Study) -> Finding:
     for key in ("13", "14", "15", "16"):
         ignored, considered = _cases(study, key)
         ratio = float((considered["y_half_range"] / ignored["y_half_range"]).max())
-        quantities.append(Quantity(f"greatest ratio of half ranges, Fig. {key}", ratio))
+        quantities.append(
+            Quantity(f"greatest ratio of half peak-to-peak, second half, Fig. {key}", ratio)
+        )
     return Finding(all(q.value > 1.0 for q in quantities), tuple(quantities))
 
 
@@ -249,8 +251,8 @@ def _amplitude_depends_on_preload(study: Study) -> Finding:
         (
             Quantity("peak at F = 40 N", small.y_peak, "m"),
             Quantity("peak at F = 60 N", large.y_peak, "m"),
-            Quantity("half range at F = 40 N", small.y_half_range, "m"),
-            Quantity("half range at F = 60 N", large.y_half_range, "m"),
+            Quantity("half peak-to-peak, second half, F = 40 N", small.y_half_range, "m"),
+            Quantity("half peak-to-peak, second half, F = 60 N", large.y_half_range, "m"),
         ),
         "at k_nl = 100 N/m³ and μ = 0.7 for both: Figs. 15 and 16 differ in μ as well",
     )
@@ -266,7 +268,11 @@ def _opposite_trends(study: Study) -> Finding:
     for key in ("15", "16"):
         for case, line in zip(("ignored", "considered"), _cases(study, key), strict=True):
             change = float(line["y_half_range"][-1] - line["y_half_range"][0])
-            quantities.append(Quantity(f"change of half range, Fig. {key}, {case}", change, "m"))
+            quantities.append(
+                Quantity(
+                    f"change of half peak-to-peak, second half, Fig. {key}, {case}", change, "m"
+                )
+            )
     return Finding(
         all(q.value < 0.0 for q in quantities[::2])
         and all(q.value > 0.0 for q in quantities[1::2]),

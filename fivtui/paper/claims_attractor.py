@@ -17,7 +17,7 @@ ATTRACTORS: Final = Chapter()
 _BASE: Final = Parameters()
 _COEXISTENCE: Final = PRESETS["coexistence"]
 _DECAY: Final = PRESETS["coexistence-decay"]
-# A motion whose half range is less than this much of its peak has come back to the equilibrium.
+# A motion whose half peak-to-peak is less than this much of its peak has come back to rest.
 _RETURNED: Final = 0.1
 # Long enough for a decaying motion to come back; s.
 _T_END: Final = 200.0
@@ -64,8 +64,8 @@ def _linear_contact_unbounded(study: Study) -> Finding:
     return Finding(
         late.y_half_range > 1e3 * early.y_half_range and growth > 0.0,
         (
-            Quantity("half range of y, 15 to 30 s", early.y_half_range, "m"),
-            Quantity("half range of y, 30 to 60 s", late.y_half_range, "m"),
+            Quantity("half peak-to-peak of y, 15 to 30 s", early.y_half_range, "m"),
+            Quantity("half peak-to-peak of y, 30 to 60 s", late.y_half_range, "m"),
             Quantity("growth rate", growth, "1/s"),
         ),
         "k_nl = 0, μ = 1.2",
@@ -109,9 +109,9 @@ def _stable_returns_to_equilibrium(study: Study) -> Finding:
             Quantity("stable static starts with separation", len(separated)),
             Quantity("of these back at the equilibrium", returned),
             Quantity("growth rate (F = 120 N)", growth_rate(_COEXISTENCE.parameters), "1/s"),
-            Quantity("half range, static start", static.y_half_range, "m"),
-            Quantity("half range, offset 0.3 m", large.y_half_range, "m"),
-            Quantity("half range, offset 0.1 m", small.y_half_range, "m"),
+            Quantity("half peak-to-peak, second half, static start", static.y_half_range, "m"),
+            Quantity("half peak-to-peak, second half, offset 0.3 m", large.y_half_range, "m"),
+            Quantity("half peak-to-peak, second half, offset 0.1 m", small.y_half_range, "m"),
         ),
         "a stable equilibrium and a large separating limit cycle coexist: eigenvalues tell of "
         "small motions alone, and the start decides",

@@ -30,7 +30,7 @@ _OWN: Final = (
     Column("mu_c", "1", "critical friction coefficient"),
     Column("growth_rate", "1/s", "greatest real part of the eigenvalues at the equilibrium"),
     Column("y_peak", "m", "greatest |y| of the run"),
-    Column("y_half_range", "m", "half range of y over the second half of the run"),
+    Column("y_half_range", "m", "half peak-to-peak of y over the second half of the run"),
     Column("separations", "1", "number of separations"),
     Column("separated_time", "s", "time off the belt"),
 )

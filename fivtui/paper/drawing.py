@@ -162,7 +162,10 @@ def _critical(tables: Sequence[FigureData]) -> Figure:
 def _amplitudes(tables: Sequence[FigureData]) -> Figure:
     (data,) = tables
     figure, panels = _new_figure(2)
-    shown = {"y_peak": "Peak $|y|$ (m)", "y_half_range": "Steady half range of $y$ (m)"}
+    shown = {
+        "y_peak": "Peak $|y|$ (m)",
+        "y_half_range": "Half peak-to-peak of $y$,\nsecond half of the run (m)",
+    }
     for axes, (name, label) in zip(panels, shown.items(), strict=True):
         _plot(axes, data, [name], label)
         axes.set_ylim(bottom=0.0)

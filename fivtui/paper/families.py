@@ -207,11 +207,14 @@ def _transients() -> Iterator[Panel]:
 
 
 def _amplitudes() -> Iterator[Panel]:
-    preload = "Peak and steady half range of the vertical motion against the preload"
-    stiffness = "Peak and steady half range of the vertical motion against the contact stiffness"
+    preload = "Peak of y and half peak-to-peak over the second half of the run against the preload"
+    stiffness = (
+        "Peak of y and half peak-to-peak over the second half of the run against the contact "
+        "stiffness"
+    )
     start = (
         "start, range and the amplitude's definition are not given; static start, 100 s, peak of "
-        "|y| and half range over the second half"
+        "|y| and half peak-to-peak of y over the second half of the run"
     )
     unstable = "the range lies where the equilibrium is unstable"
     # Separation ignored, the amplitude falls steeply at first.

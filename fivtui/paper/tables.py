@@ -136,7 +136,7 @@ def _least(found: Sequence[CriticalMu]) -> float:
 
 
 def amplitude_table(panel: Panel, amplitudes: Sequence[Amplitude]) -> FigureData:
-    """Peak and steady half range along a parameter, separation considered and ignored.
+    """Peak, and half peak-to-peak over the second half of the run, along a parameter.
 
     Parameters
     ----------

@@ -241,6 +241,22 @@ class View:
         return True
 
 
+@dataclass(frozen=True, slots=True, eq=False)
+class Seen:
+    """The charts in sight.
+
+    Attributes
+    ----------
+    panels : sequence of (Chart, View)
+        The charts from the first to the last, with the part of each that is shown.
+    across : bool
+        Whether they stand beside each other, not one below the other.
+    """
+
+    panels: Sequence[tuple[Chart, View]]
+    across: bool = False
+
+
 def _within(trace: Trace, x: Axis) -> FloatArray:
     first, stop = np.searchsorted(trace.x, [x.low, x.high])
     # At least the samples around an interval between two of them.

@@ -8,12 +8,12 @@ import numpy as np
 
 from fivtui.core.outcome import Transient
 
-from .report import Row, quantity
+from .report import SECOND_HALF, Row, quantity
 
 _FIGURES: Final[tuple[tuple[str, str, Callable[[Transient], float]], ...]] = (
     ("peak |y|", "m", lambda r: r.peak.y_abs),
     ("peak |x|", "m", lambda r: r.peak.x_abs),
-    ("half range of y", "m", lambda r: r.steady.y_half_range),
+    (SECOND_HALF, "m", lambda r: r.steady.y_half_range),
     ("contact force max", "N", lambda r: r.contact_force.max),
     ("separations", "", lambda r: float(r.events.separations)),
     ("time off the belt", "s", lambda r: r.events.separated_time),

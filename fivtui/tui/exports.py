@@ -18,6 +18,8 @@ if TYPE_CHECKING:
 
     from fivtui.core.outcome import Transient
 
+    from .chart import Seen
+
 FIGURE: Final = "figure"
 DATA: Final = "data"
 # What is written, and the key that writes it.
@@ -89,6 +91,37 @@ def figure_export(of: str, stem: str, draw: "Callable[[], Figure]") -> Export:
         save_figure(draw(), path, force=force)
 
     return Export(FIGURE, of, f"{_safe(stem)}.svg", (".png", ".svg", ".pdf"), check, write)
+
+
+def seen_export(
+    of: str, stem: str, seen: "Seen", names: "Callable[[], Mapping[str, str]]" = dict
+) -> Export:
+    """The charts in sight as a figure: parameters as in `figure_export` and `seen_figure`."""
+
+    def draw() -> "Figure":
+        from .chart_figure import seen_figure
+
+        return seen_figure(seen, names())
+
+    return figure_export(of, stem, draw)
+
+
+def as_seen(whole: Export, seen: "Seen | None") -> Export:
+    """An export of a study; its figure as it is seen, where a chart is in sight."""
+    if whole.what != FIGURE or seen is None:
+        return whole
+    return seen_export(whole.of, Path(whole.proposal).stem, seen)
+
+
+def points_export(of: str, stem: str, seen: "Seen") -> Export:
+    """The points of the charts in sight as data: parameters as in `figure_export`."""
+
+    def save(path: Path, force: bool) -> None:
+        from .chart_figure import save_seen
+
+        save_seen(seen, path, force=force)
+
+    return data_export(of, stem, "chart's data", dict.fromkeys(FORMATS, save))
 
 
 def data_export(of: str, stem: str, kind: str, writers: Mapping[str, Save]) -> Export:

@@ -200,7 +200,7 @@ _OF_THE_RUN: Final = (
         check=_check_t_end,
         text_of=lambda scene: number_text(scene.t_end),
         nudge=by_digit(DEFAULT_T_END),
-        details=(("use", "the second half of the horizon gives the steady half range"),),
+        details=(("use", "half peak-to-peak is taken over its second half"),),
     ),
     Field(
         name="method",

@@ -15,7 +15,7 @@ KEYS: Final = (
     Row("F3", "the list of runs, and back"),
     Row("F5", "run, or stop what runs"),
     Row("F4, F9", "engine native or FMU; run both and compare them"),
-    Row("F6, F7", "write the figure, the data of what the tab shows"),
+    Row("F6, F7", "write the charts as they are seen; the data of what the tab shows"),
     Row("F8", "reset the field in focus; Shift+F8: all of them"),
     Row("Ctrl+Z, Ctrl+Y", "undo and redo edits"),
     Row("Ctrl+O, Ctrl+S, Alt+S", "open a scene or a result; save the scene, save it as"),

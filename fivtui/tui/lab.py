@@ -36,13 +36,15 @@ from .messages import (
     RunsChanged,
     SceneLoaded,
     SceneSaved,
+    Searched,
     StudyRead,
 )
 from .pane import Pane
-from .report import stability_brief, verdict
+from .report import stability_brief, verdict, verdict_kind
 from .run_bar import RunBar
 from .run_desk import RunDesk
 from .runs_pane import RunsPane
+from .search_desk import SearchDesk
 from .session import Session
 from .shown import CHARTS
 from .snapshot import take_back
@@ -74,6 +76,7 @@ class LabScreen(Screen[None]):
         super().__init__()
         self.session = session
         self._run_desk = RunDesk(self, session)
+        self._search = SearchDesk(self)
         self._tab_behind = False
 
     def compose(self) -> ComposeResult:
@@ -100,6 +103,7 @@ class LabScreen(Screen[None]):
     def on_unmount(self) -> None:
         """Let a run that goes on end: the program would wait for its thread."""
         self._ticker.stop()
+        self._search.stop()
         self.session.runs.stop()
 
     def _redraw(self) -> None:
@@ -201,8 +205,20 @@ class LabScreen(Screen[None]):
         except (InputError, ComputationError) as error:
             why = ": invalid input" if isinstance(error, InputError) else ""
             view.show("invalid", [f"NO VERDICT{why}", str(error)])
+            self._search.stop()
+            self.session.beside = None
         else:
-            view.show(verdict(found).lower(), stability_brief(parameters, found))
+            beside = self._search.beside(
+                parameters, separation=self.session.separation, stable=verdict(found) == "STABLE"
+            )
+            self.session.beside = beside
+            view.show(verdict_kind(found, beside), stability_brief(parameters, found, beside))
+
+    @on(Searched)
+    def _searched(self, event: Searched) -> None:
+        if self._search.take(event):
+            self._show_verdict()
+            self._book.tell(lambda pane: pane.scene_changed())
 
     # Runs and files
 

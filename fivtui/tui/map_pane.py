@@ -14,7 +14,7 @@ from fivtui.core.parameters import Parameters
 
 from .chart_view import ChartView
 from .command_lines import map_line
-from .exports import Export
+from .exports import Export, as_seen
 from .job_pane import JobPane
 from .jobs import Job
 from .map_view import (
@@ -183,11 +183,12 @@ class MapPane(JobPane):
             self.post_message(PointOpened(point_texts(result, event.point), words))
 
     def export(self, what: str) -> Export:
-        """The map shown."""
+        """The map shown; as a figure as it is seen."""
         read, result = self.session.studies.map, self._result
         if result is None:
             raise InputError(_NOTHING)
-        return map_export(what, self.session.name if read is None else read.name, result)
+        name = self.session.name if read is None else read.name
+        return as_seen(map_export(what, name, result), self.seen())
 
     def command_line(self) -> str:
         """The map shown."""

@@ -2,15 +2,19 @@
 
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from textual.message import Message
 
 from fivtui.core.outcome import Transient
 from fivtui.scene import Scene
 
+from .jobs import Job
 from .runs import Outcome, Run
 from .shown import Shown
+
+if TYPE_CHECKING:
+    from fivtui.core.coexistence import Coexistence
 
 
 @dataclass
@@ -36,6 +40,16 @@ class FieldFocused(Message):
     """A field has the focus now."""
 
     name: str
+
+
+@dataclass
+class Searched(Message):
+    """What a search for attractors found, perhaps of values that are no longer edited."""
+
+    job: Job
+    found: "Coexistence | None" = None
+    error: str = ""
+    done: bool = True
 
 
 @dataclass

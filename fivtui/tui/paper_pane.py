@@ -13,9 +13,10 @@ from fivtui.core.errors import Cancelled, InputError
 
 from .chart_view import ChartView
 from .command_lines import CLAIMS_LINE, figure_line
-from .exports import DATA, FIGURE, KINDS, Export
+from .exports import DATA, FIGURE, KINDS, Export, as_seen
 from .job_pane import JobPane
 from .jobs import Job
+from .list_table import ListTable
 from .messages import RunAsked, SceneLoaded
 from .session import Session
 from .study_exports import claims_export, paper_export
@@ -29,13 +30,8 @@ if TYPE_CHECKING:
 _SHOWN: Final = "figure"
 
 
-class _Table(DataTable[str]):
-    # With the keys of lists.
-    BINDINGS: ClassVar[list[BindingType]] = [
-        Binding("j", "cursor_down", "Down", show=False),
-        Binding("k", "cursor_up", "Up", show=False),
-        Binding("enter", "select_cursor", "Show"),
-    ]
+class _Table(ListTable[str]):
+    BINDINGS: ClassVar[list[BindingType]] = [Binding("enter", "select_cursor", "Show")]
 
 
 class PaperPane(JobPane):
@@ -104,9 +100,12 @@ class PaperPane(JobPane):
             self._draw_figure()
 
     def _list_figures(self) -> None:
+        from fivtui.paper.families import PANELS
+
         from .paper_view import FIGURE_COLUMNS, figure_rows
 
-        _fill(self.query_one("#figures", _Table), FIGURE_COLUMNS, figure_rows(list(self._computed)))
+        rows = dict(zip(PANELS, figure_rows(list(self._computed)), strict=True))
+        self.query_one("#figures", _Table).fill(FIGURE_COLUMNS, rows)
 
     def _list_claims(self) -> None:
         from fivtui.paper.claims import CLAIMS
@@ -114,7 +113,8 @@ class PaperPane(JobPane):
         from .paper_view import CLAIM_COLUMNS, claim_rows
 
         rows = claim_rows(CLAIMS, self._checked)
-        _fill(self.query_one("#claims-table", _Table), CLAIM_COLUMNS, rows)
+        named = {claim.id: row for claim, row in zip(CLAIMS, rows, strict=True)}
+        self.query_one("#claims-table", _Table).fill(CLAIM_COLUMNS, named)
 
     @on(DataTable.RowHighlighted, "#claims-table")
     def _claim_chosen(self, event: DataTable.RowHighlighted) -> None:
@@ -217,7 +217,7 @@ class PaperPane(JobPane):
         return self._shown
 
     def export(self, what: str) -> Export:
-        """The figure chosen or its data; the claims where they are shown."""
+        """The chart as it is seen, or the paper's figure from the list; its data; the claims."""
         if self.view == "claims":
             if what == FIGURE:
                 raise InputError(f"claims are no figure: {KINDS[DATA]} writes them")
@@ -228,7 +228,7 @@ class PaperPane(JobPane):
         if key not in self._computed:
             which = f"Fig. {key} is not computed yet" if key else "no figure is chosen yet"
             raise InputError(f"{which}: Enter in the list of figures computes it")
-        return paper_export(what, key, self._source())
+        return as_seen(paper_export(what, key, self._source()), self.seen())
 
     def command_line(self) -> str:
         """The figure chosen, or the claims."""
@@ -256,11 +256,3 @@ class PaperPane(JobPane):
         words = f"figure {panel.key}, {panel.along} = {event.point.x:g}"
         self.post_message(SceneLoaded(point_scene(panel, event.point), "", words))
         self.post_message(RunAsked())
-
-
-def _fill(table: _Table, columns: tuple[str, ...], rows: list[tuple[str, ...]]) -> None:
-    place = table.cursor_row
-    table.clear(columns=True)
-    table.add_columns(*columns)
-    table.add_rows(rows)
-    table.move_cursor(row=place)

@@ -15,9 +15,10 @@ from fivtui.scene import Scene
 from .chart import Chart, Found, Guide, Trace
 from .paper_scenes import paper_scenes
 
-FIGURE_COLUMNS: Final = ("figure", "", "lines", "what it shows")
+FIGURE_COLUMNS: Final = ("figure", "lines", "what it shows")
 CLAIM_COLUMNS: Final = ("verdict", "section", "statement", "stated")
-COMPUTED: Final = "computed"
+# Behind the key of a figure that is computed: a column of its own would push the others away.
+COMPUTED: Final = " ✓"
 _UNKNOWN: Final = "?"
 
 # The columns drawn of every kind, a chart each; two columns of a chart are the two modes.
@@ -32,7 +33,7 @@ _LABELS: Final = {
     "sigma_1": "Re λ / 1/s",
     "mu_c": "μ_c",
     "y_peak": "peak |y| / m",
-    "y_half_range": "steady half range / m",
+    "y_half_range": "half peak-to-peak, 2nd half / m",
 }
 
 
@@ -50,7 +51,7 @@ def figure_rows(computed: Sequence[str]) -> list[tuple[str, ...]]:
         In the columns `FIGURE_COLUMNS`.
     """
     return [
-        (key, COMPUTED if key in computed else "", _by(panel), panel.caption)
+        (f"{key}{COMPUTED if key in computed else ''}", _by(panel), panel.caption)
         for key, panel in PANELS.items()
     ]
 

@@ -6,6 +6,7 @@ from typing import Final
 
 import numpy as np
 
+from fivtui.coexistence_words import SEARCHING
 from fivtui.core.model import Mode
 from fivtui.core.outcome import Transient
 from fivtui.core.parameters import Parameters
@@ -22,6 +23,26 @@ class Row:
     label: str
     value: str
     note: str = ""
+
+
+@dataclass(frozen=True, slots=True)
+class Beside:
+    """What attracts beside a stable equilibrium, as far as it is searched.
+
+    Attributes
+    ----------
+    words, note : str
+        What was found, and what to know about it.
+    coexists : bool
+        Whether something was found.
+    done : bool
+        Whether the search has ended.
+    """
+
+    words: str = SEARCHING
+    note: str = ""
+    coexists: bool = False
+    done: bool = False
 
 
 def quantity(value: float, unit: str = "") -> str:
@@ -62,6 +83,18 @@ def verdict(s: Stability) -> str:
     return "NEUTRAL" if neutral else "UNSTABLE"
 
 
+def verdict_kind(s: Stability, beside: Beside | None) -> str:
+    """The kind of verdict that sets a colour: that of safety only where nothing else was found."""
+    if beside is None:
+        return verdict(s).lower()
+    if beside.coexists:
+        return "coexisting"
+    return "stable" if beside.done else "searching"
+
+
+# Where a line is short.
+SECOND_HALF: Final = "half peak-to-peak, 2nd half of the run"
+
 _CONSEQUENCE: Final = {
     "STABLE": "small disturbances die out",
     "UNSTABLE": "small disturbances grow (flutter)",
@@ -96,8 +129,8 @@ def _margin(p: Parameters, s: Stability) -> str:
     return f"μ {100.0 * abs(part):.3g} % {side}"
 
 
-def stability_brief(p: Parameters, s: Stability) -> list[str]:
-    """The verdict in four short lines, the most important first.
+def stability_brief(p: Parameters, s: Stability, beside: Beside | None = None) -> list[str]:
+    """The verdict in a few lines, the most important first.
 
     Parameters
     ----------
@@ -105,6 +138,8 @@ def stability_brief(p: Parameters, s: Stability) -> list[str]:
         The parameter set.
     s : Stability
         Its stability.
+    beside : Beside, optional
+        What attracts beside it, which the first line then says.
 
     Returns
     -------
@@ -114,15 +149,20 @@ def stability_brief(p: Parameters, s: Stability) -> list[str]:
     point, margin = s.equilibrium, _margin(p, s)
     leading = max(_modes(s), key=lambda value: value.real)
     frequency = f", {leading.imag / math.tau:.4g} Hz" if leading.imag else ""
+    growth = f"growth rate {s.growth_rate:+.4g} 1/s{frequency}"
+    head = [f"{verdict(s)}: {growth}"]
+    if beside is not None:
+        link = ", but" if beside.coexists else ","
+        head = [f"{verdict(s)}{link} {beside.words}", growth]
     return [
-        f"{verdict(s)}: growth rate {s.growth_rate:+.4g} 1/s{frequency}",
+        *head,
         f"μ_c {_critical_words(s)}{margin and ', '}{margin}",
         f"x_e {quantity(point.x, 'm')}  y_e {quantity(point.y, 'm')}  P_e {quantity(point.P, 'N')}",
         "modes " + " · ".join(_mode_words(value) for value in _modes(s)),
     ]
 
 
-def stability_rows(p: Parameters, s: Stability) -> list[Row]:
+def stability_rows(p: Parameters, s: Stability, beside: Beside | None = None) -> list[Row]:
     """All that is known about the equilibrium.
 
     Parameters
@@ -131,6 +171,8 @@ def stability_rows(p: Parameters, s: Stability) -> list[Row]:
         The parameter set.
     s : Stability
         Its stability.
+    beside : Beside, optional
+        What attracts beside it.
 
     Returns
     -------
@@ -140,6 +182,7 @@ def stability_rows(p: Parameters, s: Stability) -> list[Row]:
     point = s.equilibrium
     rows = [
         Row("verdict", verdict(s), _CONSEQUENCE[verdict(s)]),
+        *([] if beside is None else [Row("beside it", beside.words, beside.note)]),
         Row("growth rate", f"{s.growth_rate:+.6g} 1/s", _time_scale(s.growth_rate)),
         Row("critical μ", _critical_words(s), _margin(p, s)),
         Row(
@@ -195,8 +238,8 @@ def result_brief(r: Transient) -> list[str]:
     """
     peak, force = r.peak, r.contact_force
     return [
-        f"peak |y| {quantity(peak.y_abs, 'm')} · steady half range "
-        f"{quantity(r.steady.y_half_range, 'm')}",
+        f"peak |y| {quantity(peak.y_abs, 'm')} · 2nd half of run "
+        f"±{quantity(r.steady.y_half_range, 'm')}",
         _separation_words(r),
         f"P {quantity(force.min)} to {quantity(force.max, 'N')} · peak |x| "
         f"{quantity(peak.x_abs, 'm')}",
@@ -239,9 +282,9 @@ def result_rows(r: Transient, accuracy: str) -> list[Row]:
         Row("range of y", f"{quantity(peak.y_min)} to {quantity(peak.y_max, 'm')}", above),
         Row("peak |x|", quantity(peak.x_abs, "m")),
         Row(
-            "half range of y",
+            "half peak-to-peak of y",
             quantity(r.steady.y_half_range, "m"),
-            "steady: its second half",
+            "over the second half of the run",
         ),
         Row("contact force", f"{quantity(force.min)} to {quantity(force.max, 'N')}"),
         Row("separation", "considered" if r.separation else "ignored", _separation_words(r)),

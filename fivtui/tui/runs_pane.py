@@ -13,8 +13,9 @@ from textual.widgets import DataTable
 
 from .comparison import changes, percent_text
 from .differences import base_scene, differences
+from .list_table import ListTable
 from .messages import RunActed
-from .report import quantity
+from .report import SECOND_HALF, quantity
 from .runs import Run, Runs
 
 _COLUMNS: Final = (
@@ -23,7 +24,7 @@ _COLUMNS: Final = (
     "engine",
     "peak |y|",
     "Δ %",
-    "half r.",
+    "± 2nd half",
     "Δ %",
     "sep.",
     "off %",
@@ -31,7 +32,7 @@ _COLUMNS: Final = (
 )
 
 
-class RunsTable(DataTable[str | Text]):
+class RunsTable(ListTable[str | Text]):
     """A table with a row a run."""
 
     BINDINGS: ClassVar[list[BindingType]] = [
@@ -42,10 +43,6 @@ class RunsTable(DataTable[str | Text]):
         Binding("x,delete", "act('delete')", "Delete", key_display="x"),
         Binding("c", "act('colour')", "Colour", show=False),
         Binding("m", "act('marker')", "Marker", show=False),
-        Binding("j", "cursor_down", "Down", show=False),
-        Binding("k", "cursor_up", "Up", show=False),
-        Binding("h", "scroll_left", "Left", show=False),
-        Binding("l", "scroll_right", "Right", show=False),
     ]
 
     @property
@@ -71,10 +68,6 @@ class RunsPane(Vertical):
         """The table."""
         yield RunsTable(cursor_type="row", zebra_stripes=True)
 
-    def on_mount(self) -> None:
-        """Make the columns."""
-        self.query_one(RunsTable).add_columns(*_COLUMNS)
-
     def show(self, runs: Runs) -> None:
         """Show the runs.
 
@@ -85,11 +78,10 @@ class RunsPane(Vertical):
         """
         table = self.query_one(RunsTable)
         number, row = table.number, table.cursor_row
-        table.clear()
-        for run in reversed(list(runs)):
-            table.add_row(*_cells(run, runs), key=str(run.number))
+        newest_first = list(reversed(list(runs)))
+        table.fill(_COLUMNS, {str(run.number): _cells(run, runs) for run in newest_first})
         # The cursor stays at its run, or at its place if the run has gone.
-        kept = [run.number for run in reversed(list(runs))]
+        kept = [run.number for run in newest_first]
         table.move_cursor(row=kept.index(number) if number in kept else min(row, len(kept) - 1))
 
     def take_focus(self) -> None:
@@ -114,7 +106,7 @@ def _cells(run: Run, runs: Runs) -> Sequence[str | Text]:
         compared = ("base", "base")
     elif runs.baseline is not None and runs.baseline.result is not None:
         by_label = {change.label: change for change in changes(result, runs.baseline.result)}
-        labels = ("peak |y|", "half range of y")
+        labels = ("peak |y|", SECOND_HALF)
         compared = (percent_text(by_label[labels[0]]), percent_text(by_label[labels[1]]))
     return (
         name,

@@ -16,6 +16,7 @@ from .differences import differences
 from .editing import Editing
 from .fields import CONSIDERED, FIELDS
 from .nudges import number_text
+from .report import Beside
 from .runs import FMU_ENGINE, FMU_METHOD, Run, Runs, engine_of
 from .shown import Studies
 
@@ -55,6 +56,8 @@ class Session(Editing):
         Limits and scales of the charts, by their identifiers.
     unread : dict of str to KeptFile
         Results of the last session that are not read yet, see `State`.
+    beside : Beside or None
+        What attracts beside the equilibrium of what is edited, as far as it is known.
     """
 
     def __init__(self, scene: Scene | None = None, source: str = "") -> None:
@@ -67,6 +70,7 @@ class Session(Editing):
         self.settings: dict[str, dict[str, str]] = {}
         self.views: dict[str, View] = {}
         self.unread: dict[str, KeptFile] = {}
+        self.beside: Beside | None = None
         self._native_method = _FIRST_METHOD
         # What was asked last, by several views at every key.
         self._stability: tuple[tuple[Parameters, bool], Stability] | None = None

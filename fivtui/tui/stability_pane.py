@@ -114,7 +114,7 @@ class StabilityPane(ViewsPane):
     def draw(self) -> None:
         """Draw the view that is shown."""
         if self.view == "facts":
-            rows = [] if self._now is None else stability_rows(*self._now)
+            rows = [] if self._now is None else stability_rows(*self._now, self.session.beside)
             self.query_one("#facts", RowsView).show(rows, self._why)
         elif self.view == "plane":
             chart = None if self._now is None else plane_chart(self._now[1], self._scan)
@@ -141,14 +141,16 @@ class StabilityPane(ViewsPane):
         self.post_message(PointOpened({"mu": text}, f"opened μ = {text}"))
 
     def export(self, what: str) -> "Export":
-        """The modes over μ and the eigenvalues."""
+        """The charts as they are seen; as data the modes over μ and the eigenvalues."""
+        from .exports import as_seen
         from .study_exports import stability_export
 
         if self._now is None:
             raise InputError(f"no stability to write: {self._why}")
-        return stability_export(
+        whole = stability_export(
             what, self.session.name, *self._now, separation=self.session.separation
         )
+        return as_seen(whole, self.seen())
 
     def command_line(self) -> str:
         """The stability of what is edited."""

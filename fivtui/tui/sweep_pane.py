@@ -15,7 +15,7 @@ from fivtui.core.parameters import PARAMETERS
 
 from .chart_view import ChartView
 from .command_lines import sweep_line
-from .exports import Export
+from .exports import Export, as_seen
 from .job_pane import JobPane
 from .jobs import Job
 from .messages import PointOpened
@@ -46,7 +46,7 @@ _PARTIAL: Final = "the sweep is not complete, so that it is not written: F10 swe
 
 
 class SweepPane(JobPane):
-    """Peak and steady half range over a parameter of the scene edited."""
+    """Peak, and half peak-to-peak over the second half, over a parameter of the scene edited."""
 
     NAME: ClassVar[str] = "sweep"
     VERB: ClassVar[str] = "Sweep"
@@ -176,13 +176,13 @@ class SweepPane(JobPane):
         self.post_message(PointOpened(texts, words))
 
     def export(self, what: str) -> Export:
-        """The sweep, if it is complete."""
+        """The sweep, if it is complete; as a figure as it is seen."""
         shown = self.session.studies.sweep
         if shown is None:
             raise InputError(_NOTHING)
         if len(shown.value.table.reasons) < shown.value.study.members:
             raise InputError(_PARTIAL)
-        return sweep_export(what, shown.name, shown.value)
+        return as_seen(sweep_export(what, shown.name, shown.value), self.seen())
 
     def command_line(self) -> str:
         """The sweep shown, or else that which would be computed."""

@@ -29,7 +29,7 @@ EXAMPLE: Final = "F=10:120:56"
 # Members that are computed before their points are shown.
 _PIECE: Final = 16
 _CASES: Final = {True: CONSIDERED, False: IGNORED}
-_OUTPUTS: Final = {"y_abs": "peak", "y_half_range": "steady"}
+_OUTPUTS: Final = {"y_abs": "peak", "y_half_range": "±2nd half"}
 # By output as it is drawn, and case.
 _MARKS: Final = ({True: "●", False: "○"}, {True: "◆", False: "◇"})
 
@@ -214,7 +214,8 @@ def points_of(result: "Sweep") -> SweepPoints:
     Returns
     -------
     SweepPoints
-        Peak and steady half range as far as they were computed, or else the first output.
+        Peak, and half peak-to-peak over the second half of the run, as far as they were computed,
+        or else the first output.
     """
     study, rows = result.study, result.table
     (name,) = study.design.axes
@@ -255,7 +256,7 @@ def sweep_chart(points: SweepPoints, now: float | None) -> Chart:
         traces.append(Trace(name, x, y, look="marked", mark=mark))
     guides = () if now is None else (Guide(now, f"{now:g}"),)
     first = OUTPUTS[outputs[0]]
-    shown = "amplitude of y" if first.name in _OUTPUTS else first.meaning
+    shown = "|y| peak, half peak-to-peak of 2nd half" if first.name in _OUTPUTS else first.meaning
     along = _label(points.name, VARIABLES[points.name].unit)
     return Chart(along, _label(shown, first.unit), tuple(traces), guides=guides, tight=False)
 

@@ -6,16 +6,17 @@ from typing import TYPE_CHECKING, ClassVar
 from textual import on
 from textual.app import ComposeResult
 from textual.containers import Vertical
-from textual.widgets import Button, DataTable, Static
+from textual.widgets import Button, Static
 
 from fivtui.core.errors import InputError
 from fivtui.scene import Scene
 
 from .chart_view import ChartView
 from .command_lines import tradeoff_line
-from .exports import Export
+from .exports import Export, as_seen
 from .job_pane import JobPane
 from .jobs import Job
+from .list_table import ListTable
 from .session import Session
 from .shown import Shown
 from .study_exports import tradeoff_export
@@ -56,7 +57,7 @@ class TradeoffPane(JobPane):
         with Vertical(id="errors"):
             yield ChartView("errors-chart", nothing="not measured yet")
             yield Static("", id="present", markup=False)
-        yield DataTable[str](id="settings", cursor_type="row", zebra_stripes=True)
+        yield ListTable[str](id="settings", cursor_type="row", zebra_stripes=True)
 
     def begin(self) -> None:
         """Measure the scene edited."""
@@ -117,10 +118,9 @@ class TradeoffPane(JobPane):
                 words = present_words(result, scene, self._quantity, present)
             self.query_one("#present", Static).update(words)
         else:
-            table = self.query_one("#settings", DataTable)
-            table.clear(columns=True)
-            table.add_columns(*COLUMNS)
-            table.add_rows(table_rows(result, self._quantity, present))
+            rows = table_rows(result, self._quantity, present)
+            table: ListTable[str] = self.query_one("#settings", ListTable)
+            table.fill(COLUMNS, {str(place): row for place, row in enumerate(rows)})
 
     @on(Button.Pressed, ".quantity")
     def _chosen(self, event: Button.Pressed) -> None:
@@ -132,11 +132,11 @@ class TradeoffPane(JobPane):
         self.draw()
 
     def export(self, what: str) -> Export:
-        """What was measured."""
+        """What was measured; as a figure as it is seen, or all of it from the table."""
         shown = self.session.studies.tradeoff
         if shown is None:
             raise InputError(_NOTHING)
-        return tradeoff_export(what, shown.name, shown.value)
+        return as_seen(tradeoff_export(what, shown.name, shown.value), self.seen())
 
     def command_line(self) -> str:
         """The measurement shown, or else that of what is edited."""

@@ -27,9 +27,10 @@ _NEAR: Final = 0.3
 TITLES: Final[Mapping[str, str]] = {
     "final": "State",
     "peak": "Peak",
-    "half_range": "Range",
+    "half_range": "±2nd half",
     "events": "Events",
 }
+_NAMES: Final = {"final": "final state", "half_range": "half peak-to-peak, 2nd half"}
 COLUMNS: Final = ("method", "setting", "CPU ms", "steps", "error", "separations", "")
 
 
@@ -68,7 +69,7 @@ def tradeoff_chart(result: "Tradeoff", quantity: str, present: Row | None) -> Ch
     unit = "s" if quantity == "events" else "1"
     return Chart(
         "CPU time / s",
-        f"error of {quantity.replace('_', ' ')} / {unit}",
+        f"error of {_NAMES.get(quantity, quantity)} / {unit}",
         tuple(traces),
         guides=guides,
         tight=False,

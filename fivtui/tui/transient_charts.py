@@ -174,8 +174,8 @@ def difference_chart(quantity: str, motion: Motion, baseline: Motion, *, x_axis:
     )
 
 
-def steady_window(t_end: float) -> tuple[float, float]:
-    """The second half of a horizon: there amplitudes are called steady."""
+def second_half(t_end: float) -> tuple[float, float]:
+    """The second half of a horizon: over it half peak-to-peak is taken."""
     return 0.5 * t_end, t_end
 
 

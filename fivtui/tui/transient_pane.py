@@ -1,7 +1,9 @@
 """The tab of the transient: motion over time, phase portraits, spectrum, and what came out."""
 
-from collections.abc import Mapping
-from typing import ClassVar, Final
+from collections.abc import Mapping, Sequence
+from functools import partial
+from pathlib import Path
+from typing import TYPE_CHECKING, ClassVar, Final
 
 from textual import on
 from textual.app import ComposeResult
@@ -24,12 +26,15 @@ from .transient_charts import (
     difference_chart,
     motion_of,
     phase_chart,
+    second_half,
     separated_samples,
     spectrum_chart,
-    steady_window,
     time_chart,
 )
 from .views_pane import ViewsPane
+
+if TYPE_CHECKING:
+    from .exports import Export
 
 # What is shown over time, from the top, and what goes first where there is little room.
 _QUANTITIES: Final = ("y", "x", "P")
@@ -37,6 +42,7 @@ _FIRST: Final = ("y", "P", "x")
 _LEAST_ROWS: Final = 6
 _LAST_PART: Final = 0.1
 _NOTHING: Final = "nothing to show yet: F5 runs"
+_NO_SPECTRUM: Final = "no chart to write: its window has too few samples"
 _NO_BASELINE: Final = "no difference: choose another run as baseline (b in the list of runs)"
 
 
@@ -157,10 +163,26 @@ class TransientPane(ViewsPane):
 
     @property
     def _window(self) -> tuple[float, float]:
-        # The part of time that is shown; of the whole, what is called steady.
+        # The part of time that is shown; of the whole, its second half.
         chosen = self.query_one("#plot-y", ChartView).view.x
         reached = float(self._motions[0].trajectory.t[-1])
-        return steady_window(reached) if chosen is None else (chosen.low, chosen.high)
+        return second_half(reached) if chosen is None else (chosen.low, chosen.high)
+
+    def export(self, what: str) -> "Export":
+        """The charts as they are seen; as data the trajectory, or the points that come of it."""
+        from .exports import FIGURE, points_export, run_export, seen_export
+
+        run, seen = self.session.runs.shown, self.seen()
+        plain = run_export(what, run)
+        if run is None or (what != FIGURE and self.view in ("time", "phase")):
+            return plain
+        if seen is None:
+            raise InputError(_NO_BASELINE if self.view == "difference" else _NO_SPECTRUM)
+        of = f"run {run.number}" if self.view == "time" else f"run {run.number}, {self.view}"
+        stem = Path(plain.proposal).stem + ("" if self.view == "time" else f"-{self.view}")
+        if what != FIGURE:
+            return points_export(of, stem, seen)
+        return seen_export(of, stem, seen, partial(_names, list(self.session.runs.drawn)))
 
     # Room and views
 
@@ -200,6 +222,18 @@ def _motion(run: Run) -> Motion | None:
         return None
     style = run.style
     return motion_of(run.result, f"run {run.number}", style.marker_sign, style.colour_code)
+
+
+def _names(drawn: Sequence[Run]) -> dict[str, str]:
+    # A number says nothing outside the laboratory.
+    from fivtui.figures import run_labels
+
+    known = [(run.number, run.result) for run in drawn if run.result is not None]
+    labels = run_labels([result for _, result in known])
+    return {
+        f"run {number}": f"run {number}: {label}"
+        for (number, _), label in zip(known, labels, strict=True)
+    }
 
 
 def _remarks(result: Transient) -> list[str]:

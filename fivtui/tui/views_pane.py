@@ -1,6 +1,7 @@
 """A pane with several views, of which one is shown."""
 
 from collections.abc import Mapping
+from dataclasses import replace
 from typing import ClassVar
 
 from textual import on
@@ -10,7 +11,7 @@ from textual.containers import Horizontal
 from textual.widget import Widget
 from textual.widgets import Button, ContentSwitcher
 
-from .chart import View
+from .chart import Seen, View
 from .chart_view import ChartView
 from .pane import Pane
 
@@ -84,6 +85,16 @@ class ViewsPane(Pane):
         """Show the next view."""
         names = list(self.VIEWS)
         self.show_view(names[(names.index(self.view) + 1) % len(names)])
+
+    def seen(self) -> Seen | None:
+        """The charts in sight as they are shown; None if there is none."""
+        shown = self.query_one(f"#{self.view}")
+        panels = [
+            (chart.chart, replace(chart.view, hidden=set(chart.view.hidden), cursor=None))
+            for chart in shown.query(ChartView)
+            if chart.chart is not None and chart.display
+        ]
+        return Seen(panels, across=isinstance(shown, Horizontal)) if panels else None
 
     @on(Button.Pressed, ".view-button")
     def _pressed(self, event: Button.Pressed) -> None:

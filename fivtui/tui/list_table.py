@@ -1,0 +1,50 @@
+"""A table whose columns are as wide as what they hold, from its first frame on."""
+
+from collections.abc import Mapping, Sequence
+from typing import ClassVar, TypeVar
+
+from rich.cells import cell_len
+from rich.text import Text
+from textual.binding import Binding, BindingType
+from textual.widgets import DataTable
+
+Cell = TypeVar("Cell", str, str | Text)
+
+
+class ListTable(DataTable[Cell]):
+    """A table with the keys of lists.
+
+    Textual measures columns after the frame that shows them, and lets them only grow: what is seen
+    would depend on when one looks, and on what was listed before.
+    """
+
+    BINDINGS: ClassVar[list[BindingType]] = [
+        Binding("j", "cursor_down", "Down", show=False),
+        Binding("k", "cursor_up", "Up", show=False),
+        Binding("h", "scroll_left", "Left", show=False),
+        Binding("l", "scroll_right", "Right", show=False),
+    ]
+
+    def fill(self, columns: Sequence[str], rows: Mapping[str, Sequence[Cell]]) -> None:
+        """Show other rows; the cursor stays at its place.
+
+        Parameters
+        ----------
+        columns : sequence of str
+            Their headings.
+        rows : mapping of str to sequence
+            The cells, by keys of the rows.
+        """
+        place, across = self.cursor_row, self.scroll_x
+        self.clear(columns=True)
+        for number, label in enumerate(columns):
+            widths = [_width(row[number]) for row in rows.values()]
+            self.add_column(label, width=max(cell_len(label), *widths, 0))
+        for key, row in rows.items():
+            self.add_row(*row, key=key)
+        self.move_cursor(row=place)
+        self.scroll_x = across
+
+
+def _width(cell: str | Text) -> int:
+    return cell.cell_len if isinstance(cell, Text) else cell_len(cell)
