@@ -2,7 +2,8 @@
 
 import dataclasses
 import re
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
+from typing import Any
 
 import numpy as np
 import pytest
@@ -59,7 +60,7 @@ class Reading:
             (0.5 * (word.start() + word.end()), float(word[0]))
             for word in re.finditer(r"\S+", self.lines[-1][MARGIN:])
             # A label at an edge is moved inwards.
-            if re.fullmatch(r"[-+.e\d]+", word[0]) and 0 < word.start() and word.end() < columns
+            if re.fullmatch(r"[-+.e\d]+", word[0]) and word.start() > 0 and word.end() < columns
         ]
         self.x, self.x_per_column = self._scale(below, log_x)
         self.y, self.y_per_row = self._scale(beside, log_y)
@@ -188,7 +189,7 @@ def test_the_strip_marks_its_intervals_under_their_times() -> None:
     assert [at for at in inside if at < 25.0] == pytest.approx(
         np.linspace(10.0, 20.0, 17)[:-1] + 0.3, abs=0.7
     )
-    assert 30.0 <= min(at for at in inside if at > 25.0) + 0.7
+    assert min(at for at in inside if at > 25.0) >= 30.0 - 0.7
     assert max(inside) <= 32.5 + 0.7
     blank = [read.x(c + 0.5) for c, cell in enumerate(strip[MARGIN:]) if cell == " "]
     assert not any(10.7 < at < 19.3 for at in blank)
@@ -327,7 +328,7 @@ def test_a_spectrum_has_its_peak_at_the_frequency_in_hertz(motions: list[Motion]
 def test_a_difference_is_the_run_minus_its_baseline(motions: list[Motion]) -> None:
     chart = difference_chart("P", motions[0], motions[1], x_axis=True)
     assert (chart.x_label, chart.y_label, chart.note) == ("t / s", "ΔP / N", "run 1 − run 2")
-    t, one = own_slider.motion(3.0, separation=True)
+    _, one = own_slider.motion(3.0, separation=True)
     _, other = own_slider.motion(3.0, separation=False)
     (trace,) = chart.traces
     np.testing.assert_allclose(trace.y, one[:, 4] - other[:, 4], atol=0.5)
@@ -517,7 +518,7 @@ def test_a_run_beside_a_baseline_has_differences_of_the_same_figures(
 ) -> None:
     one, other = (own_slider.motion(3.0, separation=case)[1] for case in (True, False))
     found = {change.label: change for change in changes(*runs)}
-    for label, unit, of in (
+    figures: Sequence[tuple[str, str, Callable[[FloatArray], Any]]] = (
         ("peak |y|", "m", lambda r: np.abs(r[:, 2]).max()),
         ("peak |x|", "m", lambda r: np.abs(r[:, 0]).max()),
         ("contact force max", "N", lambda r: r[:, 4].max()),
@@ -526,7 +527,8 @@ def test_a_run_beside_a_baseline_has_differences_of_the_same_figures(
         ("at the end, ẋ", "m/s", lambda r: r[-1, 1]),
         ("at the end, y", "m", lambda r: r[-1, 2]),
         ("at the end, ẏ", "m/s", lambda r: r[-1, 3]),
-    ):
+    )
+    for label, unit, of in figures:
         change = found[label]
         assert change.unit == unit
         assert (change.value, change.baseline) == pytest.approx(
@@ -633,10 +635,10 @@ def test_a_map_has_its_values_its_boundary_and_its_point_in_place() -> None:
 
 
 def test_a_trade_off_has_errors_over_seconds_and_rows_in_milliseconds() -> None:
-    def row(method: str, cpu_s: float, *errors: float) -> Row:
-        return Row(Setting(method, "", "tol", 1e-6), cpu_s, 17, Deviation(*errors, separations=2))
-
-    rows = [row("taylor", 0.02, 1e-6, 2e-7, 3e-8, 4e-5), row("rk4", 0.3, 5e-4, 6e-5, 7e-6, 8e-3)]
+    rows = [
+        Row(Setting("taylor", "", "tol", 1e-6), 0.02, 17, Deviation(1e-6, 2e-7, 3e-8, 4e-5, 2)),
+        Row(Setting("rk4", "", "tol", 1e-6), 0.3, 17, Deviation(5e-4, 6e-5, 7e-6, 8e-3, 2)),
+    ]
     floor = Deviation(1e-13, 2e-14, 3e-15, 4e-12, 0)
     result = Tradeoff(PRESETS["base"], None, floor, rows, [])
     for name, label in (
