@@ -47,6 +47,8 @@ from fivtui.tradeoff import Feature, Tradeoff
 from fivtui.tradeoff_report import print_tradeoff
 from fivtui.tradeoff_results import tradeoff_to_dict
 from fivtui.transient_report import print_accuracy, print_comparison, print_transient
+from fivtui.trials import Finding, Verdict
+from fivtui.trials_report import print_trials
 from fivtui.verified import Verified
 from tests import own_slider
 from tests.test_figures_read_back import cycle, made_up, output_value
@@ -455,6 +457,38 @@ def test_basins_are_printed_and_written_by_their_attractors(
     assert [(axis["name"], axis["unit"]) for axis in data["over"]] == [("y0", "m"), ("vx0", "m/s")]
     assert data["reached"] == reached.tolist()
     assert data["start"] == list(start)
+
+
+# Trials
+
+
+def test_printed_trials_have_every_verdict_under_its_method(capsys: Printed) -> None:
+    found = {
+        "heavy-load": {
+            "taylor": Finding(Verdict.RIGHT, 3e-12),
+            "rk4": Finding(Verdict.WRONG, 0.25, "off by a quarter"),
+        },
+        "light": {
+            "taylor": Finding(Verdict.RIGHT, 4e-9),
+            "rk4": Finding(Verdict.REFUSED, None, "too many steps"),
+        },
+    }
+    print_trials(found)
+    printed = capsys.readouterr()
+    table, _, reasons = printed.out.partition("Why")
+    lines = [re.split(r" {2,}", line.strip()) for line in table.splitlines() if line.strip()]
+    assert lines == [
+        ["Extremes"],
+        ["scene", "what is extreme", "taylor", "rk4"],
+        ["heavy-load", "F = 1e6 N", "right 3e-12", "wrong 2e-01"],
+        ["light", "m = 1e-6 kg: stiff", "right 4e-09", "refused"],
+    ]
+    told = [re.split(r" {2,}", line.strip()) for line in reasons.splitlines() if line.strip()]
+    assert told == [
+        ["heavy-load, rk4", "wrong: off by a quarter"],
+        ["light, rk4", "refused: too many steps"],
+    ]
+    assert printed.err.strip() == "right 2, wrong 1, refused 1"
 
 
 # Trade-offs
