@@ -539,3 +539,8 @@ def test_a_printed_trade_off_has_milliseconds_and_every_error_in_its_column(
     assert data["rows"][1]["error_events"] == 8e-3
     assert [entry["cpu_s"] for entry in data["rows"]] == [0.02, 0.3, 0.5]
     assert data["rows"][1]["pareto"] == ["events"]
+    assert [entry["failure"] for entry in data["rows"]] == [None, None, "gave up"]
+    assert [entry["error_final"] for entry in data["rows"]] == [1e-6, 5e-4, None]
+    assert [entry["error_half_range"] for entry in data["rows"]] == [3e-8, 7e-6, None]
+    assert data["floor"] == {"final": 1e-13, "peak": 2e-14, "half_range": 3e-15, "events": 4e-12}
+    assert data["features"][0]["with_s"] == 0.004

@@ -20,7 +20,7 @@ from fivtui.presets import PRESETS
 from fivtui.simulation import simulate
 from fivtui.tradeoff import Tradeoff
 from fivtui.tui.axis import Axis
-from fivtui.tui.chart import Backdrop, Chart, Found, Guide, Trace, View, nearest
+from fivtui.tui.chart import MOST_JOINED, Backdrop, Chart, Found, Guide, Trace, View, nearest
 from fivtui.tui.comparison import change_rows, changes, percent_text
 from fivtui.tui.map_view import map_chart, point_texts
 from fivtui.tui.picture import MARGIN, Picture, draw
@@ -148,6 +148,9 @@ def test_points_guides_and_shades_stand_at_their_coordinates() -> None:
     read = Reading(draw(Chart("a / N", "b / m", (line, here), guides=guides), View(), 80, 30))
     (mark,) = read.marks("◆")
     assert read.near(mark, (7.0, 210.0))
+    for at in ((6.5, 212.5), (8.0, 325.0)):
+        assert any(read.near(dot, at) for dot in read.dots())
+    assert not any(read.near(dot, (5.0, 350.0)) for dot in read.dots())
     vertical = [at for at in read.marks("│") if at[1] < 290.0]
     assert vertical
     assert all(abs(at[0] - 6.0) <= 1.1 * read.x_per_column for at in vertical)
@@ -158,6 +161,19 @@ def test_points_guides_and_shades_stand_at_their_coordinates() -> None:
     assert read.y(named + 0.5) == pytest.approx(300.0, abs=1.1 * read.y_per_row)
     (beside,) = [cells.index("at six") for cells in read.cells if "at six" in cells]
     assert read.x(beside - 0.5) == pytest.approx(6.0, abs=1.1 * read.x_per_column)
+
+
+def test_of_a_long_orbit_the_latest_points_alone_are_joined() -> None:
+    # 20 corners far apart, the first of many points; then two points, joined.
+    x = np.concatenate([np.tile([0.0, 10.0], 10), np.full(MOST_JOINED - 2, 2.0), [2.0, 8.0]])
+    y = np.concatenate([np.tile([0.0, 10.0], 10), np.full(MOST_JOINED - 2, 9.0), [9.0, 9.0]])
+    chart = Chart("a / m", "b / m", (Trace("", x, y, ordered=False),), tight=False)
+    read = Reading(draw(chart, View(), 80, 30))
+    dots = read.dots()
+    assert any(read.near(dot, (5.0, 9.0)) for dot in dots)
+    assert not any(read.near(dot, (5.0, 5.0)) for dot in dots)
+    for corner in ((0.0, 0.0), (10.0, 10.0)):
+        assert any(read.near(dot, corner) for dot in dots)
 
 
 def test_shades_lie_over_their_own_axes() -> None:
@@ -323,6 +339,14 @@ def test_a_spectrum_has_its_peak_at_the_frequency_in_hertz(motions: list[Motion]
     top = max((dot for dot in read.dots() if dot[0] > 0.6), key=lambda dot: dot[1])
     assert top[0] == pytest.approx(1.25, abs=2 * read.x_per_column)
     assert 10.0 ** top[1] == pytest.approx(0.4, rel=0.6)
+
+
+def test_a_spectrum_without_vibration_marks_no_frequency(motions: list[Motion]) -> None:
+    t = np.linspace(0.0, 1.0, 20)
+    still = dataclasses.replace(motions[0].trajectory, t=t, y=np.full(20, -0.7))
+    chart = spectrum_chart([dataclasses.replace(motions[0], trajectory=still)], (0.0, 1.0))
+    assert (chart.guides, chart.note) == ((), "t 0 to 1 s, no vibration")
+    assert chart.traces[0].y[0] == pytest.approx(0.7)
 
 
 def test_a_difference_is_the_run_minus_its_baseline(motions: list[Motion]) -> None:
@@ -591,6 +615,9 @@ def test_a_grid_of_a_sweep_has_its_values_over_its_own_axes() -> None:
         found = nearest(chart, View(cursor=(57.0, 0.2)))[0]
         scene = point_scene(result.study, found, case)
         assert (scene.parameters.F, scene.parameters.mu, scene.separation) == (60.0, 0.1, case)
+        moved = dataclasses.replace(result.study, start=(0.1, 0.2, -0.3, 0.4), t_end=7.0, tol=1e-6)
+        opened = point_scene(moved, found, case)
+        assert (opened.start, opened.t_end, opened.tol) == ((0.1, 0.2, -0.3, 0.4), 7.0, 1e-6)
 
 
 def test_a_map_has_its_values_its_boundary_and_its_point_in_place() -> None:
