@@ -219,13 +219,12 @@ def test_figs_10_to_12_have_the_motions_of_the_papers_method(
     shown = the_legend(figure)
     assert list(shown) == [*CASES, "off the belt"]
     for name, case in CASES.items():
-        for axes, times in ((whole, (5.0, 25.0)), (late, (100.0,))):
+        for axes, times in ((whole, (5.0, 25.0, 50.0)), (late, (99.0,))):
             line = line_like(axes, shown[name])
             x, drawn = points(line)
+            assert x[-1] == 100.0
             for time in times:
-                state = STATES[case].get(str(time))
-                if state is None:
-                    continue
+                state = STATES[case][str(time)]
                 y = state[2]
                 pressed = y < 0.0 or not case
                 force = -50.0 * y - 100.0 * y**3 if pressed else 0.0
