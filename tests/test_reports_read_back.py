@@ -130,6 +130,16 @@ def test_a_printed_stability_has_its_numbers_under_their_names(capsys: Printed) 
     assert known["critical friction coefficient"] == f"{critical:.6g}  (unstable above)"
     assert known["margin in friction coefficient"] == f"{critical - 1.1:+.6g}"
     assert numbers(known["of the linear system"]) == [pytest.approx(linear, rel=1e-5)]
+    # Where the undamped modes meet, by bisection of their eigenvalues.
+    free = {name: value for name, value in changes.items() if name != "mu"} | {"c1": 0.0, "c2": 0.0}
+    low, high = 0.0, 4.0
+    for _ in range(40):
+        middle = (low + high) / 2.0
+        flutters = own_slider.growth_rate(**free, mu=middle) > 1e-5
+        low, high = (low, middle) if flutters else (middle, high)
+    meet = known["undamped frequencies coalesce"]
+    assert meet.startswith("at friction coefficient ")
+    assert numbers(meet) == [pytest.approx(high, rel=1e-4)]
     apart = sorted(v.imag for v in own if v.imag > 0.0)
     assert known["distance of the frequencies"].endswith(" rad/s")
     assert numbers(known["distance of the frequencies"])[0] == pytest.approx(
