@@ -121,12 +121,18 @@ def test_the_last_cycles_are_about_eight_of_the_motion_that_is_drawn(
 def test_runs_of_several_parameters_are_named_at_their_own_lines() -> None:
     times = np.linspace(0.0, 1.0, 101)
     forces = (40.0, 60.0, 80.0)
-    made = [simulate(Parameters(F=force), t_end=1.0, samples=times, tol=1e-9) for force in forces]
+    made = [
+        simulate(Parameters(F=force, k_nl=2.0 * force), t_end=1.0, samples=times, tol=1e-9)
+        for force in forces
+    ]
     figure = transient_figure(made, quantities=["y"])
+    # There is room for all of a name on one line.
+    assert not any("\n" in text.get_text() for text in figure.legends[0].get_texts())
     legend = the_legend(figure)
     for force in forces:
-        line = line_like(figure.axes[0], legend[f"separation considered, F = {force:g} N"])
-        _, y, _ = own_slider.equilibrium(F=force, mu=0.0)
+        name = f"separation considered, F = {force:g} N, k_nl = {2.0 * force:g} N/m^3"
+        line = line_like(figure.axes[0], legend[name])
+        _, y, _ = own_slider.equilibrium(F=force, k_nl=2.0 * force, mu=0.0)
         assert points(line)[1][0] == pytest.approx(y, rel=1e-9)
 
 

@@ -192,6 +192,17 @@ def test_shades_lie_over_their_own_axes() -> None:
     assert told.startswith("a 7.5  b 200  sum 207.5 N")
 
 
+def test_coarse_shades_fill_their_range_to_its_ends_and_nothing_beyond() -> None:
+    x, y, levels = np.array([2.0, 4.0, 6.0]), np.array([100.0, 200.0, 300.0]), np.zeros((3, 3))
+    backdrop = Backdrop(x, y, levels.astype(np.intp), (("█", "plot"),), levels, "one")
+    view = View(x=Axis(0.0, 8.0), y=Axis(0.0, 400.0))
+    read = Reading(draw(Chart("a / m", "b / kg", (), backdrop=backdrop), view, 90, 30))
+    shaded = np.array(read.marks("█"))
+    for place, ends, cell in ((0, (2.0, 6.0), read.x_per_column), (1, (100, 300), read.y_per_row)):
+        assert shaded[:, place].min() == pytest.approx(ends[0], abs=1.5 * cell)
+        assert shaded[:, place].max() == pytest.approx(ends[1], abs=1.5 * cell)
+
+
 def test_the_strip_marks_its_intervals_under_their_times() -> None:
     chart = dataclasses.replace(
         function_chart(np.sin, 0.0, 50.0), strip=[(10.0, 20.0), (30.0, 32.5)]
