@@ -1,0 +1,68 @@
+"""Reads figures back: what a legend says, and which line looks like its entry."""
+
+import re
+from typing import Any
+
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.collections import PolyCollection
+from matplotlib.figure import Figure
+from matplotlib.legend import Legend
+from matplotlib.lines import Line2D
+from numpy.typing import NDArray
+
+FloatArray = NDArray[np.float64]
+
+
+def plain(text: str) -> str:
+    """A label without mathtext."""
+    text = re.sub(r"_\{\\mathrm\{(\w+)\}\}", r"_\1", text.replace("\N{NO-BREAK SPACE}", " "))
+    return text.replace("$", "").replace("\n", " ")
+
+
+def look(line: Line2D) -> tuple[Any, ...]:
+    """By what a line is recognised."""
+    dashes = line._unscaled_dash_pattern  # type: ignore[attr-defined]
+    return line.get_color(), str(dashes), line.get_marker(), line.get_linestyle()
+
+
+def entries(legend: Legend) -> dict[str, Any]:
+    """What a legend shows beside its texts."""
+    texts = [plain(text.get_text()) for text in legend.get_texts()]
+    assert len(set(texts)) == len(texts)
+    return dict(zip(texts, legend.legend_handles, strict=True))
+
+
+def the_legend(figure: Figure) -> dict[str, Any]:
+    """The entries of a figure's only legend."""
+    (legend,) = figure.legends
+    return entries(legend)
+
+
+def lines_like(axes: Axes, entry: Line2D) -> list[Line2D]:
+    """The lines that look like an entry of a legend."""
+    return [line for line in axes.get_lines() if look(line) == look(entry)]
+
+
+def line_like(axes: Axes, entry: Line2D) -> Line2D:
+    """The only such line."""
+    (line,) = lines_like(axes, entry)
+    return line
+
+
+def points(line: Line2D) -> tuple[FloatArray, FloatArray]:
+    """Where a line goes."""
+    return np.asarray(line.get_xdata(), dtype=float), np.asarray(line.get_ydata(), dtype=float)
+
+
+def spans(axes: Axes) -> list[tuple[float, float]]:
+    """The shaded intervals along x."""
+    shaded = [each for each in axes.collections if isinstance(each, PolyCollection)]
+    boxes = [path.get_extents() for each in shaded for path in each.get_paths()]
+    assert all((box.y0, box.y1) == (0.0, 1.0) for box in boxes)
+    return [(float(box.x0), float(box.x1)) for box in boxes]
+
+
+def labels(axes: Axes) -> tuple[str, str]:
+    """What the axes are said to show."""
+    return plain(axes.get_xlabel()), plain(axes.get_ylabel())

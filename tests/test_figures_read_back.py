@@ -1,0 +1,527 @@
+"""Figures read back: the lines, meshes, labels and units that they are drawn with."""
+
+import dataclasses
+import itertools
+from collections.abc import Sequence
+from typing import Any
+
+import numpy as np
+import pytest
+from matplotlib.axes import Axes
+from matplotlib.collections import QuadMesh
+from matplotlib.colors import to_hex
+from numpy.typing import NDArray
+
+from fivtui.attractor_figures import basin_figure, continuation_figure
+from fivtui.core.attractors import Attractor, Kind
+from fivtui.core.basin import Basin
+from fivtui.core.continuation import BranchPoint, Continuation
+from fivtui.core.design import Design, Range
+from fivtui.core.deviation import Deviation
+from fivtui.core.mode_scan import mode_scan
+from fivtui.core.outcome import Transient
+from fivtui.core.parameters import Parameters
+from fivtui.core.shooting import PeriodicOrbit, Section
+from fivtui.core.stability import stability
+from fivtui.core.stability_map import stability_map
+from fivtui.core.study import Study
+from fivtui.core.sweep import Rows
+from fivtui.core.tradeoff import Row, Setting
+from fivtui.figures import transient_figure
+from fivtui.map_figure import map_figure
+from fivtui.mode_figure import mode_figure
+from fivtui.presets import PRESETS
+from fivtui.simulation import simulate
+from fivtui.sweep_figures import sweep_figure
+from fivtui.sweeps import Sweep
+from fivtui.tradeoff import Tradeoff
+from fivtui.tradeoff_figure import tradeoff_figure
+from tests import own_slider
+from tests.reading import entries, labels, line_like, lines_like, plain, points, spans, the_legend
+
+FloatArray = NDArray[np.float64]
+BASE_TITLE = (
+    "m = 5 kg, k_1 = 100 N/m, k_2 = 50 N/m, k_3 = 60 N/m, c_1 = 0.32 N s/m "
+    "c_2 = 0.32 N s/m, F = 80 N, k_nl = 100 N/m^3, μ = 0.7"
+)
+
+
+# Transients
+
+
+@pytest.fixture(scope="module")
+def runs() -> list[Transient]:
+    times = np.linspace(0.0, 40.0, 4001)
+    return [
+        simulate(t_end=40.0, separation=case, samples=times, tol=1e-9) for case in (True, False)
+    ]
+
+
+def test_a_transients_panels_show_what_their_labels_say(runs: list[Transient]) -> None:
+    figure = transient_figure(runs, quantities=("x", "vx", "y", "vy", "P"))
+    legend = the_legend(figure)
+    rows = figure.axes[0::2], figure.axes[1::2]
+    assert [plain(axes.get_ylabel()) for axes in rows[0]] == [
+        "Horizontal displacement x (m)",
+        "Horizontal velocity vx (m/s)",
+        "Vertical displacement y (m)",
+        "Vertical velocity vy (m/s)",
+        "Contact force P (N)",
+    ]
+    assert {plain(axes[-1].get_xlabel()) for axes in rows} == {"Time t (s)"}
+    # A panel is high enough to read.
+    assert figure.get_figheight() > 5 * 1.5
+    for case, name in ((True, "separation considered"), (False, "separation ignored")):
+        t, own = own_slider.motion(3.0, separation=case)
+        for axes, column in zip(rows[0], own.T, strict=True):
+            x, y = points(line_like(axes, legend[name]))
+            early = x <= 3.0
+            assert early.sum() == 301
+            scale = np.abs(column).max()
+            np.testing.assert_allclose(
+                y[early], np.interp(x[early], t, column), rtol=0.0, atol=2e-4 * scale
+            )
+
+
+def test_shading_is_where_the_slider_is_off_the_belt_and_nowhere_else(
+    runs: list[Transient],
+) -> None:
+    figure = transient_figure(runs)
+    t, own = own_slider.motion(3.0, separation=True)
+    whole, late = figure.axes[:2]
+    for axes in (whole, late):
+        shaded = np.array(spans(axes))
+        np.testing.assert_allclose(shaded, runs[0].separated_intervals)
+        for time, y in zip(t[5::10].tolist(), own[5::10, 2].tolist(), strict=True):
+            if abs(y) > 0.1:
+                within = (shaded[:, 0] <= time) & (time <= shaded[:, 1])
+                assert within.any() == (y > 0.0)
+    assert to_hex(the_legend(figure)["off the belt"].get_facecolor()) == to_hex("0.9")
+
+
+def test_the_last_cycles_are_about_eight_of_the_motion_that_is_drawn(
+    runs: list[Transient],
+) -> None:
+    t = np.linspace(0.0, 40.0, 4001)
+    for period, words, left in ((0.24, "last 2 s", 38.0), (0.6, "last 5 s", 35.0)):
+        y = 3.0 + 2.0 * np.sin(2.0 * np.pi * t / period)
+        assert runs[0].trajectory is not None
+        motion = dataclasses.replace(runs[0].trajectory, y=y)
+        made = dataclasses.replace(runs[0], trajectory=motion)
+        whole, late = transient_figure([made], quantities=["y"]).axes
+        assert late.get_title() == words
+        assert late.get_xlim() == (left, 40.0)
+        assert whole.get_xlim() == (0.0, 40.0)
+    long = 3.0 + 2.0 * np.sin(2.0 * np.pi * t / 2.6)
+    assert runs[0].trajectory is not None
+    made = dataclasses.replace(runs[0], trajectory=dataclasses.replace(runs[0].trajectory, y=long))
+    assert len(transient_figure([made], quantities=["y"]).axes) == 1
+
+
+def test_runs_of_several_parameters_are_named_at_their_own_lines() -> None:
+    times = np.linspace(0.0, 1.0, 101)
+    forces = (40.0, 60.0, 80.0)
+    made = [
+        simulate(Parameters(F=force, k_nl=2.0 * force), t_end=1.0, samples=times, tol=1e-9)
+        for force in forces
+    ]
+    figure = transient_figure(made, quantities=["y"])
+    # There is room for all of a name on one line.
+    assert not any("\n" in text.get_text() for text in figure.legends[0].get_texts())
+    legend = the_legend(figure)
+    for force in forces:
+        name = f"separation considered, F = {force:g} N, k_nl = {2.0 * force:g} N/m^3"
+        line = line_like(figure.axes[0], legend[name])
+        _, y, _ = own_slider.equilibrium(F=force, k_nl=2.0 * force, mu=0.0)
+        assert points(line)[1][0] == pytest.approx(y, rel=1e-9)
+
+
+# Modes
+
+
+def test_modes_over_mu_are_the_eigenvalues_in_hertz_and_one_over_seconds() -> None:
+    p = Parameters()
+    found = stability(p)
+    figure = mode_figure(p, found, mode_scan(p, 1.5))
+    frequency, growth, plane = figure.axes
+    assert labels(frequency) == ("Friction coefficient μ", "Frequency Im λ/2π (Hz)")
+    assert labels(growth) == ("Friction coefficient μ", "Growth rate Re λ (1/s)")
+    assert labels(plane) == ("Re λ (1/s)", "Im λ (rad/s)")
+    legend = the_legend(figure)
+    assert len(legend) == 6
+    for place in (0, 40, 80, 160, 240):
+        seen = []
+        for name in ("mode 1", "mode 2"):
+            mu, hertz = points(line_like(frequency, legend[name]))
+            also, rate = points(line_like(growth, legend[name]))
+            assert mu[place] == also[place] == pytest.approx(1.5 * place / 240)
+            seen.append(complex(rate[place], 2.0 * np.pi * hertz[place]))
+        own = own_slider.eigenvalues(mu=float(mu[place]))
+        own = own[own.imag > 0.0]
+        assert sorted(seen, key=lambda v: (round(v.imag, 4), v.real)) == pytest.approx(
+            sorted(own.tolist(), key=lambda v: (round(v.imag, 4), v.real)), abs=1e-6
+        )
+    assert plain(figure.get_suptitle()) == BASE_TITLE
+
+
+def test_the_critical_and_the_present_friction_are_marked_where_they_are() -> None:
+    p = Parameters(F=100.0, k_nl=500.0, mu=1.1)
+    figure = mode_figure(p, stability(p), mode_scan(p, 2.0))
+    legend = the_legend(figure)
+    critical = own_slider.critical_mu(F=100.0, k_nl=500.0)
+    assert plain(figure.get_suptitle()).endswith("F = 100 N, k_nl = 500 N/m^3, μ = 1.1")
+    for axes in figure.axes[:2]:
+        assert axes.get_xlim() == (0.0, 2.0)
+        for words, place in ((f"μ_c = {critical:.4g}", critical), ("μ = 1.1", 1.1)):
+            x, y = points(line_like(axes, legend[words]))
+            assert x.tolist() == pytest.approx([place, place], abs=1e-9)
+            assert y.tolist() == [0.0, 1.0]
+    level = [line for line in figure.axes[1].lines if np.array_equal(line.get_ydata(), [0.0, 0.0])]
+    assert len(level) == 1
+    plane = figure.axes[2]
+    x, y = points(line_like(plane, legend["at μ = 1.1"]))
+    own = own_slider.eigenvalues(F=100.0, k_nl=500.0, mu=1.1)
+    np.testing.assert_allclose(
+        np.sort_complex(y + 1j * x), np.sort_complex(own.imag + 1j * own.real)
+    )
+    path = points(line_like(plane, legend["eigenvalues, μ = 0 to 2"]))
+    start = own_slider.eigenvalues(F=100.0, k_nl=500.0, mu=0.0)
+    for value in start:
+        assert np.abs(path[0] + 1j * path[1] - value).min() < 1e-6
+
+
+# Maps
+
+
+def mesh_of(axes: Axes) -> tuple[QuadMesh, dict[tuple[float, float], float]]:
+    # The mesh, and its values by the middle of their cells.
+    (mesh,) = [each for each in axes.collections if isinstance(each, QuadMesh)]
+    corners = np.asarray(mesh.get_coordinates())
+    middles = 0.25 * (corners[1:, 1:] + corners[1:, :-1] + corners[:-1, 1:] + corners[:-1, :-1])
+    values = np.asarray(mesh.get_array()).ravel()
+    places = [tuple(place) for place in middles.reshape(-1, 2).round(9).tolist()]
+    return mesh, dict(zip(places, values.tolist(), strict=True))
+
+
+MU, FORCE = np.linspace(0.0, 1.5, 31), np.linspace(10.0, 110.0, 5)
+
+
+@pytest.mark.parametrize(
+    ("value", "colours", "own"),
+    [
+        ("growth-rate", "Growth rate (1/s)", own_slider.growth_rate),
+        ("critical-mu", "Critical friction coefficient", own_slider.critical_mu),
+        (
+            "unstable-modes",
+            "Unstable modes",
+            lambda **p: float((own_slider.eigenvalues(**p).real > 0.0).sum() // 2),
+        ),
+    ],
+)
+def test_a_map_has_its_values_over_its_own_axes(value: str, colours: str, own: Any) -> None:
+    figure = map_figure(stability_map(Parameters(c1=0.5), {"mu": MU, "F": FORCE}, value))
+    axes, bar = figure.axes
+    assert labels(axes) == ("Friction coefficient μ", "Preload F (N)")
+    assert plain(bar.get_ylabel()) == colours
+    _, values = mesh_of(axes)
+    assert set(values) == set(itertools.product(MU.round(9).tolist(), FORCE.tolist()))
+    for mu, force in itertools.product((0.1, 0.65, 1.45), (10.0, 85.0, 110.0)):
+        expected = own(c1=0.5, mu=mu, F=force)
+        assert values[mu, force] == pytest.approx(expected, abs=1e-7)
+    assert plain(axes.get_title()) == (
+        "m = 5 kg, k_1 = 100 N/m, k_2 = 50 N/m, k_3 = 60 N/m c_1 = 0.5 N s/m, "
+        "c_2 = 0.32 N s/m, k_nl = 100 N/m^3"
+    )
+    assert list(the_legend(figure)) == ["stability boundary"]
+
+
+def test_the_boundary_of_a_map_is_at_the_critical_friction() -> None:
+    axes, _ = map_figure(stability_map(Parameters(), {"mu": MU, "F": FORCE})).axes
+    black = [
+        each
+        for each in axes.collections
+        if not isinstance(each, QuadMesh)
+        and np.array_equal(np.asarray(each.get_edgecolor())[:1], [[0.0, 0.0, 0.0, 1.0]])
+    ]
+    (line,) = black
+    corners = np.concatenate([path.vertices for path in line.get_paths()])
+    for force in FORCE.tolist():
+        (at,) = np.flatnonzero(np.isclose(corners[:, 1], force))[:1]
+        critical = own_slider.critical_mu(F=force)
+        assert corners[at, 0] == pytest.approx(critical, abs=MU[1] - MU[0])
+
+
+def test_the_middle_colour_of_growth_rates_is_zero() -> None:
+    figure = map_figure(stability_map(Parameters(), {"mu": MU, "F": FORCE}))
+    mesh, values = mesh_of(figure.axes[0])
+    low, high = mesh.get_clim()
+    assert low is not None
+    assert high is not None
+    assert -low == high == max(map(abs, values.values()))
+    unstable = mesh.to_rgba(np.array([0.5 * high, 0.5 * low]))
+    # Growth is red, decay is blue.
+    assert unstable[0, 0] > unstable[0, 2]
+    assert unstable[1, 2] > unstable[1, 0]
+
+
+def test_a_maps_legend_of_critical_friction_says_for_which_friction() -> None:
+    over = {"k_nl": np.geomspace(10.0, 1000.0, 9), "F": FORCE}
+    figure = map_figure(stability_map(Parameters(mu=0.55), over, "critical-mu"))
+    axes = figure.axes[0]
+    assert (axes.get_xscale(), axes.get_yscale()) == ("log", "linear")
+    assert labels(axes) == ("Cubic contact stiffness k_nl (N/m^3)", "Preload F (N)")
+    assert list(the_legend(figure)) == ["stability boundary, μ = 0.55"]
+    assert "μ" not in axes.get_title()
+
+
+# Sweeps
+
+
+def made_up(
+    axes: dict[str, Any], outputs: Sequence[str], cases: Sequence[bool] = (True, False)
+) -> Sweep:
+    # Every output is another function of what varies and of the case.
+    study = Study(Design(axes), Parameters(), tuple(cases), outputs=tuple(outputs))
+    grids: Sequence[Any] = np.meshgrid(*axes.values(), indexing="ij")
+    points_ = {
+        name: np.repeat(grid.ravel(), len(cases)) for name, grid in zip(axes, grids, strict=True)
+    }
+    size = next(iter(points_.values())).size
+    case = np.tile(np.array(cases), size // len(cases))
+    numbers = {name: at.astype(float) for name, at in points_.items()}
+    for place, output in enumerate(outputs):
+        numbers[output] = output_value(place, case, *points_.values())
+    return Sweep(study, Rows(numbers, case, ("",) * size))
+
+
+def output_value(place: int, case: Any, *at: Any) -> Any:
+    return 1.0 + 100.0 * place + 10.0 * case + sum((1.0 + 2.0 * k) * v for k, v in enumerate(at))
+
+
+def test_curves_of_a_sweep_are_the_outputs_and_cases_that_their_legend_names() -> None:
+    figure = sweep_figure(made_up({"F": (80.0, 20.0, 50.0)}, ("x_abs", "y_half_range", "y_abs")))
+    (axes,) = figure.axes
+    legend = axes.get_legend()
+    assert legend is not None
+    shown = entries(legend)
+    assert len(shown) == len(axes.lines) == 4
+    for text, handle in shown.items():
+        place = 2 if text.startswith("peak of |y|") else 1
+        assert place == 2 or "half" in text
+        case = text.endswith("considered")
+        assert case or text.endswith("ignored")
+        line = next(
+            each
+            for each in lines_like(axes, handle)
+            if each.get_linewidth() == handle.get_linewidth()
+        )
+        x, y = points(line)
+        assert x.tolist() == [20.0, 50.0, 80.0]
+        np.testing.assert_allclose(y, output_value(place, case, x))
+        assert line.is_dashed() == case
+    assert labels(axes) == ("Preload, positive towards the belt F (N)", "Amplitude (m)")
+    assert (axes.get_xscale(), axes.get_yscale()) == ("linear", "linear")
+
+
+def test_a_sweep_without_amplitudes_shows_its_first_output_with_its_unit() -> None:
+    (axes,) = sweep_figure(made_up({"k1": (10.0, 20.0)}, ("vx_max", "P_max"), (True,))).axes
+    assert labels(axes) == ("Horizontal stiffness k_1 (N/m)", "Least valid belt speed (m/s)")
+    (line,) = axes.lines
+    np.testing.assert_allclose(points(line)[1], output_value(0, True, np.array([10.0, 20.0])))
+
+
+def test_maps_of_a_sweep_are_over_their_own_axes_on_one_scale() -> None:
+    forces = (20.0, 40.0, 60.0)
+    result = made_up({"F": forces, "mu": (0.9, 0.1)}, ("x_abs", "y_abs"))
+    figure = sweep_figure(result)
+    *maps, bar = figure.axes
+    assert plain(bar.get_ylabel()) == "Peak of |y| (m)"
+    assert plain(maps[0].get_ylabel()) == "Friction coefficient μ"
+    for axes, case in zip(maps, (True, False), strict=True):
+        assert axes.get_title() == f"separation {'considered' if case else 'ignored'}"
+        assert plain(axes.get_xlabel()) == "Preload, positive towards the belt F (N)"
+        mesh, values = mesh_of(axes)
+        assert values == pytest.approx(
+            {at: output_value(1, case, *at) for at in itertools.product(forces, (0.1, 0.9))}
+        )
+        every = result.table.numbers["y_abs"]
+        assert mesh.get_clim() == (every.min(), every.max())
+
+
+def test_points_of_a_sweep_without_grid_stand_where_they_were_computed() -> None:
+    axes = {"k2": Range(20.0, 80.0), "k_nl": Range(0.1, 1.0, None, log=True)}
+    study = Study(Design(axes, "sobol", 4), Parameters(), outputs=("P_max",))
+    at = np.array([20.0, 30.0, 40.0, 50.0]), np.array([0.4, 0.1, 0.9, 0.2])
+    force = np.array([5.0, 6.0, 7.0, 8.0])
+    rows = Rows({"k2": at[0], "k_nl": at[1], "P_max": force}, np.ones(4, dtype=bool), ("",) * 4)
+    figure = sweep_figure(Sweep(study, rows))
+    (dots,) = figure.axes[0].collections
+    np.testing.assert_allclose(np.asarray(dots.get_offsets()), np.transpose(at))
+    np.testing.assert_allclose(np.asarray(dots.get_array()), force)
+    assert (figure.axes[0].get_xscale(), figure.axes[0].get_yscale()) == ("linear", "log")
+    assert labels(figure.axes[0]) == (
+        "Linear contact stiffness k_2 (N/m)",
+        "Cubic contact stiffness k_nl (N/m^3)",
+    )
+    assert plain(figure.axes[1].get_ylabel()) == "Greatest contact force (N)"
+
+
+# Trade-offs
+
+
+def measured() -> Tradeoff:
+    def row(
+        method: str, value: float, cpu_s: float, errors: tuple[float, float, float, float]
+    ) -> Row:
+        return Row(Setting(method, "", "tol", value), cpu_s, 7, Deviation(*errors, 0))
+
+    rows = [
+        row("taylor", 1e-6, 0.01, (1e-6, 2e-7, 3e-7, 4e-5)),
+        row("taylor", 1e-9, 0.02, (1e-9, 2e-10, 3e-10, 4e-8)),
+        row("rk4", 0.01, 0.3, (5e-4, 6e-5, 7e-5, float("inf"))),
+        row("rk4", 0.001, 3.0, (5e-8, 0.0, 7e-9, 8e-7)),
+        Row(Setting("lost", "", "step", 1.0), 9.0, 7, None, "why"),
+    ]
+    floor = Deviation(1e-13, 2e-14, 3e-14, 4e-12, 0)
+    return Tradeoff(PRESETS["base"], None, floor, rows, [])
+
+
+def test_errors_of_every_method_stand_over_their_cpu_time() -> None:
+    result = measured()
+    figure = tradeoff_figure(result)
+    legend = the_legend(figure)
+    assert list(legend) == ["taylor", "rk4"]
+    for axes, name, label in zip(
+        figure.axes,
+        ("final", "peak", "events"),
+        ("Error of the final state (1)", "Error of the peak of |y| (1)", None),
+        strict=True,
+    ):
+        assert labels(axes) == ("CPU time of a run (s)", label or "Error of the switch times (s)")
+        assert (axes.get_xscale(), axes.get_yscale()) == ("log", "log")
+        for method, handle in legend.items():
+            x, y = points(line_like(axes, handle))
+            rows = [
+                (row.cpu_s, max(getattr(row.error, name), 1e-16))
+                for row in result.rows
+                if row.setting.method == method and np.isfinite(getattr(row.error, name))
+            ]
+            assert list(zip(x, y, strict=True)) == rows
+        floor = getattr(result.floor, name)
+        (band,) = axes.patches
+        low, high = band.get_extents().transformed(axes.transData.inverted()).intervaly
+        assert low < 1e-16
+        assert high == pytest.approx(floor)
+        (front,) = [line for line in axes.lines if line.get_linewidth() == 4.0]
+        best = [(0.01, 0), (0.02, 1)] + ([(3.0, 3)] if name == "peak" else [])
+        assert points(front)[0].tolist() == [at for at, _ in best]
+        assert points(front)[1].tolist() == [
+            max(getattr(result.rows[k].error, name), 1e-16) for _, k in best
+        ]
+
+
+# Attractors
+
+
+def cycle(kind: Kind, half_range: float, period: float = 1.25) -> Attractor:
+    orbit = PeriodicOrbit(
+        section=Section.LIFT_OFF,
+        start=(0.0, 0.0, 0.0, 0.0),
+        period=period,
+        multipliers=np.array([0.5 + 0.2j, 0.5 - 0.2j, 0.1]),
+        y_min=1.0 - half_range,
+        y_max=1.0 + half_range,
+        x_abs=2.0,
+        vx_max=3.0,
+        force_max=4.0,
+        separations=1,
+        separated_time=0.5,
+        residual=0.0,
+    )
+    return Attractor(kind, orbit)
+
+
+REST = Attractor(Kind.EQUILIBRIUM)
+
+
+def test_attractors_along_a_parameter_stand_where_and_how_they_were_met() -> None:
+    contact, separating = cycle(Kind.CONTACT_CYCLE, 0.5), cycle(Kind.SEPARATING_CYCLE, 4.0)
+    result = Continuation(
+        Parameters(),
+        True,
+        "k_nl",
+        np.array([10.0, 20.0, 40.0]),
+        (
+            BranchPoint(10.0, ("up", "down"), REST),
+            BranchPoint(20.0, ("up",), REST),
+            BranchPoint(20.0, ("down",), separating),
+            BranchPoint(40.0, ("up",), contact),
+        ),
+    )
+    figure = continuation_figure(result)
+    (axes,) = figure.axes
+    legend = the_legend(figure)
+    expected = {
+        "equilibrium, up": ("^", "black", [(10.0, 0.0), (20.0, 0.0)]),
+        "equilibrium, down": ("v", "black", [(10.0, 0.0)]),
+        "separating limit cycle, down": ("v", "#12803c", [(20.0, 4.0)]),
+        "contact limit cycle, up": ("^", "#1f4fd8", [(40.0, 0.5)]),
+    }
+    assert set(legend) == {*expected, "coexistence"}
+    for name, (marker, colour, places) in expected.items():
+        line = line_like(axes, legend[name])
+        assert (line.get_marker(), line.get_color()) == (marker, colour)
+        assert list(zip(*points(line), strict=True)) == places
+        assert line.get_linestyle() == "None"
+    # Half way to the values beside it.
+    assert spans(axes) == [(15.0, 30.0)]
+    x, y = labels(axes)
+    assert x == "Cubic contact stiffness k_nl (N/m^3)"
+    assert y.startswith("Half ")
+    assert y.endswith("(m)")
+    assert axes.get_ylim()[0] <= 0.0
+    title = plain(axes.get_title())
+    assert "F = 80 N" in title
+    assert "k_nl" not in title
+
+
+def test_a_basin_has_the_colour_of_the_attractor_that_its_starts_reach() -> None:
+    one, other = cycle(Kind.SEPARATING_CYCLE, 4.0), cycle(Kind.CONTACT_CYCLE, 0.5, 2.5)
+    reached = np.array([[0, 1, 1], [2, 0, 1]])
+    first, second = np.array([-1.0, 1.0]), np.array([2.0, 4.0, 6.0])
+    result = Basin(
+        Parameters(),
+        True,
+        (0.1, 0.2, 0.3, 0.4),
+        ("y0", "vx0"),
+        (first, second),
+        (one, REST, other),
+        reached,
+    )
+    figure = basin_figure(result)
+    (axes,) = figure.axes
+    assert labels(axes) == (
+        "Vertical displacement at the start y_0 (m)",
+        "Horizontal velocity at the start vx_0 (m/s)",
+    )
+    mesh, values = mesh_of(axes)
+    assert values == {
+        (x, y): reached[i, j]
+        for (i, x), (j, y) in itertools.product(
+            enumerate(first.tolist()), enumerate(second.tolist())
+        )
+    }
+    legend = the_legend(figure)
+    assert [name.partition(",")[0] for name in legend] == [
+        "separating limit cycle",
+        "equilibrium",
+        "contact limit cycle",
+    ]
+    assert "period 1.25 s" in next(iter(legend))
+    assert "period 2.5 s" in list(legend)[2]
+    for place, patch in enumerate(legend.values()):
+        assert to_hex(mesh.to_rgba(float(place))) == to_hex(patch.get_facecolor())  # type: ignore[arg-type]
+        assert bool(patch.get_hatch()) == (place != 1)
+    assert to_hex(legend["equilibrium"].get_facecolor()) == "#ffffff"
+    assert plain(axes.get_title()).endswith("x_0 = 0.1 m, vy_0 = 0.4 m/s")
+    assert "vx_0 =" not in plain(axes.get_title())

@@ -1,0 +1,556 @@
+"""What is printed and written, read back: every number stands under its name, in its unit."""
+
+import dataclasses
+import json
+import re
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+from fivtui.accuracy import Accuracy, Estimate
+from fivtui.attractor_report import (
+    print_attractors,
+    print_basin,
+    print_coexistence,
+    print_continuation,
+)
+from fivtui.attractor_results import (
+    basin_to_dict,
+    continuation_to_dict,
+    save_basin,
+    save_continuation,
+)
+from fivtui.compare import Comparison, Pair
+from fivtui.core.attractors import Attractor, Kind
+from fivtui.core.basin import Basin, EscapeOffset
+from fivtui.core.coexistence import Coexistence
+from fivtui.core.continuation import BranchPoint, Continuation
+from fivtui.core.deviation import Deviation
+from fivtui.core.lyapunov import ErrorGrowth, Fate
+from fivtui.core.mode_scan import mode_scan
+from fivtui.core.outcome import Transient
+from fivtui.core.parameters import Parameters
+from fivtui.core.stability import stability
+from fivtui.core.stability_map import stability_map
+from fivtui.core.tradeoff import Row, Setting
+from fivtui.map_results import map_to_dict, save_map
+from fivtui.mode_results import save_modes
+from fivtui.presets import PRESETS
+from fivtui.results import stability_to_dict
+from fivtui.simulation import simulate
+from fivtui.stability_report import print_map, print_stability
+from fivtui.sweep_report import print_sweep, progress_text
+from fivtui.tradeoff import Feature, Tradeoff
+from fivtui.tradeoff_report import print_tradeoff
+from fivtui.tradeoff_results import tradeoff_to_dict
+from fivtui.transient_report import print_accuracy, print_comparison, print_transient
+from fivtui.trials import Finding, Verdict
+from fivtui.trials_report import print_trials
+from fivtui.verified import Verified
+from tests import own_slider
+from tests.test_figures_read_back import cycle, made_up, output_value
+
+Printed = pytest.CaptureFixture[str]
+
+
+def text_of(printed: Printed) -> str:
+    """What was printed, without the blanks that fill lines."""
+    return re.sub(r" +$", "", printed.readouterr().out, flags=re.MULTILINE)
+
+
+def listed(printed: Printed) -> list[tuple[str, str]]:
+    """The rows of a list: name and text."""
+    lines = printed.readouterr().out.splitlines()
+    parts = [re.split(r"\s{2,}", line.strip(), maxsplit=1) for line in lines]
+    return [(part[0], part[1]) for part in parts if len(part) == 2]
+
+
+def tabled(text: str) -> list[dict[str, str]]:
+    """The rows of a table, by what stands above: all columns but the first end alike."""
+    header, *lines = [line.rstrip() for line in text.splitlines()]
+    names = [(word.end(), word[0]) for word in re.finditer(r"\S+(?: \S+)*", header)]
+    rows = []
+    for line in lines:
+        row = {name: "" for _, name in names}
+        for place, word in enumerate(re.finditer(r"\S+(?: \S+)*", line)):
+            ends = (name for end, name in names if word.end() <= end)
+            name = names[0][1] if place == 0 else next(ends)
+            row[name] = f"{row[name]} {word[0]}".strip()
+        rows.append(row)
+    return rows
+
+
+def numbers(text: str) -> list[float]:
+    return [float(each) for each in re.findall(r"(?<![\w.])[-+]?\d+\.?\d*(?:e[-+]?\d+)?", text)]
+
+
+# The equilibrium
+
+
+def test_a_printed_stability_has_its_numbers_under_their_names(capsys: Printed) -> None:
+    p = Parameters(F=100.0, k_nl=500.0, mu=1.1, c1=0.8)
+    changes = {"F": 100.0, "k_nl": 500.0, "mu": 1.1, "c1": 0.8}
+    print_stability(stability(p), p)
+    rows = listed(capsys)
+    known = dict(rows)
+    x, y, force = own_slider.equilibrium(**changes)
+    assert known["equilibrium"] == f"x={x:.6g} m  y={y:.6g} m  P={force:.6g} N"
+    own = own_slider.eigenvalues(**changes).tolist()
+    assert known["growth rate"] == f"{max(v.real for v in own):.6g} 1/s"
+    assert known["verdict"] == "stable"
+    assert known["parameters"].split()[0:2] == ["m=5", "k1=100"]
+    assert known["parameters"].endswith("F=100  k_nl=500  mu=1.1")
+    shown = [text for name, text in rows if name == "eigenvalue"]
+    assert len(shown) == 4
+    for text in shown:
+        real, imaginary = re.fullmatch(r"(\S+) (\S+)i 1/s", text).groups()  # type: ignore[union-attr]
+        assert min(abs(v - complex(float(real), float(imaginary))) for v in own) < 1e-4
+    modes = [text for name, text in rows if name == "mode"]
+    assert len(modes) == 2
+    for text in modes:
+        found = re.fullmatch(
+            r"(\S+) Hz  \((\S+) rad/s\)  damping ratio (\S+)  y/x (\S+), (\S+)°", text
+        )
+        assert found is not None
+        hertz, angular, damping, ratio, degrees = map(float, found.groups())
+        assert angular == pytest.approx(2.0 * np.pi * hertz, rel=1e-5)
+        value = min(own, key=lambda v: abs(v.imag - angular))
+        assert value.imag == pytest.approx(angular, rel=1e-5)
+        assert damping == pytest.approx(-value.real / abs(value), rel=1e-5)
+        # From the vertical equation of motion: (m λ² + c2 λ + kt + h) y = h x.
+        kt = 50.0 + 3.0 * 500.0 * y * y
+        shape = 30.0 / ((5.0 * value + 0.32) * value + kt + 30.0)
+        assert ratio == pytest.approx(abs(shape), rel=1e-4)
+        assert degrees == pytest.approx(np.degrees(np.angle(shape)), abs=0.02)
+    critical = own_slider.critical_mu(**{k: v for k, v in changes.items() if k != "mu"})
+    linear = own_slider.critical_mu(F=100.0, c1=0.8, k_nl=0.0)
+    assert known["critical friction coefficient"] == f"{critical:.6g}  (unstable above)"
+    assert known["margin in friction coefficient"] == f"{critical - 1.1:+.6g}"
+    assert numbers(known["of the linear system"]) == [pytest.approx(linear, rel=1e-5)]
+    # Where the undamped modes meet, by bisection of their eigenvalues.
+    free = {name: value for name, value in changes.items() if name != "mu"} | {"c1": 0.0, "c2": 0.0}
+    low, high = 0.0, 4.0
+    for _ in range(40):
+        middle = (low + high) / 2.0
+        flutters = own_slider.growth_rate(**free, mu=middle) > 1e-5
+        low, high = (low, middle) if flutters else (middle, high)
+    meet = known["undamped frequencies coalesce"]
+    assert meet.startswith("at friction coefficient ")
+    assert numbers(meet) == [pytest.approx(high, rel=1e-4)]
+    apart = sorted(v.imag for v in own if v.imag > 0.0)
+    assert known["distance of the frequencies"].endswith(" rad/s")
+    assert numbers(known["distance of the frequencies"])[0] == pytest.approx(
+        apart[1] - apart[0], rel=1e-2
+    )
+
+
+def test_stability_as_data_has_hertz_and_radians_apart() -> None:
+    data = stability_to_dict(stability(Parameters()))
+    own = own_slider.eigenvalues().tolist()
+    for pair in data["eigenvalues"]:
+        assert min(abs(complex(*pair) - value) for value in own) < 1e-6
+    for mode in data["modes"]:
+        assert mode["angular_frequency"] == pytest.approx(2.0 * np.pi * mode["frequency"])
+        value = complex(mode["growth_rate"], mode["angular_frequency"])
+        assert min(abs(value - each) for each in own) < 1e-6
+    x, y, force = own_slider.equilibrium()
+    assert data["equilibrium"] == pytest.approx({"x": x, "y": y, "P": force})
+    assert data["linear_critical_mu"] == pytest.approx(own_slider.critical_mu(k_nl=0.0))
+
+
+def written(path: Path) -> tuple[dict[str, Any], dict[str, np.ndarray[Any, Any]]]:
+    """Comments and columns of a CSV file."""
+    lines = path.read_text(encoding="utf-8").splitlines()
+    said = [line[2:].partition(": ") for line in lines if line.startswith("# ")]
+    names = lines[len(said)].split(",")
+    columns = np.loadtxt(lines[len(said) + 1 :], delimiter=",").T
+    header = {key: json.loads(text) for key, _, text in said}
+    return header, dict(zip(names, columns, strict=True))
+
+
+def test_written_modes_and_maps_have_every_number_in_its_column(tmp_path: Path) -> None:
+    p = Parameters()
+    save_modes(p, stability(p), mode_scan(p, 1.5), tmp_path / "modes.csv")
+    header, columns = written(tmp_path / "modes.csv")
+    for place in (0, 100, 240):
+        own = own_slider.eigenvalues(mu=float(columns["mu"][place]))
+        for number in "1234":
+            value = columns[f"sigma_{number}"][place] + 1j * columns[f"omega_{number}"][place]
+            assert np.abs(own - value).min() < 1e-6
+    assert {header["units"][f"sigma_{n}"] for n in "1234"} == {"1/s"}
+    assert {header["units"][f"omega_{n}"] for n in "1234"} == {"rad/s"}
+    assert header["critical_mu"] == [pytest.approx(own_slider.critical_mu())]
+    over = {"F": np.array([20.0, 50.0, 90.0]), "mu": np.array([0.2, 0.9])}
+    result = stability_map(p, over)
+    save_map(result, tmp_path / "map.csv")
+    header, columns = written(tmp_path / "map.csv")
+    assert [header["units"][name] for name in ("F", "growth_rate")] == ["N", "1/s"]
+    for force, mu, rate in zip(*(columns[n] for n in ("F", "mu", "growth_rate")), strict=True):
+        assert rate == pytest.approx(own_slider.growth_rate(F=force, mu=mu), abs=1e-7)
+    data = map_to_dict(result)
+    assert [(axis["name"], axis["unit"]) for axis in data["over"]] == [("F", "N"), ("mu", "")]
+    assert data["values"][2][0] == pytest.approx(own_slider.growth_rate(F=90.0, mu=0.2), abs=1e-7)
+    assert data["unit"] == "1/s"
+
+
+def test_a_printed_map_has_ranges_and_the_unstable_share(capsys: Printed) -> None:
+    forces, frictions = np.linspace(20.0, 100.0, 5), np.linspace(0.1, 1.0, 4)
+    print_map(stability_map(Parameters(), {"F": forces, "mu": frictions}))
+    rows = dict(listed(capsys))
+    own = np.array([[own_slider.growth_rate(F=f, mu=m) for m in frictions] for f in forces])
+    assert rows["F"] == "20 to 100 N, 5"
+    assert rows["mu"].split() == ["0.1", "to", "1", ",", "4"]
+    assert rows["points"] == "20"
+    low, high = numbers(rows["growth rate"])[:2]
+    assert (low, high) == pytest.approx((own.min(), own.max()), rel=1e-5)
+    assert rows["growth rate"].endswith(" 1/s")
+    assert rows["unstable"] == f"{float(np.mean(own > 0.0)):.1%} of the points"
+    assert rows["points without value"] == "0"
+
+
+# Transients
+
+
+@pytest.fixture(scope="module")
+def runs() -> tuple[Transient, Transient]:
+    considered, ignored = (simulate(t_end=3.0, separation=s, tol=1e-9) for s in (True, False))
+    return considered, ignored
+
+
+def test_a_printed_transient_has_its_numbers_under_their_names(
+    runs: tuple[Transient, Transient], capsys: Printed
+) -> None:
+    estimate = Deviation(1e-3, 2e-4, 3e-5, 4e-6, 0)
+    print_transient(runs[0], Verified(runs[0], {}, estimate, 3))
+    rows = dict(listed(capsys))
+    t, own = own_slider.motion(3.0, separation=True)
+    x, vx, y, _, force = own.T
+    peak = rows["peak |y|"]
+    assert numbers(peak)[:3] == pytest.approx([np.abs(y).max(), y.min(), y.max()], rel=3e-3)
+    assert peak.endswith("m)  ± 0.0002 relative")
+    assert numbers(rows["peak |x|"]) == [pytest.approx(np.abs(x).max(), rel=3e-3)]
+    assert rows["peak |x|"].endswith(" m")
+    (half,) = [text for name, text in rows.items() if "half" in name]
+    assert numbers(half)[0] == pytest.approx(0.5 * np.ptp(y[t >= 1.5]), rel=3e-3)
+    assert half.endswith("± 3e-05 relative")
+    assert numbers(rows["contact force"]) == pytest.approx([0.0, force.max()], rel=3e-3, abs=1e-9)
+    assert rows["contact force"].endswith(" N")
+    switches = np.diff((y > 0.0).astype(int))
+    lifted, back = int((switches > 0).sum()), int((switches < 0).sum())
+    assert rows["separations"] == f"{lifted}  (reattachments {back})  ± 4e-06 s in their times"
+    off = float(np.mean(y > 0.0))
+    time, share = numbers(rows["time off the belt"])
+    assert time == pytest.approx(3.0 * off, rel=3e-2)
+    assert share == pytest.approx(100.0 * off, abs=0.1)
+    assert re.fullmatch(r"\S+ s  \(\S+%\)", rows["time off the belt"])
+    assert numbers(rows["valid for belt speeds above"]) == [pytest.approx(vx.max(), rel=3e-3)]
+    assert rows["valid for belt speeds above"].endswith(" m/s")
+    final = re.fullmatch(
+        r"x=(\S+)  vx=(\S+)  y=(\S+)  vy=(\S+)  ± 0.001 relative", rows["final state, t = 3 s"]
+    )
+    assert final is not None
+    assert [float(each) for each in final.groups()] == pytest.approx(own[-1, :4].tolist(), rel=5e-3)
+    assert rows["separation"] == "considered"
+    assert rows["method"] == f"taylor, {runs[0].stats.steps} steps, verified by 3 runs"
+
+
+def test_a_printed_comparison_has_each_path_of_each_case(
+    runs: tuple[Transient, Transient], capsys: Printed
+) -> None:
+    other = [
+        dataclasses.replace(run, final=run.final._replace(x=run.final.x + 2e-5)) for run in runs
+    ]
+    pairs = [
+        Pair(run, fmu, 0.5 + place, 2.5 + place)
+        for place, (run, fmu) in enumerate(zip(runs, other, strict=True))
+    ]
+    print_comparison(Comparison(pairs[0], pairs[1], 7.25, Path("a.fmu"), Path("a.png")))
+    title, text = text_of(capsys).split("\n", 1)
+    assert title.startswith("Slider-belt, 3 s: m=5  k1=100")
+    rows = {row["separation, path"]: row for row in tabled(text.partition("\ndifference:")[0])}
+    for name, case in (("considered", True), ("ignored", False)):
+        t, own = own_slider.motion(3.0, separation=case)
+        y = own[:, 2]
+        for path, seconds in (("native", "0.50"), ("FMU", "2.50")):
+            row = rows[f"{name}, {path}"]
+            assert float(row["peak |y| m"]) == pytest.approx(np.abs(y).max(), rel=3e-3)
+            (half,) = [value for key, value in row.items() if "half" in key]
+            assert float(half) == pytest.approx(0.5 * np.ptp(y[t >= 1.5]), rel=3e-3)
+            lifted = int((np.diff((y > 0.0).astype(int)) > 0).sum()) if case else 0
+            assert row["separations"] == str(lifted)
+            off = float(np.mean(y > 0.0)) if case else 0.0
+            assert float(row["off the belt"].rstrip("%")) == pytest.approx(100.0 * off, abs=0.1)
+            assert float(row["time s"]) == float(seconds) + (not case)
+            assert row["difference"] == ("2.0e-05" if path == "FMU" else "")
+    assert "7.25 s" in text.replace("\n", " ")
+
+
+def test_a_printed_accuracy_has_units_and_digits(
+    runs: tuple[Transient, Transient], capsys: Printed
+) -> None:
+    names = {
+        "x": "m", "vx": "m/s", "y": "m", "vy": "m/s", "peak_y_abs": "m", "y_half_range": "m",
+        "separated_time": "s", "separations": "",
+    }  # fmt: skip
+    estimates = {
+        name: Estimate(1.23456789 + place, 10.0 ** -(place + 1)) for place, name in enumerate(names)
+    }
+    growth = ErrorGrowth(
+        exponent=-0.0321,
+        uncertainty=0.0045,
+        final=7.5,
+        greatest=88.0,
+        fate=Fate.DECAYS,
+        duration=3.0,
+    )
+    print_accuracy(Accuracy(runs[0], "tol=1e-14", estimates, growth))
+    title, text = text_of(capsys).split("\n", 1)
+    assert title == "Accuracy of 3 s by taylor, held against tol=1e-14"
+    table, _, rest = text.partition("Growth of a small error")
+    rows = {row["number"]: row for row in tabled(table.rstrip())}
+    for place, (name, unit) in enumerate(names.items()):
+        row, value = rows[name], 1.23456789 + place
+        assert row["unit"] == unit
+        assert float(row["difference"]) == 10.0 ** -(place + 1)
+        assert float(row["digits to believe"]) == pytest.approx(value, abs=0.6 * 10.0**-place)
+    assert numbers(rest.splitlines()[1])[:2] == [88.0, 7.5]
+    assert "-0.0321 1/s  (zero within 0.0045)" in rest
+    assert str(Fate.DECAYS) in rest
+
+
+# Sweeps
+
+
+def test_a_printed_sweep_has_every_output_in_its_column(capsys: Printed) -> None:
+    outputs = ("P_max", "y_abs", "vx_max", "separated_time")
+    print_sweep(made_up({"F": (80.0, 20.0), "mu": (0.5,)}, outputs), chosen=True)
+    title, text = text_of(capsys).split("\n", 1)
+    assert title == "Sweep: 4 members"
+    rows = tabled(text)
+    assert len(rows) == 4
+    units = {"P_max": "N", "y_abs": "m", "vx_max": "m/s", "separated_time": "s"}
+    for row in rows:
+        force, case = float(row["F N"]), row["separation"] == "yes"
+        assert row["mu"] == "0.5"
+        for place, name in enumerate(outputs):
+            expected = output_value(place, case, force, 0.5)
+            assert float(row[f"{name} {units[name]}"]) == pytest.approx(expected, rel=1e-5)
+    assert {(row["F N"], row["separation"]) for row in rows} == {
+        ("80", "yes"), ("80", "no"), ("20", "yes"), ("20", "no")
+    }  # fmt: skip
+
+
+def test_of_a_long_sweep_the_ends_are_printed_and_some_outputs(capsys: Printed) -> None:
+    result = made_up({"F": tuple(range(1, 101))}, ("P_max", "y_abs"), (True,))
+    print_sweep(result, chosen=False)
+    printed = capsys.readouterr()
+    rows = tabled(printed.out.partition("\n")[2])
+    assert [float(row["F N"]) for row in rows] == [*range(1, 21), *range(81, 101)]
+    assert "P_max N" not in rows[0]
+    assert float(rows[-1]["y_abs m"]) == pytest.approx(output_value(1, True, 100.0))
+    assert "first and the last 20" in printed.err
+
+
+def test_the_progress_of_a_sweep_counts_members_rate_and_time_left() -> None:
+    assert progress_text(200, 0.25, 0.0, 0.0) == "50 of 200 members (25.0%)"
+    # 40 members in 8 s are 5 a second; 150 are left.
+    assert progress_text(200, 0.25, 0.2, 8.0) == "50 of 200 members (25.0%), 5/s, 30 s left"
+    assert progress_text(10**5, 0.5, 0.5, 1e4).endswith("5/s, 2.8 h left")
+    assert progress_text(10**6, 0.5, 0.5, 1e5).endswith("5/s, 1.2 d left")
+    assert progress_text(3000, 0.5, 0.5, 300.0).endswith("5/s, 5.0 min left")
+
+
+# Attractors
+
+SEPARATING = cycle(Kind.SEPARATING_CYCLE, 4.0)
+CONTACT = cycle(Kind.CONTACT_CYCLE, 0.5, 2.5)
+REST = Attractor(Kind.EQUILIBRIUM)
+
+
+def test_printed_attractors_have_the_figures_of_their_orbits(capsys: Printed) -> None:
+    print_attractors([REST, SEPARATING])
+    title, text = text_of(capsys).split("\n", 1)
+    assert title == "Attractors"
+    rest, row = tabled(text)
+    assert {key: value for key, value in rest.items() if value} == {"attractor": "equilibrium"}
+    (half,) = [value for key, value in row.items() if "half" in key]
+    assert half == "4"
+    size = f"{abs(0.5 + 0.2j):.3g}"
+    assert [value for key, value in row.items() if "half" not in key] == [
+        "separating limit cycle", "1.25", "-3 .. 5", "1", "0.5 (40.0%)", "3", f"{size} {size} 0.1"
+    ]  # fmt: skip
+    assert [key for key in row if "half" not in key] == [
+        "attractor", "period s", "y from .. to m", "separations", "off the belt s",
+        "belt faster than m/s", "multipliers, size",
+    ]  # fmt: skip
+    print_coexistence(Coexistence(Parameters(), True, (REST, SEPARATING), EscapeOffset(0.2, None)))
+    shown = dict(listed(capsys))
+    assert shown["offset above that leaves the equilibrium"] == "0.2 m"
+    assert shown["offset below that leaves the equilibrium"] == "none"
+
+
+def continuation() -> Continuation:
+    points = (
+        BranchPoint(10.0, ("up", "down"), REST),
+        BranchPoint(20.0, ("down",), SEPARATING),
+        BranchPoint(40.0, ("up",), CONTACT),
+    )
+    return Continuation(Parameters(), True, "F", np.array([10.0, 20.0, 40.0]), points)
+
+
+def test_attractors_along_a_parameter_are_printed_and_written_where_they_were_met(
+    capsys: Printed, tmp_path: Path
+) -> None:
+    result = continuation()
+    print_continuation(result)
+    rows = tabled(text_of(capsys).partition("\n")[2])
+    assert [(row["F"], row["attractor"], row["met on the way"]) for row in rows] == [
+        ("10", "equilibrium", "up, down"),
+        ("20", "separating limit cycle", "down"),
+        ("40", "contact limit cycle", "up"),
+    ]
+    assert [row["period s"] for row in rows] == ["", "1.25", "2.5"]
+    save_continuation(result, tmp_path / "branch.csv")
+    header, columns = written(tmp_path / "branch.csv")
+    assert columns["F"].tolist() == [10.0, 20.0, 40.0]
+    assert (columns["up"].tolist(), columns["down"].tolist()) == ([1, 0, 1], [1, 1, 0])
+    kinds = [header["kinds"][int(kind)] for kind in columns["kind"]]
+    assert kinds == ["equilibrium", "separating limit cycle", "contact limit cycle"]
+    expected: Mapping[str, tuple[str, list[float]]] = {
+        "F": ("N", [10.0, 20.0, 40.0]),
+        "period": ("s", [np.nan, 1.25, 2.5]),
+        "half_range": ("m", [0.0, 4.0, 0.5]),
+        "y_min": ("m", [np.nan, -3.0, 0.5]),
+        "y_max": ("m", [np.nan, 5.0, 1.5]),
+        "separations": ("1", [np.nan, 1.0, 1.0]),
+        "separated_time": ("s", [np.nan, 0.5, 0.5]),
+        "vx_max": ("m/s", [np.nan, 3.0, 3.0]),
+        "force_max": ("N", [np.nan, 4.0, 4.0]),
+    }
+    for name, (unit, values) in expected.items():
+        assert header["units"][name] == unit
+        np.testing.assert_array_equal(columns[name], values)
+    data = continuation_to_dict(result)
+    assert (data["name"], data["unit"], data["coexisting"]) == ("F", "N", [])
+    assert [point["value"] for point in data["points"]] == [10.0, 20.0, 40.0]
+    assert data["points"][1]["y_max"] == 5.0
+    assert "F" not in data["parameters"]
+
+
+def test_basins_are_printed_and_written_by_their_attractors(
+    capsys: Printed, tmp_path: Path
+) -> None:
+    axes = np.array([-1.0, 1.0]), np.array([2.0, 4.0, 6.0])
+    reached = np.array([[0, 1, 1], [0, 0, 1]])
+    p, start = Parameters(), (0.1, 0.2, 0.3, 0.4)
+    result = Basin(p, True, start, ("y0", "vx0"), axes, (CONTACT, REST), reached)
+    print_basin(dataclasses.replace(result, reached=np.array([[0, 1, 1], [0, 1, 1]])))
+    (contact, _, counted), rest = (
+        (name.partition(",")[0], name, text) for name, text in listed(capsys)
+    )
+    assert contact == "contact limit cycle"
+    assert counted == "2 of 6 starts (33.3%)"
+    assert rest[1:] == ("equilibrium", "4 of 6 starts (66.7%)")
+    save_basin(result, tmp_path / "basin.csv")
+    header, columns = written(tmp_path / "basin.csv")
+    assert [header["units"][name] for name in ("y0", "vx0")] == ["m", "m/s"]
+    rows = zip(columns["y0"], columns["vx0"], columns["attractor"], strict=True)
+    assert [tuple(map(float, row)) for row in rows] == [
+        (-1.0, 2.0, 0.0), (-1.0, 4.0, 1.0), (-1.0, 6.0, 1.0),
+        (1.0, 2.0, 0.0), (1.0, 4.0, 0.0), (1.0, 6.0, 1.0),
+    ]  # fmt: skip
+    assert header["attractors"][1] == "equilibrium"
+    data = basin_to_dict(result)
+    assert [(axis["name"], axis["unit"]) for axis in data["over"]] == [("y0", "m"), ("vx0", "m/s")]
+    assert data["reached"] == reached.tolist()
+    assert data["start"] == list(start)
+
+
+# Trials
+
+
+def test_printed_trials_have_every_verdict_under_its_method(capsys: Printed) -> None:
+    found = {
+        "heavy-load": {
+            "taylor": Finding(Verdict.RIGHT, 3e-12),
+            "rk4": Finding(Verdict.WRONG, 0.25, "off by a quarter"),
+        },
+        "light": {
+            "taylor": Finding(Verdict.RIGHT, 4e-9),
+            "rk4": Finding(Verdict.REFUSED, None, "too many steps"),
+        },
+    }
+    print_trials(found)
+    printed = capsys.readouterr()
+    table, _, reasons = printed.out.partition("Why")
+    lines = [re.split(r" {2,}", line.strip()) for line in table.splitlines() if line.strip()]
+    assert lines == [
+        ["Extremes"],
+        ["scene", "what is extreme", "taylor", "rk4"],
+        ["heavy-load", "F = 1e6 N", "right 3e-12", "wrong 2e-01"],
+        ["light", "m = 1e-6 kg: stiff", "right 4e-09", "refused"],
+    ]
+    told = [re.split(r" {2,}", line.strip()) for line in reasons.splitlines() if line.strip()]
+    assert told == [
+        ["heavy-load, rk4", "wrong: off by a quarter"],
+        ["light, rk4", "refused: too many steps"],
+    ]
+    assert printed.err.strip() == "right 2, wrong 1, refused 1"
+
+
+# Trade-offs
+
+
+def test_a_printed_trade_off_has_milliseconds_and_every_error_in_its_column(
+    capsys: Printed,
+) -> None:
+    rows = [
+        Row(
+            Setting("taylor", "", "step", 0.01),
+            0.02,
+            17,
+            Deviation(1e-6, 2e-7, 3e-8, float("inf"), 2),
+        ),
+        Row(Setting("rk4", "", "step", 0.01), 0.3, 17, Deviation(5e-4, 6e-5, 7e-6, 8e-3, 2)),
+        Row(Setting("lost", "", "step", 1.0), 0.5, 7, None, "gave up"),
+    ]
+    floor = Deviation(1e-13, 2e-14, 3e-15, 4e-12, 0)
+    features = [Feature("events", 0.001, 0.004, 10, 12), Feature("rest", None, 0.004, None, 12)]
+    result = Tradeoff(PRESETS["base"], None, floor, rows, features)
+    print_tradeoff(result, {"peak": 1e-4})
+    parts = re.split(r"\n(?=What a scene pays|Cheapest)", text_of(capsys))
+    title, table = parts[0].split("\n", 1)
+    assert title == "Trade-off: base, 100 s"
+    shown = tabled(table.partition("\n\n")[0].partition("\nbest for")[0])
+    first, second = shown[0], shown[1]
+    for line, source in ((first, rows[0]), (second, rows[1])):
+        assert (line["method"], line["setting"]) == (source.setting.label, "step=0.01")
+        assert float(line["CPU ms"]) == 1e3 * source.cpu_s
+        assert (line["steps"], line["separations"]) == ("17", "+2")
+        assert source.error is not None
+        assert float(line["final state"]) == source.error.final
+        assert float(line["peak |y|"]) == source.error.peak
+        (half,) = [value for key, value in line.items() if "half" in key]
+        assert float(half) == source.error.half_range
+    assert (first["events s"], second["events s"]) == ("missed", "8.0e-03")
+    assert (first["best for"], second["best for"]) == ("FPH", "E")
+    assert "final 1e-13, peak 2e-14" in parts[0]
+    assert "events 4e-12" in parts[0]
+    costs = tabled(parts[1][parts[1].index("feature ") :].rstrip())
+    assert (costs[0]["without"], costs[0]["with"], costs[0]["ratio"]) == ("1.000", "4.000", "4.00")
+    assert costs[1]["with"] == "4.000"
+    assert "peak to 0.0001" in parts[2]
+    assert "taylor, step=0.01: error 2.0e-07, 20 ms" in parts[2]
+    data = tradeoff_to_dict(result)
+    assert data["rows"][0]["error_events"] is None
+    assert data["rows"][1]["error_events"] == 8e-3
+    assert [entry["cpu_s"] for entry in data["rows"]] == [0.02, 0.3, 0.5]
+    assert data["rows"][1]["pareto"] == ["events"]
+    assert [entry["failure"] for entry in data["rows"]] == [None, None, "gave up"]
+    assert [entry["error_final"] for entry in data["rows"]] == [1e-6, 5e-4, None]
+    assert [entry["error_half_range"] for entry in data["rows"]] == [3e-8, 7e-6, None]
+    assert data["floor"] == {"final": 1e-13, "peak": 2e-14, "half_range": 3e-15, "events": 4e-12}
+    assert data["features"][0]["with_s"] == 0.004
