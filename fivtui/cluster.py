@@ -71,7 +71,7 @@ def cluster_engine(address: str) -> Iterator[Engine]:
 
 async def _reach(address: str) -> None:
     # Besides what is no address, schemes of packages that are missing or not set up fail here.
-    from distributed.comm import connect
+    from distributed.comm.core import connect
     from distributed.security import Security
 
     arguments = Security().get_connection_args("client")
