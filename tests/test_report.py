@@ -120,8 +120,8 @@ def test_sweep_and_attractors_keep_their_first_columns(monkeypatch: pytest.Monke
         words = out.getvalue().split()
         assert {column.name for column in study.columns} - {"reason"} <= set(words)
         # Both members stand in each block, under their names.
-        blocks = sum(line.startswith("F N") for line in lines)
-        assert sum(line.startswith("21 ") for line in lines) == blocks >= 1
-        assert sum(line.startswith("43 ") for line in lines) == blocks
+        blocks = sum({"mu", "separation"} <= set(line.split()) for line in lines)
+        assert sum(line.split()[:2] == ["21", "0.1"] for line in lines) == blocks >= 1
+        assert sum(line.split()[:2] == ["43", "0.1"] for line in lines) == blocks
         assert str(found.kind).split()[0] in words
         assert "multipliers," in words

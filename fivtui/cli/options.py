@@ -124,4 +124,4 @@ def put(text: str) -> None:
 
 def say(message: str) -> None:
     """Print words on standard error."""
-    click.echo(message, err=True)
+    sys.stderr.write(f"{message}\n")

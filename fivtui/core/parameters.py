@@ -138,7 +138,7 @@ def read_whole(text: str) -> int:
 def _plain(text: str) -> str:
     # What Python's numbers have besides plain ones.
     if not text.isascii() or "_" in text:
-        raise ValueError
+        raise ValueError("not a plain number")
     return text
 
 
