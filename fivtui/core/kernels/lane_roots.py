@@ -171,10 +171,11 @@ def _root(c: Any, degree: int, h: Any, side: Any, fresh: Any, guess: Any, wanted
         rise = slope * t - value
         slope, bend = choose(fresh, rise, slope), choose(fresh, bend * (t * t) - rise, bend)
         length = choose(fresh, t, splat(1.0))
-        new = t - length * ((value * slope) / (slope * slope - value * bend))
+        step = (value * slope) / (slope * slope - value * bend)
+        new = t - length * step
         change = absolute(new - t)
         # Halley's method stands still at an extremum too: there Newton's would not.
-        near = absolute(value) * length <= change * absolute(slope) * 2.0
+        near = absolute(value) <= absolute(step * slope) * 2.0
         within = (new > left) & (new < right) & (near | (change > t * STILL))
         close = near & (change <= t * PRECISE)
         # Changes shrink cubically: the next is about change (change/last)².

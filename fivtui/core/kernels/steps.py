@@ -216,10 +216,11 @@ def _refined(c: Any, degree: int, h: float, side: float, fresh: bool, guess: flo
             bend -= (slope - share) / t
             slope -= share
         # Equal to -newton / (1 + newton bend / slope) with newton = -value / slope.
-        new = t - value * slope / (slope * slope - value * bend)
+        step = value * slope / (slope * slope - value * bend)
+        new = t - step
         change = abs(new - t)
         # Halley's method stands still at an extremum too: there Newton's would not.
-        near = abs(value) <= 2.0 * change * abs(slope)
+        near = abs(value) <= 2.0 * abs(step * slope)
         if near and change <= t * PRECISE:
             return min(max(new, left), right)
         if left < new < right and (near or change > STILL * t):
