@@ -6,7 +6,7 @@ import re
 import subprocess
 import sys
 import zipfile
-from pathlib import Path
+from pathlib import Path, PurePosixPath
 from xml.etree import ElementTree as ET
 
 import fmpy
@@ -212,6 +212,8 @@ def test_what_the_fmu_carries_imports_the_standard_library_and_itself_alone(fmu:
         names = [n for n in archive.namelist() if re.match(r"resources/fivtui_.*\.py", n)]
         trees = {name: ast.parse(archive.read(name)) for name in names}
     assert len(trees) > 15
+    folders = {parent for n in names for parent in PurePosixPath(n).parents[:-2]}
+    assert {f"{folder}/__init__.py" for folder in folders} <= set(names)
     (package,) = {name.split("/")[1] for name in names if name.count("/") > 1}
     allowed = {*sys.stdlib_module_names, "pythonfmu", package}
     for name, tree in trees.items():

@@ -6,7 +6,9 @@ from typing import Any
 
 import pytest
 
+from fivtui.core.parameters import Parameters
 from fmu_src.builder import build_fmu
+from fmu_src.motion import Motion
 from tests.fmu_driver import Driver
 
 STATES = ["x", "vx", "y", "vy"]
@@ -73,6 +75,17 @@ def test_after_a_change_of_inputs_the_motion_has_the_derivatives_of_the_new_ones
         exact = rates(middle, F, mu, contact=contact)
         assert slope == pytest.approx(exact, rel=2e-4, abs=2e-3), (number, t)
     assert modes == ({0.0, 1.0} if separation else {1.0})
+
+
+def test_the_motion_goes_on_in_the_same_step_under_the_inputs_it_has_changed_to() -> None:
+    p, start = Parameters(**VALUES), (0.5, -1.0, -0.9, 0.3)
+    motion = Motion(p, start, t=0.0, separation=True, tol=1e-9)
+    motion.move_to(0.01, F=100.0, mu=0.9)
+    motion.move_to(0.02, F=30.0, mu=0.2)
+    at = motion.moment
+    assert (at.F, at.mu) == (30.0, 0.2)
+    motion.move_to(0.03, F=30.0, mu=0.2)
+    assert motion.moment.segment is at.segment
 
 
 def test_the_importer_gets_the_derivatives_of_the_inputs_that_it_has_set() -> None:
