@@ -186,6 +186,17 @@ def test_old_runs_go_but_not_the_one_shown_nor_the_baseline() -> None:
     assert list(runs)[:2] == [base, shown]
 
 
+def test_a_result_goes_only_after_the_runs_that_have_none() -> None:
+    runs = Runs()
+    first, second, shown = (finished(runs) for _ in range(3))
+    runs.shown = shown
+    failed = [runs.start(SHORT) for _ in range(MAX_RUNS - 3)]
+    running = runs.start(SHORT)
+    assert list(runs) == [first, second, shown, *failed[1:], running]
+    read = [runs.take_in(SHORT, shown.result, "a.csv") for _ in failed if shown.result is not None]
+    assert list(runs) == [second, shown, running, *read]
+
+
 def test_a_run_from_a_file_does_not_stop_the_one_that_runs() -> None:
     runs = Runs()
     running = runs.start(SHORT)

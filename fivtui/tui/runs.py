@@ -38,6 +38,10 @@ class RunState(Enum):
     NOT_KEPT = "not kept"
 
 
+# Of these there is no result, nor will there be one.
+_WITHOUT: Final = (RunState.STOPPED, RunState.FAILED, RunState.NOT_KEPT)
+
+
 @dataclass(eq=False, slots=True)
 class Run:
     """One transient of a session.
@@ -235,8 +239,9 @@ class Runs:
         run = Run(self._count, scene)
         self._runs.append(run)
         while len(self._runs) > MAX_RUNS:
-            kept = (self.shown, self.baseline)
-            self.remove(next(old for old in self._runs if old not in kept))
+            kept = (self.shown, self.baseline, self.active, run)
+            others = [old for old in self._runs if old not in kept]
+            self.remove(next((old for old in others if old.state in _WITHOUT), others[0]))
         return run
 
     def take_in(self, scene: Scene, result: Transient, source: str) -> Run:
