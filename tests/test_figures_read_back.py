@@ -223,6 +223,7 @@ def test_a_map_has_its_values_over_its_own_axes(value: str, colours: str, own: A
     figure = map_figure(stability_map(Parameters(c1=0.5), {"mu": MU, "F": FORCE}, value))
     axes, bar = figure.axes
     assert labels(axes) == ("Friction coefficient μ", "Preload F (N)")
+    assert (axes.get_xscale(), axes.get_yscale()) == ("linear", "linear")
     assert plain(bar.get_ylabel()) == colours
     _, values = mesh_of(axes)
     assert set(values) == set(itertools.product(MU.round(9).tolist(), FORCE.tolist()))
