@@ -10,6 +10,7 @@ import pytest
 from matplotlib.axes import Axes
 from matplotlib.collections import QuadMesh
 from matplotlib.colors import to_hex
+from matplotlib.contour import QuadContourSet
 from numpy.typing import NDArray
 
 from fivtui.attractor_figures import basin_figure, continuation_figure
@@ -222,6 +223,7 @@ def test_a_map_has_its_values_over_its_own_axes(value: str, colours: str, own: A
     figure = map_figure(stability_map(Parameters(c1=0.5), {"mu": MU, "F": FORCE}, value))
     axes, bar = figure.axes
     assert labels(axes) == ("Friction coefficient μ", "Preload F (N)")
+    assert (axes.get_xscale(), axes.get_yscale()) == ("linear", "linear")
     assert plain(bar.get_ylabel()) == colours
     _, values = mesh_of(axes)
     assert set(values) == set(itertools.product(MU.round(9).tolist(), FORCE.tolist()))
@@ -522,6 +524,15 @@ def test_a_basin_has_the_colour_of_the_attractor_that_its_starts_reach() -> None
     for place, patch in enumerate(legend.values()):
         assert to_hex(mesh.to_rgba(float(place))) == to_hex(patch.get_facecolor())  # type: ignore[arg-type]
         assert bool(patch.get_hatch()) == (place != 1)
+    # The hatching of a cycle covers its own starts alone; corners are looked at from inside.
+    filled = [each for each in axes.collections if isinstance(each, QuadContourSet) and each.filled]
+    grid = np.stack(np.meshgrid(first, second, indexing="ij"), axis=-1)
+    seen = np.array([0.0, 4.0]) + 0.99 * (grid.reshape(-1, 2) - np.array([0.0, 4.0]))
+    hatched = [patch.get_hatch() for patch in legend.values() if patch.get_hatch()]
+    for contours, hatch, index in zip(filled, hatched, (0, 2), strict=True):
+        assert list(contours.hatches) == [hatch]
+        inside = sum(path.contains_points(seen) for path in contours.get_paths()) > 0
+        np.testing.assert_array_equal(inside, reached.ravel() == index)
     assert to_hex(legend["equilibrium"].get_facecolor()) == "#ffffff"
     assert plain(axes.get_title()).endswith("x_0 = 0.1 m, vy_0 = 0.4 m/s")
     assert "vx_0 =" not in plain(axes.get_title())
