@@ -306,7 +306,7 @@ def test_a_printed_accuracy_has_units_and_digits(
         fate=Fate.DECAYS,
         duration=3.0,
     )
-    print_accuracy(Accuracy(runs[0], "tol=1e-14", estimates, growth))
+    print_accuracy(Accuracy(runs[0], "tol=1e-14", estimates, growth, None))
     title, text = text_of(capsys).split("\n", 1)
     assert title == "Accuracy of 3 s by taylor, held against tol=1e-14"
     table, _, rest = text.partition("Growth of a small error")
@@ -386,7 +386,10 @@ def test_printed_attractors_have_the_figures_of_their_orbits(capsys: Printed) ->
         "attractor", "period s", "y from .. to m", "separations", "off the belt s",
         "belt faster than m/s", "multipliers, size",
     ]  # fmt: skip
-    print_coexistence(Coexistence(Parameters(), True, (REST, SEPARATING), EscapeOffset(0.2, None)))
+    both = (REST, SEPARATING)
+    print_coexistence(
+        Coexistence(Parameters(), True, both, (1, 0), stable=True, escape=EscapeOffset(0.2, None))
+    )
     shown = dict(listed(capsys))
     assert shown["offset above that leaves the equilibrium"] == "0.2 m"
     assert shown["offset below that leaves the equilibrium"] == "none"
