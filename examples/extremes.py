@@ -3,7 +3,7 @@
 Run it as ``python examples/extremes.py``; ``fivtui extremes`` tries every method, in a minute.
 """
 
-from fivtui.trials import TRIALS, run_trials
+from fivtui.assessment.trials import TRIALS, run_trials
 
 METHODS = ("taylor", "scipy-lsoda")
 

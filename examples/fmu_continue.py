@@ -8,7 +8,7 @@ from pathlib import Path
 
 from fmpy import extract, instantiate_fmu, read_model_description, simulate_fmu
 
-from fmu_src.builder import build_fmu
+from fmu_src.build.builder import build_fmu
 
 
 def main() -> None:

@@ -9,7 +9,7 @@ from typing import Any
 
 from fmpy import extract, instantiate_fmu, read_model_description
 
-from fmu_src.builder import build_fmu
+from fmu_src.build.builder import build_fmu
 
 
 def ready(component: str, folder: Path) -> tuple[Any, dict[str, int]]:

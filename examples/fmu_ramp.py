@@ -10,7 +10,7 @@ import numpy as np
 from fmpy import simulate_fmu
 
 from fivtui import Parameters, stability
-from fmu_src.builder import build_fmu
+from fmu_src.build.builder import build_fmu
 
 # Preload at the start, N, its rate, N/s, the end, s, and the friction coefficient.
 FIRST, RATE, END, MU = 5.0, 0.25, 200.0, 0.5

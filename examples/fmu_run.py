@@ -9,7 +9,7 @@ from pathlib import Path
 import numpy as np
 from fmpy import simulate_fmu
 
-from fmu_src.builder import build_fmu
+from fmu_src.build.builder import build_fmu
 
 
 def main() -> None:

@@ -11,7 +11,7 @@ from pathlib import Path
 import numpy as np
 from fmpy import simulate_fmu
 
-from fmu_src.builder import build_fmu
+from fmu_src.build.builder import build_fmu
 
 
 def peak(fmu: str, F: float, k_nl: float) -> tuple[float, float]:

@@ -11,7 +11,7 @@ from libcosimpy.CosimLogging import CosimLogLevel, log_output_level
 from libcosimpy.CosimManipulator import CosimManipulator
 from libcosimpy.CosimObserver import CosimObserver
 
-from fmu_src.ssp import build_ssp
+from fmu_src.build.ssp import build_ssp
 
 
 def main() -> None:

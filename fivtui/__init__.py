@@ -6,22 +6,23 @@ The public functions are imported on first use, so that importing the package co
 from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
-if TYPE_CHECKING:
-    from .core.batch import simulate_batch
-    from .core.parameters import Parameters
-    from .core.stability import stability
-    from .simulation import simulate
-    from .sweeps import sweep
+from .version import __version__ as __version__
 
-__version__ = "0.1.0"
+if TYPE_CHECKING:
+    from .batch.run import simulate_batch
+    from .equilibrium.eigenvalues import stability
+    from .model.parameters import Parameters
+    from .simulation import simulate
+    from .sweeps.run import sweep
+
 __all__ = ["Parameters", "simulate", "simulate_batch", "stability", "sweep"]
 
 _HOMES = {
-    "Parameters": ".core.parameters",
+    "Parameters": ".model.parameters",
     "simulate": ".simulation",
-    "simulate_batch": ".core.batch",
-    "stability": ".core.stability",
-    "sweep": ".sweeps",
+    "simulate_batch": ".batch.run",
+    "stability": ".equilibrium.eigenvalues",
+    "sweep": ".sweeps.run",
 }
 
 

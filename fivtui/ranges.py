@@ -7,8 +7,8 @@ from typing import Final
 import numpy as np
 from numpy.typing import NDArray
 
-from .core.errors import InputError
-from .core.parameters import PARAMETERS, ParameterSpec, read_whole, unknown_name
+from .model.errors import InputError
+from .model.parameters import PARAMETERS, ParameterSpec, read_whole, unknown_name
 
 MAX_COUNT: Final = 10_000_000
 _FORM: Final = "NAME=START:STOP:COUNT or NAME=START:STOP:COUNT:log"

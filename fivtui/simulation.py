@@ -4,13 +4,13 @@ import time
 from collections.abc import Mapping
 from typing import Final
 
-from .core.integration import check_has_kernels, integrate
-from .core.methods import METHODS
-from .core.outcome import Transient
-from .core.parameters import Parameters, unknown_name
-from .core.recorder import OnSamples, Samples
-from .core.request import DEFAULT_T_END, DEFAULT_TOL, Start, make_problem
-from .core.transient import MAX_STEPS, KernelChoice, Progress
+from .model.parameters import Parameters, unknown_name
+from .transient.integrate import check_has_kernels, integrate
+from .transient.loop import MAX_STEPS, KernelChoice, Progress
+from .transient.methods import METHODS
+from .transient.recorder import OnSamples, Samples
+from .transient.request import DEFAULT_T_END, DEFAULT_TOL, Start, make_problem
+from .transient.result import Transient
 
 ALL_METHODS: Final[Mapping[str, str]] = {
     **{name: method.meaning for name, method in METHODS.items()},
@@ -98,7 +98,7 @@ def simulate(
     begin = time.thread_time()
     result: Transient
     if method == "fmu":
-        from .fmu_host import integrate_fmu
+        from .fmu.transient import integrate_fmu
 
         check_has_kernels(method, kernel)
         problem = make_problem(

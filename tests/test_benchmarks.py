@@ -6,18 +6,12 @@ from pathlib import Path
 
 import pytest
 
-from fivtui.core.model import State
-from tests.benchmarks.peers import missing, peers
-from tests.benchmarks.solvers import COMPILED, OWN, Run, Solver
-from tests.benchmarks.work_precision import (
-    Measurement,
-    cheapest,
-    draw,
-    measure,
-    ratio_to,
-    table,
-)
-from tests.references import REFERENCES, Reference
+from fivtui.model.slider_belt import State
+
+from .benchmarks.peers import missing, peers
+from .benchmarks.solvers import COMPILED, OWN, Run, Solver
+from .benchmarks.work_precision import Measurement, cheapest, draw, measure, ratio_to, table
+from .references import REFERENCES, Reference
 
 SCENE = REFERENCES["strong-friction"]
 

@@ -13,32 +13,42 @@ from matplotlib.colors import to_hex
 from matplotlib.contour import QuadContourSet
 from numpy.typing import NDArray
 
-from fivtui.attractor_figures import basin_figure, continuation_figure
-from fivtui.core.attractors import Attractor, Kind
-from fivtui.core.basin import Basin
-from fivtui.core.continuation import BranchPoint, Continuation
-from fivtui.core.design import Design, Range
-from fivtui.core.deviation import Deviation
-from fivtui.core.mode_scan import mode_scan
-from fivtui.core.outcome import Transient
-from fivtui.core.parameters import Parameters
-from fivtui.core.shooting import PeriodicOrbit, Section
-from fivtui.core.stability import stability
-from fivtui.core.stability_map import stability_map
-from fivtui.core.study import Study
-from fivtui.core.sweep import Rows
-from fivtui.core.tradeoff import Row, Setting
-from fivtui.figures import transient_figure
-from fivtui.map_figure import map_figure
-from fivtui.mode_figure import mode_figure
-from fivtui.presets import PRESETS
+from fivtui.equilibrium.eigenvalues import stability
+from fivtui.equilibrium.map import stability_map
+from fivtui.equilibrium.map_figure import map_figure
+from fivtui.equilibrium.mode_figure import mode_figure
+from fivtui.equilibrium.scan import mode_scan
+from fivtui.model.parameters import Parameters
+from fivtui.orbits.basin import Basin
+from fivtui.orbits.continuation import BranchPoint, Continuation
+from fivtui.orbits.explorer import Attractor, Kind
+from fivtui.orbits.figure import basin_figure, continuation_figure
+from fivtui.orbits.shooting import PeriodicOrbit, Section
+from fivtui.scene.presets import PRESETS
 from fivtui.simulation import simulate
-from fivtui.sweep_figures import sweep_figure
-from fivtui.sweeps import Sweep
-from fivtui.tradeoff import Tradeoff
-from fivtui.tradeoff_figure import tradeoff_figure
-from tests import own_slider
-from tests.reading import entries, labels, line_like, lines_like, plain, points, spans, the_legend
+from fivtui.sweeps.design import Design, Range
+from fivtui.sweeps.figure import sweep_figure
+from fivtui.sweeps.rows import Rows
+from fivtui.sweeps.run import Sweep
+from fivtui.sweeps.study import Study
+from fivtui.tradeoffs.figure import tradeoff_figure
+from fivtui.tradeoffs.measure import Tradeoff
+from fivtui.tradeoffs.settings import Row, Setting
+from fivtui.transient.deviation import Deviation
+from fivtui.transient.figure import transient_figure
+from fivtui.transient.result import Transient
+
+from .support import own_slider
+from .support.reading import (
+    entries,
+    labels,
+    line_like,
+    lines_like,
+    plain,
+    points,
+    spans,
+    the_legend,
+)
 
 FloatArray = NDArray[np.float64]
 BASE_TITLE = (

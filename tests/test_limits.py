@@ -6,13 +6,13 @@ import numpy as np
 import pytest
 
 from fivtui import Parameters, simulate, stability
-from fivtui.core.errors import ComputationError
-from fivtui.core.lyapunov import error_growth
-from fivtui.core.model import State
-from fivtui.core.polynomial import roots
-from fivtui.core.request import make_problem
-from fivtui.core.shooting import PeriodicOrbit, Section, shoot
-from fivtui.core.variation import flow
+from fivtui.assessment.lyapunov import error_growth
+from fivtui.model.errors import ComputationError
+from fivtui.model.slider_belt import State
+from fivtui.orbits.shooting import PeriodicOrbit, Section, shoot
+from fivtui.orbits.variation import flow
+from fivtui.taylor.polynomial import roots
+from fivtui.transient.request import make_problem
 
 # F = 80 N: where the separating cycle is born, and its lift-off and period there, by a
 # continuation with other code.

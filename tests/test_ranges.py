@@ -3,8 +3,8 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from fivtui.core.errors import InputError
-from fivtui.core.parameters import PARAMETERS
+from fivtui.model.errors import InputError
+from fivtui.model.parameters import PARAMETERS
 from fivtui.ranges import Range, parse_range, parse_ranges
 
 

@@ -10,7 +10,7 @@ from pathlib import Path
 
 import pytest
 
-from fivtui.core.parameters import PARAMETERS
+from fivtui.model.parameters import PARAMETERS
 
 ROOT = Path(__file__).parents[1]
 README = (ROOT / "README.md").read_text(encoding="utf-8")
@@ -20,7 +20,7 @@ BLOCKS = re.findall(r"^```(sh|python|py)\n(.*?)^```", README, flags=re.MULTILINE
 @pytest.mark.slow
 def test_the_blocks_run_in_order_in_one_folder_as_installed_there(tmp_path: Path) -> None:
     done = subprocess.run(
-        [sys.executable, "-m", "tests.readme_commands"],
+        [sys.executable, "-m", "tests.support.readme_commands"],
         input=json.dumps(BLOCKS),
         cwd=tmp_path,
         env=os.environ | {"PYTHONPATH": str(ROOT)},

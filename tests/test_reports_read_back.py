@@ -10,48 +10,44 @@ from typing import Any
 import numpy as np
 import pytest
 
-from fivtui.accuracy import Accuracy, Estimate
-from fivtui.attractor_report import (
+from fivtui.assessment.estimate import Accuracy, Estimate
+from fivtui.assessment.lyapunov import ErrorGrowth, Fate
+from fivtui.assessment.report import print_trials
+from fivtui.assessment.trials import Finding, Verdict
+from fivtui.equilibrium.eigenvalues import stability
+from fivtui.equilibrium.map import stability_map
+from fivtui.equilibrium.map_files import map_to_dict, save_map
+from fivtui.equilibrium.mode_files import save_modes
+from fivtui.equilibrium.report import print_map, print_stability
+from fivtui.equilibrium.scan import mode_scan
+from fivtui.model.parameters import Parameters
+from fivtui.orbits.basin import Basin, EscapeOffset
+from fivtui.orbits.coexistence import Coexistence
+from fivtui.orbits.continuation import BranchPoint, Continuation
+from fivtui.orbits.explorer import Attractor, Kind
+from fivtui.orbits.files import basin_to_dict, continuation_to_dict, save_basin, save_continuation
+from fivtui.orbits.report import (
     print_attractors,
     print_basin,
     print_coexistence,
     print_continuation,
 )
-from fivtui.attractor_results import (
-    basin_to_dict,
-    continuation_to_dict,
-    save_basin,
-    save_continuation,
-)
-from fivtui.compare import Comparison, Pair
-from fivtui.core.attractors import Attractor, Kind
-from fivtui.core.basin import Basin, EscapeOffset
-from fivtui.core.coexistence import Coexistence
-from fivtui.core.continuation import BranchPoint, Continuation
-from fivtui.core.deviation import Deviation
-from fivtui.core.lyapunov import ErrorGrowth, Fate
-from fivtui.core.mode_scan import mode_scan
-from fivtui.core.outcome import Transient
-from fivtui.core.parameters import Parameters
-from fivtui.core.stability import stability
-from fivtui.core.stability_map import stability_map
-from fivtui.core.tradeoff import Row, Setting
-from fivtui.map_results import map_to_dict, save_map
-from fivtui.mode_results import save_modes
-from fivtui.presets import PRESETS
-from fivtui.results import stability_to_dict
+from fivtui.scene.compare import Comparison, Pair
+from fivtui.scene.presets import PRESETS
+from fivtui.scene.verified import Verified
 from fivtui.simulation import simulate
-from fivtui.stability_report import print_map, print_stability
-from fivtui.sweep_report import print_sweep, progress_text
-from fivtui.tradeoff import Feature, Tradeoff
-from fivtui.tradeoff_report import print_tradeoff
-from fivtui.tradeoff_results import tradeoff_to_dict
-from fivtui.transient_report import print_accuracy, print_comparison, print_transient
-from fivtui.trials import Finding, Verdict
-from fivtui.trials_report import print_trials
-from fivtui.verified import Verified
-from tests import own_slider
-from tests.test_figures_read_back import cycle, made_up, output_value
+from fivtui.sweeps.report import print_sweep, progress_text
+from fivtui.tradeoffs.files import tradeoff_to_dict
+from fivtui.tradeoffs.measure import Feature, Tradeoff
+from fivtui.tradeoffs.report import print_tradeoff
+from fivtui.tradeoffs.settings import Row, Setting
+from fivtui.transient.deviation import Deviation
+from fivtui.transient.files import stability_to_dict
+from fivtui.transient.report import print_accuracy, print_comparison, print_transient
+from fivtui.transient.result import Transient
+
+from .support import own_slider
+from .test_figures_read_back import cycle, made_up, output_value
 
 Printed = pytest.CaptureFixture[str]
 

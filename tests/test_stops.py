@@ -7,16 +7,16 @@ from typing import Any
 import numpy as np
 import pytest
 
-from fivtui.core import compiled
-from fivtui.core.attractors import find_attractors
-from fivtui.core.basin import basin, escape_offset
-from fivtui.core.coexistence import coexistence
-from fivtui.core.continuation import continuation
-from fivtui.core.errors import Cancelled
-from fivtui.core.integration import integrate
-from fivtui.core.kernel_loader import KernelLoader
-from fivtui.core.parameters import Parameters
+from fivtui.kernel import loader
+from fivtui.kernel.loader import KernelLoader
+from fivtui.model.errors import Cancelled
+from fivtui.model.parameters import Parameters
+from fivtui.orbits.basin import basin, escape_offset
+from fivtui.orbits.coexistence import coexistence
+from fivtui.orbits.continuation import continuation
+from fivtui.orbits.explorer import find_attractors
 from fivtui.simulation import simulate
+from fivtui.transient.integrate import integrate
 
 P = Parameters(F=120.0)
 Go = Callable[[float], bool]
@@ -45,7 +45,7 @@ def test_a_search_is_cancelled_within_a_motion(name: str, monkeypatch: pytest.Mo
         finally:
             within = False
 
-    monkeypatch.setattr("fivtui.core.attractors.integrate", watched)
+    monkeypatch.setattr("fivtui.orbits.explorer.integrate", watched)
     with pytest.raises(Cancelled):
         SEARCHES[name](lambda _fraction: not within)
 
@@ -85,7 +85,7 @@ def test_a_run_that_waits_for_the_compiler_is_cancelled(monkeypatch: pytest.Monk
         def _imported(self) -> None:
             released.wait()
 
-    monkeypatch.setattr(compiled, "kernels", Slow("single"))
+    monkeypatch.setattr(loader, "single", Slow("single"))
     try:
         with pytest.raises(Cancelled):
             simulate(kernel="compiled", progress=lambda _fraction: False)

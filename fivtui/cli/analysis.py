@@ -12,6 +12,7 @@ from .options import (
     json_option,
     output_option,
     print_json,
+    progress_bar,
     say,
     scene_argument,
     scene_of,
@@ -35,10 +36,10 @@ from .options import (
 @json_option
 def stability(scene: str, assignments: tuple[str, ...], **given: Any) -> None:
     """Show equilibrium, eigenvalues, modes, growth rate and critical friction coefficient."""
-    from ..core.stability import stability as judge
-    from ..formats import check_columns_path
-    from ..results import stability_to_dict
-    from ..stability_report import print_stability
+    from fivtui.equilibrium.eigenvalues import stability as judge
+    from fivtui.equilibrium.report import print_stability
+    from fivtui.io.formats import check_columns_path
+    from fivtui.transient.files import stability_to_dict
 
     chosen = scene_of(scene, assignments, ignore_separation=given["ignore_separation"])
     out, plot, force, as_json = (given[name] for name in ("out", "plot", "force", "as_json"))
@@ -47,22 +48,22 @@ def stability(scene: str, assignments: tuple[str, ...], **given: Any) -> None:
     verdict = judge(p, separation=separation)
     data = stability_to_dict(verdict)
     if out is not None or plot is not None:
-        from ..mode_results import modes_over_mu, save_modes
+        from fivtui.equilibrium.mode_files import modes_over_mu, save_modes
 
         scan = modes_over_mu(p, verdict, separation=separation)
         if out is not None:
             save_modes(p, verdict, scan, out, separation=separation, force=force)
             say(f"wrote {out}")
         if plot is not None:
-            from ..figures import save_figure
-            from ..mode_figure import mode_figure
+            from fivtui.equilibrium.mode_figure import mode_figure
+            from fivtui.transient.figure import save_figure
 
             save_figure(mode_figure(p, verdict, scan), plot, force=force)
             say(f"wrote {plot}")
     if not as_json:
         print_stability(verdict, p)
     if given["attractors"]:
-        from ..attractor_tasks import SEARCH, carry_out
+        from .attractor_tasks import SEARCH, carry_out
 
         data |= carry_out(SEARCH, chosen, quiet=as_json)
     if as_json:
@@ -95,7 +96,7 @@ def attractors(scene: str, assignments: tuple[str, ...], **given: Any) -> None:
     Limit cycles are confirmed by shooting, with their Floquet multipliers. Without an option the
     attractors around the equilibrium are listed.
     """
-    from ..attractor_tasks import carry_out, choose_task
+    from .attractor_tasks import carry_out, choose_task
 
     start = None if given["start"] is None else start_of(given["start"])
     data = carry_out(
@@ -135,18 +136,17 @@ def attractors(scene: str, assignments: tuple[str, ...], **given: Any) -> None:
 @json_option
 def stability_map(scene: str, assignments: tuple[str, ...], **given: Any) -> None:
     """Show the stability of the equilibrium over two parameters."""
-    from ..core.stability_map import stability_map as compute
-    from ..formats import check_columns_path
-    from ..map_results import map_to_dict, save_map
-    from ..ranges import parse_ranges
-    from ..report import Progress
-    from ..stability_report import print_map
+    from fivtui.equilibrium.map import stability_map as compute
+    from fivtui.equilibrium.map_files import map_to_dict, save_map
+    from fivtui.equilibrium.report import print_map
+    from fivtui.io.formats import check_columns_path
+    from fivtui.ranges import parse_ranges
 
     chosen = scene_of(scene, assignments, ignore_separation=given["ignore_separation"])
     over = {each.name: each.values() for each in parse_ranges("--over", given["ranges"])}
     out, plot, force = given["out"], given["plot"], given["force"]
     check_outputs(out, plot, partial(check_columns_path, kind="map"), force=force)
-    with Progress("map") as progress:
+    with progress_bar("map") as progress:
         result = compute(
             chosen.parameters,
             over,
@@ -158,8 +158,8 @@ def stability_map(scene: str, assignments: tuple[str, ...], **given: Any) -> Non
         save_map(result, out, force=force)
         say(f"wrote {out}")
     if plot is not None:
-        from ..figures import save_figure
-        from ..map_figure import map_figure
+        from fivtui.equilibrium.map_figure import map_figure
+        from fivtui.transient.figure import save_figure
 
         save_figure(map_figure(result), plot, force=force)
         say(f"wrote {plot}")

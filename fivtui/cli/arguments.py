@@ -7,7 +7,7 @@ from typing import Any, Final
 
 import click
 
-from ..core.parameters import read_whole
+from fivtui.model.parameters import read_whole
 
 
 class Once(click.Option):

@@ -8,14 +8,16 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from ..core.errors import InputError
-from ..core.parameters import PARAMETERS, parameter_spec, read_number
+from fivtui.model.errors import InputError
+from fivtui.model.parameters import PARAMETERS, parameter_spec, read_number
+
 from .arguments import option
 from .paths import InputFile, OutputFile, OutputFolder, SceneName
 
 if TYPE_CHECKING:
-    from ..core.request import Start
-    from ..scene import Scene
+    from fivtui.console.printing import Progress
+    from fivtui.scene.scene import Scene
+    from fivtui.transient.request import Start
 
 scene_argument = click.argument("scene", type=SceneName(), default="base", metavar="[SCENE]")
 set_option = option(
@@ -58,7 +60,7 @@ def scene_of(name: str, assignments: Sequence[str], *, ignore_separation: bool =
     """The scene of that name with the changes of options; `InputError` if either is wrong."""
     from dataclasses import replace
 
-    from ..scene import find_scene
+    from fivtui.scene.scene import find_scene
 
     changes = assigned("--set", assignments, "F=120")
     scene = find_scene(name).with_values(
@@ -81,7 +83,7 @@ def start_of(text: str) -> "Start":
 
 def wishes_of(assignments: Sequence[str]) -> dict[str, float]:
     """The errors that ``--error`` asks for, by quantity; `InputError` if one is wrong."""
-    from ..core.wishes import check_accuracy
+    from fivtui.transient.error_targets import check_accuracy
 
     return check_accuracy(assigned("--error", assignments, "peak=1e-4"))
 
@@ -106,7 +108,7 @@ def check_outputs(
     if out is not None:
         check_data(out, force=force)
     if plot is not None:
-        from ..figures import check_figure_path
+        from fivtui.transient.figure import check_figure_path
 
         check_figure_path(plot, force=force)
 
@@ -125,3 +127,11 @@ def put(text: str) -> None:
 def say(message: str) -> None:
     """Print words on standard error."""
     sys.stderr.write(f"{message}\n")
+
+
+def progress_bar(label: str) -> "Progress":
+    """A progress bar that also says when the batch kernel is being compiled."""
+    from fivtui.console.printing import Progress
+    from fivtui.kernel import loader
+
+    return Progress(label, lambda: loader.lanes.loading)

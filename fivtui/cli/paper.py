@@ -4,10 +4,11 @@ from pathlib import Path
 
 import click
 
-from ..core.errors import InputError
+from fivtui.model.errors import InputError
+
 from .arguments import option
 from .group import commands
-from .options import folder_option, force_option, json_option, print_json, put, say
+from .options import folder_option, force_option, json_option, print_json, progress_bar, put, say
 
 
 @commands.command()
@@ -26,10 +27,9 @@ def figures(numbers: tuple[str, ...], out: Path, formats: tuple[str, ...], force
 
     Beside each picture stands a CSV file with its data, their units and the parameters.
     """
-    from ..paper.figures import DEFAULT_FORMATS, figure_numbers, save_figures
-    from ..report import Progress
+    from fivtui.paper.figures import DEFAULT_FORMATS, figure_numbers, save_figures
 
-    with Progress("figures") as progress:
+    with progress_bar("figures") as progress:
         written = save_figures(
             figure_numbers(numbers),
             out,
@@ -49,13 +49,12 @@ def claims(markdown: bool, as_json: bool) -> None:
 
     Each is shown with its section, what the paper states, what is computed, and the verdict.
     """
-    from ..paper.claims import check_claims, claims_to_list
-    from ..paper.report import claims_markdown, print_claims
-    from ..report import Progress
+    from fivtui.paper.claims.check import check_claims, claims_to_list
+    from fivtui.paper.claims.report import claims_markdown, print_claims
 
     if markdown and as_json:
         raise InputError("claims: allowed is one of --json and --markdown")
-    with Progress("claims") as progress:
+    with progress_bar("claims") as progress:
         checked = check_claims(progress=progress)
     if as_json:
         print_json(claims_to_list(checked))

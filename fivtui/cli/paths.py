@@ -9,7 +9,7 @@ import click
 from .arguments import FilePath
 
 if TYPE_CHECKING:
-    from ..files import Named
+    from fivtui.io.files import Named
 
 
 class InputFile(FilePath):
@@ -50,7 +50,7 @@ def check_paths(params: Sequence[click.Parameter], values: Mapping[str, Any]) ->
     values : mapping of str to object
         What is given for them.
     """
-    from ..files import check_apart, parts_folder
+    from fivtui.io.files import check_apart, parts_folder
 
     given = [
         (param, values[param.name or ""])
@@ -80,7 +80,7 @@ def check_in_folder(paths: Sequence[Path], scene: str) -> None:
     scene : str
         What is given as the scene.
     """
-    from ..files import check_apart
+    from fivtui.io.files import check_apart
 
     check_apart([("--out", path) for path in paths], _scene(scene))
 
@@ -92,7 +92,7 @@ def _read(param: click.Parameter, value: Any) -> "list[Named]":
 
 
 def _scene(text: str) -> "list[Named]":
-    from ..scene import scene_file
+    from fivtui.scene.scene import scene_file
 
     path = scene_file(text)
     return [] if path is None else [("the scene", path)]

@@ -4,7 +4,8 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from ..core.errors import InputError
+from fivtui.model.errors import InputError
+
 from .arguments import Whole, option
 from .group import commands
 from .options import (
@@ -15,6 +16,7 @@ from .options import (
     json_option,
     output_option,
     print_json,
+    progress_bar,
     say,
     scene_argument,
     scene_of,
@@ -26,7 +28,7 @@ from .options import (
 if TYPE_CHECKING:
     from contextlib import AbstractContextManager
 
-    from ..sweeps import Engine
+    from fivtui.sweeps.run import Engine
 
 
 @commands.command()
@@ -87,9 +89,9 @@ def sweep(**given: Any) -> None:
     """
     from contextlib import ExitStack
 
-    from ..sweep_report import SweepProgress, print_sweep
-    from ..sweep_request import parse_cases, parse_design, study_of
-    from ..sweeps import check_in_memory, load_sweep, sweep_in_memory, sweep_to_file
+    from fivtui.sweeps.report import SweepProgress, print_sweep
+    from fivtui.sweeps.request import parse_cases, parse_design, study_of
+    from fivtui.sweeps.run import check_in_memory, load_sweep, sweep_in_memory, sweep_to_file
 
     scene = scene_of(given["scene"], given["assignments"])
     study = study_of(
@@ -106,8 +108,8 @@ def sweep(**given: Any) -> None:
     if out is None or plot is not None or as_json:
         check_in_memory(study)
     if plot is not None:
-        from ..figures import check_figure_path
-        from ..sweep_figures import check_drawable
+        from fivtui.sweeps.figure import check_drawable
+        from fivtui.transient.figure import check_figure_path
 
         check_figure_path(plot, force=force)
         check_drawable(study)
@@ -125,8 +127,8 @@ def sweep(**given: Any) -> None:
         if plot is not None or as_json:
             result = load_sweep(study, out)
     if plot is not None:
-        from ..figures import save_figure
-        from ..sweep_figures import sweep_figure
+        from fivtui.sweeps.figure import sweep_figure
+        from fivtui.transient.figure import save_figure
 
         save_figure(sweep_figure(result), plot, force=force)
         say(f"wrote {plot}")
@@ -138,14 +140,14 @@ def sweep(**given: Any) -> None:
 
 def _engine(scheduler: str | None, workers: int | None) -> "AbstractContextManager[Engine]":
     if scheduler is not None:
-        from ..cluster import cluster_engine
+        from fivtui.sweeps.cluster import cluster_engine
 
         if workers is not None:
             raise InputError("--workers: the cluster of --scheduler has its own")
         return cluster_engine(scheduler)
     from contextlib import nullcontext
 
-    from ..sweeps import local_engine
+    from fivtui.sweeps.run import local_engine
 
     return nullcontext(local_engine(workers))
 
@@ -169,16 +171,15 @@ def tradeoff(scene: str, assignments: tuple[str, ...], **given: Any) -> None:
     """Measure what accuracy costs on this machine, for every method and setting."""
     from dataclasses import replace
 
-    from ..core.request import check_horizon
-    from ..report import Progress
-    from ..tradeoff import measure_tradeoff
-    from ..tradeoff_report import print_tradeoff
-    from ..tradeoff_results import (
+    from fivtui.tradeoffs.files import (
         cheapest_to_dict,
         check_tradeoff_path,
         save_tradeoff,
         tradeoff_to_dict,
     )
+    from fivtui.tradeoffs.measure import measure_tradeoff
+    from fivtui.tradeoffs.report import print_tradeoff
+    from fivtui.transient.request import check_horizon
 
     out, plot, force = given["out"], given["plot"], given["force"]
     wishes = wishes_of(given["wishes"])
@@ -188,14 +189,14 @@ def tradeoff(scene: str, assignments: tuple[str, ...], **given: Any) -> None:
     if given["start"] is not None:
         chosen = replace(chosen, start=start_of(given["start"]))
     check_outputs(out, plot, check_tradeoff_path, force=force)
-    with Progress("trade-off") as progress:
+    with progress_bar("trade-off") as progress:
         result = measure_tradeoff(chosen, thorough=given["thorough"], progress=progress)
     if out is not None:
         save_tradeoff(result, out, force=force)
         say(f"wrote {out}")
     if plot is not None:
-        from ..figures import save_figure
-        from ..tradeoff_figure import tradeoff_figure
+        from fivtui.tradeoffs.figure import tradeoff_figure
+        from fivtui.transient.figure import save_figure
 
         save_figure(tradeoff_figure(result), plot, force=force)
         say(f"wrote {plot}")
@@ -213,11 +214,10 @@ def extremes(as_json: bool) -> None:
     Each result is held against a solution in quadruple precision. A method is refused where it says
     itself that it cannot go on, or needs more steps than the trial allows.
     """
-    from ..report import Progress
-    from ..trials import run_trials, trials_to_dict
-    from ..trials_report import print_trials
+    from fivtui.assessment.report import print_trials
+    from fivtui.assessment.trials import run_trials, trials_to_dict
 
-    with Progress("extremes") as progress:
+    with progress_bar("extremes") as progress:
         found = run_trials(progress=progress)
     if as_json:
         print_json(trials_to_dict(found))

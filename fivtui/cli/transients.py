@@ -4,8 +4,9 @@ from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from ..core.errors import InputError
-from ..core.parameters import parse_number
+from fivtui.model.errors import InputError
+from fivtui.model.parameters import parse_number
+
 from .arguments import Whole, option
 from .group import commands
 from .options import (
@@ -17,6 +18,7 @@ from .options import (
     json_option,
     output_option,
     print_json,
+    progress_bar,
     say,
     scene_argument,
     scene_of,
@@ -27,8 +29,8 @@ from .options import (
 from .paths import check_in_folder
 
 if TYPE_CHECKING:
-    from ..core.outcome import Transient
-    from ..scene import Scene
+    from fivtui.scene.scene import Scene
+    from fivtui.transient.result import Transient
 
 
 @commands.command()
@@ -59,17 +61,16 @@ def simulate(**given: Any) -> None:
     """Compute a transient; print its extremes, events and final state."""
     import numpy as np
 
-    from ..formats import check_columns_path
-    from ..report import Progress
-    from ..runner import scene_transient
-    from ..transient_report import print_transient
-    from ..verified import verified_to_dict
+    from fivtui.io.formats import check_columns_path
+    from fivtui.scene.run import scene_transient
+    from fivtui.scene.verified import verified_to_dict
+    from fivtui.transient.report import print_transient
 
     scene = _changed(scene_of(given["scene"], given["assignments"]), given)
     out, plot, force = given["out"], given["plot"], given["force"]
     check_outputs(out, plot, partial(check_columns_path, kind="trajectory"), force=force)
     stored = out is not None or plot is not None
-    with Progress("transient") as progress:
+    with progress_bar("transient") as progress:
         run = scene_transient(
             scene,
             samples=np.linspace(0.0, scene.t_end, given["points"]) if stored else "none",
@@ -78,17 +79,17 @@ def simulate(**given: Any) -> None:
     result = run.transient
     _say_if_stiff(result)
     if out is not None:
-        from ..results import save_trajectory
+        from fivtui.transient.files import save_trajectory
 
         save_trajectory(result, out, force=force)
         say(f"wrote {out}")
     if plot is not None:
-        from ..figures import save_figure, transient_figure
+        from fivtui.transient.figure import save_figure, transient_figure
 
         save_figure(transient_figure([result]), plot, force=force)
         say(f"wrote {plot}")
     if given["as_json"]:
-        from ..results import transient_to_dict
+        from fivtui.transient.files import transient_to_dict
 
         known = {} if run.verified is None else {"accuracy": verified_to_dict(run.verified)}
         print_json({**transient_to_dict(result), **known})
@@ -100,7 +101,7 @@ def _changed(scene: "Scene", given: dict[str, Any]) -> "Scene":
     # The scene with what the options of `simulate` say.
     import dataclasses
 
-    from ..core.request import check_horizon
+    from fivtui.transient.request import check_horizon
 
     wishes = wishes_of(given["wishes"])
     fixed = given["tol"] is not None or given["step"] is not None
@@ -121,7 +122,7 @@ def _changed(scene: "Scene", given: dict[str, Any]) -> "Scene":
 
 
 def _say_if_stiff(result: "Transient") -> None:
-    from ..core.stiffness import stiffness
+    from fivtui.transient.stiffness import stiffness
 
     if result.method == "taylor" and result.stats.kernel != "exact":
         stiff = stiffness(result.parameters, t_end=result.t_end, separation=result.separation)
@@ -137,24 +138,19 @@ def _say_if_stiff(result: "Transient") -> None:
 @json_option
 def run(scene: str, out: Path | None, force: bool, as_json: bool, **given: Any) -> None:
     """Compute what a scene requires: stability, transient, trajectory; nothing else."""
-    from ..formats import check_columns_path
-    from ..report import Progress
-    from ..results import (
-        save_trajectory,
-        stability_to_dict,
-        transient_to_dict,
-    )
-    from ..runner import run_scene
-    from ..stability_report import print_stability
-    from ..transient_report import print_transient
-    from ..verified import verified_to_dict
+    from fivtui.equilibrium.report import print_stability
+    from fivtui.io.formats import check_columns_path
+    from fivtui.scene.run import run_scene
+    from fivtui.scene.verified import verified_to_dict
+    from fivtui.transient.files import save_trajectory, stability_to_dict, transient_to_dict
+    from fivtui.transient.report import print_transient
 
     chosen = scene_of(scene, given["assignments"])
     if ("trajectory" in chosen.outputs) != (out is not None):
         wanted = "a file for it: --out FILE" if out is None else "no --out: it is not required"
         raise InputError(f"trajectory of the scene {chosen.name}: allowed is {wanted}")
     check_outputs(out, None, partial(check_columns_path, kind="trajectory"), force=force)
-    with Progress(chosen.name) as progress:
+    with progress_bar(chosen.name) as progress:
         result = run_scene(chosen, progress=progress)
     data: dict[str, Any] = {"scene": chosen.name}
     if result.stability is not None:
@@ -186,13 +182,12 @@ def compare(scene: str, assignments: tuple[str, ...], out: Path, force: bool) ->
     Builds the FMU, prints one table of peaks, separations, time off the belt, agreement and time
     taken, and draws the paper's Figs. 10 to 12 as one picture.
     """
-    from ..compare import compare as run
-    from ..compare import comparison_files
-    from ..report import Progress
-    from ..transient_report import print_comparison
+    from fivtui.scene.compare import compare as run
+    from fivtui.scene.compare import comparison_files
+    from fivtui.transient.report import print_comparison
 
     check_in_folder(comparison_files(out), scene)
-    with Progress("native and FMU") as progress:
+    with progress_bar("native and FMU") as progress:
         result = run(scene_of(scene, assignments), out, force=force, progress=progress)
     print_comparison(result)
     say(f"wrote {result.fmu} and {result.figure}")
@@ -213,10 +208,9 @@ def accuracy(scene: str, assignments: tuple[str, ...], as_json: bool, **given: A
     """
     from dataclasses import replace
 
-    from ..accuracy import accuracy as judge
-    from ..accuracy import accuracy_to_dict
-    from ..report import Progress
-    from ..transient_report import print_accuracy
+    from fivtui.assessment.estimate import accuracy as judge
+    from fivtui.assessment.estimate import accuracy_to_dict
+    from fivtui.transient.report import print_accuracy
 
     chosen = scene_of(scene, assignments)
     changes: dict[str, Any] = {
@@ -226,7 +220,7 @@ def accuracy(scene: str, assignments: tuple[str, ...], as_json: bool, **given: A
     }
     if given["ignore_separation"]:
         changes["separation"] = False
-    with Progress("accuracy") as progress:
+    with progress_bar("accuracy") as progress:
         found = judge(replace(chosen, **changes), progress=progress)
     if as_json:
         print_json(accuracy_to_dict(found))

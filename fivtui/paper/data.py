@@ -9,12 +9,13 @@ from typing import Any, BinaryIO, Final
 import numpy as np
 from numpy.typing import NDArray
 
-from .. import __version__
-from ..core.errors import ComputationError
-from ..core.parameters import PARAMETERS
-from ..core.trajectory import COLUMNS, Column
-from ..files import write_atomically
-from ..formats import columns_format
+from fivtui.io.files import write_atomically
+from fivtui.io.formats import columns_format
+from fivtui.model.errors import ComputationError
+from fivtui.model.parameters import PARAMETERS
+from fivtui.transient.trajectory import COLUMNS, Column
+from fivtui.version import __version__
+
 from .families import SEPARATION
 
 FloatArray = NDArray[np.float64]

@@ -12,8 +12,8 @@ from matplotlib.layout_engine import ConstrainedLayoutEngine
 from matplotlib.lines import Line2D
 from numpy.typing import NDArray
 
-from ..core.parameters import PARAMETERS
-from ..figures import (
+from fivtui.model.parameters import PARAMETERS
+from fivtui.transient.figure import (
     CASE_COLOURS,
     CASE_LINES,
     STYLE,
@@ -23,6 +23,7 @@ from ..figures import (
     transient_figure,
     value_label,
 )
+
 from .data import FigureData, FloatArray
 from .families import SEPARATION, panels_of
 from .study import Study

@@ -11,8 +11,8 @@ from typing import Any, Final, Literal
 
 import numpy as np
 
-from ..presets import PRESETS
-from ..scene import Scene
+from fivtui.scene.presets import PRESETS
+from fivtui.scene.scene import Scene
 
 Kind = Literal["equilibrium", "eigenvalues", "critical mu", "transient", "amplitude"]
 

@@ -6,10 +6,11 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Final
 
-from ..core.errors import Cancelled, InputError
-from ..core.parameters import unknown_name
-from ..figures import FORMATS, save_figure
-from ..files import check_apart, check_output
+from fivtui.io.files import check_apart, check_output
+from fivtui.model.errors import Cancelled, InputError
+from fivtui.model.parameters import unknown_name
+from fivtui.transient.figure import FORMATS, save_figure
+
 from .amplitudes import Progress
 from .data import save_data
 from .drawing import draw

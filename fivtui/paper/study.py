@@ -5,10 +5,11 @@ from typing import Final
 
 import numpy as np
 
-from ..core.errors import Cancelled
-from ..core.outcome import Transient
-from ..scene import Scene
-from ..simulation import simulate
+from fivtui.model.errors import Cancelled
+from fivtui.scene.scene import Scene
+from fivtui.simulation import simulate
+from fivtui.transient.result import Transient
+
 from .amplitudes import Amplitude, Progress, measure_all
 from .data import FigureData
 from .families import PANELS, Panel

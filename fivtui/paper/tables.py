@@ -5,15 +5,16 @@ from typing import Any, Final
 
 import numpy as np
 
-from ..core.critical import CriticalMu
-from ..core.critical import critical_mu as critical_mus
-from ..core.errors import ComputationError
-from ..core.model import equilibrium
-from ..core.outcome import Transient
-from ..core.parameters import PARAMETERS, Parameters
-from ..core.stability import Stability, growth_rate, stability
-from ..results import trajectory_of
-from ..scene import Scene
+from fivtui.equilibrium.critical import CriticalMu
+from fivtui.equilibrium.critical import critical_mu as critical_mus
+from fivtui.equilibrium.eigenvalues import Stability, growth_rate, stability
+from fivtui.model.errors import ComputationError
+from fivtui.model.parameters import PARAMETERS, Parameters
+from fivtui.model.slider_belt import equilibrium
+from fivtui.scene.scene import Scene
+from fivtui.transient.files import trajectory_of
+from fivtui.transient.result import Transient
+
 from .amplitudes import Amplitude
 from .data import FigureData
 from .families import SEPARATION, Panel

@@ -11,25 +11,25 @@ from textual.command import Provider
 from textual.events import Event, InputEvent, Key, MouseMove
 from textual.timer import Timer
 
-from fivtui.core.errors import InputError
-from fivtui.scene import Scene
+from fivtui.model.errors import InputError
+from fivtui.scene.scene import Scene
 
-from .alt_digits import know_alt_keys, take_for_alt
-from .jobs import PRECEDENCE
-from .keeper import Keeper
-from .lab import LabScreen
-from .messages import Reported, ResultsRestored, SessionAsked
-from .session import Session
-from .slots import Slot
-from .snapshot import bring_back, state_of
-from .state_file import KeptFile, State
+from .lab.alt_digits import know_alt_keys, take_for_alt
+from .lab.screen import LabScreen
+from .persistence.autosave import Keeper
+from .persistence.slots import Slot
+from .persistence.snapshot import bring_back, state_of
+from .persistence.state_file import KeptFile, State
+from .session.jobs import PRECEDENCE
+from .session.session import Session
+from .tabs.messages import Reported, ResultsRestored, SessionAsked
 
 _KEEPING_PERIOD: Final = 2.0
 _STYLES = Path(__file__).parent / "styles"
 
 
 def _commands() -> type[Provider]:
-    from .commands import LabCommands
+    from .lab.commands import LabCommands
 
     return LabCommands
 

@@ -5,13 +5,14 @@ from pathlib import Path
 
 import click
 
-from fivtui.report import print_list, print_rows
-from tests.benchmarks import batch
-from tests.benchmarks.peers import missing, peers
-from tests.benchmarks.solvers import OWN
-from tests.benchmarks.starts import starts
-from tests.benchmarks.work_precision import LEVELS, draw, measure, ratio_to, table
+from fivtui.console.printing import print_list, print_rows
 from tests.references import REFERENCES
+
+from . import batch
+from .peers import missing, peers
+from .solvers import OWN
+from .starts import starts
+from .work_precision import LEVELS, draw, measure, ratio_to, table
 
 
 @click.command()

@@ -15,7 +15,7 @@ from typing import Any, Final
 import numpy as np
 
 from fivtui import Parameters, simulate, simulate_batch
-from fivtui.core.model import static_start
+from fivtui.model.slider_belt import static_start
 
 COUNT: Final = 1000
 T_END: Final = 100.0

@@ -10,13 +10,13 @@ import tempfile
 import time
 from pathlib import Path
 
-from fivtui.cluster import cluster_engine
-from fivtui.core.design import Design, Range
-from fivtui.core.parameters import Parameters
-from fivtui.core.study import Study
-from fivtui.sweep_store import default_piece_size
-from fivtui.sweeps import Engine, local_engine, sweep_to_file
-from tests.dask_cluster import loopback_cluster
+from fivtui.model.parameters import Parameters
+from fivtui.sweeps.cluster import cluster_engine
+from fivtui.sweeps.design import Design, Range
+from fivtui.sweeps.run import Engine, local_engine, sweep_to_file
+from fivtui.sweeps.store import default_piece_size
+from fivtui.sweeps.study import Study
+from tests.support.dask_cluster import loopback_cluster
 
 WORKERS = 2
 

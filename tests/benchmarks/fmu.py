@@ -17,9 +17,9 @@ from typing import Any, Final
 import fmpy
 from pythonfmu import FmuBuilder
 
-from fmu_src.builder import build_fmu
-from fmu_src.variable import Role
-from fmu_src.variables import VARIABLES
+from fmu_src.build.builder import build_fmu
+from fmu_src.slave.variable import Role
+from fmu_src.slave.variables import VARIABLES
 
 STEP: Final = 1e-3
 STEPS: Final = 20_000

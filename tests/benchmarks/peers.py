@@ -11,9 +11,10 @@ from typing import Any
 
 import numpy as np
 
-from fivtui.core.model import Mode, State, accelerations, mode_of
-from tests.benchmarks.solvers import Run, Solver, decades
+from fivtui.model.slider_belt import Mode, State, accelerations, mode_of
 from tests.references import Reference
+
+from .solvers import Run, Solver, decades
 
 
 def peers() -> list[Solver]:

@@ -5,8 +5,8 @@ from dataclasses import dataclass
 from typing import Final
 
 from fivtui import simulate
-from fivtui.core.model import State
-from fivtui.core.transient import KernelChoice
+from fivtui.model.slider_belt import State
+from fivtui.transient.loop import KernelChoice
 from tests.references import Reference
 
 # Computes the transient once and returns its final state.

@@ -17,12 +17,12 @@ from unittest import mock
 
 import numpy as np
 
-from fivtui.core import compiled
-from fivtui.core.kernel_loader import KernelLoader
+from fivtui.kernel import loader
+from fivtui.kernel.loader import KernelLoader
 from fivtui.simulation import simulate
 from fivtui.tui.app import FivtuiApp
-from fivtui.tui.chart_view import ChartView
-from fivtui.tui.job_pane import JobPane
+from fivtui.tui.chart.widget.chart_view import ChartView
+from fivtui.tui.tabs.job_pane import JobPane
 
 from .tui_terminal import LOADS, answers, starts
 
@@ -141,9 +141,9 @@ async def stop_job(repeats: int, what: str, key: str, fields: Mapping[str, str])
 
 async def _stops(repeats: int) -> list[Measured]:
     # The interpreted kernel, with which every session begins, holds the interpreter.
-    with mock.patch.object(compiled, "kernels", KernelLoader("none")):
+    with mock.patch.object(loader, "single", KernelLoader("none")):
         found = [await stop_run(repeats, "a run, interpreted", {"t_end": "1e6"})]
-    compiled.kernels.module()
+    loader.single.module()
     return [
         *found,
         await stop_run(repeats, "a run, compiled", {"t_end": "1e7"}),

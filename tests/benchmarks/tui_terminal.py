@@ -197,7 +197,7 @@ class Load:
     setting: str = ""
 
 
-_INTERPRETED: Final = "compiled.kernels = KernelLoader('none')"
+_INTERPRETED: Final = "loader.single = KernelLoader('none')"
 LOADS: Final = (
     Load("nothing"),
     Load("a run, interpreted", b"\x1b[15~", "left", "t_end=1e6", _INTERPRETED),
@@ -214,9 +214,9 @@ LOADS: Final = (
 )
 _CHILD: Final = """
 import dataclasses
-from fivtui.core import compiled
-from fivtui.core.kernel_loader import KernelLoader
-from fivtui.presets import PRESETS
+from fivtui.kernel import loader
+from fivtui.kernel.loader import KernelLoader
+from fivtui.scene.presets import PRESETS
 from fivtui.tui.start import run
 {setting}
 run(dataclasses.replace(PRESETS["base"], {scene}))

@@ -11,10 +11,11 @@ from typing import Final
 import numpy as np
 from matplotlib.figure import Figure
 
-from fivtui.core.errors import ComputationError
-from fivtui.core.request import resolve_start
-from tests.benchmarks.solvers import COMPILED, Solver
+from fivtui.model.errors import ComputationError
+from fivtui.transient.request import resolve_start
 from tests.references import Reference
+
+from .solvers import COMPILED, Solver
 
 LEVELS: Final = tuple(10.0**-n for n in range(6, 12))
 

@@ -14,9 +14,9 @@ from typing import Any
 
 import numpy as np
 
-from fivtui.core.model import static_start
-from fivtui.core.parameters import Parameters
-from fivtui.core.reference import RungeKutta4
+from fivtui.model.parameters import Parameters
+from fivtui.model.slider_belt import static_start
+from fivtui.transient.rk4 import RungeKutta4
 
 STEP = 5e-4
 T_END = 100.0

@@ -4,9 +4,9 @@ import json
 from dataclasses import dataclass
 from pathlib import Path
 
-from fivtui.core.model import State
-from fivtui.core.parameters import Parameters
-from fivtui.core.request import Start
+from fivtui.model.parameters import Parameters
+from fivtui.model.slider_belt import State
+from fivtui.transient.request import Start
 
 
 @dataclass(frozen=True)

@@ -1,4 +1,4 @@
-"""Make ``fivtui/trial_truth.json``: the truth of the trials in quadruple precision.
+"""Make ``fivtui/assessment/trial_truth.json``: the truth of the trials in quadruple precision.
 
 Run it as ``python -m tests.references.make_trials``; it needs gcc. The horizon of 1e5 s takes half
 an hour, the rest minutes. ``python -m tests.references.make_trials NAME …`` renews those alone.
@@ -11,11 +11,11 @@ import tempfile
 from pathlib import Path
 
 import fivtui
-from fivtui.core.request import resolve_start
-from fivtui.trials import TRIALS, TRUTH_FILE
+from fivtui.assessment.trials import TRIALS, TRUTH_FILE
+from fivtui.transient.request import resolve_start
 
 SOURCE = Path(__file__).with_name("quad.c")
-TARGET = Path(fivtui.__file__).with_name(TRUTH_FILE)
+TARGET = Path(fivtui.__file__).parent / "assessment" / TRUTH_FILE
 FIELDS = ("x", "vx", "y", "vy", "y_abs", "x_abs", "separations", "separated_time")
 
 

@@ -1,0 +1,1 @@
+"""How far to trust a run: error estimates, Lyapunov exponents, stress tests."""

@@ -1,0 +1,183 @@
+"""How far to trust the numbers of a run: a finer run beside it, and how errors grow."""
+
+import math
+from collections.abc import Mapping
+from dataclasses import asdict, dataclass
+from typing import Any, Final
+
+from fivtui.scene.scene import Scene
+from fivtui.scene.verified import runs_part
+from fivtui.simulation import simulate
+from fivtui.transient.divergence import Divergence
+from fivtui.transient.loop import Progress
+from fivtui.transient.methods import METHODS, fixed_step
+from fivtui.transient.request import TOL_RANGE, make_problem
+from fivtui.transient.result import Transient
+
+from .lyapunov import ErrorGrowth, error_growth
+
+_FINER: Final = 100.0
+
+
+@dataclass(frozen=True, slots=True)
+class Estimate:
+    """A number of a run and how far it is from that of the finer run."""
+
+    value: float
+    difference: float
+
+
+@dataclass(frozen=True, slots=True)
+class Accuracy:
+    """How far to trust a run.
+
+    Attributes
+    ----------
+    run : Transient
+        The run at the setting asked for.
+    finer : str
+        The setting of the run it is held against.
+    estimates : mapping of str to Estimate
+        ``x``, ``vx``, ``y``, ``vy`` at the end, ``peak_y_abs``, ``y_half_range``,
+        ``separated_time`` and ``separations``, in SI units.
+    growth : ErrorGrowth
+        How errors grow along it.
+    parted : Divergence or None
+        When both runs part: then no digit is to be believed, however near the numbers are.
+    """
+
+    run: Transient
+    finer: str
+    estimates: Mapping[str, Estimate]
+    growth: ErrorGrowth
+    parted: Divergence | None
+
+
+def accuracy(scene: Scene, *, progress: Progress | None = None) -> Accuracy:
+    """Estimate the errors of a run.
+
+    Parameters
+    ----------
+    scene : Scene
+        The scene, with method and tolerance or step.
+    progress : callable, optional
+        Called with the fraction done; cancelled when it returns False.
+
+    Returns
+    -------
+    Accuracy
+        Differences to a run at a hundredth of the tolerance, or a coarser one at a hundred times
+        it where there is nothing finer, or at half the step; and how errors grow.
+
+    Raises
+    ------
+    ComputationError
+        If a run cannot be finished.
+    Cancelled
+        If `progress` returned False.
+    """
+    report = progress or (lambda _fraction: True)
+    problem = make_problem(
+        scene.parameters,
+        t_end=scene.t_end,
+        tol=scene.tol,
+        separation=scene.separation,
+        start=scene.start,
+        step=scene.step,
+    )
+    tol, step = scene.tol, scene.step
+    if scene.method in METHODS and METHODS[scene.method].fixed_step:
+        step = 0.5 * fixed_step(problem)
+        finer = f"step {step:.6g} s"
+    else:
+        tol = tol / _FINER if tol / _FINER >= TOL_RANGE[0] else min(tol * _FINER, TOL_RANGE[1])
+        finer = f"tol {tol:g}"
+
+    def run(tol: float, step: float | None, begin: float) -> Transient:
+        return simulate(
+            scene.parameters,
+            t_end=scene.t_end,
+            tol=tol,
+            separation=scene.separation,
+            start=scene.start,
+            method=scene.method,
+            step=step,
+            progress=lambda fraction: report(begin + fraction / 3.0),
+        )
+
+    asked, other = run(scene.tol, scene.step, 0.0), run(tol, step, 1.0 / 3.0)
+    growth = error_growth(problem, progress=lambda fraction: report((2.0 + fraction) / 3.0))
+    report(1.0)
+    ours, theirs = _numbers(asked), _numbers(other)
+    return Accuracy(
+        run=asked,
+        finer=finer,
+        estimates={
+            name: Estimate(value, abs(value - theirs[name])) for name, value in ours.items()
+        },
+        growth=growth,
+        parted=runs_part(asked, other),
+    )
+
+
+def _numbers(run: Transient) -> dict[str, float]:
+    return {
+        "x": run.final.x,
+        "vx": run.final.vx,
+        "y": run.final.y,
+        "vy": run.final.vy,
+        "peak_y_abs": run.peak.y_abs,
+        "y_half_range": run.steady.y_half_range,
+        "separated_time": run.events.separated_time,
+        "separations": float(run.events.separations),
+    }
+
+
+def accuracy_to_dict(found: Accuracy) -> dict[str, Any]:
+    """An accuracy as data that JSON can hold.
+
+    Parameters
+    ----------
+    found : Accuracy
+        What `accuracy` returned.
+
+    Returns
+    -------
+    dict
+        ``parameters``, ``separation``, ``t_end``, ``method``, ``tol``, ``step``, ``finer``,
+        ``estimates{name: {value, difference}}``, ``growth`` and ``parted{t, reason}`` (null where
+        the runs stay together).
+    """
+    run = found.run
+    return {
+        "parameters": run.parameters.as_dict(),
+        "separation": run.separation,
+        "t_end": run.t_end,
+        "method": run.method,
+        "tol": run.tol,
+        "step": run.step,
+        "finer": found.finer,
+        "estimates": {name: asdict(entry) for name, entry in found.estimates.items()},
+        "growth": asdict(found.growth),
+        "parted": None if found.parted is None else asdict(found.parted),
+    }
+
+
+def believed_digits(estimate: Estimate) -> str:
+    """A number with the digits that its difference leaves.
+
+    Parameters
+    ----------
+    estimate : Estimate
+        A number and its doubt.
+
+    Returns
+    -------
+    str
+        At least one significant digit.
+    """
+    value, difference = abs(estimate.value), estimate.difference
+    if value == 0.0 or difference == 0.0:
+        return f"{estimate.value:.15g}"
+    digits = math.floor(math.log10(value / difference)) if difference < value else 0
+    return f"{estimate.value:.{min(max(digits, 1), 15)}g}"

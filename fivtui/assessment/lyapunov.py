@@ -1,0 +1,168 @@
+"""How errors grow along a motion, and the largest Lyapunov exponent.
+
+Benettin's method (Meccanica 15, 1980): a neighbour of the motion is carried along and pulled back
+to a small distance after every stretch of time. Both fields agree on the switch, so a neighbour
+stays one across separation and reattachment. Distances are in (x, ẋ/ω, y, ẏ/ω) with
+ω² = (k1 + k2 + k3)/m.
+"""
+
+import enum
+import math
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from typing import Final
+
+from fivtui.kernel import loader
+from fivtui.model.errors import Cancelled, ComputationError
+from fivtui.model.slider_belt import State
+from fivtui.transient.integrate import integrate
+from fivtui.transient.methods import Problem
+
+# Distance of the neighbour, relative to the size of the motion.
+_DISTANCE: Final = 1e-7
+_STRETCHES: Final = 400
+# A motion that repeats itself stretches a distance by less than this factor over a cycle or two.
+_BOUNDED: Final = 1e3
+# An error that is this small at the end has decayed.
+_DECAYED: Final = 1e-2
+# Growth of the motion itself between the last two quarters: it is not settled.
+_GROWTH: Final = 1.3
+
+
+class Fate(enum.StrEnum):
+    """What becomes of a small error in the long run."""
+
+    DECAYS = "decays"
+    BOUNDED = "stays bounded"
+    SENSITIVE = "grows: sensitive dependence"
+    UNBOUNDED = "grows with the motion, which has not settled"
+    UNDECIDED = "not settled: ask for a longer horizon"
+
+
+@dataclass(frozen=True, slots=True)
+class ErrorGrowth:
+    """How errors grow along a motion.
+
+    Attributes
+    ----------
+    exponent : float
+        Estimate of the largest Lyapunov exponent, 1/s, over the second half of `duration`.
+    uncertainty : float
+        Resolution of the estimate, 1/s: growth that would only be that of a cycle.
+    fate : Fate
+        What it means.
+    greatest : float
+        Greatest factor by which an error at the start has grown until some time of the horizon.
+    final : float
+        Factor at the horizon.
+    duration : float
+        Time over which the neighbour was followed, s: the horizon.
+    """
+
+    exponent: float
+    uncertainty: float
+    fate: Fate
+    greatest: float
+    final: float
+    duration: float
+
+
+def error_growth(
+    problem: Problem, *, progress: Callable[[float], bool] | None = None
+) -> ErrorGrowth:
+    """Follow a neighbour of a motion over its horizon.
+
+    Parameters
+    ----------
+    problem : Problem
+        The motion; its method is Taylor's, its tolerance is used.
+    progress : callable, optional
+        Called with the fraction done; cancelled when it returns False.
+
+    Returns
+    -------
+    ErrorGrowth
+        Growth over the horizon, and the exponent from its second half. The longer the horizon, the
+        finer the resolution.
+
+    Raises
+    ------
+    ComputationError
+        If the run cannot be finished.
+    Cancelled
+        If `progress` returned False.
+    """
+    p = problem.parameters
+    frequency = math.sqrt((p.k1 + p.k2 + p.k3) / p.m)
+    stretch = problem.t_end / _STRETCHES
+    deflection = abs(p.F) / (p.k1 + p.k2 + p.k3)
+
+    def after(state: State) -> State:
+        try:
+            final = integrate(
+                p,
+                t_end=stretch,
+                tol=problem.tol,
+                separation=problem.separation,
+                start=state,
+                kernel="compiled" if loader.single.ready else "interpreted",
+            ).final
+        except ComputationError as error:
+            begin = (len(sizes) - 1) * stretch
+            raise ComputationError(
+                f"in the stretch from t = {begin:.6g} s on: {error.why}", error.advice
+            ) from error
+        return (final.x, final.vx, final.y, final.vy)
+
+    def size(state: State) -> float:
+        x, vx, y, vy = state
+        return math.hypot(x, vx / frequency, y, vy / frequency)
+
+    state = problem.start
+    distance = _DISTANCE * (max(size(state), deflection) or 1.0)
+    offset: State = (
+        0.5 * distance,
+        0.5 * distance * frequency,
+        0.5 * distance,
+        0.5 * distance * frequency,
+    )
+    growth, sizes = [0.0], [size(state)]
+    for count in range(_STRETCHES):
+        if progress is not None and not progress(count / _STRETCHES):
+            raise Cancelled
+        neighbour = after(_sum(state, offset, 1.0))
+        state = after(state)
+        difference = _sum(neighbour, state, -1.0)
+        apart = size(difference)
+        growth.append(growth[-1] + math.log(max(apart, 1e-300) / size(offset)))
+        # Measured anew against the motion, so that rounding stays far below the distance.
+        distance = _DISTANCE * (max(size(state), deflection) or 1.0)
+        offset = _sum((0.0,) * 4, difference, distance / apart) if apart > 0.0 else offset
+        sizes.append(size(state))
+    half = _STRETCHES // 2
+    duration = problem.t_end - half * stretch
+    gained = growth[-1] - growth[half]
+    quarter = half + half // 2
+    larger = max(sizes[quarter:]) / (max(sizes[half:quarter]) or 1.0)
+    return ErrorGrowth(
+        exponent=gained / duration,
+        uncertainty=math.log(_BOUNDED) / duration,
+        fate=_fate(growth, gained, larger),
+        greatest=math.exp(min(max(growth), 700.0)),
+        final=math.exp(min(growth[-1], 700.0)),
+        duration=problem.t_end,
+    )
+
+
+def _fate(growth: Sequence[float], gained: float, larger: float) -> Fate:
+    bound = math.log(_BOUNDED)
+    if growth[-1] < math.log(_DECAYED) and gained < 0.0:
+        return Fate.DECAYS
+    if gained > bound:
+        return Fate.UNBOUNDED if larger > _GROWTH else Fate.SENSITIVE
+    return Fate.BOUNDED if max(growth) < 2.0 * bound else Fate.UNDECIDED
+
+
+def _sum(one: State, other: State, factor: float) -> State:
+    x, vx, y, vy = (a + factor * b for a, b in zip(one, other, strict=True))
+    return (x, vx, y, vy)

@@ -1,0 +1,51 @@
+"""What the command line prints of trials at the extremes."""
+
+from collections import Counter
+from collections.abc import Mapping
+from typing import TYPE_CHECKING, Final
+
+from rich.console import Console
+from rich.text import Text
+
+from fivtui.console.printing import print_list, print_rows
+
+if TYPE_CHECKING:
+    from .trials import Finding
+
+
+_FINDING_STYLES: Final = {"right": "", "refused": "dim", "wrong": "bold reverse"}
+
+
+def print_trials(found: "Mapping[str, Mapping[str, Finding]]") -> None:
+    """Print the verdicts on every method at the extremes, and the reasons below.
+
+    Parameters
+    ----------
+    found : mapping
+        What `run_trials` returned.
+    """
+    from .trials import CONTESTANTS, TRIALS
+
+    contestants = [name for name in CONTESTANTS if any(name in row for row in found.values())]
+    rows: list[list[str | Text]] = []
+    for name, findings in found.items():
+        cells = [
+            Text(_finding(findings[key]), style=_FINDING_STYLES[findings[key].verdict])
+            for key in contestants
+        ]
+        rows.append([name, TRIALS[name].meaning, *cells])
+    print_rows("Extremes", ("scene", "what is extreme", *contestants), rows, justify="left")
+    reasons = [
+        (f"{name}, {key}", f"{finding.verdict}: {finding.reason}")
+        for name, findings in found.items()
+        for key, finding in findings.items()
+        if finding.reason
+    ]
+    print_list("Why", reasons)
+    counts = Counter(finding.verdict for row in found.values() for finding in row.values())
+    text = ", ".join(f"{verdict} {count}" for verdict, count in counts.items())
+    Console(stderr=True, highlight=False).print(text)
+
+
+def _finding(finding: "Finding") -> str:
+    return finding.verdict if finding.error is None else f"{finding.verdict} {finding.error:.0e}"

@@ -1,0 +1,1 @@
+"""Many transients at once."""

@@ -1,0 +1,144 @@
+"""What is asked of a batch, checked: parameter sets, starts, modes."""
+
+from collections.abc import Mapping
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from fivtui.model.errors import InputError
+from fivtui.model.parameters import PARAMETERS, Parameters, parameter_spec
+from fivtui.transient.request import LEAST_START
+
+from .result import Floats
+
+
+def columns(
+    parameters: Mapping[str, ArrayLike] | ArrayLike, base: Parameters
+) -> tuple[dict[str, Floats], int]:
+    """The parameter sets of a batch.
+
+    Parameters
+    ----------
+    parameters : mapping of str to array_like, or array_like of shape (n, 9)
+        As in `simulate_batch`.
+    base : Parameters
+        Where the values that a mapping does not name come from.
+
+    Returns
+    -------
+    dict of str to ndarray, int
+        Nine columns of equal length by name, without copies, and that length.
+
+    Raises
+    ------
+    InputError
+        If a name, a shape or a value is not allowed.
+    """
+    if isinstance(parameters, Mapping):
+        given = {name: _numbers(name, value) for name, value in parameters.items()}
+        for name in given:
+            parameter_spec(name)
+        try:
+            shape = np.broadcast_shapes((1,), *(column.shape for column in given.values()))
+        except ValueError:
+            shapes = ", ".join(f"{name} {column.shape}" for name, column in given.items())
+            raise InputError(f"parameters: shapes do not fit each other ({shapes})") from None
+        if len(shape) != 1:
+            raise InputError(f"parameters: shape {shape}; allowed is one axis")
+        whole = {name: np.asarray(value) for name, value in base.as_dict().items()} | given
+        columns = {name: np.broadcast_to(column, shape) for name, column in whole.items()}
+    else:
+        table = _numbers("parameters", parameters)
+        if table.ndim != 2 or table.shape[1] != len(PARAMETERS):
+            raise InputError(
+                f"parameters: shape {table.shape}; allowed is (n, {len(PARAMETERS)}), "
+                f"columns {', '.join(PARAMETERS)}"
+            )
+        columns = dict(zip(PARAMETERS, table.T, strict=True))
+    size = next(iter(columns.values())).size
+    if size > 0:
+        for name, column in columns.items():
+            _check(name, column)
+    return columns, size
+
+
+def _numbers(name: str, value: ArrayLike) -> Floats:
+    try:
+        return np.asarray(value, dtype=np.float64)
+    except (TypeError, ValueError):
+        raise InputError(f"{name}: not an array of numbers") from None
+
+
+def _check(name: str, column: Floats) -> None:
+    # Least and greatest tell of every element, NaN included.
+    spec = parameter_spec(name)
+    try:
+        spec.check(float(column.min()))
+        spec.check(float(column.max()))
+    except InputError:
+        for place, value in enumerate(column.tolist()):
+            try:
+                spec.check(value)
+            except InputError as error:
+                raise InputError(f"member {place}: {error}") from None
+
+
+def flags(separation: ArrayLike, size: int) -> NDArray[np.bool_]:
+    """Whether each member considers separation.
+
+    Parameters
+    ----------
+    separation : bool or array_like of bool, shape (n,)
+        As in `simulate_batch`.
+    size : int
+        Number of members.
+
+    Returns
+    -------
+    ndarray of bool, shape (n,)
+        One a member, perhaps a read-only view.
+
+    Raises
+    ------
+    InputError
+        If it is neither.
+    """
+    flags = np.asarray(separation)
+    if flags.dtype != np.bool_ or flags.shape not in ((), (size,)):
+        raise InputError(f"separation: allowed is a bool, or an array of {size}")
+    return np.broadcast_to(flags, (size,))
+
+
+def starts(start: ArrayLike, size: int) -> Floats | None:
+    """The start states of a batch.
+
+    Parameters
+    ----------
+    start : "static" or array_like of shape (4,) or (n, 4)
+        As in `simulate_batch`.
+    size : int
+        Number of members.
+
+    Returns
+    -------
+    ndarray or None, shape (n, 4)
+        One a member, perhaps a read-only view; None for static ones.
+
+    Raises
+    ------
+    InputError
+        If it is none of these, or not finite.
+    """
+    if isinstance(start, str) and start == "static":
+        return None
+    allowed = f"allowed is static, or finite numbers x,vx,y,vy, shape (4,) or ({size}, 4)"
+    try:
+        states = np.asarray(start, dtype=np.float64)
+    except (TypeError, ValueError):
+        raise InputError(f"start = {start!r}: {allowed}") from None
+    if states.shape not in ((4,), (size, 4)):
+        raise InputError(f"start: shape {states.shape}; {allowed}")
+    if states.size > 0 and not np.isfinite([states.min(), states.max()]).all():
+        raise InputError(f"start: not all finite; {allowed}")
+    states = np.where(np.abs(states) < LEAST_START, 0.0, states)
+    return np.broadcast_to(states, (size, 4))

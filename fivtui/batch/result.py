@@ -1,0 +1,158 @@
+"""The result of a batch: arrays with one element a member, and what stopped those that failed."""
+
+from dataclasses import dataclass, field
+from typing import TypeVar
+
+import numpy as np
+from numpy.typing import NDArray
+
+from fivtui.kernel.status import Status
+from fivtui.model.errors import ComputationError, InputError
+from fivtui.model.slider_belt import no_equilibrium_error
+from fivtui.taylor.stepper import overflow_error, stall_error
+from fivtui.transient.loop import step_limit_error
+
+Floats = NDArray[np.float64]
+T = TypeVar("T")
+
+
+@dataclass(frozen=True, slots=True)
+class BatchAmplitude:
+    """Exact extremes of y over the whole runs, m, shape (n,) each."""
+
+    y_abs: Floats
+    y_max: Floats
+    y_min: Floats
+
+
+@dataclass(frozen=True, slots=True)
+class BatchPeak(BatchAmplitude):
+    """Exact extremes over the whole runs, m, and of ẋ, m/s; as `Peak`, shape (n,) each."""
+
+    x_abs: Floats
+    vx_max: Floats
+
+
+@dataclass(frozen=True, slots=True)
+class BatchSteady:
+    """Half peak-to-peak of y over the second half of the run, m, shape (n,)."""
+
+    y_half_range: Floats
+
+
+@dataclass(frozen=True, slots=True)
+class BatchEvents:
+    """Switches of the runs, shape (n,) each.
+
+    Attributes
+    ----------
+    separations, reattachments : ndarray of int64
+        Their numbers; -1 for a member that failed.
+    separated_time : ndarray
+        Time off the belt, s.
+    first, last : ndarray
+        Time of the first and last switch, s; NaN where there is none.
+    """
+
+    separations: NDArray[np.int64]
+    reattachments: NDArray[np.int64]
+    separated_time: Floats
+    first: Floats
+    last: Floats
+
+
+@dataclass(frozen=True, slots=True)
+class Batch:
+    """Result of a batch of n transients; to ask for what was not required is an `InputError`.
+
+    Values of members that failed are NaN, and only theirs.
+
+    Attributes
+    ----------
+    t_end : float
+        Horizon, s.
+    tol : float
+        Relative tolerance.
+    status : ndarray of int8, shape (n,)
+        How each ended, a `Status`.
+    t : ndarray, shape (n,)
+        Time reached, s: the horizon where all is well.
+    steps : ndarray of int64, shape (n,)
+        Integration steps.
+    """
+
+    t_end: float
+    tol: float
+    status: NDArray[np.int8]
+    t: Floats
+    steps: NDArray[np.int64]
+    _final: Floats | None = field(repr=False)
+    _amplitude: BatchAmplitude | None = field(repr=False)
+    _peak: BatchPeak | None = field(repr=False)
+    _steady: BatchSteady | None = field(repr=False)
+    _events: BatchEvents | None = field(repr=False)
+    # Of the members that failed: their place, the last state, and F.
+    _failures: Floats = field(repr=False)
+
+    @property
+    def final(self) -> Floats:
+        """States (x, ẋ, y, ẏ) at the horizon, m and m/s, shape (n, 4)."""
+        return _required("final", self._final)
+
+    @property
+    def amplitude(self) -> BatchAmplitude:
+        """Extremes of y over the whole runs."""
+        return _required("amplitude", self._amplitude)
+
+    @property
+    def peak(self) -> BatchPeak:
+        """Extremes over the whole runs."""
+        return _required("peak", self._peak)
+
+    @property
+    def steady(self) -> BatchSteady:
+        """Half peak-to-peak over the second half of the run."""
+        return _required("steady", self._steady)
+
+    @property
+    def events(self) -> BatchEvents:
+        """Switches."""
+        return _required("events", self._events)
+
+    @property
+    def failed(self) -> NDArray[np.int64]:
+        """The members that failed, in ascending order."""
+        return self._failures[:, 0].astype(np.int64)
+
+    def failure(self, member: int) -> ComputationError | None:
+        """What stopped a member.
+
+        Parameters
+        ----------
+        member : int
+            Its place, from 0.
+
+        Returns
+        -------
+        ComputationError or None
+            Why, when, and what to try; None if it is done.
+        """
+        status, t = Status(self.status[member]), float(self.t[member])
+        if status is Status.DONE:
+            return None
+        place = member % self.status.size
+        row = self._failures[np.searchsorted(self._failures[:, 0], place)].tolist()
+        _, x, vx, y, vy, force = row
+        if status is Status.OVERFLOW:
+            return overflow_error(t, (x, vx, y, vy))
+        if status is Status.STALLED:
+            return stall_error(t)
+        if status is Status.STEP_LIMIT:
+            return step_limit_error(int(self.steps[member]), t, self.t_end, None)
+        return no_equilibrium_error(force)
+
+
+def _required(name: str, value: T | None) -> T:
+    if value is None:
+        raise InputError(f"{name}: not required of this batch; add it to require")
+    return value

@@ -1,0 +1,349 @@
+"""Many transients at once, on all processor cores, in a memory that the horizon does not change."""
+
+import os
+import threading
+from collections.abc import Callable, Collection, Mapping
+from concurrent.futures import Future, ThreadPoolExecutor, wait
+from types import SimpleNamespace
+from typing import Any, Final, Literal, cast
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from fivtui.kernel import loader
+from fivtui.kernel.status import Status
+from fivtui.model.errors import Cancelled, InputError
+from fivtui.model.parameters import Parameters, check_parameters, unknown_name
+from fivtui.model.slider_belt import Mode
+from fivtui.taylor.recurrences import constants
+from fivtui.taylor.stepper import LONGEST_STEP, local_tolerance, order_for
+from fivtui.transient.loop import MAX_STEPS, Progress
+from fivtui.transient.request import DEFAULT_T_END, DEFAULT_TOL, check_horizon, check_tolerance
+
+from .request import columns, flags, starts
+from .result import Batch, BatchAmplitude, BatchEvents, BatchPeak, BatchSteady, Floats
+
+Requirement = Literal["final", "amplitude", "peak", "steady", "events"]
+
+REQUIREMENTS: Final = ("final", "amplitude", "peak", "steady", "events")
+
+# Members that a worker takes at a time: a part of those left, so that all end together.
+_LEAST_CHUNK, _GREATEST_CHUNK = 64, 1024
+# Steps of all its lanes between two looks around.
+_BUDGET: Final = 10_000
+# Time between two looks at the progress callback, s.
+_REPORT_S: Final = 0.02
+
+
+def _nothing() -> None:
+    pass
+
+
+def simulate_batch(
+    parameters: Mapping[str, ArrayLike] | ArrayLike,
+    *,
+    base: Parameters | None = None,
+    t_end: float = DEFAULT_T_END,
+    tol: float = DEFAULT_TOL,
+    separation: ArrayLike = True,
+    start: ArrayLike = "static",
+    require: Collection[Requirement] = ("final", "peak", "steady", "events"),
+    max_steps: int = MAX_STEPS,
+    workers: int | None = None,
+    progress: Progress | None = None,
+) -> Batch:
+    """Compute many transients with the compiled kernel; waits for it if it is not loaded.
+
+    Parameters
+    ----------
+    parameters : mapping of str to array_like, or array_like of shape (n, 9)
+        The parameter sets, SI units: values by parameter name, broadcast against each other to
+        one axis, the others from `base`; or all columns in the order of `Parameters`.
+    base : Parameters, optional
+        Where the values that a mapping does not name come from; the base set if not given.
+    t_end : float
+        Horizon of all, s; at most 1e7.
+    tol : float
+        Relative error to expect of the end states after about a hundred periods, 1e-13 to 1e-2.
+    separation : bool or array_like of bool, shape (n,)
+        Whether separation is considered (the paper's Case 1) or ignored (Case 2).
+    start : "static" or array_like of shape (4,) or (n, 4)
+        At rest at the equilibrium of μ = 0, or (x, ẋ, y, ẏ) in m and m/s.
+    require : collection of "final", "amplitude", "peak", "steady", "events"
+        What is wanted; nothing else is computed. ``"amplitude"`` is the part of
+        ``"peak"`` that concerns y, for five sixths of the time.
+    max_steps : int
+        Steps after which a member is given up.
+    workers : int, optional
+        Threads, the caller's one of them; as many as there are processors if not given.
+    progress : callable, optional
+        Called now and then with the fraction done; the batch is cancelled when it returns False.
+
+    Returns
+    -------
+    Batch
+        Agrees with single runs to rounding. A member's numbers do not depend, to the last bit, on
+        its neighbours, its place or the number of workers.
+
+    Raises
+    ------
+    InputError
+        If the request is wrong.
+    ComputationError
+        If the kernel cannot be loaded. Members that cannot be finished do not raise: see
+        `Batch.failure`.
+    Cancelled
+        If `progress` returned False.
+
+    Examples
+    --------
+    >>> from fivtui import simulate_batch
+    >>> batch = simulate_batch({"F": [60.0, 80.0, 100.0]}, require={"amplitude"})
+    >>> [f"{y:.3f}" for y in batch.amplitude.y_abs]
+    ['5.990', '10.503', '16.170']
+    """
+    table, size = columns(parameters, Parameters() if base is None else check_parameters(base))
+    for name in require:
+        if name not in REQUIREMENTS:
+            raise unknown_name("requirement", name, REQUIREMENTS)
+    if workers is not None and workers < 1:
+        raise InputError(f"workers = {workers}: allowed is 1 or more")
+    if max_steps < 1:
+        raise InputError(f"max_steps = {max_steps}: allowed is 1 or more")
+    work = _Work(
+        table,
+        size,
+        separation=flags(separation, size),
+        start=starts(start, size),
+        t_end=check_horizon(t_end),
+        tol=check_tolerance(tol),
+        require=frozenset(require),
+        max_steps=max_steps,
+    )
+    report = progress or (lambda _fraction: True)
+    while not loader.lanes.wait(_REPORT_S):
+        if not report(0.0):
+            raise Cancelled
+    work.run(loader.lanes.module(), workers or os.cpu_count() or 1, report)
+    return work.result()
+
+
+class _Work:
+    # A batch under way: its checked request, its results, and what of it is done.
+
+    def __init__(
+        self,
+        columns: dict[str, Floats],
+        size: int,
+        *,
+        separation: NDArray[np.bool_],
+        start: Floats | None,
+        t_end: float,
+        tol: float,
+        require: frozenset[str],
+        max_steps: int,
+    ) -> None:
+        self._columns, self._size = columns, size
+        self._separation, self._start = separation, start
+        self._t_end, self._tol, self._max_steps = t_end, tol, max_steps
+        self._require = require
+
+        def wanted(name: str, *width: int) -> Floats:
+            return np.empty((size if name in require else 0, *width))
+
+        self._status = np.empty(size, np.int8)
+        self._t, self._steps = np.empty(size), np.empty(size, np.int64)
+        self._final = wanted("final", 4)
+        self._amplitude = BatchAmplitude(*(wanted("amplitude") for _ in range(3)))
+        self._peak = BatchPeak(*(wanted("peak") for _ in range(5)))
+        self._steady = BatchSteady(wanted("steady"))
+        self._events = BatchEvents(
+            separations=wanted("events").view(np.int64),
+            reattachments=wanted("events").view(np.int64),
+            separated_time=wanted("events"),
+            first=wanted("events"),
+            last=wanted("events"),
+        )
+        self._failures: list[Floats] = []
+        self._lock = threading.Lock()
+        self._next, self._done = 0, 0.0
+        self._stop = False
+
+    def run(self, lanes: Any, workers: int, report: Progress) -> None:
+        """Compute all members."""
+        workers = min(workers, -(-self._size // _LEAST_CHUNK))
+        running: set[Future[None]] = set()
+
+        def look() -> None:
+            for future in running:
+                if future.done():
+                    future.result()
+            if not report(min(self._done / self._size, 1.0)):
+                raise Cancelled
+
+        if workers > 0:
+            look()
+            pool = ThreadPoolExecutor(workers, thread_name_prefix="batch")
+            try:
+                # This thread is one of the workers.
+                running |= {
+                    pool.submit(self._worker, lanes, workers, _nothing) for _ in range(workers - 1)
+                }
+                self._worker(lanes, workers, look)
+                while wait(running, timeout=_REPORT_S).not_done:
+                    look()
+                look()
+            finally:
+                self._stop = True
+                pool.shutdown(cancel_futures=True)
+        report(1.0)
+
+    def _worker(self, lanes: Any, workers: int, look: Callable[[], None]) -> None:
+        work = np.empty(lanes.rows.WORK_SIZE)
+        share = 1 if workers == 1 else 2 * workers
+        while not self._stop:
+            with self._lock:
+                first = self._next
+                chunk = (self._size - first) // share
+                last = first + min(max(chunk, _LEAST_CHUNK), _GREATEST_CHUNK)
+                self._next = last = min(last, self._size)
+            if first == last:
+                return
+            self._compute(lanes, slice(first, last), work, look)
+
+    def _compute(self, lanes: Any, where: slice, work: Floats, look: Callable[[], None]) -> None:
+        p = {name: column[where] for name, column in self._columns.items()}
+        members = self._members(lanes, p, where)
+        outcomes = np.empty((len(members), lanes.rows.OUTCOME_COLUMNS))
+        # A member's field is its own: what is linear cannot overflow in a square.
+        cubic = p["k_nl"] > 0.0
+        for field in (True, False):
+            places = np.flatnonzero(cubic == field)
+            if places.size == len(members):
+                self._advance(lanes, members, outcomes, work, look, cubic=field)
+            elif places.size > 0:
+                some = np.empty((places.size, lanes.rows.OUTCOME_COLUMNS))
+                self._advance(lanes, members[places], some, work, look, cubic=field)
+                outcomes[places] = some
+            if self._stop:
+                return
+        self._keep(lanes.rows.Outcome(*outcomes.T), p["F"], where)
+
+    def _advance(
+        self,
+        lanes: Any,
+        members: Floats,
+        outcomes: Floats,
+        work: Floats,
+        look: Callable[[], None],
+        *,
+        cubic: bool,
+    ) -> None:
+        work.fill(0.0)
+        cursor = np.zeros(lanes.CURSOR_SIZE, np.int64)
+        tol = local_tolerance(self._tol)
+        order, reported = order_for(tol), 0.0
+        peak, steady = "peak" in self._require, "steady" in self._require
+        observed = peak or "amplitude" in self._require, peak, steady
+        limit = float(self._max_steps)
+        while cursor[lanes.ENDED] < len(members) and not self._stop:
+            done = lanes.advance(
+                members,
+                outcomes,
+                work,
+                cursor,
+                self._t_end,
+                tol,
+                order,
+                cubic,
+                *observed,
+                limit,
+                _BUDGET,
+            )
+            with self._lock:
+                self._done += done - reported
+            reported = done
+            look()
+
+    def _members(self, lanes: Any, columns: dict[str, Floats], where: slice) -> Floats:
+        # The problems as the kernel takes them; `constants` does on arrays what it does on numbers.
+        p = cast("Parameters", SimpleNamespace(**columns))
+        separation = np.array(self._separation[where])
+        if self._start is None:
+            start = np.empty((separation.size, 4))
+            lanes.static_starts(np.column_stack(list(columns.values())), separation, start)
+        else:
+            start = self._start[where]
+        stiffness = p.k1 + p.k2 + p.k3
+        off = constants(p, Mode.SEPARATED)
+        members = np.empty((separation.size, lanes.rows.MEMBER_COLUMNS))
+        with np.errstate(all="ignore"):
+            frequency = 1.0 / np.sqrt(p.m / stiffness)
+            values = lanes.rows.Member(
+                *constants(p, Mode.CONTACT),
+                xy_off=off.xy,
+                yy_off=off.yy,
+                coupling=0.5 * p.k3,
+                preload=p.F,
+                deflection=abs(p.F) / stiffness,
+                frequency=frequency,
+                longest=LONGEST_STEP / frequency,
+                separation=separation,
+                **dict(zip(("x", "vx", "y", "vy"), start.T, strict=True)),
+            )
+        for column, value in enumerate(values):
+            members[:, column] = value
+        return members
+
+    def _keep(self, seen: Any, force: Floats, where: slice) -> None:
+        # Take the results of a chunk into those of the batch.
+        status = seen.status.astype(np.int8)
+        state = np.column_stack([seen.x, seen.vx, seen.y, seen.vy])
+        status[(seen.steps == 0.0) & ~np.isfinite(state).all(axis=1)] = Status.NO_START
+        failed = status != Status.DONE
+        self._status[where], self._t[where], self._steps[where] = status, seen.t, seen.steps
+        if failed.any():
+            places = np.flatnonzero(failed)
+            row = np.column_stack([places + where.start, state[places], force[places]])
+            with self._lock:
+                self._failures.append(row)
+
+        def put(target: NDArray[Any], value: Floats, missing: float = np.nan) -> None:
+            target[where] = value
+            target[where][failed] = missing
+
+        if "final" in self._require:
+            put(self._final, state)
+        for name, part in (("amplitude", self._amplitude), ("peak", self._peak)):
+            if name in self._require:
+                put(part.y_abs, np.maximum(seen.y_max, -seen.y_min))
+                put(part.y_max, seen.y_max)
+                put(part.y_min, seen.y_min)
+        if "peak" in self._require:
+            put(self._peak.x_abs, np.maximum(seen.x_max, -seen.x_min))
+            put(self._peak.vx_max, seen.vx_max)
+        if "steady" in self._require:
+            put(self._steady.y_half_range, 0.5 * (seen.y_high - seen.y_low))
+        if "events" in self._require:
+            put(self._events.separations, seen.separations, -1)
+            put(self._events.reattachments, seen.reattachments, -1)
+            put(self._events.separated_time, seen.separated)
+            put(self._events.first, seen.first)
+            put(self._events.last, seen.last)
+
+    def result(self) -> Batch:
+        """What the batch has found."""
+        failures = np.concatenate([np.empty((0, 6)), *self._failures])
+        return Batch(
+            t_end=self._t_end,
+            tol=self._tol,
+            status=self._status,
+            t=self._t,
+            steps=self._steps,
+            _final=self._final if "final" in self._require else None,
+            _amplitude=self._amplitude if "amplitude" in self._require else None,
+            _peak=self._peak if "peak" in self._require else None,
+            _steady=self._steady if "steady" in self._require else None,
+            _events=self._events if "events" in self._require else None,
+            _failures=failures[np.argsort(failures[:, 0])],
+        )

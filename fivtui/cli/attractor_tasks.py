@@ -1,0 +1,208 @@
+"""What can be asked for about attractors, and how each answer is printed, written and drawn."""
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any, Final
+
+import click
+from matplotlib.figure import Figure
+
+from fivtui.io.formats import check_columns_path
+from fivtui.model.errors import InputError
+from fivtui.orbits.basin import basin
+from fivtui.orbits.coexistence import coexistence
+from fivtui.orbits.continuation import continuation
+from fivtui.orbits.explorer import Explorer
+from fivtui.orbits.figure import basin_figure, continuation_figure
+from fivtui.orbits.files import (
+    attractor_to_dict,
+    basin_to_dict,
+    coexistence_to_dict,
+    continuation_to_dict,
+    save_basin,
+    save_continuation,
+    warning_along,
+    warning_in,
+    warning_of,
+)
+from fivtui.orbits.report import (
+    print_attractors,
+    print_basin,
+    print_coexistence,
+    print_continuation,
+)
+from fivtui.ranges import parse_range, parse_ranges
+from fivtui.scene.scene import Scene
+from fivtui.transient.figure import check_figure_path, save_figure
+from fivtui.transient.request import START_SPECS, Start
+
+from .options import progress_bar
+
+Progress = Callable[[float], bool]
+
+_BASIN_RANGES: Final = 2
+
+
+@dataclass(frozen=True, slots=True)
+class Task:
+    """Something that can be asked for.
+
+    Attributes
+    ----------
+    compute : callable
+        From a scene and a progress callback to the result.
+    to_dict : callable
+        The result as data that JSON can hold.
+    show : callable
+        Prints the result.
+    warning : callable
+        What the result warns of, or None.
+    save, figure : callable or None
+        Writes the result to a file, and draws it; None where there is nothing to write or draw.
+    """
+
+    compute: Callable[[Scene, Progress], Any]
+    to_dict: Callable[[Any], dict[str, Any]]
+    show: Callable[[Any], None]
+    warning: Callable[[Any], str | None]
+    save: Callable[..., None] | None = None
+    figure: Callable[[Any], Figure] | None = None
+
+
+def choose_task(vary: str | None, ranges: Sequence[str], start: Start | None) -> Task:
+    """What is asked for.
+
+    Parameters
+    ----------
+    vary : str or None
+        A range of a parameter along which attractors are followed.
+    ranges : sequence of str
+        Two ranges of start values.
+    start : "static" or sequence of four floats, optional
+        A start to follow, or, with ranges, the values of the start that do not vary.
+
+    Returns
+    -------
+    Task
+        The search for all attractors if nothing else is asked for.
+
+    Raises
+    ------
+    InputError
+        If a range is wrong, or the options do not go together.
+    """
+    if vary is not None:
+        if ranges or start is not None:
+            raise InputError("--vary: allowed is neither --basin nor --start beside it")
+        return _along(vary)
+    if ranges:
+        return _slice(ranges, start)
+    return SEARCH if start is None else _from(start)
+
+
+def _along(text: str) -> Task:
+    along = parse_range("--vary", text)
+
+    def compute(scene: Scene, progress: Progress) -> Any:
+        return continuation(
+            scene.parameters,
+            along.name,
+            along.values(),
+            separation=scene.separation,
+            progress=progress,
+        )
+
+    return Task(
+        compute,
+        continuation_to_dict,
+        print_continuation,
+        warning_along,
+        save_continuation,
+        continuation_figure,
+    )
+
+
+def _slice(texts: Sequence[str], start: Start | None) -> Task:
+    ranges = parse_ranges("--basin", texts, START_SPECS)
+    if len(ranges) != _BASIN_RANGES:
+        raise InputError(f"--basin: given {len(ranges)} times; allowed is twice")
+
+    def compute(scene: Scene, progress: Progress) -> Any:
+        over = {each.name: each.values() for each in ranges}
+        return basin(
+            scene.parameters, over, separation=scene.separation, start=start, progress=progress
+        )
+
+    return Task(compute, basin_to_dict, print_basin, warning_in, save_basin, basin_figure)
+
+
+def _from(start: Start) -> Task:
+    def compute(scene: Scene, _progress: Progress) -> Any:
+        return Explorer(scene.parameters, separation=scene.separation).reach(start)
+
+    return Task(compute, attractor_to_dict, lambda found: print_attractors([found]), lambda _: None)
+
+
+def _search(scene: Scene, progress: Progress) -> Any:
+    return coexistence(scene.parameters, separation=scene.separation, progress=progress)
+
+
+SEARCH: Final = Task(_search, coexistence_to_dict, print_coexistence, warning_of)
+
+
+def carry_out(
+    task: Task,
+    scene: Scene,
+    *,
+    out: Path | None = None,
+    plot: Path | None = None,
+    force: bool = False,
+    quiet: bool = False,
+) -> dict[str, Any]:
+    """Compute what is asked for; print it, warn, write and draw it.
+
+    Parameters
+    ----------
+    task : Task
+        What is asked for.
+    scene : Scene
+        Parameters, and whether separation is considered.
+    out, plot : Path, optional
+        Files for data and figure.
+    force : bool
+        Whether files that exist may be replaced.
+    quiet : bool
+        Whether nothing goes to standard output.
+
+    Returns
+    -------
+    dict
+        The result as data that JSON can hold.
+
+    Raises
+    ------
+    InputError
+        If the task has nothing to write or draw, or a file cannot be written.
+    ComputationError
+        If the computation cannot be finished.
+    """
+    if task.save is None and (out is not None or plot is not None):
+        raise InputError("--out and --plot: allowed with --vary or --basin alone")
+    if out is not None:
+        check_columns_path(out, "attractor", force=force)
+    if plot is not None:
+        check_figure_path(plot, force=force)
+    with progress_bar("attractors") as progress:
+        result = task.compute(scene, progress)
+    if not quiet:
+        task.show(result)
+    if (warning := task.warning(result)) is not None:
+        click.echo(f"warning: {warning}", err=True)
+    if out is not None and task.save is not None:
+        task.save(result, out, force=force)
+        click.echo(f"wrote {out}", err=True)
+    if plot is not None and task.figure is not None:
+        save_figure(task.figure(result), plot, force=force)
+        click.echo(f"wrote {plot}", err=True)
+    return task.to_dict(result)

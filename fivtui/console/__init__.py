@@ -1,0 +1,1 @@
+"""Console output: tables to stdout, progress to stderr."""

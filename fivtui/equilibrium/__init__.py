@@ -1,0 +1,1 @@
+"""Stability of the equilibrium: eigenvalues, critical friction coefficients, maps."""

@@ -1,0 +1,218 @@
+"""Stability of many parameter sets at once, on arrays.
+
+Everything is closed form: the equilibrium as in `model.equilibrium`, the characteristic quartic by
+its resolvent cubic, the boundary by Routh–Hurwitz.
+"""
+
+from collections.abc import Mapping
+from typing import Final
+
+import numpy as np
+from numpy.typing import NDArray
+
+from fivtui.model.errors import ComputationError
+from fivtui.model.parameters import PARAMETERS, Parameters
+
+from .critical import boundary
+from .eigenvalues import ROUNDING, judge_growth
+from .quartic import rightmost_real_part
+
+FloatArray = NDArray[np.float64]
+BoolArray = NDArray[np.bool_]
+
+_MOST_ITERATIONS: Final = 200
+_CONVERGED: Final = 4.0 * np.finfo(float).eps
+
+
+class StabilityPoints:
+    """Parameter sets and how they behave at their equilibria.
+
+    Floating point errors are the caller's: compute under ``np.errstate(all="ignore")``, and judge
+    what is not finite.
+
+    Parameters
+    ----------
+    p : Parameters
+        The parameters that do not vary.
+    varied : mapping of str to ndarray, shape (n,)
+        The others, by name.
+    separation : ndarray of bool, shape (n,)
+        Whether separation is considered; matters for F < 0 alone.
+
+    Attributes
+    ----------
+    nowhere : ndarray of bool, shape (n,)
+        Where there is no equilibrium: F < 0 lifts the slider and k3 = 0 holds it not.
+    kt : ndarray, shape (n,)
+        Tangent contact stiffness at the equilibrium, N/m; 0 where the slider is lifted.
+    """
+
+    def __init__(
+        self, p: Parameters, varied: Mapping[str, FloatArray], separation: BoolArray
+    ) -> None:
+        size = separation.size
+        self.m, self.k1, self.k2, self.k3, self.c1, self.c2, self.F, self.k_nl, self.mu = (
+            varied.get(name, np.full(size, getattr(p, name))) for name in PARAMETERS
+        )
+        self.h = 0.5 * self.k3
+        self.a = self.k1 + self.h
+        damping = self.c1 + self.c2
+        self.share = np.divide(self.c1, damping, out=np.full(size, 0.5), where=damping > 0.0)
+        self.lifted = (self.F < 0.0) & separation
+        with np.errstate(all="ignore"):
+            held = self.h * self.k1 / self.a
+            self.nowhere = self.lifted & ((held == 0.0) | ~np.isfinite(self.F / held))
+            self.kt = np.where(self.lifted, 0.0, self._tangent(self.mu))
+
+    def growth_rate(self) -> FloatArray:
+        """Greatest real part of the eigenvalues.
+
+        Returns
+        -------
+        ndarray, shape (n,)
+            Growth rates, 1/s; without meaning where `nowhere`, not finite where a number overflows.
+        """
+        b = self.kt + self.h
+        # In units of this frequency every coefficient is of order one.
+        stiffness = self.a + b
+        scale = np.sqrt(self.m * stiffness)
+        coupling = self.h * (self.h - self.mu * self.kt)
+        found = rightmost_real_part(
+            self.c1 / scale,
+            self.a / stiffness,
+            self.c2 / scale,
+            b / stiffness,
+            coupling / stiffness / stiffness,
+        )
+        return found * np.sqrt(stiffness / self.m)
+
+    def judged(self) -> tuple[FloatArray, BoolArray]:
+        """Growth rate and verdict.
+
+        Returns
+        -------
+        tuple of ndarray and ndarray of bool, shapes (n,)
+            `growth_rate`, and whether that is negative beyond rounding.
+        """
+        growth = self.growth_rate()
+        fastest = np.sqrt((self.a + self.kt + self.h) / self.m) + (self.c1 + self.c2) / self.m
+        return growth, growth < -ROUNDING * fastest
+
+    def excess(self) -> FloatArray:
+        """How far the equilibrium is beyond the stability boundary (Routh–Hurwitz).
+
+        Returns
+        -------
+        ndarray, shape (n,)
+            Relative excess of μ h k_t over its value on the boundary: negative where stable; NaN
+            where `nowhere`, −1 where there is no friction coupling.
+        """
+        left = self.mu * self.h * self.kt
+        right = self._boundary(self.kt)
+        relative = np.divide(left, right, out=np.zeros_like(left), where=right > 0.0) - 1.0
+        relative[self.nowhere] = np.nan
+        return relative
+
+    def _boundary(self, kt: FloatArray) -> FloatArray:
+        return boundary(
+            m=self.m, k1=self.k1, k3=self.k3, c1=self.c1, c2=self.c2, kt=kt, share=self.share
+        )
+
+    def _tangent(self, mu: FloatArray) -> FloatArray:
+        y = self._deflection(mu)
+        return self.k2 + 3.0 * self.k_nl * y * y
+
+    def _coefficients(self, mu: FloatArray) -> tuple[FloatArray, FloatArray]:
+        friction = 1.0 + mu * self.h / self.a
+        return friction * self.k_nl, friction * self.k2 + self.h * self.k1 / self.a
+
+    def _deflection(self, mu: FloatArray) -> FloatArray:
+        # The cubic of `model.equilibrium`, on arrays.
+        alpha, beta = self._coefficients(mu)
+        scale = np.sqrt(3.0 * alpha / beta)
+        linear = -self.F / beta
+        curved = scale * np.abs(linear) > 1e-4
+        cubic = -2.0 / scale * np.sinh(np.arcsinh(1.5 * self.F / beta * scale) / 3.0)
+        y = np.where(curved, cubic, linear)
+        return y - (alpha * y * y * y + beta * y + self.F) / (3.0 * alpha * y * y + beta)
+
+    def critical_mu(self) -> FloatArray:
+        """Critical friction coefficients.
+
+        Returns
+        -------
+        ndarray, shape (n,)
+            The μ above which the equilibrium is unstable; NaN if none is allowed.
+        """
+        # Newton on the excess, which grows along μ; where it leaves the bracket, the bracket is
+        # halved on a logarithmic scale.
+        low, high = np.zeros_like(self.m), np.full_like(self.m, PARAMETERS["mu"].upper)
+        without = self.lifted | (self.k3 == 0.0)
+        without |= (self._excess(low)[0] >= 0.0) | (self._excess(high)[0] < 0.0)
+        with np.errstate(all="ignore"):
+            mu = np.clip(self._boundary(self.k2) / (self.h * self.k2), 0.0, high)
+        for _ in range(_MOST_ITERATIONS):
+            value, slope = self._excess(mu)
+            below = value < 0.0
+            low, high = np.where(below, mu, low), np.where(below, high, mu)
+            new = mu - value / slope
+            outside = ~((new > low) & (new < high))
+            middle = np.where(low > 0.0, np.sqrt(low * high), 0.5 * (low + high))
+            new = np.where(outside, middle, new)
+            moved = np.abs(new - mu) > _CONVERGED * mu
+            mu = new
+            if not np.any(moved & (high - low > _CONVERGED * high) & ~without):
+                break
+        return np.where(without, np.nan, mu)
+
+    def _excess(self, mu: FloatArray) -> tuple[FloatArray, FloatArray]:
+        # μ − boundary/(h k_t) and its derivative by μ; k_t follows μ by the equilibrium.
+        y = self._deflection(mu)
+        alpha, beta = self._coefficients(mu)
+        kt = self.k2 + 3.0 * self.k_nl * y * y
+        by_mu = -(self.h / self.a) * (self.k_nl * y * y + self.k2) * y
+        turn = 6.0 * self.k_nl * y * by_mu / (3.0 * alpha * y * y + beta)
+        spread = self.share * (1.0 - self.share)
+        detuning = kt + self.h - self.a
+        bound = self._boundary(kt)
+        by_kt = 2.0 * spread * detuning + self.share * self.c1 * self.c2 / self.m
+        left = self.h * kt
+        return mu - bound / left, 1.0 - (by_kt - bound / kt) / left * turn
+
+
+def judge_growths(
+    p: Parameters, varied: Mapping[str, FloatArray], separation: BoolArray
+) -> tuple[FloatArray, BoolArray, dict[int, str]]:
+    """Growth rates and verdicts of many parameter sets.
+
+    Parameters
+    ----------
+    p : Parameters
+        The parameters that do not vary.
+    varied : mapping of str to ndarray, shape (n,)
+        The others, by name.
+    separation : ndarray of bool, shape (n,)
+        Whether separation is considered.
+
+    Returns
+    -------
+    growth : ndarray, shape (n,)
+        Growth rates, 1/s; NaN where there is none.
+    stable : ndarray of bool, shape (n,)
+        Whether the equilibrium is stable, as in `Stability`.
+    reasons : dict of int to str
+        Why there is no growth rate, by place.
+    """
+    with np.errstate(all="ignore"):
+        points = StabilityPoints(p, varied, separation)
+        growth, stable = points.judged()
+    reasons: dict[int, str] = {}
+    # What overflows on arrays is left to the reference, which scales its numbers.
+    for place in np.flatnonzero(points.nowhere | ~np.isfinite(growth)).tolist():
+        values = p.with_values({name: float(column[place]) for name, column in varied.items()})
+        try:
+            growth[place], stable[place] = judge_growth(values, separation=bool(separation[place]))
+        except ComputationError as error:
+            growth[place], stable[place] = np.nan, False
+            reasons[place] = str(error)
+    return growth, stable, reasons

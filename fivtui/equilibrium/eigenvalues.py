@@ -1,0 +1,184 @@
+"""Stability of the equilibrium: eigenvalues of Eq. 8, critical friction coefficient (Eq. 9)."""
+
+from dataclasses import dataclass
+from typing import Final
+
+import numpy as np
+from numpy.typing import NDArray
+
+from fivtui.model.errors import ComputationError
+from fivtui.model.parameters import Parameters, check_parameters
+from fivtui.model.slider_belt import Equilibrium, equilibrium, jacobian
+
+from .critical import CriticalMu, coalescence_mu, critical_mu, linear_critical_mu
+from .modes import VibrationMode, vibration_modes
+
+# Growth rates below this, relative to the fastest eigenvalue, are zero to rounding.
+ROUNDING: Final = 1e-12
+
+
+@dataclass(frozen=True, slots=True)
+class Margin:
+    """What is left until the equilibrium loses its stability; negative where it has.
+
+    Attributes
+    ----------
+    mu : float or None
+        Critical friction coefficient less the friction coefficient; None if there is no critical
+        one.
+    growth_rate : float
+        Slowest decay of the modes: the growth rate with its sign changed, 1/s.
+    """
+
+    mu: float | None
+    growth_rate: float
+
+
+@dataclass(frozen=True, slots=True)
+class Coalescence:
+    """How near the two modes are to each other.
+
+    Attributes
+    ----------
+    frequency_distance : float
+        Greatest less smallest frequency of the modes, rad/s; zero where they have coalesced.
+    mu : float or None
+        Friction coefficient at which the undamped frequencies coalesce; None if they do not.
+    """
+
+    frequency_distance: float
+    mu: float | None
+
+
+@dataclass(frozen=True, slots=True)
+class Stability:
+    """Stability of the equilibrium of one parameter set.
+
+    Attributes
+    ----------
+    equilibrium : Equilibrium
+        The point at which the system is linearised.
+    eigenvalues : ndarray of complex, shape (4,)
+        λ in 1/s: growth rates and angular frequencies, by falling imaginary part.
+    growth_rate : float
+        Greatest real part, 1/s.
+    stable : bool
+        Whether the growth rate is negative beyond rounding.
+    critical_mu : tuple of CriticalMu
+        Every allowed μ > 0 at which the growth rate changes sign, ascending.
+    linear_critical_mu : float or None
+        μ_c of the linear system (k_nl = 0); None if it has none.
+    modes : tuple of VibrationMode
+        Frequencies, damping ratios and shapes, by falling frequency.
+    margin : Margin
+        Distance to the loss of stability.
+    coalescence : Coalescence
+        Distance of the two modes, and where they meet.
+    """
+
+    equilibrium: Equilibrium
+    eigenvalues: NDArray[np.complex128]
+    growth_rate: float
+    stable: bool
+    critical_mu: tuple[CriticalMu, ...]
+    linear_critical_mu: float | None
+    modes: tuple[VibrationMode, ...]
+    margin: Margin
+    coalescence: Coalescence
+
+
+def stability(p: Parameters, *, separation: bool = True) -> Stability:
+    """Linearise at the equilibrium and judge it.
+
+    Parameters
+    ----------
+    p : Parameters
+        The parameter set.
+    separation : bool
+        Whether separation is considered; matters for F < 0 alone.
+
+    Returns
+    -------
+    Stability
+        Eigenvalues, modes, growth rate, critical friction coefficients and margins.
+
+    Raises
+    ------
+    InputError
+        If `p` is no parameter set.
+    ComputationError
+        If there is no equilibrium, or a number overflows.
+    """
+    check_parameters(p)
+    point = equilibrium(p, separation=separation)
+    values = _eigenvalues(p, point)
+    growth, stable = _judged(values)
+    critical = critical_mu(p, separation=separation)
+    modes = vibration_modes(p, point, values)
+    frequencies = [mode.angular_frequency for mode in modes]
+    return Stability(
+        equilibrium=point,
+        eigenvalues=values,
+        growth_rate=growth,
+        stable=stable,
+        critical_mu=critical,
+        linear_critical_mu=linear_critical_mu(p),
+        modes=modes,
+        margin=Margin(next((c.mu - p.mu for c in critical), None), -growth),
+        coalescence=Coalescence(
+            max(frequencies) - min(frequencies), coalescence_mu(p, separation=separation)
+        ),
+    )
+
+
+def growth_rate(p: Parameters, *, separation: bool = True) -> float:
+    """Greatest real part of the eigenvalues at the equilibrium.
+
+    Parameters
+    ----------
+    p : Parameters
+        The parameter set.
+    separation : bool
+        Whether separation is considered.
+
+    Returns
+    -------
+    float
+        Growth rate, 1/s.
+    """
+    return float(_eigenvalues(p, equilibrium(p, separation=separation)).real.max())
+
+
+def judge_growth(p: Parameters, *, separation: bool = True) -> tuple[float, bool]:
+    """Growth rate and verdict, without the critical friction coefficients.
+
+    Parameters
+    ----------
+    p : Parameters
+        The parameter set.
+    separation : bool
+        Whether separation is considered.
+
+    Returns
+    -------
+    tuple of float and bool
+        Growth rate, 1/s, and whether the equilibrium is stable, as in `Stability`.
+    """
+    return _judged(_eigenvalues(p, equilibrium(p, separation=separation)))
+
+
+def _judged(values: NDArray[np.complex128]) -> tuple[float, bool]:
+    growth = float(values.real.max())
+    return growth, growth < -ROUNDING * float(np.abs(values).max())
+
+
+def _eigenvalues(p: Parameters, point: Equilibrium) -> NDArray[np.complex128]:
+    matrix = np.array(jacobian(p, point.y, point.mode))
+    if not np.all(np.isfinite(matrix)):
+        raise ComputationError(
+            f"the tangent contact stiffness overflows at the equilibrium y = {point.y:.3g} m",
+            "use a smaller preload or a softer contact",
+        )
+    values = np.linalg.eigvals(matrix).astype(np.complex128)
+    order = np.lexsort((-values.real, -values.imag))
+    return values[order]

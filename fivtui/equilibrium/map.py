@@ -1,0 +1,165 @@
+"""Stability over two parameters: growth rate, critical μ or unstable modes of a million points.
+
+Work goes in chunks, so that little more memory is needed than the map itself.
+"""
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+from typing import Final, Literal, get_args
+
+import numpy as np
+from numpy.typing import NDArray
+
+from fivtui.model.errors import Cancelled, ComputationError, InputError
+from fivtui.model.parameters import Parameters, parameter_spec, unknown_name
+
+from .arrays import StabilityPoints
+
+FloatArray = NDArray[np.float64]
+MapValue = Literal["growth-rate", "critical-mu", "unstable-modes"]
+Progress = Callable[[float], bool]
+
+MAP_VALUES: Final[tuple[MapValue, ...]] = get_args(MapValue)
+MAX_POINTS: Final = 100_000_000
+# A chunk's arrays stay in the processor's cache.
+_CHUNK: Final = 8192
+
+
+@dataclass(frozen=True, slots=True)
+class StabilityMap:
+    """A value over two parameters.
+
+    Attributes
+    ----------
+    parameters : Parameters
+        The other parameters.
+    separation : bool
+        Whether separation was considered.
+    names : tuple of str
+        Names of the two parameters.
+    axes : tuple of ndarray, shapes (n,) and (k,)
+        Their values.
+    value : str
+        ``"growth-rate"`` (1/s), ``"critical-mu"`` or ``"unstable-modes"``.
+    values : ndarray, shape (n, k)
+        The value at every point. NaN where there is none: no critical friction coefficient in the
+        allowed range of μ, or no equilibrium (F < 0 lifts the slider and k3 = 0 holds it not).
+    excess : ndarray, shape (n, k)
+        Relative excess of μ h k_t over its value on the stability boundary: negative where the
+        equilibrium is stable, zero on the boundary, NaN where there is no equilibrium; −1 where
+        there is no friction coupling.
+    """
+
+    parameters: Parameters
+    separation: bool
+    names: tuple[str, str]
+    axes: tuple[FloatArray, FloatArray]
+    value: MapValue
+    values: FloatArray
+    excess: FloatArray
+
+
+def stability_map(
+    p: Parameters,
+    over: Mapping[str, Sequence[float] | FloatArray],
+    value: str = "growth-rate",
+    *,
+    separation: bool = True,
+    progress: Progress | None = None,
+) -> StabilityMap:
+    """Compute a value over two parameters.
+
+    Parameters
+    ----------
+    p : Parameters
+        The parameters that do not vary.
+    over : mapping of str to sequence of float
+        Two parameters and the values of each, in SI units.
+    value : str
+        ``"growth-rate"``: greatest real part of the eigenvalues, 1/s; ``"critical-mu"``: the
+        friction coefficient above which the equilibrium is unstable; ``"unstable-modes"``: how
+        many modes grow, 0 or 1.
+    separation : bool
+        Whether separation is considered; matters for F < 0 alone.
+    progress : callable, optional
+        Called with the fraction done; the map is cancelled when it returns False.
+
+    Returns
+    -------
+    StabilityMap
+        Agrees with `stability` of every point to rounding.
+
+    Raises
+    ------
+    InputError
+        If `over` has not two parameters, a name is unknown, a value is not allowed, or the map has
+        more than 100 000 000 points.
+    ComputationError
+        If a number overflows.
+    Cancelled
+        If `progress` returned False.
+    """
+    if value not in MAP_VALUES:
+        raise unknown_name("map value", value, MAP_VALUES)
+    if len(over) != 2:
+        raise InputError(f"over: {len(over)} parameters given; allowed are two different ones")
+    (first, rows), (second, columns) = ((name, _axis(name, over[name])) for name in over)
+    shape = (rows.size, columns.size)
+    total = rows.size * columns.size
+    if total > MAX_POINTS:
+        raise InputError(f"over: {total} points; allowed are {MAX_POINTS}")
+    values, excess = np.empty(total), np.empty(total)
+    for start in range(0, total, _CHUNK):
+        if progress is not None and not progress(start / total):
+            raise Cancelled
+        place = np.arange(start, min(start + _CHUNK, total))
+        row, column = np.divmod(place, columns.size)
+        varied = {first: rows[row], second: columns[column]}
+        with np.errstate(all="ignore"):
+            points = StabilityPoints(p, varied, np.full(place.size, separation))
+            excess[place] = points.excess()
+            values[place] = _evaluated(points, value, excess[place])
+        _check(points, value, values[place])
+    if progress is not None:
+        progress(1.0)
+    return StabilityMap(
+        parameters=p,
+        separation=separation,
+        names=(first, second),
+        axes=(rows, columns),
+        value=next(known for known in MAP_VALUES if known == value),
+        values=values.reshape(shape),
+        excess=excess.reshape(shape),
+    )
+
+
+def _axis(name: str, values: Sequence[float] | FloatArray) -> FloatArray:
+    spec = parameter_spec(name)
+    axis = np.array(values, dtype=float)
+    if axis.ndim != 1 or axis.size == 0:
+        raise InputError(f"over: {name}: allowed are one or more numbers")
+    for extreme in (axis.min(), axis.max()):
+        spec.check(float(extreme))
+    return axis
+
+
+def _evaluated(points: StabilityPoints, value: str, excess: FloatArray) -> FloatArray:
+    if value == "critical-mu":
+        found = points.critical_mu()
+    elif value == "growth-rate":
+        found = points.growth_rate()
+    else:
+        found = (excess > 0.0).astype(float)
+    found[points.nowhere] = np.nan
+    return found
+
+
+def _check(points: StabilityPoints, value: str, found: FloatArray) -> None:
+    # NaN means "none"; an overflow must not pass for it.
+    if not np.all(np.isfinite(points.kt[~points.nowhere])) or (
+        value == "growth-rate" and not np.all(np.isfinite(found[~points.nowhere]))
+    ):
+        raise ComputationError(
+            "a number of the map is out of the range of numbers",
+            "use parameters of less extreme size",
+        )

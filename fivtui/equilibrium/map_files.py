@@ -1,0 +1,161 @@
+"""Stability maps as plain data and in files, with units and provenance."""
+
+import json
+from collections.abc import Mapping
+from dataclasses import replace
+from pathlib import Path
+from typing import Any, BinaryIO, Final
+
+import numpy as np
+from numpy.typing import NDArray
+
+from fivtui.io.column_files import read_columns
+from fivtui.io.files import write_atomically
+from fivtui.io.formats import Columns, Provenance, columns_format
+from fivtui.io.reading import read_bytes
+from fivtui.model.columns import Column
+from fivtui.model.errors import InputError
+from fivtui.model.parameters import PARAMETERS, Parameters
+from fivtui.version import __version__
+
+from .map import StabilityMap, stability_map
+
+FloatArray = NDArray[np.float64]
+
+# Name of the column in files, unit and meaning of every value of a map.
+MAP_COLUMNS: Final = {
+    "growth-rate": Column("growth_rate", "1/s", "growth rate"),
+    "critical-mu": Column("critical_mu", "", "critical friction coefficient"),
+    "unstable-modes": Column("unstable_modes", "", "unstable modes"),
+}
+
+
+def map_to_dict(result: StabilityMap) -> dict[str, Any]:
+    """A stability map as data that JSON can hold.
+
+    Parameters
+    ----------
+    result : StabilityMap
+        The map.
+
+    Returns
+    -------
+    dict
+        ``parameters`` (those that do not vary), ``separation``, ``over`` (name, unit and values of
+        the two that do), ``value``, ``unit``, and ``values``: a list for every value of the first
+        parameter, None where there is no value.
+    """
+    column = MAP_COLUMNS[result.value]
+    rows = [[None if np.isnan(v) else v for v in row] for row in result.values.tolist()]
+    return {
+        **_provenance(result),
+        "over": [
+            {"name": name, "unit": PARAMETERS[name].unit, "values": axis.tolist()}
+            for name, axis in zip(result.names, result.axes, strict=True)
+        ],
+        "value": result.value,
+        "unit": column.unit,
+        "values": rows,
+    }
+
+
+def save_map(result: StabilityMap, path: Path, *, force: bool = False) -> None:
+    """Write a map: a row a point, the second parameter varying fastest, ``nan`` for no value.
+
+    Parameters
+    ----------
+    result : StabilityMap
+        The map.
+    path : Path
+        The file; its suffix ``.csv``, ``.npz`` or ``.parquet`` says the format.
+    force : bool
+        Whether a file that exists may be replaced.
+
+    Raises
+    ------
+    InputError
+        If the format is unknown or needs a package that is not installed, or the file cannot be
+        written.
+    """
+    form = columns_format(path, "map")
+    value = MAP_COLUMNS[result.value]
+    specs = [PARAMETERS[name] for name in result.names]
+    columns = [*(Column(spec.name, spec.unit, spec.meaning) for spec in specs), value]
+    first, second = np.meshgrid(*result.axes, indexing="ij")
+    arrays = (first.ravel(), second.ravel(), result.values.ravel())
+    values = {column.name: array for column, array in zip(columns, arrays, strict=True)}
+    provenance = {"fivtui": __version__, **_provenance(result)}
+
+    def write(file: BinaryIO) -> None:
+        form.write(file, columns, values, provenance)
+
+    write_atomically(path, write, force=force)
+
+
+def load_map(path: Path) -> StabilityMap:
+    """Read a map from a file.
+
+    Parameters
+    ----------
+    path : Path
+        What `save_map` wrote (``.csv``, ``.npz``, ``.parquet``), or ``fivtui map --json`` printed
+        (``.json``).
+
+    Returns
+    -------
+    StabilityMap
+        With the values of the file; the stability boundary is computed anew.
+
+    Raises
+    ------
+    InputError
+        If the file is no map.
+    """
+    plain = path.suffix.lower() == ".json"
+    content = read_bytes(path) if plain else b""
+    values, said = ({}, {}) if plain else read_columns(path, "map")
+    try:
+        return _from_dict(json.loads(content)) if plain else _from_columns(values, said)
+    except InputError as error:
+        raise InputError(f"{path}: {error}") from None
+    except (ValueError, KeyError, TypeError, AttributeError, RecursionError):
+        raise InputError(f"{path}: not a map, or damaged") from None
+
+
+def _from_dict(data: Mapping[str, Any]) -> StabilityMap:
+    (first, rows), (second, columns) = (
+        (str(axis["name"]), np.array(axis["values"], dtype=float)) for axis in data["over"]
+    )
+    values = np.array(data["values"], dtype=float)
+    return _map((first, rows), (second, columns), str(data["value"]), values, data)
+
+
+def _from_columns(columns: Columns, said: Provenance) -> StabilityMap:
+    first, second, last = columns
+    value = {column.name: name for name, column in MAP_COLUMNS.items()}[last]
+    size = int(np.argmax(columns[first] != columns[first][0])) or columns[first].size
+    shape = (columns[first].size // size, size)
+    rows, line = columns[first].reshape(shape), columns[second].reshape(shape)
+    if not (np.all(rows == rows[:, :1]) and np.all(line == line[:1])):
+        raise InputError("the points are not those of a grid")
+    values = columns[last].reshape(shape)
+    return _map((first, rows[:, 0]), (second, line[0]), value, values, said)
+
+
+def _map(
+    rows: tuple[str, FloatArray],
+    columns: tuple[str, FloatArray],
+    value: str,
+    values: FloatArray,
+    said: Mapping[str, Any],
+) -> StabilityMap:
+    p = Parameters().with_values(said["parameters"])
+    computed = stability_map(p, dict((rows, columns)), value, separation=bool(said["separation"]))
+    if values.shape != computed.values.shape:
+        raise InputError(f"{values.shape} values for {computed.values.shape} points")
+    return replace(computed, values=values)
+
+
+def _provenance(result: StabilityMap) -> dict[str, Any]:
+    fixed = {k: v for k, v in result.parameters.as_dict().items() if k not in result.names}
+    return {"parameters": fixed, "separation": result.separation}

@@ -1,0 +1,87 @@
+"""Modes of vibration about the equilibrium: frequencies, damping ratios and shapes (Eq. 8)."""
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from fivtui.model.parameters import Parameters
+from fivtui.model.slider_belt import Equilibrium, Mode, tangent_stiffness
+
+
+@dataclass(frozen=True, slots=True)
+class VibrationMode:
+    """A pair of conjugate eigenvalues, or a real one, and the motion that belongs to it.
+
+    Attributes
+    ----------
+    eigenvalue : complex
+        λ in 1/s, with Im λ ≥ 0.
+    shape : tuple of complex
+        Amplitudes (x, y) of the motion e^{λt}, the larger one scaled to 1: their phases are those
+        between horizontal and vertical motion.
+    """
+
+    eigenvalue: complex
+    shape: tuple[complex, complex]
+
+    @property
+    def growth_rate(self) -> float:
+        """Re λ, 1/s."""
+        return self.eigenvalue.real
+
+    @property
+    def angular_frequency(self) -> float:
+        """Im λ, rad/s; zero if the motion does not oscillate."""
+        return self.eigenvalue.imag
+
+    @property
+    def frequency(self) -> float:
+        """Im λ/2π, Hz."""
+        return self.eigenvalue.imag / (2.0 * math.pi)
+
+    @property
+    def damping_ratio(self) -> float:
+        """−Re λ/|λ|: 1 without oscillation, negative where vibration grows."""
+        size = abs(self.eigenvalue)
+        return -self.eigenvalue.real / size if size > 0.0 else 0.0
+
+
+def vibration_modes(
+    p: Parameters, point: Equilibrium, eigenvalues: NDArray[np.complex128]
+) -> tuple[VibrationMode, ...]:
+    """The modes that belong to the eigenvalues at an equilibrium.
+
+    Parameters
+    ----------
+    p : Parameters
+        The parameter set.
+    point : Equilibrium
+        Its equilibrium.
+    eigenvalues : ndarray of complex, shape (4,)
+        λ of Eq. 8, 1/s.
+
+    Returns
+    -------
+    tuple of VibrationMode
+        Two if both oscillate; every real eigenvalue is a mode of its own. By falling frequency.
+    """
+    return tuple(
+        VibrationMode(value, _shape(p, point, value))
+        for value in eigenvalues.tolist()
+        if value.imag >= 0.0
+    )
+
+
+def _shape(p: Parameters, point: Equilibrium, value: complex) -> tuple[complex, complex]:
+    # The null vector of the dynamic stiffness, from its larger row: the other one may vanish.
+    h = 0.5 * p.k3
+    kt = tangent_stiffness(p, point.y) if point.mode is Mode.CONTACT else 0.0
+    horizontal = (p.m * value + p.c1) * value + p.k1 + h
+    vertical = (p.m * value + p.c2) * value + kt + h
+    rows = ((h - p.mu * kt, horizontal), (vertical, complex(h)))
+    x, y = max(rows, key=lambda row: abs(row[0]) + abs(row[1]))
+    largest = x if abs(x) >= abs(y) else y
+    # Without a preferred direction any motion will do.
+    return (x / largest, y / largest) if largest != 0.0 else (1.0 + 0.0j, 0.0j)

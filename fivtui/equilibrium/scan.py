@@ -1,0 +1,108 @@
+"""The modes at the equilibrium over the friction coefficient, all else equal."""
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Final
+
+import numpy as np
+from numpy.typing import NDArray
+
+from fivtui.model.errors import Cancelled
+from fivtui.model.parameters import PARAMETERS, Parameters
+from fivtui.model.slider_belt import equilibrium, jacobian
+
+from .eigenvalues import Stability
+
+FloatArray = NDArray[np.float64]
+
+_POINTS: Final = 241
+# Points between two looks at whether somebody still waits.
+_BLOCK: Final = 24
+_LEAST_TOP: Final = 1.0
+_BEYOND: Final = 1.5
+# Frequencies closer than this, relative to the fastest, have merged.
+_MERGED: Final = 1e-6
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class ModeScan:
+    """The eigenvalues at the equilibrium over μ, all else equal.
+
+    Attributes
+    ----------
+    mu : ndarray, shape (n,)
+        Friction coefficients, ascending from 0.
+    eigenvalues : ndarray of complex, shape (n, 4)
+        λ in 1/s, by falling imaginary part, of equal ones the faster growing one first.
+    """
+
+    mu: FloatArray
+    eigenvalues: NDArray[np.complex128]
+
+
+def scan_top(p: Parameters, found: Stability) -> float:
+    """How far to look along μ.
+
+    Parameters
+    ----------
+    p : Parameters
+        The parameter set.
+    found : Stability
+        Its stability.
+
+    Returns
+    -------
+    float
+        Beyond μ and every critical one; a round number, so that it stays while values change.
+    """
+    wanted = _BEYOND * max(_LEAST_TOP / _BEYOND, p.mu, *(c.mu for c in found.critical_mu), 0.0)
+    decade = 10.0 ** np.floor(np.log10(wanted))
+    top = next(f * decade for f in (1.0, 1.5, 2.0, 3.0, 5.0, 10.0) if f * decade >= wanted)
+    return float(min(top, PARAMETERS["mu"].upper))
+
+
+def mode_scan(
+    p: Parameters,
+    top: float,
+    *,
+    separation: bool = True,
+    go_on: Callable[[], bool] = lambda: True,
+) -> ModeScan:
+    """Compute the eigenvalues over μ.
+
+    Parameters
+    ----------
+    p : Parameters
+        The parameter set; its μ does not matter.
+    top : float
+        Greatest friction coefficient.
+    separation : bool
+        Whether separation is considered.
+    go_on : callable
+        Asked now and then whether the scan is still wanted.
+
+    Returns
+    -------
+    ModeScan
+        At evenly spaced friction coefficients.
+
+    Raises
+    ------
+    ComputationError
+        If there is no equilibrium.
+    Cancelled
+        If it is no longer wanted.
+    """
+    mu = np.linspace(0.0, top, _POINTS)
+    matrices = np.empty((_POINTS, 4, 4))
+    for place, value in enumerate(mu.tolist()):
+        if place % _BLOCK == 0 and not go_on():
+            raise Cancelled
+        there = p.with_values({"mu": value})
+        point = equilibrium(there, separation=separation)
+        matrices[place] = jacobian(there, point.y, point.mode)
+    values = np.linalg.eigvals(matrices).astype(np.complex128)
+    # Merged frequencies are equal but for rounding.
+    size = _MERGED * np.abs(values).max()
+    order = np.lexsort((-values.real, -np.rint(values.imag / size)), axis=-1)
+    return ModeScan(mu, np.take_along_axis(values, order, axis=-1))

@@ -1,0 +1,1 @@
+"""The FMU's host: instances, the co-simulation master, runs and checks."""

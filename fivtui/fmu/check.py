@@ -1,0 +1,84 @@
+"""Whether a file is a sound FMU: its structure, its description, and a short run."""
+
+import json
+import os
+import signal
+import subprocess
+import sys
+import tempfile
+import zipfile
+from collections import Counter
+from pathlib import Path, PurePosixPath
+from typing import Final
+
+from .instance import check_archive
+
+_TIMEOUT_S: Final = 60.0
+
+
+def check_fmu(path: Path) -> list[str]:
+    """Check any FMU: structure, model description, and a short run in a process of its own.
+
+    Parameters
+    ----------
+    path : Path
+        The FMU.
+
+    Returns
+    -------
+    list of str
+        The problems found, one line each; empty if there is none.
+
+    Raises
+    ------
+    InputError
+        If there is no such file, or it is not a zip archive with a model description.
+    """
+    from fmpy.validation import validate_fmu
+
+    check_archive(path)
+    problems = _structural_problems(path)
+    problems += [" ".join(problem.split()) for problem in validate_fmu(str(path))]
+    if not problems:
+        problems = _problems_of_a_run(path)
+    return problems
+
+
+def _structural_problems(path: Path) -> list[str]:
+    with zipfile.ZipFile(path) as archive:
+        names = archive.namelist()
+        damaged = archive.testzip()
+    problems = [] if damaged is None else [f"the file {damaged} in the archive is damaged"]
+    problems += [f"the archive holds {n} twice" for n, count in Counter(names).items() if count > 1]
+    for name in names:
+        parts = PurePosixPath(name).parts
+        if "\\" in name or ":" in name or name.startswith("/") or ".." in parts:
+            problems.append(f"the archive holds a file outside of the FMU: {name}")
+    return problems
+
+
+def _problems_of_a_run(path: Path) -> list[str]:
+    # An FMU is foreign code: what it does to the process must not hit this one.
+    project = str(Path(__file__).parents[2])
+    search = os.pathsep.join(filter(None, (project, os.environ.get("PYTHONPATH"))))
+    with tempfile.TemporaryDirectory(prefix="fivtui-check-") as folder:
+        try:
+            done = subprocess.run(  # noqa: S603
+                [sys.executable, "-m", "fivtui.fmu.probe", str(path.resolve())],
+                cwd=folder,
+                # What a process leaves that is killed is removed with the folder.
+                env=os.environ | {"PYTHONPATH": search, "TMPDIR": folder},
+                capture_output=True,
+                timeout=_TIMEOUT_S,
+                check=False,
+            )
+        except subprocess.TimeoutExpired:
+            return [f"a short run is not finished after {_TIMEOUT_S:g} s"]
+    if done.returncode < 0:
+        name = signal.Signals(-done.returncode).name
+        return [f"the FMU crashes the process that runs it ({name})"]
+    if done.returncode > 0:
+        last = done.stderr.decode(errors="replace").strip().splitlines()[-1:]
+        return [f"the FMU cannot be run: {' '.join(last)}"]
+    problems: list[str] = json.loads(done.stdout.splitlines()[-1])
+    return problems

@@ -1,0 +1,156 @@
+"""What is put into an FMU: values to start with, and values of inputs over time."""
+
+import csv
+import math
+import sys
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any, Final
+
+import numpy as np
+from numpy.typing import NDArray
+
+from fivtui.io.reading import read_bytes
+from fivtui.model.errors import InputError
+from fivtui.model.parameters import parse_number, unknown_name
+
+from .instance import FmuFile
+
+TIME: Final = "time"
+_WORDS: Final = ("String", "Binary")
+_TRUTH: Final = {"true": True, "1": True, "false": False, "0": False}
+
+
+def start_values_of(fmu: FmuFile, given: Mapping[str, object]) -> dict[str, Any]:
+    """Check values to be set before a run.
+
+    Parameters
+    ----------
+    fmu : FmuFile
+        The FMU.
+    given : mapping of str to number, bool or text
+        Values by name.
+
+    Returns
+    -------
+    dict
+        Values of the types of their variables.
+
+    Raises
+    ------
+    InputError
+        If a name is unknown or a value not allowed by the FMU's model description.
+    """
+    settable = {
+        v.name: v
+        for v in fmu.description.modelVariables
+        if v.causality in ("parameter", "structuralParameter", "input")
+        or (v.initial in ("exact", "approx") and v.variability != "constant")
+    }
+    values = {}
+    for name, value in given.items():
+        if name not in settable:
+            raise unknown_name("variable to be set", name, settable)
+        values[name] = _start_value(settable[name], value)
+    return values
+
+
+def _start_value(variable: Any, value: object) -> Any:
+    if variable.type == "Boolean":
+        truth = _TRUTH.get(str(value).strip().lower())
+        if truth is None:
+            raise InputError(f"{variable.name} = {value}: allowed is true or false")
+        return truth
+    if variable.type in _WORDS or variable.shape:
+        return value
+    lower, upper = (
+        float(limit) if limit is not None else bound
+        for limit, bound in ((variable.min, -math.inf), (variable.max, math.inf))
+    )
+    unit = f" {variable.unit}" if variable.unit else ""
+    # A least positive number as the bound says that zero is excluded.
+    above = "0 <" if lower == sys.float_info.min else f"{lower:g} <="
+    allowed = f"{above} {variable.name} <= {upper:g}{unit}"
+    number = parse_number(variable.name, value, allowed)
+    if not lower <= number <= upper:
+        raise InputError(f"{variable.name} = {number:g}: allowed is {allowed}")
+    if variable.type in ("Real", "Float32", "Float64"):
+        return number
+    if not number.is_integer():
+        raise InputError(f"{variable.name} = {number:g}: allowed is a whole number")
+    return int(number)
+
+
+def signals_from(fmu: FmuFile, path: Path, start: Mapping[str, Any]) -> NDArray[Any]:
+    """Read values of inputs over time.
+
+    Parameters
+    ----------
+    fmu : FmuFile
+        The FMU.
+    path : Path
+        A CSV file with a column ``time``, s, and one for each input that changes.
+    start : mapping of str to number or bool
+        Values of inputs that do not, by name.
+
+    Returns
+    -------
+    ndarray, shape (n,)
+        A record of ``time`` and all scalar inputs for each row.
+
+    Raises
+    ------
+    InputError
+        If the file is not such a table, or a value is not allowed by the model description.
+    """
+    inputs = {
+        v.name: v
+        for v in fmu.description.modelVariables
+        if v.causality == "input" and v.type not in _WORDS and not v.shape
+    }
+    names, rows = _read_table(path)
+    for name in names:
+        if name != TIME and name not in inputs:
+            raise unknown_name(f"input in {path}:", name, inputs)
+    if TIME not in names:
+        raise InputError(f"{path}: there is no column {TIME}")
+    table = dict(zip(names, np.array(rows).T, strict=True))
+    if np.any(np.diff(table[TIME]) < 0.0):
+        raise InputError(f"{path}: the times must ascend")
+    kinds: list[tuple[str, type]] = [(TIME, float)]
+    for name, variable in inputs.items():
+        if name not in table:
+            value = start.get(name, variable.start)
+            table[name] = np.full(len(rows), float(_start_value(variable, value or 0)))
+        elif variable.type != "Boolean":
+            for extreme in (table[name].min(), table[name].max()):
+                _start_value(variable, float(extreme))
+        kinds.append((name, bool if variable.type == "Boolean" else float))
+    signals = np.empty(len(rows), dtype=kinds)
+    for name, _ in kinds:
+        signals[name] = table[name]
+    return signals
+
+
+def _read_table(path: Path) -> tuple[list[str], list[list[float]]]:
+    content = read_bytes(path)
+    try:
+        lines = content.decode("utf-8-sig").splitlines()
+        reader = csv.reader(line for line in lines if line.strip() and line[0] != "#")
+        names = [name.strip().strip('"') for name in next(reader, [])]
+        rows = list(reader)
+    except (UnicodeDecodeError, csv.Error):
+        raise InputError(f"{path}: is not a table of comma-separated values") from None
+    if not rows:
+        raise InputError(f"{path}: there are no rows of numbers under a row of names")
+    values = []
+    for number, row in enumerate(rows, start=1):
+        if len(row) != len(names):
+            raise InputError(f"{path}: row {number} has {len(row)} values for {len(names)} columns")
+        values.append(
+            [
+                parse_number(f"{path}: {name} in row {number}", text, "a finite number")
+                for name, text in zip(names, row, strict=True)
+            ]
+        )
+    return names, values

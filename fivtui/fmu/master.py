@@ -1,0 +1,293 @@
+"""The co-simulation master of one transient: communication steps, switches, segments."""
+
+import math
+from collections.abc import Callable
+from typing import Any, Final, NamedTuple
+
+from fivtui.model.errors import ComputationError
+from fivtui.model.parameters import unknown_name
+from fivtui.model.slider_belt import Mode, State
+from fivtui.transient.hermite import segment_between
+from fivtui.transient.methods import Problem
+from fivtui.transient.recorder import Recorder
+
+from .instance import Messages
+
+# Longest interval of interpolation, in √(m/tangent stiffness).
+_RESOLUTION: Final = 0.06
+_STATES: Final = ("x", "vx", "y", "vy")
+_READ: Final = (*_STATES, "P", "mode", "separations", "reattachments", "last_event")
+
+
+class Point(NamedTuple):
+    """What the FMU puts out at a communication point.
+
+    Attributes
+    ----------
+    t : float
+        Time, s.
+    state : State
+        (x, ẋ, y, ẏ), m and m/s.
+    P : float
+        Contact force, N.
+    mode : Mode
+        Contact or separated.
+    switches : int
+        Number of switches so far.
+    last_event : float
+        Time of the last, s.
+    """
+
+    t: float
+    state: State
+    P: float
+    mode: Mode
+    switches: int
+    last_event: float
+
+
+class Slave:
+    """The FMU as `integrate_fmu` uses it.
+
+    Parameters
+    ----------
+    instance : FMU2Slave
+        fmpy's instance.
+    messages : Messages
+        What it logs.
+    description : ModelDescription
+        Its variables.
+    before_step : callable
+        Called before every communication step; may raise.
+
+    Attributes
+    ----------
+    steps : int
+        Communication steps taken.
+
+    Raises
+    ------
+    InputError
+        If the FMU is not one of this model.
+    """
+
+    def __init__(
+        self,
+        instance: Any,
+        messages: Messages,
+        description: Any,
+        before_step: Callable[[], None],
+    ) -> None:
+        self._fmu = instance
+        self._before_step = before_step
+        self._messages = messages
+        self._references = {v.name: v.valueReference for v in description.modelVariables}
+        self._read = [self._reference(name) for name in _READ]
+        self.steps = 0
+
+    def _reference(self, name: str) -> int:
+        if name not in self._references:
+            raise unknown_name("FMU variable", name, self._references)
+        reference: int = self._references[name]
+        return reference
+
+    def begin(self, problem: Problem) -> Point:
+        """Initialize the FMU.
+
+        Parameters
+        ----------
+        problem : Problem
+            What to integrate.
+
+        Returns
+        -------
+        Point
+            The start.
+
+        Raises
+        ------
+        ComputationError
+            If the FMU fails.
+        """
+        fmu = self._fmu
+        reals = problem.parameters.as_dict()
+        reals |= {f"{n}_start": value for n, value in zip(_STATES, problem.start, strict=True)}
+        flags = {"separation": problem.separation, "start_static": False}
+        fmu.setupExperiment(tolerance=problem.tol, startTime=0.0, stopTime=problem.t_end)
+        fmu.setReal([self._reference(name) for name in reals], list(reals.values()))
+        fmu.setBoolean([self._reference(name) for name in flags], list(flags.values()))
+        fmu.enterInitializationMode()
+        fmu.exitInitializationMode()
+        return self._point(0.0)
+
+    def step(self, t: float, target: float) -> Point:
+        """Take a communication step.
+
+        Parameters
+        ----------
+        t, target : float
+            Its start and end, s.
+
+        Returns
+        -------
+        Point
+            Its end.
+
+        Raises
+        ------
+        ComputationError
+            If the FMU fails, with what it logged.
+        """
+        from fmpy.fmi1 import FMICallException
+
+        self.steps += 1
+        self._before_step()
+        try:
+            self._fmu.doStep(t, target - t)
+        except FMICallException:
+            raise self._failure(t) from None
+        return self._point(target)
+
+    def _point(self, t: float) -> Point:
+        values = self._fmu.getReal(self._read)
+        if not math.isfinite(sum(values)):
+            raise self._failure(t)
+        x, vx, y, vy, force, mode, separations, reattachments, last = values
+        switches = int(separations) + int(reattachments)
+        return Point(t, (x, vx, y, vy), force, Mode(int(mode)), switches, last)
+
+    def _failure(self, t: float) -> ComputationError:
+        # A computation that fails inside the FMU is logged as its cause and its advice.
+        why, _, advice = (self._messages.last or "it says nothing").rpartition("; ")
+        return ComputationError(
+            f"the FMU stops at t = {t:.6g} s: {why or advice}",
+            advice if why else "check the FMU: fivtui fmu check",
+        )
+
+    def save(self) -> Any:
+        """The FMU's state; to be given to `free`."""
+        return self._fmu.getFMUstate()
+
+    def restore(self, saved: Any) -> None:
+        """Go back to a state."""
+        self._fmu.setFMUstate(saved)
+
+    def free(self, saved: Any) -> None:
+        """Let a state go."""
+        self._fmu.freeFMUstate(saved)
+
+    def end(self) -> None:
+        """Terminate the run."""
+        self._fmu.terminate()
+
+
+class Master:
+    """Drives the FMU and makes segments of what it puts out.
+
+    Parameters
+    ----------
+    slave : Slave
+        The FMU.
+    problem : Problem
+        What to integrate.
+    recorder : Recorder
+        Takes in the segments, which join at communication points and at switches.
+
+    Attributes
+    ----------
+    point : Point
+        The communication point reached.
+
+    Raises
+    ------
+    ComputationError
+        If the FMU fails.
+    """
+
+    def __init__(self, slave: Slave, problem: Problem, recorder: Recorder) -> None:
+        self._slave = slave
+        self._problem = problem
+        self._recorder = recorder
+        self.point = slave.begin(problem)
+
+    def move_to(self, target: float) -> None:
+        """Take a communication step.
+
+        Parameters
+        ----------
+        target : float
+            Its end, s.
+
+        Raises
+        ------
+        ComputationError
+            If the FMU fails, or its switches cannot be told apart.
+        """
+        saved = self._slave.save()
+        try:
+            self.point = self._cover(saved, self.point, target)
+        finally:
+            self._slave.free(saved)
+
+    def _cover(self, saved: Any, first: Point, target: float) -> Point:
+        slave = self._slave
+        last = slave.step(first.t, target)
+        switches = last.switches - first.switches
+        if switches > 1 or last.t - first.t > self._resolution(first, last):
+            self._look_inside(saved, first, last)
+            return last
+        if switches == 0 or last.last_event >= last.t:
+            self._include(first, last, switches=switches == 1)
+            return last
+        after = slave.save()
+        try:
+            slave.restore(saved)
+            switch = slave.step(first.t, last.last_event)
+            slave.restore(after)
+        finally:
+            slave.free(after)
+        self._include(first, switch, switches=True)
+        self._include(switch._replace(mode=last.mode), last, switches=False)
+        return last
+
+    def _look_inside(self, saved: Any, first: Point, last: Point) -> None:
+        # The result does not depend on the communication step, so both halves meet in `last`.
+        slave = self._slave
+        middle = 0.5 * (first.t + last.t)
+        if not first.t < middle < last.t:
+            raise ComputationError(
+                f"the motion at t = {first.t:.17g} s changes faster than the spacing of time",
+                "use a less stiff contact or the taylor method",
+            )
+        after = slave.save()
+        try:
+            slave.restore(saved)
+            half = self._cover(saved, first, middle)
+            saved_half = slave.save()
+            try:
+                self._cover(saved_half, half, last.t)
+            finally:
+                slave.free(saved_half)
+            slave.restore(after)
+        finally:
+            slave.free(after)
+
+    def _resolution(self, first: Point, last: Point) -> float:
+        # The longest interval over which interpolation is as good as the peaks are to be, s.
+        p = self._problem.parameters
+        stiffness = p.k1 + p.k2 + p.k3
+        if p.k_nl > 0.0 and Mode.CONTACT in (first.mode, last.mode):
+            y = max(abs(first.state[2]), abs(last.state[2]))
+            stiffness += 3.0 * p.k_nl * y * y
+        return _RESOLUTION * math.sqrt(p.m / stiffness)
+
+    def _include(self, first: Point, last: Point, *, switches: bool) -> None:
+        self._recorder.include(
+            segment_between(
+                self._problem.parameters,
+                first.mode,
+                (first.t, last.t),
+                (first.state, last.state),
+                switches=switches,
+            )
+        )

@@ -1,0 +1,120 @@
+"""A short run of an FMU: ``python -m fivtui.fmu.probe FILE`` prints its problems as JSON."""
+
+import json
+import math
+import sys
+from pathlib import Path
+from typing import Any, Final
+
+import numpy as np
+
+from fivtui.model.errors import ComputationError, InputError
+
+from .instance import FmuFile, extracted, instantiated
+
+_STEPS: Final = 10
+
+
+def problems_of(path: Path) -> list[str]:
+    """What goes wrong when an FMU is run over a few steps.
+
+    Parameters
+    ----------
+    path : Path
+        The FMU.
+
+    Returns
+    -------
+    list of str
+        The problems, one line each.
+    """
+    import fmpy
+
+    with extracted(path) as fmu:
+        if fmpy.platform not in fmpy.supported_platforms(fmu.folder):
+            return [f"there is no binary for this platform, {fmpy.platform}"]
+        start, step = _grid(fmu)
+        stop = start + _STEPS * step
+        runs = [
+            fmpy.simulate_fmu(
+                fmu.folder, start_time=start, stop_time=stop, output_interval=step, validate=False
+            )
+            for _ in range(2)
+        ]
+        problems = []
+        if not math.isclose(runs[0]["time"][-1], stop, rel_tol=1e-9, abs_tol=1e-12):
+            problems.append(f"it stops at {runs[0]['time'][-1]:g} s of {stop:g} s")
+        for name in runs[0].dtype.names:
+            first, second = (np.asarray(run[name]) for run in runs)
+            if not np.all(np.isfinite(first)):
+                problems.append(f"the output {name} is not finite")
+            elif not np.array_equal(first, second):
+                problems.append(f"the output {name} differs between two equal runs")
+        slave = fmu.description.coSimulation
+        if not problems and slave is not None and slave.canGetAndSetFMUstate:
+            problems += _problems_of_states(fmu, start, step)
+        return problems
+
+
+def _grid(fmu: FmuFile) -> tuple[float, float]:
+    default, slave = fmu.description.defaultExperiment, fmu.description.coSimulation
+    start = float(getattr(default, "startTime", None) or 0.0)
+    stop = float(getattr(default, "stopTime", None) or start + 1.0)
+    step = getattr(slave, "fixedInternalStepSize", None) or getattr(default, "stepSize", None)
+    return start, float(step or (stop - start) / 100.0)
+
+
+def _problems_of_states(fmu: FmuFile, start: float, step: float) -> list[str]:
+    with instantiated(fmu) as (instance, _):
+        _initialize(fmu, instance, start)
+        _steps(instance, start, step)
+        saved = instance.getFMUState()
+        end = start + _STEPS * step
+        _steps(instance, end, step)
+        before = _read(fmu, instance)
+        instance.setFMUState(saved)
+        _steps(instance, end, step)
+        after = _read(fmu, instance)
+        instance.freeFMUState(saved)
+        instance.terminate()
+    return [] if before == after else ["going back to a saved state and on gives other outputs"]
+
+
+def _initialize(fmu: FmuFile, instance: Any, start: float) -> None:
+    if fmu.description.fmiVersion == "2.0":
+        instance.setupExperiment(startTime=start)
+        instance.enterInitializationMode()
+    else:
+        instance.enterInitializationMode(startTime=start)
+    instance.exitInitializationMode()
+
+
+def _steps(instance: Any, start: float, step: float) -> None:
+    for count in range(_STEPS):
+        instance.doStep(start + count * step, step)
+
+
+def _read(fmu: FmuFile, instance: Any) -> list[float]:
+    kind = "Real" if fmu.description.fmiVersion == "2.0" else "Float64"
+    references = [
+        v.valueReference
+        for v in fmu.description.modelVariables
+        if v.type == kind and v.causality == "output" and not v.shape
+    ]
+    values: list[float] = getattr(instance, f"get{kind}")(references)
+    return values
+
+
+def main() -> None:
+    """Print the problems of the FMU named on the command line, on the last line of the output."""
+    try:
+        problems = problems_of(Path(sys.argv[1]))
+    except (InputError, ComputationError) as error:
+        problems = [str(error)]
+    except Exception as error:  # noqa: BLE001
+        problems = [f"it fails: {' '.join(str(error).split())}"]
+    print(json.dumps(problems))  # noqa: T201
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,321 @@
+"""Any co-simulation FMU, run by fmpy: what is asked is checked first, and what fails is said."""
+
+import json
+import math
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any, BinaryIO, Final
+
+import numpy as np
+from numpy.typing import NDArray
+
+from fivtui.io.files import check_output, check_suffix, write_atomically
+from fivtui.model.errors import Cancelled, ComputationError, InputError
+from fivtui.model.parameters import parse_number, unknown_name
+from fivtui.taylor.stepper import TOL_RANGE
+from fivtui.transient.loop import Progress
+
+from .inputs import TIME, signals_from, start_values_of
+from .instance import FmuFile, extracted, instantiated, interrupts_deferred
+
+_MAX_STEPS: Final = 20_000_000
+_STEPS_BY_DEFAULT: Final = 1000
+_PROGRESS_EVERY: Final = 128
+
+
+@dataclass(frozen=True, slots=True)
+class FmuRun:
+    """What an FMU put out.
+
+    Attributes
+    ----------
+    model : str
+        Name of the model.
+    fmi_version : str
+        Version of FMI that the FMU implements.
+    columns : dict of str to ndarray, shape (n, …)
+        ``time`` and the variables recorded, by name.
+    units : dict of str to str
+        Their units where the FMU has any.
+    discrete : tuple of str
+        Those that change at events only.
+    """
+
+    model: str
+    fmi_version: str
+    columns: dict[str, NDArray[Any]]
+    units: dict[str, str]
+    discrete: tuple[str, ...]
+
+    def events(self) -> list[tuple[float, str, Any]]:
+        """What changed at events: time of the first row that has it, s, name, new value.
+
+        Returns
+        -------
+        list of tuple
+            In the order of time.
+        """
+        times = self.columns[TIME]
+        found = [
+            (float(times[row + 1]), name, self.columns[name][row + 1].item())
+            for name in self.discrete
+            for row in np.flatnonzero(np.diff(self.columns[name].astype(float)))
+        ]
+        return sorted(found, key=lambda event: event[0])
+
+
+def run_fmu(
+    path: Path,
+    *,
+    t_end: float | None = None,
+    output_interval: float | None = None,
+    start_values: Mapping[str, object] | None = None,
+    outputs: Sequence[str] | None = None,
+    input_csv: Path | None = None,
+    tol: float | None = None,
+    progress: Progress | None = None,
+) -> FmuRun:
+    """Run an FMU for co-simulation, FMI 2.0 or 3.0.
+
+    Parameters
+    ----------
+    path : Path
+        The FMU.
+    t_end : float, optional
+        Stop time, s; that of the FMU's default experiment, or a second, if not given.
+    output_interval : float, optional
+        Communication step, s; that of the default experiment, or a thousandth of the run, if not
+        given.
+    start_values : mapping of str to number, bool or text, optional
+        Parameters, inputs and start values by name.
+    outputs : sequence of str, optional
+        Variables to record; all outputs if not given.
+    input_csv : Path, optional
+        Values of inputs over time: a table with a column ``time`` and one for each input. Real
+        inputs are interpolated; two rows of one time are a jump. Other inputs keep their start.
+    tol : float, optional
+        Relative tolerance; that of the default experiment if not given.
+    progress : callable, optional
+        Called now and then with the fraction done; the run is cancelled when it returns False.
+
+    Returns
+    -------
+    FmuRun
+        Time and the variables recorded.
+
+    Raises
+    ------
+    InputError
+        If the file is not such an FMU, or a name or value is wrong.
+    ComputationError
+        If the FMU fails or its outputs are not finite, with what it logged.
+    Cancelled
+        If `progress` returned False.
+    """
+    with extracted(path) as fmu:
+        start, stop, step = _experiment(fmu, t_end, output_interval)
+        values = start_values_of(fmu, start_values or {})
+        recorded = _recorded(fmu, outputs)
+        signals = None if input_csv is None else signals_from(fmu, input_csv, values)
+        options = {
+            "start_time": start,
+            "stop_time": stop,
+            "output_interval": step,
+            "start_values": values,
+            "output": recorded,
+            "input": signals,
+            "relative_tolerance": _tolerance(fmu, tol),
+        }
+        table = _simulate(fmu, (start, stop), options, progress)
+        return _checked_run(fmu, table)
+
+
+def _experiment(
+    fmu: FmuFile, t_end: float | None, output_interval: float | None
+) -> tuple[float, float, float]:
+    default = fmu.description.defaultExperiment
+    start = float(getattr(default, "startTime", None) or 0.0)
+    stop = float(getattr(default, "stopTime", None) or start + 1.0)
+    allowed = f"a number of seconds above {start:g}"
+    if t_end is not None:
+        stop = parse_number("t_end", t_end, allowed)
+    if stop <= start:
+        raise InputError(f"t_end = {stop:g}: allowed is {allowed}")
+    step = float(getattr(default, "stepSize", None) or (stop - start) / _STEPS_BY_DEFAULT)
+    if output_interval is not None:
+        allowed = f"0 < output interval <= {stop - start:g} s"
+        step = parse_number("output interval", output_interval, allowed)
+        if not 0.0 < step <= stop - start:
+            raise InputError(f"output interval = {step:g}: allowed is {allowed}")
+    if (stop - start) / step > _MAX_STEPS:
+        raise InputError(
+            f"output interval = {step:g} s: allowed are at most {_MAX_STEPS} intervals in a run"
+        )
+    return start, stop, step
+
+
+def _tolerance(fmu: FmuFile, tol: float | None) -> float | None:
+    if tol is None:
+        return None
+    own = str(fmu.description.generationTool).startswith("fivtui")
+    lower, upper = TOL_RANGE if own else (0.0, 1.0)
+    allowed = f"{lower:g} {'<=' if own else '<'} tolerance <= {upper:g}"
+    number = parse_number("tolerance", tol, allowed)
+    if not (lower <= number <= upper and number > 0.0):
+        raise InputError(f"tolerance = {number:g}: allowed is {allowed}")
+    return number
+
+
+def _recorded(fmu: FmuFile, outputs: Sequence[str] | None) -> list[str] | None:
+    if outputs is None:
+        return None
+    names = [v.name for v in fmu.description.modelVariables]
+    for name in outputs:
+        if name not in names:
+            raise unknown_name("output", name, names)
+    return list(outputs)
+
+
+def _simulate(
+    fmu: FmuFile,
+    span: tuple[float, float],
+    options: Mapping[str, Any],
+    progress: Progress | None,
+) -> NDArray[Any]:
+    from fmpy import simulate_fmu
+
+    start, stop = span
+    steps, cancelled = 0, False
+    with interrupts_deferred() as check_interrupt, instantiated(fmu) as (instance, messages):
+
+        def after_step(t: float, _recorder: object) -> bool:
+            nonlocal steps, cancelled
+            check_interrupt()
+            steps += 1
+            if progress and steps % _PROGRESS_EVERY == 0:
+                cancelled = not progress(min((t - start) / (stop - start), 1.0))
+            return not cancelled
+
+        try:
+            table: NDArray[Any] = simulate_fmu(
+                fmu.folder,
+                validate=False,
+                model_description=fmu.description,
+                fmu_instance=instance,
+                step_finished=after_step,
+                **options,
+            )
+        except Exception as error:  # noqa: BLE001
+            why = messages.last or " ".join(str(error).split())
+            raise ComputationError(f"the FMU fails: {why}", "check its values and inputs") from None
+        if cancelled:
+            raise Cancelled
+        reached = float(table[TIME][-1])
+        if reached < stop and not math.isclose(reached, stop):
+            why = messages.last or "it says nothing"
+            raise ComputationError(
+                f"the FMU stops at t = {reached:.6g} s: {why}", "check its values and inputs"
+            )
+    if progress:
+        progress(1.0)
+    return table
+
+
+def _checked_run(fmu: FmuFile, table: NDArray[Any]) -> FmuRun:
+    description = fmu.description
+    names = table.dtype.names or ()
+    columns = {name: np.asarray(table[name]) for name in names}
+    for name, column in columns.items():
+        if not np.all(np.isfinite(column)):
+            raise ComputationError(
+                f"{name} of the FMU is not a finite number", "check its values and inputs"
+            )
+    units = {
+        v.name: v.unit or getattr(v.declaredType, "unit", None) for v in description.modelVariables
+    }
+    return FmuRun(
+        model=description.modelName,
+        fmi_version=description.fmiVersion,
+        columns=columns,
+        units={TIME: "s", **{name: str(units[name]) for name in names if units.get(name)}},
+        discrete=tuple(
+            v.name
+            for v in description.modelVariables
+            if v.name in names and v.variability == "discrete" and columns[v.name].ndim == 1
+        ),
+    )
+
+
+def check_run_path(path: Path, *, force: bool) -> None:
+    """Check that the outputs of an FMU can be written to a file, before it is run.
+
+    Parameters
+    ----------
+    path : Path
+        File to write; it ends in ``.csv``.
+    force : bool
+        Whether a file that exists may be replaced.
+
+    Raises
+    ------
+    InputError
+        If the name is wrong, or the file exists or cannot be written.
+    """
+    check_suffix(path, "FMU result", (".csv",))
+    check_output(path, force=force)
+
+
+def save_fmu_events(run: FmuRun, path: Path, *, force: bool = False) -> None:
+    """Write what changed at events as CSV: time, name, value.
+
+    Parameters
+    ----------
+    run : FmuRun
+        The outputs.
+    path : Path
+        File to write; it ends in ``.csv``.
+    force : bool
+        Whether a file that exists may be replaced.
+
+    Raises
+    ------
+    InputError
+        If the name is wrong, or the file exists or cannot be written.
+    """
+    check_suffix(path, "FMU events", (".csv",))
+
+    def write(file: BinaryIO) -> None:
+        file.write(b"time,name,value\n")
+        file.writelines(f"{t!r},{name},{value!r}\n".encode() for t, name, value in run.events())
+
+    write_atomically(path, write, force=force)
+
+
+def save_fmu_run(run: FmuRun, path: Path, *, force: bool = False) -> None:
+    """Write the outputs of an FMU as CSV, without loss of precision.
+
+    Parameters
+    ----------
+    run : FmuRun
+        The outputs.
+    path : Path
+        File to write; it ends in ``.csv``.
+    force : bool
+        Whether a file that exists may be replaced.
+
+    Raises
+    ------
+    InputError
+        If the name is wrong, or the file exists or cannot be written.
+    """
+    check_suffix(path, "FMU result", (".csv",))
+
+    def write(file: BinaryIO) -> None:
+        header = {"model": run.model, "fmi_version": run.fmi_version, "units": run.units}
+        lines = [f"# {key}: {json.dumps(value)}" for key, value in header.items()]
+        file.write("\n".join([*lines, ",".join(run.columns), ""]).encode())
+        rows = zip(*(column.tolist() for column in run.columns.values()), strict=True)
+        file.writelines((",".join(map(repr, row)) + "\n").encode() for row in rows)
+
+    write_atomically(path, write, force=force)

@@ -1,0 +1,141 @@
+"""Transients through the FMU: fmpy is the master, this project's FMU the slave."""
+
+import dataclasses
+import heapq
+import itertools
+import math
+import tempfile
+from collections.abc import Iterator, Sequence
+from contextlib import ExitStack
+from pathlib import Path
+from typing import Final
+
+import numpy as np
+
+from fivtui.model.columns import COLUMNS
+from fivtui.model.errors import Cancelled, ComputationError
+from fivtui.transient.loop import Progress
+from fivtui.transient.methods import Problem
+from fivtui.transient.recorder import OnSamples, Recorder, Samples
+from fivtui.transient.result import Transient
+from fivtui.transient.trajectory import Trajectory
+
+from .instance import extracted, instantiated, interrupts_deferred
+from .master import Master, Point, Slave
+
+# Communication step, if none is given, in √(m/stiffness).
+_STEP: Final = 0.05
+_MAX_STEPS: Final = 20_000_000
+_PROGRESS_EVERY: Final = 128
+# Samples that are handed out together.
+_PART: Final = 256
+
+
+def integrate_fmu(
+    problem: Problem,
+    *,
+    samples: Samples = "none",
+    progress: Progress | None = None,
+    fmu: Path | None = None,
+    on_samples: OnSamples | None = None,
+) -> Transient:
+    """Compute a transient through the FMU.
+
+    Parameters
+    ----------
+    problem : Problem
+        What to integrate; its `step` is the communication step, s. It changes no result: where it
+        is too coarse for the peaks the master goes back and looks inside.
+    samples : "none", "dense" or sequence of float
+        What is kept of the trajectory. Sample times are communication points, where the trajectory
+        holds the FMU's own outputs; "dense" interpolates between communication points.
+    progress : callable, optional
+        Called now and then with the fraction done; the run is cancelled when it returns False.
+    fmu : Path, optional
+        An FMU built by `build_fmu`; a new one in a temporary folder if not given.
+    on_samples : callable, optional
+        See `integrate`.
+
+    Returns
+    -------
+    Transient
+        States, and times and states of the switches, as the FMU gives them; peaks from fifth-order
+        interpolation between communication points.
+
+    Raises
+    ------
+    InputError
+        If the sample times are wrong or `fmu` is not an FMU of this model.
+    ComputationError
+        If the FMU fails, with what it logged, or the step is too small for the horizon.
+    Cancelled
+        If `progress` returned False.
+    """
+    p = problem.parameters
+    step = problem.step or _STEP * math.sqrt(p.m / (p.k1 + p.k2 + p.k3))
+    if problem.t_end / step > _MAX_STEPS:
+        raise ComputationError(
+            f"{problem.t_end / step:.3g} communication steps of {step:g} s are needed",
+            "use a larger step or a shorter horizon",
+        )
+    # A recorder checks the sample times before any work, but those are not interpolated here.
+    recorder, times = Recorder(problem, samples), list[float]()
+    if not isinstance(samples, str):
+        recorder, times = Recorder(problem), np.atleast_1d(np.asarray(samples, float)).tolist()
+    with ExitStack() as stack:
+        check_interrupt = stack.enter_context(interrupts_deferred())
+        if fmu is None:
+            from fmu_src.build.builder import build_fmu
+
+            folder = stack.enter_context(tempfile.TemporaryDirectory(prefix="fivtui-"))
+            fmu = build_fmu(Path(folder) / "slider_belt.fmu")
+        file = stack.enter_context(extracted(fmu))
+        instance, messages = stack.enter_context(instantiated(file))
+        report = progress or (lambda _fraction: True)
+
+        def before_step() -> None:
+            check_interrupt()
+            if slave.steps % _PROGRESS_EVERY == 1 and not report(recorder.t / problem.t_end):
+                raise Cancelled
+
+        slave = Slave(instance, messages, file.description, before_step)
+        master = Master(slave, problem, recorder)
+        kept = [master.point] if times and times[0] == 0.0 else []
+        wanted = frozenset(times)
+        for t in _communication_points(problem.t_end, step, times):
+            master.move_to(t)
+            if t in wanted:
+                kept.append(master.point)
+                if on_samples is not None and len(kept) % _PART == 0:
+                    part = kept[-_PART:]
+                    on_samples(_trajectory(part, [point.t for point in part]))
+        slave.end()
+    report(1.0)
+    result = recorder.result("fmu")
+    return dataclasses.replace(
+        result,
+        stats=dataclasses.replace(result.stats, steps=slave.steps),
+        trajectory=_trajectory(kept, times) if times else None,
+    )
+
+
+def _communication_points(t_end: float, step: float, samples: Sequence[float]) -> Iterator[float]:
+    # Multiples of the step and the sample times, each once, up to the horizon.
+    grid = itertools.takewhile(
+        lambda t: t < t_end - 1e-9 * step, (count * step for count in itertools.count(1))
+    )
+    last = 0.0
+    for t in heapq.merge(grid, samples, [t_end]):
+        if t > last:
+            yield t
+            last = t
+
+
+def _trajectory(points: Sequence[Point], times: Sequence[float]) -> Trajectory:
+    # One row for each time asked for, also where a time was asked for twice.
+    rows = np.array([(p.t, *p.state, p.P, p.mode) for p in points])[
+        np.searchsorted([p.t for p in points], times)
+    ]
+    columns = dict(zip((column.name for column in COLUMNS), rows.T, strict=True))
+    columns["mode"] = columns["mode"].astype(np.int8)
+    return Trajectory(**columns)

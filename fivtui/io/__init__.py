@@ -1,0 +1,1 @@
+"""Files and tables: locked, atomic, with units and provenance."""

@@ -1,0 +1,259 @@
+"""Output files: never overwritten unasked, never left half written, never what is read."""
+
+import json
+import os
+import secrets
+import shutil
+import tempfile
+from collections.abc import Callable, Iterable, Sequence
+from pathlib import Path
+from typing import Any, BinaryIO
+
+from fivtui.model.errors import InputError
+
+# What a file is called in messages, such as ``--out``, and its name.
+Named = tuple[str, Path]
+
+
+def check_suffix(path: Path, kind: str, allowed: Iterable[str]) -> str:
+    """Check that the name of a file says a format that is known.
+
+    Parameters
+    ----------
+    path : Path
+        The file.
+    kind : str
+        What it holds, named in the message, e.g. ``"figure"``.
+    allowed : iterable of str
+        The suffixes allowed, with their dots, in lower case.
+
+    Returns
+    -------
+    str
+        The suffix in lower case.
+
+    Raises
+    ------
+    InputError
+        If it is not among those allowed.
+    """
+    suffix, known = path.suffix.lower(), tuple(allowed)
+    if suffix not in known:
+        raise InputError(f"{path}: the suffix of a {kind} file must be one of {', '.join(known)}")
+    return suffix
+
+
+def check_output(path: Path, *, force: bool) -> None:
+    """Check that a file can be written, before the work that fills it.
+
+    Parameters
+    ----------
+    path : Path
+        The file.
+    force : bool
+        Whether a file that exists may be replaced.
+
+    Raises
+    ------
+    InputError
+        If the file exists and `force` is not given, if it is no regular file, if its folder is
+        missing, or if writing is not permitted.
+    """
+    try:
+        _check_target(path, resolved(path), force=force)
+    except OSError as error:
+        raise _cannot_write(path, error) from None
+
+
+def _check_target(path: Path, target: Path, *, force: bool) -> None:
+    if target.is_dir():
+        raise InputError(f"{path}: is a folder, not a file")
+    if target.exists():
+        if not target.is_file():
+            raise InputError(f"{path}: is not a regular file")
+        if not force:
+            raise InputError(f"{path}: exists already; choose another name or force overwriting")
+        if not os.access(target, os.W_OK):
+            raise InputError(f"{path}: cannot be written: the file is read-only")
+    folder = target.parent
+    if not folder.is_dir():
+        raise InputError(f"{path}: there is no folder {folder}")
+    if not os.access(folder, os.W_OK | os.X_OK):
+        raise InputError(f"{path}: cannot be written: no permission to write in {folder}")
+
+
+def check_apart(
+    outputs: Sequence[Named], inputs: Sequence[Named] = (), folders: Sequence[Named] = ()
+) -> None:
+    """Check that no file to be written is another one, or one that is read.
+
+    Two names are one file where links lead to it, hard or symbolic, and where the folder takes
+    capital letters for small ones.
+
+    Parameters
+    ----------
+    outputs : sequence of (str, Path)
+        Files to be written, each with what it is called in messages.
+    inputs : sequence of (str, Path)
+        Files that are read.
+    folders : sequence of (str, Path)
+        Folders for intermediate results: no other file may be in one of them.
+
+    Raises
+    ------
+    InputError
+        If two are the same, or a file is in such a folder.
+    """
+    for place, (name, path) in enumerate(outputs):
+        for other, there in outputs[:place]:
+            if _same(resolved(path), resolved(there)):
+                raise InputError(
+                    f"{name} {path}: is the same file as {other} {there}; "
+                    "every output must be a file of its own"
+                )
+        for other, there in inputs:
+            if _same(resolved(path), resolved(there)):
+                raise InputError(
+                    f"{name} {path}: is the same file as {other} {there}, which is read; "
+                    "an output must be another file"
+                )
+    for name, folder in folders:
+        for other, path in (*outputs, *inputs):
+            target = resolved(path)
+            if any(_same(above, folder) for above in (target, *target.parents)):
+                raise InputError(
+                    f"{other} {path}: is in the folder {folder}, where {name} keeps intermediate "
+                    "results; choose another place"
+                )
+
+
+def _same(one: Path, other: Path) -> bool:
+    # Whether two names without symbolic links stand for one file, be it there or not.
+    if one == other:
+        return True
+    try:
+        if one.exists() or other.exists():
+            return one.samefile(other)
+        if not one.parent.samefile(other.parent):
+            return False
+    except OSError:
+        return False
+    return one.name == other.name or (
+        one.name.casefold() == other.name.casefold() and _ignores_case(one.parent)
+    )
+
+
+def _ignores_case(folder: Path) -> bool:
+    try:
+        with tempfile.NamedTemporaryFile(prefix=".fivtui-", dir=folder) as file:
+            path = Path(file.name)
+            return path.with_name(path.name.upper()).exists()
+    except OSError:
+        return False
+
+
+def parts_folder(out: Path) -> Path:
+    """Where pieces of a file are kept as long as it is not complete: ``FILE.parts``."""
+    target = resolved(out)
+    return target.with_name(f"{target.name}.parts")
+
+
+def write_atomically(path: Path, write: Callable[[BinaryIO], None], *, force: bool = False) -> None:
+    """Write a whole file or nothing.
+
+    Parameters
+    ----------
+    path : Path
+        The file; what a symbolic link points to is written, not the link.
+    write : callable
+        Writes the content to the binary file that it is given.
+    force : bool
+        Whether a file that exists may be replaced.
+
+    Raises
+    ------
+    InputError
+        As `check_output`, or if writing fails, with the reason. Whatever `write` raises besides
+        `OSError` passes through. In every case a file that existed stays as it was.
+    """
+    check_output(path, force=force)
+    target = resolved(path)
+    temporary = target.with_name(f".fivtui-{secrets.token_hex(8)}.tmp")
+    try:
+        with temporary.open("xb") as file:
+            write(file)
+            file.flush()
+            os.fsync(file.fileno())
+        # Writing may have taken long enough for another file to appear under this name.
+        check_output(path, force=force)
+        if target.exists():
+            shutil.copymode(target, temporary)
+        temporary.replace(target)
+    except OSError as error:
+        raise _cannot_write(path, error) from None
+    finally:
+        temporary.unlink(missing_ok=True)
+
+
+def save_json(data: Any, path: Path, *, force: bool = False) -> None:
+    """Write data as JSON.
+
+    Parameters
+    ----------
+    data : object
+        What JSON can hold.
+    path : Path
+        The file.
+    force : bool
+        Whether a file that exists may be replaced.
+
+    Raises
+    ------
+    InputError
+        As `write_atomically`.
+    """
+    text = json.dumps(data, ensure_ascii=False, allow_nan=False, indent=2) + "\n"
+    save_bytes(text.encode(), path, force=force)
+
+
+def save_bytes(content: bytes, path: Path, *, force: bool = False) -> None:
+    """Write bytes; parameters and errors as `write_atomically`."""
+
+    def write(file: BinaryIO) -> None:
+        file.write(content)
+
+    write_atomically(path, write, force=force)
+
+
+def resolved(path: Path) -> Path:
+    """The file that a name stands for, symbolic links followed.
+
+    Parameters
+    ----------
+    path : Path
+        The name.
+
+    Returns
+    -------
+    Path
+        Absolute.
+
+    Raises
+    ------
+    InputError
+        If it cannot be the name of a file, or is a symbolic link that leads back to itself.
+    """
+    if "\0" in str(path):
+        raise InputError(f"{str(path)!r}: not the name of a file")
+    target = Path(os.path.realpath(path))
+    # Only what leads nowhere is still a link.
+    if os.path.islink(target):  # noqa: PTH114, a name too long is no link
+        raise InputError(
+            f"{path}: is a symbolic link that leads back to itself; it must be a file, or a link "
+            "to one"
+        )
+    return target
+
+
+def _cannot_write(path: Path, error: OSError) -> InputError:
+    return InputError(f"{path}: cannot be written: {error.strerror or error}")

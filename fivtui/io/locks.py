@@ -1,0 +1,60 @@
+"""A lock on a file that ends with the process that holds it, however that ends."""
+
+import os
+import sys
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+
+from fivtui.model.errors import InputError
+
+
+class Locked(InputError):
+    """Another process holds a lock."""
+
+
+@contextmanager
+def locked(path: Path, holder: str) -> Iterator[None]:
+    """Hold a lock.
+
+    Parameters
+    ----------
+    path : Path
+        The file that stands for the lock; it is made if it is missing.
+    holder : str
+        Who else may hold it, named in the message.
+
+    Raises
+    ------
+    Locked
+        If another process holds it.
+    InputError
+        If it cannot be locked.
+    """
+    try:
+        handle = os.open(path, os.O_RDWR | os.O_CREAT, 0o666)
+    except OSError as error:
+        raise InputError(f"{path}: cannot be written: {error.strerror or error}") from None
+    try:
+        try:
+            _lock(handle)
+        except (BlockingIOError, PermissionError):
+            raise Locked(f"{path.parent}: {holder} is at work here") from None
+        except OSError as error:
+            raise InputError(f"{path}: cannot be locked: {error.strerror or error}") from None
+        yield
+    finally:
+        os.close(handle)
+
+
+if sys.platform == "win32":
+    import msvcrt
+
+    def _lock(handle: int) -> None:
+        msvcrt.locking(handle, msvcrt.LK_NBLCK, 1)
+
+else:
+    import fcntl
+
+    def _lock(handle: int) -> None:
+        fcntl.flock(handle, fcntl.LOCK_EX | fcntl.LOCK_NB)

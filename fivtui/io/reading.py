@@ -1,0 +1,121 @@
+"""Files that are read: regular ones of bounded size, or one line that says why not."""
+
+import os
+import stat
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from typing import BinaryIO, Final
+
+from fivtui.model.errors import InputError
+
+# What is read whole into memory: tables of results, and files written by hand.
+MAX_TABLE: Final = 4 << 30
+MAX_TEXT: Final = 1 << 20
+_UNITS: Final = ((1 << 30, "GiB"), (1 << 20, "MiB"), (1, "bytes"))
+
+
+def check_regular(path: Path, *, limit: int = MAX_TABLE) -> None:
+    """Check that a file can be read, before a library opens it.
+
+    Parameters
+    ----------
+    path : Path
+        The file.
+    limit : int
+        Its greatest size, bytes.
+
+    Raises
+    ------
+    InputError
+        If there is none, it is no regular file (a folder, a pipe, a device), it is larger, or
+        reading is not permitted.
+    """
+    with opened(path, limit=limit):
+        pass
+
+
+@contextmanager
+def opened(path: Path, *, limit: int = MAX_TABLE) -> Iterator[BinaryIO]:
+    """Open a regular file of bounded size for reading.
+
+    Parameters
+    ----------
+    path : Path
+        The file.
+    limit : int
+        Its greatest size, bytes.
+
+    Yields
+    ------
+    binary file
+        The open file. An `OSError` while it is read becomes an `InputError`.
+
+    Raises
+    ------
+    InputError
+        As `check_regular`.
+    """
+    try:
+        with _open(path) as file:
+            _check(path, os.fstat(file.fileno()), limit)
+            yield file
+    except FileNotFoundError:
+        raise InputError(f"{path}: there is no such file") from None
+    except OSError as error:
+        raise InputError(f"{path}: cannot be read: {error.strerror or error}") from None
+
+
+def _open(path: Path) -> BinaryIO:
+    # Without waiting: a pipe that nobody writes to would never open.
+    def opener(name: str, flags: int) -> int:
+        handle = os.open(name, flags | getattr(os, "O_NONBLOCK", 0))
+        if stat.S_ISDIR(os.fstat(handle).st_mode):
+            os.close(handle)
+            raise InputError(f"{path}: is a folder, not a file")
+        return handle
+
+    try:
+        return open(path, "rb", opener=opener)
+    except InputError:
+        raise
+    except ValueError:
+        raise InputError(f"{path}: not the name of a file") from None
+
+
+def _check(path: Path, status: os.stat_result, limit: int) -> None:
+    if not stat.S_ISREG(status.st_mode):
+        raise InputError(f"{path}: must be a regular file, not a pipe or a device")
+    if status.st_size > limit:
+        raise _too_large(path, limit)
+
+
+def _too_large(path: Path, limit: int) -> InputError:
+    size, unit = next((size, unit) for size, unit in _UNITS if limit >= size)
+    return InputError(f"{path}: must be of at most {limit / size:g} {unit}")
+
+
+def is_folder(path: Path) -> bool:
+    """Whether there is a folder of that name; a name that no file can have is none."""
+    try:
+        return path.is_dir()
+    except (OSError, ValueError):
+        return False
+
+
+def is_there(path: Path) -> bool:
+    """Whether there is anything of that name; a name that no file can have is none."""
+    try:
+        return path.exists()
+    except (OSError, ValueError):
+        return False
+
+
+def read_bytes(path: Path, *, limit: int = MAX_TABLE) -> bytes:
+    """The content of a regular file of bounded size; parameters and errors as `check_regular`."""
+    with opened(path, limit=limit) as file:
+        # Some files, those of /proc for instance, have more in them than their size says.
+        content = file.read(limit + 1)
+    if len(content) > limit:
+        raise _too_large(path, limit)
+    return content

@@ -1,0 +1,1 @@
+"""The slider-belt model: parameters, contact law, motion, equilibrium. Standard library only."""

@@ -1,0 +1,1 @@
+"""Limit cycles and attractors: shooting, basins, continuation."""

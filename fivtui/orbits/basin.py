@@ -1,0 +1,225 @@
+"""Basins of attraction: which starts reach which attractor, and the offset that escapes."""
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+from itertools import product
+from typing import Final
+
+import numpy as np
+from numpy.typing import NDArray
+
+from fivtui.model.errors import InputError
+from fivtui.model.parameters import Parameters, unknown_name
+from fivtui.model.slider_belt import State
+from fivtui.transient.request import START_SPECS, Start, resolve_start
+from fivtui.transient.result import Kernel
+
+from .explorer import Attractor, Explorer, Kind, Watch, add_new
+
+Progress = Callable[[float], bool]
+
+MAX_STARTS: Final = 1_000_000
+# Offsets that are tried, in lengths of the system: from, to, and how many.
+_SMALLEST: Final = 1e-3
+_LARGEST: Final = 100.0
+_OFFSETS: Final = 31
+# An escaping offset is known to this much of itself.
+_RESOLVED: Final = 1e-4
+
+
+@dataclass(frozen=True, slots=True)
+class Basin:
+    """A slice of the basins of attraction.
+
+    Attributes
+    ----------
+    parameters : Parameters
+        The parameter set.
+    separation : bool
+        Whether separation was considered.
+    start : State
+        The start whose two values vary; (x, ẋ, y, ẏ), m and m/s.
+    names : tuple of str
+        The two values of the start, names in `START_SPECS`.
+    axes : tuple of ndarray, shapes (n,) and (k,)
+        What they are, m or m/s.
+    attractors : tuple of Attractor
+        Every attractor that was reached.
+    reached : ndarray of int, shape (n, k)
+        Place in `attractors` of what every start reaches.
+    """
+
+    parameters: Parameters
+    separation: bool
+    start: State
+    names: tuple[str, str]
+    axes: tuple[NDArray[np.float64], NDArray[np.float64]]
+    attractors: tuple[Attractor, ...]
+    reached: NDArray[np.int64]
+
+
+def basin(
+    p: Parameters,
+    over: Mapping[str, Sequence[float] | NDArray[np.float64]],
+    *,
+    separation: bool = True,
+    start: Start | None = None,
+    kernel: Kernel = "compiled",
+    progress: Progress | None = None,
+) -> Basin:
+    """Find what is reached from starts in a plane.
+
+    Parameters
+    ----------
+    p : Parameters
+        The parameter set.
+    over : mapping of str to sequence of float
+        Two of ``x0``, ``vx0``, ``y0`` and ``vy0``, and the values of each, m or m/s.
+    separation : bool
+        Whether separation is considered.
+    start : "static" or sequence of four floats, optional
+        The values of the start that do not vary; those of the equilibrium if not given.
+    kernel : "compiled" or "interpreted"
+        What computes the transients.
+    progress : callable, optional
+        Called with the fraction done; the work is cancelled when it returns False.
+
+    Returns
+    -------
+    Basin
+        What every start reaches.
+
+    Raises
+    ------
+    InputError
+        If `over` is wrong.
+    ComputationError
+        If there is no equilibrium, or a motion cannot be followed.
+    Cancelled
+        If `progress` returned False.
+    """
+    if len(over) != 2:
+        raise InputError(f"basin: {len(over)} start values vary; allowed are two different ones")
+    (first, rows), (second, columns) = ((name, _axis(name, over[name])) for name in over)
+    total = rows.size * columns.size
+    if total > MAX_STARTS:
+        raise InputError(f"basin: {total} starts; allowed are {MAX_STARTS}")
+    watch = Watch(progress)
+    explorer = Explorer(p, separation=separation, kernel=kernel, go_on=watch.go_on)
+    base = explorer.rest if start is None else resolve_start(p, start, separation=separation)
+    places = tuple(list(START_SPECS).index(name) for name in (first, second))
+    found: list[Attractor] = []
+    reached = np.empty(total, dtype=np.int64)
+    for index, pair in enumerate(product(rows.tolist(), columns.tolist())):
+        watch.tell(index / total)
+        state = list(base)
+        for place, value in zip(places, pair, strict=True):
+            state[place] = value
+        reached[index] = add_new(found, explorer.reach(state))
+    if progress is not None:
+        progress(1.0)
+    return Basin(
+        parameters=p,
+        separation=separation,
+        start=base,
+        names=(first, second),
+        axes=(rows, columns),
+        attractors=tuple(found),
+        reached=reached.reshape(rows.size, columns.size),
+    )
+
+
+def _axis(name: str, values: Sequence[float] | NDArray[np.float64]) -> NDArray[np.float64]:
+    if name not in START_SPECS:
+        raise unknown_name("start value", name, START_SPECS)
+    axis = np.array(values, dtype=float)
+    if axis.ndim != 1 or axis.size == 0:
+        raise InputError(f"basin: {name}: allowed are one or more numbers")
+    for extreme in (axis.min(), axis.max()):
+        START_SPECS[name].check(float(extreme))
+    return axis
+
+
+@dataclass(frozen=True, slots=True)
+class EscapeOffset:
+    """The smallest vertical offsets from the equilibrium that leave its basin.
+
+    Attributes
+    ----------
+    up, down : float or None
+        Offset above and below the equilibrium, m, both positive; None if every offset that was
+        tried comes back, or does not settle in the time allowed.
+    """
+
+    up: float | None
+    down: float | None
+
+
+def escape_offset(
+    p: Parameters,
+    *,
+    separation: bool = True,
+    kernel: Kernel = "compiled",
+    progress: Progress | None = None,
+) -> EscapeOffset | None:
+    """The smallest vertical offsets that leave the basin of a stable equilibrium.
+
+    The slider is released at rest above and below the equilibrium, ever farther; the first offset
+    that does not come back is refined by bisection.
+
+    Parameters
+    ----------
+    p : Parameters
+        The parameter set.
+    separation : bool
+        Whether separation is considered.
+    kernel : "compiled" or "interpreted"
+        What computes the transients.
+    progress : callable, optional
+        Called with the fraction done; the search is cancelled when it returns False.
+
+    Returns
+    -------
+    EscapeOffset or None
+        To a ten-thousandth, among offsets up to a hundred lengths of the system; None if the
+        equilibrium is not stable.
+
+    Raises
+    ------
+    ComputationError
+        If there is no equilibrium, or a motion cannot be followed.
+    Cancelled
+        If `progress` returned False.
+    """
+    watch = Watch(progress)
+    explorer = Explorer(p, separation=separation, kernel=kernel, go_on=watch.go_on)
+    if not explorer.equilibrium_attracts:
+        return None
+    x, _, y, _ = explorer.rest
+    ladder = (explorer.length * np.geomspace(_SMALLEST, _LARGEST, _OFFSETS)).tolist()
+    found: list[float | None] = []
+    for turn, sign in enumerate((1.0, -1.0)):
+
+        def end(offset: float, sign: float = sign) -> Kind:
+            return explorer.reach((x, 0.0, y + sign * offset, 0.0)).kind
+
+        inside, outside = 0.0, None
+        for step, offset in enumerate(ladder):
+            watch.tell((turn + step / len(ladder)) / 2.0)
+            kind = end(offset)
+            if kind is Kind.EQUILIBRIUM:
+                inside = offset
+                continue
+            outside = None if kind is Kind.UNSETTLED else offset
+            break
+        found.append(None if outside is None else _bisected(end, inside, outside))
+    if progress is not None:
+        progress(1.0)
+    return EscapeOffset(*found)
+
+
+def _bisected(end: Callable[[float], Kind], inside: float, outside: float) -> float:
+    while outside - inside > _RESOLVED * outside:
+        middle = 0.5 * (inside + outside)
+        inside, outside = (middle, outside) if end(middle) is Kind.EQUILIBRIUM else (inside, middle)
+    return outside

@@ -1,0 +1,115 @@
+"""Whether a stable equilibrium stands alone, or a vibration attracts beside it."""
+
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+from typing import Final
+
+from fivtui.model.errors import Cancelled
+from fivtui.model.parameters import Parameters
+from fivtui.transient.result import Kernel
+
+from .basin import EscapeOffset, escape_offset
+from .explorer import Attractor, Kind, search
+
+Progress = Callable[[float], bool]
+
+# Share of the work that the search for attractors is.
+_SEARCH: Final = 0.3
+
+
+@dataclass(frozen=True, slots=True)
+class Coexistence:
+    """The attractors of a parameter set, side by side.
+
+    Attributes
+    ----------
+    parameters : Parameters
+        The parameter set.
+    separation : bool
+        Whether separation was considered.
+    attractors : tuple of Attractor
+        Those found, the equilibrium first.
+    reached : tuple of int
+        Place in `attractors` of what every start reaches, the static start first.
+    stable : bool
+        Whether the equilibrium is stable by its eigenvalues, reached or not.
+    escape : EscapeOffset or None
+        The smallest vertical offsets that leave the equilibrium's basin, where it attracts beside
+        something else.
+    """
+
+    parameters: Parameters
+    separation: bool
+    attractors: tuple[Attractor, ...]
+    reached: tuple[int, ...]
+    stable: bool
+    escape: EscapeOffset | None
+
+    @property
+    def others(self) -> tuple[Attractor, ...]:
+        """The vibrations and the unbounded growth that were reached."""
+        rest = (Kind.EQUILIBRIUM, Kind.UNSETTLED)
+        return tuple(each for each in self.attractors if each.kind not in rest)
+
+    @property
+    def coexists(self) -> bool:
+        """Whether the equilibrium attracts, and a vibration or unbounded growth does too."""
+        attracts = any(each.kind is Kind.EQUILIBRIUM for each in self.attractors)
+        return (attracts or self.stable) and bool(self.others)
+
+    @property
+    def settled(self) -> bool:
+        """Whether every motion that was followed settled in the time allowed."""
+        return all(attractor.kind is not Kind.UNSETTLED for attractor in self.attractors)
+
+
+def coexistence(
+    p: Parameters,
+    *,
+    separation: bool = True,
+    kernel: Kernel = "compiled",
+    progress: Progress | None = None,
+    found: Callable[[Coexistence], None] = lambda _: None,
+) -> Coexistence:
+    """Look for all attractors, and for what it takes to leave the equilibrium.
+
+    Parameters
+    ----------
+    p : Parameters
+        The parameter set.
+    separation : bool
+        Whether separation is considered.
+    kernel : "compiled" or "interpreted"
+        What computes the transients; either gives the same result every time.
+    progress : callable, optional
+        Called with the fraction done; the search is cancelled when it returns False.
+    found : callable
+        Called with what is known before the offsets are looked for, which takes longer.
+
+    Returns
+    -------
+    Coexistence
+        What was found from starts around the equilibrium; it cannot prove that there is no more.
+
+    Raises
+    ------
+    ComputationError
+        If there is no equilibrium, or a motion cannot be followed.
+    Cancelled
+        If `progress` returned False.
+    """
+
+    def part(start: float, share: float) -> Progress:
+        return lambda done: progress is None or progress(start + share * done)
+
+    ends = search(p, separation=separation, kernel=kernel, progress=part(0.0, _SEARCH))
+    result = Coexistence(p, separation, ends.attractors, ends.reached, ends.stable, None)
+    if not result.coexists:
+        if progress is not None and not progress(1.0):
+            raise Cancelled
+        return result
+    found(result)
+    escape = escape_offset(
+        p, separation=separation, kernel=kernel, progress=part(_SEARCH, 1.0 - _SEARCH)
+    )
+    return replace(result, escape=escape)

@@ -1,0 +1,165 @@
+"""Attractors along a parameter, followed by transients upwards and downwards."""
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from typing import Final, Literal
+
+import numpy as np
+from numpy.typing import NDArray
+
+from fivtui.model.errors import InputError
+from fivtui.model.parameters import Parameters, parameter_spec
+from fivtui.model.slider_belt import State
+from fivtui.transient.result import Kernel
+
+from .explorer import Attractor, Explorer, Kind, Watch, add_new, starts_around
+
+Progress = Callable[[float], bool]
+Direction = Literal["up", "down"]
+
+DIRECTIONS: Final[tuple[Direction, ...]] = ("up", "down")
+# An equilibrium is carried on with this offset, in lengths of the system, so that it can leave
+# where it has become unstable.
+_NUDGE: Final = 1e-4
+
+
+@dataclass(frozen=True, slots=True)
+class BranchPoint:
+    """An attractor at a value of the parameter.
+
+    Attributes
+    ----------
+    value : float
+        The value.
+    directions : tuple of str
+        In which directions it was met: ``"up"``, ``"down"`` or both.
+    attractor : Attractor
+        What was reached.
+    """
+
+    value: float
+    directions: tuple[Direction, ...]
+    attractor: Attractor
+
+
+@dataclass(frozen=True, slots=True)
+class Continuation:
+    """Attractors along a parameter.
+
+    Attributes
+    ----------
+    parameters : Parameters
+        The other parameters.
+    separation : bool
+        Whether separation was considered.
+    name : str
+        The parameter.
+    values : ndarray, shape (n,)
+        Its values.
+    points : tuple of BranchPoint
+        Every attractor met at every value, in the order of the values.
+    """
+
+    parameters: Parameters
+    separation: bool
+    name: str
+    values: NDArray[np.float64]
+    points: tuple[BranchPoint, ...]
+
+    @property
+    def coexisting(self) -> list[float]:
+        """Values at which the equilibrium attracts and so does something else, ascending."""
+        kinds: dict[float, set[Kind]] = {}
+        for point in self.points:
+            kinds.setdefault(point.value, set()).add(point.attractor.kind)
+        return sorted(
+            value
+            for value, met in kinds.items()
+            if Kind.EQUILIBRIUM in met and met - {Kind.EQUILIBRIUM, Kind.UNSETTLED}
+        )
+
+
+def continuation(
+    p: Parameters,
+    name: str,
+    values: Sequence[float] | NDArray[np.float64],
+    *,
+    separation: bool = True,
+    kernel: Kernel = "compiled",
+    progress: Progress | None = None,
+) -> Continuation:
+    """Follow attractors along a parameter, up and then down.
+
+    At the first value of each direction attractors are looked for from several starts; each is
+    then the start at the next value, so that what coexists is followed side by side and a branch
+    ends where it loses its stability.
+
+    Parameters
+    ----------
+    p : Parameters
+        The parameters that do not vary.
+    name : str
+        The parameter that varies.
+    values : sequence of float
+        Its values, two or more, either ascending or descending.
+    separation : bool
+        Whether separation is considered.
+    kernel : "compiled" or "interpreted"
+        What computes the transients.
+    progress : callable, optional
+        Called with the fraction done; the work is cancelled when it returns False.
+
+    Returns
+    -------
+    Continuation
+        The attractors at every value.
+
+    Raises
+    ------
+    InputError
+        If the name is unknown, or a value is not allowed.
+    ComputationError
+        If there is no equilibrium at a value, or a motion cannot be followed.
+    Cancelled
+        If `progress` returned False.
+    """
+    spec = parameter_spec(name)
+    grid = np.unique([spec.check(float(value)) for value in values])
+    if grid.size < 2:
+        raise InputError(f"continuation: {name}: allowed are two or more different values")
+    found: dict[float, list[Attractor]] = {value: [] for value in grid.tolist()}
+    met: dict[float, list[list[Direction]]] = {value: [] for value in grid.tolist()}
+    watch = Watch(progress)
+    for turn, direction in enumerate(DIRECTIONS):
+        starts: list[State] | None = None
+        for step, value in enumerate(found if direction == "up" else reversed(found)):
+            watch.tell((turn + step / grid.size) / 2.0)
+            at = p.with_values({name: value})
+            explorer = Explorer(at, separation=separation, kernel=kernel, go_on=watch.go_on)
+            if starts is None:
+                starts = starts_around(explorer, at, separation=separation)
+            here: list[Attractor] = []
+            for start in starts:
+                add_new(here, explorer.reach(start))
+            for attractor in here:
+                place = add_new(found[value], attractor)
+                if place == len(met[value]):
+                    met[value].append([])
+                met[value][place].append(direction)
+            starts = [_carried(explorer, attractor) for attractor in here]
+    if progress is not None:
+        progress(1.0)
+    points = (
+        BranchPoint(value, tuple(directions), attractor)
+        for value in found
+        for attractor, directions in zip(found[value], met[value], strict=True)
+    )
+    return Continuation(p, separation, name, grid, tuple(points))
+
+
+def _carried(explorer: Explorer, attractor: Attractor) -> State:
+    # What has no orbit begins again next to the equilibrium.
+    if attractor.orbit is not None:
+        return attractor.orbit.start
+    x, vx, y, vy = explorer.rest
+    return (x, vx, y + _NUDGE * explorer.length, vy)

@@ -1,0 +1,67 @@
+"""A region around the equilibrium in which a Lyapunov function proves that motion dies out.
+
+In modal coordinates q, z = V q, the linear part of the motion about the equilibrium decays at least
+like e^{−σt}, and the contact adds b n(η) with b = V⁻¹ (0, μ, 0, 1)ᵀ and, for η = y − y_e = w q,
+n = −k_nl (3 y_e η² + η³)/m. Hence with |η| ≤ |w| |q|
+
+    d|q|/dt ≤ −σ |q| + |b| k_nl/m (3 |y_e| |w|² |q|² + |w|³ |q|³)
+
+which is negative for all |q| below a root of a quadratic.
+"""
+
+import math
+
+import numpy as np
+
+from fivtui.model.parameters import Parameters
+from fivtui.model.slider_belt import Equilibrium, Mode, State, jacobian
+
+
+class Attraction:
+    """The region of proven decay around an equilibrium.
+
+    Parameters
+    ----------
+    p : Parameters
+        The parameter set.
+    point : Equilibrium
+        Its equilibrium.
+    separation : bool
+        Whether separation is considered; then the region stays on one side of y = 0.
+
+    Attributes
+    ----------
+    radius : float
+        Greatest |q| of the region; zero if the equilibrium is not stable, or if nothing is proven.
+    unstable : bool
+        Whether an eigenvalue has a positive real part beyond rounding.
+    """
+
+    def __init__(self, p: Parameters, point: Equilibrium, *, separation: bool) -> None:
+        matrix = np.array(jacobian(p, point.y, point.mode))
+        values, vectors = np.linalg.eig(matrix)
+        growth = float(values.real.max())
+        rounding = 1e-12 * float(np.abs(values).max())
+        self.unstable = growth > rounding
+        self.radius = 0.0
+        self._rest = np.array([point.x, 0.0, point.y, 0.0])
+        self._modal = np.zeros((4, 4), dtype=complex)
+        if growth >= -rounding or np.linalg.cond(vectors) > 1e8:
+            return
+        self._modal = np.linalg.inv(vectors)
+        reach = float(np.linalg.norm(vectors[2]))
+        push = float(np.linalg.norm(self._modal @ np.array([0.0, p.mu, 0.0, 1.0])))
+        k_nl = p.k_nl if point.mode is Mode.CONTACT else 0.0
+        strength = push * k_nl / p.m
+        # σ = B |q| + C |q|².
+        linear = 3.0 * strength * abs(point.y) * reach**2
+        square = strength * reach**3
+        root = linear + math.sqrt(linear * linear - 4.0 * square * growth)
+        self.radius = -2.0 * growth / root if root > 0.0 else math.inf
+        if separation and reach > 0.0:
+            self.radius = min(self.radius, abs(point.y) / reach)
+
+    def holds(self, state: State) -> bool:
+        """Whether the motion from a state is proven to die out."""
+        q = self._modal @ (np.array(state) - self._rest)
+        return self.radius > 0.0 and bool(np.linalg.norm(q) < self.radius)

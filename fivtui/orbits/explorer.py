@@ -1,0 +1,440 @@
+"""Attractors: what a start reaches, equilibrium or limit cycle, and which of them coexist."""
+
+from collections.abc import Callable, Iterable
+from dataclasses import dataclass
+from enum import StrEnum
+from typing import Final
+
+import numpy as np
+from numpy.typing import NDArray
+
+from fivtui.model.errors import Cancelled, ComputationError
+from fivtui.model.parameters import Parameters
+from fivtui.model.slider_belt import Mode, State, equilibrium, static_start
+from fivtui.transient.integrate import integrate
+from fivtui.transient.request import Start, resolve_start
+from fivtui.transient.result import Kernel, Transient
+
+from .decay import Attraction
+from .shooting import PeriodicOrbit, Section, shoot
+
+Progress = Callable[[float], bool]
+
+# A leg of a run is this many periods of the slowest linear mode; a motion is given up after so many
+# legs, or after so many steps.
+_LEG_PERIODS: Final = 16.0
+_MOST_LEGS: Final = 128
+_MOST_STEPS: Final = 200_000
+_TOL: Final = 1e-11
+# Motion that has died out to this much of its first extent is at rest, where no proof is at hand.
+_DIED_OUT: Final = 1e-9
+# Motion that has grown to so many times every length of the system has no bounds.
+_UNBOUNDED: Final = 1e6
+# Returns to the section this near to an earlier one make it worth to look for a closed orbit; the
+# orbit found is the one that is reached if the last return is so near to it.
+_RECURS: Final = 0.01
+_NEAR: Final = 0.05
+# Returns this near to an orbit that is known belong to it.
+_RECOGNISED: Final = 1e-2
+_MOST_RETURNS: Final = 8
+# Two cycles that differ less than this, relative to them, are the same.
+_SAME: Final = 1e-6
+_SAMPLES_A_PERIOD: Final = 64
+# Starts at rest above and below the equilibrium, in units of the length of the system.
+_OFFSETS: Final = (1e-3, 0.1, 0.3, 1.0, 3.0, 10.0, 30.0, -0.3, -1.0, -3.0)
+
+
+class Kind(StrEnum):
+    """What a motion ends in."""
+
+    EQUILIBRIUM = "equilibrium"
+    CONTACT_CYCLE = "contact limit cycle"
+    SEPARATING_CYCLE = "separating limit cycle"
+    UNBOUNDED = "unbounded"
+    UNSETTLED = "not settled"
+
+
+@dataclass(frozen=True, slots=True)
+class Attractor:
+    """What a motion ends in, and its orbit if that is periodic.
+
+    Attributes
+    ----------
+    kind : Kind
+        `Kind.UNSETTLED` if the motion neither came to rest, nor became periodic, nor grew out of
+        all bounds within the time allowed: it settles very slowly, is quasi-periodic or chaotic.
+    orbit : PeriodicOrbit or None
+        The limit cycle, confirmed by shooting.
+    """
+
+    kind: Kind
+    orbit: PeriodicOrbit | None = None
+
+    @property
+    def half_range(self) -> float | None:
+        """Half peak-to-peak of y, m; zero at rest, None where there is none."""
+        if self.kind is Kind.EQUILIBRIUM:
+            return 0.0
+        return None if self.orbit is None else self.orbit.half_range
+
+    def same_as(self, other: "Attractor") -> bool:
+        """Whether two motions end in the same."""
+        if self.kind is not other.kind:
+            return False
+        if self.orbit is None or other.orbit is None:
+            return True
+        return bool(np.allclose(_features(self.orbit), _features(other.orbit), _SAME, 0.0))
+
+
+def _features(orbit: PeriodicOrbit) -> tuple[float, ...]:
+    return (orbit.period, orbit.y_min, orbit.y_max, orbit.x_abs, orbit.vx_max)
+
+
+class Explorer:
+    """Follows motions of one parameter set to what they end in, and remembers the limit cycles.
+
+    Parameters
+    ----------
+    p : Parameters
+        The parameter set.
+    separation : bool
+        Whether separation is considered.
+    kernel : "compiled" or "interpreted"
+        What computes the transients. Either gives the same result every time.
+    go_on : callable
+        Asked within every motion that is followed; `reach` is cancelled when it returns False.
+
+    Attributes
+    ----------
+    length : float
+        The length of the system, m: static deflection, or where the contact's linear and cubic
+        forces are equal, whichever is greater.
+    rest : State
+        The equilibrium, as a state.
+
+    Raises
+    ------
+    ComputationError
+        If there is no equilibrium.
+    """
+
+    def __init__(
+        self,
+        p: Parameters,
+        *,
+        separation: bool = True,
+        kernel: Kernel = "compiled",
+        go_on: Callable[[], bool] = lambda: True,
+    ) -> None:
+        self._p, self._separation, self._kernel = p, separation, kernel
+        self._go_on = go_on
+        point = equilibrium(p, separation=separation)
+        self._attraction = Attraction(p, point, separation=separation)
+        self._leg = _LEG_PERIODS * _slowest_period(p)
+        # Stable or not: of the others it need not be asked again.
+        self._known: list[PeriodicOrbit] = []
+        self._linear = p.k_nl == 0.0 and not separation
+        self.length = max(abs(point.y), (p.k2 / p.k_nl) ** 0.5 if p.k_nl > 0.0 else 0.0) or 1.0
+        self.rest: State = (point.x, 0.0, point.y, 0.0)
+
+    @property
+    def equilibrium_attracts(self) -> bool:
+        """Whether the equilibrium is stable by its eigenvalues, with a region of proven decay."""
+        return self._attraction.radius > 0.0
+
+    def reach(self, start: Start) -> Attractor:
+        """Follow the motion from a start until it is known what it ends in.
+
+        It ends in the equilibrium once it is where a Lyapunov function proves decay, and in a limit
+        cycle once Newton finds a stable one next to it.
+
+        Parameters
+        ----------
+        start : "static" or sequence of four floats
+            At rest at the equilibrium of μ = 0, or (x, ẋ, y, ẏ) in m and m/s.
+
+        Returns
+        -------
+        Attractor
+            What it ends in.
+
+        Raises
+        ------
+        InputError
+            If the start is wrong.
+        ComputationError
+            If the motion cannot be followed.
+        Cancelled
+            If `go_on` returned False.
+        """
+        state = resolve_start(self._p, start, separation=self._separation)
+        extent, steps = self._extent(state), 0
+        for _ in range(_MOST_LEGS):
+            if steps > _MOST_STEPS:
+                break
+            if self._attraction.holds(state) or self._extent(state) <= _DIED_OUT * extent:
+                return Attractor(Kind.EQUILIBRIUM)
+            if self._linear and self._attraction.unstable:
+                return Attractor(Kind.UNBOUNDED)
+            run = integrate(
+                self._p,
+                t_end=self._leg,
+                tol=_TOL,
+                separation=self._separation,
+                start=state,
+                samples="dense",
+                progress=lambda _fraction: self._go_on(),
+                kernel=self._kernel,
+            )
+            steps += run.stats.steps
+            final = run.final
+            state = (final.x, final.vx, final.y, final.vy)
+            if max(run.peak.y_abs, run.peak.x_abs) > _UNBOUNDED * max(self.length, extent):
+                return Attractor(Kind.UNBOUNDED)
+            found = self._cycle(run)
+            if found is not None:
+                return found
+        return Attractor(Kind.UNSETTLED)
+
+    def _extent(self, state: State) -> float:
+        # Distance from the equilibrium; velocities count by the period of the slowest mode.
+        away = np.subtract(state, self.rest)
+        away[1::2] *= self._leg / (_LEG_PERIODS * 2.0 * np.pi)
+        return float(np.linalg.norm(away))
+
+    def _cycle(self, run: Transient) -> Attractor | None:
+        section, times, states = _returns(run)
+        if times.size < _MOST_RETURNS + 2:
+            return None
+        size = np.ptp(states, axis=0).max(initial=0.0) + np.abs(states - self.rest).max()
+        latest = states[-1]
+        recent = states[-_MOST_RETURNS:]
+        for known in self._known:
+            if known.section is section and _nearest(recent, known) < _RECOGNISED * size:
+                return _ended_in(known) if known.stable else None
+        for count in range(1, _MOST_RETURNS + 1):
+            if np.abs(latest - states[-1 - count]).max() > _RECURS * size:
+                continue
+            try:
+                orbit = shoot(
+                    self._p,
+                    (latest[0], latest[1], latest[2], latest[3]),
+                    float(times[-1] - times[-1 - count]),
+                    section,
+                    separation=self._separation,
+                    go_on=self._go_on,
+                )
+            except ComputationError:
+                return None
+            if _nearest(recent, orbit) > _NEAR * size:
+                return None
+            self._known.append(orbit)
+            if orbit.stable:
+                return _ended_in(orbit)
+        return None
+
+
+def _nearest(states: NDArray[np.float64], orbit: PeriodicOrbit) -> float:
+    return float(np.abs(states - orbit.start).max(axis=1).min())
+
+
+def _ended_in(orbit: PeriodicOrbit) -> Attractor:
+    separates = orbit.separations > 0
+    return Attractor(Kind.SEPARATING_CYCLE if separates else Kind.CONTACT_CYCLE, orbit)
+
+
+def _slowest_period(p: Parameters) -> float:
+    # Of the undamped linear modes without friction, in contact and off the belt; without coupling
+    # nothing but contact brings the slider back.
+    h = 0.5 * p.k3
+    slowest = p.k1 + h
+    for kt in (p.k2, 0.0):
+        a, b = p.k1 + h, kt + h
+        stiffness = (a * b - h * h) / (0.5 * (a + b) + np.hypot(0.5 * (a - b), h))
+        if stiffness > 0.0:
+            slowest = min(slowest, stiffness)
+    return float(2.0 * np.pi * np.sqrt(p.m / slowest))
+
+
+def _returns(
+    run: Transient,
+) -> tuple[Section, NDArray[np.float64], NDArray[np.float64]]:
+    # Where the motion passes a section: lift-offs, or without them lowest points. Times and states.
+    solution, t_end = run.solution, run.t_end
+    assert solution is not None  # noqa: S101
+    first = 0 if run.first_mode is Mode.CONTACT else 1
+    times = run.switch_times[first::2]
+    late = times[times > 0.5 * t_end]
+    section = Section.LIFT_OFF
+    if late.size:
+        times = late
+    else:
+        section = Section.LOWEST_POINT
+        grid = np.linspace(0.5 * t_end, t_end, int(_LEG_PERIODS) * _SAMPLES_A_PERIOD)
+        speed = solution(grid).vy
+        low = np.flatnonzero((speed[:-1] < 0.0) & (speed[1:] >= 0.0))
+        share = speed[low] / (speed[low] - speed[low + 1])
+        times = grid[low] + share * (grid[low + 1] - grid[low])
+    if not times.size:
+        return section, times, np.empty((0, 4))
+    there = solution(times)
+    return section, times, np.stack([there.x, there.vx, there.y, there.vy], axis=1)
+
+
+def starts_around(explorer: Explorer, p: Parameters, *, separation: bool = True) -> list[State]:
+    """Starts from which attractors are looked for.
+
+    Parameters
+    ----------
+    explorer : Explorer
+        Knows the equilibrium and the length of the system.
+    p : Parameters
+        The parameter set.
+    separation : bool
+        Whether separation is considered.
+
+    Returns
+    -------
+    list of State
+        The static start, and starts at rest from a thousandth of the length of the system to
+        thirty times that above the equilibrium, and below it.
+    """
+    x, _, y, _ = explorer.rest
+    around = [(x, 0.0, y + offset * explorer.length, 0.0) for offset in _OFFSETS]
+    return [static_start(p, separation=separation), *around]
+
+
+class Watch:
+    """Tells how far a search is; between two steps of it, whether to go on is asked alone.
+
+    Parameters
+    ----------
+    progress : callable or None
+        Called with the fraction done; returns whether to go on.
+    """
+
+    def __init__(self, progress: Progress | None) -> None:
+        self._progress, self._fraction = progress, 0.0
+
+    def go_on(self) -> bool:
+        """Whether the search goes on, asked anywhere in a step."""
+        return self._progress is None or self._progress(self._fraction)
+
+    def tell(self, fraction: float) -> None:
+        """Tell the fraction done; raises `Cancelled` if the search does not go on."""
+        self._fraction = fraction
+        if not self.go_on():
+            raise Cancelled
+
+
+def find_attractors(
+    p: Parameters,
+    *,
+    separation: bool = True,
+    starts: Iterable[Start] | None = None,
+    kernel: Kernel = "compiled",
+    progress: Progress | None = None,
+) -> tuple[Attractor, ...]:
+    """The attractors that are reached from several starts.
+
+    A search cannot prove that there are no others.
+
+    Parameters
+    ----------
+    p : Parameters
+        The parameter set.
+    separation : bool
+        Whether separation is considered.
+    starts : iterable of starts, optional
+        Where to start from; `starts_around` the equilibrium if not given.
+    kernel : "compiled" or "interpreted"
+        What computes the transients.
+    progress : callable, optional
+        Called with the fraction done; the search is cancelled when it returns False.
+
+    Returns
+    -------
+    tuple of Attractor
+        Each once, the equilibrium first, cycles by growing half peak-to-peak.
+
+    Raises
+    ------
+    ComputationError
+        If there is no equilibrium, or a motion cannot be followed.
+    Cancelled
+        If `progress` returned False.
+    """
+    return search(
+        p, separation=separation, starts=starts, kernel=kernel, progress=progress
+    ).attractors
+
+
+@dataclass(frozen=True, slots=True)
+class Search:
+    """What a search for attractors found.
+
+    Attributes
+    ----------
+    attractors : tuple of Attractor
+        Each once, the equilibrium first, cycles by growing half peak-to-peak.
+    reached : tuple of int
+        Place in `attractors` of what every start reaches, in the order of the starts.
+    stable : bool
+        Whether the equilibrium is stable by its eigenvalues, reached or not.
+    """
+
+    attractors: tuple[Attractor, ...]
+    reached: tuple[int, ...]
+    stable: bool
+
+
+def search(
+    p: Parameters,
+    *,
+    separation: bool = True,
+    starts: Iterable[Start] | None = None,
+    kernel: Kernel = "compiled",
+    progress: Progress | None = None,
+) -> Search:
+    """The attractors as of `find_attractors`, with the starts that reach them."""
+    watch = Watch(progress)
+    explorer = Explorer(p, separation=separation, kernel=kernel, go_on=watch.go_on)
+    chosen = list(starts_around(explorer, p, separation=separation) if starts is None else starts)
+    found: list[Attractor] = []
+    reached = []
+    for index, start in enumerate(chosen):
+        watch.tell(index / len(chosen))
+        reached.append(add_new(found, explorer.reach(start)))
+    if progress is not None:
+        progress(1.0)
+    kinds = list(Kind)
+    order = sorted(
+        range(len(found)), key=lambda at: (kinds.index(found[at].kind), found[at].half_range or 0.0)
+    )
+    return Search(
+        tuple(found[at] for at in order),
+        tuple(order.index(at) for at in reached),
+        explorer.equilibrium_attracts,
+    )
+
+
+def add_new(found: list[Attractor], reached: Attractor) -> int:
+    """Add an attractor to those found, if it is not among them.
+
+    Parameters
+    ----------
+    found : list of Attractor
+        Those found so far.
+    reached : Attractor
+        Another one, or one of them.
+
+    Returns
+    -------
+    int
+        Its place in `found`.
+    """
+    for place, known in enumerate(found):
+        if known.same_as(reached):
+            return place
+    found.append(reached)
+    return len(found) - 1

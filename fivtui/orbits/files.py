@@ -1,0 +1,315 @@
+"""Attractors, branches and basins as plain data and in files, with units and provenance."""
+
+from collections.abc import Sequence
+from dataclasses import asdict
+from pathlib import Path
+from typing import Any, BinaryIO, Final
+
+import numpy as np
+from numpy.typing import NDArray
+
+from fivtui.io.files import write_atomically
+from fivtui.io.formats import columns_format
+from fivtui.model.columns import Column
+from fivtui.model.parameters import PARAMETERS, Parameters
+from fivtui.model.slider_belt import State
+from fivtui.transient.request import START_SPECS
+from fivtui.version import __version__
+
+from .basin import Basin
+from .coexistence import Coexistence
+from .continuation import DIRECTIONS, Continuation
+from .explorer import Attractor, Kind
+
+KINDS: Final = tuple(Kind)
+_OTHERS: Final = {
+    Kind.UNBOUNDED: "unbounded growth",
+    Kind.UNSETTLED: "motion that did not settle in the time allowed",
+}
+_NUMBERS: Final = (
+    Column("period", "s", "period of the limit cycle"),
+    Column("half_range", "m", "half peak-to-peak of y"),
+    Column("y_min", "m", "lowest point"),
+    Column("y_max", "m", "highest point"),
+    Column("separations", "1", "separations a period"),
+    Column("separated_time", "s", "time off the belt a period"),
+    Column("vx_max", "m/s", "greatest horizontal velocity"),
+    Column("force_max", "N", "greatest contact force"),
+)
+
+
+def attractor_to_dict(attractor: Attractor) -> dict[str, Any]:
+    """An attractor as data that JSON can hold.
+
+    Parameters
+    ----------
+    attractor : Attractor
+        Any attractor.
+
+    Returns
+    -------
+    dict
+        ``kind`` and ``half_range``, and of a limit cycle ``period``, ``start`` (x, ẋ, y, ẏ at a
+        lift-off or lowest point), ``y_min``, ``y_max``, ``x_abs``, ``vx_max``, ``force_max``,
+        ``separations`` and ``separated_time`` a period, and its ``floquet_multipliers`` as pairs
+        of real and imaginary part; SI units.
+    """
+    orbit = attractor.orbit
+    data: dict[str, Any] = {"kind": str(attractor.kind), "half_range": attractor.half_range}
+    if orbit is not None:
+        names = ("period", "y_min", "y_max", "x_abs", "vx_max", "force_max")
+        data |= {name: getattr(orbit, name) for name in names}
+        data |= {
+            "separations": orbit.separations,
+            "separated_time": orbit.separated_time,
+            "section": orbit.section.name.lower().replace("_", "-"),
+            "start": list(orbit.start),
+            "floquet_multipliers": [[v.real, v.imag] for v in orbit.multipliers.tolist()],
+        }
+    return data
+
+
+def coexistence_to_dict(result: Coexistence) -> dict[str, Any]:
+    """The attractors of a parameter set as data that JSON can hold.
+
+    Parameters
+    ----------
+    result : Coexistence
+        The result.
+
+    Returns
+    -------
+    dict
+        ``attractors``, ``coexistence``, ``escape_offset`` (``up`` and ``down``, m, or None) and
+        ``warning`` (None if there is nothing to warn of).
+    """
+    return {
+        "attractors": [attractor_to_dict(attractor) for attractor in result.attractors],
+        "coexistence": result.coexists,
+        "escape_offset": None if result.escape is None else asdict(result.escape),
+        "warning": warning_of(result),
+    }
+
+
+def warning_of(result: Coexistence) -> str | None:
+    """What to warn of, in one sentence.
+
+    Parameters
+    ----------
+    result : Coexistence
+        The result.
+
+    Returns
+    -------
+    str or None
+        None unless the equilibrium attracts beside something else, or a motion did not settle.
+    """
+    if not result.coexists:
+        return None if result.settled else "some motions did not settle in the time allowed"
+    others = [
+        _OTHERS.get(attractor.kind, f"a {describe(attractor)}")
+        for attractor in result.attractors
+        if attractor.kind is not Kind.EQUILIBRIUM
+    ]
+    beside = f"it coexists with {' and '.join(others)}"
+    if result.escape is None:
+        return f"the equilibrium is reached from some starts alone: {beside}"
+    offsets = [
+        f"{value:.4g} m {where}"
+        for where, value in (("above", result.escape.up), ("below", result.escape.down))
+        if value is not None
+    ]
+    released = f"; a release from rest {' or '.join(offsets)} it leaves it" if offsets else ""
+    return f"the equilibrium is stable for small disturbances alone: {beside}{released}"
+
+
+def warning_along(result: Continuation) -> str | None:
+    """What a continuation warns of, in one sentence; None if nothing coexists."""
+    if not result.coexisting:
+        return None
+    values = ", ".join(f"{value:.6g}" for value in result.coexisting)
+    return f"a stable equilibrium coexists with vibration at {result.name} = {values}"
+
+
+def warning_in(result: Basin) -> str | None:
+    """What a slice of basins warns of, in one sentence; None if every motion settled."""
+    for place, attractor in enumerate(result.attractors):
+        if attractor.kind is Kind.UNSETTLED:
+            count = int(np.count_nonzero(result.reached == place))
+            return f"{count} of {result.reached.size} motions did not settle in the time allowed"
+    return None
+
+
+def describe(attractor: Attractor) -> str:
+    """An attractor in a few words."""
+    orbit = attractor.orbit
+    if orbit is None:
+        return str(attractor.kind)
+    size = f"half peak-to-peak {attractor.half_range:.6g} m"
+    return f"{attractor.kind}, period {orbit.period:.6g} s, {size}"
+
+
+def continuation_to_dict(result: Continuation) -> dict[str, Any]:
+    """A continuation as data that JSON can hold.
+
+    Parameters
+    ----------
+    result : Continuation
+        The result.
+
+    Returns
+    -------
+    dict
+        ``parameters`` (those that do not vary), ``separation``, ``name``, ``unit``, ``points``
+        (``value``, ``directions`` and the attractor) and ``coexisting``, the values at which the
+        equilibrium and something else attract.
+    """
+    return {
+        "parameters": _fixed(result.parameters, (result.name,)),
+        "separation": result.separation,
+        "name": result.name,
+        "unit": PARAMETERS[result.name].unit,
+        "points": [
+            {
+                "value": point.value,
+                "directions": list(point.directions),
+                **attractor_to_dict(point.attractor),
+            }
+            for point in result.points
+        ],
+        "coexisting": result.coexisting,
+    }
+
+
+def basin_to_dict(result: Basin) -> dict[str, Any]:
+    """A slice of basins as data that JSON can hold.
+
+    Parameters
+    ----------
+    result : Basin
+        The result.
+
+    Returns
+    -------
+    dict
+        ``parameters``, ``separation``, ``start``, ``over`` (name, unit and values of the two
+        start values), ``attractors`` and ``reached``: a list for every first value, of places in
+        ``attractors``.
+    """
+    return {
+        **_basin_provenance(result),
+        "over": [
+            {"name": name, "unit": START_SPECS[name].unit, "values": axis.tolist()}
+            for name, axis in zip(result.names, result.axes, strict=True)
+        ],
+        "attractors": [attractor_to_dict(attractor) for attractor in result.attractors],
+        "reached": result.reached.tolist(),
+    }
+
+
+def save_continuation(result: Continuation, path: Path, *, force: bool = False) -> None:
+    """Write a continuation: a row for every attractor at every value.
+
+    Parameters
+    ----------
+    result : Continuation
+        The result.
+    path : Path
+        The file; its suffix ``.csv``, ``.npz`` or ``.parquet`` says the format. The column
+        ``kind`` is a place in ``kinds``, which the file lists; ``nan`` stands for no value.
+    force : bool
+        Whether a file that exists may be replaced.
+
+    Raises
+    ------
+    InputError
+        If the format is unknown or needs a package that is not installed, or the file cannot be
+        written.
+    """
+    spec = PARAMETERS[result.name]
+    places = tuple(Column(name, "1", f"1 if met on the way {name}") for name in DIRECTIONS)
+    kind = Column("kind", "1", "place in kinds")
+    columns = (Column(spec.name, spec.unit, spec.meaning), *places, kind, *_NUMBERS)
+    points = result.points
+    values: dict[str, NDArray[Any]] = {
+        spec.name: np.array([point.value for point in points]),
+        kind.name: np.array([KINDS.index(point.attractor.kind) for point in points]),
+    }
+    for name in DIRECTIONS:
+        values[name] = np.array([int(name in point.directions) for point in points])
+    for column in _NUMBERS:
+        values[column.name] = np.array([_value(p.attractor, column.name) for p in points])
+    provenance = {
+        "parameters": _fixed(result.parameters, (result.name,)),
+        "separation": result.separation,
+        "kinds": [str(each) for each in KINDS],
+    }
+    _save(path, columns, values, provenance, force=force)
+
+
+def save_basin(result: Basin, path: Path, *, force: bool = False) -> None:
+    """Write a slice of basins: a row for every start.
+
+    Parameters
+    ----------
+    result : Basin
+        The result.
+    path : Path
+        The file; its suffix ``.csv``, ``.npz`` or ``.parquet`` says the format. The column
+        ``attractor`` is a place in ``attractors``, which the file lists.
+    force : bool
+        Whether a file that exists may be replaced.
+
+    Raises
+    ------
+    InputError
+        If the format is unknown or needs a package that is not installed, or the file cannot be
+        written.
+    """
+    specs = [START_SPECS[name] for name in result.names]
+    columns = (
+        *(Column(spec.name, spec.unit, spec.meaning) for spec in specs),
+        Column("attractor", "1", "place in attractors"),
+    )
+    first, second = np.meshgrid(*result.axes, indexing="ij")
+    arrays = (first.ravel(), second.ravel(), result.reached.ravel())
+    values = {column.name: array for column, array in zip(columns, arrays, strict=True)}
+    provenance = _basin_provenance(result) | {
+        "attractors": [describe(attractor) for attractor in result.attractors]
+    }
+    _save(path, columns, values, provenance, force=force)
+
+
+def _save(
+    path: Path,
+    columns: Sequence[Column],
+    values: dict[str, NDArray[Any]],
+    provenance: dict[str, Any],
+    *,
+    force: bool,
+) -> None:
+    form = columns_format(path, "attractor")
+
+    def write(file: BinaryIO) -> None:
+        form.write(file, columns, values, {"fivtui": __version__, **provenance})
+
+    write_atomically(path, write, force=force)
+
+
+def _value(attractor: Attractor, name: str) -> float:
+    if name == "half_range":
+        return np.nan if attractor.half_range is None else attractor.half_range
+    return np.nan if attractor.orbit is None else float(getattr(attractor.orbit, name))
+
+
+def _fixed(p: Parameters, varied: Sequence[str]) -> dict[str, float]:
+    return {name: value for name, value in p.as_dict().items() if name not in varied}
+
+
+def _basin_provenance(result: Basin) -> dict[str, Any]:
+    start: State = result.start
+    return {
+        "parameters": result.parameters.as_dict(),
+        "separation": result.separation,
+        "start": list(start),
+    }

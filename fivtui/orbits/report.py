@@ -1,0 +1,107 @@
+"""What the command line prints of attractors: tables."""
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from fivtui.console.printing import number, print_list, print_rows
+
+from .basin import Basin
+from .coexistence import Coexistence
+from .continuation import Continuation
+from .explorer import Attractor
+from .files import describe
+from .words import coexistence_words
+
+_HEADER = (
+    "attractor",
+    "period s",
+    "half peak-to-peak m",
+    "y from .. to m",
+    "separations",
+    "off the belt s",
+    "belt faster than m/s",
+    "multipliers, size",
+)
+_SHORT = 5
+
+
+def print_attractors(found: Sequence[Attractor]) -> None:
+    """Print attractors, a row each.
+
+    Parameters
+    ----------
+    found : sequence of Attractor
+        The attractors.
+    """
+    print_rows("Attractors", _HEADER, [_row(attractor) for attractor in found])
+
+
+def _row(attractor: Attractor) -> tuple[str, ...]:
+    orbit = attractor.orbit
+    if orbit is None:
+        return (str(attractor.kind), *([""] * (len(_HEADER) - 1)))
+    return (
+        str(attractor.kind),
+        number(orbit.period, 8),
+        number(orbit.half_range),
+        f"{number(orbit.y_min, _SHORT)} .. {number(orbit.y_max, _SHORT)}",
+        str(orbit.separations),
+        f"{number(orbit.separated_time, _SHORT)} ({orbit.separated_time / orbit.period:.1%})",
+        number(max(orbit.vx_max, 0.0), _SHORT),
+        "  ".join(number(float(size), 3) for size in np.abs(orbit.multipliers)),
+    )
+
+
+def print_coexistence(result: Coexistence) -> None:
+    """Print the attractors of a parameter set.
+
+    Parameters
+    ----------
+    result : Coexistence
+        The result.
+    """
+    print_attractors(result.attractors)
+    print_list("", [("found", coexistence_words(result))])
+    if result.escape is not None:
+        rows = [
+            (f"offset {where} that leaves the equilibrium", _offset(value))
+            for where, value in (("above", result.escape.up), ("below", result.escape.down))
+        ]
+        print_list("", rows)
+
+
+def _offset(value: float | None) -> str:
+    return "none" if value is None else f"{number(value)} m"
+
+
+def print_continuation(result: Continuation) -> None:
+    """Print the attractors along a parameter, a row each.
+
+    Parameters
+    ----------
+    result : Continuation
+        The result.
+    """
+    header = (result.name, *_HEADER[:6], "met on the way")
+    rows = [
+        (number(point.value), *_row(point.attractor)[:6], ", ".join(point.directions))
+        for point in result.points
+    ]
+    print_rows("Attractors, followed up and down", header, rows, keys=2)
+
+
+def print_basin(result: Basin) -> None:
+    """Print how many starts reach which attractor.
+
+    Parameters
+    ----------
+    result : Basin
+        The result.
+    """
+    total = result.reached.size
+    rows = []
+    for place, attractor in enumerate(result.attractors):
+        count = int(np.count_nonzero(result.reached == place))
+        rows.append((describe(attractor), f"{count} of {total} starts ({count / total:.1%})"))
+    print_list("Basins of attraction", rows)

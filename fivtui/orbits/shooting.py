@@ -1,0 +1,249 @@
+"""Periodic orbits by shooting: Newton on the return map, with Floquet multipliers.
+
+Unknown are the state on a Poincaré section and the period. The derivative of the return map comes
+from the variational equations (`variation`), so that Newton converges quadratically and the
+multipliers are those of the orbit itself.
+"""
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from enum import Enum
+from typing import Final
+
+import numpy as np
+from numpy.typing import NDArray
+
+from fivtui.model.errors import Cancelled, ComputationError
+from fivtui.model.parameters import Parameters
+from fivtui.model.slider_belt import State
+from fivtui.transient.integrate import integrate
+
+from .variation import Flow, flow
+
+_MOST_ITERATIONS: Final = 10
+_CONVERGED: Final = 1e-11
+# Accuracy of the run over one period that measures the orbit.
+_TOL: Final = 1e-12
+# A period that leaves this range around its estimate belongs to another orbit.
+_PERIOD_RANGE: Final = (0.5, 2.0)
+# Velocity and acceleration times period, relative to the displacement: less than this is rest.
+_AT_REST: Final = 1e-6
+# An orbit may have been run through several times; it closes after a part of the time then.
+_MOST_PARTS: Final = 8
+_PART_CLOSES: Final = 1e-8
+
+
+class Section(Enum):
+    """Where the return map is taken; the value is the place in the state that is zero there."""
+
+    LIFT_OFF = 2
+    LOWEST_POINT = 3
+
+
+@dataclass(frozen=True, slots=True)
+class PeriodicOrbit:
+    """A periodic motion, over one period.
+
+    Attributes
+    ----------
+    section : Section
+        Where it starts: at a lift-off (y = 0, upwards) or at a lowest point (ẏ = 0).
+    start : State
+        (x, ẋ, y, ẏ) there, m and m/s.
+    period : float
+        Its length, s.
+    multipliers : ndarray of complex, shape (3,)
+        Floquet multipliers without the one that is 1 along the orbit, by falling size.
+    y_min, y_max : float
+        Lowest and highest point, m.
+    x_abs : float
+        Greatest |x|, m.
+    vx_max : float
+        Greatest ẋ, m/s: the least belt speed for which the orbit is valid.
+    force_max : float
+        Greatest contact force, N.
+    separations : int
+        How often the slider leaves the belt.
+    separated_time : float
+        Time off the belt, s.
+    residual : float
+        How far the orbit misses to close, relative to its size.
+    """
+
+    section: Section
+    start: State
+    period: float
+    multipliers: NDArray[np.complex128]
+    y_min: float
+    y_max: float
+    x_abs: float
+    vx_max: float
+    force_max: float
+    separations: int
+    separated_time: float
+    residual: float
+
+    @property
+    def half_range(self) -> float:
+        """Half peak-to-peak of y, m."""
+        return 0.5 * (self.y_max - self.y_min)
+
+    @property
+    def stable(self) -> bool:
+        """Whether every neighbouring motion comes back: all multipliers within the unit circle."""
+        return bool(np.abs(self.multipliers).max() < 1.0)
+
+
+def shoot(
+    p: Parameters,
+    guess: State,
+    period: float,
+    section: Section,
+    *,
+    separation: bool = True,
+    go_on: Callable[[], bool] = lambda: True,
+) -> PeriodicOrbit:
+    """Find the periodic orbit next to a guess.
+
+    Parameters
+    ----------
+    p : Parameters
+        The parameter set.
+    guess : State
+        (x, ẋ, y, ẏ) near the orbit, where it passes the section, m and m/s.
+    period : float
+        Estimate of the period, or of a multiple of it, s.
+    section : Section
+        The section.
+    separation : bool
+        Whether separation is considered.
+    go_on : callable
+        Asked before every iteration; the search is cancelled when it returns False.
+
+    Returns
+    -------
+    PeriodicOrbit
+        Closed to about 1e-12 of its size, stable or not.
+
+    Raises
+    ------
+    ComputationError
+        If Newton does not converge to an orbit of about that period, or to the equilibrium.
+    Cancelled
+        If `go_on` returned False.
+    """
+    state, time = np.array(guess), period
+    fixed = section.value
+    least, best = np.inf, None
+    for _ in range(_MOST_ITERATIONS):
+        there = _flow(p, state, time, go_on, separation=separation)
+        missed = np.array(there.final) - state
+        size = _sizes(state, time)
+        residual = float(np.abs(missed / size).max()) + abs(float(state[fixed])) / size[fixed]
+        if residual < least:
+            least, best = residual, (state, time, there)
+        elif least < _CONVERGED:
+            break
+        try:
+            change = _newton(there, missed, fixed, float(state[fixed]))
+        except np.linalg.LinAlgError:
+            break
+        state, time = state + change[:4], time + float(change[4])
+        if not (_PERIOD_RANGE[0] < time / period < _PERIOD_RANGE[1]):
+            break
+    if best is None or not least < _CONVERGED:
+        raise ComputationError(
+            f"no periodic orbit with a period of about {period:.6g} s was found",
+            "follow the motion longer, or start nearer to the orbit",
+        )
+    state, time, there = best
+    if np.abs(there.velocity).max() * time < _AT_REST * np.abs(state).max():
+        raise ComputationError(
+            "shooting came to rest at the equilibrium", "start farther from the equilibrium"
+        )
+    for parts in range(_MOST_PARTS, 1, -1):
+        part = flow(p, _as_state(state), time / parts, separation=separation)
+        if np.abs((np.array(part.final) - state) / _sizes(state, time)).max() < _PART_CLOSES:
+            time, there = time / parts, part
+            break
+    return _measured(p, state, time, (section, least, there), separation=separation)
+
+
+def _flow(
+    p: Parameters,
+    state: NDArray[np.float64],
+    time: float,
+    go_on: Callable[[], bool],
+    *,
+    separation: bool,
+) -> Flow:
+    if not go_on():
+        raise Cancelled
+    return flow(p, _as_state(state), time, separation=separation)
+
+
+def _newton(
+    there: Flow, missed: NDArray[np.float64], fixed: int, off: float
+) -> NDArray[np.float64]:
+    # The change of state and period that closes the orbit and puts its start on the section.
+    system = np.zeros((5, 5))
+    system[:4, :4] = there.derivative - np.eye(4)
+    system[:4, 4] = there.velocity
+    system[4, fixed] = 1.0
+    change: NDArray[np.float64] = np.linalg.solve(system, -np.append(missed, off))
+    return change
+
+
+def _measured(
+    p: Parameters,
+    state: NDArray[np.float64],
+    period: float,
+    found: tuple[Section, float, Flow],
+    *,
+    separation: bool,
+) -> PeriodicOrbit:
+    section, residual, there = found
+    state = state.copy()
+    state[section.value] = 0.0
+    run = integrate(
+        p,
+        t_end=period,
+        tol=_TOL,
+        separation=separation,
+        start=state.tolist(),
+        kernel="interpreted",
+    )
+    return PeriodicOrbit(
+        section=section,
+        start=_as_state(state),
+        period=float(period),
+        multipliers=_nontrivial(np.linalg.eigvals(there.derivative)),
+        y_min=run.peak.y_min,
+        y_max=run.peak.y_max,
+        x_abs=run.peak.x_abs,
+        vx_max=run.peak.vx_max,
+        force_max=run.contact_force.max,
+        # A lift-off at the start may or may not come again before the end; landings do not.
+        separations=run.events.reattachments,
+        separated_time=run.events.separated_time,
+        residual=float(residual),
+    )
+
+
+def _nontrivial(multipliers: NDArray[np.generic]) -> NDArray[np.complex128]:
+    values = multipliers.astype(np.complex128)
+    others = np.delete(values, np.abs(values - 1.0).argmin())
+    return others[np.argsort(-np.abs(others), kind="stable")]
+
+
+def _sizes(state: NDArray[np.float64], period: float) -> NDArray[np.float64]:
+    # What displacements and velocities are compared with.
+    x, vx, y, vy = np.abs(state)
+    speed = max(vx, vy, max(x, y) / period, np.finfo(float).tiny)
+    length = max(x, y, speed * period / (2.0 * np.pi))
+    return np.array([length, speed, length, speed])
+
+
+def _as_state(values: NDArray[np.float64]) -> State:
+    x, vx, y, vy = values.tolist()
+    return (x, vx, y, vy)

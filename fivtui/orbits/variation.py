@@ -1,0 +1,164 @@
+"""The flow over a time and its derivative by the start: variational equations on Taylor series.
+
+A small deviation δz = (δx, δy) from a motion in contact obeys, with the symbols of `recurrences`,
+
+    δz̈ = a δx + b δy + C δż − 3 d y² δy
+
+in which y is the polynomial of a segment of the Taylor integrator: over a piece of the segment its
+coefficients follow by the same kind of recurrence. Both fields agree at y = 0, hence the saltation
+matrix at a switch is the identity, and the derivative of the flow is the product of those of the
+pieces.
+"""
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+from itertools import pairwise
+from typing import Final
+
+import numpy as np
+from numpy.typing import NDArray
+
+from fivtui.model.errors import ComputationError
+from fivtui.model.parameters import Parameters
+from fivtui.model.slider_belt import State, accelerations, mode_of
+from fivtui.taylor.polynomial import restricted
+from fivtui.taylor.recurrences import Constants, constants, state_function
+from fivtui.taylor.segment import Segment
+from fivtui.taylor.stepper import TaylorStepper
+
+FloatArray = NDArray[np.float64]
+
+_SIZE: Final = 4
+_LOCAL_TOLERANCE: Final = 1e-16
+# Of the series of deviations over a piece: 1/20! is below rounding.
+_DEGREE: Final = 20
+_MAX_SEGMENTS: Final = 200_000
+
+
+@dataclass(frozen=True, slots=True)
+class Flow:
+    """Where the flow takes a state, and how that depends on the state.
+
+    Attributes
+    ----------
+    final : State
+        (x, ẋ, y, ẏ) at the end, m and m/s.
+    velocity : ndarray, shape (4,)
+        Time derivative of the state at the end.
+    derivative : ndarray, shape (4, 4)
+        Derivative of the final state by the start: the fundamental matrix.
+    """
+
+    final: State
+    velocity: FloatArray
+    derivative: FloatArray
+
+
+def flow(p: Parameters, start: State, duration: float, *, separation: bool = True) -> Flow:
+    """Follow the flow and its variational equations.
+
+    Parameters
+    ----------
+    p : Parameters
+        The parameter set.
+    start : State
+        (x, ẋ, y, ẏ), m and m/s.
+    duration : float
+        How long, s; positive.
+    separation : bool
+        Whether separation is considered.
+
+    Returns
+    -------
+    Flow
+        Final state and fundamental matrix, whose determinant is exp(−(c1 + c2)/m · duration).
+
+    Raises
+    ------
+    ComputationError
+        If the motion cannot be followed.
+    """
+    stepper = TaylorStepper(p, start, separation=separation, tol=_LOCAL_TOLERANCE)
+    total, state = np.eye(_SIZE), start
+    for _ in range(_MAX_SEGMENTS):
+        segment = stepper.advance()
+        left = (duration - segment.start) - segment.start_remainder
+        last = segment.duration >= left
+        span = left if last else segment.duration
+        total = _segment_derivative(p, segment, span) @ total
+        state = _state_within(segment, span) if last else segment.final
+        if last:
+            return Flow(state, velocity(p, state, separation=separation), total)
+    raise ComputationError(
+        f"{_MAX_SEGMENTS} steps do not follow the motion over {duration:.6g} s",
+        "use a less stiff contact",
+    )
+
+
+def velocity(p: Parameters, state: State, *, separation: bool) -> FloatArray:
+    """Time derivative of a state.
+
+    Parameters
+    ----------
+    p : Parameters
+        The parameter set.
+    state : State
+        (x, ẋ, y, ẏ), m and m/s.
+    separation : bool
+        Whether separation is considered.
+
+    Returns
+    -------
+    ndarray, shape (4,)
+        (ẋ, ẍ, ẏ, ÿ).
+    """
+    ax, ay = accelerations(p, state, mode_of(p, state, separation=separation))
+    return np.array([state[1], ax, state[3], ay])
+
+
+def _state_within(segment: Segment, span: float) -> State:
+    evaluate = state_function(len(segment.x) - 1)
+    x, vx, y, vy = evaluate(segment.x, segment.y, span / segment.duration)
+    return (x, vx / segment.duration, y, vy / segment.duration)
+
+
+def _segment_derivative(p: Parameters, segment: Segment, span: float) -> FloatArray:
+    # A deviation turns with the frequency of the system however slow the motion is: in pieces of
+    # less than a radian its series converges.
+    c = constants(p, segment.mode)
+    end = span / segment.duration
+    farthest = float(np.abs(segment.y) @ end ** np.arange(float(len(segment.y))))
+    pieces = math.ceil(_fastest(c, farthest) * span)
+    total = np.eye(_SIZE)
+    for left, right in pairwise(np.linspace(0.0, end, max(pieces, 1) + 1).tolist()):
+        piece = restricted(segment.y, left, right)
+        total = _piece_derivative(c, piece, (right - left) * segment.duration) @ total
+    return total
+
+
+def _fastest(c: Constants, y: float) -> float:
+    # A bound of the frequencies and decay rates of deviations where |y| is at most this, 1/s.
+    push = 3.0 * abs(c.cubic) * y * y
+    horizontal = abs(c.xx) + abs(c.xy) + abs(c.friction) * push
+    vertical = abs(c.yx) + abs(c.yy) + push
+    return math.sqrt(max(horizontal, vertical)) + max(abs(c.xvx), abs(c.yvy))
+
+
+def _piece_derivative(c: Constants, y: Sequence[float], duration: float) -> FloatArray:
+    # Four deviations at once, a column each, in θ = (time since the start)/duration.
+    square = np.zeros(_DEGREE + 1)
+    product = np.convolve(y, y)[: _DEGREE + 1]
+    square[: product.size] = product
+    stiffness = duration * duration * np.array([[c.xx, c.xy], [c.yx, c.yy]])
+    damping = duration * np.array([[c.xvx], [c.yvy]])
+    push = 3.0 * duration * duration * c.cubic * np.array([[c.friction], [1.0]])
+    z = np.zeros((_DEGREE + 1, 2, _SIZE))
+    z[0, 0, 0] = z[0, 1, 2] = 1.0
+    z[1, 0, 1] = z[1, 1, 3] = duration
+    for n in range(_DEGREE - 1):
+        force = stiffness @ z[n] - push * (square[n::-1] @ z[: n + 1, 1])
+        z[n + 2] = (force / (n + 1) + damping * z[n + 1]) / (n + 2)
+    place = z.sum(axis=0)
+    speed = np.tensordot(np.arange(_DEGREE + 1.0), z, 1) / duration
+    return np.stack([place[0], speed[0], place[1], speed[1]])

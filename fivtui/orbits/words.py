@@ -1,0 +1,51 @@
+"""What attracts beside an equilibrium, in words: no more than was searched."""
+
+from typing import TYPE_CHECKING, Final
+
+if TYPE_CHECKING:
+    from .coexistence import Coexistence
+
+SEARCHING: Final = "searching for limit cycles…"
+
+
+def coexistence_words(found: "Coexistence") -> str:
+    """What was found beside the equilibrium, or that nothing was, in one phrase.
+
+    Parameters
+    ----------
+    found : Coexistence
+        What a search found.
+
+    Returns
+    -------
+    str
+        Such as ``a limit cycle coexists: half peak-to-peak 7.443 m (after a knock)``, or ``no limit
+        cycle found from 11 starts``.
+    """
+    from .explorer import Kind
+
+    starts = len(found.reached)
+    verb = "coexist" if found.coexists else "attract"
+    cycles = [each for each in found.others if each.orbit is not None]
+    sizes = " and ".join(f"{each.half_range:#.4g} m" for each in cycles)
+    parts = []
+    if len(cycles) == 1:
+        parts.append(f"a limit cycle {verb}s: half peak-to-peak {sizes}{_way(found)}")
+    elif cycles:
+        parts.append(f"{len(cycles)} limit cycles {verb}: half peak-to-peak {sizes}{_way(found)}")
+    if any(each.kind is Kind.UNBOUNDED for each in found.others):
+        parts.append(f"motion grows without bounds{_way(found)}")
+    if not parts:
+        parts.append(f"no limit cycle found from {starts} starts")
+    open_ends = sum(found.attractors[place].kind is Kind.UNSETTLED for place in found.reached)
+    if open_ends:
+        parts.append(f"from {open_ends} of {starts} starts motion did not settle")
+    return "; ".join(parts)
+
+
+def _way(found: "Coexistence") -> str:
+    # What takes the slider there, if the equilibrium attracts too.
+    if not found.coexists:
+        return ""
+    from_static = any(found.attractors[found.reached[0]] is each for each in found.others)
+    return " (from the static start)" if from_static else " (after a knock)"

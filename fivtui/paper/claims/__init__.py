@@ -1,0 +1,1 @@
+"""The paper's statements, each held against the model."""

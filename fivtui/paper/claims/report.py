@@ -1,0 +1,118 @@
+"""What the command line prints of the paper: its statements, what is computed, the verdicts."""
+
+import csv
+import io
+import re
+from collections import Counter
+from collections.abc import Sequence
+from typing import TYPE_CHECKING, Final
+
+from rich.console import Console, Group
+from rich.table import Table
+from rich.text import Text
+
+from fivtui.console.printing import print_titled, terminal_width
+
+if TYPE_CHECKING:
+    from .claim import CheckedClaim
+
+# Columns of the table of claims, and their shares of its width.
+_CLAIM_COLUMNS: Final = {"section": 2, "statement": 6, "stated": 4, "computed": 7, "verdict": 2}
+# Width from which on they can be read beside each other, and the one where there is no terminal.
+_BESIDE: Final = 100
+_WIDTH_OF_FILE: Final = 200
+_CLAIM_HEADER: Final = (
+    "id",
+    "section",
+    "statement",
+    "stated",
+    "computed",
+    "verdict",
+    "reason",
+)
+_VERDICT_STYLES: Final = {"does not hold": "bold", "not testable": "dim"}
+
+
+def print_claims(checked: Sequence["CheckedClaim"]) -> None:
+    """Print the paper's claims, what was computed of each, and the verdicts.
+
+    Parameters
+    ----------
+    checked : sequence of CheckedClaim
+        What `check_claims` returned.
+    """
+    width = terminal_width()
+    beside = width is None or width >= _BESIDE
+    print_titled("Claims of the paper", _claims_table(checked) if beside else _claims_list(checked))
+    counts = Counter(entry.verdict.value for entry in checked)
+    text = ", ".join(f"{verdict} {count}" for verdict, count in counts.items())
+    Console(stderr=True, highlight=False).print(f"{len(checked)} claims: {text}")
+
+
+def _claims_table(checked: Sequence["CheckedClaim"]) -> Table:
+    table = Table(show_lines=True, width=None if terminal_width() else _WIDTH_OF_FILE, expand=True)
+    for name, share in _CLAIM_COLUMNS.items():
+        table.add_column(name, ratio=share)
+    for entry in checked:
+        claim = entry.claim
+        statement = Text.assemble(claim.statement, "\n", (claim.id, "dim"))
+        found = Text("\n".join(_found(entry)))
+        table.add_row(Text(claim.section), statement, Text(claim.stated), found, _verdict(entry))
+    return table
+
+
+def _claims_list(checked: Sequence["CheckedClaim"]) -> Group:
+    # Every claim on lines of its own, where columns would be too narrow to be read.
+    parts: list[Text] = []
+    for entry in checked:
+        claim = entry.claim
+        lines = (claim.statement, f"stated: {claim.stated}", *_found(entry))
+        heading = Text.assemble(_verdict(entry), f"  section {claim.section}  ", (claim.id, "dim"))
+        parts += [Text(), heading, *(Text(line) for line in lines)]
+    return Group(*parts)
+
+
+def _found(entry: "CheckedClaim") -> list[str]:
+    return [*map(str, entry.quantities), *([f"({entry.reason})"] if entry.reason else [])]
+
+
+def _verdict(entry: "CheckedClaim") -> Text:
+    return Text(entry.verdict.value, style=_VERDICT_STYLES.get(entry.verdict.value, ""))
+
+
+def claims_markdown(checked: Sequence["CheckedClaim"]) -> str:
+    """The paper's claims as a Markdown table.
+
+    Parameters
+    ----------
+    checked : sequence of CheckedClaim
+        What `check_claims` returned.
+
+    Returns
+    -------
+    str
+        One row a claim, with its reason in the last column.
+    """
+    rows = [_CLAIM_HEADER, tuple("---" for _ in _CLAIM_HEADER)]
+    rows += [(f"`{entry.claim.id}`", *_claim_cells(entry)) for entry in checked]
+    return "\n".join(f"| {' | '.join(map(_markdown_cell, row))} |" for row in rows)
+
+
+def claims_csv(checked: Sequence["CheckedClaim"]) -> str:
+    """The paper's claims as CSV; parameters as in `claims_markdown`."""
+    text = io.StringIO()
+    table = csv.writer(text, lineterminator="\n")
+    table.writerow(_CLAIM_HEADER)
+    table.writerows((entry.claim.id, *_claim_cells(entry)) for entry in checked)
+    return text.getvalue()
+
+
+def _claim_cells(entry: "CheckedClaim") -> tuple[str, ...]:
+    claim = entry.claim
+    known = (claim.section, claim.statement, claim.stated)
+    return (*known, entry.computed, entry.verdict.value, entry.reason)
+
+
+def _markdown_cell(text: str) -> str:
+    # What would end a cell, or be taken as emphasis or HTML.
+    return re.sub(r"[|*_<]", r"\\\g<0>", text) if "`" not in text else text

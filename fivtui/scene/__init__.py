@@ -1,0 +1,1 @@
+"""Scenes: what to compute, by name, and its computation."""

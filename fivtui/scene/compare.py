@@ -1,0 +1,160 @@
+"""The main job: one scene natively and through the FMU, with separation considered and ignored."""
+
+import time
+from collections.abc import Callable
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Final
+
+import numpy as np
+
+from fivtui.fmu.transient import integrate_fmu
+from fivtui.io.files import check_apart, check_output
+from fivtui.model.errors import InputError
+from fivtui.simulation import simulate
+from fivtui.transient.figure import check_figure_path, save_figure, transient_figure
+from fivtui.transient.request import make_problem
+from fivtui.transient.result import Transient
+from fmu_src.build.builder import build_fmu
+
+from .scene import Scene
+
+FMU_NAME: Final = "slider_belt.fmu"
+FIGURE_NAME: Final = "figs-10-12.png"
+_POINTS: Final = 10_001
+
+
+@dataclass(frozen=True, slots=True)
+class Pair:
+    """One case computed twice.
+
+    Attributes
+    ----------
+    native, fmu : Transient
+        The two results.
+    native_s, fmu_s : float
+        Wall-clock time of each, s.
+    """
+
+    native: Transient
+    fmu: Transient
+    native_s: float
+    fmu_s: float
+
+    @property
+    def difference(self) -> float:
+        """Greatest difference of the sampled and final states, m and m/s."""
+        finals = (np.array(r.final) for r in (self.native, self.fmu))
+        greatest = float(np.abs(np.subtract(*finals)).max())
+        if self.native.trajectory is not None and self.fmu.trajectory is not None:
+            for name in ("x", "vx", "y", "vy"):
+                one, other = (
+                    getattr(self.native.trajectory, name),
+                    getattr(self.fmu.trajectory, name),
+                )
+                greatest = max(greatest, float(np.abs(one - other).max()))
+        return greatest
+
+
+@dataclass(frozen=True, slots=True)
+class Comparison:
+    """What the main job made.
+
+    Attributes
+    ----------
+    considered, ignored : Pair
+        The paper's Case 1 and Case 2.
+    build_s : float
+        Wall-clock time of building the FMU, s.
+    fmu, figure : Path
+        The files written.
+    """
+
+    considered: Pair
+    ignored: Pair
+    build_s: float
+    fmu: Path
+    figure: Path
+
+
+def comparison_files(folder: Path) -> tuple[Path, Path]:
+    """The FMU and the picture that `compare` writes into a folder."""
+    return folder / FMU_NAME, folder / FIGURE_NAME
+
+
+def compare(
+    scene: Scene,
+    folder: Path,
+    *,
+    force: bool = False,
+    progress: Callable[[float], bool] | None = None,
+) -> Comparison:
+    """Build the FMU, run a scene through it and natively in both cases, draw Figs. 10 to 12.
+
+    Parameters
+    ----------
+    scene : Scene
+        Its `separation` and `method` are not used: both cases, native Taylor and FMU are run.
+    folder : Path
+        Where the FMU and the picture go; made if it is missing.
+    force : bool
+        Whether files of these names may be replaced.
+    progress : callable, optional
+        Called with the fraction done; the job is cancelled when it returns False.
+
+    Returns
+    -------
+    Comparison
+        Results, times and files.
+
+    Raises
+    ------
+    InputError
+        If a file exists or cannot be written, or both are one.
+    ComputationError
+        If a run cannot be finished.
+    Cancelled
+        If `progress` returned False.
+    """
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+    except OSError as error:
+        raise InputError(f"{folder}: cannot be made a folder: {error.strerror}") from None
+    fmu, figure = comparison_files(folder)
+    check_apart([("the FMU", fmu), ("the picture", figure)])
+    check_output(fmu, force=force)
+    check_figure_path(figure, force=force)
+    report = progress or (lambda _fraction: True)
+    begin = time.perf_counter()
+    build_fmu(fmu, force=force)
+    build_s = time.perf_counter() - begin
+    considered = _pair(scene, fmu, True, lambda fraction: report(0.5 * fraction))
+    ignored = _pair(scene, fmu, False, lambda fraction: report(0.5 + 0.5 * fraction))
+    save_figure(transient_figure([ignored.native, considered.native]), figure, force=force)
+    return Comparison(considered, ignored, build_s, fmu, figure)
+
+
+def _pair(scene: Scene, fmu: Path, separation: bool, report: Callable[[float], bool]) -> Pair:
+    samples = np.linspace(0.0, scene.t_end, _POINTS)
+    begin = time.perf_counter()
+    native = simulate(
+        scene.parameters,
+        t_end=scene.t_end,
+        tol=scene.tol,
+        separation=separation,
+        start=scene.start,
+        samples=samples,
+        progress=lambda fraction: report(0.1 * fraction),
+    )
+    middle = time.perf_counter()
+    problem = make_problem(
+        scene.parameters,
+        t_end=scene.t_end,
+        tol=scene.tol,
+        separation=separation,
+        start=scene.start,
+    )
+    through = integrate_fmu(
+        problem, samples=samples, progress=lambda fraction: report(0.1 + 0.9 * fraction), fmu=fmu
+    )
+    return Pair(native, through, middle - begin, time.perf_counter() - middle)

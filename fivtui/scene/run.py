@@ -1,0 +1,145 @@
+"""What a scene requires, computed: that, and nothing else."""
+
+from dataclasses import dataclass
+from typing import Final
+
+import numpy as np
+
+from fivtui.equilibrium.eigenvalues import Stability, stability
+from fivtui.simulation import simulate
+from fivtui.transient.loop import Progress
+from fivtui.transient.recorder import OnSamples, Samples
+from fivtui.transient.result import Transient
+
+from .scene import Scene
+from .verified import Verified, simulate_to
+
+DEFAULT_POINTS: Final = 5001
+
+
+@dataclass(frozen=True, slots=True)
+class SceneTransient:
+    """The transient of a scene.
+
+    Attributes
+    ----------
+    transient : Transient
+        The result.
+    verified : Verified or None
+        What is known of its errors, if the scene states the accuracy that it needs.
+    """
+
+    transient: Transient
+    verified: Verified | None
+
+
+@dataclass(frozen=True, slots=True)
+class SceneResult:
+    """What a scene requires.
+
+    Attributes
+    ----------
+    stability : Stability or None
+        If required.
+    run : SceneTransient or None
+        If a transient or a trajectory is required.
+    """
+
+    stability: Stability | None
+    run: SceneTransient | None
+
+
+def run_scene(
+    scene: Scene, *, points: int = DEFAULT_POINTS, progress: Progress | None = None
+) -> SceneResult:
+    """Compute what a scene requires.
+
+    Parameters
+    ----------
+    scene : Scene
+        Its `outputs` say what.
+    points : int
+        Points of a trajectory, equally spaced.
+    progress : callable, optional
+        See `simulate`.
+
+    Returns
+    -------
+    SceneResult
+        What is not required is None and costs nothing.
+
+    Raises
+    ------
+    InputError, ComputationError, Cancelled
+        As `simulate`.
+    """
+    wanted = set(scene.outputs)
+    verdict = None
+    if "stability" in wanted:
+        verdict = stability(scene.parameters, separation=scene.separation)
+    run = None
+    if wanted & {"transient", "trajectory"}:
+        samples: Samples = "none"
+        if "trajectory" in wanted:
+            samples = np.linspace(0.0, scene.t_end, points)
+        run = scene_transient(scene, samples=samples, progress=progress)
+    return SceneResult(verdict, run)
+
+
+def scene_transient(
+    scene: Scene,
+    *,
+    samples: Samples = "none",
+    progress: Progress | None = None,
+    on_samples: OnSamples | None = None,
+) -> SceneTransient:
+    """The transient of a scene, to its tolerance or to the accuracy that it states.
+
+    Parameters
+    ----------
+    scene : Scene
+        The scene.
+    samples : "none", "dense" or sequence of float
+        What is kept of the trajectory.
+    progress : callable, optional
+        See `simulate`.
+    on_samples : callable, optional
+        See `simulate`; for a stated accuracy several runs hand out their parts, each from the
+        start.
+
+    Returns
+    -------
+    SceneTransient
+        The result.
+
+    Raises
+    ------
+    InputError, ComputationError, Cancelled
+        As `simulate` and `simulate_to`.
+    """
+    if scene.accuracy:
+        verified = simulate_to(
+            dict(scene.accuracy),
+            scene.parameters,
+            t_end=scene.t_end,
+            separation=scene.separation,
+            start=scene.start,
+            method=scene.method,
+            samples=samples,
+            progress=progress,
+            on_samples=on_samples,
+        )
+        return SceneTransient(verified.transient, verified)
+    transient = simulate(
+        scene.parameters,
+        t_end=scene.t_end,
+        tol=scene.tol,
+        separation=scene.separation,
+        start=scene.start,
+        method=scene.method,
+        step=scene.step,
+        samples=samples,
+        progress=progress,
+        on_samples=on_samples,
+    )
+    return SceneTransient(transient, None)

@@ -1,0 +1,438 @@
+"""Scenes: what to compute, by name, in TOML files.
+
+A file holds the version of the format, the fields of `Scene` and a table of parameters. Fields and
+parameters that it leaves out have their defaults; a name left out is that of the file.
+"""
+
+import dataclasses
+import tomllib
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any, BinaryIO, Final, Self
+
+import tomlkit
+from tomlkit.items import Item
+
+from fivtui.io.files import write_atomically
+from fivtui.io.reading import MAX_TEXT, is_there, read_bytes
+from fivtui.model.errors import InputError
+from fivtui.model.parameters import PARAMETERS, Parameters, parameter_spec, unknown_name
+from fivtui.simulation import ALL_METHODS
+from fivtui.transient.deviation import QUANTITIES
+from fivtui.transient.error_targets import check_accuracy
+from fivtui.transient.methods import check_takes_step
+from fivtui.transient.request import (
+    DEFAULT_T_END,
+    DEFAULT_TOL,
+    MAX_T_END,
+    TOL_RANGE,
+    Start,
+    make_problem,
+)
+
+FORMAT_VERSION: Final = 1
+_VERSION_KEY: Final = "fivtui_scene"
+# Errors allowed, by quantity.
+Accuracy = tuple[tuple[str, float], ...]
+
+_LONGEST_NAME: Final = 255
+_LONGEST_DESCRIPTION: Final = 2000
+_LONGEST_LINE: Final = 4096
+
+# What a scene can require.
+OUTPUTS: Final = {
+    "stability": "equilibrium, eigenvalues and critical friction coefficient",
+    "transient": "extremes, events and final state",
+    "trajectory": "the motion over time",
+}
+_START: Final = "static (at rest at the equilibrium of μ = 0) or [x, vx, y, vy] in m and m/s"
+
+
+@dataclass(frozen=True, slots=True)
+class Scene:
+    """A named set of parameters with all that a transient of it needs.
+
+    Attributes
+    ----------
+    name, description : str
+        One line of printable characters each; the name is not empty.
+    parameters : Parameters
+        The parameter set.
+    separation : bool
+        Whether separation is considered (the paper's Case 1) or ignored (Case 2).
+    start : "static" or tuple of four floats
+        At rest at the equilibrium of μ = 0, or (x, ẋ, y, ẏ) in m and m/s.
+    t_end : float
+        Horizon, s; at most 1e7.
+    tol : float
+        Relative tolerance of the variable-step methods, 1e-13 to 1e-2.
+    method : str
+        A name in `ALL_METHODS`.
+    step : float or None
+        Step of a fixed-step method, communication step of the FMU, s; None for its default.
+    accuracy : tuple of (str, float)
+        Errors allowed by quantity, see `core.wishes.check_accuracy`; `tol` and `step` then follow
+        from them and are not used.
+    outputs : tuple of str
+        What the scene requires, names in `OUTPUTS`: nothing else is computed or stored.
+
+    Raises
+    ------
+    InputError
+        If a value is not allowed.
+    """
+
+    name: str
+    description: str
+    parameters: Parameters
+    separation: bool = True
+    start: Start = "static"
+    t_end: float = DEFAULT_T_END
+    tol: float = DEFAULT_TOL
+    method: str = "taylor"
+    step: float | None = None
+    accuracy: Accuracy = ()
+    outputs: tuple[str, ...] = ("stability", "transient")
+
+    def __post_init__(self) -> None:
+        _check_line("name", self.name, _LONGEST_NAME)
+        _check_line("description", self.description, _LONGEST_DESCRIPTION)
+        if not self.name.strip():
+            raise InputError("name is empty: allowed is one line of printable characters")
+        if self.method not in ALL_METHODS:
+            raise unknown_name("method", self.method, ALL_METHODS)
+        if self.step is not None:
+            check_takes_step(self.method)
+        # Whether an equilibrium to start from exists is for the computation to say.
+        static = isinstance(self.start, str) and self.start == "static"
+        problem = make_problem(
+            self.parameters,
+            t_end=self.t_end,
+            tol=self.tol,
+            separation=self.separation,
+            start=(0.0, 0.0, 0.0, 0.0) if static else self.start,
+            step=self.step,
+        )
+        object.__setattr__(self, "accuracy", tuple(check_accuracy(dict(self.accuracy)).items()))
+        for name in self.outputs:
+            if name not in OUTPUTS:
+                raise unknown_name("output", name, OUTPUTS)
+        checked = {"t_end": problem.t_end, "tol": problem.tol, "step": problem.step}
+        for key, value in checked.items():
+            object.__setattr__(self, key, value)
+        if not static:
+            object.__setattr__(self, "start", problem.start)
+
+    def with_values(self, values: Mapping[str, object]) -> Self:
+        """A copy with some parameters replaced.
+
+        Parameters
+        ----------
+        values : mapping of str to number or text
+            New values by parameter name.
+
+        Returns
+        -------
+        Scene
+            The checked copy.
+
+        Raises
+        ------
+        InputError
+            If a name is unknown or a value is not allowed.
+        """
+        return dataclasses.replace(self, parameters=self.parameters.with_values(values))
+
+
+def _check_line(key: str, text: str, longest: int) -> None:
+    if not text.isprintable():
+        raise InputError(f"{key} = {text!r}: allowed is one line of printable characters")
+    if len(text) > longest:
+        raise InputError(f"{key}: must be of at most {longest} characters, not {len(text)}")
+
+
+def _boolean(key: str, value: object) -> bool:
+    if not isinstance(value, bool):
+        raise InputError(f"{key} = {value!r}: allowed is true or false")
+    return value
+
+
+def _text(key: str, value: object) -> str:
+    if not isinstance(value, str):
+        raise InputError(f"{key} = {value!r}: allowed is text in quotes")
+    return value
+
+
+def _number(key: str, value: object) -> float:
+    if isinstance(value, bool) or not isinstance(value, int | float):
+        raise InputError(f"{key} = {value!r}: not a number")
+    try:
+        return float(value)
+    except OverflowError:
+        raise InputError(f"{key}: the number is too large") from None
+
+
+def _accuracy(key: str, value: object) -> Accuracy:
+    if not isinstance(value, Mapping):
+        raise InputError(f"{key} = {value!r}: allowed is a table such as {{peak = 1e-4}}")
+    return tuple((str(name), _number(f"{key}.{name}", error)) for name, error in value.items())
+
+
+def _outputs(key: str, value: object) -> tuple[str, ...]:
+    if not isinstance(value, list | tuple):
+        raise InputError(f"{key} = {value!r}: allowed is a list of {', '.join(OUTPUTS)}")
+    return tuple(_text(f"{key}[{index}]", entry) for index, entry in enumerate(value))
+
+
+def _start(key: str, value: object) -> str | tuple[float, ...]:
+    if isinstance(value, str):
+        return value
+    if not isinstance(value, list | tuple):
+        raise InputError(f"{key} = {value!r}: allowed is {_START}")
+    return tuple(_number(f"{key}[{index}]", entry) for index, entry in enumerate(value))
+
+
+@dataclass(frozen=True, slots=True)
+class _Key:
+    # How a field of `Scene` is read from a file, and the comment that explains it there.
+    read: Callable[[str, object], Any]
+    comment: str = ""
+
+
+_KEYS: Final[Mapping[str, _Key]] = {
+    "name": _Key(_text),
+    "description": _Key(_text),
+    "separation": _Key(_boolean, "true: separation considered (Case 1), false: ignored (Case 2)"),
+    "start": _Key(_start, _START),
+    "t_end": _Key(_number, f"horizon; 0 < t_end <= {MAX_T_END:g} s"),
+    "tol": _Key(_number, f"relative tolerance; {TOL_RANGE[0]:g} <= tol <= {TOL_RANGE[1]:g}"),
+    "method": _Key(_text, ", ".join(ALL_METHODS)),
+    "step": _Key(_number, "step of rk4 or communication step of fmu; 0 < step <= t_end, s"),
+    "accuracy": _Key(_accuracy, f"errors allowed, in place of tol: {', '.join(QUANTITIES)}"),
+    "outputs": _Key(_outputs, f"what is required: {', '.join(OUTPUTS)}"),
+}
+
+
+def scene_to_dict(scene: Scene) -> dict[str, Any]:
+    """A scene in the layout of its file.
+
+    Parameters
+    ----------
+    scene : Scene
+        The scene.
+
+    Returns
+    -------
+    dict
+        Plain values by key, with the version of the format and the table ``parameters``; what is
+        not set has no key.
+    """
+    fields = {key: getattr(scene, key) for key in _KEYS}
+    if scene.step is None:
+        del fields["step"]
+    fields["outputs"] = list(scene.outputs)
+    fields["accuracy"] = dict(scene.accuracy)
+    for unused in ("tol", "step") if scene.accuracy else ("accuracy",):
+        fields.pop(unused, None)
+    if not isinstance(scene.start, str):
+        fields["start"] = list(scene.start)
+    return {_VERSION_KEY: FORMAT_VERSION, **fields, "parameters": scene.parameters.as_dict()}
+
+
+def scene_from_dict(data: Mapping[str, object], *, name: str | None = None) -> Scene:
+    """A scene from the layout of its file.
+
+    Parameters
+    ----------
+    data : mapping
+        Plain values by key, see `scene_to_dict`.
+    name : str, optional
+        Name for a scene whose layout has none.
+
+    Returns
+    -------
+    Scene
+        The checked scene.
+
+    Raises
+    ------
+    InputError
+        If a key is unknown or missing, or a value has the wrong type or is not allowed.
+    """
+    _check_version(data)
+    known = (_VERSION_KEY, *_KEYS, "parameters")
+    for key in data:
+        if key not in known:
+            raise unknown_name("key", key, known)
+    fields = {key: entry.read(key, data[key]) for key, entry in _KEYS.items() if key in data}
+    for unused in ("tol", "step"):
+        if fields.get("accuracy") and unused in fields:
+            raise InputError(f"{unused}: not allowed beside accuracy, from which it follows")
+    if name is not None:
+        fields.setdefault("name", name)
+    if "name" not in fields:
+        raise InputError("the key name is missing")
+    fields.setdefault("description", "")
+    return Scene(parameters=_parameters(data.get("parameters", {})), **fields)
+
+
+def _check_version(data: Mapping[str, object]) -> None:
+    if _VERSION_KEY not in data:
+        raise InputError(f"not a scene: the key {_VERSION_KEY} = {FORMAT_VERSION} is missing")
+    version = data[_VERSION_KEY]
+    if isinstance(version, bool) or version != FORMAT_VERSION:
+        raise InputError(
+            f"{_VERSION_KEY} = {version!r}: this fivtui reads version {FORMAT_VERSION} alone"
+        )
+
+
+def _parameters(table: object) -> Parameters:
+    if not isinstance(table, Mapping):
+        raise InputError("parameters: allowed is a table of parameters")
+    try:
+        values = {}
+        for name, value in table.items():
+            spec = parameter_spec(name)
+            values[name] = spec.check(_number(name, value))
+        return Parameters(**values)
+    except InputError as error:
+        raise InputError(f"[parameters] {error}") from None
+
+
+def load_scene(path: Path) -> Scene:
+    """Read a scene from a TOML file.
+
+    Parameters
+    ----------
+    path : Path
+        The file.
+
+    Returns
+    -------
+    Scene
+        The checked scene.
+
+    Raises
+    ------
+    InputError
+        If the file cannot be read, is not TOML, or is not a scene; the message names the file, the
+        key and what is allowed.
+    """
+    content = read_bytes(path, limit=MAX_TEXT)
+    try:
+        text = content.decode()
+        _check_lines(text)
+        return scene_from_dict(_parsed(text), name=path.stem)
+    except UnicodeDecodeError:
+        raise InputError(f"{path}: not a TOML file: not UTF-8 text") from None
+    except InputError as error:
+        raise InputError(f"{path}: {error}") from None
+    except RecursionError:
+        raise InputError(f"{path}: not a scene: values are nested too deeply") from None
+
+
+def _check_lines(text: str) -> None:
+    # A key of n dots takes tomllib n² steps.
+    for number, line in enumerate(text.split("\n"), start=1):
+        if len(line) > _LONGEST_LINE:
+            raise InputError(f"line {number}: must be of at most {_LONGEST_LINE} characters")
+
+
+def _parsed(text: str) -> dict[str, Any]:
+    try:
+        return tomllib.loads(text)
+    except ValueError as error:
+        raise InputError(f"not a TOML file: {error}") from None
+    except RecursionError:
+        raise InputError("not a TOML file: values are nested too deeply") from None
+
+
+def save_scene(scene: Scene, path: Path, *, force: bool = False) -> None:
+    """Write a scene to a TOML file, with units, meanings and allowed ranges as comments.
+
+    Parameters
+    ----------
+    scene : Scene
+        The scene.
+    path : Path
+        The file.
+    force : bool
+        Whether a file that exists may be replaced.
+
+    Raises
+    ------
+    InputError
+        If the file cannot be written, see `write_atomically`.
+    """
+    content = tomlkit.dumps(_document(scene)).encode()
+
+    def write(file: BinaryIO) -> None:
+        file.write(content)
+
+    write_atomically(path, write, force=force)
+
+
+def _document(scene: Scene) -> tomlkit.TOMLDocument:
+    data = scene_to_dict(scene)
+    document = tomlkit.document()
+    document.add(tomlkit.comment("A scene of fivtui, the nonlinear slider-belt model."))
+    document.add(_VERSION_KEY, _item(data[_VERSION_KEY], "version of this format"))
+    for key, entry in _KEYS.items():
+        if key in data:
+            document.add(key, _item(data[key], entry.comment))
+    table = tomlkit.table()
+    for name, value in data["parameters"].items():
+        spec = PARAMETERS[name]
+        table.add(name, _item(value, f"{spec.meaning}; {spec.allowed}"))
+    document.add("parameters", table)
+    return document
+
+
+def _item(value: object, comment: str) -> Item:
+    if isinstance(value, Mapping):
+        table = tomlkit.inline_table()
+        table.update(value)
+        return table.comment(comment)
+    item = tomlkit.item(value)
+    return item.comment(comment) if comment else item
+
+
+def find_scene(name_or_path: str) -> Scene:
+    """A preset by name, or the scene in a file.
+
+    Parameters
+    ----------
+    name_or_path : str
+        Name of a preset, or else path of a TOML file. A preset wins over a file of its name.
+
+    Returns
+    -------
+    Scene
+        The scene.
+
+    Raises
+    ------
+    InputError
+        If there is neither; the nearest preset is suggested.
+    """
+    from .presets import PRESETS
+
+    path = scene_file(name_or_path)
+    if path is not None:
+        return load_scene(path)
+    if name_or_path in PRESETS:
+        return PRESETS[name_or_path]
+    raise unknown_name("preset", name_or_path, PRESETS)
+
+
+def scene_file(name_or_path: str) -> Path | None:
+    """The file that `find_scene` reads for this text; None if it reads none."""
+    from .presets import PRESETS
+
+    if name_or_path in PRESETS:
+        return None
+    path = Path(name_or_path)
+    # Names of presets have no dot and no separator.
+    there = path.suffix or len(path.parts) > 1 or (name_or_path and is_there(path))
+    return path if there else None

@@ -1,0 +1,147 @@
+"""Transients to a stated accuracy: the setting is chosen, and verified by a finer run."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Any, Final
+
+from fivtui.model.errors import ComputationError
+from fivtui.model.parameters import Parameters
+from fivtui.simulation import simulate
+from fivtui.transient.deviation import QUANTITIES, Deviation, deviation, observation
+from fivtui.transient.divergence import Divergence, divergence
+from fivtui.transient.error_targets import check_accuracy, finer_tol, first_tol
+from fivtui.transient.loop import Progress
+from fivtui.transient.methods import takes_step, time_scale
+from fivtui.transient.request import TOL_RANGE
+from fivtui.transient.result import Transient
+
+_FIRST_STEP: Final = 0.1
+# From a setting to the next finer one.
+_FINER_STEP: Final = 0.5
+_LEAST_STEP: Final = 1e-4
+
+
+@dataclass(frozen=True, slots=True)
+class Verified:
+    """A transient with the errors of its numbers.
+
+    Attributes
+    ----------
+    transient : Transient
+        The finest run.
+    asked : mapping of str to float
+        Errors allowed, by quantity.
+    estimate : Deviation
+        How far the run before, at a coarser setting, is from it: an upper bound of its errors as
+        long as the method converges.
+    runs : int
+        Runs that were needed.
+    """
+
+    transient: Transient
+    asked: Mapping[str, float]
+    estimate: Deviation
+    runs: int
+
+
+def simulate_to(
+    asked: Mapping[str, float],
+    parameters: Parameters | None = None,
+    *,
+    method: str = "taylor",
+    progress: Progress | None = None,
+    **options: Any,
+) -> Verified:
+    """Compute a transient to errors that are asked for.
+
+    The tolerance, or the step of a method that takes one, follows from the least error; the same
+    run with a finer setting then tells the errors, and the setting is refined until they are met.
+    Runs that part on their way tell nothing, however near their numbers are by chance.
+
+    Parameters
+    ----------
+    asked : mapping of str to float
+        See `check_accuracy`.
+    parameters : Parameters, optional
+        The parameter set; the base set if not given.
+    method : str
+        A name in `ALL_METHODS`.
+    progress : callable, optional
+        See `simulate`; the fraction is that of the present run.
+    **options
+        Further arguments of `simulate`, without ``tol`` and ``step``.
+
+    Returns
+    -------
+    Verified
+        The finest run and the estimate of its errors.
+
+    Raises
+    ------
+    InputError
+        If the request is wrong.
+    ComputationError
+        If a run cannot be finished, the errors cannot be had, or the finest runs part.
+    Cancelled
+        If `progress` returned False.
+    """
+    wishes = check_accuracy(asked)
+    p = Parameters() if parameters is None else parameters
+    by_step = takes_step(method)
+
+    def run(setting: float) -> Transient:
+        knob = {"step" if by_step else "tol": setting}
+        return simulate(p, method=method, progress=progress, **knob, **options)  # type: ignore[arg-type]
+
+    setting = _FIRST_STEP * time_scale(p) if by_step else first_tol(wishes)
+    least = _LEAST_STEP * time_scale(p) if by_step else TOL_RANGE[0]
+    coarse, runs = run(setting), 1
+    while True:
+        setting = max(setting * _FINER_STEP, least) if by_step else finer_tol(setting)
+        fine, runs = run(setting), runs + 1
+        found = deviation(observation(coarse), observation(fine))
+        missed = [name for name, error in wishes.items() if found.of(name) > error]
+        parted = runs_part(coarse, fine)
+        if not missed and parted is None:
+            return Verified(fine, wishes, found, runs)
+        if setting <= least:
+            if parted is not None:
+                raise parted.error()
+            name = missed[0]
+            raise ComputationError(
+                f"the error of {name} is about {found.of(name):.1e} at the finest setting of the "
+                f"method {method}, not {wishes[name]:g}",
+                "allow a larger error, take a shorter horizon or the method taylor",
+            )
+        coarse = fine
+
+
+def runs_part(run: Transient, other: Transient) -> Divergence | None:
+    """Where two runs of one problem part, see `core.divergence`; None if they do not."""
+    return divergence(
+        observation(run),
+        observation(other),
+        t_end=other.t_end,
+        time_scale=time_scale(other.parameters),
+    )
+
+
+def verified_to_dict(result: Verified) -> dict[str, Any]:
+    """What was asked and what is known of the errors, as data that JSON can hold.
+
+    Parameters
+    ----------
+    result : Verified
+        The result.
+
+    Returns
+    -------
+    dict
+        ``asked`` and ``estimate`` by quantity (null: the numbers of switches differ), ``runs``.
+    """
+    estimate = {name: result.estimate.of(name) for name in QUANTITIES}
+    return {
+        "asked": dict(result.asked),
+        "estimate": {k: None if v == float("inf") else v for k, v in estimate.items()},
+        "runs": result.runs,
+    }

@@ -1,0 +1,1 @@
+"""Sweeps: many transients as rows, in memory or in resumable files."""

@@ -1,0 +1,111 @@
+"""What decides the last bits of a sweep's rows beside versions: the arithmetic of a machine.
+
+The same program gives other last bits where products and sums are fused into one operation and
+where they are not, and may with another mathematical library. Registers of other widths change
+nothing. Which of this holds is found by trying: members that are always the same are computed, and
+the digest of their rows tells machines apart.
+"""
+
+import hashlib
+import platform
+from collections.abc import Mapping
+from functools import lru_cache
+from typing import Any, Final
+
+from fivtui.model.parameters import Parameters
+
+from .design import Design, Range
+from .rows import compute_rows
+from .study import STABILITY, TRANSIENT, Study
+
+_DIGITS: Final = 32
+_TRANSIENT: Final = tuple(column.name for column in TRANSIENT)
+_STABILITY: Final = tuple(column.name for column in STABILITY)
+# What of a transient is observed is computed by code of its own: everything, and y alone.
+_TRIALS: Final[Mapping[str, tuple[tuple[str, ...], ...]]] = {
+    "transients": (_TRANSIENT, ("y_abs",)),
+    "stability": (_STABILITY,),
+}
+_BOTH_CASES: Final = (True, False)
+_LOAD: Final = Range(10.0, 120.0)
+_FRICTION: Final = Range(0.1, 1.5, log=True)
+# The cubic field and the linear one.
+_DESIGNS: Final = (
+    Design({"F": _LOAD, "mu": _FRICTION, "k_nl": Range(1.0, 500.0, log=True)}, "sobol", 32),
+    Design({"F": _LOAD, "mu": _FRICTION}, "sobol", 16),
+)
+_LINEAR: Final = Parameters(k_nl=0.0)
+_T_END: Final = 20.0
+
+
+def arithmetic_of(study: Study) -> dict[str, Any]:
+    """The arithmetic of this machine, as far as a study uses it.
+
+    Parameters
+    ----------
+    study : Study
+        The study.
+
+    Returns
+    -------
+    dict
+        ``machine``, the kind of processor; for transients ``fused``, whether products and sums are
+        fused, and ``transients``, the digest of the rows tried; for stability ``stability``, the
+        same. Machines that give the same are taken to give the same rows to the last bit.
+
+    Raises
+    ------
+    ComputationError
+        If the compiled kernel cannot be loaded.
+    """
+    found: dict[str, Any] = {"machine": platform.machine()}
+    if study.accuracy or not set(study.outputs).isdisjoint(_TRANSIENT):
+        found["transients"] = _digest("transients")
+        # numba is loaded by now.
+        from fivtui.kernel.target import fuses
+
+        found["fused"] = fuses()
+    if not set(study.outputs).isdisjoint(_STABILITY):
+        found["stability"] = _digest("stability")
+    return found
+
+
+def arithmetic_difference(there: object, here: Mapping[str, Any]) -> str:
+    """Why rows would differ in their last bits, in words; empty if they would not.
+
+    Parameters
+    ----------
+    there : object
+        What is recorded where they were computed; anything else is of an older fivtui.
+    here : mapping
+        See `arithmetic_of`.
+
+    Returns
+    -------
+    str
+        The reason.
+    """
+    if there == here:
+        return ""
+    if not isinstance(there, Mapping):
+        return "an older fivtui began it, which did not record the arithmetic"
+    if there.get("machine") != here["machine"]:
+        return f"processors are {there.get('machine')} there, {here['machine']} here"
+    if there.get("fused") != here.get("fused"):
+        one, other = ("fused" if each.get("fused") else "not fused" for each in (there, here))
+        return f"products and sums are {one} there, {other} here"
+    return "trial members have other last bits there than here"
+
+
+@lru_cache
+def _digest(kind: str) -> str:
+    content = hashlib.sha256()
+    for outputs in _TRIALS[kind]:
+        for design in _DESIGNS:
+            parameters = Parameters() if "k_nl" in design.axes else _LINEAR
+            study = Study(design, parameters, _BOTH_CASES, t_end=_T_END, outputs=outputs)
+            rows = compute_rows(study, 0, study.members)
+            for values in rows.numbers.values():
+                content.update(values.tobytes())
+            content.update("\n".join(rows.reasons).encode())
+    return content.hexdigest()[:_DIGITS]

@@ -1,0 +1,105 @@
+"""Sweeps in files: written whole from memory, and read again without being told what they are."""
+
+import tempfile
+from pathlib import Path
+from typing import BinaryIO
+
+from fivtui.io.files import write_atomically
+from fivtui.io.reading import check_regular, is_folder
+from fivtui.model.errors import InputError
+
+from .formats import SweepFormat, sweep_format
+from .pieces import find_pieces
+from .provenance import carried_over, provenance_of, study_from_dict
+from .run import MAX_IN_MEMORY, Sweep
+
+
+def save_sweep(result: Sweep, path: Path, *, force: bool = False) -> None:
+    """Write the rows of a complete sweep; the file is that of `sweep_to_file`, to the last bit.
+
+    Of rows that were read from a file it says what that file said of their making.
+
+    Parameters
+    ----------
+    result : Sweep
+        The sweep.
+    path : Path
+        The file; its suffix ``.csv`` or ``.parquet`` says the format.
+    force : bool
+        Whether a file that exists may be replaced.
+
+    Raises
+    ------
+    InputError
+        If the file cannot be written, or the sweep is not complete.
+    """
+    form, study, members = sweep_format(path), result.study, len(result.table.reasons)
+    if members != study.members:
+        raise InputError(f"{path}: {members} of {study.members} members are computed, not all")
+    said = provenance_of(study, form) if result.said is None else carried_over(result.said, form)
+
+    def write(file: BinaryIO) -> None:
+        with tempfile.TemporaryDirectory(prefix="fivtui-") as folder:
+            piece = Path(folder) / f"rows{path.suffix.lower()}"
+            with piece.open("wb") as rows:
+                form.write_piece(rows, study, result.table)
+            form.merge(file, study, [piece], said)
+
+    write_atomically(path, write, force=force)
+
+
+def read_sweep(path: Path) -> Sweep:
+    """Read a sweep from its file, or from the folder of one that is not complete.
+
+    Parameters
+    ----------
+    path : Path
+        A file that `sweep_to_file` or `save_sweep` wrote, or its ``FILE.parts``.
+
+    Returns
+    -------
+    Sweep
+        Its rows: of a folder those that are stored.
+
+    Raises
+    ------
+    InputError
+        If it is none, is damaged, or has more than a million members.
+    """
+    form = None if is_folder(path) else sweep_format(path)
+    if form is not None:
+        check_regular(path)
+    try:
+        result, members = _from_folder(path) if form is None else _from_file(path, form)
+    except InputError as error:
+        raise InputError(f"{path}: {error}") from None
+    except (OSError, ValueError, KeyError, IndexError, TypeError, RecursionError):
+        raise InputError(f"{path}: not a sweep, or damaged") from None
+    if len(result.table.reasons) != members:
+        raise InputError(f"{path}: damaged: {len(result.table.reasons)} rows, not {members}")
+    return result
+
+
+def _from_file(path: Path, form: SweepFormat) -> tuple[Sweep, int]:
+    said = form.provenance(path)
+    if said is None or "sweep" not in said:
+        raise InputError("not a sweep that fivtui wrote")
+    study = study_from_dict(said["sweep"])
+    _check_size(study.members)
+    return Sweep(study, form.read(path, study), said), study.members
+
+
+def _from_folder(folder: Path) -> tuple[Sweep, int]:
+    pieces = find_pieces(folder)
+    _check_size(pieces.members)
+    with tempfile.TemporaryDirectory(prefix="fivtui-") as scratch:
+        whole = Path(scratch) / folder.stem
+        with whole.open("wb") as file:
+            pieces.form.merge(file, pieces.study, pieces.paths, {})
+        rows = pieces.form.read(whole, pieces.study)
+        return Sweep(pieces.study, rows, pieces.said), pieces.members
+
+
+def _check_size(members: int) -> None:
+    if members > MAX_IN_MEMORY:
+        raise InputError(f"{members} members are too many to hold; allowed are {MAX_IN_MEMORY}")

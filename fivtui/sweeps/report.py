@@ -1,0 +1,143 @@
+"""What the command line prints of a sweep: its rows, and how far it is."""
+
+import time
+from types import TracebackType
+from typing import Any, Final, Self
+
+from rich.console import Console
+from rich.progress import BarColumn, TextColumn
+from rich.progress import Progress as Bar
+
+from fivtui.console.printing import number, print_rows
+
+from .run import Sweep
+from .study import ERRORS, SweepColumn
+
+# A bar for less than this would only flicker; without a terminal a line now and then.
+_PATIENCE_S: Final = 1.0
+_LINE_EVERY_S: Final = 30.0
+# Columns for reading, where those of the table are not chosen, and rows from either end.
+_FOR_READING: Final = ("y_abs", "y_half_range", "separations", "separated_time")
+_ROWS: Final = 40
+_UNITS_OF_TIME: Final = ((86400.0, "d"), (3600.0, "h"), (60.0, "min"))
+
+
+class SweepProgress:
+    """How far a sweep is, how fast, and when it will be complete, on standard error.
+
+    Parameters
+    ----------
+    members : int
+        How many members it has.
+    """
+
+    def __init__(self, members: int) -> None:
+        self._members = members
+        self._console = Console(stderr=True, highlight=False)
+        self._bar: Bar | None = None
+        self._first: tuple[float, float] | None = None
+        self._shown = time.monotonic()
+
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(
+        self,
+        kind: type[BaseException] | None,
+        error: BaseException | None,
+        traceback: TracebackType | None,
+    ) -> None:
+        if self._bar is not None:
+            self._bar.stop()
+
+    def __call__(self, fraction: float) -> bool:
+        """Show the fraction done, 0 to 1; always asks to go on."""
+        now = time.monotonic()
+        if self._first is None:
+            # What an earlier run has done says nothing about the speed of this one.
+            self._first = (now, fraction)
+        text = progress_text(
+            self._members, fraction, fraction - self._first[1], now - self._first[0]
+        )
+        if self._console.is_terminal:
+            if self._bar is None and now - self._shown >= _PATIENCE_S:
+                columns = (BarColumn(), TextColumn("{task.description}", markup=False))
+                self._bar = Bar(*columns, console=self._console, transient=True)
+                self._bar.add_task("", total=1.0)
+                self._bar.start()
+            if self._bar is not None:
+                task = self._bar.task_ids[0]
+                self._bar.update(task, completed=fraction, description=text)
+        elif now - self._shown >= _LINE_EVERY_S:
+            self._shown = now
+            self._console.print(f"fivtui: {text}", soft_wrap=True)
+        return True
+
+
+def progress_text(members: int, fraction: float, newly: float, elapsed: float) -> str:
+    """How far a sweep is, in words.
+
+    Parameters
+    ----------
+    members : int
+        How many members it has.
+    fraction, newly : float
+        Fraction done in all, and by this run.
+    elapsed : float
+        Time that this run has taken, s.
+
+    Returns
+    -------
+    str
+        Members done, rate, and time left, where they are known.
+    """
+    text = f"{round(fraction * members)} of {members} members ({fraction:.1%})"
+    if newly <= 0.0 or elapsed <= 0.0:
+        return text
+    rate = newly * members / elapsed
+    return f"{text}, {number(rate, 3)}/s, {_duration((1.0 - fraction) * members / rate)} left"
+
+
+def _duration(seconds: float) -> str:
+    for size, unit in _UNITS_OF_TIME:
+        if seconds >= size:
+            return f"{seconds / size:.1f} {unit}"
+    return f"{seconds:.0f} s"
+
+
+def print_sweep(result: Sweep, *, chosen: bool) -> None:
+    """Print the rows of a sweep; of many the first and the last.
+
+    Parameters
+    ----------
+    result : Sweep
+        The sweep.
+    chosen : bool
+        Whether its outputs were chosen: all are shown then, and else some.
+    """
+    study = result.study
+    rows = result.rows
+    shown = [
+        (place, column)
+        for place, column in enumerate(study.columns)
+        if chosen or column.name not in study.outputs or column.name in _FOR_READING
+        if column.name != "reason" or any(row[place] for row in rows)
+    ]
+    short = rows if len(rows) <= _ROWS else [*rows[: _ROWS // 2], *rows[-(_ROWS // 2) :]]
+    cells = [[_cell(row[place], column) for place, column in shown] for row in short]
+    header = [f"{column.name} {column.unit}".rstrip() for _, column in shown]
+    keys = len(study.design.axes) + 1
+    print_rows(f"Sweep: {len(rows)} members", header, cells, keys=keys)
+    if len(short) < len(rows):
+        text = f"shown are the first and the last {_ROWS // 2}; --out and --json give all"
+        Console(stderr=True, highlight=False).print(text, soft_wrap=True)
+
+
+def _cell(value: Any, column: SweepColumn) -> str:
+    if value is None:
+        return ""
+    if isinstance(value, bool):
+        return "yes" if value else "no"
+    if isinstance(value, float):
+        return number(value, 2 if column in ERRORS.values() else 6)
+    return str(value)

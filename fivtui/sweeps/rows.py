@@ -1,0 +1,405 @@
+"""Sweeps: many transients that differ in parameters, start and physics, as rows of numbers."""
+
+from collections.abc import Callable, Collection, Mapping
+from dataclasses import dataclass
+from typing import Any, Final, Literal, cast
+
+import numpy as np
+from numpy.typing import NDArray
+
+from fivtui.batch.result import Batch, BatchAmplitude, BatchPeak
+from fivtui.batch.run import Requirement, simulate_batch
+from fivtui.equilibrium.arrays import judge_growths
+from fivtui.model.errors import Cancelled, ComputationError
+from fivtui.model.parameters import PARAMETERS, Parameters
+from fivtui.transient.divergence import PARTED
+from fivtui.transient.error_targets import finer_tol, first_tol
+from fivtui.transient.loop import Progress
+from fivtui.transient.request import START_SPECS, TOL_RANGE, resolve_start
+
+from .study import DONE, ERRORS, FAILED, STABILITY, TRANSIENT, Study, SweepColumn
+
+Seen = Literal["peak", "amplitude"]
+Places = NDArray[np.int64]
+Floats = NDArray[np.float64]
+Truths = NDArray[np.bool_]
+BlockStart = Literal["static"] | Floats
+
+_STATE: Final = ("x", "vx", "y", "vy")
+_NOT_OF_Y: Final = ("x_abs", "vx_max")
+_FORCE: Final = "contact_force"
+# Parts of the horizon by which it is told when two runs part.
+_PARTS: Final = 8
+# Between two looks at a cancellation.
+_JUDGED: Final = 8192
+_FORCE_OVERFLOW: Final = (
+    "the contact force grows out of the range of numbers; consider separation or a shorter horizon"
+)
+
+
+@dataclass(frozen=True, slots=True)
+class Rows:
+    """Rows of a sweep, by column.
+
+    Attributes
+    ----------
+    numbers : dict of str to ndarray, shape (n,)
+        What varies and the outputs, in order; NaN where a member has no such value.
+    separation : ndarray of bool, shape (n,)
+        Whether separation is considered.
+    reasons : tuple of str
+        Why members failed; empty for those that did not.
+    """
+
+    numbers: dict[str, NDArray[np.float64]]
+    separation: NDArray[np.bool_]
+    reasons: tuple[str, ...]
+
+    @property
+    def failed(self) -> int:
+        """How many members failed."""
+        return sum(map(bool, self.reasons))
+
+    def values(self, column: SweepColumn) -> list[Any]:
+        """A column as plain values.
+
+        Parameters
+        ----------
+        column : SweepColumn
+            One of `Study.columns`.
+
+        Returns
+        -------
+        list
+            Of float, int, bool or str, as the column's kind says; None where there is no value.
+        """
+        if column.name == "status":
+            return [FAILED if reason else DONE for reason in self.reasons]
+        if column.name == "reason":
+            return list(self.reasons)
+        if column.name == "separation":
+            return [bool(value) for value in self.separation]
+        convert = _CONVERSIONS[column.kind]
+        numbers = self.numbers[column.name].tolist()
+        return [convert(value) if value == value else None for value in numbers]  # noqa: PLR0124
+
+
+_CONVERSIONS: Final[Mapping[str, Callable[[float], object]]] = {
+    "number": float,
+    "count": int,
+    "truth": bool,
+}
+
+
+def joined(parts: list[Rows]) -> Rows:
+    """Rows one after the other.
+
+    Parameters
+    ----------
+    parts : list of Rows
+        One or more, of the same study.
+
+    Returns
+    -------
+    Rows
+        All of them.
+    """
+    return Rows(
+        {name: np.concatenate([part.numbers[name] for part in parts]) for name in parts[0].numbers},
+        np.concatenate([part.separation for part in parts]),
+        tuple(reason for part in parts for reason in part.reasons),
+    )
+
+
+def compute_rows(study: Study, first: int, last: int, progress: Progress | None = None) -> Rows:
+    """Compute some members of a sweep.
+
+    The compiled kernel computes all of them, so that a row does not depend on what was computed
+    before it.
+
+    Parameters
+    ----------
+    study : Study
+        The sweep.
+    first, last : int
+        The members from `first` up to, not including, `last`.
+    progress : callable, optional
+        Called now and then; the computation is cancelled when it returns False.
+
+    Returns
+    -------
+    Rows
+        A row a member; one that cannot be computed has a reason, and not the values that failed.
+
+    Raises
+    ------
+    Cancelled
+        If `progress` returned False.
+    ComputationError
+        If the compiled kernel cannot be loaded.
+    """
+    members = np.arange(first, last, dtype=np.int64)
+    points, case = np.divmod(members, len(study.cases))
+    block = _Block(
+        study,
+        varied=study.design.columns(points),
+        separation=np.array(study.cases)[case],
+        results={
+            name: np.full(members.size, np.nan)
+            for name in (*study.outputs, *(ERRORS[name].name for name, _ in study.accuracy))
+        },
+        reasons=[""] * members.size,
+    )
+    if study.accuracy or any(column.name in study.outputs for column in TRANSIENT):
+        block.integrate(progress)
+    if any(column.name in study.outputs for column in STABILITY):
+        block.judge(progress)
+    return Rows({**block.varied, **block.results}, block.separation, tuple(block.reasons))
+
+
+@dataclass(frozen=True, slots=True)
+class _Block:
+    # Members that are computed together; their results and reasons are filled in.
+    study: Study
+    varied: dict[str, NDArray[np.float64]]
+    separation: NDArray[np.bool_]
+    results: dict[str, NDArray[np.float64]]
+    reasons: list[str]
+
+    def parameters(self, place: int) -> Parameters:
+        values = {name: float(c[place]) for name, c in self.varied.items() if name in PARAMETERS}
+        return self.study.parameters.with_values(values)
+
+    def integrate(self, progress: Progress | None) -> None:
+        start = self._start()
+        places = np.flatnonzero([not reason for reason in self.reasons])
+        if self.study.accuracy:
+            self._verify(places, start, progress or (lambda _fraction: True))
+        elif places.size > 0:
+            self._put(places, self._run(places, start, self.study.tol, progress))
+
+    def _verify(self, places: Places, start: BlockStart, progress: Progress) -> None:
+        # As `verified.simulate_to`, member by member: the tolerance is made finer until a run
+        # changes by less than the errors asked for, and does not part from the one before.
+        asked, part = dict(self.study.accuracy), 0.0
+
+        def look(fraction: float) -> bool:
+            return progress(part + 0.5 * fraction)
+
+        tol = first_tol(asked)
+        if places.size > 0:
+            coarse = _observed(self._run(places, start, tol, look), asked, self._seen)
+        while places.size > 0:
+            before, tol, part = tol, finer_tol(tol), 0.5
+            batch = self._run(places, start, tol, look)
+            fine = _observed(batch, asked, self._seen)
+            errors = {name: _error(name, coarse, fine) for name in asked}
+            missed = ~np.all([errors[name] <= asked[name] for name in asked], axis=0)
+            parted = _parted(coarse, fine, self._time_scales(places))
+            missed |= parted
+            missed[batch.failed] = parted[batch.failed] = False
+            if tol == TOL_RANGE[0]:
+                for place in np.flatnonzero(missed & ~parted).tolist():
+                    found = {name: float(error[place]) for name, error in errors.items()}
+                    self.reasons[places[place]] = _too_inexact(found, asked)
+                self._tell_when(places[parted], start, (before, tol), look)
+                missed[:] = False
+            for name, error in errors.items():
+                self.results[ERRORS[name].name][places] = error
+            self._put(places, batch)
+            places, coarse = places[missed], {name: fine[name][missed] for name in fine}
+
+    def _time_scales(self, places: Places) -> Floats:
+        m, k1, k2, k3 = (
+            self.varied.get(name, np.full(len(self.reasons), getattr(self.study.parameters, name)))
+            for name in ("m", "k1", "k2", "k3")
+        )
+        scales: Floats = np.sqrt(m / (k1 + k2 + k3))[places]
+        return scales
+
+    def _tell_when(
+        self, places: Places, start: BlockStart, tols: tuple[float, float], progress: Progress
+    ) -> None:
+        # Members whose runs part: between which parts of the horizon they do, as their reason.
+        for count in range(1, _PARTS + 1):
+            if places.size == 0:
+                return
+            begin, end = ((n / _PARTS) * self.study.t_end for n in (count - 1, count))
+            parted = np.ones(places.size, dtype=bool)
+            if count < _PARTS:
+                coarse, fine = (
+                    _observed(self._run(places, start, tol, progress, end), (), self._seen)
+                    for tol in tols
+                )
+                parted = _parted(coarse, fine, self._time_scales(places))
+            for place in places[parted].tolist():
+                self.reasons[place] = (
+                    f"two runs at different accuracy part between t = {begin:.6g} and {end:.6g} s; "
+                    "nothing after that can be verified: take a shorter horizon"
+                )
+            places = places[~parted]
+
+    def _run(
+        self,
+        places: Places,
+        start: BlockStart,
+        tol: float,
+        progress: Progress | None,
+        t_end: float | None = None,
+    ) -> Batch:
+        study = self.study
+        parameters = {name: c[places] for name, c in self.varied.items() if name in PARAMETERS}
+        # Without a parameter that varies the size of the batch has to be said by one.
+        parameters.setdefault("F", np.full(places.size, study.parameters.F))
+        return simulate_batch(
+            parameters,
+            base=study.parameters,
+            t_end=study.t_end if t_end is None else t_end,
+            tol=tol,
+            separation=self.separation[places],
+            start=start if isinstance(start, str) else start[places],
+            require=self._requirements(),
+            workers=1,
+            progress=progress,
+        )
+
+    def _requirements(self) -> set[Requirement]:
+        asked = dict(self.study.accuracy)
+        required: set[Requirement] = {_part(column, self._seen) for column in self._wanted}
+        if asked:
+            # What tells whether two runs are the same motion.
+            required |= {"final", "events", self._seen}
+        if "half_range" in asked:
+            required.add("steady")
+        return required
+
+    @property
+    def _wanted(self) -> list[SweepColumn]:
+        return [column for column in TRANSIENT if column.name in self.study.outputs]
+
+    @property
+    def _seen(self) -> Seen:
+        # Extremes of y alone cost less than all.
+        return "peak" if any(name in self.study.outputs for name in _NOT_OF_Y) else "amplitude"
+
+    def _put(self, places: Places, batch: Batch) -> None:
+        for place in batch.failed.tolist():
+            self.reasons[places[place]] = str(batch.failure(place))
+        wanted, seen = self._wanted, self._seen
+        for column in wanted:
+            if not column.path.startswith(_FORCE):
+                self.results[column.name][places] = _found(batch, column, seen)
+        if any(column.path.startswith(_FORCE) for column in wanted):
+            self._put_forces(places, getattr(batch, seen))
+        failed = [bool(reason) for reason in self.reasons]
+        for name in (*(c.name for c in wanted), *(ERRORS[n].name for n, _ in self.study.accuracy)):
+            self.results[name][failed] = np.nan
+
+    def _start(self) -> BlockStart:
+        # Components of the start that do not vary may be those of an equilibrium.
+        given = [self.varied.get(name) for name in START_SPECS]
+        start, size = self.study.start, len(self.reasons)
+        static = isinstance(start, str)
+        if static and all(column is None for column in given):
+            return "static"
+        states = np.zeros((size, 4))
+        if static and any(column is None for column in given):
+            for place, separation in enumerate(self.separation.tolist()):
+                try:
+                    p = self.parameters(place)
+                    states[place] = resolve_start(p, start, separation=separation)
+                except ComputationError as error:
+                    self.reasons[place] = str(error)
+        elif not static:
+            states[:] = start
+        for target, column in zip(states.T, given, strict=True):
+            if column is not None:
+                target[:] = column
+        return states
+
+    def _put_forces(self, places: Places, extremes: BatchPeak | BatchAmplitude) -> None:
+        # P decreases with y, so its extremes are those of y, except that it ends at zero.
+        k2, k_nl = (
+            self.varied.get(name, np.full(len(self.reasons), getattr(self.study.parameters, name)))
+            for name in ("k2", "k_nl")
+        )
+        for name, extreme in (("P_min", "y_max"), ("P_max", "y_min")):
+            if name not in self.results:
+                continue
+            y = getattr(extremes, extreme)
+            y = np.where(self.separation[places], np.minimum(y, 0.0), y)
+            with np.errstate(over="ignore", invalid="ignore"):
+                force = -k2[places] * y - k_nl[places] * y * y * y + 0.0
+            self.results[name][places] = force
+            for place in places[np.isinf(force)].tolist():
+                self.reasons[place] = self.reasons[place] or _FORCE_OVERFLOW
+
+    def judge(self, progress: Progress | None) -> None:
+        parameters = {name: c for name, c in self.varied.items() if name in PARAMETERS}
+        size = len(self.reasons)
+        for first in range(0, size, _JUDGED):
+            if progress is not None and not progress(first / size):
+                raise Cancelled
+            some = slice(first, first + _JUDGED)
+            growth, stable, reasons = judge_growths(
+                self.study.parameters,
+                {name: column[some] for name, column in parameters.items()},
+                self.separation[some],
+            )
+            for place, reason in reasons.items():
+                self.reasons[first + place] = self.reasons[first + place] or reason
+            verdicts = np.where(np.isnan(growth), np.nan, stable)
+            for name, values in (("growth_rate", growth), ("stable", verdicts)):
+                if name in self.results:
+                    self.results[name][some] = values
+
+
+def _part(column: SweepColumn, seen: Seen) -> Requirement:
+    # The part of a batch's result that a column comes from.
+    part = column.path.split(".", maxsplit=1)[0]
+    return seen if part in ("peak", _FORCE) else cast("Requirement", part)
+
+
+def _found(batch: Batch, column: SweepColumn, seen: Seen) -> NDArray[np.float64]:
+    part, name = getattr(batch, _part(column, seen)), column.path.rsplit(".", maxsplit=1)[-1]
+    found = part[:, _STATE.index(name)] if name in _STATE else getattr(part, name)
+    return np.asarray(found, dtype=np.float64)
+
+
+def _observed(batch: Batch, asked: Collection[str], seen: Seen) -> dict[str, Floats]:
+    # What of the members is compared, an array each with the members along its first axis.
+    observed = {"final": batch.final, "peak": getattr(batch, seen).y_abs}
+    switches = batch.events.separations + batch.events.reattachments
+    observed["switches"] = switches.astype(np.float64)
+    if "half_range" in asked:
+        observed["half_range"] = batch.steady.y_half_range
+    return observed
+
+
+def _parted(run: Mapping[str, Floats], truth: Mapping[str, Floats], scales: Floats) -> Truths:
+    # Whether two runs of the members are different motions, as in `divergence`.
+    weights = np.stack([np.ones_like(scales), scales] * 2, axis=1)
+    apart = (np.abs(run["final"] - truth["final"]) * weights).max(axis=1)
+    size = np.maximum((np.abs(truth["final"]) * weights).max(axis=1), truth["peak"])
+    parted: Truths = (run["switches"] != truth["switches"]) | ~(apart <= PARTED * size)
+    return parted
+
+
+def _error(quantity: str, run: Mapping[str, Floats], truth: Mapping[str, Floats]) -> Floats:
+    # The measures of `deviation`.
+    apart = np.abs(run[quantity] - truth[quantity])
+    if quantity == "final":
+        apart, size = apart.max(axis=1), np.abs(truth[quantity]).max(axis=1)
+    else:
+        size = truth["peak"]
+    error = np.where(apart == 0.0, 0.0, np.inf)
+    np.divide(apart, size, out=error, where=size > 0.0)
+    return error
+
+
+def _too_inexact(found: Mapping[str, float], asked: Mapping[str, float]) -> str:
+    name = next(name for name in asked if not found[name] <= asked[name])
+    return (
+        f"the error of {name} is about {found[name]:.1e} at the finest tolerance, not "
+        f"{asked[name]:g}; allow a larger error or take a shorter horizon"
+    )

@@ -1,0 +1,164 @@
+"""What a sweep is: a scene, what varies in it, and the columns of its rows."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Final, Literal
+
+from fivtui.model.errors import InputError
+from fivtui.model.parameters import Parameters, unknown_name
+from fivtui.transient.deviation import QUANTITIES
+from fivtui.transient.error_targets import check_accuracy
+from fivtui.transient.request import DEFAULT_T_END, DEFAULT_TOL, Start, make_problem
+
+from .design import VARIABLES, Design
+
+ColumnKind = Literal["number", "count", "truth", "text"]
+DONE: Final = "done"
+FAILED: Final = "failed"
+
+
+@dataclass(frozen=True, slots=True)
+class SweepColumn:
+    """A column of a sweep's rows.
+
+    Attributes
+    ----------
+    name : str
+        Its name.
+    unit : str
+        SI unit; empty where there is none.
+    meaning : str
+        One phrase.
+    kind : "number", "count", "truth" or "text"
+        What it holds.
+    path : str
+        Attribute of `Transient` that it is; empty if it is none.
+    """
+
+    name: str
+    unit: str
+    meaning: str
+    kind: ColumnKind = "number"
+    path: str = ""
+
+
+TRANSIENT: Final = (
+    SweepColumn("y_abs", "m", "peak of |y|", path="peak.y_abs"),
+    SweepColumn("y_max", "m", "greatest y", path="peak.y_max"),
+    SweepColumn("y_min", "m", "least y", path="peak.y_min"),
+    SweepColumn("x_abs", "m", "peak of |x|", path="peak.x_abs"),
+    SweepColumn("vx_max", "m/s", "least valid belt speed", path="peak.vx_max"),
+    SweepColumn(
+        "y_half_range", "m", "half peak-to-peak of y, second half", path="steady.y_half_range"
+    ),
+    SweepColumn("P_min", "N", "least contact force", path="contact_force.min"),
+    SweepColumn("P_max", "N", "greatest contact force", path="contact_force.max"),
+    SweepColumn("separations", "", "number of separations", "count", "events.separations"),
+    SweepColumn("reattachments", "", "number of reattachments", "count", "events.reattachments"),
+    SweepColumn("separated_time", "s", "time off the belt", path="events.separated_time"),
+    SweepColumn("x_end", "m", "horizontal displacement at the end", path="final.x"),
+    SweepColumn("vx_end", "m/s", "horizontal velocity at the end", path="final.vx"),
+    SweepColumn("y_end", "m", "vertical displacement at the end", path="final.y"),
+    SweepColumn("vy_end", "m/s", "vertical velocity at the end", path="final.vy"),
+)
+STABILITY: Final = (
+    SweepColumn("growth_rate", "1/s", "greatest real part of the eigenvalues"),
+    SweepColumn("stable", "", "whether the equilibrium is stable", "truth"),
+)
+OUTPUTS: Final[Mapping[str, SweepColumn]] = {
+    column.name: column for column in (*TRANSIENT, *STABILITY)
+}
+DEFAULT_OUTPUTS: Final = tuple(column.name for column in TRANSIENT)
+# By quantity of `deviation.QUANTITIES`; rows keep no times of switches, hence no error of them.
+ERRORS: Final[Mapping[str, SweepColumn]] = {
+    name: SweepColumn(f"{name}_error", "", f"error of the {QUANTITIES[name]}")
+    for name in ("final", "peak", "half_range")
+}
+
+_SEPARATION: Final = SweepColumn("separation", "", "whether separation is considered", "truth")
+_ENDING: Final = (
+    SweepColumn("status", "", f"{DONE} or {FAILED}", "text"),
+    SweepColumn("reason", "", "why a member failed", "text"),
+)
+
+
+@dataclass(frozen=True, slots=True)
+class Study:
+    """A sweep to be computed: a scene, what varies in it, and what is asked of every member.
+
+    Parameters
+    ----------
+    design : Design
+        What varies. A component of the start that varies replaces that component of `start`.
+    parameters : Parameters
+        The other parameters.
+    cases : tuple of bool
+        Whether separation is considered; with ``(True, False)`` every point is two members, which
+        stand together.
+    start, t_end, tol
+        As in `integrate`.
+    accuracy : tuple of (str, float)
+        Errors allowed by quantity, see `check_accuracy`, without ``events``. The tolerance then
+        follows member by member, a finer run verifies it, `tol` is its default and not used, and
+        a row has the errors.
+    outputs : tuple of str
+        Names in `OUTPUTS`. Without an output of the transient nothing is integrated.
+
+    Raises
+    ------
+    InputError
+        If a value is not allowed.
+    """
+
+    design: Design
+    parameters: Parameters
+    cases: tuple[bool, ...] = (True,)
+    start: Start = "static"
+    t_end: float = DEFAULT_T_END
+    tol: float = DEFAULT_TOL
+    accuracy: tuple[tuple[str, float], ...] = ()
+    outputs: tuple[str, ...] = DEFAULT_OUTPUTS
+
+    def __post_init__(self) -> None:
+        if not 1 <= len(set(self.cases)) == len(self.cases):
+            raise InputError(f"cases = {self.cases}: allowed are True, False, or both")
+        for name in self.outputs:
+            if name not in OUTPUTS:
+                raise unknown_name("output", name, OUTPUTS)
+        if not 1 <= len(set(self.outputs)) == len(self.outputs):
+            raise InputError("outputs: allowed are one or more names, each once")
+        asked = check_accuracy(dict(self.accuracy))
+        for name in asked:
+            if name not in ERRORS:
+                raise InputError(
+                    f"accuracy of {name}: a sweep keeps no times of switches; "
+                    f"allowed are {', '.join(ERRORS)}"
+                )
+        object.__setattr__(self, "accuracy", tuple(asked.items()))
+        static = isinstance(self.start, str) and self.start == "static"
+        problem = make_problem(
+            self.parameters,
+            t_end=self.t_end,
+            tol=self.tol,
+            start=(0.0, 0.0, 0.0, 0.0) if static else self.start,
+        )
+        object.__setattr__(self, "t_end", problem.t_end)
+        object.__setattr__(self, "tol", DEFAULT_TOL if asked else problem.tol)
+        if not static:
+            object.__setattr__(self, "start", problem.start)
+
+    @property
+    def members(self) -> int:
+        """How many members there are."""
+        return self.design.size * len(self.cases)
+
+    @property
+    def columns(self) -> tuple[SweepColumn, ...]:
+        """The columns of a row, in order."""
+        varied = [
+            SweepColumn(name, VARIABLES[name].unit, VARIABLES[name].meaning)
+            for name in self.design.axes
+        ]
+        outputs = [OUTPUTS[name] for name in self.outputs]
+        errors = [ERRORS[name] for name, _ in self.accuracy]
+        return (*varied, _SEPARATION, *outputs, *errors, *_ENDING)

@@ -1,0 +1,1 @@
+"""The Taylor integrator in plain floats. Standard library only."""

@@ -1,0 +1,351 @@
+"""The trade of speed for accuracy of a scene, measured on this machine in one run."""
+
+import math
+import tempfile
+import time
+from collections.abc import Iterator
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import Any, Final, cast
+
+import numpy as np
+
+from fivtui.batch.run import Requirement, simulate_batch
+from fivtui.fmu.run import run_fmu
+from fivtui.model.errors import Cancelled, ComputationError
+from fivtui.model.slider_belt import State
+from fivtui.scene.scene import Scene
+from fivtui.scene.verified import runs_part
+from fivtui.simulation import simulate
+from fivtui.transient.deviation import QUANTITIES, Deviation, Observation, deviation, observation
+from fivtui.transient.loop import KernelChoice, Progress
+from fivtui.transient.methods import time_scale
+from fivtui.transient.request import TOL_RANGE, resolve_start
+from fivtui.transient.result import Transient
+
+from .settings import Ladder, Row, Setting, ladders
+
+# CPU time of a whole measurement, s, and the share that the settings of one method may take.
+QUICK_S: Final = 7.0
+THOROUGH_S: Final = 120.0
+_SHARES: Final = {
+    "taylor": 0.1,
+    "scipy-dop853": 0.1,
+    "scipy-lsoda": 0.1,
+    "scipy-radau": 0.1,
+    "rk4": 0.25,
+    "rk4-across": 0.1,
+    "fmu": 0.15,
+}
+# The next setting costs about the inverse of the ladder's factor to this power.
+_COST_EXPONENT: Final = {"tol": 0.1, "step": 0.7}
+# A run is repeated until it has taken this long, s, at most so often; the least time counts.
+_LONG_ENOUGH_S: Final = 0.02
+_MOST_REPEATS: Final = 15
+_POINTS: Final = 5001
+# Batches that measure what their members cost.
+_BATCHES: Final = 3
+_MEMBERS: Final = 64
+_REFERENCE_TOL: Final = TOL_RANGE[0]
+_CHECK_TOL: Final = 10.0 * TOL_RANGE[0]
+
+
+@dataclass(frozen=True, slots=True)
+class Feature:
+    """What something that a scene requires costs.
+
+    Attributes
+    ----------
+    name : str
+        The feature.
+    without_s, with_s : float or None
+        CPU time of a compiled run without and with it, s; None if that run cannot be finished.
+    without_steps, with_steps : int or None
+        Integration steps of those runs.
+    """
+
+    name: str
+    without_s: float | None
+    with_s: float | None
+    without_steps: int | None
+    with_steps: int | None
+
+
+@dataclass(frozen=True, slots=True)
+class Tradeoff:
+    """What was measured.
+
+    Attributes
+    ----------
+    scene : Scene
+        The scene.
+    reference : Transient or None
+        What errors are held against: Taylor at the least tolerance. None if read from a file.
+    floor : Deviation
+        How far the reference is from the same at ten times the tolerance and by the other kernel:
+        smaller errors say nothing.
+    rows : list of Row
+        Every setting, coarse to fine, method by method.
+    features : list of Feature
+        The cost of each part of the scene.
+    """
+
+    scene: Scene
+    reference: Transient | None
+    floor: Deviation
+    rows: list[Row]
+    features: list[Feature]
+
+
+def measure_tradeoff(
+    scene: Scene, *, thorough: bool = False, progress: Progress | None = None
+) -> Tradeoff:
+    """Run a scene with every method and setting, and hold each against the reference.
+
+    Each method goes from coarse to fine settings until its errors are those of the reference or its
+    share of the CPU time is used up.
+
+    Parameters
+    ----------
+    scene : Scene
+        Its `method`, `tol`, `step` and `accuracy` are not used.
+    thorough : bool
+        Whether all may take about two minutes rather than seven seconds.
+    progress : callable, optional
+        Called with the fraction done; the measurement is cancelled when it returns False.
+
+    Returns
+    -------
+    Tradeoff
+        CPU times and errors.
+
+    Raises
+    ------
+    ComputationError
+        If the scene cannot be finished by the reference, or that cannot be verified.
+    Cancelled
+        If `progress` returned False.
+    """
+    report = progress or (lambda _fraction: True)
+    budget = THOROUGH_S if thorough else QUICK_S
+
+    def alive(_fraction: float) -> bool:
+        return report(0.0)
+
+    reference = _native(scene, Setting("taylor", "compiled", "tol", _REFERENCE_TOL), alive)
+    truth = observation(reference)
+    checks = [
+        _native(scene, Setting("taylor", kernel, "tol", tol), alive)
+        for kernel, tol in (("compiled", _CHECK_TOL), ("interpreted", _REFERENCE_TOL))
+    ]
+    for check in checks:
+        parted = runs_part(check, reference)
+        if parted is not None:
+            raise parted.error()
+    floor = _greatest(deviation(observation(check), truth) for check in checks)
+    rows: list[Row] = []
+    steps = ladders(time_scale(scene.parameters), scene.t_end)
+    with tempfile.TemporaryDirectory(prefix="fivtui-") as folder:
+        fmu = _built(Path(folder))
+        bench = _Bench(scene, truth, floor, fmu)
+        for done, ladder in enumerate(steps):
+            share = 0.05 + 0.85 * done / len(steps)
+
+            def within(_fraction: float, share: float = share) -> bool:
+                return report(share)
+
+            rows += bench.climb(ladder, _SHARES[ladder.method] * budget, within)
+    features = _features(scene, lambda _fraction: report(0.9))
+    report(1.0)
+    return Tradeoff(scene, reference, floor, rows, features)
+
+
+def _built(folder: Path) -> Path:
+    from fmu_src.build.builder import build_fmu
+
+    return build_fmu(folder / "slider_belt.fmu")
+
+
+def _greatest(found: Iterator[Deviation]) -> Deviation:
+    several = list(found)
+    worst = {name: max(entry.of(name) for entry in several) for name in QUANTITIES}
+    return Deviation(**worst, separations=max(abs(entry.separations) for entry in several))
+
+
+@dataclass(frozen=True, slots=True)
+class _Bench:
+    # Runs settings of one scene and holds them against its reference.
+    scene: Scene
+    reference: Observation
+    floor: Deviation
+    fmu: Path
+
+    def climb(self, ladder: Ladder, budget: float, report: Progress) -> list[Row]:
+        rows: list[Row] = []
+        begin = time.thread_time()
+        for setting in ladder.settings():
+            left = budget - (time.thread_time() - begin)
+            if rows and left < rows[-1].cpu_s * ladder.factor ** -_COST_EXPONENT[ladder.knob]:
+                break
+            row = self.measure(setting, left, report)
+            rows.append(row)
+            if row.error is not None and row.error.within(self.floor):
+                break
+        return rows
+
+    def measure(self, setting: Setting, left: float, report: Progress) -> Row:
+        begin = time.thread_time()
+        stopped = False
+
+        def go_on(fraction: float) -> bool:
+            nonlocal stopped
+            stopped = time.thread_time() - begin > left
+            return report(fraction) and not stopped
+
+        try:
+            seen, steps, cpu_s = self._timed(setting, go_on)
+            for _ in range(_MOST_REPEATS - 1):
+                if time.thread_time() - begin > min(_LONG_ENOUGH_S, left):
+                    break
+                cpu_s = min(cpu_s, self._timed(setting, go_on)[2])
+        except ComputationError as error:
+            return Row(setting, time.thread_time() - begin, 0, None, error.why)
+        except Cancelled:
+            if not stopped:
+                raise
+            spent = time.thread_time() - begin
+            return Row(setting, spent, 0, None, f"not finished within {left:.2g} s of CPU time")
+        return Row(setting, cpu_s, steps, deviation(seen, self.reference))
+
+    def _timed(self, setting: Setting, go_on: Progress) -> tuple[Observation, int, float]:
+        begin = time.thread_time()
+        if setting.method == "fmu":
+            seen, steps = _through_fmu(self.scene, self.fmu, setting.value, go_on)
+        else:
+            run = _native(self.scene, setting, go_on)
+            seen, steps = observation(run), run.stats.steps
+        return seen, steps, time.thread_time() - begin
+
+
+def _through_fmu(scene: Scene, fmu: Path, step: float, go_on: Progress) -> tuple[Observation, int]:
+    # What a user of fmpy gets: peaks among the values recorded at communication points.
+    x, vx, y, vy = resolve_start(scene.parameters, scene.start, separation=scene.separation)
+    run = run_fmu(
+        fmu,
+        t_end=scene.t_end,
+        output_interval=step,
+        start_values={
+            **scene.parameters.as_dict(),
+            "separation": scene.separation,
+            "start_static": False,
+            "x_start": x,
+            "vx_start": vx,
+            "y_start": y,
+            "vy_start": vy,
+        },
+        outputs=("x", "vx", "y", "vy", "separations", "last_event"),
+        progress=go_on,
+    )
+    columns = run.columns
+    final = tuple(columns[name][-1].item() for name in ("x", "vx", "y", "vy"))
+    late = columns["y"][columns["time"] >= 0.5 * scene.t_end]
+    events = np.unique(columns["last_event"])
+    seen = Observation(
+        final=cast("State", final),
+        peak=float(np.abs(columns["y"]).max()),
+        half_range=0.5 * float(np.ptp(late)),
+        switch_times=events[events > 0.0],
+        separations=round(columns["separations"][-1].item()),
+    )
+    return seen, columns["time"].size - 1
+
+
+def _native(scene: Scene, setting: Setting, report: Progress) -> Transient:
+    knob: dict[str, Any] = {setting.knob: setting.value}
+    return simulate(
+        scene.parameters,
+        t_end=scene.t_end,
+        separation=scene.separation,
+        start=scene.start,
+        method=setting.method,
+        kernel=cast("KernelChoice", setting.kernel or "auto"),
+        progress=report,
+        **knob,
+    )
+
+
+def _features(scene: Scene, report: Progress) -> list[Feature]:
+    # Each part of the scene against the same scene without it.
+    linear = scene.with_values({"k_nl": 0.0})
+    samples = np.linspace(0.0, scene.t_end, _POINTS)
+    pairs: list[tuple[str, tuple[Scene, Any], tuple[Scene, Any]]] = []
+    if scene.parameters.k_nl != 0.0:
+        pairs.append(("cubic contact", (linear, "none"), (scene, "none")))
+    ignored, considered = (replace(scene, separation=flag) for flag in (False, True))
+    pairs += [
+        ("separation", (ignored, "none"), (considered, "none")),
+        (f"trajectory of {_POINTS} samples", (scene, "none"), (scene, samples)),
+        ("trajectory as polynomials", (scene, "none"), (scene, "dense")),
+    ]
+    features = [
+        Feature(name, without[0], having[0], without[1], having[1])
+        for name, without, having in (
+            (name, _cost(*first, report), _cost(*second, report)) for name, first, second in pairs
+        )
+    ]
+    # A single run always has its peaks and events; a batch has what is required of it.
+    plain = _cost_in_batch(scene, (), report)
+    parts: tuple[tuple[str, Requirement], ...] = (
+        ("peaks, in a batch", "peak"),
+        ("event list, in a batch", "events"),
+    )
+    for name, requirement in parts:
+        having = _cost_in_batch(scene, (requirement,), report)
+        features.append(Feature(name, plain[0], having[0], plain[1], having[1]))
+    return features
+
+
+def _cost_in_batch(
+    scene: Scene, more: tuple[Requirement, ...], report: Progress
+) -> tuple[float | None, int | None]:
+    least, steps = math.inf, 0
+    for _ in range(_BATCHES):
+        before = time.process_time()
+        batch = simulate_batch(
+            {"F": np.full(_MEMBERS, scene.parameters.F)},
+            base=scene.parameters,
+            t_end=scene.t_end,
+            separation=scene.separation,
+            start=scene.start,
+            require={"final", *more},
+            workers=1,
+            progress=report,
+        )
+        if batch.failed.size:
+            return None, None
+        least = min(least, (time.process_time() - before) / _MEMBERS)
+        steps = int(batch.steps[0])
+    return least, steps
+
+
+def _cost(scene: Scene, samples: Any, report: Progress) -> tuple[float | None, int | None]:
+    least, steps, begin = math.inf, 0, time.thread_time()
+    for _ in range(_MOST_REPEATS):
+        if not report(0.0):
+            raise Cancelled
+        before = time.thread_time()
+        try:
+            run = simulate(
+                scene.parameters,
+                t_end=scene.t_end,
+                separation=scene.separation,
+                start=scene.start,
+                samples=samples,
+                kernel="compiled",
+            )
+        except ComputationError:
+            return None, None
+        least, steps = min(least, time.thread_time() - before), run.stats.steps
+        if time.thread_time() - begin > _LONG_ENOUGH_S:
+            break
+    return least, steps

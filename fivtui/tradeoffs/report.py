@@ -1,0 +1,98 @@
+"""What the command line prints of a trade-off."""
+
+import math
+from collections.abc import Mapping
+from typing import Final
+
+from fivtui.console.printing import number, print_list, print_rows
+from fivtui.transient.deviation import QUANTITIES
+
+from .files import fronts
+from .measure import Tradeoff
+from .settings import Row, cheapest
+
+_MARKS: Final = {"final": "F", "peak": "P", "half_range": "H", "events": "E"}
+
+
+def print_tradeoff(result: Tradeoff, wishes: Mapping[str, float]) -> None:
+    """Print every setting with its cost and errors, what each feature costs, and what is asked.
+
+    Parameters
+    ----------
+    result : Tradeoff
+        What was measured.
+    wishes : mapping of str to float
+        Error allowed by quantity, for which the cheapest setting is named.
+    """
+    header = (
+        "method",
+        "setting",
+        "CPU ms",
+        "steps",
+        "final state",
+        "peak |y|",
+        "half peak-to-peak",
+        "events s",
+        "separations",
+        "best for",
+    )
+    best = fronts(result)
+    rows = [
+        _cells(row, "".join(mark for name, mark in _MARKS.items() if row in best[name]))
+        for row in result.rows
+    ]
+    print_rows(f"Trade-off: {result.scene.name}, {result.scene.t_end:g} s", header, rows, keys=2)
+    floor = ", ".join(f"{name} {result.floor.of(name):.0e}" for name in QUANTITIES)
+    notes = [
+        (
+            "best for",
+            "no other setting has less error in less time: final state, peak, half peak-to-peak "
+            "over the second half of the run, events",
+        ),
+        ("uncertainty of the errors", floor),
+    ]
+    print_list("", notes)
+    print_rows(
+        "What a scene pays for (compiled Taylor, CPU ms)",
+        ("feature", "without", "with", "ratio"),
+        [
+            (
+                f.name,
+                _milliseconds(f.without_s),
+                _milliseconds(f.with_s),
+                _ratio(f.with_s, f.without_s),
+            )
+            for f in result.features
+        ],
+    )
+    if wishes:
+        print_list("Cheapest setting", [_advice(result, *wish) for wish in wishes.items()])
+
+
+def _cells(row: Row, best: str) -> tuple[str, ...]:
+    head = (row.setting.label, row.setting.text, f"{1e3 * row.cpu_s:.3g}")
+    if row.error is None:
+        return (*head, "", row.failure, *[""] * 5)
+    errors = (_error(row.error.of(name)) for name in QUANTITIES)
+    return (*head, str(row.steps), *errors, f"{row.error.separations:+d}", best)
+
+
+def _error(value: float) -> str:
+    return f"{value:.1e}" if math.isfinite(value) else "missed"
+
+
+def _milliseconds(seconds: float | None) -> str:
+    return "not finished" if seconds is None else f"{1e3 * seconds:.3f}"
+
+
+def _ratio(with_s: float | None, without_s: float | None) -> str:
+    return "" if with_s is None or without_s is None else f"{with_s / without_s:.2f}"
+
+
+def _advice(result: Tradeoff, quantity: str, error: float) -> tuple[str, str]:
+    row = cheapest(result.rows, quantity, error)
+    asked = f"{quantity} to {error:g}"
+    if row is None or row.error is None:
+        return asked, "none of these settings; try --thorough"
+    found = f"error {row.error.of(quantity):.1e}, {number(1e3 * row.cpu_s, 3)} ms"
+    return asked, f"{row.setting.label}, {row.setting.text}: {found}"

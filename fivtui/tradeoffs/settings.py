@@ -1,0 +1,198 @@
+"""What an accuracy costs: settings of the methods, the Pareto front, the cheapest for an error."""
+
+import math
+from collections.abc import Iterable, Iterator, Sequence
+from dataclasses import dataclass
+from typing import Final
+
+from fivtui.transient.deviation import Deviation
+from fivtui.transient.error_targets import check_quantity
+
+
+@dataclass(frozen=True, slots=True)
+class Setting:
+    """A method and how it is set.
+
+    Attributes
+    ----------
+    method : str
+        Name of the method.
+    kernel : str
+        ``"compiled"`` or ``"interpreted"`` for a method that has both, else empty.
+    knob : str
+        ``"tol"`` or ``"step"``.
+    value : float
+        Relative tolerance, or step in s.
+    """
+
+    method: str
+    kernel: str
+    knob: str
+    value: float
+
+    @property
+    def label(self) -> str:
+        """The method, with its kernel if it has a choice."""
+        return f"{self.method} ({self.kernel})" if self.kernel else self.method
+
+    @property
+    def text(self) -> str:
+        """The setting as on the command line, such as ``tol=1e-06``."""
+        return f"{self.knob}={self.value:g}"
+
+
+@dataclass(frozen=True, slots=True)
+class Row:
+    """One setting, measured.
+
+    Attributes
+    ----------
+    setting : Setting
+        What was run.
+    cpu_s : float
+        CPU time of one run, s; of what was spent, where the run did not finish.
+    steps : int
+        Integration steps; communication steps for the FMU.
+    error : Deviation or None
+        Its errors; None if the run did not finish.
+    failure : str
+        Why it did not; empty if it did.
+    """
+
+    setting: Setting
+    cpu_s: float
+    steps: int
+    error: Deviation | None
+    failure: str = ""
+
+
+@dataclass(frozen=True, slots=True)
+class Ladder:
+    """The settings of one method, from coarse to fine.
+
+    Attributes
+    ----------
+    method, kernel, knob
+        See `Setting`.
+    first, last : float
+        Coarsest and finest value of the knob.
+    factor : float
+        Between one value and the next, below 1.
+    """
+
+    method: str
+    kernel: str
+    knob: str
+    first: float
+    last: float
+    factor: float
+
+    def settings(self) -> Iterator[Setting]:
+        """The settings, coarsest first."""
+        count = 1 + round(math.log(self.last / self.first) / math.log(self.factor))
+        for number in range(count):
+            value = float(f"{self.first * self.factor**number:.6g}")
+            yield Setting(self.method, self.kernel, self.knob, value)
+
+
+# Steps are in units of √(m/stiffness), see `ladders`.
+_TOLERANCES: Final = (
+    ("taylor", "compiled", 1e-2, 1e-13, 0.1),
+    ("taylor", "interpreted", 1e-3, 1e-12, 1e-3),
+    ("scipy-dop853", "", 1e-3, 1e-12, 1e-3),
+    ("scipy-lsoda", "", 1e-3, 1e-12, 1e-3),
+    ("scipy-radau", "", 1e-3, 1e-9, 1e-2),
+)
+_STEPS: Final = (
+    ("rk4", 0.4, 0.4 / 2.0**9, 0.5),
+    ("rk4-across", 0.4, 0.4 / 2.0**9, 0.5),
+    ("fmu", 1.0, 1.0 / 4.0**5, 0.25),
+)
+
+
+def ladders(time_scale: float, t_end: float) -> list[Ladder]:
+    """The settings that a trade-off tries.
+
+    Parameters
+    ----------
+    time_scale : float
+        √(m/stiffness) of the scene, s: fixed steps are fractions of it.
+    t_end : float
+        Horizon, s: no step is longer.
+
+    Returns
+    -------
+    list of Ladder
+        One for each method, and each kernel of a method that has two.
+    """
+    found = [Ladder(method, kernel, "tol", *values) for method, kernel, *values in _TOLERANCES]
+    for method, first, last, factor in _STEPS:
+        coarsest = min(first * time_scale, t_end)
+        found.append(Ladder(method, "", "step", coarsest, coarsest * last / first, factor))
+    return found
+
+
+def pareto(rows: Iterable[Row], quantity: str, floor: float = 0.0) -> list[Row]:
+    """The rows that no other beats both in CPU time and in the error of a quantity.
+
+    Parameters
+    ----------
+    rows : iterable of Row
+        What was measured.
+    quantity : str
+        A name in `QUANTITIES`.
+    floor : float
+        Uncertainty of the errors: those below it count as it.
+
+    Returns
+    -------
+    list of Row
+        The front, cheapest first.
+
+    Raises
+    ------
+    InputError
+        If there is no such quantity.
+    """
+    check_quantity(quantity)
+    finished = [
+        (row.cpu_s, max(row.error.of(quantity), floor), row)
+        for row in rows
+        if row.error is not None
+    ]
+    front: list[Row] = []
+    least = math.inf
+    for _, error, row in sorted(finished, key=lambda entry: entry[:2]):
+        if error < least:
+            front.append(row)
+            least = error
+    return front
+
+
+def cheapest(rows: Sequence[Row], quantity: str, error: float) -> Row | None:
+    """The setting that has a quantity to an error for the least CPU time.
+
+    Parameters
+    ----------
+    rows : sequence of Row
+        What was measured.
+    quantity : str
+        A name in `QUANTITIES`.
+    error : float
+        The error allowed, in the measure of the quantity.
+
+    Returns
+    -------
+    Row or None
+        None if none of the rows has it.
+
+    Raises
+    ------
+    InputError
+        If there is no such quantity.
+    """
+    return next((row for row in pareto(rows, quantity) if _error(row, quantity) <= error), None)
+
+
+def _error(row: Row, quantity: str) -> float:
+    return math.inf if row.error is None else row.error.of(quantity)

@@ -1,0 +1,118 @@
+"""Running extremes of the motion, exact to rounding: extrema of the polynomials, not of samples."""
+
+import math
+from collections.abc import Sequence
+from functools import lru_cache
+from operator import mul
+from typing import Self
+
+from fivtui.model.slider_belt import State
+from fivtui.taylor.polynomial import derivative, minimum_maximum, restricted
+from fivtui.taylor.segment import Segment
+
+
+class Extremes:
+    """Least and greatest x and y and greatest ẋ over the segments seen so far.
+
+    Attributes
+    ----------
+    x_min, x_max, y_min, y_max : float
+        Extreme displacements, m.
+    vx_max : float
+        Greatest ẋ, m/s: the least belt speed for which the model is valid.
+    """
+
+    def __init__(self) -> None:
+        self.x_min = self.y_min = math.inf
+        self.x_max = self.y_max = self.vx_max = -math.inf
+
+    @classmethod
+    def of(cls, x_min: float, y_min: float, x_max: float, y_max: float, vx_max: float) -> Self:
+        """Extremes already known.
+
+        Parameters
+        ----------
+        x_min, y_min, x_max, y_max, vx_max : float
+            See the attributes.
+
+        Returns
+        -------
+        Extremes
+            These.
+        """
+        seen = cls.__new__(cls)
+        seen.x_min, seen.y_min, seen.x_max, seen.y_max = x_min, y_min, x_max, y_max
+        seen.vx_max = vx_max
+        return seen
+
+    def merge(self, other: Self) -> None:
+        """Take in what another has seen.
+
+        Parameters
+        ----------
+        other : Extremes
+            Of another part of the motion.
+        """
+        self.x_min, self.x_max = min(self.x_min, other.x_min), max(self.x_max, other.x_max)
+        self.y_min, self.y_max = min(self.y_min, other.y_min), max(self.y_max, other.y_max)
+        self.vx_max = max(self.vx_max, other.vx_max)
+
+    def include(self, segment: Segment) -> None:
+        """Take in a whole segment.
+
+        Parameters
+        ----------
+        segment : Segment
+            A piece of the motion.
+        """
+        self._include(segment.x, segment.y, segment.final, segment.duration)
+
+    def include_part(self, segment: Segment, start: float, end: float) -> None:
+        """Take in what lies between two times.
+
+        Parameters
+        ----------
+        segment : Segment
+            A piece of the motion.
+        start, end : float
+            Times, s, that cut the segment where they lie inside it.
+        """
+        left, right = max(segment.fraction(start), 0.0), min(segment.fraction(end), 1.0)
+        if left < right:
+            x, y = restricted(segment.x, left, right), restricted(segment.y, left, right)
+            duration = segment.duration * (right - left)
+            final = (sum(x), sum(derivative(x)) / duration, sum(y), 0.0)
+            self._include(x, y, final, duration)
+
+    def _include(
+        self,
+        x: Sequence[float],
+        y: Sequence[float],
+        final: State,
+        duration: float,
+    ) -> None:
+        # A function leaves its chord by max|second derivative|/8 at most: most segments change
+        # nothing and need no root.
+        x_end, vx_end, y_end, _ = final
+        second, third = _weights(len(x))
+        x_sizes = list(map(abs, x))
+        bulge = sum(map(mul, x_sizes, second))
+        if max(x[0], x_end) + bulge > self.x_max or min(x[0], x_end) - bulge < self.x_min:
+            least, greatest = minimum_maximum(x)
+            self.x_min, self.x_max = min(self.x_min, least), max(self.x_max, greatest)
+        bulge = sum(map(mul, map(abs, y), second))
+        if max(y[0], y_end) + bulge > self.y_max or min(y[0], y_end) - bulge < self.y_min:
+            least, greatest = minimum_maximum(y)
+            self.y_min, self.y_max = min(self.y_min, least), max(self.y_max, greatest)
+        bulge = sum(map(mul, x_sizes, third))
+        if max(x[1], vx_end * duration) + bulge > self.vx_max * duration:
+            self.vx_max = max(self.vx_max, minimum_maximum(derivative(x))[1] / duration)
+
+
+@lru_cache(maxsize=64)
+def _weights(size: int) -> tuple[tuple[float, ...], tuple[float, ...]]:
+    # Bounds of |second derivative|/8 of a polynomial on [0, 1], and of its derivative.
+    return (
+        tuple(n * (n - 1) / 8.0 for n in range(size)),
+        tuple(n * (n - 1) * (n - 2) / 8.0 for n in range(size)),
+    )

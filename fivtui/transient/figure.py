@@ -1,0 +1,418 @@
+"""Results as publishable figures, without pyplot."""
+
+import math
+import textwrap
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any, BinaryIO, Final
+
+import matplotlib as mpl
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.backends.backend_agg import FigureCanvasAgg
+from matplotlib.figure import Figure
+from matplotlib.layout_engine import ConstrainedLayoutEngine
+from matplotlib.lines import Line2D
+from numpy.typing import NDArray
+
+from fivtui.io.files import check_output, check_suffix, write_atomically
+from fivtui.model.errors import InputError
+from fivtui.model.parameters import PARAMETERS, Parameters, ParameterSpec, unknown_name
+from fivtui.version import __version__
+
+from .files import trajectory_of
+from .result import Transient
+from .trajectory import COLUMNS, Trajectory
+
+# Metadata by suffix: no date, so that the same figure always gives the same bytes.
+_METADATA: Final[Mapping[str, Mapping[str, str | None]]] = {
+    ".png": {"Software": f"fivtui {__version__}"},
+    ".svg": {"Creator": f"fivtui {__version__}", "Date": None},
+    ".pdf": {"Creator": f"fivtui {__version__}", "CreationDate": None},
+}
+FORMATS: Final = tuple(suffix.removeprefix(".") for suffix in _METADATA)
+# Type 42 keeps the text of a PDF text.
+_SAVING: Final[dict[Any, Any]] = {"svg.hashsalt": "fivtui", "pdf.fonttype": 42}
+_DPI: Final = 200
+
+_PANELS: Final = ("P", "x", "y")
+# Runs with separation considered and ignored differ in their lines, several of a kind in markers.
+CASE_LINES: Final[Mapping[bool, Any]] = {True: (0.0, (4.0, 1.5)), False: "-"}
+CASE_COLOURS: Final[Mapping[bool, Sequence[str]]] = {
+    True: ("#12803c", "#8a8a00", "#00867d", "#4f5d1e"),
+    False: ("#1f4fd8", "#7a3fc4", "#0083b8", "#1b2a6b"),
+}
+_MARKERS: Final = ("", "o", "s", "^", "D", "v")
+# Motion smaller than this, relative to the displacement, is rest.
+_ROUNDING: Final = 1e-9
+# Widths of lines, points.
+_WIDE: Final = 1.1
+_NARROW: Final = 0.6
+_SHADE: Final = "0.9"
+# Inches: width, height of a row of panels, of an only row, and of what stands above and below.
+WIDTH: Final = 7.2
+_ROW: Final = 1.85
+_ONLY_ROW: Final = 2.3
+_MARGIN: Final = 0.85
+STYLE: Final[dict[Any, Any]] = {
+    "font.size": 9.0,
+    "axes.labelsize": 9.0,
+    "axes.titlesize": 9.0,
+    "figure.titlesize": 10.0,
+    "legend.fontsize": 8.5,
+    "axes.linewidth": 0.6,
+    "axes.grid": True,
+    "axes.axisbelow": True,
+    "grid.color": "0.9",
+    "grid.linewidth": 0.5,
+    "xtick.direction": "in",
+    "ytick.direction": "in",
+}
+# Enlarged are about this many last cycles, if the whole time has more than twice as many.
+_CYCLES: Final = 8
+# Beyond this many cycles dashes and shading would only make patterns of their own.
+_CROWDED: Final = 120
+# Groups of samples that a line is reduced to: several a pixel.
+_GROUPS: Final = 4000
+# Markers a line.
+_MARKS: Final = 12
+# Characters of mathtext that fit beside each other in the legend, and its line spacing, inches.
+_LEGEND_WIDTH: Final = 100
+_LEGEND_LINE: Final = 0.18
+_NO_BREAK: Final = "\N{NO-BREAK SPACE}"
+
+
+def transient_figure(
+    runs: Sequence[Transient], *, title: str | None = None, quantities: Sequence[str] = _PANELS
+) -> Figure:
+    """Contact force, horizontal and vertical displacement over time (the paper's Figs. 10 to 12).
+
+    Beside the whole time stand the last cycles, enlarged. Separation ignored is drawn solid blue,
+    considered dashed green. The times off the belt are shaded where they are those of one run.
+
+    Parameters
+    ----------
+    runs : sequence of Transient
+        One or several results computed with sample times.
+    title : str, optional
+        Title above the panels, shown as it is.
+    quantities : sequence of str
+        What is drawn, a row of panels each: names in `COLUMNS`.
+
+    Returns
+    -------
+    Figure
+        With an Agg canvas; it belongs to no window.
+
+    Raises
+    ------
+    InputError
+        If there is no run, or one without trajectory, or a quantity is unknown.
+    ComputationError
+        If a sample is not finite.
+    """
+    if not runs:
+        raise InputError("figure: allowed are one or more runs")
+    known = [column.name for column in COLUMNS]
+    for name in quantities:
+        if name not in known:
+            raise unknown_name("quantity", name, known)
+    curves = _curves(runs)
+    windows = _windows(max(curves, key=lambda curve: curve.run.t_end))
+    considered = [run for run in runs if run.separation]
+    off = considered[0].separated_intervals if len(considered) == 1 else []
+    with mpl.rc_context(STYLE):
+        size = (WIDTH, max(_ROW * len(quantities), _ONLY_ROW) + _MARGIN)
+        figure = Figure(figsize=size, layout=ConstrainedLayoutEngine(wspace=0.05))
+        FigureCanvasAgg(figure)
+        panels = figure.subplots(
+            len(quantities), len(windows), sharex="col", sharey="row", squeeze=False
+        )
+        for row, name in zip(panels, quantities, strict=True):
+            for axes, window in zip(row, windows, strict=True):
+                _draw_panel(axes, curves, name, window)
+                if not window.crowded:
+                    _shade(axes, off)
+            row[0].set_ylabel(_axis_label(name).replace(" ", "\n", 1))
+        for axes, window in zip(panels[0], windows, strict=True):
+            axes.set_title(window.title)
+        for axes in panels[-1]:
+            axes.set_xlabel(_axis_label("t"))
+        figure.align_ylabels()
+        _add_legend(figure, panels[0, -1])
+        if title is not None:
+            figure.suptitle(title, parse_math=False)
+    return figure
+
+
+def run_labels(runs: Sequence[Transient]) -> list[str]:
+    """What tells runs apart, for legends.
+
+    Parameters
+    ----------
+    runs : sequence of Transient
+        The runs.
+
+    Returns
+    -------
+    list of str
+        A label a run, each different, in matplotlib's mathtext: whether separation is considered,
+        then the parameters, method and start in which the runs differ.
+    """
+    varied = [n for n in PARAMETERS if len({getattr(run.parameters, n) for run in runs}) > 1]
+    several = len({run.method for run in runs}) > 1
+    labels = []
+    for run in runs:
+        parts = ["separation considered" if run.separation else "separation ignored"]
+        parts += [value_label(name, getattr(run.parameters, name)) for name in varied]
+        labels.append(", ".join([*parts, run.method] if several else parts))
+    starts = [f"start ({', '.join(f'{value:.3g}' for value in run.start)})" for run in runs]
+    starts = [start.replace("-", "−") for start in starts]
+    labels = _told_apart(labels, starts)
+    return _told_apart(labels, [f"run {number}" for number in range(1, len(runs) + 1)])
+
+
+def _told_apart(labels: Sequence[str], additions: Sequence[str]) -> list[str]:
+    # Adds to those labels that are not alone in their name, where the addition says anything.
+    pairs = list(zip(labels, additions, strict=True))
+    varied = {label for label in labels if len({more for same, more in pairs if same == label}) > 1}
+    return [f"{label}, {more}" if label in varied else label for label, more in pairs]
+
+
+def value_label(name: str, value: float) -> str:
+    """A value of a parameter in matplotlib's mathtext, such as ``F = 80 N``."""
+    spec = PARAMETERS[name]
+    text = f"{math_symbol(spec.symbol)} = {value:g} {math_unit(spec.unit)}".rstrip()
+    return text.replace(" ", _NO_BREAK)
+
+
+def quantity_label(spec: ParameterSpec) -> str:
+    """Meaning, symbol and unit of a quantity for an axis, in matplotlib's mathtext."""
+    unit = f" ({math_unit(spec.unit)})" if spec.unit else ""
+    return f"{spec.meaning.partition(',')[0].capitalize()} {math_symbol(spec.symbol)}{unit}"
+
+
+def parameter_line(p: Parameters, without: Sequence[str] = ()) -> str:
+    """The values of the parameters, on two lines of matplotlib's mathtext.
+
+    Parameters
+    ----------
+    p : Parameters
+        The parameter set.
+    without : sequence of str
+        Names that are left out.
+
+    Returns
+    -------
+    str
+        Such as ``m = 5 kg, …``.
+    """
+    texts = [value_label(k, value) for k, value in p.as_dict().items() if k not in without]
+    half = (len(texts) + 1) // 2
+    return "\n".join(", ".join(part) for part in (texts[:half], texts[half:]))
+
+
+def _axis_label(name: str) -> str:
+    column = next(column for column in COLUMNS if column.name == name)
+    return f"{column.meaning.capitalize()} {math_symbol(name)} ({math_unit(column.unit)})"
+
+
+def math_symbol(symbol: str) -> str:
+    """A symbol such as ``k_nl`` in matplotlib's mathtext, its index upright."""
+    head, _, index = symbol.partition("_")
+    return f"${head}_{{\\mathrm{{{index}}}}}$" if index else f"${head}$"
+
+
+def math_unit(unit: str) -> str:
+    """A unit such as ``N/m^3`` in matplotlib's mathtext."""
+    base, _, power = unit.partition("^")
+    return f"{base}$^{power}$" if power else base
+
+
+@dataclass(frozen=True, slots=True)
+class _Curve:
+    # A run and how it is drawn.
+    run: Transient
+    trajectory: Trajectory
+    label: str
+    colour: str
+    marker: str
+    phase: float
+
+
+def _curves(runs: Sequence[Transient]) -> list[_Curve]:
+    seen = {True: 0, False: 0}
+    curves = []
+    for number, (run, label) in enumerate(zip(runs, run_labels(runs), strict=True)):
+        same, colours = seen[run.separation], CASE_COLOURS[run.separation]
+        seen[run.separation] += 1
+        curves.append(
+            _Curve(
+                run=run,
+                trajectory=trajectory_of(run),
+                label=label,
+                colour=colours[same % len(colours)],
+                marker=_MARKERS[same % len(_MARKERS)],
+                phase=number / len(runs),
+            )
+        )
+    return curves
+
+
+@dataclass(frozen=True, slots=True)
+class _Window:
+    # A column of panels: its times in s, the width of its lines in points, and whether cycles are
+    # too narrow for dashes.
+    title: str
+    left: float
+    right: float
+    width: float
+    crowded: bool = False
+
+
+def _windows(curve: _Curve) -> list[_Window]:
+    # The whole time and, if it has many cycles, the last of them.
+    t_end, period = curve.run.t_end, _period(curve.trajectory)
+    if period is None or t_end < 2 * _CYCLES * period:
+        return [_Window("", 0.0, t_end, _WIDE)]
+    length = _round_number(_CYCLES * period)
+    return [
+        _Window("whole run", 0.0, t_end, _NARROW, crowded=t_end > _CROWDED * period),
+        _Window(f"last {length:g} s", t_end - length, t_end, _WIDE),
+    ]
+
+
+def _period(trajectory: Trajectory) -> float | None:
+    # Mean time between upward crossings of the mean vertical displacement, late in the run.
+    late = trajectory.t >= 0.5 * trajectory.t[-1]
+    t, y = trajectory.t[late], trajectory.y[late]
+    rising = t[:-1][np.diff(np.sign(y - y.mean())) > 0]
+    if np.ptp(y) <= _ROUNDING * np.abs(y).max():
+        return None
+    return float(rising[-1] - rising[0]) / (rising.size - 1) if rising.size > 1 else None
+
+
+def _round_number(value: float) -> float:
+    unit = 10.0 ** math.floor(math.log10(value))
+    return unit * min((1.0, 2.0, 5.0, 10.0), key=lambda digit: abs(digit * unit - value))
+
+
+def _draw_panel(axes: Axes, curves: Sequence[_Curve], name: str, window: _Window) -> None:
+    axes.axhline(0.0, color="0.4", linewidth=0.5, zorder=1.0)
+    for curve in curves:
+        t, values = _reduced(curve.trajectory, name, window)
+        every = max(t.size // _MARKS, 1)
+        axes.plot(
+            t,
+            values,
+            linestyle="-" if window.crowded else CASE_LINES[curve.run.separation],
+            color=curve.colour,
+            marker=curve.marker,
+            markevery=(int(curve.phase * every), every),
+            markersize=3.5,
+            linewidth=window.width,
+            zorder=2.5 if curve.run.separation else 2.0,
+            label=curve.label,
+        )
+    axes.set_xlim(window.left, window.right)
+
+
+def _reduced(
+    trajectory: Trajectory, name: str, window: _Window
+) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    # The samples in a window; of many, the least and greatest of each group in order of time.
+    first, last = np.searchsorted(trajectory.t, [window.left, window.right])
+    inside = slice(max(int(first) - 1, 0), int(last) + 1)
+    t, values = trajectory.t[inside], getattr(trajectory, name)[inside]
+    size = t.size // _GROUPS
+    if size <= 2:
+        return t, values
+    groups = values[: size * _GROUPS].reshape(_GROUPS, size)
+    starts = size * np.arange(_GROUPS)
+    kept = np.concatenate(
+        [[0], starts + groups.argmin(axis=1), starts + groups.argmax(axis=1)],
+    )
+    kept = np.union1d(kept, np.arange(size * _GROUPS, t.size))
+    return t[kept], values[kept]
+
+
+def _shade(axes: Axes, intervals: Sequence[tuple[float, float]]) -> None:
+    if intervals:
+        axes.broken_barh(
+            [(start, end - start) for start, end in intervals],
+            (0.0, 1.0),
+            transform=axes.get_xaxis_transform(),
+            facecolor=_SHADE,
+            linewidth=0.0,
+            zorder=0.0,
+            label="off the belt",
+        )
+
+
+def _add_legend(figure: Figure, axes: Axes) -> None:
+    handles, labels = axes.get_legend_handles_labels()
+    # Lines first, shading last.
+    order = sorted(range(len(labels)), key=lambda index: not isinstance(handles[index], Line2D))
+    columns = max(1, min(3, _LEGEND_WIDTH // (max(map(len, labels)) + 8)))
+    wrapped = [
+        textwrap.fill(label, _LEGEND_WIDTH, break_on_hyphens=False, break_long_words=False)
+        for label in labels
+    ]
+    lines = math.ceil(sum(label.count("\n") + 1 for label in wrapped) / columns)
+    figure.set_figheight(figure.get_figheight() + _LEGEND_LINE * (lines - 1))
+    figure.legend(
+        [handles[index] for index in order],
+        [wrapped[index] for index in order],
+        loc="outside lower center",
+        ncols=columns,
+        frameon=False,
+        handlelength=3.0,
+    )
+
+
+def check_figure_path(path: Path, *, force: bool) -> None:
+    """Check that a figure can be written to a file, before it is made.
+
+    Parameters
+    ----------
+    path : Path
+        The file; its suffix says the format.
+    force : bool
+        Whether a file that exists may be replaced.
+
+    Raises
+    ------
+    InputError
+        If the format is unknown, or as `check_output`.
+    """
+    check_suffix(path, "figure", _METADATA)
+    check_output(path, force=force)
+
+
+def save_figure(figure: Figure, path: Path, *, force: bool = False) -> None:
+    """Write a figure; the same figure always gives the same bytes.
+
+    Parameters
+    ----------
+    figure : Figure
+        The figure.
+    path : Path
+        The file; its suffix ``.png`` (200 dpi), ``.svg`` or ``.pdf`` says the format.
+    force : bool
+        Whether a file that exists may be replaced.
+
+    Raises
+    ------
+    InputError
+        If the format is unknown or the file cannot be written.
+    """
+    suffix = check_suffix(path, "figure", _METADATA)
+
+    def write(file: BinaryIO) -> None:
+        with mpl.rc_context(_SAVING):
+            figure.savefig(
+                file, format=suffix.removeprefix("."), dpi=_DPI, metadata=dict(_METADATA[suffix])
+            )
+
+    write_atomically(path, write, force=force)

@@ -1,0 +1,245 @@
+"""Results in files and as plain data, with units and provenance and without loss of precision."""
+
+import math
+from collections.abc import Mapping
+from dataclasses import asdict
+from pathlib import Path
+from typing import Any, BinaryIO
+
+import numpy as np
+
+from fivtui.equilibrium.eigenvalues import Stability
+from fivtui.equilibrium.modes import VibrationMode
+from fivtui.io.files import write_atomically
+from fivtui.io.formats import Columns, columns_format
+from fivtui.io.reading import opened
+from fivtui.model.errors import ComputationError, InputError
+from fivtui.model.slider_belt import Mode
+from fivtui.version import __version__
+
+from .result import Transient
+from .trajectory import COLUMNS, Trajectory
+
+
+def transient_to_dict(transient: Transient) -> dict[str, Any]:
+    """A transient without its trajectory, as data that JSON can hold.
+
+    Parameters
+    ----------
+    transient : Transient
+        The result.
+
+    Returns
+    -------
+    dict
+        What was computed (``parameters``, ``separation``, ``start``, ``t_end``, ``method``,
+        ``tol``, ``step``) and
+        what came out (``final``, ``peak``, ``steady``, ``contact_force``, ``events``, ``stats``),
+        in SI units.
+
+    Raises
+    ------
+    ComputationError
+        If a number is not finite.
+    """
+    outcome = ("final", "peak", "steady", "contact_force", "events")
+    data = {
+        **_request(transient),
+        **{name: getattr(transient, name)._asdict() for name in outcome},
+        "stats": asdict(transient.stats),
+    }
+    _check_finite(data, "")
+    return data
+
+
+def stability_to_dict(stability: Stability) -> dict[str, Any]:
+    """A stability analysis as data that JSON can hold.
+
+    Parameters
+    ----------
+    stability : Stability
+        The result.
+
+    Returns
+    -------
+    dict
+        ``equilibrium``, ``eigenvalues`` as pairs of real and imaginary part, ``growth_rate``,
+        ``stable``, ``critical_mu``, ``linear_critical_mu``, ``modes``, ``margin``,
+        ``coalescence``, in SI units; frequencies in Hz, angular frequencies in rad/s.
+
+    Raises
+    ------
+    ComputationError
+        If a number is not finite.
+    """
+    point = stability.equilibrium
+    data = {
+        "equilibrium": {"x": point.x, "y": point.y, "P": point.P},
+        "eigenvalues": [[value.real, value.imag] for value in stability.eigenvalues.tolist()],
+        "growth_rate": stability.growth_rate,
+        "stable": stability.stable,
+        "critical_mu": [asdict(critical) for critical in stability.critical_mu],
+        "linear_critical_mu": stability.linear_critical_mu,
+        "modes": [_mode_to_dict(mode) for mode in stability.modes],
+        "margin": asdict(stability.margin),
+        "coalescence": asdict(stability.coalescence),
+    }
+    _check_finite(data, "")
+    return data
+
+
+def _mode_to_dict(mode: VibrationMode) -> dict[str, Any]:
+    x, y = mode.shape
+    return {
+        "frequency": mode.frequency,
+        "angular_frequency": mode.angular_frequency,
+        "growth_rate": mode.growth_rate,
+        "damping_ratio": mode.damping_ratio,
+        "shape": {"x": [x.real, x.imag], "y": [y.real, y.imag]},
+    }
+
+
+def _request(transient: Transient) -> dict[str, Any]:
+    return {
+        "parameters": transient.parameters.as_dict(),
+        "separation": transient.separation,
+        "start": list(transient.start),
+        "t_end": transient.t_end,
+        "method": transient.method,
+        "tol": transient.tol,
+        "step": transient.step,
+    }
+
+
+def _check_finite(data: object, name: str) -> None:
+    if isinstance(data, Mapping):
+        for key, value in data.items():
+            _check_finite(value, f"{name}.{key}".lstrip("."))
+    elif isinstance(data, list):
+        for value in data:
+            _check_finite(value, name)
+    elif isinstance(data, float) and not math.isfinite(data):
+        raise _not_finite(name)
+
+
+def _not_finite(name: str) -> ComputationError:
+    return ComputationError(
+        f"{name} is not a finite number",
+        "use a shorter horizon or parameters of less extreme size",
+    )
+
+
+def trajectory_of(transient: Transient) -> Trajectory:
+    """The trajectory of a transient, checked.
+
+    Parameters
+    ----------
+    transient : Transient
+        A result computed with sample times.
+
+    Returns
+    -------
+    Trajectory
+        Its trajectory.
+
+    Raises
+    ------
+    InputError
+        If the transient was computed without sample times.
+    ComputationError
+        If a sample is not finite.
+    """
+    trajectory = transient.trajectory
+    if trajectory is None:
+        raise InputError("samples: the transient has no trajectory; compute it with sample times")
+    for column in COLUMNS:
+        if not np.all(np.isfinite(getattr(trajectory, column.name))):
+            raise _not_finite(f"trajectory.{column.name}")
+    return trajectory
+
+
+def save_trajectory(transient: Transient, path: Path, *, force: bool = False) -> None:
+    """Write a trajectory with units and provenance.
+
+    The same transient always gives the same bytes. CSV has them in comment lines (``# key: JSON``)
+    before the names of the columns, NPZ in arrays beside the columns, Parquet in the metadata of
+    the schema and its fields.
+
+    Parameters
+    ----------
+    transient : Transient
+        A result computed with sample times.
+    path : Path
+        The file; its suffix ``.csv``, ``.npz`` or ``.parquet`` says the format.
+    force : bool
+        Whether a file that exists may be replaced.
+
+    Raises
+    ------
+    InputError
+        If there is no trajectory, the format is unknown or needs a package that is not installed,
+        or the file cannot be written.
+    ComputationError
+        If a sample is not finite.
+    """
+    form = columns_format(path, "trajectory")
+    trajectory = trajectory_of(transient)
+    request = {key: value for key, value in _request(transient).items() if value is not None}
+    provenance = {"fivtui": __version__, **request}
+
+    values = {column.name: getattr(trajectory, column.name) for column in COLUMNS}
+
+    def write(file: BinaryIO) -> None:
+        form.write(file, COLUMNS, values, provenance)
+
+    write_atomically(path, write, force=force)
+
+
+def load_trajectory(path: Path) -> Trajectory:
+    """Read a trajectory from a file.
+
+    Parameters
+    ----------
+    path : Path
+        A file that has the columns of `COLUMNS`, in any order; others are not read.
+
+    Returns
+    -------
+    Trajectory
+        Its trajectory, in SI units.
+
+    Raises
+    ------
+    InputError
+        If the file cannot be read, or is not a trajectory: a column is missing, a value is not a
+        finite number, times do not ascend, or a mode is neither 0 nor 1.
+    """
+    form = columns_format(path, "trajectory")
+    with opened(path) as file:
+        try:
+            return _trajectory(form.read(file))
+        except InputError as error:
+            raise InputError(f"{path}: {error}") from None
+
+
+def _trajectory(columns: Columns) -> Trajectory:
+    missing = [column.name for column in COLUMNS if column.name not in columns]
+    if missing:
+        raise InputError(f"not a trajectory: no column {', '.join(missing)}")
+    size = columns["t"].size
+    for name, values in columns.items():
+        if values.dtype.kind not in "fiu" or values.shape != (size,) or size == 0:
+            raise InputError(
+                f"{name}: allowed are as many numbers as there are times, at least one"
+            )
+        if not np.all(np.isfinite(values)):
+            raise InputError(f"{name}: allowed are finite numbers")
+    if np.any(np.diff(columns["t"]) < 0.0):
+        raise InputError("t: allowed are ascending times")
+    if not np.all(np.isin(columns["mode"], list(Mode))):
+        raise InputError("mode: allowed are 1 (in contact) and 0 (separated)")
+    arrays: dict[str, Any] = {
+        name: values.astype(np.int8 if name == "mode" else np.float64)
+        for name, values in columns.items()
+    }
+    return Trajectory(**arrays)

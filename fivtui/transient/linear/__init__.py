@@ -1,0 +1,1 @@
+"""Linear scenes: solved exactly by the matrix exponential."""

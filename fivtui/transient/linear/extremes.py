@@ -1,0 +1,168 @@
+"""Exact extremes of a linear motion by branch and bound over time.
+
+A span is searched only where it can hold more than what has been found: growth and decay leave a
+few periods to look at, however long the horizon. The bounds need no eigenvectors.
+"""
+
+from collections.abc import Callable
+from typing import Final
+
+import numpy as np
+from numpy.typing import NDArray
+
+from fivtui.model.errors import Cancelled, ComputationError
+from fivtui.transient.extremes import Extremes
+
+from .exponential import DEGREE, LinearMotion
+
+FloatArray = NDArray[np.float64]
+Spans = list[tuple[int, FloatArray]]
+
+# What is sought as a maximum: x, −x, y, −y and ẋ/ω.
+_SOUGHT: Final = np.array(
+    [[1.0, 0, 0, 0], [-1.0, 0, 0, 0], [0, 0, 1.0, 0], [0, 0, -1.0, 0], [0, 1.0, 0, 0]]
+)
+_CHUNK: Final = 1 << 15
+# Bounds are sampled at the base span over two to this power, this often at a time.
+_REFINEMENT: Final = 6
+_SAMPLES: Final = 1 << 10
+# What rounding does to a state, and how much of a doubt about an extreme is put down to it.
+_NOISE: Final = 2.0**-46
+_DOUBT: Final = 2.0**-44
+
+
+class Search:
+    """Looks for the extremes of a linear motion.
+
+    Parameters
+    ----------
+    motion : LinearMotion
+        The motion.
+    max_steps : int
+        Spans that may be looked at.
+    progress : callable, optional
+        Called with the part of the time that is dealt with, in seconds; the search is cancelled
+        when it returns False.
+
+    Attributes
+    ----------
+    steps : int
+        Spans looked at.
+    """
+
+    def __init__(
+        self,
+        motion: LinearMotion,
+        max_steps: int,
+        progress: Callable[[float], bool] | None,
+    ) -> None:
+        self._motion, self._max_steps, self._progress = motion, max_steps, progress
+        self.steps, self._dealt_with = 0, 0.0
+        self._best = np.full(5, -np.inf)
+        self._rest = _SOUGHT @ motion.rest
+        spans = motion.spans[: motion.base + _REFINEMENT, None, None]
+        # By how much, per unit of z − rest and of ż, a span departs from rest and from its chord.
+        self._reach = self._greatest(_SOUGHT, motion.spans.size)
+        bend = self._greatest(_SOUGHT @ motion.matrix, len(spans))
+        self._bend = bend * spans[: len(bend)] ** 2 / 8.0
+
+    def _greatest(self, rows: FloatArray, levels: int) -> FloatArray:
+        # Bounds, per span, of |rows exp(A s)| over it. From the level `fine` on they are taken at
+        # the samples 0, 1, 2 … of some span, and hold in between by what one such span can add.
+        motion = self._motion
+        fine = motion.base - _REFINEMENT
+        growth, term = np.eye(4)[None], np.eye(4)
+        scaled = np.abs(motion.matrix) * motion.spans[fine]
+        shares = (motion.spans[: fine + 1] / motion.spans[fine])[:, None, None]
+        for n in range(1, DEGREE):
+            term = term @ scaled / n
+            growth = growth + term * shares**n
+        bounds = list(np.abs(rows) @ growth)
+        powers, within = np.eye(4)[None], None
+        with np.errstate(over="ignore", invalid="ignore"):
+            for exponential in motion.exponentials[fine : levels - 1]:
+                if len(powers) == _SAMPLES:
+                    powers, within = np.eye(4)[None], bounds[-1]
+                powers = np.concatenate([powers, powers @ exponential])
+                if within is None:
+                    sampled = np.abs(rows @ powers) @ growth[-1]
+                else:
+                    sampled = within @ np.abs(powers)
+                bounds.append(sampled.max(axis=0))
+        return np.array(bounds)
+
+    def over(self, spans: Spans, end: FloatArray) -> Extremes:
+        """Extremes over consecutive spans; what was found before is kept.
+
+        Parameters
+        ----------
+        spans : list of tuple
+            Index of every span and the state at its start, shape (1, 4).
+        end : ndarray, shape (1, 4)
+            State at their end.
+
+        Returns
+        -------
+        Extremes
+            Over these spans and those before.
+
+        Raises
+        ------
+        ComputationError
+            If too many spans must be looked at.
+        Cancelled
+            If the progress callback returned False.
+        """
+        starts = [z for _, z in spans]
+        self._see(np.concatenate([*starts, end]) @ _SOUGHT.T)
+        waiting = spans.copy()
+        while waiting:
+            level, z = waiting.pop()
+            if len(z) > _CHUNK:
+                waiting += [(level, part) for part in np.array_split(z, len(z) // _CHUNK + 1)]
+                continue
+            kept = self._promising(level, z)
+            if len(kept) and level > 0:
+                middle = self._motion.after(kept, level - 1)
+                self._see(middle @ _SOUGHT.T)
+                waiting.append((level - 1, np.concatenate([kept, middle])))
+                rest = len(z) - len(kept)
+            else:
+                rest = len(z)
+            self._account(len(z), rest * float(self._motion.spans[level]))
+        found = Extremes()
+        x_max, x_low, y_max, y_low, fastest = (self._best + 0.0).tolist()
+        found.x_min, found.x_max, found.y_min, found.y_max = 0.0 - x_low, x_max, 0.0 - y_low, y_max
+        found.vx_max = float(self._motion.states(np.array([0.0, fastest, 0.0, 0.0]))[1])
+        return found
+
+    def _see(self, values: FloatArray) -> None:
+        self._best = np.maximum(self._best, values.max(axis=0))
+
+    def _promising(self, level: int, z: FloatArray) -> FloatArray:
+        # The states whose spans may exceed what was found by more than rounding.
+        motion, best = self._motion, self._best
+        size = max(float(np.abs(best).max()), float(np.abs(self._rest).max()))
+        with np.errstate(over="ignore", invalid="ignore"):
+            reach = self._reach[level].T
+            noise = _NOISE * (np.abs(z) + np.abs(motion.rest))
+            doubt = np.minimum(noise @ reach, _DOUBT * size)
+            bound = self._rest + np.abs(z - motion.rest) @ reach
+            if level < len(self._bend):
+                ends = np.maximum(z @ _SOUGHT.T, motion.after(z, level) @ _SOUGHT.T)
+                bent = np.abs(motion.velocity(z)) @ self._bend[level].T
+                bound = np.minimum(bound, ends + bent)
+        # A bound that is no number excludes nothing.
+        kept: FloatArray = z[~np.all(bound <= best + doubt, axis=1)]
+        return kept
+
+    def _account(self, steps: int, seconds: float) -> None:
+        self.steps += steps
+        self._dealt_with += seconds
+        if self._progress is not None and not self._progress(self._dealt_with):
+            raise Cancelled
+        if self.steps > self._max_steps:
+            raise ComputationError(
+                f"the extremes are not found in {self._max_steps} spans of time",
+                "use a shorter horizon, or damping that lets the motion settle",
+            )

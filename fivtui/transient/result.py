@@ -1,0 +1,231 @@
+"""The result of a transient: final state, peaks, events, and how they are assembled."""
+
+import math
+from dataclasses import dataclass
+from itertools import pairwise
+from typing import Literal, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from fivtui.model.parameters import Parameters
+from fivtui.model.slider_belt import Mode, State, contact_force
+from fivtui.taylor.stepper import overflow_error
+
+from .extremes import Extremes
+from .methods import Problem
+from .trajectory import DenseSolution, Trajectory
+
+Kernel = Literal["compiled", "interpreted", "exact"]
+
+
+class FinalState(NamedTuple):
+    """State at the end: t in s, x and y in m, vx and vy in m/s."""
+
+    t: float
+    x: float
+    vx: float
+    y: float
+    vy: float
+
+
+class Peak(NamedTuple):
+    """Exact extremes over the whole run, m; `vx_max`, m/s, is the least valid belt speed."""
+
+    y_abs: float
+    y_max: float
+    y_min: float
+    x_abs: float
+    vx_max: float
+
+
+class Steady(NamedTuple):
+    """Half peak-to-peak of y over the second half of the run, m; it may still be settling."""
+
+    y_half_range: float
+
+
+class ContactForce(NamedTuple):
+    """Least and greatest contact force over the run, N."""
+
+    min: float
+    max: float
+
+
+class Events(NamedTuple):
+    """Switches of the run.
+
+    Attributes
+    ----------
+    separations, reattachments : int
+        Their numbers.
+    separated_time : float
+        Time off the belt, s.
+    first, last : float or None
+        Time of the first and last switch, s.
+    """
+
+    separations: int
+    reattachments: int
+    separated_time: float
+    first: float | None
+    last: float | None
+
+
+@dataclass(slots=True)
+class Stats:
+    """Work done.
+
+    Attributes
+    ----------
+    steps : int
+        Integration steps; an exact solution takes none.
+    cpu_s : float or None
+        CPU time, s, where the caller measured it.
+    kernel : str or None
+        What ran the method ``taylor``: ``"compiled"`` or ``"interpreted"`` code step by step, or
+        the ``"exact"`` solution of a linear scene. None for other methods.
+    """
+
+    steps: int
+    cpu_s: float | None = None
+    kernel: Kernel | None = None
+
+
+@dataclass(frozen=True, slots=True)
+class Transient:
+    """Result of a transient.
+
+    Attributes
+    ----------
+    parameters : Parameters
+        The parameter set.
+    separation : bool
+        Whether separation was considered.
+    start : State
+        (x, ẋ, y, ẏ) at t = 0, m and m/s.
+    t_end : float
+        Horizon, s.
+    method : str
+        Name of the integration method.
+    tol : float
+        Relative tolerance.
+    step : float or None
+        Step asked of a fixed-step method, s.
+    final, peak, steady, contact_force, events, stats
+        See their classes.
+    switch_times : ndarray, shape (n,)
+        Times of all switches, s, alternately of one kind and the other.
+    first_mode : Mode
+        Mode before the first switch.
+    trajectory : Trajectory or None
+        The motion at the times asked for.
+    solution : DenseSolution or None
+        The motion as a function of time, where ``"dense"`` was asked for.
+    """
+
+    parameters: Parameters
+    separation: bool
+    start: State
+    t_end: float
+    method: str
+    tol: float
+    step: float | None
+    final: FinalState
+    peak: Peak
+    steady: Steady
+    contact_force: ContactForce
+    events: Events
+    stats: Stats
+    switch_times: NDArray[np.float64]
+    first_mode: Mode
+    trajectory: Trajectory | None = None
+    solution: DenseSolution | None = None
+
+    @property
+    def separated_intervals(self) -> list[tuple[float, float]]:
+        """Start and end of every interval off the belt, s."""
+        edges = [0.0, *self.switch_times.tolist(), self.t_end]
+        first = 0 if self.first_mode is Mode.SEPARATED else 1
+        pairs = list(pairwise(edges))
+        return [pair for pair in pairs[first::2] if pair[1] > pair[0]]
+
+
+def assemble(
+    problem: Problem,
+    method: str,
+    *,
+    final: State,
+    whole: Extremes,
+    second_half: Extremes,
+    switches: NDArray[np.float64],
+    separations: int,
+    separated_time: float,
+    stats: Stats,
+    first_mode: Mode,
+    trajectory: Trajectory | None,
+    solution: DenseSolution | None,
+) -> Transient:
+    """The result of a run from what was seen of it.
+
+    Parameters
+    ----------
+    problem : Problem
+        What was integrated.
+    method : str
+        Name of the method.
+    final : State
+        State at the horizon.
+    whole, second_half : Extremes
+        Over the run and over its second half.
+    switches : ndarray, shape (n,)
+        Times of all switches, s.
+    separations : int
+        How many of them left the belt.
+    separated_time : float
+        Time off the belt, s.
+    stats : Stats
+        Work done.
+    first_mode : Mode
+        Mode before the first switch.
+    trajectory, solution
+        As in `Transient`.
+
+    Returns
+    -------
+    Transient
+        Everything that a run reports.
+
+    Raises
+    ------
+    ComputationError
+        If the contact force is out of the range of numbers.
+    """
+    p, considered, t_end = problem.parameters, problem.separation, problem.t_end
+    y_min, y_max = whole.y_min, whole.y_max
+    # P decreases with y, so its extremes are those of y, except that it ends at zero.
+    highest, lowest = (min(y_max, 0.0), min(y_min, 0.0)) if considered else (y_max, y_min)
+    weakest = contact_force(p, highest, Mode.CONTACT) + 0.0
+    strongest = contact_force(p, lowest, Mode.CONTACT) + 0.0
+    if not math.isfinite(strongest - weakest):
+        raise overflow_error(t_end, final)
+    first, last = (float(switches[0]), float(switches[-1])) if switches.size else (None, None)
+    return Transient(
+        p,
+        considered,
+        problem.start,
+        t_end,
+        method,
+        problem.tol,
+        problem.step,
+        FinalState(t_end, *final),
+        Peak(max(y_max, -y_min), y_max, y_min, max(whole.x_max, -whole.x_min), whole.vx_max),
+        Steady(0.5 * (second_half.y_max - second_half.y_min)),
+        ContactForce(weakest, strongest),
+        Events(separations, switches.size - separations, separated_time, first, last),
+        stats,
+        switches,
+        first_mode,
+        trajectory,
+        solution,
+    )

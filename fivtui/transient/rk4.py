@@ -1,0 +1,274 @@
+"""The paper's method (section 5.1): fixed-step RK4 with bisection at every switch, in NumPy.
+
+Written to be read and to be independent: it shares no stepping code with the Taylor integrator and
+is the yardstick for everything else. Several parameter sets advance together, one per column.
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Final
+
+import numpy as np
+from numpy.typing import NDArray
+
+from fivtui.model.errors import ComputationError, InputError
+from fivtui.model.parameters import PARAMETERS, Parameters
+from fivtui.model.slider_belt import Mode, State, mode_of
+from fivtui.taylor.segment import Segment
+
+from .hermite import segment_between
+
+FloatArray = NDArray[np.float64]
+BoolArray = NDArray[np.bool_]
+
+# RK4 is stable on an oscillator up to ω·step = 2.83; beyond this its numbers mean nothing.
+_STABLE: Final = 2.0
+_BISECTIONS: Final = 60
+_MAX_SWITCHES_PER_STEP: Final = 64
+
+
+@dataclass(frozen=True, slots=True)
+class Piece:
+    """What the parameter sets did over one part of a step; n is their number.
+
+    Attributes
+    ----------
+    contact : ndarray of bool, shape (n,)
+        Whether the contact field governed.
+    begin, duration : ndarray, shape (n,)
+        Start within the step and length, s; length zero where the step was already complete.
+    first, last : ndarray, shape (4, n)
+        (x, ẋ, y, ẏ) at both ends.
+    switches : ndarray of bool, shape (n,)
+        Whether the mode changes at the end.
+    """
+
+    contact: BoolArray
+    begin: FloatArray
+    duration: FloatArray
+    first: FloatArray
+    last: FloatArray
+    switches: BoolArray
+
+
+class RungeKutta4:
+    """Fourth-order Runge–Kutta steps of fixed length, with the switch found by bisection.
+
+    Parameters
+    ----------
+    parameters : sequence of Parameters
+        The n parameter sets.
+    starts : sequence of State
+        The n start states at t = 0.
+    step : float
+        Step, s.
+    separation : bool
+        Whether separation is considered.
+    locate : bool
+        Whether switches are located by bisection. If not, every stage takes the field of its own
+        sign of y, the method keeps converging but loses its order.
+
+    Attributes
+    ----------
+    t : float
+        Time reached, s: a whole number of steps.
+    state : ndarray, shape (4, n)
+        (x, ẋ, y, ẏ) of every set.
+    contact : ndarray of bool, shape (n,)
+        Mode of every set.
+
+    Raises
+    ------
+    InputError
+        If `step` is not positive.
+    """
+
+    def __init__(
+        self,
+        parameters: Sequence[Parameters],
+        starts: Sequence[State],
+        *,
+        step: float,
+        separation: bool = True,
+        locate: bool = True,
+    ) -> None:
+        if not 0.0 < step < np.inf:
+            raise InputError(f"step = {step}: allowed is a positive number of seconds")
+        self.step = step
+        self.separation = separation
+        self.locate = locate
+        self.steps = 0
+        self.state: FloatArray = np.array(starts, dtype=float).T
+        modes = [
+            mode_of(p, start, separation=separation)
+            for p, start in zip(parameters, starts, strict=True)
+        ]
+        self.contact: BoolArray = np.array([mode is Mode.CONTACT for mode in modes])
+        self._table: dict[str, FloatArray] = {
+            name: np.array([getattr(p, name) for p in parameters]) for name in PARAMETERS
+        }
+
+    @property
+    def t(self) -> float:
+        """Time reached, s."""
+        return self.steps * self.step
+
+    def advance(self) -> list[Piece]:
+        """Take one step, in as many pieces as its switches need.
+
+        Returns
+        -------
+        list of Piece
+            Together they cover the step for every parameter set.
+
+        Raises
+        ------
+        ComputationError
+            If the step is too large for the stiffness, the motion overflows, or a step holds more
+            switches than can be believed.
+        """
+        self._check_step()
+        pieces: list[Piece] = []
+        done = np.zeros(self.state.shape[1])
+        left = np.full_like(done, self.step)
+        while np.any(left > 0.0):
+            if len(pieces) > _MAX_SWITCHES_PER_STEP:
+                raise ComputationError(
+                    f"over {_MAX_SWITCHES_PER_STEP} switches in the step at t = {self.t:.6g} s",
+                    "use a smaller step, or the taylor method",
+                )
+            first = self.state
+            last = self._rk4(first, self.contact, left)
+            if not np.all(np.isfinite(last)):
+                raise ComputationError(
+                    f"the motion grows out of the range of numbers at t = {self.t:.6g} s",
+                    "use a smaller step, consider separation, or end before that time",
+                )
+            crossed = self._crossed(last, self.contact)
+            duration = left
+            if self.locate and np.any(crossed):
+                duration = np.where(crossed, self._bisect(first, left, crossed), left)
+                last = self._rk4(first, self.contact, duration)
+            pieces.append(Piece(self.contact, done, duration, first, last, crossed))
+            self.state = last
+            self.contact = self.contact ^ crossed
+            done = done + duration
+            left = left - duration
+        self.steps += 1
+        return pieces
+
+    def _derivatives(self, state: FloatArray, contact: BoolArray) -> FloatArray:
+        # Eqs. 2 and 5, solved for the accelerations.
+        p = self._table
+        x, vx, y, vy = state
+        if self.separation and not self.locate:
+            contact = y < 0.0
+        force = np.where(contact, -p["k2"] * y - p["k_nl"] * y**3, 0.0)
+        coupling = 0.5 * p["k3"] * (x - y)
+        ax = (p["mu"] * force - p["c1"] * vx - p["k1"] * x - coupling) / p["m"]
+        ay = (force - p["F"] - p["c2"] * vy + coupling) / p["m"]
+        return np.stack((vx, ax, vy, ay))
+
+    def _rk4(self, state: FloatArray, contact: BoolArray, step: FloatArray) -> FloatArray:
+        with np.errstate(over="ignore", invalid="ignore"):
+            s1 = self._derivatives(state, contact)
+            s2 = self._derivatives(state + 0.5 * step * s1, contact)
+            s3 = self._derivatives(state + 0.5 * step * s2, contact)
+            s4 = self._derivatives(state + step * s3, contact)
+            return state + step / 6.0 * (s1 + 2.0 * s2 + 2.0 * s3 + s4)
+
+    def _crossed(self, state: FloatArray, contact: BoolArray) -> BoolArray:
+        # Eq. 3 violated in contact, or Eq. 4 violated when separated.
+        if not self.separation:
+            return np.zeros_like(contact)
+        return np.asarray(np.where(contact, state[2] > 0.0, state[2] < 0.0), dtype=bool)
+
+    def _bisect(self, first: FloatArray, left: FloatArray, crossed: BoolArray) -> FloatArray:
+        # The shortest step known to cross, so that the new mode starts on its own side of y = 0.
+        before, after = np.zeros_like(left), left
+        for _ in range(_BISECTIONS):
+            middle = 0.5 * (before + after)
+            if np.all((middle <= before) | (middle >= after) | ~crossed):
+                break
+            beyond = self._crossed(self._rk4(first, self.contact, middle), self.contact)
+            before = np.where(beyond, before, middle)
+            after = np.where(beyond, middle, after)
+        return after
+
+    def _check_step(self) -> None:
+        p = self._table
+        tangent = np.where(self.contact, p["k2"] + 3.0 * p["k_nl"] * self.state[2] ** 2, 0.0)
+        frequency = np.sqrt(np.max((p["k1"] + p["k3"] + tangent) / p["m"]))
+        decay = np.max(np.maximum(p["c1"], p["c2"]) / p["m"])
+        fastest = max(frequency, decay)
+        if self.step * fastest > _STABLE:
+            cause = "damping" if decay > frequency else "tangent contact stiffness"
+            raise ComputationError(
+                f"step = {self.step:g} s is too large for RK4 at t = {self.t:.6g} s: the {cause} "
+                f"makes it unstable",
+                f"use a step below {0.1 / fastest:.1g} s, or the taylor method",
+            )
+
+
+class ReferenceStepper:
+    """One parameter set under `RungeKutta4`, as segments.
+
+    Parameters
+    ----------
+    p : Parameters
+        The parameter set.
+    state : State
+        (x, ẋ, y, ẏ) at t = 0.
+    step : float
+        Step, s.
+    separation : bool
+        Whether separation is considered.
+    locate : bool
+        Whether switches are located, see `RungeKutta4`. If not, they count at the end of the step
+        in which they lie.
+    """
+
+    def __init__(
+        self, p: Parameters, state: State, *, step: float, separation: bool, locate: bool = True
+    ) -> None:
+        self._p = p
+        self._integrator = RungeKutta4(
+            [p], [state], step=step, separation=separation, locate=locate
+        )
+        self._waiting: list[Segment] = []
+
+    def advance(self) -> Segment:
+        """Compute the next segment: a step, or the part of it up to or after a switch.
+
+        Returns
+        -------
+        Segment
+            Quintic interpolation between the states of the integrator.
+
+        Raises
+        ------
+        ComputationError
+            See `RungeKutta4.advance`.
+        """
+        while not self._waiting:
+            begin = self._integrator.t
+            for piece in self._integrator.advance():
+                start = begin + float(piece.begin[0])
+                # The last piece ends on the grid, so that no rounding accumulates.
+                complete = not (self._integrator.locate and bool(piece.switches[0]))
+                end = self._integrator.t if complete else start + float(piece.duration[0])
+                if end > start:
+                    self._waiting.append(self._segment(piece, (start, end)))
+            self._waiting.reverse()
+        return self._waiting.pop()
+
+    def _segment(self, piece: Piece, times: tuple[float, float]) -> Segment:
+        x0, vx0, y0, vy0 = piece.first[:, 0].tolist()
+        x1, vx1, y1, vy1 = piece.last[:, 0].tolist()
+        return segment_between(
+            self._p,
+            Mode.CONTACT if piece.contact[0] else Mode.SEPARATED,
+            times,
+            ((x0, vx0, y0, vy0), (x1, vx1, y1, vy1)),
+            switches=bool(piece.switches[0]),
+        )

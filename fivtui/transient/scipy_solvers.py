@@ -1,0 +1,158 @@
+"""SciPy's variable-step methods, restarted at every switch."""
+
+from collections.abc import Callable
+from typing import Final
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.integrate import DOP853, LSODA, OdeSolver, Radau
+
+from fivtui.model.errors import ComputationError
+from fivtui.model.parameters import Parameters
+from fivtui.model.slider_belt import Mode, State, accelerations, jacobian, mode_of
+from fivtui.taylor.polynomial import first_root
+from fivtui.taylor.segment import Segment
+
+# Degree to which the dense output of each solver is represented.
+_SOLVERS: Final[dict[str, tuple[Callable[..., OdeSolver], int]]] = {
+    "DOP853": (DOP853, 7),
+    "Radau": (Radau, 3),
+    "LSODA": (LSODA, 7),
+}
+_MAX_STALLED: Final = 64
+_LARGEST: Final = 1e150
+
+
+class ScipyStepper:
+    """A SciPy solver, one instance per mode interval.
+
+    Parameters
+    ----------
+    p : Parameters
+        The parameter set.
+    state : State
+        (x, ẋ, y, ẏ) at t = 0.
+    solver : str
+        ``"DOP853"``, ``"Radau"`` or ``"LSODA"``.
+    t_end : float
+        Horizon, s; the last segment ends there.
+    separation : bool
+        Whether separation is considered.
+    tol : float
+        Relative tolerance; the absolute one is `tol` times the size of the start.
+    """
+
+    def __init__(
+        self,
+        p: Parameters,
+        state: State,
+        *,
+        solver: str,
+        t_end: float,
+        separation: bool,
+        tol: float,
+    ) -> None:
+        self._p = p
+        self._make, self._degree = _SOLVERS[solver]
+        self._t_end = t_end
+        self._separation = separation
+        self._tol = tol
+        size = max(abs(state[0]), abs(state[2]), abs(p.F) / (p.k1 + p.k2 + p.k3))
+        self._absolute = tol * (size if size > 0.0 else 1.0)
+        nodes = 0.5 - 0.5 * np.cos(np.pi * np.arange(self._degree + 1) / self._degree)
+        self._nodes: NDArray[np.float64] = nodes
+        self._to_power = np.linalg.inv(np.vander(nodes, increasing=True))
+        self._stalled = 0
+        self._y = state[2]
+        self._solver = self._begin(0.0, state)
+
+    def _begin(self, t: float, state: State) -> OdeSolver:
+        self._mode = mode_of(self._p, state, separation=self._separation)
+        mode, p = self._mode, self._p
+
+        def motion(_t: float, z: NDArray[np.float64]) -> list[float]:
+            x, vx, y, vy = z.tolist()
+            ax, ay = accelerations(p, (x, vx, y, vy), mode)
+            return [vx, ax, vy, ay]
+
+        def linearised(_t: float, z: NDArray[np.float64]) -> NDArray[np.float64]:
+            return np.array(jacobian(p, float(z[2]), mode))
+
+        options = {} if self._make is DOP853 else {"jac": linearised}
+        return self._make(
+            motion,
+            t,
+            np.array(state),
+            self._t_end,
+            rtol=self._tol,
+            atol=self._absolute,
+            **options,
+        )
+
+    def advance(self) -> Segment:
+        """Compute the next segment: one step of the solver, cut at the first root of y.
+
+        Returns
+        -------
+        Segment
+            It begins where the last one ended.
+
+        Raises
+        ------
+        ComputationError
+            If the solver fails, the motion overflows, or switches stop advancing time.
+        """
+        solver, start = self._solver, float(self._solver.t)
+        try:
+            with np.errstate(over="ignore", invalid="ignore"):
+                message = solver.step()
+        except (ValueError, ArithmeticError, np.linalg.LinAlgError) as error:
+            raise self._failure(start, str(error)) from error
+        if solver.status == "failed":
+            raise self._failure(start, message or "no reason given")
+        if not np.abs(solver.y).max() < _LARGEST:
+            raise self._failure(start, "the motion grows out of the range of numbers")
+        dense = solver.dense_output()
+        end, mode = float(solver.t), self._mode
+        x, y = self._polynomials(dense(start + (end - start) * self._nodes))
+        final = _state(solver.y)
+        root = self._first_root(y, final[2]) if self._separation else None
+        if root is not None:
+            end = start + (end - start) * root
+            at_root = _state(dense(end))
+            final = (at_root[0], at_root[1], 0.0, at_root[3])
+            x, y = self._polynomials(dense(start + (end - start) * self._nodes))
+            self._solver = self._begin(end, final)
+        self._y = final[2]
+        self._stalled = self._stalled + 1 if end == start else 0
+        if self._stalled > _MAX_STALLED:
+            raise ComputationError(
+                f"SciPy's solver is stuck on the switch at t = {start:.6g} s",
+                "use the taylor method",
+            )
+        switches = self._mode is not mode
+        return Segment(mode, start, 0.0, end - start, end, x, y, final, switches)
+
+    def _failure(self, t: float, why: str) -> ComputationError:
+        return ComputationError(
+            f"SciPy's solver fails at t = {t:.6g} s: {why}",
+            "try another tolerance or method taylor",
+        )
+
+    def _polynomials(self, samples: NDArray[np.float64]) -> tuple[list[float], list[float]]:
+        x, y = self._to_power @ samples[0], self._to_power @ samples[2]
+        # Rounding must not put a root beside the switch from which the step starts.
+        y[0] = self._y
+        return x.tolist(), y.tolist()
+
+    def _first_root(self, y: list[float], final: float) -> float | None:
+        root = first_root(y)
+        contact = self._mode is Mode.CONTACT
+        if root is None and (final > 0.0 if contact else final < 0.0):
+            return 1.0
+        return root
+
+
+def _state(z: NDArray[np.float64]) -> State:
+    x, vx, y, vy = z.tolist()
+    return (x, vx, y, vy)

@@ -1,0 +1,98 @@
+"""Stiffness: a motion that is slow beside the rates at which deviations from it die out."""
+
+from dataclasses import dataclass
+from typing import Final
+
+import numpy as np
+
+from fivtui.model.errors import ComputationError
+from fivtui.model.parameters import Parameters
+from fivtui.model.slider_belt import Mode, equilibrium, jacobian
+
+from .methods import Problem
+
+# An explicit method of high order is unstable beyond about this decay times step.
+_REACH: Final = 9.0
+# Fewer forced steps than this are no burden; less between the rates is no stiffness.
+_BURDEN: Final = 20_000.0
+_RATIO: Final = 100.0
+
+
+@dataclass(frozen=True, slots=True)
+class Stiffness:
+    """Why a scene is stiff.
+
+    Attributes
+    ----------
+    decay : float
+        Fastest rate of decay, 1/s.
+    motion : float
+        Slowest rate of the linearised motion, 1/s.
+    steps : float
+        Steps that this decay forces upon an explicit method, at rest or not.
+    """
+
+    decay: float
+    motion: float
+    steps: float
+
+    def __str__(self) -> str:
+        return (
+            f"the scene is stiff: deviations decay at up to {self.decay:.3g} 1/s, the motion goes "
+            f"at {self.motion:.3g} 1/s"
+        )
+
+
+def stiffness(p: Parameters, *, t_end: float, separation: bool) -> Stiffness | None:
+    """Judge whether a scene is stiff, from the eigenvalues in contact and off the belt.
+
+    Parameters
+    ----------
+    p : Parameters
+        The parameter set.
+    t_end : float
+        Horizon, s: a short one takes few steps all the same.
+    separation : bool
+        Whether separation is considered.
+
+    Returns
+    -------
+    Stiffness or None
+        None if an explicit method such as ``taylor`` suits the scene.
+    """
+    modes = (Mode.CONTACT, Mode.SEPARATED) if separation else (Mode.CONTACT,)
+    try:
+        y = min(equilibrium(p, separation=separation).y, 0.0)
+    except ComputationError:
+        y = 0.0
+    found = None
+    for mode in modes:
+        matrix = np.array(jacobian(p, y, mode))
+        if not np.all(np.isfinite(matrix)):
+            continue
+        values = np.linalg.eigvals(matrix)
+        decaying = values.real < -10.0 * np.abs(values.imag)
+        if not np.any(decaying):
+            continue
+        decay = float(-values.real[decaying].min())
+        motion = float(np.abs(values).min())
+        steps = decay * t_end / _REACH
+        if decay > _RATIO * motion and steps > _BURDEN and (not found or decay > found.decay):
+            found = Stiffness(decay, motion, steps)
+    return found
+
+
+def stiffness_of(problem: Problem) -> Stiffness | None:
+    """Judge whether what is asked of an integrator is stiff, see `stiffness`.
+
+    Parameters
+    ----------
+    problem : Problem
+        What is asked.
+
+    Returns
+    -------
+    Stiffness or None
+        None if an explicit method suits it.
+    """
+    return stiffness(problem.parameters, t_end=problem.t_end, separation=problem.separation)

@@ -1,0 +1,171 @@
+"""The motion at given times, and the motion as a function of time."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Self
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from fivtui.model.columns import COLUMNS, Column
+from fivtui.model.errors import InputError
+from fivtui.model.parameters import Parameters
+from fivtui.model.slider_belt import Mode
+from fivtui.taylor.segment import Segment
+
+__all__ = ["COLUMNS", "Column", "DenseSolution", "Trajectory"]
+
+FloatArray = NDArray[np.float64]
+
+
+@dataclass(frozen=True, slots=True)
+class Trajectory:
+    """The motion at n times, in SI units.
+
+    Attributes
+    ----------
+    t, x, vx, y, vy, P : ndarray, shape (n,)
+        Time, displacements, velocities and contact force.
+    mode : ndarray of int8, shape (n,)
+        1 in contact, 0 separated (`Mode`).
+    """
+
+    t: FloatArray
+    x: FloatArray
+    vx: FloatArray
+    y: FloatArray
+    vy: FloatArray
+    P: FloatArray
+    mode: NDArray[np.int8]
+
+    @classmethod
+    def joined(cls, parts: Sequence[Self]) -> Self:
+        """One trajectory from consecutive parts.
+
+        Parameters
+        ----------
+        parts : sequence of Trajectory
+            At least one.
+
+        Returns
+        -------
+        Trajectory
+            All their times in order.
+        """
+        columns = (c.name for c in COLUMNS)
+        return cls(*(np.concatenate([getattr(part, name) for part in parts]) for name in columns))
+
+
+class DenseSolution:
+    """The motion as a function of time: the polynomials of all segments.
+
+    Parameters
+    ----------
+    p : Parameters
+        The parameter set, for the contact force.
+    segments : sequence of Segment
+        Consecutive segments, at least one.
+    """
+
+    def __init__(self, p: Parameters, segments: Sequence[Segment]) -> None:
+        size = max(len(s.x) for s in segments)
+        series = np.zeros((2, size, len(segments)))
+        for column, segment in enumerate(segments):
+            series[0, : len(segment.x), column] = segment.x
+            series[1, : len(segment.y), column] = segment.y
+        rows = [(s.start, s.start_remainder, s.duration, s.end, s.mode) for s in segments]
+        self._set(p, np.array(rows, dtype=float), series[0], series[1])
+
+    @classmethod
+    def from_arrays(cls, p: Parameters, rows: FloatArray, x: FloatArray, y: FloatArray) -> Self:
+        """The same from n segments in arrays.
+
+        Parameters
+        ----------
+        p : Parameters
+            The parameter set.
+        rows : ndarray, shape (n, 5)
+            Start, what it lacks, duration and end, s, and mode of every segment.
+        x, y : ndarray, shape (degree + 1, n)
+            Coefficients in (time since the start)/duration, m.
+
+        Returns
+        -------
+        DenseSolution
+            The motion.
+        """
+        solution = cls.__new__(cls)
+        solution._set(p, rows, x, y)
+        return solution
+
+    def _set(self, p: Parameters, rows: FloatArray, x: FloatArray, y: FloatArray) -> None:
+        self._p, self._x, self._y = p, x, y
+        self._start, self._remainder, self._duration = rows[:, 0], rows[:, 1], rows[:, 2]
+        self._mode = rows[:, 4].astype(np.int8)
+        self.t_start, self.t_end = float(rows[0, 0]), float(rows[-1, 3])
+
+    def __call__(self, times: ArrayLike) -> Trajectory:
+        """Evaluate the motion.
+
+        Parameters
+        ----------
+        times : array_like, shape (n,)
+            Times in [t_start, t_end], s.
+
+        Returns
+        -------
+        Trajectory
+            The motion at those times.
+
+        Raises
+        ------
+        InputError
+            If a time lies outside.
+        """
+        t = np.atleast_1d(np.asarray(times, dtype=float))
+        if t.size and not (t.min() >= self.t_start and t.max() <= self.t_end):
+            raise InputError(f"times: allowed is {self.t_start:g} to {self.t_end:g} s")
+        index = np.maximum(np.searchsorted(self._start, t, side="right") - 1, 0)
+        duration = self._duration[index]
+        theta = ((t - self._start[index]) - self._remainder[index]) / duration
+        x, vx = _horner(self._x[:, index], theta)
+        y, vy = _horner(self._y[:, index], theta)
+        return trajectory_of(self._p, t, (x, vx / duration, y, vy / duration), self._mode[index])
+
+
+def trajectory_of(
+    p: Parameters,
+    t: FloatArray,
+    states: tuple[FloatArray, FloatArray, FloatArray, FloatArray],
+    mode: NDArray[np.int8],
+) -> Trajectory:
+    """A trajectory from states: adds the contact force.
+
+    Parameters
+    ----------
+    p : Parameters
+        The parameter set.
+    t : ndarray, shape (n,)
+        Times, s.
+    states : tuple of ndarray, shape (n,)
+        x, ẋ, y and ẏ, m and m/s.
+    mode : ndarray of int8, shape (n,)
+        See `Trajectory`.
+
+    Returns
+    -------
+    Trajectory
+        The motion at those times.
+    """
+    x, vx, y, vy = states
+    force = np.where(mode == Mode.CONTACT, (-p.k2 - p.k_nl * y * y) * y, 0.0)
+    return Trajectory(t, x, vx, y, vy, force, mode)
+
+
+def _horner(c: FloatArray, t: FloatArray) -> tuple[FloatArray, FloatArray]:
+    # Value and derivative of one polynomial per column.
+    value, slope = c[-1], np.zeros_like(t)
+    for row in c[-2::-1]:
+        slope = slope * t + value
+        value = value * t + row
+    return value, slope

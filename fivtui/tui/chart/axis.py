@@ -1,0 +1,212 @@
+"""An axis of a chart: limits, scale, ticks, zoom, typed limits. Imports no Textual."""
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from typing import Final, Self
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from fivtui.model.errors import InputError
+from fivtui.model.parameters import parse_number
+
+from .plot_data import axis_limits, round_ticks, tick_labels
+
+FloatArray = NDArray[np.float64]
+
+# Closer limits cannot be told apart in their labels.
+_CLOSEST: Final = 1e-9
+_WIDEST: Final = 1e300
+_DECADES: Final = 20.0
+_FACTORS: Final = (1.0, 2.0, 5.0)
+_FORM: Final = "LOW:HIGH, or nothing for what the data need"
+
+
+@dataclass(frozen=True, slots=True)
+class Axis:
+    """Limits and scale of one direction.
+
+    Attributes
+    ----------
+    low, high : float
+        Limits, the first below the second; above zero on a logarithmic scale.
+    log : bool
+        Whether the scale is logarithmic.
+    """
+
+    low: float
+    high: float
+    log: bool = False
+
+    def place(self, values: ArrayLike) -> FloatArray:
+        """Where values lie on the axis.
+
+        Parameters
+        ----------
+        values : array_like, shape (n,)
+            The values.
+
+        Returns
+        -------
+        ndarray, shape (n,)
+            0 at the lower limit, 1 at the upper one; NaN where the scale has no such value.
+        """
+        low, high = self._ends
+        with np.errstate(invalid="ignore", divide="ignore"):
+            scaled = self._scaled(np.asarray(values, dtype=float))
+        places: FloatArray = (scaled - low) / (high - low)
+        return places
+
+    def value(self, place: float) -> float:
+        """The value at a place, see `place`."""
+        low, high = self._ends
+        scaled = low + place * (high - low)
+        return 10.0**scaled if self.log else scaled
+
+    def _scaled(self, values: FloatArray) -> FloatArray:
+        return np.log10(np.where(values > 0.0, values, np.nan)) if self.log else values
+
+    @property
+    def _ends(self) -> tuple[float, float]:
+        return (math.log10(self.low), math.log10(self.high)) if self.log else (self.low, self.high)
+
+    def moved(self, *, zoom: float = 1.0, about: float = 0.5, shift: float = 0.0) -> Self:
+        """The axis zoomed and moved.
+
+        Parameters
+        ----------
+        zoom : float
+            New length, relative to that of now.
+        about : float
+            Place that stays where it is when zoomed.
+        shift : float
+            By how much of its length it moves.
+
+        Returns
+        -------
+        Axis
+            The same if its limits would meet or leave the range of numbers.
+        """
+        first = about * (1.0 - zoom) + shift
+        try:
+            low, high = self.value(first), self.value(first + zoom)
+        except OverflowError:
+            return self
+        size = max(abs(low), abs(high))
+        if not _CLOSEST * size < high - low or size > _WIDEST or (self.log and low <= 0.0):
+            return self
+        return replace(self, low=low, high=high)
+
+    def ticks(self, most: int) -> tuple[list[float], list[str]]:
+        """Ticks and their labels.
+
+        Parameters
+        ----------
+        most : int
+            Number of ticks that there is room for, at least 2.
+
+        Returns
+        -------
+        ticks, labels : list
+            Inside the limits, ascending.
+        """
+        if self.log:
+            ticks = _log_ticks(self.low, self.high, most)
+            if len(ticks) > 1:
+                return ticks, [f"{tick:.4g}" for tick in ticks]
+        ticks = round_ticks(self.low, self.high, most)
+        return ticks, tick_labels(ticks)
+
+
+def _log_ticks(low: float, high: float, most: int) -> list[float]:
+    first, last = math.floor(math.log10(low)), math.ceil(math.log10(high))
+    decades = range(first, last + 1)
+    slack = 1e-12
+    for factors in (_FACTORS, (1.0,)):
+        ticks = [factor * 10.0**decade for decade in decades for factor in factors]
+        ticks = [t for t in ticks if low * (1.0 - slack) <= t <= high * (1.0 + slack)]
+        if len(ticks) <= most:
+            return ticks
+    return ticks[:: math.ceil(len(ticks) / most)]
+
+
+def axis_for(values: Sequence[ArrayLike], *, log: bool = False, tight: bool = False) -> Axis:
+    """An axis that shows all of some data.
+
+    Parameters
+    ----------
+    values : sequence of array_like
+        The data; what is not finite does not count, nor what is not positive on a logarithmic
+        scale.
+    log : bool
+        Whether the scale is logarithmic.
+    tight : bool
+        Whether the limits are those of the data, without room around them.
+
+    Returns
+    -------
+    Axis
+        From 0 to 1, or 0.1 to 1, if there are no data.
+    """
+    ranges = [_range(np.asarray(part, dtype=float), log=log) for part in values]
+    known = [each for each in ranges if each is not None]
+    if not known:
+        return Axis(0.1, 1.0, log=True) if log else Axis(0.0, 1.0)
+    low, high = min(each[0] for each in known), max(each[1] for each in known)
+    if log:
+        # What is smaller by so much is noise, or zero but for rounding.
+        low = max(low, high * 10.0**-_DECADES)
+        if tight and high > low * (1.0 + _CLOSEST):
+            return Axis(low, high, log=True)
+        ends = axis_limits(math.log10(low), math.log10(high))
+        return Axis(10.0 ** ends[0], 10.0 ** ends[1], log=True)
+    if tight and high - low > _CLOSEST * max(abs(low), abs(high)):
+        return Axis(low, high)
+    return Axis(*axis_limits(low, high))
+
+
+def _range(values: FloatArray, *, log: bool) -> tuple[float, float] | None:
+    usable = np.isfinite(values)
+    if log:
+        usable &= values > 0.0
+    if not usable.any():
+        return None
+    kept = values if usable.all() else values[usable]
+    return float(kept.min()), float(kept.max())
+
+
+def parse_limits(name: str, text: str, *, log: bool = False) -> tuple[float, float] | None:
+    """Read the limits of an axis.
+
+    Parameters
+    ----------
+    name : str
+        Which axis, for messages.
+    text : str
+        ``LOW:HIGH``; nothing for limits that follow the data.
+    log : bool
+        Whether the scale is logarithmic.
+
+    Returns
+    -------
+    tuple of float or None
+        The limits, the first below the second; None if there is no text.
+
+    Raises
+    ------
+    InputError
+        If the text has another form, or the limits are not ascending, too close together, or not
+        above zero on a logarithmic scale.
+    """
+    if not text.strip():
+        return None
+    low_text, colon, high_text = text.partition(":")
+    if not colon:
+        raise InputError(f"{name} {text!r}: allowed is {_FORM}")
+    low, high = (parse_number(name, part.strip(), _FORM) for part in (low_text, high_text))
+    if not high - low > _CLOSEST * max(abs(low), abs(high)) or max(-low, high) > _WIDEST:
+        raise InputError(f"{name} {text!r}: LOW must be below HIGH")
+    if log and low <= 0.0:
+        raise InputError(f"{name} {text!r}: on a logarithmic axis LOW must be above 0")
+    return low, high

@@ -1,0 +1,414 @@
+"""The widget that shows a chart."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import ClassVar, Final
+
+from rich.segment import Segment
+from rich.style import Style
+from textual.binding import Binding, BindingType
+from textual.events import (
+    Click,
+    Leave,
+    MouseDown,
+    MouseMove,
+    MouseScrollDown,
+    MouseScrollUp,
+    MouseUp,
+)
+from textual.message import Message
+from textual.strip import Strip
+from textual.widget import Widget
+
+from fivtui.tui.chart.chart import Chart, Found, View, nearest
+from fivtui.tui.chart.picture import MARGIN, Picture, Span, draw
+from fivtui.tui.chart.styles import CHART_STYLES, FOCUSED_STYLES
+
+from .limits_dialog import LimitsDialog
+
+_ZOOM: Final = Binding.Group("Zoom")
+_PAN: Final = Binding.Group("Pan")
+_ZOOM_STEP: Final = 0.7
+_WHEEL_STEP: Final = 0.85
+_PAN_STEP: Final = 0.15
+_BIG_STEP: Final = 10
+_WIDE: Final = 90
+_LEAST: Final = (MARGIN + 2, 3)
+
+
+@dataclass(frozen=True, slots=True)
+class _Control:
+    # A word at the end of the heading that is clicked; brief where there is little room.
+    action: str
+    words: str
+    brief: str
+
+
+_CONTROLS: Final = (
+    _Control("log('x')", "log x", "lx"),
+    _Control("log('y')", "log y", "ly"),
+    _Control("limits", "limits", "lim"),
+    _Control("whole", "whole", "⟲"),
+)
+
+
+class ChartView(Widget, can_focus=True):
+    """A chart with zoom, pan, cursor, typed limits and logarithmic axes, by keys and by mouse.
+
+    It draws itself from `picture.draw`. The plots of textual-plot take more than 50 ms each even of
+    reduced data, and have no logarithmic axes, no cursor and no shades.
+
+    Parameters
+    ----------
+    id : str
+        Identifier of the widget.
+    nothing : str
+        What is said as long as there is no chart.
+    openable : bool
+        Whether a point can be opened.
+    """
+
+    BINDINGS: ClassVar[list[BindingType]] = [
+        Binding("plus,equals_sign", "zoom(-1)", "Zoom in", key_display="+", group=_ZOOM),
+        Binding("minus", "zoom(1)", "Zoom out", key_display="-", group=_ZOOM),
+        Binding("shift+up,K", "zoom_y(-1)", "Zoom in along y", show=False),
+        Binding("shift+down,J", "zoom_y(1)", "Zoom out along y", show=False),
+        Binding("left,h", "step(-1, 0)", "Left", key_display="←", group=_PAN),
+        Binding("right,l", "step(1, 0)", "Right", key_display="→", group=_PAN),
+        Binding("up,k", "step(0, 1)", "Up", show=False),
+        Binding("down,j", "step(0, -1)", "Down", show=False),
+        Binding("shift+left,H", f"step(-{_BIG_STEP}, 0)", "Far left", show=False),
+        Binding("shift+right,L", f"step({_BIG_STEP}, 0)", "Far right", show=False),
+        Binding("r", "whole", "Whole"),
+        Binding("c", "cursor", "Cursor"),
+        Binding("escape", "cursor_off", "Cursor off", show=False),
+        Binding("enter", "open", "Open the point"),
+        Binding("g", "limits", "Limits…"),
+        Binding("x", "log('x')", "Log x", show=False),
+        Binding("y", "log('y')", "Log y", show=False),
+        *(
+            Binding(str(number), f"trace({number})", f"Trace {number}", show=False)
+            for number in range(1, 10)
+        ),
+    ]
+
+    @dataclass
+    class Opened(Message):
+        """The user wants to see more of a point."""
+
+        view: "ChartView"
+        point: Found
+
+        @property
+        def control(self) -> "ChartView":
+            """The chart."""
+            return self.view
+
+    @dataclass
+    class Moved(Message):
+        """Other parts are shown."""
+
+        view: "ChartView"
+
+        @property
+        def control(self) -> "ChartView":
+            """The chart."""
+            return self.view
+
+    def __init__(self, id: str, *, nothing: str = "", openable: bool = False) -> None:  # noqa: A002
+        super().__init__(id=id)
+        self.view = View()
+        self._chart: Chart | None = None
+        self._nothing, self._openable = nothing, openable
+        self._picture: Picture | None = None
+        self._styles_by_name: dict[str, Style] = {}
+        self._controls: list[tuple[int, int, str]] = []
+        self._steered = False
+        self._held: tuple[int, int] | None = None
+        self._dragged = False
+
+    @property
+    def chart(self) -> Chart | None:
+        """What is shown."""
+        return self._chart
+
+    def show(self, chart: Chart | None, *, nothing: str | None = None) -> None:
+        """Show a chart in the view of now.
+
+        Parameters
+        ----------
+        chart : Chart or None
+            The chart, or nothing.
+        nothing : str, optional
+            What to say instead of a chart.
+        """
+        self._chart = chart
+        if nothing is not None:
+            self._nothing = nothing
+        self.redraw()
+
+    def redraw(self) -> None:
+        """Draw what is shown anew."""
+        self._picture = None
+        self.refresh()
+
+    def check_action(self, action: str, parameters: tuple[object, ...]) -> bool | None:  # noqa: ARG002
+        """Which actions apply."""
+        return self._openable if action == "open" else True
+
+    # Drawing
+
+    def notify_style_update(self) -> None:
+        """Take the colours of a new theme."""
+        self._styles_by_name.clear()
+        super().notify_style_update()
+
+    def _style(self, name: str) -> Style:
+        if name not in self._styles_by_name:
+            known = {**CHART_STYLES, **(FOCUSED_STYLES if self.has_focus else {})}
+            own = self.app.stylesheet.parse_style(known.get(name, name))
+            self._styles_by_name[name] = (self.visual_style + own).rich_style
+        return self._styles_by_name[name]
+
+    def on_focus(self) -> None:
+        """Show that keys come here."""
+        self._restyle()
+
+    def on_blur(self) -> None:
+        """Show that keys go elsewhere."""
+        self._restyle()
+
+    def _restyle(self) -> None:
+        self._styles_by_name.clear()
+        self.refresh()
+
+    def render_line(self, y: int) -> Strip:
+        """A line of the picture."""
+        lines = self._lines()
+        spans = lines[y] if y < len(lines) else []
+        width = self.size.width
+        segments = [Segment(text, self._style(name)) for text, name in spans]
+        return Strip(segments).adjust_cell_length(width, self._style("plot"))
+
+    def _lines(self) -> list[list[Span]]:
+        width, height = self.size
+        if self._chart is None or width < _LEAST[0] or height < _LEAST[1]:
+            return [[("", "plot")], [(f" {self._nothing}"[:width], "label")]]
+        if self._picture is None:
+            controls = self._heading_end(width)
+            reserved = sum(len(text) for text, _ in controls)
+            self._picture = draw(self._chart, self.view, width, height, reserved=reserved)
+            # The last span of the first line is what was reserved.
+            self._picture.lines[0][-1:] = controls
+        return self._picture.lines
+
+    def _heading_end(self, width: int) -> list[Span]:
+        wide = width >= _WIDE
+        words = [control.words if wide else control.brief for control in _CONTROLS]
+        on = {"log('x')": self.view.log_x, "log('y')": self.view.log_y}
+        column = width - sum(len(word) + 1 for word in words)
+        self._controls.clear()
+        spans: list[Span] = []
+        for control, word in zip(_CONTROLS, words, strict=True):
+            style = "control-on" if on.get(control.action) else "control"
+            spans += [(" ", "plot"), (word, style)]
+            self._controls.append((column + 1, column + 1 + len(word), control.action))
+            column += len(word) + 1
+        return spans
+
+    def on_resize(self) -> None:
+        """Draw for the new size."""
+        self.redraw()
+
+    # Moving
+
+    def _moved(self) -> None:
+        self.redraw()
+        self.post_message(self.Moved(self))
+
+    def action_zoom(self, direction: int) -> None:
+        """Zoom in (-1) or out (+1), about the cursor if there is one."""
+        self._zoom(_ZOOM_STEP, direction, self._cursor_place() or (0.5, 0.5))
+
+    def _zoom(self, step: float, direction: int, about: tuple[float, float]) -> None:
+        if self._chart is not None:
+            self.view.zoom(self._chart, step**-direction, about)
+            self._moved()
+
+    def action_zoom_y(self, direction: int) -> None:
+        """Zoom in (-1) or out (+1) along y alone."""
+        if self._chart is not None:
+            self.view.zoom_y(self._chart, _ZOOM_STEP**-direction)
+            self._moved()
+
+    def action_step(self, right: int, up: int) -> None:
+        """Move the cursor by cells if it is on, what is shown if not."""
+        if self._chart is None:
+            return
+        if self._steered:
+            self._step_cursor(right, up)
+        else:
+            self.view.pan(self._chart, _PAN_STEP * right, _PAN_STEP * up)
+            self._moved()
+
+    def action_whole(self) -> None:
+        """Show all data again."""
+        self.view.reset()
+        self._moved()
+
+    def action_log(self, axis: str) -> None:
+        """Change the scale of an axis."""
+        self.view.toggle_log(x=axis == "x")
+        self._moved()
+
+    def action_trace(self, number: int) -> None:
+        """Hide or show a trace."""
+        if self._chart is not None and self.view.toggle_trace(self._chart, number - 1):
+            self.redraw()
+
+    def action_limits(self) -> None:
+        """Ask for limits."""
+        if self._chart is None:
+            return
+
+        def take(limits: "View | None") -> None:
+            if limits is not None:
+                self.view.x, self.view.y = limits.x, limits.y
+                self._moved()
+
+        self.app.push_screen(LimitsDialog(self._chart, self.view), take)
+
+    # The cursor
+
+    def action_cursor(self) -> None:
+        """Put the cursor in the middle, or take it away."""
+        if self._steered:
+            self.action_cursor_off()
+        elif self._chart is not None:
+            self._steered = True
+            if self.view.cursor is None:
+                self._put_cursor((0.5, 0.5))
+
+    def action_cursor_off(self) -> None:
+        """Take the cursor away."""
+        self._steered = False
+        self.view.cursor = None
+        self.redraw()
+
+    def _cursor_place(self) -> tuple[float, float] | None:
+        if self._chart is None or self.view.cursor is None:
+            return None
+        x, y = self.view.axes(self._chart)
+        at_x, at_y = self.view.cursor
+        return float(x.place([at_x])[0]), float(y.place([at_y])[0])
+
+    def _put_cursor(self, place: tuple[float, float]) -> None:
+        if self._chart is not None:
+            x, y = self.view.axes(self._chart)
+            self.view.cursor = (x.value(place[0]), y.value(place[1]))
+            self.redraw()
+
+    def _step_cursor(self, right: int, up: int) -> None:
+        place = self._cursor_place()
+        if place is None or self._picture is None or self._chart is None:
+            return
+        _, _, columns, rows = self._picture.plot
+        across, along = place[0] + right / columns, place[1] + up / rows
+        if not 0.0 <= across <= 1.0:
+            # What is shown follows the cursor.
+            self.view.pan(self._chart, right / columns)
+        self._put_cursor((min(max(across, 0.0), 1.0), min(max(along, 0.0), 1.0)))
+
+    def action_open(self) -> None:
+        """Open the point next to the cursor; put the cursor first if there is none."""
+        if self._chart is None:
+            return
+        if self.view.cursor is None:
+            self.action_cursor()
+            return
+        found = nearest(self._chart, self.view)
+        if found:
+            self.post_message(self.Opened(self, found[0]))
+
+    # The mouse
+
+    def on_mouse_move(self, event: MouseMove) -> None:
+        """Drag what is shown, or read out what is under the pointer."""
+        if self._picture is None or self._chart is None:
+            return
+        _, _, columns, rows = self._picture.plot
+        if self._held is not None:
+            right, down = event.x - self._held[0], event.y - self._held[1]
+            if right or down:
+                self._held, self._dragged = (event.x, event.y), True
+                follows = not self._chart.plane and self.view.y is None
+                self.view.pan(self._chart, -right / columns, 0.0 if follows else down / rows)
+                self._moved()
+        elif not self._steered:
+            place = self._picture.place(event.x, event.y)
+            if all(0.0 <= part <= 1.0 for part in place):
+                self._put_cursor(place)
+            elif self.view.cursor is not None:
+                self.action_cursor_off()
+
+    def on_leave(self, event: Leave) -> None:
+        """Read out nothing when the pointer has left."""
+        if event.node is self and not self._steered and self.view.cursor is not None:
+            self.action_cursor_off()
+
+    def on_mouse_down(self, event: MouseDown) -> None:
+        """Begin to drag."""
+        self._dragged = False
+        if self._picture is not None and event.y >= self._picture.plot[1]:
+            self._held = (event.x, event.y)
+            self.capture_mouse()
+
+    def on_mouse_up(self, _event: MouseUp) -> None:
+        """End dragging."""
+        self._held = None
+        self.release_mouse()
+
+    def on_mouse_scroll_up(self, event: MouseScrollUp) -> None:
+        """Zoom in at the pointer."""
+        self._wheel(event, -1)
+
+    def on_mouse_scroll_down(self, event: MouseScrollDown) -> None:
+        """Zoom out at the pointer."""
+        self._wheel(event, 1)
+
+    def _wheel(self, event: MouseScrollUp | MouseScrollDown, direction: int) -> None:
+        if self._picture is not None:
+            event.stop()
+            self._zoom(_WHEEL_STEP, direction, self._picture.place(event.x, event.y))
+
+    async def on_click(self, event: Click) -> None:
+        """Work a control, toggle a trace, put the cursor, or open a point (twice)."""
+        if self._chart is None or self._picture is None or self._dragged:
+            return
+        if event.y < self._picture.plot[1]:
+            for first, stop, action in self._controls:
+                if event.y == 0 and first <= event.x < stop:
+                    await self.run_action(action)
+                    return
+            index = _legend_index(self._picture.lines[event.y], event.x)
+            if index is not None:
+                self.action_trace(index + 1)
+            return
+        place = self._picture.place(event.x, event.y)
+        if not all(0.0 <= part <= 1.0 for part in place):
+            return
+        self._steered = True
+        self._put_cursor(place)
+        if event.chain == 2 and self._openable:
+            self.action_open()
+
+
+def _legend_index(spans: Sequence[Span], column: int) -> int | None:
+    # Entries of the legend begin with a blank and the number of their trace.
+    end = 0
+    for text, style in spans:
+        end += len(text)
+        if column < end:
+            entry = style == "hidden" or style.startswith(("trace-", "#"))
+            return int(text[1]) - 1 if entry and text[1:2].isdigit() else None
+    return None

@@ -1,0 +1,75 @@
+"""The dialog that asks for the limits of the axes."""
+
+from dataclasses import replace
+from typing import ClassVar
+
+from textual import on
+from textual.app import ComposeResult
+from textual.binding import Binding, BindingType
+from textual.containers import Horizontal, Vertical
+from textual.screen import ModalScreen
+from textual.widgets import Button, Input, Label, Static
+
+from fivtui.model.errors import InputError
+from fivtui.tui.chart.axis import Axis, parse_limits
+from fivtui.tui.chart.chart import Chart, View
+
+
+class LimitsDialog(ModalScreen[View | None]):
+    """Asks for LOW:HIGH of both axes; nothing lets an axis follow the data.
+
+    Parameters
+    ----------
+    chart, view
+        What is shown, and how.
+    """
+
+    BINDINGS: ClassVar[list[BindingType]] = [Binding("escape", "cancel", "Cancel")]
+
+    def __init__(self, chart: Chart, view: View) -> None:
+        super().__init__()
+        self._chart, self._view = chart, view
+
+    def compose(self) -> ComposeResult:
+        """One line an axis."""
+        labels = {"x": self._chart.x_label, "y": self._chart.y_label}
+        axes = dict(zip("xy", self._view.axes(self._chart), strict=True))
+        with Vertical(id="dialog"):
+            yield Label("Limits of the axes", id="dialog-title")
+            for name, label in labels.items():
+                yield Label(label, markup=False)
+                axis = axes[name]
+                text = f"{axis.low:.6g}:{axis.high:.6g}"
+                chosen = getattr(self._view, name) is not None
+                yield Input(
+                    text if chosen else "",
+                    placeholder=f"now {text}",
+                    id=f"limits-{name}",
+                    compact=True,
+                )
+            yield Static("LOW:HIGH; nothing for what the data need", id="dialog-hint", markup=False)
+            with Horizontal(id="dialog-buttons"):
+                yield Button("OK", id="limits-ok", compact=True, variant="primary")
+                yield Button("Cancel", id="limits-cancel", compact=True)
+
+    @on(Input.Submitted)
+    @on(Button.Pressed, "#limits-ok")
+    def _take(self) -> None:
+        chosen = replace(self._view, x=None, y=None)
+        try:
+            for name, log in (("x", chosen.log_x), ("y", chosen.log_y)):
+                text = self.query_one(f"#limits-{name}", Input).value
+                limits = parse_limits(name, text, log=log)
+                if limits is not None:
+                    setattr(chosen, name, Axis(*limits, log=log))
+        except InputError as error:
+            hint = self.query_one("#dialog-hint", Static)
+            hint.update(str(error))
+            hint.add_class("-wrong")
+        else:
+            self.dismiss(chosen)
+
+    @on(Button.Pressed, "#limits-cancel")
+    def action_cancel(self) -> None:
+        """Keep the limits of now."""
+        self.dismiss(None)

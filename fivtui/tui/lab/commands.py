@@ -1,0 +1,172 @@
+"""What the command palette lists: all that applies now."""
+
+from collections.abc import Callable, Iterable, Iterator
+from contextlib import suppress
+from dataclasses import dataclass
+from datetime import datetime
+from functools import partial
+
+from textual.command import DiscoveryHit, Hit, Hits, Provider
+
+from fivtui.model.errors import InputError
+from fivtui.scene.presets import PRESETS
+from fivtui.scene.scene import Scene
+from fivtui.tui.persistence.slots import Slot
+from fivtui.tui.persistence.state_file import load_state
+from fivtui.tui.session.fields import FIELDS
+from fivtui.tui.session.paper_scenes import paper_scenes
+from fivtui.tui.session.runs import FMU_ENGINE, Run
+from fivtui.tui.tabs.exports import KINDS
+from fivtui.tui.tabs.messages import FieldEdited, RunActed, SceneLoaded, SessionAsked
+from fivtui.tui.tabs.tabs import TABS
+
+from .screen import LabScreen
+
+
+@dataclass(frozen=True, slots=True)
+class Command:
+    """A line of the palette."""
+
+    title: str
+    help: str
+    run: Callable[[], object]
+
+
+def _commands(lab: LabScreen) -> Iterator[Command]:
+    if lab.session.runs.active is None:
+        yield Command("Run the transient", "F5", lab.action_run)
+        both = "F9: native, then FMU, and their difference"
+        yield Command("Run with both engines", both, lab.action_run_both)
+    else:
+        yield Command("Stop the run", "F5", lab.action_stop)
+    yield from _tab_commands(lab)
+    session = lab.session
+    other = "native" if session.engine == FMU_ENGINE else FMU_ENGINE
+    yield Command(f"Engine: {other}", f"F4; now {session.engine}", lab.action_switch_engine)
+    yield Command("Open a scene…", "Ctrl+O: or a result", lab.action_open_scene)
+    yield Command("Save the scene", "Ctrl+S", lab.action_save_scene)
+    yield Command("Save the scene as…", "Alt+S", lab.action_save_scene_as)
+    for path in session.recent:
+        yield Command(f"Recent: {path}", "Open it again", partial(lab.action_open_recent, path))
+    kinds = "Alt+O: a run, sweep, map or trade-off"
+    yield Command("Read a result…", kinds, lab.action_read_result)
+    if session.can_undo:
+        yield Command("Undo", "Ctrl+Z", lab.action_undo)
+    if session.can_redo:
+        yield Command("Redo", "Ctrl+Y", lab.action_redo)
+    if lab.session.changed:
+        yield Command("Reset all fields", "To the scene loaded", lab.action_reset_all)
+    yield from _choices(lab)
+    for tab in TABS:
+        yield Command(f"Tab {tab.title}", tab.key, partial(lab.show_tab, tab.id))
+    yield from _scene_commands(lab)
+    yield from _run_commands(lab)
+
+
+def _tab_commands(lab: LabScreen) -> Iterator[Command]:
+    # Of what the tab in sight shows.
+    pane = lab.pane
+    if pane is None:
+        return
+    for what, key in KINDS.items():
+        with suppress(InputError):
+            export = pane.export(what)
+            title = f"Write the {export.what} of {export.of}…"
+            text = f"{key}: {', '.join(export.suffixes)}"
+            yield Command(title, text, partial(lab.action_export, what))
+    with suppress(InputError):
+        line = pane.command_line()
+        yield Command("Copy the command line", line, lab.action_copy_command)
+
+
+def _scene_commands(lab: LabScreen) -> Iterator[Command]:
+    def command(title: str, text: str, scene: Scene, source: str, words: str) -> Command:
+        return Command(title, text, partial(lab.post_message, SceneLoaded(scene, source, words)))
+
+    for name, scene in PRESETS.items():
+        yield command(f"Preset {name}", scene.description, scene, name, f"preset {name}")
+    for scene, caption in paper_scenes():
+        title = f"Scene of {scene.name.replace('fig-', 'Fig. ')}"
+        yield command(title, caption, scene, "", f"scene {scene.name}: {caption}")
+
+
+def _run_commands(lab: LabScreen) -> Iterator[Command]:
+    runs = lab.session.runs
+
+    def command(title: str, text: str, run: Run, what: str) -> Command:
+        return Command(title, text, partial(lab.post_message, RunActed(run.number, what)))
+
+    for run in runs:
+        yield command(f"Load the scene of run {run.number}", "In the list: Enter", run, "load")
+        yield command(f"Delete run {run.number}", "In the list: x", run, "delete")
+        if run.result is None:
+            continue
+        if run is not runs.shown:
+            yield command(f"Show run {run.number}", "Its plots and result", run, "show")
+            how = "Do not draw" if run.overlaid else "Draw"
+            title = f"{how} run {run.number} beside the one shown"
+            yield command(title, "In the list: Space", run, "overlay")
+        title = "No baseline" if run is runs.baseline else f"Baseline: run {run.number}"
+        yield command(title, "In the list: b", run, "baseline")
+
+
+def _session_commands(lab: LabScreen, others: Iterable[Slot]) -> Iterator[Command]:
+    for slot in others:
+        used = f"used {datetime.fromtimestamp(slot.used):%Y-%m-%d %H:%M}; the present one is kept"
+        open_it = partial(lab.post_message, SessionAsked(slot.number))
+        yield Command(f"Open session {slot.number}: {_content(slot)}", used, open_it)
+
+
+def _content(slot: Slot) -> str:
+    try:
+        state = load_state(slot.path)
+    except InputError as error:
+        return str(error)
+    if state is None:
+        return "empty"
+    names = ["scene " + state.edited.loaded.name]
+    count = len(state.runs.runs)
+    if count:
+        names.append(f"{count} run{'s' * (count > 1)}")
+    return ", ".join([*names, *(key for key in state.results if not key.startswith("run-"))])
+
+
+def _choices(lab: LabScreen) -> Iterator[Command]:
+    for field in FIELDS.values():
+        for text, meaning in (field.choices or {}).items():
+            if text != lab.session.texts[field.name]:
+                message = partial(lab.post_message, FieldEdited(field.name, text, typed=False))
+                yield Command(f"{field.name.capitalize()}: {text}", meaning, message)
+
+
+class LabCommands(Provider):
+    """The laboratory's commands, and below them those that every Textual app has."""
+
+    async def startup(self) -> None:
+        """Read what the other sessions are, once for all that is typed."""
+        from fivtui.tui.app import FivtuiApp
+
+        self._sessions: list[Command] = []
+        if isinstance(self.screen, LabScreen) and isinstance(self.app, FivtuiApp):
+            self._sessions += _session_commands(self.screen, self.app.other_sessions)
+
+    def _all(self) -> Iterator[Command]:
+        if isinstance(self.screen, LabScreen):
+            yield from _commands(self.screen)
+        yield from self._sessions
+        for command in self.app.get_system_commands(self.screen):
+            yield Command(*command[:3])
+
+    async def discover(self) -> Hits:
+        """All commands, before anything is typed."""
+        for command in self._all():
+            yield DiscoveryHit(command.title, command.run, help=command.help)
+
+    async def search(self, query: str) -> Hits:
+        """The commands that match what is typed."""
+        matcher = self.matcher(query)
+        for command in self._all():
+            score = matcher.match(command.title)
+            if score > 0:
+                title = matcher.highlight(command.title)
+                yield Hit(score, title, command.run, help=command.help)

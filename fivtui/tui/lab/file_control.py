@@ -1,0 +1,194 @@
+"""Opening and saving: dialogs on the screen, files in threads."""
+
+from pathlib import Path
+from typing import Final
+
+from textual.message import Message
+from textual.screen import Screen
+
+from fivtui.io.files import check_apart
+from fivtui.model.errors import InputError
+from fivtui.scene.scene import Scene, load_scene, scene_file
+from fivtui.tui.persistence.imports import RUN, check_readable, kind_of, load_run, load_study
+from fivtui.tui.session.session import Session
+from fivtui.tui.session.shown import Shown
+from fivtui.tui.tabs.exports import Export, check_scene_path, save_scene_as, write_export
+from fivtui.tui.tabs.messages import (
+    ExportEnded,
+    Reported,
+    RunRead,
+    SceneLoaded,
+    SceneSaved,
+    StudyRead,
+)
+
+from .dialogs import PathDialog, Target
+
+_READABLE: Final = (
+    "Written by fivtui: a run, sweep or map (.csv, .npz, .parquet), a map or trade-off "
+    "(.json; .csv), a sweep under way (FILE.parts)."
+)
+
+
+class FileDesk:
+    """All that reads or writes files on behalf of a screen.
+
+    Parameters
+    ----------
+    screen : Screen
+        Shows the dialogs and gets the messages.
+    session : Session
+        Its scene is opened and saved.
+    """
+
+    def __init__(self, screen: Screen[None], session: Session) -> None:
+        self._screen = screen
+        self._session = session
+
+    def export(self, export: Export) -> None:
+        """Ask for a path and write something there.
+
+        Parameters
+        ----------
+        export : Export
+            What to write.
+        """
+
+        def write(target: Target | None) -> None:
+            if target is not None:
+                self._write(export, target)
+
+        opened = scene_file(self._session.source)
+
+        def check(path: Path, force: bool) -> None:
+            # Asking whether to overwrite comes after this.
+            read = [] if opened is None else [("the scene opened", opened)]
+            check_apart([("the file", path)], read)
+            export.check(path, force)
+
+        title = f"Write the {export.what} of {export.of}"
+        dialog = PathDialog(title, export.proposal, export.hint, check)
+        self._screen.app.push_screen(dialog, write)
+
+    def _write(self, export: Export, target: Target) -> None:
+        def work() -> None:
+            error = write_export(export, target.path, force=target.force)
+            self._screen.post_message(ExportEnded(export.what, target.path, error))
+
+        self._screen.run_worker(work, name=export.what, thread=True, exit_on_error=False)
+
+    def open_scene(self) -> None:
+        """Ask for a scene file and load it, or for a result and read it."""
+
+        def load(target: Target | None) -> None:
+            if target is not None and _is_scene(target.path):
+                self.open_path(target.path)
+            elif target is not None:
+                self._read(target.path)
+
+        def check(path: Path, _force: bool) -> None:
+            if _is_scene(path):
+                load_scene(path)
+            else:
+                check_readable(path)
+
+        hint = "A scene (.toml), or a result that fivtui has written."
+        if self._session.recent:
+            hint += " Recent scenes are in the palette (Ctrl+P)."
+        dialog = PathDialog("Open a scene or a result", "", hint, check, verb="Open")
+        self._screen.app.push_screen(dialog, load)
+
+    def open_path(self, path: Path) -> None:
+        """Load a scene file.
+
+        Parameters
+        ----------
+        path : Path
+            The file.
+        """
+        try:
+            scene = load_scene(path)
+        except InputError as error:
+            self._screen.post_message(Reported(str(error), error=True))
+        else:
+            words = f"scene {scene.name} opened: {path}"
+            self._screen.post_message(SceneLoaded(scene, str(path), words))
+
+    def save_scene(self, *, ask: bool) -> None:
+        """Save the scene edited.
+
+        Parameters
+        ----------
+        ask : bool
+            Whether to ask for a path even if the scene has a file. It is asked for in any case if
+            the file is not what it was when it was opened or saved last.
+        """
+        try:
+            scene = self._session.scene()
+        except InputError as error:
+            self._screen.post_message(Reported(str(error), error=True))
+            return
+        own = self._own_file()
+        if own is not None and not ask and self._unchanged(own):
+            self._save(scene, Target(own, force=True))
+            return
+
+        def save(target: Target | None) -> None:
+            if target is not None:
+                self._save(scene, target)
+
+        proposal = str(own) if own is not None else f"{scene.name}.toml"
+        dialog = PathDialog(
+            "Save the scene as", proposal, "A scene file (.toml).", check_scene_path
+        )
+        self._screen.app.push_screen(dialog, save)
+
+    def _own_file(self) -> Path | None:
+        path = Path(self._session.source)
+        return path if path.suffix.lower() == ".toml" else None
+
+    def _unchanged(self, path: Path) -> bool:
+        try:
+            return load_scene(path) == self._session.loaded
+        except InputError:
+            return False
+
+    def _save(self, scene: Scene, target: Target) -> None:
+        try:
+            named = save_scene_as(scene, target.path, force=target.force)
+        except InputError as error:
+            self._screen.post_message(Reported(str(error), error=True))
+        else:
+            self._screen.post_message(SceneSaved(named, target.path))
+
+    def read_result(self) -> None:
+        """Ask for a file with a result and read it."""
+
+        def read(target: Target | None) -> None:
+            if target is not None:
+                self._read(target.path)
+
+        def check(path: Path, _force: bool) -> None:
+            check_readable(path)
+
+        dialog = PathDialog("Read a result", "", _READABLE, check, verb="Read")
+        self._screen.app.push_screen(dialog, read)
+
+    def _read(self, path: Path) -> None:
+        def work() -> None:
+            try:
+                kind = kind_of(path)
+                if kind == RUN:
+                    message: Message = RunRead(path, *load_run(path))
+                else:
+                    shown = Shown(load_study(kind, path), path.stem, str(path))
+                    message = StudyRead(kind, shown)
+            except InputError as error:
+                message = Reported(str(error), error=True)
+            self._screen.post_message(message)
+
+        self._screen.run_worker(work, name="reading", thread=True, exit_on_error=False)
+
+
+def _is_scene(path: Path) -> bool:
+    return path.suffix.lower() == ".toml"

@@ -1,0 +1,434 @@
+"""The form: one row for every field of the session."""
+
+import re
+from collections.abc import Callable, Collection, Mapping
+from itertools import groupby
+from textwrap import wrap
+from typing import ClassVar, Final, Self, cast
+
+from textual import on
+from textual.app import ComposeResult
+from textual.binding import Binding, BindingType
+from textual.containers import Vertical, VerticalScroll
+from textual.content import Content
+from textual.events import Click
+from textual.geometry import Offset, Region, Size, Spacing
+from textual.layout import ArrangeResult, Layout, WidgetPlacement
+from textual.widget import Widget
+from textual.widgets import Checkbox, Input, Label, Select, Static
+
+from fivtui.tui.session.fields import CONSIDERED, FIELDS, IGNORED, Field
+from fivtui.tui.tabs.messages import FieldEdited, FieldFocused, FieldNudged
+
+
+class TextEditor(Input):
+    """Edits a field as text; the arrows up and down change a number by a step."""
+
+    BINDINGS: ClassVar[list[BindingType]] = [
+        Binding("up", "nudge(1)", "More", show=False),
+        Binding("down", "nudge(-1)", "Less", show=False),
+        Binding("shift+up,ctrl+up", "nudge(1, True)", "Slightly more", show=False),
+        Binding("shift+down,ctrl+down", "nudge(-1, True)", "Slightly less", show=False),
+    ]
+
+    def __init__(self, field: Field, text: str) -> None:
+        super().__init__(text, compact=True, placeholder=field.when_empty, validate_on=())
+        self._field = field
+
+    def refresh(
+        self,
+        *regions: Region,
+        repaint: bool = True,
+        layout: bool = False,  # noqa: ARG002
+        recompose: bool = False,
+    ) -> Self:
+        """Draw anew; where it stands is its row's affair, whatever it says."""
+        return super().refresh(*regions, repaint=repaint, recompose=recompose)
+
+    def replace(self, text: str, start: int, end: int) -> None:
+        """Put text in place of other text, unless no text of the field begins as it would then."""
+        # What is copied has blanks around it now and then.
+        new = text.strip() or text
+        begin, finish = sorted((start, end))
+        whole = f"{self.value[:begin]}{new}{self.value[finish:]}"
+        good, right = (
+            re.fullmatch(self._field.typed, text) is not None for text in (self.value, whole)
+        )
+        # What is deleted may leave what is no beginning, to be mended by what is typed.
+        if new and good and not right:
+            self.restricted()
+        else:
+            super().replace(new, start, end)
+
+    def action_nudge(self, direction: int, fine: bool = False) -> None:
+        """Ask for a little more or less."""
+        self.post_message(FieldNudged(self._field.name, direction, fine))
+
+    @on(Input.Submitted)
+    def _go_on(self, event: Input.Submitted) -> None:
+        event.stop()
+        self.screen.focus_next(TextEditor)
+
+    @on(Input.Changed)
+    def _changed(self, event: Input.Changed) -> None:
+        event.stop()
+        # The value now, not that of the message: an older message must not undo a newer edit.
+        self.post_message(FieldEdited(self._field.name, self.value))
+
+    @property
+    def text(self) -> str:
+        """What it shows."""
+        return self.value
+
+    def show(self, text: str) -> None:
+        """Show a text that the user did not type."""
+        if self.value != text:
+            with self.prevent(Input.Changed):
+                self.value = text
+
+
+class ChoiceEditor(Select[str]):
+    """Edits a field of which the texts are known."""
+
+    def __init__(self, field: Field, text: str) -> None:
+        choices = field.choices or {}
+        super().__init__(
+            [(name, name) for name in choices],
+            value=text,
+            allow_blank=False,
+            compact=True,
+        )
+        self._field = field
+
+    @on(Select.Changed)
+    def _changed(self, event: Select.Changed) -> None:
+        event.stop()
+        self.post_message(FieldEdited(self._field.name, str(self.value)))
+
+    @property
+    def text(self) -> str:
+        """What it shows."""
+        return str(self.value)
+
+    def show(self, text: str) -> None:
+        """Show a text that the user did not choose."""
+        if self.value != text:
+            with self.prevent(Select.Changed):
+                self.value = text
+
+
+class SeparationEditor(Checkbox):
+    """Whether separation is considered or ignored, said in words beside the mark."""
+
+    def __init__(self, field: Field, text: str) -> None:
+        super().__init__(text, value=text == CONSIDERED, compact=True)
+        self._field = field
+
+    @on(Checkbox.Changed)
+    def _changed(self, event: Checkbox.Changed) -> None:
+        event.stop()
+        self.label = CONSIDERED if self.value else IGNORED
+        self.post_message(FieldEdited(self._field.name, str(self.label)))
+
+    @property
+    def text(self) -> str:
+        """What it shows."""
+        return str(self.label)
+
+    def show(self, text: str) -> None:
+        """Show a text that the user did not choose."""
+        if str(self.label) == text:
+            return
+        self.label = text
+        with self.prevent(Checkbox.Changed):
+            self.value = text == CONSIDERED
+
+
+_CHANGED: Final = "•"
+_SIGNS: Final = ("−", "+")
+_INDENT: Final = "   "
+_SYMBOL_WIDTH: Final = 6
+_NUDGE_WIDTH: Final = 3
+_NUDGES_WIDTH: Final = _NUDGE_WIDTH * len(_SIGNS)
+_UNIT_WIDTH: Final = 6
+# A row of so many columns has room for the meaning of its field.
+_WIDE: Final = 60
+
+Editor = TextEditor | ChoiceEditor | SeparationEditor
+
+_EDITORS: Final[Mapping[str, Callable[[Field, str], Editor]]] = {"separation": SeparationEditor}
+
+
+def _editor(field: Field, text: str) -> Editor:
+    usual = TextEditor if field.choices is None else ChoiceEditor
+    return _EDITORS.get(field.name, usual)(field, text)
+
+
+class _Beside(Layout):
+    # The editor between what its row draws at its left and at its right.
+
+    name = "beside"
+
+    def arrange(
+        self,
+        parent: Widget,
+        children: list[Widget],
+        size: Size,
+        greedy: bool = True,  # noqa: ARG002
+    ) -> ArrangeResult:
+        first, width = cast("FieldRow", parent).span(size.width)
+        region = Region(first, 0, width, 1)
+        return [WidgetPlacement(region, Offset(), Spacing(), child) for child in children]
+
+
+_BESIDE: Final = _Beside()
+
+
+class FieldRow(Widget):
+    """Symbol, editor and unit of a field, and below them what is wrong with it.
+
+    One widget draws all but the editor: a widget for every part would be felt at the start and at
+    every key.
+
+    Parameters
+    ----------
+    field : Field
+        The field.
+    text : str
+        Its text.
+    """
+
+    def __init__(self, field: Field, text: str) -> None:
+        self.field = field
+        self._editor = _editor(field, text)
+        super().__init__(self._editor, id=f"row-{field.name}")
+        self._symbol = field.symbol or field.name
+        self._error = ""
+        self._changed = False
+
+    @property
+    def layout(self) -> Layout:
+        """Where the editor stands."""
+        return _BESIDE
+
+    def span(self, width: int) -> tuple[int, int]:
+        """First column and width of the editor in a row of some width."""
+        first = max(_SYMBOL_WIDTH, len(self._symbol) + 1) + len(_CHANGED)
+        room = width - first - (0 if self.field.nudge is None else _NUDGES_WIDTH + _UNIT_WIDTH)
+        # Where there is more room, the meaning has the greater part of it.
+        return first, max(room // 3 if width >= _WIDE else room, 1)
+
+    def get_content_height(self, container: Size, viewport: Size, width: int) -> int:  # noqa: ARG002
+        """A line, and those of what is wrong."""
+        return 1 + len(self._error_lines(width))
+
+    def _error_lines(self, width: int) -> list[str]:
+        return wrap(self._error, max(width - len(_INDENT) - 1, 1))
+
+    def render(self) -> Content:
+        """All but the editor."""
+        field, width = self.field, self.size.width
+        first, editor_width = self.span(width)
+        focused = self._editor.has_focus or self.has_class("-cursor")
+        symbol = self._symbol.ljust(_SYMBOL_WIDTH - 1)
+        parts: list[tuple[str, str]] = [
+            (_CHANGED if self._changed else " ", "$text-warning"),
+            (symbol, "bold reverse" if focused else ""),
+            (" " * (first + editor_width - len(_CHANGED) - len(symbol)), ""),
+        ]
+        if field.nudge is not None:
+            parts += [(sign.center(_NUDGE_WIDTH), "$button-foreground") for sign in _SIGNS]
+            parts.append((f" {field.unit}".ljust(_UNIT_WIDTH), ""))
+        if width >= _WIDE:
+            parts.append((f" {field.meaning}", "$foreground-muted"))
+        line = Content.assemble(*parts)
+        errors = (
+            Content.styled(_INDENT + line, "$text-error") for line in self._error_lines(width)
+        )
+        return Content("\n").join([line.truncate(width), *errors])
+
+    @property
+    def text(self) -> str:
+        """The text that the editor shows."""
+        return self._editor.text
+
+    def show(self, text: str, error: str, *, changed: bool) -> None:
+        """Show the text of the field, and what is wrong with it.
+
+        Parameters
+        ----------
+        text : str
+            Its text.
+        error : str
+            One line; empty if nothing is wrong.
+        changed : bool
+            Whether it differs from that of the scene loaded.
+        """
+        self._editor.show(text)
+        if changed is not self._changed:
+            self._changed = changed
+            self.refresh()
+        if error != self._error:
+            self._error = error
+            self._editor.set_class(bool(error), "-invalid")
+            self.refresh(layout=True)
+
+    def on_descendant_focus(self) -> None:
+        """Say which field has the focus."""
+        self.refresh()
+        self.post_message(FieldFocused(self.field.name))
+
+    def on_descendant_blur(self) -> None:
+        """Show that the focus has gone."""
+        self.refresh()
+
+    def mark(self, *, here: bool) -> None:
+        """Show or hide the cursor of those who do not type."""
+        self.set_class(here, "-cursor")
+        self.refresh()
+
+    def take_focus(self) -> None:
+        """Give the editor the focus."""
+        self._editor.focus()
+
+    def on_click(self, event: Click) -> None:
+        """A step more or less, by mouse."""
+        first, width = self.span(self.size.width)
+        place = (event.x - first - width) // _NUDGE_WIDTH
+        if self.field.nudge is not None and event.y == 0 and place in (0, 1):
+            event.stop()
+            self.post_message(FieldNudged(self.field.name, (-1, +1)[place], fine=False))
+
+
+class FieldList(VerticalScroll):
+    """The rows, with a cursor for the keys of those who do not type; Escape leads here."""
+
+    BINDINGS: ClassVar[list[BindingType]] = [
+        Binding("j,down", "move(1)", "Down", show=False),
+        Binding("k,up", "move(-1)", "Up", show=False),
+        Binding("h,left,minus", "nudge(-1)", "Less", show=False),
+        Binding("l,right,plus", "nudge(1)", "More", show=False),
+        Binding("H,shift+left", "nudge(-1, True)", "Slightly less", show=False),
+        Binding("L,shift+right", "nudge(1, True)", "Slightly more", show=False),
+        Binding("g,home", "move(-999)", "First", show=False),
+        Binding("G,end", "move(999)", "Last", show=False),
+        Binding("enter,i", "edit", "Edit", show=False),
+        Binding("escape", "leave_editor", "Stop typing", show=False),
+    ]
+
+    def __init__(self, *, id: str) -> None:  # noqa: A002
+        super().__init__(id=id, can_focus=True)
+        self._cursor = 0
+
+    @property
+    def row(self) -> FieldRow:
+        """The row at the cursor."""
+        return list(self.query(FieldRow))[self._cursor]
+
+    def on_focus(self) -> None:
+        """Show the cursor."""
+        self._mark()
+
+    def on_blur(self) -> None:
+        """Hide the cursor."""
+        self.row.mark(here=False)
+
+    def _mark(self) -> None:
+        self.row.mark(here=True)
+        self.scroll_to_widget(self.row, animate=False)
+        self.post_message(FieldFocused(self.row.field.name))
+
+    def action_move(self, by: int) -> None:
+        """Move the cursor by some rows."""
+        self.row.mark(here=False)
+        self._cursor = min(max(self._cursor + by, 0), len(self.query(FieldRow)) - 1)
+        self._mark()
+
+    def action_nudge(self, direction: int, fine: bool = False) -> None:
+        """Ask for a little more or less at the cursor."""
+        self.post_message(FieldNudged(self.row.field.name, direction, fine))
+
+    def action_edit(self) -> None:
+        """Type at the cursor."""
+        self.row.take_focus()
+
+    @on(FieldFocused)
+    def _follow(self, event: FieldFocused) -> None:
+        names = [row.field.name for row in self.query(FieldRow)]
+        self._cursor = names.index(event.name)
+
+    def action_leave_editor(self) -> None:
+        """From the editor of a field to the list, at that field."""
+        self.focus()
+
+
+class Form(Vertical):
+    """All fields under their headings, and a hint about the one in focus.
+
+    Parameters
+    ----------
+    texts : mapping of str to str
+        Texts of the fields to begin with, by name.
+    """
+
+    def __init__(self, texts: Mapping[str, str]) -> None:
+        super().__init__(id="form")
+        self._title = ""
+        self._rows = {name: FieldRow(field, texts[name]) for name, field in FIELDS.items()}
+
+    def compose(self) -> ComposeResult:
+        """The rows by groups, and the hint."""
+        yield Static("", id="scene-name", markup=False)
+        with FieldList(id="fields"):
+            for group, fields in groupby(FIELDS.values(), key=lambda field: field.group):
+                yield Label(group, classes="heading")
+                yield from (self._rows[field.name] for field in fields)
+        yield Static("", id="hint", markup=False)
+
+    def text_of(self, name: str) -> str:
+        """The text that the editor of a field shows."""
+        return self._rows[name].text
+
+    def show(
+        self,
+        title: str,
+        texts: Mapping[str, str],
+        errors: Mapping[str, str],
+        changed: Collection[str],
+    ) -> None:
+        """Show the texts and what is wrong with them.
+
+        Parameters
+        ----------
+        title : str
+            Name of the scene, marked if changed.
+        texts, errors : mapping of str to str
+            By name of field.
+        changed : collection of str
+            Names of the fields that differ from the scene loaded.
+        """
+        if title != self._title:
+            self._title = title
+            self.query_one("#scene-name", Static).update(title, layout=False)
+        for name, row in self._rows.items():
+            row.show(texts[name], errors.get(name, ""), changed=name in changed)
+
+    @on(FieldFocused)
+    def _hint(self, event: FieldFocused) -> None:
+        field = FIELDS[event.name]
+        hint = f"{field.meaning}\n{field.allowed}"
+        self.query_one("#hint", Static).update(hint, layout=False)
+
+    def focus_field(self, name: str) -> None:
+        """Give a field the focus."""
+        self._rows[name].take_focus()
+
+
+def field_of(widget: Widget | None) -> Field | None:
+    """The field that a widget belongs to or, of the list of fields, that at its cursor."""
+    if widget is None:
+        return None
+    if isinstance(widget, FieldList):
+        return widget.row.field
+    rows = (node.field for node in widget.ancestors_with_self if isinstance(node, FieldRow))
+    return next(rows, None)

@@ -1,0 +1,59 @@
+"""Run and Stop, progress, and how the last run ended."""
+
+from textual import on
+from textual.app import ComposeResult
+from textual.containers import Horizontal
+from textual.widgets import Button, ProgressBar, Static
+
+from fivtui.tui.session.jobs import progress_words
+from fivtui.tui.session.runs import FMU_ENGINE, Run, RunState
+from fivtui.tui.tabs.messages import RunAsked
+
+
+class RunBar(Horizontal):
+    """One line: the button, the progress bar while a run goes on, and words."""
+
+    def compose(self) -> ComposeResult:
+        """The parts of the line."""
+        yield Button("Run", id="run-button", compact=True, variant="primary")
+        yield ProgressBar(total=1.0, show_percentage=False, show_eta=False)
+        yield Static("no run yet: F5 runs", id="run-status", markup=False)
+
+    @on(Button.Pressed, "#run-button")
+    def _press(self, event: Button.Pressed) -> None:
+        event.stop()
+        self.post_message(RunAsked())
+
+    def show(self, run: Run, *, outdated: bool) -> None:
+        """Show where a run stands.
+
+        Parameters
+        ----------
+        run : Run
+            The run.
+        outdated : bool
+            Whether the fields were edited since.
+        """
+        running = run.state is RunState.RUNNING
+        button = self.query_one("#run-button", Button)
+        if running is not self.has_class("-running"):
+            button.label = "Stop" if running else "Run"
+            button.variant = "error" if running else "primary"
+            self.set_class(running, "-running")
+        self.query_one(ProgressBar).update(progress=run.fraction)
+        words = (
+            progress_words(run.fraction, run.remaining)
+            if running
+            else _end_words(run, outdated=outdated)
+        )
+        self.query_one("#run-status", Static).update(words, layout=False)
+
+
+def _end_words(run: Run, *, outdated: bool) -> str:
+    words = f"run {run.number} {run.state.value}"
+    if outdated:
+        return f"{words}, inputs changed since"
+    if run.result is not None and run.result.stats.cpu_s is not None:
+        engine = f", {FMU_ENGINE}" if run.engine == FMU_ENGINE else ""
+        words += f" in {run.result.stats.cpu_s:.2g} s{engine}, {run.accuracy}"
+    return words

@@ -1,0 +1,217 @@
+"""Running: transients in threads, their results taken in on the screen's side."""
+
+from collections.abc import Callable, Mapping
+from typing import Final
+
+from textual.message import Message
+from textual.screen import Screen
+from textual.worker import Worker, WorkerState
+
+from fivtui.model.errors import InputError
+from fivtui.scene.scene import Scene
+from fivtui.tui.session.comparison import engine_words
+from fivtui.tui.session.report import result_brief
+from fivtui.tui.session.runs import FMU_ENGINE, MAX_RUNS, Outcome, Run, execute
+from fivtui.tui.session.session import Session
+from fivtui.tui.tabs.messages import Reported, RunActed, RunEnded, RunRead, RunsChanged, SceneLoaded
+
+_GROUP: Final = "transient"
+
+
+class RunDesk:
+    """Starts, stops and finishes the runs of a session on behalf of a screen.
+
+    Parameters
+    ----------
+    screen : Screen
+        Owns the threads and gets the messages.
+    session : Session
+        Its runs are started, stopped and finished.
+    """
+
+    def __init__(self, screen: Screen[None], session: Session) -> None:
+        self._screen = screen
+        self._session = session
+        # What is to run when the present run is done, and the run to compare it with.
+        self._next: Scene | None = None
+        self._partner: Run | None = None
+
+    def start(self) -> bool:
+        """Begin a run of what is edited; whether that could be done."""
+        try:
+            scene = self._session.scene()
+        except InputError as error:
+            self._tell(Reported(str(error), error=True))
+            return False
+        self._next = self._partner = None
+        self._begin(scene)
+        return True
+
+    def start_both(self) -> bool:
+        """Begin a run of what is edited by the native engine, then by the FMU."""
+        try:
+            edited = self._session.scene()
+            native, fmu = self._session.engine_pair()
+        except InputError as error:
+            self._tell(Reported(str(error), error=True))
+            return False
+        self._next, self._partner = fmu, None
+        self._begin(native, edited)
+        return True
+
+    def _begin(self, scene: Scene, edited: Scene | None = None) -> None:
+        self._session.close_step()
+        before = list(self._session.runs)
+        run = self._session.runs.start(scene, edited)
+        self._tell_left(before)
+        self._screen.run_worker(
+            lambda: self._tell(RunEnded(run, execute(run))),
+            name=str(run.number),
+            group=_GROUP,
+            thread=True,
+            exit_on_error=False,
+        )
+        self._tell(RunsChanged())
+
+    def stop(self) -> None:
+        """Stop the run that goes on, and what was to follow it."""
+        self._next = self._partner = None
+        run = self._session.runs.stop()
+        if run is not None:
+            self._tell(RunsChanged())
+            done = f"{100.0 * run.fraction:.0f} %"
+            self._tell(Reported(f"run {run.number} stopped at {done}"))
+
+    def ended(self, event: RunEnded) -> None:
+        """Take in how a run ended, unless it was stopped before.
+
+        Parameters
+        ----------
+        event : RunEnded
+            The run and its outcome.
+        """
+        run = event.run
+        if not self._session.runs.finish(run, event.outcome):
+            return
+        if run.result is None:
+            self._next = self._partner = None
+            self._tell(Reported(f"run {run.number}: {run.message}", error=True))
+        else:
+            self._session.runs.shown = run
+            words = "; ".join([f"run {run.number} done", *result_brief(run.result)])
+            self._tell(Reported(words, routine=True))
+            self._go_on(run)
+        self._tell(RunsChanged())
+
+    def _go_on(self, run: Run) -> None:
+        # The second of two engines follows the first; after it the two are compared.
+        if self._next is not None:
+            scene, self._next, self._partner = self._next, None, run
+            self._begin(scene, run.edited)
+        elif self._partner is not None:
+            native, self._partner = self._partner, None
+            if native.result is not None and run.result is not None and run.engine == FMU_ENGINE:
+                native.overlaid = True
+                self._session.runs.baseline = native
+                self._tell(Reported(engine_words(native.result, run.result)))
+
+    def thread_failed(self, worker: Worker[object]) -> bool:
+        """Take in that a thread broke off, which it must not.
+
+        Parameters
+        ----------
+        worker : Worker
+            Whose state has changed.
+
+        Returns
+        -------
+        bool
+            Whether it computed a run, which then failed.
+        """
+        if worker.group != _GROUP or worker.state is not WorkerState.ERROR or worker.name is None:
+            return False
+        run = self._session.runs.find(int(worker.name))
+        if run is not None:
+            words = f"unexpected {type(worker.error).__name__}: {worker.error}"
+            self._tell(RunEnded(run, Outcome(error=words)))
+        return True
+
+    def read(self, event: RunRead) -> None:
+        """Take in a run from a file.
+
+        Parameters
+        ----------
+        event : RunRead
+            What was read.
+        """
+        before = list(self._session.runs)
+        run = self._session.runs.take_in(event.scene, event.result, str(event.path))
+        self._tell_left(before)
+        self._tell(Reported(f"run {run.number} read from {event.path}"))
+        self._tell(RunsChanged())
+
+    def _tell_left(self, before: list[Run]) -> None:
+        for run in before:
+            if self._session.runs.find(run.number) is None:
+                why = f"the list holds {MAX_RUNS}"
+                self._tell(Reported(f"run {run.number}, the oldest, is deleted: {why}"))
+
+    def act(self, event: RunActed) -> None:
+        """Do something with a run.
+
+        Parameters
+        ----------
+        event : RunActed
+            Which run, and what.
+        """
+        run = self._session.runs.find(event.number)
+        if run is not None:
+            ACTS[event.what](self, run)
+            self._tell(RunsChanged())
+
+    def _show(self, run: Run) -> None:
+        if run.result is None:
+            self._tell(Reported(f"run {run.number} has no result", error=True))
+        else:
+            self._session.runs.shown = run
+
+    def _load(self, run: Run) -> None:
+        if run.result is not None:
+            self._session.runs.shown = run
+        self._tell(SceneLoaded(run.scene, "", f"scene of run {run.number} loaded; Ctrl+Z: back"))
+
+    def _overlay(self, run: Run) -> None:
+        run.overlaid = not run.overlaid
+
+    def _baseline(self, run: Run) -> None:
+        runs = self._session.runs
+        if run.result is None:
+            self._tell(Reported(f"run {run.number} has no result", error=True))
+        else:
+            runs.baseline = None if runs.baseline is run else run
+
+    def _remove(self, run: Run) -> None:
+        if run is self._session.runs.active:
+            self.stop()
+        self._session.runs.remove(run)
+        self._tell(Reported(f"run {run.number} deleted"))
+
+    def _colour(self, run: Run) -> None:
+        run.style.colour += 1
+
+    def _marker(self, run: Run) -> None:
+        run.style.marker += 1
+
+    def _tell(self, message: Message) -> None:
+        self._screen.post_message(message)
+
+
+ACTS: Final[Mapping[str, Callable[[RunDesk, Run], None]]] = {
+    "show": RunDesk._show,
+    "load": RunDesk._load,
+    "overlay": RunDesk._overlay,
+    "baseline": RunDesk._baseline,
+    "delete": RunDesk._remove,
+    "colour": RunDesk._colour,
+    "marker": RunDesk._marker,
+}

@@ -1,0 +1,122 @@
+"""The list of all runs of the session."""
+
+from collections.abc import Sequence
+from typing import ClassVar, Final
+
+from rich.text import Text
+from textual import on
+from textual.app import ComposeResult
+from textual.binding import Binding, BindingType
+from textual.containers import Vertical
+from textual.coordinate import Coordinate
+from textual.widgets import DataTable
+
+from fivtui.tui.session.comparison import changes, percent_text
+from fivtui.tui.session.differences import base_scene, differences
+from fivtui.tui.session.report import SECOND_HALF, quantity
+from fivtui.tui.session.runs import Run, Runs
+from fivtui.tui.tabs.list_table import ListTable
+from fivtui.tui.tabs.messages import RunActed
+
+_COLUMNS: Final = (
+    "run",
+    "drawn",
+    "engine",
+    "peak |y|",
+    "Δ %",
+    "± 2nd half",
+    "Δ %",
+    "sep.",
+    "off %",
+    "changes",
+)
+
+
+class RunsTable(ListTable[str | Text]):
+    """A table with a row a run."""
+
+    BINDINGS: ClassVar[list[BindingType]] = [
+        Binding("enter", "act('load')", "Load scene", key_display="Enter"),
+        Binding("space", "act('overlay')", "Draw on/off", key_display="Space"),
+        Binding("b", "act('baseline')", "Baseline"),
+        Binding("s", "act('show')", "Show"),
+        Binding("x,delete", "act('delete')", "Delete", key_display="x"),
+        Binding("c", "act('colour')", "Colour", show=False),
+        Binding("m", "act('marker')", "Marker", show=False),
+    ]
+
+    @property
+    def number(self) -> int | None:
+        """Number of the run at the cursor."""
+        if not self.row_count:
+            return None
+        return int(str(self.coordinate_to_cell_key(Coordinate(self.cursor_row, 0)).row_key.value))
+
+    def action_act(self, what: str) -> None:
+        """Ask for something to be done with the run at the cursor."""
+        if self.number is not None:
+            self.post_message(RunActed(self.number, what))
+
+
+class RunsPane(Vertical):
+    """The runs, newest first, with what differs from the base set and from the baseline."""
+
+    def __init__(self) -> None:
+        super().__init__(id="runs")
+
+    def compose(self) -> ComposeResult:
+        """The table."""
+        yield RunsTable(cursor_type="row", zebra_stripes=True)
+
+    def show(self, runs: Runs) -> None:
+        """Show the runs.
+
+        Parameters
+        ----------
+        runs : Runs
+            The runs.
+        """
+        table = self.query_one(RunsTable)
+        number, row = table.number, table.cursor_row
+        newest_first = list(reversed(list(runs)))
+        table.fill(_COLUMNS, {str(run.number): _cells(run, runs) for run in newest_first})
+        # The cursor stays at its run, or at its place if the run has gone.
+        kept = [run.number for run in newest_first]
+        table.move_cursor(row=kept.index(number) if number in kept else min(row, len(kept) - 1))
+
+    def take_focus(self) -> None:
+        """Give the table the focus."""
+        self.query_one(RunsTable).focus()
+
+    @on(DataTable.RowSelected)
+    def _choose(self, event: DataTable.RowSelected) -> None:
+        # By mouse; the key that selects has another meaning here.
+        event.stop()
+        self.post_message(RunActed(int(str(event.row_key.value)), "show"))
+
+
+def _cells(run: Run, runs: Runs) -> Sequence[str | Text]:
+    different = ", ".join(map(str, differences(run.scene, base_scene()))) or "none"
+    name = Text.assemble((run.style.marker_sign, run.style.colour_code), f" {run.number}")
+    changed = run.source or different
+    if run.result is None:
+        return (name, "", run.engine, run.state.value, "", "", "", "", "", changed)
+    result, compared = run.result, ("", "")
+    if runs.baseline is run:
+        compared = ("base", "base")
+    elif runs.baseline is not None and runs.baseline.result is not None:
+        by_label = {change.label: change for change in changes(result, runs.baseline.result)}
+        labels = ("peak |y|", SECOND_HALF)
+        compared = (percent_text(by_label[labels[0]]), percent_text(by_label[labels[1]]))
+    return (
+        name,
+        "shown" if run is runs.shown else "on" if run.overlaid else "off",
+        run.engine,
+        quantity(result.peak.y_abs),
+        compared[0],
+        quantity(result.steady.y_half_range),
+        compared[1],
+        str(result.events.separations),
+        f"{100.0 * result.events.separated_time / result.t_end:.3g}",
+        changed,
+    )

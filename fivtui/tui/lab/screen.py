@@ -1,0 +1,459 @@
+"""The main screen: form, verdict and tabs around one session."""
+
+from datetime import datetime
+from functools import cached_property
+from pathlib import Path
+from typing import TYPE_CHECKING, ClassVar, Final
+
+from textual import on
+from textual.app import ComposeResult
+from textual.binding import ActiveBinding, BindingType
+from textual.containers import Horizontal, Vertical
+from textual.notifications import SeverityLevel
+from textual.screen import Screen
+from textual.widgets import Static
+from textual.worker import Worker, WorkerState
+
+from fivtui.model.errors import ComputationError, InputError
+from fivtui.scene.presets import PRESETS
+from fivtui.tui.persistence.snapshot import take_back
+from fivtui.tui.session.jobs import PRECEDENCE
+from fivtui.tui.session.report import stability_brief, verdict, verdict_kind
+from fivtui.tui.session.session import Session
+from fivtui.tui.session.shown import CHARTS
+from fivtui.tui.tabs.book import TabBook
+from fivtui.tui.tabs.messages import (
+    ExportEnded,
+    FieldEdited,
+    FieldFocused,
+    FieldNudged,
+    PointOpened,
+    Reported,
+    ResultsRestored,
+    RunActed,
+    RunAsked,
+    RunEnded,
+    RunRead,
+    RunsChanged,
+    SceneLoaded,
+    SceneSaved,
+    Searched,
+    StudyRead,
+)
+from fivtui.tui.tabs.pane import Pane
+from fivtui.tui.tabs.tabs import TABS
+
+from .form import Form, field_of
+from .key_bar import KeyBar
+from .keys import LAB_KEYS
+from .run_bar import RunBar
+from .run_control import RunDesk
+from .run_list import RunsPane
+from .search_control import SearchDesk
+from .verdict import VerdictView
+
+if TYPE_CHECKING:
+    from .file_control import FileDesk
+
+_PROGRESS_PERIOD: Final = 0.1
+_TOO_SMALL: Final = "This window is too small for fivtui: it needs 40 columns and 10 lines."
+
+
+class LabScreen(Screen[None]):
+    """The laboratory.
+
+    Parameters
+    ----------
+    session : Session
+        Its state.
+    """
+
+    BINDINGS: ClassVar[list[BindingType]] = [*LAB_KEYS]
+    # The field that it is comes from `on_mount`: every change of focus costs.
+    AUTO_FOCUS: ClassVar[str | None] = ""
+
+    def __init__(self, session: Session) -> None:
+        super().__init__()
+        self.session = session
+        self._run_desk = RunDesk(self, session)
+        self._search = SearchDesk(self)
+        self._tab_behind = False
+
+    def compose(self) -> ComposeResult:
+        """Form at the left, verdict, runs and tabs at the right."""
+        with Horizontal(id="bench"):
+            yield Form(self.session.texts)
+            with Vertical(id="results"):
+                yield VerdictView(id="verdict")
+                yield RunBar()
+                yield TabBook(TABS, self.session)
+                yield RunsPane()
+        yield Static(_TOO_SMALL, id="too-small", markup=False)
+        yield KeyBar()
+
+    def on_mount(self) -> None:
+        """Show the session, and prepare to poll the progress of runs."""
+        # The thread of a run never waits for the screen.
+        self._ticker = self.set_interval(_PROGRESS_PERIOD, self._tick, pause=True)
+        self.show_inputs()
+        self._show_runs()
+        self.query_one(Form).focus_field("m")
+        self.app.theme_changed_signal.subscribe(self, lambda _: self._redraw())
+
+    def on_unmount(self) -> None:
+        """Let a run that goes on end: the program would wait for its thread."""
+        self._ticker.stop()
+        self._search.stop()
+        self.session.runs.stop()
+
+    def _redraw(self) -> None:
+        self.call_after_refresh(self._book.tell, lambda pane: pane.theme_changed())
+
+    @cached_property
+    def _files(self) -> "FileDesk":
+        # What reads and writes files is slow to come.
+        from .file_control import FileDesk
+
+        return FileDesk(self, self.session)
+
+    @property
+    def _book(self) -> TabBook:
+        return self.query_one(TabBook)
+
+    @on(Reported)
+    def _reported(self, event: Reported) -> None:
+        if not event.routine:
+            severity: SeverityLevel = "error" if event.error else "information"
+            self.notify(event.words, severity=severity, markup=False)
+        mark = "ERROR: " if event.error else ""
+        self.session.reports.append(f"{datetime.now():%H:%M:%S} {mark}{event.words}")
+        self._book.tell(lambda pane: pane.reported())
+
+    # Editing
+
+    @on(FieldEdited)
+    def _edited(self, event: FieldEdited) -> None:
+        # An editor that shows another text by now was overtaken by an undo or a reset.
+        # One that shows what is known has just been made.
+        known = self.session.texts[event.name] == event.text
+        if not known and (
+            not event.typed or self.query_one(Form).text_of(event.name) == event.text
+        ):
+            self.session.set_text(event.name, event.text)
+            self.show_inputs()
+
+    @on(FieldFocused)
+    def _field_focused(self) -> None:
+        self.session.close_step()
+
+    @on(FieldNudged)
+    def _nudged(self, event: FieldNudged) -> None:
+        if self.session.nudge(event.name, event.direction, fine=event.fine):
+            self.show_inputs()
+        else:
+            self.app.bell()
+
+    @on(SceneLoaded)
+    def _loaded(self, event: SceneLoaded) -> None:
+        self.session.load(event.scene, event.source)
+        self._remember(event.source)
+        self.show_inputs()
+        self.post_message(Reported(event.words))
+
+    @on(PointOpened)
+    def _point_opened(self, event: PointOpened) -> None:
+        for name, text in event.texts.items():
+            self.session.set_text(name, text)
+        self.show_inputs()
+        self.post_message(Reported(event.words, routine=True))
+        self.action_run()
+
+    @on(SceneSaved)
+    def _saved(self, event: SceneSaved) -> None:
+        self.session.saved(event.scene, str(event.path))
+        self._remember(str(event.path))
+        self.show_inputs()
+        self.post_message(Reported(f"scene {event.scene.name} saved: {event.path}"))
+
+    def _remember(self, source: str) -> None:
+        if source and source not in PRESETS:
+            self.session.remember(source)
+
+    def show_inputs(self) -> None:
+        """Show the session's texts, what is wrong with them, and the verdict."""
+        session = self.session
+        mark = " (changed)" if session.changed else ""
+        self.query_one(Form).show(
+            f"{session.name}{mark}", session.texts, session.errors, session.changed
+        )
+        self._show_verdict()
+        self._show_newest()
+        if not self._tab_behind:
+            # The answer to the key first: what a tab draws of it takes a frame of its own.
+            self._tab_behind = True
+            self.call_after_refresh(self._show_in_tab)
+
+    def _show_in_tab(self) -> None:
+        self._tab_behind = False
+        self._book.tell(lambda pane: pane.scene_changed())
+        self.call_after_refresh(PRECEDENCE.release)
+
+    def _show_verdict(self) -> None:
+        view = self.query_one(VerdictView)
+        try:
+            parameters, found = self.session.parameters(), self.session.stability()
+        except (InputError, ComputationError) as error:
+            why = ": invalid input" if isinstance(error, InputError) else ""
+            view.show("invalid", [f"NO VERDICT{why}", str(error)])
+            self._search.stop()
+            self.session.beside = None
+        else:
+            beside = self._search.beside(
+                parameters, separation=self.session.separation, stable=verdict(found) == "STABLE"
+            )
+            self.session.beside = beside
+            view.show(verdict_kind(found, beside), stability_brief(parameters, found, beside))
+
+    @on(Searched)
+    def _searched(self, event: Searched) -> None:
+        if self._search.take(event):
+            self._show_verdict()
+            self._book.tell(lambda pane: pane.scene_changed())
+
+    # Runs and files
+
+    def _tick(self) -> None:
+        if not PRECEDENCE.claimed:
+            self._show_progress()
+
+    def _show_newest(self) -> None:
+        newest = self.session.runs.newest
+        if newest is not None:
+            self.query_one(RunBar).show(newest, outdated=self.session.outdated(newest))
+
+    def _show_progress(self) -> None:
+        self._show_newest()
+        active = self.session.runs.active
+        if active is not None:
+            self._book.tell(lambda pane: pane.run_progressed(active))
+
+    @on(RunsChanged)
+    def _show_runs(self) -> None:
+        if self.session.runs.active is None:
+            self._ticker.pause()
+        else:
+            self._ticker.resume()
+        self._show_progress()
+        self.query_one(RunsPane).show(self.session.runs)
+        self._book.tell(lambda pane: pane.run_changed(self.session.runs.shown))
+        self.refresh_bindings()
+
+    @on(RunAsked)
+    def _run_asked(self) -> None:
+        if self.session.runs.active is None:
+            self.action_run()
+        else:
+            self.action_stop()
+
+    @on(RunEnded)
+    def _run_ended(self, event: RunEnded) -> None:
+        self._run_desk.ended(event)
+
+    @on(RunActed)
+    def _run_acted(self, event: RunActed) -> None:
+        self._run_desk.act(event)
+
+    @on(RunRead)
+    def _run_read(self, event: RunRead) -> None:
+        self._run_desk.read(event)
+
+    @on(StudyRead)
+    def _study_read(self, event: StudyRead) -> None:
+        self.session.studies.put(event.kind, event.shown)
+        # Limits were chosen for something else.
+        view = self.session.views.get(CHARTS[event.kind])
+        if view is not None:
+            view.reset()
+            view.hidden.clear()
+        self.show_tab(event.kind)
+        self._book.catch_up()
+        self.post_message(Reported(f"{event.kind} read from {event.shown.source}"))
+
+    @on(ResultsRestored)
+    def _results_restored(self, event: ResultsRestored) -> None:
+        take_back(self.session, event.results)
+        for words in event.errors:
+            self.post_message(Reported(words, error=True))
+        self._show_runs()
+        self._book.catch_up()
+
+    @on(ExportEnded)
+    def _export_ended(self, event: ExportEnded) -> None:
+        words = event.error or f"{event.what} written to {event.path}"
+        self.post_message(Reported(words, error=bool(event.error)))
+
+    @on(Worker.StateChanged)
+    def _thread_failed(self, event: Worker.StateChanged) -> None:
+        if not self._run_desk.thread_failed(event.worker) and event.state is WorkerState.ERROR:
+            words = f"unexpected {type(event.worker.error).__name__}: {event.worker.error}"
+            self.post_message(Reported(f"{event.worker.name}: {words}", error=True))
+
+    # Actions
+
+    @property
+    def active_bindings(self) -> dict[str, ActiveBinding]:
+        """The keys that work now, those of the laboratory before those of the widget in focus."""
+        bindings = super().active_bindings
+        return dict(sorted(bindings.items(), key=lambda item: item[1].node is not self))
+
+    def check_action(self, action: str, parameters: tuple[object, ...]) -> bool | None:  # noqa: ARG002
+        """Which actions apply now: one of Run and Stop."""
+        running = self.session.runs.active is not None
+        applies = {"run": not running, "stop": running, "run_both": not running}
+        return applies.get(action, True)
+
+    def action_run(self) -> None:
+        """Begin a run of what is edited."""
+        if self._run_desk.start():
+            self.show_tab("transient")
+
+    def action_stop(self) -> None:
+        """Stop the run that goes on."""
+        self._run_desk.stop()
+
+    def action_turn_tab(self, direction: int) -> None:
+        """Show the next tab, or the one before."""
+        self._book.turn(direction)
+
+    def action_list_runs(self) -> None:
+        """Show the list of runs and go there, or leave it."""
+        pane = self.query_one(RunsPane)
+        if pane.has_focus_within:
+            self.remove_class("-runs")
+            self.query_one(Form).focus_field("m")
+        else:
+            self.add_class("-runs")
+            pane.take_focus()
+
+    def action_work(self) -> None:
+        """Begin what the tab in sight computes, or stop it."""
+
+        def work(pane: Pane) -> None:
+            if not pane.work():
+                self.app.bell()
+
+        self._book.ask(work)
+
+    def action_show_tab(self, name: str) -> None:
+        """Show a tab."""
+        self.show_tab(name)
+
+    def show_tab(self, name: str) -> None:
+        """Show a tab.
+
+        Parameters
+        ----------
+        name : str
+            Its identifier.
+        """
+        self._book.show(name)
+
+    @property
+    def pane(self) -> Pane | None:
+        """The pane in sight, None before it is made."""
+        return self._book.pane
+
+    def action_export(self, what: str) -> None:
+        """Write what the tab in sight shows to a file."""
+        self._book.ask(lambda pane: self._export(pane, what))
+
+    def _export(self, pane: Pane, what: str) -> None:
+        try:
+            self._files.export(pane.export(what))
+        except InputError as error:
+            self.post_message(Reported(str(error), error=True))
+
+    def action_open_scene(self) -> None:
+        """Open a scene file."""
+        self._files.open_scene()
+
+    def action_open_recent(self, path: str) -> None:
+        """Open a scene file again."""
+        self._files.open_path(Path(path))
+
+    def action_save_scene(self) -> None:
+        """Save the scene edited in its file."""
+        self._files.save_scene(ask=False)
+
+    def action_save_scene_as(self) -> None:
+        """Save the scene edited in a file of another name."""
+        self._files.save_scene(ask=True)
+
+    def action_read_result(self) -> None:
+        """Read a run, sweep, map or trade-off from a file."""
+        self._files.read_result()
+
+    def action_undo(self) -> None:
+        """Undo the last edit."""
+        self._turned(self.session.undo())
+
+    def action_redo(self) -> None:
+        """Do again what was undone."""
+        self._turned(self.session.redo())
+
+    def _turned(self, done: bool) -> None:
+        if done:
+            self.show_inputs()
+        else:
+            self.app.bell()
+
+    def action_switch_engine(self) -> None:
+        """From the native engine to the FMU, or back."""
+        self.session.switch_engine()
+        self.show_inputs()
+        words = f"engine {self.session.engine}: method {self.session.texts['method']}"
+        self.post_message(Reported(words))
+
+    def action_run_both(self) -> None:
+        """Run what is edited by both engines, and compare them."""
+        if self._run_desk.start_both():
+            self.show_tab("transient")
+
+    def action_reset(self) -> None:
+        """Reset the field in focus to the scene's value."""
+        field = field_of(self.focused)
+        if field is None:
+            self.app.bell()
+        else:
+            self.session.reset(field.name)
+            self.show_inputs()
+
+    def action_reset_all(self) -> None:
+        """Reset all fields to the scene's values."""
+        self.session.reset_all()
+        self.show_inputs()
+
+    def action_help(self) -> None:
+        """Help on the field in focus, or on everything."""
+        from fivtui.tui.session.help import field_help, general_help
+
+        from .dialogs import HelpDialog
+
+        field = field_of(self.focused)
+        if field is None:
+            self.app.push_screen(HelpDialog("fivtui", general_help()))
+        else:
+            self.app.push_screen(HelpDialog(f"{field.name}: {field.meaning}", field_help(field)))
+
+    def action_copy_command(self) -> None:
+        """Copy the command line that computes what the tab in sight shows."""
+        self._book.ask(self._copy_command)
+
+    def _copy_command(self, pane: Pane) -> None:
+        try:
+            line = pane.command_line()
+        except InputError as error:
+            self.post_message(Reported(str(error), error=True))
+        else:
+            self.app.copy_to_clipboard(line)
+            self.post_message(Reported(f"copied: {line}"))

@@ -1,0 +1,1 @@
+"""The session between two starts. Imports no Textual."""

@@ -1,0 +1,240 @@
+"""Keeps the session in its place. Imports no Textual."""
+
+import threading
+from contextlib import ExitStack
+from dataclasses import replace
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from fivtui.model.errors import InputError
+
+from .slots import Slot, claim, hold, kept_slots, slot_of
+from .state_file import DamagedSession, KeptFile, State, load_state, put_aside, save_state
+
+if TYPE_CHECKING:
+    from .results import ResultStore
+
+
+class Keeper:
+    """Reads a session at the start, and writes it whenever it differs from what is in the file.
+
+    While it does, no other process has that session.
+
+    Parameters
+    ----------
+    path : Path or None
+        The file of the first session, see `slot_of`; None to keep nothing.
+
+    Attributes
+    ----------
+    error : str
+        Why the session, or a result of it, could not be written the last time; empty if all could.
+    notices : list of str
+        What was wrong with sessions that could not be restored, and where they are.
+    """
+
+    def __init__(self, path: Path | None) -> None:
+        self._first = path
+        self._slot: Slot | None = None
+        self._held: ExitStack | None = None
+        # What the file was where it was read without being locked.
+        self._seen: tuple[int, int] | None = None
+        self._kept: State | None = None
+        self._lock = threading.Lock()
+        self._results: ResultStore | None = None
+        self.error = ""
+        self.notices: list[str] = []
+
+    @property
+    def keeps(self) -> bool:
+        """Whether anything is kept."""
+        return self._slot is not None
+
+    @property
+    def number(self) -> int:
+        """Number of the session; 0 for none."""
+        return 0 if self._slot is None else self._slot.number
+
+    @property
+    def others(self) -> list[Slot]:
+        """The places of the other sessions, that used last first; others may have them."""
+        if self._first is None:
+            return []
+        return [slot for slot in kept_slots(self._first) if slot.number != self.number]
+
+    def load(self) -> State | None:
+        """The session used last that no other process has; it is this one's from now on.
+
+        Returns
+        -------
+        State or None
+            None if there is none: a new session begins.
+        """
+        if self._first is None:
+            return None
+        useless: set[int] = set()
+        while True:
+            try:
+                self._slot, self._held = claim(self._first, useless)
+            except InputError as error:
+                self.error = str(error)
+                return self._look(self._first)
+            try:
+                return self._read(self._slot)
+            except InputError as error:
+                self.notices.append(str(error))
+                if self._slot.signature is None:
+                    return None
+                # Whoever can read it finds it where it is.
+                useless.add(self._slot.number)
+                self._release()
+
+    def _look(self, first: Path) -> State | None:
+        # Without a lock nothing is changed, nor put aside.
+        for slot in kept_slots(first):
+            self._slot, self._seen = slot, slot.signature
+            try:
+                return self._take(slot)
+            except InputError as error:
+                self.notices.append(f"{slot.path}: {error}")
+        self._slot, self._seen = slot_of(first, 1), slot_of(first, 1).signature
+        return None
+
+    def open(self, number: int) -> State:
+        """Take a certain session.
+
+        Parameters
+        ----------
+        number : int
+            Its number.
+
+        Returns
+        -------
+        State
+            What is in it.
+
+        Raises
+        ------
+        InputError
+            If another process has it, or it cannot be restored.
+        """
+        slot = slot_of(self._first or Path(), number)
+        self._held = hold(slot)
+        try:
+            state = self._read(slot)
+            if state is None:
+                raise InputError(f"session {number} is not there any more")
+        except InputError:
+            self._release()
+            raise
+        self._slot = slot
+        return state
+
+    def _read(self, slot: Slot) -> State | None:
+        try:
+            return self._take(slot)
+        except DamagedSession as error:
+            raise InputError(
+                f"the last session could not be restored ({error}); {put_aside(slot.path)}, "
+                f"its results stay in {slot.results}"
+            ) from None
+        except InputError as error:
+            raise InputError(
+                f"the last session could not be restored ({error}); it stays in {slot.path}, "
+                f"its results in {slot.results}"
+            ) from None
+
+    def _take(self, slot: Slot) -> State | None:
+        self._kept = load_state(slot.path)
+        if self._kept is not None:
+            self._store_of(slot).adopt(self._kept.results)
+        return self._kept
+
+    def due(self, state: State) -> bool:
+        """Whether a session differs from what is in the file."""
+        return self.keeps and state != self._kept
+
+    def save(self, state: State) -> None:
+        """Write a session if it is due.
+
+        Parameters
+        ----------
+        state : State
+            The session.
+        """
+        with self._lock:
+            if self._slot is not None and self.due(state):
+                self._save(state, self._slot)
+
+    def _save(self, state: State, slot: Slot) -> None:
+        # One that could not be written is not tried again until it changes.
+        self._kept = state
+        store = self._store_of(slot)
+        try:
+            self._hold_again(slot)
+            # The results before what refers to them, and away with them only after it.
+            files, notes = store.put(state.results)
+            save_state(replace(state, results=files, notes=notes), slot.path)
+        except InputError as error:
+            self.error = str(error)
+        else:
+            store.remove_others(files)
+            self.error = store.failure
+
+    def _hold_again(self, slot: Slot) -> None:
+        if self._held is not None:
+            return
+        held = hold(slot)
+        if slot.signature != self._seen:
+            held.close()
+            raise InputError(f"{slot.path}: another fivtui has written it since it was read")
+        self._held = held
+
+    def close(self, state: State) -> None:
+        """Write a session for the last time, and let others have it.
+
+        Parameters
+        ----------
+        state : State
+            The session.
+        """
+        with self._lock:
+            if self._slot is not None and (self.due(state) or self.error):
+                self._save(state, self._slot)
+            self._release()
+            self._slot = None
+
+    def _release(self) -> None:
+        if self._held is not None:
+            self._held.close()
+            self._held = None
+
+    def result(self, key: str, kept: KeptFile) -> Any:
+        """A result of the last time.
+
+        Parameters
+        ----------
+        key, kept
+            As of `ResultStore.get`.
+
+        Returns
+        -------
+        Shown or Transient
+            The result.
+
+        Raises
+        ------
+        InputError
+            If it cannot be read.
+        """
+        slot = self._slot
+        if slot is None:
+            raise InputError(f"{key}: the session is closed")
+        return self._store_of(slot).get(key, kept, aside=self._held is not None)
+
+    def _store_of(self, slot: Slot) -> "ResultStore":
+        from .results import ResultStore
+
+        if self._results is None or self._results.folder != slot.results:
+            self._results = ResultStore(slot.results)
+        return self._results

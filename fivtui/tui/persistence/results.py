@@ -1,0 +1,261 @@
+"""The results of the session in files beside it. Imports no Textual."""
+
+import re
+import secrets
+from collections.abc import Callable, Mapping
+from contextlib import suppress
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any, Final
+
+from fivtui.model.errors import ComputationError, InputError
+from fivtui.tui.session.runs import Run
+from fivtui.tui.session.shown import Shown
+
+from .imports import MAP, SWEEP, TRADEOFF
+from .state_file import KeptFile, put_aside
+
+# Bytes of a result that is kept; about what takes a moment to read.
+_MOST: Final = 20_000_000
+_NUMBER_BYTES: Final = 8
+_TEXT_BYTES: Final = 20
+_RUN: Final = "run"
+_OWN: Final = re.compile(r"(run|sweep|map|tradeoff)-[0-9a-f]{16}\.\w+")
+
+
+class _NotKept(InputError):
+    # A result that is not to be kept.
+    pass
+
+
+@dataclass(frozen=True, slots=True)
+class _Form:
+    # How a kind of result is written and read, and about how many bytes it takes.
+    suffix: str
+    size: Callable[[Any], int]
+    save: Callable[[Any, Path], None]
+    load: Callable[[Path], Any]
+
+
+class ResultStore:
+    """A folder of results, each written once.
+
+    Those of this session are removed when nothing in it refers to them any more, and never a file
+    of which the session does not know.
+
+    Parameters
+    ----------
+    folder : Path
+        Made when it is needed.
+
+    Attributes
+    ----------
+    failure : str
+        Why a result could not be written the last time; empty if all could that are to be kept.
+    """
+
+    def __init__(self, folder: Path) -> None:
+        self.folder = folder
+        self.failure = ""
+        # Names of the files that this session has written, or refers to.
+        self._ours: set[str] = set()
+        # What is in which file, by what it is of.
+        self._files: dict[str, tuple[object, KeptFile]] = {}
+
+    def adopt(self, results: Mapping[str, object]) -> None:
+        """Take note of the files to which the session refers; `results` as in `State`."""
+        self._ours |= {kept.file for kept in results.values() if isinstance(kept, KeptFile)}
+
+    def put(self, results: Mapping[str, object]) -> tuple[dict[str, KeptFile], dict[str, str]]:
+        """Write the results that are not written yet.
+
+        Parameters
+        ----------
+        results : mapping of str to Shown, Run or KeptFile
+            Results by what they are of; those of an earlier session that are not read yet are
+            files already.
+
+        Returns
+        -------
+        files : dict of str to KeptFile
+            Where they are.
+        notes : dict of str to str
+            Why others are not kept; the file before stays in their place.
+        """
+        files: dict[str, KeptFile] = {}
+        notes: dict[str, str] = {}
+        self.failure = ""
+        for key, result in results.items():
+            if isinstance(result, KeptFile):
+                files[key] = result
+                continue
+            token = result.result if isinstance(result, Run) else result
+            known, file = self._files.get(key, (None, None))
+            if known is not token or file is None or not (self.folder / file.file).exists():
+                try:
+                    written = self._write(key, result)
+                except (_NotKept, ComputationError) as error:
+                    notes[key] = str(error)
+                except InputError as error:
+                    notes[key] = self.failure = str(error)
+                else:
+                    self._files[key] = (token, written)
+                    self._ours.add(written.file)
+                    file = written
+                if key in notes and file is not None:
+                    notes[key] += "; the one before is"
+            if file is not None:
+                files[key] = file
+        return files, notes
+
+    def _write(self, key: str, result: object) -> KeptFile:
+        kind, value, name, source = _parts(result, key)
+        form = _FORMS[kind]
+        size = form.size(value)
+        if size > _MOST:
+            raise _NotKept(f"it takes {size / 1e6:.0f} MB; kept are {_MOST / 1e6:.0f} MB each")
+        file = f"{kind.replace('-', '')}-{secrets.token_hex(8)}{form.suffix}"
+        try:
+            self.folder.mkdir(parents=True, exist_ok=True)
+        except OSError as error:
+            raise InputError(f"{self.folder}: cannot be made: {error.strerror}") from None
+        form.save(value, self.folder / file)
+        return KeptFile(file, name, source)
+
+    def get(self, key: str, kept: KeptFile, *, aside: bool = True) -> Any:
+        """Read a result.
+
+        Parameters
+        ----------
+        key : str
+            What it is of, as in `put`.
+        kept : KeptFile
+            Where it is.
+        aside : bool
+            Whether to give it another name if it cannot be read.
+
+        Returns
+        -------
+        Shown or Transient
+            The result.
+
+        Raises
+        ------
+        InputError
+            If it cannot be read. It is no file of the session from then on.
+        """
+        kind = _kind(key)
+        path = self.folder / kept.file
+        try:
+            if _OWN.fullmatch(kept.file) is None:
+                raise InputError("not the name of a file of this session")
+            value = _FORMS[kind].load(path)
+        except InputError as error:
+            why = str(error).removeprefix(f"{path}: ")
+            self._ours.discard(kept.file)
+            own = _OWN.fullmatch(kept.file) is not None
+            where = f"; {put_aside(path)}" if aside and own and path.exists() else ""
+            raise InputError(
+                f"the {key.replace('-', ' ') if kind == _RUN else key} of the last session could "
+                f"not be restored ({why}){where}"
+            ) from None
+        found = value if kind == _RUN else Shown(value, kept.name, kept.source)
+        self._files[key] = (found, kept)
+        self._ours.add(kept.file)
+        return found
+
+    def remove_others(self, files: Mapping[str, KeptFile]) -> None:
+        """Remove the results of this session to which nothing in it refers any more.
+
+        Parameters
+        ----------
+        files : mapping of str to KeptFile
+            Those that stay.
+        """
+        for name in self._ours - {kept.file for kept in files.values()}:
+            if _OWN.fullmatch(name):
+                with suppress(OSError):
+                    (self.folder / name).unlink(missing_ok=True)
+            self._ours.discard(name)
+
+
+def _kind(key: str) -> str:
+    return _RUN if key.startswith(f"{_RUN}-") else key
+
+
+def _parts(result: object, key: str) -> tuple[str, Any, str, str]:
+    if isinstance(result, Run):
+        return _RUN, result.result, "", ""
+    if not isinstance(result, Shown):
+        raise TypeError(f"{key}: {type(result)}")
+    return key, result.value, result.name, result.source
+
+
+def _run_size(value: Any) -> int:
+    return 0 if value.trajectory is None else 7 * _NUMBER_BYTES * int(value.trajectory.t.size)
+
+
+def _save_run(value: Any, path: Path) -> None:
+    from .runs import save_kept_run
+
+    save_kept_run(value, path)
+
+
+def _load_run(path: Path) -> Any:
+    from .runs import load_kept_run
+
+    return load_kept_run(path)
+
+
+def _save_sweep(value: Any, path: Path) -> None:
+    from fivtui.sweeps.files import save_sweep
+
+    if len(value.table.reasons) < value.study.members:
+        raise _NotKept("it is not complete")
+    save_sweep(value, path)
+
+
+def _load_sweep(path: Path) -> Any:
+    from fivtui.sweeps.files import read_sweep
+
+    return read_sweep(path)
+
+
+def _save_map(value: Any, path: Path) -> None:
+    from fivtui.equilibrium.map_files import save_map
+
+    save_map(value, path)
+
+
+def _load_map(path: Path) -> Any:
+    from fivtui.equilibrium.map_files import load_map
+
+    return load_map(path)
+
+
+def _save_tradeoff(value: Any, path: Path) -> None:
+    from fivtui.io.files import save_json
+    from fivtui.tradeoffs.files import tradeoff_to_dict
+
+    save_json(tradeoff_to_dict(value), path)
+
+
+def _load_tradeoff(path: Path) -> Any:
+    from fivtui.tradeoffs.files import load_tradeoff
+
+    return load_tradeoff(path)
+
+
+_FORMS: Final[Mapping[str, _Form]] = {
+    _RUN: _Form(".npz", _run_size, _save_run, _load_run),
+    SWEEP: _Form(
+        ".csv",
+        lambda value: _TEXT_BYTES * len(value.table.reasons) * len(value.columns),
+        _save_sweep,
+        _load_sweep,
+    ),
+    MAP: _Form(
+        ".npz", lambda value: 3 * _NUMBER_BYTES * int(value.values.size), _save_map, _load_map
+    ),
+    TRADEOFF: _Form(".json", lambda _: 0, _save_tradeoff, _load_tradeoff),
+}

@@ -1,0 +1,100 @@
+"""Transients in files of the session: all of the result, to the last bit. Imports no Textual."""
+
+import json
+import zipfile
+from pathlib import Path
+from typing import Any, BinaryIO, Final
+
+import numpy as np
+
+from fivtui.io.files import write_atomically
+from fivtui.model.columns import COLUMNS
+from fivtui.model.errors import InputError
+from fivtui.model.parameters import Parameters
+from fivtui.model.slider_belt import Mode
+from fivtui.transient.files import trajectory_of, transient_to_dict
+from fivtui.transient.result import ContactForce, Events, FinalState, Peak, Stats, Steady, Transient
+from fivtui.transient.trajectory import Trajectory
+
+_SAID: Final = "transient"
+_SWITCHES: Final = "switch_times"
+_FIRST_MODE: Final = "first_mode"
+
+
+def save_kept_run(result: Transient, path: Path) -> None:
+    """Write a transient with its trajectory.
+
+    Parameters
+    ----------
+    result : Transient
+        The transient, without a solution.
+    path : Path
+        A ``.npz`` file.
+
+    Raises
+    ------
+    InputError
+        If it has no trajectory, or the file cannot be written.
+    ComputationError
+        If a number is not finite.
+    """
+    said = {**transient_to_dict(result), _FIRST_MODE: int(result.first_mode)}
+    motion = trajectory_of(result)
+    arrays: dict[str, Any] = {column.name: getattr(motion, column.name) for column in COLUMNS}
+    arrays |= {_SAID: np.array(json.dumps(said)), _SWITCHES: result.switch_times}
+
+    def write(file: BinaryIO) -> None:
+        np.savez(file, **arrays)
+
+    write_atomically(path, write, force=True)
+
+
+def load_kept_run(path: Path) -> Transient:
+    """Read a transient that `save_kept_run` wrote.
+
+    Parameters
+    ----------
+    path : Path
+        The file.
+
+    Returns
+    -------
+    Transient
+        The same.
+
+    Raises
+    ------
+    InputError
+        If it is damaged.
+    """
+    try:
+        with path.open("rb") as file:
+            archive = np.load(file, allow_pickle=False)
+            arrays = {name: archive[name] for name in archive.files}
+        return _transient(json.loads(str(arrays[_SAID])), arrays)
+    except InputError as error:
+        raise InputError(f"{path}: {error}") from None
+    except (OSError, ValueError, KeyError, TypeError, EOFError, zipfile.BadZipFile):
+        raise InputError(f"{path}: damaged") from None
+
+
+def _transient(said: dict[str, Any], arrays: dict[str, Any]) -> Transient:
+    start = tuple(float(value) for value in said["start"])
+    return Transient(
+        parameters=Parameters(**said["parameters"]),
+        separation=bool(said["separation"]),
+        start=(start[0], start[1], start[2], start[3]),
+        t_end=float(said["t_end"]),
+        method=str(said["method"]),
+        tol=float(said["tol"]),
+        step=said["step"],
+        final=FinalState(**said["final"]),
+        peak=Peak(**said["peak"]),
+        steady=Steady(**said["steady"]),
+        contact_force=ContactForce(**said["contact_force"]),
+        events=Events(**said["events"]),
+        stats=Stats(**said["stats"]),
+        switch_times=arrays[_SWITCHES],
+        first_mode=Mode(said[_FIRST_MODE]),
+        trajectory=Trajectory(*(arrays[column.name] for column in COLUMNS)),
+    )

@@ -1,0 +1,135 @@
+"""The session as it is kept, and brought back. Imports no Textual."""
+
+import dataclasses
+from collections.abc import Mapping
+from typing import Any, Final
+
+from fivtui.tui.session.run_styles import RunStyle
+from fivtui.tui.session.runs import Run, RunState
+from fivtui.tui.session.session import Session
+
+from .state_file import KeptFile, KeptRun, KeptRuns, State
+
+_RUN: Final = "run-"
+_STUDIES: Final = ("sweep", "map", "trade-off")
+
+
+def state_of(session: Session, theme: str) -> State:
+    """What is to be kept of a session, as it is now.
+
+    Parameters
+    ----------
+    session : Session
+        The session.
+    theme : str
+        The theme.
+
+    Returns
+    -------
+    State
+        A copy; results are the same objects.
+    """
+    runs = session.runs
+    results: dict[str, object] = {}
+    for run in runs:
+        key = f"{_RUN}{run.number}"
+        if run.result is not None:
+            results[key] = run
+        elif key in session.unread:
+            results[key] = session.unread[key]
+    for kind in _STUDIES:
+        known = session.studies.get(kind) or session.unread.get(kind)
+        if known is not None:
+            results[kind] = known
+    return State(
+        session.edited,
+        session.recent,
+        session.tab,
+        theme,
+        settings={name: dict(known) for name, known in session.settings.items()},
+        views={
+            name: dataclasses.replace(view, hidden=set(view.hidden), cursor=None)
+            for name, view in session.views.items()
+        },
+        runs=KeptRuns(
+            tuple(map(_kept, runs)),
+            runs.count,
+            0 if runs.shown is None else runs.shown.number,
+            0 if runs.baseline is None else runs.baseline.number,
+        ),
+        results=results,
+    )
+
+
+def _kept(run: Run) -> KeptRun:
+    state = RunState.STOPPED if run.state is RunState.RUNNING else run.state
+    return KeptRun(
+        number=run.number,
+        scene=run.scene,
+        state=state.value,
+        message=run.message,
+        edited=run.edited,
+        source=run.source,
+        overlaid=run.overlaid,
+        colour=run.style.colour,
+        marker=run.style.marker,
+    )
+
+
+def bring_back(session: Session, state: State) -> None:
+    """Give a session all that was kept, but for what is edited and the results.
+
+    Parameters
+    ----------
+    session : Session
+        A new session.
+    state : State
+        What was kept.
+    """
+    session.recent = state.recent
+    session.settings = {name: dict(known) for name, known in state.settings.items()}
+    session.views = {
+        name: dataclasses.replace(view, hidden=set(view.hidden))
+        for name, view in state.views.items()
+    }
+    session.unread = {
+        key: kept for key, kept in state.results.items() if isinstance(kept, KeptFile)
+    }
+    runs = session.runs
+    runs.restore((_run(kept, state) for kept in state.runs.runs), state.runs.count)
+    runs.shown = runs.find(state.runs.shown)
+    runs.baseline = runs.find(state.runs.baseline)
+
+
+def take_back(session: Session, results: Mapping[str, Any]) -> None:
+    """Give a session the results that were read again.
+
+    Parameters
+    ----------
+    session : Session
+        The session.
+    results : mapping of str to object
+        By what they are of, as in `State`: a transient, a `Shown`, or None for what could not be
+        read.
+    """
+    for key, result in results.items():
+        session.unread.pop(key, None)
+        if key in _STUDIES:
+            # What has been computed since is newer.
+            if result is not None and session.studies.get(key) is None:
+                session.studies.put(key, result)
+            continue
+        run = session.runs.find(int(key.removeprefix(_RUN)))
+        if run is not None:
+            run.result = result
+            run.state = RunState.DONE if result is not None else RunState.NOT_KEPT
+
+
+def _run(kept: KeptRun, state: State) -> Run:
+    run = Run(kept.number, kept.scene, RunState(kept.state), fraction=1.0)
+    run.message, run.edited, run.source = kept.message, kept.edited, kept.source
+    run.overlaid = kept.overlaid
+    run.style = RunStyle(kept.colour, kept.marker)
+    if run.state is RunState.DONE and f"{_RUN}{run.number}" not in state.results:
+        run.state = RunState.NOT_KEPT
+    return run

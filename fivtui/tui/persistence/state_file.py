@@ -1,0 +1,318 @@
+"""The session between two starts: one small file. Imports no Textual."""
+
+import json
+import math
+import os
+import re
+from collections.abc import Mapping
+from dataclasses import asdict, dataclass, field
+from pathlib import Path
+from typing import Any, Final
+
+from fivtui.io.files import save_json
+from fivtui.model.errors import InputError
+from fivtui.scene.scene import Scene, scene_from_dict, scene_to_dict
+from fivtui.tui.chart.axis import Axis
+from fivtui.tui.chart.chart import View
+from fivtui.tui.session.fields import FIELDS
+from fivtui.tui.session.history import Edited
+from fivtui.tui.session.runs import RunState
+
+STATE_VERSION: Final = 2
+_VERSION_KEY: Final = "fivtui_session"
+_ASIDE: Final = 100
+
+
+class DamagedSession(InputError):
+    """A session's file holds what no version reads any more."""
+
+
+@dataclass(frozen=True, slots=True)
+class KeptFile:
+    """A result in a file: the name of the file, and what `Shown` says of it."""
+
+    file: str
+    name: str = ""
+    source: str = ""
+
+
+@dataclass(frozen=True, slots=True)
+class KeptRun:
+    """A run without its result; see `Run`."""
+
+    number: int
+    scene: Scene
+    state: str
+    message: str
+    edited: Scene | None
+    source: str
+    overlaid: bool
+    colour: int
+    marker: int
+
+
+@dataclass(frozen=True, slots=True)
+class KeptRuns:
+    """All runs.
+
+    Attributes
+    ----------
+    runs : tuple of KeptRun
+        The oldest first.
+    count : int
+        The number used last.
+    shown, baseline : int
+        Numbers of those runs; 0 for none.
+    """
+
+    runs: tuple[KeptRun, ...] = ()
+    count: int = 0
+    shown: int = 0
+    baseline: int = 0
+
+
+@dataclass(frozen=True, slots=True)
+class State:
+    """What is kept between two starts.
+
+    Attributes
+    ----------
+    edited : Edited
+        What was being edited.
+    recent : tuple of str
+        See `Session`.
+    tab : str
+        The tab in sight; one that is not known is ignored.
+    theme : str
+        The theme; one that is not known is ignored.
+    settings, views
+        See `Session`; a view has no cursor.
+    runs : KeptRuns
+        The runs.
+    results : mapping of str to object
+        The results of the runs (``run-1``) and of the studies (``sweep``): `Run` or `Shown`, or
+        `KeptFile` if it is not read yet.
+    notes : mapping of str to str
+        Why others are not kept.
+    """
+
+    edited: Edited
+    recent: tuple[str, ...] = ()
+    tab: str = ""
+    theme: str = ""
+    settings: Mapping[str, Mapping[str, str]] = field(default_factory=dict)
+    views: Mapping[str, View] = field(default_factory=dict)
+    runs: KeptRuns = field(default_factory=KeptRuns)
+    results: Mapping[str, object] = field(default_factory=dict)
+    notes: Mapping[str, str] = field(default_factory=dict)
+
+
+def state_path(environment: Mapping[str, str] | None = None) -> Path:
+    """Where the session is kept.
+
+    Parameters
+    ----------
+    environment : mapping, optional
+        Environment variables; those of the process if not given.
+
+    Returns
+    -------
+    Path
+        ``fivtui/session.json`` in XDG_STATE_HOME, in LOCALAPPDATA on Windows, or else in
+        ``~/.local/state``.
+    """
+    known = os.environ if environment is None else environment
+    home = known.get("XDG_STATE_HOME", "")
+    if not Path(home).is_absolute():
+        local = known.get("LOCALAPPDATA", "") if os.name == "nt" else ""
+        home = local or str(Path("~/.local/state").expanduser())
+    return Path(home) / "fivtui" / "session.json"
+
+
+def save_state(state: State, path: Path) -> None:
+    """Write a session, in place of the one before; the whole file or nothing.
+
+    Parameters
+    ----------
+    state : State
+        The session; its results are files.
+    path : Path
+        The file; its folder is made if it is missing.
+
+    Raises
+    ------
+    InputError
+        If it cannot be written.
+    """
+    data = {
+        _VERSION_KEY: STATE_VERSION,
+        "texts": dict(state.edited.texts),
+        "scene": scene_to_dict(state.edited.loaded),
+        "source": _absolute(state.edited.source),
+        "recent": [_absolute(recent) for recent in state.recent],
+        "tab": state.tab,
+        "theme": state.theme,
+        "settings": {name: dict(known) for name, known in state.settings.items()},
+        "views": {name: _view_to_dict(view) for name, view in state.views.items()},
+        "runs": {
+            "runs": [_run_to_dict(run) for run in state.runs.runs],
+            "count": state.runs.count,
+            "shown": state.runs.shown,
+            "baseline": state.runs.baseline,
+        },
+        "results": {
+            key: asdict(kept) for key, kept in state.results.items() if isinstance(kept, KeptFile)
+        },
+        "notes": dict(state.notes),
+    }
+    try:
+        path.parent.mkdir(parents=True, exist_ok=True)
+    except OSError as error:
+        raise InputError(f"{path.parent}: cannot be made a folder: {error.strerror}") from None
+    save_json(data, path, force=True)
+
+
+def _view_to_dict(view: View) -> dict[str, Any]:
+    return {
+        **{
+            name: None if axis is None else [axis.low, axis.high, axis.log]
+            for name, axis in (("x", view.x), ("y", view.y))
+        },
+        "log_x": view.log_x,
+        "log_y": view.log_y,
+        "hidden": sorted(view.hidden),
+    }
+
+
+def _view_from_dict(data: Mapping[str, Any]) -> View:
+    x, y = (_axis(data[name], bool(data[f"log_{name}"])) for name in ("x", "y"))
+    hidden = {int(place) for place in data["hidden"]}
+    return View(x, y, bool(data["log_x"]), bool(data["log_y"]), hidden)
+
+
+def _axis(data: Any, log: bool) -> Axis | None:
+    if data is None:
+        return None
+    axis = Axis(float(data[0]), float(data[1]), bool(data[2]))
+    good = math.isfinite(axis.low) and math.isfinite(axis.high) and axis.low < axis.high
+    if not good or axis.log is not log or (axis.log and axis.low <= 0.0):
+        raise InputError(f"limits {data}")
+    return axis
+
+
+def _run_to_dict(run: KeptRun) -> dict[str, Any]:
+    return {
+        "number": run.number,
+        "scene": scene_to_dict(run.scene),
+        "state": run.state,
+        "message": run.message,
+        "edited": None if run.edited is None else scene_to_dict(run.edited),
+        "source": run.source,
+        "overlaid": run.overlaid,
+        "colour": run.colour,
+        "marker": run.marker,
+    }
+
+
+def _run_from_dict(data: Mapping[str, Any]) -> KeptRun:
+    edited = data["edited"]
+    return KeptRun(
+        number=int(data["number"]),
+        scene=scene_from_dict(data["scene"]),
+        state=RunState(data["state"]).value,
+        message=str(data["message"]),
+        edited=None if edited is None else scene_from_dict(edited),
+        source=str(data["source"]),
+        overlaid=bool(data["overlaid"]),
+        colour=int(data["colour"]),
+        marker=int(data["marker"]),
+    )
+
+
+def _absolute(source: str) -> str:
+    # The next start may be in another folder. Names of presets have no suffix.
+    path = Path(source)
+    return str(path.absolute()) if path.suffix else source
+
+
+def load_state(path: Path) -> State | None:
+    """Read a session.
+
+    Parameters
+    ----------
+    path : Path
+        The file.
+
+    Returns
+    -------
+    State or None
+        None if there is no such file.
+
+    Raises
+    ------
+    DamagedSession
+        If it is damaged, or of a version that is not read any more.
+    InputError
+        If it cannot be read, or is of a newer version.
+    """
+    try:
+        content = path.read_bytes()
+    except FileNotFoundError:
+        return None
+    except OSError as error:
+        raise InputError(f"cannot be read: {error.strerror or error}") from None
+    try:
+        data = json.loads(content)
+        version = data[_VERSION_KEY]
+        state = _state(data) if version == STATE_VERSION else None
+    except InputError as error:
+        raise DamagedSession(str(error)) from None
+    except (ValueError, KeyError, TypeError, AttributeError, RecursionError, OverflowError):
+        raise DamagedSession("damaged") from None
+    if state is not None:
+        return state
+    if isinstance(version, int) and version > STATE_VERSION:
+        raise InputError(f"version {version}, written by a newer fivtui, not {STATE_VERSION}")
+    raise DamagedSession(f"version {version!r}, not {STATE_VERSION}")
+
+
+def _state(data: Any) -> State:
+    loaded = scene_from_dict(data["scene"])
+    texts = {name: field.text_of(loaded) for name, field in FIELDS.items()}
+    texts |= {name: str(text) for name, text in data["texts"].items() if name in FIELDS}
+    return State(
+        edited=Edited(texts, loaded, str(data["source"])),
+        recent=tuple(str(path) for path in data["recent"]),
+        tab=str(data["tab"]),
+        theme=str(data["theme"]),
+        settings={
+            str(name): {str(key): str(text) for key, text in known.items()}
+            for name, known in data["settings"].items()
+        },
+        views={str(name): _view_from_dict(view) for name, view in data["views"].items()},
+        runs=KeptRuns(
+            runs=tuple(_run_from_dict(run) for run in data["runs"]["runs"]),
+            count=int(data["runs"]["count"]),
+            shown=int(data["runs"]["shown"]),
+            baseline=int(data["runs"]["baseline"]),
+        ),
+        results={
+            str(key): KeptFile(**kept)
+            for key, kept in data["results"].items()
+            if re.fullmatch(r"run-[1-9][0-9]*|sweep|map|trade-off", key)
+        },
+        notes={str(key): str(note) for key, note in data["notes"].items()},
+    )
+
+
+def put_aside(path: Path) -> str:
+    """Give a file that cannot be used another name; where it is then, in words."""
+    for number in range(1, _ASIDE):
+        aside = path.with_name(f"{path.stem}.damaged-{number}{path.suffix}")
+        if not aside.exists():
+            try:
+                path.rename(aside)
+            except OSError:
+                break
+            return f"it is kept as {aside}"
+    return f"it stays in {path}"

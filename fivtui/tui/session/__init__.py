@@ -1,0 +1,1 @@
+"""The state of the laboratory without its screen. Imports no Textual."""

@@ -1,0 +1,128 @@
+"""In what the results of two runs differ. Imports no Textual."""
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Final
+
+import numpy as np
+
+from fivtui.transient.result import Transient
+
+from .report import SECOND_HALF, Row, quantity
+
+_FIGURES: Final[tuple[tuple[str, str, Callable[[Transient], float]], ...]] = (
+    ("peak |y|", "m", lambda r: r.peak.y_abs),
+    ("peak |x|", "m", lambda r: r.peak.x_abs),
+    (SECOND_HALF, "m", lambda r: r.steady.y_half_range),
+    ("contact force max", "N", lambda r: r.contact_force.max),
+    ("separations", "", lambda r: float(r.events.separations)),
+    ("time off the belt", "s", lambda r: r.events.separated_time),
+    ("greatest ẋ", "m/s", lambda r: r.peak.vx_max),
+    ("at the end, x", "m", lambda r: r.final.x),
+    ("at the end, ẋ", "m/s", lambda r: r.final.vx),
+    ("at the end, y", "m", lambda r: r.final.y),
+    ("at the end, ẏ", "m/s", lambda r: r.final.vy),
+)
+
+
+@dataclass(frozen=True, slots=True)
+class Change:
+    """A figure of two runs.
+
+    Attributes
+    ----------
+    label, unit : str
+        What it is, and in which unit.
+    value, baseline : float
+        Of the run and of the run that it is compared with.
+    """
+
+    label: str
+    unit: str
+    value: float
+    baseline: float
+
+    @property
+    def difference(self) -> float:
+        """Value minus baseline."""
+        return self.value - self.baseline
+
+    @property
+    def percent(self) -> float | None:
+        """The difference in percent of the baseline; None if that is zero."""
+        return 100.0 * self.difference / abs(self.baseline) if self.baseline else None
+
+
+def changes(run: Transient, baseline: Transient) -> list[Change]:
+    """All figures of a run beside those of a baseline.
+
+    Parameters
+    ----------
+    run, baseline : Transient
+        The results.
+
+    Returns
+    -------
+    list of Change
+        In the order in which they matter.
+    """
+    return [Change(label, unit, of(run), of(baseline)) for label, unit, of in _FIGURES]
+
+
+def percent_text(change: Change) -> str:
+    """The difference in percent for a narrow column; a dash where that says nothing."""
+    percent = change.percent
+    if percent is None:
+        return "0" if change.difference == 0.0 else "–"
+    return f"{percent:+.3g}" if percent else "0"
+
+
+def change_rows(run: Transient, baseline: Transient) -> list[Row]:
+    """The same as rows.
+
+    Parameters
+    ----------
+    run, baseline : Transient
+        The results.
+
+    Returns
+    -------
+    list of Row
+        The difference as the value; the baseline's figure and percents as the note.
+    """
+    rows = []
+    for change in changes(run, baseline):
+        percent = change.percent
+        part = f" ({percent:+.3g} %)" if percent else ""
+        sign = "+" if change.difference > 0.0 else ""
+        value = f"{sign}{quantity(change.difference, change.unit)}"
+        note = f"from {quantity(change.baseline, change.unit)}{part}"
+        rows.append(Row(change.label, value, note))
+    return rows
+
+
+def engine_words(native: Transient, fmu: Transient) -> str:
+    """How far the FMU is from the native integrator for one scene.
+
+    Parameters
+    ----------
+    native, fmu : Transient
+        The two results.
+
+    Returns
+    -------
+    str
+        One phrase.
+    """
+    parts = [
+        (getattr(native.final, name), getattr(fmu.final, name)) for name in ("x", "vx", "y", "vy")
+    ]
+    state = max(abs(one - other) for one, other in parts)
+    peak = abs(native.peak.y_abs - fmu.peak.y_abs)
+    words = f"FMU against {native.method}: final state {state:.2g} (m, m/s), peak |y| {peak:.2g} m"
+    one, other = native.trajectory, fmu.trajectory
+    if one is not None and other is not None and np.array_equal(one.t, other.t):
+        words += f", y at any time {float(np.abs(one.y - other.y).max()):.2g} m"
+    same = native.events.separations == fmu.events.separations
+    count = f"{native.events.separations} and {fmu.events.separations}"
+    return f"{words}, separations {'equal' if same else count}"

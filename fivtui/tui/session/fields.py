@@ -1,0 +1,276 @@
+"""The fields that a user edits, as data. Imports no Textual."""
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from typing import Final
+
+from fivtui.model.errors import InputError
+from fivtui.model.parameters import (
+    PARAMETERS,
+    Parameters,
+    ParameterSpec,
+    parse_number,
+    unknown_name,
+)
+from fivtui.scene.scene import Accuracy, Scene
+from fivtui.simulation import ALL_METHODS
+from fivtui.transient.deviation import QUANTITIES
+from fivtui.transient.error_targets import check_accuracy
+from fivtui.transient.request import (
+    DEFAULT_T_END,
+    DEFAULT_TOL,
+    MAX_T_END,
+    TOL_RANGE,
+    Start,
+    check_horizon,
+    make_problem,
+    resolve_start,
+)
+
+from .equations import equations_with
+from .steps import Nudge, by_decade, by_digit, number_text
+
+CONSIDERED: Final = "considered"
+IGNORED: Final = "ignored"
+
+_SEPARATION: Final = {
+    CONSIDERED: "Case 1: the slider may leave the belt, then P = 0",
+    IGNORED: "Case 2: P = −k2 y − k_nl y³ for all y, even in tension",
+}
+
+# An exponent only after a digit: a letter alone is no beginning of a number.
+_NUMBER_BEGUN: Final = r"[+-]?(?:[0-9]*\.?|(?:[0-9]+\.?[0-9]*|\.[0-9]+)(?:[eE][+-]?[0-9]*)?)"
+_NUMBERS_BEGUN: Final = rf" *{_NUMBER_BEGUN} *(?:, *{_NUMBER_BEGUN} *){{0,3}}"
+_STATIC_BEGUN: Final = "s(?:t(?:a(?:t(?:ic?)?)?)?)?"
+_ACCURACY_BEGUN: Final = "[a-z][A-Za-z0-9_=.,+ -]*"
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Field:
+    """One thing that a user edits, as text.
+
+    Attributes
+    ----------
+    name : str
+        Name as in scene files and on the command line.
+    group : str
+        Heading under which it stands.
+    symbol, unit, meaning, allowed : str
+        As in `ParameterSpec`.
+    default : str
+        Text of its default.
+    check : callable
+        Takes a text, returns the value or raises `InputError`.
+    text_of : callable
+        Takes a scene, returns the text of this field in it.
+    typed : str
+        Regular expression of what its text may be while it is typed: the beginning of a number if
+        not given.
+    nudge : callable or None
+        How a key press changes the value.
+    when_empty : str
+        What no text at all means, where that is allowed.
+    choices : mapping of str to str
+        The texts allowed and their meanings, where there are only some.
+    details : tuple of (str, str)
+        Labelled lines of help: the equations in which it stands, or what it does.
+    """
+
+    name: str
+    group: str
+    symbol: str
+    unit: str
+    meaning: str
+    allowed: str
+    default: str
+    check: Callable[[str], object]
+    text_of: Callable[[Scene], str]
+    typed: str = _NUMBER_BEGUN
+    nudge: Nudge | None = None
+    when_empty: str = ""
+    choices: Mapping[str, str] | None = None
+    details: tuple[tuple[str, str], ...] = ()
+
+
+def _parameter(spec: ParameterSpec) -> Field:
+    return Field(
+        name=spec.name,
+        group="Parameters",
+        symbol=spec.symbol,
+        unit=spec.unit,
+        meaning=spec.meaning,
+        allowed=spec.allowed,
+        default=number_text(spec.default),
+        check=spec.check,
+        text_of=lambda scene: number_text(getattr(scene.parameters, spec.name)),
+        nudge=by_digit(spec.default),
+        details=tuple(
+            (f"Eq. {equation.number}", f"{equation.text}  ({equation.subject})")
+            for equation in equations_with(spec)
+        ),
+    )
+
+
+def _choice(kind: str, choices: Mapping[str, str]) -> Callable[[str], str]:
+    def check(text: str) -> str:
+        if text not in choices:
+            raise unknown_name(kind, text, choices)
+        return text
+
+    return check
+
+
+def _check_t_end(text: str) -> float:
+    return check_horizon(parse_number("t_end", text, _T_END_ALLOWED))
+
+
+def _check_tol(text: str) -> float:
+    return make_problem(_ANY, start=_AT_ZERO, tol=parse_number("tol", text, _TOL_ALLOWED)).tol
+
+
+def _check_step(text: str) -> float | None:
+    if not text.strip():
+        return None
+    step = parse_number("step", text, _STEP_ALLOWED)
+    return make_problem(_ANY, start=_AT_ZERO, t_end=MAX_T_END, step=step).step
+
+
+def _check_accuracy(text: str) -> Accuracy:
+    asked = {}
+    for part in filter(None, (part.strip() for part in text.split(","))):
+        name, _, error = (word.strip() for word in part.partition("="))
+        asked[name] = error
+    return tuple(check_accuracy(asked).items())
+
+
+def _check_start(text: str) -> Start:
+    parts = [part.strip() for part in text.split(",")]
+    if parts == ["static"]:
+        return "static"
+    if len(parts) != 4:
+        raise InputError(f"start = {text!r}: allowed is {_START_ALLOWED}")
+    return resolve_start(
+        _ANY, [parse_number("start", part, _START_ALLOWED) for part in parts], separation=True
+    )
+
+
+def _start_text(scene: Scene) -> str:
+    if isinstance(scene.start, str):
+        return scene.start
+    return ", ".join(number_text(value) for value in scene.start)
+
+
+_ANY: Final = Parameters()
+_AT_ZERO: Final = (0.0, 0.0, 0.0, 0.0)
+_T_END_ALLOWED: Final = f"0 < t_end <= {MAX_T_END:g} s"
+_TOL_ALLOWED: Final = f"{TOL_RANGE[0]:g} <= tol <= {TOL_RANGE[1]:g}"
+_STEP_ALLOWED: Final = "0 < step <= t_end, or nothing"
+_ACCURACY_ALLOWED: Final = f"such as peak=1e-4; of {', '.join(QUANTITIES)}, or nothing"
+_START_ALLOWED: Final = "static, or four finite numbers x,vx,y,vy in m and m/s"
+
+_OF_THE_RUN: Final = (
+    Field(
+        name="separation",
+        group="Transient",
+        symbol="",
+        unit="",
+        meaning="whether contact can be lost",
+        allowed=" or ".join(_SEPARATION),
+        default=CONSIDERED,
+        check=_choice("separation", _SEPARATION),
+        text_of=lambda scene: CONSIDERED if scene.separation else IGNORED,
+        choices=_SEPARATION,
+        details=tuple(_SEPARATION.items()),
+    ),
+    Field(
+        name="start",
+        group="Transient",
+        symbol="",
+        unit="m, m/s",
+        meaning="state at t = 0",
+        allowed=_START_ALLOWED,
+        default="static",
+        check=_check_start,
+        text_of=_start_text,
+        typed=f"{_STATIC_BEGUN}|{_NUMBERS_BEGUN}",
+        details=(("static", "at rest at the equilibrium of μ = 0 under F; then the belt moves"),),
+    ),
+    Field(
+        name="t_end",
+        group="Transient",
+        symbol="t_end",
+        unit="s",
+        meaning="horizon",
+        allowed=_T_END_ALLOWED,
+        default=number_text(DEFAULT_T_END),
+        check=_check_t_end,
+        text_of=lambda scene: number_text(scene.t_end),
+        nudge=by_digit(DEFAULT_T_END),
+        details=(("use", "half peak-to-peak is taken over its second half"),),
+    ),
+    Field(
+        name="method",
+        group="Transient",
+        symbol="",
+        unit="",
+        meaning="integration method",
+        allowed=", ".join(ALL_METHODS),
+        default="taylor",
+        check=_choice("method", ALL_METHODS),
+        text_of=lambda scene: scene.method,
+        choices=ALL_METHODS,
+        details=tuple(ALL_METHODS.items()),
+    ),
+    Field(
+        name="tol",
+        group="Transient",
+        symbol="tol",
+        unit="",
+        meaning="relative tolerance",
+        allowed=_TOL_ALLOWED,
+        default=number_text(DEFAULT_TOL),
+        check=_check_tol,
+        text_of=lambda scene: number_text(scene.tol),
+        nudge=by_decade,
+        details=(
+            ("use", "methods of variable step, where no accuracy is stated"),
+            ("taylor, fmu", "relative error of the end state after about a hundred periods"),
+        ),
+    ),
+    Field(
+        name="accuracy",
+        group="Transient",
+        symbol="",
+        unit="",
+        meaning="errors allowed, in place of tol and step",
+        allowed=_ACCURACY_ALLOWED,
+        default="",
+        check=_check_accuracy,
+        text_of=lambda scene: ", ".join(f"{name}={error:g}" for name, error in scene.accuracy),
+        typed=_ACCURACY_BEGUN,
+        when_empty="tol or step",
+        details=tuple(QUANTITIES.items()),
+    ),
+    Field(
+        name="step",
+        group="Transient",
+        symbol="step",
+        unit="s",
+        meaning="step of rk4 or fmu",
+        allowed=_STEP_ALLOWED,
+        default="",
+        check=_check_step,
+        text_of=lambda scene: "" if scene.step is None else number_text(scene.step),
+        nudge=by_digit(0.001),
+        when_empty="default",
+        details=(
+            ("rk4", "the integration step"),
+            ("fmu", "the communication step"),
+            ("others", "choose their own step; leave this empty"),
+        ),
+    ),
+)
+
+FIELDS: Final[Mapping[str, Field]] = {
+    field.name: field for field in (*map(_parameter, PARAMETERS.values()), *_OF_THE_RUN)
+}

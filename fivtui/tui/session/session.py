@@ -1,0 +1,296 @@
+"""The state of the laboratory without its screen: edited texts, scene, runs. Imports no Textual."""
+
+import dataclasses
+from pathlib import Path
+from typing import TYPE_CHECKING, Final, cast
+
+from fivtui.equilibrium.eigenvalues import Stability, stability
+from fivtui.model.errors import InputError
+from fivtui.model.parameters import PARAMETERS, Parameters
+from fivtui.scene.scene import Accuracy, Scene
+from fivtui.transient.methods import METHODS, takes_step
+from fivtui.transient.request import Start
+from fivtui.tui.chart.chart import View
+
+from .differences import differences
+from .editing import Editing
+from .fields import CONSIDERED, FIELDS
+from .report import Beside
+from .runs import FMU_ENGINE, FMU_METHOD, Run, Runs, engine_of
+from .shown import Studies
+from .steps import number_text
+
+if TYPE_CHECKING:
+    from fivtui.tui.persistence.state_file import KeptFile
+
+    from .command_lines import Origin
+
+MOST_RECENT: Final = 10
+_FIRST_METHOD: Final = next(iter(METHODS))
+
+
+class Session(Editing):
+    """What is being edited and what was computed from it.
+
+    Parameters
+    ----------
+    scene : Scene, optional
+        The scene to begin with; the base scene if not given.
+    source : str, optional
+        How the command line would name it: a preset or a file; the base scene if not given.
+
+    Attributes
+    ----------
+    runs : Runs
+        The transients of this session.
+    reports : list of str
+        What was reported, a line each, the oldest first.
+    recent : tuple of str
+        Scene files opened or saved, the last one first.
+    tab : str
+        Identifier of the tab in sight; empty for the first one.
+    studies : Studies
+        What the tabs of studies show.
+    settings : dict of str to dict of str
+        What the tabs are set to, by name of the tab and of the setting.
+    views : dict of str to View
+        Limits and scales of the charts, by their identifiers.
+    unread : dict of str to KeptFile
+        Results of the last session that are not read yet, see `State`.
+    beside : Beside or None
+        What attracts beside the equilibrium of what is edited, as far as it is known.
+    """
+
+    def __init__(self, scene: Scene | None = None, source: str = "") -> None:
+        super().__init__(scene, source)
+        self.runs = Runs()
+        self.reports: list[str] = []
+        self.recent: tuple[str, ...] = ()
+        self.tab = ""
+        self.studies = Studies()
+        self.settings: dict[str, dict[str, str]] = {}
+        self.views: dict[str, View] = {}
+        self.unread: dict[str, KeptFile] = {}
+        self.beside: Beside | None = None
+        self._native_method = _FIRST_METHOD
+        # What was asked last, by several views at every key.
+        self._stability: tuple[tuple[Parameters, bool], Stability] | None = None
+
+    def remember(self, path: str) -> None:
+        """Put a scene file in front of the recent ones."""
+        others = [old for old in self.recent if Path(old).absolute() != Path(path).absolute()]
+        self.recent = (path, *others)[:MOST_RECENT]
+
+    def error(self, name: str) -> str:
+        """What is wrong with a field.
+
+        Parameters
+        ----------
+        name : str
+            Its name.
+
+        Returns
+        -------
+        str
+            One line; empty if nothing is wrong.
+        """
+        try:
+            FIELDS[name].check(self.texts[name])
+        except InputError as error:
+            return str(error)
+        return self._step_error() if name == "step" else ""
+
+    def _step_error(self) -> str:
+        # Whether a step is allowed depends on the method and the horizon, which must be right.
+        if any(self.error(name) for name in ("method", "t_end")):
+            return ""
+        try:
+            Scene(
+                name="step",
+                description="",
+                parameters=Parameters(),
+                t_end=self._number("t_end"),
+                method=self.texts["method"],
+                step=self._step(),
+            )
+        except InputError as error:
+            return str(error)
+        return ""
+
+    @property
+    def errors(self) -> dict[str, str]:
+        """What is wrong, by field; empty if nothing is."""
+        found = {name: self.error(name) for name in FIELDS}
+        return {name: message for name, message in found.items() if message}
+
+    def nudge(self, name: str, direction: int, *, fine: bool = False) -> bool:
+        """Change a number by a step.
+
+        Parameters
+        ----------
+        name : str
+            Name of the field.
+        direction : int
+            +1 for more, -1 for less.
+        fine : bool
+            Whether by a tenth of the usual step.
+
+        Returns
+        -------
+        bool
+            Whether there was a valid number that could be changed so.
+        """
+        field = FIELDS[name]
+        if field.nudge is None:
+            return False
+        try:
+            value = field.check(self.texts[name] or field.default)
+            if not isinstance(value, float):
+                return False
+            text = number_text(field.nudge(value, direction, fine))
+            field.check(text)
+        except InputError:
+            return False
+        self._set(name, text, f"nudge {direction:+d}")
+        return True
+
+    @property
+    def engine(self) -> str:
+        """What runs the scene: ``native`` or ``FMU``."""
+        return engine_of(self.texts["method"])
+
+    def switch_engine(self) -> None:
+        """From a native method to the FMU, or back to the native method used last."""
+        if self.engine == FMU_ENGINE:
+            self._set("method", self._native_method, "engine")
+        else:
+            self._native_method = self.texts["method"]
+            self._set("method", FMU_METHOD, "engine")
+        self.close_step()
+
+    def engine_pair(self) -> tuple[Scene, Scene]:
+        """The scene edited, for the native engine and for the FMU.
+
+        Returns
+        -------
+        native, fmu : Scene
+            Alike but for the method, and the step where the method chooses its own.
+
+        Raises
+        ------
+        InputError
+            If a field is wrong.
+        """
+        scene = self.scene()
+        method = self._native_method if self.engine == FMU_ENGINE else scene.method
+        step = scene.step if takes_step(method) else None
+        return (
+            dataclasses.replace(scene, method=method, step=step),
+            dataclasses.replace(scene, method=FMU_METHOD, step=None),
+        )
+
+    def parameters(self) -> Parameters:
+        """The parameter set edited, checked; `InputError` if a parameter is wrong."""
+        return Parameters().with_values({name: self.texts[name] for name in PARAMETERS})
+
+    @property
+    def separation(self) -> bool:
+        """Whether separation is considered."""
+        return self.texts["separation"] == CONSIDERED
+
+    def stability(self) -> Stability:
+        """Stability of the parameter set edited.
+
+        Returns
+        -------
+        Stability
+            Of its equilibrium.
+
+        Raises
+        ------
+        InputError
+            If a parameter is wrong.
+        ComputationError
+            If there is no equilibrium.
+        """
+        asked = self.parameters(), self.separation
+        if self._stability is None or self._stability[0] != asked:
+            self._stability = asked, stability(asked[0], separation=asked[1])
+        return self._stability[1]
+
+    def _number(self, name: str) -> float:
+        return cast("float", FIELDS[name].check(self.texts[name]))
+
+    def _step(self) -> float | None:
+        return cast("float | None", FIELDS["step"].check(self.texts["step"]))
+
+    def scene(self) -> Scene:
+        """The scene edited.
+
+        Returns
+        -------
+        Scene
+            Checked; with the name of the scene loaded.
+
+        Raises
+        ------
+        InputError
+            If a field is wrong.
+        """
+        for message in self.errors.values():
+            raise InputError(message)
+        return Scene(
+            name=self._loaded.name,
+            description="" if self.changed else self._loaded.description,
+            parameters=self.parameters(),
+            separation=self.separation,
+            start=cast("Start", FIELDS["start"].check(self.texts["start"])),
+            t_end=self._number("t_end"),
+            tol=self._number("tol"),
+            method=self.texts["method"],
+            step=self._step(),
+            accuracy=cast("Accuracy", FIELDS["accuracy"].check(self.texts["accuracy"])),
+            outputs=self._loaded.outputs,
+        )
+
+    def outdated(self, run: Run) -> bool:
+        """Whether the fields no longer say what a run computed.
+
+        Parameters
+        ----------
+        run : Run
+            The run.
+
+        Returns
+        -------
+        bool
+            True also if a field is wrong now.
+        """
+        try:
+            return bool(differences(self.scene(), run.edited or run.scene))
+        except InputError:
+            return True
+
+    @property
+    def origin(self) -> "Origin":
+        """The scene loaded, and how the command line names it."""
+        from .command_lines import Origin
+
+        return Origin(self._loaded, self.source)
+
+    def command_line(self) -> str:
+        """The command that computes the same transient in a shell.
+
+        Returns
+        -------
+        str
+            Quoted for a POSIX shell.
+
+        Raises
+        ------
+        InputError
+            If a field is wrong.
+        """
+        from .command_lines import transient_line
+
+        return transient_line(self.scene(), self.origin)

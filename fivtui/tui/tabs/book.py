@@ -1,0 +1,139 @@
+"""The tabs side by side; each is filled when it is shown for the first time."""
+
+from collections.abc import Callable, Sequence
+from typing import Final
+
+from textual import on
+from textual.app import ComposeResult
+from textual.content import Content
+from textual.events import Resize
+from textual.widgets import Button, Input, TabbedContent, TabPane
+
+from fivtui.tui.session.session import Session
+
+from .pane import Pane
+from .tabs import TabSpec
+
+# Columns that the titles need, and what is said where there are fewer.
+_ROOM: Final = 65
+_BRIEF: Final = {
+    "Stability": "Stab.",
+    "Transient": "Trans.",
+    "Trade-off": "Trade",
+    "Result": "Res.",
+}
+
+
+class TabBook(TabbedContent):
+    """The tabs of a laboratory.
+
+    Parameters
+    ----------
+    tabs : sequence of TabSpec
+        The tabs from left to right.
+    session : Session
+        Given to the panes.
+    """
+
+    def __init__(self, tabs: Sequence[TabSpec], session: Session) -> None:
+        known = any(spec.id == session.tab for spec in tabs)
+        super().__init__(initial=session.tab if known else "", id="tabs")
+        self.specs = tuple(tabs)
+        self._session = session
+        self._made: dict[str, Pane] = {}
+        self._refocus = False
+        self._brief = False
+        self._waiting: list[Callable[[Pane], None]] = []
+
+    def on_resize(self, event: Resize) -> None:
+        """Say less on the tabs where there is little room."""
+        brief = event.size.width < _ROOM
+        if brief is not self._brief:
+            self._brief = brief
+            self.set_class(brief, "-brief")
+            for spec in self.specs:
+                title = _BRIEF.get(spec.title, spec.title) if brief else spec.title
+                self.get_tab(spec.id).label = Content(title)
+
+    def compose(self) -> ComposeResult:
+        """The tabs, still empty."""
+        for spec in self.specs:
+            self.compose_add_child(TabPane(spec.title, id=spec.id))
+        yield from super().compose()
+
+    @property
+    def pane(self) -> Pane | None:
+        """The pane in sight, None before it is made."""
+        return self._made.get(self.active)
+
+    def tell(self, what: Callable[[Pane], None]) -> None:
+        """Tell the pane in sight; the others are told everything when they come into sight.
+
+        Parameters
+        ----------
+        what : callable
+            Takes the pane and calls one of its methods.
+        """
+        pane = self.pane
+        if pane is not None and pane.is_mounted:
+            what(pane)
+
+    def ask(self, what: Callable[[Pane], None]) -> None:
+        """Tell the pane in sight, as soon as it is there.
+
+        Parameters
+        ----------
+        what : callable
+            Takes the pane.
+        """
+        self._waiting.append(what)
+        self._tell_waiting()
+
+    def _tell_waiting(self) -> None:
+        pane = self.pane
+        if pane is not None and pane.is_mounted:
+            waiting, self._waiting = self._waiting, []
+            for what in waiting:
+                what(pane)
+
+    def turn(self, direction: int) -> None:
+        """Show the next tab (+1) or the one before (-1)."""
+        names = [spec.id for spec in self.specs]
+        self.show(names[(names.index(self.active) + direction) % len(names)])
+
+    def show(self, name: str) -> None:
+        """Show a tab; a focus inside the tab of now goes along.
+
+        Parameters
+        ----------
+        name : str
+            Its identifier.
+        """
+        focused = self.screen.focused
+        if name != self.active and focused is not None and self in focused.ancestors:
+            # A focus that stayed behind would call its tab back.
+            self.screen.set_focus(None)
+            self._refocus = True
+        self.active = name
+
+    @on(TabbedContent.TabActivated)
+    async def _shown(self) -> None:
+        name = self._session.tab = self.active
+        spec = next(spec for spec in self.specs if spec.id == name)
+        if name not in self._made:
+            self._made[name] = pane = spec.pane(self._session)
+            await self.get_pane(name).mount(pane)
+        self.catch_up()
+        self._tell_waiting()
+        if self._refocus and name == self.active:
+            self._refocus = False
+            inside = [widget for widget in self._made[name].query("*") if widget.focusable]
+            # A plot or a list rather than the buttons above it.
+            inside.sort(key=lambda widget: isinstance(widget, Button | Input))
+            self.screen.set_focus(next(iter(inside), None))
+
+    def catch_up(self) -> None:
+        """Tell the pane in sight all that it may have missed."""
+        self.tell(lambda pane: pane.scene_changed())
+        self.tell(lambda pane: pane.run_changed(self._session.runs.shown))
+        self.tell(lambda pane: pane.reported())

@@ -1,0 +1,238 @@
+"""What the map tab shows: stability over two parameters as shades. Imports no Textual."""
+
+from typing import TYPE_CHECKING, Final
+
+import numpy as np
+from numpy.typing import NDArray
+
+from fivtui.model.errors import InputError
+from fivtui.model.parameters import PARAMETERS, Parameters
+from fivtui.tui.chart.axis import Axis
+from fivtui.tui.chart.chart import Backdrop, Chart, Found, Trace
+from fivtui.tui.session.fields import CONSIDERED, IGNORED
+from fivtui.tui.session.steps import number_text
+
+if TYPE_CHECKING:
+    from fivtui.equilibrium.map import StabilityMap
+    from fivtui.ranges import Range
+
+FloatArray = NDArray[np.float64]
+
+EXAMPLE: Final = "mu=0:1.5:121 F=5:120:93"
+VALUES: Final = {
+    "growth-rate": "Growth",
+    "critical-mu": "μ_c",
+    "unstable-modes": "Modes",
+}
+_LABELS: Final = {
+    "growth-rate": "growth rate / 1/s",
+    "critical-mu": "μ_c",
+    "unstable-modes": "unstable modes",
+}
+_MOST: Final = 1_000_000
+_INSIDE: Final = 1e-9
+_DIGITS: Final = 9
+# From the most stable to the fastest growing; the last one is where there is no value.
+_STABLE: Final = (":", "·", " ")
+_UNSTABLE: Final = ("░", "▒", "▓", "█")
+_LEVELS: Final = (" ", "·", "░", "▒", "▓", "█")
+_NO_VALUE: Final = ("?", "hidden")
+
+
+def map_request(text: str) -> "tuple[Range, Range]":
+    """Read over what the map goes.
+
+    Parameters
+    ----------
+    text : str
+        Two times ``NAME=START:STOP:COUNT``, the first along x.
+
+    Returns
+    -------
+    tuple of Range
+        Two different parameters.
+
+    Raises
+    ------
+    InputError
+        If the text has another form, a value is not allowed, or there are over a million points.
+    """
+    from fivtui.ranges import parse_ranges
+
+    words = text.split()
+    if len(words) != 2:
+        raise InputError(f"{text!r}: allowed are two ranges, e.g. {EXAMPLE}")
+    try:
+        first, second = parse_ranges("map", words)
+    except InputError as error:
+        raise InputError(str(error).removeprefix("map ")) from None
+    if first.count * second.count > _MOST:
+        raise InputError(f"{first.count * second.count} points: allowed are {_MOST}")
+    return first, second
+
+
+def values_in(given: "Range", axis: Axis | None) -> FloatArray:
+    """The values of a range, or as many within what is shown of it.
+
+    Parameters
+    ----------
+    given : Range
+        The range.
+    axis : Axis or None
+        Limits that were chosen; what of them is allowed for the parameter counts.
+
+    Returns
+    -------
+    ndarray, shape (n,)
+        As many as the range has.
+    """
+    if axis is None:
+        return given.values()
+    spec = PARAMETERS[given.name]
+    # An open bound is not a value itself.
+    inside = _INSIDE * (axis.high - axis.low) if spec.lower_open else 0.0
+    low, high = max(axis.low, spec.lower + inside), min(axis.high, spec.upper)
+    if low >= high:
+        return given.values()
+    space = np.geomspace if axis.log and low > 0.0 else np.linspace
+    values: FloatArray = space(low, high, given.count)
+    return values
+
+
+def map_chart(result: "StabilityMap", now: Parameters | None) -> Chart:
+    """A stability map as shades, with its boundary and the point edited.
+
+    Parameters
+    ----------
+    result : StabilityMap
+        The map.
+    now : Parameters or None
+        The parameter set edited.
+
+    Returns
+    -------
+    Chart
+        The boundary is the first trace.
+    """
+    first, second = result.names
+    (x, y), values, excess = result.axes, result.values, result.excess
+    if x[0] > x[-1]:
+        x, values, excess = x[::-1], values[::-1], excess[::-1]
+    if y[0] > y[-1]:
+        y, values, excess = y[::-1], values[:, ::-1], excess[:, ::-1]
+    levels, shades = _shades(result.value, values)
+    across, up = boundary(x, y, excess)
+    traces = [Trace("boundary", across, up, look="dots", ordered=False)]
+    if now is not None:
+        here = np.array([getattr(now, first)]), np.array([getattr(now, second)])
+        traces.append(Trace("now", *here, look="points", ordered=False, mark="◆"))
+    backdrop = Backdrop(x, y, levels, shades, values, _LABELS[result.value])
+    return Chart(
+        _axis(first),
+        _axis(second),
+        tuple(traces),
+        backdrop=backdrop,
+        note=_LABELS[result.value],
+        x_range=(float(x[0]), float(x[-1])),
+        y_range=(float(y[0]), float(y[-1])),
+    )
+
+
+def _axis(name: str) -> str:
+    unit = PARAMETERS[name].unit
+    return f"{name} / {unit}" if unit else name
+
+
+def _shades(value: str, values: FloatArray) -> tuple[NDArray[np.intp], tuple[tuple[str, str], ...]]:
+    missing = np.isnan(values)
+    known = values[~missing]
+    if value == "growth-rate":
+        shades = [*((s, "stable") for s in _STABLE), *((s, "unstable") for s in _UNSTABLE)]
+        decay = max(-float(known.min(initial=0.0)), np.finfo(float).tiny)
+        growth = max(float(known.max(initial=0.0)), np.finfo(float).tiny)
+        stable = len(_STABLE) - 1 - np.floor(np.nan_to_num(-values / decay) * len(_STABLE))
+        unstable = len(_STABLE) + np.floor(np.nan_to_num(values / growth) * len(_UNSTABLE))
+        levels = np.where(
+            np.nan_to_num(values) < 0.0,
+            np.clip(stable, 0, len(_STABLE) - 1),
+            np.clip(unstable, len(_STABLE), len(shades) - 1),
+        )
+    elif value == "unstable-modes":
+        shades = [(_STABLE[1], "stable"), (_UNSTABLE[1], "unstable")]
+        levels = np.clip(np.nan_to_num(values), 0, 1)
+    else:
+        return graded(values)
+    shades.append(_NO_VALUE)
+    return np.where(missing, len(shades) - 1, levels).astype(np.intp), tuple(shades)
+
+
+def graded(values: FloatArray) -> tuple[NDArray[np.intp], tuple[tuple[str, str], ...]]:
+    """Shades from the least values to the greatest, each for equally many points.
+
+    Parameters
+    ----------
+    values : ndarray
+        The values; NaN where there is none.
+
+    Returns
+    -------
+    levels : ndarray of int
+        Of the same shape: indices into the shades.
+    shades : tuple of (str, str)
+        As in `Backdrop`.
+    """
+    missing = np.isnan(values)
+    known = values[~missing]
+    shades = [(shade, "trace-1") for shade in _LEVELS]
+    parts = np.linspace(0.0, 1.0, len(_LEVELS) + 1)[1:-1]
+    edges = np.quantile(known, parts) if known.size else np.zeros(1)
+    levels = np.searchsorted(edges, np.nan_to_num(values))
+    return np.where(missing, len(shades), levels).astype(np.intp), (*shades, _NO_VALUE)
+
+
+def boundary(x: FloatArray, y: FloatArray, excess: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """Where a value over the plane changes its sign.
+
+    Parameters
+    ----------
+    x, y : ndarray, shapes (n,) and (k,)
+        Ascending coordinates.
+    excess : ndarray, shape (n, k)
+        The value; NaN where there is none.
+
+    Returns
+    -------
+    x, y : ndarray, shape (m,)
+        On the lines of the grid, by linear interpolation.
+    """
+    return _merged(_along(x, y, excess), _along(y, x, excess.T)[::-1])
+
+
+def _along(x: FloatArray, y: FloatArray, excess: FloatArray) -> tuple[FloatArray, FloatArray]:
+    with np.errstate(invalid="ignore"):
+        row, column = np.nonzero((excess[:-1] > 0.0) != (excess[1:] > 0.0))
+    low, high = excess[row, column], excess[row + 1, column]
+    kept = np.isfinite(low) & np.isfinite(high)
+    row, column, low, high = row[kept], column[kept], low[kept], high[kept]
+    part = low / (low - high)
+    return x[row] + part * (x[row + 1] - x[row]), y[column]
+
+
+def _merged(
+    one: tuple[FloatArray, FloatArray], other: tuple[FloatArray, ...]
+) -> tuple[FloatArray, FloatArray]:
+    return np.concatenate([one[0], other[0]]), np.concatenate([one[1], other[1]])
+
+
+def point_texts(result: "StabilityMap", point: Found) -> dict[str, str]:
+    """The fields' texts of a point of a map: all parameters, and whether separation counts."""
+    places = (float(f"{value:.{_DIGITS}g}") for value in (point.x, point.y))
+    values = result.parameters.as_dict() | dict(zip(result.names, places, strict=True))
+    texts = {name: number_text(value) for name, value in values.items()}
+    return texts | {"separation": CONSIDERED if result.separation else IGNORED}
+
+
+def point_words(result: "StabilityMap", point: Found) -> str:
+    """What tells a point of a map from the others."""
+    texts = point_texts(result, point)
+    return ", ".join(f"{name} = {texts[name]}" for name in result.names)

@@ -1,0 +1,298 @@
+"""What the sweep tab computes and shows: amplitudes over a parameter. Imports no Textual."""
+
+import dataclasses
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Final
+
+import numpy as np
+from numpy.typing import NDArray
+
+from fivtui.model.errors import InputError
+from fivtui.model.parameters import PARAMETERS
+from fivtui.scene.scene import Scene
+from fivtui.transient.request import START_SPECS, resolve_start
+from fivtui.tui.chart.chart import Backdrop, Chart, Found, Guide, Trace
+from fivtui.tui.session.differences import base_scene
+from fivtui.tui.session.fields import CONSIDERED, FIELDS, IGNORED
+from fivtui.tui.session.shown import check_drawable
+
+from .map import graded
+
+if TYPE_CHECKING:
+    from fivtui.sweeps.rows import Rows
+    from fivtui.sweeps.run import Sweep
+    from fivtui.sweeps.study import Study
+
+FloatArray = NDArray[np.float64]
+
+EXAMPLE: Final = "F=10:120:56"
+# Members that are computed before their points are shown.
+_PIECE: Final = 16
+_CASES: Final = {True: CONSIDERED, False: IGNORED}
+_OUTPUTS: Final = {"y_abs": "peak", "y_half_range": "±2nd half"}
+# By output as it is drawn, and case.
+_MARKS: Final = ({True: "●", False: "○"}, {True: "◆", False: "◇"})
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class SweepPoints:
+    """What a sweep over one name is drawn from.
+
+    Attributes
+    ----------
+    name : str
+        What varies: a parameter, or a component of the start.
+    values : dict of ((str, bool), (ndarray, ndarray))
+        By output and case: what varies, ascending, and the output; NaN where a member failed.
+    """
+
+    name: str
+    values: dict[tuple[str, bool], tuple[FloatArray, FloatArray]]
+
+
+def sweep_request(scene: Scene, text: str) -> "Study":
+    """Read what is to be swept.
+
+    Parameters
+    ----------
+    scene : Scene
+        What every member has in common.
+    text : str
+        One parameter or two: ``NAME=START:STOP:COUNT``, ``…:log``, or ``NAME=V1,V2,…``.
+
+    Returns
+    -------
+    Study
+        Both cases of every value.
+
+    Raises
+    ------
+    InputError
+        If the text or the scene will not do.
+    """
+    from fivtui.sweeps.request import parse_design, study_of
+
+    try:
+        design = parse_design(text.split(), "product")
+    except InputError as error:
+        raise InputError(str(error).replace("--vary ", "")) from None
+    for name in design.axes:
+        if name not in PARAMETERS:
+            raise InputError(f"{name}: allowed is a parameter: {', '.join(PARAMETERS)}")
+    study = study_of(scene, design, cases=tuple(_CASES), outputs=tuple(_OUTPUTS))
+    check_drawable(study)
+    return study
+
+
+def sweep_parts(study: "Study", progress: Callable[[float], bool]) -> Iterator["Rows"]:
+    """Compute a sweep part by part.
+
+    Parameters
+    ----------
+    study : Study
+        The sweep.
+    progress : callable
+        Called with the fraction done; the sweep is cancelled when it returns False.
+
+    Yields
+    ------
+    Rows
+        The next members.
+
+    Raises
+    ------
+    Cancelled
+        If `progress` returned False.
+    """
+    from fivtui.sweeps.rows import compute_rows
+
+    members = study.members
+    for first in range(0, members, _PIECE):
+        last = min(first + _PIECE, members)
+
+        def within(fraction: float, first: int = first, last: int = last) -> bool:
+            return progress((first + fraction * (last - first)) / members)
+
+        yield compute_rows(study, first, last, within)
+
+
+def sweep_of(study: "Study", parts: Sequence["Rows"]) -> "Sweep":
+    """The sweep of all parts; at least one.
+
+    Parameters
+    ----------
+    study : Study
+        What is computed.
+    parts : sequence of Rows
+        Its rows by now, at least one.
+
+    Returns
+    -------
+    Sweep
+        As far as it is known.
+    """
+    from fivtui.sweeps.rows import joined
+    from fivtui.sweeps.run import Sweep
+
+    return Sweep(study, joined(list(parts)))
+
+
+def grid_chart(result: "Sweep", case: bool, now: tuple[float, float] | None) -> Chart:
+    """A sweep over two names as shades: of the peak, or else of the first output.
+
+    Parameters
+    ----------
+    result : Sweep
+        The sweep, as far as it is known.
+    case : bool
+        Whether separation is considered; the other case where this one was not computed.
+    now : tuple of float or None
+        The point that is edited.
+
+    Returns
+    -------
+    Chart
+        Without a value where a member failed or is not computed yet.
+    """
+    from fivtui.sweeps.design import VARIABLES
+    from fivtui.sweeps.study import OUTPUTS
+
+    study, rows = result.study, result.table
+    first, second = study.design.axes
+    output = next((name for name in _OUTPUTS if name in study.outputs), study.outputs[0])
+    shown = case if case in study.cases else study.cases[0]
+    own = rows.separation == shown
+    x, column = np.unique(rows.numbers[first][own], return_inverse=True)
+    y, row = np.unique(rows.numbers[second][own], return_inverse=True)
+    values = np.full((x.size, y.size), np.nan)
+    values[column, row] = rows.numbers[output][own]
+    levels, shades = graded(values)
+    label = _label(OUTPUTS[output].meaning, OUTPUTS[output].unit)
+    here = () if now is None else (_point(*now),)
+    return Chart(
+        _label(first, VARIABLES[first].unit),
+        _label(second, VARIABLES[second].unit),
+        here,
+        backdrop=Backdrop(x, y, levels, shades, values, label),
+        note=f"{label}, {_CASES[shown]}",
+    )
+
+
+def _point(x: float, y: float) -> Trace:
+    return Trace("now", np.array([x]), np.array([y]), look="points", ordered=False, mark="◆")
+
+
+def points_of(result: "Sweep") -> SweepPoints:
+    """What is drawn of a sweep over one name.
+
+    Parameters
+    ----------
+    result : Sweep
+        The sweep, as far as it is known.
+
+    Returns
+    -------
+    SweepPoints
+        Peak, and half peak-to-peak over the second half of the run, as far as they were computed,
+        or else the first output.
+    """
+    study, rows = result.study, result.table
+    (name,) = study.design.axes
+    along = rows.numbers[name]
+    order = np.argsort(along, kind="stable")
+    drawn = [output for output in _OUTPUTS if output in study.outputs] or study.outputs[:1]
+    values = {}
+    for case in sorted(study.cases, reverse=True):
+        own = order[rows.separation[order] == case]
+        for output in drawn:
+            values[output, case] = along[own], rows.numbers[output][own]
+    return SweepPoints(name, values)
+
+
+def sweep_chart(points: SweepPoints, now: float | None) -> Chart:
+    """The outputs over what varies, for every case.
+
+    Parameters
+    ----------
+    points : SweepPoints
+        What is known.
+    now : float or None
+        The value that is edited.
+
+    Returns
+    -------
+    Chart
+        A trace an output and case.
+    """
+    from fivtui.sweeps.design import VARIABLES
+    from fivtui.sweeps.study import OUTPUTS
+
+    outputs = list(dict.fromkeys(output for output, _ in points.values))
+    traces = []
+    for (output, case), (x, y) in points.values.items():
+        name = f"{_OUTPUTS.get(output, output)} {_CASES[case]}"
+        mark = _MARKS[outputs.index(output)][case]
+        traces.append(Trace(name, x, y, look="marked", mark=mark))
+    guides = () if now is None else (Guide(now, f"{now:g}"),)
+    first = OUTPUTS[outputs[0]]
+    shown = "|y| peak, half peak-to-peak of 2nd half" if first.name in _OUTPUTS else first.meaning
+    along = _label(points.name, VARIABLES[points.name].unit)
+    return Chart(along, _label(shown, first.unit), tuple(traces), guides=guides, tight=False)
+
+
+def _label(name: str, unit: str) -> str:
+    return f"{name} / {unit}" if unit else name
+
+
+def case_of(study: "Study", points: SweepPoints | None, point: Found, case: bool) -> bool:
+    """Which case a point of a chart is of: its trace says it, or what is shown of a grid."""
+    if points is not None:
+        return list(points.values)[point.trace][1]
+    return case if case in study.cases else study.cases[0]
+
+
+def point_scene(study: "Study", point: Found, case: bool) -> Scene:
+    """The scene of a member of a sweep.
+
+    Parameters
+    ----------
+    study : Study
+        The sweep.
+    point : Found
+        A point of its chart.
+    case : bool
+        Whether separation is considered there.
+
+    Returns
+    -------
+    Scene
+        What was computed there.
+    """
+    values = dict(zip(study.design.axes, (point.x, point.y), strict=False))
+    parameters = {name: value for name, value in values.items() if name in PARAMETERS}
+    p, start = study.parameters.with_values(parameters), study.start
+    moved = {name: value for name, value in values.items() if name not in PARAMETERS}
+    if moved:
+        state = dict(zip(START_SPECS, resolve_start(p, start, separation=case), strict=True))
+        start = tuple((state | moved).values())
+    return dataclasses.replace(
+        base_scene(), parameters=p, separation=case, start=start, t_end=study.t_end, tol=study.tol
+    )
+
+
+def point_texts(scene: Scene) -> dict[str, str]:
+    """The fields' texts of a scene that a point stands for."""
+    return {name: field.text_of(scene) for name, field in FIELDS.items()}
+
+
+def count_words(result: "Sweep") -> str:
+    """How many members there are, and what became of those that failed."""
+    rows = result.table
+    words = f"{len(rows.reasons)} transients"
+    if len(rows.reasons) < result.study.members:
+        words = f"{len(rows.reasons)} of {result.study.members} transients"
+    if rows.failed:
+        reason = next(reason for reason in rows.reasons if reason)
+        words += f", {rows.failed} not finished: {reason}"
+    return words

@@ -1,0 +1,201 @@
+"""What the trade-off tab shows: error against CPU time, and what the present setting delivers.
+
+Imports no Textual.
+"""
+
+import math
+from collections.abc import Mapping
+from typing import TYPE_CHECKING, Final
+
+import numpy as np
+
+from fivtui.scene.scene import Scene
+from fivtui.tradeoffs.settings import Row, Setting, cheapest, pareto
+from fivtui.tui.chart.chart import Chart, Guide, Look, Trace
+
+if TYPE_CHECKING:
+    from fivtui.tradeoffs.measure import Tradeoff
+
+_MARKS: Final = "○□△▽◇×+☆"
+_PRESENT: Final = "◆"
+# Where an error of zero is drawn.
+_LEAST: Final = 1e-16
+# Settings that differ by less, in decades, are taken for the same.
+_NEAR: Final = 0.3
+
+TITLES: Final[Mapping[str, str]] = {
+    "final": "State",
+    "peak": "Peak",
+    "half_range": "±2nd half",
+    "events": "Events",
+}
+_NAMES: Final = {"final": "final state", "half_range": "half peak-to-peak, 2nd half"}
+COLUMNS: Final = ("method", "setting", "CPU ms", "steps", "error", "separations", "")
+
+
+def _methods(result: "Tradeoff") -> dict[str, list[Row]]:
+    methods: dict[str, list[Row]] = {}
+    for row in result.rows:
+        methods.setdefault(row.setting.label, []).append(row)
+    return methods
+
+
+def tradeoff_chart(result: "Tradeoff", quantity: str, present: Row | None) -> Chart:
+    """Error of a quantity against CPU time, a line a method.
+
+    Parameters
+    ----------
+    result : Tradeoff
+        What was measured.
+    quantity : str
+        A name in `QUANTITIES`.
+    present : Row, optional
+        The setting of now.
+
+    Returns
+    -------
+    Chart
+        For logarithmic axes; below the guide errors are within the uncertainty of the reference.
+    """
+    traces = []
+    for place, (method, rows) in enumerate(_methods(result).items()):
+        mark = _MARKS[place % len(_MARKS)]
+        traces.append(_trace(method, rows, quantity, "marked", mark))
+    if present is not None:
+        traces.append(_trace("now", [present], quantity, "points", _PRESENT))
+    floor = result.floor.of(quantity)
+    guides = (Guide(floor, "uncertainty", vertical=False),) if floor > 0.0 else ()
+    unit = "s" if quantity == "events" else "1"
+    return Chart(
+        "CPU time / s",
+        f"error of {_NAMES.get(quantity, quantity)} / {unit}",
+        tuple(traces),
+        guides=guides,
+        tight=False,
+    )
+
+
+def _trace(name: str, rows: list[Row], quantity: str, look: Look, mark: str) -> Trace:
+    points = [(row.cpu_s, row.error.of(quantity)) for row in rows if row.error is not None]
+    finite = [(cpu_s, max(error, _LEAST)) for cpu_s, error in points if math.isfinite(error)]
+    x, y = np.array(finite, dtype=float).reshape(-1, 2).T
+    return Trace(name, x, y, look=look, ordered=False, mark=mark)
+
+
+def table_rows(result: "Tradeoff", quantity: str, present: Row | None) -> list[tuple[str, ...]]:
+    """Every setting in words.
+
+    Parameters
+    ----------
+    result : Tradeoff
+        What was measured.
+    quantity : str
+        A name in `QUANTITIES`.
+    present : Row, optional
+        The setting of now.
+
+    Returns
+    -------
+    list of tuple of str
+        In the columns `COLUMNS`; in the last one what is special about the setting.
+    """
+    best = pareto(result.rows, quantity, result.floor.of(quantity))
+    rows: list[tuple[str, ...]] = []
+    for row in result.rows:
+        remarks = ["best"] if row in best else []
+        if row is present:
+            remarks.append("now")
+        head = (row.setting.label, row.setting.text, f"{1e3 * row.cpu_s:.3g}")
+        if row.error is None:
+            rows.append((*head, "", row.failure, "", ""))
+            continue
+        error = f"{row.error.of(quantity):.1e}"
+        separations = f"{row.error.separations:+d}" if row.error.separations else "0"
+        rows.append((*head, str(row.steps), error, separations, " ".join(remarks)))
+    return rows
+
+
+def present_row(result: "Tradeoff", scene: Scene) -> Row | None:
+    """The measured setting nearest to that of a scene.
+
+    Parameters
+    ----------
+    result : Tradeoff
+        What was measured.
+    scene : Scene
+        With a method, and a tolerance or a step.
+
+    Returns
+    -------
+    Row or None
+        None if its method was not measured, or the accuracy that it states chooses the setting.
+    """
+    if scene.accuracy:
+        return None
+    rows = [
+        row
+        for row in result.rows
+        if row.setting.method == scene.method
+        and row.error is not None
+        and row.setting.kernel in ("", "compiled")
+    ]
+    if not rows:
+        return None
+    wanted = _knob(rows[0].setting, scene)
+    if wanted is None:
+        return None
+    return min(rows, key=lambda row: abs(math.log(row.setting.value / wanted)))
+
+
+def _knob(setting: Setting, scene: Scene) -> float | None:
+    return scene.tol if setting.knob == "tol" else scene.step
+
+
+def present_words(result: "Tradeoff", scene: Scene, quantity: str, present: Row | None) -> str:
+    """What the setting of a scene delivers, and what would do as well for less.
+
+    Parameters
+    ----------
+    result : Tradeoff
+        What was measured.
+    scene : Scene
+        The scene.
+    quantity : str
+        A name in `QUANTITIES`.
+    present : Row or None
+        See `present_row`.
+
+    Returns
+    -------
+    str
+        One or two phrases.
+    """
+    if scene.accuracy:
+        asked = dict(scene.accuracy)
+        parts = [
+            f"{name} to {error:g}: {_words(cheapest(result.rows, name, error), name)}"
+            for name, error in asked.items()
+        ]
+        return "; ".join(parts)
+    if present is None or present.error is None:
+        if scene.step is None and scene.method in {row.setting.method for row in result.rows}:
+            return f"{scene.method} with its default step: give a step to see what it delivers"
+        return f"{scene.method} was not measured"
+    error = present.error.of(quantity)
+    wanted = _knob(present.setting, scene)
+    same = wanted is not None and abs(math.log10(present.setting.value / wanted)) < _NEAR
+    words = f"{'now' if same else 'nearest to now:'} {_words(present, quantity)}"
+    # What is beyond the uncertainty of the errors is the same.
+    better = cheapest(result.rows, quantity, max(error, result.floor.of(quantity)))
+    if better is None or better.setting == present.setting or better.cpu_s >= present.cpu_s:
+        return f"{words}; nothing measured is as exact in less time"
+    ratio = present.cpu_s / better.cpu_s
+    return f"{words}; as exact {ratio:.2g} times faster: {_words(better, quantity)}"
+
+
+def _words(row: Row | None, quantity: str) -> str:
+    if row is None or row.error is None:
+        return "no setting measured"
+    setting = row.setting
+    found = f"error {row.error.of(quantity):.1e}, {1e3 * row.cpu_s:.3g} ms"
+    return f"{setting.label} {setting.text}, {found}"

@@ -1,0 +1,198 @@
+"""The tab of the stability map: two parameters, live."""
+
+from collections.abc import Mapping
+from typing import TYPE_CHECKING, ClassVar, Final
+
+from textual import on
+from textual.app import ComposeResult
+from textual.containers import Vertical
+from textual.timer import Timer
+from textual.widgets import Button, Input
+
+from fivtui.model.errors import InputError
+from fivtui.model.parameters import Parameters
+from fivtui.tui.chart.widget.chart_view import ChartView
+from fivtui.tui.session.command_lines import map_line
+from fivtui.tui.session.jobs import Job
+from fivtui.tui.session.session import Session
+
+from .charts.map import (
+    EXAMPLE,
+    VALUES,
+    FloatArray,
+    map_chart,
+    map_request,
+    point_texts,
+    point_words,
+    values_in,
+)
+from .exports import Export, as_seen
+from .job_pane import JobPane
+from .messages import PointOpened
+from .study_exports import map_export
+
+if TYPE_CHECKING:
+    from fivtui.equilibrium.map import StabilityMap
+
+_PREFIX: Final = "value-"
+_VALUE: Final = "value"
+_OVER: Final = "over"
+_NOTHING: Final = "no map yet: F10 maps the scene"
+_PAUSE: Final = 0.1
+
+
+class MapPane(JobPane):
+    """Growth rate, μ_c or unstable modes over two parameters of the scene edited."""
+
+    NAME: ClassVar[str] = "map"
+    VERB: ClassVar[str] = "Map"
+    VIEWS: ClassVar[Mapping[str, str]] = {"map-view": "Map"}
+
+    def __init__(self, session: Session) -> None:
+        super().__init__(session)
+        self._computed: StabilityMap | None = None
+        kept = self.setting(_VALUE, "")
+        self._value = kept if kept in VALUES else next(iter(VALUES))
+        self._key: object = None
+        self._waiting: Timer | None = None
+
+    def compose_bar(self) -> ComposeResult:
+        """What is shown, and over what."""
+        for name, title in VALUES.items():
+            classes = "value -active" if name == self._value else "value"
+            yield Button(title, id=f"{_PREFIX}{name}", classes=classes, compact=True)
+        yield Input(self.setting(_OVER, EXAMPLE), id="over", compact=True, select_on_focus=False)
+
+    def compose_views(self) -> ComposeResult:
+        """One chart."""
+        with Vertical(id="map-view"):
+            yield ChartView("map-chart", openable=True)
+
+    @property
+    def _result(self) -> "StabilityMap | None":
+        # One that was read from a file stays until another one is asked for.
+        read = self.session.studies.map
+        return self._computed if read is None else read.value
+
+    def scene_changed(self) -> None:
+        """Compute the map anew if one of the other parameters has changed."""
+        self.draw()
+        read = self.session.studies.map
+        if read is not None:
+            self.stop()
+            self.say(f"read from {read.source}; F10 maps the scene edited")
+            return
+        try:
+            key = self._request()[-1]
+        except InputError as error:
+            self.say(str(error))
+            return
+        if key != self._key:
+            if self._waiting is not None:
+                self._waiting.stop()
+            self._waiting = self.set_timer(_PAUSE, self._again)
+
+    @on(ChartView.Moved)
+    def _moved(self, event: ChartView.Moved) -> None:
+        # What is shown of the map is computed as finely as all of it.
+        event.stop()
+        self.scene_changed()
+
+    def _again(self) -> None:
+        if self.session.studies.map is not None:
+            return
+        try:
+            self.begin()
+        except InputError as error:
+            self.say(str(error))
+
+    def _request(self) -> tuple[dict[str, FloatArray], Parameters, object]:
+        first, second = map_request(self.query_one("#over", Input).value)
+        p = self.session.parameters()
+        # What varies has no value of its own.
+        others = tuple(
+            (name, value)
+            for name, value in p.as_dict().items()
+            if name not in (first.name, second.name)
+        )
+        view = self.query_one(ChartView).view
+        chosen = (view.x, view.y)
+        over = {
+            each.name: values_in(each, axis)
+            for each, axis in zip((first, second), chosen, strict=True)
+        }
+        return over, p, (first, second, chosen, others, self._value, self.session.separation)
+
+    def begin(self) -> None:
+        """Compute the map."""
+        over, p, key = self._request()
+        value, separation = self._value, self.session.separation
+
+        def compute(job: Job) -> "StabilityMap":
+            from fivtui.equilibrium.map import stability_map
+
+            return stability_map(p, over, value, separation=separation, progress=job.report)
+
+        self._key, self.session.studies.map = key, None
+        self.start(compute)
+
+    def take(self, result: "StabilityMap") -> None:
+        """Show the map."""
+        self._computed = result
+        self.say(f"{result.values.size} points; Enter opens one")
+        self.draw()
+
+    def draw(self) -> None:
+        """Draw the map."""
+        result = self._result
+        if result is None:
+            return
+        try:
+            now = self.session.parameters()
+        except InputError:
+            now = None
+        self.query_one(ChartView).show(map_chart(result, now))
+
+    @on(Input.Changed, "#over")
+    def _edited(self, event: Input.Changed) -> None:
+        event.stop()
+        self.keep(_OVER, event.value)
+
+    @on(Input.Submitted, "#over")
+    def _submitted(self, event: Input.Submitted) -> None:
+        event.stop()
+        self.query_one(ChartView).view.reset()
+        self.stop()
+        self.work()
+
+    @on(Button.Pressed, ".value")
+    def _chosen(self, event: Button.Pressed) -> None:
+        event.stop()
+        self._value = str(event.button.id).removeprefix(_PREFIX)
+        self.keep(_VALUE, self._value)
+        for button in self.query(".value"):
+            button.set_class(button is event.button, "-active")
+        self.stop()
+        self.work()
+
+    @on(ChartView.Opened)
+    def _opened(self, event: ChartView.Opened) -> None:
+        result = self._result
+        if result is not None:
+            words = f"opened {point_words(result, event.point)}"
+            self.post_message(PointOpened(point_texts(result, event.point), words))
+
+    def export(self, what: str) -> Export:
+        """The map shown; as a figure as it is seen."""
+        read, result = self.session.studies.map, self._result
+        if result is None:
+            raise InputError(_NOTHING)
+        name = self.session.name if read is None else read.name
+        return as_seen(map_export(what, name, result), self.seen())
+
+    def command_line(self) -> str:
+        """The map shown."""
+        result = self._result
+        if result is None:
+            raise InputError(_NOTHING)
+        return map_line(result, self.session.origin)

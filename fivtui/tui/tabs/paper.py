@@ -1,0 +1,258 @@
+"""The tab of the paper: its figures and claims, computed when they are asked for."""
+
+from collections.abc import Mapping
+from typing import TYPE_CHECKING, ClassVar, Final
+
+from textual import on
+from textual.app import ComposeResult
+from textual.binding import Binding, BindingType
+from textual.containers import Vertical
+from textual.widgets import DataTable, Static
+
+from fivtui.model.errors import Cancelled, InputError
+from fivtui.tui.chart.widget.chart_view import ChartView
+from fivtui.tui.session.command_lines import CLAIMS_LINE, figure_line
+from fivtui.tui.session.jobs import Job
+from fivtui.tui.session.session import Session
+
+from .exports import DATA, FIGURE, KINDS, Export, as_seen
+from .job_pane import JobPane
+from .list_table import ListTable
+from .messages import RunAsked, SceneLoaded
+from .study_exports import claims_export, paper_export
+
+if TYPE_CHECKING:
+    from fivtui.paper.claims.claim import CheckedClaim
+    from fivtui.paper.data import FigureData
+    from fivtui.paper.study import Study
+
+
+_SHOWN: Final = "figure"
+
+
+class _Table(ListTable[str]):
+    BINDINGS: ClassVar[list[BindingType]] = [Binding("enter", "select_cursor", "Show")]
+
+
+class PaperPane(JobPane):
+    """Lists of figures and claims, and the figure chosen."""
+
+    NAME: ClassVar[str] = "paper"
+    VERB: ClassVar[str] = "Check"
+    HINT: ClassVar[str] = "Enter: figure, F10: claims, o: scene"
+    VIEWS: ClassVar[Mapping[str, str]] = {
+        "figures": "Figures",
+        "claims": "Claims",
+        "figure": "Figure",
+    }
+    BINDINGS: ClassVar[list[BindingType]] = [Binding("o", "open_scene_of", "Open as scene")]
+
+    def __init__(self, session: Session) -> None:
+        super().__init__(session)
+        self._study: Study | None = None
+        self._computed: dict[str, FigureData] = {}
+        self._checked: dict[str, CheckedClaim] = {}
+        # The limits that are kept are those of the figure that is kept.
+        self._shown = self._drawn = self.setting(_SHOWN, "")
+
+    def compose_views(self) -> ComposeResult:
+        """Two tables, and two charts."""
+        yield _Table(id="figures", cursor_type="row", zebra_stripes=True)
+        with Vertical(id="claims"):
+            yield _Table(id="claims-table", cursor_type="row", zebra_stripes=True)
+            yield Static("", id="claim", markup=False)
+        with Vertical(id="figure"):
+            yield ChartView("figure-1", nothing="choose a figure", openable=True)
+            yield ChartView("figure-2", openable=True)
+
+    def on_mount(self) -> None:
+        """List the figures, or show the one of the last session."""
+        self.query_one("#figure-2").display = False
+        # Textual mounts the class above after this one.
+        self.call_later(self._restore)
+
+    def _restore(self) -> None:
+        from fivtui.paper.families import PANELS
+
+        if self._shown not in PANELS:
+            self._shown = ""
+        elif self.view == "figure":
+            self._choose(self._shown)
+        self.draw()
+
+    def _source(self) -> "Study":
+        # Figures and claims share what they compute.
+        from fivtui.paper.study import Study
+
+        if self._study is None:
+            self._study = Study()
+        return self._study
+
+    # The lists
+
+    def draw(self) -> None:
+        """List or draw what is in sight."""
+        if self.view == "figures":
+            self._list_figures()
+        elif self.view == "claims":
+            self._list_claims()
+        else:
+            self._draw_figure()
+
+    def _list_figures(self) -> None:
+        from fivtui.paper.families import PANELS
+
+        from .charts.paper import FIGURE_COLUMNS, figure_rows
+
+        rows = dict(zip(PANELS, figure_rows(list(self._computed)), strict=True))
+        self.query_one("#figures", _Table).fill(FIGURE_COLUMNS, rows)
+
+    def _list_claims(self) -> None:
+        from fivtui.paper.claims.check import CLAIMS
+
+        from .charts.paper import CLAIM_COLUMNS, claim_rows
+
+        rows = claim_rows(CLAIMS, self._checked)
+        named = {claim.id: row for claim, row in zip(CLAIMS, rows, strict=True)}
+        self.query_one("#claims-table", _Table).fill(CLAIM_COLUMNS, named)
+
+    @on(DataTable.RowHighlighted, "#claims-table")
+    def _claim_chosen(self, event: DataTable.RowHighlighted) -> None:
+        from fivtui.paper.claims.check import CLAIMS
+
+        from .charts.paper import claim_words
+
+        claim = CLAIMS[event.cursor_row]
+        self.query_one("#claim", Static).update(claim_words(claim, self._checked.get(claim.id)))
+
+    @on(DataTable.RowSelected, "#figures")
+    def _figure_chosen(self, event: DataTable.RowSelected) -> None:
+        from fivtui.paper.families import PANELS
+
+        event.stop()
+        self._choose(list(PANELS)[event.cursor_row])
+
+    def _choose(self, key: str) -> None:
+        from fivtui.paper.families import PANELS
+
+        self._shown = key
+        self.keep(_SHOWN, key)
+        if key in self._computed:
+            self.show_view("figure")
+            return
+
+        def compute(job: Job) -> object:
+            study, panel = self._source(), PANELS[key]
+            if panel.kind == "amplitude":
+                study.prepare(panel.scenes(), job.report)
+            data = study.table(key)
+            if not job.report(1.0):
+                raise Cancelled
+            return key, data
+
+        self.start(compute)
+
+    # Computing
+
+    def begin(self) -> None:
+        """Check the claims, one after the other."""
+        from fivtui.paper.claims.check import check_claims
+
+        if self.view == "figure":
+            self.show_view("claims")
+
+        def compute(job: Job) -> object:
+            return {
+                found.claim.id: found for found in check_claims(self._source(), progress=job.report)
+            }
+
+        self.start(compute)
+
+    def take(self, result: object) -> None:
+        """Show a figure, or the verdicts."""
+        if isinstance(result, tuple):
+            key, data = result
+            self._computed[key] = data
+            self.say(f"figure {key} computed")
+            if self.view == "figure":
+                self.draw()
+            else:
+                self.show_view("figure")
+        elif isinstance(result, dict):
+            self._checked.update(result)
+            counts: dict[str, int] = {}
+            for entry in self._checked.values():
+                counts[str(entry.verdict)] = counts.get(str(entry.verdict), 0) + 1
+            words = ", ".join(f"{verdict} {count}" for verdict, count in counts.items())
+            self.say(f"{len(self._checked)} claims: {words}")
+            self.draw()
+
+    # A figure
+
+    def _draw_figure(self) -> None:
+        from fivtui.paper.families import PANELS
+
+        from .charts.paper import figure_charts
+
+        if self._shown not in self._computed:
+            return
+        charts = figure_charts(PANELS[self._shown], self._computed[self._shown])
+        another, self._drawn = self._drawn != self._shown, self._shown
+        second = self.query_one("#figure-2", ChartView)
+        second.display = len(charts) > 1
+        first = self.query_one("#figure-1", ChartView)
+        for view, chart in zip((first, second), charts, strict=False):
+            if another:
+                view.view.reset()
+                view.view.hidden.clear()
+            view.show(chart)
+
+    @property
+    def _chosen(self) -> str:
+        # Key of the figure that is meant; empty if there is none.
+        from fivtui.paper.families import PANELS
+
+        if self.view == "figures":
+            return list(PANELS)[self.query_one("#figures", _Table).cursor_row]
+        return self._shown
+
+    def export(self, what: str) -> Export:
+        """The chart as it is seen, or the paper's figure from the list; its data; the claims."""
+        if self.view == "claims":
+            if what == FIGURE:
+                raise InputError(f"claims are no figure: {KINDS[DATA]} writes them")
+            if not self._checked:
+                raise InputError("no claims to write yet: F10 checks them")
+            return claims_export(list(self._checked.values()))
+        key = self._chosen
+        if key not in self._computed:
+            which = f"Fig. {key} is not computed yet" if key else "no figure is chosen yet"
+            raise InputError(f"{which}: Enter in the list of figures computes it")
+        return as_seen(paper_export(what, key, self._source()), self.seen())
+
+    def command_line(self) -> str:
+        """The figure chosen, or the claims."""
+        if self.view == "claims":
+            return CLAIMS_LINE
+        if not self._chosen:
+            raise InputError("no figure is chosen yet: Enter in the list of figures computes one")
+        return figure_line(int(self._chosen.rstrip("ab")))
+
+    def action_open_scene_of(self) -> None:
+        """Load the scene of the figure chosen into the form."""
+        from .charts.paper import panel_scene
+
+        key = self._chosen
+        if key:
+            self.post_message(SceneLoaded(panel_scene(key), "", f"scene of figure {key}"))
+
+    @on(ChartView.Opened)
+    def _point_opened(self, event: ChartView.Opened) -> None:
+        from fivtui.paper.families import PANELS
+
+        from .charts.paper import point_scene
+
+        panel = PANELS[self._shown]
+        words = f"figure {panel.key}, {panel.along} = {event.point.x:g}"
+        self.post_message(SceneLoaded(point_scene(panel, event.point), "", words))
+        self.post_message(RunAsked())

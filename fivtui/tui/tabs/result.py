@@ -1,0 +1,31 @@
+"""The tab of the figures that came out of a run."""
+
+from textual.app import ComposeResult
+
+from fivtui.tui.session.comparison import change_rows
+from fivtui.tui.session.report import Row, result_rows
+from fivtui.tui.session.runs import Run
+
+from .pane import Pane
+from .table import RowsView
+
+
+class ResultPane(Pane):
+    """The figures of the run shown, and how they differ from those of the baseline."""
+
+    def compose(self) -> ComposeResult:
+        """The rows."""
+        yield RowsView(id="result-rows")
+
+    def run_changed(self, run: Run | None) -> None:
+        """Show the figures of a run."""
+        view = self.query_one("#result-rows", RowsView)
+        if run is None or run.result is None:
+            view.show([], "no result yet: F5 runs")
+            return
+        rows = result_rows(run.result, run.accuracy)
+        baseline = self.session.runs.baseline
+        if baseline is not None and baseline is not run and baseline.result is not None:
+            heading = Row("baseline", f"run {baseline.number}", f"run {run.number} less it:")
+            rows += [Row("", ""), heading, *change_rows(run.result, baseline.result)]
+        view.show(rows, "")

@@ -1,0 +1,161 @@
+"""The tab of the equilibrium: modes over μ, eigenvalues, and all that is known, live."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING, ClassVar, Final
+
+from textual import on
+from textual.app import ComposeResult
+from textual.containers import Vertical
+from textual.message import Message
+from textual.timer import Timer
+from textual.worker import get_current_worker
+
+from fivtui.equilibrium.eigenvalues import Stability
+from fivtui.equilibrium.scan import ModeScan, mode_scan, scan_top
+from fivtui.model.errors import Cancelled, ComputationError, InputError
+from fivtui.model.parameters import Parameters
+from fivtui.tui.chart.widget.chart_view import ChartView
+from fivtui.tui.session.differences import base_scene
+from fivtui.tui.session.report import stability_rows
+from fivtui.tui.session.session import Session
+from fivtui.tui.session.steps import number_text
+
+from .charts.stability import frequency_chart, growth_chart, plane_chart
+from .messages import PointOpened
+from .table import RowsView
+from .views_pane import ViewsPane
+
+if TYPE_CHECKING:
+    from .exports import Export
+
+# The scan over μ begins when no key was pressed for so long, s.
+_PAUSE: Final = 0.05
+_DIGITS: Final = 6
+
+
+class StabilityPane(ViewsPane):
+    """The equilibrium of what is edited."""
+
+    NAME: ClassVar[str] = "stability"
+    VIEWS: ClassVar[Mapping[str, str]] = {"over-mu": "Over μ", "plane": "Plane", "facts": "Facts"}
+
+    @dataclass
+    class Scanned(Message):
+        """The eigenvalues over μ are known, perhaps of values that are no longer edited."""
+
+        key: object
+        scan: ModeScan
+
+    def __init__(self, session: Session) -> None:
+        super().__init__(session)
+        self._now: tuple[Parameters, Stability] | None = None
+        self._why = ""
+        self._key: object = None
+        self._scan: ModeScan | None = None
+        self._waiting: Timer | None = None
+
+    def compose_views(self) -> ComposeResult:
+        """Growth rates and frequencies, eigenvalues, and the rows."""
+        with Vertical(id="over-mu"):
+            yield ChartView("growth", openable=True)
+            yield ChartView("frequency", openable=True)
+        with Vertical(id="plane"):
+            yield ChartView("eigenvalues")
+        yield RowsView(id="facts")
+
+    def scene_changed(self) -> None:
+        """Show the equilibrium of what is edited now; the scan over μ follows."""
+        try:
+            p, found = self.session.parameters(), self.session.stability()
+        except (InputError, ComputationError) as error:
+            self._now, self._why, self._key = None, str(error), None
+            self.draw()
+            return
+        self._now = (p, found)
+        top = scan_top(p, found)
+        key = (p.with_values({"mu": 0.0}), self.session.separation, top)
+        if key != self._key:
+            self._key = key
+            self._begin_later()
+        self.draw()
+
+    def _begin_later(self) -> None:
+        if self._waiting is not None:
+            self._waiting.stop()
+        self._waiting = self.set_timer(_PAUSE, self._begin)
+
+    def _begin(self) -> None:
+        if self._now is None:
+            return
+        key, separation = self._key, self.session.separation
+        p, top = self._now[0], scan_top(*self._now)
+
+        def compute() -> None:
+            worker = get_current_worker()
+            try:
+                scan = mode_scan(
+                    p, top, separation=separation, go_on=lambda: not worker.is_cancelled
+                )
+            except (Cancelled, ComputationError):
+                # Without an equilibrium somewhere along μ there are no lines to draw.
+                return
+            self.post_message(self.Scanned(key, scan))
+
+        self.run_worker(compute, group="scan", thread=True, exclusive=True, exit_on_error=False)
+
+    @on(Scanned)
+    def _scanned(self, event: Scanned) -> None:
+        event.stop()
+        if event.key == self._key:
+            self._scan = event.scan
+            self.draw()
+
+    def draw(self) -> None:
+        """Draw the view that is shown."""
+        if self.view == "facts":
+            rows = [] if self._now is None else stability_rows(*self._now, self.session.beside)
+            self.query_one("#facts", RowsView).show(rows, self._why)
+        elif self.view == "plane":
+            chart = None if self._now is None else plane_chart(self._now[1], self._scan)
+            self.query_one("#eigenvalues", ChartView).show(chart, nothing=self._why)
+        else:
+            for name, make in (("growth", growth_chart), ("frequency", frequency_chart)):
+                chart = None
+                if self._now is not None and self._scan is not None:
+                    chart = make(self._scan, *self._now)
+                self.query_one(f"#{name}", ChartView).show(chart, nothing=self._why)
+
+    @on(ChartView.Moved)
+    def _moved(self, event: ChartView.Moved) -> None:
+        pair = {"growth": "frequency", "frequency": "growth"}
+        other = pair.get(str(event.view.id))
+        if other is not None:
+            chart = self.query_one(f"#{other}", ChartView)
+            chart.view.x, chart.view.log_x = event.view.view.x, event.view.view.log_x
+            chart.redraw()
+
+    @on(ChartView.Opened)
+    def _opened(self, event: ChartView.Opened) -> None:
+        text = number_text(float(f"{event.point.x:.{_DIGITS}g}"))
+        self.post_message(PointOpened({"mu": text}, f"opened μ = {text}"))
+
+    def export(self, what: str) -> "Export":
+        """The charts as they are seen; as data the modes over μ and the eigenvalues."""
+        from .exports import as_seen
+        from .study_exports import stability_export
+
+        if self._now is None:
+            raise InputError(f"no stability to write: {self._why}")
+        whole = stability_export(
+            what, self.session.name, *self._now, separation=self.session.separation
+        )
+        return as_seen(whole, self.seen())
+
+    def command_line(self) -> str:
+        """The stability of what is edited."""
+        from fivtui.tui.session.command_lines import stability_line
+
+        p = self.session.parameters()
+        scene = replace(base_scene(), parameters=p, separation=self.session.separation)
+        return stability_line(scene, self.session.origin)

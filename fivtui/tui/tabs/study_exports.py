@@ -1,0 +1,207 @@
+"""What can be written of stability, sweeps, maps, trade-offs and the paper. Imports no Textual."""
+
+from collections.abc import Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from fivtui.equilibrium.eigenvalues import Stability
+from fivtui.io.formats import FORMATS
+from fivtui.model.parameters import Parameters
+
+from .exports import FIGURE, Export, Save, data_export, figure_export, json_writer
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+    from fivtui.equilibrium.map import StabilityMap
+    from fivtui.paper.claims.claim import CheckedClaim
+    from fivtui.paper.study import Study
+    from fivtui.sweeps.run import Sweep
+    from fivtui.tradeoffs.measure import Tradeoff
+
+
+def stability_export(
+    what: str, name: str, p: Parameters, found: Stability, *, separation: bool
+) -> Export:
+    """The modes over μ and the eigenvalues, as a figure or as data.
+
+    Parameters
+    ----------
+    what : str
+        A name in `exports.KINDS`.
+    name : str
+        Name of the scene.
+    p : Parameters
+        The parameter set.
+    found : Stability
+        Its stability.
+    separation : bool
+        Whether separation is considered.
+
+    Returns
+    -------
+    Export
+        As data: the eigenvalues over μ in columns, or all of `found` as JSON.
+    """
+
+    def draw() -> "Figure":
+        from fivtui.equilibrium.mode_figure import mode_figure
+        from fivtui.equilibrium.mode_files import modes_over_mu
+
+        return mode_figure(p, found, modes_over_mu(p, found, separation=separation))
+
+    def save(path: Path, force: bool) -> None:
+        from fivtui.equilibrium.mode_files import modes_over_mu, save_modes
+
+        scan = modes_over_mu(p, found, separation=separation)
+        save_modes(p, found, scan, path, separation=separation, force=force)
+
+    def plain() -> object:
+        from fivtui.transient.files import stability_to_dict
+
+        return stability_to_dict(found)
+
+    of, stem = "the stability", f"{name}-stability"
+    if what == FIGURE:
+        return figure_export(of, stem, draw)
+    writers = {**dict.fromkeys(FORMATS, save), ".json": json_writer(plain)}
+    return data_export(of, stem, "table of modes", writers)
+
+
+def sweep_export(what: str, name: str, result: "Sweep") -> Export:
+    """A sweep; parameters as in `stability_export`."""
+
+    def draw() -> "Figure":
+        from fivtui.sweeps.figure import sweep_figure
+
+        return sweep_figure(result)
+
+    def save(path: Path, force: bool) -> None:
+        from fivtui.sweeps.files import save_sweep
+
+        save_sweep(result, path, force=force)
+
+    of, stem = "the sweep", f"{name}-sweep-{'-'.join(result.study.design.axes)}"
+    if what == FIGURE:
+        return figure_export(of, stem, draw)
+    return data_export(of, stem, "sweep", {".csv": save, ".parquet": save})
+
+
+def map_export(what: str, name: str, result: "StabilityMap") -> Export:
+    """A stability map; parameters as in `stability_export`."""
+
+    def draw() -> "Figure":
+        from fivtui.equilibrium.map_figure import map_figure
+
+        return map_figure(result)
+
+    def save(path: Path, force: bool) -> None:
+        from fivtui.equilibrium.map_files import save_map
+
+        save_map(result, path, force=force)
+
+    def plain() -> object:
+        from fivtui.equilibrium.map_files import map_to_dict
+
+        return map_to_dict(result)
+
+    of, stem = "the map", f"{name}-map-{'-'.join(result.names)}"
+    if what == FIGURE:
+        return figure_export(of, stem, draw)
+    writers = {**dict.fromkeys(FORMATS, save), ".json": json_writer(plain)}
+    return data_export(of, stem, "map", writers)
+
+
+def tradeoff_export(what: str, name: str, result: "Tradeoff") -> Export:
+    """A trade-off; parameters as in `stability_export`."""
+
+    def draw() -> "Figure":
+        from fivtui.tradeoffs.figure import tradeoff_figure
+
+        return tradeoff_figure(result)
+
+    def save(path: Path, force: bool) -> None:
+        from fivtui.tradeoffs.files import save_tradeoff
+
+        save_tradeoff(result, path, force=force)
+
+    def plain() -> object:
+        from fivtui.tradeoffs.files import tradeoff_to_dict
+
+        return tradeoff_to_dict(result)
+
+    of, stem = "the trade-off", f"{name}-tradeoff"
+    if what == FIGURE:
+        return figure_export(of, stem, draw)
+    return data_export(of, stem, "trade-off", {".csv": save, ".json": json_writer(plain)})
+
+
+def paper_export(what: str, key: str, study: "Study") -> Export:
+    """A figure of the paper, or the data of one of its panels.
+
+    Parameters
+    ----------
+    what : str
+        A name in `exports.KINDS`.
+    key : str
+        Key of the panel.
+    study : Study
+        Where its numbers come from.
+
+    Returns
+    -------
+    Export
+        All panels of the figure, as the command line draws them; or the data of this one.
+    """
+    digits = key.rstrip("ab")
+    number, letter = int(digits), key.removeprefix(digits)
+
+    def draw() -> "Figure":
+        from fivtui.paper.drawing import draw
+
+        return draw(number, study)
+
+    def save(path: Path, force: bool) -> None:
+        from fivtui.paper.data import save_data
+
+        save_data(study.table(key), path, force=force)
+
+    if what == FIGURE:
+        return figure_export(f"Fig. {number}", f"fig-{number:02d}", draw)
+    stem = f"fig-{number:02d}{letter}"
+    return data_export(f"Fig. {key}", stem, "figure's data", dict.fromkeys(FORMATS, save))
+
+
+def claims_export(checked: "Sequence[CheckedClaim]") -> Export:
+    """The paper's statements with their verdicts, as Markdown, CSV or JSON.
+
+    Parameters
+    ----------
+    checked : sequence of CheckedClaim
+        The statements, held against the model.
+
+    Returns
+    -------
+    Export
+        What the command line prints.
+    """
+
+    def plain() -> object:
+        from fivtui.paper.claims.check import claims_to_list
+
+        return claims_to_list(checked)
+
+    def markdown(path: Path, force: bool) -> None:
+        from fivtui.io.files import save_bytes
+        from fivtui.paper.claims.report import claims_markdown
+
+        save_bytes(f"{claims_markdown(checked)}\n".encode(), path, force=force)
+
+    def table(path: Path, force: bool) -> None:
+        from fivtui.io.files import save_bytes
+        from fivtui.paper.claims.report import claims_csv
+
+        save_bytes(claims_csv(checked).encode(), path, force=force)
+
+    writers: dict[str, Save] = {".md": markdown, ".csv": table, ".json": json_writer(plain)}
+    return data_export("the claims", "claims", "claims", writers)

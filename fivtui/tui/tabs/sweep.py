@@ -1,0 +1,194 @@
+"""The tab of sweeps: amplitudes over a parameter, for both cases."""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, ClassVar, Final
+
+from textual import on
+from textual.app import ComposeResult
+from textual.containers import Vertical
+from textual.message import Message
+from textual.widgets import Input, Static
+
+from fivtui.model.errors import InputError
+from fivtui.model.parameters import PARAMETERS
+from fivtui.tui.chart.widget.chart_view import ChartView
+from fivtui.tui.session.command_lines import sweep_line
+from fivtui.tui.session.jobs import Job
+from fivtui.tui.session.session import Session
+from fivtui.tui.session.shown import Shown
+
+from .charts.sweep import (
+    EXAMPLE,
+    SweepPoints,
+    case_of,
+    count_words,
+    grid_chart,
+    point_scene,
+    point_texts,
+    points_of,
+    sweep_chart,
+    sweep_of,
+    sweep_parts,
+    sweep_request,
+)
+from .exports import Export, as_seen
+from .job_pane import JobPane
+from .messages import PointOpened
+from .study_exports import sweep_export
+
+if TYPE_CHECKING:
+    from fivtui.sweeps.rows import Rows
+    from fivtui.sweeps.run import Sweep
+
+_NOTHING: Final = "no sweep to write yet: F10 sweeps"
+_PARTIAL: Final = "the sweep is not complete, so that it is not written: F10 sweeps anew"
+
+
+class SweepPane(JobPane):
+    """Peak, and half peak-to-peak over the second half, over a parameter of the scene edited."""
+
+    NAME: ClassVar[str] = "sweep"
+    VERB: ClassVar[str] = "Sweep"
+    HINT: ClassVar[str] = "F10 sweeps; Enter opens a point"
+    VIEWS: ClassVar[Mapping[str, str]] = {"amplitudes": "Amplitudes"}
+
+    @dataclass
+    class Grown(Message):
+        """More points are known."""
+
+        job: Job
+        result: "Sweep"
+
+    def __init__(self, session: Session) -> None:
+        super().__init__(session)
+        self._drawn: Shown[Sweep] | None = None
+        self._points: SweepPoints | None = None
+
+    def compose_bar(self) -> ComposeResult:
+        """What varies."""
+        yield Static("vary", classes="words")
+        yield Input(self.setting("vary", EXAMPLE), id="vary", compact=True, select_on_focus=False)
+
+    def compose_views(self) -> ComposeResult:
+        """One chart."""
+        with Vertical(id="amplitudes"):
+            yield ChartView("sweep-chart", nothing="nothing swept yet", openable=True)
+
+    def begin(self) -> None:
+        """Sweep the scene edited."""
+        study = sweep_request(self.session.scene(), self.query_one("#vary", Input).value)
+
+        def compute(job: Job) -> "Sweep":
+            parts: list[Rows] = []
+            for rows in sweep_parts(study, job.report):
+                parts.append(rows)
+                self.post_message(self.Grown(job, sweep_of(study, parts)))
+            return sweep_of(study, parts)
+
+        self._show(None)
+        self.start(compute)
+        self.query_one(ChartView).view.reset()
+
+    def _show(self, result: "Sweep | None") -> None:
+        name = self.session.name
+        self.session.studies.sweep = None if result is None else Shown(result, name)
+        self._catch_up()
+
+    def _catch_up(self) -> None:
+        # The session has the result, be it computed here, read from a file, or restored.
+        shown = self.session.studies.sweep
+        if shown is not self._drawn:
+            if shown is not None and shown.source:
+                self.stop()
+            self._drawn = shown
+            single = shown is not None and len(shown.value.study.design.axes) == 1
+            self._points = points_of(shown.value) if shown is not None and single else None
+            if shown is not None and self.job is None:
+                source = f", read from {shown.source}" if shown.source else ""
+                self.say(f"{count_words(shown.value)}{source}")
+
+    @on(Input.Changed, "#vary")
+    def _edited(self, event: Input.Changed) -> None:
+        event.stop()
+        self.keep("vary", event.value)
+
+    @on(Input.Submitted, "#vary")
+    def _submitted(self, event: Input.Submitted) -> None:
+        event.stop()
+        if self.job is None:
+            self.work()
+
+    @on(Grown)
+    def _grown(self, event: Grown) -> None:
+        event.stop()
+        if event.job is self.job:
+            self._show(event.result)
+
+    def progressed(self) -> None:
+        """Show the points that are known."""
+        self.draw()
+
+    def take(self, result: "Sweep") -> None:
+        """Show all points."""
+        self._show(result)
+        self.draw()
+
+    def scene_changed(self) -> None:
+        """Mark the value edited, and show what was read from a file."""
+        self._catch_up()
+        self.draw()
+
+    def draw(self) -> None:
+        """Draw what is known."""
+        view, shown = self.query_one(ChartView), self._drawn
+        if shown is None:
+            view.show(None)
+            return
+        now = self._now(list(shown.value.study.design.axes))
+        if self._points is not None:
+            view.show(sweep_chart(self._points, None if now is None else now[0]))
+        else:
+            point = None if now is None else (now[0], now[1])
+            view.show(grid_chart(shown.value, self.session.separation, point))
+
+    def _now(self, names: Sequence[str]) -> tuple[float, ...] | None:
+        # What is edited of that which varies.
+        try:
+            p = self.session.parameters()
+        except InputError:
+            return None
+        if not all(name in PARAMETERS for name in names):
+            return None
+        return tuple(float(getattr(p, name)) for name in names)
+
+    @on(ChartView.Opened)
+    def _opened(self, event: ChartView.Opened) -> None:
+        if self._drawn is None:
+            return
+        study, point = self._drawn.value.study, event.point
+        case = case_of(study, self._points, point, self.session.separation)
+        scene = point_scene(study, point, case)
+        texts = point_texts(scene)
+        values = zip(study.design.axes, (point.x, point.y), strict=False)
+        words = ", ".join(f"{name} = {value:g}" for name, value in values)
+        words = f"opened {words}, separation {texts['separation']}"
+        self.post_message(PointOpened(texts, words))
+
+    def export(self, what: str) -> Export:
+        """The sweep, if it is complete; as a figure as it is seen."""
+        shown = self.session.studies.sweep
+        if shown is None:
+            raise InputError(_NOTHING)
+        if len(shown.value.table.reasons) < shown.value.study.members:
+            raise InputError(_PARTIAL)
+        return as_seen(sweep_export(what, shown.name, shown.value), self.seen())
+
+    def command_line(self) -> str:
+        """The sweep shown, or else that which would be computed."""
+        shown = self.session.studies.sweep
+        if shown is None:
+            study = sweep_request(self.session.scene(), self.query_one("#vary", Input).value)
+        else:
+            study = shown.value.study
+        return sweep_line(study, self.session.origin)

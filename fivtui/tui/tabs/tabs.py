@@ -1,0 +1,52 @@
+"""The tabs, as data: a tab more is a pane and a line here."""
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from importlib import import_module
+from typing import Final, cast
+
+from fivtui.tui.session.session import Session
+
+from .pane import Pane
+
+
+@dataclass(frozen=True, slots=True)
+class TabSpec:
+    """A tab.
+
+    Attributes
+    ----------
+    id : str
+        Identifier, also in messages and commands.
+    title : str
+        What stands on it.
+    key : str
+        Key that shows it.
+    pane : callable
+        Takes the session, makes the contents. The module of a pane is imported by it, when the tab
+        is first shown.
+    """
+
+    id: str
+    title: str
+    key: str
+    pane: Callable[[Session], Pane]
+
+
+def _of(module: str, name: str) -> Callable[[Session], Pane]:
+    def make(session: Session) -> Pane:
+        return cast("Pane", getattr(import_module(f".{module}", __package__), name)(session))
+
+    return make
+
+
+TABS: Final = (
+    TabSpec("stability", "Stability", "alt+1", _of("stability", "StabilityPane")),
+    TabSpec("transient", "Transient", "alt+2", _of("transient", "TransientPane")),
+    TabSpec("sweep", "Sweep", "alt+3", _of("sweep", "SweepPane")),
+    TabSpec("map", "Map", "alt+4", _of("map", "MapPane")),
+    TabSpec("trade-off", "Trade-off", "alt+5", _of("tradeoff", "TradeoffPane")),
+    TabSpec("paper", "Paper", "alt+6", _of("paper", "PaperPane")),
+    TabSpec("result", "Result", "alt+8", _of("result", "ResultPane")),
+    TabSpec("log", "Log", "alt+9", _of("log", "LogPane")),
+)

@@ -1,0 +1,153 @@
+"""The tab of the trade-off: what accuracy costs on this machine."""
+
+from collections.abc import Mapping
+from typing import TYPE_CHECKING, ClassVar
+
+from textual import on
+from textual.app import ComposeResult
+from textual.containers import Vertical
+from textual.widgets import Button, Static
+
+from fivtui.model.errors import InputError
+from fivtui.scene.scene import Scene
+from fivtui.tui.chart.widget.chart_view import ChartView
+from fivtui.tui.session.command_lines import tradeoff_line
+from fivtui.tui.session.jobs import Job
+from fivtui.tui.session.session import Session
+from fivtui.tui.session.shown import Shown
+
+from .charts.tradeoff import COLUMNS, TITLES, present_row, present_words, table_rows, tradeoff_chart
+from .exports import Export, as_seen
+from .job_pane import JobPane
+from .list_table import ListTable
+from .study_exports import tradeoff_export
+
+if TYPE_CHECKING:
+    from fivtui.tradeoffs.measure import Tradeoff
+
+_PREFIX = "quantity-"
+_QUANTITY = "quantity"
+_NOTHING = "no trade-off to write yet: F10 measures it"
+
+
+class TradeoffPane(JobPane):
+    """Errors against CPU time of the scene edited, by every method and setting."""
+
+    NAME: ClassVar[str] = "trade-off"
+    VERB: ClassVar[str] = "Measure"
+    HINT: ClassVar[str] = "F10 measures, about 7 s of CPU time"
+    VIEWS: ClassVar[Mapping[str, str]] = {"errors": "Plot", "settings": "Table"}
+    LOG_AXES: ClassVar[Mapping[str, str]] = {"errors-chart": "xy"}
+
+    def __init__(self, session: Session) -> None:
+        super().__init__(session)
+        kept = self.setting(_QUANTITY, "")
+        self._quantity = kept if kept in TITLES else next(iter(TITLES))
+        self._seen: Shown[Tradeoff] | None = None
+
+    def compose_bar(self) -> ComposeResult:
+        """The quantities whose errors can be shown."""
+        yield Static("error of", classes="words")
+        for name, title in TITLES.items():
+            classes = "quantity -active" if name == self._quantity else "quantity"
+            yield Button(title, id=f"{_PREFIX}{name}", classes=classes, compact=True)
+
+    def compose_views(self) -> ComposeResult:
+        """The plot with what the present setting delivers, and the table."""
+        with Vertical(id="errors"):
+            yield ChartView("errors-chart", nothing="not measured yet")
+            yield Static("", id="present", markup=False)
+        yield ListTable[str](id="settings", cursor_type="row", zebra_stripes=True)
+
+    def begin(self) -> None:
+        """Measure the scene edited."""
+        scene = self.session.scene()
+
+        def measure(job: Job) -> "Tradeoff":
+            from fivtui.tradeoffs.measure import measure_tradeoff
+
+            return measure_tradeoff(scene, progress=job.report)
+
+        self.start(measure)
+
+    def take(self, result: "Tradeoff") -> None:
+        """Show what was measured."""
+        self.session.studies.tradeoff = Shown(result, result.scene.name)
+        self.scene_changed()
+
+    @property
+    def _result(self) -> "Tradeoff | None":
+        # The session has it, be it measured here, read from a file, or restored.
+        shown = self.session.studies.tradeoff
+        return None if shown is None else shown.value
+
+    def scene_changed(self) -> None:
+        """Show what the setting edited delivers."""
+        shown = self.session.studies.tradeoff
+        if shown is not None:
+            if shown is not self._seen and shown.source:
+                self.stop()
+            self._seen = shown
+            scene = self._scene()
+            outdated = scene is None or not _same(scene, shown.value.scene)
+            words = "the scene has changed since" if outdated else "this scene, this machine"
+            if shown.source:
+                words = f"{'another' if outdated else 'this'} scene, read from {shown.source}"
+            if self.job is None:
+                self.say(f"{words}, {len(shown.value.rows)} rows")
+            self.draw()
+
+    def _scene(self) -> Scene | None:
+        try:
+            return self.session.scene()
+        except InputError:
+            return None
+
+    def draw(self) -> None:
+        """Draw the view that is shown."""
+        result = self._result
+        if result is None:
+            return
+        scene = self._scene()
+        present = None if scene is None else present_row(result, scene)
+        if self.view == "errors":
+            chart = tradeoff_chart(result, self._quantity, present)
+            self.query_one("#errors-chart", ChartView).show(chart)
+            words = ""
+            if scene is not None:
+                words = present_words(result, scene, self._quantity, present)
+            self.query_one("#present", Static).update(words)
+        else:
+            rows = table_rows(result, self._quantity, present)
+            table: ListTable[str] = self.query_one("#settings", ListTable)
+            table.fill(COLUMNS, {str(place): row for place, row in enumerate(rows)})
+
+    @on(Button.Pressed, ".quantity")
+    def _chosen(self, event: Button.Pressed) -> None:
+        event.stop()
+        self._quantity = str(event.button.id).removeprefix(_PREFIX)
+        self.keep(_QUANTITY, self._quantity)
+        for button in self.query(".quantity"):
+            button.set_class(button is event.button, "-active")
+        self.draw()
+
+    def export(self, what: str) -> Export:
+        """What was measured; as a figure as it is seen, or all of it from the table."""
+        shown = self.session.studies.tradeoff
+        if shown is None:
+            raise InputError(_NOTHING)
+        return as_seen(tradeoff_export(what, shown.name, shown.value), self.seen())
+
+    def command_line(self) -> str:
+        """The measurement shown, or else that of what is edited."""
+        result = self._result
+        scene = self.session.scene() if result is None else result.scene
+        return tradeoff_line(scene, self.session.origin)
+
+
+def _same(one: Scene, other: Scene) -> bool:
+    # What was measured does not depend on method and accuracy.
+    def physics(scene: Scene) -> tuple[object, ...]:
+        return scene.parameters, scene.separation, scene.start, scene.t_end
+
+    return physics(one) == physics(other)

@@ -1,0 +1,245 @@
+"""The tab of the transient: motion over time, phase portraits, spectrum, and what came out."""
+
+from collections.abc import Mapping, Sequence
+from functools import partial
+from pathlib import Path
+from typing import TYPE_CHECKING, ClassVar, Final
+
+from textual import on
+from textual.app import ComposeResult
+from textual.binding import Binding, BindingType
+from textual.containers import Horizontal, Vertical
+from textual.events import Resize
+from textual.widgets import Static
+
+from fivtui.equilibrium.eigenvalues import stability
+from fivtui.model.errors import ComputationError, InputError
+from fivtui.transient.result import Transient
+from fivtui.tui.chart.axis import Axis
+from fivtui.tui.chart.widget.chart_view import ChartView
+from fivtui.tui.session.report import remark, result_brief
+from fivtui.tui.session.runs import Run
+from fivtui.tui.session.session import Session
+
+from .charts.transient import (
+    Motion,
+    difference_chart,
+    motion_of,
+    phase_chart,
+    second_half,
+    separated_samples,
+    spectrum_chart,
+    time_chart,
+)
+from .views_pane import ViewsPane
+
+if TYPE_CHECKING:
+    from .exports import Export
+
+# What is shown over time, from the top, and what goes first where there is little room.
+_QUANTITIES: Final = ("y", "x", "P")
+_FIRST: Final = ("y", "P", "x")
+_LEAST_ROWS: Final = 6
+_LAST_PART: Final = 0.1
+_NOTHING: Final = "nothing to show yet: F5 runs"
+_NO_SPECTRUM: Final = "no chart to write: its window has too few samples"
+_NO_BASELINE: Final = "no difference: choose another run as baseline (b in the list of runs)"
+
+
+class TransientPane(ViewsPane):
+    """Plots and summary of the run shown, with those drawn beside it."""
+
+    NAME: ClassVar[str] = "transient"
+    VIEWS: ClassVar[Mapping[str, str]] = {
+        "time": "Time",
+        "phase": "Phase",
+        "spectrum": "Spectrum",
+        "difference": "Difference",
+    }
+    LOG_AXES: ClassVar[Mapping[str, str]] = {"plot-spectrum": "y"}
+    BINDINGS: ClassVar[list[BindingType]] = [Binding("e", "show_end", "End")]
+
+    def __init__(self, session: Session) -> None:
+        super().__init__(session)
+        self._motions: list[Motion] = []
+
+    def compose(self) -> ComposeResult:
+        """The views, of which one is shown, and the summary."""
+        yield from super().compose()
+        yield Static("", id="summary", markup=False)
+
+    def compose_views(self) -> ComposeResult:
+        """Motion over time, phase portraits and spectrum."""
+        with Vertical(id="time"):
+            for quantity in _QUANTITIES:
+                yield ChartView(f"plot-{quantity}", nothing=_NOTHING)
+        with Horizontal(id="phase"):
+            yield ChartView("phase-y", nothing=_NOTHING)
+            yield ChartView("phase-x", nothing=_NOTHING)
+        with Vertical(id="spectrum"):
+            yield ChartView("plot-spectrum", nothing=_NOTHING)
+        with Vertical(id="difference"):
+            yield ChartView("difference-y", nothing=_NO_BASELINE)
+            yield ChartView("difference-P")
+
+    # What is shown
+
+    def run_changed(self, run: Run | None) -> None:
+        """Show the result of a run, and those drawn beside it."""
+        if run is None or run.result is None:
+            return
+        first, *others = result_brief(run.result)
+        lines = [first, *_remarks(run.result), *others]
+        self.query_one("#summary", Static).update("\n".join(lines))
+        drawn = reversed(list(self.session.runs.drawn))
+        self._show([motion for motion in map(_motion, drawn) if motion is not None])
+
+    def run_progressed(self, run: Run) -> None:
+        """Show what is known of a run that goes on."""
+        trajectory = run.growth.trajectory()
+        if trajectory is not None:
+            separated = separated_samples(trajectory)
+            name = f"run {run.number}"
+            style = run.style
+            self._show(
+                [
+                    Motion(
+                        name,
+                        trajectory,
+                        separated,
+                        run.scene.t_end,
+                        style.marker_sign,
+                        style.colour_code,
+                    )
+                ]
+            )
+
+    def _show(self, motions: list[Motion]) -> None:
+        self._motions = motions
+        self.draw()
+
+    def draw(self) -> None:
+        """Draw the view that is shown."""
+        if not self._motions:
+            return
+        draw = {
+            "time": self._draw_time,
+            "phase": self._draw_phase,
+            "spectrum": self._draw_spectrum,
+            "difference": self._draw_difference,
+        }
+        draw[self.view]()
+
+    def _draw_time(self) -> None:
+        charts = [self.query_one(f"#plot-{name}", ChartView) for name in _QUANTITIES]
+        visible = [chart for chart in charts if chart.display]
+        for quantity, chart in zip(_QUANTITIES, charts, strict=True):
+            if chart.display:
+                strip, x_axis = chart is visible[0], chart is visible[-1]
+                chart.show(time_chart(quantity, self._motions, strip=strip, x_axis=x_axis))
+
+    def _draw_phase(self) -> None:
+        for quantity in ("y", "x"):
+            chart = self.query_one(f"#phase-{quantity}", ChartView)
+            chart.show(phase_chart(quantity, self._motions, self._window))
+
+    def _draw_spectrum(self) -> None:
+        view = self.query_one("#plot-spectrum", ChartView)
+        try:
+            view.show(spectrum_chart(self._motions, self._window))
+        except InputError as error:
+            view.show(None, nothing=str(error))
+
+    def _draw_difference(self) -> None:
+        run = self.session.runs.baseline
+        baseline = None if run is None else _motion(run)
+        shown = self._motions[0]
+        for quantity in ("y", "P"):
+            chart = None
+            if baseline is not None and baseline.name != shown.name:
+                last = quantity == "P"
+                chart = difference_chart(quantity, shown, baseline, x_axis=last)
+            self.query_one(f"#difference-{quantity}", ChartView).show(chart)
+
+    @property
+    def _window(self) -> tuple[float, float]:
+        # The part of time that is shown; of the whole, its second half.
+        chosen = self.query_one("#plot-y", ChartView).view.x
+        reached = float(self._motions[0].trajectory.t[-1])
+        return second_half(reached) if chosen is None else (chosen.low, chosen.high)
+
+    def export(self, what: str) -> "Export":
+        """The charts as they are seen; as data the trajectory, or the points that come of it."""
+        from .exports import FIGURE, points_export, run_export, seen_export
+
+        run, seen = self.session.runs.shown, self.seen()
+        plain = run_export(what, run)
+        if run is None or (what != FIGURE and self.view in ("time", "phase")):
+            return plain
+        if seen is None:
+            raise InputError(_NO_BASELINE if self.view == "difference" else _NO_SPECTRUM)
+        of = f"run {run.number}" if self.view == "time" else f"run {run.number}, {self.view}"
+        stem = Path(plain.proposal).stem + ("" if self.view == "time" else f"-{self.view}")
+        if what != FIGURE:
+            return points_export(of, stem, seen)
+        return seen_export(of, stem, seen, partial(_names, list(self.session.runs.drawn)))
+
+    # Room and views
+
+    @on(Resize)
+    def _fit(self, _event: Resize) -> None:
+        room = max(self.views.size.height // _LEAST_ROWS, 1)
+        for name in _QUANTITIES:
+            self.query_one(f"#plot-{name}").display = name in _FIRST[:room]
+        self.draw()
+
+    @on(ChartView.Moved)
+    def _moved(self, event: ChartView.Moved) -> None:
+        # What is drawn over time has one time axis.
+        source = event.view.view
+        for group in (_QUANTITIES, ("y", "P")):
+            prefix = "plot" if group is _QUANTITIES else "difference"
+            names = [f"{prefix}-{name}" for name in group]
+            if event.view.id not in names:
+                continue
+            for chart in (self.query_one(f"#{name}", ChartView) for name in names):
+                if chart is not event.view:
+                    chart.view.x, chart.view.log_x = source.x, source.log_x
+                    chart.redraw()
+
+    def action_show_end(self) -> None:
+        """Show the last part of the horizon."""
+        if self._motions:
+            t_end = self._motions[0].t_end
+            for name in _QUANTITIES:
+                chart = self.query_one(f"#plot-{name}", ChartView)
+                chart.view.x = Axis((1.0 - _LAST_PART) * t_end, t_end)
+            self.draw()
+
+
+def _motion(run: Run) -> Motion | None:
+    if run.result is None:
+        return None
+    style = run.style
+    return motion_of(run.result, f"run {run.number}", style.marker_sign, style.colour_code)
+
+
+def _names(drawn: Sequence[Run]) -> dict[str, str]:
+    # A number says nothing outside the laboratory.
+    from fivtui.transient.figure import run_labels
+
+    known = [(run.number, run.result) for run in drawn if run.result is not None]
+    labels = run_labels([result for _, result in known])
+    return {
+        f"run {number}": f"run {number}: {label}"
+        for (number, _), label in zip(known, labels, strict=True)
+    }
+
+
+def _remarks(result: Transient) -> list[str]:
+    try:
+        found = stability(result.parameters, separation=result.separation)
+    except ComputationError:
+        return []
+    words = remark(result, found)
+    return [words] if words else []

@@ -1,0 +1,125 @@
+"""A pane with several views, of which one is shown."""
+
+from collections.abc import Mapping
+from dataclasses import replace
+from typing import ClassVar
+
+from textual import on
+from textual.app import ComposeResult
+from textual.binding import Binding, BindingType
+from textual.containers import Horizontal
+from textual.widget import Widget
+from textual.widgets import Button, ContentSwitcher
+
+from fivtui.tui.chart.chart import Seen, View
+from fivtui.tui.chart.widget.chart_view import ChartView
+
+from .pane import Pane
+
+_PREFIX = "view-"
+_VIEW = "view"
+
+
+class ViewsPane(Pane):
+    """A bar of buttons, and below it the view chosen.
+
+    Attributes
+    ----------
+    VIEWS : mapping of str to str
+        Identifier and title of every view; `compose_views` makes a widget of each identifier.
+    LOG_AXES : mapping of str to str
+        Which axes of a chart begin with a logarithmic scale, such as ``xy``.
+    """
+
+    VIEWS: ClassVar[Mapping[str, str]] = {}
+    LOG_AXES: ClassVar[Mapping[str, str]] = {}
+    BINDINGS: ClassVar[list[BindingType]] = [Binding("v", "turn_view", "View")]
+
+    def compose(self) -> ComposeResult:
+        """The bar and the views."""
+        with Horizontal(classes="bar"):
+            for name, title in self.VIEWS.items() if len(self.VIEWS) > 1 else ():
+                yield Button(title, id=f"{_PREFIX}{name}", classes="view-button", compact=True)
+            yield from self.compose_bar()
+        kept, first = self.setting(_VIEW, ""), next(iter(self.VIEWS))
+        with ContentSwitcher(initial=kept if kept in self.VIEWS else first, classes="views"):
+            yield from self.compose_views()
+
+    def compose_bar(self) -> ComposeResult:
+        """What else stands in the bar."""
+        yield from ()
+
+    def compose_views(self) -> ComposeResult:
+        """The views."""
+        raise NotImplementedError
+
+    def on_mount(self) -> None:
+        """Mark the view shown, and give the charts the limits and scales that they had."""
+        self._mark()
+        for chart in self.query(ChartView):
+            name = str(chart.id)
+            if name not in self.session.views:
+                usual = self.LOG_AXES.get(name, "")
+                self.session.views[name] = View(log_x="x" in usual, log_y="y" in usual)
+            chart.view = self.session.views[name]
+
+    def theme_changed(self) -> None:
+        """Draw the charts in the colours of now."""
+        for chart in self.query(ChartView):
+            chart.redraw()
+
+    def draw(self) -> None:
+        """Draw the view that is shown."""
+        raise NotImplementedError
+
+    @property
+    def views(self) -> Widget:
+        """Where the views are."""
+        return self.query_one(ContentSwitcher)
+
+    @property
+    def view(self) -> str:
+        """Identifier of the view shown."""
+        return str(self.query_one(ContentSwitcher).current)
+
+    def action_turn_view(self) -> None:
+        """Show the next view."""
+        names = list(self.VIEWS)
+        self.show_view(names[(names.index(self.view) + 1) % len(names)])
+
+    def seen(self) -> Seen | None:
+        """The charts in sight as they are shown; None if there is none."""
+        shown = self.query_one(f"#{self.view}")
+        panels = [
+            (chart.chart, replace(chart.view, hidden=set(chart.view.hidden), cursor=None))
+            for chart in shown.query(ChartView)
+            if chart.chart is not None and chart.display
+        ]
+        return Seen(panels, across=isinstance(shown, Horizontal)) if panels else None
+
+    @on(Button.Pressed, ".view-button")
+    def _pressed(self, event: Button.Pressed) -> None:
+        event.stop()
+        self.show_view(str(event.button.id).removeprefix(_PREFIX))
+
+    def show_view(self, name: str) -> None:
+        """Show a view.
+
+        Parameters
+        ----------
+        name : str
+            Its identifier.
+        """
+        self.query_one(ContentSwitcher).current = name
+        self.keep(_VIEW, name)
+        self._mark()
+        self.draw()
+        chosen = self.query_one(f"#{name}")
+        for widget in (chosen, *chosen.query("*")):
+            if widget.focusable:
+                widget.focus()
+                return
+
+    def _mark(self) -> None:
+        for button in self.query(".view-button"):
+            button.set_class(button.id == f"{_PREFIX}{self.view}", "-active")

@@ -1,0 +1,144 @@
+"""Building the FMU: pythonfmu's export, completed, compressed and the same bytes every time."""
+
+import sys
+import tempfile
+import zipfile
+from collections.abc import Iterator, Mapping
+from contextlib import contextmanager
+from importlib import import_module
+from importlib.util import find_spec
+from pathlib import Path
+from typing import BinaryIO, Final
+
+from fivtui.model.errors import InputError
+from fivtui.model.parameters import unknown_name
+from fivtui.io.files import check_output, check_suffix, write_atomically
+
+from .bundle import Bundle
+from .component import Component
+from .components import COMPONENTS, DEFAULT, EXCHANGE
+from .description import completed
+from .documentation import documentation
+from .importing import importing
+from .exchange_description import exchange_description
+from .reference import reference_files
+from fmu_src.slave.variables import SUMMARY
+
+SUFFIX: Final = ".fmu"
+_EXCHANGE: Final = "3"
+_DESCRIPTION: Final = "modelDescription.xml"
+ZIP_DATE: Final = (1980, 1, 1, 0, 0, 0)
+_UNIX: Final = 3
+_OPTIONS: Final = {
+    "needsExecutionTool": False,
+    "canGetAndSetFMUstate": True,
+    "canSerializeFMUstate": True,
+}
+
+
+def build_fmu(
+    path: str | Path, *, component: str = DEFAULT, fmi: str = "2", force: bool = False
+) -> Path:
+    """Build the FMU of a component.
+
+    Parameters
+    ----------
+    path : str or Path
+        File to write; it ends in ``.fmu``.
+    component : str
+        Which of `COMPONENTS`; the slider-belt model if not given.
+    fmi : "2" or "3"
+        FMI 2.0 for co-simulation, or FMI 3.0 for model exchange, which needs pythonfmu3 and is
+        there for the slider-belt model alone.
+    force : bool
+        Whether to replace a file that exists.
+
+    Returns
+    -------
+    Path
+        The file.
+
+    Raises
+    ------
+    InputError
+        If there is no such component, pythonfmu3 is needed and not installed, the name does not
+        end in ``.fmu``, the folder is missing or cannot be written, or the file exists and `force`
+        is not set.
+    """
+    made_of = _component(component, fmi)
+    target = Path(path)
+    check_suffix(target, "FMU", (SUFFIX,))
+    check_output(target, force=force)
+    with tempfile.TemporaryDirectory(prefix="fivtui-build-") as folder:
+        content = _exported(Path(folder), made_of, fmi)
+    content |= documentation(made_of) | reference_files(made_of.model, made_of.reference())
+    description = content.pop(_DESCRIPTION)
+    if fmi == _EXCHANGE:
+        content[_DESCRIPTION] = exchange_description(description, content, made_of.table, SUMMARY)
+    else:
+        content[_DESCRIPTION] = completed(description, content, made_of.table)
+    write_atomically(target, lambda file: _write_archive(file, content), force=force)
+    return target
+
+
+def _component(name: str, fmi: str) -> Component:
+    if name not in COMPONENTS:
+        raise unknown_name("component", name, COMPONENTS)
+    if fmi == "2":
+        return COMPONENTS[name]
+    if fmi != _EXCHANGE:
+        raise InputError(f"FMI {fmi}: allowed is 2 or 3")
+    if name != DEFAULT:
+        raise InputError(f"{name} in FMI 3: allowed is {DEFAULT}, or FMI 2")
+    if find_spec("pythonfmu3") is None:
+        raise InputError("FMI 3 needs the package pythonfmu3, of the extra fmi3")
+    return EXCHANGE
+
+
+def _exported(folder: Path, component: Component, fmi: str) -> dict[str, bytes]:
+    # The FMU that pythonfmu, or pythonfmu3, makes of the bundled sources, as its files by name.
+    builder = import_module(component.wrapper).FmuBuilder
+    bundle = Bundle.collected(component)
+    sources = folder / "sources"
+    for name, text in bundle.sources.items():
+        file = sources / name
+        file.parent.mkdir(parents=True, exist_ok=True)
+        file.write_text(text, encoding="utf-8", newline="\n")
+    with importing, _imports_restored(bundle):
+        exported = builder.build_FMU(
+            sources / f"{bundle.entry}.py",
+            dest=folder / ("exported" if fmi == _EXCHANGE else f"exported{SUFFIX}"),
+            project_files=[sources / bundle.package],
+            **({"needsExecutionTool": False} if fmi == _EXCHANGE else _OPTIONS),
+        )
+    with zipfile.ZipFile(exported) as archive:
+        # pythonfmu3 adds the C++ of its wrapper, of which no binary can be built as it is.
+        names = [name for name in archive.namelist() if not name.startswith("sources/")]
+        return {name: archive.read(name) for name in names}
+
+
+@contextmanager
+def _imports_restored(bundle: Bundle) -> Iterator[None]:
+    path, cached, before = sys.path[:], set(sys.path_importer_cache), set(sys.modules)
+    writes = sys.dont_write_bytecode
+    sys.dont_write_bytecode = True
+    try:
+        yield
+    finally:
+        sys.dont_write_bytecode = writes
+        sys.path[:] = path
+        for name in set(sys.modules) - before:
+            if name.partition(".")[0] in (bundle.package, bundle.entry):
+                del sys.modules[name]
+        for name in set(sys.path_importer_cache) - cached:
+            sys.path_importer_cache.pop(name, None)
+
+
+def _write_archive(file: BinaryIO, content: Mapping[str, bytes]) -> None:
+    with zipfile.ZipFile(file, "w") as archive:
+        for name in sorted(content, key=lambda name: (name != _DESCRIPTION, name)):
+            entry = zipfile.ZipInfo(name, ZIP_DATE)
+            entry.compress_type = zipfile.ZIP_DEFLATED
+            entry.create_system = _UNIX
+            entry.external_attr = (0o755 if name.startswith("binaries/") else 0o644) << 16
+            archive.writestr(entry, content[name], compresslevel=9)

@@ -1,0 +1,73 @@
+"""What the FMU carries: byte-identical modules of this project under a name that is its own.
+
+Modules of one name collide in the interpreter that hosts several FMUs, so the name of the bundled
+package follows from its content.
+"""
+
+import hashlib
+import re
+from dataclasses import dataclass
+from importlib.resources import files
+from pathlib import PurePosixPath
+from typing import Final, Self
+
+from .component import Component
+
+_IMPORT: Final = re.compile(r"^from (?=(?:fivtui|fmu_src)[. ])", re.MULTILINE)
+_DIGITS: Final = 12
+
+
+@dataclass(frozen=True, slots=True)
+class Bundle:
+    """The Python sources of the FMU.
+
+    Attributes
+    ----------
+    package : str
+        Name of the bundled package.
+    entry : str
+        Name of the module that the wrapper imports.
+    sources : dict of str to str
+        Text by path relative to the FMU's resources.
+    """
+
+    package: str
+    entry: str
+    sources: dict[str, str]
+
+    @classmethod
+    def collected(cls, component: Component) -> Self:
+        """The bundle of a component of the project as it is installed.
+
+        Parameters
+        ----------
+        component : Component
+            The component.
+
+        Returns
+        -------
+        Bundle
+            Of the same content it is always the same.
+        """
+        texts = {
+            f"{package.replace('.', '/')}/{name}.py": _text(package, name)
+            for package, names in component.modules.items()
+            for name in names
+        }
+        entry_text = _text("fmu_src.slave", component.entry)
+        content = "\0".join(f"{path}\0{text}" for path, text in texts.items()) + entry_text
+        digest = hashlib.sha256(content.encode()).hexdigest()[:_DIGITS]
+        package, entry = f"fivtui_{digest}", f"fivtui_entry_{digest}"
+        sources = {f"{package}/{path}": _renamed(text, package) for path, text in texts.items()}
+        folders = {folder for path in sources for folder in PurePosixPath(path).parents[:-1]}
+        sources |= {f"{folder}/__init__.py": "" for folder in folders}
+        sources[f"{entry}.py"] = _renamed(entry_text, package)
+        return cls(package, entry, sources)
+
+
+def _text(package: str, name: str) -> str:
+    return files(package).joinpath(f"{name}.py").read_text(encoding="utf-8")
+
+
+def _renamed(text: str, package: str) -> str:
+    return _IMPORT.sub(f"from {package}.", text)

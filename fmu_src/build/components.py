@@ -1,0 +1,158 @@
+"""The components that FMUs can be built of."""
+
+import math
+from collections.abc import Mapping
+from typing import Any, Final
+
+from fivtui.model.parameters import Parameters
+from fivtui.taylor.stepper import DEFAULT_TOL
+
+from fmu_src.slave.actuator_variables import TABLE as ACTUATOR_TABLE
+from .component import EXCHANGE_RULES, Component
+from fmu_src.slave.exchange import EXCHANGE_TABLE
+from fmu_src.slave.motion import Motion
+from .reference import Reference
+from fmu_src.slave.settings import start_state
+from fmu_src.slave.variables import TABLE, VARIABLES
+
+_INSTANCE: Final = (
+    *("experiment", "guard", "instance", "memory", "notices", "process_end", "table", "variable"),
+)
+_MODEL: Final[Mapping[str, tuple[str, ...]]] = {
+    "fivtui.model": ("columns", "errors", "parameters", "slider_belt"),
+    "fivtui.taylor": ("polynomial", "recurrences", "segment", "stepper"),
+}
+_STEP: Final = 0.01
+_STOP: Final = 20.0
+# Where the preload, or the command, of the reference run jumps, s, and from what to what, N.
+_JUMP: Final = 10.0
+_BEFORE: Final = 80.0
+_AFTER: Final = 120.0
+
+
+def _times() -> list[float]:
+    return [count * _STEP for count in range(round(_STOP / _STEP) + 1)]
+
+
+def _slider_belt_reference() -> Reference:
+    p = Parameters(F=_BEFORE)
+    start = start_state({reference: v.start for reference, v in enumerate(VARIABLES)})
+    motion = Motion(p, start, t=0.0, separation=True, tol=DEFAULT_TOL)
+    names = ("x", "vx", "y", "vy", "P", "separations", "reattachments")
+    rows = []
+    for t in _times():
+        if t > 0.0:
+            motion.move_to(t, F=_BEFORE if t <= _JUMP else _AFTER, mu=p.mu)
+        at = motion.moment
+        force = motion.contact_force(at.state[2])
+        rows.append((t, *at.state, force, at.separations, at.reattachments))
+    return Reference(
+        _STOP,
+        _STEP,
+        DEFAULT_TOL,
+        {
+            "time": (0.0, _JUMP, _JUMP, _STOP),
+            "F": (_BEFORE, _BEFORE, _AFTER, _AFTER),
+            "mu": (p.mu,) * 4,
+        },
+        dict(zip(("time", *names), zip(*rows, strict=True), strict=True)),
+    )
+
+
+def _actuator_reference() -> Reference:
+    starts: Mapping[str, Any] = {v.name: v.start for v in ACTUATOR_TABLE.variables}
+    tau, gain, begin = starts["tau"], starts["gain"], starts["F_start"]
+    feedback = 0.75 * _BEFORE
+
+    goals = [command + gain * (command - feedback) for command in (_BEFORE, _AFTER)]
+
+    def preload(t: float) -> float:
+        force: float = goals[0] + (begin - goals[0]) * math.exp(-min(t, _JUMP) / tau)
+        if t > _JUMP:
+            force = goals[1] + (force - goals[1]) * math.exp((_JUMP - t) / tau)
+        return force
+
+    times = _times()
+    return Reference(
+        _STOP,
+        _STEP,
+        DEFAULT_TOL,
+        {
+            "time": (0.0, _JUMP, _JUMP, _STOP),
+            "command": (_BEFORE, _BEFORE, _AFTER, _AFTER),
+            "P": (feedback,) * 4,
+        },
+        {"time": times, "F": [preload(t) for t in times]},
+    )
+
+
+_SLIDER_BELT_ABOUT: Final = """\
+<p>A slider pressed on a moving belt, the minimal model of brake squeal. With a = k1 + k3/2,
+h = k3/2 and the contact force P, positive in compression:</p>
+<pre>
+m x'' + c1 x' + a x - h y = mu P
+m y'' + c2 y' + h y - h x = P - F
+P = -k2 y - k_nl y^3   in contact (y &lt; 0),   P = 0   when separated (y &gt; 0)
+</pre>
+<p>With separation = false, contact never breaks: P = -k2 y - k_nl y^3 for all y.</p>
+<p>The model assumes that the slider always slides: it holds for belt speeds above the greatest vx.
+Impact at reattachment is not modelled.</p>
+"""
+_LOCATED: Final = """\
+<p>State events (separation and reattachment at y = 0) are located inside a communication step to
+rounding. An event is counted at the first communication point that is not before it.</p>
+<p>The relative tolerance of the experiment is the relative error to expect of the state after about
+a hundred periods.</p>
+"""
+_ACTUATOR_ABOUT: Final = """\
+<p>A brake actuator: the preload F follows a commanded contact force with a first-order lag; the
+contact force P is fed back.</p>
+<pre>
+tau dF/dt = command + gain (command - P) - F
+</pre>
+<p>Inputs are held over a communication step; the solution over it is exact.</p>
+"""
+
+COMPONENTS: Final[Mapping[str, Component]] = {
+    "slider-belt": Component(
+        model="SliderBelt",
+        entry="entry",
+        modules={
+            **_MODEL,
+            "fmu_src.slave": (*_INSTANCE, "motion", "settings", "slider_belt", "variables"),
+        },
+        table=TABLE,
+        about=_SLIDER_BELT_ABOUT + _LOCATED,
+        reference=_slider_belt_reference,
+    ),
+    "brake-actuator": Component(
+        model="BrakeActuator",
+        entry="actuator_entry",
+        modules={
+            **_MODEL,
+            "fmu_src.slave": (*_INSTANCE, "actuator", "actuator_variables"),
+        },
+        table=ACTUATOR_TABLE,
+        about=_ACTUATOR_ABOUT,
+        reference=_actuator_reference,
+    ),
+}
+DEFAULT: Final = "slider-belt"
+
+# The slider-belt for FMI 3.0 model exchange.
+EXCHANGE: Final = Component(
+    model="SliderBelt",
+    entry="exchange_entry",
+    modules={
+        **_MODEL,
+        "fmu_src.slave": (
+            *("exchange", "experiment", "guard", "memory", "motion", "notices", "process_end"),
+            *("settings", "table", "variable", "variables"),
+        ),
+    },
+    table=EXCHANGE_TABLE,
+    about=_SLIDER_BELT_ABOUT,
+    reference=_slider_belt_reference,
+    rules=EXCHANGE_RULES,
+    wrapper="pythonfmu3",
+)

@@ -1,0 +1,161 @@
+"""The model description: what pythonfmu writes, completed from the table of variables."""
+
+import hashlib
+import math
+import uuid
+from collections.abc import Mapping, Sequence
+from typing import Final
+from xml.etree import ElementTree as ET
+
+from fmu_src.slave.table import VariableTable
+from .units import base_exponents, display_units
+from fmu_src.slave.variable import Role, Type, Variable
+
+# An FMU of the same content is the same file, whenever it is built.
+TIMESTAMP: Final = "1980-01-01T00:00:00Z"
+
+
+def completed(xml: bytes, content: Mapping[str, bytes], table: VariableTable) -> bytes:
+    """Complete a model description.
+
+    Parameters
+    ----------
+    xml : bytes
+        The model description written by pythonfmu.
+    content : mapping of str to bytes
+        All other files of the FMU by name; the GUID follows from them.
+    table : VariableTable
+        The variables.
+
+    Returns
+    -------
+    bytes
+        The model description with units, bounds, types, derivatives, dependencies, initial
+        unknowns and a fixed GUID.
+    """
+    root = ET.fromstring(xml)  # noqa: S314
+    root.set("generationDateAndTime", TIMESTAMP)
+    root.set("generationTool", f"fivtui with {root.get('generationTool')}")
+    root.insert(1, unit_definitions(table))
+    types = _type_definitions(table)
+    if len(types):
+        root.insert(2, types)
+    for element, variable in zip(_child(root, "ModelVariables"), table.variables, strict=True):
+        _complete_variable(element, variable, table)
+    root.remove(_child(root, "ModelStructure"))
+    root.append(_model_structure(table))
+    root.set("guid", "")
+    digest = hashlib.sha256(ET.tostring(root))
+    for name in sorted(content):
+        digest.update(f"\0{name}\0".encode() + content[name])
+    root.set("guid", f"{{{uuid.uuid5(uuid.NAMESPACE_OID, digest.hexdigest())}}}")
+    for element in root.iter():
+        element.text = element.tail = None
+    ET.indent(root)
+    text: bytes = ET.tostring(root, encoding="UTF-8", xml_declaration=True)
+    return text + b"\n"
+
+
+def _child(element: ET.Element, name: str) -> ET.Element:
+    found = element.find(name)
+    if found is None:
+        raise LookupError(f"pythonfmu wrote no {name} element")
+    return found
+
+
+def unit_definitions(table: VariableTable) -> ET.Element:
+    """The units of the variables, each with its base units and display units.
+
+    Parameters
+    ----------
+    table : VariableTable
+        The variables.
+
+    Returns
+    -------
+    Element
+        ``UnitDefinitions``, alike in FMI 2.0 and 3.0.
+    """
+    definitions = ET.Element("UnitDefinitions")
+    for unit in dict.fromkeys(v.unit for v in table.variables if v.unit):
+        element = ET.SubElement(definitions, "Unit", name=unit)
+        exponents = {base: str(exponent) for base, exponent in base_exponents(unit).items()}
+        ET.SubElement(element, "BaseUnit", exponents)
+        for name, factor in display_units(unit).items():
+            ET.SubElement(element, "DisplayUnit", name=name, factor=repr(factor))
+    return definitions
+
+
+def _type_definitions(table: VariableTable) -> ET.Element:
+    definitions = ET.Element("TypeDefinitions")
+    for variable in table.variables:
+        if variable.items:
+            simple = ET.SubElement(definitions, "SimpleType", name=_type_of(variable))
+            enumeration = ET.SubElement(simple, "Enumeration")
+            for value, name in enumerate(variable.items):
+                ET.SubElement(enumeration, "Item", name=name, value=str(value))
+    return definitions
+
+
+def _type_of(variable: Variable) -> str:
+    # A type may not have the name of a variable.
+    return f"{variable.name}_type"
+
+
+def _complete_variable(element: ET.Element, variable: Variable, table: VariableTable) -> None:
+    typed = _child(element, (Type.INTEGER if variable.items else variable.type).value)
+    typed.tag = variable.type.value
+    if variable.items:
+        typed.set("declaredType", _type_of(variable))
+    if variable.unit:
+        typed.set("unit", variable.unit)
+        typed.set("displayUnit", variable.unit)
+    number = repr if variable.type is Type.REAL else _integer
+    for name, bound in (("min", variable.lower), ("max", variable.upper)):
+        if math.isfinite(bound):
+            typed.set(name, number(bound))
+    if variable.nominal is not None:
+        typed.set("nominal", repr(variable.nominal))
+    if variable.derivative_of:
+        typed.set("derivative", _index(table, variable.derivative_of))
+    if variable.settable:
+        boolean = variable.type is Type.BOOLEAN
+        typed.set("start", str(variable.start).lower() if boolean else repr(variable.start))
+
+
+def _integer(value: float) -> str:
+    return str(int(value))
+
+
+def _index(table: VariableTable, name: str) -> str:
+    return str(table.references[name] + 1)
+
+
+def _model_structure(table: VariableTable) -> ET.Element:
+    structure = ET.Element("ModelStructure")
+    outputs = [v for v in table.variables if v.role is Role.OUTPUT]
+    derivatives = [v for v in table.variables if v.derivative_of]
+    unknowns = [v for v in table.variables if v.role is Role.OUTPUT or v.derivative_of]
+    _add_unknowns(structure, "Outputs", [(v, v.depends_on) for v in outputs], table)
+    _add_unknowns(structure, "Derivatives", [(v, v.varies_with) for v in derivatives], table)
+    _add_unknowns(structure, "InitialUnknowns", [(v, v.starts_from) for v in unknowns], table)
+    return structure
+
+
+def _add_unknowns(
+    structure: ET.Element,
+    tag: str,
+    unknowns: Sequence[tuple[Variable, Sequence[str]]],
+    table: VariableTable,
+) -> None:
+    group = ET.SubElement(structure, tag)
+    for variable, known in unknowns:
+        ET.SubElement(
+            group,
+            "Unknown",
+            index=_index(table, variable.name),
+            dependencies=" ".join(
+                str(i + 1) for i in sorted(table.references[name] for name in known)
+            ),
+            dependenciesKind=" ".join("dependent" for _ in known),
+        )

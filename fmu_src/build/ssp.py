@@ -1,0 +1,120 @@
+"""The slider-belt and its brake actuator, coupled, as one archive by the SSP standard (1.0)."""
+
+import tempfile
+import zipfile
+from pathlib import Path
+from typing import BinaryIO, Final
+from xml.etree import ElementTree as ET
+
+from fivtui.io.files import check_output, check_suffix, write_atomically
+
+from .builder import ZIP_DATE, build_fmu
+from .components import COMPONENTS
+
+SUFFIX: Final = ".ssp"
+_NAMESPACE: Final = "http://ssp-standard.org/SSP1/SystemStructure"
+_SSD: Final = f"{{{_NAMESPACE}Description}}"
+_SSC: Final = f"{{{_NAMESPACE}Common}}"
+# What is shown of each component. The command is not: hosts overwrite the start value of an input
+# that they know of, and not every host can read ports of the system, which would be its source.
+# The actuator comes first: its preload does not wait for the contact force, and hosts that
+# initialize in this order start the slider under it.
+_PORTS: Final = {
+    "brake-actuator": ("P", "F"),
+    "slider-belt": ("F", "x", "y", "P", "friction_slider", "mode", "separations"),
+}
+_LINKS: Final = (
+    ("brake-actuator", "F", "slider-belt", "F"),
+    ("slider-belt", "P", "brake-actuator", "P"),
+)
+
+
+def build_ssp(path: str | Path, *, force: bool = False) -> Path:
+    """Build the archive of the slider-belt, pressed by the brake actuator.
+
+    Parameters
+    ----------
+    path : str or Path
+        File to write; it ends in ``.ssp``.
+    force : bool
+        Whether to replace a file that exists.
+
+    Returns
+    -------
+    Path
+        The file.
+
+    Raises
+    ------
+    InputError
+        If the name does not end in ``.ssp``, the folder is missing or cannot be written, or the
+        file exists and `force` is not set.
+    """
+    target = Path(path)
+    check_suffix(target, "system", (SUFFIX,))
+    check_output(target, force=force)
+    content = {"SystemStructure.ssd": _structure()}
+    with tempfile.TemporaryDirectory(prefix="fivtui-build-") as folder:
+        for component in COMPONENTS:
+            fmu = build_fmu(Path(folder) / _file_of(component), component=component)
+            content[_source_of(component)] = fmu.read_bytes()
+
+    def write(file: BinaryIO) -> None:
+        with zipfile.ZipFile(file, "w") as archive:
+            for name, data in content.items():
+                archive.writestr(zipfile.ZipInfo(name, ZIP_DATE), data)
+
+    write_atomically(target, write, force=force)
+    return target
+
+
+def _name_of(component: str) -> str:
+    return component.replace("-", "_")
+
+
+def _file_of(component: str) -> str:
+    return f"{_name_of(component)}.fmu"
+
+
+def _source_of(component: str) -> str:
+    return f"resources/{_file_of(component)}"
+
+
+def _structure() -> bytes:
+    for prefix, space in (("ssd", "Description"), ("ssc", "Common")):
+        ET.register_namespace(prefix, f"{_NAMESPACE}{space}")
+    root = ET.Element(
+        f"{_SSD}SystemStructureDescription", name="brake", version="1.0", generationTool="fivtui"
+    )
+    system = ET.SubElement(root, f"{_SSD}System", name="brake")
+    elements = ET.SubElement(system, f"{_SSD}Elements")
+    for component, ports in _PORTS.items():
+        element = ET.SubElement(
+            elements,
+            f"{_SSD}Component",
+            name=_name_of(component),
+            type="application/x-fmu-sharedlibrary",
+            source=_source_of(component),
+        )
+        connectors = ET.SubElement(element, f"{_SSD}Connectors")
+        table = COMPONENTS[component].table
+        for port in ports:
+            variable = table.variables[table.references[port]]
+            connector = ET.SubElement(
+                connectors, f"{_SSD}Connector", name=port, kind=variable.role.value
+            )
+            ET.SubElement(connector, f"{_SSC}{variable.type.value}")
+    connections = ET.SubElement(system, f"{_SSD}Connections")
+    for start, output, end, port in _LINKS:
+        ET.SubElement(
+            connections,
+            f"{_SSD}Connection",
+            startElement=_name_of(start),
+            startConnector=output,
+            endElement=_name_of(end),
+            endConnector=port,
+        )
+    ET.SubElement(root, f"{_SSD}DefaultExperiment", startTime="0.0", stopTime="100.0")
+    ET.indent(root)
+    text: bytes = ET.tostring(root, encoding="UTF-8", xml_declaration=True)
+    return text + b"\n"

@@ -1,0 +1,1 @@
+"""The FMU's side: what the host calls. Standard library and pythonfmu only."""

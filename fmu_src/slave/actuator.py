@@ -1,0 +1,87 @@
+"""A brake actuator: a commanded contact force becomes a preload, with a lag and with feedback.
+
+    tau dF/dt = command + gain (command − P) − F
+
+Inputs are held over a communication step, over which the solution is an exponential: exact, so
+the result does not depend on the communication step.
+"""
+
+import math
+from typing import Any, Final, NamedTuple
+
+from pythonfmu import DefaultExperiment
+
+from fivtui.model.errors import ComputationError
+from fivtui.taylor.stepper import DEFAULT_TOL
+
+from .actuator_variables import TABLE
+from .experiment import Experiment
+from .instance import Instance
+
+_COMMAND, _FEEDBACK, _TAU, _GAIN, _F_START, _F, _RATE = (
+    TABLE.references[name] for name in ("command", "P", "tau", "gain", "F_start", "F", "F_rate")
+)
+_DESCRIPTION: Final = (
+    "Brake actuator: a force command becomes a preload, with a first-order lag and with feedback "
+    "of the contact force"
+)
+
+
+class Preload(NamedTuple):
+    """Where an actuator is: time, s, and preload, N."""
+
+    t: float
+    F: float
+
+
+class BrakeActuator(Instance):
+    """One instance of the brake actuator.
+
+    Parameters
+    ----------
+    **kwargs
+        What the wrapper knows of the instance.
+    """
+
+    def __init__(self, **kwargs: Any) -> None:
+        default = DefaultExperiment(0.0, 100.0, 0.01, DEFAULT_TOL)
+        super().__init__(TABLE, _DESCRIPTION, default, **kwargs)
+        self._at = Preload(0.0, 0.0)
+
+    def _begin_motion(self, experiment: Experiment) -> None:
+        self._at = Preload(experiment.start_time, self._values[_F_START])
+
+    def _go_on(self, end: float, _experiment: Experiment) -> None:
+        goal = self._goal()
+        faded = math.exp((self._at.t - end) / self._values[_TAU])
+        force = goal + (self._at.F - goal) * faded
+        if not math.isfinite(force):
+            raise ComputationError(
+                f"the preload grows out of the range of numbers at t = {end:.6g} s",
+                "use a smaller gain or contact force",
+            )
+        self._at = Preload(end, force)
+
+    def _publish(self) -> None:
+        self._values[_F] = self._at.F
+        self._values[_RATE] = (self._goal() - self._at.F) / self._values[_TAU]
+
+    def _goal(self) -> float:
+        values = self._values
+        return values[_COMMAND] + values[_GAIN] * (values[_COMMAND] - values[_FEEDBACK])
+
+    def _moment(self) -> Preload:
+        return self._at
+
+    def _resume(
+        self, _values: dict[int, float | bool], _experiment: Experiment, moment: Preload
+    ) -> None:
+        self._at = moment
+
+    @staticmethod
+    def _encoded(moment: Preload) -> Any:
+        return moment
+
+    @staticmethod
+    def _decoded(content: Any) -> Preload:
+        return Preload(*content)

@@ -1,0 +1,98 @@
+"""The variables of the brake actuator, as data."""
+
+import sys
+from typing import Final
+
+from fivtui.model.parameters import PARAMETERS
+
+from .table import VariableTable
+from .variable import Role, Type, Variable
+
+_ANY_FORCE: Final = "a finite number of N"
+_LONGEST_LAG: Final = 1e6
+_GREATEST_GAIN: Final = 1e3
+
+_PRELOAD: Final = PARAMETERS["F"]
+
+TABLE: Final = VariableTable(
+    [
+        Variable(
+            name="command",
+            type=Type.REAL,
+            role=Role.INPUT,
+            meaning="force that the contact is to have",
+            unit="N",
+            start=_PRELOAD.default,
+            lower=_PRELOAD.lower,
+            upper=_PRELOAD.upper,
+            allowed=f"{_PRELOAD.lower:g} <= command <= {_PRELOAD.upper:g} N",
+            nominal=100.0,
+        ),
+        Variable(
+            name="P",
+            type=Type.REAL,
+            role=Role.INPUT,
+            meaning="contact force, fed back",
+            unit="N",
+            start=_PRELOAD.default,
+            allowed=_ANY_FORCE,
+            nominal=100.0,
+        ),
+        Variable(
+            name="tau",
+            type=Type.REAL,
+            role=Role.PARAMETER,
+            meaning="time constant of the lag",
+            unit="s",
+            start=0.05,
+            lower=sys.float_info.min,
+            upper=_LONGEST_LAG,
+            allowed=f"0 < tau <= {_LONGEST_LAG:g} s",
+            nominal=0.05,
+        ),
+        Variable(
+            name="gain",
+            type=Type.REAL,
+            role=Role.PARAMETER,
+            meaning="gain of the feedback of the contact force",
+            unit="1",
+            start=0.1,
+            lower=0.0,
+            upper=_GREATEST_GAIN,
+            allowed=f"0 <= gain <= {_GREATEST_GAIN:g}",
+            nominal=0.1,
+        ),
+        Variable(
+            name="F_start",
+            type=Type.REAL,
+            role=Role.PARAMETER,
+            meaning="preload at the start",
+            unit="N",
+            start=_PRELOAD.default,
+            lower=_PRELOAD.lower,
+            upper=_PRELOAD.upper,
+            allowed=f"{_PRELOAD.lower:g} <= F_start <= {_PRELOAD.upper:g} N",
+            nominal=100.0,
+        ),
+        Variable(
+            name="F",
+            type=Type.REAL,
+            role=Role.OUTPUT,
+            meaning=_PRELOAD.meaning,
+            unit="N",
+            nominal=100.0,
+            starts_from=("F_start",),
+        ),
+        Variable(
+            name="F_rate",
+            type=Type.REAL,
+            role=Role.LOCAL,
+            meaning="rate of the preload",
+            unit="N/s",
+            nominal=1e3,
+            starts_from=("F_start", "command", "P", "tau", "gain"),
+            derivative_of="F",
+            varies_with=("F", "command", "P"),
+        ),
+    ]
+)

@@ -1,0 +1,113 @@
+"""The slider-belt model as a component for co-simulation."""
+
+from dataclasses import astuple
+from typing import Any
+
+from pythonfmu import DefaultExperiment
+
+from fivtui.model.slider_belt import Mode
+from fivtui.taylor.segment import Segment
+from fivtui.taylor.stepper import DEFAULT_TOL, Instant
+
+from .experiment import Experiment
+from .instance import Instance
+from .motion import Moment, Motion
+from .settings import Values, fixed_values, motion_from, start_state
+from .variables import INPUTS, REFERENCES, STATES, SUMMARY, TABLE
+
+_F, _MU = (REFERENCES[name] for name in INPUTS)
+_X, _VX, _Y, _VY = (REFERENCES[name] for name in STATES)
+_P, _ON_SLIDER, _ON_BELT, _SWITCHING, _AX, _AY = (
+    REFERENCES[name] for name in ("P", "friction_slider", "friction_belt", "switching", "ax", "ay")
+)
+_MODE, _MODE_INTEGER, _MODE_ENUMERATION = (
+    REFERENCES[name] for name in ("mode", "mode_integer", "mode_enumeration")
+)
+_SEPARATIONS, _REATTACHMENTS, _LAST_EVENT = (
+    REFERENCES[name] for name in ("separations", "reattachments", "last_event")
+)
+
+
+class SliderBelt(Instance):
+    """One instance of the slider-belt model.
+
+    Parameters
+    ----------
+    **kwargs
+        What the wrapper knows of the instance.
+    """
+
+    def __init__(self, **kwargs: Any) -> None:
+        default = DefaultExperiment(0.0, 100.0, 0.01, DEFAULT_TOL)
+        super().__init__(TABLE, SUMMARY, default, **kwargs)
+        self._motion: Motion
+        # What the motion was made of, besides its start and its inputs.
+        self._made_of: tuple[float, ...] = ()
+
+    def _begin_motion(self, experiment: Experiment) -> None:
+        state = start_state(self._values)
+        self._motion = motion_from(self._values, state, t=experiment.start_time, tol=experiment.tol)
+        self._made_of = _made_of(self._values, experiment)
+
+    def _go_on(self, end: float, experiment: Experiment) -> None:
+        self._motion.move_to(end, F=self._values[_F], mu=self._values[_MU])
+        self._free_until = min(self._motion.known_until, experiment.stop_time)
+
+    def _publish(self) -> None:
+        motion, values = self._motion, self._values
+        moment, state = motion.moment, motion.state_at(self._t)
+        force = motion.contact_force(state[2])
+        friction = values[_MU] * force
+        # One by one: this is most of what reading costs.
+        values[_X], values[_VX], values[_Y], values[_VY] = state
+        values[_P], values[_ON_SLIDER], values[_ON_BELT] = force, friction, -friction
+        values[_SWITCHING] = state[2]
+        values[_AX], values[_AY] = motion.accelerations(state, F=values[_F], mu=values[_MU])
+        values[_MODE] = values[_MODE_INTEGER] = values[_MODE_ENUMERATION] = moment.mode
+        values[_SEPARATIONS], values[_REATTACHMENTS] = moment.separations, moment.reattachments
+        values[_LAST_EVENT] = moment.last_event
+
+    def _moment(self) -> Moment:
+        at = self._motion.moment
+        if at.t != self._t:
+            self._motion.move_to(self._t, F=at.F, mu=at.mu)
+        return self._motion.moment
+
+    def _resume(
+        self, values: dict[int, float | bool], experiment: Experiment, moment: Moment
+    ) -> None:
+        made_of = _made_of(values, experiment)
+        if made_of != self._made_of:
+            motion = motion_from(values, moment.state, t=moment.t, tol=experiment.tol)
+            self._motion, self._made_of = motion, made_of
+        self._motion.restore(moment)
+
+    @staticmethod
+    def _encoded(moment: Moment) -> Any:
+        segment = moment.segment
+        return {**moment._asdict(), "segment": None if segment is None else astuple(segment)}
+
+    @staticmethod
+    def _decoded(content: Any) -> Moment:
+        t, remainder, state, mode, stalled = content["instant"]
+        segment = content["segment"]
+        return Moment(
+            **{
+                **content,
+                "state": tuple(content["state"]),
+                "mode": Mode(content["mode"]),
+                "instant": Instant(t, remainder, tuple(state), Mode(mode), stalled),
+                "segment": None if segment is None else _segment(segment),
+            }
+        )
+
+
+def _made_of(values: Values, experiment: Experiment) -> tuple[float, ...]:
+    return (experiment.tol, *fixed_values(values))
+
+
+def _segment(content: list[Any]) -> Segment:
+    mode, start, remainder, duration, end, x, y, final, switches = content
+    return Segment(
+        Mode(mode), start, remainder, duration, end, tuple(x), tuple(y), tuple(final), switches
+    )

@@ -1,0 +1,128 @@
+"""What a variable of the FMU is."""
+
+import math
+from dataclasses import dataclass
+from enum import StrEnum
+
+from fivtui.model.errors import InputError
+from fivtui.model.parameters import PARAMETERS, parse_number
+
+
+class Type(StrEnum):
+    """FMI type of a variable."""
+
+    REAL = "Real"
+    INTEGER = "Integer"
+    ENUMERATION = "Enumeration"
+    BOOLEAN = "Boolean"
+
+
+class Role(StrEnum):
+    """What a variable is for; the value is its FMI causality."""
+
+    PARAMETER = "parameter"
+    INPUT = "input"
+    OUTPUT = "output"
+    LOCAL = "local"
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Variable:
+    """One variable of the FMU.
+
+    Attributes
+    ----------
+    name : str
+        Name in the model description.
+    type : Type
+        FMI type.
+    role : Role
+        Parameter (fixed), input, output or local.
+    meaning : str
+        One phrase.
+    unit : str
+        SI unit, "1" if dimensionless, empty if the type has no units.
+    start : float or bool
+        Value before any is set; of outputs, before the motion begins.
+    lower, upper : float
+        Bounds of the allowed range, infinite where there is none.
+    allowed : str
+        The allowed range in words; empty for what cannot be set.
+    nominal : float or None
+        Typical size.
+    discrete : bool
+        Whether it changes at switches only.
+    depends_on : tuple of str
+        Inputs it depends on directly, at a communication point.
+    starts_from : tuple of str
+        Parameters and inputs that its initial value depends on.
+    derivative_of : str
+        Name of the variable whose derivative it is; empty if it is none.
+    varies_with : tuple of str
+        States and inputs that it depends on as a derivative.
+    items : tuple of str
+        Names of the values 0, 1, … of an enumeration.
+    """
+
+    name: str
+    type: Type
+    role: Role
+    meaning: str
+    unit: str = ""
+    start: float | bool = 0.0
+    lower: float = -math.inf
+    upper: float = math.inf
+    allowed: str = ""
+    nominal: float | None = None
+    discrete: bool = False
+    depends_on: tuple[str, ...] = ()
+    starts_from: tuple[str, ...] = ()
+    derivative_of: str = ""
+    varies_with: tuple[str, ...] = ()
+    items: tuple[str, ...] = ()
+
+    @property
+    def settable(self) -> bool:
+        """Whether a host may set it."""
+        return self.role in (Role.PARAMETER, Role.INPUT)
+
+    @property
+    def variability(self) -> str:
+        """FMI variability."""
+        if self.role is Role.PARAMETER:
+            return "fixed"
+        return "discrete" if self.discrete else "continuous"
+
+    @property
+    def initial(self) -> str | None:
+        """FMI initial; inputs have none."""
+        if self.role is Role.INPUT:
+            return None
+        return "exact" if self.role is Role.PARAMETER else "calculated"
+
+    def check(self, value: object) -> float | bool:
+        """Return a value that may be set.
+
+        Parameters
+        ----------
+        value : object
+            The value given.
+
+        Returns
+        -------
+        float or bool
+            The checked value.
+
+        Raises
+        ------
+        InputError
+            If it is not a number, not finite or out of bounds.
+        """
+        if self.name in PARAMETERS:
+            return PARAMETERS[self.name].check(value)
+        if self.type is Type.BOOLEAN:
+            return bool(value)
+        number = parse_number(self.name, value, self.allowed)
+        if not self.lower <= number <= self.upper:
+            raise InputError(f"{self.name} = {number:g}: allowed is {self.allowed}")
+        return number

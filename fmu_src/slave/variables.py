@@ -1,0 +1,233 @@
+"""The variables of the slider-belt model, as data."""
+
+import math
+import sys
+from collections.abc import Sequence
+from typing import Final
+
+from fivtui.model.columns import COLUMNS
+from fivtui.model.parameters import PARAMETERS
+from fivtui.model.slider_belt import Mode
+
+from .table import VariableTable
+from .variable import Role, Type, Variable
+
+SUMMARY: Final = (
+    "Slider pressed on a moving belt: friction-induced vibration by mode coupling, "
+    "with a cubic contact stiffness and separation"
+)
+# Parameters of the model that may change at every communication point.
+INPUTS: Final = ("F", "mu")
+STATES: Final = ("x", "vx", "y", "vy")
+_STARTS: Final = tuple(f"{name}_start" for name in STATES)
+# What an equilibrium under μ = 0 depends on.
+_EQUILIBRIUM: Final = ("k1", "k2", "k3", "k_nl", "F", "separation")
+_DIMENSIONLESS: Final = "1"
+
+
+def _parameters() -> list[Variable]:
+    return [
+        Variable(
+            name=name,
+            type=Type.REAL,
+            role=Role.INPUT if name in INPUTS else Role.PARAMETER,
+            meaning=spec.meaning,
+            unit=spec.unit or _DIMENSIONLESS,
+            start=spec.default,
+            # FMI knows closed ranges only: next to an excluded zero is the least normal number.
+            lower=max(spec.lower, sys.float_info.min) if spec.lower_open else spec.lower,
+            upper=spec.upper,
+            allowed=spec.allowed,
+            nominal=abs(spec.default) or None,
+        )
+        for name, spec in PARAMETERS.items()
+    ]
+
+
+def _settings() -> list[Variable]:
+    columns = {column.name: column for column in COLUMNS}
+    flags = [
+        Variable(
+            name="separation",
+            type=Type.BOOLEAN,
+            role=Role.PARAMETER,
+            meaning="whether the slider may separate from the belt (Case 1) or not (Case 2)",
+            start=True,
+            allowed="true or false",
+        ),
+        Variable(
+            name="start_static",
+            type=Type.BOOLEAN,
+            role=Role.PARAMETER,
+            meaning="whether to start at rest at the equilibrium of mu = 0 under F, "
+            "or from the start values",
+            start=True,
+            allowed="true or false",
+        ),
+    ]
+    return flags + [
+        Variable(
+            name=f"{name}_start",
+            type=Type.REAL,
+            role=Role.PARAMETER,
+            meaning=f"{columns[name].meaning} at the start, if start_static is false",
+            unit=columns[name].unit,
+            allowed=f"a finite number of {columns[name].unit}",
+            nominal=_NOMINAL[columns[name].unit],
+        )
+        for name in STATES
+    ]
+
+
+# Typical sizes in the base scene.
+_NOMINAL: Final = {"m": 1.0, "m/s": 10.0, "N": 100.0, "s": 1.0, _DIMENSIONLESS: 1.0}
+
+
+def _outputs() -> list[Variable]:
+    columns = {column.name: column for column in COLUMNS}
+
+    def output(
+        name: str,
+        meaning: str,
+        unit: str,
+        starts_from: Sequence[str],
+        *,
+        discrete: bool = False,
+        depends_on: tuple[str, ...] = (),
+        bounds: tuple[float, float] = (-math.inf, math.inf),
+        derivative_of: str = "",
+    ) -> Variable:
+        return Variable(
+            name=name,
+            type=Type.REAL,
+            role=Role.OUTPUT,
+            meaning=meaning,
+            unit=unit,
+            lower=bounds[0],
+            upper=bounds[1],
+            nominal=_NOMINAL[unit],
+            discrete=discrete,
+            depends_on=depends_on,
+            starts_from=tuple(starts_from),
+            derivative_of=derivative_of,
+            varies_with=(name,) if derivative_of else (),
+        )
+
+    at_rest = ("start_static", *_EQUILIBRIUM)
+    origin = {
+        "x": (*at_rest, "x_start"),
+        "vx": ("start_static", "vx_start"),
+        "y": (*at_rest, "y_start"),
+        "vy": ("start_static", "vy_start"),
+        "P": (*at_rest, *_STARTS),
+    }
+    count = (0.0, math.inf)
+    mode, y, force = columns["mode"], columns["y"], columns["P"]
+    friction = (*origin["P"], "mu")
+    return [
+        output("x", columns["x"].meaning, "m", origin["x"]),
+        output("vx", columns["vx"].meaning, "m/s", origin["vx"], derivative_of="x"),
+        output("y", y.meaning, "m", origin["y"]),
+        output("vy", columns["vy"].meaning, "m/s", origin["vy"], derivative_of="y"),
+        output("P", force.meaning, force.unit, origin["P"]),
+        output(
+            "friction_slider",
+            "friction force of the belt on the slider, mu P",
+            force.unit,
+            friction,
+            depends_on=("mu",),
+        ),
+        output(
+            "friction_belt",
+            "friction force of the slider on the belt, -mu P",
+            force.unit,
+            friction,
+            depends_on=("mu",),
+        ),
+        output("mode", mode.meaning, mode.unit, origin["P"], discrete=True, bounds=(0.0, 1.0)),
+        output(
+            "switching",
+            "switching function y: negative in contact, positive when separated",
+            y.unit,
+            origin["y"],
+        ),
+        output(
+            "separations",
+            "number of separations so far",
+            _DIMENSIONLESS,
+            (),
+            discrete=True,
+            bounds=count,
+        ),
+        output(
+            "reattachments",
+            "number of reattachments so far",
+            _DIMENSIONLESS,
+            (),
+            discrete=True,
+            bounds=count,
+        ),
+        output(
+            "last_event",
+            "time of the last separation or reattachment, the start time before the first",
+            columns["t"].unit,
+            (),
+            discrete=True,
+        ),
+    ]
+
+
+def _locals() -> list[Variable]:
+    columns = {column.name: column for column in COLUMNS}
+    mode = columns["mode"]
+
+    def mirror(name: str, kind: Type, items: tuple[str, ...] = ()) -> Variable:
+        # A further type costs a host one more call for every sample: not recorded unasked.
+        return Variable(
+            name=name,
+            type=kind,
+            role=Role.LOCAL,
+            meaning=f"mode as an {kind.value.lower()}: {mode.meaning}",
+            lower=0,
+            upper=1,
+            discrete=True,
+            items=items,
+        )
+
+    def acceleration(
+        axis: str, adjective: str, starts_from: tuple[str, ...], varies_with: tuple[str, ...]
+    ) -> Variable:
+        return Variable(
+            name=f"a{axis}",
+            type=Type.REAL,
+            role=Role.LOCAL,
+            meaning=f"{adjective} acceleration",
+            unit="m/s^2",
+            nominal=50.0,
+            starts_from=("start_static", "separation", *starts_from, "x_start", "y_start"),
+            derivative_of=f"v{axis}",
+            varies_with=varies_with,
+        )
+
+    return [
+        mirror("mode_integer", Type.INTEGER),
+        mirror("mode_enumeration", Type.ENUMERATION, tuple(m.name.lower() for m in Mode)),
+        acceleration(
+            "x",
+            "horizontal",
+            ("m", "k1", "k2", "k3", "k_nl", "c1", "F", "mu", "vx_start"),
+            ("x", "vx", "y", "mu"),
+        ),
+        # At rest at the equilibrium it is zero, whatever k1 is.
+        acceleration(
+            "y",
+            "vertical",
+            ("m", "k2", "k3", "k_nl", "c2", "F", "vy_start"),
+            ("x", "y", "vy", "F"),
+        ),
+    ]
+
+
+TABLE: Final = VariableTable([*_parameters(), *_settings(), *_outputs(), *_locals()])
+VARIABLES: Final = TABLE.variables
+REFERENCES: Final = TABLE.references

@@ -1,0 +1,83 @@
+"""How far to trust a run."""
+
+import json
+
+import pytest
+from click.testing import CliRunner
+
+from fivtui.assessment.estimate import Estimate, accuracy, believed_digits
+from fivtui.cli import commands
+from fivtui.model.errors import Cancelled
+from fivtui.scene.presets import PRESETS
+from fivtui.scene.scene import Scene
+from tests.references import REFERENCES
+
+BASE = PRESETS["base"]
+
+
+def scene(**changes: object) -> Scene:
+    import dataclasses
+
+    return dataclasses.replace(BASE, **changes)  # type: ignore[arg-type]
+
+
+@pytest.mark.parametrize("tol", [1e-4, 1e-7, 1e-10])
+def test_the_estimate_is_of_the_size_of_the_true_error(tol: float) -> None:
+    found = accuracy(scene(tol=tol))
+    true = REFERENCES["base"]
+    for name, value in zip(("x", "vx", "y", "vy"), true.final, strict=True):
+        estimate = found.estimates[name]
+        error = abs(estimate.value - value)
+        assert error <= 2.0 * estimate.difference + 1e-12
+    peak = found.estimates["peak_y_abs"]
+    assert abs(peak.value - true.peak_y_abs) <= 2.0 * peak.difference + 1e-12
+
+
+def test_what_it_is_held_against() -> None:
+    assert accuracy(scene(tol=1e-6, t_end=5.0)).finer == "tol 1e-08"
+    assert accuracy(scene(tol=1e-13, t_end=5.0)).finer == "tol 1e-11"
+    assert accuracy(scene(method="rk4", step=0.01, t_end=2.0)).finer == "step 0.005 s"
+
+
+@pytest.mark.parametrize(
+    ("value", "difference", "text"),
+    [
+        (3.14159265, 1e-4, "3.142"),
+        (-3.14159265, 5.0, "-3"),
+        (0.0, 1e-9, "0"),
+        (74.0, 0.0, "74"),
+    ],
+)
+def test_only_digits_to_believe_are_shown(value: float, difference: float, text: str) -> None:
+    assert believed_digits(Estimate(value, difference)) == text
+
+
+def test_the_command_says_it_in_words_and_in_json() -> None:
+    said = CliRunner().invoke(commands, ["accuracy", "--t-end", "20", "--tol", "1e-8"])
+    assert said.exit_code == 0
+    assert "held against tol 1e-10" in said.output
+    assert "largest Lyapunov exponent" in said.output
+    printed = CliRunner().invoke(
+        commands, ["accuracy", "--set", "mu=0.2", "--t-end", "300", "--tol", "1e-8", "--json"]
+    )
+    data = json.loads(printed.stdout)
+    assert data["growth"]["fate"] == "decays"
+    assert data["estimates"]["separations"] == {"value": 0.0, "difference": 0.0}
+
+
+def test_runs_that_part_leave_no_digit_to_believe() -> None:
+    undamped = ["accuracy", "--set", "c1=0", "--set", "c2=0", "--t-end", "800", "--tol", "1e-8"]
+    said = CliRunner().invoke(commands, undamped)
+    assert said.exit_code == 0
+    rows = [line.split() for line in said.output.splitlines() if "e-" in line or "e+" in line]
+    assert [row[1] for row in rows if row[0] in ("x", "peak_y_abs", "y_half_range")] == ["none"] * 3
+    assert "the runs part at" in said.output
+    data = json.loads(CliRunner().invoke(commands, [*undamped, "--json"]).stdout)
+    assert 0.0 < data["parted"]["t"] < 800.0
+    assert "switches differ" in data["parted"]["reason"]
+    assert accuracy(scene(tol=1e-8, t_end=20.0)).parted is None
+
+
+def test_it_can_be_cancelled() -> None:
+    with pytest.raises(Cancelled):
+        accuracy(BASE, progress=lambda part: part < 0.5)

@@ -1,0 +1,64 @@
+"""How errors grow: the largest Lyapunov exponent, and what it means for a scene."""
+
+import numpy as np
+import pytest
+
+from fivtui import Parameters, simulate
+from fivtui.assessment.lyapunov import ErrorGrowth, Fate, error_growth
+from fivtui.equilibrium.eigenvalues import growth_rate
+from fivtui.model.errors import Cancelled, ComputationError
+from fivtui.transient.request import make_problem
+
+
+def growth(p: Parameters, t_end: float, *, separation: bool = True) -> ErrorGrowth:
+    return error_growth(make_problem(p, t_end=t_end, separation=separation, tol=1e-10))
+
+
+def test_at_a_stable_equilibrium_the_exponent_is_the_growth_rate() -> None:
+    p = Parameters(mu=0.2)
+    found = growth(p, 400.0)
+    assert found.fate is Fate.DECAYS
+    assert found.exponent == pytest.approx(growth_rate(p), abs=found.uncertainty / 5.0)
+    assert found.final < 1e-3
+
+
+def test_in_a_growing_linear_scene_the_exponent_is_the_greatest_real_part() -> None:
+    p = Parameters(k_nl=0.0, mu=2.0)
+    found = growth(p, 200.0, separation=False)
+    assert found.fate is Fate.UNBOUNDED
+    assert found.exponent == pytest.approx(growth_rate(p, separation=False), rel=0.02)
+
+
+@pytest.mark.parametrize("separation", [True, False])
+def test_on_a_limit_cycle_errors_grow_at_first_and_then_stay_bounded(separation: bool) -> None:
+    found = growth(Parameters(), 500.0, separation=separation)
+    assert found.fate is Fate.BOUNDED
+    assert abs(found.exponent) < 0.1 * found.uncertainty
+    assert 10.0 < found.greatest < 350.0
+
+
+def test_without_damping_separation_brings_sensitive_dependence() -> None:
+    p = Parameters(c1=0.0, c2=0.0)
+    found = growth(p, 1500.0)
+    assert found.fate is Fate.SENSITIVE
+    # Over such a horizon it is known to about a factor of two.
+    assert 0.01 < found.exponent < 0.08
+    # The prediction holds: two runs that differ by rounding alone part that fast.
+    start = np.array(simulate(p, t_end=1e-3).start)
+    one, other = (
+        simulate(p, t_end=1500.0, start=tuple(start * factor)) for factor in (1.0, 1.0 + 1e-14)
+    )
+    assert abs(one.final.y - other.final.y) > 0.01
+
+
+def test_a_horizon_that_is_too_short_decides_nothing() -> None:
+    found = growth(Parameters(mu=5.0), 12.0)
+    assert found.fate is Fate.UNDECIDED
+    assert found.greatest > 1e6
+
+
+def test_failure_and_cancellation() -> None:
+    with pytest.raises(ComputationError, match=r"in the stretch from t = .* on: the motion grows"):
+        growth(Parameters(k2=186.0, k_nl=0.0, mu=2.0), 2000.0, separation=False)
+    with pytest.raises(Cancelled):
+        error_growth(make_problem(Parameters()), progress=lambda part: part < 0.1)

@@ -1,0 +1,357 @@
+"""Batches of transients: the same as single runs, whoever their neighbours are."""
+
+import dataclasses
+import math
+import threading
+import tracemalloc
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from fivtui import Parameters, simulate, simulate_batch
+from fivtui.batch import run as batch_module
+from fivtui.batch.result import Batch
+from fivtui.batch.run import REQUIREMENTS, Requirement
+from fivtui.kernel import loader
+from fivtui.kernel.status import Status
+from fivtui.model.errors import Cancelled, ComputationError, InputError
+from fivtui.model.parameters import PARAMETERS
+from fivtui.model.slider_belt import State
+from fivtui.transient.result import Transient
+from tests.references import REFERENCES
+from tests.support.strategies import moderate_parameters, states, wide_parameters
+
+GROWING = Parameters(k2=186.0, k_nl=0.0, mu=1.5)
+
+
+def table(*sets: Parameters) -> np.ndarray:
+    return np.array([list(p.as_dict().values()) for p in sets])
+
+
+def varied(count: int) -> np.ndarray:
+    rng = np.random.default_rng(7)
+    sets = table(*[Parameters()] * count)
+    return np.column_stack(
+        [sets[:, place] * rng.uniform(0.5, 1.5, count) for place in range(len(PARAMETERS))]
+    )
+
+
+def arrays(result: Batch) -> dict[str, np.ndarray]:
+    found: dict[str, np.ndarray] = {
+        "status": result.status,
+        "t": result.t,
+        "steps": result.steps,
+    }
+    if result._final is not None:
+        found["final"] = result._final
+    for part in (result._amplitude, result._peak, result._steady, result._events):
+        if part is not None:
+            found |= {f.name: getattr(part, f.name) for f in dataclasses.fields(part)}
+    return found
+
+
+def assert_identical(one: Batch, other: Batch, order: np.ndarray | None = None) -> None:
+    expected, found = arrays(one), arrays(other)
+    assert expected.keys() == found.keys()
+    for name, value in expected.items():
+        wanted = value if order is None else value[order]
+        assert np.array_equal(wanted, found[name], equal_nan=True), name
+
+
+def assert_agrees(result: Batch, place: int, run: Transient, *, close: float) -> None:
+    p = run.parameters
+    length = max(run.peak.x_abs, run.peak.y_abs, abs(p.F) / (p.k1 + p.k2 + p.k3))
+    speed = length * math.sqrt((p.k1 + p.k2 + p.k3) / p.m)
+
+    def same(found: float, expected: float, scale: float) -> None:
+        assert found == pytest.approx(expected, rel=close, abs=close * scale)
+
+    assert result.status[place] == Status.DONE
+    assert result.t[place] == run.t_end
+    for column, name in enumerate(("x", "vx", "y", "vy")):
+        scale = speed if name.startswith("v") else length
+        same(result.final[place, column], getattr(run.final, name), scale)
+    for name in ("y_abs", "y_max", "y_min", "x_abs"):
+        same(getattr(result.peak, name)[place], getattr(run.peak, name), length)
+    same(result.peak.vx_max[place], run.peak.vx_max, speed)
+    same(result.steady.y_half_range[place], run.steady.y_half_range, length)
+    # A touch that is lost in rounding lasts for the root of rounding.
+    lost = max(close, 3e-8) * run.t_end
+    assert result.events.separated_time[place] == pytest.approx(
+        run.events.separated_time, rel=close, abs=lost
+    )
+
+
+@pytest.mark.parametrize("tol", [1e-12, 1e-7, 1e-3])
+def test_members_are_those_of_single_runs(tol: float) -> None:
+    for reference in REFERENCES.values():
+        options = {"t_end": reference.t_end, "tol": tol}
+        run = simulate(
+            reference.parameters,
+            separation=reference.separation,
+            start=reference.start,
+            kernel="interpreted",
+            **options,  # type: ignore[arg-type]
+        )
+        result = simulate_batch(
+            table(reference.parameters, Parameters()),
+            separation=np.array([reference.separation, True]),
+            start=np.array([run.start, (0.0, 0.0, 0.0, 0.0)]),
+            **options,  # type: ignore[arg-type]
+        )
+        assert_agrees(result, 0, run, close=1e-10)
+        events = result.events
+        assert events.separations[0] == run.events.separations
+        assert events.reattachments[0] == run.events.reattachments
+        for found, expected in (
+            (events.first[0], run.events.first),
+            (events.last[0], run.events.last),
+        ):
+            assert found == pytest.approx(
+                math.nan if expected is None else expected, rel=1e-10, nan_ok=True
+            )
+        assert result.steps[0] == pytest.approx(run.stats.steps, abs=2)
+
+
+@pytest.mark.parametrize("name", REFERENCES)
+def test_members_are_the_stored_references(name: str) -> None:
+    reference = REFERENCES[name]
+    result = simulate_batch(
+        table(reference.parameters),
+        separation=reference.separation,
+        start=reference.start if isinstance(reference.start, str) else list(reference.start),
+        t_end=reference.t_end,
+    )
+    scale = np.abs(reference.final).max()
+    assert np.abs(result.final[0] - reference.final).max() <= 1e-10 * scale
+    assert result.peak.y_abs[0] == pytest.approx(reference.peak_y_abs, rel=1e-10)
+    assert result.events.separations[0] == reference.separations
+    assert result.events.separated_time[0] == pytest.approx(reference.separated_time, rel=1e-10)
+
+
+@settings(max_examples=30)
+@given(
+    st.lists(st.tuples(moderate_parameters(), states(), st.booleans()), min_size=1, max_size=12),
+    st.sampled_from([1e-12, 1e-9, 1e-5]),
+)
+def test_any_members_are_those_of_single_runs(
+    members: list[tuple[Parameters, State, bool]], tol: float
+) -> None:
+    result = simulate_batch(
+        table(*(p for p, _, _ in members)),
+        t_end=8.0,
+        tol=tol,
+        start=np.array([start for _, start, _ in members]),
+        separation=np.array([separation for _, _, separation in members]),
+    )
+    for place, (p, start, separation) in enumerate(members):
+        try:
+            run = simulate(
+                p, t_end=8.0, tol=tol, start=start, separation=separation, kernel="interpreted"
+            )
+        except ComputationError as error:
+            assert str(result.failure(place)).endswith(error.advice)  # noqa: PT017
+            continue
+        assert_agrees(result, place, run, close=1e-9 if tol < 1e-7 else 1e-3)
+
+
+@settings(max_examples=30)
+@given(wide_parameters())
+def test_members_over_many_orders_of_magnitude(p: Parameters) -> None:
+    t_end = min(20.0 * math.sqrt(p.m / (p.k1 + p.k2 + p.k3)), 1e7)
+    for separation in (True, False):
+        run = simulate(p, t_end=t_end, separation=separation, kernel="interpreted")
+        result = simulate_batch(table(p), t_end=t_end, separation=separation)
+        assert_agrees(result, 0, run, close=1e-9)
+
+
+def test_nothing_depends_on_neighbours_place_or_workers() -> None:
+    sets = varied(150)
+    sets[::7, list(PARAMETERS).index("k_nl")] = 0.0
+    flags = np.arange(len(sets)) % 3 > 0
+    options = {"t_end": 20.0, "tol": 1e-9}
+    whole = simulate_batch(sets, separation=flags, workers=1, **options)  # type: ignore[arg-type]
+    assert (whole.status == Status.DONE).sum() > 100
+    for workers in (2, 5):
+        again = simulate_batch(sets, separation=flags, workers=workers, **options)  # type: ignore[arg-type]
+        assert_identical(whole, again)
+    order = np.random.default_rng(3).permutation(len(sets))
+    shuffled = simulate_batch(sets[order], separation=flags[order], **options)  # type: ignore[arg-type]
+    assert_identical(whole, shuffled, order)
+    for place in range(0, len(sets), 10):
+        alone = simulate_batch(sets[place : place + 1], separation=flags[place], **options)  # type: ignore[arg-type]
+        assert_identical(whole, alone, np.array([place]))
+
+
+@pytest.mark.parametrize("requirement", REQUIREMENTS)
+def test_only_what_is_required_is_computed(requirement: Requirement) -> None:
+    sets = varied(20)
+    whole = simulate_batch(sets, t_end=10.0, require=REQUIREMENTS)
+    part = simulate_batch(sets, t_end=10.0, require={requirement})
+    for name in set(REQUIREMENTS) - {requirement}:
+        with pytest.raises(InputError, match=f"{name}: not required"):
+            getattr(part, name)
+    assert getattr(part, requirement) is not None
+    expected = arrays(whole)
+    for name, value in arrays(part).items():
+        same = expected[name]
+        assert np.allclose(value, same, rtol=1e-11, atol=1e-11, equal_nan=True), name
+
+
+def test_names_are_broadcast_over_the_base_set() -> None:
+    result = simulate_batch(
+        {"F": [60.0, 100.0], "mu": 0.6}, base=Parameters(c1=0.5), t_end=5.0, require={"final"}
+    )
+    for place, force in enumerate((60.0, 100.0)):
+        run = simulate(Parameters(F=force, mu=0.6, c1=0.5), t_end=5.0, kernel="interpreted")
+        assert result.final[place, 0] == pytest.approx(run.final.x, rel=1e-12)
+    single = simulate_batch({}, t_end=1.0)
+    assert single.status.shape == (1,)
+
+
+def test_an_empty_batch_is_empty() -> None:
+    result = simulate_batch(np.empty((0, 9)))
+    assert {value.shape[0] for value in arrays(result).values()} == {0}
+    assert result.failed.size == 0
+
+
+def test_a_member_that_fails_says_why_and_disturbs_nobody() -> None:
+    good = varied(30)
+    bad = np.array([0, 7, 11, 31])
+    sets = np.insert(good, [0, 6, 9, 28], table(GROWING, GROWING, GROWING, GROWING), axis=0)
+    assert np.array_equal(sets[bad], table(*[GROWING] * 4))
+    flags = np.ones(len(sets), bool)
+    flags[bad] = False
+    fine = np.flatnonzero(flags)
+    options = {"t_end": 3000.0, "tol": 1e-3}
+    result = simulate_batch(sets, separation=flags, **options)  # type: ignore[arg-type]
+    assert result.failed.tolist() == bad.tolist()
+    assert_identical(result, simulate_batch(good, **options), None if not bad.size else fine)  # type: ignore[arg-type]
+    with pytest.raises(ComputationError) as caught:
+        simulate(GROWING, separation=False, kernel="interpreted", **options)  # type: ignore[arg-type]
+    for place in bad.tolist():
+        failure = result.failure(place)
+        assert failure is not None
+        assert failure.advice == caught.value.advice
+        assert failure.why.split("(")[0] == caught.value.why.split("(")[0]
+        for name, value in arrays(result).items():
+            if value.dtype == np.float64 and name != "t":
+                assert np.isnan(value[place]).all(), name
+    assert result.failure(1) is None
+
+
+def test_every_other_failure_is_told() -> None:
+    limited = simulate_batch({"F": [80.0]}, max_steps=50)
+    assert limited.status[0] == Status.STEP_LIMIT
+    assert limited.steps[0] == 50
+    assert str(limited.failure(0)).startswith("50 steps end at t = ")
+    stiff = Parameters(m=1e-12, k2=1e12, k_nl=0.0)
+    stalled = simulate_batch(table(stiff), t_end=1e7, max_steps=10_000, start=(0.0, 0.0, 1.0, -1.0))
+    assert stalled.status[0] in (Status.STALLED, Status.STEP_LIMIT)
+    lifted = simulate_batch({"F": [-5.0, 80.0], "k3": 0.0}, t_end=1.0)
+    assert lifted.status.tolist() == [Status.NO_START, Status.DONE]
+    assert str(lifted.failure(0)).startswith("no equilibrium: F = -5 N")
+    assert lifted.t[0] == 0.0
+    assert lifted.failure(-1) is None
+
+
+def test_work_is_cancelled_at_the_next_look() -> None:
+    seen: list[float] = []
+
+    def progress(fraction: float) -> bool:
+        seen.append(fraction)
+        return fraction < 0.02
+
+    with pytest.raises(Cancelled):
+        simulate_batch({"F": np.linspace(50.0, 100.0, 400)}, t_end=1e4, progress=progress)
+    # The look that said no is the last, and work was left.
+    assert [fraction >= 0.02 for fraction in seen] == [False] * (len(seen) - 1) + [True]
+    assert seen[-1] < 1.0
+    assert seen == sorted(seen)
+    assert not [t for t in threading.enumerate() if t.name.startswith("batch")]
+
+
+def test_progress_rises_to_one() -> None:
+    seen: list[float] = []
+
+    def progress(fraction: float) -> bool:
+        seen.append(fraction)
+        return True
+
+    simulate_batch({"F": np.linspace(50.0, 100.0, 4000)}, t_end=100.0, tol=1e-3, progress=progress)
+    assert seen == sorted(seen)
+    assert (seen[0], seen[-1]) == (0.0, 1.0)
+    assert len(seen) > 3
+
+
+def test_what_stops_a_worker_is_raised(monkeypatch: pytest.MonkeyPatch) -> None:
+    def broken(*_: object) -> object:
+        raise OSError("no more memory")
+
+    monkeypatch.setattr(batch_module._Work, "_members", broken)
+    with pytest.raises(OSError, match="no more memory"):
+        simulate_batch({"F": [1.0, 2.0]}, t_end=1.0)
+
+
+def test_memory_does_not_grow_with_the_horizon() -> None:
+    sets = varied(64)
+
+    def most(t_end: float) -> int:
+        tracemalloc.start()
+        simulate_batch(sets, t_end=t_end, tol=1e-3)
+        peak = tracemalloc.get_traced_memory()[1]
+        tracemalloc.stop()
+        return peak
+
+    most(1.0)
+    assert most(300.0) < most(1.0) + 20_000
+
+
+def test_memory_is_that_of_the_inputs_and_outputs() -> None:
+    count = 200_000
+    forces = np.linspace(10.0, 100.0, count)
+    tracemalloc.start()
+    result = simulate_batch({"F": forces}, t_end=1e-3, tol=1e-2, require={"peak"})
+    peak = tracemalloc.get_traced_memory()[1]
+    tracemalloc.stop()
+    outputs = sum(value.nbytes for value in arrays(result).values())
+    assert peak < outputs + 4_000_000
+
+
+@pytest.mark.parametrize(
+    ("options", "message"),
+    [
+        ({"parameters": {"G": [1.0]}}, "did you mean F|unknown parameter 'G'"),
+        ({"parameters": {"F": [1.0, 2.0], "mu": [1.0] * 3}}, r"do not fit .*F \(2,\), mu \(3,\)"),
+        ({"parameters": {"F": [[1.0]]}}, "one axis"),
+        ({"parameters": {"F": ["much"]}}, "F: not an array of numbers"),
+        ({"parameters": {"F": [1.0, math.nan]}}, "member 1: F = nan"),
+        ({"parameters": {"m": [1.0, 2.0, 0.0]}}, "member 2: m = 0: allowed is 0 < m"),
+        ({"parameters": np.ones((2, 8))}, r"shape \(2, 8\); allowed is \(n, 9\)"),
+        ({"start": [1.0, 2.0]}, r"shape \(2,\); allowed is static"),
+        ({"start": "moving"}, "start = 'moving'"),
+        ({"start": [1.0, 2.0, math.inf, 0.0]}, "not all finite"),
+        ({"separation": "no"}, "separation: allowed is a bool"),
+        ({"separation": np.ones(3, bool)}, "array of 2"),
+        ({"tol": 1.0}, "tol = 1: allowed"),
+        ({"t_end": -1.0}, "t_end = -1: allowed"),
+        ({"workers": 0}, "workers = 0"),
+        ({"max_steps": 0}, "max_steps = 0"),
+        ({"require": {"peaks"}}, "did you mean peak"),
+    ],
+)
+def test_a_wrong_request_is_refused(options: dict[str, object], message: str) -> None:
+    with pytest.raises(InputError, match=message):
+        simulate_batch(**{"parameters": {"F": [1.0, 2.0]}, **options})  # type: ignore[arg-type]
+
+
+def test_waiting_for_the_kernel_can_be_cancelled(monkeypatch: pytest.MonkeyPatch) -> None:
+    class NeverReady:
+        def wait(self, _seconds: float) -> bool:
+            return False
+
+    monkeypatch.setattr(loader, "lanes", NeverReady())
+    with pytest.raises(Cancelled):
+        simulate_batch({"F": [80.0]}, progress=lambda _fraction: False)

@@ -1,0 +1,157 @@
+"""The commands map, attractors and stability --attractors, run as a process."""
+
+import csv
+import json
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from fivtui import Parameters, stability
+from fivtui.cli.attractor_tasks import SEARCH, carry_out
+from fivtui.scene.scene import find_scene
+
+from .test_cli import fivtui
+
+
+def rows_of(path: Path) -> list[dict[str, str]]:
+    lines = path.read_text(encoding="utf-8").splitlines()
+    return list(csv.DictReader(line for line in lines if not line.startswith("#")))
+
+
+def test_a_map_is_printed_as_one_object() -> None:
+    done = fivtui("map", "--over=F=20:100:3", "--over=mu=0:1:2", "--json")
+    assert (done.returncode, done.stderr) == (0, "")
+    data = json.loads(done.stdout)
+    assert set(data) == {"parameters", "separation", "over", "value", "unit", "values"}
+    assert data["values"][1][1] == pytest.approx(
+        stability(Parameters(F=60.0, mu=1.0)).growth_rate, abs=1e-9
+    )
+
+
+def test_a_map_is_written_and_drawn(tmp_path: Path) -> None:
+    done = fivtui(
+        "map", "linear", "--over", "k1=50:150:3", "--over", "k2=10:1000:5:log",
+        "--value", "critical-mu", "--out", "m.csv", "--plot", "m.png", cwd=tmp_path,
+    )  # fmt: skip
+    assert done.returncode == 0, done.stderr
+    assert "wrote m.csv" in done.stderr
+    assert (tmp_path / "m.png").read_bytes().startswith(b"\x89PNG")
+    rows = rows_of(tmp_path / "m.csv")
+    assert len(rows) == 15
+    p = Parameters(k_nl=0.0, k1=100.0, k2=100.0)
+    row = next(r for r in rows if r["k1"] == "100.0" and abs(float(r["k2"]) - 100.0) < 1e-9)
+    assert float(row["critical_mu"]) == pytest.approx(stability(p).critical_mu[0].mu)
+
+
+@pytest.mark.parametrize("name", ["m.npz", "m.parquet"])
+def test_a_map_is_written_in_the_format_of_its_suffix(name: str, tmp_path: Path) -> None:
+    done = fivtui("map", "--over=F=-1:1:2", "--over=k3=0:60:3", "--out", name, cwd=tmp_path)
+    assert done.returncode == 0, done.stderr
+    if name.endswith(".npz"):
+        values = np.load(tmp_path / name, allow_pickle=False)["growth_rate"]
+    else:
+        import pyarrow.parquet as pq
+
+        values = pq.read_table(tmp_path / name)["growth_rate"].to_numpy()
+    assert np.isnan(values).tolist() == [True, False, False, False, False, False]
+
+
+@pytest.mark.parametrize(
+    ("args", "said"),
+    [
+        (["map"], "--over"),
+        (["map", "--over=F=1:2:3"], "two different ones"),
+        (["map", "--over=F=1:2:3", "--over=F=1:2:4"], "given twice"),
+        (["map", "--over=F=1:2:3", "--over=nu=1:2:4"], "unknown parameter 'nu'"),
+        (["map", "--over=F=1:2:3", "--over=mu=1:2"], "START:STOP:COUNT"),
+        (["map", "--over=F=1:2:3", "--over=mu=1:200:3"], "allowed is 0 <= mu <= 100"),
+        (["map", "--over=F=1:2:3", "--over=mu=1:2:3", "--value=mu"], "unknown map value 'mu'"),
+        (["map", "--over=F=1:2:3", "--over=mu=1:2:3", "--out=m.txt"], "suffix of a map file"),
+        (["map", "--over=F=1:2:3", "--over=mu=1:2:3", "--plot=m.txt"], "suffix of a figure file"),
+        (["attractors", "--vary=F=1:2:1"], "COUNT = 1"),
+        (["attractors", "--vary=F=1:2:3", "--start=static"], "neither --basin nor --start"),
+        (["attractors", "--basin=y0=0:1:3"], "given 1 times"),
+        (["attractors", "--basin=y0=0:1:3", "--basin=F=0:1:3"], "unknown parameter 'F'"),
+        (["attractors", "--start=1,2"], "start"),
+        (["attractors", "--out=a.csv"], "with --vary or --basin"),
+        (["attractors", "--vary=F=1:2:3", "--out=a.txt"], "suffix of a attractor file"),
+    ],
+)
+def test_wrong_input_is_one_line_and_exit_2(args: list[str], said: str, tmp_path: Path) -> None:
+    done = fivtui(*args, cwd=tmp_path)
+    assert done.returncode == 2
+    assert said in done.stderr
+    assert len(done.stderr.splitlines()) == 1
+    assert done.stdout == ""
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_a_lifted_slider_that_nothing_holds_is_exit_3() -> None:
+    done = fivtui("attractors", "--set=F=-10", "--set=k3=0")
+    assert done.returncode == 3
+    assert "no equilibrium" in done.stderr
+
+
+def test_stability_warns_of_the_attractor_that_eigenvalues_do_not_see() -> None:
+    done = fivtui("stability", "--set=F=120", "--attractors", "--json")
+    assert done.returncode == 0
+    data = json.loads(done.stdout)
+    assert data["stable"] is True
+    assert data["coexistence"] is True
+    assert data["warning"] in done.stderr
+    rest, cycle = data["attractors"]
+    assert rest == {"kind": "equilibrium", "half_range": 0.0}
+    assert cycle["kind"] == "separating limit cycle"
+    assert cycle["half_range"] == pytest.approx(7.44, abs=5e-3)
+    assert np.array(cycle["floquet_multipliers"]).shape == (3, 2)
+    assert 0.1 < data["escape_offset"]["up"] < 0.3
+
+
+def test_stability_in_words_shows_modes_and_margins() -> None:
+    done = fivtui("stability")
+    assert done.returncode == 0
+    assert "0.918633 Hz" in done.stdout
+    assert "-0.260612" in done.stdout
+    assert done.stderr == ""
+
+
+def test_attractors_in_words_show_what_leaves_the_equilibrium(
+    capsys: pytest.CaptureFixture[str],
+) -> None:
+    data = carry_out(SEARCH, find_scene("coexistence"))
+    said = capsys.readouterr()
+    assert "1.3241539" in said.out
+    assert "above that leaves the equilibrium" in said.out
+    assert said.err == f"warning: {data['warning']}\n"
+
+
+def test_what_a_start_reaches() -> None:
+    done = fivtui("attractors", "coexistence", "--start=0.29,0,-0.7,0", "--json")
+    assert json.loads(done.stdout) == {"kind": "equilibrium", "half_range": 0.0}
+
+
+def test_branches_are_written_and_drawn(tmp_path: Path) -> None:
+    done = fivtui(
+        "attractors", "--vary=mu=0.2:0.5:4", "--out=b.csv", "--plot=b.svg", "--json", cwd=tmp_path
+    )
+    assert done.returncode == 0, done.stderr
+    data = json.loads(done.stdout)
+    assert data["coexisting"] == pytest.approx([0.3, 0.4])
+    rows = rows_of(tmp_path / "b.csv")
+    assert len(rows) == len(data["points"]) == 6
+    assert [row["kind"] for row in rows] == ["0", "0", "2", "0", "2", "2"]
+    assert "coexistence" in (tmp_path / "b.svg").read_text(encoding="utf-8")
+
+
+def test_basins_are_written_and_drawn(tmp_path: Path) -> None:
+    done = fivtui(
+        "attractors", "coexistence", "--basin=y0=-0.9:-0.6:4", "--basin=vy0=0:2:2",
+        "--out=b.npz", "--plot=b.pdf", cwd=tmp_path,
+    )  # fmt: skip
+    assert done.returncode == 0, done.stderr
+    assert "of 8 starts" in done.stdout
+    data = np.load(tmp_path / "b.npz", allow_pickle=False)
+    assert data["attractor"].shape == (8,)
+    assert {"equilibrium"} < {str(text).partition(",")[0] for text in data["attractors"]}
+    assert (tmp_path / "b.pdf").read_bytes().startswith(b"%PDF")

@@ -1,0 +1,250 @@
+"""The command line, run as a process: what it prints, where, and how it ends."""
+
+import csv
+import json
+import os
+import subprocess
+import sys
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from fivtui import Parameters, simulate
+
+ROOT = Path(__file__).parents[2]
+
+
+def fivtui(*args: str, cwd: Path | None = None) -> subprocess.CompletedProcess[str]:
+    return subprocess.run(
+        [sys.executable, "-m", "fivtui", *args],
+        cwd=cwd,
+        env=os.environ | {"PYTHONPATH": str(ROOT)},
+        stdin=subprocess.DEVNULL,
+        capture_output=True,
+        text=True,
+        check=False,
+    )
+
+
+def test_simulate_json_is_one_object_with_everything_promised() -> None:
+    done = fivtui("simulate", "--json")
+    assert done.returncode == 0
+    assert done.stderr == ""
+    data = json.loads(done.stdout)
+    exact = simulate(Parameters())
+    assert data["parameters"] == Parameters().as_dict()
+    assert data["separation"] is True
+    assert data["t_end"] == 100.0
+    assert data["method"] == "taylor"
+    assert len(data["start"]) == 4
+    assert set(data["final"]) == {"t", "x", "vx", "y", "vy"}
+    assert data["final"]["y"] == pytest.approx(exact.final.y, abs=1e-10)
+    assert set(data["peak"]) == {"y_abs", "y_max", "y_min", "x_abs", "vx_max"}
+    assert set(data["steady"]) == {"y_half_range"}
+    assert set(data["contact_force"]) == {"min", "max"}
+    assert data["events"]["separations"] == 74
+    assert set(data["events"]) == {
+        "separations",
+        "reattachments",
+        "separated_time",
+        "first",
+        "last",
+    }
+    assert data["stats"]["steps"] > 0
+    assert data["stats"]["cpu_s"] > 0.0
+
+
+def test_stability_json_is_one_object_with_everything_promised() -> None:
+    data = json.loads(fivtui("stability", "--set", "F=120", "--json").stdout)
+    assert set(data) == {
+        "equilibrium",
+        "eigenvalues",
+        "growth_rate",
+        "stable",
+        "critical_mu",
+        "linear_critical_mu",
+        "modes",
+        "margin",
+        "coalescence",
+    }
+    assert data["stable"] is True
+    assert set(data["equilibrium"]) == {"x", "y", "P"}
+    assert np.array(data["eigenvalues"]).shape == (4, 2)
+    assert data["critical_mu"][0]["becomes"] == "unstable"
+
+
+def test_simulate_takes_every_option() -> None:
+    done = fivtui(
+        "simulate",
+        "linear",
+        "--set=F=20",
+        "--set=mu=0.3",
+        "--ignore-separation",
+        "--t-end=5",
+        "--method=rk4",
+        "--step=0.01",
+        "--start=0.1,0,-0.2,1",
+        "--json",
+    )
+    data = json.loads(done.stdout)
+    assert data["parameters"]["F"] == 20.0
+    assert data["parameters"]["k_nl"] == 0.0
+    assert data["separation"] is False
+    assert data["method"] == "rk4"
+    assert data["start"] == [0.1, 0.0, -0.2, 1.0]
+    assert data["stats"]["steps"] == 500
+
+
+def test_written_data_are_the_trajectory(tmp_path: Path) -> None:
+    done = fivtui(
+        "simulate", "--t-end", "10", "--points", "11", "--out", "run.csv",
+        cwd=tmp_path,
+    )  # fmt: skip
+    assert done.returncode == 0, done.stderr
+    assert [path.name for path in tmp_path.iterdir()] == ["run.csv"]
+    lines = (tmp_path / "run.csv").read_text(encoding="utf-8").splitlines()
+    rows = list(csv.reader(line for line in lines if not line.startswith("#")))
+    exact = simulate(Parameters(), t_end=10.0, samples=np.linspace(0.0, 10.0, 11)).trajectory
+    assert exact is not None
+    assert len(rows) == 12
+    column = next(index for index, name in enumerate(rows[0]) if name.split()[0] == "y")
+    assert [float(row[column]) for row in rows[1:]] == pytest.approx(exact.y.tolist(), abs=1e-12)
+
+
+@pytest.mark.parametrize("name", ["p.png", "p.svg", "p.pdf"])
+def test_a_plot_is_written_in_the_format_of_its_suffix(name: str, tmp_path: Path) -> None:
+    assert fivtui("simulate", "--t-end", "5", "--plot", name, cwd=tmp_path).returncode == 0
+    head = (tmp_path / name).read_bytes()[:200]
+    assert {"p.png": b"PNG", "p.svg": b"<?xml", "p.pdf": b"%PDF"}[name] in head
+
+
+@pytest.mark.parametrize(
+    ("args", "said"),
+    [
+        (["simulte"], "did you mean simulate?"),
+        (["fmu", "biuld"], "did you mean build?"),
+        (["simulate", "bse"], "did you mean base?"),
+        (["simulate", "missing.toml"], "missing.toml"),
+        (["simulate", "--set", "knl=3"], "did you mean k_nl?"),
+        (["simulate", "--set", "F"], "NAME=VALUE"),
+        (["simulate", "--set", "F=heavy"], "F = 'heavy': not a number"),
+        (["simulate", "--set", "m=0"], "0 < m"),
+        (["simulate", "--set", "k1=-1"], "0 < k1"),
+        (["simulate", "--set", "mu=nan"], "not a finite number"),
+        (["simulate", "--t-end", "-3"], "t_end"),
+        (["simulate", "--t-end", "long"], "t_end = 'long': not a number"),
+        (["simulate", "--tol", "0"], "1e-13 <= tol"),
+        (["simulate", "--method", "euler"], "known: taylor"),
+        (["simulate", "--method", "taylor", "--step", "0.1"], "tol"),
+        (["simulate", "--start", "1,2,3"], "four"),
+        (["simulate", "--start", "rest"], "static"),
+        (["simulate", "--points", "1"], "2"),
+        (["simulate", "--out", "run.txt"], ".csv"),
+        (["simulate", "--plot", "run.bmp"], ".svg"),
+        (["simulate", "--out", "none/run.csv"], "no folder"),
+        (["simulate", "--out", "taken.csv"], "exists"),
+        (["simulate", "--plot", "taken.png"], "exists"),
+        (["simulate", "--colour"], "--colour"),
+        (["stability", "--set", "c1=-0.1"], "0 <= c1"),
+        (["compare"], "--out"),
+        (["compare", "--out", "taken.csv"], "taken.csv"),
+        (["fmu", "build"], "--out"),
+        (["fmu", "build", "--out", "x.zip"], ".fmu"),
+        (["fmu", "build", "--out", "taken.fmu"], "exists"),
+        (["fmu", "check", "absent.fmu"], "absent.fmu"),
+        (["fmu", "check", "taken.fmu"], "taken.fmu"),
+        (["fmu", "run", "absent.fmu"], "absent.fmu"),
+        ([], "terminal"),
+    ],
+    ids=" ".join,
+)
+def test_wrong_input_gets_one_line_and_exit_2_and_leaves_nothing(
+    args: list[str], said: str, tmp_path: Path
+) -> None:
+    for name in ("taken.csv", "taken.png", "taken.fmu"):
+        (tmp_path / name).write_text("mine")
+    done = fivtui(*args, cwd=tmp_path)
+    assert done.returncode == 2, done.stderr
+    assert done.stdout == ""
+    assert said in done.stderr
+    assert done.stderr.count("\n") == 1
+    assert sorted(path.name for path in tmp_path.iterdir()) == [
+        "taken.csv",
+        "taken.fmu",
+        "taken.png",
+    ]
+    assert (tmp_path / "taken.csv").read_text() == "mine"
+
+
+def test_a_computation_that_cannot_finish_says_when_and_why_and_ends_with_3() -> None:
+    unbounded = ["--set", "k2=186", "--set", "k_nl=0", "--set", "mu=2", "--ignore-separation"]
+    done = fivtui("simulate", "--t-end", "1e5", *unbounded)
+    assert done.returncode == 3
+    assert done.stdout == ""
+    assert "at t = " in done.stderr
+    assert "unbounded" in done.stderr
+    assert done.stderr.count("\n") == 1
+
+
+def test_an_unexpected_error_is_one_line_without_a_traceback() -> None:
+    code = (
+        "import fivtui.scene.presets, sys\n"
+        "from fivtui.cli import main\n"
+        "del fivtui.scene.presets.PRESETS\n"
+        "main(['presets'])\n"
+    )
+    done = subprocess.run(
+        [sys.executable, "-c", code],
+        env=os.environ | {"PYTHONPATH": str(ROOT)},
+        capture_output=True,
+        text=True,
+        check=False,
+    )
+    assert done.returncode == 3
+    assert done.stderr.startswith("fivtui: unexpected ImportError")
+    assert done.stderr.count("\n") == 1
+
+
+def test_force_replaces_an_output(tmp_path: Path) -> None:
+    (tmp_path / "run.csv").write_text("old")
+    done = fivtui("simulate", "--t-end", "1", "--out", "run.csv", "--force", cwd=tmp_path)
+    assert done.returncode == 0
+    assert "old" not in (tmp_path / "run.csv").read_text()
+
+
+def test_a_scene_file_is_a_scene(tmp_path: Path) -> None:
+    (tmp_path / "mine.toml").write_text("fivtui_scene = 1\nt_end = 3.0\n[parameters]\nF = 33.0\n")
+    done = fivtui("simulate", "mine.toml", "--set", "mu=0.1", "--json", cwd=tmp_path)
+    data = json.loads(done.stdout)
+    assert (data["t_end"], data["parameters"]["F"], data["parameters"]["mu"]) == (3.0, 33.0, 0.1)
+
+
+def test_a_reader_that_goes_away_is_no_error() -> None:
+    command = f"{sys.executable} -m fivtui presets | head -n 1"
+    done = subprocess.run(
+        ["bash", "-o", "pipefail", "-c", command],
+        env=os.environ | {"PYTHONPATH": str(ROOT)},
+        capture_output=True,
+        text=True,
+        check=False,
+    )
+    assert "Traceback" not in done.stderr
+
+
+def test_help_imports_nothing_heavy() -> None:
+    code = (
+        "import sys\n"
+        "from fivtui.cli import run\n"
+        "assert run(['--help']) == 0\n"
+        "heavy = {'numpy', 'scipy', 'matplotlib', 'textual', 'rich', 'fmpy', 'numba'}\n"
+        "print(sorted(heavy & set(sys.modules)), file=sys.stderr)\n"
+    )
+    done = subprocess.run(
+        [sys.executable, "-c", code],
+        env=os.environ | {"PYTHONPATH": str(ROOT)},
+        capture_output=True,
+        text=True,
+        check=True,
+    )
+    assert done.stderr.strip() == "[]"

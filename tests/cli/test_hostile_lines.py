@@ -1,0 +1,77 @@
+"""Whatever is typed: exit 0, 2 or 3; what fails says so on one line and leaves nothing."""
+
+import contextlib
+import io
+import shlex
+import shutil
+import tempfile
+from pathlib import Path
+
+import pytest
+
+from fivtui.cli import run
+from tests.support.command_lines import lines, prepare
+
+ROOT = Path(__file__).parents[2]
+LONGEST = 2300
+
+
+def content(folder: Path) -> dict[str, bytes | None]:
+    return {
+        str(path.relative_to(folder)): path.read_bytes() if path.is_file() else None
+        for path in folder.rglob("*")
+    }
+
+
+def restore(folder: Path, before: dict[str, bytes | None]) -> None:
+    for path in sorted(folder.rglob("*"), reverse=True):
+        if str(path.relative_to(folder)) not in before:
+            shutil.rmtree(path) if path.is_dir() and not path.is_symlink() else path.unlink()
+    for name, data in before.items():
+        if data is not None:
+            (folder / name).write_bytes(data)
+
+
+def fault(code: int, said: str, changed: set[str]) -> str:
+    """What is wrong with how a command ended; empty if nothing is."""
+    if code not in (0, 2, 3):
+        return f"exit {code}"
+    if "Traceback" in said or "please report" in said:
+        return "not foreseen"
+    if code == 0:
+        return ""
+    if said.count("\n") != 1 or not said.startswith("fivtui: "):
+        return "not one line"
+    if not said.rstrip("\n").isprintable() or len(said) > LONGEST:
+        return "not a line to be read"
+    return f"left {sorted(changed)}" if changed else ""
+
+
+@pytest.mark.parametrize("seed", range(4))
+def test_a_command_line_drawn_at_random_ends_as_it_should(
+    seed: int, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    work, scratch = tmp_path / "work", tmp_path / "scratch"
+    work.mkdir()
+    scratch.mkdir()
+    prepare(work)
+    monkeypatch.chdir(work)
+    monkeypatch.setattr(tempfile, "tempdir", str(scratch))
+    before = content(tmp_path)
+    faults, codes = [], []
+    for words in lines(seed, 150):
+        out, error = io.StringIO(), io.StringIO()
+        with contextlib.redirect_stdout(out), contextlib.redirect_stderr(error):
+            code = run(words)
+        after = content(tmp_path)
+        changed = {name for name in before | after if before.get(name) != after.get(name)}
+        if found := fault(code, error.getvalue(), changed):
+            brief = " ".join(shlex.quote(word[:60]) for word in words)
+            faults.append(f"{found}: fivtui {brief}\n    {error.getvalue()[-300:]}")
+        codes.append(code)
+        if changed:
+            restore(tmp_path, before)
+    assert not faults, "\n".join(faults)
+    # Lines that do something, and lines that are refused, are both among them.
+    assert codes.count(0) > 5
+    assert codes.count(2) > 50

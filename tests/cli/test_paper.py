@@ -1,0 +1,77 @@
+"""``fivtui figures`` and ``fivtui claims``, run as processes."""
+
+from pathlib import Path
+
+import pytest
+
+from .test_cli import fivtui
+
+
+def test_figures_are_written_with_their_data(tmp_path: Path) -> None:
+    done = fivtui("figures", "2", "10", "--out", "figs", cwd=tmp_path)
+    assert done.returncode == 0, done.stderr
+    assert done.stdout == ""
+    assert sorted(path.name for path in (tmp_path / "figs").iterdir()) == [
+        "fig-02.pdf",
+        "fig-02.png",
+        "fig-02a.csv",
+        "fig-02b.csv",
+        "fig-10.csv",
+        "fig-10.pdf",
+        "fig-10.png",
+    ]
+    assert [line.split()[0] for line in done.stderr.splitlines()] == ["wrote", "wrote"]
+
+
+@pytest.mark.slow
+def test_amplitudes_are_drawn_in_the_formats_asked_for(tmp_path: Path) -> None:
+    done = fivtui("figures", "16", "--out", ".", "--format", "svg", cwd=tmp_path)
+    assert done.returncode == 0, done.stderr
+    assert sorted(path.name for path in tmp_path.iterdir()) == ["fig-16.csv", "fig-16.svg"]
+    rows = [
+        line.split(",")
+        for line in (tmp_path / "fig-16.csv").read_text(encoding="utf-8").splitlines()
+        if not line.startswith("#")
+    ]
+    considered = [row for row in rows[1:] if row[0] == "1.0"]
+    place = rows[0].index("y_half_range")
+    assert float(considered[-1][place]) == pytest.approx(8.1367, abs=1e-3)
+
+
+@pytest.mark.parametrize(
+    ("args", "said"),
+    [
+        (["figures"], "--out"),
+        (["figures", "1", "--out", "new"], "allowed are 2 to 16"),
+        (["figures", "17", "--out", "new"], "allowed are 2 to 16"),
+        (["figures", "five", "--out", "new"], "figure 'five'"),
+        (["figures", "9-3", "--out", "new"], "figure '9-3'"),
+        (["figures", "2", "--out", "new", "--format", "pgn"], "did you mean png?"),
+        (["figures", "2", "--out", "taken"], "taken"),
+        (["figures", "2", "--out", "."], "fig-02b.csv: exists"),
+        (["figuers"], "did you mean figures?"),
+        (["claims", "--json", "--markdown"], "one of --json and --markdown"),
+        (["claims", "5"], "unexpected"),
+        (["claim"], "did you mean claims?"),
+    ],
+    ids=str,
+)
+def test_wrong_input_gets_one_line_and_exit_2_and_leaves_nothing(
+    args: list[str], said: str, tmp_path: Path
+) -> None:
+    for name in ("taken", "fig-02b.csv"):
+        (tmp_path / name).write_text("mine")
+    done = fivtui(*args, cwd=tmp_path)
+    assert done.returncode == 2, done.stderr
+    assert done.stdout == ""
+    assert said in done.stderr
+    assert done.stderr.count("\n") == 1
+    assert sorted(path.name for path in tmp_path.iterdir()) == ["fig-02b.csv", "taken"]
+    assert (tmp_path / "fig-02b.csv").read_text() == "mine"
+
+
+def test_force_replaces_figures(tmp_path: Path) -> None:
+    (tmp_path / "fig-06.png").write_text("mine")
+    done = fivtui("figures", "6", "--out", ".", "--format", "png", "--force", cwd=tmp_path)
+    assert done.returncode == 0, done.stderr
+    assert (tmp_path / "fig-06.png").read_bytes().startswith(b"\x89PNG")

@@ -1,0 +1,116 @@
+"""Numbers, names and messages as they are given: plain ones are taken, others are one line."""
+
+from fractions import Fraction
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from fivtui import Parameters, simulate, simulate_batch, stability, sweep
+from fivtui.cli import run
+from fivtui.io.reading import opened, read_bytes
+from fivtui.model.errors import ComputationError, InputError, one_line
+from fivtui.model.parameters import read_number, read_whole
+
+
+@pytest.mark.parametrize(
+    "kind", [np.float32, np.float64, np.longdouble, np.int8, np.int64, np.uint16]
+)
+def test_scalars_of_numpy_are_numbers(kind: type) -> None:
+    assert Parameters(F=kind(60)).F == 60.0
+    assert type(Parameters(F=kind(60)).F) is float
+    assert simulate(t_end=kind(1), start=list(np.zeros(4))).t_end == 1.0
+
+
+@pytest.mark.parametrize("value", [np.True_, True, None, [80.0], 80j, np.array([80.0])])
+def test_what_is_no_number_is_refused(value: object) -> None:
+    with pytest.raises(InputError, match=r"F = .*: not a number"):
+        Parameters(F=value)  # type: ignore[arg-type]
+    assert Parameters(F=Fraction(1, 4)).F == 0.25  # type: ignore[arg-type]
+
+
+def test_what_is_no_parameter_set_is_one_clear_line() -> None:
+    said = r"parameters = .*: must be a set of parameters, such as Parameters\(F=80\.0\)$"
+    with pytest.raises(InputError, match=said):
+        simulate(80.0)  # type: ignore[arg-type]
+    with pytest.raises(InputError, match=said):
+        simulate({"F": 80.0}, method="fmu")  # type: ignore[arg-type]
+    with pytest.raises(InputError, match=said):
+        stability("base")  # type: ignore[arg-type]
+    with pytest.raises(InputError, match=said):
+        sweep(80.0, vary={"F": [1.0]})  # type: ignore[arg-type]
+    with pytest.raises(InputError, match=said):
+        simulate_batch({"F": [1.0]}, base=80.0)  # type: ignore[arg-type]
+
+
+@pytest.mark.parametrize("text", ["1_0", "٣", "１", "1e１", "0x10", "", "1 0", "1,0", "--1"])
+def test_only_plain_digits_are_a_number(text: str) -> None:
+    for read in (read_number, read_whole):
+        with pytest.raises(ValueError, match=r"plain|convert|literal"):
+            read(text)
+    with pytest.raises(InputError, match="not a number"):
+        Parameters().with_values({"F": text})
+
+
+def test_plain_numbers_are_read_in_every_usual_form() -> None:
+    assert [read_number(text) for text in (" 1 ", "+1.", ".5e1", "-1E-2")] == [1.0, 1.0, 5.0, -0.01]
+    assert read_whole(" +12 ") == 12
+
+
+@pytest.mark.parametrize(
+    "words",
+    [
+        ["simulate", "--t-end", "1", "--t-end", "2"],
+        ["simulate", "--t-end=1", "--t-end", "1"],
+        ["simulate", "--set", "F=1", "--set", "F=2"],
+        ["simulate", "--error", "peak=1e-2", "--error", "peak=1e-3"],
+        ["sweep", "--vary", "F=1:2:2", "--vary", "F=3:4:2"],
+        ["sweep", "--vary", "F=1:2:2", "--design", "list", "--design", "list"],
+        ["fmu", "build", "--out", "a.fmu", "--out", "b.fmu"],
+    ],
+    ids=" ".join,
+)
+def test_what_takes_one_value_is_refused_when_given_twice(
+    words: list[str], capsys: pytest.CaptureFixture[str]
+) -> None:
+    assert run(words) == 2
+    assert "twice" in capsys.readouterr().err
+
+
+@pytest.mark.parametrize("flag", ["--scheduler", "--out", "--t-end", "--design"])
+def test_an_empty_value_is_refused(flag: str, capsys: pytest.CaptureFixture[str]) -> None:
+    assert run(["sweep", "--vary", "F=1:2:2", flag, ""]) == 2
+    assert capsys.readouterr().err == f"fivtui: {flag}: must not be empty\n"
+
+
+def test_a_flag_may_be_repeated(capsys: pytest.CaptureFixture[str]) -> None:
+    assert run(["presets", "--json", "--json"]) == 0
+
+
+def test_messages_are_one_printable_line_of_bounded_length() -> None:
+    given = "\n\x1b[31m\udcff" + 100_000 * "1" + 50_000 * " 2"
+    for error in (InputError(f"F = {given}: wrong"), ComputationError(f"at {given}", given)):
+        assert str(error).isprintable()
+        assert len(str(error)) < 4200
+    assert str(InputError(f"{given}: must be short")).endswith(": must be short")
+    assert one_line("μ = 0.7: as it is") == "μ = 0.7: as it is"
+    assert one_line(one_line(given)) == one_line(given)
+
+
+def test_a_file_is_read_up_to_its_limit(tmp_path: Path) -> None:
+    path = tmp_path / "file"
+    path.write_bytes(bytes(2048))
+    assert read_bytes(path, limit=2048) == bytes(2048)
+    with pytest.raises(InputError, match=r"file: must be of at most 2047 bytes$"):
+        read_bytes(path, limit=2047)
+    # Files of the kernel say that they are empty.
+    with pytest.raises(InputError, match="at most 16 bytes"):
+        read_bytes(Path("/proc/self/status"), limit=16)
+
+
+@pytest.mark.parametrize("name", ["a\0b", "x" * 5000, "missing", "folder", "\udcff" * 300])
+def test_a_name_that_is_no_file_is_one_line(name: str, tmp_path: Path) -> None:
+    (tmp_path / "folder").mkdir()
+    with pytest.raises(InputError) as caught, opened(tmp_path / name):
+        pass
+    assert str(caught.value).isprintable()

@@ -1,0 +1,80 @@
+"""Standard output that is full, closed, without a reader or in ASCII, and files that never end."""
+
+import json
+import os
+import subprocess
+import sys
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from fivtui.cli import run
+
+ROOT = Path(__file__).parents[2]
+
+
+def fivtui(*args: str, **more: Any) -> subprocess.CompletedProcess[bytes]:
+    environment = os.environ | {"PYTHONPATH": str(ROOT)} | more.pop("extra", {})
+    return subprocess.run(
+        [sys.executable, "-m", "fivtui", *args],
+        env=environment,
+        stdin=subprocess.DEVNULL,
+        stderr=subprocess.PIPE,
+        timeout=600,
+        check=False,
+        **more,
+    )
+
+
+@pytest.mark.host
+@pytest.mark.parametrize(
+    ("args", "unbuffered"), [(["presets"], ""), (["presets", "--json"], "1"), (["--help"], "")]
+)
+def test_a_full_disk_under_standard_output_is_one_line_and_exit_3(
+    args: list[str], unbuffered: str
+) -> None:
+    with Path("/dev/full").open("wb") as full:
+        done = fivtui(*args, stdout=full, extra={"PYTHONUNBUFFERED": unbuffered})
+    assert done.returncode == 3
+    assert done.stderr.startswith(b"fivtui: standard output: cannot be written: No space left")
+    assert done.stderr.count(b"\n") == 1
+
+
+def test_what_ascii_lacks_is_replaced_in_tables_and_escaped_in_json() -> None:
+    ascii_only = {"PYTHONIOENCODING": "ascii", "PYTHONUTF8": "0"}
+    table = fivtui("stability", stdout=subprocess.PIPE, extra=ascii_only)
+    assert (table.returncode, table.stderr) == (0, b"")
+    assert "?" in table.stdout.decode("ascii")
+    done = fivtui("fmu", "check", "--json", "é.fmu", stdout=subprocess.PIPE, extra=ascii_only)
+    assert done.returncode == 2
+    assert done.stderr.decode("ascii") == "fivtui: \\xe9.fmu: there is no such file\n"
+    data = fivtui("presets", "--json", stdout=subprocess.PIPE, extra=ascii_only)
+    assert json.loads(data.stdout.decode("ascii"))["base"]["t_end"] == 100.0
+
+
+def test_a_reader_that_has_gone_hears_nothing_and_a_closed_output_is_nobody_s() -> None:
+    there, here = os.pipe()
+    os.close(there)
+    done = fivtui("presets", stdout=here)
+    os.close(here)
+    assert (done.returncode, done.stderr) == (0, b"")
+    closed = fivtui("presets", preexec_fn=lambda: os.close(1))
+    assert (closed.returncode, closed.stderr) == (0, b"")
+
+
+@pytest.mark.parametrize("name", ["/dev/zero", "pipe.toml", "folder"])
+def test_what_is_no_regular_file_is_refused_and_not_waited_for(
+    name: str,
+    tmp_path: Path,
+    monkeypatch: pytest.MonkeyPatch,
+    capsys: pytest.CaptureFixture[str],
+) -> None:
+    os.mkfifo(tmp_path / "pipe.toml")
+    (tmp_path / "folder").mkdir()
+    monkeypatch.chdir(tmp_path)
+    assert run(["stability", name]) == 2
+    said = capsys.readouterr()
+    assert said.out == ""
+    assert said.err.startswith(f"fivtui: {name}: ")
+    assert said.err.count("\n") == 1

@@ -1,0 +1,292 @@
+"""The command ``fivtui sweep``: what it prints, writes and draws, and how it ends."""
+
+import json
+import os
+import signal
+import subprocess
+import sys
+import time
+from pathlib import Path
+from typing import Any
+
+import click
+import numpy as np
+import pytest
+from matplotlib.figure import Figure
+
+from fivtui.cli import commands, run
+from fivtui.model.errors import InputError
+from fivtui.model.parameters import Parameters
+from fivtui.sweeps.design import KINDS, Design, Kind, Range
+from fivtui.sweeps.figure import check_drawable, sweep_figure
+from fivtui.sweeps.report import SweepProgress, progress_text
+from fivtui.sweeps.request import parse_cases, parse_design
+from fivtui.sweeps.run import local_engine, sweep_in_memory
+from fivtui.sweeps.study import DEFAULT_OUTPUTS, Study
+
+ROOT = Path(__file__).parents[2]
+SHORT = ("--t-end=2", "--workers=1")
+
+
+@pytest.fixture(autouse=True)
+def _in_a_folder(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
+    monkeypatch.chdir(tmp_path)
+
+
+def read_json(capsys: pytest.CaptureFixture[str]) -> Any:
+    captured = capsys.readouterr()
+    return json.loads(captured.out)
+
+
+def test_json_is_columns_and_rows(capsys: pytest.CaptureFixture[str]) -> None:
+    assert run(["sweep", "--vary=F=20:80:3", "--vary=mu=0.1:1:2:log", "--json", *SHORT]) == 0
+    data = read_json(capsys)
+    assert set(data) == {"columns", "rows"}
+    assert data["columns"] == ["F", "mu", "separation", *DEFAULT_OUTPUTS, "status", "reason"]
+    assert [row[:3] for row in data["rows"]] == [
+        [force, mu, True] for force in (20.0, 50.0, 80.0) for mu in (0.1, 1.0)
+    ]
+    assert all(row[-2:] == ["done", ""] for row in data["rows"])
+
+
+def test_rows_have_the_errors_that_are_asked_for(capsys: pytest.CaptureFixture[str]) -> None:
+    Path("scene.toml").write_text("fivtui_scene = 1\naccuracy = {peak = 1e-3}\n")
+    asked = ["--error=half_range=1e-4", "--error=final=1e-5"]
+    for args, columns in (
+        (["scene.toml"], ["peak_error"]),
+        (["scene.toml", "--tol=1e-6"], []),
+        (["scene.toml", *asked], ["half_range_error", "final_error"]),
+    ):
+        assert run(["sweep", *args, "--vary=F=60,80", "--output=y_abs", "--json", *SHORT]) == 0
+        data = read_json(capsys)
+        assert data["columns"][3:-2] == columns
+        assert all(0.0 <= error <= 1e-3 for row in data["rows"] for error in row[3:-2])
+
+
+def test_the_options_reach_the_sweep(capsys: pytest.CaptureFixture[str]) -> None:
+    args = "--vary F=60,80 --vary x0=0.1,0.2 --design list --set mu=0.5 --start 0,0,-1,0 --tol 1e-6"
+    both = ["--both", "--output=x_end", "--output=stable", "--json"]
+    assert run(["sweep", "coexistence", *args.split(), *both, "--t-end=1e-6"]) == 0
+    data = read_json(capsys)
+    assert data["columns"] == ["F", "x0", "separation", "x_end", "stable", "status", "reason"]
+    assert [row[:3] for row in data["rows"]] == [
+        [60.0, 0.1, True], [60.0, 0.1, False], [80.0, 0.2, True], [80.0, 0.2, False]
+    ]  # fmt: skip
+    assert [row[3] for row in data["rows"]] == pytest.approx([0.1, 0.1, 0.2, 0.2], abs=1e-9)
+    assert [row[4] for row in data["rows"]] == [False] * 4
+
+
+@pytest.mark.parametrize("design", ["random", "sobol"])
+def test_sampled_designs_follow_their_seed(design: str, capsys: pytest.CaptureFixture[str]) -> None:
+    args = ["sweep", "--vary=F=20:80", "--vary=k_nl=1:100:log", f"--design={design}", "--count=5"]
+    rows = []
+    for seed in ("0", "0", "1"):
+        assert run([*args, f"--seed={seed}", "--output=stable", "--json"]) == 0
+        rows.append(read_json(capsys)["rows"])
+    assert rows[0] == rows[1] != rows[2]
+    assert all(20.0 <= row[0] <= 80.0 and 1.0 <= row[1] <= 100.0 for row in rows[0])
+
+
+def test_rows_are_printed_as_a_table(capsys: pytest.CaptureFixture[str]) -> None:
+    assert run(["sweep", "--vary=F=20:80:3", *SHORT]) == 0
+    shown = capsys.readouterr().out
+    assert "y_half_range m" in shown
+    assert "vx_max" not in shown
+    assert run(["sweep", "--vary=F=20:80:100", "--output=vx_max", *SHORT]) == 0
+    shown, said = capsys.readouterr()
+    assert "vx_max m/s" in shown
+    assert len(shown.splitlines()) == 42
+    assert said == "shown are the first and the last 20; --out and --json give all\n"
+
+
+@pytest.mark.parametrize("name", ["out.csv", "out.parquet"])
+def test_a_file_is_written_drawn_and_not_written_twice(
+    name: str, capsys: pytest.CaptureFixture[str]
+) -> None:
+    pytest.importorskip("pyarrow")
+    args = ["sweep", "--vary=F=20:80:4", "--both", f"--out={name}", *SHORT]
+    assert run([*args, "--piece=3", "--plot=a.png", "--json"]) == 0
+    captured = capsys.readouterr()
+    assert captured.err == f"wrote {name}: 8 members\nwrote a.png\n"
+    assert len(json.loads(captured.out)["rows"]) == 8
+    assert Path("a.png").read_bytes()[:4] == b"\x89PNG"
+    before = Path(name).stat()
+    assert run(args) == 0
+    assert capsys.readouterr().err == f"wrote {name}: 8 members, complete before\n"
+    assert Path(name).stat().st_mtime_ns == before.st_mtime_ns
+
+
+@pytest.mark.parametrize(
+    ("args", "said"),
+    [
+        ([], "--vary"),
+        (["--vary=knl=1:2:3"], "did you mean k_nl"),
+        (["--vary=F=1:2"], "START:STOP:COUNT"),
+        (["--vary=F=1,a"], "F = 'a': not a number"),
+        (["--vary=F=1:2:3", "--vary=F=3:4:5"], "given twice"),
+        (["--vary=F=1:2:3", "--design=sobol", "--count=3"], "START:STOP"),
+        (["--vary=F=1:2", "--design=sobol"], "count"),
+        (["--vary=F=1:2:3", "--count=4"], "random"),
+        (["--vary=F=1:2:3", "--design=grid"], "grid"),
+        (["--vary=F=1:2:3", "--both", "--ignore-separation"], "--both"),
+        (["--vary=F=1:2:3", "--output=peak"], "unknown output"),
+        (["--vary=F=1:2:3", "--tol=1"], "1e-13 <= tol"),
+        (["--vary=F=1:2:3", "--t-end=no"], "t_end = 'no'"),
+        (["--vary=F=1:2:3", "--workers=0"], "workers = 0"),
+        (["--vary=F=1:2:3", "--out=a.npz"], ".parquet"),
+        (["--vary=F=1:2:3", "--out=taken.csv"], "exists already"),
+        (["--vary=F=1:2:3", "--plot=taken.png"], "exists already"),
+        (["--vary=F=1:2:2000000"], "--out"),
+        (["--vary=F=1:2:2000000", "--out=a.csv", "--json"], "too many"),
+        (["--vary=F=1:2:2", "--vary=mu=0:1:2", "--vary=m=1:2:2", "--plot=a.png"], "one name or"),
+        (["rk4.toml", "--vary=F=1:2:3"], "taylor alone"),
+        (["accurate.toml", "--vary=F=1:2:3"], "no times of switches; allowed are final, peak"),
+        (
+            ["--vary=F=1:2:3", "--error=peak=1e-3", "--tol=1e-6"],
+            "--error: not allowed beside --tol",
+        ),
+        (["--vary=F=1:2:3", "--error=peak=2"], "0 < error <= 1"),
+    ],
+    ids=lambda value: " ".join(value) if isinstance(value, list) else "",
+)
+def test_wrong_input_gets_one_line_and_exit_2(
+    args: list[str], said: str, capsys: pytest.CaptureFixture[str], tmp_path: Path
+) -> None:
+    given = {
+        "taken.csv": "mine",
+        "taken.png": "mine",
+        "rk4.toml": 'fivtui_scene = 1\nmethod = "rk4"\n',
+        "accurate.toml": "fivtui_scene = 1\naccuracy = {events = 1e-3}\n",
+    }
+    for name, text in given.items():
+        Path(name).write_text(text)
+    assert run(["sweep", *args]) == 2
+    captured = capsys.readouterr()
+    assert captured.out == ""
+    assert said in captured.err
+    assert captured.err.count("\n") == 1
+    assert {path.name: path.read_text() for path in tmp_path.iterdir()} == given
+
+
+def test_ctrl_c_keeps_what_is_done_and_says_how_to_go_on(tmp_path: Path) -> None:
+    parts = tmp_path / "out.csv.parts"
+    code = (
+        "import signal, sys\n"
+        "signal.signal(signal.SIGINT, signal.default_int_handler)\n"
+        "from fivtui.cli import main\n"
+        "main(['sweep', '--vary=F=10:120:100000', '--out=out.csv', '--piece=50'])\n"
+    )
+    with subprocess.Popen(
+        [sys.executable, "-c", code],
+        env=os.environ | {"PYTHONPATH": str(ROOT)},
+        stderr=subprocess.PIPE,
+        text=True,
+    ) as process:
+        until = time.monotonic() + 60.0
+        while not list(parts.glob("0*.csv")):
+            assert process.poll() is None
+            assert time.monotonic() < until
+            time.sleep(0.02)
+        process.send_signal(signal.SIGINT)
+        _, said = process.communicate(timeout=60.0)
+    assert process.returncode == 130
+    kept = 50 * len(list(parts.glob("0*.csv")))
+    assert said == (
+        f"fivtui: cancelled: {kept} of 100000 members are kept in out.csv.parts: "
+        "the same command continues\n"
+    )
+
+
+def test_progress_says_how_many_how_fast_and_how_long() -> None:
+    assert progress_text(1000, 0.25, 0.0, 0.0) == "250 of 1000 members (25.0%)"
+    assert progress_text(1000, 0.5, 0.25, 10.0) == "500 of 1000 members (50.0%), 25/s, 20 s left"
+    assert progress_text(10**9, 0.1, 0.1, 3600.0).endswith("2.78e+04/s, 9.0 h left")
+
+
+def test_without_a_terminal_progress_is_a_line_now_and_then(
+    monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    now = [100.0]
+    monkeypatch.setattr(time, "monotonic", lambda: now[0])
+    with SweepProgress(1000) as progress:
+        for second in range(65):
+            now[0] = 100.0 + second
+            assert progress(0.5 + second * 0.001) is True
+    # What an earlier run has computed does not count as speed.
+    assert capsys.readouterr().err.splitlines() == [
+        "fivtui: 530 of 1000 members (53.0%), 1/s, 8 min left".replace("8 min", "7.8 min"),
+        "fivtui: 560 of 1000 members (56.0%), 1/s, 7.3 min left",
+    ]
+
+
+def test_the_designs_offered_are_those_that_there_are() -> None:
+    (option,) = [param for param in commands.commands["sweep"].params if param.name == "kind"]
+    assert isinstance(option.type, click.Choice)
+    assert list(option.type.choices) == list(KINDS)
+
+
+def test_cases_are_those_of_the_options() -> None:
+    assert parse_cases(ignored=False, both=False) is None
+    assert parse_cases(ignored=True, both=False) == (False,)
+    assert parse_cases(ignored=False, both=True) == (True, False)
+
+
+def test_a_design_is_read_from_text() -> None:
+    design = parse_design(["F=10:20:3:log", "y0=-1,1"], "product")
+    assert dict(design.axes) == {"F": Range(10.0, 20.0, 3, log=True), "y0": (-1.0, 1.0)}
+    design = parse_design(["F=10:20:log"], "random", 4, 2)
+    assert dict(design.axes) == {"F": Range(10.0, 20.0, None, log=True)}
+    assert (design.count, design.seed) == (4, 2)
+
+
+def figure_of(
+    axes: dict[str, Any], kind: Kind = "product", count: int | None = None, **more: Any
+) -> Figure:
+    study = Study(Design(axes, kind, count), Parameters(), t_end=5.0, **more)
+    return sweep_figure(sweep_in_memory(study, local_engine(1)))
+
+
+def test_over_one_name_amplitudes_are_curves() -> None:
+    figure = figure_of({"F": (80.0, 20.0, 50.0)}, cases=(True, False))
+    (axes,) = figure.axes
+    assert [line.get_label() for line in axes.lines] == [
+        "peak of |y|, separation considered",
+        "half peak-to-peak of y, second half, separation considered",
+        "peak of |y|, separation ignored",
+        "half peak-to-peak of y, second half, separation ignored",
+    ]
+    assert [np.asarray(line.get_xdata()).tolist() for line in axes.lines] == [
+        [20.0, 50.0, 80.0]
+    ] * 4
+    assert axes.get_xlabel() == "Preload, positive towards the belt $F$ (N)"
+    assert axes.get_ylabel() == "Amplitude (m)"
+    (axes,) = figure_of({"F": Range(1.0, 9.0, 3, log=True)}, outputs=("P_max",)).axes
+    assert axes.get_xscale() == "log"
+    assert axes.get_ylabel() == "Greatest contact force (N)"
+
+
+def test_over_two_names_amplitudes_are_maps() -> None:
+    figure = figure_of({"F": Range(20.0, 80.0, 3), "mu": (0.9, 0.1)}, cases=(True, False))
+    *maps, bar = figure.axes
+    assert [axes.get_title() for axes in maps] == ["separation considered", "separation ignored"]
+    (mesh,) = maps[0].collections
+    values = mesh.get_array()
+    assert values is not None
+    assert values.shape == (3, 2)
+    exact = sweep_in_memory(
+        Study(Design({"F": (80.0,), "mu": (0.1,)}), Parameters(), t_end=5.0), local_engine(1)
+    )
+    assert values[2, 0] == exact.table.numbers["y_abs"][0]
+    assert bar.get_ylabel() == "Peak of |y| (m)"
+    figure = figure_of({"F": Range(20.0, 80.0), "mu": Range(0.1, 1.0, None, True)}, "sobol", 8)
+    (points,) = figure.axes[0].collections
+    assert len(points.get_offsets()) == 8  # type: ignore[arg-type]
+    assert figure.axes[0].get_yscale() == "log"
+
+
+def test_a_map_of_failures_is_blank() -> None:
+    figure = figure_of({"k2": (186.0, 187.0), "k_nl": (0.0,)}, outputs=("y_abs",))
+    figure.canvas.draw()
+    axes = dict.fromkeys(("F", "mu", "k1"), (1.0, 2.0))
+    with pytest.raises(InputError, match="one name or two"):
+        check_drawable(Study(Design(axes), Parameters()))

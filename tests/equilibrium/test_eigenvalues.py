@@ -1,0 +1,152 @@
+from itertools import pairwise
+
+import numpy as np
+import pytest
+from hypothesis import assume, example, given, settings
+from hypothesis import strategies as st
+
+from fivtui import Parameters, stability
+from fivtui.equilibrium.eigenvalues import growth_rate
+from fivtui.model.slider_belt import equilibrium, jacobian, tangent_stiffness
+from tests.support.strategies import moderate_parameters, wide_parameters
+
+KNOWN_CRITICAL_MU = [
+    ({"F": 20.0, "k_nl": 50.0}, 0.7650),
+    ({"F": 20.0, "k_nl": 100.0}, 0.5985),
+    ({"F": 20.0, "k_nl": 500.0}, 0.2794),
+    ({"F": 100.0, "k_nl": 50.0}, 0.3738),
+    ({"F": 100.0, "k_nl": 100.0}, 0.5976),
+    ({"F": 100.0, "k_nl": 500.0}, 1.5473),
+    ({"F": 80.0, "k_nl": 100.0}, 0.4394),
+    ({"F": 50.0, "k_nl": 100.0}, 0.2799),
+    ({"k_nl": 0.0}, 1.0181),
+    ({"k_nl": 0.0, "c1": 0.8}, 0.9434),
+    ({"k_nl": 0.0, "k1": 50.0, "k2": 100.0}, 0.5091),
+]
+
+
+@pytest.mark.parametrize(("changes", "known"), KNOWN_CRITICAL_MU)
+def test_known_critical_friction_coefficients(changes: dict[str, float], known: float) -> None:
+    (critical,) = stability(Parameters(**changes)).critical_mu
+    assert critical.mu == pytest.approx(known, abs=5e-5)
+    assert critical.becomes == "unstable"
+
+
+@pytest.mark.parametrize(
+    ("changes", "known"),
+    [({}, 1.0181), ({"c1": 0.8}, 0.9434), ({"k1": 50.0, "k2": 100.0}, 0.5091)],
+)
+def test_known_linear_critical_friction_coefficients(
+    changes: dict[str, float], known: float
+) -> None:
+    assert stability(Parameters(**changes)).linear_critical_mu == pytest.approx(known, abs=5e-5)
+
+
+def test_the_eigenvalue_verdict_of_the_coexistence_scene_is_stable() -> None:
+    verdict = stability(Parameters(F=120.0))
+    assert verdict.stable
+    assert verdict.growth_rate == pytest.approx(-0.032, abs=5e-4)
+
+
+@given(wide_parameters())
+@example(Parameters(k_nl=1e9))
+@example(Parameters(m=1e-6))
+def test_eigenvalues_are_those_of_the_jacobian_at_the_equilibrium(p: Parameters) -> None:
+    verdict = stability(p)
+    point = equilibrium(p)
+    matrix = np.array(jacobian(p, point.y, point.mode))
+    size = np.abs(verdict.eigenvalues).max()
+    quartic = np.poly(matrix)
+    for value in verdict.eigenvalues:
+        residual = np.polyval(quartic, value)
+        assert abs(residual) <= 1e-8 * np.polyval(np.abs(quartic), max(abs(value), 1e-3 * size))
+    assert verdict.eigenvalues.sum().real == pytest.approx(
+        -(p.c1 + p.c2) / p.m, rel=1e-6, abs=1e-10 * size
+    )
+
+
+def crossings_by_scan(p: Parameters, highest: float) -> list[float]:
+    # Eigenvalues on a grid, each change of sign bisected.
+    def rate(mu: float) -> float:
+        return growth_rate(p.with_values({"mu": mu}))
+
+    grid = np.linspace(0.0, highest, 301)
+    rates = [rate(mu) for mu in grid]
+    found = []
+    for left, right, low, high in zip(grid, grid[1:], rates, rates[1:], strict=False):
+        if (low > 0.0) != (high > 0.0):
+            a, b = float(left), float(right)
+            for _ in range(50):
+                middle = 0.5 * (a + b)
+                a, b = (a, middle) if (rate(middle) > 0.0) == (high > 0.0) else (middle, b)
+            found.append(0.5 * (a + b))
+    return found
+
+
+@settings(max_examples=60)
+@given(moderate_parameters())
+def test_the_closed_form_finds_every_crossing_of_an_eigenvalue_scan(p: Parameters) -> None:
+    assume(p.c1 + p.c2 > 0.05)
+    closed = [critical.mu for critical in stability(p).critical_mu if critical.mu < 3.0]
+    scanned = crossings_by_scan(p, 3.0)
+    # Two crossings inside one cell of the scan are invisible to it.
+    for mu in scanned:
+        assert min(abs(mu - other) for other in closed) < 1e-6
+    if all(other - one > 0.02 for one, other in pairwise(closed)):
+        assert len(closed) == len(scanned)
+
+
+@settings(max_examples=200)
+@given(wide_parameters(damped_and_coupled=True))
+def test_the_growth_rate_vanishes_at_a_critical_friction_coefficient(p: Parameters) -> None:
+    for critical in stability(p).critical_mu:
+        verdict = stability(p.with_values({"mu": critical.mu}))
+        size = float(np.abs(verdict.eigenvalues).max())
+        # The root moves by rounding; near coalescence the growth rate moves by its square root.
+        assert abs(verdict.growth_rate) < 1e-5 * size
+
+
+@settings(max_examples=300)
+@given(wide_parameters(damped_and_coupled=True))
+def test_along_mu_the_equilibrium_is_stable_below_the_crossing_and_unstable_above(
+    p: Parameters,
+) -> None:
+    (critical,) = stability(p).critical_mu or (None,)
+    highest = 100.0 if critical is None else critical.mu * 0.999
+    for mu in np.geomspace(1e-4, 1.0, 8) * highest:
+        assert growth_rate(p.with_values({"mu": float(mu)})) < 1e-9 * np.sqrt(p.k1 / p.m)
+    if critical is not None:
+        for mu in np.geomspace(min(critical.mu * 1.001, 100.0), 100.0, 8):
+            size = np.abs(stability(p.with_values({"mu": float(mu)})).eigenvalues).max()
+            assert growth_rate(p.with_values({"mu": float(mu)})) > -1e-12 * size
+
+
+def test_without_coupling_friction_cannot_destabilise() -> None:
+    verdict = stability(Parameters(k3=0.0))
+    assert verdict.critical_mu == ()
+    assert verdict.linear_critical_mu is None
+    assert verdict.stable
+
+
+def test_a_lifted_slider_is_judged_in_the_separated_field() -> None:
+    verdict = stability(Parameters(F=-10.0))
+    assert verdict.equilibrium.P == 0.0
+    assert verdict.critical_mu == ()
+    assert verdict.stable
+
+
+def test_without_damping_the_boundary_is_coalescence_and_nothing_is_stable() -> None:
+    p = Parameters(c1=0.0, c2=0.0)
+    (critical,) = stability(p).critical_mu
+    below = stability(p.with_values({"mu": 0.99 * critical.mu}))
+    above = stability(p.with_values({"mu": 1.01 * critical.mu}))
+    assert not below.stable
+    assert below.growth_rate < 1e-9 < above.growth_rate
+
+
+@given(moderate_parameters(), st.floats(-3.0, 3.0))
+def test_tangent_stiffness_is_the_slope_of_the_contact_law(p: Parameters, y: float) -> None:
+    step = 1e-6
+    rise = [p.k2 * at + p.k_nl * at**3 for at in (y - step, y + step)]
+    expected = (rise[1] - rise[0]) / (2.0 * step)
+    assert tangent_stiffness(p, y) == pytest.approx(expected, rel=1e-6)

@@ -1,0 +1,254 @@
+"""Stability maps against the stability of single points."""
+
+import json
+import math
+import re
+
+import mpmath
+import numpy as np
+import pytest
+from hypothesis import example, given, settings
+from hypothesis import strategies as st
+
+from fivtui import Parameters, stability
+from fivtui.equilibrium.arrays import judge_growths
+from fivtui.equilibrium.map import MAP_VALUES, StabilityMap, stability_map
+from fivtui.equilibrium.map_figure import map_figure
+from fivtui.equilibrium.map_files import map_to_dict
+from fivtui.equilibrium.quartic import rightmost_real_part
+from fivtui.model.errors import Cancelled, ComputationError, InputError
+from fivtui.model.parameters import PARAMETERS
+from tests.support.strategies import wide_parameters
+
+
+def value_at(p: Parameters, value: str, over: tuple[str, str] = ("F", "mu")) -> float:
+    found = stability_map(p, {name: [getattr(p, name)] for name in over}, value)
+    return float(found.values[0, 0])
+
+
+@settings(max_examples=300)
+@given(wide_parameters())
+@example(Parameters(m=1e3, k1=1.0, k2=1.0, k3=0.0, c1=0.0, c2=0.01, F=0.0, k_nl=0.0, mu=0.0))
+def test_the_map_agrees_with_the_eigenvalues(p: Parameters) -> None:
+    verdict = stability(p)
+    size = float(np.abs(verdict.eigenvalues).max())
+    gaps = np.abs(np.subtract.outer(verdict.eigenvalues, verdict.eigenvalues))
+    nearest = gaps[~np.eye(4, dtype=bool)].min()
+    # Roots next to each other move by the root of rounding.
+    allowed = 1e-9 if nearest > 1e-3 * size else 1e-5
+    assert value_at(p, "growth-rate") == pytest.approx(verdict.growth_rate, abs=allowed * size)
+    critical = value_at(p, "critical-mu")
+    if verdict.critical_mu:
+        assert critical == pytest.approx(verdict.critical_mu[0].mu, rel=1e-12)
+        assert value_at(p, "unstable-modes") == float(p.mu >= verdict.critical_mu[0].mu)
+    else:
+        assert math.isnan(critical)
+
+
+@settings(max_examples=30)
+@given(
+    st.lists(wide_parameters(), min_size=1, max_size=8),
+    st.lists(st.tuples(st.booleans(), st.booleans()), min_size=8, max_size=8),
+)
+@example([Parameters(F=1.0, k3=0.0), Parameters(k3=0.0)], [(True, True)] * 8)
+@example([Parameters(m=1e-6, k1=1e9, k3=1e9, k2=1e9, k_nl=1e9, F=1e6)], [(False, False)] * 8)
+def test_growth_rates_of_many_sets_are_those_of_each(
+    sets: list[Parameters], turns: list[tuple[bool, bool]]
+) -> None:
+    turned = [
+        p.with_values({"F": -p.F if lifted else p.F})
+        for p, (lifted, _) in zip(sets, turns, strict=False)
+    ]
+    separation = np.array([considered for _, considered in turns[: len(sets)]])
+    varied = {name: np.array([getattr(p, name) for p in turned]) for name in PARAMETERS}
+    growth, stable, reasons = judge_growths(Parameters(), varied, separation)
+    for place, (p, considered) in enumerate(zip(turned, separation.tolist(), strict=True)):
+        if place in reasons:
+            assert math.isnan(growth[place])
+            with pytest.raises(ComputationError, match=re.escape(reasons[place])):
+                stability(p, separation=considered)
+            continue
+        verdict = stability(p, separation=considered)
+        values = verdict.eigenvalues
+        size = float(np.abs(values).max())
+        gaps = np.abs(np.subtract.outer(values, values))[~np.eye(4, dtype=bool)]
+        allowed = (1e-9 if gaps.min() > 1e-3 * size else 1e-5) * size
+        assert growth[place] == pytest.approx(verdict.growth_rate, abs=allowed)
+        if abs(verdict.growth_rate) > allowed:
+            assert stable[place] == verdict.stable
+
+
+@given(wide_parameters(), st.permutations(list(PARAMETERS)))
+def test_any_two_parameters_span_a_map(p: Parameters, names: list[str]) -> None:
+    one, other = names[:2]
+    axes = {one: [getattr(p, one)] * 2, other: [getattr(p, other)] * 3}
+    for value in MAP_VALUES:
+        found = stability_map(p, axes, value).values
+        assert found.shape == (2, 3)
+        assert np.array_equal(found, np.full((2, 3), value_at(p, value)), equal_nan=True)
+
+
+@given(st.integers(0, 2**32 - 1))
+def test_the_rightmost_root_is_that_of_the_quartic(seed: int) -> None:
+    rng = np.random.default_rng(seed)
+    c1, c2 = 10.0 ** rng.uniform(-4.0, 1.0, (2, 50))
+    a = rng.uniform(0.05, 0.95, 50)
+    b, d = 1.0 - a, rng.uniform(-3.0, 0.5, 50)
+    found = rightmost_real_part(c1, a, c2, b, d)
+    for case in range(50):
+        one, other = [1.0, c1[case], a[case]], [1.0, c2[case], b[case]]
+        roots = np.roots(np.polysub(np.polymul(one, other), [d[case]]))
+        tolerance = 1e-5 * np.abs(roots).max()
+        assert found[case] == pytest.approx(roots.real.max(), abs=tolerance)
+
+
+def rightmost_in_many_digits(c: float, a: float, b: float, d: float) -> float:
+    # With equal dampings the quartic is a quadratic polynomial in s² + c s.
+    with mpmath.workdps(60):
+        rate, one, other, coupling = map(mpmath.mpf, (c, a, b, d))
+        apart = mpmath.sqrt((one - other) ** 2 / 4 + coupling)
+        inner = [mpmath.sqrt(rate**2 - 2 * (one + other) + 4 * w) for w in (apart, -apart)]
+        return float(max(abs(root.real) - rate for root in map(mpmath.mpc, inner)) / 2)
+
+
+@pytest.mark.parametrize("apart", [0.0, 1e-15, 1e-12, 1e-10, 1e-8, 1e-6, 1e-4, 1e-3, 1e-2])
+def test_modes_that_coalesce_have_the_growth_rate_of_many_digits(apart: float) -> None:
+    # Equal dampings: the undamped frequencies meet where d = -(a - b)²/4.
+    rng = np.random.default_rng(5)
+    count = 12
+    a = rng.uniform(0.05, 0.95, count)
+    b, c = 1.0 - a, 10.0 ** rng.uniform(-4.0, 0.3, count)
+    d = -0.25 * (a - b) ** 2 * (1.0 + apart * rng.choice([-1.0, 1.0], count))
+    found = rightmost_real_part(c, a, c, b, d)
+    true = [rightmost_in_many_digits(*case) for case in np.stack([c, a, b, d], 1).tolist()]
+    # A double root is known to the root of rounding; others to rounding over their distance.
+    allowed = 6e-8 if apart < 1e-14 else 3e-15 / math.sqrt(apart) + 1e-14
+    assert np.abs(found - true).max() <= allowed
+
+
+def test_modes_that_all_but_coalesce_in_any_way_agree_with_the_eigenvalues() -> None:
+    # By equal, nearly equal and different dampings, and by critical damping.
+    rng = np.random.default_rng(6)
+    count = 4000
+    a = rng.uniform(0.05, 0.95, count)
+    b, c1 = 1.0 - a, 10.0 ** rng.uniform(-5.0, 1.0, count)
+    near = 1.0 + 10.0 ** rng.uniform(-14.0, -1.0, count)
+    kind = rng.integers(0, 4, count)
+    c2 = np.select([kind < 2, kind == 2], [c1, c1 * near], 10.0 ** rng.uniform(-5.0, 1.0, count))
+    c1 = np.where(kind == 1, 2.0 * np.sqrt(a) * near, c1)
+    d = -0.25 * (a - b) ** 2 * (2.0 - near)
+    found = rightmost_real_part(c1, a, c2, b, d)
+    matrices = np.zeros((count, 4, 4))
+    matrices[:, [0, 2], [1, 3]] = 1.0
+    for place, value in (((1, 0), -a), ((1, 1), -c1), ((3, 2), -b), ((3, 3), -c2)):
+        matrices[:, *place] = value
+    matrices[:, 3, 0], matrices[:, 1, 2] = 1.0, d
+    values = np.linalg.eigvals(matrices)
+    errors = np.abs(found - values.real.max(axis=1)) / np.abs(values).max(axis=1)
+    assert errors.max() < 2e-7
+
+
+@pytest.mark.parametrize(
+    ("F", "k_nl", "known"),
+    [(20.0, 50.0, 0.7650), (20.0, 500.0, 0.2794), (100.0, 100.0, 0.5976), (100.0, 500.0, 1.5473)],
+)
+def test_known_critical_friction_coefficients(F: float, k_nl: float, known: float) -> None:
+    assert value_at(Parameters(F=F, k_nl=k_nl), "critical-mu") == pytest.approx(known, abs=5e-5)
+
+
+def test_rows_follow_the_first_parameter_and_chunks_leave_no_seam() -> None:
+    forces, frictions = np.linspace(0.0, 150.0, 123), np.linspace(0.0, 1.0, 97)
+    found = stability_map(Parameters(), {"F": forces, "mu": frictions})
+    turned = stability_map(Parameters(), {"mu": frictions, "F": forces})
+    assert found.values.shape == (123, 97)
+    assert np.array_equal(found.values, turned.values.T)
+    for row, column in ((0, 0), (61, 50), (84, 33), (122, 96)):
+        p = Parameters(F=float(forces[row]), mu=float(frictions[column]))
+        assert found.values[row, column] == pytest.approx(stability(p).growth_rate, abs=1e-7)
+        critical = stability(p).critical_mu[0].mu
+        assert (found.excess[row, column] > 0.0) == (p.mu > critical)
+
+
+def test_points_without_a_value_are_nan() -> None:
+    over = {"F": [-1.0, 1.0], "k3": [0.0, 60.0]}
+    growth = stability_map(Parameters(), over).values
+    assert np.isnan(growth).tolist() == [[True, False], [False, False]]
+    assert np.isnan(stability_map(Parameters(), over, "unstable-modes").values).sum() == 1
+    critical = stability_map(Parameters(), over, "critical-mu").values
+    assert np.isnan(critical).tolist() == [[True, True], [True, False]]
+    kept = stability_map(Parameters(), over, separation=False).values
+    assert not np.any(np.isnan(kept))
+
+
+def test_progress_is_told_and_can_cancel() -> None:
+    over = {"F": np.linspace(0.0, 1.0, 300), "mu": np.linspace(0.0, 1.0, 300)}
+    told: list[float] = []
+
+    def keep(fraction: float) -> bool:
+        told.append(fraction)
+        return True
+
+    stability_map(Parameters(), over, progress=keep)
+    assert told == sorted(told)
+    assert told[-1] == 1.0
+    with pytest.raises(Cancelled):
+        stability_map(Parameters(), over, progress=lambda done: done < 0.5)
+
+
+@pytest.mark.parametrize(
+    ("over", "value", "said"),
+    [
+        ({"F": [1.0]}, "growth-rate", "two different ones"),
+        ({"F": [1.0], "nu": [1.0]}, "growth-rate", "unknown parameter 'nu'"),
+        ({"F": [1.0], "mu": [-1.0, 1.0]}, "growth-rate", "allowed is 0 <= mu"),
+        ({"F": [1.0], "mu": [math.nan]}, "growth-rate", "not a finite number"),
+        ({"F": [], "mu": [1.0]}, "growth-rate", "one or more numbers"),
+        ({"F": [1.0], "mu": [1.0]}, "growth", "did you mean growth-rate?"),
+        ({"F": np.zeros(20000), "mu": np.zeros(20000)}, "growth-rate", "400000000 points"),
+    ],
+)
+def test_a_wrong_request_is_refused(over: dict[str, list[float]], value: str, said: str) -> None:
+    with pytest.raises(InputError) as caught:
+        stability_map(Parameters(), over, value)
+    assert said in str(caught.value)
+
+
+def test_an_overflow_is_no_missing_value() -> None:
+    p = Parameters(m=5e-324, k1=5e-324, k2=1e12)
+    with pytest.raises(ComputationError, match="out of the range of numbers"):
+        stability_map(p, {"F": [1.0], "mu": [1.0]})
+
+
+@pytest.fixture
+def small() -> StabilityMap:
+    over = {"F": np.geomspace(1.0, 150.0, 12), "mu": np.linspace(0.0, 1.0, 11)}
+    return stability_map(Parameters(), over)
+
+
+def test_a_map_as_data_is_plain_json(small: StabilityMap) -> None:
+    data = json.loads(json.dumps(map_to_dict(small), allow_nan=False))
+    assert [axis["name"] for axis in data["over"]] == ["F", "mu"]
+    assert data["over"][0]["unit"] == "N"
+    assert np.array(data["values"]).shape == (12, 11)
+    assert set(data["parameters"]) == set(PARAMETERS) - {"F", "mu"}
+    none = stability_map(Parameters(), {"F": [-1.0, 1.0], "k1": [1.0]}, "critical-mu")
+    assert map_to_dict(none)["values"][0] == [None]
+
+
+@pytest.mark.parametrize("value", MAP_VALUES)
+def test_a_figure_shows_units_and_the_boundary(value: str) -> None:
+    over = {"F": np.geomspace(1.0, 150.0, 12), "k_nl": np.linspace(0.0, 500.0, 11)}
+    figure = map_figure(stability_map(Parameters(), over, value))
+    axes, bar = figure.axes
+    assert axes.get_xlabel() == "Preload $F$ (N)"
+    assert axes.get_ylabel().endswith("(N/m$^3$)")
+    assert (axes.get_xscale(), axes.get_yscale()) == ("log", "linear")
+    assert ("(1/s)" in bar.get_ylabel()) == (value == "growth-rate")
+    (legend,) = figure.legends
+    assert legend.get_texts()[0].get_text().startswith("stability boundary")
+
+
+def test_a_figure_without_boundary_has_no_legend_of_it() -> None:
+    over = {"F": np.linspace(1.0, 2.0, 3), "mu": np.linspace(0.0, 0.01, 3)}
+    for value in MAP_VALUES:
+        assert map_figure(stability_map(Parameters(), over, value)).legends == []

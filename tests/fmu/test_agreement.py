@@ -1,0 +1,168 @@
+"""The FMU, run by fmpy where the project is absent, gives the native results."""
+
+from collections.abc import Iterator
+from typing import Any
+
+import pytest
+
+from fivtui import Parameters, simulate
+from fivtui.model.slider_belt import State
+from fmu_src.build.builder import build_fmu
+from tests.support.fmu_driver import Call, Driver
+from tests.support.fmu_tools import interpreted
+
+STATES = ["x", "vx", "y", "vy"]
+
+
+@pytest.fixture(scope="module")
+def driver(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Driver]:
+    with Driver(build_fmu(tmp_path_factory.mktemp("fmu") / "slider_belt.fmu")) as driver:
+        yield driver
+
+
+def final_state(**options: Any) -> State:
+    final = (simulate if "method" in options else interpreted)(**options).final
+    return (final.x, final.vx, final.y, final.vy)
+
+
+@pytest.mark.parametrize("separation", [True, False])
+def test_every_communication_step_gives_the_native_state_to_the_last_bit(
+    driver: Driver, separation: bool
+) -> None:
+    steps = (0.001, 0.01, 0.1, 1.0)
+    runs = [
+        {
+            "stop_time": 100.0,
+            "output_interval": step,
+            "start_values": {"separation": separation},
+            "output": [*STATES, "separations", "last_event"],
+        }
+        for step in steps
+    ]
+    native = interpreted(separation=separation)
+    for end in driver.simulate(*runs):
+        assert [end[name] for name in STATES] == list(final_state(separation=separation))
+        assert end["separations"] == native.events.separations
+        assert end["last_event"] == (native.events.last or 0.0)
+
+
+def test_steps_may_be_of_a_microsecond_or_of_the_whole_horizon(driver: Driver) -> None:
+    first = float(interpreted(t_end=5.0).switch_times[0])
+    begin = first - 1e-3
+    names = [*STATES, "mode", "separations", "last_event"]
+    calls: list[Call] = [
+        ("a", "begin"),
+        ("a", "step", 0.0, begin),
+        ("a", "steps", begin, 1e-6, 2000),
+        ("a", "step", begin + 2e-3, 100.0 - (begin + 2e-3)),
+        ("a", "get", names),
+        ("b", "begin"),
+        ("b", "step", 0.0, 100.0),
+        ("b", "get", names),
+    ]
+    answers = driver.drive(*calls)
+    assert {answer.status for answer in answers} == {"ok"}
+    assert answers[4].value == answers[7].value
+    assert tuple(answers[7].value[:4]) == final_state()
+
+
+@pytest.mark.parametrize("separation", [True, False])
+def test_every_communication_step_agrees_with_the_numpy_integrator_to_1e_10(
+    driver: Driver, separation: bool
+) -> None:
+    runs = [
+        {"stop_time": 5.0, "output_interval": step, "start_values": {"separation": separation}}
+        for step in (0.001, 0.01, 0.1, 1.0)
+    ]
+    rk4 = final_state(t_end=5.0, separation=separation, method="rk4", step=1e-4)
+    for end in driver.simulate(*runs):
+        assert [end[name] for name in STATES] == pytest.approx(rk4, rel=0.0, abs=1e-10)
+
+
+@pytest.mark.parametrize("separation", [True, False])
+def test_the_independent_rk4_converges_to_the_fmu_in_fourth_order(
+    driver: Driver, separation: bool
+) -> None:
+    run = {"stop_time": 6.0, "start_values": {"separation": separation}, "output_interval": 0.5}
+    (end,) = driver.simulate(run)
+    errors = []
+    for step in (4e-3, 2e-3, 1e-3):
+        rk4 = final_state(t_end=6.0, separation=separation, method="rk4", step=step)
+        errors.append(max(abs(end[name] - x) for name, x in zip(STATES, rk4, strict=True)))
+    assert errors[2] < 1e-7
+    assert errors[0] > 12.0 * errors[1] > 144.0 * errors[2]
+
+
+def test_the_tolerance_of_the_experiment_is_the_native_one(driver: Driver) -> None:
+    runs = [{"stop_time": 20.0, "relative_tolerance": tol} for tol in (1e-4, 1e-8, 1e-13)]
+    for run, end in zip(runs, driver.simulate(*runs), strict=True):
+        tol = run["relative_tolerance"]
+        assert tuple(end[name] for name in STATES) == final_state(t_end=20.0, tol=tol)
+
+
+def test_parameters_and_start_values_reach_the_model(driver: Driver) -> None:
+    values = {"m": 2.0, "k1": 80.0, "k2": 70.0, "k3": 30.0, "c1": 0.5, "c2": 0.1, "k_nl": 250.0}
+    start = (0.1, -0.2, -0.3, 0.4)
+    settings = {f"{name}_start": x for name, x in zip(STATES, start, strict=True)}
+    run = {
+        "stop_time": 10.0,
+        "start_values": {**values, "F": 50.0, "mu": 0.9, "start_static": False, **settings},
+    }
+    (end,) = driver.simulate(run)
+    p = Parameters(**values, F=50.0, mu=0.9)
+    assert tuple(end[name] for name in STATES) == final_state(parameters=p, start=start, t_end=10.0)
+
+
+def test_inputs_changed_at_communication_points_give_the_piecewise_native_run(
+    driver: Driver,
+) -> None:
+    pieces = [(80.0, 0.7), (120.0, 0.7), (0.0, 1.1), (-20.0, 0.2), (60.0, 0.9)]
+    calls: list[Call] = [("a", "begin")]
+    for number, (F, mu) in enumerate(pieces):
+        calls += [("a", "set", {"F": F, "mu": mu}), ("a", "steps", 2.5 * number, 0.1, 25)]
+    calls.append(("a", "get", [*STATES, "separations"]))
+    *state, separations = driver.drive(*calls)[-1].value
+    native = interpreted(Parameters(F=80.0, mu=0.7), t_end=2.5)
+    switches = native.events.separations
+    for F, mu in pieces[1:]:
+        end = native.final
+        start = (end.x, end.vx, end.y, end.vy)
+        native = interpreted(Parameters(F=F, mu=mu), t_end=2.5, start=start)
+        switches += native.events.separations
+    assert separations == switches > 0
+    end = native.final
+    assert state == pytest.approx([end.x, end.vx, end.y, end.vy], rel=1e-10, abs=1e-10)
+
+
+def test_an_input_set_to_what_it_is_changes_nothing(driver: Driver) -> None:
+    calls: list[Call] = [("a", "begin")]
+    for number in range(100):
+        calls += [("a", "set", {"F": 80.0, "mu": 0.7}), ("a", "step", 0.1 * number, 0.1)]
+    calls.append(("a", "get", STATES))
+    assert tuple(driver.drive(*calls)[-1].value) == final_state(t_end=0.1 * 99 + 0.1)
+
+
+def test_forces_follow_from_the_state_and_the_present_friction(driver: Driver) -> None:
+    names = ["y", "P", "friction_slider", "friction_belt", "mode", "switching"]
+    calls: list[Call] = [("a", "begin")]
+    for number in range(60):
+        calls += [("a", "step", 0.1 * number, 0.1), ("a", "get", names)]
+    calls += [("a", "set", {"mu": 2.0}), ("a", "get", names)]
+    modes = set()
+    *before, after = [answer.value for answer in driver.drive(*calls)[2::2]]
+    for y, P, on_slider, on_belt, mode, switching in before:
+        assert pytest.approx(-50.0 * y - 100.0 * y**3 if y < 0.0 else 0.0) == P
+        assert (on_slider, on_belt) == (0.7 * P, -0.7 * P)
+        assert mode == (y < 0.0)
+        assert switching == y
+        modes.add(mode)
+    assert modes == {0.0, 1.0}
+    assert after[2] == 2.0 * after[1]
+
+
+def test_a_run_may_start_at_any_time(driver: Driver) -> None:
+    runs = [{"start_time": 1000.0, "stop_time": 1020.0, "output_interval": 0.5}]
+    (end,) = driver.simulate(*runs)
+    native = interpreted(t_end=20.0)
+    assert [end[name] for name in STATES] == pytest.approx(list(final_state(t_end=20.0)), rel=1e-9)
+    assert end["last_event"] == pytest.approx(1000.0 + (native.events.last or 0.0))

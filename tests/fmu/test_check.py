@@ -1,0 +1,140 @@
+"""Checking FMUs: sound ones have no problem, broken ones are described and do no harm."""
+
+import re
+import tempfile
+import zipfile
+from pathlib import Path
+
+import pytest
+
+from fivtui.fmu.check import check_fmu
+from fivtui.model.errors import InputError
+from fmu_src.build.builder import build_fmu
+from tests.support.fmu_tools import altered, other_fmu
+
+LIBRARIES = ("binaries/linux64/SliderBelt.so", "binaries/win64/SliderBelt.dll")
+
+
+@pytest.fixture(scope="module")
+def fmu(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    return build_fmu(tmp_path_factory.mktemp("fmu") / "slider_belt.fmu")
+
+
+def member(fmu: Path, pattern: str) -> tuple[str, bytes]:
+    with zipfile.ZipFile(fmu) as archive:
+        (name,) = (name for name in archive.namelist() if re.fullmatch(pattern, name))
+        return name, archive.read(name)
+
+
+def test_the_fmu_of_this_project_is_sound(fmu: Path) -> None:
+    assert check_fmu(fmu) == []
+
+
+def test_checking_writes_nothing_to_the_terminal(
+    fmu: Path, capfd: pytest.CaptureFixture[str]
+) -> None:
+    check_fmu(fmu)
+    assert capfd.readouterr() == ("", "")
+
+
+@pytest.mark.parametrize(
+    ("content", "said"),
+    [
+        (None, "there is no such file"),
+        (b"not an archive", "not a zip archive"),
+        (b"", "not a zip archive"),
+    ],
+)
+def test_what_is_no_archive_is_wrong_input(
+    content: bytes | None, said: str, tmp_path: Path
+) -> None:
+    path = tmp_path / "model.fmu"
+    if content is not None:
+        path.write_bytes(content)
+    with pytest.raises(InputError, match=said):
+        check_fmu(path)
+
+
+def test_a_folder_and_an_archive_without_description_are_wrong_input(
+    fmu: Path, tmp_path: Path
+) -> None:
+    with pytest.raises(InputError, match="is a folder"):
+        check_fmu(tmp_path)
+    bare = altered(fmu, tmp_path / "bare.fmu", {"modelDescription.xml": None})
+    with pytest.raises(InputError, match=r"holds no modelDescription\.xml"):
+        check_fmu(bare)
+
+
+def test_an_invalid_description_is_reported(fmu: Path, tmp_path: Path) -> None:
+    name, xml = member(fmu, r"modelDescription\.xml")
+    broken = xml.replace(b'unit="N"', b'unit="furlong"')
+    problems = check_fmu(altered(fmu, tmp_path / "m.fmu", {name: broken}))
+    assert any("furlong" in problem for problem in problems)
+    problems = check_fmu(altered(fmu, tmp_path / "m.fmu", {name: xml[:500]}))
+    assert len(problems) >= 1
+    assert all("\n" not in problem for problem in problems)
+
+
+def test_a_missing_binary_is_reported(fmu: Path, tmp_path: Path) -> None:
+    bare = altered(fmu, tmp_path / "m.fmu", dict.fromkeys(LIBRARIES))
+    (problem,) = check_fmu(bare)
+    assert "no binary for this platform" in problem
+
+
+def test_a_damaged_file_is_reported(fmu: Path, tmp_path: Path) -> None:
+    data = bytearray(fmu.read_bytes())
+    with zipfile.ZipFile(fmu) as archive:
+        place = archive.getinfo(LIBRARIES[0]).header_offset
+    data[place + 2000] ^= 255
+    path = tmp_path / "m.fmu"
+    path.write_bytes(data)
+    assert any(f"{LIBRARIES[0]} in the archive is damaged" in p for p in check_fmu(path))
+
+
+def test_files_outside_of_the_fmu_are_reported(fmu: Path, tmp_path: Path) -> None:
+    path = altered(fmu, tmp_path / "m.fmu", {"../escaped.txt": b"", "/root.txt": b""})
+    problems = check_fmu(path)
+    assert any("../escaped.txt" in problem for problem in problems)
+    assert not (tmp_path.parent / "escaped.txt").exists()
+
+
+def test_a_slave_that_cannot_be_made_is_reported(fmu: Path, tmp_path: Path) -> None:
+    name, _ = member(fmu, r"resources/fivtui_entry_.*\.py")
+    path = altered(fmu, tmp_path / "m.fmu", {name: b"raise RuntimeError('no slave')\n"})
+    (problem,) = check_fmu(path)
+    assert "crashes" in problem or "fails" in problem
+
+
+@pytest.mark.parametrize(
+    ("behaviour", "said"),
+    [
+        ("pass", None),
+        ("return False", "it stops at 0 s"),
+        ("self.total = float('nan')", "the output total is not finite"),
+        ("import random; self.total = random.random()", "differs between two equal runs"),
+        ("import os; os.abort()", r"crashes the process that runs it \(SIGABRT\)"),
+        ("raise ValueError('broken')", "fails"),
+    ],
+)
+def test_the_behaviour_of_any_fmu_is_tried(
+    behaviour: str, said: str | None, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    # The description that pythonfmu writes by itself is not valid; the run is what matters here.
+    monkeypatch.setattr("fmpy.validation.validate_fmu", lambda _path: [])
+    problems = check_fmu(other_fmu(tmp_path, behaviour))
+    if said is None:
+        assert problems == []
+    else:
+        assert re.search(said, problems[0])
+
+
+def test_an_fmu_that_hangs_is_given_up(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("fmpy.validation.validate_fmu", lambda _path: [])
+    monkeypatch.setattr("fivtui.fmu.check._TIMEOUT_S", 3.0)
+    place = tmp_path / "place"
+    place.mkdir()
+    monkeypatch.setattr(tempfile, "tempdir", str(place))
+    monkeypatch.setenv("TMPDIR", str(place))
+    (problem,) = check_fmu(other_fmu(tmp_path, "import time; time.sleep(60)"))
+    assert problem == "a short run is not finished after 3 s"
+    assert list(place.iterdir()) == []

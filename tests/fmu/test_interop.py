@@ -1,0 +1,136 @@
+"""Every host that couples slider-belt and brake actuator comes to the same motion."""
+
+import csv
+import json
+import os
+import shutil
+import subprocess
+import sys
+import sysconfig
+import zipfile
+from importlib.util import find_spec
+from pathlib import Path
+
+import fmpy
+import pytest
+from fmpy.ssp.simulation import simulate_ssp
+from fmpy.ssp.ssd import read_ssd
+
+from fivtui.model.errors import InputError
+from fmu_src.build.ssp import build_ssp
+from tests.support.fmu_coupling import Row, coupled
+from tests.support.fmu_hosts import HOSTS
+
+STEPS, H = 500, 0.01
+PACKAGES = {
+    "libcosim": "libcosimpy",
+    "ecos": "ecospy",
+    "container": "fmu_manipulation_toolbox",
+}
+LIBRARIES = f"{sys.prefix}/lib"
+
+
+@pytest.fixture(scope="module")
+def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    folder = tmp_path_factory.mktemp("system")
+    with zipfile.ZipFile(build_ssp(folder / "brake.ssp")) as archive:
+        for name in ("slider_belt", "brake_actuator"):
+            (folder / f"{name}.fmu").write_bytes(archive.read(f"resources/{name}.fmu"))
+    return folder
+
+
+@pytest.fixture(scope="module")
+def rows(folder: Path) -> list[Row]:
+    return coupled(folder / "slider_belt.fmu", folder / "brake_actuator.fmu", steps=STEPS, h=H)
+
+
+def test_the_pair_vibrates_under_a_preload_that_answers_the_contact(rows: list[Row]) -> None:
+    preloads = [preload for _, _, preload in rows]
+    assert preloads[0] == pytest.approx(80.0, abs=1.0)
+    assert max(preloads) > 82.0
+    assert min(force for _, force, _ in rows) == 0.0
+
+
+@pytest.mark.host
+@pytest.mark.parametrize("host", [host.__name__ for host in HOSTS])
+def test_a_host_agrees_with_the_scripted_master(
+    host: str, folder: Path, rows: list[Row], tmp_path: Path
+) -> None:
+    package = PACKAGES[host.removesuffix("_ssp")]
+    if find_spec(package) is None:
+        pytest.skip(f"{package} is not installed (extra interop)")
+    script = Path(__file__).parents[1].joinpath("support", "fmu_hosts.py")
+    for file in ("brake.ssp", "slider_belt.fmu", "brake_actuator.fmu"):
+        shutil.copy(folder / file, tmp_path)
+    done = subprocess.run(
+        [sys.executable, "-I", str(script), host, str(tmp_path), str(STEPS), str(H)],
+        cwd=tmp_path,
+        env=os.environ | {"LD_LIBRARY_PATH": LIBRARIES},
+        capture_output=True,
+        text=True,
+        check=False,
+        timeout=120,
+    )
+    assert done.returncode == 0, done.stderr[-2000:]
+    assert_same(json.loads(done.stdout.splitlines()[-1]), rows)
+
+
+def assert_same(found: list[Row], rows: list[Row], absolute: float = 1e-9) -> None:
+    # Hosts sum up the time differently, in the last digit.
+    assert len(found) == len(rows)
+    for one, other in zip(found, rows, strict=True):
+        assert one == pytest.approx(other, rel=1e-9, abs=absolute)
+
+
+@pytest.mark.host
+def test_a_host_in_c_plus_plus_agrees_with_python_loaded_first(
+    folder: Path, rows: list[Row], tmp_path: Path
+) -> None:
+    if find_spec("ecospy") is None or sys.platform != "linux":
+        pytest.skip("ecospy, whose package has ecos as a program, is not installed (extra interop)")
+    library = Path(sysconfig.get_config_var("LIBDIR")) / f"libpython3.{sys.version_info.minor}.so"
+    if not library.exists():
+        pytest.skip(f"this Python has no shared library {library}")
+    spec = find_spec("ecospy")
+    assert spec is not None
+    assert spec.submodule_search_locations is not None
+    program = tmp_path / "ecos"
+    shutil.copy(Path(spec.submodule_search_locations[0]) / "binaries" / "ecos", program)
+    program.chmod(0o755)
+    command = [str(program), "simulate", "--path", str(folder / "brake.ssp")]
+    command += ["--stopTime", str(STEPS * H), "--stepSize", str(H)]
+    environment = os.environ | {"LD_LIBRARY_PATH": LIBRARIES, "LD_PRELOAD": str(library)}
+    subprocess.run(command, cwd=tmp_path, env=environment, capture_output=True, check=True)
+    with (tmp_path / "brake.csv").open() as file:
+        table = list(csv.DictReader(file, skipinitialspace=True))
+    names = ("slider_belt::y[REAL]", "slider_belt::P[REAL]", "brake_actuator::F[REAL]")
+    found = [tuple(float(row[name]) for name in names) for row in table]
+    # The program writes six digits after the point.
+    assert_same([(y, P, F) for y, P, F in found[-STEPS:]], rows, absolute=1e-6)
+
+
+def test_fmpy_runs_the_archive_with_zeros_for_inputs_in_the_first_step(folder: Path) -> None:
+    run = simulate_ssp(str(folder / "brake.ssp"), stop_time=1.0 - 0.5 * H, step_size=H)
+    fmus = (folder / "slider_belt.fmu", folder / "brake_actuator.fmu")
+    expected = coupled(*fmus, steps=run.size, h=H, first=(0.0, 0.0, 0.0))
+    names = ("slider_belt.y", "slider_belt.P", "brake_actuator.F")
+    columns = (run[name].tolist() for name in names)
+    assert_same(list(zip(*columns, strict=True)), expected)
+
+
+def test_the_archive_follows_the_standard_and_is_always_the_same(
+    folder: Path, tmp_path: Path
+) -> None:
+    system = read_ssd(str(folder / "brake.ssp"), validate=True).system
+    assert [element.name for element in system.elements] == ["brake_actuator", "slider_belt"]
+    for element in system.elements:
+        described = fmpy.read_model_description(folder / f"{element.name}.fmu")
+        kinds = {v.name: v.causality for v in described.modelVariables}
+        assert all(kinds[c.name] == c.kind for c in element.connectors)
+    again = build_ssp(tmp_path / "again.ssp")
+    assert again.read_bytes() == (folder / "brake.ssp").read_bytes()
+
+
+def test_a_wrong_target_is_refused(tmp_path: Path) -> None:
+    with pytest.raises(InputError, match=r"\.ssp"):
+        build_ssp(tmp_path / "brake.fmu")

@@ -1,0 +1,76 @@
+"""Loading an FMU again takes no further room in the process, and disturbs no other run."""
+
+import json
+import subprocess
+import sys
+import tempfile
+from pathlib import Path
+
+import pytest
+
+from fivtui.fmu.folders import folder_for
+from fmu_src.build.builder import build_fmu
+
+LOADS = """
+import json, os, sys, threading
+from pathlib import Path
+from fivtui import Parameters
+from fivtui.transient.request import make_problem
+from fivtui.fmu.transient import integrate_fmu
+from fivtui.fmu.run import run_fmu
+
+def held():
+    libraries = [line for line in open("/proc/self/maps") if "SliderBelt.so" in line]
+    return len(libraries), len(os.listdir("/proc/self/fd"))
+
+fmu = Path(sys.argv[1])
+found = []
+for _ in range(12):
+    run_fmu(fmu, t_end=0.1)
+    integrate_fmu(make_problem(Parameters(), t_end=0.1), fmu=fmu)
+    found.append(held())
+print(json.dumps(found))
+"""
+
+
+@pytest.fixture(scope="module")
+def fmu(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    return build_fmu(tmp_path_factory.mktemp("fmu") / "slider_belt.fmu")
+
+
+@pytest.mark.skipif(sys.platform != "linux", reason="reads /proc")
+def test_tens_of_runs_map_one_library_and_open_no_file(fmu: Path) -> None:
+    done = subprocess.run(
+        [sys.executable, "-c", LOADS, str(fmu)], capture_output=True, text=True, check=True
+    )
+    first, *others = json.loads(done.stdout)
+    assert first[0] > 0
+    assert others == [first] * 11
+
+
+def test_a_folder_is_used_again_for_the_same_content_only(
+    fmu: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    copy, other = tmp_path / "copy.fmu", tmp_path / "other.fmu"
+    copy.write_bytes(fmu.read_bytes())
+    other.write_bytes(fmu.read_bytes() + b"\0")
+    place = tmp_path / "place"
+    place.mkdir()
+    monkeypatch.setattr(tempfile, "tempdir", str(place))
+    with folder_for(fmu) as first:
+        assert Path(first.path).parent == place
+        assert list(Path(first.path).iterdir()) == []
+        with folder_for(copy) as beside, folder_for(other) as foreign:
+            assert len({first.path, beside.path, foreign.path}) == 3
+    assert list(place.iterdir()) == []
+    with folder_for(copy) as again:
+        assert again.path in (first.path, beside.path)
+        # A folder that somebody else has made of the other name is not touched.
+        taken = Path(({first.path, beside.path} - {again.path}).pop())
+        taken.mkdir()
+        with folder_for(fmu) as fresh:
+            assert fresh.path not in (str(taken), foreign.path)
+        again.spoilt = True
+    assert list(place.iterdir()) == [taken]
+    with folder_for(fmu) as last:
+        assert last.path == fresh.path

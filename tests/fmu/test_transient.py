@@ -1,0 +1,230 @@
+"""Transients through the FMU are the native ones, and leave nothing behind."""
+
+import os
+import signal
+import sys
+import tempfile
+import threading
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+
+from fivtui import Parameters, simulate
+from fivtui.fmu.instance import interrupts_deferred
+from fivtui.fmu.run import run_fmu
+from fivtui.fmu.transient import integrate_fmu
+from fivtui.model.errors import Cancelled, ComputationError, InputError
+from fivtui.transient.request import make_problem
+from fivtui.transient.result import Transient
+from fmu_src.build.builder import build_fmu
+from tests.support.fmu_tools import altered, interpreted, other_fmu
+from tests.support.strategies import moderate_parameters
+
+
+@pytest.fixture(scope="module")
+def fmu(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    return build_fmu(tmp_path_factory.mktemp("fmu") / "slider_belt.fmu")
+
+
+def assert_same(through: Transient, native: Transient, rel: float = 1e-9) -> None:
+    assert through.final == native.final
+    assert np.array_equal(through.switch_times, native.switch_times)
+    assert through.first_mode is native.first_mode
+    assert through.events.separations == native.events.separations
+    assert through.events.separated_time == pytest.approx(native.events.separated_time)
+    for name in ("y_abs", "y_max", "y_min", "x_abs", "vx_max"):
+        peak = getattr(native.peak, name)
+        assert getattr(through.peak, name) == pytest.approx(peak, rel=rel, abs=rel)
+    half_range = native.steady.y_half_range
+    assert through.steady.y_half_range == pytest.approx(half_range, rel=rel, abs=rel)
+    assert through.contact_force.max == pytest.approx(native.contact_force.max, rel=rel, abs=rel)
+
+
+@pytest.mark.parametrize("separation", [True, False])
+@pytest.mark.parametrize("step", [None, 0.003, 0.1, 1.0, 20.0])
+def test_the_result_is_native_at_every_communication_step(
+    step: float | None, separation: bool
+) -> None:
+    through = simulate(separation=separation, t_end=20.0, method="fmu", step=step)
+    assert_same(through, interpreted(separation=separation, t_end=20.0))
+    assert through.method == "fmu"
+    assert through.stats.steps > 0
+
+
+@settings(max_examples=6, deadline=None)
+@given(moderate_parameters())
+def test_the_result_is_native_for_other_parameters(p: Parameters) -> None:
+    assert_same(simulate(p, t_end=10.0, method="fmu"), interpreted(p, t_end=10.0), rel=1e-8)
+
+
+def test_several_switches_within_a_communication_step_are_told_apart() -> None:
+    p = Parameters(F=60.0, k_nl=1e8, mu=0.5)
+    options: dict[str, Any] = {"t_end": 10.0, "start": (0.0, 0.0, 2.0, 0.0)}
+    native = interpreted(p, **options)
+    assert native.events.separations == 8
+    assert np.diff(native.switch_times).min() < 0.007
+    for step in (0.008, 0.01, 5.0):
+        through = simulate(p, method="fmu", step=step, **options)
+        assert_same(through, native, rel=1e-8)
+
+
+def test_samples_are_the_outputs_at_their_times(fmu: Path) -> None:
+    times = [0.0, 0.1, 0.1, 1.0 / 3.0, 2.860607592369662, 4.0, 10.0]
+    problem = make_problem(Parameters(), t_end=10.0)
+    through = integrate_fmu(problem, samples=times, fmu=fmu)
+    native = interpreted(t_end=10.0, samples=times)
+    assert through.trajectory is not None
+    assert native.trajectory is not None
+    assert through.trajectory.t.tolist() == times
+    for name in ("x", "vx", "y", "vy", "P", "mode"):
+        one, other = getattr(through.trajectory, name), getattr(native.trajectory, name)
+        assert one.dtype == other.dtype
+        assert one == pytest.approx(other, rel=1e-12, abs=1e-12)
+    for t, y in zip(times[1:], through.trajectory.y[1:], strict=True):
+        assert interpreted(t_end=t).final.y == y
+    assert_same(through, native)
+
+
+def test_a_dense_solution_can_be_had() -> None:
+    through = simulate(t_end=10.0, method="fmu", samples="dense")
+    native = interpreted(t_end=10.0, samples="dense")
+    assert through.solution is not None
+    assert native.solution is not None
+    times = np.linspace(0.0, 10.0, 997)
+    assert through.solution(times).y == pytest.approx(native.solution(times).y, abs=1e-8)
+
+
+@pytest.mark.parametrize("samples", [[1.0, 0.5], [-1.0], [11.0], []])
+def test_wrong_samples_are_refused(samples: list[float]) -> None:
+    with pytest.raises(InputError, match="samples"):
+        simulate(t_end=10.0, method="fmu", samples=samples)
+
+
+def test_progress_rises_to_one_and_can_cancel(fmu: Path) -> None:
+    seen: list[float] = []
+
+    def note(fraction: float) -> bool:
+        seen.append(fraction)
+        return True
+
+    problem = make_problem(Parameters(), t_end=30.0)
+    integrate_fmu(problem, fmu=fmu, progress=note)
+    assert seen == sorted(seen)
+    assert seen[-1] == 1.0
+    assert len(seen) > 5
+    with pytest.raises(Cancelled):
+        integrate_fmu(problem, fmu=fmu, progress=lambda fraction: fraction < 0.3)
+    with pytest.raises(Cancelled):
+        integrate_fmu(problem, progress=lambda _fraction: False)
+
+
+@pytest.mark.parametrize("how", ["done", "cancelled", "failed"])
+def test_nothing_is_left_behind(
+    how: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capfd: pytest.CaptureFixture[str]
+) -> None:
+    monkeypatch.setattr(tempfile, "tempdir", str(tmp_path))
+    options: dict[str, Any] = {"t_end": 5.0, "method": "fmu"}
+    if how == "failed":
+        p = Parameters(k2=186.0, k_nl=0.0, mu=100.0)
+        options |= {"parameters": p, "separation": False, "t_end": 1e4, "step": 100.0}
+    before = sys.path[:], Path.cwd()
+    try:
+        simulate(progress=lambda _fraction: how != "cancelled", **options)
+    except (Cancelled, ComputationError) as error:
+        assert how == ("cancelled" if isinstance(error, Cancelled) else "failed")  # noqa: PT017
+    assert list(tmp_path.iterdir()) == []
+    assert (sys.path, Path.cwd()) == before
+    assert capfd.readouterr() == ("", "")
+
+
+def test_unbounded_growth_ends_with_the_native_diagnosis() -> None:
+    p = Parameters(k2=186.0, k_nl=0.0, mu=100.0)
+    options: dict[str, Any] = {"separation": False, "t_end": 1e4}
+    with pytest.raises(ComputationError) as native:
+        interpreted(p, **options)
+    with pytest.raises(ComputationError) as through:
+        simulate(p, method="fmu", step=100.0, **options)
+    assert native.value.why in through.value.why
+    assert through.value.advice == native.value.advice
+
+
+def test_too_many_communication_steps_are_refused_at_once() -> None:
+    with pytest.raises(ComputationError, match="communication steps"):
+        simulate(t_end=1e7, method="fmu", step=1e-3)
+
+
+def test_a_file_that_is_not_this_fmu_is_wrong_input(fmu: Path, tmp_path: Path) -> None:
+    problem = make_problem(Parameters(), t_end=1.0)
+    for path, said in (
+        (tmp_path / "absent.fmu", "there is no such file"),
+        (other_fmu(tmp_path), "unknown FMU variable"),
+        (altered(fmu, tmp_path / "m.fmu", {"modelDescription.xml": b"<a/>"}), "is not an FMU"),
+    ):
+        with pytest.raises(InputError, match=said):
+            integrate_fmu(problem, fmu=path)
+
+
+@pytest.mark.parametrize("name", ["für", "a#b", "a%b", "a%20b", "a+b", "a(b)"])
+def test_a_temporary_folder_that_fmus_cannot_handle_is_not_used(
+    name: str, fmu: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    folder, plain = tmp_path / name, tmp_path / "plain"
+    folder.mkdir()
+    plain.mkdir()
+    monkeypatch.setattr(tempfile, "tempdir", str(folder))
+    monkeypatch.setattr("fivtui.fmu.folders._FALLBACKS", (str(plain),))
+    problem = make_problem(Parameters(), t_end=1.0)
+    assert integrate_fmu(problem, fmu=fmu).final == interpreted(t_end=1.0).final
+    monkeypatch.setattr("fivtui.fmu.folders._FALLBACKS", ())
+    for run in (lambda: integrate_fmu(problem, fmu=fmu), lambda: run_fmu(fmu, t_end=1.0)):
+        with pytest.raises(ComputationError, match="set TMPDIR"):
+            run()
+    assert [*folder.iterdir(), *plain.iterdir()] == []
+
+
+def test_a_temporary_folder_with_spaces_works(
+    fmu: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    folder = tmp_path / "with a space"
+    folder.mkdir()
+    monkeypatch.setattr(tempfile, "tempdir", str(folder))
+    problem = make_problem(Parameters(), t_end=1.0)
+    assert integrate_fmu(problem, fmu=fmu).final == interpreted(t_end=1.0).final
+
+
+def test_runs_in_threads_do_not_disturb_each_other() -> None:
+    frictions = (0.5, 0.6, 0.7, 0.8)
+    finals: dict[float, Any] = {}
+
+    def run(mu: float) -> None:
+        finals[mu] = simulate(Parameters(mu=mu), t_end=3.0, method="fmu").final
+
+    threads = [threading.Thread(target=run, args=(mu,)) for mu in frictions]
+    for thread in threads:
+        thread.start()
+    for thread in threads:
+        thread.join()
+    assert finals == {mu: interpreted(Parameters(mu=mu), t_end=3.0).final for mu in frictions}
+
+
+def test_an_interrupt_waits_until_the_fmu_has_returned(fmu: Path) -> None:
+    previous = signal.signal(signal.SIGINT, signal.default_int_handler)
+    try:
+        reached = []
+
+        def interrupt(fraction: float) -> bool:
+            os.kill(os.getpid(), signal.SIGINT)
+            reached.append(fraction)
+            return True
+
+        with pytest.raises(KeyboardInterrupt):
+            integrate_fmu(make_problem(Parameters()), fmu=fmu, progress=interrupt)
+        assert len(reached) == 1
+        with pytest.raises(KeyboardInterrupt), interrupts_deferred():
+            os.kill(os.getpid(), signal.SIGINT)
+        assert signal.getsignal(signal.SIGINT) is signal.default_int_handler
+    finally:
+        signal.signal(signal.SIGINT, previous)

@@ -1,0 +1,93 @@
+"""The brake actuator: its lag, its feedback, its state, and what it refuses."""
+
+import math
+from collections.abc import Iterator
+from pathlib import Path
+
+import pytest
+
+from fmu_src.build.builder import build_fmu
+from tests.support.fmu_driver import Call, Driver
+
+
+@pytest.fixture(scope="module")
+def fmu(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    return build_fmu(
+        tmp_path_factory.mktemp("fmu") / "brake_actuator.fmu", component="brake-actuator"
+    )
+
+
+@pytest.fixture(scope="module")
+def driver(fmu: Path) -> Iterator[Driver]:
+    with Driver(fmu) as driver:
+        yield driver
+
+
+@pytest.mark.parametrize("h", [1e-3, 0.05, 0.5])
+def test_the_preload_follows_the_command_with_a_lag_and_with_feedback(
+    driver: Driver, h: float
+) -> None:
+    count = round(0.5 / h)
+    calls: list[Call] = [
+        ("a", "begin", {"tau": 0.2, "gain": 0.5, "F_start": 10.0}),
+        ("a", "get", ["F", "F_rate"]),
+        ("a", "set", {"command": 60.0, "P": 40.0}),
+        ("a", "steps", 0.0, h, count),
+        ("a", "get", ["F", "F_rate"]),
+    ]
+    answers = driver.drive(*calls)
+    assert answers[1].value == pytest.approx([10.0, 70.0 / 0.2])
+    goal = 60.0 + 0.5 * 20.0
+    expected = goal + (10.0 - goal) * math.exp(-2.5)
+    assert answers[4].value == pytest.approx([expected, (goal - expected) / 0.2], rel=1e-12)
+
+
+def test_rollback_and_serialisation_are_exact(driver: Driver) -> None:
+    calls: list[Call] = [
+        ("a", "begin"),
+        ("a", "set", {"command": 100.0}),
+        ("a", "step", 0.0, 0.03),
+        ("a", "save", "there"),
+        ("a", "set", {"command": 20.0}),
+        ("a", "step", 0.03, 0.04),
+        ("a", "get", ["F"]),
+        ("b", "begin", {"tau": 0.1}),
+        ("b", "serialize", "there", "copy"),
+        ("b", "restore", "copy"),
+        ("b", "get", ["F", "command", "tau"]),
+        ("b", "set", {"command": 20.0}),
+        ("b", "step", 0.03, 0.04),
+        ("b", "get", ["F"]),
+    ]
+    answers = driver.drive(*calls)
+    assert {answer.status for answer in answers} == {"ok"}
+    assert answers[6].value == answers[13].value
+    assert answers[10].value[1:] == [100.0, 0.05]
+
+
+@pytest.mark.parametrize(
+    ("values", "said"),
+    [
+        ({"tau": 0.0}, "tau = 0: allowed is 0 < tau"),
+        ({"gain": -1.0}, "gain = -1: allowed is 0 <= gain"),
+        ({"command": 1e10}, "command = 1e+10: allowed is"),
+        ({"P": math.nan}, "P = nan: not a finite number"),
+    ],
+)
+def test_a_wrong_value_is_refused(driver: Driver, values: dict[str, float], said: str) -> None:
+    answers = driver.drive(("a", "new"), ("a", "init", values), ("a", "step", 0.0, 0.1))
+    assert answers[-1].status == "discard"
+    assert said in "".join(line for answer in answers for line in answer.log)
+
+
+def test_a_preload_out_of_the_range_of_numbers_is_refused(driver: Driver) -> None:
+    calls: list[Call] = [
+        ("a", "begin", {"gain": 1000.0}),
+        ("a", "set", {"P": -1.7e308}),
+        ("a", "step", 0.0, 0.1),
+        ("a", "set", {"P": 80.0}),
+        ("a", "step", 0.0, 0.1),
+    ]
+    answers = driver.drive(*calls)
+    assert "out of the range of numbers" in answers[2].log[0]
+    assert [answers[2].status, answers[4].status] == ["discard", "ok"]

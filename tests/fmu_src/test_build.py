@@ -1,0 +1,363 @@
+"""Building the FMU: what it holds, that it is always the same, and how it fails."""
+
+import ast
+import os
+import re
+import subprocess
+import sys
+import zipfile
+from pathlib import Path, PurePosixPath
+from xml.etree import ElementTree as ET
+
+import fmpy
+import numpy as np
+import pytest
+from fmpy import read_model_description
+from fmpy.util import read_csv, read_ref_opt_file
+from fmpy.validation import validate_fmu
+from lxml import etree
+
+from fivtui import Parameters, simulate
+from fivtui.fmu.check import check_fmu
+from fivtui.model.columns import COLUMNS
+from fivtui.model.errors import InputError
+from fivtui.model.parameters import PARAMETERS
+from fivtui.model.slider_belt import Mode
+from fmu_src.build import bundle
+from fmu_src.build.builder import build_fmu
+from fmu_src.build.components import COMPONENTS
+from fmu_src.build.units import base_exponents, display_units
+from fmu_src.slave.variables import VARIABLES
+from tests.support.fmu_driver import Driver
+
+ROOT = Path(__file__).parents[2]
+
+
+@pytest.fixture(scope="module")
+def fmu(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    return build_fmu(tmp_path_factory.mktemp("fmu") / "slider_belt.fmu")
+
+
+def test_fmpy_finds_nothing_to_complain_about(fmu: Path) -> None:
+    assert validate_fmu(str(fmu)) == []
+
+
+def test_every_parameter_is_described_by_its_specification(fmu: Path) -> None:
+    described = {v.name: v for v in read_model_description(fmu).modelVariables}
+    for name, spec in PARAMETERS.items():
+        variable = described[name]
+        assert variable.description == spec.meaning
+        assert variable.unit == (spec.unit or "1")
+        assert variable.displayUnit == variable.unit
+        assert float(variable.start) == spec.default
+        assert float(variable.max) == spec.upper
+        if spec.lower_open:
+            assert spec.check(float(variable.min)) < 1e-300
+        else:
+            assert float(variable.min) == spec.lower
+        assert variable.causality == ("input" if name in ("F", "mu") else "parameter")
+        assert variable.variability == ("continuous" if name in ("F", "mu") else "fixed")
+
+
+def test_every_column_of_a_trajectory_is_an_output(fmu: Path) -> None:
+    described = {v.name: v for v in read_model_description(fmu).modelVariables}
+    for column in COLUMNS[1:]:
+        variable = described[column.name]
+        assert (variable.causality, variable.type) == ("output", "Real")
+        assert (variable.unit, variable.description) == (column.unit, column.meaning)
+
+
+def test_the_description_says_what_the_fmu_can_do(fmu: Path) -> None:
+    description = read_model_description(fmu)
+    slave, default = description.coSimulation, description.defaultExperiment
+    assert slave.canGetAndSetFMUstate
+    assert slave.canSerializeFMUstate
+    assert slave.canHandleVariableCommunicationStepSize
+    assert not slave.canInterpolateInputs
+    assert not slave.needsExecutionTool
+    assert not slave.canBeInstantiatedOnlyOncePerProcess
+    assert (default.startTime, default.stopTime, default.tolerance) == ("0.0", "100.0", "1e-12")
+    assert description.generationDateAndTime.endswith("Z")
+    friction = next(u for u in description.outputs if u.variable.name == "friction_slider")
+    assert [known.name for known in friction.dependencies] == ["mu"]
+    initial = {
+        u.variable.name: {v.name for v in u.dependencies} for u in description.initialUnknowns
+    }
+    assert set(initial) == {v.name for v in VARIABLES if v.role == "output"} | {"ax", "ay"}
+    assert {"k_nl", "F", "y_start", "start_static"} <= initial["y"]
+    assert "mu" not in initial["y"]
+
+
+def test_the_derivatives_are_those_of_the_equations_of_motion(fmu: Path) -> None:
+    description = read_model_description(fmu)
+    derivatives = {
+        u.variable.name: (u.variable.derivative.name, {v.name for v in u.dependencies})
+        for u in description.derivatives
+    }
+    assert derivatives == {
+        "vx": ("x", {"vx"}),
+        "ax": ("vx", {"x", "vx", "y", "mu"}),
+        "vy": ("y", {"vy"}),
+        "ay": ("vy", {"x", "y", "vy", "F"}),
+    }
+
+
+def test_the_mode_is_an_enumeration_with_mirrors_as_integer_and_as_real(fmu: Path) -> None:
+    with zipfile.ZipFile(fmu) as archive:
+        root = ET.fromstring(archive.read("modelDescription.xml"))
+    items = {item.get("name"): int(str(item.get("value"))) for item in root.iter("Item")}
+    assert items == {mode.name.lower(): mode.value for mode in Mode}
+    types = {v.name: v.type for v in read_model_description(fmu).modelVariables}
+    mirrors = {"mode": "Real", "mode_integer": "Integer", "mode_enumeration": "Enumeration"}
+    assert mirrors.items() <= types.items()
+    run = fmpy.simulate_fmu(
+        str(fmu), stop_time=6.0, output_interval=0.1, output=["y", "time", *mirrors]
+    )
+    assert set(run["mode"]) == {0.0, 1.0}
+    assert np.array_equal(run["mode"], run["mode_integer"])
+    assert np.array_equal(run["mode"], run["mode_enumeration"])
+    assert np.array_equal(run["mode"] == 1.0, run["y"] <= 0.0)
+
+
+@pytest.mark.parametrize("component", COMPONENTS)
+def test_every_component_follows_the_schema_of_the_standard(component: str, tmp_path: Path) -> None:
+    fmu = build_fmu(tmp_path / "m.fmu", component=component)
+    folder = Path(fmpy.__file__).parent / "schema" / "fmi2"
+    schema = etree.XMLSchema(etree.parse(folder / "fmi2ModelDescription.xsd"))
+    with zipfile.ZipFile(fmu) as archive:
+        schema.assertValid(etree.fromstring(archive.read("modelDescription.xml")))
+    assert check_fmu(fmu) == []
+
+
+@pytest.mark.parametrize("component", COMPONENTS)
+def test_the_reference_run_in_the_fmu_can_be_repeated(component: str, tmp_path: Path) -> None:
+    fmu = build_fmu(tmp_path / "m.fmu", component=component)
+    model = COMPONENTS[component].model
+    with zipfile.ZipFile(fmu) as archive:
+        for name in ("in.csv", "ref.csv", "ref.opt"):
+            (tmp_path / name).write_bytes(archive.read(f"extra/{model}_{name}"))
+    options = read_ref_opt_file(tmp_path / "ref.opt")
+    reference = read_csv(tmp_path / "ref.csv")
+    inputs = read_csv(tmp_path / "in.csv")
+    # Hosts extrapolate inputs differently: they are given from the first time to the last.
+    assert inputs["time"].tolist() == [0.0, 10.0, 10.0, 20.0]
+    assert (options["StartTime"], options["StopTime"]) == (0.0, 20.0)
+    assert reference["time"] == pytest.approx(np.arange(2001) * 0.01)
+    run = fmpy.simulate_fmu(
+        str(fmu),
+        stop_time=options["StopTime"],
+        output_interval=options["StepSize"],
+        relative_tolerance=options["RelTol"],
+        input=inputs,
+        output=reference.dtype.names[1:],
+    )
+    for name in reference.dtype.names:
+        assert run[name] == pytest.approx(reference[name], rel=1e-8, abs=1e-8), name
+
+
+def test_the_reference_run_agrees_with_the_independent_integrator() -> None:
+    reference = COMPONENTS["slider-belt"].reference()
+    times = np.asarray(reference.outputs["time"])
+    before = times <= 10.0
+    first = simulate(t_end=10.0, method="rk4", step=5e-4, samples=times[before])
+    start = (first.final.x, first.final.vx, first.final.y, first.final.vy)
+    second = simulate(
+        Parameters(F=120.0),
+        t_end=10.0,
+        start=start,
+        method="rk4",
+        step=5e-4,
+        samples=times[~before] - 10.0,
+    )
+    assert first.trajectory is not None
+    assert second.trajectory is not None
+    for name in ("x", "y", "P"):
+        both = [getattr(run.trajectory, name) for run in (first, second)]
+        assert reference.outputs[name] == pytest.approx(np.concatenate(both), abs=1e-5)
+
+
+def test_units_are_defined_by_their_base_units(fmu: Path) -> None:
+    with zipfile.ZipFile(fmu) as archive:
+        root = ET.fromstring(archive.read("modelDescription.xml"))
+    units = {unit.get("name"): unit for unit in root.iter("Unit")}
+    newton = units["N s/m"].find("BaseUnit")
+    assert newton is not None
+    assert newton.attrib == {"kg": "1", "s": "-1"}
+    shown = {u.get("name"): u.get("factor") for u in units["m"].iter("DisplayUnit")}
+    assert shown == {"m": "1.0", "mm": "1000.0"}
+
+
+@pytest.mark.parametrize(
+    ("unit", "exponents"),
+    [
+        ("1", {}),
+        ("N", {"kg": 1, "m": 1, "s": -2}),
+        ("N/m", {"kg": 1, "s": -2}),
+        ("N/m^3", {"kg": 1, "m": -2, "s": -2}),
+        ("m/s", {"m": 1, "s": -1}),
+    ],
+)
+def test_a_unit_is_read_as_a_product_of_base_units(unit: str, exponents: dict[str, int]) -> None:
+    assert base_exponents(unit) == exponents
+    assert next(iter(display_units(unit).items())) == (unit, 1.0)
+
+
+def test_a_unit_that_is_not_known_is_not_guessed() -> None:
+    with pytest.raises(KeyError):
+        base_exponents("furlong/m")
+
+
+def test_what_the_fmu_carries_imports_the_standard_library_and_itself_alone(fmu: Path) -> None:
+    with zipfile.ZipFile(fmu) as archive:
+        names = [n for n in archive.namelist() if re.match(r"resources/fivtui_.*\.py", n)]
+        trees = {name: ast.parse(archive.read(name)) for name in names}
+    assert len(trees) > 15
+    folders = {parent for n in names for parent in PurePosixPath(n).parents[:-2]}
+    assert {f"{folder}/__init__.py" for folder in folders} <= set(names)
+    (package,) = {name.split("/")[1] for name in names if name.count("/") > 1}
+    allowed = {*sys.stdlib_module_names, "pythonfmu", package}
+    for name, tree in trees.items():
+        for node in ast.walk(tree):
+            modules = [alias.name for alias in node.names] if isinstance(node, ast.Import) else []
+            if isinstance(node, ast.ImportFrom) and node.level == 0:
+                modules = [str(node.module)]
+            for module in modules:
+                assert module.split(".")[0] in allowed, name
+
+
+def test_the_core_in_the_fmu_is_the_core_of_the_project(fmu: Path) -> None:
+    with zipfile.ZipFile(fmu) as archive:
+        carried = {
+            n: archive.read(n)
+            for n in archive.namelist()
+            if re.search("/fivtui/(model|taylor)/", n)
+        }
+    files = {name: content for name, content in carried.items() if content}
+    assert len(files) >= 8
+    for name, content in files.items():
+        assert content == (ROOT / "fivtui" / name.partition("/fivtui/")[2]).read_bytes()
+
+
+def test_the_archive_is_compressed_and_documented(fmu: Path) -> None:
+    with zipfile.ZipFile(fmu) as archive:
+        entries = {entry.filename: entry for entry in archive.infolist()}
+        index = archive.read("documentation/index.html").decode()
+    assert fmu.stat().st_size < 0.5 * sum(entry.file_size for entry in entries.values())
+    assert next(iter(entries)) == "modelDescription.xml"
+    assert "documentation/licenses/pythonfmu.txt" in entries
+    assert {"binaries/linux64/SliderBelt.so", "binaries/win64/SliderBelt.dll"} <= set(entries)
+    assert all(variable.name in index for variable in VARIABLES)
+
+
+def test_the_same_project_builds_the_same_bytes_anywhere(fmu: Path, tmp_path: Path) -> None:
+    code = "import sys; from fmu_src.build.builder import build_fmu; build_fmu(sys.argv[1])"
+    subprocess.run(
+        [sys.executable, "-c", code, "again.fmu"],
+        cwd=tmp_path,
+        env=os.environ | {"PYTHONPATH": str(ROOT), "PYTHONHASHSEED": "7", "TZ": "Asia/Tokyo"},
+        check=True,
+    )
+    assert (tmp_path / "again.fmu").read_bytes() == fmu.read_bytes()
+
+
+def test_building_leaves_no_trace_in_the_process(tmp_path: Path) -> None:
+    build_fmu(tmp_path / "first.fmu")
+    before = sys.path[:], set(sys.modules), Path.cwd(), set(sys.path_importer_cache)
+    build_fmu(tmp_path / "second.fmu")
+    after = sys.path[:], set(sys.modules), Path.cwd(), set(sys.path_importer_cache)
+    assert before == after
+    assert sorted(path.name for path in tmp_path.iterdir()) == ["first.fmu", "second.fmu"]
+
+
+def test_two_builds_live_side_by_side(
+    fmu: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    original = bundle._text
+
+    def altered(package: str, name: str) -> str:
+        return original(package, name).replace('"mass of the slider"', '"another meaning"')
+
+    monkeypatch.setattr(bundle, "_text", altered)
+    other = build_fmu(tmp_path / "other.fmu")
+    monkeypatch.undo()
+    one, two = read_model_description(fmu), read_model_description(other)
+    assert one.guid != two.guid
+    with Driver(fmu, other) as driver:
+        answers = driver.drive(
+            ("a", "new", 0),
+            ("b", "new", 1),
+            ("a", "init", {"mu": 0.5}),
+            ("b", "init", {"mu": 0.9}),
+            ("a", "step", 0.0, 5.0),
+            ("b", "step", 0.0, 5.0),
+            ("a", "get", ["y", "mu"]),
+            ("b", "get", ["y", "mu"]),
+            ("", "modules"),
+        )
+    assert answers[6].value[1] == 0.5
+    assert answers[7].value[1] == 0.9
+    assert answers[6].value[0] != answers[7].value[0]
+    modules = [name for name in answers[8].value if name != "fivtui"]
+    assert len(modules) == 4
+
+
+def test_hundreds_of_instances_live_in_one_process(fmu: Path) -> None:
+    with Driver(fmu) as driver:
+        many, _, before, _, after = driver.drive(
+            ("a", "many", 60),
+            ("a", "many", 1),
+            ("", "path_length"),
+            *[("a", "many", 1)] * 1,
+            ("", "path_length"),
+        )
+        for _ in range(200):
+            assert driver.drive(("a", "many", 1))[0].value == many.value[:1]
+        assert driver.drive(("", "path_length"))[0].value == before.value == after.value
+    assert len(set(many.value)) == 1
+
+
+@pytest.mark.parametrize(
+    ("name", "said"),
+    [
+        ("model.zip", ".fmu"),
+        ("model", ".fmu"),
+        ("absent/model.fmu", "there is no folder"),
+        ("taken.fmu", "exists already"),
+        ("folder.fmu", "is a folder"),
+    ],
+)
+def test_a_wrong_target_is_refused_and_nothing_is_written(
+    name: str, said: str, tmp_path: Path
+) -> None:
+    (tmp_path / "taken.fmu").write_text("mine")
+    (tmp_path / "folder.fmu").mkdir()
+    with pytest.raises(InputError, match=re.escape(said)):
+        build_fmu(tmp_path / name)
+    assert (tmp_path / "taken.fmu").read_text() == "mine"
+    assert len(list(tmp_path.iterdir())) == 2
+
+
+def test_a_component_that_is_not_there_is_refused(tmp_path: Path) -> None:
+    with pytest.raises(InputError, match="did you mean brake-actuator"):
+        build_fmu(tmp_path / "m.fmu", component="actuator")
+
+
+def test_force_replaces_a_file(tmp_path: Path) -> None:
+    target = tmp_path / "taken.fmu"
+    target.write_text("old")
+    assert build_fmu(target, force=True) == target
+    assert validate_fmu(str(target)) == []
+
+
+def test_a_build_that_fails_leaves_the_old_file_and_no_trace(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    target = tmp_path / "taken.fmu"
+    target.write_text("old")
+    monkeypatch.setattr("fmu_src.build.bundle._text", lambda *_: "raise RuntimeError('broken')\n")
+    path, modules = sys.path[:], set(sys.modules)
+    with pytest.raises(RuntimeError, match="broken"):
+        build_fmu(target, force=True)
+    assert target.read_text() == "old"
+    assert list(tmp_path.iterdir()) == [target]
+    assert (sys.path, set(sys.modules)) == (path, modules)

@@ -1,0 +1,243 @@
+"""Random calls, legal and not, against a model of the calling sequence of FMI 2.0."""
+
+import itertools
+import math
+from collections.abc import Iterator
+from dataclasses import dataclass, field, replace
+from typing import Any, ClassVar
+
+import pytest
+from hypothesis import settings
+from hypothesis import strategies as st
+from hypothesis.stateful import (
+    RuleBasedStateMachine,
+    initialize,
+    precondition,
+    rule,
+    run_state_machine_as_test,
+)
+
+from fmu_src.build.builder import build_fmu
+from fmu_src.slave.variable import Role
+from fmu_src.slave.variables import REFERENCES, VARIABLES
+from tests.support.fmu_driver import Answer, Driver
+
+OUTPUTS = [v.name for v in VARIABLES if v.role is Role.OUTPUT]
+STARTS = {"F": 80.0, "mu": 0.7, "m": 5.0}
+RANGES = {"F": (-1e9, 1e9), "mu": (0.0, 100.0), "m": (5e-324, 1e9)}
+REASONABLE = {"F": st.floats(1.0, 200.0), "mu": st.floats(0.0, 2.0), "m": st.floats(1.0, 10.0)}
+WRONG = st.sampled_from([math.nan, math.inf, -math.inf, -1e10, 1e12])
+
+
+@dataclass(frozen=True)
+class Expected:
+    """What the instance ought to be."""
+
+    phase: str = "instantiated"
+    start: float | None = None
+    stop: float = math.inf
+    tol: float | None = None
+    t: float = 0.0
+    values: dict[str, float] = field(default_factory=lambda: dict(STARTS))
+    # What a fresh instance must be told to come to the same point.
+    begun: dict[str, float] | None = None
+    history: tuple[tuple[dict[str, float], float, float], ...] = ()
+    refused: frozenset[str] = frozenset()
+
+    def refusing(self, *calls: str) -> "Expected":
+        return replace(self, refused=self.refused | set(calls))
+
+    def without(self, *calls: str) -> "Expected":
+        return replace(self, refused=self.refused - set(calls))
+
+
+class Calls(RuleBasedStateMachine):
+    """One instance, driven at random, and what is expected of it."""
+
+    driver: ClassVar[Driver]
+
+    def call(self, *call: Any) -> Answer:
+        return self.driver.go_on(("a", *call))[0]
+
+    @initialize(begun=st.booleans(), tol=st.sampled_from([None, 1e-6]))
+    def instantiate(self, begun: bool, tol: float | None) -> None:
+        self.driver.go_on(("", "free_all"))
+        assert self.call("new").status == "ok"
+        self.expected = Expected()
+        self.saved: list[Expected] = []
+        if begun:
+            self.begin(tol)
+
+    def begin(self, tol: float | None) -> None:
+        self.setup(0.0, None, tol)
+        self.enter()
+        self.exit()
+
+    def setup(self, start: float, stop: float | None, tol: float | None) -> None:
+        assert self.call("setup", start, stop, tol).status == "ok"
+        legal = start == start and (stop is None or stop >= start) and tol == tol
+        if self.expected.phase != "instantiated" or not legal:
+            self.expected = self.expected.refusing("setup")
+        else:
+            self.expected = replace(
+                self.expected.without("setup"),
+                start=start,
+                stop=math.inf if stop is None else stop,
+                tol=tol,
+            )
+
+    def enter(self) -> None:
+        assert self.call("enter").status == "ok"
+        if self.expected.phase == "instantiated" and self.expected.start is not None:
+            self.expected = replace(self.expected.without("enter"), phase="initialization")
+        else:
+            self.expected = self.expected.refusing("enter")
+
+    def exit(self) -> None:
+        assert self.call("exit").status == "ok"
+        e = self.expected
+        if e.phase == "initialization" and not e.refused - {"exit"}:
+            assert e.start is not None
+            begun = dict(e.values)
+            self.expected = replace(e.without("exit"), phase="stepping", t=e.start, begun=begun)
+        else:
+            self.expected = e.refusing("exit")
+
+    def terminate(self) -> None:
+        assert self.call("terminate").status == "ok"
+        self.expected = replace(self.expected, phase="terminated")
+
+    def reset(self) -> None:
+        assert self.call("reset").status == "ok"
+        self.expected = Expected()
+
+    @rule(
+        which=st.sampled_from(["enter", "exit", "begin", "setup", "terminate", "reset"]),
+        data=st.data(),
+    )
+    def change_the_phase(self, which: str, data: st.DataObject) -> None:
+        if which == "setup":
+            self.setup(
+                data.draw(st.sampled_from([0.0, -2.0, 3.5, math.nan])),
+                data.draw(st.sampled_from([None, 5.0, 100.0, -10.0])),
+                data.draw(st.sampled_from([None, 1e-8, 0.0, 1.0, math.nan])),
+            )
+        elif which == "begin":
+            self.reset()
+            self.begin(None)
+        else:
+            getattr(self, which)()
+
+    def set(self, name: str, value: float) -> None:
+        assert self.call("set", {name: value}).status == "ok"
+        e = self.expected
+        lower, upper = RANGES[name]
+        settable = e.phase != "terminated" and not (e.phase == "stepping" and name == "m")
+        if settable and lower <= value <= upper:
+            self.expected = replace(e.without(name), values=e.values | {name: value})
+        else:
+            self.expected = e.refusing(name)
+
+    @rule(name=st.sampled_from(["F", "F", "mu", "mu", "m"]), data=st.data())
+    def set_a_reasonable_value(self, name: str, data: st.DataObject) -> None:
+        self.set(name, data.draw(REASONABLE[name]))
+
+    @rule(what=st.sampled_from(["F", "mu", "y", "mode", "unknown"]), value=WRONG)
+    def set_what_is_wrong(self, what: str, value: float) -> None:
+        if what in STARTS:
+            self.set(what, value)
+        else:
+            reference = REFERENCES.get(what, 10_000)
+            assert self.call("set_raw", "Real", [reference], [0.0]).status == "ok"
+            self.expected = self.expected.refusing(f"reference {reference}")
+
+    @rule(kind=st.sampled_from(["Real", "Integer", "Boolean", "String"]))
+    def read_what_is_not_there(self, kind: str) -> None:
+        answer = self.call("get_raw", kind, [10_000])
+        assert (answer.status, len(answer.log)) == ("ok", 1)
+
+    @rule(h=st.one_of(st.floats(1e-6, 1.5), st.sampled_from([1e-3, 1e-2])))
+    def step(self, h: float, late: float = 0.0) -> None:
+        e = self.expected
+        status = self.call("step", e.t + late, h).status
+        end = e.t + late + h
+        legal = abs(late) < 1e-9 and 0.0 < h < math.inf and e.t < end <= e.stop
+        if e.refused or e.phase != "stepping" or not legal:
+            assert status == "discard"
+            if e.phase == "stepping":
+                self.expected = replace(e, refused=frozenset())
+        else:
+            assert status == "ok"
+            self.expected = replace(e, t=end, history=(*e.history, (dict(e.values), e.t + late, h)))
+
+    @rule(h=st.sampled_from([1e-3, 3e-3, 1e-2]), count=st.integers(2, 5))
+    def step_again_and_again(self, h: float, count: int) -> None:
+        for _ in range(count):
+            self.step(h)
+
+    @rule(
+        h=st.sampled_from([0.0, -0.1, math.nan, math.inf, 1e-300, 1e-3]),
+        late=st.sampled_from([0.0, 1e-10, 0.25, -0.25, math.nan]),
+    )
+    def step_wrongly(self, h: float, late: float) -> None:
+        self.step(h, late)
+
+    @precondition(lambda self: len(self.saved) < 3)
+    @rule()
+    def save(self) -> None:
+        self.call("save", f"s{len(self.saved)}")
+        self.saved.append(replace(self.expected, refused=frozenset()))
+
+    @precondition(lambda self: self.saved)
+    @rule(data=st.data(), through_bytes=st.booleans())
+    def restore(self, data: st.DataObject, through_bytes: bool) -> None:
+        number = data.draw(st.integers(0, len(self.saved) - 1))
+        name = f"s{number}"
+        if through_bytes:
+            self.call("serialize", name, "copy")
+            name = "copy"
+        assert self.call("restore", name).status == "ok"
+        if through_bytes:
+            self.call("forget", "copy")
+        self.expected = self.saved[number]
+
+    @rule()
+    def look(self) -> None:
+        # Not after every rule: what nobody reads is computed another way.
+        answer = self.call("get", [*STARTS, *OUTPUTS])
+        assert answer.value[: len(STARTS)] == list(self.expected.values.values())
+
+    def teardown(self) -> None:
+        """What was refused has left no trace: the accepted calls alone give the same outputs."""
+        self.look()
+        e = self.expected
+        if e.begun is None:
+            return
+        wanted = self.call("get", OUTPUTS).value
+        calls: list[Any] = [("b", "new"), ("b", "setup", e.start, None, e.tol)]
+        calls += [("b", "set", e.begun), ("b", "enter"), ("b", "exit")]
+        for inputs, points in itertools.groupby(e.history, lambda step: step[0]):
+            calls.append(("b", "set", {n: inputs[n] for n in ("F", "mu")}))
+            calls += [("b", "step", t, h) for t, h in _fewest_steps([p[1:] for p in points])]
+        calls += [("b", "set", {n: e.values[n] for n in ("F", "mu")}), ("b", "get", OUTPUTS)]
+        assert self.driver.go_on(*calls)[-1].value == wanted
+
+
+def _fewest_steps(steps: list[tuple[float, float]]) -> list[tuple[float, float]]:
+    """One step in place of many, where its end is the same float: the result is to be the same."""
+    (begin, _), (last, h) = steps[0], steps[-1]
+    whole = (last + h) - begin
+    return [(begin, whole)] if begin + whole == last + h > begin else steps
+
+
+@pytest.fixture(scope="module")
+def driver(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Driver]:
+    with Driver(build_fmu(tmp_path_factory.mktemp("fmu") / "slider_belt.fmu")) as driver:
+        yield driver
+
+
+def test_any_sequence_of_calls_does_what_the_standard_says(driver: Driver) -> None:
+    Calls.driver = driver
+    run_state_machine_as_test(
+        Calls, settings=settings(max_examples=100, stateful_step_count=30, deadline=None)
+    )

@@ -1,0 +1,530 @@
+"""Every attribute of the model descriptions against tables, units and dependencies of their own.
+
+The tables below are written from the equations and from the paper's base set, not from the code;
+units are held against the dimensions of the equations, display units against what a millimetre is,
+nominals against the base scene's motion, and dependencies against what in fact changes.
+"""
+
+import re
+import zipfile
+from collections.abc import Callable, Iterator, Mapping
+from fractions import Fraction
+from importlib.util import find_spec
+from typing import Any, Final, NamedTuple
+from xml.etree import ElementTree as ET
+
+import numpy as np
+import pytest
+
+from fivtui import simulate
+from fmu_src.build.builder import build_fmu
+from fmu_src.slave.actuator import BrakeActuator
+from fmu_src.slave.instance import Instance
+from fmu_src.slave.slider_belt import SliderBelt
+
+# Name, causality, variability, unit, min, max, nominal, start, and what the description says.
+PARAMETERS: Final = """
+m       parameter fixed      kg    2.2250738585072014e-308 1e9  5    5    mass of the slider
+k1      parameter fixed      N/m   2.2250738585072014e-308 1e12 100  100  horizontal stiffness
+k2      parameter fixed      N/m   2.2250738585072014e-308 1e12 50   50   linear contact stiffness
+k3      parameter fixed      N/m   0                       1e12 60   60   coupling spring
+c1      parameter fixed      N·s/m 0                       1e9  0.32 0.32 horizontal damping
+c2      parameter fixed      N·s/m 0                       1e9  0.32 0.32 vertical damping
+F       input     continuous N     -1e9                    1e9  80   80   preload, positive towards the belt
+k_nl    parameter fixed      N/m^3 0                       1e15 100  100  cubic contact stiffness
+mu      input     continuous 1     0                       100  0.7  0.7  friction coefficient
+x_start  parameter fixed     m     -                       -    1    0    horizontal displacement at the start
+vx_start parameter fixed     m/s   -                       -    10   0    horizontal velocity at the start
+y_start  parameter fixed     m     -                       -    1    0    vertical displacement at the start
+vy_start parameter fixed     m/s   -                       -    10   0    vertical velocity at the start
+"""  # noqa: E501
+OUTPUTS: Final = """
+x       output    continuous m     -                       -    1    -    horizontal displacement
+vx      output    continuous m/s   -                       -    10   -    horizontal velocity
+y       output    continuous m     -                       -    1    -    vertical displacement
+vy      output    continuous m/s   -                       -    10   -    vertical velocity
+P       output    continuous N     -                       -    100  -    contact force
+friction_slider output continuous N -                      -    100  -    of the belt on the slider, mu P
+friction_belt output continuous N  -                       -    100  -    of the slider on the belt, -mu P
+mode    output    discrete   1     0                       1    1    -    1 in contact, 0 separated
+switching output  continuous m     -                       -    1    -    negative in contact, positive when separated
+separations output discrete  1     0                       -    1    -    number of separations
+reattachments output discrete 1    0                       -    1    -    number of reattachments
+last_event output discrete   s     -                       -    1    -    time of the last separation or reattachment
+ax      local     continuous m/s^2 -                       -    50   -    horizontal acceleration
+ay      local     continuous m/s^2 -                       -    50   -    vertical acceleration
+"""  # noqa: E501
+ACTUATOR: Final = """
+command input     continuous N     -1e9                    1e9  100  80   force that the contact is to have
+P       input     continuous N     -                       -    100  80   contact force, fed back
+tau     parameter fixed      s     2.2250738585072014e-308 1e6  0.05 0.05 time constant of the lag
+gain    parameter fixed      1     0                       1e3  0.1  0.1  gain of the feedback
+F_start parameter fixed      N     -1e9                    1e9  100  80   preload at the start
+F       output    continuous N     -                       -    100  -    preload, positive towards the belt
+F_rate  local     continuous N/s   -                       -    1e3  -    rate of the preload
+"""  # noqa: E501
+FLAGS: Final = {
+    "separation": "may separate",
+    "start_static": "at rest at the equilibrium of mu = 0",
+}
+DERIVATIVE_OF: Final = {"vx": "x", "ax": "vx", "vy": "y", "ay": "vy", "F_rate": "F"}
+STATES: Final = ("x", "vx", "y", "vy")
+FMUS: Final = ("slider-belt", "brake-actuator", "exchange")
+REALS: Final = {
+    "slider-belt": PARAMETERS + OUTPUTS,
+    "brake-actuator": ACTUATOR,
+    "exchange": PARAMETERS + OUTPUTS,
+}
+EXPERIMENTS: Final = {
+    "slider-belt": {"startTime": 0.0, "stopTime": 100.0, "stepSize": 0.01, "tolerance": 1e-12},
+    "brake-actuator": {"startTime": 0.0, "stopTime": 100.0, "stepSize": 0.01, "tolerance": 1e-12},
+    "exchange": {"startTime": 0.0, "stopTime": 100.0, "tolerance": 1e-10},
+}
+
+
+class Row(NamedTuple):
+    """A row of the tables above."""
+
+    name: str
+    causality: str
+    variability: str
+    unit: str
+    min: str
+    max: str
+    nominal: str
+    start: str
+    said: str
+
+
+def rows_of(which: str) -> list[Row]:
+    lines = [line for line in REALS[which].splitlines() if line]
+    rows = [Row(*re.split(r"\s+", line, maxsplit=8)) for line in lines]
+    return [row._replace(unit=row.unit.replace("·", " ")) for row in rows]
+
+
+@pytest.fixture(scope="module")
+def descriptions(tmp_path_factory: pytest.TempPathFactory) -> dict[str, ET.Element]:
+    folder, roots = tmp_path_factory.mktemp("fmu"), {}
+    for which in FMUS:
+        if which == "exchange":
+            if find_spec("pythonfmu3") is None:
+                continue
+            fmu = build_fmu(folder / f"{which}.fmu", fmi="3")
+        else:
+            fmu = build_fmu(folder / f"{which}.fmu", component=which)
+        with zipfile.ZipFile(fmu) as archive:
+            roots[which] = ET.fromstring(archive.read("modelDescription.xml"))
+    return roots
+
+
+@pytest.fixture(params=FMUS)
+def described(request: pytest.FixtureRequest, descriptions: Any) -> tuple[str, ET.Element]:
+    """Each FMU with its model description."""
+    if request.param not in descriptions:
+        pytest.skip("pythonfmu3 is not installed (extra fmi3)")
+    return request.param, descriptions[request.param]
+
+
+def variables_of(root: ET.Element) -> list[dict[str, str]]:
+    """Attributes of the variables, those of FMI 2.0's inner element included, and its type."""
+    variables = []
+    for element in root.iterfind("ModelVariables/*"):
+        typed = element[0] if element.tag == "ScalarVariable" else element
+        kind = {"Float64": "Real"}.get(typed.tag, typed.tag)
+        variables.append({**element.attrib, **typed.attrib, "type": kind})
+    return variables
+
+
+def number(text: str | None) -> float | None:
+    return None if text in (None, "-") else float(str(text))
+
+
+def test_every_real_variable_is_what_the_table_says(described: tuple[str, ET.Element]) -> None:
+    which, root = described
+    table = {row.name: row for row in rows_of(which)}
+    reals = {v["name"]: v for v in variables_of(root) if v["type"] == "Real"}
+    assert reals.keys() - {"time"} == table.keys()
+    for name, row in table.items():
+        v = reals[name]
+        assert (v["causality"], v["variability"]) == (row.causality, row.variability), name
+        initial = {"parameter": "exact", "input": None}.get(row.causality, "calculated")
+        assert v.get("initial") == initial, name
+        assert v["unit"] == v["displayUnit"] == row.unit, name
+        for attribute in ("min", "max", "nominal", "start"):
+            given, right = number(v.get(attribute)), number(getattr(row, attribute))
+            assert given == right, (name, attribute)
+        assert row.said in v["description"], name
+        assert "quantity" not in v, name
+        assert "declaredType" not in v, name
+
+
+def test_time_is_the_independent_variable_of_the_importer(
+    descriptions: dict[str, ET.Element],
+) -> None:
+    if "exchange" not in descriptions:
+        pytest.skip("pythonfmu3 is not installed (extra fmi3)")
+    *others, last = variables_of(descriptions["exchange"])
+    assert "independent" not in {v["causality"] for v in others}
+    assert last == {
+        "name": "time",
+        "valueReference": str(len(others)),
+        "causality": "independent",
+        "variability": "continuous",
+        "unit": "s",
+        "type": "Real",
+    }
+
+
+def test_the_flags_are_true_and_fixed(described: tuple[str, ET.Element]) -> None:
+    which, root = described
+    flags = {v["name"]: v for v in variables_of(root) if v["type"] == "Boolean"}
+    assert flags.keys() == (set() if which == "brake-actuator" else FLAGS.keys())
+    for name, v in flags.items():
+        assert FLAGS[name] in v["description"]
+        del v["description"], v["valueReference"]
+        assert v == {
+            "name": name,
+            "causality": "parameter",
+            "variability": "fixed",
+            "initial": "exact",
+            "start": "true",
+            "type": "Boolean",
+        }
+
+
+def test_the_other_types_of_the_mode_are_discrete_and_local(
+    descriptions: dict[str, ET.Element],
+) -> None:
+    root = descriptions["slider-belt"]
+    others = {v["type"]: v for v in variables_of(root) if v["type"] not in ("Real", "Boolean")}
+    assert others.keys() == {"Integer", "Enumeration"}
+    for kind, v in others.items():
+        assert "1 in contact, 0 separated" in v["description"]
+        assert (v["name"], v["causality"]) == (f"mode_{kind.lower()}", "local")
+        assert (v["variability"], v["initial"]) == ("discrete", "calculated")
+        assert (v["min"], v["max"]) == ("0", "1")
+    (declared,) = root.iterfind("TypeDefinitions/SimpleType")
+    assert others["Enumeration"]["declaredType"] == declared.get("name")
+    assert [(i.get("name"), i.get("value")) for i in declared.iter("Item")] == [
+        ("separated", "0"),
+        ("contact", "1"),
+    ]
+
+
+def test_the_value_references_count_up_and_derivatives_point_to_states(
+    described: tuple[str, ET.Element],
+) -> None:
+    which, root = described
+    variables = variables_of(root)
+    assert [int(v["valueReference"]) for v in variables] == list(range(len(variables)))
+    names = [v["name"] for v in variables]
+    assert len(set(names)) == len(names)
+    # FMI 2.0 points to places, counted from one, FMI 3.0 to value references.
+    first = 0 if which == "exchange" else 1
+    derivatives = {
+        v["name"]: names[int(v["derivative"]) - first] for v in variables if "derivative" in v
+    }
+    assert derivatives == {k: s for k, s in DERIVATIVE_OF.items() if k in names}
+
+
+def test_the_model_and_its_experiment_are_named(described: tuple[str, ET.Element]) -> None:
+    which, root = described
+    model = "BrakeActuator" if which == "brake-actuator" else "SliderBelt"
+    assert root.get("modelName") == model
+    assert root.get("fmiVersion") == ("3.0" if which == "exchange" else "2.0")
+    kind = root.find("ModelExchange" if which == "exchange" else "CoSimulation")
+    assert kind is not None
+    assert kind.get("modelIdentifier") == model
+    assert (root.get("author"), root.get("license")) == ("The fivtui developers", "MIT")
+    assert root.get("variableNamingConvention") == "structured"
+    said = str(root.get("description"))
+    assert ("Brake actuator" if which == "brake-actuator" else "friction-induced") in said
+    experiment = root.find("DefaultExperiment")
+    assert experiment is not None
+    assert {k: float(v) for k, v in experiment.attrib.items()} == EXPERIMENTS[which]
+
+
+# Exponents of kg, m and s.
+DIMENSIONS: Final = {
+    "kg": (1, 0, 0),
+    "m": (0, 1, 0),
+    "s": (0, 0, 1),
+    "N": (1, 1, -2),
+    "1": (0,) * 3,
+}
+SIZES: Final = {
+    "g": Fraction(1, 1000),
+    "mm": Fraction(1, 1000),
+    "ms": Fraction(1, 1000),
+    "kN": Fraction(1000),
+}
+
+
+def parsed(unit: str, of: Callable[[str], Any], power: Callable[[Any, int], Any]) -> Any:
+    numerator, *divisors = unit.split("/")
+    factors = [(f, 1) for f in numerator.split()] + [(f, -1) for f in divisors]
+    values = []
+    for factor, sign in factors:
+        name, _, exponent = factor.partition("^")
+        values.append(power(of(name), sign * int(exponent or 1)))
+    return values
+
+
+def dimension(unit: str) -> tuple[int, ...]:
+    parts = parsed(unit, DIMENSIONS.__getitem__, lambda d, n: tuple(n * e for e in d))
+    return tuple(sum(exponents) for exponents in zip(*parts, strict=True))
+
+
+def size(unit: str) -> Fraction:
+    product = Fraction(1)
+    for part in parsed(unit, lambda name: SIZES.get(name, Fraction(1)), lambda v, n: v**n):
+        product *= part
+    return product
+
+
+def test_units_and_display_units_are_what_their_names_say(
+    described: tuple[str, ET.Element],
+) -> None:
+    _, root = described
+    units = {str(unit.get("name")): unit for unit in root.iterfind("UnitDefinitions/Unit")}
+    assert {v["unit"] for v in variables_of(root) if "unit" in v} == units.keys()
+    for name, unit in units.items():
+        base = unit.find("BaseUnit")
+        assert base is not None
+        exponents = {k: int(v) for k, v in base.attrib.items()}
+        right = dict(zip(("kg", "m", "s"), dimension(name), strict=True))
+        assert exponents == {k: e for k, e in right.items() if e}, name
+        shown = {str(d.get("name")): str(d.get("factor")) for d in unit.iter("DisplayUnit")}
+        assert all("offset" not in d.attrib for d in unit.iter("DisplayUnit"))
+        assert len(shown) == (1 if name == "1" else 2)
+        for display, factor in shown.items():
+            # A value in the display unit is the factor times the value in the unit.
+            assert Fraction(factor) == size(name) / size(display), (name, display)
+
+
+def test_the_terms_of_the_equations_have_one_dimension_each(
+    descriptions: dict[str, ET.Element],
+) -> None:
+    units = {row.name: row.unit for row in rows_of("slider-belt")}
+
+    def product(*names: str) -> tuple[int, ...]:
+        return tuple(np.sum([dimension(units[name]) for name in names], axis=0).tolist())
+
+    force = product("F")
+    for term in (
+        *(("m", "ax"), ("c1", "vx"), ("k1", "x"), ("k3", "y"), ("mu", "P"), ("m", "ay")),
+        *(("c2", "vy"), ("k3", "x"), ("k2", "y"), ("k_nl", "y", "y", "y"), ("friction_slider",)),
+        *(("friction_belt",), ("P",), ("k1", "x_start"), ("k2", "y_start")),
+        *(("c1", "vx_start"), ("c2", "vy_start"), ("k2", "switching")),
+    ):
+        assert product(*term) == force, term
+    assert dimension(units["last_event"]) == dimension("s")
+    for derivative, state in (("vx", "x"), ("vy", "y"), ("ax", "vx"), ("ay", "vy")):
+        assert dimension(f"s {units[derivative]}") == product(state)
+    # tau dF/dt = command + gain (command - P) - F
+    units = {row.name: row.unit for row in rows_of("brake-actuator")}
+    for term in (("tau", "F_rate"), ("command",), ("gain", "P"), ("F",), ("F_start",)):
+        assert product(*term) == force, term
+
+
+def test_nominals_are_the_sizes_that_the_base_scene_reaches() -> None:
+    trajectory = simulate(t_end=50.0, samples=np.linspace(0.0, 50.0, 2001)).trajectory
+    assert trajectory is not None
+    x, vx, y, vy, P = (getattr(trajectory, name) for name in ("x", "vx", "y", "vy", "P"))
+    reached = {"x": x, "vx": vx, "y": y, "vy": vy, "P": P, "switching": y}
+    reached |= {
+        "friction_slider": 0.7 * P,
+        "friction_belt": -0.7 * P,
+        "ax": (0.7 * P - 0.32 * vx - 130.0 * x + 30.0 * y) / 5.0,
+        "ay": (P - 80.0 - 0.32 * vy - 30.0 * y + 30.0 * x) / 5.0,
+    }
+    for row in rows_of("slider-belt"):
+        if row.name in reached:
+            size = float(np.sqrt(np.mean(reached[row.name] ** 2)))
+            assert 1 / 4 < size / float(row.nominal) < 4, (row.name, size)
+
+
+# --- dependencies: what a variable depends on is what changes it ---
+
+PUSHED: Final = {
+    "m": 1.0, "k1": 7.0, "k2": 7.0, "k3": 7.0, "c1": 0.1, "c2": 0.1, "F": 9.0, "k_nl": 9.0,
+    "mu": 0.1, "x_start": 0.1, "vx_start": 0.1, "y_start": 0.01, "vy_start": 0.1,
+    "command": 5.0, "P": 5.0, "tau": 0.01, "gain": 0.1, "F_start": 5.0,
+}  # fmt: skip
+MOVING: Final = {"start_static": False, "x_start": 0.2, "vx_start": -0.3, "vy_start": 0.4}
+# In contact and separated, at rest and moving, with separation and without.
+POINTS: Final[Mapping[str, list[dict[str, Any]]]] = {
+    "slider-belt": [
+        {**start, "separation": separation}
+        for separation in (True, False)
+        for start in (
+            {"F": 80.0},
+            {"F": -80.0},
+            {**MOVING, "y_start": -0.5},
+            {**MOVING, "y_start": 0.5},
+        )
+    ],
+    "brake-actuator": [{"command": 60.0, "P": 40.0}],
+}
+# Only at the switch itself does the start's direction decide the mode, and with it the force.
+AT_SWITCH_ONLY: Final = {"P", "friction_slider", "friction_belt", "mode"}
+
+
+def made(which: str) -> Instance:
+    return (SliderBelt if which == "slider-belt" else BrakeActuator)(instance_name="test")
+
+
+def values_after(which: str, values: Mapping[str, Any], later: Mapping[str, Any]) -> dict[str, Any]:
+    """All values of an instance initialized with some, after some others are set."""
+    instance = made(which)
+    references = instance._table.references
+
+    def put(given: Mapping[str, Any]) -> None:
+        for name, value in given.items():
+            setter = instance.set_boolean if isinstance(value, bool) else instance.set_real
+            setter([references[name]], [value])
+
+    put(values)
+    instance.setup_experiment(0.0, None, None)
+    instance.enter_initialization_mode()
+    instance.exit_initialization_mode()
+    put(later)
+    assert not instance.log_queue, [str(message) for message in instance.log_queue]
+    return dict(zip(references, instance.get_real(list(references.values())), strict=True))
+
+
+def changed(before: Mapping[str, Any], after: Mapping[str, Any]) -> Iterator[str]:
+    return (name for name in before if abs(before[name] - after[name]) > 1e-9)
+
+
+def dependencies(which: str, root: ET.Element, tag: str) -> dict[str, set[str]]:
+    names = [v["name"] for v in variables_of(root)]
+    if which == "exchange":
+        unknowns = root.iterfind(f"ModelStructure/{tag}")
+        key, first = "valueReference", 0
+    else:
+        unknowns = root.iterfind(f"ModelStructure/{tag}/Unknown")
+        key, first = "index", 1
+    found = {}
+    for unknown in unknowns:
+        known = str(unknown.get("dependencies")).split()
+        assert str(unknown.get("dependenciesKind")).split() == ["dependent"] * len(known)
+        found[names[int(str(unknown.get(key))) - first]] = {names[int(k) - first] for k in known}
+    return found
+
+
+@pytest.mark.parametrize("which", ["slider-belt", "brake-actuator"])
+def test_initial_values_depend_on_what_changes_them(
+    which: str, descriptions: dict[str, ET.Element]
+) -> None:
+    claimed = dependencies(which, descriptions[which], "InitialUnknowns")
+    unknowns = {
+        r.name for r in rows_of(which) if r.causality == "output" or r.name in DERIVATIVE_OF
+    }
+    assert claimed.keys() == unknowns
+    found: dict[str, set[str]] = {name: set() for name in claimed}
+    for point in POINTS[which]:
+        start = values_after(which, point, {})
+        settable = [r.name for r in rows_of(which) if r.causality in ("parameter", "input")]
+        changes: dict[str, Any] = {name: start[name] + PUSHED[name] for name in settable}
+        if which == "slider-belt":
+            changes |= {name: not start[name] for name in FLAGS}
+        for name, value in changes.items():
+            for output in changed(start, values_after(which, {**point, name: value}, {})):
+                if output in found:
+                    found[output].add(name)
+    for output, known in claimed.items():
+        if output in AT_SWITCH_ONLY:
+            assert found[output] <= known, output
+            assert known - found[output] <= {*PUSHED, *FLAGS} - {"m", "c1", "c2"}, output
+        else:
+            assert found[output] == known, output
+    if which == "slider-belt":
+        assert claimed["P"] == claimed["mode"] == claimed["friction_belt"] - {"mu"}
+        assert claimed["friction_belt"] == claimed["friction_slider"]
+    if which == "slider-belt" and "exchange" in descriptions:
+        assert dependencies("exchange", descriptions["exchange"], "InitialUnknown") == claimed
+
+
+@pytest.mark.parametrize("which", ["slider-belt", "brake-actuator"])
+def test_outputs_depend_at_a_communication_point_on_the_inputs_that_change_them(
+    which: str, descriptions: dict[str, ET.Element]
+) -> None:
+    claimed = dependencies(which, descriptions[which], "Outputs")
+    assert list(claimed) == [row.name for row in rows_of(which) if row.causality == "output"]
+    inputs = [row.name for row in rows_of(which) if row.causality == "input"]
+    found: dict[str, set[str]] = {name: set() for name in claimed}
+    for point in POINTS[which]:
+        start = values_after(which, point, {})
+        for name in inputs:
+            after = values_after(which, point, {name: start[name] + PUSHED[name]})
+            for output in changed(start, after):
+                if output in found:
+                    found[output].add(name)
+    assert found == claimed
+
+
+def test_derivatives_depend_on_the_states_and_inputs_that_change_them(
+    descriptions: dict[str, ET.Element],
+) -> None:
+    claimed = dependencies("slider-belt", descriptions["slider-belt"], "Derivatives")
+    assert claimed.keys() == {"vx", "vy", "ax", "ay"}
+    found: dict[str, set[str]] = {name: set() for name in claimed}
+    for point in POINTS["slider-belt"][2:4]:
+        start = values_after("slider-belt", point, {})
+        for known in (*STATES, "F", "mu"):
+            name = f"{known}_start" if known in STATES else known
+            after = values_after("slider-belt", {**point, name: start[name] + PUSHED[name]}, {})
+            for derivative in changed(start, after):
+                if derivative in found:
+                    found[derivative].add(known)
+    assert found == claimed
+    assert dependencies("brake-actuator", descriptions["brake-actuator"], "Derivatives") == {
+        "F_rate": {"F", "command", "P"}
+    }
+    if "exchange" in descriptions:
+        root = descriptions["exchange"]
+        assert dependencies("exchange", root, "ContinuousStateDerivative") == claimed
+
+
+def test_what_an_importer_integrates_depends_on_states_and_inputs(
+    descriptions: dict[str, ET.Element],
+) -> None:
+    if "exchange" not in descriptions:
+        pytest.skip("pythonfmu3 is not installed (extra fmi3)")
+    root = descriptions["exchange"]
+    from fmu_src.slave.exchange_entry import SliderBelt as Exchange
+
+    claimed = dependencies("exchange", root, "Output")
+    model = Exchange(instance_name="test")
+    references = model._table.references
+    model.enter_initialization_mode()
+    model.exit_initialization_mode()
+    found: dict[str, set[str]] = {name: set() for name in claimed}
+
+    def read() -> dict[str, float]:
+        return dict(zip(references, model.get_float64(list(references.values())), strict=True))
+
+    for y, mode in ((-0.5, 1.0), (0.5, 0.0)):
+        state = [0.2, -0.3, y, 0.4]
+        model.set_continuous_states(state)
+        model.update_discrete_states()
+        start = read()
+        assert (start["mode"], model.get_event_indicators()) == (mode, [y])
+        for place, known in enumerate(STATES):
+            model.set_continuous_states([s + 0.01 * (i == place) for i, s in enumerate(state)])
+            for output in changed(start, read()):
+                if output in found:
+                    found[output].add(known)
+            model.set_continuous_states(state)
+        for known in ("F", "mu"):
+            model.set_float64([references[known]], [start[known] + PUSHED[known]])
+            for output in changed(start, read()):
+                if output in found:
+                    found[output].add(known)
+            model.set_float64([references[known]], [start[known]])
+    assert found == claimed
+    assert dependencies("exchange", root, "EventIndicator") == {"switching": {"y"}}
+    nominal = {row.name: float(row.nominal) for row in rows_of("exchange")}
+    assert model.get_nominals_of_continuous_states(4) == [nominal[name] for name in STATES]
+    assert not model.log_queue

@@ -1,0 +1,124 @@
+"""Inputs that change inside of the integrator's step, against derivatives written anew here."""
+
+from collections.abc import Iterator
+from itertools import pairwise
+from typing import Any
+
+import pytest
+
+from fivtui.model.parameters import Parameters
+from fmu_src.build.builder import build_fmu
+from fmu_src.slave.motion import Motion
+from tests.support.fmu_driver import Driver
+
+STATES = ["x", "vx", "y", "vy"]
+OTHERS = ["P", "friction_slider", "friction_belt", "mode", "switching", "ax", "ay", "F", "mu"]
+# Not the base set, so that no two parameters can be mistaken for each other.
+VALUES = {"m": 3.0, "k1": 90.0, "k2": 40.0, "k3": 50.0, "c1": 0.7, "c2": 0.4, "k_nl": 120.0}
+PUSHES = [(100.0, 0.9), (30.0, 0.2), (-40.0, 1.5), (150.0, 0.0)]
+H = 2e-4
+
+
+def rates(state: list[float], F: float, mu: float, *, contact: bool) -> list[float]:
+    """ẋ, ẍ, ẏ, ÿ of the equations of motion."""
+    x, vx, y, vy = state
+    P = -40.0 * y - 120.0 * y**3 if contact else 0.0
+    ax = (mu * P - 0.7 * vx - (90.0 + 25.0) * x + 25.0 * y) / 3.0
+    ay = (P - F - 0.4 * vy - 25.0 * y + 25.0 * x) / 3.0
+    return [vx, ax, vy, ay]
+
+
+@pytest.fixture(scope="module")
+def driver(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Driver]:
+    with Driver(build_fmu(tmp_path_factory.mktemp("fmu") / "slider_belt.fmu")) as driver:
+        yield driver
+
+
+@pytest.mark.parametrize("separation", [True, False])
+def test_after_a_change_of_inputs_the_motion_has_the_derivatives_of_the_new_ones(
+    driver: Driver, separation: bool
+) -> None:
+    start = {"start_static": False, "separation": separation, "x_start": 0.5, "vx_start": -1.0}
+    calls: list[Any] = [("a", "begin", {**VALUES, **start, "y_start": -0.9, "vy_start": 0.3})]
+    t, at, reads = 0.0, [0.0, 0.31, 0.87, 1.62, 2.2, 2.9, 3.7, 4.4], []
+    for number, (now, later) in enumerate(pairwise([*at, 5.0])):
+        F, mu = PUSHES[number % len(PUSHES)]
+        calls += [("a", "get", STATES), ("a", "set", {"F": F, "mu": mu})]
+        reads.append(len(calls) - 1)
+        calls += [("a", "get", [*STATES, *OTHERS])]
+        calls += [("a", "step", now, H), ("a", "get", STATES)]
+        calls += [("a", "step", now + H, H), ("a", "get", STATES)]
+        calls += [("a", "step", now + 2 * H, later - (now + 2 * H))]
+        t = later
+    answers = driver.drive(*calls)
+    assert {answer.status for answer in answers} == {"ok"}
+    modes = set()
+    for number, place in enumerate(reads):
+        F, mu = PUSHES[number % len(PUSHES)]
+        before = answers[place - 1].value
+        read = dict(zip([*STATES, *OTHERS], answers[place + 1].value, strict=True))
+        first, middle, last = before, answers[place + 3].value, answers[place + 5].value
+        contact = read["y"] < 0.0 or not separation
+        modes.add(read["mode"])
+        # The state does not jump, and what depends on the inputs follows them at once.
+        assert [read[name] for name in STATES] == before
+        assert (read["F"], read["mu"]) == (F, mu)
+        P = -40.0 * read["y"] - 120.0 * read["y"] ** 3 if contact else 0.0
+        assert read["P"] == pytest.approx(P, rel=1e-12, abs=1e-12)
+        assert read["friction_slider"] == pytest.approx(mu * P, rel=1e-12, abs=1e-12)
+        assert read["friction_belt"] == pytest.approx(-mu * P, rel=1e-12, abs=1e-12)
+        assert (read["mode"], read["switching"]) == (float(contact), read["y"])
+        derivative = rates(before, F, mu, contact=contact)
+        assert [read["ax"], read["ay"]] == pytest.approx(derivative[1::2], rel=1e-12, abs=1e-11)
+        # The trajectory's own slope in the middle of two short steps is that of the equations.
+        slope = [(b - a) / (2.0 * H) for a, b in zip(first, last, strict=True)]
+        exact = rates(middle, F, mu, contact=contact)
+        assert slope == pytest.approx(exact, rel=2e-4, abs=2e-3), (number, t)
+    assert modes == ({0.0, 1.0} if separation else {1.0})
+
+
+def test_the_motion_goes_on_in_the_same_step_under_the_inputs_it_has_changed_to() -> None:
+    p, start = Parameters(**VALUES), (0.5, -1.0, -0.9, 0.3)
+    motion = Motion(p, start, t=0.0, separation=True, tol=1e-9)
+    motion.move_to(0.01, F=100.0, mu=0.9)
+    motion.move_to(0.02, F=30.0, mu=0.2)
+    at = motion.moment
+    assert (at.F, at.mu) == (30.0, 0.2)
+    motion.move_to(0.03, F=30.0, mu=0.2)
+    assert motion.moment.segment is at.segment
+
+
+def test_the_importer_gets_the_derivatives_of_the_inputs_that_it_has_set() -> None:
+    pytest.importorskip("pythonfmu3")
+    from fmu_src.slave.exchange_entry import SliderBelt
+
+    model: Any = SliderBelt(instance_name="test")
+    references = model._table.references
+
+    def put(values: dict[str, float]) -> None:
+        model.set_float64([references[name] for name in values], list(values.values()))
+
+    put({**VALUES, "x_start": 0.5, "vx_start": -1.0, "y_start": -0.9, "vy_start": 0.3})
+    model.set_boolean([references["start_static"]], [False])
+    model.setup_experiment(2.0)
+    model.enter_initialization_mode()
+    model.exit_initialization_mode()
+    assert model.get_continuous_states() == [0.5, -1.0, -0.9, 0.3]
+    switches = [0.0, 0.0]
+    for number, y in enumerate((-0.9, 0.4, -0.2, 0.7)):
+        (F, mu), state = PUSHES[number], [0.5, -1.0, y, 0.3]
+        put({"F": F, "mu": mu})
+        model.set_time(2.0 + number)
+        model.set_continuous_states(state)
+        model.update_discrete_states()
+        switches[y < 0.0] += number > 0
+        contact = y < 0.0
+        exact = rates(state, F, mu, contact=contact)
+        assert model.get_continuous_state_derivatives() == pytest.approx(exact, rel=1e-12)
+        names = [*STATES, *OTHERS, "separations", "reattachments", "last_event"]
+        read = model.get_float64([references[name] for name in names])
+        P = -40.0 * y - 120.0 * y**3 if contact else 0.0
+        right = [*state, P, mu * P, -mu * P, float(contact), y, *exact[1::2], F, mu]
+        assert read == pytest.approx([*right, *switches, 2.0 + number], rel=1e-12)
+        assert model.get_float64([len(references)]) == [2.0 + number]
+    assert not model.log_queue

@@ -1,0 +1,130 @@
+"""What a script sees that drives the FMU through fmpy alone, without debug logging."""
+
+import json
+import math
+import subprocess
+import sys
+from pathlib import Path
+from typing import Any
+
+import fmpy
+import pytest
+
+from fivtui.fmu.run import run_fmu
+from fivtui.model.errors import ComputationError
+from fmu_src.build.builder import build_fmu
+from tests.support.fmu_tools import interpreted
+
+SCRIPT = """
+import json, sys
+import fmpy
+
+def run(**options):
+    print("--", file=sys.stderr, flush=True)
+    table = fmpy.simulate_fmu(folder, output_interval=0.1, **options)
+    return {name: table[name].tolist() for name in table.dtype.names}
+
+def resident():
+    status = open("/proc/self/status").read().splitlines()
+    return next(int(line.split()[1]) for line in status if line.startswith("VmRSS"))
+
+def refuse(steps):
+    for step in steps:
+        try:
+            instance.doStep(*step)
+        except Exception as error:
+            assert error.status == 2
+        else:
+            raise AssertionError(step)
+
+folder = fmpy.extract(sys.argv[1])
+runs = [
+    run(stop_time=1.0, start_values={"k_nl": -1.0}),
+    run(stop_time=1.0, start_values={"F": -1.0, "k3": 0.0}),
+    run(stop_time=20.0, relative_tolerance=0.0),
+    run(stop_time=20.0, relative_tolerance=1.0),
+]
+print("--", file=sys.stderr, flush=True)
+instance = fmpy.instantiate_fmu(folder, fmpy.read_model_description(folder))
+instance.setupExperiment(startTime=0.0)
+instance.enterInitializationMode()
+instance.exitInitializationMode()
+grown = []
+for steps in ([(0.0, -1.0)] * 5000, [(1.0 + k, 0.1) for k in range(5000)]):
+    refuse(steps[:2000])
+    before = resident()
+    refuse(steps[2000:])
+    grown.append(resident() - before)
+instance.doStep(0.0, 1.0)
+print(json.dumps([runs, grown]))
+"""
+
+
+@pytest.fixture(scope="module")
+def fmu(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    return build_fmu(tmp_path_factory.mktemp("fmu") / "slider_belt.fmu")
+
+
+@pytest.fixture(scope="module")
+def seen(fmu: Path, tmp_path_factory: pytest.TempPathFactory) -> tuple[Any, list[list[str]]]:
+    """What the script prints: its results, and standard error for each run."""
+    done = subprocess.run(
+        [sys.executable, "-I", "-c", SCRIPT, str(fmu)],
+        cwd=tmp_path_factory.mktemp("elsewhere"),
+        capture_output=True,
+        text=True,
+        check=False,
+    )
+    assert done.returncode == 0, done.stderr
+    _, *parts = done.stderr.split("--\n")
+    return json.loads(done.stdout), [part.splitlines() for part in parts]
+
+
+@pytest.mark.parametrize(
+    ("which", "why"),
+    [(0, "k_nl = -1: allowed is 0 <= k_nl"), (1, "no equilibrium: F = -1 N")],
+)
+def test_a_refused_start_is_printed_and_gives_no_number_that_looks_like_a_result(
+    seen: tuple[Any, list[list[str]]], which: int, why: str
+) -> None:
+    (runs, _), errors = seen
+    assert runs[which].pop("time") == [0.0, 0.0]
+    assert all(math.isnan(value) for column in runs[which].values() for value in column)
+    assert all(line.startswith("SliderBelt: ") and why in line for line in errors[which])
+    assert any("not initialized" in line or "no equilibrium" in line for line in errors[which])
+
+
+@pytest.mark.parametrize(("which", "given", "taken"), [(2, "0", 1e-13), (3, "1", 1e-2)])
+def test_a_tolerance_out_of_range_is_the_nearest_possible_and_printed(
+    seen: tuple[Any, list[list[str]]], which: int, given: str, taken: float
+) -> None:
+    (runs, _), errors = seen
+    assert errors[which] == [
+        f"SliderBelt: tolerance = {given}: must be from 1e-13 to 0.01, {taken:g} is used"
+    ]
+    assert runs[which]["y"][-1] == interpreted(t_end=20.0, tol=taken).final.y
+    assert runs[which]["y"][-1] != interpreted(t_end=20.0).final.y
+
+
+def test_thousands_of_refused_steps_take_no_memory_and_some_lines(
+    seen: tuple[Any, list[list[str]]],
+) -> None:
+    (_, grown), errors = seen
+    # 100 bytes each would be 300 kB.
+    assert max(grown) < 200
+    assert len(errors[4]) == 21
+    assert "step size = -1.0" in errors[4][0]
+    assert "switch the FMU's debug logging on" in errors[4][-1]
+
+
+def test_a_run_of_the_project_says_what_is_refused_once_in_its_error(
+    fmu: Path, capfd: pytest.CaptureFixture[str], caplog: pytest.LogCaptureFixture
+) -> None:
+    with pytest.raises(ComputationError, match="no equilibrium"):
+        run_fmu(fmu, t_end=1.0, start_values={"F": -1.0, "k3": 0.0})
+    assert caplog.record_tuples == []
+    assert capfd.readouterr() == ("", "")
+    # Other instances in the same process are not silenced.
+    fmpy.simulate_fmu(str(fmu), stop_time=1.0, start_values={"k_nl": -1.0})
+    assert "k_nl = -1" in caplog.text
+    assert {record[0] for record in caplog.record_tuples} == {"fivtui.fmu"}

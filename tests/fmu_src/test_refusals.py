@@ -1,0 +1,260 @@
+"""What the FMU refuses is logged, changes nothing, and makes the next step fail."""
+
+from collections.abc import Iterator
+from typing import Any
+
+import pytest
+
+from fivtui import simulate
+from fmu_src.build.builder import build_fmu
+from fmu_src.slave.variables import REFERENCES, VARIABLES
+from tests.support.fmu_driver import Answer, Call, Driver
+
+STATES = ["x", "vx", "y", "vy"]
+X, F, SEPARATION = (REFERENCES[name] for name in ("x", "F", "separation"))
+
+
+@pytest.fixture(scope="module")
+def driver(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Driver]:
+    with Driver(build_fmu(tmp_path_factory.mktemp("fmu") / "slider_belt.fmu")) as driver:
+        yield driver
+
+
+@pytest.mark.parametrize(
+    ("step", "said"),
+    [
+        ((1.0, 0.0), "step size = 0.0"),
+        ((1.0, -0.5), "step size = -0.5"),
+        ((1.0, float("nan")), "step size = nan"),
+        ((1.0, float("inf")), "step size = inf"),
+        ((1.0, 1e-300), "step size = 1e-300"),
+        ((0.5, 0.5), "the FMU is at 1.0 s"),
+        ((2.0, 0.5), "the FMU is at 1.0 s"),
+        ((float("nan"), 0.5), "current time = nan"),
+    ],
+)
+def test_a_wrong_step_is_refused_and_the_run_can_go_on(
+    driver: Driver, step: tuple[float, float], said: str
+) -> None:
+    calls: list[Call] = [
+        ("a", "begin"),
+        ("a", "step", 0.0, 1.0),
+        ("a", "get", STATES),
+        ("a", "step", *step),
+        ("a", "get", STATES),
+        ("a", "step", 1.0, 1.0),
+        ("a", "get", STATES),
+    ]
+    _, _, before, refused, after, _, end = driver.drive(*calls)
+    assert refused.status == "discard"
+    assert len(refused.log) == 1
+    assert said in refused.log[0]
+    assert "\n" not in refused.log[0]
+    assert before.value == after.value
+    final = simulate(t_end=2.0, kernel="interpreted").final
+    assert end.value == [final.x, final.vx, final.y, final.vy]
+
+
+@pytest.mark.parametrize(
+    ("kind", "reference", "value", "said"),
+    [
+        ("Real", F, float("nan"), "F = nan: not a finite number"),
+        ("Real", F, float("inf"), "F = inf"),
+        ("Real", F, 1e10, "F = 1e+10: allowed is -1e+09 <= F <= 1e+09 N"),
+        ("Real", REFERENCES["mu"], -0.1, "mu = -0.1: allowed is 0 <= mu <= 100"),
+        ("Real", REFERENCES["m"], 6.0, "m cannot be set while stepping"),
+        ("Real", REFERENCES["x_start"], 6.0, "x_start cannot be set while stepping"),
+        ("Boolean", SEPARATION, False, "separation cannot be set while stepping"),
+        ("Real", X, 0.0, "x is an output"),
+        ("Real", SEPARATION, 1.0, "separation is of type Boolean, not Real"),
+        ("Integer", F, 90, "F is of type Real, not Integer"),
+        ("Real", len(VARIABLES), 1.0, "value reference"),
+        ("Real", 2**32 - 1, 1.0, "value reference -1"),
+        ("String", F, "90", "no variable is of type String"),
+    ],
+)
+def test_a_wrong_value_is_refused_and_the_next_step_says_so_once(
+    driver: Driver, kind: str, reference: int, value: Any, said: str
+) -> None:
+    calls: list[Call] = [
+        ("a", "begin"),
+        ("a", "step", 0.0, 1.0),
+        ("a", "set_raw", kind, [reference], [value]),
+        ("a", "step", 1.0, 1.0),
+        ("a", "step", 1.0, 1.0),
+        ("a", "get", STATES),
+    ]
+    _, _, refused, failed, _, end = driver.drive(*calls)
+    assert said in refused.log[0]
+    assert failed.status == "discard"
+    assert said in failed.log[0]
+    final = simulate(t_end=2.0, kernel="interpreted").final
+    assert end.value == [final.x, final.vx, final.y, final.vy]
+
+
+def test_a_refused_call_sets_nothing_and_a_good_value_makes_up_for_a_bad_one(
+    driver: Driver,
+) -> None:
+    references = [F, REFERENCES["mu"]]
+    calls: list[Call] = [
+        ("a", "begin"),
+        ("a", "set_raw", "Real", references, [100.0, -1.0]),
+        ("a", "get_raw", "Real", references),
+        ("a", "set", {"mu": 0.8}),
+        ("a", "step", 0.0, 1.0),
+        ("a", "get_raw", "Real", references),
+    ]
+    answers = driver.drive(*calls)
+    assert answers[2].value == [80.0, 0.7]
+    assert answers[4].status == "ok"
+    assert answers[5].value == [80.0, 0.8]
+
+
+@pytest.mark.parametrize(
+    ("calls", "said"),
+    [
+        ([("a", "new")], "do_step is not allowed before initialization"),
+        ([("a", "new"), ("a", "setup")], "do_step is not allowed before initialization"),
+        (
+            [("a", "new"), ("a", "setup"), ("a", "enter")],
+            "do_step is not allowed in initialization mode",
+        ),
+        ([("a", "new"), ("a", "enter"), ("a", "exit")], "not allowed before setup_experiment"),
+        ([("a", "begin"), ("a", "setup")], "setup_experiment is not allowed while stepping"),
+        ([("a", "begin"), ("a", "enter")], "not allowed while stepping"),
+        ([("a", "begin"), ("a", "terminate")], "do_step is not allowed after termination"),
+        ([("a", "new"), ("a", "init", {"m": 0.0})], "m = 0: allowed is 0 < m <= 1e+09 kg"),
+        ([("a", "new"), ("a", "init", {}, float("nan"))], "tolerance = nan: must be from 1e-13"),
+        ([("a", "new"), ("a", "init", {"F": -1.0, "k3": 0.0})], "no equilibrium: F = -1 N"),
+        ([("a", "new"), ("a", "setup", float("nan"))], "start time = nan"),
+        ([("a", "new"), ("a", "setup", 2.0, 1.0)], "stop time = 1"),
+    ],
+)
+def test_a_wrong_order_or_a_wrong_setting_never_leads_to_a_step(
+    driver: Driver, calls: list[Call], said: str
+) -> None:
+    steps = [("a", "step", 0.0, 0.1)] * 8
+    answers = driver.drive(*[*calls, *steps])
+    logged = [line for answer in answers for line in answer.log]
+    assert any(said in line for line in logged)
+    assert answers[len(calls)].status == "discard"
+
+
+def test_a_failed_initialization_can_be_mended_or_reset(driver: Driver) -> None:
+    calls: list[Call] = [
+        ("a", "new"),
+        ("a", "init", {"m": -1.0}),
+        ("a", "step", 0.0, 1.0),
+        ("a", "set", {"m": 5.0}),
+        ("a", "exit"),
+        ("a", "step", 0.0, 1.0),
+        ("a", "get", STATES),
+        ("a", "reset"),
+        ("a", "init"),
+        ("a", "step", 0.0, 1.0),
+        ("a", "get", STATES),
+    ]
+    answers = driver.drive(*calls)
+    final = simulate(t_end=1.0, kernel="interpreted").final
+    assert answers[2].status == "discard"
+    assert answers[5].status == answers[9].status == "ok"
+    assert answers[6].value == answers[10].value == [final.x, final.vx, final.y, final.vy]
+
+
+def test_a_step_past_the_stop_time_is_refused(driver: Driver) -> None:
+    calls: list[Call] = [
+        ("a", "new"),
+        ("a", "setup", 0.0, 1.0),
+        ("a", "enter"),
+        ("a", "exit"),
+        ("a", "step", 0.0, 1.5),
+        ("a", "step", 0.0, 1.0 + 1e-12),
+    ]
+    answers = driver.drive(*calls)
+    assert [answer.status for answer in answers[-2:]] == ["discard", "ok"]
+    assert "after the stop time 1.0 s" in answers[-2].log[0]
+
+
+def test_a_short_step_past_the_stop_time_is_refused_too(driver: Driver) -> None:
+    calls: list[Call] = [
+        ("a", "new"),
+        ("a", "setup", 0.0, 0.0105),
+        ("a", "enter"),
+        ("a", "exit"),
+        ("a", "steps", 0.0, 1e-3, 10),
+        ("a", "step", 0.01, 1e-3),
+        ("a", "step", 0.01, 0.5e-3),
+    ]
+    answers = driver.drive(*calls)
+    assert [answer.status for answer in answers[-3:]] == ["ok", "discard", "ok"]
+
+
+def test_a_motion_out_of_the_range_of_numbers_ends_with_its_cause(driver: Driver) -> None:
+    values = {"k2": 186.0, "k_nl": 0.0, "mu": 3.0, "separation": False}
+    calls: list[Call] = [
+        ("a", "begin", values),
+        ("a", "step", 0.0, 10.0),
+        ("a", "get", STATES),
+        ("a", "step", 10.0, 1e5),
+        ("a", "get", STATES),
+        ("a", "step", 10.0, 1.0),
+    ]
+    _, _, before, failed, after, on = driver.drive(*calls)
+    assert failed.status == "discard"
+    assert "grows out of the range of numbers" in failed.log[0]
+    assert before.value == after.value
+    assert on.status == "ok"
+
+
+def test_hundreds_of_refusals_leave_an_instance_sound(driver: Driver) -> None:
+    wrong = [
+        ("a", "step", 5.0, -1.0),
+        ("a", "set_raw", "Real", [999], [1.0]),
+        ("a", "get_raw", "Real", [999]),
+        ("a", "get_raw", "String", [0]),
+        ("a", "setup"),
+        ("a", "step", 0.0, 1.0),
+    ]
+    calls = [("a", "begin"), *wrong * 60, ("a", "step", 0.0, 1.0), ("a", "get", STATES)]
+    answers = driver.drive(*calls)
+    final = simulate(t_end=1.0, kernel="interpreted").final
+    assert answers[-2].status == "ok"
+    assert answers[-1].value == [final.x, final.vx, final.y, final.vy]
+
+
+def test_without_logging_a_refusal_is_still_a_failed_step(driver: Driver) -> None:
+    calls: list[Call] = [
+        ("a", "new", 0, False),
+        ("a", "init"),
+        ("a", "set", {"mu": -1.0}),
+        ("a", "step", 0.0, 1.0),
+    ]
+    answers: list[Answer] = driver.drive(*calls)
+    assert answers[-1] == Answer("discard", None, [])
+
+
+def test_variables_of_any_type_can_be_read_as_real_and_as_integer(driver: Driver) -> None:
+    references = [SEPARATION, REFERENCES["mode"], REFERENCES["mode_integer"]]
+    calls: list[Call] = [
+        ("a", "begin"),
+        ("a", "get_raw", "Real", references),
+        ("a", "get_raw", "Integer", references),
+        ("a", "get_raw", "Boolean", references),
+    ]
+    for answer in driver.drive(*calls)[1:]:
+        assert answer.value == [1, 1, 1]
+
+
+def test_outputs_can_be_read_in_initialization_mode(driver: Driver) -> None:
+    calls: list[Call] = [
+        ("a", "new"),
+        ("a", "setup"),
+        ("a", "enter"),
+        ("a", "set", {"F": 40.0}),
+        ("a", "get", ["y"]),
+        ("a", "exit"),
+        ("a", "get", ["y"]),
+    ]
+    answers = driver.drive(*calls)
+    assert answers[4].value == answers[6].value
+    assert -0.5 < answers[4].value[0] < -0.2

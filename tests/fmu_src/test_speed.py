@@ -1,0 +1,49 @@
+"""A communication step inside a Taylor step computes nothing; the benchmark's FMUs run."""
+
+from pathlib import Path
+
+import pytest
+
+from fivtui.taylor.stepper import TaylorStepper
+from fmu_src.slave.motion import Motion
+from fmu_src.slave.slider_belt import SliderBelt
+from fmu_src.slave.variables import REFERENCES
+from tests.benchmarks.fmu import c_no_op, cost_of_a_simulation, python_no_op
+
+
+def test_steps_without_outputs_move_the_time_alone(monkeypatch: pytest.MonkeyPatch) -> None:
+    counts = {"advance": 0, "state_at": 0, "move_to": 0}
+
+    def counted(kind: type, name: str) -> None:
+        original = getattr(kind, name)
+
+        def wrapper(self: object, *args: object, **options: object) -> object:
+            counts[name] += 1
+            return original(self, *args, **options)
+
+        monkeypatch.setattr(kind, name, wrapper)
+
+    counted(TaylorStepper, "advance")
+    counted(Motion, "state_at")
+    counted(Motion, "move_to")
+    slave = SliderBelt(instance_name="one", resources=str(Path.cwd()), visible=False)
+    slave.setup_experiment(0.0, 10.0, 1e-9)
+    slave.enter_initialization_mode()
+    slave.exit_initialization_mode()
+    counts.update(advance=0, state_at=0, move_to=0)
+    for step in range(2000):
+        assert slave.do_step(step * 1e-3, 1e-3)
+    # A period is a second or so, and a Taylor step a good part of it.
+    assert counts["advance"] < 100
+    assert counts["move_to"] <= counts["advance"] + 1
+    assert counts["state_at"] == 0
+    (y,) = slave.get_real([REFERENCES["y"]])
+    assert y != 0.0
+    assert counts["state_at"] == 1
+
+
+def test_the_fmus_that_the_benchmark_compares_with_run(tmp_path: Path) -> None:
+    python = python_no_op(tmp_path)
+    native = c_no_op(tmp_path, python)
+    for fmu in (python, *([] if native is None else [native])):
+        assert cost_of_a_simulation(fmu) > 0.0

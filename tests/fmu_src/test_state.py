@@ -1,0 +1,234 @@
+"""The state of an FMU instance can be saved, restored, copied and serialised, to the last bit."""
+
+from collections.abc import Iterator
+
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from fivtui import Parameters, simulate
+from fmu_src.build.builder import build_fmu
+from fmu_src.slave.memory import Memory
+from fmu_src.slave.slider_belt import SliderBelt
+from fmu_src.slave.variables import REFERENCES, VARIABLES
+from tests.support.fmu_driver import Call, Driver
+from tests.support.strategies import moderate_parameters
+
+EVERYTHING = [v.name for v in VARIABLES if v.type == "Real"]
+
+
+@pytest.fixture(scope="module")
+def driver(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Driver]:
+    with Driver(build_fmu(tmp_path_factory.mktemp("fmu") / "slider_belt.fmu")) as driver:
+        yield driver
+
+
+# At 3.9 s the slider is off the belt, at 2.5 s on it; 1/7 s is inside of a Taylor step.
+@pytest.mark.parametrize("t", [2.5, 3.9, 1.0 / 7.0])
+def test_rollback_in_any_phase_is_exact(driver: Driver, t: float) -> None:
+    calls: list[Call] = [
+        ("a", "begin"),
+        ("a", "step", 0.0, t),
+        ("a", "save", "there"),
+        ("a", "set", {"F": 20.0}),
+        ("a", "steps", t, 0.3, 20),
+        ("a", "get", EVERYTHING),
+        ("a", "restore", "there"),
+        ("a", "get", EVERYTHING),
+        ("a", "set", {"F": 20.0}),
+        ("a", "steps", t, 0.3, 20),
+        ("a", "get", EVERYTHING),
+        ("a", "forget", "there"),
+    ]
+    answers = driver.drive(*calls)
+    first, there, second = answers[5].value, answers[7].value, answers[10].value
+    assert first == second != there
+    assert there[EVERYTHING.index("F")] == 80.0
+
+
+def test_a_serialised_state_goes_on_in_another_instance(driver: Driver) -> None:
+    calls: list[Call] = [
+        ("a", "begin", {"k_nl": 300.0, "mu": 0.9}, 1e-8),
+        ("a", "steps", 0.0, 0.35, 11),
+        ("a", "save", "original"),
+        ("a", "serialize", "original", "copy"),
+        ("b", "begin", {"separation": False, "F": 5.0}),
+        ("b", "step", 0.0, 1.0),
+        ("b", "restore", "copy"),
+        ("a", "steps", 3.85, 0.1, 50),
+        ("b", "steps", 3.85, 0.1, 50),
+        ("a", "get", EVERYTHING),
+        ("b", "get", EVERYTHING),
+        ("a", "forget", "original"),
+        ("a", "free"),
+        ("b", "forget", "copy"),
+        ("b", "free"),
+    ]
+    answers = driver.drive(*calls)
+    assert {answer.status for answer in answers} == {"ok"}
+    assert answers[9].value == answers[10].value
+
+
+def test_a_state_saved_before_the_initialization_can_be_used(driver: Driver) -> None:
+    calls: list[Call] = [
+        ("a", "new"),
+        ("a", "save", "fresh"),
+        ("a", "init", {"F": 40.0}),
+        ("a", "step", 0.0, 5.0),
+        ("a", "restore", "fresh"),
+        ("a", "init"),
+        ("a", "step", 0.0, 5.0),
+        ("a", "get", EVERYTHING),
+        ("b", "begin"),
+        ("b", "step", 0.0, 5.0),
+        ("b", "get", EVERYTHING),
+    ]
+    answers = driver.drive(*calls)
+    assert answers[7].value == answers[10].value
+
+
+@pytest.mark.parametrize("flip", [0, 20, -1])
+def test_a_damaged_state_is_refused_and_nothing_changes(driver: Driver, flip: int) -> None:
+    calls: list[Call] = [
+        ("a", "begin"),
+        ("a", "step", 0.0, 4.0),
+        ("a", "save", "good"),
+        ("a", "serialize", "good", "bad", flip),
+        ("a", "step", 4.0, 1.0),
+        ("a", "get", EVERYTHING),
+        ("a", "restore", "bad"),
+        ("a", "get", EVERYTHING),
+        ("a", "step", 5.0, 1.0),
+        ("a", "step", 5.0, 1.0),
+    ]
+    answers = driver.drive(*calls)
+    assert answers[5].value == answers[7].value
+    assert "the serialised FMU state is damaged" in answers[6].log[0]
+    assert [answer.status for answer in answers[-2:]] == ["discard", "ok"]
+
+
+def test_a_state_of_another_build_is_refused(monkeypatch: pytest.MonkeyPatch) -> None:
+    instance = slave()
+    before = instance.read()
+    data = SliderBelt._fmu_state_to_bytes(instance.memory())
+    monkeypatch.setattr("fmu_src.slave.memory._BUILD", "another")
+    refused = SliderBelt._fmu_state_from_bytes(data)
+    assert "another build" in str(refused)
+    instance.slave._set_fmu_state(refused)
+    assert instance.read() == before
+
+
+class Instance:
+    """The slave without its wrapper."""
+
+    def __init__(self) -> None:
+        self.slave = SliderBelt(instance_name="test")
+        self.t = 0.0
+
+    def set(self, **values: float) -> None:
+        references = [REFERENCES[name] for name in values]
+        self.slave.set_real(references, list(values.values()))
+
+    def begin(self) -> None:
+        self.slave.setup_experiment(0.0, None, None)
+        self.slave.enter_initialization_mode()
+        self.slave.exit_initialization_mode()
+
+    def step(self, h: float) -> None:
+        assert self.slave.do_step(self.t, h)
+        self.t += h
+
+    def read(self) -> list[float]:
+        return self.slave.get_real(range(len(VARIABLES)))
+
+    def get(self, name: str) -> float:
+        return self.slave.get_real([REFERENCES[name]])[0]
+
+    def memory(self) -> Memory:
+        memory = self.slave._get_fmu_state()
+        assert isinstance(memory, Memory)
+        return memory
+
+    def recall(self, memory: Memory, t: float) -> None:
+        self.slave._set_fmu_state(memory)
+        self.t = t
+
+
+def copied(memory: Memory) -> Memory:
+    copy = SliderBelt._fmu_state_from_bytes(SliderBelt._fmu_state_to_bytes(memory))
+    assert isinstance(copy, Memory)
+    return copy
+
+
+def slave() -> Instance:
+    instance = Instance()
+    instance.begin()
+    return instance
+
+
+steps = st.lists(st.floats(1e-3, 2.0), min_size=1, max_size=8)
+
+
+@settings(max_examples=40, deadline=None)
+@given(moderate_parameters(), steps, steps, st.floats(-50.0, 200.0), st.booleans())
+def test_going_back_and_on_gives_the_same_bits(
+    p: Parameters, before: list[float], after: list[float], F: float, through_bytes: bool
+) -> None:
+    instance = Instance()
+    instance.set(**p.as_dict())
+    instance.begin()
+    for h in before:
+        instance.step(h)
+    memory, t = instance.memory(), instance.t
+    kept = instance.read()
+    ends = []
+    for _ in range(2):
+        instance.set(F=F)
+        for h in after:
+            instance.step(h)
+        ends.append(instance.read())
+        instance.recall(copied(memory) if through_bytes else memory, t)
+    assert ends[0] == ends[1]
+    assert instance.read() == kept
+    assert instance.memory() == memory
+
+
+@settings(max_examples=40, deadline=None)
+@given(moderate_parameters(), st.lists(st.floats(1e-4, 3.0), min_size=1, max_size=30))
+def test_the_communication_points_do_not_matter(p: Parameters, points: list[float]) -> None:
+    once, often = Instance(), Instance()
+    for instance in (once, often):
+        instance.set(**p.as_dict())
+        instance.begin()
+    for h in points:
+        often.step(h)
+    once.step(often.t)
+    assert often.read() == once.read()
+
+
+@settings(max_examples=60, deadline=None)
+@given(
+    moderate_parameters(),
+    st.lists(st.tuples(st.floats(1e-3, 1.5), st.floats(-80.0, 200.0)), min_size=1, max_size=8),
+    st.booleans(),
+)
+def test_switches_alternate_whatever_the_inputs_do(
+    p: Parameters, changes: list[tuple[float, float]], on_switches: bool
+) -> None:
+    instance, native = Instance(), simulate(p, t_end=3.0)
+    # Inputs that change on a switch, to rounding, are where a switch could be lost or doubled.
+    if on_switches and native.switch_times.size:
+        first = float(native.switch_times[0])
+        changes = [(first * (1.0 - 1e-16), changes[0][1]), *changes]
+    instance.set(**p.as_dict())
+    instance.begin()
+    begun = instance.get("mode")
+    for h, F in changes:
+        instance.step(h)
+        instance.set(F=F)
+        instance.step(1e-3)
+        y, mode = instance.get("y"), instance.get("mode")
+        separations, reattachments = instance.get("separations"), instance.get("reattachments")
+        assert mode == begun - separations + reattachments
+        assert mode in (0.0, 1.0)
+        assert (y <= 1e-12) if mode else (y >= -1e-12)

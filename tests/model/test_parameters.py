@@ -1,0 +1,65 @@
+import math
+
+import pytest
+
+from fivtui import Parameters
+from fivtui.model.errors import InputError
+from fivtui.model.parameters import PARAMETERS, parameter_spec
+
+
+def test_defaults_are_the_base_set_of_the_paper() -> None:
+    assert Parameters().as_dict() == {
+        "m": 5.0,
+        "k1": 100.0,
+        "k2": 50.0,
+        "k3": 60.0,
+        "c1": 0.32,
+        "c2": 0.32,
+        "F": 80.0,
+        "k_nl": 100.0,
+        "mu": 0.7,
+    }
+
+
+def test_every_default_lies_in_its_own_bounds() -> None:
+    for spec in PARAMETERS.values():
+        assert spec.check(spec.default) == spec.default
+
+
+@pytest.mark.parametrize("name", PARAMETERS)
+@pytest.mark.parametrize("bad", ["", "two", "1,5", None, True, [1.0], math.nan, math.inf, "nan"])
+def test_what_is_not_a_finite_number_is_refused_in_one_line(name: str, bad: object) -> None:
+    with pytest.raises(InputError) as caught:
+        Parameters().with_values({name: bad})
+    message = str(caught.value)
+    assert message.startswith(name)
+    assert parameter_spec(name).allowed in message
+    assert "\n" not in message
+
+
+@pytest.mark.parametrize(
+    ("name", "bad"), [("m", 0.0), ("m", -1.0), ("k2", 0.0), ("k3", -1e-9), ("c1", -0.1), ("mu", -1)]
+)
+def test_values_out_of_bounds_are_refused_with_the_allowed_range(name: str, bad: float) -> None:
+    with pytest.raises(InputError, match="allowed is"):
+        Parameters(**{name: bad})
+
+
+def test_bounds_themselves_are_allowed_unless_open() -> None:
+    for name, spec in PARAMETERS.items():
+        assert spec.check(spec.upper) == spec.upper
+        if spec.lower_open:
+            with pytest.raises(InputError):
+                spec.check(spec.lower)
+        else:
+            assert Parameters().with_values({name: spec.lower}).as_dict()[name] == spec.lower
+
+
+def test_text_that_reads_as_a_number_is_taken() -> None:
+    assert Parameters().with_values({"F": " 1.2e2 "}).F == 120.0
+
+
+@pytest.mark.parametrize(("wrong", "near"), [("knl", "k_nl"), ("f", "F"), ("K1", "k1")])
+def test_an_unknown_name_suggests_the_nearest(wrong: str, near: str) -> None:
+    with pytest.raises(InputError, match=rf"did you mean {near}\?"):
+        parameter_spec(wrong)

@@ -1,0 +1,237 @@
+"""What motions end in: coexistence, basins, branches, against transients and eigenvalues."""
+
+import numpy as np
+import pytest
+from hypothesis import assume, given, settings
+from hypothesis import strategies as st
+
+from fivtui import Parameters, simulate, stability
+from fivtui.model.errors import Cancelled, InputError
+from fivtui.model.slider_belt import equilibrium
+from fivtui.orbits.basin import EscapeOffset, basin, escape_offset
+from fivtui.orbits.coexistence import Coexistence, coexistence
+from fivtui.orbits.continuation import BranchPoint, Continuation, continuation
+from fivtui.orbits.decay import Attraction
+from fivtui.orbits.explorer import Attractor, Explorer, Kind, find_attractors
+from fivtui.orbits.files import warning_of
+from tests.support.strategies import moderate_parameters
+
+COEXISTENCE = Parameters(F=120.0)
+
+
+@pytest.fixture(scope="module")
+def found() -> Coexistence:
+    return coexistence(COEXISTENCE)
+
+
+def test_a_stable_equilibrium_is_found_to_coexist_with_a_separating_limit_cycle(
+    found: Coexistence,
+) -> None:
+    assert stability(COEXISTENCE).stable
+    assert [each.kind for each in found.attractors] == [Kind.EQUILIBRIUM, Kind.SEPARATING_CYCLE]
+    assert found.attractors[1].half_range == pytest.approx(7.44, abs=5e-3)
+    assert found.coexists
+
+
+def test_an_offset_of_a_tenth_dies_out_and_one_of_three_tenths_does_not(
+    found: Coexistence,
+) -> None:
+    assert found.escape is not None
+    assert found.escape.up is not None
+    assert 0.1 < found.escape.up < 0.3
+    assert found.escape.down is not None
+    assert found.escape.down > 0.1
+    x, y = equilibrium(COEXISTENCE).x, equilibrium(COEXISTENCE).y
+    for sign, edge in ((1.0, found.escape.up), (-1.0, found.escape.down)):
+        ranges = []
+        for factor in (0.999, 1.001):
+            start = (x, 0.0, y + sign * factor * edge, 0.0)
+            run = simulate(COEXISTENCE, t_end=1500.0, tol=1e-9, start=start, kernel="compiled")
+            ranges.append(run.steady.y_half_range)
+        assert ranges[0] < 1e-6
+        assert ranges[1] == pytest.approx(7.44345, abs=1e-2)
+
+
+def test_at_the_base_scene_the_cycle_is_alone() -> None:
+    result = coexistence(Parameters())
+    (cycle,) = result.attractors
+    assert cycle.kind is Kind.SEPARATING_CYCLE
+    assert cycle.orbit is not None
+    assert cycle.orbit.period == pytest.approx(1.3264574885, abs=1e-10)
+    assert cycle.orbit.start[3] == pytest.approx(16.6114178, abs=1e-7)
+    assert not result.coexists
+    assert result.escape is None
+    assert escape_offset(Parameters()) is None
+
+
+def test_with_separation_ignored_the_cycle_keeps_contact() -> None:
+    (cycle,) = find_attractors(Parameters(), separation=False)
+    run = simulate(Parameters(), t_end=1200.0, separation=False, kernel="compiled")
+    assert cycle.kind is Kind.CONTACT_CYCLE
+    assert cycle.half_range == pytest.approx(run.steady.y_half_range, rel=1e-6)
+
+
+def test_both_kernels_find_the_same() -> None:
+    one, other = (
+        find_attractors(COEXISTENCE, starts=["static"], kernel=kernel)[0]
+        for kernel in ("compiled", "interpreted")
+    )
+    assert one.same_as(other)
+
+
+def test_a_linear_contact_that_never_breaks_grows_without_bounds_or_dies_out() -> None:
+    linear = Parameters(k_nl=0.0)
+    for mu, kind in ((1.2, Kind.UNBOUNDED), (0.9, Kind.EQUILIBRIUM)):
+        (end,) = find_attractors(linear.with_values({"mu": mu}), separation=False)
+        assert end == Attractor(kind)
+
+
+def test_a_slider_lifted_off_the_belt_can_be_knocked_into_a_cycle() -> None:
+    p = Parameters(F=-10.0)
+    rest, cycle = find_attractors(p)
+    assert rest == Attractor(Kind.EQUILIBRIUM)
+    run = simulate(p, t_end=1500.0, start=(0.1, 0.0, 5.0, 0.0), kernel="compiled")
+    assert cycle.half_range == pytest.approx(run.steady.y_half_range, rel=1e-6)
+
+
+@settings(max_examples=20)
+@given(moderate_parameters(), st.tuples(*[st.floats(-1.0, 1.0)] * 4))
+def test_in_the_region_of_proven_decay_motion_dies_out(
+    p: Parameters, direction: tuple[float, float, float, float]
+) -> None:
+    point = equilibrium(p)
+    region = Attraction(p, point, separation=True)
+    assume(p.F > 1.0 and region.radius > 0.0 and np.linalg.norm(direction) > 0.1)
+    assert stability(p).stable
+    rest = np.array([point.x, 0.0, point.y, 0.0])
+    inside, outside = 0.0, 1e3
+    for _ in range(60):
+        middle = 0.5 * (inside + outside)
+        x, vx, y, vy = (rest + middle * np.array(direction)).tolist()
+        inside, outside = (middle, outside) if region.holds((x, vx, y, vy)) else (inside, middle)
+    start = rest + inside * np.array(direction)
+    decay = -stability(p).growth_rate
+    assume(0.01 < decay < 100.0)
+    run = simulate(p, t_end=12.0 / decay, tol=1e-9, start=start.tolist(), kernel="compiled")
+    end = np.array([run.final.x, run.final.vx, run.final.y, run.final.vy])
+    assert run.events.separations == 0
+    assert np.linalg.norm(end - rest) < 0.1 * np.linalg.norm(start - rest)
+
+
+def test_a_slice_of_the_basins_agrees_with_transients() -> None:
+    point = equilibrium(COEXISTENCE)
+    offsets = np.array([-0.3, -0.05, 0.05, 0.3])
+    result = basin(COEXISTENCE, {"y0": point.y + offsets, "vy0": [0.0, 2.0]})
+    kinds = np.array([each.kind for each in result.attractors])[result.reached]
+    rests = kinds == Kind.EQUILIBRIUM
+    assert rests.tolist() == [[False, False], [True, False], [True, False], [False, False]]
+    assert result.start == (point.x, 0.0, point.y, 0.0)
+
+
+def test_the_values_of_a_start_that_do_not_vary_can_be_given() -> None:
+    over = {"x0": [0.0, 5.0], "vx0": [0.0]}
+    assert basin(Parameters(), over, start="static").start[0] != 0.0
+    given_start = basin(COEXISTENCE, over, start=(0.0, 0.0, 3.0, 0.0))
+    assert given_start.start == (0.0, 0.0, 3.0, 0.0)
+    assert given_start.reached.shape == (2, 1)
+
+
+@pytest.fixture(scope="module")
+def branches() -> dict[float, dict[Kind, tuple[str, ...]]]:
+    result = continuation(Parameters(), "mu", [0.2, 0.3, 0.4, 0.5])
+    assert result.coexisting == [0.3, 0.4]
+    places: dict[float, dict[Kind, tuple[str, ...]]] = {}
+    for point in result.points:
+        places.setdefault(point.value, {})[point.attractor.kind] = point.directions
+    return places
+
+
+def test_up_and_down_a_parameter_coexistence_shows_as_hysteresis(
+    branches: dict[float, dict[Kind, tuple[str, ...]]],
+) -> None:
+    both = ("up", "down")
+    assert branches[0.2] == {Kind.EQUILIBRIUM: both}
+    assert branches[0.3] == {Kind.EQUILIBRIUM: ("up",), Kind.SEPARATING_CYCLE: ("down",)}
+    assert branches[0.4] == {Kind.EQUILIBRIUM: ("up",), Kind.SEPARATING_CYCLE: ("down",)}
+    assert branches[0.5] == {Kind.SEPARATING_CYCLE: both}
+
+
+def test_a_start_on_the_cycle_or_at_rest_reaches_what_it_is_on(found: Coexistence) -> None:
+    explorer = Explorer(COEXISTENCE)
+    cycle = found.attractors[1]
+    assert cycle.orbit is not None
+    assert explorer.reach(cycle.orbit.start).same_as(cycle)
+    assert explorer.reach(explorer.rest) == Attractor(Kind.EQUILIBRIUM)
+
+
+@pytest.mark.parametrize(
+    ("over", "said"),
+    [
+        ({"y0": [0.0]}, "two different ones"),
+        ({"y0": [0.0], "z0": [0.0]}, "unknown start value 'z0'"),
+        ({"y0": [0.0], "vy0": [np.nan]}, "not a finite number"),
+        ({"y0": [], "vy0": [1.0]}, "one or more numbers"),
+        ({"y0": np.zeros(2000), "vy0": np.zeros(2000)}, "4000000 starts"),
+    ],
+)
+def test_a_wrong_slice_is_refused(over: dict[str, list[float]], said: str) -> None:
+    with pytest.raises(InputError, match=said):
+        basin(COEXISTENCE, over)
+
+
+def test_a_wrong_continuation_is_refused() -> None:
+    with pytest.raises(InputError, match="unknown parameter"):
+        continuation(COEXISTENCE, "nu", [1.0, 2.0])
+    with pytest.raises(InputError, match="two or more different"):
+        continuation(COEXISTENCE, "mu", [1.0, 1.0])
+    with pytest.raises(InputError, match="allowed is 0 <= mu"):
+        continuation(COEXISTENCE, "mu", [-1.0, 1.0])
+
+
+def test_what_did_not_settle_is_said_and_is_no_coexistence() -> None:
+    rest, open_end = Attractor(Kind.EQUILIBRIUM), Attractor(Kind.UNSETTLED)
+    result = Coexistence(COEXISTENCE, True, (rest, open_end), (0, 1), True, None)
+    assert not result.coexists
+    assert warning_of(result) == "some motions did not settle in the time allowed"
+    points = tuple(BranchPoint(0.5, ("up",), each) for each in (rest, open_end))
+    assert Continuation(COEXISTENCE, True, "mu", np.array([0.5]), points).coexisting == []
+
+
+def test_growth_without_bounds_beside_the_equilibrium_is_warned_of() -> None:
+    pair = (Attractor(Kind.EQUILIBRIUM), Attractor(Kind.UNBOUNDED))
+    said = warning_of(Coexistence(COEXISTENCE, True, pair, (1, 0), True, EscapeOffset(0.5, None)))
+    assert said is not None
+    assert "with unbounded growth; a release from rest 0.5 m above it" in said
+
+
+def test_without_damping_nothing_settles() -> None:
+    undamped = Parameters(c1=0.0, c2=0.0, mu=0.0)
+    start = (0.0, 0.0, -0.5, 0.0)
+    assert find_attractors(undamped, starts=[start]) == (Attractor(Kind.UNSETTLED),)
+
+
+def test_every_search_can_be_cancelled() -> None:
+    def stop(_fraction: float) -> bool:
+        return False
+
+    for search in (
+        lambda: coexistence(COEXISTENCE, progress=stop),
+        lambda: find_attractors(COEXISTENCE, progress=stop),
+        lambda: escape_offset(COEXISTENCE, progress=stop),
+        lambda: continuation(COEXISTENCE, "mu", [0.1, 0.2], progress=stop),
+        lambda: basin(COEXISTENCE, {"y0": [0.0], "vy0": [0.0]}, progress=stop),
+    ):
+        with pytest.raises(Cancelled):
+            search()
+
+
+def test_progress_rises_to_one() -> None:
+    told: list[float] = []
+
+    def keep(fraction: float) -> bool:
+        told.append(fraction)
+        return True
+
+    assert isinstance(coexistence(COEXISTENCE, progress=keep).escape, EscapeOffset)
+    assert told == sorted(told)
+    assert told[-1] == 1.0

@@ -1,0 +1,144 @@
+"""The flow's derivative and periodic orbits, against identities, differences and transients."""
+
+import numpy as np
+import pytest
+from hypothesis import assume, example, given, settings
+from hypothesis import strategies as st
+from numpy.typing import NDArray
+
+from fivtui import Parameters, simulate
+from fivtui.model.errors import ComputationError
+from fivtui.model.slider_belt import State, static_start
+from fivtui.orbits.shooting import PeriodicOrbit, Section, shoot
+from fivtui.orbits.variation import flow
+from tests.support.strategies import moderate_parameters, states
+
+COEXISTENCE = Parameters(F=120.0)
+
+
+def last_lift_off(p: Parameters, t_end: float) -> tuple[State, float]:
+    # State at the last lift-off but one of a transient, and the time to the last.
+    run = simulate(p, t_end=t_end, samples="dense", kernel="interpreted")
+    assert run.solution is not None
+    one, other = run.switch_times[::2][-2:]
+    there = run.solution([one])
+    return (float(there.x[0]), float(there.vx[0]), 0.0, float(there.vy[0])), float(other - one)
+
+
+def as_state(values: NDArray[np.float64]) -> State:
+    x, vx, y, vy = values.tolist()
+    return (x, vx, y, vy)
+
+
+@pytest.fixture(scope="module")
+def base_orbit() -> PeriodicOrbit:
+    return shoot(Parameters(), *last_lift_off(Parameters(), 100.0), Section.LIFT_OFF)
+
+
+def test_the_base_scene_settles_on_the_known_cycle(base_orbit: PeriodicOrbit) -> None:
+    assert base_orbit.period == pytest.approx(1.3264574885, abs=1e-10)
+    assert base_orbit.start[2] == 0.0
+    assert base_orbit.start[3] == pytest.approx(16.6114178, abs=1e-7)
+    assert base_orbit.residual < 1e-11
+    assert base_orbit.separations == 1
+    assert base_orbit.stable
+
+
+def test_the_orbit_is_what_a_long_transient_ends_in(base_orbit: PeriodicOrbit) -> None:
+    run = simulate(Parameters(), t_end=1200.0, kernel="interpreted")
+    assert base_orbit.half_range == pytest.approx(run.steady.y_half_range, rel=1e-6)
+    share = base_orbit.separated_time / base_orbit.period
+    late = simulate(
+        Parameters(),
+        t_end=100.0 * base_orbit.period,
+        start=base_orbit.start,
+        kernel="interpreted",
+    )
+    assert late.events.separated_time / late.t_end == pytest.approx(share, rel=1e-9)
+    assert late.final.vy == pytest.approx(base_orbit.start[3], rel=1e-9)
+
+
+def test_the_decay_of_a_transient_is_that_of_the_largest_multiplier(
+    base_orbit: PeriodicOrbit,
+) -> None:
+    # The distance from the orbit, from lift-off to lift-off, falls like |λ|ⁿ.
+    run = simulate(Parameters(), t_end=300.0, samples="dense", kernel="interpreted")
+    assert run.solution is not None
+    there = run.solution(run.switch_times[::2][100:200])
+    away = np.stack([there.x, there.vx, there.vy], axis=1) - np.delete(base_orbit.start, 2)
+    # A complex pair turns: the greatest distance of a turn is compared with that of a later one.
+    early, late = np.abs(away[:20]).max(), np.abs(away[-20:]).max()
+    measured = (late / early) ** (1.0 / 80.0)
+    assert measured == pytest.approx(np.abs(base_orbit.multipliers[0]), abs=2e-3)
+
+
+def test_the_coexisting_cycle_is_large_and_attracts() -> None:
+    orbit = shoot(COEXISTENCE, *last_lift_off(COEXISTENCE, 400.0), Section.LIFT_OFF)
+    assert orbit.half_range == pytest.approx(7.44345, abs=1e-5)
+    assert orbit.stable
+
+
+@pytest.mark.parametrize("p", [Parameters(), COEXISTENCE, Parameters(mu=0.3)])
+def test_the_product_of_the_multipliers_is_the_contraction_of_volume(p: Parameters) -> None:
+    # Liouville: the divergence of the field is −(c1 + c2)/m everywhere; one multiplier is 1.
+    start = static_start(p) if p.mu > 0.5 else (0.0, 0.0, 1.5, 3.0)
+    run = simulate(p, t_end=200.0, start=start, samples="dense", kernel="interpreted")
+    assert run.solution is not None
+    one, other = run.switch_times[0 if run.first_mode else 1 :: 2][-2:]
+    there = run.solution([one])
+    guess = (float(there.x[0]), float(there.vx[0]), 0.0, float(there.vy[0]))
+    orbit = shoot(p, guess, float(other - one), Section.LIFT_OFF)
+    contraction = np.exp(-(p.c1 + p.c2) / p.m * orbit.period)
+    assert np.prod(orbit.multipliers) == pytest.approx(contraction, rel=1e-11)
+
+
+@settings(max_examples=25)
+@given(moderate_parameters(), states(), st.floats(0.1, 5.0), st.booleans())
+@example(Parameters(F=0.0), (0.0, 0.0, 0.0, 0.0), 5.0, True)
+@example(Parameters(F=0.0, mu=0.0), (0.0, 0.0, -1e-9, 0.0), 5.0, True)
+def test_volume_shrinks_by_the_divergence_along_every_flow(
+    p: Parameters, start: State, duration: float, separation: bool
+) -> None:
+    derivative = flow(p, start, duration, separation=separation).derivative
+    # Elimination loses the digits by which the entries exceed the determinant.
+    contraction = np.exp(-(p.c1 + p.c2) / p.m * duration)
+    assume(np.linalg.cond(derivative) < 1e5)
+    assert np.linalg.det(derivative) == pytest.approx(contraction, rel=1e-10)
+
+
+@pytest.mark.parametrize("seed", range(6))
+def test_the_derivative_of_the_flow_is_that_of_differences(seed: int) -> None:
+    rng = np.random.default_rng(seed)
+    p = Parameters(F=rng.uniform(20.0, 120.0), mu=rng.uniform(0.0, 1.0), c1=rng.uniform(0.0, 1.0))
+    start = rng.uniform(-2.0, 2.0, 4)
+    derivative = flow(p, as_state(start), 3.0).derivative
+    step = 1e-6
+    ends = [
+        [flow(p, as_state(start + sign * away), 3.0).final for away in step * np.eye(4)]
+        for sign in (1.0, -1.0)
+    ]
+    difference = np.subtract(*np.array(ends)).T / (2.0 * step) - derivative
+    assert np.abs(difference).max() < 1e-6 * np.abs(derivative).max()
+
+
+def test_the_flow_ends_where_a_transient_does() -> None:
+    p = Parameters()
+    run = simulate(p, t_end=7.3, tol=1e-13, kernel="interpreted")
+    final = flow(p, static_start(p), 7.3).final
+    assert final == pytest.approx((run.final.x, run.final.vx, run.final.y, run.final.vy), rel=1e-11)
+
+
+def test_an_orbit_run_through_twice_is_found_once(base_orbit: PeriodicOrbit) -> None:
+    twice = shoot(Parameters(), base_orbit.start, 2.0 * base_orbit.period, Section.LIFT_OFF)
+    assert twice.period == pytest.approx(base_orbit.period, rel=1e-10)
+    assert twice.multipliers == pytest.approx(base_orbit.multipliers, abs=1e-8)
+
+
+def test_the_equilibrium_is_no_orbit() -> None:
+    with pytest.raises(ComputationError, match="at the equilibrium"):
+        shoot(Parameters(mu=0.2), (0.01, 0.0, -0.64, 0.0), 1.0, Section.LOWEST_POINT)
+
+
+def test_without_an_orbit_near_shooting_says_so() -> None:
+    with pytest.raises(ComputationError, match="no periodic orbit"):
+        shoot(Parameters(mu=0.0), (3.0, 0.0, 0.0, 9.0), 1.3, Section.LIFT_OFF)

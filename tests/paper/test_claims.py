@@ -1,0 +1,295 @@
+"""The paper's claims and their verdicts."""
+
+import dataclasses
+import json
+import re
+from collections.abc import Sequence
+from typing import Any
+
+import numpy as np
+import pytest
+
+from fivtui.model.errors import Cancelled
+from fivtui.paper.amplitudes import Amplitude
+from fivtui.paper.claims.amplitude import AMPLITUDES
+from fivtui.paper.claims.check import CLAIMS, check_claims, claims_to_list
+from fivtui.paper.claims.claim import (
+    Chapter,
+    CheckedClaim,
+    Claim,
+    Finding,
+    Quantity,
+    Verdict,
+    check,
+)
+from fivtui.paper.claims.critical import CRITICAL
+from fivtui.paper.claims.eigenvalue import EIGENVALUES
+from fivtui.paper.claims.equilibrium import EQUILIBRIUM
+from fivtui.paper.claims.report import claims_markdown, print_claims
+from fivtui.paper.claims.trends import crossing, falls, falls_then_rises, rises
+from fivtui.paper.study import Study
+from fivtui.scene.scene import Scene
+from tests.cli.test_cli import fivtui
+
+DO_NOT_HOLD = {
+    "reattachment-at-the-static-position",
+    "stabilised-at-1-2",
+    "stable-returns-to-equilibrium",
+    "critical-friction-of-the-example",
+    "separations-are-short",
+}
+NOT_TESTABLE = {"impact-matters-little", "flexible-belt-matters", "simple-models-under-predict"}
+HOLD = {
+    "proportional-damping",
+    "contact-means-negative-y",
+    "reattachment-without-force",
+    "one-real-equilibrium",
+    "equilibrium-sinks-with-preload",
+    "stiffness-resists-displacement",
+    "no-preload-no-displacement",
+    "preload-brings-stiffness-into-the-jacobian",
+    "one-critical-friction",
+    "frequencies-merge",
+    "critical-friction-falls-at-small-preload",
+    "below-linear-at-small-preload",
+    "critical-friction-rises-at-large-preload",
+    "strong-nonlinearity-above-linear",
+    "weak-nonlinearities-below-linear",
+    "no-coalescence",
+    "one-real-part-passes-zero",
+    "preload-destabilises-then-stabilises",
+    "stiffness-destabilises-then-stabilises",
+    "preload-leaves-the-linear-system",
+    "preload-destabilises-at-first",
+    "preload-stabilises-later",
+    "preload-stabilises-beyond-linear",
+    "same-trend-with-other-damping",
+    "stiffness-needs-preload",
+    "stiffness-destabilises-at-first",
+    "stiffness-stabilises-at-large-preload",
+    "small-preload-stays-below-linear",
+    "linear-unstable-at-1-2",
+    "soft-horizontal-more-stable",
+    "soft-horizontal-monotonic",
+    "linear-contact-unbounded",
+    "stable-seldom-separates",
+    "ignored-contact-force-becomes-negative",
+    "contact-force-falls-to-zero-repeatedly",
+    "no-force-off-the-belt",
+    "stretched-spring-holds-back",
+    "separation-changes-both-motions",
+    "vibration-asymmetric",
+    "contact-force-asymmetric",
+    "separation-under-preload",
+    "reattachment-follows-separation",
+    "separation-under-large-preload",
+    "figures-show-unstable-motion",
+    "ignored-barely-depends-on-preload",
+    "considered-grows-with-preload",
+    "cases-cross-along-preload",
+    "same-trends-with-stronger-nonlinearity",
+    "stronger-nonlinearity-crosses-sooner",
+    "ignoring-separation-underestimates",
+    "ignored-falls-with-stiffness",
+    "considered-grows-with-stiffness",
+    "cases-cross-along-stiffness",
+    "greater-even-at-small-stiffness",
+    "amplitude-depends-on-preload",
+    "opposite-trends",
+}
+
+
+def alike(scenes: Sequence[Scene], **more: Any) -> list[Amplitude]:
+    # Amplitudes on which nothing depends: what the paper says of them must then fail.
+    progress = more.get("progress")
+    if progress is not None and not progress(1.0):
+        raise Cancelled
+    return [Amplitude(2.0, 1.0, 0, 0.0) for _ in scenes]
+
+
+@pytest.fixture(scope="module")
+def early() -> list[CheckedClaim]:
+    # The claims that need no amplitudes.
+    study = Study(workers=1)
+    return [check(claim, study) for claim in (*EQUILIBRIUM, *EIGENVALUES, *CRITICAL)]
+
+
+@pytest.mark.slow
+def test_every_claim_has_its_verdict_on_the_command_line() -> None:
+    done = fivtui("claims", "--json")
+    assert done.returncode == 0, done.stderr
+    assert done.stderr == ""
+    rows = {row["id"]: row for row in json.loads(done.stdout)}
+    found = {name: row["verdict"] for name, row in rows.items()}
+    assert found == (
+        dict.fromkeys(HOLD, "holds")
+        | dict.fromkeys(DO_NOT_HOLD, "does not hold")
+        | dict.fromkeys(NOT_TESTABLE, "not testable")
+    )
+    for row in rows.values():
+        keys = {"id", "section", "statement", "stated", "computed", "verdict"}
+        assert keys <= set(row) <= keys | {"reason"}
+        assert all(isinstance(value, str) and value for value in row.values())
+        assert "nan" not in row["computed"]
+    for name in DO_NOT_HOLD | NOT_TESTABLE:
+        assert rows[name]["reason"]
+    numbers = {
+        "critical-friction-of-the-example": ("0.28", "0.4394", "0.2799"),
+        "stabilised-at-1-2": ("1.2", "1.184", "307.2"),
+        "separations-are-short": ("short", "71.01 %"),
+        "stable-returns-to-equilibrium": ("returns", "-0.032 1/s", "static start = 7.4"),
+        "reattachment-at-the-static-position": ("y_static", "-0.6746 m"),
+    }
+    for name, (stated, *computed) in numbers.items():
+        assert stated in rows[name]["stated"]
+        for number in computed:
+            assert number in rows[name]["computed"]
+
+
+def test_claims_have_names_of_their_own_and_say_what_they_are_about() -> None:
+    names = [claim.id for claim in CLAIMS]
+    assert set(names) == HOLD | DO_NOT_HOLD | NOT_TESTABLE
+    assert len(names) == len(set(names)) >= 25
+    assert len({claim.statement for claim in CLAIMS}) == len(CLAIMS)
+    for claim in CLAIMS:
+        assert re.fullmatch(r"[a-z0-9]+(-[a-z0-9]+)+", claim.id)
+        assert re.match(r"Abstract|[1-6]", claim.section)
+        assert claim.stated
+        assert (claim.test is None) == bool(claim.untestable)
+
+
+def test_claims_that_need_no_runs_hold_but_for_two(early: list[CheckedClaim]) -> None:
+    failing = {e.claim.id for e in early if e.verdict is Verdict.DOES_NOT_HOLD}
+    assert failing == {"reattachment-at-the-static-position", "stabilised-at-1-2"}
+
+
+def test_computed_values_are_the_known_ones(early: list[CheckedClaim]) -> None:
+    values = {(e.claim.id, q.name): q.value for e in early for q in e.quantities}
+    known = {
+        ("critical-friction-falls-at-small-preload", "μ_c(linear)"): 1.0181,
+        ("critical-friction-falls-at-small-preload", "μ_c(k_nl = 50 N/m³)"): 0.7650,
+        ("critical-friction-falls-at-small-preload", "μ_c(k_nl = 100 N/m³)"): 0.5985,
+        ("critical-friction-falls-at-small-preload", "μ_c(k_nl = 500 N/m³)"): 0.2794,
+        ("strong-nonlinearity-above-linear", "μ_c(k_nl = 50 N/m³)"): 0.3738,
+        ("strong-nonlinearity-above-linear", "μ_c(k_nl = 100 N/m³)"): 0.5976,
+        ("strong-nonlinearity-above-linear", "μ_c(k_nl = 500 N/m³)"): 1.5473,
+        ("one-real-part-passes-zero", "μ_c(linear)"): 0.9434,
+        ("soft-horizontal-more-stable", "μ_c(linear)"): 0.5091,
+    }
+    for key, value in known.items():
+        assert values[key] == pytest.approx(value, abs=5e-5)
+    needed = values["stabilised-at-1-2", "k_nl needed"]
+    assert needed == pytest.approx(307.2, abs=0.05)
+
+
+def test_claims_about_amplitudes_fail_where_nothing_depends_on_anything(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    monkeypatch.setattr("fivtui.paper.study.measure_all", alike)
+    study = Study()
+    # Whether the figures lie where the equilibrium is unstable does not depend on amplitudes.
+    spared = {"figures-show-unstable-motion"}
+    for claim in AMPLITUDES:
+        if claim.test is not None and claim.id not in spared:
+            checked = check(claim, study)
+            assert checked.verdict is Verdict.DOES_NOT_HOLD, claim.id
+            assert all(np.isfinite(quantity.value) for quantity in checked.quantities)
+
+
+@pytest.mark.parametrize(("holds", "verdict"), [(True, "holds"), (False, "does not hold")])
+def test_the_verdict_is_that_of_the_test(holds: bool, verdict: str) -> None:
+    chapter = Chapter()
+
+    @chapter.claim("9", "It holds", "x = 1")
+    def _it_holds_so(_: Study) -> Finding:
+        return Finding(holds, (Quantity("x", 1.23456, "m"), Quantity("n", 3)), "because")
+
+    (claim,) = chapter
+    checked = check(claim, Study())
+    assert claims_to_list([checked]) == [
+        {
+            "id": "it-holds-so",
+            "section": "9",
+            "statement": "It holds",
+            "stated": "x = 1",
+            "computed": "x = 1.235 m; n = 3",
+            "verdict": verdict,
+            "reason": "because",
+        }
+    ]
+
+
+def test_a_claim_without_a_test_is_not_testable_and_says_why() -> None:
+    claim = Claim("some-id", "9", "It matters", "much", untestable="no law of it")
+    (row,) = claims_to_list([check(claim, Study())])
+    assert (row["verdict"], row["reason"], row["computed"]) == ("not testable", "no law of it", "–")
+
+
+def test_a_row_without_reason_has_no_such_key() -> None:
+    claim = Claim("some-id", "9", "It holds", "x", test=lambda _: Finding(True, ()))
+    assert "reason" not in claims_to_list([check(claim, Study())])[0]
+
+
+def test_checking_can_be_cancelled(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("fivtui.paper.study.measure_all", alike)
+    with pytest.raises(Cancelled):
+        check_claims(progress=lambda _: False)
+
+
+def test_the_markdown_table_has_seven_cells_a_row(early: list[CheckedClaim]) -> None:
+    lines = claims_markdown(early).splitlines()
+    assert len(lines) == len(early) + 2
+    for line in lines:
+        assert len(re.split(r"(?<!\\)\|", line)) == 9
+    assert lines[1] == "| --- | --- | --- | --- | --- | --- | --- |"
+
+
+def test_markdown_keeps_bars_and_underscores_as_they_are() -> None:
+    claim = Claim("some-id", "9", "|y_e| < 1", "a * b", test=lambda _: Finding(True, ()))
+    row = claims_markdown([check(claim, Study())]).splitlines()[-1]
+    assert r"\|y\_e\| \< 1" in row
+    assert r"a \* b" in row
+    assert "`some-id`" in row
+
+
+def test_the_printed_table_has_every_claim_and_ends_with_the_count(
+    early: list[CheckedClaim], capsys: pytest.CaptureFixture[str]
+) -> None:
+    odd = dataclasses.replace(early[0].claim, statement="[bold]|x| is shown as it is")
+    print_claims([*early, dataclasses.replace(early[0], claim=odd)])
+    printed = capsys.readouterr()
+    for entry in early:
+        assert entry.claim.id in printed.out
+        assert str(entry.quantities[0])[:12] in printed.out
+    assert "[bold]|x| is shown" in printed.out
+    assert "does not hold" in printed.out
+    holding = sum(entry.verdict is Verdict.HOLDS for entry in early) + 1
+    assert f"{len(early) + 1} claims: holds {holding}, does not hold 2" in printed.err
+
+
+def test_trends() -> None:
+    line = np.array([3.0, 1.0, 2.0, 4.0])
+    assert falls_then_rises(line)
+    assert not falls_then_rises(line[1:])
+    assert not falls_then_rises(line[:2])
+    assert not falls_then_rises(np.array([3.0, 1.0, 1.0, 4.0]))
+    assert rises(line[1:])
+    assert falls(line[:2])
+    assert not rises(np.array([1.0, 1.0]))
+    assert not falls(np.array([1.0, 1.0]))
+
+
+@pytest.mark.parametrize(
+    ("excess", "place"),
+    [
+        ([-1.0, -1.0, 1.0, 2.0], 15.0),
+        ([0.0, -1.0, 3.0, 2.0], 12.5),
+        ([0.0, 1.0, 2.0, 3.0], 0.0),
+        ([-1.0, 1.0, -1.0, 1.0], None),
+        ([-1.0, -1.0, -1.0, 0.0], None),
+        ([1.0, 1.0, 1.0, 1.0], None),
+        ([1.0, -1.0, -1.0, -1.0], None),
+    ],
+)
+def test_a_crossing_is_found_if_there_is_one(excess: list[float], place: float | None) -> None:
+    assert crossing(np.array([0.0, 10.0, 20.0, 30.0]), np.array(excess)) == place

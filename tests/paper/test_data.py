@@ -1,0 +1,215 @@
+"""Numbers behind the paper's figures, against points computed independently."""
+
+import json
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+from fivtui.model.errors import Cancelled, ComputationError, InputError
+from fivtui.model.parameters import Parameters
+from fivtui.paper.amplitudes import measure_all
+from fivtui.paper.data import DATA_COLUMNS, FigureData, save_data
+from fivtui.paper.families import PANELS, panels_of
+from fivtui.paper.study import Study
+from fivtui.paper.tables import critical_mu
+from fivtui.scene.scene import Scene
+
+POINTS: list[dict[str, Any]] = json.loads(
+    Path(__file__)
+    .parents[1]
+    .joinpath("data")
+    .joinpath("paper_points.json")
+    .read_text(encoding="utf-8")
+)
+STABILITY_KEYS = ("2a", "2b", "3", "4", "5", "6", "7", "8", "9")
+
+
+def points(*keys: str) -> list[dict[str, Any]]:
+    return [point for point in POINTS if point["key"] in keys]
+
+
+def row(data: FigureData, changes: dict[str, float]) -> int:
+    found = np.all(
+        [np.isclose(data[name], value, rtol=1e-12) for name, value in changes.items()], axis=0
+    )
+    (place,) = np.flatnonzero(found)
+    return int(place)
+
+
+@pytest.fixture(scope="module")
+def study() -> Study:
+    return Study(workers=1)
+
+
+@pytest.mark.parametrize("key", STABILITY_KEYS)
+def test_equilibria_and_eigenvalues_are_those_of_the_papers_equations(
+    key: str, study: Study
+) -> None:
+    data = study.table(key)
+    own = points(key)
+    assert own
+    for point in own:
+        place = row(data, point["changes"])
+        for name in ("x_e", "y_e", "mu_c"):
+            if name in point:
+                assert data[name][place] == pytest.approx(point[name], rel=1e-9, abs=1e-12)
+        if "modes" in point:
+            lower, upper = point["modes"]
+            # Of merged frequencies the growing mode is the first.
+            if np.isclose(lower[1], upper[1], rtol=1e-9) and upper[0] > lower[0]:
+                lower, upper = upper, lower
+            for number, (growth, frequency) in ((1, lower), (2, upper)):
+                assert data[f"sigma_{number}"][place] == pytest.approx(growth, abs=1e-7)
+                assert data[f"omega_{number}"][place] == pytest.approx(frequency, abs=1e-7)
+
+
+def test_runs_are_those_of_the_papers_method(study: Study) -> None:
+    for point in points("base"):
+        for time, (x, _, y, _) in point["states"].items():
+            place = {"separation": point["changes"]["separation"], "t": float(time)}
+            for key, name, expected in (("11", "x", x), ("12", "y", y)):
+                data = study.table(key)
+                assert data[name][row(data, place)] == pytest.approx(expected, abs=1e-6)
+            force = study.table("10")
+            base = Parameters()
+            pressed = y < 0.0 or not point["changes"]["separation"]
+            expected = -base.k2 * y - base.k_nl * y**3 if pressed else 0.0
+            assert force["P"][row(force, place)] == pytest.approx(expected, abs=1e-3)
+
+
+def test_amplitudes_are_those_of_the_papers_method() -> None:
+    own = points("13", "14", "15", "16")
+    scenes = [scene_at(point) for point in own]
+    for point, amplitude in zip(own, measure_all(scenes, workers=1), strict=True):
+        assert amplitude.y_peak == pytest.approx(point["y_peak"], rel=2e-5)
+        assert amplitude.y_half_range == pytest.approx(point["y_half_range"], rel=2e-5)
+
+
+def scene_at(point: dict[str, Any]) -> Scene:
+    changes = dict(point["changes"])
+    separation = bool(changes.pop("separation"))
+    (scene,) = (
+        scene
+        for scene in PANELS[point["key"]].scenes()
+        if scene.separation is separation
+        and all(getattr(scene.parameters, name) == value for name, value in changes.items())
+    )
+    return scene
+
+
+def test_every_figure_from_2_to_16_has_panels_of_one_kind() -> None:
+    assert len(PANELS) == 16
+    for number in range(2, 17):
+        assert len({panel.kind for panel in panels_of(number)}) == 1
+
+
+@pytest.mark.parametrize(
+    ("key", "by", "values"),
+    [
+        ("3", "k_nl", (0.0, 50.0, 100.0, 500.0)),
+        ("4", "k_nl", (0.0, 50.0, 100.0, 500.0)),
+        ("6", "k_nl", (0.0, 50.0, 200.0, 500.0)),
+        ("7", "F", (0.0, 5.0, 50.0, 100.0)),
+        ("13", "separation", (0.0, 1.0)),
+    ],
+)
+def test_lines_stand_in_the_papers_order(key: str, by: str, values: tuple[float, ...]) -> None:
+    panel = PANELS[key]
+    assert panel.by == by
+    holders = [line.scene if by == "separation" else line.scene.parameters for line in panel.lines]
+    assert tuple(float(getattr(holder, by)) for holder in holders) == values
+
+
+@pytest.mark.parametrize(
+    ("key", "parameters"),
+    [
+        ("3", {"F": 20.0, "c1": 0.32, "c2": 0.32}),
+        ("4", {"F": 100.0, "c1": 0.32, "c2": 0.32}),
+        ("5", {"F": 100.0, "c1": 0.8, "c2": 0.32}),
+        ("8", {"k1": 50.0, "k2": 100.0}),
+        ("10", {"F": 80.0, "k_nl": 100.0, "mu": 0.7}),
+        ("13", {"k_nl": 20.0, "mu": 0.5}),
+        ("14", {"k_nl": 100.0, "mu": 0.7}),
+        ("15", {"F": 40.0, "mu": 0.7}),
+        ("16", {"F": 60.0, "mu": 1.0}),
+    ],
+)
+def test_shared_parameters_are_those_of_the_captions(
+    key: str, parameters: dict[str, float]
+) -> None:
+    for line in PANELS[key].lines:
+        own = line.scene.parameters.as_dict()
+        assert own | parameters == own
+
+
+def test_data_are_written_with_units_and_read_back_exactly(study: Study, tmp_path: Path) -> None:
+    data = study.table("5")
+    path = tmp_path / "fig-05.csv"
+    save_data(data, path)
+    lines = path.read_text(encoding="utf-8").splitlines()
+    comments = [line.removeprefix("# ").partition(": ") for line in lines if line[0] == "#"]
+    header = {key: json.loads(text) for key, _, text in comments}
+    assert header["parameters"]["c1"] == 0.8
+    assert "k_nl" not in header["parameters"]
+    assert "mu" not in header["parameters"]
+    assert header["choice"]
+    names = lines[len(comments)].split(",")
+    assert names == list(data.columns) == list(header["units"])
+    assert header["units"]["omega_1"] == "rad/s"
+    values = np.loadtxt(lines[len(comments) + 1 :], delimiter=",")
+    for name, column in zip(names, values.T, strict=True):
+        np.testing.assert_array_equal(column, data[name])
+
+
+def test_every_column_that_a_figure_can_have_has_a_unit_and_a_meaning(study: Study) -> None:
+    for key in (*STABILITY_KEYS, "10", "11", "12"):
+        for name in study.table(key).columns:
+            assert DATA_COLUMNS[name].unit
+            assert DATA_COLUMNS[name].meaning
+
+
+def test_lines_are_the_rows_of_one_value_in_order(study: Study) -> None:
+    data = study.table("6")
+    lines = dict(data.lines())
+    assert list(lines) == [0.0, 50.0, 200.0, 500.0]
+    assert sum(line["F"].size for line in lines.values()) == data["F"].size
+    for value, line in lines.items():
+        assert set(line["k_nl"].tolist()) == {value}
+
+
+def test_data_that_are_not_finite_are_refused() -> None:
+    columns = {"F": np.array([1.0]), "k_nl": np.array([0.0]), "mu_c": np.array([np.nan])}
+    with pytest.raises(ComputationError, match="figure 6: mu_c"):
+        FigureData("6", "", "k_nl", "F", columns, {})
+
+
+def test_an_existing_data_file_stays(study: Study, tmp_path: Path) -> None:
+    path = tmp_path / "fig-06.csv"
+    path.write_text("mine")
+    with pytest.raises(InputError, match="exists"):
+        save_data(study.table("6"), path)
+    assert path.read_text() == "mine"
+
+
+def test_a_system_without_critical_friction_says_so() -> None:
+    with pytest.raises(ComputationError, match="no friction coefficient"):
+        critical_mu(Parameters(k3=0.0))
+
+
+@pytest.mark.parametrize("key", ["2a", "3", "6", "10"])
+def test_a_table_is_given_up_at_the_next_scene_or_within_a_run(key: str) -> None:
+    study, looks = Study(), 0
+
+    def go_on() -> bool:
+        nonlocal looks
+        looks += 1
+        return looks < 3
+
+    study.go_on = go_on
+    with pytest.raises(Cancelled):
+        study.table(key)
+    assert looks == 3
+    study.go_on = lambda: True
+    assert study.table(key).columns

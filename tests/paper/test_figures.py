@@ -1,0 +1,236 @@
+"""The paper's figures, drawn and saved."""
+
+import io
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+from matplotlib.axes import Axes
+from matplotlib.backends.backend_agg import FigureCanvasAgg
+from matplotlib.figure import Figure
+from matplotlib.lines import Line2D
+
+from fivtui.model.errors import Cancelled, InputError
+from fivtui.paper.amplitudes import Amplitude
+from fivtui.paper.drawing import draw
+from fivtui.paper.families import PANELS
+from fivtui.paper.figures import NUMBERS, figure_files, figure_numbers, save_figures
+from fivtui.paper.study import Study
+from fivtui.scene.scene import Scene
+from fivtui.transient.figure import transient_figure
+
+EIGENVALUES, CRITICAL, TRANSIENTS, AMPLITUDES = (3, 4, 5), (6, 7, 8, 9), (10, 11, 12), (13, 16)
+
+
+def invented(scenes: Sequence[Scene], **more: Any) -> list[Amplitude]:
+    # Amplitudes that cost nothing: drawing does not ask where they come from.
+    progress = more.get("progress")
+    if progress is not None and not progress(1.0):
+        raise Cancelled
+    return [
+        Amplitude(scene.parameters.F + scene.separation, scene.parameters.k_nl, 7, 1.0)
+        for scene in scenes
+    ]
+
+
+@pytest.fixture(scope="module")
+def study() -> Study:
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr("fivtui.paper.study.measure_all", invented)
+        made = Study()
+        for key in ("13", "14", "15", "16"):
+            made.table(key)
+        return made
+
+
+def curves(axes: Axes) -> list[Line2D]:
+    # Lines over many points; the others mark single places or zero.
+    return [line for line in axes.get_lines() if np.size(line.get_xdata()) > 2]
+
+
+def look(line: Line2D) -> tuple[Any, ...]:
+    # What is seen of a line in black and white.
+    dashes = line._unscaled_dash_pattern  # type: ignore[attr-defined]
+    return (line.get_marker(), str(dashes))
+
+
+@pytest.mark.parametrize("number", NUMBERS)
+def test_lines_are_told_apart_without_colour(number: int, study: Study) -> None:
+    figure = draw(number, study)
+    for axes in figure.axes:
+        named = [line for line in curves(axes) if not str(line.get_label()).startswith("_")]
+        assert len({look(line) for line in named}) == len(named) >= 2
+
+
+@pytest.mark.parametrize("number", NUMBERS)
+def test_every_axis_has_a_label_with_a_unit_unless_dimensionless(number: int, study: Study) -> None:
+    for axes in draw(number, study).axes:
+        labels = [axes.get_ylabel()]
+        labels += [axes.get_xlabel()] if axes.get_subplotspec() is not None else []
+        if number in TRANSIENTS and axes is not axes.figure.axes[0]:
+            labels = labels[1:]
+        for label in labels:
+            assert label.endswith(")") or "friction coefficient" in label.lower()
+
+
+@pytest.mark.parametrize("number", NUMBERS)
+def test_a_figure_belongs_to_no_window_and_fits_its_frame(number: int, study: Study) -> None:
+    figure = draw(number, study)
+    assert isinstance(figure.canvas, FigureCanvasAgg)
+    tight = io.BytesIO()
+    figure.savefig(tight, format="png", dpi=50)
+    box = figure.get_tightbbox()
+    width, height = figure.get_size_inches()
+    assert box.x0 >= -0.01
+    assert box.y0 >= -0.01
+    assert box.x1 <= width + 0.01
+    assert box.y1 <= height + 0.01
+
+
+def legend(figure: Figure) -> list[str]:
+    holders = [*figure.legends, *(a.get_legend() for a in figure.axes if a.get_legend())]
+    return [text.get_text() for each in holders if each is not None for text in each.get_texts()]
+
+
+def test_legends_name_what_the_lines_are(study: Study) -> None:
+    entries = legend(draw(6, study))
+    assert [entry.replace("\N{NO-BREAK SPACE}", " ") for entry in entries] == [
+        "linear, $k_{\\mathrm{nl}}$ = 0 N/m$^3$",
+        "$k_{\\mathrm{nl}}$ = 50 N/m$^3$",
+        "$k_{\\mathrm{nl}}$ = 200 N/m$^3$",
+        "$k_{\\mathrm{nl}}$ = 500 N/m$^3$",
+    ]
+    assert legend(draw(13, study)) == ["separation ignored", "separation considered"]
+    assert "off the belt" in legend(draw(12, study))
+
+
+@pytest.mark.parametrize("number", CRITICAL)
+def test_lines_are_those_of_the_data(number: int, study: Study) -> None:
+    data = study.table(str(number))
+    (axes,) = draw(number, study).axes
+    for line, (_, own) in zip(curves(axes), data.lines(), strict=True):
+        np.testing.assert_array_equal(line.get_xdata(), own[data.along])
+        np.testing.assert_array_equal(line.get_ydata(), own["mu_c"])
+
+
+@pytest.mark.parametrize("number", EIGENVALUES)
+def test_merged_modes_are_drawn_once(number: int, study: Study) -> None:
+    data = study.table(str(number))
+    frequencies, _ = draw(number, study).axes
+    drawn = curves(frequencies)
+    for place, (_, own) in enumerate(data.lines()):
+        second = np.asarray(drawn[2 * place + 1].get_ydata(), dtype=float)
+        hidden = np.isnan(second)
+        merged = np.isclose(own["omega_1"], own["omega_2"], rtol=1e-6)
+        assert np.all(merged[hidden])
+        assert hidden.any() == (number != 5)
+        np.testing.assert_array_equal(second[~hidden], own["omega_2"][~hidden])
+
+
+def test_critical_friction_is_marked_where_the_growth_rate_is_zero(study: Study) -> None:
+    _, growth = draw(4, study).axes
+    marks = [line for line in growth.get_lines() if line.get_marker() == "o"]
+    places = [float(np.asarray(line.get_xdata())[0]) for line in marks]
+    assert places == pytest.approx([1.0181, 0.3738, 0.5976, 1.5473], abs=5e-5)
+
+
+@pytest.mark.parametrize("number", AMPLITUDES)
+def test_amplitudes_show_peak_and_half_range(number: int, study: Study) -> None:
+    peak, half_range = draw(number, study).axes
+    data = study.table(str(number))
+    for axes, name in ((peak, "y_peak"), (half_range, "y_half_range")):
+        for line, value in zip(curves(axes), (0.0, 1.0), strict=True):
+            np.testing.assert_array_equal(line.get_ydata(), data.line(value)[name])
+    assert "Peak" in peak.get_ylabel()
+    assert "Half peak-to-peak" in half_range.get_ylabel()
+
+
+def test_runs_are_drawn_over_the_whole_time_and_enlarged(study: Study) -> None:
+    whole, late = draw(10, study).axes
+    assert whole.get_xlim() == (0.0, 100.0)
+    assert late.get_xlim() == (90.0, 100.0)
+
+
+def test_an_unknown_quantity_of_a_run_is_refused(study: Study) -> None:
+    with pytest.raises(InputError, match="unknown quantity 'z'"):
+        transient_figure(study.runs(PANELS["10"]), quantities=["z"])
+
+
+@pytest.mark.slow
+def test_all_figures_are_written_with_their_data(study: Study, tmp_path: Path) -> None:
+    seen: list[float] = []
+
+    def progress(fraction: float) -> bool:
+        seen.append(fraction)
+        return True
+
+    written = save_figures(
+        NUMBERS, tmp_path / "new", formats=["svg"], study=study, progress=progress
+    )
+    assert [files.number for files in written] == list(range(2, 17))
+    names = {path.name for path in (tmp_path / "new").iterdir()}
+    assert names == {f"fig-{n:02d}.svg" for n in range(2, 17)} | {
+        f"fig-{n:02d}.csv" for n in range(3, 17)
+    } | {"fig-02a.csv", "fig-02b.csv"}
+    assert seen == sorted(seen)
+    assert seen[-1] == pytest.approx(1.0)
+
+
+def test_the_same_figure_has_the_same_bytes(study: Study, tmp_path: Path) -> None:
+    for name in ("one", "other"):
+        save_figures([6], tmp_path / name, formats=["pdf", "svg", "png"], study=study)
+    for path in (tmp_path / "one").iterdir():
+        assert path.read_bytes() == (tmp_path / "other" / path.name).read_bytes()
+
+
+def test_one_file_that_exists_stops_all_before_the_work(
+    study: Study, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(study, "prepare", lambda *_: pytest.fail("computed all the same"))
+    (tmp_path / "fig-07.csv").write_text("mine")
+    with pytest.raises(InputError, match=r"fig-07\.csv: exists"):
+        save_figures([6, 7], tmp_path, study=study)
+    assert [path.name for path in tmp_path.iterdir()] == ["fig-07.csv"]
+    assert (tmp_path / "fig-07.csv").read_text() == "mine"
+
+
+def test_force_replaces(study: Study, tmp_path: Path) -> None:
+    (tmp_path / "fig-06.csv").write_text("mine")
+    save_figures([6], tmp_path, formats=["png"], study=study, force=True)
+    assert "mine" not in (tmp_path / "fig-06.csv").read_text()
+
+
+def test_a_folder_that_is_a_file_is_refused(study: Study, tmp_path: Path) -> None:
+    (tmp_path / "taken").write_text("mine")
+    with pytest.raises(InputError, match="taken"):
+        save_figures([6], tmp_path / "taken", study=study)
+
+
+@pytest.mark.parametrize("last", [0.0, 0.5])
+def test_cancelled_work_leaves_whole_files_alone(study: Study, tmp_path: Path, last: float) -> None:
+    with pytest.raises(Cancelled):
+        save_figures(
+            [6, 8], tmp_path, formats=["png"], study=study, progress=lambda done: done < last
+        )
+    expected = set() if last == 0.0 else {"fig-06.png", "fig-06.csv"}
+    assert {path.name for path in tmp_path.iterdir()} == expected
+
+
+def test_numbers_are_read_with_ranges() -> None:
+    assert figure_numbers([]) == tuple(range(2, 17))
+    assert figure_numbers(["3-5", "2", "4"]) == (2, 3, 4, 5)
+
+
+@pytest.mark.parametrize(
+    "text", ["1", "17", "0", "-3", "9-3", "two", "2-", "2.0", "", "٣", "999999"]
+)
+def test_numbers_that_are_no_figures_are_refused(text: str) -> None:
+    with pytest.raises(InputError, match="allowed are 2 to 16"):
+        figure_numbers([text])
+
+
+def test_an_unknown_format_is_refused() -> None:
+    with pytest.raises(InputError, match="did you mean pdf"):
+        figure_files(2, Path(), ["pdff"])

@@ -1,0 +1,400 @@
+"""Figs. 2 to 16 read back: every line is that of its entry in the legend, in print and terminal."""
+
+import dataclasses
+import json
+import re
+from collections.abc import Callable, Mapping, Sequence
+from pathlib import Path
+from typing import Any, Final
+
+import numpy as np
+import pytest
+from matplotlib.axes import Axes
+from matplotlib.lines import Line2D
+from numpy.typing import NDArray
+
+from fivtui.paper import study as paper_study
+from fivtui.paper.amplitudes import Amplitude
+from fivtui.paper.data import DATA_COLUMNS, save_data
+from fivtui.paper.drawing import draw
+from fivtui.paper.families import PANELS, panels_of
+from fivtui.paper.study import Study
+from fivtui.scene.scene import Scene
+from fivtui.tui.chart.chart import Found
+from fivtui.tui.tabs.charts.paper import figure_charts, figure_rows, point_scene
+from tests.support import own_slider
+from tests.support.reading import entries, labels, line_like, lines_like, plain, points, the_legend
+
+FloatArray = NDArray[np.float64]
+STATES: Final = {
+    bool(point["changes"]["separation"]): point["states"]
+    for point in json.loads(
+        Path(__file__).with_name("data").joinpath("paper_points.json").read_text(encoding="utf-8")
+    )
+    if point["key"] == "base"
+}
+CASES: Final = {"separation ignored": False, "separation considered": True}
+
+# What stands in the captions and the text: what varies along x and over which range, what tells
+# the lines apart, and what all share.
+PRELOADS, STIFFNESSES, FRICTION = ("F", 0.0, 100.0), ("k_nl", 0.0, 500.0), ("mu", 0.0, 2.0)
+SOFT: Final = {"k1": 50.0, "k2": 100.0}
+FIGURES: Final[Mapping[str, tuple[Any, str, Sequence[float], Mapping[str, float]]]] = {
+    "2a": (PRELOADS, "k_nl", (0.0, 50.0, 100.0, 500.0), {}),
+    "2b": (STIFFNESSES, "F", (0.0, 5.0, 50.0, 100.0), {}),
+    "3": (FRICTION, "k_nl", (0.0, 50.0, 100.0, 500.0), {"F": 20.0}),
+    "4": (FRICTION, "k_nl", (0.0, 50.0, 100.0, 500.0), {"F": 100.0}),
+    "5": (FRICTION, "k_nl", (0.0, 50.0, 100.0, 500.0), {"F": 100.0, "c1": 0.8}),
+    "6": (PRELOADS, "k_nl", (0.0, 50.0, 200.0, 500.0), {}),
+    "7": (STIFFNESSES, "F", (0.0, 5.0, 50.0, 100.0), {}),
+    "8": (PRELOADS, "k_nl", (0.0, 50.0, 200.0, 500.0), SOFT),
+    "9": (STIFFNESSES, "F", (0.0, 5.0, 50.0, 100.0), SOFT),
+    "13": (("F", 60.0, 190.0), "", (), {"k_nl": 20.0, "mu": 0.5}),
+    "14": (("F", 20.0, 110.0), "", (), {"k_nl": 100.0, "mu": 0.7}),
+    "15": (("k_nl", 20.0, 500.0), "", (), {"F": 40.0, "mu": 0.7}),
+    "16": (("k_nl", 20.0, 500.0), "", (), {"F": 60.0, "mu": 1.0}),
+}
+ALONG: Final = {
+    "F": "Preload F (N)",
+    "k_nl": "Cubic contact stiffness k_nl (N/m^3)",
+    "mu": "Friction coefficient μ",
+}
+UNITS: Final = {"F": " N", "k_nl": " N/m^3"}
+# Every so many points of a line are computed here; the ends are.
+EVERY: Final = 25
+
+
+def amplitude(case: bool, p: Mapping[str, float]) -> tuple[float, float]:
+    # Another number for every scene: that the amplitudes themselves are right is tested elsewhere.
+    at = p["F"] + 0.1 * p["k_nl"] + 7.0 * p["mu"]
+    return at + 3.0 * case, 0.5 * at + 5.0 * case
+
+
+def invented(scenes: Sequence[Scene], **_: Any) -> list[Amplitude]:
+    return [
+        Amplitude(*amplitude(scene.separation, scene.parameters.as_dict()), 7, 1.0)
+        for scene in scenes
+    ]
+
+
+@pytest.fixture(scope="module")
+def study() -> Study:
+    # All lines, but fewer points on each.
+    thin = {
+        key: dataclasses.replace(
+            panel,
+            lines=tuple(
+                dataclasses.replace(line, values=line.values[::EVERY]) for line in panel.lines
+            ),
+        )
+        for key, panel in PANELS.items()
+    }
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(paper_study, "measure_all", invented)
+        patch.setattr(paper_study, "PANELS", thin)
+        patch.setattr(paper_study, "_POINTS", 2001)
+        made = Study()
+        for key in PANELS:
+            made.table(key)
+    return made
+
+
+def legend_names(key: str) -> dict[str, float]:
+    _, by, values, _ = FIGURES[key]
+    if not by:
+        return {name: float(case) for name, case in CASES.items()}
+    symbol = f"{by} = {{:g}}{UNITS[by]}"
+    linear = "linear, " if by == "k_nl" else ""
+    return {(linear if v == 0.0 else "") + symbol.format(v): v for v in values}
+
+
+def check_ends(key: str, x: FloatArray) -> None:
+    (_, low, high), *_ = FIGURES[key]
+    assert x[0] == low
+    last = PANELS[key].lines[0].values[-1]
+    assert last == high
+    assert np.all(np.diff(x) > 0.0)
+
+
+def check_line(
+    key: str, line: Line2D, value: float, own: Callable[..., float], skipped: bool = False
+) -> None:
+    # A line's points, computed anew from what its legend and its figure's caption say.
+    (along, *_), by, _, shared = FIGURES[key]
+    x, y = points(line)
+    check_ends(key, x)
+    for place in {0, x.size // 3, x.size // 2, x.size - 1}:
+        if skipped and np.isnan(y[place]):
+            continue
+        changes = {**shared, **({by: value} if by else {}), along: float(x[place])}
+        assert y[place] == pytest.approx(own(**changes), rel=1e-7, abs=1e-7), (key, changes)
+
+
+def named(axes: Axes, holder: Mapping[str, Any]) -> list[tuple[str, Line2D]]:
+    return [(name, line_like(axes, handle)) for name, handle in holder.items()]
+
+
+def test_fig_2_has_the_equilibria_of_its_lines(study: Study) -> None:
+    figure = draw(2, study)
+    for key, axes in zip(("2a", "2b"), figure.axes, strict=True):
+        assert axes.get_title(loc="left") == f"({key[1]})"
+        assert labels(axes) == (ALONG[FIGURES[key][0][0]], "Vertical displacement y_e (m)")
+        legend = axes.get_legend()
+        assert legend is not None
+        names = legend_names(key)
+        shown = entries(legend)
+        assert list(shown) == list(names)
+        for name, line in named(axes, shown):
+            check_line(key, line, names[name], lambda **p: own_slider.equilibrium(**p)[1])
+        assert len(axes.lines) == len(names)
+
+
+def modes(**p: float) -> tuple[complex, complex]:
+    values = [value for value in own_slider.eigenvalues(**p).tolist() if value.imag > 0.0]
+    lower, upper = sorted(values, key=lambda value: value.imag)
+    # Of merged frequencies the growing mode is the first.
+    if upper.imag - lower.imag < 1e-6 * upper.imag and upper.real > lower.real:
+        return upper, lower
+    return lower, upper
+
+
+@pytest.mark.parametrize("key", ["3", "4", "5"])
+def test_figs_3_to_5_have_both_modes_of_every_line_and_its_critical_friction(
+    key: str, study: Study
+) -> None:
+    figure = draw(int(key), study)
+    left, right = figure.axes
+    assert labels(left) == (ALONG["mu"], "Frequency Im λ (rad/s)")
+    assert labels(right) == (ALONG["mu"], "Growth rate Re λ (1/s)")
+    names, shown = legend_names(key), the_legend(figure)
+    assert list(shown) == [*names, "μ_c"]
+    for name, value in names.items():
+        for axes, part in ((left, "imag"), (right, "real")):
+            first, second = lines_like(axes, shown[name])
+            check_line(key, first, value, lambda part=part, **p: getattr(modes(**p)[0], part))
+            check_line(
+                key, second, value, lambda part=part, **p: getattr(modes(**p)[1], part), True
+            )
+        critical = own_slider.critical_mu(**FIGURES[key][3], k_nl=value)
+        (mark,) = [
+            line
+            for line in right.lines
+            if line.get_marker() == "o" and line.get_color() == shown[name].get_color()
+        ]
+        x, y = points(mark)
+        assert (x.tolist(), y.tolist()) == ([pytest.approx(critical, abs=1e-8)], [0.0])
+    level = [line for line in right.lines if points(line)[1].tolist() == [0.0, 0.0]]
+    assert len(level) == 1
+    assert not any(line.get_marker() == "o" for line in left.lines)
+
+
+@pytest.mark.parametrize("key", ["6", "7", "8", "9"])
+def test_figs_6_to_9_have_the_critical_friction_of_every_line(key: str, study: Study) -> None:
+    figure = draw(int(key), study)
+    (axes,) = figure.axes
+    assert labels(axes) == (ALONG[FIGURES[key][0][0]], "Critical friction coefficient μ_c")
+    names, shown = legend_names(key), the_legend(figure)
+    assert list(shown) == list(names)
+    for name, line in named(axes, shown):
+        check_line(key, line, names[name], own_slider.critical_mu)
+    assert len(axes.lines) == len(names)
+    assert axes.get_ylim()[0] == 0.0
+
+
+@pytest.mark.parametrize(
+    ("number", "label", "column"),
+    [
+        (10, "Contact force P (N)", None),
+        (11, "Horizontal displacement x (m)", 0),
+        (12, "Vertical displacement y (m)", 2),
+    ],
+)
+def test_figs_10_to_12_have_the_motions_of_the_papers_method(
+    number: int, label: str, column: int | None, study: Study
+) -> None:
+    figure = draw(number, study)
+    whole, late = figure.axes
+    assert labels(whole) == ("Time t (s)", label)
+    assert labels(late)[0] == "Time t (s)"
+    shown = the_legend(figure)
+    assert list(shown) == [*CASES, "off the belt"]
+    for name, case in CASES.items():
+        for axes, times in ((whole, (5.0, 25.0, 50.0)), (late, (99.0,))):
+            line = line_like(axes, shown[name])
+            x, drawn = points(line)
+            assert x[-1] == 100.0
+            for time in times:
+                state = STATES[case][str(time)]
+                y = state[2]
+                pressed = y < 0.0 or not case
+                force = -50.0 * y - 100.0 * y**3 if pressed else 0.0
+                expected = force if column is None else state[column]
+                (place,) = np.flatnonzero(np.isclose(x, time))
+                assert drawn[place] == pytest.approx(expected, abs=2e-3)
+            assert line.is_dashed() == case
+
+
+@pytest.mark.parametrize("key", ["13", "14", "15", "16"])
+def test_figs_13_to_16_have_both_amplitudes_of_both_cases(key: str, study: Study) -> None:
+    figure = draw(int(key), study)
+    left, right = figure.axes
+    along = ALONG[FIGURES[key][0][0]]
+    assert labels(left) == (along, "Peak |y| (m)")
+    assert labels(right)[0] == along
+    assert "half" in labels(right)[1]
+    assert labels(right)[1].endswith("(m)")
+    shown = the_legend(figure)
+    assert list(shown) == list(CASES)
+    for axes, place in ((left, 0), (right, 1)):
+        assert axes.get_ylim()[0] == 0.0
+        assert len(axes.lines) == 2
+        for name, line in named(axes, shown):
+            case = CASES[name]
+            check_line(
+                key,
+                line,
+                float(case),
+                lambda case=case, place=place, **p: amplitude(case, own_slider.BASE | p)[place],
+            )
+            assert line.is_dashed() == case
+
+
+# In the terminal
+
+Y_LABELS: Final = {
+    "equilibrium": ("y_e / m",),
+    "eigenvalues": ("Im λ / rad/s", "Re λ / 1/s"),
+    "critical mu": ("μ_c",),
+}
+X_LABELS: Final = {"F": "F / N", "k_nl": "k_nl / N/m^3", "mu": "mu"}
+
+
+@pytest.mark.parametrize("key", [key for key in FIGURES if FIGURES[key][1]])
+def test_charts_of_the_paper_have_every_line_under_its_name(key: str, study: Study) -> None:
+    (along, *_), by, values, shared = FIGURES[key]
+    panel = PANELS[key]
+    charts = figure_charts(panel, study.table(key))
+    assert tuple(chart.y_label for chart in charts) == Y_LABELS[panel.kind]
+    for chart, part in zip(charts, ("imag", "real"), strict=False):
+        assert chart.x_label == X_LABELS[along]
+        assert [trace.name for trace in chart.traces] == [f"{by} {value:g}" for value in values]
+        assert [guide.value for guide in chart.guides] == [0.0] * (chart.y_label == "Re λ / 1/s")
+        for trace, value in zip(chart.traces, values, strict=True):
+            both = panel.kind == "eigenvalues"
+            size = (trace.x.size - 1) // 2 if both else trace.x.size
+            assert np.isnan(trace.y).sum() == both
+            check_ends(key, trace.x[:size])
+            for place in (0, size // 2, size - 1):
+                p = {**shared, by: value, along: float(trace.x[place])}
+                if both:
+                    seen = [trace.y[place], trace.y[size + 1 + place]]
+                    own = [getattr(mode, part) for mode in modes(**p)]
+                    assert trace.x[size + 1 + place] == trace.x[place]
+                    assert sorted(seen) == pytest.approx(sorted(own), abs=1e-7)
+                    continue
+                own_y = (
+                    own_slider.equilibrium(**p)[1]
+                    if panel.kind == "equilibrium"
+                    else own_slider.critical_mu(**p)
+                )
+                assert trace.y[place] == pytest.approx(own_y, abs=1e-7)
+
+
+def test_charts_of_amplitudes_and_motions_have_both_cases(study: Study) -> None:
+    for key in ("13", "14", "15", "16"):
+        (along, *_), _, _, shared = FIGURES[key]
+        peak, steady = figure_charts(PANELS[key], study.table(key))
+        assert peak.y_label == "peak |y| / m"
+        assert "half" in steady.y_label
+        assert steady.y_label.endswith("/ m")
+        for chart, place in ((peak, 0), (steady, 1)):
+            assert chart.x_label == X_LABELS[along]
+            for trace, case in zip(chart.traces, (False, True), strict=True):
+                assert trace.name == ("considered" if case else "ignored")
+                p = {**own_slider.BASE, **shared, along: float(trace.x[1])}
+                assert trace.y[1] == pytest.approx(amplitude(case, p)[place])
+    for key, label, column in (("10", "P / N", None), ("11", "x / m", 0), ("12", "y / m", 2)):
+        (chart,) = figure_charts(PANELS[key], study.table(key))
+        assert (chart.x_label, chart.y_label) == ("t / s", label)
+        assert [guide.value for guide in chart.guides] == [0.0]
+        for trace, case in zip(chart.traces, (False, True), strict=True):
+            assert trace.name == ("considered" if case else "ignored")
+            state = STATES[case]["5.0"]
+            force = -50.0 * state[2] - 100.0 * state[2] ** 3 if state[2] < 0 or not case else 0.0
+            expected = force if column is None else state[column]
+            assert trace.y[np.isclose(trace.x, 5.0)] == pytest.approx([expected], abs=1e-3)
+
+
+def test_a_point_of_a_chart_opens_the_scene_of_its_line() -> None:
+    panel = PANELS["4"]
+    scene = point_scene(panel, Found(2, 0.25, 5.0))
+    assert scene.parameters.as_dict() == own_slider.BASE | {"F": 100.0, "mu": 0.25, "k_nl": 100.0}
+    ignored = point_scene(PANELS["10"], Found(0, 12.0, 1.0))
+    assert (ignored.separation, ignored.parameters.as_dict()) == (False, own_slider.BASE)
+
+
+def test_the_list_of_figures_says_what_tells_their_lines_apart() -> None:
+    rows = {row[0]: row for row in figure_rows(["3"])}
+    assert list(rows) == list(PANELS)
+    assert rows["3"][1:3] == ("computed", "k_nl 0, 50, 100, 500")
+    assert rows["7"][1:3] == ("", "F 0, 5, 50, 100")
+    assert rows["13"][2] == "both cases"
+    assert "contact force" in rows["10"][3].lower()
+
+
+# The data beside the figures
+
+
+@pytest.mark.parametrize("number", range(2, 17))
+def test_data_beside_a_figure_have_its_parameters_and_units(
+    number: int, study: Study, tmp_path: Path
+) -> None:
+    for panel in panels_of(number):
+        path = tmp_path / f"{panel.key}.csv"
+        save_data(study.table(panel.key), path)
+        lines = path.read_text(encoding="utf-8").splitlines()
+        said = {
+            name: json.loads(text)
+            for name, text in re.findall(r"^# (\w+): (.*)$", "\n".join(lines), re.MULTILINE)
+        }
+        names = lines[len(said)].split(",")
+        assert said["figure"] == panel.key
+        for name in names:
+            expected = {
+                "F": "N", "k_nl": "N/m^3", "mu": "1", "t": "s", "P": "N", "x": "m", "y": "m",
+                "x_e": "m", "y_e": "m", "mu_c": "1", "separation": "1", "separations": "1",
+                "separated_time": "s", "growth_rate": "1/s", "y_peak": "m", "y_half_range": "m",
+                "omega_1": "rad/s", "omega_2": "rad/s", "sigma_1": "1/s", "sigma_2": "1/s",
+            }[name]  # fmt: skip
+            assert said["units"][name] == expected
+            assert said["meanings"][name] == DATA_COLUMNS[name].meaning
+        shared = FIGURES[panel.key][3] if panel.key in FIGURES else {}
+        known = {**own_slider.BASE, **shared}
+        assert said["parameters"] == {
+            name: value
+            for name, value in known.items()
+            if name not in names and not (name == "mu" and panel.kind == "critical mu")
+        }
+        if panel.kind in ("transient", "amplitude"):
+            assert (said["start"], said["t_end"]) == ("static", 100.0)
+        if panel.kind == "amplitude":
+            rows = np.loadtxt(lines[len(said) + 1 :], delimiter=",")
+            place = rows.shape[0] // 3
+            values = dict(zip(names, rows[place].tolist(), strict=True))
+            p = {name: values[name] for name in own_slider.BASE if name in values}
+            assert values["growth_rate"] == pytest.approx(
+                own_slider.growth_rate(**{**shared, **p}), abs=1e-8
+            )
+            assert (values["y_peak"], values["y_half_range"]) == pytest.approx(
+                amplitude(bool(values["separation"]), {**known, **p})
+            )
+            assert (values["separations"], values["separated_time"]) == (7.0, 1.0)
+
+
+def test_captions_say_what_their_axes_show(study: Study) -> None:
+    for key, (along, by, _, _) in FIGURES.items():
+        caption = study.table(key).caption
+        word = {"F": "preload", "k_nl": "stiffness", "mu": "friction coefficient"}[along[0]]
+        assert word in caption.partition(" against ")[2], key
+        assert plain(caption) == caption
+        assert PANELS[key].by == (by or "separation")

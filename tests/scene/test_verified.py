@@ -1,0 +1,224 @@
+import dataclasses
+import itertools
+import json
+import re
+from pathlib import Path
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from fivtui import simulation
+from fivtui.cli import run
+from fivtui.model.errors import ComputationError, InputError
+from fivtui.model.parameters import Parameters
+from fivtui.scene.presets import PRESETS
+from fivtui.scene.run import run_scene, scene_transient
+from fivtui.scene.scene import load_scene, save_scene
+from fivtui.scene.verified import simulate_to
+from fivtui.simulation import simulate
+from fivtui.transient.deviation import Observation
+from fivtui.transient.divergence import divergence
+from fivtui.transient.error_targets import check_accuracy, finer_tol, first_tol
+from fivtui.transient.request import TOL_RANGE
+from tests.references import REFERENCES
+
+
+@pytest.mark.parametrize("name", sorted(REFERENCES))
+@pytest.mark.parametrize("wish", [1e-2, 1e-6])
+def test_the_errors_are_within_those_asked_and_those_estimated(name: str, wish: float) -> None:
+    reference = REFERENCES[name]
+    result = simulate_to(
+        {"peak": wish, "final": wish},
+        reference.parameters,
+        t_end=reference.t_end,
+        separation=reference.separation,
+        start=reference.start,
+    )
+    run, estimate = result.transient, result.estimate
+    final = (run.final.x, run.final.vx, run.final.y, run.final.vy)
+    apart = max(abs(a - b) for a, b in zip(final, reference.final, strict=True))
+    size = max(map(abs, reference.final))
+    assert apart <= estimate.final * size + 1e-11 * size
+    assert abs(run.peak.y_abs - reference.peak_y_abs) <= (estimate.peak + 1e-11) * run.peak.y_abs
+    assert max(estimate.final, estimate.peak) <= wish
+
+
+def test_a_fixed_step_is_refined_until_the_error_is_met() -> None:
+    loose = simulate_to({"final": 1.0}, method="rk4", t_end=5.0)
+    tight = simulate_to({"final": 1e-5}, method="rk4", t_end=5.0)
+    assert tight.transient.stats.steps > loose.transient.stats.steps
+    assert tight.runs > 2
+    assert tight.estimate.final <= 1e-5
+
+
+def test_an_error_below_rounding_is_refused_with_what_can_be_had() -> None:
+    with pytest.raises(ComputationError, match="error of final is about"):
+        simulate_to({"final": 1e-16}, Parameters())
+
+
+# Without damping an error grows for ever: two runs part after some hundred seconds.
+UNDAMPED = Parameters(c1=0.0, c2=0.0)
+
+
+@pytest.mark.parametrize("wish", [2e-4, 1e-2, 1.0])
+def test_numbers_after_two_runs_part_are_refused_with_the_time_and_the_reason(wish: float) -> None:
+    with pytest.raises(ComputationError, match=r"part at t = .* switches differ") as caught:
+        simulate_to({"half_range": wish}, UNDAMPED, t_end=1000.0)
+    found = re.search(r"t = ([\d.]+) s", caught.value.why)
+    assert found is not None
+    # What is advised is right: before that time the same number is verified.
+    before = simulate_to({"half_range": wish}, UNDAMPED, t_end=0.8 * float(found[1]))
+    assert before.estimate.half_range <= wish
+
+
+def test_agreement_by_chance_is_no_agreement(monkeypatch: pytest.MonkeyPatch) -> None:
+    # Every number agrees but the state at the end, at all settings.
+    true = simulate(Parameters(), t_end=10.0)
+
+    shifts = itertools.cycle((0.0, 0.02 * true.peak.y_abs))
+
+    def by_chance(*_args: object, **_options: object) -> object:
+        final = true.final._replace(x=true.final.x + next(shifts))
+        return dataclasses.replace(true, final=final)
+
+    monkeypatch.setattr("fivtui.scene.verified.simulate", by_chance)
+    with pytest.raises(ComputationError, match=r"part at t = 10 s: .*% of the amplitude"):
+        simulate_to({"peak": 1.0}, t_end=10.0)
+
+
+def observed(final: float, *times: float) -> Observation:
+    return Observation((final, 0.0, 0.0, 0.0), 1.0, 1.0, np.array(times), len(times) // 2)
+
+
+@pytest.mark.parametrize(
+    ("one", "other", "at"),
+    [
+        (observed(1.0, 2.0, 3.0), observed(1.0, 2.0, 3.0), None),
+        (observed(1.0, 2.0, 3.0), observed(1.009, 2.0, 3.0009), None),
+        (observed(1.0, 2.0, 3.0), observed(1.02, 2.0, 3.0), 9.0),
+        (observed(1.0, 2.0, 3.0), observed(1.0, 2.0, 3.002), 3.0),
+        (observed(1.0, 2.0, 3.0), observed(1.0, 2.0, 3.0, 5.0, 6.0), 5.0),
+        (observed(1.0, 2.0, 4.0, 5.0, 6.0), observed(1.0, 5.0, 6.0), 2.0),
+    ],
+)
+def test_runs_part_at_the_first_switch_that_differs_or_at_the_end(
+    one: Observation, other: Observation, at: float | None
+) -> None:
+    for found in (
+        divergence(one, other, t_end=9.0, time_scale=0.1),
+        divergence(other, one, t_end=9.0, time_scale=0.1),
+    ):
+        assert (None if found is None else found.t) == at
+
+
+@pytest.mark.parametrize(
+    ("asked", "message"),
+    [
+        ({"peek": 1e-3}, "peak"),
+        ({"peak": 0.0}, "0 < error <= 1"),
+        ({"peak": float("nan")}, "peak"),
+    ],
+)
+def test_a_wrong_wish_is_refused(asked: dict[str, float], message: str) -> None:
+    with pytest.raises(InputError, match=message):
+        check_accuracy(asked)
+
+
+def test_a_scene_states_the_accuracy_it_needs(tmp_path: Path) -> None:
+    scene = dataclasses.replace(PRESETS["base"], t_end=20.0, accuracy=(("peak", 1e-4),))
+    path = tmp_path / "scene.toml"
+    save_scene(scene, path)
+    assert "accuracy = {peak = 0.0001}" in path.read_text(encoding="utf-8")
+    assert load_scene(path) == scene
+    run = scene_transient(load_scene(path))
+    assert run.verified is not None
+    assert run.verified.estimate.peak <= 1e-4
+
+
+def test_a_file_with_accuracy_and_tolerance_is_refused(tmp_path: Path) -> None:
+    path = tmp_path / "scene.toml"
+    path.write_text("fivtui_scene = 1\ntol = 1e-6\naccuracy = {peak = 1e-3}\n", encoding="utf-8")
+    with pytest.raises(InputError, match="tol: not allowed beside accuracy"):
+        load_scene(path)
+
+
+def test_the_command_reports_the_errors(capsys: pytest.CaptureFixture[str]) -> None:
+    assert run(["simulate", "--t-end", "10", "--error", "peak=1e-4", "--json"]) == 0
+    known = json.loads(capsys.readouterr().out)["accuracy"]
+    assert known["asked"] == {"peak": 1e-4}
+    assert 0.0 <= known["estimate"]["peak"] <= 1e-4
+    assert run(["simulate", "--t-end", "10", "--error", "peak=1e-4"]) == 0
+    assert "±" in capsys.readouterr().out
+    assert run(["simulate", "--tol", "1e-4", "--error", "peak=1e-4"]) == 2
+    assert "--error" in capsys.readouterr().err
+
+
+def test_a_stability_scene_integrates_nothing(monkeypatch: pytest.MonkeyPatch) -> None:
+    def refuse(*_args: object, **_options: object) -> None:
+        raise AssertionError("a transient was computed")
+
+    monkeypatch.setattr("fivtui.scene.run.simulate", refuse)
+    monkeypatch.setattr(simulation, "integrate", refuse)
+    result = run_scene(dataclasses.replace(PRESETS["base"], outputs=("stability",)))
+    assert result.stability is not None
+    assert result.run is None
+
+
+def test_no_samples_are_stored_unasked_and_asking_takes_no_more_steps() -> None:
+    def run(*outputs: str) -> tuple[int, int]:
+        scene = dataclasses.replace(PRESETS["base"], t_end=20.0, outputs=outputs)
+        found = run_scene(scene).run
+        assert found is not None
+        trajectory = found.transient.trajectory
+        stored = 0
+        if trajectory is not None:
+            stored = sum(getattr(trajectory, n).nbytes for n in ("t", "x", "vx", "y", "vy", "P"))
+        assert found.transient.solution is None
+        return found.transient.stats.steps, stored
+
+    steps, nothing = run("transient")
+    assert nothing == 0
+    assert run("trajectory") == (steps, 6 * 8 * 5001)
+
+
+def test_what_a_run_keeps_does_not_grow_with_the_horizon_but_by_its_switches() -> None:
+    def kept(t_end: float) -> int:
+        run = scene_transient(dataclasses.replace(PRESETS["base"], t_end=t_end)).transient
+        return run.switch_times.nbytes - 8 * (run.events.separations + run.events.reattachments)
+
+    assert kept(10.0) == kept(200.0) == 0
+
+
+def test_the_linear_scene_costs_fewer_steps_than_the_cubic_one() -> None:
+    base = dataclasses.replace(PRESETS["base"], separation=False, t_end=20.0)
+    linear = base.with_values({"k_nl": 0.0})
+    cost = [scene_transient(scene).transient.stats.steps for scene in (linear, base)]
+    assert cost[0] < cost[1] / 2
+
+
+def test_run_computes_what_the_scene_requires(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    scene = dataclasses.replace(PRESETS["base"], t_end=5.0, outputs=("trajectory",))
+    path, out = tmp_path / "scene.toml", tmp_path / "run.csv"
+    save_scene(scene, path)
+    assert run(["run", str(path)]) == 2
+    assert "--out FILE" in capsys.readouterr().err
+    assert run(["run", str(path), "--out", str(out), "--json"]) == 0
+    assert set(json.loads(capsys.readouterr().out)) == {"scene", "transient"}
+    assert out.exists()
+    assert run(["run", "--json"]) == 0
+    assert set(json.loads(capsys.readouterr().out)) == {"scene", "stability", "transient"}
+
+
+@given(st.floats(-16.0, 0.0).map(lambda exponent: 10.0**exponent))
+def test_tolerances_that_verify_each_other_are_a_decade_apart(error: float) -> None:
+    tol = first_tol({"peak": error})
+    tried = [tol]
+    while tried[-1] > TOL_RANGE[0]:
+        tried.append(finer_tol(tried[-1]))
+    assert len(tried) > 1
+    assert tried[-1] == TOL_RANGE[0]
+    assert all(10.0 <= a / b <= 1000.1 for a, b in itertools.pairwise(tried))

@@ -1,0 +1,77 @@
+"""A Dask scheduler with workers on the loopback interface, as processes of their own."""
+
+import json
+import os
+import signal
+import subprocess
+import sys
+import time
+from collections.abc import Iterator
+from contextlib import contextmanager, suppress
+from dataclasses import dataclass, field
+from pathlib import Path
+
+ROOT = Path(__file__).parents[2]
+PATIENCE_S = 60.0
+
+
+@dataclass
+class Cluster:
+    """Address of a scheduler, and the processes."""
+
+    address: str
+    scheduler: subprocess.Popen[bytes]
+    workers: list[subprocess.Popen[bytes]] = field(default_factory=list)
+
+    def kill_worker(self, number: int) -> None:
+        self.workers[number].kill()
+        self.workers[number].wait()
+
+
+@contextmanager
+def loopback_cluster(folder: Path, workers: int = 2, path: str = str(ROOT)) -> Iterator[Cluster]:
+    said = folder / "scheduler.json"
+    scheduler = _dask(
+        path, folder, "scheduler", "--host=127.0.0.1", "--port=0", "--no-dashboard",
+        "--no-show", f"--scheduler-file={said}",
+    )  # fmt: skip
+    cluster = Cluster("", scheduler)
+    try:
+        until = time.monotonic() + PATIENCE_S
+        while not cluster.address:
+            assert scheduler.poll() is None, "the scheduler has ended"
+            assert time.monotonic() < until, "the scheduler does not say its address"
+            time.sleep(0.05)
+            with suppress(OSError, ValueError):
+                cluster.address = json.loads(said.read_text(encoding="utf-8"))["address"]
+        cluster.workers += [
+            _dask(
+                path, folder, "worker", cluster.address, "--nworkers=1", "--nthreads=1",
+                "--no-nanny",
+                "--host=127.0.0.1", "--no-dashboard", f"--name=w{number}",
+                f"--local-directory={folder}", "--death-timeout=60",
+            )
+            for number in range(workers)
+        ]  # fmt: skip
+        if workers:
+            from distributed import Client
+
+            with Client(cluster.address, set_as_default=False) as client:
+                client.wait_for_workers(workers, timeout=PATIENCE_S)
+        yield cluster
+    finally:
+        for process in (*cluster.workers, scheduler):
+            process.send_signal(signal.SIGKILL)
+            process.wait()
+
+
+def _dask(path: str, folder: Path, *args: str) -> subprocess.Popen[bytes]:
+    with (folder / f"{args[0]}.log").open("ab") as log:
+        return subprocess.Popen(
+            [sys.executable, "-m", "dask", *args],
+            env=os.environ | {"PYTHONPATH": path},
+            cwd=folder,
+            stdin=subprocess.DEVNULL,
+            stdout=log,
+            stderr=log,
+        )

@@ -1,0 +1,135 @@
+"""What the tests of the terminal UI share."""
+
+import asyncio
+import dataclasses
+import time
+from collections.abc import Callable
+from typing import Final
+
+from textual.pilot import Pilot
+from textual.widgets import Input
+
+from fivtui.model.errors import Cancelled
+from fivtui.scene.presets import PRESETS
+from fivtui.simulation import simulate
+from fivtui.sweeps.rows import compute_rows
+from fivtui.tui.app import FivtuiApp
+from fivtui.tui.lab.form import FieldRow
+from fivtui.tui.tabs.book import TabBook
+from fivtui.tui.tabs.charts.sweep import sweep_request
+
+# A test waits for as long as something may still come. It gives up after so many looks in a row at
+# an application that computes nothing, each soon after the one before: a machine that is busy with
+# something else makes looks late, and these do not count. The other limit ends a hang.
+_IDLE_LOOKS: Final = 800
+_LOOK_S: Final = 0.01
+_LATE_S: Final = 0.1
+HANG_S: Final = 900.0
+_wait_for_screen = Pilot._wait_for_screen
+
+
+async def _wait_patiently(self: Pilot[None], timeout: float = HANG_S) -> bool:
+    # Textual gives up a screen that is not done after half a minute, which a busy machine may take.
+    return await _wait_for_screen(self, timeout)
+
+
+Pilot._wait_for_screen = _wait_patiently  # type: ignore[method-assign, assignment]
+ENDLESS: Final = "1e6"
+
+
+def text_of(pilot: Pilot[None]) -> str:
+    """What the screen shows, line by line."""
+    strips = pilot.app.screen._compositor.render_strips()
+    return "\n".join(strip.text for strip in strips)
+
+
+def flat_text_of(pilot: Pilot[None]) -> str:
+    """The same with line breaks and runs of blanks as one blank, for wrapped words."""
+    return " ".join(text_of(pilot).split())
+
+
+async def until(pilot: Pilot[None], holds: Callable[[], bool]) -> None:
+    """Wait until something holds."""
+    begin = last = time.monotonic()
+    idle = 0
+    while not holds():
+        now = time.monotonic()
+        busy = any(worker.is_running for worker in pilot.app.workers)
+        if busy:
+            idle = 0
+        elif now - last < _LATE_S:
+            idle += 1
+        last = now
+        in_vain = idle > _IDLE_LOOKS or now - begin > HANG_S
+        assert not in_vain, "waited in vain; the screen:\n" + text_of(pilot)
+        await asyncio.sleep(_LOOK_S)
+    await pilot.pause()
+
+
+async def until_shown(pilot: Pilot[None], words: str) -> None:
+    """Wait until the screen shows some words."""
+    await until(pilot, lambda: words in flat_text_of(pilot))
+
+
+async def until_told(pilot: Pilot[None], words: str) -> None:
+    """Wait until a notification says some words; on the screen its lines are wrapped."""
+    await until(pilot, lambda: any(words in n.message for n in pilot.app._notifications))
+    await until_shown(pilot, words.split(maxsplit=1)[0])
+
+
+def app_of(pilot: Pilot[None]) -> FivtuiApp:
+    """The application under test."""
+    app = pilot.app
+    assert isinstance(app, FivtuiApp)
+    return app
+
+
+def compile_kernels() -> None:
+    """Compile what runs and sweeps need, which may take longer than `until` waits."""
+    simulate(t_end=1.0, kernel="compiled")
+    study = sweep_request(dataclasses.replace(PRESETS["base"], t_end=1.0), "F=20,80")
+    compute_rows(study, 0, study.members)
+
+
+async def show_tab(pilot: Pilot[None], key: str) -> None:
+    """Press the key of a tab, and wait until the tab is there."""
+    await pilot.press(key)
+    await until(pilot, lambda: _tab_is_there(pilot))
+
+
+def _tab_is_there(pilot: Pilot[None]) -> bool:
+    book = app_of(pilot).screen_stack[0].query_one(TabBook)
+    return book.pane is not None and book.pane.is_mounted
+
+
+async def focus(pilot: Pilot[None], name: str) -> Input:
+    """Give the focus to the editor of a field that is edited as text."""
+    editor = pilot.app.screen.query_one(f"#row-{name}", FieldRow).query_one(Input)
+    editor.focus()
+    await until(pilot, lambda: editor.has_focus)
+    return editor
+
+
+async def type_into(pilot: Pilot[None], name: str, text: str) -> None:
+    """Replace the text of a field, key by key."""
+    editor = await focus(pilot, name)
+    await pilot.press("end", *["backspace"] * len(editor.value))
+    await pilot.press(*({".": "full_stop", "-": "minus", ",": "comma"}.get(c, c) for c in text))
+    await until(pilot, lambda: app_of(pilot).session.texts[name] == text)
+
+
+def endless_simulate(*_: object, progress: Callable[[float], bool], **__: object) -> None:
+    """Stands for a run that goes on until it is stopped, but leaves the processor free."""
+    fraction = 0.0
+    while progress(fraction):
+        fraction += 1e-6
+        time.sleep(0.005)
+    raise Cancelled
+
+
+async def run_to_end(pilot: Pilot[None]) -> None:
+    """Press the key that runs, and wait for the result."""
+    runs = app_of(pilot).session.runs
+    await pilot.press("f5")
+    await until(pilot, lambda: runs.newest is not None and runs.active is None)
+    await until(pilot, lambda: "peak |y|" in text_of(pilot))

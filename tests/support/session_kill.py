@@ -1,0 +1,158 @@
+"""Kills whoever keeps a session at its file operations, and looks at what is left.
+
+``python -m tests.support.session_kill keeper FOLDER`` kills at each operation once and prints how
+many there were; ``python -m tests.support.session_kill lab FOLDER COUNT`` kills the whole
+laboratory COUNT times at one drawn at random. The kills are those of the operating system: nothing
+of the program runs after them.
+"""
+
+import asyncio
+import random
+import shutil
+import signal
+import sys
+from itertools import count
+from pathlib import Path
+from unittest import mock
+
+import numpy as np
+
+from fivtui.equilibrium.map import stability_map
+from fivtui.kernel.loader import KernelLoader
+from fivtui.scene.presets import PRESETS
+from fivtui.simulation import simulate
+from fivtui.transient import compiled
+from fivtui.tui import app as app_module
+from fivtui.tui.persistence.autosave import Keeper
+from fivtui.tui.persistence.snapshot import bring_back, state_of, take_back
+from fivtui.tui.session.runs import Outcome, RunState
+from fivtui.tui.session.session import Session
+from fivtui.tui.session.shown import Shown
+
+from .sweep_kill import child, kill_at
+
+SEED = 11
+# About as many as the laboratory does here, and as many runs as it does not drop by itself.
+OPERATIONS = 50
+MOST = 15
+BASE = PRESETS["base"]
+RESULT = simulate(t_end=1.0, samples=np.linspace(0.0, 1.0, 11), kernel="interpreted")
+
+
+def restored(keeper: Keeper) -> Session:
+    state = keeper.load()
+    assert not keeper.notices, keeper.notices
+    assert keeper.number == 1, keeper.number
+    session = Session()
+    if state is not None:
+        bring_back(session, state)
+        take_back(session, {key: keeper.result(key, kept) for key, kept in session.unread.items()})
+    return session
+
+
+def go_on(path: Path) -> None:
+    """A run is deleted, another made, and the map replaced."""
+    keeper = Keeper(path)
+    session = restored(keeper)
+    for run in list(session.runs):
+        session.runs.remove(run)
+    keeper.save(state_of(session, ""))
+    run = session.runs.start(BASE)
+    session.runs.finish(run, Outcome(RESULT))
+    over = {"mu": np.linspace(0.0, 1.0, 3), "F": np.linspace(10.0, 20.0, 2)}
+    session.studies.map = Shown(stability_map(BASE.parameters, over), "base")
+    keeper.save(state_of(session, ""))
+    keeper.close(state_of(session, ""))
+
+
+def look(path: Path) -> Session:
+    """What the next start finds: all that the session's file says, whole."""
+    keeper = Keeper(path)
+    session = restored(keeper)
+    state = state_of(session, "")
+    for run in session.runs:
+        assert (run.result is None) is (run.state is not RunState.DONE)
+    keeper.close(state)
+    assert not keeper.error, keeper.error
+    return session
+
+
+def kill_keepers(folder: Path) -> int:
+    before = folder / "before"
+    go_on(before / "session.json")
+
+    def goes_on_to(operation: int) -> bool:
+        path = folder / str(operation) / "session.json"
+        shutil.copytree(before, path.parent)
+
+        def killed() -> None:
+            kill_at(operation, path.parent)
+            go_on(path)
+
+        code = child(killed)
+        assert code in (0, -signal.SIGKILL), code
+        session = look(path)
+        assert [run.number for run in session.runs] in ([1], [], [2])
+        assert session.studies.map is not None
+        assert child(lambda: go_on(path)) == 0
+        assert not list(path.parent.rglob("*.tmp"))
+        return code != 0
+
+    return next(number for number in count() if not goes_on_to(number + 1))
+
+
+def kill_labs(folder: Path, times: int) -> int:
+    """Each goes on from what the one before has left."""
+    path = folder / "session.json"
+    chosen = random.Random(SEED)
+    # Nobody waits for a compiler, nor long for the session to be kept.
+    mock.patch.object(compiled, "kernels", KernelLoader("none")).start()
+    mock.patch.object(app_module, "_KEEPING_PERIOD", 0.01).start()
+    known: set[int] = set()
+    killed = 0
+    while killed < times:
+        operation = chosen.randrange(1, OPERATIONS + 1)
+
+        def lab(operation: int = operation) -> None:
+            kill_at(operation, folder)
+            asyncio.run(use_lab(path))
+
+        code = child(lab)
+        assert code in (0, -signal.SIGKILL), code
+        killed += code != 0
+        session = look(path)
+        # None is deleted by anyone but the user; a run under way is none yet.
+        done = {run.number for run in session.runs if run.result is not None}
+        assert known <= done, (known, done)
+        known = done
+        if len(list(session.runs)) > MOST:
+            keeper = Keeper(path)
+            keeper.load()
+            keeper.close(state_of(Session(), ""))
+            assert not known & {run.number for run in look(path).runs}
+            known = set()
+    return killed
+
+
+async def use_lab(path: Path) -> None:
+    app = app_module.FivtuiApp(state=path)
+    async with app.run_test(size=(80, 24)) as pilot:
+        await pilot.pause()
+        for text in ("0.5", "0.6"):
+            app.session.set_text("t_end", text)
+            await pilot.press("f5")
+            runs = app.session.runs
+            while runs.active is not None or app._keeper.due(app._state()):
+                await asyncio.sleep(0.01)
+
+
+def main() -> None:
+    kind, folder, *times = sys.argv[1:]
+    if kind == "keeper":
+        print(kill_keepers(Path(folder)))
+    else:
+        print(kill_labs(Path(folder), int(*times)))
+
+
+if __name__ == "__main__":
+    main()

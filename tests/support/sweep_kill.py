@@ -1,0 +1,90 @@
+"""Kills a sweep at every one of its file operations, and lets it go on.
+
+``python -m tests.support.sweep_kill FOLDER SUFFIX`` prints how many operations there were; it
+fails if anything but the right file is ever left. The kills are those of the operating system:
+nothing of the program runs after them.
+"""
+
+import os
+import signal
+import sys
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+from fivtui.model.parameters import Parameters
+from fivtui.sweeps.design import Design, Range
+from fivtui.sweeps.run import local_engine, sweep_to_file
+from fivtui.sweeps.study import Study
+
+STUDY = Study(
+    Design({"F": Range(10.0, 120.0, 3)}), Parameters(), t_end=1.0, outputs=("y_abs", "separations")
+)
+OPERATIONS = ("open", "os.")
+
+
+def run(out: Path, force: bool) -> None:
+    sweep_to_file(STUDY, out, local_engine(1), size=2, force=force)
+
+
+def kill_at(operation: int, folder: Path) -> None:
+    seen = 0
+
+    def hook(event: str, args: tuple[Any, ...]) -> None:
+        nonlocal seen
+        if event.startswith(OPERATIONS) and str(folder) in str(args):
+            seen += 1
+            if seen == operation:
+                os.kill(os.getpid(), signal.SIGKILL)
+
+    sys.addaudithook(hook)
+
+
+def child(work: Callable[[], None]) -> int:
+    process = os.fork()
+    if process == 0:
+        code = 1
+        try:
+            work()
+            code = 0
+        finally:
+            os._exit(code)
+    return os.waitstatus_to_exitcode(os.waitpid(process, 0)[1])
+
+
+def check(folder: Path, suffix: str, right: bytes, operation: int, force: bool) -> bool:
+    out = folder / f"{operation}-{force}" / f"out{suffix}"
+    out.parent.mkdir()
+    if force:
+        out.write_bytes(b"old")
+
+    def killed() -> None:
+        kill_at(operation, out.parent)
+        run(out, force)
+
+    ended = child(killed)
+    assert ended in (0, -signal.SIGKILL), ended
+    assert not out.exists() or out.read_bytes() in (b"old", right)
+    assert child(lambda: run(out, force)) == 0
+    assert out.read_bytes() == right
+    assert [path.name for path in out.parent.iterdir()] == [out.name]
+    return ended != 0
+
+
+def main() -> None:
+    folder, suffix = Path(sys.argv[1]), sys.argv[2]
+    whole = folder / f"whole{suffix}"
+    run(whole, False)
+    right = whole.read_bytes()
+    counts = []
+    # What replaces a file differs in this alone, and not by the format.
+    for force in (False, True) if suffix == ".csv" else (False,):
+        operation = 1
+        while check(folder, suffix, right, operation, force):
+            operation += 1
+        counts.append(operation - 1)
+    print(*counts)
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,156 @@
+"""Sweeps on a Dask scheduler with two workers, all processes of their own, on the loopback."""
+
+import os
+import subprocess
+import sys
+from collections.abc import Iterator
+from pathlib import Path
+
+import pytest
+
+from fivtui import Parameters
+from fivtui.model.errors import ComputationError, InputError
+from fivtui.sweeps.arithmetic import arithmetic_of
+from fivtui.sweeps.design import Design, Range
+from fivtui.sweeps.provenance import versions
+from fivtui.sweeps.run import local_engine, sweep_in_memory, sweep_to_file
+from fivtui.sweeps.study import Study
+from tests.support.dask_cluster import Cluster, loopback_cluster
+
+pytest.importorskip("distributed")
+
+from fivtui.sweeps import cluster as cluster_module
+from fivtui.sweeps.cluster import cluster_engine
+
+pytestmark = [pytest.mark.slow, pytest.mark.host]
+
+ROOT = Path(__file__).parents[2]
+STUDY = Study(
+    Design({"F": Range(10.0, 120.0), "k2": Range(40.0, 200.0)}, "sobol", 100),
+    Parameters(k_nl=0.0, mu=2.0),
+    cases=(True, False),
+    t_end=600.0,
+)
+SIZE = 10
+
+
+@pytest.fixture(scope="module")
+def cluster(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Cluster]:
+    with loopback_cluster(tmp_path_factory.mktemp("dask")) as found:
+        yield found
+
+
+def test_the_file_is_that_of_this_machine_though_a_worker_dies(
+    cluster: Cluster, tmp_path: Path
+) -> None:
+    here, there = tmp_path / "here.csv", tmp_path / "there.csv"
+    done = sweep_to_file(STUDY, here, local_engine(1), size=SIZE)
+    assert done.failed
+    fractions: list[float] = []
+
+    def progress(fraction: float) -> bool:
+        fractions.append(fraction)
+        if len(fractions) == 5:
+            cluster.kill_worker(0)
+        return True
+
+    with cluster_engine(cluster.address) as engine:
+        assert sweep_to_file(STUDY, there, engine, size=SIZE, progress=progress) == done
+    assert len(fractions) == 21
+    assert there.read_bytes() == here.read_bytes()
+
+
+def test_the_command_computes_on_the_cluster(cluster: Cluster, tmp_path: Path) -> None:
+    args = ["--vary=F=20:80:4", "--t-end=5", "--out=out.csv", "--piece=1"]
+    done = subprocess.run(
+        [sys.executable, "-m", "fivtui", "sweep", *args, f"--scheduler={cluster.address}"],
+        cwd=tmp_path,
+        env=os.environ | {"PYTHONPATH": str(ROOT)},
+        capture_output=True,
+        text=True,
+        check=False,
+    )
+    assert done.returncode == 0, done.stderr
+    assert done.stderr == "wrote out.csv: 4 members\n"
+    assert (tmp_path / "out.csv").is_file()
+
+
+def test_workers_of_other_versions_are_refused(
+    cluster: Cluster, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    own = versions()
+    monkeypatch.setattr(cluster_module, "versions", lambda: own | {"numpy": "1.0"})
+    with (
+        cluster_engine(cluster.address) as engine,
+        pytest.raises(ComputationError, match=r"a worker has numpy \S+, not 1.0 as here"),
+    ):
+        sweep_in_memory(STUDY, engine)
+
+
+def test_workers_whose_rows_have_other_bits_are_refused(
+    cluster: Cluster, monkeypatch: pytest.MonkeyPatch, tmp_path: Path
+) -> None:
+    own, out = arithmetic_of(STUDY), tmp_path / "out.csv"
+    monkeypatch.setattr(
+        cluster_module, "arithmetic_of", lambda _: own | {"fused": not own["fused"]}
+    )
+    with (
+        cluster_engine(cluster.address) as engine,
+        pytest.raises(ComputationError, match=r"a worker would differ in the last bits.* fused"),
+    ):
+        sweep_to_file(STUDY, out, engine, size=SIZE)
+    assert not list(tmp_path.glob("out.csv.parts/0*"))
+
+
+def test_a_worker_without_the_program_says_so_and_lives_on(tmp_path: Path) -> None:
+    # Hides the installed one.
+    text = "raise ModuleNotFoundError(\"No module named 'fivtui'\")\n"
+    (tmp_path / "fivtui.py").write_text(text, encoding="utf-8")
+    with (
+        loopback_cluster(tmp_path, workers=1, path=str(tmp_path)) as bare,
+        cluster_engine(bare.address) as engine,
+    ):
+        for _ in range(2):
+            with pytest.raises(ComputationError, match="a worker cannot run fivtui: No module"):
+                sweep_in_memory(STUDY, engine)
+        assert all(worker.poll() is None for worker in bare.workers)
+
+
+def test_no_scheduler_and_no_workers_are_said(
+    monkeypatch: pytest.MonkeyPatch, tmp_path: Path
+) -> None:
+    monkeypatch.setattr(cluster_module, "_CONNECT_S", 0.2)
+    for address in ("tcp://127.0.0.1:1", "nonsense://x"):
+        with (
+            pytest.raises(InputError, match="no scheduler answers there"),
+            cluster_engine(address),
+        ):
+            pass
+    monkeypatch.setattr(cluster_module, "_CONNECT_S", 1.0)
+    with (
+        loopback_cluster(tmp_path, workers=0) as idle,
+        pytest.raises(InputError, match="has no workers"),
+        cluster_engine(idle.address),
+    ):
+        pass
+
+
+def test_a_lost_scheduler_loses_nothing(tmp_path: Path, capfd: pytest.CaptureFixture[str]) -> None:
+    out = tmp_path / "out.csv"
+    with loopback_cluster(tmp_path, workers=1) as lost:
+        fractions: list[float] = []
+
+        def progress(fraction: float) -> bool:
+            fractions.append(fraction)
+            if len(fractions) == 3:
+                lost.scheduler.kill()
+            return True
+
+        with (
+            pytest.raises(ComputationError, match=r"scheduler at tcp.* is lost; start it again"),
+            cluster_engine(lost.address) as engine,
+        ):
+            sweep_to_file(STUDY, out, engine, size=SIZE, progress=progress)
+    assert "Traceback" not in capfd.readouterr().err
+    kept = sweep_to_file(STUDY, out, local_engine(1), size=SIZE).kept
+    assert kept >= 2 * SIZE

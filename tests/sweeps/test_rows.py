@@ -1,0 +1,398 @@
+"""Designs and rows of sweeps."""
+
+import dataclasses
+import itertools
+import pickle
+import re
+from typing import Any
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+from scipy.stats import qmc
+
+import fivtui.sweeps.rows as sweep_module
+from fivtui import Parameters, simulate, stability, sweep
+from fivtui.batch.run import simulate_batch
+from fivtui.kernel import loader
+from fivtui.model.errors import Cancelled, ComputationError, InputError
+from fivtui.scene.verified import simulate_to
+from fivtui.sweeps.design import Design, Kind, Range
+from fivtui.sweeps.rows import Rows, compute_rows, joined
+from fivtui.sweeps.run import check_in_memory, local_engine, sweep_in_memory
+from fivtui.sweeps.study import DEFAULT_OUTPUTS, OUTPUTS, Study
+
+
+def values(design: Design, first: int, last: int) -> list[tuple[float, ...]]:
+    columns = design.columns(np.arange(first, last))
+    return list(zip(*(column.tolist() for column in columns.values()), strict=True))
+
+
+def test_a_product_has_every_value_with_every_other_the_last_varying_fastest() -> None:
+    design = Design({"F": Range(10.0, 30.0, 3), "mu": (0.5, 0.1)})
+    assert design.size == 6
+    assert values(design, 0, 6) == list(itertools.product([10.0, 20.0, 30.0], [0.5, 0.1]))
+
+
+def test_a_list_has_values_side_by_side() -> None:
+    design = Design({"F": Range(10.0, 30.0, 3), "mu": (0.5, 0.1, 0.2)}, "list")
+    assert values(design, 0, 3) == [(10.0, 0.5), (20.0, 0.1), (30.0, 0.2)]
+
+
+@given(st.floats(1e-6, 1e6), st.floats(1e-6, 1e6), st.integers(2, 50), st.booleans())
+def test_a_range_has_its_ends_exactly_and_even_spacing(
+    start: float, stop: float, count: int, log: bool
+) -> None:
+    found = Range(start, stop, count, log).at(np.arange(count))
+    assert (found[0], found[-1]) == (start, stop)
+    expected = np.geomspace(start, stop, count) if log else np.linspace(start, stop, count)
+    np.testing.assert_allclose(found, expected, rtol=1e-9)
+
+
+DESIGNS = (
+    Design({"F": Range(10.0, 120.0, 13), "mu": Range(0.1, 1.0, 7, log=True)}),
+    Design({"F": Range(10.0, 120.0, 91)}, "list"),
+    Design({"F": Range(10.0, 120.0), "mu": Range(0.1, 1.0), "y0": Range(-1.0, 1.0)}, "random", 91),
+    Design({"F": Range(10.0, 120.0), "k_nl": Range(1.0, 500.0, None, True)}, "sobol", 91, 5),
+)
+
+
+@given(st.sampled_from(DESIGNS), st.integers(0, 90), st.integers(1, 91))
+def test_a_member_depends_on_its_index_alone(design: Design, first: int, size: int) -> None:
+    last = min(first + size, 91)
+    assert values(design, first, last) == values(design, 0, 91)[first:last]
+
+
+@pytest.mark.parametrize("size", [1, 3, 9])
+def test_sobol_points_are_those_of_scipy(size: int) -> None:
+    names = list(Parameters().as_dict())[:size]
+    design = Design({name: Range(1.0, 2.0) for name in names}, "sobol", 256, 11)
+    expected = 1.0 + qmc.Sobol(size, bits=32, rng=11).random(256)
+    assert np.array_equal(values(design, 0, 256), expected)
+
+
+def test_random_points_are_uniform_and_follow_the_seed() -> None:
+    first, same, other = (
+        Design({"F": Range(0.0, 1.0), "mu": Range(0.0, 1.0)}, "random", 4096, seed)
+        for seed in (1, 1, 2)
+    )
+    points = np.array(values(first, 0, 4096))
+    assert values(first, 0, 9) == values(same, 0, 9) != values(other, 0, 9)
+    cells = np.floor(points * 8.0) @ np.array([8.0, 1.0])
+    counts = np.bincount(cells.astype(int), minlength=64)
+    # Chi-square of 63 degrees of freedom: 110 is its 99.98 % quantile.
+    assert ((counts - 64.0) ** 2 / 64.0).sum() < 110.0
+
+
+def test_a_billion_members_cost_nothing_until_they_are_computed() -> None:
+    axes = {"F": Range(10.0, 120.0, 100_000), "mu": Range(0.1, 1.0, 10_000)}
+    study = Study(Design(axes), Parameters(), cases=(True, False), t_end=1.0)
+    assert study.members == 2_000_000_000
+    rows = compute_rows(study, 1_999_999_998, 2_000_000_000)
+    assert rows.numbers["F"].tolist() == [120.0, 120.0]
+    assert rows.numbers["mu"].tolist() == [1.0, 1.0]
+    assert rows.separation.tolist() == [True, False]
+    assert len(pickle.dumps(study)) < 2000
+
+
+@pytest.mark.parametrize(
+    ("axes", "more", "said"),
+    [
+        ({}, {}, "nothing varies"),
+        ({"knl": (1.0,)}, {}, "did you mean k_nl"),
+        ({"m": (0.0,)}, {}, "0 < m"),
+        ({"mu": Range(0.0, 101.0, 3)}, {}, "mu = 101"),
+        ({"x0": Range(0.0, 1e10, 3)}, {}, "x0 = 1e"),
+        ({"F": ()}, {}, "one or more values"),
+        ({"F": Range(1.0, 2.0)}, {}, "number of values is missing"),
+        ({"F": (1.0, 2.0), "mu": (0.1,)}, {"kind": "list"}, "F has 2, mu has 1"),
+        ({"F": (1.0,)}, {"kind": "grid"}, "known: product"),
+        ({"F": (1.0,)}, {"seed": 1}, "seed are for random"),
+        ({"F": (1.0, 2.0)}, {"kind": "random", "count": 3}, "two ends"),
+        ({"F": Range(1.0, 2.0, 3)}, {"kind": "sobol", "count": 3}, "two ends"),
+        ({"F": Range(1.0, 2.0)}, {"kind": "sobol"}, "count"),
+        ({"F": Range(1.0, 2.0)}, {"kind": "sobol", "count": 2**32 + 1}, "count"),
+        ({"F": Range(1.0, 2.0)}, {"kind": "random", "count": 1, "seed": -1}, "seed"),
+        ({name: Range(1.0, 2.0, 10**7) for name in ("F", "k1", "k2")}, {}, "members"),
+    ],
+)
+def test_a_wrong_design_is_refused(axes: Any, more: Any, said: str) -> None:
+    with pytest.raises(InputError, match=said):
+        Design(axes, **more)
+
+
+@pytest.mark.parametrize(
+    ("start", "stop", "count", "log", "said"),
+    [
+        (np.nan, 1.0, 2, False, "finite"),
+        (0.0, np.inf, 2, False, "finite"),
+        (0.0, 1.0, 0, False, "count"),
+        (0.0, 1.0, 1, False, "one end"),
+        (0.0, 1.0, 3, True, "above zero"),
+    ],
+)
+def test_a_wrong_range_is_refused(
+    start: float, stop: float, count: int, log: bool, said: str
+) -> None:
+    with pytest.raises(InputError, match=said):
+        Range(start, stop, count, log)
+
+
+@pytest.mark.parametrize(
+    ("more", "said"),
+    [
+        ({"cases": ()}, "True, False, or both"),
+        ({"cases": (True, True)}, "True, False, or both"),
+        ({"outputs": ()}, "one or more names"),
+        ({"outputs": ("y_abs", "y_abs")}, "each once"),
+        ({"outputs": ("yabs",)}, "did you mean y_abs"),
+        ({"t_end": 0.0}, "t_end"),
+        ({"tol": 1.0}, "tol"),
+        ({"start": (1.0, 2.0)}, "four"),
+        ({"accuracy": (("events", 1e-3),)}, "no times of switches; allowed are final, peak, half"),
+        ({"accuracy": (("peak", 0.0),)}, "0 < error <= 1"),
+    ],
+)
+def test_a_wrong_study_is_refused(more: Any, said: str) -> None:
+    with pytest.raises(InputError, match=said):
+        Study(Design({"F": (1.0,)}), Parameters(), **more)
+
+
+def single(result: Any, name: str) -> Any:
+    for part in OUTPUTS[name].path.split("."):
+        result = getattr(result, part)
+    return result
+
+
+def test_rows_are_what_single_runs_give() -> None:
+    names = [*DEFAULT_OUTPUTS, "growth_rate", "stable"]
+    result = sweep(vary={"F": (60.0, 120.0)}, separation="both", t_end=20.0, outputs=names)
+    assert result.columns == ["F", "separation", *names, "status", "reason"]
+    for row in result.rows:
+        named = dict(zip(result.columns, row, strict=True))
+        p = Parameters(F=named["F"])
+        run = simulate(p, t_end=20.0, separation=named["separation"], kernel="compiled")
+        for name in DEFAULT_OUTPUTS:
+            assert named[name] == pytest.approx(single(run, name), rel=1e-9, abs=1e-9), name
+            assert type(named[name]) is type(single(run, name))
+        verdict = stability(p)
+        assert named["growth_rate"] == pytest.approx(verdict.growth_rate, abs=1e-12)
+        assert named["stable"] is verdict.stable
+        assert (named["status"], named["reason"]) == ("done", "")
+    assert [row[:2] for row in result.rows] == [
+        [60.0, True], [60.0, False], [120.0, True], [120.0, False]
+    ]  # fmt: skip
+
+
+@pytest.mark.parametrize("names", [(name,) for name in DEFAULT_OUTPUTS])
+def test_an_output_does_not_depend_on_the_others(names: tuple[str, ...]) -> None:
+    for separation in (True, False):
+        vary = {"F": (60.0, 120.0), "k2": (40.0, 60.0)}
+        together, alone = (
+            sweep(vary=vary, separation=separation, t_end=20.0, outputs=outputs).table.numbers
+            for outputs in (DEFAULT_OUTPUTS, names)
+        )
+        assert list(alone) == ["F", "k2", *names]
+        np.testing.assert_allclose(alone[names[0]], together[names[0]], rtol=1e-9, atol=1e-12)
+
+
+def test_a_component_of_the_start_replaces_that_of_the_scene() -> None:
+    at_rest = simulate(t_end=0.5, kernel="compiled").start
+    outputs = ("x_end", "y_end")
+    for start in ("static", (0.1, 0.2, -0.3, 0.4)):
+        rows = sweep(vary={"y0": (-0.7,)}, start=start, t_end=0.5, outputs=outputs).rows
+        x, vx, _, vy = at_rest if start == "static" else (0.1, 0.2, -0.3, 0.4)
+        exact = simulate(start=(x, vx, -0.7, vy), t_end=0.5, kernel="compiled").final
+        assert rows[0][2:4] == pytest.approx([exact.x, exact.y], rel=1e-12)
+
+
+def test_errors_asked_for_are_met_and_told_member_by_member() -> None:
+    asked = {"final": 1e-5, "peak": 1e-6, "half_range": 1e-6}
+    vary = {"F": (20.0, 80.0), "c1": (0.0, 0.32)}
+    result = sweep(vary=vary, separation="both", t_end=200.0, accuracy=asked, outputs=["y_abs"])
+    assert result.columns[3:-2] == ["y_abs", "final_error", "peak_error", "half_range_error"]
+    assert result.table.failed == 0
+    for row in result.rows:
+        named = dict(zip(result.columns, row, strict=True))
+        p = Parameters(F=named["F"], c1=named["c1"])
+        truth = simulate(p, t_end=200.0, tol=1e-13, separation=named["separation"])
+        assert named["y_abs"] == pytest.approx(truth.peak.y_abs, rel=asked["peak"])
+        for name, error in asked.items():
+            assert 0.0 <= named[f"{name}_error"] <= error
+
+
+def test_members_are_refined_until_their_errors_are_met(monkeypatch: pytest.MonkeyPatch) -> None:
+    sizes: list[tuple[float, int]] = []
+
+    def seen(parameters: Any, **more: Any) -> Any:
+        # Shorter runs tell when two of them part.
+        if more["t_end"] == 1000.0:
+            sizes.append((more["tol"], len(parameters["F"])))
+        return simulate_batch(parameters, **more)
+
+    monkeypatch.setattr(sweep_module, "simulate_batch", seen)
+    vary = {"F": (20.0, 80.0, 120.0), "c1": (0.0,), "c2": (0.0,)}
+    result = sweep(vary=vary, t_end=1000.0, accuracy={"final": 1e-3}, outputs=["x_end"], workers=1)
+    errors = [row[result.columns.index("final_error")] for row in result.rows]
+    assert [error is None or error <= 1e-3 for error in errors] == [True] * 3
+    tols = sorted({tol for tol, _ in sizes}, reverse=True)
+    members = [sum(size for at, size in sizes if at == tol) for tol in tols]
+    assert tols[:2] == pytest.approx([1e-5, 1e-7])
+    assert members[:2] == [3, 3]
+    assert members == sorted(members, reverse=True)
+    # Without damping errors grow along a run, and more than one refinement is needed.
+    assert len(tols) > 2
+
+
+def test_a_member_whose_error_cannot_be_had_says_so() -> None:
+    vary = {"F": (80.0,), "c1": (0.0, 0.32)}
+    base = Parameters(c2=0.0)
+    result = sweep(base, vary=vary, t_end=300.0, accuracy={"final": 1e-12}, outputs=["y_abs"])
+    sensitive = result.rows[0]
+    assert sensitive[3:-1] == [None, None, "failed"]
+    assert "the error of final is about" in sensitive[-1]
+    assert "not 1e-12; allow a larger error" in sensitive[-1]
+
+
+def test_a_member_whose_runs_part_is_refused_however_near_its_numbers_are() -> None:
+    asked, most = {"half_range": 1.0}, 1000.0
+    vary = {"F": (20.0, 80.0), "c1": (0.0, 0.32)}
+    result = sweep(vary=vary, t_end=most, accuracy=asked, outputs=["y_half_range"])
+    assert [row[-2] for row in result.rows] == ["done"] * 4
+    result = sweep(Parameters(c2=0.0), vary=vary, t_end=most, accuracy=asked, outputs=["y_abs"])
+    for row in result.rows:
+        p = Parameters(c2=0.0, F=row[0], c1=row[1])
+        try:
+            simulate_to(asked, p, t_end=most, kernel="compiled")
+        except ComputationError as error:
+            found = re.search(r"part at t = ([\d.]+) s", error.why)
+            told = re.search(r"part between t = ([\d.]+) and ([\d.]+) s", row[-1])
+            assert found is not None
+            assert told is not None
+            # What the numbers at the ends of these parts show may be a part behind the switches.
+            assert float(told[1]) - 0.125 * most <= float(found[1]) <= float(told[2])
+            assert row[-2] == "failed"
+        else:
+            assert row[-2] == "done"
+    assert [row[-2] for row in result.rows].count("failed") >= 1
+
+
+def test_errors_do_not_depend_on_pieces() -> None:
+    study = Study(
+        DESIGNS[3], Parameters(), t_end=20.0, accuracy=(("peak", 1e-6),), outputs=("y_abs",)
+    )
+    whole = compute_rows(study, 0, study.members)
+    middle = study.members // 3
+    parts = joined([compute_rows(study, *ends) for ends in ((0, middle), (middle, study.members))])
+    for name, numbers in whole.numbers.items():
+        assert numbers.tobytes() == parts.numbers[name].tobytes(), name
+    with pytest.raises(Cancelled):
+        compute_rows(study, 0, 9, lambda fraction: fraction < 0.5)
+
+
+UNBOUNDED = Parameters(k2=186.0, k_nl=0.0, mu=2.0)
+
+
+def test_members_that_fail_are_rows_that_say_why() -> None:
+    rows = sweep(
+        UNBOUNDED, vary={"F": (20.0,)}, separation="both", t_end=1000.0, outputs=["y_abs"]
+    ).rows
+    done, (*_, nothing, status, reason) = rows
+    assert done[2:] == [pytest.approx(4.3063932911, abs=1e-8), "done", ""]
+    assert (nothing, status) == (None, "failed")
+    assert "unbounded" in reason
+    assert "t = 47" in reason
+
+
+def test_a_member_without_an_equilibrium_to_start_from_fails_alone() -> None:
+    for vary in ({"F": (-1.0, 20.0)}, {"F": (-1.0, 20.0), "y0": (0.5,)}):
+        result = sweep(Parameters(k3=0.0), vary=vary, t_end=1.0, outputs=["y_abs", "growth_rate"])
+        failed, done = result.rows
+        assert failed[-4:-1] == [None, None, "failed"]
+        assert "equilibrium" in failed[-1]
+        assert done[-2] == "done"
+        assert result.table.failed == 1
+
+
+def test_what_is_not_asked_for_is_not_computed(monkeypatch: pytest.MonkeyPatch) -> None:
+    def refuse(*_args: Any, **_more: Any) -> Any:
+        raise AssertionError("computed what nobody asked for")
+
+    monkeypatch.setattr(sweep_module, "simulate_batch", refuse)
+    rows = sweep(vary={"F": (20.0, 120.0)}, outputs=["stable"]).rows
+    assert [row[2] for row in rows] == [False, True]
+    monkeypatch.undo()
+    monkeypatch.setattr(sweep_module, "judge_growths", refuse)
+    assert len(sweep(vary={"F": (20.0, 120.0)}, outputs=["y_abs"], t_end=1.0).rows) == 2
+
+
+def test_rows_do_not_depend_on_pieces_or_threads() -> None:
+    study = Study(DESIGNS[3], Parameters(), cases=(True, False), t_end=5.0)
+    whole = compute_rows(study, 0, study.members)
+    parts = joined([compute_rows(study, *ends) for ends in ((0, 1), (1, 130), (130, 182))])
+    threaded = sweep_in_memory(study, local_engine(3)).table
+    for rows in (parts, threaded):
+        for name, numbers in whole.numbers.items():
+            assert numbers.tobytes() == rows.numbers[name].tobytes(), name
+        assert rows.reasons == whole.reasons
+        assert np.array_equal(rows.separation, whole.separation)
+
+
+def test_a_sweep_is_cancelled_by_its_progress() -> None:
+    with pytest.raises(Cancelled):
+        sweep(
+            vary={"F": Range(1.0, 100.0, 50)}, t_end=1.0, progress=lambda fraction: fraction < 0.3
+        )
+    study = Study(DESIGNS[1], Parameters(), t_end=1.0)
+    with pytest.raises(Cancelled):
+        compute_rows(study, 0, 9, lambda _fraction: False)
+
+
+def test_a_kernel_that_cannot_be_had_is_no_failure_of_the_members(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    def fail() -> Any:
+        raise ComputationError("no kernel", "mend numba")
+
+    monkeypatch.setattr(loader.lanes, "module", fail)
+    with pytest.raises(ComputationError, match="no kernel"):
+        sweep(vary={"F": (1.0,)}, t_end=1.0)
+
+
+def test_what_does_not_fit_into_memory_is_refused() -> None:
+    study = Study(Design({"F": Range(1.0, 2.0, 1_000_001)}), Parameters())
+    with pytest.raises(InputError, match="--out"):
+        check_in_memory(study)
+    check_in_memory(dataclasses.replace(study, design=Design({"F": Range(1.0, 2.0, 1_000_000)})))
+
+
+def test_workers_are_one_or_more() -> None:
+    with pytest.raises(InputError, match="workers = 0"):
+        local_engine(0)
+
+
+def test_empty_values_are_none() -> None:
+    study = Study(Design({"F": (1.0, 2.0)}), Parameters(), outputs=("separations", "stable"))
+    rows = Rows(
+        {
+            "F": np.array([1.0, 2.0]),
+            "separations": np.array([3.0, np.nan]),
+            "stable": np.array([np.nan, 1.0]),
+        },
+        np.array([True, True]),
+        ("", "why"),
+    )
+    columns = {column.name: rows.values(column) for column in study.columns}
+    assert columns["separations"] == [3, None]
+    assert columns["stable"] == [None, True]
+    assert columns["status"] == ["done", "failed"]
+    assert columns["reason"] == ["", "why"]
+
+
+def test_the_kinds_of_design_are_those_that_are_typed() -> None:
+    from typing import get_args
+
+    from fivtui.sweeps.design import KINDS
+
+    assert get_args(Kind) == tuple(KINDS)

@@ -1,0 +1,375 @@
+"""Sweeps in files: whatever stops them, they go on, and the file is the same."""
+
+import dataclasses
+import errno
+import json
+import os
+import random
+import resource
+import signal
+import subprocess
+import sys
+import time
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+import fivtui.sweeps.provenance as provenance_module
+from fivtui import Parameters
+from fivtui.io.locks import locked
+from fivtui.model.errors import Cancelled, ComputationError, InputError
+from fivtui.sweeps.design import Design, Range
+from fivtui.sweeps.run import Written, load_sweep, local_engine, sweep_in_memory, sweep_to_file
+from fivtui.sweeps.store import default_piece_size
+from fivtui.sweeps.study import Study
+
+ROOT = Path(__file__).parents[2]
+# Some members grow without bound; reasons have commas.
+STUDY = Study(
+    Design({"F": Range(10.0, 120.0, 5), "mu": (0.1, 2.0)}),
+    Parameters(k2=186.0, k_nl=0.0),
+    cases=(True, False),
+    t_end=1000.0,
+    outputs=("y_abs", "separations", "stable"),
+)
+SIZE = 3
+PIECES = 7
+SUFFIXES = pytest.mark.parametrize("suffix", [".csv", ".parquet"])
+
+
+@pytest.fixture(autouse=True)
+def _with_pyarrow() -> None:
+    pytest.importorskip("pyarrow")
+
+
+def run(out: Path, study: Study = STUDY, **more: Any) -> Written:
+    return sweep_to_file(study, out, local_engine(2), **{"size": SIZE, **more})
+
+
+def stop_after(count: int) -> Callable[[float], bool]:
+    calls = iter(range(count + 1))
+    return lambda _fraction: next(calls) < count
+
+
+def interrupted(out: Path, study: Study = STUDY, pieces: int = 4) -> Path:
+    with pytest.raises(Cancelled, match="the same command continues"):
+        run(out, study, progress=stop_after(pieces))
+    assert not out.exists()
+    return out.with_name(f"{out.name}.parts")
+
+
+def names(folder: Path) -> list[str]:
+    return sorted(path.name for path in folder.iterdir())
+
+
+@pytest.fixture(scope="module")
+def right(tmp_path_factory: pytest.TempPathFactory) -> dict[str, bytes]:
+    found = {}
+    for suffix in (".csv", ".parquet"):
+        out = tmp_path_factory.mktemp("right") / f"out{suffix}"
+        assert run(out) == Written(members=20, failed=5, kept=0)
+        assert names(out.parent) == [out.name]
+        found[suffix] = out.read_bytes()
+    return found
+
+
+@SUFFIXES
+def test_what_is_read_back_is_what_was_computed(
+    suffix: str, right: dict[str, bytes], tmp_path: Path
+) -> None:
+    out = tmp_path / f"out{suffix}"
+    out.write_bytes(right[suffix])
+    assert load_sweep(STUDY, out).rows == sweep_in_memory(STUDY, local_engine(1)).rows
+
+
+def test_a_file_says_units_design_and_versions(right: dict[str, bytes], tmp_path: Path) -> None:
+    import pyarrow.parquet as pq
+
+    lines = right[".csv"].decode().splitlines()
+    said = dict(line[2:].split(": ", 1) for line in lines if line.startswith("# "))
+    out = tmp_path / "out.parquet"
+    out.write_bytes(right[".parquet"])
+    schema = pq.read_schema(out)
+    for header in (said, {key.decode(): value for key, value in schema.metadata.items()}):
+        sweep = json.loads(header["sweep"])
+        assert sweep["design"]["axes"][1] == ["mu", [0.1, 2.0]]
+        assert sweep["parameters"]["k2"] == 186.0
+        assert json.loads(header["versions"])["numpy"] == np.__version__
+    assert json.loads(said["units"])["y_abs"] == "m"
+    assert schema.field("y_abs").metadata[b"unit"] == b"m"
+    assert [str(field.type) for field in schema] == [
+        "double", "double", "bool", "double", "int64", "bool", "string", "string",
+    ]  # fmt: skip
+
+
+@SUFFIXES
+def test_a_stopped_sweep_goes_on_where_it_was(
+    suffix: str, right: dict[str, bytes], tmp_path: Path
+) -> None:
+    out = tmp_path / f"out{suffix}"
+    interrupted(out, pieces=3)
+    interrupted(out, pieces=2)
+    # The first progress report comes before any piece, and those under way are finished or lost.
+    done = run(out, size=None)
+    assert 3 * SIZE <= done.kept < 20
+    assert out.read_bytes() == right[suffix]
+    assert names(tmp_path) == [out.name]
+    assert run(out) == Written(members=20, failed=None, kept=20)
+
+
+@SUFFIXES
+def test_a_kill_at_any_file_operation_loses_nothing(suffix: str, tmp_path: Path) -> None:
+    done = subprocess.run(
+        [sys.executable, "-m", "tests.support.sweep_kill", str(tmp_path), suffix],
+        cwd=ROOT,
+        env=os.environ | {"PYTHONPATH": str(ROOT)},
+        capture_output=True,
+        text=True,
+        check=False,
+    )
+    assert done.returncode == 0, done.stderr
+    assert all(int(count) > 10 for count in done.stdout.split())
+
+
+def damage_first_byte(path: Path) -> None:
+    content = path.read_bytes()
+    path.write_bytes(bytes([content[0] ^ 1]) + content[1:])
+
+
+def truncate(path: Path) -> None:
+    path.write_bytes(path.read_bytes()[:-1])
+
+
+def empty(path: Path) -> None:
+    path.write_bytes(b"")
+
+
+@SUFFIXES
+@pytest.mark.parametrize("damage", [damage_first_byte, truncate, empty, Path.unlink])
+def test_a_damaged_piece_is_computed_again(
+    damage: Callable[[Path], None], suffix: str, right: dict[str, bytes], tmp_path: Path
+) -> None:
+    out = tmp_path / f"out{suffix}"
+    parts = interrupted(out)
+    pieces = sorted(parts.glob(f"0*{suffix}"))
+    damage(pieces[1])
+    done = run(out)
+    assert done.kept == SIZE * (len(pieces) - 1)
+    assert out.read_bytes() == right[suffix]
+
+
+def test_what_a_kill_left_half_written_is_removed(right: dict[str, bytes], tmp_path: Path) -> None:
+    out = tmp_path / "out.csv"
+    parts = interrupted(out)
+    (piece, *_) = parts.glob("0*.csv")
+    (parts / ".fivtui-0123.tmp").write_bytes(b"half")
+    (parts / "merged.csv").write_bytes(b"half")
+    # The same piece twice, and one of a number that there is not.
+    (parts / piece.name.replace(".0.", ".1.")).write_bytes(piece.read_bytes())
+    (parts / f"999999999{piece.name[9:]}").write_bytes(piece.read_bytes())
+    run(out)
+    assert out.read_bytes() == right[".csv"]
+    assert names(tmp_path) == ["out.csv"]
+
+
+def test_files_of_others_are_left_alone(right: dict[str, bytes], tmp_path: Path) -> None:
+    out, mine = tmp_path / "out.csv", tmp_path / "out.csv.parts" / "notes.txt"
+    mine.parent.mkdir()
+    mine.write_text("mine")
+    run(out)
+    assert out.read_bytes() == right[".csv"]
+    assert names(mine.parent) == ["notes.txt"]
+    assert run(out).failed is None
+
+
+OTHERS: dict[str, tuple[Study, str]] = {
+    "parameters": (
+        dataclasses.replace(STUDY, parameters=Parameters(k2=187.0, k_nl=0.0)),
+        r"parameters.k2: 186.0 there, 187.0 here",
+    ),
+    "design": (
+        dataclasses.replace(STUDY, design=Design({"F": Range(10.0, 121.0, 5), "mu": (0.1, 2.0)})),
+        "design.axes",
+    ),
+    "order": (
+        dataclasses.replace(STUDY, design=Design({"mu": (0.1, 2.0), "F": Range(10.0, 120.0, 5)})),
+        "design.axes",
+    ),
+    "cases": (dataclasses.replace(STUDY, cases=(False, True)), "separation"),
+    "t_end": (dataclasses.replace(STUDY, t_end=999.0), "t_end: 1000.0 there, 999.0 here"),
+    "tol": (dataclasses.replace(STUDY, tol=1e-9), "tol"),
+    "start": (dataclasses.replace(STUDY, start=(0.0, 0.0, 0.0, 0.0)), "start"),
+    "outputs": (dataclasses.replace(STUDY, outputs=("y_abs",)), "outputs"),
+}
+
+
+@pytest.mark.parametrize("other", OTHERS)
+def test_another_sweep_is_refused_not_mixed(other: str, tmp_path: Path) -> None:
+    study, said = OTHERS[other]
+    out = tmp_path / "out.csv"
+    parts = interrupted(out)
+    before = {path.name: path.read_bytes() for path in parts.iterdir()}
+    with pytest.raises(InputError, match=said):
+        run(out, study)
+    assert {path.name: path.read_bytes() for path in parts.iterdir()} == before
+    assert not out.exists()
+
+
+def test_other_versions_and_sizes_are_refused(
+    monkeypatch: pytest.MonkeyPatch, tmp_path: Path
+) -> None:
+    out = tmp_path / "out.csv"
+    parts = interrupted(out)
+    with pytest.raises(InputError, match="members of a piece: 3 there, 4 here"):
+        run(out, size=4)
+    monkeypatch.setattr(provenance_module, "__version__", "9.9")
+    with pytest.raises(InputError, match=r'versions.fivtui: "\S+" there, "9.9" here'):
+        run(out)
+    monkeypatch.undo()
+    truncate(parts / "manifest.json")
+    (parts / "manifest.json").write_text("{")
+    with pytest.raises(InputError, match=r"manifest.json is damaged"):
+        run(out)
+
+
+def test_force_starts_another_sweep_but_goes_on_with_the_same(
+    right: dict[str, bytes], tmp_path: Path
+) -> None:
+    out = tmp_path / "out.csv"
+    interrupted(out, OTHERS["t_end"][0])
+    assert run(out, force=True).kept == 0
+    assert out.read_bytes() == right[".csv"]
+    with pytest.raises(Cancelled):
+        run(out, force=True, progress=stop_after(3))
+    assert out.read_bytes() == right[".csv"]
+    assert run(out, force=True).kept > 0
+    with pytest.raises(InputError, match="exists already"):
+        run(out, OTHERS["t_end"][0])
+    assert out.read_bytes() == right[".csv"]
+
+
+@contextmanager
+def file_size_limit(size: int) -> Iterator[None]:
+    soft, hard = resource.getrlimit(resource.RLIMIT_FSIZE)
+    resource.setrlimit(resource.RLIMIT_FSIZE, (size, hard))
+    try:
+        yield
+    finally:
+        resource.setrlimit(resource.RLIMIT_FSIZE, (soft, hard))
+
+
+@SUFFIXES
+def test_a_full_disk_is_a_clear_stop_and_nothing_is_lost(
+    suffix: str, right: dict[str, bytes], monkeypatch: pytest.MonkeyPatch, tmp_path: Path
+) -> None:
+    out = tmp_path / f"out{suffix}"
+    write, written = os.fsync, list[int]()
+
+    def full(handle: int) -> None:
+        # The manifest and three pieces fit.
+        if len(written) == 4:
+            raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))
+        written.append(handle)
+        write(handle)
+
+    monkeypatch.setattr(os, "fsync", full)
+    for _ in range(2):
+        with pytest.raises(ComputationError, match=r"No space left.*; 9 of 20 members are kept"):
+            run(out)
+        assert not [name for name in names(out.with_name(f"{out.name}.parts")) if "tmp" in name]
+    monkeypatch.undo()
+    assert run(out).kept == 9
+    assert out.read_bytes() == right[suffix]
+
+
+def test_no_room_for_the_merged_file_keeps_the_pieces(
+    right: dict[str, bytes], tmp_path: Path
+) -> None:
+    # The limit of the operating system stands for the disk's: pieces fit, the whole does not.
+    out = tmp_path / "out.csv"
+    with file_size_limit(1800), pytest.raises(ComputationError, match="20 of 20 members are kept"):
+        run(out)
+    assert not out.exists()
+    assert run(out) == Written(members=20, failed=5, kept=20)
+    assert out.read_bytes() == right[".csv"]
+
+
+def test_two_at_a_time_are_refused(tmp_path: Path) -> None:
+    out = tmp_path / "out.csv"
+    parts = interrupted(out)
+    with locked(parts / "lock", "somebody"), pytest.raises(InputError, match="another fivtui"):
+        run(out)
+    run(out)
+
+
+def test_a_file_that_appears_meanwhile_is_not_replaced(tmp_path: Path) -> None:
+    out = tmp_path / "out.csv"
+
+    def progress(_fraction: float) -> bool:
+        out.write_text("mine")
+        return True
+
+    with pytest.raises(InputError, match="exists already"):
+        run(out, progress=progress)
+    assert out.read_text() == "mine"
+
+
+@pytest.mark.parametrize(
+    ("name", "said"), [("out.txt", ".csv, .parquet"), ("none/out.csv", "no folder")]
+)
+def test_a_file_that_cannot_be_written_is_refused_at_once(
+    name: str, said: str, tmp_path: Path
+) -> None:
+    with pytest.raises(InputError, match=said):
+        run(tmp_path / name)
+    assert names(tmp_path) == []
+
+
+def test_pieces_are_about_a_second_and_never_empty() -> None:
+    assert default_piece_size(dataclasses.replace(STUDY, t_end=1e7)) == 1
+    assert default_piece_size(dataclasses.replace(STUDY, t_end=100.0)) == 10_000
+    assert default_piece_size(dataclasses.replace(STUDY, t_end=1e-3)) == 20_000
+
+
+COMMAND = [
+    "sweep", "--vary=F=10:120:100", "--vary=mu=0.1:1:10", "--both", "--t-end=30",
+    "--output=y_abs", "--piece=20", "--workers=2",
+]  # fmt: skip
+
+
+@contextmanager
+def started(out: Path) -> Iterator[subprocess.Popen[bytes]]:
+    with subprocess.Popen(
+        [sys.executable, "-m", "fivtui", *COMMAND, f"--out={out}"],
+        env=os.environ | {"PYTHONPATH": str(ROOT)},
+        stdin=subprocess.DEVNULL,
+        stdout=subprocess.DEVNULL,
+        stderr=subprocess.PIPE,
+    ) as process:
+        yield process
+
+
+@pytest.mark.slow
+def test_the_program_killed_at_random_times_leaves_the_same_file(tmp_path: Path) -> None:
+    whole, out = tmp_path / "whole.parquet", tmp_path / "out.parquet"
+    with started(whole) as process:
+        assert process.wait() == 0
+    chance, kills = random.Random(6), 0
+    parts = tmp_path / "out.parquet.parts"
+    for _ in range(4):
+        with started(out) as process:
+            before = len(list(parts.glob("0*")))
+            while process.poll() is None and len(list(parts.glob("0*"))) == before:
+                time.sleep(0.002)
+            time.sleep(chance.uniform(0.0, 0.05))
+            process.kill()
+            kills += process.wait() == -signal.SIGKILL
+    assert kills > 0
+    with started(out) as process:
+        assert process.wait() == 0
+    assert out.read_bytes() == whole.read_bytes()
+    assert names(tmp_path) == ["out.parquet", "whole.parquet"]

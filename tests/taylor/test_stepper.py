@@ -1,0 +1,153 @@
+import math
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from fivtui import Parameters, simulate
+from fivtui.model.errors import ComputationError, InputError
+from fivtui.model.slider_belt import Mode, State, static_start
+from fivtui.taylor.polynomial import evaluate
+from fivtui.taylor.stepper import TaylorStepper
+from tests.references import REFERENCES, Reference
+from tests.support.strategies import moderate_parameters, states
+
+every_reference = pytest.mark.parametrize("reference", REFERENCES.values(), ids=REFERENCES)
+
+
+def relative_error(reference: Reference, tol: float) -> float:
+    result = simulate(
+        reference.parameters,
+        t_end=reference.t_end,
+        tol=tol,
+        separation=reference.separation,
+        start=reference.start,
+    )
+    final = (result.final.x, result.final.vx, result.final.y, result.final.vy)
+    size = max(map(abs, reference.final))
+    return max(abs(a - b) for a, b in zip(final, reference.final, strict=True)) / size
+
+
+@every_reference
+@pytest.mark.parametrize("tol", [1e-12, 1e-11, 1e-10, 1e-8, 1e-6, 1e-4, 1e-3])
+def test_the_end_state_is_right_to_twenty_times_the_tolerance(
+    reference: Reference, tol: float
+) -> None:
+    assert relative_error(reference, tol) <= 20.0 * tol
+
+
+@every_reference
+def test_events_and_peak_are_those_of_the_reference(reference: Reference) -> None:
+    result = simulate(
+        reference.parameters,
+        t_end=reference.t_end,
+        separation=reference.separation,
+        start=reference.start,
+    )
+    assert result.events.separations == reference.separations
+    assert result.switch_times.tolist() == pytest.approx(reference.switch_times, abs=1e-9)
+    assert result.events.separated_time == pytest.approx(reference.separated_time, abs=1e-9)
+    assert result.peak.y_abs == pytest.approx(reference.peak_y_abs, rel=1e-11)
+
+
+def test_base_scene_has_the_known_numbers() -> None:
+    result = simulate(Parameters())
+    final = (result.final.x, result.final.vx, result.final.y, result.final.vy)
+    known = (2.6001415746825, 6.5014941879710, 0.13632841394546, -16.310637980916)
+    assert final == pytest.approx(known, abs=1e-10)
+    assert result.events.separations == 74
+    assert result.events.separated_time == pytest.approx(71.00739119655, abs=1e-10)
+    assert result.peak.y_abs == pytest.approx(10.503, abs=5e-4)
+
+
+def test_base_scene_with_separation_ignored_has_the_known_numbers() -> None:
+    result = simulate(Parameters(), separation=False)
+    final = (result.final.x, result.final.vx, result.final.y, result.final.vy)
+    known = (2.9472505745656, 8.8206407114842, 1.0775009461622, 4.3477945899075)
+    assert final == pytest.approx(known, abs=1e-10)
+    assert result.events.separations == 0
+    assert result.contact_force.min < 0.0
+
+
+@pytest.mark.parametrize("order", [8, 12, 16])
+def test_the_error_falls_with_the_tolerance(order: int) -> None:
+    p = Parameters()
+
+    def end(tol: float) -> State:
+        stepper = TaylorStepper(p, static_start(p), tol=tol, order=order)
+        while (segment := stepper.advance()).end < 20.0:
+            pass
+        return segment.state(20.0)
+
+    exact = end(1e-16)
+    errors = [max(map(abs, np.subtract(end(tol), exact))) for tol in (1e-6, 1e-9, 1e-12)]
+    assert errors[0] > 30.0 * errors[1] > 900.0 * errors[2]
+
+
+@settings(max_examples=60)
+@given(moderate_parameters(), states(), st.booleans())
+def test_segments_join_and_keep_to_their_mode(
+    p: Parameters, start: State, separation: bool
+) -> None:
+    stepper = TaylorStepper(p, start, separation=separation, tol=1e-12)
+    state, end, remainder, switched, mode = start, 0.0, 0.0, False, None
+    for _ in range(60):
+        try:
+            segment = stepper.advance()
+        except ComputationError:
+            # Linear contact that is never left may grow without bound.
+            assert not separation
+            return
+        assert segment.start == end
+        assert segment.duration > 0.0
+        assert segment.state(end + remainder) == pytest.approx(state, rel=1e-9, abs=1e-9)
+        if mode is not None:
+            assert (segment.mode is not mode) == switched
+        size = sum(map(abs, segment.y))
+        for part in np.linspace(0.02, 0.98, 25):
+            y = evaluate(segment.y, float(part))
+            beyond = y if segment.mode is Mode.CONTACT else -y
+            assert not separation or beyond <= 1e-13 * size + 1e-25
+        assert segment.final[2] == 0.0 or not segment.switches
+        state, end, switched = segment.final, segment.end, segment.switches
+        mode, remainder = segment.mode, 0.0
+
+
+def test_a_slider_at_rest_stays_at_rest() -> None:
+    for p in (Parameters(mu=0.0), Parameters(F=0.0)):
+        result = simulate(p, t_end=1e4)
+        assert result.peak.y_max - result.peak.y_min < 1e-12
+        assert result.events.separations == 0
+
+
+def test_free_flight_without_coupling_is_ballistic() -> None:
+    p = Parameters(k3=0.0, c1=0.0, c2=0.0, mu=0.0, F=5.0 * 9.81)
+    result = simulate(p, t_end=1.0, start=(0.0, 0.0, 0.0, 9.81))
+    assert result.peak.y_max == pytest.approx(0.5 * 9.81, rel=1e-13)
+    assert result.final.y == pytest.approx(9.81 - 0.5 * 9.81, rel=1e-12)
+    assert result.events.separated_time == 1.0
+
+
+def test_the_linear_undamped_oscillator_follows_the_cosine() -> None:
+    p = Parameters(k3=0.0, c1=0.0, c2=0.0, mu=0.0, F=0.0, k_nl=0.0)
+    result = simulate(p, t_end=100.0, start=(1.0, 0.0, -1.0, 0.0), separation=False)
+    assert result.final.x == pytest.approx(math.cos(math.sqrt(20.0) * 100.0), abs=1e-12)
+    assert result.final.y == pytest.approx(-math.cos(math.sqrt(10.0) * 100.0), abs=1e-12)
+
+
+def test_unbounded_growth_ends_with_the_time_and_the_reason() -> None:
+    p = Parameters(k2=186.0, k_nl=0.0, mu=1.5)
+    with pytest.raises(ComputationError, match=r"at t = \d+.* s .*unbounded"):
+        simulate(p, t_end=1e5, separation=False)
+
+
+@pytest.mark.parametrize("bad", [0.0, -1.0, 1.0, math.nan])
+def test_a_local_tolerance_out_of_range_is_refused(bad: float) -> None:
+    with pytest.raises(InputError, match="allowed"):
+        TaylorStepper(Parameters(), (0.0, 0.0, -1.0, 0.0), tol=bad)
+
+
+def test_a_start_that_is_not_finite_is_refused() -> None:
+    with pytest.raises(InputError, match="finite"):
+        TaylorStepper(Parameters(), (0.0, math.nan, -1.0, 0.0))

@@ -1,0 +1,127 @@
+"""What the command line prints: no column and no key is lost, whatever the terminal is."""
+
+import io
+import re
+import sys
+
+import numpy as np
+import pytest
+
+from fivtui.console.layout import GAP, Column, blocks_of
+from fivtui.console.printing import print_list, print_rows
+from fivtui.model.parameters import Parameters
+from fivtui.orbits.continuation import BranchPoint, Continuation
+from fivtui.orbits.explorer import Explorer
+from fivtui.orbits.report import print_attractors, print_continuation
+from fivtui.sweeps.design import Design
+from fivtui.sweeps.report import print_sweep
+from fivtui.sweeps.run import local_engine, sweep_in_memory
+from fivtui.sweeps.study import Study
+
+WIDTHS = [20, 40, 60, 80, 120, 200]
+
+
+class Terminal(io.StringIO):
+    def isatty(self) -> bool:
+        return True
+
+    def getvalue(self) -> str:
+        return re.sub(r"\x1b\[[0-9;]*m", "", super().getvalue())
+
+
+def shown(monkeypatch: pytest.MonkeyPatch, columns: int | None) -> io.StringIO:
+    stream = io.StringIO() if columns is None else Terminal()
+    monkeypatch.setattr(sys, "stdout", stream)
+    monkeypatch.setenv("COLUMNS", str(columns))
+    monkeypatch.setenv("TERM", "xterm")
+    return stream
+
+
+def table(columns: int, rows: int) -> tuple[list[str], list[list[str]]]:
+    header = [f"name{place} of it" for place in range(columns)]
+    return header, [[f"r{row}c{place}" for place in range(columns)] for row in range(rows)]
+
+
+@pytest.mark.parametrize("width", WIDTHS)
+@pytest.mark.parametrize("keys", [1, 2, 9])
+def test_every_cell_is_printed_within_the_width_beside_its_key(
+    width: int, keys: int, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    header, rows = table(12, 3)
+    out = shown(monkeypatch, width)
+    print_rows("Title", header, rows, keys=keys)
+    lines = out.getvalue().splitlines()
+    assert max(map(len, lines)) <= width
+    for number, row in enumerate(rows, start=1):
+        for cell in row:
+            beside = [line.split()[0] for line in lines if cell in line.split()]
+            assert beside
+            assert set(beside) <= {row[0], str(number)}
+
+
+def test_the_first_column_stands_in_every_block(monkeypatch: pytest.MonkeyPatch) -> None:
+    header, rows = table(12, 2)
+    out = shown(monkeypatch, 40)
+    print_rows("", header, rows)
+    blocks = [block.strip() for block in re.split(r"\n\s*\n", out.getvalue().strip())]
+    assert len(blocks) > 2
+    assert all("r0c0" in block and "r1c0" in block for block in blocks)
+
+
+def test_a_table_that_fits_is_one_block() -> None:
+    columns = [Column(f"c{place}", ("1", "2")) for place in range(5)]
+    width = 5 * 2 + 4 * GAP
+    assert len(blocks_of(columns, 1, width)) == 1
+    assert len(blocks_of(columns, 1, width - 1)) == 2
+    assert len(blocks_of(columns, 1, None)) == 1
+
+
+def test_keys_that_leave_no_room_are_replaced_by_the_numbers_of_rows() -> None:
+    columns = [Column(f"key{place}", ("1234567890",) * 3) for place in range(4)]
+    columns.append(Column("value", ("1", "2", "3")))
+    blocks = blocks_of(columns, 4, 40)
+    assert {block[0][0].name for block in blocks} == {"row"}
+    assert [c.name for block in blocks for c, _ in block[1:]] == [c.name for c in columns]
+
+
+def test_running_text_is_folded_and_not_cut(monkeypatch: pytest.MonkeyPatch) -> None:
+    text = " ".join(f"word{place}" for place in range(60))
+    out = shown(monkeypatch, 40)
+    print_rows("", ("name", "reason"), [("a", text)])
+    print_list("", [("a name that is rather long", text)])
+    words = out.getvalue().split()
+    assert all(words.count(word) == 2 for word in text.split())
+    assert max(map(len, out.getvalue().splitlines())) <= 40
+
+
+def test_without_a_terminal_nothing_is_wrapped(monkeypatch: pytest.MonkeyPatch) -> None:
+    header, rows = table(60, 2)
+    out = shown(monkeypatch, None)
+    print_rows("Title", header, rows)
+    title, names, *cells = out.getvalue().splitlines()
+    assert (title, len(cells)) == ("Title", 2)
+    assert names.split()[::3] == [name.split()[0] for name in header]
+
+
+def test_sweep_and_attractors_keep_their_first_columns(monkeypatch: pytest.MonkeyPatch) -> None:
+    p = Parameters()
+    varied = Design({"F": (21.0, 43.0), "mu": (0.1,)})
+    study = Study(varied, p, outputs=("growth_rate", "stable"))
+    result = sweep_in_memory(study, local_engine(1))
+    found = Explorer(p).reach("static")
+    branch = Continuation(p, True, "mu", np.array([0.7]), (BranchPoint(0.7, ("up",), found),))
+    for width in (40, 60, 80, 120, None):
+        out = shown(monkeypatch, width)
+        print_sweep(result, chosen=True)
+        print_attractors([found])
+        print_continuation(branch)
+        lines = out.getvalue().splitlines()
+        assert width is None or max(map(len, lines)) <= width
+        words = out.getvalue().split()
+        assert {column.name for column in study.columns} - {"reason"} <= set(words)
+        # Both members stand in each block, under their names.
+        blocks = sum({"mu", "separation"} <= set(line.split()) for line in lines)
+        assert sum(line.split()[:2] == ["21", "0.1"] for line in lines) == blocks >= 1
+        assert sum(line.split()[:2] == ["43", "0.1"] for line in lines) == blocks
+        assert str(found.kind).split()[0] in words
+        assert "multipliers," in words

@@ -1,0 +1,199 @@
+import csv
+import json
+import math
+from dataclasses import replace
+from pathlib import Path
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from fivtui.cli import run
+from fivtui.model.errors import Cancelled, ComputationError, InputError
+from fivtui.model.parameters import Parameters
+from fivtui.scene.presets import PRESETS
+from fivtui.tradeoffs.figure import tradeoff_figure
+from fivtui.tradeoffs.files import save_tradeoff, tradeoff_to_dict
+from fivtui.tradeoffs.measure import Tradeoff, measure_tradeoff
+from fivtui.tradeoffs.settings import Row, Setting, cheapest, ladders, pareto
+from fivtui.transient.deviation import QUANTITIES, Deviation, deviation, observation
+from fivtui.transient.integrate import integrate
+from tests.references import REFERENCES
+
+SHORT = replace(PRESETS["base"], t_end=6.0)
+
+
+def row(cpu_s: float, error: float | None) -> Row:
+    found = None if error is None else Deviation(error, error, error, error, 0)
+    return Row(Setting("rk4", "", "step", 0.1), cpu_s, 1, found)
+
+
+measured = st.lists(
+    st.builds(row, st.floats(1e-6, 10.0), st.none() | st.floats(0.0, 1.0)), max_size=12
+)
+
+
+@given(measured)
+def test_no_setting_beats_one_on_the_front_and_every_other_is_beaten(rows: list[Row]) -> None:
+    front = pareto(rows, "peak")
+
+    def beats(one: Row, other: Row) -> bool:
+        assert one.error is not None
+        assert other.error is not None
+        return one.cpu_s <= other.cpu_s and one.error.peak <= other.error.peak
+
+    for better in rows:
+        if better.error is not None:
+            assert not any(beats(better, best) and not beats(best, better) for best in front)
+            assert any(beats(best, better) for best in front)
+
+
+@given(measured, st.floats(1e-9, 1.0))
+def test_the_cheapest_setting_has_the_error_and_no_cheaper_one_has(
+    rows: list[Row], error: float
+) -> None:
+    fit = [each for each in rows if each.error is not None and each.error.peak <= error]
+    best = cheapest(rows, "peak", error)
+    assert (best is None) == (not fit)
+    if best is not None:
+        assert best.cpu_s == min(each.cpu_s for each in fit)
+
+
+def test_errors_within_the_uncertainty_are_equal() -> None:
+    rows = [row(1.0, 3e-15), row(2.0, 1e-16)]
+    assert pareto(rows, "final") == rows
+    assert pareto(rows, "final", floor=1e-14) == rows[:1]
+
+
+def test_an_unknown_quantity_is_refused_with_the_nearest() -> None:
+    with pytest.raises(InputError, match="peak"):
+        pareto([], "peek")
+
+
+def test_a_deviation_is_the_error_against_a_stored_reference() -> None:
+    reference = REFERENCES["base"]
+    fine = integrate(reference.parameters, t_end=reference.t_end, kernel="interpreted")
+    coarse = integrate(reference.parameters, t_end=reference.t_end, method="rk4", step=0.02)
+    found = deviation(observation(coarse), observation(fine))
+    assert found.peak == pytest.approx(
+        abs(coarse.peak.y_abs / reference.peak_y_abs - 1.0), rel=1e-6
+    )
+    late = max(abs(a - b) for a, b in zip(coarse.switch_times, reference.switch_times, strict=True))
+    assert found.events == pytest.approx(late, rel=1e-6)
+    assert deviation(observation(fine), observation(fine)) == Deviation(0.0, 0.0, 0.0, 0.0, 0)
+
+
+def test_missed_switches_have_no_finite_error() -> None:
+    p = Parameters()
+    found = deviation(
+        observation(integrate(p, t_end=20.0, separation=False)),
+        observation(integrate(p, t_end=20.0)),
+    )
+    assert found.separations < 0
+    assert math.isinf(found.events)
+
+
+def test_rk4_across_the_switch_converges_but_loses_its_order() -> None:
+    truth = observation(integrate(Parameters(), t_end=10.0, kernel="interpreted"))
+
+    def order(method: str) -> float:
+        coarse, fine = (
+            deviation(
+                observation(integrate(Parameters(), t_end=10.0, method=method, step=step)), truth
+            ).final
+            for step in (0.01, 0.0025)
+        )
+        return math.log(coarse / fine) / math.log(4.0)
+
+    assert order("rk4") > 3.5
+    assert 1.0 < order("rk4-across") < 3.5
+
+
+def test_ladders_go_from_coarse_to_fine_within_bounds() -> None:
+    for ladder in ladders(0.15, 0.05):
+        values = [setting.value for setting in ladder.settings()]
+        assert values == sorted(values, reverse=True)
+        assert values[0] == ladder.first
+        assert values[-1] == pytest.approx(ladder.last, rel=1e-5)
+        assert ladder.knob == "tol" or max(values) <= 0.05
+
+
+@pytest.fixture(scope="module")
+def short() -> Tradeoff:
+    return measure_tradeoff(SHORT)
+
+
+@pytest.mark.slow
+def test_every_method_is_measured_and_the_finer_setting_has_less_error(short: Tradeoff) -> None:
+    by_method: dict[str, list[Row]] = {}
+    for each in short.rows:
+        by_method.setdefault(each.setting.label, []).append(each)
+    assert len(by_method) == 8
+    for method, rows in by_method.items():
+        errors = [each.error.peak for each in rows if each.error is not None]
+        assert errors, method
+        assert errors[-1] <= errors[0] or errors[-1] <= short.floor.peak
+        assert all(each.cpu_s > 0.0 and each.steps > 0 for each in rows if each.error is not None)
+    assert short.floor.final < 1e-10
+
+
+@pytest.mark.slow
+def test_the_fmu_has_the_final_state_at_any_communication_step_and_samples_its_peak(
+    short: Tradeoff,
+) -> None:
+    rows = [each for each in short.rows if each.setting.method == "fmu"]
+    errors = [each.error for each in rows if each.error is not None]
+    assert len(errors) > 1
+    assert all(error.final < 1e-10 and error.events < 1e-10 for error in errors)
+    assert errors[0].peak > errors[-1].peak > 0.0
+
+
+@pytest.mark.slow
+def test_a_tradeoff_is_json_csv_and_a_figure(short: Tradeoff, tmp_path: Path) -> None:
+    data = json.loads(json.dumps(tradeoff_to_dict(short), allow_nan=False))
+    assert {"method", "setting", "cpu_s", "error_final", "error_peak", "error_events"} <= set(
+        data["rows"][0]
+    )
+    assert {feature["name"] for feature in data["features"]} >= {
+        "cubic contact",
+        "separation",
+        "event list, in a batch",
+    }
+    path = tmp_path / "t.csv"
+    save_tradeoff(short, path)
+    lines = [line for line in path.read_text().splitlines() if not line.startswith("#")]
+    read = list(csv.DictReader(lines))
+    assert [entry["setting"] for entry in read] == [entry["setting"] for entry in data["rows"]]
+    assert float(read[0]["cpu_s"]) == data["rows"][0]["cpu_s"]
+    figure = tradeoff_figure(short)
+    assert [axes.get_xscale() for axes in figure.axes] == ["log"] * 3
+    legend = {text.get_text() for text in figure.legends[0].get_texts()}
+    assert legend == {each.setting.label for each in short.rows if each.error is not None}
+
+
+def test_a_reference_that_cannot_be_verified_is_refused_with_the_time() -> None:
+    undamped = replace(SHORT, t_end=1000.0).with_values({"c1": 0.0, "c2": 0.0})
+    with pytest.raises(ComputationError, match="part at t = "):
+        measure_tradeoff(undamped)
+
+
+def test_a_tradeoff_can_be_cancelled() -> None:
+    with pytest.raises(Cancelled):
+        measure_tradeoff(SHORT, progress=lambda _fraction: False)
+
+
+@pytest.mark.parametrize(
+    ("arguments", "says"),
+    [
+        (["--error", "peek=1e-3"], "peak"),
+        (["--error", "peak=0"], "0 < error <= 1"),
+        (["--error", "peak"], "NAME=VALUE"),
+        (["--out", "t.txt"], ".csv"),
+    ],
+)
+def test_a_wrong_request_for_a_tradeoff_is_one_line(
+    arguments: list[str], says: str, capsys: pytest.CaptureFixture[str]
+) -> None:
+    assert run(["tradeoff", *arguments]) == 2
+    assert says in capsys.readouterr().err
+    assert set(QUANTITIES) == {"final", "peak", "half_range", "events"}

@@ -1,0 +1,204 @@
+import math
+
+import numpy as np
+import pytest
+from hypothesis import assume, example, given, settings
+from hypothesis import strategies as st
+
+from fivtui import Parameters, simulate
+from fivtui.model.errors import Cancelled, ComputationError, InputError
+from fivtui.model.slider_belt import State
+from fivtui.transient.loop import KernelChoice
+from fivtui.transient.result import Transient
+from tests.references import REFERENCES
+from tests.support.strategies import moderate_parameters, states, wide_parameters
+
+KERNELS: tuple[KernelChoice, ...] = ("interpreted", "compiled")
+
+
+def both(p: Parameters, **options: object) -> tuple[Transient, Transient]:
+    interpreted, compiled = (simulate(p, kernel=kernel, **options) for kernel in KERNELS)  # type: ignore[arg-type]
+    return interpreted, compiled
+
+
+def assert_same(
+    one: Transient, other: Transient, *, close: float, again: Transient | None = None
+) -> None:
+    # `again` is the same at another tolerance: where that moves a number, rounding may as well.
+    p, third = one.parameters, again or one
+    length = max(one.peak.x_abs, one.peak.y_abs, abs(p.F) / (p.k1 + p.k2 + p.k3))
+    speed = length * math.sqrt((p.k1 + p.k2 + p.k3) / p.m)
+    scale = {"x": length, "y": length, "vx": speed, "vy": speed, "t": one.t_end}
+    # Whether there is an excursion of the height of rounding, for its root, turns on rounding.
+    excursions = max(run.events.separations for run in (one, other, third))
+    grazing = 1e-7 * length / speed * excursions if length > 0.0 else 0.0
+
+    def same(unit: str, part: str, name: str) -> None:
+        found, expected, moved = (getattr(getattr(run, part), name) for run in (other, one, third))
+        allowed = close * scale[unit] + 10.0 * abs(moved - expected)
+        allowed += grazing if unit == "t" else 0.0
+        assert found == pytest.approx(expected, rel=close, abs=allowed), name
+
+    for name in ("x", "vx", "y", "vy"):
+        same(name, "final", name)
+    for unit, name in (("y", "y_max"), ("y", "y_min"), ("x", "x_abs"), ("vx", "vx_max")):
+        same(unit, "peak", name)
+    same("y", "steady", "y_half_range")
+    same("t", "events", "separated_time")
+    assert other.first_mode is one.first_mode
+
+
+@pytest.mark.parametrize("name", REFERENCES)
+@pytest.mark.parametrize("tol", [1e-12, 1e-9, 1e-6, 1e-3])
+def test_both_kernels_agree_on_the_reference_scenes(name: str, tol: float) -> None:
+    reference = REFERENCES[name]
+    one, other = both(
+        reference.parameters,
+        t_end=reference.t_end,
+        tol=tol,
+        separation=reference.separation,
+        start=reference.start,
+    )
+    assert_same(one, other, close=1e-10)
+    assert other.events.separations == one.events.separations
+    assert other.switch_times == pytest.approx(one.switch_times, abs=1e-10 * one.t_end)
+    assert (one.stats.kernel, other.stats.kernel) == ("interpreted", "compiled")
+    assert other.stats.steps == pytest.approx(one.stats.steps, abs=2)
+
+
+@settings(max_examples=300)
+@example(
+    Parameters(m=1.0, k1=54.0, k2=20.0, k3=0.0, c1=1.875, c2=0.0, F=2.0, k_nl=239.0, mu=1.5),
+    (1.75, 1.0, 0.0, 0.0),
+    True,
+    1e-12,
+)
+@given(moderate_parameters(), states(), st.booleans(), st.sampled_from([1e-12, 1e-9, 1e-5, 1e-2]))
+def test_both_kernels_agree_to_rounding(
+    p: Parameters, start: State, separation: bool, tol: float
+) -> None:
+    try:
+        one = simulate(
+            p, t_end=10.0, start=start, separation=separation, tol=tol, kernel="interpreted"
+        )
+    except ComputationError as error:
+        with pytest.raises(ComputationError, match=error.why.split(" at ")[0][:20]):
+            simulate(p, t_end=10.0, start=start, separation=separation, tol=tol, kernel="compiled")
+        return
+    other = simulate(p, t_end=10.0, start=start, separation=separation, tol=tol, kernel="compiled")
+    again = simulate(
+        p, t_end=10.0, start=start, separation=separation, tol=0.3 * tol, kernel="interpreted"
+    )
+    # Rounding grows with the motion, and at a loose tolerance a grazing turns on it.
+    assert_same(one, other, close=1e-9 if tol < 1e-7 else 1e-3, again=again)
+
+
+@settings(max_examples=100)
+@given(wide_parameters(), st.booleans())
+def test_both_kernels_agree_over_many_orders_of_magnitude(p: Parameters, separation: bool) -> None:
+    t_end = 30.0 * math.sqrt(p.m / (p.k1 + p.k2 + p.k3))
+    assume(t_end < 1e7)
+    one, other = both(p, t_end=t_end, separation=separation)
+    again = simulate(p, t_end=t_end, separation=separation, tol=5e-13, kernel="interpreted")
+    assert_same(one, other, close=1e-9, again=again)
+
+
+@settings(max_examples=50)
+@given(moderate_parameters(), states(), st.floats(0.5, 20.0))
+def test_extremes_are_those_of_the_dense_output(p: Parameters, start: State, t_end: float) -> None:
+    r = simulate(p, t_end=t_end, start=start, samples="dense", kernel="compiled")
+    assert r.solution is not None
+    seen = r.solution(np.linspace(0.0, t_end, 4001))
+    later = r.solution(np.linspace(0.5 * t_end, t_end, 4001))
+    spacing = 0.5 * (t_end / 4000.0) ** 2
+    bend = 2.0 * spacing * (p.k1 + p.k2 + p.k3 + 3.0 * p.k_nl * r.peak.y_min**2) / p.m
+    slack = bend * (r.peak.y_abs + r.peak.x_abs + r.peak.vx_max + 1.0) * (2.0 + p.mu) + 1e-9
+    for least, found, most in (
+        (seen.y.max(), r.peak.y_max, seen.y.max() + slack),
+        (seen.y.min() - slack, r.peak.y_min, seen.y.min()),
+        (np.abs(seen.x).max(), r.peak.x_abs, np.abs(seen.x).max() + slack),
+        (seen.vx.max(), r.peak.vx_max, seen.vx.max() + 10.0 * slack),
+        (np.ptp(later.y) / 2.0, r.steady.y_half_range, np.ptp(later.y) / 2.0 + slack),
+        (seen.P.max(), r.contact_force.max, math.inf),
+    ):
+        assert least - 1e-9 * (1.0 + abs(least)) <= found <= most + 1e-9 * (1.0 + abs(found))
+
+
+def test_a_crest_behind_a_start_with_almost_no_slope_is_seen() -> None:
+    p = Parameters(m=1.0, k1=20.0, k2=20.0, k3=1.0, c1=0.0, c2=0.0, F=5.0, k_nl=0.0, mu=0.0)
+    one, other = both(p, t_end=1.0, start=(0.0, 0.0, -(2.0**-52), 1.0))
+    assert other.peak.vx_max == pytest.approx(one.peak.vx_max, rel=1e-12)
+
+
+def test_samples_and_dense_output_are_those_of_the_interpreted_kernel() -> None:
+    times = np.linspace(0.0, 40.0, 2001)
+    one, other = both(Parameters(), t_end=40.0, samples=times)
+    dense = simulate(Parameters(), t_end=40.0, samples="dense", kernel="compiled").solution
+    assert one.trajectory is not None
+    assert other.trajectory is not None
+    assert dense is not None
+    for name in ("t", "x", "vx", "y", "vy", "P"):
+        expected = getattr(one.trajectory, name)
+        scale = np.abs(expected).max()
+        for found in (other.trajectory, dense(times)):
+            assert np.abs(getattr(found, name) - expected).max() <= 1e-11 * scale
+    assert np.array_equal(one.trajectory.mode, other.trajectory.mode)
+
+
+def test_a_run_longer_than_every_buffer_is_whole() -> None:
+    one, other = both(Parameters(), t_end=700.0, tol=1e-6, samples="dense")
+    assert other.switch_times.size == one.switch_times.size > 512
+    assert np.all(np.diff(other.switch_times) > 0.0)
+    assert one.solution is not None
+    assert other.solution is not None
+    times = np.linspace(0.0, 700.0, 999)
+    assert np.abs(one.solution(times).y - other.solution(times).y).max() < 1e-3
+
+
+def test_a_horizon_on_a_switch_counts_it() -> None:
+    first = float(simulate(Parameters(), kernel="compiled").switch_times[0])
+    for kernel in KERNELS:
+        r = simulate(Parameters(), t_end=first, kernel=kernel)
+        assert r.final.y == pytest.approx(0.0, abs=1e-12)
+        assert r.events.separated_time == 0.0
+
+
+def test_progress_rises_to_one_and_can_cancel() -> None:
+    seen: list[float] = []
+
+    def note(part: float) -> bool:
+        seen.append(part)
+        return True
+
+    simulate(Parameters(), progress=note, kernel="compiled")
+    assert seen == sorted(seen)
+    assert (seen[0], seen[-1]) == (0.0, 1.0)
+    assert len(seen) > 4
+    with pytest.raises(Cancelled):
+        simulate(Parameters(), progress=lambda part: part < 0.3, kernel="compiled")
+
+
+@pytest.mark.parametrize("kernel", KERNELS)
+def test_failures_are_those_of_the_interpreted_kernel(kernel: KernelChoice) -> None:
+    with pytest.raises(ComputationError, match=r"50 steps end at t = .*shorter horizon"):
+        simulate(Parameters(), max_steps=50, kernel=kernel)
+    growing = Parameters(k2=186.0, k_nl=0.0, mu=1.5)
+    with pytest.raises(ComputationError, match=r"at t = \d+.* s .*unbounded"):
+        simulate(growing, t_end=1e5, separation=False, kernel=kernel)
+    stiff = Parameters(m=1e-12, k2=1e12, k_nl=0.0)
+    with pytest.raises(ComputationError, match=r"faster than the spacing of time|steps end"):
+        simulate(stiff, t_end=1e7, max_steps=10_000, start=(0.0, 0.0, 1.0, -1.0), kernel=kernel)
+
+
+def test_a_contact_force_out_of_range_is_refused() -> None:
+    p = Parameters(k_nl=0.0, k2=1e12, mu=0.0, F=0.0)
+    for kernel in KERNELS:
+        with pytest.raises(ComputationError, match="range of numbers"):
+            simulate(p, t_end=1e-9, start=(0.0, 0.0, -1e300, 0.0), kernel=kernel)
+
+
+def test_an_unknown_kernel_is_refused_with_the_nearest() -> None:
+    with pytest.raises(InputError, match="did you mean compiled"):
+        simulate(Parameters(), kernel="compile")  # type: ignore[arg-type]
+    with pytest.raises(InputError, match="no choice of kernels"):
+        simulate(Parameters(), method="rk4", kernel="compiled", t_end=1.0)

@@ -1,0 +1,292 @@
+"""Figures of transients."""
+
+import re
+import subprocess
+import sys
+from pathlib import Path
+
+import matplotlib as mpl
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+from matplotlib.axes import Axes
+from matplotlib.backends.backend_agg import FigureCanvasAgg
+from matplotlib.collections import PolyCollection
+from matplotlib.colors import to_rgb
+from matplotlib.figure import Figure
+from matplotlib.lines import Line2D
+
+from fivtui.model.errors import InputError
+from fivtui.model.parameters import Parameters
+from fivtui.simulation import simulate
+from fivtui.transient.figure import check_figure_path, run_labels, save_figure, transient_figure
+from fivtui.transient.request import Start
+from fivtui.transient.result import Transient
+from tests.io.test_files import file_size_limit
+
+SUFFIXES = (".png", ".svg", ".pdf")
+
+
+def run(
+    parameters: Parameters | None = None,
+    *,
+    t_end: float = 100.0,
+    separation: bool = True,
+    start: Start = "static",
+    samples: int = 4001,
+    method: str = "taylor",
+) -> Transient:
+    times = np.linspace(0.0, t_end, samples)
+    return simulate(
+        parameters,
+        t_end=t_end,
+        separation=separation,
+        start=start,
+        samples=times,
+        method=method,
+        tol=1e-8,
+    )
+
+
+@pytest.fixture(scope="module")
+def considered() -> Transient:
+    return run()
+
+
+@pytest.fixture(scope="module")
+def ignored() -> Transient:
+    return run(separation=False)
+
+
+def curves(axes: Axes) -> list[Line2D]:
+    return [line for line in axes.lines if not str(line.get_label()).startswith("_")]
+
+
+def shading(axes: Axes) -> list[PolyCollection]:
+    return [each for each in axes.collections if isinstance(each, PolyCollection)]
+
+
+def legend_texts(figure: Figure) -> list[str]:
+    (legend,) = figure.legends
+    return [text.get_text() for text in legend.get_texts()]
+
+
+def test_the_panels_are_those_of_figures_10_to_12_beside_their_last_cycles(
+    considered: Transient, ignored: Transient
+) -> None:
+    figure = transient_figure([ignored, considered], title="Base scene")
+    left, right = figure.axes[0::2], figure.axes[1::2]
+    assert [axes.get_ylabel() for axes in left] == [
+        "Contact\nforce $P$ (N)",
+        "Horizontal\ndisplacement $x$ (m)",
+        "Vertical\ndisplacement $y$ (m)",
+    ]
+    assert [axes.get_xlim() for axes in left] == [(0.0, 100.0)] * 3
+    assert [axes.get_xlim() for axes in right] == [(90.0, 100.0)] * 3
+    assert {axes.get_xlabel() for axes in (left[-1], right[-1])} == {"Time $t$ (s)"}
+    assert right[0].get_title() == "last 10 s"
+    assert figure.get_suptitle() == "Base scene"
+
+
+def test_every_curve_shows_its_column_to_the_last_extreme(
+    considered: Transient, ignored: Transient
+) -> None:
+    runs = [considered, ignored]
+    figure = transient_figure(runs)
+    for axes, name in zip(figure.axes[0::2], "Pxy", strict=True):
+        for line, each in zip(curves(axes), runs, strict=True):
+            assert each.trajectory is not None
+            values = getattr(each.trajectory, name)
+            shown = np.asarray(line.get_ydata())
+            assert shown.min() == values.min()
+            assert shown.max() == values.max()
+            low, high = axes.get_ylim()
+            assert low <= values.min() < values.max() <= high
+
+
+@given(samples=st.integers(2, 40_000))
+def test_a_line_is_reduced_to_a_bounded_number_of_samples_without_loss_of_extremes(
+    samples: int,
+) -> None:
+    each = run(t_end=3.0, samples=samples)
+    assert each.trajectory is not None
+    figure = transient_figure([each])
+    (line,) = curves(figure.axes[2])
+    t, y = np.asarray(line.get_xdata()), np.asarray(line.get_ydata())
+    assert t.size <= 12_001
+    assert (t[0], t[-1]) == (0.0, 3.0)
+    assert np.all(np.diff(t) > 0.0)
+    assert (y.min(), y.max()) == (each.trajectory.y.min(), each.trajectory.y.max())
+
+
+def test_separation_considered_is_dashed_green_and_ignored_solid_blue(
+    considered: Transient, ignored: Transient
+) -> None:
+    figure = transient_figure([considered, ignored])
+    for axes in figure.axes:
+        dashed, solid = curves(axes)
+        assert (dashed.is_dashed(), solid.is_dashed()) == (True, False)
+        assert np.argmax(to_rgb(dashed.get_color())) == 1
+        assert np.argmax(to_rgb(solid.get_color())) == 2
+        assert dashed.get_zorder() > solid.get_zorder()
+    assert legend_texts(figure) == ["separation considered", "separation ignored", "off the belt"]
+
+
+def test_runs_of_one_kind_differ_in_more_than_colour() -> None:
+    runs = [run(Parameters(F=force), samples=801) for force in (40.0, 60.0, 80.0)]
+    figure = transient_figure(runs)
+    for axes in figure.axes:
+        assert len({str(line.get_marker()) for line in curves(axes)}) == 3
+        assert shading(axes) == []
+
+
+def test_the_intervals_off_the_belt_of_the_one_run_that_has_them_are_shaded(
+    considered: Transient, ignored: Transient
+) -> None:
+    assert len(considered.separated_intervals) == 74
+    for axes in transient_figure([ignored, considered]).axes:
+        (collection,) = shading(axes)
+        spans = [path.get_extents().intervalx for path in collection.get_paths()]
+        np.testing.assert_allclose(spans, considered.separated_intervals, rtol=1e-12)
+    for axes in transient_figure([ignored]).axes:
+        assert shading(axes) == []
+
+
+def test_a_run_of_few_cycles_is_shown_once() -> None:
+    figure = transient_figure([run(t_end=5.0)])
+    assert len(figure.axes) == 3
+    assert legend_texts(figure) == ["separation considered", "off the belt"]
+
+
+def test_a_crowded_run_keeps_its_dashes_and_shading_for_the_last_cycles() -> None:
+    figure = transient_figure([run(t_end=300.0)])
+    whole, last = figure.axes[0], figure.axes[1]
+    assert not curves(whole)[0].is_dashed()
+    assert shading(whole) == []
+    assert curves(last)[0].is_dashed()
+    assert len(shading(last)) == 1
+
+
+def test_a_slider_at_rest_has_no_cycles_to_enlarge() -> None:
+    figure = transient_figure([run(Parameters(mu=0.0))])
+    assert len(figure.axes) == 3
+
+
+def test_runs_of_different_length_share_the_longest_time(considered: Transient) -> None:
+    figure = transient_figure([run(Parameters(F=60.0), t_end=20.0), considered])
+    assert figure.axes[0].get_xlim() == (0.0, 100.0)
+
+
+def test_labels_say_what_differs_and_nothing_else(
+    considered: Transient, ignored: Transient
+) -> None:
+    assert run_labels([considered]) == ["separation considered"]
+    assert run_labels([considered, ignored]) == ["separation considered", "separation ignored"]
+    stiff = run(Parameters(k_nl=200.0, mu=0.5), t_end=1.0, samples=2)
+    labels = [label.replace("\N{NO-BREAK SPACE}", " ") for label in run_labels([considered, stiff])]
+    assert labels == [
+        r"separation considered, $k_{\mathrm{nl}}$ = 100 N/m$^3$, $μ$ = 0.7",
+        r"separation considered, $k_{\mathrm{nl}}$ = 200 N/m$^3$, $μ$ = 0.5",
+    ]
+
+
+def test_labels_are_told_apart_by_method_start_or_number(considered: Transient) -> None:
+    other = run(t_end=1.0, samples=2, method="rk4")
+    assert run_labels([considered, other]) == [
+        "separation considered, taylor",
+        "separation considered, rk4",
+    ]
+    moved = run(t_end=1.0, samples=2, start=(0.0, 0.0, -1.5, 0.0))
+    assert run_labels([moved, considered]) == [
+        "separation considered, start (0, 0, −1.5, 0)",
+        "separation considered, start (−0.156, 0, −0.675, 0)",
+    ]
+    assert run_labels([considered, considered]) == [
+        "separation considered, run 1",
+        "separation considered, run 2",
+    ]
+
+
+def test_a_title_is_shown_as_it_is(tmp_path: Path) -> None:
+    figure = transient_figure([run(t_end=1.0, samples=2)], title=r"$\no{math$ \[here]")
+    save_figure(figure, tmp_path / "run.png")
+    assert figure.get_suptitle() == r"$\no{math$ \[here]"
+
+
+def test_even_the_longest_legend_stays_inside_the_figure() -> None:
+    first = run(t_end=5.0)
+    changed = Parameters(**{name: 1.1 * value for name, value in Parameters().as_dict().items()})
+    second = run(changed, t_end=5.0, separation=False)
+    figure = transient_figure([first, second])
+    figure.draw_without_rendering()
+    box = figure.legends[0].get_window_extent()
+    assert 0.0 <= box.x0 < box.x1 <= figure.bbox.x1
+    boxes = [bounds for axes in figure.axes if (bounds := axes.get_tightbbox()) is not None]
+    assert box.y1 <= min(bounds.y0 for bounds in boxes)
+
+
+def test_without_run_or_trajectory_there_is_no_figure() -> None:
+    with pytest.raises(InputError, match="one or more runs"):
+        transient_figure([])
+    with pytest.raises(InputError, match="no trajectory"):
+        transient_figure([simulate(t_end=1.0)])
+
+
+@pytest.mark.parametrize(
+    ("suffix", "start"), [(".png", b"\x89PNG"), (".svg", b"<?xml"), (".pdf", b"%PDF")]
+)
+def test_a_figure_is_saved_in_the_format_of_its_suffix_with_the_same_bytes(
+    considered: Transient, tmp_path: Path, suffix: str, start: bytes
+) -> None:
+    paths = [tmp_path / f"{name}{suffix}" for name in "ab"]
+    for path in paths:
+        save_figure(transient_figure([considered]), path)
+    first, second = (path.read_bytes() for path in paths)
+    assert first.startswith(start)
+    assert first == second
+    # What SVG, PDF and PNG call it; less than whole names occurs in compressed data by chance.
+    assert not re.search(rb"dc:date|CreationDate|Creation Time", first)
+    with pytest.raises(InputError, match="exists already"):
+        save_figure(transient_figure([considered]), paths[0])
+
+
+def test_a_png_has_200_dots_per_inch(considered: Transient, tmp_path: Path) -> None:
+    figure, path = transient_figure([considered]), tmp_path / "run.png"
+    save_figure(figure, path)
+    size = [int.from_bytes(path.read_bytes()[at : at + 4]) for at in (16, 20)]
+    assert size == [round(200 * inches) for inches in figure.get_size_inches()]
+
+
+def test_another_suffix_is_refused_with_those_allowed(
+    considered: Transient, tmp_path: Path
+) -> None:
+    path, message = tmp_path / "run.jpg", r"run\.jpg: .* \.png, \.svg, \.pdf$"
+    with pytest.raises(InputError, match=message):
+        check_figure_path(path, force=False)
+    with pytest.raises(InputError, match=message):
+        save_figure(transient_figure([considered]), path)
+    check_figure_path(tmp_path / "run.svg", force=False)
+
+
+@pytest.mark.parametrize("suffix", SUFFIXES)
+def test_a_full_disk_leaves_no_file(considered: Transient, tmp_path: Path, suffix: str) -> None:
+    figure = transient_figure([considered])
+    with file_size_limit(10_000), pytest.raises(InputError, match="cannot be written"):
+        save_figure(figure, tmp_path / f"run{suffix}")
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_drawing_and_saving_leave_the_settings_of_matplotlib_alone(
+    considered: Transient, tmp_path: Path
+) -> None:
+    before = dict(mpl.rcParams)
+    figure = transient_figure([considered])
+    save_figure(figure, tmp_path / "run.svg")
+    assert dict(mpl.rcParams) == before
+    assert isinstance(figure.canvas, FigureCanvasAgg)
+
+
+def test_pyplot_is_never_imported() -> None:
+    code = "import sys, fivtui.transient.figure; sys.exit('matplotlib.pyplot' in sys.modules)"
+    assert subprocess.run([sys.executable, "-c", code], check=False).returncode == 0

@@ -1,0 +1,225 @@
+"""Linear scenes are solved exactly, without steps."""
+
+from typing import Any
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from mpmath import expm, matrix, mp, mpf
+from scipy.linalg import expm as scipy_expm
+
+from fivtui import Parameters, simulate
+from fivtui.model.errors import Cancelled, ComputationError, InputError
+from fivtui.model.slider_belt import State
+from fivtui.transient.linear.exponential import LinearMotion
+from fivtui.transient.linear.run import is_linear
+from fivtui.transient.request import make_problem
+from tests.support.strategies import moderate_parameters, states
+
+SCENES: dict[str, tuple[dict[str, float], float]] = {
+    "base": ({}, 100.0),
+    "uncoupled": ({"k3": 0.0}, 30.0),
+    "undamped": ({"c1": 0.0, "c2": 0.0}, 60.0),
+    "undamped-resonance": ({"c1": 0.0, "c2": 0.0, "k3": 0.0, "k2": 100.0}, 40.0),
+    "unloaded": ({"F": 0.0}, 30.0),
+    "lifted": ({"F": -40.0}, 30.0),
+    "unstable": ({"mu": 2.0}, 40.0),
+    "strong-friction": ({"mu": 100.0}, 5.0),
+    "hard-contact": ({"k2": 1e6}, 5.0),
+    "light": ({"m": 1e-6}, 0.05),
+}
+START: State = (0.1, -1.0, 0.3, 2.0)
+
+
+def linear(**changes: float) -> Parameters:
+    return Parameters(**{"k_nl": 0.0} | changes)
+
+
+def truth(p: Parameters, t: float, start: State) -> list[float]:
+    # The exponential of the 5 × 5 matrix of the motion under load, in 50 digits.
+    with mp.workdps(50):
+        m, k1, k2, k3, c1, c2, F, _, mu = (mpf(value) for value in p.as_dict().values())
+        h = k3 / 2
+        motion = matrix(
+            [
+                [0, 1, 0, 0, 0],
+                [-(k1 + h) / m, -c1 / m, (h - mu * k2) / m, 0, 0],
+                [0, 0, 0, 1, 0],
+                [h / m, 0, -(k2 + h) / m, -c2 / m, -F / m],
+                [0, 0, 0, 0, 0],
+            ]
+        )
+        final = expm(motion * mpf(t)) * matrix([*start, 1])
+        return [float(value) for value in final[:4]]
+
+
+def sizes(run: Any) -> tuple[float, float]:
+    p = run.parameters
+    displacement = max(run.peak.x_abs, run.peak.y_abs)
+    return displacement, displacement * ((p.k1 + p.k2 + p.k3) / p.m) ** 0.5
+
+
+@pytest.mark.parametrize("name", SCENES)
+def test_the_state_is_that_of_the_matrix_exponential_in_fifty_digits(name: str) -> None:
+    changes, t_end = SCENES[name]
+    run = simulate(linear(**changes), t_end=t_end, start=START, separation=False)
+    assert run.stats.kernel == "exact"
+    x, vx, y, vy = truth(run.parameters, t_end, START)
+    displacement, speed = sizes(run)
+    assert [run.final.x, run.final.y] == pytest.approx([x, y], abs=2e-13 * displacement)
+    assert [run.final.vx, run.final.vy] == pytest.approx([vx, vy], abs=2e-13 * speed)
+
+
+@pytest.mark.parametrize("name", [name for name in SCENES if name != "light"])
+def test_everything_a_run_reports_agrees_with_the_taylor_steps(name: str) -> None:
+    changes, t_end = SCENES[name]
+    times = np.linspace(0.0, t_end, 301)
+    both = [
+        simulate(
+            linear(**changes),
+            t_end=t_end,
+            start=START,
+            separation=False,
+            samples=times,
+            kernel=kernel,
+        )
+        for kernel in ("exact", "interpreted")
+    ]
+    exact, stepped = both
+    displacement, speed = sizes(exact)
+    for part, attribute, size in (
+        ("peak", "y_max", displacement),
+        ("peak", "y_min", displacement),
+        ("peak", "x_abs", displacement),
+        ("peak", "vx_max", speed),
+        ("steady", "y_half_range", displacement),
+        ("contact_force", "min", displacement * exact.parameters.k2),
+        ("contact_force", "max", displacement * exact.parameters.k2),
+    ):
+        one, other = (getattr(getattr(run, part), attribute) for run in both)
+        assert one == pytest.approx(other, abs=2e-12 * size), attribute
+    assert exact.events == stepped.events
+    assert exact.trajectory is not None
+    assert stepped.trajectory is not None
+    for column, size in (("x", displacement), ("y", displacement), ("vx", speed), ("vy", speed)):
+        one, other = (getattr(run, column) for run in (exact.trajectory, stepped.trajectory))
+        assert one == pytest.approx(other, abs=2e-12 * size), column
+    assert np.all(exact.trajectory.mode == stepped.trajectory.mode)
+
+
+@settings(max_examples=30)
+@given(moderate_parameters(), states(), st.floats(0.01, 20.0))
+def test_extremes_bound_a_dense_sampling_and_are_attained(
+    p: Parameters, start: State, t_end: float
+) -> None:
+    p = p.with_values({"k_nl": 0.0})
+    times = np.linspace(0.0, t_end, 4001)
+    run = simulate(p, t_end=t_end, start=start, separation=False, samples=times)
+    motion, size = run.trajectory, 1e-12 * sum(sizes(run)) + 1e-12
+    assert motion is not None
+    gap = (t_end / 4000.0) ** 2
+    bend = np.abs(np.gradient(motion.vy, times)).max() * gap + size
+    assert motion.y.max() - size <= run.peak.y_max <= motion.y.max() + bend
+    assert motion.y.min() + size >= run.peak.y_min >= motion.y.min() - bend
+    bend = np.abs(np.gradient(motion.vx, times)).max() * gap + size
+    assert np.abs(motion.x).max() - size <= run.peak.x_abs <= np.abs(motion.x).max() + bend
+    twist = np.abs(np.gradient(np.gradient(motion.vx, times), times)).max() * gap
+    assert motion.vx.max() - size <= run.peak.vx_max <= motion.vx.max() + 2.0 * twist + size
+    half = motion.y[times >= 0.5 * t_end]
+    assert 0.5 * np.ptp(half) <= run.steady.y_half_range + size
+
+
+@pytest.mark.parametrize("changes", [{}, {"mu": 100.0}, {"c1": 0.0, "c2": 0.0}, {"m": 1e-6}])
+def test_exponentials_agree_with_those_of_scipy(changes: dict[str, float]) -> None:
+    motion = LinearMotion(linear(**changes), 10.0)
+    for level in (0, motion.base - 1, motion.base, motion.base + 3):
+        expected = scipy_expm(motion.matrix * motion.spans[level])
+        size = np.abs(expected).max()
+        assert motion.exponentials[level] == pytest.approx(expected, rel=1e-12, abs=1e-13 * size)
+
+
+def test_coalesced_modes_that_share_an_eigenvector_are_no_exception() -> None:
+    # Undamped at the critical friction coefficient: two equal frequencies, one mode shape.
+    h, a, k2 = 30.0, 130.0, 50.0
+    mu = ((a - k2 - h) ** 2 / 4.0 + h * h) / (h * k2)
+    run = simulate(linear(c1=0.0, c2=0.0, mu=mu), t_end=200.0, separation=False)
+    values = np.linalg.eigvals(LinearMotion(run.parameters, 1.0).matrix)
+    assert np.abs(values.real).max() < 1e-6
+    assert np.ptp(np.abs(values.imag)) < 1e-6
+    expected = truth(run.parameters, 200.0, run.start)
+    final = [run.final.x, run.final.vx, run.final.y, run.final.vy]
+    assert final == pytest.approx(expected, abs=1e-11 * max(sizes(run)))
+
+
+def test_a_long_horizon_costs_no_more() -> None:
+    # The limit holds for the spans of time that are looked at.
+    run = simulate(linear(), t_end=1e7, separation=False, max_steps=5_000)
+    assert run.stats.steps == 0
+    short = simulate(linear(), t_end=100.0, separation=False)
+    assert run.peak == short.peak
+    assert run.steady.y_half_range < 1e-13
+
+
+def test_overflow_is_diagnosed_with_its_time() -> None:
+    p = linear(k2=186.0, mu=2.0)
+    growth = np.linalg.eigvals(LinearMotion(p, 1.0).matrix).real.max()
+    with pytest.raises(ComputationError, match=r"grows out of the range of numbers at t = ") as e:
+        simulate(p, t_end=1e4, separation=False)
+    t = float(e.value.why.partition("t = ")[2].split()[0])
+    assert t == pytest.approx(np.log(1e300) / growth, rel=0.02)
+    before = simulate(p, t_end=0.99 * t, separation=False)
+    assert np.isfinite(before.peak.y_abs)
+    with pytest.raises(ComputationError):
+        simulate(p, t_end=1.01 * t, separation=False)
+
+
+def test_rest_stays_rest() -> None:
+    run = simulate(linear(F=0.0), t_end=1e6, start=(0.0,) * 4, separation=False)
+    assert (run.final.x, run.final.y, run.peak.y_abs, run.peak.vx_max) == (0.0, 0.0, 0.0, 0.0)
+
+
+def test_the_dense_solution_is_the_sampled_one() -> None:
+    times = np.linspace(0.0, 40.3, 777)
+    sampled = simulate(linear(), t_end=40.3, separation=False, samples=times).trajectory
+    solution = simulate(linear(), t_end=40.3, separation=False, samples="dense").solution
+    assert sampled is not None
+    assert solution is not None
+    for column in ("x", "vx", "y", "vy", "P"):
+        assert getattr(solution(times), column) == pytest.approx(
+            getattr(sampled, column), rel=1e-12, abs=1e-12
+        )
+
+
+def test_the_exact_solution_is_for_linear_scenes() -> None:
+    p = linear()
+    assert is_linear(make_problem(p, separation=False))
+    assert not is_linear(make_problem(p, separation=True))
+    assert not is_linear(make_problem(Parameters(), separation=False))
+    with pytest.raises(InputError, match="k_nl = 0, separation ignored"):
+        simulate(p, separation=True, kernel="exact")
+
+
+def test_what_it_cannot_do_it_refuses() -> None:
+    undamped = linear(c1=0.0, c2=0.0)
+    with pytest.raises(ComputationError, match="extremes are not found in 1000 spans"):
+        simulate(undamped, t_end=1e4, separation=False, max_steps=1000)
+    with pytest.raises(ComputationError, match="polynomials"):
+        simulate(linear(), t_end=1e6, separation=False, samples="dense", max_steps=10_000)
+    with pytest.raises(ComputationError, match="out of the range of numbers"):
+        simulate(linear(m=1e-300), t_end=1.0, separation=False)
+
+
+def test_progress_rises_to_one_and_can_cancel() -> None:
+    seen: list[float] = []
+
+    def note(fraction: float) -> bool:
+        seen.append(fraction)
+        return True
+
+    undamped = linear(c1=0.0, c2=0.0)
+    simulate(undamped, t_end=500.0, separation=False, progress=note)
+    assert seen == sorted(seen)
+    assert seen[-1] == 1.0
+    with pytest.raises(Cancelled):
+        simulate(undamped, t_end=500.0, separation=False, progress=lambda part: part < 0.5)

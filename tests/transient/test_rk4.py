@@ -1,0 +1,117 @@
+import inspect
+from itertools import pairwise
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+
+from fivtui import Parameters, simulate
+from fivtui.model.errors import ComputationError, InputError
+from fivtui.model.slider_belt import State, static_start
+from fivtui.transient import rk4 as reference
+from fivtui.transient.result import Transient
+from fivtui.transient.rk4 import RungeKutta4
+from tests.support.strategies import moderate_parameters, states
+
+T_END = 4.0
+
+
+def end_state(step: float, *, separation: bool = True, locate: bool = True) -> np.ndarray:
+    # From well above the belt: an early landing, several switches within the horizon.
+    integrator = RungeKutta4(
+        [Parameters()], [(0.1, 0.0, 0.5, 1.0)], step=step, separation=separation, locate=locate
+    )
+    for _ in range(round(T_END / step)):
+        integrator.advance()
+    return integrator.state[:, 0]
+
+
+def orders(errors: list[float]) -> list[float]:
+    return [float(np.log2(one / other)) for one, other in pairwise(errors)]
+
+
+def errors(*, separation: bool, locate: bool) -> list[float]:
+    exact = simulate(
+        Parameters(), t_end=T_END, start=(0.1, 0.0, 0.5, 1.0), separation=separation
+    ).final
+    known = np.array([exact.x, exact.vx, exact.y, exact.vy])
+    steps = [0.02 / 2**n for n in range(5)]
+    ends = [end_state(step, separation=separation, locate=locate) for step in steps]
+    return [float(np.abs(end - known).max()) for end in ends]
+
+
+def test_with_bisection_the_order_is_four() -> None:
+    observed = orders(errors(separation=True, locate=True))
+    assert observed[-1] == pytest.approx(4.0, abs=0.25)
+    assert observed[-2] == pytest.approx(4.0, abs=0.4)
+
+
+def test_with_separation_ignored_the_order_is_four() -> None:
+    assert orders(errors(separation=False, locate=True))[-1] == pytest.approx(4.0, abs=0.25)
+
+
+def test_without_bisection_it_converges_at_a_lower_order() -> None:
+    located = errors(separation=True, locate=True)
+    ignored = errors(separation=True, locate=False)
+    assert ignored[-1] < 0.02 * ignored[0]
+    assert np.mean(orders(ignored)) < 3.2
+    assert ignored[-1] > 30.0 * located[-1]
+
+
+def test_base_scene_agrees_with_taylor_within_its_own_error() -> None:
+    fine = simulate(Parameters(), t_end=30.0, method="rk4", step=0.001)
+    coarse = simulate(Parameters(), t_end=30.0, method="rk4", step=0.002)
+    exact = simulate(Parameters(), t_end=30.0)
+
+    def distance(result: Transient) -> float:
+        one, other = (np.array(run.final) for run in (result, exact))
+        return float(np.abs(one - other).max())
+
+    assert fine.events.separations == exact.events.separations
+    assert distance(fine) < 1e-7
+    assert distance(coarse) > 8.0 * distance(fine)
+    assert fine.peak.y_abs == pytest.approx(exact.peak.y_abs, abs=1e-8)
+    assert fine.switch_times == pytest.approx(exact.switch_times, abs=1e-8)
+
+
+def test_parameter_sets_advanced_together_are_those_advanced_alone() -> None:
+    sets = [Parameters(F=force, k_nl=k) for force, k in ((20, 50), (80, 100), (120, 0), (0, 10))]
+    starts = [static_start(p) for p in sets]
+    together = RungeKutta4(sets, starts, step=0.01)
+    alone = [RungeKutta4([p], [s], step=0.01) for p, s in zip(sets, starts, strict=True)]
+    for _ in range(500):
+        for integrator in (together, *alone):
+            integrator.advance()
+    for column, integrator in enumerate(alone):
+        assert together.state[:, column] == pytest.approx(integrator.state[:, 0], abs=1e-12)
+        assert together.contact[column] == integrator.contact[0]
+
+
+@settings(max_examples=25)
+@given(moderate_parameters(), states())
+def test_random_scenes_agree_with_taylor(p: Parameters, start: State) -> None:
+    step = 0.004
+    integrator = RungeKutta4([p], [start], step=step)
+    for _ in range(500):
+        integrator.advance()
+    exact = simulate(p, t_end=500 * step, start=start).final
+    size = 1.0 + np.abs(integrator.state).max()
+    known = [exact.x, exact.vx, exact.y, exact.vy]
+    assert integrator.state[:, 0] == pytest.approx(known, abs=2e-4 * size)
+
+
+def test_a_step_too_large_for_the_stiffness_is_refused_with_a_smaller_one() -> None:
+    with pytest.raises(ComputationError, match=r"too large for RK4.*use a step below"):
+        simulate(Parameters(k2=1e8), t_end=1.0, method="rk4", step=1e-3)
+
+
+@pytest.mark.parametrize("step", [0.0, -0.1, float("nan"), float("inf")])
+def test_a_step_that_is_not_positive_is_refused(step: float) -> None:
+    with pytest.raises(InputError, match="step"):
+        RungeKutta4([Parameters()], [(0.0, 0.0, 0.0, 0.0)], step=step)
+
+
+def test_it_shares_no_stepping_code_with_the_taylor_integrator() -> None:
+    source = inspect.getsource(reference)
+    for name in ("taylor", "recurrences", "polynomial", "extremes"):
+        assert f".{name}" not in source

@@ -1,0 +1,81 @@
+"""Stiff scenes are noticed, and solved or refused with advice."""
+
+import subprocess
+import sys
+
+import pytest
+
+from fivtui import Parameters, simulate
+from fivtui.model.errors import ComputationError
+from fivtui.model.slider_belt import equilibrium
+from fivtui.transient.stiffness import stiffness
+
+LIGHT = Parameters(m=1e-6)
+
+
+@pytest.mark.parametrize(
+    "p",
+    [
+        Parameters(),
+        Parameters(k2=1e8),
+        Parameters(k_nl=1e9),
+        Parameters(c1=0.0, c2=0.0),
+        Parameters(m=1e-6, c1=0.0, c2=0.0),
+        Parameters(F=1e6),
+        Parameters(F=-5.0),
+    ],
+)
+def test_oscillations_are_not_stiff_however_fast(p: Parameters) -> None:
+    assert stiffness(p, t_end=1e3, separation=True) is None
+
+
+def test_a_light_slider_is_stiff_unless_the_run_is_short() -> None:
+    found = stiffness(LIGHT, t_end=100.0, separation=True)
+    assert found is not None
+    assert found.decay == pytest.approx(0.32 / 1e-6, rel=1e-2)
+    assert found.motion < 1e3
+    assert found.steps == pytest.approx(3.6e6, rel=0.05)
+    assert stiffness(LIGHT, t_end=0.1, separation=True) is None
+
+
+def test_one_strong_damper_is_enough() -> None:
+    found = stiffness(Parameters(c1=1e6), t_end=100.0, separation=True)
+    assert found is not None
+    assert found.decay == pytest.approx(2e5, rel=1e-3)
+
+
+def test_running_out_of_steps_on_a_stiff_scene_says_so_and_what_helps() -> None:
+    with pytest.raises(ComputationError, match="stiff") as caught:
+        simulate(LIGHT, max_steps=300)
+    assert "scipy-lsoda" in caught.value.advice
+    with pytest.raises(ComputationError) as caught:
+        simulate(Parameters(), max_steps=300)
+    assert "stiff" not in str(caught.value)
+
+
+@pytest.mark.parametrize("method", ["scipy-radau", "scipy-lsoda"])
+def test_the_methods_it_advises_solve_it(method: str) -> None:
+    run = simulate(LIGHT, method=method, tol=1e-8)
+    rest = equilibrium(LIGHT)
+    assert run.stats.steps < 2_000
+    assert (run.final.x, run.final.y) == pytest.approx((rest.x, rest.y), rel=1e-10)
+    assert run.peak.y_min == pytest.approx(run.start[2])
+
+
+def test_steps_of_fixed_length_are_counted_beforehand() -> None:
+    with pytest.raises(ComputationError, match=r"1\.45e\+08 steps .* are needed"):
+        simulate(LIGHT, method="rk4")
+
+
+def test_rk4_refuses_a_step_that_the_damping_makes_unstable() -> None:
+    with pytest.raises(ComputationError, match="damping makes it unstable"):
+        simulate(Parameters(c1=1e6), method="rk4", step=1e-3, t_end=1.0)
+
+
+def test_the_command_line_says_that_a_scene_is_stiff_beside_its_result() -> None:
+    command = [sys.executable, "-m", "fivtui", "simulate", "--set", "m=1e-6", "--t-end", "0.6"]
+    done = subprocess.run(command, capture_output=True, text=True, check=False)
+    assert done.returncode == 0
+    assert "the scene is stiff" in done.stderr
+    assert "--method scipy-lsoda" in done.stderr
+    assert "stiff" not in done.stdout

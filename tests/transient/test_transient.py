@@ -1,0 +1,206 @@
+import math
+from typing import Any
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from fivtui import Parameters, simulate
+from fivtui.model.errors import Cancelled, ComputationError, InputError
+from fivtui.model.slider_belt import Mode, State, contact_force
+from fivtui.transient.methods import METHODS
+from tests.support.strategies import moderate_parameters, states
+
+VARIABLE_STEP = [name for name, method in METHODS.items() if not method.fixed_step]
+
+
+@pytest.mark.parametrize("separation", [True, False])
+@pytest.mark.parametrize(
+    ("method", "tol", "expected"),
+    [
+        ("scipy-dop853", 1e-9, 1e-5),
+        ("scipy-radau", 1e-7, 1e-3),
+        ("scipy-lsoda", 1e-9, 1e-4),
+        ("rk4", 1e-12, 1e-3),
+    ],
+)
+def test_every_method_gives_the_same_transient(
+    method: str, tol: float, expected: float, separation: bool
+) -> None:
+    p = Parameters()
+    exact = simulate(p, t_end=30.0, separation=separation)
+    other = simulate(p, t_end=30.0, separation=separation, method=method, tol=tol)
+    assert other.method == method
+    assert other.events.separations == exact.events.separations
+    assert other.events.separated_time == pytest.approx(exact.events.separated_time, abs=expected)
+    assert other.final.y == pytest.approx(exact.final.y, abs=expected)
+    assert other.peak.y_abs == pytest.approx(exact.peak.y_abs, abs=expected)
+    assert other.peak.vx_max == pytest.approx(exact.peak.vx_max, abs=10 * expected)
+    assert other.steady.y_half_range == pytest.approx(exact.steady.y_half_range, abs=expected)
+
+
+@settings(max_examples=40)
+@given(moderate_parameters(), states(), st.floats(0.5, 8.0))
+def test_extremes_bound_a_dense_sampling_and_are_attained(
+    p: Parameters, start: State, t_end: float
+) -> None:
+    times = np.linspace(0.0, t_end, 4001)
+    result = simulate(p, t_end=t_end, start=start, samples=times)
+    motion = result.trajectory
+    assert motion is not None
+    size = 1e-9 + 1e-12 * (np.abs(motion.y).max() + np.abs(motion.vx).max())
+    # Between samples an extremum is missed by at most the curvature times dt²/8.
+    spacing = t_end / 4000.0
+    bend = np.abs(np.gradient(motion.vy, times)).max() * spacing**2 + size
+    assert motion.y.max() - size <= result.peak.y_max <= motion.y.max() + bend
+    assert motion.y.min() + size >= result.peak.y_min >= motion.y.min() - bend
+    bend = np.abs(np.gradient(motion.vx, times)).max() * spacing**2 + size
+    assert np.abs(motion.x).max() - size <= result.peak.x_abs <= np.abs(motion.x).max() + bend
+    assert motion.vx.max() - size <= result.peak.vx_max
+    half = motion.y[times >= 0.5 * t_end]
+    assert 0.5 * np.ptp(half) <= result.steady.y_half_range + size
+    assert motion.P.max() <= result.contact_force.max * (1.0 + 1e-12) + size
+    assert result.contact_force.min >= 0.0
+
+
+@pytest.mark.parametrize("method", METHODS)
+def test_a_horizon_inside_a_step_cuts_it(method: str) -> None:
+    exact = simulate(Parameters(), t_end=3.01)
+    run = simulate(Parameters(), t_end=3.01, tol=1e-8, method=method)
+    assert run.final.t == 3.01
+    assert run.final.y == pytest.approx(exact.final.y, abs=1e-4)
+    assert run.steady.y_half_range == pytest.approx(exact.steady.y_half_range, abs=1e-4)
+
+
+def test_samples_are_the_dense_solution_at_those_times() -> None:
+    times = np.linspace(0.0, 40.0, 1234)
+    sampled = simulate(Parameters(), t_end=40.0, samples=times).trajectory
+    dense = simulate(Parameters(), t_end=40.0, samples="dense").solution
+    assert sampled is not None
+    assert dense is not None
+    for name in ("t", "x", "vx", "y", "vy", "P", "mode"):
+        column = getattr(sampled, name)
+        assert column == pytest.approx(getattr(dense(times), name), rel=1e-11, abs=1e-11)
+    assert sampled.t.size == times.size
+
+
+def test_nothing_is_stored_unless_asked_for() -> None:
+    result = simulate(Parameters(), t_end=5.0)
+    assert result.trajectory is None
+    assert result.solution is None
+
+
+def test_the_result_does_not_depend_on_what_is_stored() -> None:
+    plain = simulate(Parameters(), t_end=30.0)
+    sampled = simulate(Parameters(), t_end=30.0, samples=[0.0, 1.0, 30.0])
+    assert plain.final == sampled.final
+    assert plain.peak == sampled.peak
+    assert plain.events == sampled.events
+
+
+def test_the_last_sample_is_the_final_state() -> None:
+    result = simulate(Parameters(), t_end=12.5, samples=[12.5])
+    assert result.trajectory is not None
+    assert result.trajectory.y[0] == pytest.approx(result.final.y, abs=1e-13)
+    assert result.trajectory.vx[0] == pytest.approx(result.final.vx, abs=1e-13)
+
+
+def test_separated_intervals_are_where_the_slider_is_off_the_belt() -> None:
+    result = simulate(Parameters(), t_end=40.0, samples="dense")
+    assert result.solution is not None
+    lengths = []
+    for left, right in result.separated_intervals:
+        inside = result.solution(np.linspace(left, right, 52)[1:-1])
+        assert np.all(inside.y > 0.0)
+        assert np.all(inside.mode == Mode.SEPARATED)
+        assert np.all(inside.P == 0.0)
+        lengths.append(right - left)
+    assert math.fsum(lengths) == pytest.approx(result.events.separated_time, abs=1e-10)
+    assert result.events.first == result.switch_times[0]
+    assert result.events.last == result.switch_times[-1]
+
+
+def test_a_start_off_the_belt_counts_its_first_landing() -> None:
+    result = simulate(Parameters(mu=0.0), t_end=2.0, start=(0.0, 0.0, 1.0, 0.0))
+    assert result.first_mode is Mode.SEPARATED
+    assert result.events.reattachments == result.events.separations + 1
+    assert result.separated_intervals[0][0] == 0.0
+    assert result.switch_times[0] == result.separated_intervals[0][1]
+
+
+def test_contact_force_extremes_are_those_of_the_contact_law() -> None:
+    considered = simulate(Parameters())
+    ignored = simulate(Parameters(), separation=False)
+    assert considered.contact_force.min == 0.0
+    deepest = contact_force(considered.parameters, considered.peak.y_min, Mode.CONTACT)
+    assert considered.contact_force.max == deepest
+    highest = contact_force(ignored.parameters, ignored.peak.y_max, Mode.CONTACT)
+    assert ignored.contact_force.min == highest < 0.0
+
+
+def test_a_stable_scene_settles_without_separation() -> None:
+    result = simulate(Parameters(mu=0.2), t_end=400.0)
+    assert result.events.separations == 0
+    assert result.events.first is None
+    assert result.events.last is None
+    assert result.steady.y_half_range < 1e-2 * (result.peak.y_max - result.peak.y_min)
+
+
+@pytest.mark.parametrize("method", METHODS)
+def test_progress_rises_to_one_and_can_cancel(method: str) -> None:
+    seen: list[float] = []
+
+    def note(fraction: float) -> bool:
+        seen.append(fraction)
+        return True
+
+    simulate(Parameters(), t_end=2.0, method=method, tol=1e-6, progress=note)
+    assert seen == sorted(seen)
+    assert seen[0] == 0.0
+    assert seen[-1] == 1.0
+    with pytest.raises(Cancelled):
+        simulate(Parameters(), method=method, progress=lambda fraction: fraction <= 0.01)
+
+
+def test_the_step_limit_is_a_clear_failure() -> None:
+    with pytest.raises(ComputationError, match=r"50 steps end at t = .*shorter horizon"):
+        simulate(Parameters(), max_steps=50)
+
+
+@pytest.mark.parametrize(
+    ("request_", "said"),
+    [
+        ({"t_end": 0.0}, "t_end"),
+        ({"t_end": math.nan}, "t_end"),
+        ({"t_end": 1e9}, "t_end"),
+        ({"tol": 0.0}, "tol"),
+        ({"tol": 1e-20}, "tol"),
+        ({"tol": math.inf}, "tol"),
+        ({"method": "tailor"}, "did you mean taylor"),
+        ({"method": ""}, "known: taylor"),
+        ({"start": "rest"}, "static"),
+        ({"start": (0.0, 1.0)}, "four"),
+        ({"start": 3.0}, "four"),
+        ({"start": ("a", 0.0, 0.0, 0.0)}, "four"),
+        ({"start": (0.0, math.inf, 0.0, 0.0)}, "finite"),
+        ({"step": 0.1}, "tol"),
+        ({"method": "rk4", "step": -1.0}, "step"),
+        ({"method": "rk4", "step": 1e6}, "step"),
+        ({"samples": [1.0, 0.5]}, "ascending"),
+        ({"samples": [0.0, 101.0]}, "100"),
+        ({"samples": []}, "samples"),
+        ({"samples": "all"}, "dense"),
+    ],
+)
+def test_a_wrong_request_is_refused_in_one_line(request_: dict[str, Any], said: str) -> None:
+    with pytest.raises(InputError, match=said) as caught:
+        simulate(Parameters(), **request_)
+    assert "\n" not in str(caught.value)
+
+
+@pytest.mark.parametrize("method", VARIABLE_STEP)
+def test_unbounded_growth_never_ends_in_nan(method: str) -> None:
+    p = Parameters(k2=186.0, k_nl=0.0, mu=2.0)
+    with pytest.raises(ComputationError):
+        simulate(p, t_end=1e4, tol=1e-6, separation=False, method=method)

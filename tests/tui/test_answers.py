@@ -1,0 +1,189 @@
+"""Keys are answered while something is computed, and what is computed says what it waits for."""
+
+import asyncio
+import gc
+import threading
+import time
+from collections.abc import AsyncIterator
+
+import pytest
+from textual.events import Key
+from textual.pilot import Pilot
+
+from fivtui.kernel import loader
+from fivtui.kernel.loader import KernelLoader
+from fivtui.tui.app import FivtuiApp
+from fivtui.tui.lab.key_bar import KeyBar
+from fivtui.tui.session import jobs
+from fivtui.tui.session.jobs import PRECEDENCE, Job, Precedence
+from fivtui.tui.tabs.tabs import TABS
+from tests.support.laboratory import HANG_S, app_of, text_of, until, until_shown
+
+
+@pytest.fixture
+async def pilot() -> AsyncIterator[Pilot[None]]:
+    async with FivtuiApp().run_test(size=(80, 24), notifications=True) as started:
+        await started.pause()
+        yield started
+
+
+def test_who_computes_gives_way_until_the_answer_is_there(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    # The turn of the screen lasts until it is given back, however slow the machine is.
+    monkeypatch.setattr(jobs, "_ANSWER", HANG_S)
+    turn = Precedence()
+    turn.give_way()
+    assert not turn.claimed
+    turn.claim()
+    assert turn.claimed
+    passed = threading.Event()
+
+    def compute() -> None:
+        turn.give_way()
+        passed.set()
+
+    computing = threading.Thread(target=compute)
+    computing.start()
+    assert not passed.is_set()
+    turn.release()
+    assert passed.wait(HANG_S)
+
+
+def test_keys_without_end_do_not_stop_what_is_computed() -> None:
+    turn, ended = Precedence(), threading.Event()
+    turn.claim()
+
+    def press() -> None:
+        while not ended.is_set():
+            turn.claim()
+            time.sleep(1e-3)
+
+    pressing = threading.Thread(target=press)
+    computing = threading.Thread(target=turn.give_way, daemon=True)
+    pressing.start()
+    computing.start()
+    computing.join(HANG_S)
+    ended.set()
+    pressing.join()
+    assert not computing.is_alive()
+
+
+async def test_a_key_has_precedence_until_its_frame(
+    pilot: Pilot[None], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(jobs, "_ANSWER", HANG_S)
+    claims: list[bool] = []
+    original = app_of(pilot).session.nudge
+
+    def nudge(name: str, direction: int, *, fine: bool = False) -> bool:
+        claims.append(PRECEDENCE.claimed)
+        return original(name, direction, fine=fine)
+
+    app_of(pilot).session.nudge = nudge  # type: ignore[method-assign]
+    await pilot.press("up")
+    await until(pilot, lambda: bool(claims) and not PRECEDENCE.claimed)
+    assert claims == [True]
+    assert "base (changed)" in text_of(pilot)
+
+
+async def test_what_waits_for_the_compiler_says_so_and_can_be_stopped(
+    pilot: Pilot[None], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    compiling = threading.Event()
+
+    class Slow(KernelLoader):
+        def _imported(self) -> None:
+            compiling.wait()
+            raise ImportError("there is no compiler in this test")
+
+    monkeypatch.setattr(loader, "lanes", Slow("lanes"))
+    try:
+        await pilot.press("alt+3", "f10")
+        await until_shown(pilot, "compiling, once")
+        await pilot.press("f10")
+        await until_shown(pilot, "stopped at 0 %")
+        workers = pilot.app.workers
+        await until(pilot, lambda: not any(w.is_running for w in workers if w.group == "job"))
+        await pilot.press("f10")
+        await until_shown(pilot, "compiling, once")
+    finally:
+        compiling.set()
+    await until_shown(pilot, "the compiled kernels cannot be loaded")
+
+
+def test_a_job_that_has_begun_speaks_of_its_progress(monkeypatch: pytest.MonkeyPatch) -> None:
+    job, loader = Job(), KernelLoader("lanes")
+    monkeypatch.setattr(loader, "lanes", loader)
+    assert job.words == "0 %"
+    monkeypatch.setattr(KernelLoader, "awaited", True)
+    assert job.words == "compiling, once"
+    job.report(0.5)
+    assert job.words.startswith("50 %, ")
+
+
+async def test_a_tab_computes_that_was_asked_to_before_it_was_there(pilot: Pilot[None]) -> None:
+    # Both keys are in the queue before the tab is made.
+    pilot.app.simulate_key("alt+5")
+    pilot.app.simulate_key("f10")
+    await until_shown(pilot, "Stop")
+    await pilot.press("f10")
+    await until_shown(pilot, "stopped at")
+
+
+async def test_a_click_on_a_key_presses_it(pilot: Pilot[None]) -> None:
+    line = text_of(pilot).splitlines()[-1]
+    await pilot.click(KeyBar, offset=(line.index("Runs"), 0))
+    await until_shown(pilot, "± 2nd half")
+    await pilot.click(KeyBar, offset=(line.index("Data"), 0))
+    await until_shown(pilot, "Write the data of the stability")
+    await pilot.press("escape")
+    line = text_of(pilot).splitlines()[-1]
+    await pilot.click(KeyBar, offset=(line.index("palette"), 0))
+    await until_shown(pilot, "Search for commands")
+
+
+@pytest.mark.parametrize("width", [40, 57, 80, 140])
+async def test_the_keys_fill_one_line_and_groups_are_whole(width: int) -> None:
+    async with FivtuiApp().run_test(size=(width, 24)) as pilot:
+        await until_shown(pilot, "F5 Run")
+        line = text_of(pilot).splitlines()[-1]
+        assert len(line) == width
+        assert line.rstrip().endswith("^p palette")
+        pilot.app.screen.query_one("#growth").focus()
+        await pilot.pause()
+        line = text_of(pilot).splitlines()[-1]
+        assert ("+ - Zoom" in line) is ("+" in line)
+
+
+async def test_no_timer_of_a_tab_is_lost() -> None:
+    # A timer that nobody holds is found by the collector, pending.
+    told: list[str] = []
+    asyncio.get_running_loop().set_exception_handler(
+        lambda _loop, context: told.append(str(context))
+    )
+    async with FivtuiApp().run_test(size=(80, 24)) as pilot:
+        for tab in TABS:
+            await pilot.press(tab.key)
+            await pilot.pause()
+            gc.collect()
+    assert told == []
+
+
+async def test_keys_after_the_one_that_quits_are_dropped() -> None:
+    app = FivtuiApp()
+    async with app.run_test(size=(80, 24)) as pilot:
+        await pilot.pause()
+        for key in ("ctrl+q", "f5", "up", "alt+3", "f10"):
+            app.simulate_key(key)
+        app.post_message(Key("up", None))
+
+
+async def test_a_dialog_closed_while_it_opens_harms_nothing(pilot: Pilot[None]) -> None:
+    for pause in (0.0, 0.0, 0.002, 0.005, 0.01, 0.02):
+        pilot.app.simulate_key("alt+s")
+        await asyncio.sleep(pause)
+        pilot.app.simulate_key("escape")
+    await until(pilot, lambda: len(pilot.app.screen_stack) == 1)
+    await pilot.press("alt+s")
+    await until_shown(pilot, "Cancel")

@@ -1,0 +1,214 @@
+from collections.abc import AsyncIterator
+
+import pytest
+from textual.pilot import Pilot
+
+from fivtui.kernel import loader
+from fivtui.kernel.loader import KernelLoader
+from fivtui.tui.app import FivtuiApp
+from fivtui.tui.chart.widget.chart_view import ChartView
+from fivtui.tui.session.runs import RunState
+from fivtui.tui.tabs.book import TabBook
+from fivtui.tui.tabs.tabs import TABS
+from tests.support.laboratory import (
+    ENDLESS,
+    app_of,
+    endless_simulate,
+    flat_text_of,
+    focus,
+    run_to_end,
+    text_of,
+    type_into,
+    until,
+    until_shown,
+    until_told,
+)
+
+USUAL = (80, 24)
+
+
+@pytest.fixture(autouse=True)
+def _interpreted(monkeypatch: pytest.MonkeyPatch) -> None:
+    # A long run stays long, whatever has been compiled by then.
+    monkeypatch.setattr(loader, "single", KernelLoader("none"))
+
+
+@pytest.fixture
+async def pilot() -> AsyncIterator[Pilot[None]]:
+    async with FivtuiApp().run_test(size=USUAL, notifications=True) as started:
+        await started.pause()
+        yield started
+
+
+async def test_a_run_ends_in_plots_that_zoom_summary_and_tabs(pilot: Pilot[None]) -> None:
+    await until_shown(pilot, "μ_c 0.4394")
+    await run_to_end(pilot)
+    shown = text_of(pilot)
+    for words in (
+        "peak |y| 10.50 m · 2nd half of run ±4.401 m",
+        "74 separations · off the belt 71.01 s (71 %)",
+        "run 1 done in",
+        "s, tol 1e-12",
+        "y / m",
+        "P / N",
+        "⣿",
+    ):
+        assert words in shown, words
+    assert any(line.rstrip().endswith("100") for line in shown.splitlines())
+    strip = next(line for line in shown.splitlines() if "off belt" in line)
+    assert "▓▓▓" in strip
+    assert "inputs changed" not in shown
+
+    plot = pilot.app.screen.query_one("#plot-y", ChartView)
+    pilot.app.screen.query_one("#plot-P").focus()
+    await until(pilot, lambda: "+ -" in text_of(pilot).splitlines()[-1])
+    assert text_of(pilot).splitlines()[-1].startswith("F5 Run F1 Help")
+    await pilot.press("e")
+    await until_shown(pilot, "90 95 100")
+    strip = next(line for line in text_of(pilot).splitlines() if "off belt" in line)
+    assert "███" in strip
+    assert "░" in strip
+    await pilot.press("r")
+    await until_shown(pilot, "0 50 100")
+    await pilot.press("plus", "plus", "h")
+    await until(pilot, lambda: "0 50 100" not in flat_text_of(pilot))
+    for name in ("#plot-y", "#plot-P"):
+        x = pilot.app.screen.query_one(name, ChartView).view.x
+        assert x is not None
+        assert 0.0 < x.low < x.high < 100.0
+    await pilot.press("r", "minus", "minus", "l", "l")
+    await pilot.pause()
+    assert plot.chart is not None
+    whole, _ = plot.view.axes(plot.chart)
+    assert (whole.low, whole.high) == (0.0, 100.0)
+
+    def background() -> object:
+        return next(iter(plot.render_line(2))).style
+
+    before = background()
+    pilot.app.theme = "gruvbox"
+    await until(pilot, lambda: background() != before)
+
+    plot.focus()
+    passed = []
+    for _ in range(len(TABS)):
+        await pilot.press("f2")
+        passed.append(pilot.app.screen.query_one(TabBook).active)
+    assert sorted(passed) == sorted(tab.id for tab in TABS)
+    assert pilot.app.screen.query_one(TabBook).active == "transient"
+    await pilot.press("alt+8")
+    await until_shown(pilot, "range of y -2.685 to 10.50 m")
+    await pilot.press("alt+9")
+    await until_shown(pilot, "run 1 done; peak |y| 10.50 m")
+    await pilot.press("shift+f2")
+    await until_shown(pilot, "range of y -2.685 to 10.50 m")
+    await pilot.press("alt+1")
+    await type_into(pilot, "F", "100")
+    await until_shown(pilot, "μ_c 0.597")
+    await until_shown(pilot, "run 1 done, inputs changed since")
+
+
+async def test_a_long_run_is_stopped_and_the_next_one_works(pilot: Pilot[None]) -> None:
+    session = app_of(pilot).session
+    await type_into(pilot, "t_end", ENDLESS)
+    await pilot.press("f5")
+    await until_shown(pilot, "Stop")
+    long = session.runs.active
+    assert long is not None
+    await until(pilot, lambda: long.fraction > 0.0)
+    await until_shown(pilot, "left")
+    assert "F5 Stop" in text_of(pilot)
+    editor = await focus(pilot, "F")
+    await pilot.press("up")
+    assert editor.value == "81"
+    await pilot.press("f5")
+    assert long.state is RunState.STOPPED
+    await until_told(pilot, "run 1 stopped at")
+    assert "F5 Run" in text_of(pilot)
+    await type_into(pilot, "t_end", "100")
+    await run_to_end(pilot)
+    assert "run 2 done" in text_of(pilot)
+    assert long.result is None
+    assert [run.state for run in session.runs] == [RunState.STOPPED, RunState.DONE]
+
+
+async def test_quitting_does_not_wait_for_a_long_run() -> None:
+    app = FivtuiApp()
+    async with app.run_test(size=USUAL, notifications=True) as pilot:
+        await type_into(pilot, "t_end", ENDLESS)
+        await pilot.press("f5")
+        await until(pilot, lambda: app.session.runs.active is not None)
+    # The test would hang here if the thread were not told to end.
+    assert app.session.runs.active is None
+
+
+async def test_the_button_works_and_failures_are_told_and_logged(
+    pilot: Pilot[None], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    runs = app_of(pilot).session.runs
+    with monkeypatch.context() as patched:
+        patched.setattr("fivtui.scene.run.simulate", endless_simulate)
+        await pilot.click("#run-button")
+        await until(pilot, lambda: runs.active is not None)
+        await pilot.click("#run-button")
+        await until(pilot, lambda: runs.active is None)
+        assert runs.newest is not None
+        assert runs.newest.state is RunState.STOPPED
+
+    await type_into(pilot, "tol", "1")
+    await pilot.press("f5")
+    await until_told(pilot, "tol = 1: allowed is 1e-13 <= tol <= 0.01")
+    assert len(list(runs)) == 1
+    await pilot.press("shift+f8")
+
+    await type_into(pilot, "k3", "0")
+    await type_into(pilot, "F", "-5")
+    await pilot.press("f5")
+    await until_shown(pilot, "run 2 failed")
+    await pilot.press("alt+9")
+    await until_shown(pilot, "ERROR: run 2: no equilibrium")
+
+    def broken(_run: object) -> None:
+        raise ZeroDivisionError("by zero")
+
+    monkeypatch.setattr("fivtui.tui.lab.run_control.execute", broken)
+    await pilot.press("f5")
+    await until_told(pilot, "unexpected ZeroDivisionError: by zero")
+    assert "run 3 failed" in text_of(pilot)
+    assert "Traceback" not in text_of(pilot)
+
+
+async def test_every_size_shows_form_verdict_and_result(pilot: Pilot[None]) -> None:
+    await run_to_end(pilot)
+    for size, words in (
+        ((80, 24), ("P / N", "off belt", "kg", "74 separations")),
+        ((200, 60), ("P / N", "off belt", "stiffness of the 45° coupling", "P 0 to 2071 N")),
+        ((200, 60), ("± 2nd half", "shown native 10.50")),
+        ((60, 20), ("peak |y|", "F5 Run", "k_1")),
+        ((40, 12), ("UNSTABLE", "F5 Run", "y / m")),
+        ((39, 12), ("too small for fivtui: it needs 40 columns and 10 lines",)),
+        ((100, 9), ("too small",)),
+        ((100, 30), ("UNSTABLE", "F5 Run", "P / N")),
+    ):
+        await pilot.resize_terminal(*size)
+        for word in words:
+            await until_shown(pilot, word)
+        if "too small" not in words[0] and size[1] > 12:
+            await until(pilot, lambda: frame_reaches_the_edge(text_of(pilot)))
+
+
+def frame_reaches_the_edge(shown: str) -> bool:
+    lines = shown.splitlines()
+    axes = [line.rstrip() for line in lines if "t / s " in line]
+    return bool(axes) and all(len(line) == len(lines[0]) for line in axes)
+
+
+async def test_without_colour_all_is_said_in_words(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setenv("NO_COLOR", "1")
+    app = FivtuiApp()
+    assert app.no_color
+    async with app.run_test(size=USUAL, notifications=True) as pilot:
+        await run_to_end(pilot)
+        assert "UNSTABLE" in text_of(pilot)
+        await type_into(pilot, "mu", "-")
+        assert "NO VERDICT: invalid input" in text_of(pilot)

@@ -1,0 +1,292 @@
+"""What is written as a figure is what is seen: read back from its axes, against the charts."""
+
+import json
+from collections.abc import AsyncIterator
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+from matplotlib.axes import Axes
+from matplotlib.collections import QuadMesh
+from matplotlib.colors import to_hex
+from matplotlib.figure import Figure
+from matplotlib.lines import Line2D
+from textual.pilot import Pilot
+
+from fivtui.equilibrium.map import stability_map
+from fivtui.io.column_files import read_columns
+from fivtui.model.errors import InputError
+from fivtui.model.parameters import Parameters
+from fivtui.simulation import simulate
+from fivtui.transient.result import Transient
+from fivtui.tui.app import FivtuiApp
+from fivtui.tui.chart.axis import Axis
+from fivtui.tui.chart.chart import Chart, Guide, Seen, Trace, View
+from fivtui.tui.chart.widget.chart_view import ChartView
+from fivtui.tui.lab.screen import LabScreen
+from fivtui.tui.tabs.chart_figure import save_seen, seen_figure
+from fivtui.tui.tabs.charts.map import map_chart
+from fivtui.tui.tabs.charts.transient import motion_of, phase_chart, time_chart
+from fivtui.tui.tabs.exports import DATA, FIGURE
+from fivtui.tui.tabs.transient import TransientPane
+from fivtui.tui.tabs.views_pane import ViewsPane
+from tests.support.laboratory import app_of, show_tab, until
+
+T = np.linspace(0.0, 10.0, 101)
+
+
+def lines_of(axes: Axes) -> list[Line2D]:
+    return [line for line in axes.get_lines() if not str(line.get_label()).startswith("_")]
+
+
+def panels_of(figure: Figure) -> list[Axes]:
+    return [axes for axes in figure.axes if axes.get_label() != "<colorbar>"]
+
+
+def check_panel(axes: Axes, chart: Chart, view: View) -> None:
+    x, y = view.axes(chart)
+    assert axes.get_xlim() == pytest.approx((x.low, x.high))
+    assert axes.get_ylim() == pytest.approx((y.low, y.high))
+    assert axes.get_xscale() == ("log" if x.log else "linear")
+    assert axes.get_yscale() == ("log" if y.log else "linear")
+    assert axes.get_ylabel() == chart.y_label
+    assert axes.get_xlabel() == (chart.x_label if chart.x_axis else "")
+    drawn = lines_of(axes)
+    shown = [trace for _, trace in view.shown(chart) if trace.name]
+    if shown:
+        assert len(drawn) == len(shown)
+    for line, trace in zip(drawn, shown, strict=False):
+        if trace.colour:
+            assert to_hex(line.get_color()).upper() == trace.colour.upper()
+        across = np.asarray(line.get_xdata())
+        inside = (trace.x >= x.low) & (trace.x <= x.high)
+        if trace.x.size < 4000:
+            assert set(trace.x[inside]) <= set(across)
+    texts = [text.get_text() for text in axes.texts]
+    assert texts == [guide.label for guide in chart.guides if guide.label]
+
+
+def trace(name: str, values: Any, **options: Any) -> Trace:
+    return Trace(name, T, np.asarray(values), **options)
+
+
+def test_a_chart_is_drawn_with_its_points_colours_markers_and_limits() -> None:
+    one = trace("run 1", np.sin(T), mark="●", colour="#E69F00")
+    other = trace("run 2", np.cos(T), mark="■", colour="#56B4E9")
+    chart = Chart("t / s", "y / m", (one, other), (Guide(2.5, "here"), Guide(0.0, vertical=False)))
+    figure = seen_figure(Seen([(chart, View(x=Axis(1.0, 4.0), y=Axis(-0.5, 2.0)))]))
+    (axes,) = panels_of(figure)
+    first, second = lines_of(axes)
+    for line, drawn, marker in ((first, one, "o"), (second, other, "s")):
+        assert to_hex(line.get_color()) == drawn.colour.lower()
+        assert line.get_marker() == marker
+        # The line reaches the edges: a sample beyond each.
+        kept = (drawn.x >= 0.9 - 1e-9) & (drawn.x <= 4.1 + 1e-9)
+        np.testing.assert_array_equal(line.get_xdata(), drawn.x[kept])
+        np.testing.assert_array_equal(line.get_ydata(), drawn.y[kept])
+    assert axes.get_xlim() == (1.0, 4.0)
+    assert axes.get_ylim() == (-0.5, 2.0)
+    assert (axes.get_xlabel(), axes.get_ylabel()) == ("t / s", "y / m")
+    upright, level = (line for line in axes.get_lines() if line not in (first, second))
+    assert upright.get_xdata() == [2.5, 2.5]
+    assert level.get_ydata() == [0.0, 0.0]
+    assert [text.get_text() for text in axes.texts] == ["here"]
+    (legend,) = figure.legends
+    assert [text.get_text() for text in legend.get_texts()] == ["run 1", "run 2"]
+
+
+def test_what_is_hidden_is_not_drawn_and_not_in_the_legend() -> None:
+    chart = Chart("t / s", "y / m", (trace("a", T), trace("b", 2.0 * T), trace("c", 3.0 * T)))
+    figure = seen_figure(Seen([(chart, View(hidden={1}))]))
+    (axes,) = panels_of(figure)
+    assert [line.get_label() for line in lines_of(axes)] == ["a", "c"]
+    # Traces keep the looks that they have beside the hidden one.
+    whole = seen_figure(Seen([(chart, View())])).axes[0]
+    a, _, c = lines_of(whole)
+    for kept, line in zip((a, c), lines_of(axes), strict=True):
+        assert kept.get_color() == line.get_color()
+        assert kept.get_linestyle() == line.get_linestyle()
+
+
+def test_logarithmic_axes_stay_logarithmic() -> None:
+    chart = Chart("f / Hz", "|y| / m", (trace("a", 10.0**-T),))
+    (axes,) = panels_of(seen_figure(Seen([(chart, View(log_y=True))])))
+    check_panel(axes, chart, View(log_y=True))
+    assert axes.get_yscale() == "log"
+
+
+def test_times_off_the_belt_are_shaded_where_they_are() -> None:
+    run = simulate(Parameters(), t_end=10.0, samples=T)
+    motion = motion_of(run, "run 1", "●", "#E69F00")
+    assert motion is not None
+    chart = time_chart("y", [motion], strip=True, x_axis=True)
+    (axes,) = panels_of(seen_figure(Seen([(chart, View())])))
+    (bars,) = axes.collections
+    edges = [(path.get_extents().x0, path.get_extents().x1) for path in bars.get_paths()]
+    assert run.separated_intervals
+    np.testing.assert_allclose(edges, run.separated_intervals)
+
+
+def test_an_unordered_curve_is_drawn_whole() -> None:
+    run = simulate(Parameters(), t_end=10.0, samples=T)
+    motion = motion_of(run, "run 1", "●", "#E69F00")
+    assert motion is not None
+    chart = phase_chart("y", [motion], (5.0, 10.0))
+    (axes,) = panels_of(seen_figure(Seen([(chart, View())])))
+    (line,) = lines_of(axes)
+    late = motion.trajectory.t >= 5.0
+    np.testing.assert_array_equal(line.get_xdata(), motion.trajectory.y[late])
+    np.testing.assert_array_equal(line.get_ydata(), motion.trajectory.vy[late])
+    assert axes.get_title() == "t 5 to 10 s"
+
+
+def test_a_map_is_drawn_with_its_values_its_boundary_and_the_point_of_now() -> None:
+    over = {"mu": np.linspace(0.0, 1.5, 7), "F": np.linspace(10.0, 110.0, 6)}
+    result = stability_map(Parameters(), over, "growth-rate")
+    chart = map_chart(result, Parameters())
+    figure = seen_figure(Seen([(chart, View(x=Axis(0.2, 1.0), y=Axis(20.0, 90.0)))]))
+    (axes,) = panels_of(figure)
+    (mesh,) = [each for each in axes.collections if isinstance(each, QuadMesh)]
+    np.testing.assert_array_equal(np.asarray(mesh.get_array()), result.values.T)
+    largest = np.abs(result.values).max()
+    assert (mesh.norm.vmin, mesh.norm.vmax) == (-largest, largest)
+    assert (axes.get_xlim(), axes.get_ylim()) == ((0.2, 1.0), (20.0, 90.0))
+    boundary, now = lines_of(axes)
+    assert boundary.get_linestyle() == "None"
+    assert np.asarray(now.get_xydata()).tolist() == [[0.7, 80.0]]
+    bar = next(axes for axes in figure.axes if axes.get_label() == "<colorbar>")
+    assert bar.get_ylabel() == "growth rate / 1/s"
+
+
+def test_data_are_the_points_in_sight(tmp_path: Path) -> None:
+    chart = Chart("t / s", "y / m", (trace("a", T), trace("b", 2.0 * T), trace("c", -T)))
+    view = View(x=Axis(2.0, 3.0), y=Axis(-1.0, 5.0), hidden={0})
+    path = tmp_path / "a.csv"
+    save_seen(Seen([(chart, view)]), path)
+    columns, header = read_columns(path, "chart's data")
+    kept = (T >= 2.0) & (T <= 3.0) & (2.0 * T <= 5.0)
+    np.testing.assert_array_equal(columns["x"], T[kept])
+    np.testing.assert_array_equal(columns["y"], 2.0 * T[kept])
+    assert set(columns["trace"]) == {2.0}
+    panels = json.loads(json.dumps(header["panels"]))
+    assert panels == [{"x": "t / s", "y": "y / m", "traces": {"2": "b", "3": "c"}}]
+
+
+# In the laboratory
+
+
+@pytest.fixture(scope="module")
+def results() -> list[Transient]:
+    p = Parameters()
+    return [simulate(p, t_end=20.0, tol=1e-6, separation=s, samples=2.0 * T) for s in (True, False)]
+
+
+@pytest.fixture
+async def pilot(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, results: list[Transient]
+) -> AsyncIterator[Pilot[None]]:
+    monkeypatch.chdir(tmp_path)
+    async with FivtuiApp().run_test(size=(120, 45), notifications=True) as started:
+        session = app_of(started).session
+        for result in results:
+            session.runs.take_in(session.scene(), result, "")
+        first, second = session.runs
+        first.overlaid, session.runs.shown, session.runs.baseline = True, second, first
+        lab_of(started)._show_runs()
+        await show_tab(started, "alt+2")
+        yield started
+
+
+def lab_of(pilot: Pilot[None]) -> LabScreen:
+    lab = pilot.app.screen_stack[0]
+    assert isinstance(lab, LabScreen)
+    return lab
+
+
+def drawn(pilot: Pilot[None], monkeypatch: pytest.MonkeyPatch) -> Figure:
+    figures: list[Figure] = []
+    monkeypatch.setattr(
+        "fivtui.transient.figure.save_figure", lambda figure, *_, **__: figures.append(figure)
+    )
+    pane = lab_of(pilot).pane
+    assert pane is not None
+    pane.export(FIGURE).write(Path("a.svg"), False)
+    return figures[0]
+
+
+def check_seen(pilot: Pilot[None], figure: Figure) -> None:
+    pane = lab_of(pilot).pane
+    assert isinstance(pane, ViewsPane)
+    charts = [
+        chart
+        for chart in pane.query_one(f"#{pane.view}").query(ChartView)
+        if chart.display and chart.chart is not None
+    ]
+    panels = panels_of(figure)
+    assert len(panels) == len(charts) > 0
+    for axes, chart in zip(panels, charts, strict=True):
+        assert chart.chart is not None
+        check_panel(axes, chart.chart, chart.view)
+
+
+async def test_every_view_of_a_transient_is_written_as_it_is_seen(
+    pilot: Pilot[None], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    pane = lab_of(pilot).pane
+    assert isinstance(pane, TransientPane)
+    for view in TransientPane.VIEWS:
+        pane.show_view(view)
+        chart = pane.query_one(f"#{view}").query(ChartView).first()
+        await until(pilot, lambda chart=chart: chart.chart is not None)  # type: ignore[misc]
+        chart.action_zoom(-1)
+        chart.action_zoom_y(-1)
+        if view == "spectrum":
+            chart.action_trace(1)
+        await pilot.pause()
+        figure = drawn(pilot, monkeypatch)
+        check_seen(pilot, figure)
+        said = [text.get_text() for legend in figure.legends for text in legend.get_texts()]
+        runs = ["run 1: separation considered", "run 2: separation ignored"]
+        if view == "difference":
+            assert [axes.get_ylabel() for axes in figure.axes] == ["Δy / m", "ΔP / N"]
+            assert figure.axes[0].get_title() == "run 2 − run 1"
+        else:
+            # Of the spectra, the first is hidden.
+            assert said == (runs[1:] if view == "spectrum" else runs)
+
+    for every in pane.query(ChartView):
+        every.view.reset()
+    columns = {}
+    for view in TransientPane.VIEWS:
+        pane.show_view(view)
+        await pilot.pause()
+        path = Path(f"{view}.csv")
+        pane.export(DATA).write(path, False)
+        columns[view] = read_columns(path, "data")[0]
+    assert columns["time"].keys() == columns["phase"].keys() >= {"t", "x", "vx", "y", "vy", "P"}
+    shown = pane.query_one("#difference-P", ChartView).chart
+    assert shown is not None
+    last = columns["difference"]["panel"] == 2
+    np.testing.assert_array_equal(columns["difference"]["y"][last], shown.traces[0].y)
+    assert set(columns["spectrum"]["trace"]) == {2.0}
+
+    app_of(pilot).session.runs.baseline = None
+    pane.show_view("difference")
+    with pytest.raises(InputError, match="choose another run as baseline"):
+        pane.export(FIGURE)
+
+
+async def test_studies_are_written_as_they_are_seen(
+    pilot: Pilot[None], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    for key, view in (("alt+1", "over-mu"), ("alt+1", "plane"), ("alt+4", "map-view")):
+        await show_tab(pilot, key)
+        pane = lab_of(pilot).pane
+        assert isinstance(pane, ViewsPane)
+        pane.show_view(view)
+        await until(pilot, lambda pane=pane: pane.seen() is not None)  # type: ignore[misc]
+        chart = pane.query_one(f"#{pane.view}").query(ChartView).first()
+        chart.view.x = Axis(-2.0, 1.0) if view == "plane" else Axis(0.25, 1.25)
+        chart.redraw()
+        check_seen(pilot, drawn(pilot, monkeypatch))

@@ -1,0 +1,239 @@
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from fivtui.model.errors import InputError
+from fivtui.simulation import simulate
+from fivtui.tui.chart.axis import Axis, axis_for, parse_limits
+from fivtui.tui.chart.chart import Backdrop, Chart, Guide, Trace, View, nearest
+from fivtui.tui.chart.picture import MARGIN, draw
+from fivtui.tui.chart.raster import Raster
+from fivtui.tui.session.growth import Growth
+from fivtui.tui.tabs.charts.transient import (
+    difference_chart,
+    motion_of,
+    phase_chart,
+    separated_samples,
+    spectrum,
+    spectrum_chart,
+    time_chart,
+)
+
+T = np.linspace(0.0, 10.0, 1001)
+SINE = Chart("t / s", "y / m", (Trace("one", T, np.sin(T)), Trace("two", T, 2.0 * np.cos(T))))
+
+
+@given(st.floats(-1e6, 1e6), st.floats(1e-3, 1e6), st.floats(0.0, 1.0))
+def test_a_place_on_an_axis_is_found_again(low: float, span: float, place: float) -> None:
+    axis = Axis(low, low + span)
+    assert axis.place([axis.value(place)])[0] == pytest.approx(place, abs=1e-6)
+
+
+def test_a_logarithmic_axis_has_decades_and_no_place_for_what_is_not_positive() -> None:
+    axis = Axis(1e-6, 1.0, log=True)
+    assert axis.place([1e-3])[0] == pytest.approx(0.5)
+    assert np.isnan(axis.place([0.0, -1.0])).all()
+    assert axis.ticks(7)[1] == ["1e-06", "1e-05", "0.0001", "0.001", "0.01", "0.1", "1"]
+    assert Axis(0.2, 6.0, log=True).ticks(8)[1] == ["0.2", "0.5", "1", "2", "5"]
+
+
+def test_zooming_keeps_the_place_it_is_about_and_never_ends_in_an_empty_axis() -> None:
+    for axis in (Axis(-1.0, 3.0), Axis(0.1, 1000.0, log=True)):
+        zoomed = axis.moved(zoom=0.5, about=0.25)
+        assert zoomed.value(0.25) == pytest.approx(axis.value(0.25))
+        for _ in range(5000):
+            zoomed = zoomed.moved(zoom=0.5)
+        assert zoomed.low < zoomed.high
+        for _ in range(5000):
+            zoomed = zoomed.moved(zoom=2.0, shift=0.1)
+        assert np.isfinite([zoomed.low, zoomed.high]).all()
+
+
+def test_axes_follow_the_finite_data() -> None:
+    axis = axis_for([np.array([1.0, np.nan, 3.0]), np.array([np.inf, 2.0])], tight=True)
+    assert (axis.low, axis.high) == (1.0, 3.0)
+    assert axis_for([]).low < axis_for([]).high
+    log = axis_for([np.array([-1.0, 0.0, 10.0, 1000.0])], log=True, tight=True)
+    assert (log.low, log.high) == pytest.approx((10.0, 1000.0))
+
+
+@pytest.mark.parametrize("text", ["5", "3:1", "1:1", "a:b", "1:inf", "nan:1", "1:2:3", "-1e301:0"])
+def test_limits_that_are_none_are_refused(text: str) -> None:
+    with pytest.raises(InputError, match=r"allowed|below"):
+        parse_limits("x", text)
+
+
+def test_limits_are_read() -> None:
+    assert parse_limits("x", " -1 : 2e3 ") == (-1.0, 2000.0)
+    assert parse_limits("x", "  ") is None
+    with pytest.raises(InputError, match="above 0"):
+        parse_limits("x", "0:1", log=True)
+
+
+def cells(raster: Raster) -> str:
+    return "\n".join("".join(chr(Raster.BLANK + dots) for dots in row) for row in raster.cells)
+
+
+def test_lines_are_cut_off_at_the_edges_and_gaps_stay_open() -> None:
+    raster = Raster(4, 2)
+    raster.lines(np.array([-1.0, 2.0]), np.array([-1.0, 2.0]))
+    assert cells(raster) == "⠀⠀⡠⠊\n⡠⠊⠀⠀"
+    gap = Raster(4, 1)
+    gap.lines(np.array([0.0, 0.2, np.nan, 0.8, 1.0]), np.full(5, 1.0))
+    assert cells(gap) == "⠉⠀⠀⠉"
+    far = Raster(4, 1)
+    far.lines(np.array([-5.0, -2.0, 1e300]), np.array([0.5, 1e300, -1e300]))
+    assert cells(far) == "⠀" * 4
+
+
+def test_a_picture_has_the_size_asked_for_and_says_what_is_what() -> None:
+    for width, height in ((10, 3), (47, 8), (100, 30), (200, 60)):
+        picture = draw(SINE, View(), width, height)
+        lines = picture.text().splitlines()
+        assert len(lines) == height
+        assert {len(line) for line in lines} == {width}
+    assert lines[0].startswith("y / m  1─one 2─two")
+    narrow = draw(SINE, View(), 20, 14, reserved=8).text().splitlines()
+    assert [line.strip() for line in narrow[:2]] == ["y / m  1─one", "2─two"]
+    assert {len(line) for line in narrow} == {20}
+    assert draw(SINE, View(), 20, 6).plot[1] == 1
+    assert lines[-1].startswith("t / s")
+    assert lines[-1].rstrip().endswith("10")
+    assert "1" in "".join(lines[1:-1])
+
+
+def test_hidden_traces_are_not_drawn_and_limits_follow_the_others() -> None:
+    view = View()
+    assert view.axes(SINE)[1].high > 2.0
+    assert view.toggle_trace(SINE, 1)
+    assert view.axes(SINE)[1].high < 1.2
+    assert not view.toggle_trace(SINE, 2)
+
+
+def test_the_cursor_reads_the_nearest_sample_of_every_trace() -> None:
+    view = View(cursor=(3.0001, 0.0))
+    found = nearest(SINE, view)
+    assert [(point.trace, point.x) for point in found] == [(0, 3.0), (1, 3.0)]
+    assert found[0].y == pytest.approx(np.sin(3.0))
+    assert draw(SINE, view, 80, 20).text().startswith("t 3  one 0.14112 two -1.98")
+    plane = Chart("a", "b", (Trace("", np.cos(T), np.sin(T), ordered=False),))
+    (point,) = nearest(plane, View(cursor=(0.0, 0.9)))
+    assert (point.x, point.y) == pytest.approx((0.0, 1.0), abs=0.01)
+
+
+def test_a_function_is_never_panned_off_its_data() -> None:
+    view = View()
+    view.zoom(SINE, 0.5)
+    for _ in range(20):
+        view.pan(SINE, 0.3)
+    x, _ = view.axes(SINE)
+    assert (x.low, x.high) == pytest.approx((5.0, 10.0))
+    view.zoom(SINE, 100.0)
+    assert view.x is None
+
+
+def test_guides_shades_and_marks_are_drawn() -> None:
+    levels = (np.arange(4)[:, None] > 1).astype(np.intp) * np.ones(3, dtype=np.intp)
+    chart = Chart(
+        "μ",
+        "F / N",
+        (Trace("here", np.array([1.5]), np.array([1.0]), look="points", mark="◆"),),
+        guides=(Guide(0.5, "μ_c"),),
+        backdrop=Backdrop(
+            np.arange(4.0),
+            np.arange(3.0),
+            levels,
+            ((" ", "plot"), ("▒", "plot")),
+            levels.astype(float),
+            "growth / 1/s",
+        ),
+    )
+    text = draw(chart, View(), 48, 12).text()
+    plot = [line[MARGIN:] for line in text.splitlines()[1:-1]]
+    assert any("μ_c" in line for line in plot)
+    assert "◆" in text
+    assert all("▒" not in line[:18] and line.endswith("▒") for line in plot)
+    read = draw(chart, View(cursor=(2.9, 0.2)), 48, 12).text()
+    assert read.startswith("μ 3  F 0  growth 1 1/s")
+
+
+def test_a_million_samples_are_reduced() -> None:
+    t = np.linspace(0.0, 100.0, 1_000_000)
+    y = np.sin(50.0 * t)
+    y[777_777] = 9.0
+    text = draw(Chart("t / s", "y / m", (Trace("", t, y),)), View(), 80, 20).text()
+    assert any(mark in text for mark in "⡇⢸⡀⢀⠁⠈")
+    assert View().axes(Chart("t", "y", (Trace("", t, y),)))[1].high > 9.0
+
+
+def test_a_spectrum_finds_amplitude_and_period() -> None:
+    t = np.append(np.arange(0.0, 50.0, 0.01), 50.003)
+    found = spectrum(t[:-1], 3.0 + 0.5 * np.sin(2.0 * np.pi * 1.234 * t[:-1]))
+    assert found.fundamental == pytest.approx(1.234, abs=0.05 * found.resolution)
+    assert found.amplitude.max() == pytest.approx(3.0, rel=1e-3)
+    assert found.amplitude[1:].max() == pytest.approx(0.5, rel=0.2)
+    assert found.period == pytest.approx(1.0 / 1.234, rel=1e-3)
+    assert spectrum(t[:64], np.full(64, 2.0)).period is None
+    with pytest.raises(InputError, match="too few"):
+        spectrum(t[:9], t[:9])
+    with pytest.raises(InputError, match="evenly"):
+        spectrum(t[:64] ** 2, t[:64])
+
+
+def test_the_charts_of_the_base_scene() -> None:
+    run = simulate(samples=np.linspace(0.0, 100.0, 10_001))
+    motion = motion_of(run, "run 1")
+    assert motion is not None
+    shown = draw(time_chart("y", [motion], strip=True, x_axis=True), View(), 80, 20).text()
+    assert "off belt" in shown
+    assert "y / m" in shown
+    phase = phase_chart("y", [motion], (50.0, 100.0))
+    assert phase.traces[0].x.size == 5001
+    assert phase.plane
+    peaks = spectrum_chart([motion], (50.0, 100.0))
+    assert "f₁ 0.753" in peaks.note
+    assert [guide.label for guide in peaks.guides] == ["f₁", "2f₁", "3f₁"]
+    seen = separated_samples(motion.trajectory)
+    assert len(seen) == pytest.approx(len(run.separated_intervals), abs=2)
+    assert sum(b - a for a, b in seen) == pytest.approx(71.0, abs=1.0)
+
+
+def test_a_trajectory_grows_by_its_parts_and_begins_anew() -> None:
+    run = simulate(t_end=10.0, samples=np.linspace(0.0, 10.0, 1001))
+    assert run.trajectory is not None
+    names = ("t", "x", "vx", "y", "vy", "P", "mode")
+    parts = [
+        type(run.trajectory)(*(getattr(run.trajectory, n)[k : k + 100] for n in names))
+        for k in range(0, 1000, 100)
+    ]
+    growth = Growth()
+    assert growth.trajectory() is None
+    for count, part in enumerate(parts, start=1):
+        growth.take(part)
+        if count % 3 == 0:
+            known = growth.trajectory()
+            assert known is not None
+            assert known.t.size == 100 * count
+    growth.take(parts[0])
+    known = growth.trajectory()
+    assert known is not None
+    assert known.t.size == 100
+
+
+def test_the_difference_of_two_motions_is_exact_where_they_share_their_times() -> None:
+    times = np.linspace(0.0, 10.0, 101)
+    motions = []
+    for name, samples in (("a", times), ("b", times), ("c", np.linspace(0.0, 8.0, 1001))):
+        motion = motion_of(simulate(t_end=10.0, samples=samples), name)
+        assert motion is not None
+        motions.append(motion)
+    same = difference_chart("y", motions[0], motions[1], x_axis=True)
+    assert same.note == "a − b"
+    assert not same.traces[0].y.any()
+    assert "Δy / m a − b" in draw(same, View(), 60, 10).text()
+    other = difference_chart("P", motions[0], motions[2], x_axis=True)
+    assert other.note == "a − c, interpolated"
+    assert other.traces[0].x[-1] == 8.0
+    peak = motions[0].trajectory.P.max()
+    assert np.abs(other.traces[0].y).max() < 0.01 * peak

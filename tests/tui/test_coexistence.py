@@ -1,0 +1,211 @@
+"""The laboratory says of a stable equilibrium what else attracts, as far as it was searched."""
+
+import threading
+from collections.abc import AsyncIterator, Callable
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+import pytest
+from textual.pilot import Pilot
+
+from fivtui.model.errors import Cancelled, ComputationError
+from fivtui.model.parameters import Parameters
+from fivtui.orbits.basin import EscapeOffset
+from fivtui.orbits.coexistence import Coexistence
+from fivtui.orbits.explorer import Attractor, Kind
+from fivtui.orbits.files import warning_of
+from fivtui.orbits.report import print_coexistence
+from fivtui.orbits.shooting import PeriodicOrbit, Section
+from fivtui.orbits.words import SEARCHING, coexistence_words
+from fivtui.tui.app import FivtuiApp
+from fivtui.tui.lab.screen import LabScreen
+from fivtui.tui.session.report import Beside
+from tests.support.laboratory import HANG_S, app_of, text_of, until, until_shown
+
+P = Parameters(F=120.0)
+REST, OPEN_END = Attractor(Kind.EQUILIBRIUM), Attractor(Kind.UNSETTLED)
+UNBOUNDED = Attractor(Kind.UNBOUNDED)
+
+
+def cycle(half: float) -> Attractor:
+    orbit = PeriodicOrbit(
+        start=(0.0, 0.0, 0.0, 1.0),
+        period=1.25,
+        section=Section.LIFT_OFF,
+        y_min=-half,
+        y_max=half,
+        x_abs=1.0,
+        vx_max=1.0,
+        force_max=1.0,
+        separations=1,
+        separated_time=0.5,
+        multipliers=np.zeros(3, dtype=complex),
+        residual=0.0,
+    )
+    return Attractor(Kind.SEPARATING_CYCLE, orbit)
+
+
+SMALL, LARGE = cycle(1.5), cycle(7.25)
+
+
+@pytest.mark.parametrize(
+    ("attractors", "reached", "stable", "words"),
+    [
+        ((REST,), (0,) * 11, True, "no limit cycle found from 11 starts"),
+        (
+            (REST, LARGE), (0, 0, 1), True,
+            "a limit cycle coexists: half peak-to-peak 7.250 m (after a knock)",
+        ),
+        (
+            (REST, LARGE), (1, 0, 1), True,
+            "a limit cycle coexists: half peak-to-peak 7.250 m (from the static start)",
+        ),
+        (
+            (LARGE,), (0, 0), True,
+            "a limit cycle coexists: half peak-to-peak 7.250 m (from the static start)",
+        ),
+        (
+            (REST, SMALL, LARGE), (0, 1, 2), True,
+            "2 limit cycles coexist: half peak-to-peak 1.500 m and 7.250 m (after a knock)",
+        ),
+        ((REST, UNBOUNDED), (0, 1), True, "motion grows without bounds (after a knock)"),
+        (
+            (REST, OPEN_END), (0, 1, 1), True,
+            "no limit cycle found from 3 starts; from 2 of 3 starts motion did not settle",
+        ),
+        ((LARGE,), (0, 0), False, "a limit cycle attracts: half peak-to-peak 7.250 m"),
+    ],
+)  # fmt: skip
+def test_the_words_claim_no_more_than_was_found(
+    attractors: tuple[Attractor, ...],
+    reached: tuple[int, ...],
+    stable: bool,
+    words: str,
+    capsys: pytest.CaptureFixture[str],
+) -> None:
+    found = Coexistence(P, True, attractors, reached, stable, None)
+    assert coexistence_words(found) == words
+    print_coexistence(found)
+    assert words in " ".join(capsys.readouterr().out.split())
+
+
+Search = Callable[..., Coexistence]
+
+
+class Searches:
+    """Stands for searches: each waits until it is told what it finds, or is cancelled."""
+
+    def __init__(self) -> None:
+        self.begun: list[Parameters] = []
+        self.cancelled: list[Parameters] = []
+        self.answers: dict[float, Coexistence | Exception] = {}
+        self.told, self.ended = threading.Event(), threading.Event()
+
+    def __call__(self, p: Parameters, *, progress: Callable[[float], bool], **said: Any) -> Any:
+        self.begun.append(p)
+        while p.F not in self.answers:
+            self.told.wait(0.005)
+            if not progress(0.0):
+                self.cancelled.append(p)
+                self.ended.set()
+                raise Cancelled
+        answer = self.answers[p.F]
+        if isinstance(answer, Exception):
+            raise answer
+        said["found"](replace(answer, escape=None))
+        return answer
+
+
+@pytest.fixture
+def searches(monkeypatch: pytest.MonkeyPatch) -> Searches:
+    searches = Searches()
+    monkeypatch.setattr("fivtui.orbits.coexistence.coexistence", searches)
+    return searches
+
+
+@pytest.fixture
+async def pilot(searches: Searches) -> AsyncIterator[Pilot[None]]:
+    async with FivtuiApp().run_test(size=(80, 24), notifications=True) as started:
+        await started.pause()
+        yield started
+
+
+def now_known(pilot: Pilot[None]) -> Beside:
+    beside = app_of(pilot).session.beside
+    assert beside is not None
+    return beside
+
+
+def headline(pilot: Pilot[None]) -> str:
+    return text_of(pilot).splitlines()[0]
+
+
+async def edit(pilot: Pilot[None], preload: str) -> None:
+    # At once: key by key, other preloads would be searched on the way.
+    lab = pilot.app.screen_stack[0]
+    assert isinstance(lab, LabScreen)
+    lab.session.set_text("F", preload)
+    lab.show_inputs()
+    await pilot.pause()
+
+
+async def test_a_stable_verdict_names_the_cycle_once_it_is_found(
+    pilot: Pilot[None], searches: Searches
+) -> None:
+    await edit(pilot, "120")
+    assert f"STABLE, {SEARCHING}" in headline(pilot)
+    await until(pilot, lambda: searches.begun == [P])
+    searches.answers[120.0] = Coexistence(
+        P, True, (REST, LARGE), (0, 1), True, EscapeOffset(0.25, None)
+    )
+    await until_shown(pilot, "STABLE, but a limit cycle coexists: half")
+    await until_shown(pilot, "peak-to-peak 7.250 m (after a knock)")
+    await until(pilot, lambda: now_known(pilot).done)
+    # The rows have the whole sentence that the command line warns with.
+    await pilot.press("alt+1")
+    pilot.app.screen.query_one("#view-facts").press()  # type: ignore[attr-defined]
+    await until_shown(pilot, "m above it leaves it")
+    assert now_known(pilot).note == warning_of(searches.answers[120.0])  # type: ignore[arg-type]
+
+
+async def test_it_says_so_where_none_is_found_or_the_search_fails(
+    pilot: Pilot[None], searches: Searches
+) -> None:
+    searches.answers[120.0] = Coexistence(P, True, (REST, LARGE), (0, 1), True, None)
+    searches.answers[125.0] = ComputationError("too many steps", "another step")
+    searches.answers[130.0] = Coexistence(P, True, (REST,), (0,) * 11, True, None)
+    await edit(pilot, "130")
+    await until_shown(pilot, "STABLE, no limit cycle found from 11 starts")
+    await edit(pilot, "125")
+    await until_shown(pilot, "STABLE, limit cycles not searched:")
+    assert "too many steps" in now_known(pilot).words
+    await edit(pilot, "120")
+    await until(pilot, lambda: now_known(pilot).done)
+    # What was found is known when an edit is undone.
+    for preload, words in (("130", "no limit cycle found"), ("120", "a limit cycle coexists")):
+        await edit(pilot, preload)
+        assert words in headline(pilot)
+    assert [p.F for p in searches.begun] == [130.0, 125.0, 120.0]
+
+
+async def test_an_edit_cancels_the_search_and_so_does_the_end(searches: Searches) -> None:
+    async with FivtuiApp().run_test(size=(80, 24)) as pilot:
+        await edit(pilot, "120")
+        await until(pilot, lambda: searches.begun == [P])
+        # Keys are answered while it goes on.
+        await edit(pilot, "125")
+        await until(pilot, lambda: searches.cancelled == [P])
+        searches.answers[120.0] = Coexistence(P, True, (REST, LARGE), (0, 1), True, None)
+        await until(pilot, lambda: len(searches.begun) == 2)
+        assert searches.begun[1].F == 125.0
+        assert f"STABLE, {SEARCHING}" in headline(pilot)
+        # Unstable: nothing is searched beside it.
+        await edit(pilot, "80")
+        assert "UNSTABLE: growth rate" in headline(pilot)
+        await until(pilot, lambda: len(searches.cancelled) == 2)
+        await edit(pilot, "130")
+        await until(pilot, lambda: len(searches.begun) == 3)
+        searches.ended.clear()
+    assert searches.ended.wait(HANG_S)
+    assert len(searches.cancelled) == 3

@@ -1,0 +1,196 @@
+from collections.abc import AsyncIterator
+from pathlib import Path
+
+import pytest
+from textual.pilot import Pilot
+from textual.widgets import Input
+
+from fivtui.scene.scene import load_scene
+from fivtui.transient.files import load_trajectory
+from fivtui.tui.app import FivtuiApp
+from tests.support.laboratory import (
+    app_of,
+    endless_simulate,
+    flat_text_of,
+    focus,
+    run_to_end,
+    text_of,
+    type_into,
+    until,
+    until_shown,
+    until_told,
+)
+
+USUAL = (100, 30)
+
+
+@pytest.fixture
+async def pilot(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> AsyncIterator[Pilot[None]]:
+    monkeypatch.chdir(tmp_path)
+    async with FivtuiApp().run_test(size=USUAL, notifications=True) as started:
+        await started.pause()
+        yield started
+
+
+async def answer(pilot: Pilot[None], path: Path | str) -> None:
+    await until(pilot, lambda: bool(pilot.app.screen.query("#path")))
+    pilot.app.screen.query_one("#path", Input).value = str(path)
+    await pilot.pause()
+    await pilot.press("enter")
+
+
+async def palette(pilot: Pilot[None], words: str) -> None:
+    await pilot.press("ctrl+p")
+    await until(pilot, lambda: bool(pilot.app.screen.query("CommandInput")))
+    await pilot.press(*({" ": "space", ".": "full_stop"}.get(c, c) for c in words))
+
+
+async def test_data_and_figures_are_exported_and_nothing_is_overwritten_unasked(
+    pilot: Pilot[None], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    await pilot.press("alt+2", "f6")
+    await until_told(pilot, "no run to write yet: F5 runs the scene")
+    assert not pilot.app.screen.query("#path")
+    await run_to_end(pilot)
+    await pilot.press("f7")
+    await until_shown(pilot, "Write the data of run 1")
+    assert "base-1.csv" in text_of(pilot)
+    await pilot.press("enter")
+    await until_told(pilot, "data written to base-1.csv")
+    assert load_trajectory(tmp_path / "base-1.csv").t.size == 10_001
+
+    await pilot.press("f6")
+    await answer(pilot, tmp_path / "run.png")
+    await until_told(pilot, "figure written to")
+    assert (tmp_path / "run.png").read_bytes().startswith(b"\x89PNG")
+
+    for name in ("a.csv", "b.csv"):
+        (tmp_path / name).write_text("mine")
+    await pilot.press("f7")
+    await answer(pilot, "a.csv")
+    await until_shown(pilot, "a.csv exists. Overwrite it?")
+    # Another name takes the question back.
+    await answer(pilot, "b.csv")
+    await until_shown(pilot, "b.csv exists. Overwrite it?")
+    for path, words in (
+        ("a.doc", "suffix of a trajectory file must be one of"),
+        ("missing/a.csv", "there is no folder"),
+        (".", "suffix"),
+        ("", "the path is empty"),
+    ):
+        await answer(pilot, path)
+        await until_shown(pilot, words)
+    assert (tmp_path / "a.csv").read_text() == (tmp_path / "b.csv").read_text() == "mine"
+    await answer(pilot, "a.csv")
+    await until_shown(pilot, "a.csv exists. Overwrite it?")
+    await pilot.press("enter")
+    await until_told(pilot, "data written to a.csv")
+    assert load_trajectory(tmp_path / "a.csv").t.size == 10_001
+
+    def broken(*_: object, **__: object) -> str:
+        raise MemoryError("too large")
+
+    monkeypatch.setattr("fivtui.tui.lab.file_control.write_export", broken)
+    await pilot.press("f7")
+    await answer(pilot, "c.csv")
+    await until_told(pilot, "data: unexpected MemoryError: too large")
+    assert not (tmp_path / "c.csv").exists()
+
+
+async def test_help_tells_about_the_field_in_focus_or_about_keys(pilot: Pilot[None]) -> None:
+    await focus(pilot, "k_nl")
+    await pilot.press("f1")
+    await until_shown(pilot, "k_nl: cubic contact stiffness")
+    shown = flat_text_of(pilot)
+    for words in ("symbol k_nl", "unit N/m^3", "0 <= k_nl <= 1e+15 N/m^3", "default 100"):
+        assert words in shown
+    assert "Eq. 1 P = −k2 y − k_nl y³" in shown
+    await pilot.press("escape")
+    await until(pilot, lambda: not pilot.app.screen.query("#dialog"))
+    pilot.app.screen.query_one("#run-button").focus()
+    await pilot.press("f1")
+    await until_shown(pilot, "run, or stop what runs")
+    await pilot.press("q")
+    await until(pilot, lambda: not pilot.app.screen.query("#dialog"))
+
+
+async def test_the_palette_does_what_applies_now(
+    pilot: Pilot[None], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    session = app_of(pilot).session
+    await pilot.press("ctrl+p")
+    await until_shown(pilot, "Run the transient")
+    for words in ("of run", "Undo", "Stop the run"):
+        assert words not in text_of(pilot)
+    await pilot.press("escape")
+    with monkeypatch.context() as patched:
+        patched.setattr("fivtui.scene.run.simulate", endless_simulate)
+        await pilot.press("f5")
+        await palette(pilot, "stop")
+        await until_shown(pilot, "Stop the run")
+        await pilot.press("enter")
+        await until(pilot, lambda: session.runs.active is None)
+
+    await palette(pilot, "stiff-c")
+    await until_shown(pilot, "Preset stiff-contact")
+    await pilot.press("enter")
+    await until(pilot, lambda: session.texts["k_nl"] == "300")
+    assert (await focus(pilot, "k_nl")).value == "300"
+    assert session.command_line() == "fivtui simulate stiff-contact"
+    await palette(pilot, "undo")
+    await until_shown(pilot, "Undo")
+    await pilot.press("enter")
+    await until(pilot, lambda: session.texts["k_nl"] == "100")
+
+    await palette(pilot, "fig. 13")
+    await until_shown(pilot, "Scene of Fig. 13")
+    await pilot.press("enter")
+    await until_shown(pilot, "scene fig-13")
+    assert session.command_line() == ("fivtui simulate --set k_nl=20 --set mu=0.5 --tol=1e-09")
+    await palette(pilot, "undo")
+    await until_shown(pilot, "Undo")
+    await pilot.press("enter")
+    await until(pilot, lambda: session.texts["k_nl"] == "100")
+
+    await palette(pilot, "rk4")
+    await until_shown(pilot, "Method: rk4")
+    await pilot.press("enter")
+    await until_shown(pilot, "method rk4")
+    await pilot.press("shift+f8", "alt+2")
+    await type_into(pilot, "F", "90")
+    await palette(pilot, "copy")
+    await until_shown(pilot, "Copy the command line")
+    await pilot.press("enter")
+    await until(pilot, lambda: pilot.app.clipboard == "fivtui simulate --set F=90")
+    await until_told(pilot, "copied: fivtui simulate --set F=90")
+    await run_to_end(pilot)
+    await pilot.press("ctrl+p")
+    await until_shown(pilot, "Write the figure of run 2")
+
+
+async def test_a_scene_is_saved_and_opened_again(pilot: Pilot[None], tmp_path: Path) -> None:
+    session = app_of(pilot).session
+    await type_into(pilot, "F", "-")
+    await pilot.press("ctrl+s")
+    await until_told(pilot, "F = '-': not a number")
+    assert not pilot.app.screen.query("#path")
+    await type_into(pilot, "F", "90")
+    await pilot.press("ctrl+s")
+    await until_shown(pilot, "base.toml")
+    await answer(pilot, "mine.toml")
+    await until(pilot, (tmp_path / "mine.toml").is_file)
+    await until(pilot, lambda: session.name == "mine")
+    assert load_scene(tmp_path / "mine.toml").parameters.F == 90.0
+    assert "(changed)" not in text_of(pilot)
+    await pilot.press("up")
+    await until_shown(pilot, "mine (changed)")
+    await pilot.press("ctrl+o")
+    await answer(pilot, "mine.toml")
+    await until(pilot, lambda: not session.changed)
+    (tmp_path / "other.toml").write_text("[tool]\n")
+    await pilot.press("ctrl+o")
+    await answer(pilot, "other.toml")
+    await until_shown(pilot, "not a scene")
+    await pilot.press("escape", "alt+s")
+    await until_shown(pilot, "Save the scene as")
+    assert session.name == "mine"

@@ -1,0 +1,352 @@
+"""What every tab writes, and that the command copied computes the same."""
+
+import dataclasses
+import json
+import shlex
+from collections.abc import AsyncIterator, Sequence
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+from textual.pilot import Pilot
+from textual.widgets import Input
+
+from fivtui import cli
+from fivtui.equilibrium.map import StabilityMap
+from fivtui.equilibrium.map_files import load_map
+from fivtui.io.column_files import read_columns
+from fivtui.model.errors import InputError
+from fivtui.paper.claims.check import CLAIMS
+from fivtui.paper.claims.claim import check
+from fivtui.paper.study import Study
+from fivtui.scene.presets import PRESETS
+from fivtui.scene.scene import save_scene
+from fivtui.sweeps.request import parse_design, study_of
+from fivtui.tradeoffs import measure as tradeoff
+from fivtui.tradeoffs.files import load_tradeoff
+from fivtui.tui.app import FivtuiApp
+from fivtui.tui.lab.screen import LabScreen
+from fivtui.tui.session.command_lines import (
+    Origin,
+    map_line,
+    stability_line,
+    sweep_line,
+    tradeoff_line,
+    transient_line,
+)
+from tests.support.laboratory import (
+    app_of,
+    compile_kernels,
+    flat_text_of,
+    show_tab,
+    text_of,
+    until,
+    until_shown,
+    until_told,
+)
+
+BASE = PRESETS["base"]
+
+
+@pytest.fixture(scope="module", autouse=True)
+def compiled() -> None:
+    compile_kernels()
+
+
+EDITED = {"F": "60", "t_end": "20", "start": "0, 0, -0.5, 0"}
+
+
+@pytest.fixture
+async def pilot(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> AsyncIterator[Pilot[None]]:
+    monkeypatch.chdir(tmp_path)
+    async with FivtuiApp().run_test(size=(100, 30), notifications=True) as started:
+        await started.pause()
+        for name, text in EDITED.items():
+            app_of(started).session.set_text(name, text)
+        lab_of(started).show_inputs()
+        yield started
+
+
+def lab_of(pilot: Pilot[None]) -> LabScreen:
+    lab = pilot.app.screen_stack[0]
+    assert isinstance(lab, LabScreen)
+    return lab
+
+
+async def write(pilot: Pilot[None], key: str, name: str, title: str) -> Path:
+    await pilot.press(key)
+    await until_shown(pilot, title)
+    pilot.app.screen.query_one("#path", Input).value = name
+    await pilot.pause()
+    await pilot.press("enter")
+    await until_told(pilot, f"written to {name}")
+    return Path(name)
+
+
+async def refused(pilot: Pilot[None], key: str, words: str) -> None:
+    await pilot.press(key)
+    await until_told(pilot, words)
+    assert not pilot.app.screen.query("#path")
+
+
+async def copied(pilot: Pilot[None]) -> list[str]:
+    pilot.app.copy_to_clipboard("")
+    lab_of(pilot).action_copy_command()
+    await until(pilot, lambda: bool(pilot.app.clipboard))
+    words = shlex.split(pilot.app.clipboard)
+    assert words[0] == "fivtui"
+    return words[1:]
+
+
+def run_command(words: Sequence[str], *more: str) -> None:
+    cli.commands.main([*words, *more], standalone_mode=False)
+
+
+def is_picture(path: Path) -> bool:
+    return path.read_bytes().startswith((b"\x89PNG", b"%PDF", b"<?xml"))
+
+
+async def test_stability_is_written_and_copied(pilot: Pilot[None]) -> None:
+    await show_tab(pilot, "alt+1")
+    await until_shown(pilot, "Re λ / 1/s")
+    assert is_picture(await write(pilot, "f6", "a.png", "Write the figure of the stability"))
+    ours = await write(pilot, "f7", "a.csv", "Write the data of the stability")
+    words = await copied(pilot)
+    assert words == ["stability", "--set", "F=60"]
+    run_command(words, "--out", "b.csv")
+    assert ours.read_bytes() == Path("b.csv").read_bytes()
+    data = json.loads((await write(pilot, "f7", "a.json", "Write the data of")).read_text())
+    assert data["growth_rate"] == app_of(pilot).session.stability().growth_rate
+
+
+async def test_the_scene_that_is_open_is_no_place_for_an_export(pilot: Pilot[None]) -> None:
+    scene = Path("mine.toml")
+    save_scene(BASE, scene)
+    before = scene.read_bytes()
+    Path("a.png").symlink_to(scene)
+    app_of(pilot).session.source = str(scene)
+    await show_tab(pilot, "alt+1")
+    await until_shown(pilot, "Re λ / 1/s")
+    await pilot.press("f6")
+    await until_shown(pilot, "Write the figure of the stability")
+    pilot.app.screen.query_one("#path", Input).value = "a.png"
+    await pilot.pause()
+    for _ in range(2):
+        await pilot.press("enter")
+        await until_shown(pilot, "the same file as the scene opened")
+    assert Path("a.png").is_symlink()
+    assert scene.read_bytes() == before
+
+
+async def test_a_sweep_is_written_and_copied(pilot: Pilot[None]) -> None:
+    await show_tab(pilot, "alt+3")
+    await refused(pilot, "f6", "no sweep to write yet: F10 sweeps")
+    pilot.app.screen.query_one("#vary", Input).value = "mu=0.2:0.8:4"
+    before = await copied(pilot)
+    await pilot.press("f10")
+    await until_shown(pilot, "8 transients")
+    words = await copied(pilot)
+    assert words == before
+    assert is_picture(await write(pilot, "f6", "a.svg", "Write the figure of the sweep"))
+    ours = await write(pilot, "f7", "a.csv", "Write the data of the sweep")
+    run_command(words, "--out", "b.csv")
+    assert ours.read_bytes() == Path("b.csv").read_bytes()
+    # What is shown is copied, not what has been edited since.
+    app_of(pilot).session.set_text("F", "70")
+    assert await copied(pilot) == words
+    await pilot.press("f7")
+    await until_shown(pilot, "base-sweep-mu.csv")
+    pilot.app.screen.query_one("#path", Input).value = "a.csv"
+    await pilot.pause()
+    await pilot.press("enter")
+    await until_shown(pilot, "a.csv exists. Overwrite it?")
+
+
+async def test_a_map_is_written_and_copied(pilot: Pilot[None]) -> None:
+    await show_tab(pilot, "alt+4")
+    await until_shown(pilot, "11253 points")
+    editor = pilot.app.screen.query_one("#over", Input)
+    editor.value = "mu=0:1.5:7 k_nl=1:500:5:log"
+    editor.focus()
+    await pilot.press("enter")
+    await until_shown(pilot, "35 points")
+    await pilot.click("#value-critical-mu")
+    await until_shown(pilot, "k_nl / N/m^3")
+    await until(pilot, lambda: "critical-mu" in lab_of(pilot).pane.command_line())  # type: ignore[union-attr]
+    words = await copied(pilot)
+    assert is_picture(await write(pilot, "f6", "a.pdf", "Write the figure of the map"))
+    for suffix in (".csv", ".json"):
+        ours = await write(pilot, "f7", f"a{suffix}", "Write the data of the map")
+        assert load_map(ours).parameters.F == 60.0
+    run_command(words, "--out", "b.csv")
+    assert Path("a.csv").read_bytes() == Path("b.csv").read_bytes()
+    # The palette lists what the tab in sight has.
+    await pilot.press("ctrl+p")
+    await until_shown(pilot, "Write the data of the map…")
+    assert "F7: .csv, .npz, .parquet, .json" in text_of(pilot)
+    assert "fivtui map --set F=60 --over mu" in flat_text_of(pilot)
+    await pilot.press("escape")
+    await show_tab(pilot, "alt+3")
+    await pilot.press("ctrl+p")
+    await until_shown(pilot, "Copy the command line")
+    assert "Write the" not in text_of(pilot)
+
+
+async def test_a_trade_off_is_written_and_copied(
+    pilot: Pilot[None], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(tradeoff, "QUICK_S", 0.2)
+    await show_tab(pilot, "alt+5")
+    await refused(pilot, "f7", "no trade-off to write yet: F10 measures it")
+    await pilot.press("f10")
+    await until_shown(pilot, "this scene, this machine")
+    assert is_picture(await write(pilot, "f6", "a.svg", "Write the figure of the trade-off"))
+    await write(pilot, "f7", "a.json", "Write the data of the trade-off")
+    await write(pilot, "f7", "a.csv", "Write the data of the trade-off")
+    words = await copied(pilot)
+    run_command(words, "--out", "b.csv")
+    scenes = [load_tradeoff(Path(name)).scene for name in ("a.json", "a.csv", "b.csv")]
+    for scene in scenes:
+        assert dataclasses.replace(scene, name="x") == dataclasses.replace(scenes[0], name="x")
+    assert (scenes[0].t_end, scenes[0].start) == (20.0, (0.0, 0.0, -0.5, 0.0))
+
+
+async def test_figures_and_claims_of_the_paper_are_written_and_copied(
+    pilot: Pilot[None], monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    await show_tab(pilot, "alt+6")
+    await until_shown(pilot, "what it shows")
+    pilot.app.screen.query_one("#figures").focus()
+    await refused(pilot, "f6", "Fig. 2a is not computed yet: Enter in the list of figures")
+    await pilot.press("j", "enter")
+    await until_shown(pilot, "figure 2b computed")
+    assert is_picture(await write(pilot, "f6", "a.png", "Write the figure of Fig. 2"))
+    ours = await write(pilot, "f7", "a.csv", "Write the data of Fig. 2b")
+    words = await copied(pilot)
+    assert words == ["figures", "2", "--out", "figures"]
+    run_command(words)
+    assert ours.read_bytes() == Path("figures/fig-02b.csv").read_bytes()
+    # From the list, the figure is the paper's.
+    await pilot.click("#view-figures")
+    await pilot.pause()
+    await write(pilot, "f6", "list.png", "Write the figure of Fig. 2")
+    assert Path("list.png").read_bytes() == Path("figures/fig-02.png").read_bytes()
+    await pilot.click("#view-figure")
+    await write(pilot, "f7", "a.npz", "Write the data of Fig. 2b")
+    np.testing.assert_array_equal(np.load("a.npz")["y_e"], read_columns(ours, "figure")[0]["y_e"])
+
+    await pilot.click("#view-claims")
+    await refused(pilot, "f7", "no claims to write yet: F10 checks them")
+    await refused(pilot, "f6", "claims are no figure: F7 writes them")
+    assert await copied(pilot) == ["claims"]
+    few = CLAIMS[:2]
+    checked = [check(claim, Study(workers=1)) for claim in few]
+    pane: Any = lab_of(pilot).pane
+    pane.take({entry.claim.id: entry for entry in checked})
+    written = {
+        suffix: await write(pilot, "f7", f"claims{suffix}", "Write the data of the claims")
+        for suffix in (".md", ".json", ".csv")
+    }
+    capsys.readouterr()
+    monkeypatch.setattr("fivtui.paper.claims.check.check_claims", lambda **_: checked)
+    run_command(["claims", "--markdown"])
+    assert written[".md"].read_text() == capsys.readouterr().out
+    run_command(["claims", "--json"])
+    assert json.loads(written[".json"].read_text()) == json.loads(capsys.readouterr().out)
+    assert written[".csv"].read_text().splitlines()[1].startswith(few[0].id)
+
+
+# Lines alone
+
+
+def line_words(line: str) -> list[str]:
+    return shlex.split(line)[1:]
+
+
+def test_lines_begin_with_the_scene_that_they_can_name() -> None:
+    ignored = PRESETS["separation-ignored"]
+    origin = Origin(ignored, "separation-ignored")
+    assert line_words(stability_line(ignored, origin)) == ["stability", "separation-ignored"]
+    assert line_words(transient_line(BASE, origin)) == ["simulate"]
+    changed = dataclasses.replace(ignored.with_values({"F": 90.0}), t_end=7.0, method="rk4")
+    assert line_words(tradeoff_line(changed, origin)) == [
+        *("tradeoff", "separation-ignored", "--set", "F=90", "--t-end=7")
+    ]
+    assert line_words(tradeoff_line(changed, Origin(BASE, "")))[-2:] == [
+        "--ignore-separation",
+        "--t-end=7",
+    ]
+
+
+@pytest.mark.parametrize(
+    ("texts", "more", "expected"),
+    [
+        (["F=20:80:4"], {}, "--vary F=20:80:4"),
+        (["F=1:80:4:log", "x0=0.5,1"], {}, "--vary F=1:80:4:log --vary x0=0.5,1"),
+        (["F=1,2", "mu=1,2"], {"kind": "list"}, "--vary F=1,2 --vary mu=1,2 --design list"),
+        (
+            ["F=1:9:log"],
+            {"kind": "sobol", "count": 8, "seed": 2},
+            "--vary F=1:9:log --design sobol --count 8 --seed 2",
+        ),
+    ],
+)
+@pytest.mark.parametrize("cases", [(True,), (False,), (True, False)])
+def test_the_line_of_a_sweep_is_read_as_the_sweep(
+    texts: list[str],
+    more: dict[str, Any],
+    expected: str,
+    cases: tuple[bool, ...],
+    monkeypatch: pytest.MonkeyPatch,
+    capsys: pytest.CaptureFixture[str],
+) -> None:
+    design = parse_design(texts, **{"kind": "product", **more})
+    scene = dataclasses.replace(BASE.with_values({"k1": 90.0}), t_end=5.0, tol=1e-8)
+    study = study_of(scene, design, cases=cases, outputs=("stable",))
+    read: list[Any] = []
+    keep = lambda study, *_, **__: read.append(study)  # noqa: E731
+    monkeypatch.setattr("fivtui.sweeps.run.sweep_in_memory", keep)
+    for name in ("", "separation-ignored", "coexistence"):
+        origin = Origin(PRESETS[name or "base"], name)
+        line = sweep_line(study, origin)
+        assert expected in line
+        read.clear()
+        with pytest.raises(AttributeError):
+            run_command(line_words(line))
+        assert read == [study]
+
+
+@pytest.mark.parametrize("accuracy", [(), (("peak", 1e-4), ("final", 1e-3)), (("peak", 1e-2),)])
+def test_the_lines_of_an_accuracy_ask_for_it_and_for_nothing_that_follows_from_it(
+    accuracy: tuple[tuple[str, float], ...],
+    monkeypatch: pytest.MonkeyPatch,
+    capsys: pytest.CaptureFixture[str],
+    tmp_path: Path,
+) -> None:
+    path = tmp_path / "scene.toml"
+    saved = dataclasses.replace(BASE, t_end=5.0, accuracy=(("peak", 1e-2),))
+    save_scene(saved, path)
+    scene = dataclasses.replace(BASE, t_end=5.0, tol=1e-8, accuracy=accuracy)
+    study = study_of(scene, parse_design(["F=20,30"], "product"), outputs=("y_abs",))
+    read: list[Any] = []
+    keep = lambda study, *_, **__: read.append(study)  # noqa: E731
+    monkeypatch.setattr("fivtui.sweeps.run.sweep_in_memory", keep)
+    for origin in (Origin(BASE, ""), Origin(saved, str(path))):
+        read.clear()
+        with pytest.raises(AttributeError):
+            run_command(line_words(sweep_line(study, origin)))
+        assert read == [study]
+        words = line_words(transient_line(scene, origin))
+        run_command(words, "--json")
+        data = json.loads(capsys.readouterr().out)
+        assert set(data.get("accuracy", {}).get("asked", {})) == set(dict(accuracy))
+
+
+def test_a_map_that_no_command_can_say_is_not_copied() -> None:
+    axis = np.array([0.0, 1.0, 3.0])
+    uneven = StabilityMap(
+        BASE.parameters, True, ("F", "mu"), (axis, axis), "growth-rate", axis, axis
+    )
+    with pytest.raises(InputError, match="F: its values are not evenly spaced"):
+        map_line(uneven, Origin(BASE, ""))

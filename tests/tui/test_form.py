@@ -1,0 +1,227 @@
+import re
+from collections.abc import AsyncIterator
+
+import pytest
+from textual._xterm_parser import XTermParser
+from textual.pilot import Pilot
+from textual.widgets import Checkbox, Input, Select
+
+from fivtui.equilibrium.eigenvalues import stability
+from fivtui.model.parameters import Parameters
+from fivtui.scene.presets import PRESETS
+from fivtui.tui.app import FivtuiApp
+from fivtui.tui.lab.form import FieldList
+from fivtui.tui.session.fields import FIELDS
+from tests.support.laboratory import (
+    app_of,
+    flat_text_of,
+    focus,
+    text_of,
+    type_into,
+    until,
+    until_shown,
+)
+
+USUAL = (80, 24)
+
+
+@pytest.fixture
+async def pilot() -> AsyncIterator[Pilot[None]]:
+    async with FivtuiApp().run_test(size=USUAL, notifications=True) as started:
+        await started.pause()
+        yield started
+
+
+async def test_the_first_screen_has_scene_fields_verdict_and_keys(pilot: Pilot[None]) -> None:
+    await until_shown(pilot, "F5 Run F1 Help")
+    shown = text_of(pilot)
+    assert "UNSTABLE: growth rate +0.6304 1/s, 0.9186 Hz" in shown
+    assert "μ_c 0.4394 (unstable above)" in shown
+    assert "x_e 0.1583 m  y_e -0.6292 m  P_e 56.37 N" in shown
+    assert "no run yet" in shown
+    assert shown.splitlines()[-1].startswith("F5 Run F1 Help")
+    lines = [" ".join(line.split()) for line in shown.splitlines()]
+    for words in ("k_nl 100 − + N/m^3", "μ 0.7 − +", "c_1 0.32 − + N s/m", "tol 1e-12 − +"):
+        assert any(line.startswith(words) for line in lines), words
+    await focus(pilot, "c2")
+    assert "vertical damping" in text_of(pilot)
+    assert "0 <= c2 <= 1e+09 N s/m" in text_of(pilot)
+    await pilot.press("enter")
+    assert pilot.app.focused is pilot.app.screen.query_one("#row-F").query_one(Input)
+
+
+async def test_a_form_with_a_scene_shows_that_scene() -> None:
+    app = FivtuiApp(PRESETS["stiff-contact"], "stiff-contact")
+    async with app.run_test(size=USUAL, notifications=True) as pilot:
+        await pilot.pause()
+        assert "stiff-contact" in text_of(pilot)
+        assert (await focus(pilot, "k_nl")).value == "300"
+
+
+async def test_the_verdict_follows_what_is_typed_valid_or_not(pilot: Pilot[None]) -> None:
+    await type_into(pilot, "mu", "0.3")
+    assert "growth rate -0.03" in text_of(pilot)
+    assert "UNSTABLE" not in text_of(pilot)
+    assert "base (changed)" in text_of(pilot)
+    assert "\n•μ   " in text_of(pilot)
+    await type_into(pilot, "mu", "0.7")
+    await type_into(pilot, "m", "0")
+    lines = text_of(pilot).splitlines()
+    row = next(index for index, line in enumerate(lines) if line.startswith("•m  "))
+    assert "m = 0: allowed is 0 < m <=" in lines[row + 1]
+    assert "NO VERDICT: invalid input" in text_of(pilot)
+    (await focus(pilot, "m")).value = "[bold]5[/bold"
+    await until_shown(pilot, "m = '[bold]5[/bold'")
+    await type_into(pilot, "m", "5")
+    assert "allowed is 0 < m" not in text_of(pilot).splitlines()[row + 1]
+    assert "UNSTABLE" in text_of(pilot)
+    assert "(changed)" not in text_of(pilot)
+    await type_into(pilot, "k3", "0")
+    await type_into(pilot, "F", "-5")
+    assert "NO VERDICT" in text_of(pilot)
+    assert "no equilibrium" in flat_text_of(pilot)
+
+
+async def test_values_change_by_keys_mouse_and_lists(pilot: Pilot[None]) -> None:
+    session = app_of(pilot).session
+    editor = await focus(pilot, "mu")
+    await pilot.press("up")
+    assert editor.value == "0.71"
+    await pilot.press("down", "down", "shift+down")
+    assert editor.value == "0.689"
+    growth = stability(Parameters(mu=0.689)).growth_rate
+    assert f"growth rate {growth:+.4g}" in text_of(pilot)
+    editor = await focus(pilot, "F")
+    await pilot.press(*["up"] * 10)
+    await until(pilot, lambda: editor.value == "90")
+    assert session.texts["F"] == "90"
+    line = next(line for line in text_of(pilot).splitlines() if line.lstrip("•").startswith("F "))
+    await pilot.click("#row-F", offset=(line.index("+"), 0))
+    await until(pilot, lambda: session.texts["F"] == "91")
+    assert editor.value == "91"
+    pilot.app.screen.query_one(Checkbox).focus()
+    await pilot.press("space")
+    assert "ignored" in text_of(pilot)
+    assert not session.scene().separation
+    pilot.app.screen.query_one(Select).focus()
+    await pilot.press("enter", "down", "enter")
+    await until(pilot, lambda: session.texts["method"] == "rk4")
+
+
+async def test_edits_are_reset_undone_and_done_again(pilot: Pilot[None]) -> None:
+    session = app_of(pilot).session
+    await type_into(pilot, "F", "90")
+    await type_into(pilot, "mu", "0.3")
+    await pilot.press("f8")
+    assert "base (changed)" in text_of(pilot)
+    assert session.changed == ["F"]
+    await pilot.press("shift+f8")
+    assert "(changed)" not in text_of(pilot)
+    editor = await focus(pilot, "F")
+    assert editor.value == "80"
+    await pilot.press("ctrl+z")
+    assert editor.value == "90"
+    await pilot.press("ctrl+z")
+    assert session.texts["mu"] == "0.3"
+    await pilot.press("ctrl+z")
+    assert session.changed == ["F"]
+    await pilot.press("ctrl+z", "ctrl+z", "ctrl+z")
+    assert "(changed)" not in text_of(pilot)
+    await pilot.press("ctrl+y", "ctrl+y")
+    assert (session.texts["F"], session.texts["mu"]) == ("90", "0.3")
+    assert "STABLE" in text_of(pilot)
+    # Typed and undone at once: nothing of it comes back.
+    await pilot.press("9", "ctrl+z")
+    await pilot.pause()
+    assert editor.value == session.texts["F"] == "90"
+
+
+async def test_who_does_not_type_moves_and_changes_by_letters(pilot: Pilot[None]) -> None:
+    session = app_of(pilot).session
+    await focus(pilot, "k1")
+    await pilot.press("escape")
+    assert pilot.app.screen.query_one(FieldList).has_focus
+    await pilot.press("j", "l", "l", "h", "L")
+    await until(pilot, lambda: session.texts["k2"] == "51.1")
+    assert "linear contact stiffness" in text_of(pilot)
+    await pilot.press("f1")
+    await until_shown(pilot, "k2: linear contact stiffness")
+    await pilot.press("escape", "f8")
+    await until(pilot, lambda: not session.changed)
+    await pilot.press("G", "g", "k", "i")
+    assert pilot.app.focused is pilot.app.screen.query_one("#row-m").query_one(Input)
+
+
+async def send(pilot: Pilot[None], *sequences: str) -> None:
+    """Keys as a terminal sends them."""
+    for sequence in sequences:
+        for event in XTermParser().feed(sequence):
+            pilot.app.post_message(event)
+    await pilot.pause()
+
+
+async def test_alt_and_a_key_is_never_text(pilot: Pilot[None]) -> None:
+    session = app_of(pilot).session
+    for editor in ("#row-m Input", "#row-start Input", "#row-accuracy Input"):
+        pilot.app.screen.query_one(editor).focus()
+        # The last ones are what Option types on a Mac.
+        await send(pilot, *(f"\x1b{sign}" for sign in "1234567890-=x"), *"¡™£¢∞§¶•ªº")
+        assert not session.changed
+    # Without a pause between, too.
+    await send(pilot, "\x1b2\x1b3")
+    await until(pilot, lambda: session.tab == "sweep")
+    await until_shown(pilot, "nothing swept yet")
+    vary = pilot.app.screen.query_one("#vary", Input)
+    vary.focus()
+    before = vary.value
+    await send(pilot, "\x1b7", "£", "\x1b0")
+    assert vary.value == before
+    assert session.tab == "sweep"
+    await send(pilot, "\x1b1")
+    await until(pilot, lambda: session.tab == "stability")
+    await send(pilot, "\x1bs")
+    await until_shown(pilot, "Save the scene as")
+    path = pilot.app.screen.query_one("#path", Input)
+    await send(pilot, "\x1b2", "\x1bq", "£")
+    assert path.value == "base.toml£"
+    assert session.tab == "stability"
+
+
+async def test_no_letter_overwrites_a_number(pilot: Pilot[None]) -> None:
+    session = app_of(pilot).session
+    await send(pilot, *"abcdefghijklmnopqrstuvwxyzABCEGHL :;_=µ٣")
+    assert not session.changed
+    assert await focus(pilot, "m") is pilot.app.focused
+    await send(pilot, *"+1.5e-3")
+    assert session.texts["m"] == "+1.5e-3"
+    await send(pilot, "e", ".", "-", "x")
+    assert session.texts["m"] == "+1.5e-3"
+    # What deleting leaves can be mended from either end.
+    await pilot.press("home", "delete", "delete")
+    assert session.texts["m"] == ".5e-3"
+    await pilot.press("delete", "delete", "end", "4", "home", "2")
+    assert session.texts["m"] == "2e-34"
+    await pilot.press("end")
+    await send(pilot, "\x1b[200~12.5\x1b[201~")
+    assert session.texts["m"] == "2e-34"
+    await focus(pilot, "k1")
+    await send(pilot, "\x1b[200~ 12.5 \x1b[201~")
+    assert session.texts["k1"] == "12.5"
+
+
+@pytest.mark.parametrize(
+    ("name", "text"),
+    [
+        ("m", "1e+09"),
+        ("F", "-.5E-3"),
+        ("F", "+80."),
+        ("step", "0.001"),
+        ("start", "static"),
+        ("start", "0.1, 0,-5e-1 ,1.e3"),
+        ("accuracy", "peak=1e-4, half_range=1e-3"),
+    ],
+)
+def test_every_text_that_a_field_takes_can_be_typed(name: str, text: str) -> None:
+    FIELDS[name].check(text)
+    for length in range(len(text) + 1):
+        assert length == 0 or re.fullmatch(FIELDS[name].typed, text[:length]), text[:length]

@@ -1,0 +1,227 @@
+"""What the command line writes is read and shown by the terminal UI."""
+
+import json
+from collections.abc import AsyncIterator
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+from textual.pilot import Pilot
+from textual.widgets import Input
+
+from fivtui import cli
+from fivtui.model.errors import Cancelled, InputError
+from fivtui.scene.presets import PRESETS
+from fivtui.sweeps.request import parse_design, study_of
+from fivtui.sweeps.run import local_engine, sweep_to_file
+from fivtui.tradeoffs import measure as tradeoff
+from fivtui.tui.app import FivtuiApp
+from fivtui.tui.chart.widget.chart_view import ChartView
+from fivtui.tui.persistence.imports import (
+    MAP,
+    RUN,
+    SWEEP,
+    TRADEOFF,
+    check_readable,
+    kind_of,
+    load_study,
+)
+from tests.support.laboratory import (
+    app_of,
+    flat_text_of,
+    show_tab,
+    text_of,
+    until,
+    until_shown,
+    until_told,
+)
+
+MU = "mu=0.2:0.8:4"
+
+
+def command(*words: str) -> None:
+    cli.commands.main([*words], standalone_mode=False)
+
+
+@pytest.fixture(scope="module")
+def written(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    folder = tmp_path_factory.mktemp("written")
+    with pytest.MonkeyPatch.context() as patch:
+        patch.chdir(folder)
+        patch.setattr(tradeoff, "QUICK_S", 0.2)
+        command("simulate", "--t-end", "5", "--out", "run.csv")
+        for name in ("sweep.csv", "sweep.parquet"):
+            command("sweep", "--set=F=60", "--t-end=20", "--vary", MU, "--both", "--out", name)
+        over = ("--over", "mu=0:1.5:7", "--over", "F=5:100:5")
+        for name in ("map.csv", "map.npz", "map.parquet"):
+            command("map", "--set", "k_nl=50", *over, "--out", name)
+        command("tradeoff", "--set", "F=60", "--t-end", "5", "--out", "trade.csv")
+        command("stability", "--out", "modes.csv")
+        command("figures", "2", "--format", "svg", "--out", ".")
+    return folder
+
+
+@pytest.fixture
+def printed(written: Path, capsys: pytest.CaptureFixture[str]) -> Any:
+    def keep(name: str, *words: str) -> Path:
+        capsys.readouterr()
+        command(*words, "--json")
+        (written / name).write_text(capsys.readouterr().out)
+        return written / name
+
+    return keep
+
+
+@pytest.fixture
+async def pilot(written: Path, monkeypatch: pytest.MonkeyPatch) -> AsyncIterator[Pilot[None]]:
+    monkeypatch.chdir(written)
+    async with FivtuiApp().run_test(size=(100, 30), notifications=True) as started:
+        await started.pause()
+        yield started
+
+
+async def read(pilot: Pilot[None], name: str, words: str) -> None:
+    await pilot.press("alt+o")
+    await until_shown(pilot, "Read a result")
+    pilot.app.screen.query_one("#path", Input).value = name
+    await pilot.pause()
+    await pilot.press("enter")
+    await until_told(pilot, words)
+
+
+def test_files_are_told_apart(written: Path, printed: Any, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(tradeoff, "QUICK_S", 0.2)
+    kinds = {"run.csv": RUN, "sweep.csv": SWEEP, "sweep.parquet": SWEEP, "trade.csv": TRADEOFF}
+    kinds |= {f"map{suffix}": MAP for suffix in (".csv", ".npz", ".parquet")}
+    for name, kind in kinds.items():
+        assert kind_of(written / name) == kind
+    for name in ("modes.csv", "fig-02a.csv"):
+        with pytest.raises(InputError, match="no run, sweep, map or trade-off"):
+            kind_of(written / name)
+    over = ("--over", "mu=0:1.5:3", "--over", "F=5:100:2")
+    assert kind_of(printed("map.json", "map", *over)) == MAP
+    assert kind_of(printed("trade.json", "tradeoff", "--t-end", "5")) == TRADEOFF
+    for name, words, why in (
+        ("sweep.json", ("sweep", "--vary", "F=1,2", "--output", "stable"), "sweep --out"),
+        ("run.json", ("simulate", "--t-end", "2"), "simulate --out"),
+        ("stability.json", ("stability",), "no sweep, map or trade-off"),
+    ):
+        with pytest.raises(InputError, match=why):
+            kind_of(printed(name, *words))
+    (written / "bad.json").write_text("{")
+    with pytest.raises(InputError, match="not JSON"):
+        kind_of(written / "bad.json")
+    with pytest.raises(InputError, match="suffixes"):
+        check_readable(written / "a.doc")
+    with pytest.raises(InputError, match="no such file"):
+        check_readable(written / "a.csv")
+    many = [f"--vary={name}=1,2" for name in ("F", "mu", "k1")]
+    command("sweep", *many, "--output=stable", "--out", str(written / "many.csv"))
+    with pytest.raises(InputError, match=r"many\.csv: a product sweep over F, mu, k1: shown are"):
+        load_study(SWEEP, written / "many.csv")
+
+
+async def test_a_sweep_is_read_shown_and_opened(pilot: Pilot[None], written: Path) -> None:
+    for name in ("sweep.csv", "sweep.parquet"):
+        await read(pilot, name, f"sweep read from {name}")
+        await until_shown(pilot, f"8 transients, read from {name}")
+    assert "peak considered" in text_of(pilot)
+    view = pilot.app.screen.query_one("#sweep-chart", ChartView)
+    assert view.chart is not None
+    assert view.chart.x_label == "mu"
+    view.focus()
+    await pilot.press("c", "shift+right", "enter")
+    runs = app_of(pilot).session.runs
+    await until(pilot, lambda: runs.shown is not None)
+    assert runs.shown is not None
+    scene = runs.shown.scene
+    # All of the file's scene, not of what was edited.
+    assert (scene.parameters.F, scene.t_end) == (60.0, 20.0)
+    assert scene.parameters.mu in (0.6000000000000001, 0.6, 0.8)
+    sweep = app_of(pilot).session.studies.sweep
+    assert sweep is not None
+    place = np.flatnonzero(
+        (sweep.value.table.numbers["mu"] == scene.parameters.mu)
+        & (sweep.value.table.separation == scene.separation)
+    )
+    peak = sweep.value.table.numbers["y_abs"][place]
+    assert runs.shown.result is not None
+    assert peak == pytest.approx([runs.shown.result.peak.y_abs])
+
+
+async def test_sweeps_over_two_names_and_under_way_are_shown_as_far_as_they_are(
+    pilot: Pilot[None], written: Path
+) -> None:
+    two = ("--vary=y0=-1:0:3", "--vary=F=20:80:4", "--output=separations", "--ignore-separation")
+    command("sweep", *two, "--t-end=10", "--out", "two.csv")
+    await read(pilot, "two.csv", "sweep read from two.csv")
+    await until_shown(pilot, "number of separations, ignored")
+    view = pilot.app.screen.query_one("#sweep-chart", ChartView)
+    view.focus()
+    await pilot.press("plus", "left")
+    await read(pilot, "sweep.csv", "sweep read from sweep.csv")
+    assert (view.view.x, view.view.y) == (None, None)
+    await read(pilot, "two.csv", "sweep read from two.csv")
+    view.focus()
+    await pilot.press("c", "enter")
+    runs = app_of(pilot).session.runs
+    await until(pilot, lambda: runs.shown is not None)
+    assert runs.shown is not None
+    assert (runs.shown.scene.start[2], runs.shown.scene.separation) == (-0.5, False)
+    study = study_of(PRESETS["base"], parse_design(["F=20:80:6"], "product"), t_end=5.0)
+    with pytest.raises(Cancelled):
+        sweep_to_file(
+            study, written / "part.csv", local_engine(1), size=2, progress=lambda part: part < 0.5
+        )
+    await read(pilot, "part.csv.parts", "sweep read from part.csv.parts")
+    await until_shown(pilot, "of 6 transients, read from part.csv.parts")
+    await pilot.press("f7")
+    await until_told(pilot, "the sweep is not complete")
+
+
+async def test_a_map_is_read_and_stays_until_another_is_asked_for(
+    pilot: Pilot[None], written: Path
+) -> None:
+    for name in ("map.npz", "map.csv"):
+        await read(pilot, name, f"map read from {name}")
+        await until_shown(pilot, f"read from {name}; F10 maps the scene edited")
+    session = app_of(pilot).session
+    session.set_text("c1", "0.8")
+    view = pilot.app.screen.query_one("#map-chart", ChartView)
+    assert view.chart is not None
+    assert view.chart.backdrop is not None
+    assert view.chart.backdrop.values.shape == (7, 5)
+    view.focus()
+    await pilot.press("c", "left", "enter")
+    await until(pilot, lambda: session.runs.shown is not None)
+    # What was edited gives way to what the file says.
+    assert (session.texts["k_nl"], session.texts["c1"]) == ("50", "0.32")
+    await show_tab(pilot, "alt+4")
+    await pilot.press("f10")
+    await until_shown(pilot, "11253 points")
+    assert session.studies.map is None
+
+
+async def test_a_trade_off_is_read_and_shown(
+    pilot: Pilot[None], written: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    await read(pilot, "trade.csv", "trade-off read from trade.csv")
+    await until_shown(pilot, "another scene, read from trade.csv")
+    assert "error of final state / 1" in text_of(pilot)
+    await pilot.press("f7")
+    await until_shown(pilot, "trade-tradeoff.csv")
+    await pilot.press("escape")
+    # The dialog for scenes takes results too.
+    await pilot.press("ctrl+o")
+    await until_shown(pilot, "Open a scene or a result")
+    pilot.app.screen.query_one("#path", Input).value = "map.csv"
+    await pilot.pause()
+    await pilot.press("enter")
+    await until_told(pilot, "map read from map.csv")
+    await show_tab(pilot, "alt+5")
+    await read(pilot, "modes.csv", "modes.csv: no run, sweep, map or trade-off")
+    data = json.dumps({"floor": {}, "rows": []})
+    (written / "empty.json").write_text(data)
+    await read(pilot, "empty.json", "empty.json: not a trade-off, or damaged")
+    assert "error of final" in flat_text_of(pilot)

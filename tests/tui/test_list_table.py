@@ -1,0 +1,59 @@
+"""Tables look the same from their first frame on, whatever was listed before."""
+
+import pytest
+from rich.text import Text
+from textual.app import App, ComposeResult
+
+from fivtui.tui.app import FivtuiApp
+from fivtui.tui.tabs.list_table import ListTable
+from tests.support.laboratory import show_tab, text_of, until_shown
+
+COLUMNS = ("figure", "what it shows")
+WIDE = {"1": ("a key of many words", "long " * 20)}
+NARROW: dict[str, tuple[str | Text, ...]] = {
+    "1": ("2a to 2c", "x"),
+    "2": (Text("■ 10"), "y"),
+}
+
+
+class Tables(App[None]):
+    def compose(self) -> ComposeResult:
+        yield ListTable[str | Text]()
+
+
+def lines_of(table: ListTable[str | Text]) -> list[str]:
+    return [table.render_line(y).text for y in range(3)]
+
+
+async def test_columns_are_as_wide_at_once_as_they_stay() -> None:
+    async with Tables().run_test(size=(44, 10)) as pilot:
+        table: ListTable[str | Text] = pilot.app.query_one(ListTable)
+        table.fill(COLUMNS, NARROW)
+        at_once = lines_of(table)
+        await pilot.pause()
+        assert lines_of(table) == at_once
+        assert at_once[0].split() == ["figure", "what", "it", "shows"]
+        assert at_once[2].split() == ["■", "10", "y"]
+
+
+async def test_columns_forget_what_was_listed_before() -> None:
+    async with Tables().run_test(size=(44, 10)) as pilot:
+        table: ListTable[str | Text] = pilot.app.query_one(ListTable)
+        table.fill(COLUMNS, NARROW)
+        await pilot.pause()
+        fresh = lines_of(table)
+        for rows in (WIDE, NARROW):
+            table.fill(COLUMNS, rows)
+            await pilot.pause()
+        assert lines_of(table) == fresh
+
+
+@pytest.mark.parametrize("way", [[], ["alt+4"], ["f3"]])
+async def test_the_list_of_figures_has_room_for_its_headings(way: list[str]) -> None:
+    async with FivtuiApp().run_test(size=(80, 24)) as pilot:
+        for key in way:
+            await pilot.press(key)
+        await show_tab(pilot, "alt+6")
+        await until_shown(pilot, "figure lines")
+        heading = next(line for line in text_of(pilot).splitlines() if "figure  lines" in line)
+        assert heading.rstrip().endswith("what it shows")

@@ -1,0 +1,204 @@
+import dataclasses
+import json
+from collections.abc import AsyncIterator
+from pathlib import Path
+
+import pytest
+from textual.pilot import Pilot
+from textual.widgets import Input
+
+from fivtui.model.errors import Cancelled
+from fivtui.scene.presets import PRESETS
+from fivtui.simulation import simulate
+from fivtui.transient.files import save_trajectory
+from fivtui.transient.result import Transient
+from fivtui.tui.app import FivtuiApp
+from fivtui.tui.persistence.state_file import State, load_state, save_state
+from tests.support.laboratory import (
+    app_of,
+    flat_text_of,
+    focus,
+    run_to_end,
+    text_of,
+    type_into,
+    until,
+    until_shown,
+    until_told,
+)
+
+SIZE = (140, 40)
+
+
+@pytest.fixture
+async def pilot(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> AsyncIterator[Pilot[None]]:
+    monkeypatch.chdir(tmp_path)
+    async with FivtuiApp().run_test(size=SIZE, notifications=True) as started:
+        await started.pause()
+        yield started
+
+
+async def test_runs_are_listed_drawn_compared_loaded_and_deleted(
+    pilot: Pilot[None], tmp_path: Path
+) -> None:
+    app = app_of(pilot)
+    runs = app.session.runs
+    await run_to_end(pilot)
+    await type_into(pilot, "F", "40")
+    await run_to_end(pilot)
+    await until_shown(pilot, "■ 2 shown native")
+    await until_shown(pilot, "● 1 off native 10.50")
+    await pilot.press("f3", "j", "space", "b")
+    await until_shown(pilot, "● 1 on native 10.50 base")
+    first, second = runs
+    assert runs.drawn == [first, second]
+    assert second.result is not None
+    assert first.result is not None
+    percent = 100.0 * (second.result.peak.y_abs / first.result.peak.y_abs - 1.0)
+    await until_shown(pilot, f"{percent:+.3g}")
+    await pilot.press("alt+8")
+    await until_shown(pilot, "baseline run 1 run 2 less it:")
+    await until_shown(pilot, "from 10.50 m")
+    await pilot.press("c", "m")
+    await until_shown(pilot, "■ 1 on")
+    assert first.style.colour == 1
+
+    await pilot.press("enter")
+    await until_shown(pilot, "1 shown")
+    await until(pilot, lambda: app.session.texts["F"] == "80")
+    await pilot.press("ctrl+z")
+    await until(pilot, lambda: app.session.texts["F"] == "40")
+    await pilot.press("k", "x")
+    await until_told(pilot, "run 2 deleted")
+    assert list(runs) == [first]
+    await pilot.press("f3")
+    assert pilot.app.focused is pilot.app.screen.query_one("#row-m").query_one(Input)
+
+    result = simulate(t_end=20.0, samples=[0.01 * n for n in range(2001)])
+    save_trajectory(result, tmp_path / "cli.npz")
+    await pilot.press("alt+o")
+    await until_shown(pilot, "Read a result")
+    pilot.app.screen.query_one("#path", Input).value = "cli.npz"
+    await pilot.press("enter")
+    await until_told(pilot, "run 3 read from cli.npz")
+    await until_shown(pilot, "3 on file")
+    assert runs.shown is first
+    (tmp_path / "bad.csv").write_text("t,y\n0,0\n")
+    await pilot.press("alt+o")
+    await until_shown(pilot, "Read a result")
+    pilot.app.screen.query_one("#path", Input).value = "bad.csv"
+    await pilot.press("enter")
+    await until_told(pilot, "bad.csv: not a trajectory: no column x")
+
+
+async def test_the_engine_is_switched_and_both_are_compared(
+    pilot: Pilot[None], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    # Stands for the FMU, whose agreement other tests hold: a run with a visible error.
+    def through(problem: object, **given: object) -> Transient:
+        coarse = simulate(t_end=100.0, tol=1e-6, samples=given["samples"])  # type: ignore[arg-type]
+        return dataclasses.replace(coarse, method="fmu")
+
+    monkeypatch.setattr("fivtui.fmu.transient.integrate_fmu", through)
+    app = app_of(pilot)
+    runs = app.session.runs
+    await pilot.press("f4")
+    await until_told(pilot, "engine FMU: method fmu")
+    await pilot.press("f9")
+    await until(pilot, lambda: runs.baseline is not None)
+    native, fmu = runs
+    assert (native.engine, fmu.engine) == ("native", "FMU")
+    assert runs.baseline is native
+    assert runs.drawn == [native, fmu]
+    await until_told(pilot, "FMU against taylor: final state")
+    assert "inputs changed" not in text_of(pilot)
+    await until_shown(pilot, "■ 2 shown FMU 10.50")
+    await pilot.press("f4")
+    await until_told(pilot, "engine native: method taylor")
+
+
+async def test_keys_are_answered_while_a_run_computes_and_it_stops_when_told(
+    pilot: Pilot[None], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    ended = []
+
+    def busy(*_: object, progress: object, **__: object) -> None:
+        while goes_on := progress(0.5):  # type: ignore[operator]
+            sum(range(1000))
+        ended.append(goes_on)
+        raise Cancelled
+
+    monkeypatch.setattr("fivtui.scene.run.simulate", busy)
+    runs = app_of(pilot).session.runs
+    editor = await focus(pilot, "F")
+    await pilot.press("f5")
+    await until(pilot, lambda: runs.active is not None)
+    await pilot.press("up", "up")
+    assert editor.value == "82"
+    await pilot.press("f5")
+    # Stopped at once for whoever looks; the thread ends the next time it asks.
+    assert runs.active is None
+    await until(pilot, lambda: ended == [False])
+
+
+async def test_the_session_is_there_again_at_the_next_start(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    kept = tmp_path / "state" / "session.json"
+    app = FivtuiApp(state=kept)
+    async with app.run_test(size=SIZE, notifications=True) as pilot:
+        await type_into(pilot, "F", "-")
+        await type_into(pilot, "mu", "0.3")
+        await pilot.press("alt+8")
+        app.theme = "gruvbox"
+        # It is kept while the program runs, too.
+        await until(pilot, lambda: kept.is_file() and '"gruvbox"' in kept.read_text())
+        await type_into(pilot, "F", "91")
+        await pilot.press("ctrl+s")
+        await until_shown(pilot, "Save the scene as")
+        pilot.app.screen.query_one("#path", Input).value = "mine.toml"
+        await pilot.press("enter")
+        await until_told(pilot, "scene mine saved: mine.toml")
+        await focus(pilot, "k1")
+        await pilot.press("up")
+    again = FivtuiApp(state=kept)
+    assert again.theme == "gruvbox"
+    async with again.run_test(size=SIZE, notifications=True) as pilot:
+        await until_shown(pilot, "mine (changed)")
+        texts = again.session.texts
+        assert (texts["F"], texts["mu"], texts["k1"]) == ("91", "0.3", "110")
+        await until_shown(pilot, "no result yet")
+        # Its own file is saved to without a question, unless someone else has changed it.
+        await pilot.press("ctrl+s")
+        await until_told(pilot, f"scene mine saved: {tmp_path / 'mine.toml'}")
+        assert "(changed)" not in text_of(pilot)
+        text = (tmp_path / "mine.toml").read_text()
+        (tmp_path / "mine.toml").write_text(text.replace("F = 91.0", "F = 92.0"))
+        await pilot.press("ctrl+s")
+        await until_shown(pilot, "Save the scene as")
+        await pilot.press("enter")
+        await until_shown(pilot, "Overwrite it?")
+        await pilot.press("escape")
+        assert "F = 92.0" in (tmp_path / "mine.toml").read_text()
+        await pilot.press("ctrl+p")
+        await until_shown(pilot, "Run the transient")
+        await pilot.press(*"recent")
+        await until_shown(pilot, "Recent: ")
+        await pilot.press("enter")
+        await until(pilot, lambda: again.session.texts["F"] == "92")
+
+
+async def test_a_damaged_session_and_a_given_scene_leave_what_they_must(tmp_path: Path) -> None:
+    kept = tmp_path / "session.json"
+    kept.write_text("{")
+    async with FivtuiApp(state=kept).run_test(size=SIZE, notifications=True) as pilot:
+        await until_told(pilot, "the last session could not be restored (damaged)")
+        assert (tmp_path / "session.damaged-1.json").read_text() == "{"
+        assert "UNSTABLE" in flat_text_of(pilot)
+    before = load_state(kept)
+    assert before is not None
+    save_state(State(before.edited, (str(tmp_path / "old.toml"),), "log", "nord"), kept)
+    given = FivtuiApp(PRESETS["linear"], "linear", state=kept)
+    assert given.session.name == "linear"
+    assert given.session.recent == (str(tmp_path / "old.toml"),)
+    assert json.loads(kept.read_text())["scene"]["name"] == "base"

@@ -1,0 +1,114 @@
+import math
+from itertools import pairwise
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from fivtui.tui.chart.plot_data import (
+    axis_limits,
+    envelope,
+    round_ticks,
+    separated_share,
+    shading,
+    tick_labels,
+)
+
+finite = st.floats(min_value=-1e12, max_value=1e12, allow_subnormal=False)
+
+
+@given(st.integers(0, 2**32), st.integers(1, 40), st.floats(0.0, 0.4), st.floats(0.5, 1.0))
+def test_an_envelope_keeps_the_extremes_of_every_column_in_the_order_of_time(
+    seed: int, columns: int, low: float, high: float
+) -> None:
+    values = np.random.default_rng(seed).standard_cauchy(800)
+    t = np.linspace(0.0, 1.0, values.size)
+    edges = np.linspace(low, high, columns + 1)
+    kept_t, kept = envelope(t, values, edges)
+    assert kept.size <= 4 * columns + 8
+    assert np.all(np.diff(kept_t) > 0.0)
+    for begin, end in pairwise(edges.tolist()):
+        # A hair inside, so that rounding of the edges does not decide.
+        inner = (t > begin + 1e-9) & (t < end - 1e-9)
+        seen = (kept_t > begin - 1e-9) & (kept_t < end + 1e-9)
+        if inner.any():
+            assert kept[seen].max() >= values[inner].max()
+            assert kept[seen].min() <= values[inner].min()
+
+
+def test_few_samples_are_drawn_as_they_are() -> None:
+    t = np.linspace(0.0, 1.0, 11)
+    kept_t, kept = envelope(t, np.sin(t), np.linspace(0.25, 0.55, 101))
+    assert kept_t.tolist() == pytest.approx([0.2, 0.3, 0.4, 0.5, 0.6])
+    assert kept == pytest.approx(np.sin(kept_t))
+
+
+def test_the_cost_of_drawing_does_not_grow_with_the_run() -> None:
+    t = np.linspace(0.0, 1.0, 250_000)
+    assert envelope(t, np.sin(1e4 * t), np.linspace(0.0, 1.0, 101))[0].size <= 408
+
+
+def test_shares_of_separation_are_exact_per_column() -> None:
+    shares = separated_share([(0.5, 1.0), (1.5, 3.0)], (0.0, 4.0), 4)
+    assert shares.tolist() == [0.5, 0.5, 1.0, 0.0]
+
+
+@given(st.lists(st.floats(0.0, 10.0), unique=True, max_size=20), st.integers(1, 50))
+def test_shares_of_separation_add_up_to_the_separated_time(
+    times: list[float], columns: int
+) -> None:
+    edges = sorted(times)
+    intervals = list(zip(edges[::2], edges[1::2], strict=False))
+    shares = separated_share(intervals, (0.0, 10.0), columns)
+    total = sum(end - begin for begin, end in intervals)
+    assert shares.sum() * 10.0 / columns == pytest.approx(total, abs=1e-9)
+
+
+def test_no_separation_is_blank_and_no_contact_is_full() -> None:
+    assert shading(np.array([0.0, 1e-9, 0.34, 0.67, 1.0 - 1e-9, 1.0])) == " ░▒▓▓█"
+
+
+def test_a_separation_shorter_than_a_column_stays_visible() -> None:
+    assert shading(separated_share([(5.0, 5.0001)], (0.0, 100.0), 10)) == "░" + " " * 9
+
+
+@given(finite, finite)
+def test_axis_limits_hold_the_range_and_are_never_empty(a: float, b: float) -> None:
+    low, high = axis_limits(min(a, b), max(a, b))
+    assert low < high
+    assert low <= min(a, b) <= max(a, b) <= high
+
+
+def test_rounding_noise_is_drawn_as_a_constant() -> None:
+    low, high = axis_limits(56.37, 56.37 * (1.0 + 1e-14))
+    assert high - low > 1.0
+
+
+@given(finite, st.floats(1e-3, 1e12), st.integers(2, 12))
+def test_ticks_are_round_inside_and_never_crowded(low: float, span: float, most: int) -> None:
+    high = low + span
+    if (high - low) < 1e-9 * abs(low):
+        return
+    ticks = round_ticks(low, high, most)
+    assert len(ticks) <= most
+    slack = 1e-9 * max(abs(low), abs(high))
+    assert all(low - slack <= tick <= high + slack for tick in ticks)
+    for first, second in pairwise(ticks):
+        mantissa = (second - first) / 10.0 ** math.floor(math.log10(1.0001 * (second - first)))
+        assert any(mantissa == pytest.approx(m, rel=1e-3) for m in (1.0, 2.0, 5.0))
+
+
+@pytest.mark.parametrize(
+    ("ticks", "labels"),
+    [
+        ([0.0, 20.0, 40.0], ["0", "20", "40"]),
+        ([-0.5, 0.0, 0.5], ["-0.5", "0", "0.5"]),
+        ([0.0, 1e7, 2e7], ["0", "1e+07", "2e+07"]),
+        ([99.98, 99.99, 100.0], ["99.98", "99.99", "100"]),
+        ([-0.2, -5.6e-17, 0.2], ["-0.2", "0", "0.2"]),
+        ([], []),
+    ],
+)
+def test_tick_labels_are_short_and_tell_ticks_apart(ticks: list[float], labels: list[str]) -> None:
+    assert tick_labels(ticks) == labels

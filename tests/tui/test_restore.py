@@ -1,0 +1,285 @@
+"""What is left is there again: runs, studies, settings, limits; what is damaged is put aside."""
+
+import dataclasses
+import json
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+from textual.pilot import Pilot
+from textual.widgets import Input
+
+from fivtui.equilibrium.map import stability_map
+from fivtui.equilibrium.map_files import save_map
+from fivtui.model.errors import InputError
+from fivtui.scene.presets import PRESETS
+from fivtui.simulation import simulate
+from fivtui.sweeps.rows import compute_rows
+from fivtui.tradeoffs import measure as tradeoff
+from fivtui.tui.app import FivtuiApp
+from fivtui.tui.chart.widget.chart_view import ChartView
+from fivtui.tui.persistence import results as result_store
+from fivtui.tui.persistence.results import ResultStore
+from fivtui.tui.persistence.runs import load_kept_run, save_kept_run
+from fivtui.tui.persistence.state_file import KeptFile
+from fivtui.tui.session.runs import RunState
+from fivtui.tui.session.shown import Shown
+from fivtui.tui.tabs.charts.sweep import sweep_of, sweep_request
+from fivtui.tui.tabs.messages import RunActed, StudyRead
+from tests.support.laboratory import (
+    app_of,
+    compile_kernels,
+    run_to_end,
+    show_tab,
+    text_of,
+    type_into,
+    until,
+    until_shown,
+    until_told,
+)
+
+SIZE = (100, 40)
+BASE = PRESETS["base"]
+
+
+@pytest.fixture(scope="module", autouse=True)
+def compiled() -> None:
+    compile_kernels()
+
+
+async def until_same(pilot: Pilot[None], screen: str) -> None:
+    await until(pilot, lambda: text_of(pilot) == screen)
+
+
+async def settled(pilot: Pilot[None], name: str, words: str) -> str:
+    """The screen of a tab, without what comes and goes."""
+    pilot.app.clear_notifications()
+    await show_tab(pilot, KEYS[name])
+    await until_shown(pilot, words)
+    await until(pilot, lambda: not pilot.app.screen.query("Toast"))
+    pilot.app.screen.query_one("#row-m").query_one(Input).focus()
+    await pilot.pause()
+    return text_of(pilot)
+
+
+KEYS = {"transient": "alt+2", "sweep": "alt+3", "map": "alt+4", "trade-off": "alt+5"}
+SHOWN = {
+    "transient": "2nd half of run",
+    "sweep": "8 transients",
+    "map": "35 points",
+    "trade-off": "this scene, this machine",
+}
+
+
+async def test_what_was_left_is_shown_again(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(tradeoff, "QUICK_S", 0.2)
+    kept = tmp_path / "session.json"
+    async with FivtuiApp(state=kept).run_test(size=SIZE, notifications=True) as pilot:
+        session = app_of(pilot).session
+        await pilot.pause()
+        await type_into(pilot, "t_end", "20")
+        await run_to_end(pilot)
+        await type_into(pilot, "F", "60")
+        await run_to_end(pilot)
+        (first, second) = session.runs
+        for what in ("overlay", "colour", "baseline"):
+            pilot.app.screen.post_message(RunActed(1, what))
+        await until(pilot, lambda: session.runs.baseline is first)
+        view = pilot.app.screen.query_one("#plot-y", ChartView)
+        view.focus()
+        await pilot.press("plus", "right", "y", "2")
+        await show_tab(pilot, "alt+3")
+        pilot.app.screen.query_one("#vary", Input).value = "mu=0.2:0.8:4"
+        await pilot.press("f10")
+        await until_shown(pilot, SHOWN["sweep"])
+        pilot.app.screen.query_one("#sweep-chart", ChartView).focus()
+        await pilot.press("3", "plus")
+        await show_tab(pilot, "alt+4")
+        await until_shown(pilot, "11253 points")
+        editor = pilot.app.screen.query_one("#over", Input)
+        editor.value = "mu=0:1.5:7 k_nl=1:500:5"
+        editor.focus()
+        await pilot.press("enter")
+        await pilot.click("#value-critical-mu")
+        await until_shown(pilot, SHOWN["map"])
+        await show_tab(pilot, "alt+5")
+        await pilot.press("f10")
+        await until_shown(pilot, SHOWN["trade-off"])
+        await pilot.click("#quantity-peak")
+        pilot.app.screen.query_one("#errors-chart", ChartView).focus()
+        await pilot.press("x")
+        await show_tab(pilot, "alt+2")
+        await pilot.pause()
+        before = {name: await settled(pilot, name, words) for name, words in SHOWN.items()}
+        await settled(pilot, "map", SHOWN["map"])
+        result = second.result
+    folder = tmp_path / "results"
+    assert len(list(folder.iterdir())) == 4
+
+    monkeypatch.setattr(tradeoff, "measure_tradeoff", lambda *_, **__: pytest.fail("measured"))
+    async with FivtuiApp(state=kept).run_test(size=SIZE, notifications=True) as pilot:
+        session = app_of(pilot).session
+        await until(pilot, lambda: not session.unread)
+        assert session.tab == "map"
+        for name, words in SHOWN.items():
+            await settled(pilot, name, words)
+            await until_same(pilot, before[name])
+        (first, second) = session.runs
+        assert session.runs.baseline is first
+        assert first.overlaid
+        assert second.result is not None
+        assert result is not None
+        assert second.result.stats == result.stats
+        # Going on from there: a new number, and the files stay as they are.
+        await run_to_end(pilot)
+        assert [run.number for run in session.runs] == [1, 2, 3]
+        await show_tab(pilot, "alt+3")
+        files = {path.name for path in folder.iterdir()}
+    assert files <= {path.name for path in folder.iterdir()}
+    assert len(list(folder.iterdir())) == 5
+
+
+async def test_what_was_read_a_figure_of_the_paper_and_what_is_not_kept(tmp_path: Path) -> None:
+    kept = tmp_path / "session.json"
+    async with FivtuiApp(state=kept).run_test(size=SIZE, notifications=True) as pilot:
+        await pilot.pause()
+        session = app_of(pilot).session
+        study = sweep_request(BASE, "F=10:20:30")
+        session.studies.sweep = Shown(sweep_of(study, [compute_rows(study, 0, 4)]), "base")
+        pilot.app.screen.post_message(StudyRead("map", a_map()))
+        await until_shown(pilot, "read from mine.csv; F10 maps the scene edited")
+        await show_tab(pilot, "alt+6")
+        await until_shown(pilot, "what it shows")
+        pilot.app.screen.query_one("#figures").focus()
+        await pilot.press("enter")
+        await until_shown(pilot, "figure 2a computed")
+        pilot.app.screen.query_one("#figure-1", ChartView).focus()
+        await pilot.press("plus", "1")
+        pilot.app.clear_notifications()
+        pilot.app.screen.query_one("#row-m").query_one(Input).focus()
+        await until(pilot, lambda: not pilot.app.screen.query("Toast"))
+        before = text_of(pilot)
+    async with FivtuiApp(state=kept).run_test(size=SIZE, notifications=True) as pilot:
+        await until_told(pilot, "sweep is not kept: it is not complete")
+        await until_shown(pilot, "figure 2a computed")
+        pilot.app.clear_notifications()
+        await until(pilot, lambda: not pilot.app.screen.query("Toast"))
+        await until_same(pilot, before)
+        await show_tab(pilot, "alt+4")
+        await until_shown(pilot, "read from mine.csv; F10 maps the scene edited")
+        read, written = app_of(pilot).session.studies.map, a_map()
+        assert read is not None
+        np.testing.assert_array_equal(read.value.values, written.value.values)
+
+
+async def test_a_result_that_is_damaged_is_put_aside_and_the_rest_restored(
+    tmp_path: Path,
+) -> None:
+    kept = tmp_path / "session.json"
+    async with FivtuiApp(state=kept).run_test(size=SIZE, notifications=True) as pilot:
+        await pilot.pause()
+        await type_into(pilot, "t_end", "5")
+        await run_to_end(pilot)
+        await run_to_end(pilot)
+    first, second = (
+        tmp_path / "results" / entry["file"]
+        for entry in json.loads(kept.read_text())["results"].values()
+    )
+    first.write_bytes(first.read_bytes()[:100])
+    given = FivtuiApp(PRESETS["linear"], "linear", state=kept)
+    async with given.run_test(size=SIZE, notifications=True) as pilot:
+        await until_told(pilot, "the run 1 of the last session could not be restored (damaged)")
+        one, two = app_of(pilot).session.runs
+        assert (one.state, two.state) == (RunState.NOT_KEPT, RunState.DONE)
+        await until_shown(pilot, "not kept")
+        # A scene that is given takes the place of what was edited, and of nothing else.
+        assert app_of(pilot).session.name == "linear"
+    assert first.with_name(f"{first.stem}.damaged-1.npz").is_file()
+    assert second.is_file()
+
+
+def test_a_run_kept_is_the_run_to_the_last_bit(tmp_path: Path) -> None:
+    path = tmp_path / "a.npz"
+    for method, step in (("taylor", None), ("rk4", 0.01)):
+        run = simulate(t_end=5.0, method=method, step=step, samples=np.linspace(0.0, 5.0, 501))
+        save_kept_run(run, path)
+        read = load_kept_run(path)
+        for field in dataclasses.fields(run):
+            ours, theirs = getattr(read, field.name), getattr(run, field.name)
+            if field.name == "switch_times":
+                np.testing.assert_array_equal(ours, theirs)
+            elif field.name == "trajectory":
+                for name in ("t", "x", "vx", "y", "vy", "P", "mode"):
+                    np.testing.assert_array_equal(getattr(ours, name), getattr(theirs, name))
+            else:
+                assert ours == theirs
+    path.write_bytes(b"PK")
+    with pytest.raises(InputError, match=r"a\.npz: damaged"):
+        load_kept_run(path)
+
+
+def a_map() -> Shown[Any]:
+    over = {"mu": np.linspace(0.0, 1.0, 3), "F": np.linspace(10.0, 20.0, 4)}
+    return Shown(stability_map(BASE.parameters, over), "mine", "mine.csv")
+
+
+def test_results_are_written_once_and_removed_when_nothing_needs_them(tmp_path: Path) -> None:
+    store, shown = ResultStore(tmp_path), a_map()
+    files, notes = store.put({"map": shown})
+    assert not notes
+    path = tmp_path / files["map"].file
+    before = path.stat().st_mtime_ns
+    assert store.put({"map": shown}) == (files, {})
+    assert path.stat().st_mtime_ns == before
+    # Another program may have taken it for nobody's.
+    path.unlink()
+    again, _ = store.put({"map": shown})
+    other = ResultStore(tmp_path)
+    read = other.get("map", again["map"])
+    assert (read.name, read.source) == ("mine", "mine.csv")
+    np.testing.assert_array_equal(read.value.values, shown.value.values)
+    # What is not read yet stays where it is.
+    assert other.put({"map": again["map"]}) == (again, {})
+    # What another session has written, or nobody knows of, stays.
+    theirs, _ = ResultStore(tmp_path).put({"map": a_map()})
+    (tmp_path / "mine.txt").write_text("mine")
+    newer, _ = other.put({"map": a_map()})
+    other.remove_others(newer)
+    left = {"mine.txt", theirs["map"].file, newer["map"].file}
+    assert {file.name for file in tmp_path.iterdir()} == left
+
+
+def test_a_study_that_is_not_kept_does_not_take_the_one_before_away(tmp_path: Path) -> None:
+    store, study = ResultStore(tmp_path), sweep_request(BASE, "F=10:20:30")
+    whole = Shown(sweep_of(study, [compute_rows(study, 0, study.members)]), "base")
+    begun = Shown(sweep_of(study, [compute_rows(study, 0, 4)]), "base")
+    files, _ = store.put({"sweep": whole})
+    store.remove_others(files)
+    again, notes = store.put({"sweep": begun})
+    store.remove_others(again)
+    assert again == files
+    assert notes == {"sweep": "it is not complete; the one before is"}
+    read = ResultStore(tmp_path).get("sweep", again["sweep"])
+    assert len(read.value.table.reasons) == study.members
+
+
+def test_what_is_too_large_is_a_note_and_foreign_names_are_refused(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(result_store, "_MOST", 100)
+    store = ResultStore(tmp_path / "results")
+    files, notes = store.put({"map": a_map()})
+    assert not files
+    assert "it takes" in notes["map"]
+    save_map(a_map().value, tmp_path / "mine.npz")
+    with pytest.raises(InputError, match="not the name of a file of this session"):
+        store.get("map", KeptFile("../mine.npz"))
+    assert (tmp_path / "mine.npz").is_file()
+    store.adopt({"map": KeptFile("../mine.npz")})
+    store.remove_others({})
+    assert (tmp_path / "mine.npz").is_file()
+    with pytest.raises(InputError, match="the map of the last session could not be restored"):
+        store.get("map", KeptFile("map-0123456789abcdef.npz"))

@@ -1,0 +1,225 @@
+import dataclasses
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from fivtui.equilibrium.eigenvalues import stability
+from fivtui.model.parameters import Parameters
+from fivtui.scene.presets import PRESETS
+from fivtui.scene.scene import Scene, load_scene
+from fivtui.simulation import simulate
+from fivtui.tui.session.differences import base_scene
+from fivtui.tui.session.report import (
+    remark,
+    result_brief,
+    result_rows,
+    stability_brief,
+    stability_rows,
+    verdict,
+)
+from fivtui.tui.session.runs import MAX_RUNS, Outcome, Run, Runs, RunState, execute
+from fivtui.tui.session.sampling import sample_interval, sample_times
+from fivtui.tui.session.session import Session
+from fivtui.tui.tabs.exports import (
+    DATA,
+    FIGURE,
+    check_scene_path,
+    run_export,
+    save_scene_as,
+    write_export,
+)
+
+SHORT = dataclasses.replace(base_scene(), t_end=10.0)
+
+
+def finished(scene: Scene = SHORT) -> Run:
+    runs = Runs()
+    run = runs.start(scene)
+    assert runs.finish(run, execute(run))
+    return run
+
+
+def test_a_run_gives_what_simulate_gives() -> None:
+    run = finished()
+    assert run.state is RunState.DONE
+    assert run.result is not None
+    assert run.result.final == simulate(t_end=10.0).final
+    assert run.result.trajectory is not None
+    assert run.fraction == 1.0
+
+
+def test_a_run_that_cannot_finish_fails_with_reason_and_advice() -> None:
+    parameters = Parameters(k3=0.0, F=-1.0)
+    run = finished(Scene(name="off", description="", parameters=parameters))
+    assert run.state is RunState.FAILED
+    assert run.result is None
+    assert "no equilibrium" in run.message
+    assert "use F >= 0" in run.message
+
+
+def test_a_stopped_run_is_stopped_at_once_and_its_outcome_is_stale() -> None:
+    runs = Runs()
+    run = runs.start(SHORT)
+    late = execute(run)
+    assert runs.stop() is run
+    assert run.state is RunState.STOPPED
+    assert runs.active is None
+    assert not runs.finish(run, late)
+    assert run.result is None
+    assert runs.stop() is None
+
+
+def test_a_stopped_computation_ends_without_result() -> None:
+    runs = Runs()
+    run = runs.start(dataclasses.replace(SHORT, t_end=1e6))
+    runs.stop()
+    assert execute(run) == Outcome()
+
+
+def test_a_new_run_replaces_the_one_that_goes_on() -> None:
+    runs = Runs()
+    first, second = runs.start(SHORT), runs.start(SHORT)
+    assert (first.number, second.number) == (1, 2)
+    assert first.state is RunState.STOPPED
+    assert runs.active is second
+    assert not runs.finish(first, Outcome(error="late"))
+    assert runs.finish(second, Outcome(error="why"))
+    assert (second.state, second.message) == (RunState.FAILED, "why")
+
+
+def test_old_runs_are_forgotten_but_numbers_never_used_again() -> None:
+    runs = Runs()
+    for _ in range(MAX_RUNS + 3):
+        runs.start(SHORT)
+    assert [run.number for run in runs] == list(range(4, MAX_RUNS + 4))
+    assert runs.find(3) is None
+    assert runs.find(4) is not None
+
+
+def test_the_time_left_follows_from_the_part_done() -> None:
+    run = Run(1, SHORT)
+    assert run.remaining is None
+    run.report(0.25)
+    left = run.remaining
+    assert left is not None
+    assert left == pytest.approx(3.0 * run.elapsed, rel=0.5, abs=0.1)
+
+
+def test_a_run_is_outdated_once_a_field_differs() -> None:
+    session = Session()
+    run = session.runs.start(session.scene())
+    assert not session.outdated(run)
+    session.set_text("F", "80.0")
+    assert not session.outdated(run)
+    session.set_text("F", "81")
+    assert session.outdated(run)
+    session.set_text("F", "x")
+    assert session.outdated(run)
+
+
+@pytest.mark.parametrize("t_end", [0.05, 7.3, 100.0, 5000.0, 1e7])
+@pytest.mark.parametrize("m", [1e-6, 5.0, 1e9])
+def test_sample_times_cover_the_horizon_in_bounded_number(t_end: float, m: float) -> None:
+    times = sample_times(Scene(name="s", description="", parameters=Parameters(m=m), t_end=t_end))
+    assert times[0] == 0.0
+    assert times[-1] == t_end
+    assert np.all(np.diff(times) > 0.0)
+    assert 1000 <= times.size <= 250_002
+
+
+def test_the_base_scene_is_sampled_at_plain_hundredths() -> None:
+    assert float(sample_interval(base_scene())) == 0.01
+    assert sample_times(base_scene())[:4].tolist() == [0.0, 0.01, 0.02, 0.03]
+
+
+def test_verdicts_say_stable_unstable_and_neutral() -> None:
+    base = Parameters()
+    assert verdict(stability(base)) == "UNSTABLE"
+    assert verdict(stability(base.with_values({"mu": 0.4}))) == "STABLE"
+    undamped = base.with_values({"mu": 0.2, "c1": 0.0, "c2": 0.0})
+    assert verdict(stability(undamped)) == "NEUTRAL"
+
+
+def test_the_brief_verdict_has_growth_rate_frequency_critical_mu_and_equilibrium() -> None:
+    lines = stability_brief(Parameters(), stability(Parameters()))
+    assert lines[0] == "UNSTABLE: growth rate +0.6304 1/s, 0.9186 Hz"
+    assert lines[1] == "μ_c 0.4394 (unstable above), μ 59.3 % above"
+    assert lines[2] == "x_e 0.1583 m  y_e -0.6292 m  P_e 56.37 N"
+    assert all(len(line) < 50 for line in lines)
+
+
+def test_a_set_without_coupling_has_no_critical_mu() -> None:
+    p = Parameters(k3=0.0)
+    rows = {row.label: row.value for row in stability_rows(p, stability(p))}
+    assert rows["critical μ"] == "none for μ > 0"
+    assert rows["critical μ, linear"] == "none"
+
+
+def test_a_separated_equilibrium_is_said_to_be_one() -> None:
+    p = Parameters(F=-5.0)
+    notes = {row.label: row.note for row in stability_rows(p, stability(p))}
+    assert "separated" in notes["contact force"]
+
+
+def test_the_summary_has_the_figures_of_the_base_scene() -> None:
+    result = simulate(t_end=100.0)
+    assert result_brief(result)[:2] == [
+        "peak |y| 10.50 m · 2nd half of run ±4.401 m",
+        "74 separations · off the belt 71.01 s (71 %)",
+    ]
+    rows = {row.label: row for row in result_rows(result, "tol 1e-12")}
+    assert rows["reattachments"].value == "73"
+    assert rows["greatest ẋ"].value == "24.30 m/s"
+    assert rows["method"].note == "tol 1e-12"
+
+
+def test_a_run_without_separation_says_so() -> None:
+    quiet = simulate(Parameters(mu=0.0), t_end=5.0)
+    assert "no separation: always on the belt" in result_brief(quiet)
+    ignored = simulate(t_end=5.0, separation=False)
+    assert "separation ignored (Case 2)" in result_brief(ignored)
+
+
+def test_a_stable_equilibrium_with_lasting_separation_is_remarked() -> None:
+    scene = PRESETS["coexistence"]
+    found = stability(scene.parameters)
+    lasting = simulate(scene.parameters, t_end=scene.t_end)
+    assert remark(lasting, found).startswith("stable, yet still separating at t = 79")
+    decaying = simulate(
+        scene.parameters, t_end=scene.t_end, start=PRESETS["coexistence-decay"].start
+    )
+    assert remark(decaying, found) == ""
+    assert remark(simulate(t_end=100.0), stability(Parameters())) == ""
+
+
+def test_the_accuracy_of_a_fixed_step_is_not_claimed() -> None:
+    assert Run(1, SHORT).accuracy == "tol 1e-12"
+    fixed = dataclasses.replace(SHORT, method="rk4", step=0.002)
+    assert Run(1, fixed).accuracy == "step 0.002 s, error not controlled"
+
+
+def test_an_export_refused_says_why_and_leaves_the_file(tmp_path: Path) -> None:
+    run, path = finished(), tmp_path / "a.csv"
+    path.write_text("mine")
+    assert "exists already" in write_export(run_export(DATA, run), path, force=False)
+    assert path.read_text() == "mine"
+    assert write_export(run_export(DATA, run), path, force=True) == ""
+    assert path.read_text() != "mine"
+    assert "suffix" in write_export(run_export(FIGURE, run), tmp_path / "a.doc", force=False)
+
+
+def test_proposed_names_are_names_of_files() -> None:
+    run = finished(dataclasses.replace(SHORT, name="a/b: c"))
+    assert run_export(FIGURE, run).proposal == "a-b--c-1.svg"
+
+
+def test_a_scene_is_saved_under_the_name_of_its_file(tmp_path: Path) -> None:
+    path = tmp_path / "stiff.toml"
+    named = save_scene_as(SHORT, path, force=False)
+    assert named.name == "stiff"
+    assert load_scene(path) == named
+    with pytest.raises(Exception, match="exists already"):
+        check_scene_path(path, False)
+    with pytest.raises(Exception, match=r"must be \.toml"):
+        check_scene_path(tmp_path / "stiff.txt", False)

@@ -1,0 +1,133 @@
+import http.client
+import json
+import os
+import shutil
+import socket
+import subprocess
+import sys
+import time
+from collections.abc import Callable, Iterator
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from fivtui.model.errors import InputError
+from fivtui.tui import serve as serve_module
+from fivtui.tui.serve import serve
+from tests.support.laboratory import HANG_S
+
+CHROMIUM = shutil.which("chromium") or shutil.which("chromium-browser")
+DRIVER = shutil.which("chromedriver")
+
+
+def until(holds: Callable[[], bool], what: str) -> None:
+    deadline = time.monotonic() + HANG_S
+    while not holds():
+        assert time.monotonic() < deadline, f"waited in vain for {what}"
+        time.sleep(0.1)
+
+
+def free_port() -> int:
+    with socket.socket() as probe:
+        probe.bind(("127.0.0.1", 0))
+        port: int = probe.getsockname()[1]
+        return port
+
+
+def reachable(port: int) -> bool:
+    with socket.socket() as probe:
+        return probe.connect_ex(("127.0.0.1", port)) == 0
+
+
+def test_without_the_extra_its_name_is_said(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(serve_module, "find_spec", lambda _name: None)
+    with pytest.raises(InputError, match=r"install fivtui\[serve\]"):
+        serve(say=print)
+
+
+@pytest.fixture
+def served(tmp_path: Path) -> Iterator[int]:
+    pytest.importorskip("textual_serve", reason="the extra serve is not installed")
+    port = free_port()
+    command = [sys.executable, "-m", "fivtui", "serve", "--port", str(port)]
+    environment = os.environ | {"XDG_STATE_HOME": str(tmp_path)}
+    with subprocess.Popen(command, env=environment, stderr=subprocess.PIPE, text=True) as process:
+        assert process.stderr is not None
+        said = process.stderr.readline()
+        try:
+            assert said == f"fivtui is at http://127.0.0.1:{port}; Ctrl+C stops it\n"
+            until(lambda: reachable(port), "the server")
+            yield port
+        finally:
+            process.terminate()
+        assert process.wait(HANG_S) == 0
+
+
+def answer(port: int, path: str, **headers: str) -> http.client.HTTPResponse:
+    connection = http.client.HTTPConnection("127.0.0.1", port, timeout=HANG_S)
+    connection.request("GET", path, headers=headers)
+    response = connection.getresponse()
+    response.read()
+    connection.close()
+    return response
+
+
+@pytest.mark.host
+def test_only_pages_of_its_own_are_answered_and_a_port_in_use_is_named(served: int) -> None:
+    page = answer(served, "/")
+    assert page.status == 200
+    assert "default-src 'self'" in (page.getheader("Content-Security-Policy") or "")
+    assert answer(served, "/", Host="elsewhere.example").status == 403
+    asked = {"Upgrade": "websocket", "Connection": "Upgrade", "Sec-WebSocket-Version": "13"}
+    asked["Sec-WebSocket-Key"] = "AAAAAAAAAAAAAAAAAAAAAA=="
+    assert answer(served, "/ws", Origin="http://elsewhere.example", **asked).status == 403
+    with pytest.raises(InputError, match=f"--port {served}: cannot be used"):
+        serve(served, say=print)
+
+
+@pytest.fixture
+def browser(tmp_path: Path) -> Iterator[Any]:
+    webdriver = pytest.importorskip("selenium.webdriver", reason="Selenium is not installed")
+    if CHROMIUM is None or DRIVER is None:
+        pytest.skip("no Chromium with its driver")
+    options = webdriver.ChromeOptions()
+    options.binary_location = CHROMIUM
+    for word in ("headless=new", "no-sandbox", "disable-gpu", "window-size=1000,700"):
+        options.add_argument(f"--{word}")
+    options.add_argument(f"--user-data-dir={tmp_path / 'chromium'}")
+    options.set_capability("goog:loggingPrefs", {"browser": "ALL"})
+    service = webdriver.ChromeService(DRIVER)
+    driver = webdriver.Chrome(options=options, service=service)
+    yield driver
+    driver.quit()
+
+
+@pytest.mark.host
+@pytest.mark.slow
+def test_a_browser_shows_the_laboratory_and_passes_keys_on(
+    served: int, browser: Any, tmp_path: Path
+) -> None:
+    from selenium.webdriver.common.by import By
+    from selenium.webdriver.common.keys import Keys
+
+    kept = tmp_path / "fivtui" / "session.json"
+
+    def texts() -> dict[str, str]:
+        found: dict[str, str] = json.loads(kept.read_bytes())["texts"] if kept.is_file() else {}
+        return found
+
+    browser.get(f"http://127.0.0.1:{served}/")
+    until(lambda: texts().get("m") == "5", "the session of an app in the browser")
+    browser.find_element(By.CSS_SELECTOR, ".xterm-helper-textarea").send_keys(Keys.ARROW_UP)
+    until(lambda: texts().get("m") == "5.1", "a key to reach the app")
+    # Text on a background is more than a few colours of pixels.
+    from matplotlib.image import imread
+
+    picture = tmp_path / "page.png"
+    browser.save_screenshot(str(picture))
+    pixels = imread(picture).reshape(-1, 4)
+    assert len({tuple(pixel) for pixel in pixels[::7].tolist()}) > 20
+    severe = [e["message"] for e in browser.get_log("browser") if e["level"] == "SEVERE"]
+    # The page asks for a font from elsewhere, which it is not allowed to, and for an icon.
+    assert all("fonts.googleapis" in words or "favicon" in words for words in severe)

@@ -1,0 +1,243 @@
+import shlex
+import subprocess
+import sys
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from fivtui.model.errors import ComputationError, InputError
+from fivtui.model.parameters import PARAMETERS, Parameters
+from fivtui.scene.presets import PRESETS
+from fivtui.scene.scene import Scene
+from fivtui.tui.session.fields import FIELDS
+from fivtui.tui.session.session import Session
+from fivtui.tui.session.steps import by_decade, by_digit, number_text
+
+HEADLESS = (
+    "comparison",
+    "differences",
+    "editing",
+    "equations",
+    "exports",
+    "fields",
+    "help",
+    "history",
+    "imports",
+    "keeper",
+    "nudges",
+    "paper_scenes",
+    "plot_data",
+    "report",
+    "run_styles",
+    "runs",
+    "sampling",
+    "session",
+    "slots",
+    "state_file",
+)
+
+
+@pytest.mark.parametrize("module", HEADLESS)
+def test_headless_modules_import_no_textual_and_nothing_slow(module: str) -> None:
+    heavy = ("textual", "matplotlib", "scipy", "fmpy", "numba")
+    code = (
+        f"import sys, fivtui.tui.{module}; print([name for name in {heavy} if name in sys.modules])"
+    )
+    shown = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
+    assert shown.stdout.strip() == "[]"
+
+
+def test_the_app_itself_starts_without_the_slow_libraries() -> None:
+    heavy = ("matplotlib", "scipy", "fmpy", "numba")
+    code = f"import sys, fivtui.tui.app; print([n for n in {heavy} if n in sys.modules])"
+    shown = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
+    assert shown.stdout.strip() == "[]"
+
+
+def test_fields_repeat_the_parameter_table() -> None:
+    for name, spec in PARAMETERS.items():
+        field = FIELDS[name]
+        shown = (field.symbol, field.unit, field.meaning, field.allowed)
+        assert shown == (spec.symbol, spec.unit, spec.meaning, spec.allowed)
+        assert field.check(field.default) == spec.default
+
+
+def test_every_parameter_stands_in_an_equation() -> None:
+    assert all(FIELDS[name].details for name in PARAMETERS)
+    assert [label for label, _ in FIELDS["k_nl"].details] == ["Eq. 1"]
+    assert [label for label, _ in FIELDS["m"].details] == ["Eq. 2", "Eq. 2"]
+
+
+@pytest.mark.parametrize("name", PRESETS)
+def test_a_scene_loaded_is_the_scene_edited(name: str) -> None:
+    session = Session(PRESETS[name], name)
+    assert session.scene() == PRESETS[name]
+    assert not session.changed
+    assert not session.errors
+
+
+@pytest.mark.parametrize(
+    ("name", "text", "words"),
+    [
+        ("m", "0", "m = 0: allowed is 0 < m <= 1e+09 kg"),
+        ("k_nl", "stiff", "k_nl = 'stiff': not a number"),
+        ("F", "", "F = '': not a number"),
+        ("mu", "nan", "mu = nan: not a finite number"),
+        ("t_end", "-1", "t_end = -1: allowed is 0 < t_end"),
+        ("tol", "1", "tol = 1: allowed is"),
+        ("start", "1,2,3", "start = '1,2,3': allowed is static, or four finite numbers"),
+        ("start", "1,2,3,x", "start = 'x': not a number"),
+        ("method", "tailor", "did you mean taylor?"),
+        ("separation", "perhaps", "unknown separation 'perhaps'"),
+        ("step", "0.01", "step: the method taylor chooses its own"),
+    ],
+)
+def test_a_wrong_text_is_named_in_words_and_stops_the_scene(
+    name: str, text: str, words: str
+) -> None:
+    session = Session()
+    session.set_text(name, text)
+    assert words in session.errors[name]
+    assert list(session.errors) == [name]
+    with pytest.raises(InputError, match=r"allowed|known|chooses"):
+        session.scene()
+
+
+def test_a_step_is_checked_against_method_and_horizon() -> None:
+    session = Session()
+    session.set_text("method", "rk4")
+    session.set_text("step", "0.01")
+    assert session.scene().step == 0.01
+    session.set_text("t_end", "0.001")
+    assert "step = 0.01: allowed is 0 < step <= 0.001 s" in session.errors["step"]
+
+
+def test_wrong_texts_of_the_run_leave_the_verdict_alone() -> None:
+    session = Session()
+    session.set_text("t_end", "never")
+    assert session.stability().critical_mu[0].mu == pytest.approx(0.4394, abs=5e-5)
+
+
+def test_the_verdict_fails_as_its_input_fails() -> None:
+    session = Session()
+    session.set_text("F", "x")
+    with pytest.raises(InputError, match="F = 'x'"):
+        session.stability()
+    session.set_text("F", "-5")
+    session.set_text("k3", "0")
+    with pytest.raises(ComputationError, match="no equilibrium"):
+        session.stability()
+
+
+def test_reset_brings_back_the_scene_loaded_not_the_base_set() -> None:
+    session = Session(PRESETS["stiff-contact"], "stiff-contact")
+    session.set_text("F", "1")
+    session.set_text("mu", "2")
+    session.reset("F")
+    assert (session.texts["F"], session.changed) == ("100", ["mu"])
+    session.reset_all()
+    assert not session.changed
+
+
+@pytest.mark.parametrize(
+    ("value", "direction", "fine", "expected"),
+    [
+        (100.0, 1, False, 110.0),
+        (100.0, -1, False, 99.0),
+        (99.0, 1, False, 100.0),
+        (0.7, 1, False, 0.71),
+        (0.7, -1, True, 0.699),
+        (-80.0, 1, False, -79.0),
+        (-100.0, 1, False, -99.0),
+        (-100.0, -1, False, -110.0),
+        (0.0, 1, False, 1.0),
+        (0.0, -1, True, -0.1),
+    ],
+)
+def test_a_nudge_is_one_unit_of_the_second_digit(
+    value: float, direction: int, fine: bool, expected: float
+) -> None:
+    assert by_digit(80.0)(value, direction, fine) == expected
+
+
+@given(st.integers(10, 99), st.integers(-9, 9), st.sampled_from([1, -1]), st.booleans())
+def test_a_nudge_and_the_nudge_back_change_nothing(
+    digits: int, exponent: int, sign: int, fine: bool
+) -> None:
+    value = sign * float(f"{digits}e{exponent}")
+    nudge = by_digit(1.0)
+    assert nudge(nudge(value, 1, fine), -1, fine) == value
+    assert nudge(nudge(value, -1, fine), 1, fine) == value
+
+
+@given(st.floats(allow_nan=False, allow_infinity=False))
+def test_the_text_of_a_number_reads_as_that_number(value: float) -> None:
+    assert float(number_text(value)) == value
+
+
+def test_tolerances_are_nudged_by_decades() -> None:
+    assert by_decade(1e-12, 1, False) == 1e-11
+    session = Session()
+    assert session.nudge("tol", -1)
+    assert session.texts["tol"] == "1e-13"
+    assert not session.nudge("tol", -1)
+    assert session.texts["tol"] == "1e-13"
+
+
+def test_a_nudge_that_would_leave_the_range_or_has_no_number_does_nothing() -> None:
+    session = Session()
+    session.set_text("mu", "100")
+    assert not session.nudge("mu", 1)
+    session.set_text("mu", "slippery")
+    assert not session.nudge("mu", 1)
+    assert not session.nudge("method", 1)
+    assert not session.nudge("step", 1)
+    assert session.texts["mu"] == "slippery"
+
+
+def test_the_command_line_says_what_differs_and_no_more() -> None:
+    session = Session()
+    assert session.command_line() == "fivtui simulate"
+    for name, text in {
+        "F": "90",
+        "separation": "ignored",
+        "start": "0.1, 0, -0.5, 0",
+        "t_end": "200",
+        "method": "rk4",
+        "step": "0.001",
+    }.items():
+        session.set_text(name, text)
+    assert shlex.split(session.command_line()) == [
+        "fivtui",
+        "simulate",
+        "--set",
+        "F=90",
+        "--ignore-separation",
+        "--start=0.1,0,-0.5,0",
+        "--t-end=200",
+        "--method=rk4",
+        "--step=0.001",
+    ]
+
+
+def test_the_command_line_starts_from_the_scene_that_it_can_name() -> None:
+    session = Session(PRESETS["stiff-contact"], "stiff-contact")
+    session.set_text("mu", "1.1")
+    assert session.command_line() == "fivtui simulate stiff-contact --set mu=1.1"
+    scene = Scene(name="mine", description="", parameters=Parameters(F=90.0))
+    assert Session(scene, "my scene.toml").command_line() == "fivtui simulate 'my scene.toml'"
+    assert Session(scene).command_line() == "fivtui simulate --set F=90"
+
+
+def test_separation_considered_again_is_said_from_the_base_scene() -> None:
+    session = Session(PRESETS["linear"], "linear")
+    session.set_text("separation", "considered")
+    assert session.command_line() == "fivtui simulate --set k_nl=0"
+
+
+def test_the_command_line_of_a_wrong_input_is_an_error() -> None:
+    session = Session()
+    session.set_text("F", "x")
+    with pytest.raises(InputError, match="F = 'x'"):
+        session.command_line()

@@ -1,0 +1,362 @@
+"""Every instance of the laboratory has a session of its own, and none loses what it has kept."""
+
+import errno
+import json
+import os
+import signal
+import subprocess
+import sys
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from types import SimpleNamespace
+from typing import Any, cast
+
+import numpy as np
+import pytest
+
+from fivtui.equilibrium.map import stability_map
+from fivtui.io import locks
+from fivtui.model.errors import InputError
+from fivtui.scene.presets import PRESETS
+from fivtui.tui import start
+from fivtui.tui.app import FivtuiApp
+from fivtui.tui.lab.run_control import RunDesk
+from fivtui.tui.persistence.autosave import Keeper
+from fivtui.tui.persistence.slots import slot_of
+from fivtui.tui.persistence.snapshot import state_of
+from fivtui.tui.persistence.state_file import STATE_VERSION, KeptFile, State
+from fivtui.tui.session.runs import MAX_RUNS
+from fivtui.tui.session.session import Session
+from fivtui.tui.session.shown import Shown
+from fivtui.tui.tabs.messages import Reported
+from tests.support.laboratory import app_of, text_of, until, until_shown, until_told
+
+BASE = PRESETS["base"]
+# A process that takes a session and says which, keeps a map with it, and waits to be killed.
+OTHER = """
+import sys
+from pathlib import Path
+from tests.tui.test_slots import a_state
+from fivtui.tui.persistence.autosave import Keeper
+keeper = Keeper(Path(sys.argv[1]))
+keeper.load()
+keeper.save(a_state(sys.argv[2]))
+print(keeper.number, flush=True)
+sys.stdin.read()
+"""
+
+
+def a_state(F: str) -> State:
+    """A session that says F, with a map."""
+    session = Session()
+    session.set_text("F", F)
+    over = {"mu": np.linspace(0.0, 1.0, 3), "F": np.linspace(10.0, 20.0, 2)}
+    session.studies.map = Shown(stability_map(BASE.parameters, over), F)
+    return state_of(session, "")
+
+
+def load(path: Path) -> tuple[Keeper, State]:
+    keeper = Keeper(path)
+    state = keeper.load()
+    assert state is not None
+    assert not keeper.notices
+    return keeper, state
+
+
+def said(keeper: Keeper, state: State) -> str:
+    """What F was, of the session and of its map, which is whole."""
+    kept = state.results["map"]
+    assert isinstance(kept, KeptFile)
+    shown = keeper.result("map", kept)
+    assert shown.value.values.shape == (3, 2)
+    assert shown.name == state.edited.texts["F"]
+    return str(shown.name)
+
+
+@contextmanager
+def another(path: Path, F: str) -> Iterator[subprocess.Popen[str]]:
+    command = [sys.executable, "-c", OTHER, str(path), F]
+    pipe = subprocess.PIPE
+    with subprocess.Popen(command, stdin=pipe, stdout=pipe, text=True) as process:
+        yield process
+        process.kill()
+
+
+def number_of(process: subprocess.Popen[str]) -> str:
+    assert process.stdout is not None
+    return process.stdout.readline().strip()
+
+
+def use(path: Path, F: str, at: float) -> None:
+    """A start that keeps a session, and is over at some time."""
+    keeper = Keeper(path)
+    keeper.load()
+    keeper.save(a_state(F))
+    slot = slot_of(path, keeper.number)
+    keeper.close(a_state(F))
+    for file in (slot.path, slot.lock):
+        os.utime(file, (at, at))
+
+
+def test_two_at_once_have_sessions_of_their_own_and_lose_nothing(tmp_path: Path) -> None:
+    path = tmp_path / "session.json"
+    with another(path, "11") as first:
+        assert number_of(first) == "1"
+        mine = Keeper(path)
+        assert mine.load() is None
+        assert (mine.number, [slot.number for slot in mine.others]) == (2, [1])
+        mine.save(a_state("22"))
+        mine.close(a_state("23"))
+        with pytest.raises(InputError, match="another fivtui is at work here"):
+            Keeper(path).open(1)
+        first.send_signal(signal.SIGKILL)
+        first.wait()
+    os.utime(path, (1.0, 1.0))
+    os.utime(path.with_name("session.lock"), (1.0, 1.0))
+    # The system has let go of the lock; the one used last comes first.
+    last, state = load(path)
+    assert said(last, state) == "23"
+    other, state = load(path)
+    assert said(other, state) == "11"
+    new = Keeper(path)
+    assert new.load() is None
+    assert new.number == 3
+    assert len(list(tmp_path.rglob("map-*.npz"))) == 2
+
+
+def test_the_session_used_last_is_restored_and_the_others_can_be_opened(tmp_path: Path) -> None:
+    path = tmp_path / "session.json"
+    first, second = Keeper(path), Keeper(path)
+    for keeper, F in ((first, "11"), (second, "22")):
+        keeper.load()
+        keeper.save(a_state(F))
+    for keeper, F, at in ((first, "11", 100.0), (second, "22", 300.0)):
+        slot = slot_of(path, keeper.number)
+        keeper.close(a_state(F))
+        for file in (slot.path, slot.lock):
+            os.utime(file, (at, at))
+    keeper, state = load(path)
+    assert said(keeper, state) == "22"
+    assert (keeper.number, [slot.number for slot in keeper.others]) == (2, [1])
+    opened = Keeper(path)
+    assert said(opened, opened.open(keeper.others[0].number)) == "11"
+    with pytest.raises(InputError, match="session 7 is not there any more"):
+        Keeper(path).open(7)
+
+
+def a_text(path: Path) -> str:
+    return str(json.loads(path.read_text())["texts"]["F"])
+
+
+def test_a_session_of_the_layout_before_is_restored_with_its_results(tmp_path: Path) -> None:
+    path = tmp_path / "session.json"
+    use(path, "11", 100.0)
+    path.with_name("session.lock").unlink()
+    assert sorted(file.name for file in tmp_path.iterdir()) == ["results", "session.json"]
+    keeper, state = load(path)
+    assert (keeper.number, said(keeper, state)) == (1, "11")
+
+
+@pytest.mark.parametrize("content", ["{", '{"fivtui_session": 1}'])
+def test_the_results_of_a_session_put_aside_stay(content: str, tmp_path: Path) -> None:
+    path = tmp_path / "session.json"
+    use(path, "11", 100.0)
+    whole = path.read_text()
+    path.write_text(content)
+    keeper = Keeper(path)
+    assert keeper.load() is None
+    keeper.save(a_state("22"))
+    keeper.save(a_state("33"))
+    keeper.close(a_state("44"))
+    # Mended and put back by hand, it is all there.
+    (tmp_path / "session.damaged-1.json").write_text(whole)
+    (tmp_path / "session.damaged-1.json").replace(path)
+    again, state = load(path)
+    assert said(again, state) == "11"
+
+
+def test_a_newer_session_stays_where_it_is_for_who_can_read_it(tmp_path: Path) -> None:
+    path = tmp_path / "session.json"
+    use(path, "11", 100.0)
+    mark = f'"fivtui_session": {STATE_VERSION}'
+    whole = path.read_text()
+    newer = whole.replace(mark, f'"fivtui_session": {STATE_VERSION + 1}')
+    path.write_text(newer)
+    keeper = Keeper(path)
+    assert keeper.load() is None
+    assert keeper.number == 2
+    (notice,) = keeper.notices
+    assert "written by a newer fivtui" in notice
+    assert f"it stays in {path}, its results in {tmp_path / 'results'}" in notice
+    keeper.save(a_state("22"))
+    keeper.close(a_state("23"))
+    assert path.read_text() == newer
+    # From now on this program has its own session.
+    again, state = load(path)
+    assert said(again, state) == "23"
+    path.write_text(whole)
+    theirs = Keeper(path)
+    assert said(theirs, theirs.open(1)) == "11"
+
+
+@pytest.mark.parametrize("number", [errno.EROFS, errno.ENOLCK])
+def test_without_a_lock_a_session_is_read_and_nothing_changed(
+    number: int, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    path = tmp_path / "session.json"
+    use(path, "11", 100.0)
+    (result,) = (tmp_path / "results").iterdir()
+    before = {file: file.read_bytes() for file in (path, result)}
+
+    def refuse(*_: Any) -> int:
+        raise OSError(number, os.strerror(number))
+
+    with monkeypatch.context() as patched:
+        patched.setattr(locks, "_lock", refuse)
+        keeper, state = load(path)
+        assert os.strerror(number) in keeper.error
+        assert said(keeper, state) == "11"
+        result.write_bytes(b"PK")
+        with pytest.raises(
+            InputError, match=r"could not be restored \(not a map file, or damaged\)$"
+        ):
+            said(keeper, state)
+        result.write_bytes(before[result])
+        keeper.save(a_state("22"))
+        assert os.strerror(number) in keeper.error
+        assert {file: file.read_bytes() for file in before} == before
+    # As soon as it can be had it is kept, unless another has used it in between.
+    other, _ = load(path)
+    other.close(a_state("33"))
+    keeper.save(a_state("44"))
+    assert "another fivtui has written it since" in keeper.error
+    assert a_text(path) == "33"
+
+
+def test_a_full_disk_is_said_and_takes_nothing_away(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    path = tmp_path / "session.json"
+    use(path, "11", 100.0)
+    keeper, _ = load(path)
+
+    def full(_: int) -> None:
+        raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))
+
+    state = a_state("22")
+    with monkeypatch.context() as patched:
+        patched.setattr("fivtui.io.files.os.fsync", full)
+        keeper.save(state)
+        assert "No space left" in keeper.error
+        assert a_text(path) == "11"
+        assert not list(tmp_path.rglob("*.tmp"))
+    keeper.close(state)
+    assert not keeper.error
+    again, kept = load(path)
+    assert said(again, kept) == "22"
+    assert len(list((tmp_path / "results").iterdir())) == 1
+
+
+def test_a_result_that_found_no_space_is_said_though_the_session_did(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    path = tmp_path / "session.json"
+    use(path, "11", 100.0)
+    keeper, _ = load(path)
+    state = a_state("22")
+    (tmp_path / "results").rename(tmp_path / "gone")
+    (tmp_path / "results").write_text("in the way")
+    keeper.save(state)
+    assert f"{tmp_path / 'results'}: cannot be made" in keeper.error
+    (tmp_path / "results").unlink()
+    keeper.close(state)
+    assert not keeper.error
+    again, kept = load(path)
+    assert said(again, kept) == "22"
+
+
+def test_a_state_folder_that_cannot_be_made_is_said(tmp_path: Path) -> None:
+    (tmp_path / "file").write_text("")
+    keeper = Keeper(tmp_path / "file" / "fivtui" / "session.json")
+    assert keeper.load() is None
+    assert "cannot be made a folder" in keeper.error
+    keeper.save(a_state("1"))
+    assert "cannot be made a folder" in keeper.error
+    keeper.close(a_state("2"))
+
+
+def test_at_the_end_it_is_said_what_is_not_kept(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    (tmp_path / "fivtui").write_text("")
+    monkeypatch.setenv("XDG_STATE_HOME", str(tmp_path))
+    monkeypatch.setattr(FivtuiApp, "run", lambda _: None)
+    # What it sets for the whole process is no affair of the other tests.
+    monkeypatch.setattr("gc.disable", lambda: None)
+    monkeypatch.setattr(start, "answer_quickly", lambda: None)
+    start.run()
+    said_last = capsys.readouterr().err
+    assert said_last.startswith(f"the session is not kept: {tmp_path / 'fivtui'}: cannot be made")
+
+
+def test_a_run_that_leaves_the_list_is_said_to() -> None:
+    told: list[Any] = []
+    screen = SimpleNamespace(post_message=told.append, run_worker=lambda *_, **__: None)
+    desk = RunDesk(cast("Any", screen), Session())
+    for _ in range(MAX_RUNS + 1):
+        desk.start()
+    words = [message.words for message in told if isinstance(message, Reported)]
+    assert words == [f"run 1, the oldest, is deleted: the list holds {MAX_RUNS}"]
+
+
+async def test_the_palette_opens_another_session_and_keeps_this_one(tmp_path: Path) -> None:
+    path = tmp_path / "session.json"
+    with another(path, "11") as first:
+        assert number_of(first) == "1"
+        app = FivtuiApp(state=path)
+        async with app.run_test(size=(100, 30), notifications=True) as pilot:
+            await until_told(pilot, "this is session 2; kept as well: 1 (Ctrl+P, Open)")
+            app.session.set_text("F", "22")
+            await open_from_palette(pilot, "Open session 1: scene base, map")
+            await until_told(pilot, "another fivtui is at work here")
+            assert app.session.texts["F"] == "22"
+            first.kill()
+            first.wait()
+            await open_from_palette(pilot, "Open session 1: scene base, map")
+            await until_told(pilot, "session 1 opened")
+            assert app_of(pilot).session.texts["F"] == "11"
+            await until(pilot, lambda: app.session.studies.map is not None)
+            assert "base (changed)" in text_of(pilot)
+            await pilot.press("alt+2")
+            await until_shown(pilot, "nothing to show yet")
+            assert len(app.screen_stack) == 1
+    keeper, state = load(path)
+    assert (keeper.number, said(keeper, state)) == (1, "11")
+    assert a_text(tmp_path / "session-2" / "session.json") == "22"
+
+
+async def open_from_palette(pilot: Any, title: str) -> None:
+    await pilot.press("ctrl+p")
+    await until_shown(pilot, "Run the transient")
+    await pilot.press(*"opensession")
+    await until_shown(pilot, title)
+    await pilot.press("enter")
+
+
+@pytest.mark.skipif(not hasattr(os, "fork"), reason="a kill in the midst needs a fork")
+def test_a_session_is_whole_wherever_its_keeper_is_killed(tmp_path: Path) -> None:
+    assert int(killed("keeper", str(tmp_path))) > 20
+
+
+@pytest.mark.slow
+@pytest.mark.skipif(not hasattr(os, "fork"), reason="a kill in the midst needs a fork")
+def test_no_kill_of_the_laboratory_loses_a_run(tmp_path: Path) -> None:
+    assert killed("lab", str(tmp_path), "3") == "3"
+
+
+def killed(*words: str) -> str:
+    command = [sys.executable, "-m", "tests.support.session_kill", *words]
+    done = subprocess.run(command, capture_output=True, text=True, check=False)
+    assert done.returncode == 0, done.stderr
+    return done.stdout.strip()

@@ -1,0 +1,386 @@
+import dataclasses
+import json
+import stat
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from fivtui.model.errors import InputError
+from fivtui.model.parameters import Parameters
+from fivtui.scene.presets import PRESETS
+from fivtui.simulation import simulate
+from fivtui.transient.files import save_trajectory
+from fivtui.tui.persistence.autosave import Keeper
+from fivtui.tui.persistence.imports import load_run
+from fivtui.tui.persistence.state_file import (
+    STATE_VERSION,
+    DamagedSession,
+    State,
+    load_state,
+    save_state,
+    state_path,
+)
+from fivtui.tui.session.comparison import change_rows, changes, engine_words, percent_text
+from fivtui.tui.session.differences import base_scene
+from fivtui.tui.session.paper_scenes import paper_scenes
+from fivtui.tui.session.run_styles import usual_style
+from fivtui.tui.session.runs import MAX_RUNS, Outcome, Run, Runs, execute
+from fivtui.tui.session.session import MOST_RECENT, Session
+
+SHORT = dataclasses.replace(base_scene(), t_end=10.0)
+
+
+def finished(runs: Runs, **changed: object) -> Run:
+    run = runs.start(SHORT.with_values(changed))
+    assert runs.finish(run, execute(run))
+    return run
+
+
+# Undo and redo
+
+
+def test_typing_is_one_step_and_so_are_nudges_in_one_direction() -> None:
+    session = Session()
+    for text in ("9", "91", "91.5"):
+        session.set_text("F", text)
+    for _ in range(3):
+        session.nudge("mu", 1)
+    session.nudge("mu", -1)
+    assert (session.texts["F"], session.texts["mu"]) == ("91.5", "0.72")
+    assert session.undo()
+    assert session.texts["mu"] == "0.73"
+    assert session.undo()
+    assert session.texts["mu"] == "0.7"
+    assert session.undo()
+    assert session.texts["F"] == "80"
+    assert not session.undo()
+    assert not session.changed
+    for _ in range(3):
+        assert session.redo()
+    assert (session.texts["F"], session.texts["mu"]) == ("91.5", "0.72")
+    assert not session.redo()
+
+
+def test_a_step_closed_is_undone_by_itself() -> None:
+    session = Session()
+    session.set_text("F", "90")
+    session.close_step()
+    session.set_text("F", "95")
+    session.undo()
+    assert session.texts["F"] == "90"
+
+
+def test_an_edit_after_undo_ends_what_could_be_done_again() -> None:
+    session = Session()
+    session.set_text("F", "90")
+    session.undo()
+    session.set_text("k1", "7")
+    assert not session.can_redo
+    session.undo()
+    assert not session.changed
+
+
+def test_loading_and_resetting_are_undone_with_all_that_was_edited() -> None:
+    session = Session()
+    session.set_text("F", "x")
+    session.load(PRESETS["stiff-contact"], "stiff-contact")
+    assert session.name == "stiff-contact"
+    session.set_text("mu", "1")
+    session.reset_all()
+    assert not session.changed
+    session.undo()
+    assert session.texts["mu"] == "1"
+    session.undo()
+    session.undo()
+    assert (session.name, session.source, session.texts["F"]) == ("base", "", "x")
+
+
+def test_undo_goes_back_beyond_saving_but_keeps_the_file() -> None:
+    session = Session()
+    session.set_text("F", "90")
+    session.saved(dataclasses.replace(session.scene(), name="mine"), "mine.toml")
+    assert not session.changed
+    session.undo()
+    assert (session.name, session.source, session.changed) == ("mine", "mine.toml", ["F"])
+    session.redo()
+    assert not session.changed
+
+
+# Engines
+
+
+def test_the_engine_is_switched_to_the_fmu_and_back_to_the_method_before() -> None:
+    session = Session()
+    session.set_text("method", "scipy-dop853")
+    session.switch_engine()
+    assert (session.engine, session.texts["method"]) == ("FMU", "fmu")
+    native, fmu = session.engine_pair()
+    assert (native.method, fmu.method) == ("scipy-dop853", "fmu")
+    session.switch_engine()
+    assert (session.engine, session.texts["method"]) == ("native", "scipy-dop853")
+
+
+def test_a_pair_of_engines_keeps_a_step_only_where_the_method_takes_one() -> None:
+    session = Session()
+    session.set_text("method", "rk4")
+    session.set_text("step", "0.01")
+    assert [scene.step for scene in session.engine_pair()] == [0.01, None]
+    session.set_text("method", "fmu")
+    assert [scene.step for scene in session.engine_pair()] == [None, None]
+
+
+def test_the_difference_of_engines_is_said_with_its_size() -> None:
+    exact = simulate(t_end=10.0, samples=[0.0, 5.0, 10.0])
+    coarse = simulate(t_end=10.0, samples=[0.0, 5.0, 10.0], method="rk4", step=0.01)
+    assert "final state 0 (m, m/s), peak |y| 0 m" in engine_words(exact, exact)
+    words = engine_words(exact, coarse)
+    state = max(
+        abs(getattr(exact.final, name) - getattr(coarse.final, name))
+        for name in ("x", "vx", "y", "vy")
+    )
+    assert f"final state {state:.2g}" in words
+    assert words.endswith("separations equal")
+
+
+# Runs
+
+
+def test_the_baseline_is_compared_by_difference_and_percent() -> None:
+    runs = Runs()
+    base, other = finished(runs), finished(runs, F=100.0)
+    assert base.result is not None
+    assert other.result is not None
+    peak = changes(other.result, base.result)[0]
+    assert peak.difference == other.result.peak.y_abs - base.result.peak.y_abs
+    assert percent_text(peak) == f"{100.0 * peak.difference / base.result.peak.y_abs:+.3g}"
+    assert percent_text(changes(base.result, base.result)[0]) == "0"
+    row = change_rows(other.result, base.result)[0]
+    assert row.label == "peak |y|"
+    assert row.value[0] in "+-"
+    assert "%" in row.note
+
+
+def test_what_is_drawn_ends_with_the_run_shown() -> None:
+    runs = Runs()
+    first, second, third = (finished(runs) for _ in range(3))
+    runs.shown = second
+    assert runs.drawn == [second]
+    first.overlaid = third.overlaid = True
+    assert runs.drawn == [first, third, second]
+    runs.remove(second)
+    assert runs.shown is third
+    assert runs.drawn == [first, third]
+    runs.baseline = first
+    runs.remove(first)
+    assert runs.baseline is None
+
+
+def test_old_runs_go_but_not_the_one_shown_nor_the_baseline() -> None:
+    runs = Runs()
+    base, shown = finished(runs), finished(runs)
+    runs.baseline, runs.shown = base, shown
+    for _ in range(MAX_RUNS):
+        runs.finish(runs.start(SHORT), Outcome(error="not computed"))
+    assert len(list(runs)) == MAX_RUNS
+    assert list(runs)[:2] == [base, shown]
+
+
+def test_a_result_goes_only_after_the_runs_that_have_none() -> None:
+    runs = Runs()
+    first, second, shown = (finished(runs) for _ in range(3))
+    runs.shown = shown
+    failed = [runs.start(SHORT) for _ in range(MAX_RUNS - 3)]
+    running = runs.start(SHORT)
+    assert list(runs) == [first, second, shown, *failed[1:], running]
+    read = [runs.take_in(SHORT, shown.result, "a.csv") for _ in failed if shown.result is not None]
+    assert list(runs) == [second, shown, running, *read]
+
+
+def test_a_run_from_a_file_does_not_stop_the_one_that_runs() -> None:
+    runs = Runs()
+    running = runs.start(SHORT)
+    result = simulate(t_end=1.0, samples=[0.0, 1.0])
+    read = runs.take_in(SHORT, result, "a.csv")
+    assert runs.active is running
+    assert runs.shown is read
+    assert (read.engine, read.number) == ("file", 2)
+    runs.remove(running)
+    assert runs.active is None
+    assert not running.report(0.5)
+
+
+def test_styles_differ_in_colour_or_marker() -> None:
+    styles = [usual_style(number) for number in range(1, MAX_RUNS + 1)]
+    assert len({(style.colour_code, style.marker_sign) for style in styles}) == MAX_RUNS
+
+
+# Runs from files
+
+
+@pytest.mark.parametrize("suffix", [".csv", ".npz", ".parquet"])
+@pytest.mark.parametrize("separation", [True, False])
+def test_a_run_read_is_the_run_written(suffix: str, separation: bool, tmp_path: Path) -> None:
+    scene = SHORT.with_values({"F": 90.0})
+    written = simulate(
+        scene.parameters, t_end=10.0, separation=separation, samples=np.linspace(0.0, 10.0, 5001)
+    )
+    path = tmp_path / f"mine{suffix}"
+    save_trajectory(written, path)
+    read_scene, read = load_run(path)
+    assert read_scene.name == "mine"
+    assert read_scene.parameters == scene.parameters == read.parameters
+    assert (read_scene.separation, read_scene.t_end) == (separation, 10.0)
+    assert read_scene.start == written.start
+    assert read.peak.y_abs == pytest.approx(written.peak.y_abs, rel=1e-3)
+    assert read.steady.y_half_range == pytest.approx(written.steady.y_half_range, rel=1e-3)
+    assert read.final == written.final
+    assert read.events.separations == written.events.separations
+    assert read.events.reattachments == written.events.reattachments
+    np.testing.assert_allclose(read.switch_times, written.switch_times, atol=1e-4)
+    assert read.events.separated_time == pytest.approx(written.events.separated_time, abs=1e-3)
+    assert read.trajectory is not None
+    assert written.trajectory is not None
+    np.testing.assert_array_equal(read.trajectory.y, written.trajectory.y)
+
+
+def test_a_file_that_does_not_say_what_was_computed_is_refused(tmp_path: Path) -> None:
+    path = tmp_path / "foreign.csv"
+    path.write_text("t,x,vx,y,vy,P,mode\n0,0,0,0,0,0,1\n1,0,0,0,0,0,1\n")
+    with pytest.raises(InputError, match=r"foreign\.csv: does not say what was computed"):
+        load_run(path)
+    path.write_text(f"# parameters: [1]\n{path.read_text()}")
+    with pytest.raises(InputError, match="does not say"):
+        load_run(path)
+
+
+# Scenes of figures
+
+
+def test_every_figure_has_a_scene_to_begin_with() -> None:
+    scenes = {scene.name: scene for scene, _ in paper_scenes()}
+    numbers = {int(name.removeprefix("fig-").rstrip("ab")) for name in scenes}
+    assert numbers == set(range(2, 17))
+    assert scenes["fig-5"].parameters == Parameters(F=100.0, c1=0.8)
+    assert scenes["fig-12"].separation
+    assert scenes["fig-13"].parameters == Parameters(k_nl=20.0, mu=0.5)
+    for scene in scenes.values():
+        assert Session(scene).scene() == scene
+
+
+# The session between two starts
+
+
+def state(session: Session) -> State:
+    return State(session.edited, session.recent, "transient", "nord")
+
+
+def test_a_session_kept_is_the_session_restored(tmp_path: Path) -> None:
+    path = tmp_path / "new" / "session.json"
+    session = Session(PRESETS["stiff-contact"], "stiff-contact")
+    session.set_text("F", "not yet a number")
+    session.remember(str(tmp_path / "a.toml"))
+    save_state(state(session), path)
+    assert load_state(path) == state(session)
+    assert load_state(tmp_path / "none.json") is None
+    save_state(State(Session().edited), path)
+    assert load_state(path) == State(Session().edited)
+    assert [file.name for file in path.parent.iterdir()] == ["session.json"]
+
+
+def test_files_are_found_again_from_another_folder(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    session = Session(base_scene(), "mine.toml")
+    session.remember("mine.toml")
+    save_state(state(session), tmp_path / "session.json")
+    kept = load_state(tmp_path / "session.json")
+    assert kept is not None
+    assert kept.edited.source == kept.recent[0] == str(tmp_path / "mine.toml")
+    session.remember(kept.recent[0])
+    assert len(session.recent) == 1
+
+
+@pytest.mark.parametrize(
+    ("content", "words"),
+    [
+        (b"{", "damaged"),
+        (b"\xff\xfe", "damaged"),
+        (b"[]", "damaged"),
+        (json.dumps({"fivtui_session": STATE_VERSION}).encode(), "damaged"),
+        (b'{"fivtui_session": 1}', "version 1, not 2"),
+    ],
+)
+def test_a_session_that_cannot_be_read_is_kept_aside(
+    content: bytes, words: str, tmp_path: Path
+) -> None:
+    path = tmp_path / "session.json"
+    for number in (1, 2):
+        path.write_bytes(content)
+        keeper = Keeper(path)
+        assert keeper.load() is None
+        (notice,) = keeper.notices
+        aside = tmp_path / f"session.damaged-{number}.json"
+        assert f"could not be restored ({words}); it is kept as {aside}" in notice
+        assert f"its results stay in {tmp_path / 'results'}" in notice
+        assert aside.read_bytes() == content
+        assert not path.exists()
+        keeper.close(state(Session()))
+        assert load_state(path) == state(Session())
+
+
+def test_an_infinite_number_of_runs_is_damage(tmp_path: Path) -> None:
+    path = tmp_path / "session.json"
+    save_state(state(Session()), path)
+    path.write_text(path.read_text().replace('"count": 0', '"count": 1e999'))
+    with pytest.raises(DamagedSession, match="damaged"):
+        load_state(path)
+
+
+def test_a_keeper_writes_only_what_differs_and_says_why_it_could_not(tmp_path: Path) -> None:
+    path = tmp_path / "session.json"
+    keeper = Keeper(path)
+    session = Session()
+    assert keeper.load() is None
+    keeper.save(state(session))
+    path.unlink()
+    keeper.save(state(session))
+    assert not path.exists()
+    session.set_text("F", "1")
+    path.mkdir()
+    keeper.save(state(session))
+    assert "is a folder" in keeper.error
+    path.rmdir()
+    session.set_text("F", "2")
+    keeper.save(state(session))
+    assert not keeper.error
+    # At the end it is tried again.
+    path.unlink()
+    path.mkdir()
+    session.set_text("F", "3")
+    keeper.save(state(session))
+    assert keeper.error
+    path.rmdir()
+    keeper.close(state(session))
+    assert not keeper.error
+    assert stat.S_ISREG(path.stat().st_mode)
+    nowhere = Keeper(None)
+    nowhere.save(state(session))
+    assert nowhere.load() is None
+
+
+def test_recent_scenes_are_each_once_and_not_too_many() -> None:
+    session = Session()
+    for number in range(MOST_RECENT + 5):
+        session.remember(f"{number}.toml")
+    session.remember("10.toml")
+    assert session.recent[0] == "10.toml"
+    assert len(session.recent) == MOST_RECENT == len(set(session.recent))
+
+
+def test_the_session_is_kept_where_the_environment_says() -> None:
+    assert state_path({"XDG_STATE_HOME": "/s"}) == Path("/s/fivtui/session.json")
+    home = Path("~").expanduser()
+    assert state_path({"XDG_STATE_HOME": "relative"}).is_relative_to(home)
+    assert state_path({}).parts[-2:] == ("fivtui", "session.json")

@@ -1,0 +1,51 @@
+import random
+from pathlib import Path
+
+import pytest
+
+from fivtui.tui.app import FivtuiApp
+from fivtui.tui.tabs.tabs import TABS
+from tests.support.laboratory import text_of
+
+KEYS = (
+    *"0123456789jkhlgGirebsxcmn+-.",
+    *("up", "down", "left", "right", "tab", "shift+tab", "enter", "escape", "space", "backspace"),
+    *("delete", "home", "end", "shift+up", "ctrl+z", "ctrl+y", "ctrl+p", "ctrl+o", "ctrl+s"),
+    *("f1", "f2", "shift+f2", "f3", "f4", "f5", "f5", "f6", "f7", "f8", "shift+f8", "f9"),
+    *(tab.key for tab in TABS),
+)
+PRESSES = 100
+
+
+@pytest.mark.slow
+async def test_typing_at_random_neither_crashes_nor_blocks(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    # A FMU is built and loaded by libraries that are slow to come.
+    monkeypatch.setattr("fivtui.fmu.transient.integrate_fmu", _no_fmu)
+    chosen = random.Random(7)
+    pressed: list[str] = []
+    app = FivtuiApp(state=tmp_path / "session.json")
+    async with app.run_test(size=(100, 30), notifications=True) as pilot:
+        await pilot.pause()
+        for _ in range(PRESSES):
+            pressed.append(chosen.choice(KEYS))
+            if pressed[-1] == "enter" and app.screen.query("#path"):
+                # No file is opened or written under a name typed at random.
+                pressed[-1] = "escape"
+            await pilot.press(pressed[-1])
+            assert app._exception is None, pressed
+        # Whatever was done, the program still does what it is told.
+        while len(app.screen_stack) > 1:
+            app.pop_screen()
+        await pilot.press("shift+f8")
+        await pilot.pause()
+        assert not app.session.changed
+        assert "F1 Help" in text_of(pilot)
+
+
+def _no_fmu(*_: object, **__: object) -> None:
+    from fivtui.model.errors import ComputationError
+
+    raise ComputationError("there is no FMU in this test", "another method")

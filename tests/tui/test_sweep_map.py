@@ -1,0 +1,234 @@
+"""The tabs of sweeps and maps: what they compute, and one start of the app each."""
+
+from collections.abc import AsyncIterator
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from textual.pilot import Pilot
+from textual.widgets import Input
+
+from fivtui.equilibrium.map import stability_map
+from fivtui.model.errors import Cancelled, InputError
+from fivtui.model.parameters import Parameters
+from fivtui.scene.presets import PRESETS
+from fivtui.simulation import simulate
+from fivtui.sweeps import rows as sweep
+from fivtui.sweeps.rows import compute_rows
+from fivtui.tui.app import FivtuiApp
+from fivtui.tui.chart.axis import Axis
+from fivtui.tui.chart.chart import View, nearest
+from fivtui.tui.chart.picture import draw
+from fivtui.tui.chart.widget.chart_view import ChartView
+from fivtui.tui.tabs.charts.map import map_chart, map_request, point_words, values_in
+from fivtui.tui.tabs.charts.map import point_texts as map_point
+from fivtui.tui.tabs.charts.sweep import (
+    case_of,
+    count_words,
+    grid_chart,
+    point_scene,
+    point_texts,
+    points_of,
+    sweep_chart,
+    sweep_of,
+    sweep_parts,
+    sweep_request,
+)
+from tests.support.laboratory import (
+    app_of,
+    endless_simulate,
+    flat_text_of,
+    text_of,
+    until,
+    until_shown,
+)
+
+BASE = PRESETS["base"]
+
+
+@pytest.fixture
+async def pilot() -> AsyncIterator[Pilot[None]]:
+    async with FivtuiApp().run_test(size=(100, 30), notifications=True) as started:
+        await started.pause()
+        yield started
+
+
+def test_a_sweep_gives_what_single_runs_give_point_by_point() -> None:
+    study = sweep_request(BASE, "F=100:20:21")
+    assert study.members == 42
+    seen: list[float] = []
+
+    def go_on(fraction: float) -> bool:
+        seen.append(fraction)
+        return True
+
+    parts = list(sweep_parts(study, go_on))
+    assert len(parts) == 3
+    assert seen == sorted(seen)
+    result = sweep_of(study, parts)
+    points = points_of(result)
+    x, peaks = points.values["y_abs", True]
+    assert np.all(np.diff(x) > 0.0)
+    run = simulate(Parameters(F=float(x[5])), t_end=100.0)
+    assert peaks[5] == pytest.approx(run.peak.y_abs, rel=1e-9)
+    assert points.values["y_half_range", True][1][5] == pytest.approx(run.steady.y_half_range)
+    chart = sweep_chart(points, 80.0)
+    names = [trace.name for trace in chart.traces]
+    assert names == ["peak considered", "±2nd half considered", "peak ignored", "±2nd half ignored"]
+    picture = draw(chart, View(), 80, 20).text()
+    assert all(mark in picture for mark in "●◆◇")
+    view = View(cursor=(60.2, 0.0))
+    found = nearest(chart, view)
+    assert case_of(study, points, found[0], False)
+    assert point_scene(study, found[0], True).parameters == Parameters(F=60.0)
+    assert not case_of(study, points, found[3], True)
+    texts = point_texts(point_scene(study, found[3], False))
+    assert (texts["F"], texts["separation"], texts["t_end"]) == ("60", "ignored", "100")
+
+
+def test_a_sweep_over_two_names_is_drawn_as_shades_as_far_as_it_is_known() -> None:
+    study = sweep_request(replace(BASE, t_end=10.0), "F=20:80:4 mu=0.2,0.5,0.8")
+    parts = list(sweep_parts(study, lambda _: True))
+    result = sweep_of(study, parts)
+    for case in (True, False):
+        chart = grid_chart(result, case, (80.0, 0.5))
+        backdrop = chart.backdrop
+        assert backdrop is not None
+        assert (chart.x_label, chart.y_label) == ("F / N", "mu")
+        run = simulate(Parameters(F=40.0, mu=0.8), t_end=10.0, separation=case)
+        assert backdrop.values[1, 2] == pytest.approx(run.peak.y_abs, rel=1e-9)
+        assert "◆" in draw(chart, View(), 80, 20).text()
+        read = draw(chart, View(cursor=(41.0, 0.79)), 80, 20).text()
+        assert read.startswith("F 40  mu 0.8  peak of |y| ")
+        (point,) = nearest(chart, View(cursor=(41.0, 0.79)))
+        assert case_of(study, None, point, case) is case
+        assert point_scene(study, point, case).parameters == Parameters(F=40.0, mu=0.8)
+    part = compute_rows(study, 0, 7)
+    known = grid_chart(sweep_of(study, [part]), True, None).backdrop
+    assert known is not None
+    assert np.isnan(known.values).sum() == known.values.size - 4
+    with pytest.raises(InputError, match="shown are sweeps over one name"):
+        sweep_request(BASE, "F=1,2 mu=1,2 k1=1,2")
+
+
+def test_members_that_fail_leave_a_gap_and_a_reason() -> None:
+    study = sweep_request(replace(BASE.with_values({"k_nl": 0.0}), t_end=1000.0), "mu=0.5,60,100")
+    result = sweep_of(study, list(sweep_parts(study, lambda _: True)))
+    points = points_of(result)
+    assert result.table.failed > 0
+    assert "not finished: " in count_words(result)
+    assert np.isnan(points.values["y_abs", False][1][-1])
+
+
+def test_a_sweep_is_cancelled() -> None:
+    study = sweep_request(BASE, "F=20:100:200")
+    with pytest.raises(Cancelled):
+        list(sweep_parts(study, lambda fraction: fraction < 0.1))
+
+
+@pytest.mark.parametrize(
+    ("text", "message"),
+    [("F=1:2", "allowed is NAME"), ("G=1:2:3", "unknown parameter"), ("y0=0:1:3", "parameter")],
+)
+def test_a_sweep_that_cannot_be_is_refused(text: str, message: str) -> None:
+    with pytest.raises(InputError, match=message):
+        sweep_request(BASE, text)
+
+
+def test_a_map_is_drawn_with_its_boundary_and_point() -> None:
+    first, second = map_request("mu=0:1.5:61 F=5:120:47")
+    over = {first.name: first.values(), second.name: second.values()}
+    for value, label in (("growth-rate", "growth rate"), ("critical-mu", "μ_c")):
+        result = stability_map(Parameters(), over, value)
+        chart = map_chart(result, Parameters())
+        bound = chart.traces[0]
+        near = np.abs(bound.y - 80.0).argmin()
+        assert bound.x[near] == pytest.approx(0.4394, abs=0.02)
+        assert "◆" in draw(chart, View(), 80, 24).text()
+        read = draw(chart, View(cursor=(0.7, 80.0)), 80, 24).text()
+        assert read.startswith(f"mu 0.7  F 80  {label}")
+    descending = {"F": second.values()[::-1], "mu": first.values()}
+    turned = map_chart(stability_map(Parameters(), descending), None)
+    assert turned.backdrop is not None
+    assert np.all(np.diff(turned.backdrop.x) > 0.0)
+    view = View(cursor=(80.0, 0.7))
+    (point,) = nearest(turned, view)
+    result = stability_map(Parameters(), descending)
+    texts = map_point(result, point)
+    assert (texts["F"], texts["mu"], texts["k1"]) == ("80", "0.7", "100")
+    assert point_words(result, point) == "F = 80, mu = 0.7"
+
+
+def test_what_is_shown_of_a_map_is_as_fine_as_all_of_it() -> None:
+    mass, friction = map_request("m=1:9:5 mu=0:2:11")
+    assert values_in(mass, None).tolist() == [1.0, 3.0, 5.0, 7.0, 9.0]
+    assert values_in(friction, Axis(0.5, 1.5)).tolist() == pytest.approx(np.linspace(0.5, 1.5, 11))
+    shown = values_in(mass, Axis(-3.0, 1.0))
+    assert 0.0 < shown[0] < 1e-6
+    assert shown[-1] == 1.0
+    assert values_in(mass, Axis(-3.0, -1.0)).tolist() == values_in(mass, None).tolist()
+
+
+@pytest.mark.parametrize("text", ["", "mu=0:1:5", "mu=0:1:5 mu=0:1:5", "mu=0:1:5000 F=1:2:5000"])
+def test_a_map_that_cannot_be_is_refused(text: str) -> None:
+    with pytest.raises(InputError):
+        map_request(text)
+
+
+async def test_a_sweep_runs_stops_and_opens_its_points(
+    pilot: Pilot[None], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    await pilot.press("alt+3")
+    await until_shown(pilot, "nothing swept yet")
+    editor = pilot.app.screen.query_one("#vary", Input)
+    editor.focus()
+    editor.value = "F=60:100:1"
+    await pilot.press("enter")
+    await until_shown(pilot, "COUNT = 1: allowed")
+    editor.value = "F=60:100:21"
+    await pilot.press("enter")
+    await until_shown(pilot, "42 transients")
+    assert "peak considered" in text_of(pilot)
+    view = pilot.app.screen.query_one("#sweep-chart", ChartView)
+    view.focus()
+    await pilot.press("c", "shift+right", "enter")
+    runs = app_of(pilot).session.runs
+    await until(pilot, lambda: runs.shown is not None)
+    assert runs.shown is not None
+    assert runs.shown.scene.parameters.F > 80.0
+    assert app_of(pilot).session.texts["F"] != "80"
+    monkeypatch.setattr(
+        sweep, "compute_rows", lambda _s, _a, _b, progress: endless_simulate(progress=progress)
+    )
+    await pilot.press("alt+3", "f10")
+    await until_shown(pilot, "Stop")
+    await pilot.press("f10")
+    await until_shown(pilot, "stopped at")
+
+
+async def test_a_map_follows_the_form_and_opens_its_points(pilot: Pilot[None]) -> None:
+    await pilot.press("alt+4")
+    await until_shown(pilot, "11253 points")
+    assert "░" in text_of(pilot)
+    session = app_of(pilot).session
+    view = pilot.app.screen.query_one("#map-chart", ChartView)
+    before = view.chart
+    session.set_text("c1", "0.8")
+    await pilot.press("shift+f2", "f2")
+    await until(pilot, lambda: view.chart is not before and view.chart is not None)
+    view.focus()
+    before = view.chart
+    await pilot.press("plus", "plus")
+    await until(pilot, lambda: view.chart is not before and view.chart is not None)
+    await until(pilot, lambda: view.chart.backdrop.x[0] > 0.1)  # type: ignore[union-attr]
+    await pilot.press("r")
+    await until(pilot, lambda: view.chart.backdrop.x[0] == 0.0)  # type: ignore[union-attr]
+    await pilot.click("#value-critical-mu")
+    await until_shown(pilot, "F / N μ_c")
+    view.focus()
+    await pilot.press("c", "left")
+    await until(pilot, lambda: "mu 0." in flat_text_of(pilot))
+    await pilot.press("enter")
+    await until(pilot, lambda: session.runs.shown is not None)
+    assert session.texts["mu"] != "0.7"
+    assert session.texts["F"] != "80"

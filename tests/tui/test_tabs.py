@@ -1,0 +1,255 @@
+"""What the tabs show and do: one start of the app a tab."""
+
+import dataclasses
+from collections.abc import AsyncIterator
+from typing import Any
+
+import numpy as np
+import pytest
+from textual.pilot import Pilot
+
+from fivtui.equilibrium.scan import mode_scan, scan_top
+from fivtui.kernel import loader
+from fivtui.kernel.loader import KernelLoader
+from fivtui.paper.claims.check import CLAIMS
+from fivtui.paper.claims.claim import check
+from fivtui.paper.study import Study
+from fivtui.scene.presets import PRESETS
+from fivtui.tradeoffs import measure as tradeoff
+from fivtui.tradeoffs.measure import Tradeoff, measure_tradeoff
+from fivtui.tui.app import FivtuiApp
+from fivtui.tui.chart.widget.chart_view import ChartView
+from fivtui.tui.session import runs
+from fivtui.tui.tabs.charts.paper import claim_rows, claim_words
+from fivtui.tui.tabs.charts.tradeoff import present_row, present_words, table_rows, tradeoff_chart
+from tests.support.laboratory import (
+    app_of,
+    flat_text_of,
+    run_to_end,
+    text_of,
+    type_into,
+    until,
+    until_shown,
+)
+
+BASE = PRESETS["base"]
+USUAL = (100, 30)
+
+
+@pytest.fixture
+async def pilot() -> AsyncIterator[Pilot[None]]:
+    async with FivtuiApp().run_test(size=USUAL, notifications=True) as started:
+        await started.pause()
+        yield started
+
+
+def chart(pilot: Pilot[None], name: str) -> ChartView:
+    return pilot.app.screen.query_one(f"#{name}", ChartView)
+
+
+async def test_stability_is_shown_live_over_mu_and_in_the_plane(pilot: Pilot[None]) -> None:
+    await pilot.press("alt+1")
+    await until_shown(pilot, "Im λ/2π / Hz")
+    assert "μ_c 0.4394" in text_of(pilot)
+    assert "μ 0.7" in text_of(pilot)
+    await type_into(pilot, "k_nl", "50")
+    await until_shown(pilot, "μ_c 0.2975")
+    view = chart(pilot, "growth")
+    view.focus()
+    await pilot.press("v")
+    await until_shown(pilot, "Im λ / rad/s")
+    assert text_of(pilot).count("◆") >= 4
+    await pilot.press("v")
+    await until_shown(pilot, "damping ratio")
+    assert "frequency distance" in flat_text_of(pilot)
+    await pilot.click("#view-over-mu")
+    view.focus()
+    await pilot.press("c", "shift+left", "enter")
+    await until(pilot, lambda: app_of(pilot).session.runs.shown is not None)
+    texts = app_of(pilot).session.texts
+    assert texts["mu"] != "0.7"
+    shown = app_of(pilot).session.runs.shown
+    assert shown is not None
+    assert shown.scene.parameters.mu == float(texts["mu"])
+
+
+async def test_the_transient_has_views_and_every_plot_its_keys(
+    pilot: Pilot[None],
+) -> None:
+    await run_to_end(pilot)
+    view = chart(pilot, "plot-y")
+    view.focus()
+    await pilot.press("c", "right")
+    await until_shown(pilot, "t 51")
+    await pilot.press("escape", "y")
+    assert view.view.log_y
+    await pilot.press("y", "g", *"10:2x", "enter")
+    await until_shown(pilot, "not a number")
+    await pilot.press("backspace", "0", "enter")
+    await until(pilot, lambda: view.view.x is not None)
+    x = chart(pilot, "plot-P").view.x
+    assert x is not None
+    assert (x.low, x.high) == (10.0, 20.0)
+    await pilot.press("v")
+    await until_shown(pilot, "ẏ / m/s t 10 to 20 s")
+    await pilot.press("v")
+    await until_shown(pilot, "f₁")
+    assert "period 1." in flat_text_of(pilot)
+    await pilot.click("#view-time")
+    assert view.view.x is not None
+    await pilot.hover("#plot-y", offset=(20, 3))
+    await until_shown(pilot, "run 1 ")
+    await pilot.mouse_down("#plot-y", offset=(20, 3))
+    await pilot.hover("#plot-y", offset=(30, 3))
+    await pilot.mouse_up("#plot-y", offset=(30, 3))
+    await until(pilot, lambda: view.view.x is not None and view.view.x.low < 10.0)
+    await pilot.click("#plot-y", offset=(view.size.width - 1, 0))
+    await until(pilot, lambda: view.view.x is None)
+
+
+async def test_a_run_grows_in_the_plot_until_it_is_stopped(
+    pilot: Pilot[None], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(loader, "single", KernelLoader("none"))
+    await type_into(pilot, "t_end", "1e5")
+    await pilot.press("f5")
+    active = app_of(pilot).session.runs.active
+    assert active is not None
+    view = chart(pilot, "plot-y")
+    await until(pilot, lambda: view.chart is not None and view.chart.traces[0].x.size > 100)
+    first = view.chart.traces[0].x.size  # type: ignore[union-attr]
+    await until(pilot, lambda: view.chart.traces[0].x.size > first)  # type: ignore[union-attr]
+    assert "off belt" in text_of(pilot)
+    await pilot.press("f5")
+    await until(pilot, lambda: active.state is runs.RunState.STOPPED)
+
+
+@pytest.fixture(scope="module")
+def measured() -> Tradeoff:
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(tradeoff, "QUICK_S", 0.3)
+        return measure_tradeoff(dataclasses.replace(BASE, t_end=10.0))
+
+
+async def test_the_trade_off_is_measured_and_shown(
+    pilot: Pilot[None], measured: Tradeoff, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    asked = []
+
+    def measure(scene: Any, progress: Any) -> Tradeoff:
+        asked.append(scene)
+        assert progress(0.5)
+        return measured
+
+    monkeypatch.setattr(tradeoff, "measure_tradeoff", measure)
+    await pilot.press("alt+5")
+    await until_shown(pilot, "not measured yet")
+    await pilot.press("f10")
+    await until_shown(pilot, "error of final / 1")
+    assert asked == [app_of(pilot).session.scene()]
+    assert "the scene has changed since" in flat_text_of(pilot)
+    assert "now taylor (compiled) tol=1e-12" in flat_text_of(pilot)
+    await type_into(pilot, "t_end", "10")
+    await until_shown(pilot, "this scene, this machine")
+    await pilot.click("#quantity-events")
+    await until_shown(pilot, "error of events / s")
+    await pilot.click("#view-settings")
+    await until_shown(pilot, "interpreted")
+
+
+async def test_a_job_is_stopped_at_once(
+    pilot: Pilot[None], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def endless(scene: Any, progress: Any) -> None:
+        from tests.support.laboratory import endless_simulate
+
+        endless_simulate(progress=progress)
+
+    monkeypatch.setattr(tradeoff, "measure_tradeoff", endless)
+    await pilot.press("alt+5")
+    await until_shown(pilot, "not measured yet")
+    await pilot.press("f10")
+    await until_shown(pilot, "Stop")
+    await pilot.press("f10")
+    await until_shown(pilot, "stopped at 0 %")
+
+
+async def test_figures_of_the_paper_are_computed_and_opened(pilot: Pilot[None]) -> None:
+    await pilot.press("alt+6")
+    await until_shown(pilot, "Contact force over time")
+    pilot.app.screen.query_one("#figures").focus()
+    await pilot.press("j", "j", "enter")
+    await until_shown(pilot, "figure 3 computed")
+    await until_shown(pilot, "Re λ / 1/s")
+    assert "k_nl 500" in text_of(pilot)
+    await pilot.press("o")
+    await until_shown(pilot, "fig-3")
+    assert app_of(pilot).session.scene().parameters.F == 20.0
+    await pilot.click("#view-claims")
+    await until_shown(pilot, "Equal damping is proportional to mass")
+
+
+def test_the_modes_over_mu_agree_with_the_stability_of_each_point() -> None:
+    from fivtui.equilibrium.eigenvalues import stability
+
+    p = BASE.parameters
+    scan = mode_scan(p, scan_top(p, stability(p)))
+    assert scan.mu[0] == 0.0
+    assert scan.mu[-1] == 1.5
+    for place in (0, 60, 240):
+        there = stability(p.with_values({"mu": float(scan.mu[place])}))
+        assert np.sort(scan.eigenvalues[place].real) == pytest.approx(
+            np.sort(there.eigenvalues.real), abs=1e-9
+        )
+    above = scan.mu > 0.45
+    assert np.all(scan.eigenvalues[above, 0].real > scan.eigenvalues[above, 1].real)
+
+
+def test_the_present_setting_and_what_would_do_as_well(measured: Tradeoff) -> None:
+    present = present_row(measured, BASE)
+    assert present is not None
+    assert present.setting.text == "tol=1e-12"
+    words = present_words(measured, BASE, "final", present)
+    assert words.startswith("now taylor (compiled) tol=1e-12, error ")
+    rows = table_rows(measured, "peak", present)
+    assert len(rows) == len(measured.rows)
+    assert sum("now" in row[-1] for row in rows) == 1
+    assert any("best" in row[-1] for row in rows)
+    drawn = tradeoff_chart(measured, "final", present)
+    assert drawn.traces[-1].name == "now"
+    asked = dataclasses.replace(BASE, accuracy=(("peak", 1e-3),))
+    assert present_row(measured, asked) is None
+    assert present_words(measured, asked, "final", None).startswith("peak to 0.001: ")
+    rk4 = dataclasses.replace(BASE, method="rk4")
+    assert "give a step" in present_words(measured, rk4, "final", present_row(measured, rk4))
+
+
+def test_claims_have_rows_and_words() -> None:
+    study = Study(workers=1)
+    claim = CLAIMS[0]
+    checked = {claim.id: check(claim, study)}
+    rows = claim_rows(CLAIMS, checked)
+    assert rows[0][0] == "holds"
+    assert {row[0] for row in rows[1:]} == {"?"}
+    assert "computed: " in claim_words(claim, checked[claim.id])
+    assert "computed" not in claim_words(CLAIMS[1], None)
+
+
+@pytest.mark.parametrize("size", [(80, 24), (100, 30), (120, 36), (200, 60)])
+async def test_nothing_touches_and_no_title_is_cut(size: tuple[int, int]) -> None:
+    async with FivtuiApp().run_test(size=size) as pilot:
+        await until_shown(pilot, "Im λ/2π / Hz")
+        shown = text_of(pilot).splitlines()
+        form = pilot.app.screen.query_one("Form").region
+        # A blank column between the units of the form and what stands beside it.
+        assert {line[form.right] for line in shown[: form.height]} == {" "}
+        titles = ("Stab", "Trans", "Sweep", "Map", "Trade", "Paper", "Res", "Log")
+        (tabs,) = (line for line in shown if "Sweep" in line)
+        assert all(title in tabs for title in titles)
+        await pilot.press("alt+5")
+        await until_shown(pilot, "State Peak Range Events")
+        assert "F10 measures, about 7 s of CPU time" in text_of(pilot)
+        await pilot.press("alt+4")
+        await until_shown(pilot, "Growth μ_c Modes mu=0:1.5:121 F=5:120:9")
+        await pilot.press("alt+6")
+        await until_shown(pilot, "Enter: figure, F10: claims, o: scene")

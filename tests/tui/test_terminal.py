@@ -1,0 +1,104 @@
+"""The program as it is, in a real terminal: keys go in and the screen comes out through tmux."""
+
+import os
+import shutil
+import subprocess
+import sys
+import time
+from collections.abc import Iterator
+from pathlib import Path
+
+import pytest
+
+import fivtui
+from tests.support.laboratory import HANG_S
+
+# Looks that find nothing, each soon after the one before; on a busy machine they are late, and do
+# not count. The other limit ends a hang.
+LOOKS = 2000
+LOOK_S = 0.05
+LATE_S = 0.2
+ENDED = "ended with"
+TMUX = shutil.which("tmux")
+
+
+class Terminal:
+    """A terminal of 80 by 24 that runs the program."""
+
+    def __init__(self, folder: Path) -> None:
+        self._base = [str(TMUX), "-L", f"fivtui-{os.getpid()}", "-f", os.devnull]
+        environment = os.environ | {
+            "XDG_STATE_HOME": str(folder),
+            "LC_ALL": "C.UTF-8",
+            "PYTHONPATH": str(Path(fivtui.__file__).parents[1]),
+        }
+        begin = f"cd {folder} && {sys.executable} -m fivtui; echo {ENDED} $?; cat"
+        self._tmux("new-session", "-d", "-x", "80", "-y", "24", begin, env=environment)
+
+    def _tmux(self, *words: str, env: dict[str, str] | None = None) -> str:
+        command = [*self._base, *words]
+        done = subprocess.run(command, check=True, capture_output=True, text=True, env=env)
+        return done.stdout
+
+    def press(self, *keys: str) -> None:
+        self._tmux("send-keys", *keys)
+
+    def screen(self) -> str:
+        return self._tmux("capture-pane", "-p")
+
+    def until_shown(self, words: str) -> str:
+        begin = last = time.monotonic()
+        looks = 0
+        while words not in " ".join((shown := self.screen()).split()):
+            now = time.monotonic()
+            looks += now - last < LATE_S
+            last = now
+            ended = ENDED in shown and ENDED not in words
+            in_vain = ended or looks > LOOKS or now - begin > HANG_S
+            assert not in_vain, f"{words!r} did not come; the screen:\n{shown}"
+            time.sleep(LOOK_S)
+        return shown
+
+    def close(self) -> None:
+        subprocess.run([*self._base, "kill-server"], check=False, capture_output=True)
+
+
+@pytest.fixture
+def terminal(tmp_path: Path) -> Iterator[Terminal]:
+    if TMUX is None:
+        pytest.skip("no tmux")
+    started = Terminal(tmp_path)
+    yield started
+    started.close()
+
+
+@pytest.mark.host
+def test_a_session_in_a_real_terminal(terminal: Terminal, tmp_path: Path) -> None:
+    terminal.until_shown("UNSTABLE: growth rate +0.6304 1/s")
+    terminal.press("Up")
+    terminal.until_shown("base (changed)")
+    terminal.press("C-z")
+    terminal.until_shown("m 5 − + kg")
+    # None of these is text, and none changes anything.
+    terminal.press("M-7", "M-0", "M-x", "x", "e")
+    terminal.press("M-s")
+    terminal.until_shown("Save the scene as")
+    terminal.press("Escape")
+    terminal.until_shown("m 5 − + kg")
+    terminal.press("F5")
+    shown = terminal.until_shown("peak |y| 10.50 m · 2nd half of run ±4.401 m")
+    assert "⣿" in shown
+    terminal.press("F3")
+    terminal.until_shown("● 1 shown native 10.50")
+    terminal.press("M-6")
+    terminal.until_shown("what it shows")
+    terminal.press("M-2")
+    terminal.until_shown("peak |y| 10.50 m")
+    terminal.press("F7")
+    terminal.until_shown("Write the data of run 1")
+    terminal.press("Enter")
+    terminal.until_shown("data written to")
+    assert (tmp_path / "base-1.csv").is_file()
+    terminal.press("C-q")
+    terminal.until_shown("ended with 0")
+    assert (tmp_path / "fivtui" / "session.json").is_file()
