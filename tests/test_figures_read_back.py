@@ -14,9 +14,8 @@ from matplotlib.contour import QuadContourSet
 from numpy.typing import NDArray
 
 from fivtui.equilibrium.eigenvalues import stability
+from fivtui.equilibrium.figure import map_figure, mode_figure
 from fivtui.equilibrium.map import stability_map
-from fivtui.equilibrium.map_figure import map_figure
-from fivtui.equilibrium.mode_figure import mode_figure
 from fivtui.equilibrium.scan import mode_scan
 from fivtui.model.parameters import Parameters
 from fivtui.orbits.basin import Basin
@@ -34,7 +33,7 @@ from fivtui.sweeps.study import Study
 from fivtui.tradeoffs.figure import tradeoff_figure
 from fivtui.tradeoffs.measure import Tradeoff
 from fivtui.tradeoffs.settings import Row, Setting
-from fivtui.transient.deviation import Deviation
+from fivtui.transient.errors import Deviation
 from fivtui.transient.figure import transient_figure
 from fivtui.transient.result import Transient
 

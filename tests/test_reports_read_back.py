@@ -12,12 +12,11 @@ import pytest
 
 from fivtui.assessment.estimate import Accuracy, Estimate
 from fivtui.assessment.lyapunov import ErrorGrowth, Fate
-from fivtui.assessment.report import print_trials
+from fivtui.assessment.report import print_accuracy, print_trials
 from fivtui.assessment.trials import Finding, Verdict
 from fivtui.equilibrium.eigenvalues import stability
+from fivtui.equilibrium.files import map_to_dict, save_map, save_modes, stability_to_dict
 from fivtui.equilibrium.map import stability_map
-from fivtui.equilibrium.map_files import map_to_dict, save_map
-from fivtui.equilibrium.mode_files import save_modes
 from fivtui.equilibrium.report import print_map, print_stability
 from fivtui.equilibrium.scan import mode_scan
 from fivtui.model.parameters import Parameters
@@ -34,6 +33,7 @@ from fivtui.orbits.report import (
 )
 from fivtui.scene.compare import Comparison, Pair
 from fivtui.scene.presets import PRESETS
+from fivtui.scene.report import print_comparison, print_run
 from fivtui.scene.verified import Verified
 from fivtui.simulation import simulate
 from fivtui.sweeps.report import print_sweep, progress_text
@@ -41,9 +41,7 @@ from fivtui.tradeoffs.files import tradeoff_to_dict
 from fivtui.tradeoffs.measure import Feature, Tradeoff
 from fivtui.tradeoffs.report import print_tradeoff
 from fivtui.tradeoffs.settings import Row, Setting
-from fivtui.transient.deviation import Deviation
-from fivtui.transient.files import stability_to_dict
-from fivtui.transient.report import print_accuracy, print_comparison, print_transient
+from fivtui.transient.errors import Deviation
 from fivtui.transient.result import Transient
 
 from .support import own_slider
@@ -220,7 +218,7 @@ def test_a_printed_transient_has_its_numbers_under_their_names(
     runs: tuple[Transient, Transient], capsys: Printed
 ) -> None:
     estimate = Deviation(1e-3, 2e-4, 3e-5, 4e-6, 0)
-    print_transient(runs[0], Verified(runs[0], {}, estimate, 3))
+    print_run(runs[0], Verified(runs[0], {}, estimate, 3))
     rows = dict(listed(capsys))
     t, own = own_slider.motion(3.0, separation=True)
     x, vx, y, _, force = own.T

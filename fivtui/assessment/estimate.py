@@ -8,7 +8,7 @@ from typing import Any, Final
 from fivtui.scene.scene import Scene
 from fivtui.scene.verified import runs_part
 from fivtui.simulation import simulate
-from fivtui.transient.divergence import Divergence
+from fivtui.transient.errors import Divergence
 from fivtui.transient.loop import Progress
 from fivtui.transient.methods import METHODS, fixed_step
 from fivtui.transient.request import TOL_RANGE, make_problem

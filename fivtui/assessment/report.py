@@ -1,4 +1,4 @@
-"""What the command line prints of trials at the extremes."""
+"""What the command line prints of accuracy and of stress tests."""
 
 from collections import Counter
 from collections.abc import Mapping
@@ -7,7 +7,9 @@ from typing import TYPE_CHECKING, Final
 from rich.console import Console
 from rich.text import Text
 
-from fivtui.console.printing import print_list, print_rows
+from fivtui.console.printing import number, print_list, print_rows
+
+from .estimate import Accuracy, believed_digits
 
 if TYPE_CHECKING:
     from .trials import Finding
@@ -49,3 +51,44 @@ def print_trials(found: "Mapping[str, Mapping[str, Finding]]") -> None:
 
 def _finding(finding: "Finding") -> str:
     return finding.verdict if finding.error is None else f"{finding.verdict} {finding.error:.0e}"
+
+
+def print_accuracy(found: Accuracy) -> None:
+    """Print how far to trust a run.
+
+    Parameters
+    ----------
+    found : Accuracy
+        What `accuracy` returned.
+    """
+    run, growth = found.run, found.growth
+    units = {"x": "m", "vx": "m/s", "y": "m", "vy": "m/s", "separations": "", "separated_time": "s"}
+    rows = [
+        (
+            name,
+            believed_digits(entry) if found.parted is None else "none",
+            f"{entry.difference:.1e}",
+            units.get(name, "m"),
+        )
+        for name, entry in found.estimates.items()
+    ]
+    print_rows(
+        f"Accuracy of {run.t_end:g} s by {run.method}, held against {found.finer}",
+        ("number", "digits to believe", "difference", "unit"),
+        rows,
+    )
+    parted = []
+    if found.parted is not None:
+        parted = [("the runs part at", f"t = {found.parted.t:.6g} s: {found.parted.reason}")]
+    print_list(
+        "Growth of a small error",
+        [
+            *parted,
+            ("over the run", f"at most {growth.greatest:.3g} times, {growth.final:.3g} at the end"),
+            (
+                "largest Lyapunov exponent",
+                f"{number(growth.exponent, 3)} 1/s  (zero within {number(growth.uncertainty, 2)})",
+            ),
+            ("in the long run it", growth.fate),
+        ],
+    )

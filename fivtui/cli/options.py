@@ -83,7 +83,7 @@ def start_of(text: str) -> "Start":
 
 def wishes_of(assignments: Sequence[str]) -> dict[str, float]:
     """The errors that ``--error`` asks for, by quantity; `InputError` if one is wrong."""
-    from fivtui.transient.error_targets import check_accuracy
+    from fivtui.transient.errors import check_accuracy
 
     return check_accuracy(assigned("--error", assignments, "peak=1e-4"))
 

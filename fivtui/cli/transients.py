@@ -62,9 +62,9 @@ def simulate(**given: Any) -> None:
     import numpy as np
 
     from fivtui.io.formats import check_columns_path
+    from fivtui.scene.report import print_run
     from fivtui.scene.run import scene_transient
     from fivtui.scene.verified import verified_to_dict
-    from fivtui.transient.report import print_transient
 
     scene = _changed(scene_of(given["scene"], given["assignments"]), given)
     out, plot, force = given["out"], given["plot"], given["force"]
@@ -94,7 +94,7 @@ def simulate(**given: Any) -> None:
         known = {} if run.verified is None else {"accuracy": verified_to_dict(run.verified)}
         print_json({**transient_to_dict(result), **known})
     else:
-        print_transient(result, run.verified)
+        print_run(result, run.verified)
 
 
 def _changed(scene: "Scene", given: dict[str, Any]) -> "Scene":
@@ -138,12 +138,13 @@ def _say_if_stiff(result: "Transient") -> None:
 @json_option
 def run(scene: str, out: Path | None, force: bool, as_json: bool, **given: Any) -> None:
     """Compute what a scene requires: stability, transient, trajectory; nothing else."""
+    from fivtui.equilibrium.files import stability_to_dict
     from fivtui.equilibrium.report import print_stability
     from fivtui.io.formats import check_columns_path
+    from fivtui.scene.report import print_run
     from fivtui.scene.run import run_scene
     from fivtui.scene.verified import verified_to_dict
-    from fivtui.transient.files import save_trajectory, stability_to_dict, transient_to_dict
-    from fivtui.transient.report import print_transient
+    from fivtui.transient.files import save_trajectory, transient_to_dict
 
     chosen = scene_of(scene, given["assignments"])
     if ("trajectory" in chosen.outputs) != (out is not None):
@@ -168,7 +169,7 @@ def run(scene: str, out: Path | None, force: bool, as_json: bool, **given: Any) 
     if result.stability is not None:
         print_stability(result.stability, chosen.parameters)
     if result.run is not None:
-        print_transient(result.run.transient, result.run.verified)
+        print_run(result.run.transient, result.run.verified)
 
 
 @commands.command()
@@ -184,7 +185,7 @@ def compare(scene: str, assignments: tuple[str, ...], out: Path, force: bool) ->
     """
     from fivtui.scene.compare import compare as run
     from fivtui.scene.compare import comparison_files
-    from fivtui.transient.report import print_comparison
+    from fivtui.scene.report import print_comparison
 
     check_in_folder(comparison_files(out), scene)
     with progress_bar("native and FMU") as progress:
@@ -210,7 +211,7 @@ def accuracy(scene: str, assignments: tuple[str, ...], as_json: bool, **given: A
 
     from fivtui.assessment.estimate import accuracy as judge
     from fivtui.assessment.estimate import accuracy_to_dict
-    from fivtui.transient.report import print_accuracy
+    from fivtui.assessment.report import print_accuracy
 
     chosen = scene_of(scene, assignments)
     changes: dict[str, Any] = {

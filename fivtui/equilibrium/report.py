@@ -9,7 +9,7 @@ from fivtui.console.printing import number, parameter_line, print_list
 from fivtui.model.parameters import PARAMETERS, Parameters
 
 from .eigenvalues import Stability
-from .map_files import MAP_COLUMNS
+from .files import MAP_COLUMNS
 
 if TYPE_CHECKING:
     from .map import StabilityMap

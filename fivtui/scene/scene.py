@@ -19,8 +19,7 @@ from fivtui.io.reading import MAX_TEXT, is_there, read_bytes
 from fivtui.model.errors import InputError
 from fivtui.model.parameters import PARAMETERS, Parameters, parameter_spec, unknown_name
 from fivtui.simulation import ALL_METHODS
-from fivtui.transient.deviation import QUANTITIES
-from fivtui.transient.error_targets import check_accuracy
+from fivtui.transient.errors import QUANTITIES, check_accuracy
 from fivtui.transient.methods import check_takes_step
 from fivtui.transient.request import (
     DEFAULT_T_END,

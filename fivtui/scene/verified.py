@@ -7,9 +7,17 @@ from typing import Any, Final
 from fivtui.model.errors import ComputationError
 from fivtui.model.parameters import Parameters
 from fivtui.simulation import simulate
-from fivtui.transient.deviation import QUANTITIES, Deviation, deviation, observation
-from fivtui.transient.divergence import Divergence, divergence
-from fivtui.transient.error_targets import check_accuracy, finer_tol, first_tol
+from fivtui.transient.errors import (
+    QUANTITIES,
+    Deviation,
+    Divergence,
+    check_accuracy,
+    deviation,
+    divergence,
+    finer_tol,
+    first_tol,
+    observation,
+)
 from fivtui.transient.loop import Progress
 from fivtui.transient.methods import takes_step, time_scale
 from fivtui.transient.request import TOL_RANGE

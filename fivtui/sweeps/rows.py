@@ -12,8 +12,7 @@ from fivtui.batch.run import Requirement, simulate_batch
 from fivtui.equilibrium.arrays import judge_growths
 from fivtui.model.errors import Cancelled, ComputationError
 from fivtui.model.parameters import PARAMETERS, Parameters
-from fivtui.transient.divergence import PARTED
-from fivtui.transient.error_targets import finer_tol, first_tol
+from fivtui.transient.errors import PARTED, finer_tol, first_tol
 from fivtui.transient.loop import Progress
 from fivtui.transient.request import START_SPECS, TOL_RANGE, resolve_start
 

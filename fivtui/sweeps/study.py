@@ -6,8 +6,7 @@ from typing import Final, Literal
 
 from fivtui.model.errors import InputError
 from fivtui.model.parameters import Parameters, unknown_name
-from fivtui.transient.deviation import QUANTITIES
-from fivtui.transient.error_targets import check_accuracy
+from fivtui.transient.errors import QUANTITIES, check_accuracy
 from fivtui.transient.request import DEFAULT_T_END, DEFAULT_TOL, Start, make_problem
 
 from .design import VARIABLES, Design

@@ -14,7 +14,7 @@ from fivtui.io.reading import read_bytes
 from fivtui.model.errors import InputError
 from fivtui.model.parameters import Parameters
 from fivtui.scene.scene import Scene
-from fivtui.transient.deviation import QUANTITIES, Deviation
+from fivtui.transient.errors import QUANTITIES, Deviation
 from fivtui.version import __version__
 
 from .measure import Feature, Tradeoff

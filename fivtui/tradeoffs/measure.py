@@ -17,7 +17,7 @@ from fivtui.model.slider_belt import State
 from fivtui.scene.scene import Scene
 from fivtui.scene.verified import runs_part
 from fivtui.simulation import simulate
-from fivtui.transient.deviation import QUANTITIES, Deviation, Observation, deviation, observation
+from fivtui.transient.errors import QUANTITIES, Deviation, Observation, deviation, observation
 from fivtui.transient.loop import KernelChoice, Progress
 from fivtui.transient.methods import time_scale
 from fivtui.transient.request import TOL_RANGE, resolve_start

@@ -5,7 +5,7 @@ from collections.abc import Mapping
 from typing import Final
 
 from fivtui.console.printing import number, print_list, print_rows
-from fivtui.transient.deviation import QUANTITIES
+from fivtui.transient.errors import QUANTITIES
 
 from .files import fronts
 from .measure import Tradeoff

@@ -5,8 +5,7 @@ from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass
 from typing import Final
 
-from fivtui.transient.deviation import Deviation
-from fivtui.transient.error_targets import check_quantity
+from fivtui.transient.errors import Deviation, check_quantity
 
 
 @dataclass(frozen=True, slots=True)

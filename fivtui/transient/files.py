@@ -1,19 +1,16 @@
 """Results in files and as plain data, with units and provenance and without loss of precision."""
 
-import math
-from collections.abc import Mapping
 from dataclasses import asdict
 from pathlib import Path
 from typing import Any, BinaryIO
 
 import numpy as np
 
-from fivtui.equilibrium.eigenvalues import Stability
-from fivtui.equilibrium.modes import VibrationMode
 from fivtui.io.files import write_atomically
+from fivtui.io.finite import check_finite, not_finite_error
 from fivtui.io.formats import Columns, columns_format
 from fivtui.io.reading import opened
-from fivtui.model.errors import ComputationError, InputError
+from fivtui.model.errors import InputError
 from fivtui.model.slider_belt import Mode
 from fivtui.version import __version__
 
@@ -48,55 +45,8 @@ def transient_to_dict(transient: Transient) -> dict[str, Any]:
         **{name: getattr(transient, name)._asdict() for name in outcome},
         "stats": asdict(transient.stats),
     }
-    _check_finite(data, "")
+    check_finite(data, "")
     return data
-
-
-def stability_to_dict(stability: Stability) -> dict[str, Any]:
-    """A stability analysis as data that JSON can hold.
-
-    Parameters
-    ----------
-    stability : Stability
-        The result.
-
-    Returns
-    -------
-    dict
-        ``equilibrium``, ``eigenvalues`` as pairs of real and imaginary part, ``growth_rate``,
-        ``stable``, ``critical_mu``, ``linear_critical_mu``, ``modes``, ``margin``,
-        ``coalescence``, in SI units; frequencies in Hz, angular frequencies in rad/s.
-
-    Raises
-    ------
-    ComputationError
-        If a number is not finite.
-    """
-    point = stability.equilibrium
-    data = {
-        "equilibrium": {"x": point.x, "y": point.y, "P": point.P},
-        "eigenvalues": [[value.real, value.imag] for value in stability.eigenvalues.tolist()],
-        "growth_rate": stability.growth_rate,
-        "stable": stability.stable,
-        "critical_mu": [asdict(critical) for critical in stability.critical_mu],
-        "linear_critical_mu": stability.linear_critical_mu,
-        "modes": [_mode_to_dict(mode) for mode in stability.modes],
-        "margin": asdict(stability.margin),
-        "coalescence": asdict(stability.coalescence),
-    }
-    _check_finite(data, "")
-    return data
-
-
-def _mode_to_dict(mode: VibrationMode) -> dict[str, Any]:
-    x, y = mode.shape
-    return {
-        "frequency": mode.frequency,
-        "angular_frequency": mode.angular_frequency,
-        "growth_rate": mode.growth_rate,
-        "damping_ratio": mode.damping_ratio,
-        "shape": {"x": [x.real, x.imag], "y": [y.real, y.imag]},
-    }
 
 
 def _request(transient: Transient) -> dict[str, Any]:
@@ -109,24 +59,6 @@ def _request(transient: Transient) -> dict[str, Any]:
         "tol": transient.tol,
         "step": transient.step,
     }
-
-
-def _check_finite(data: object, name: str) -> None:
-    if isinstance(data, Mapping):
-        for key, value in data.items():
-            _check_finite(value, f"{name}.{key}".lstrip("."))
-    elif isinstance(data, list):
-        for value in data:
-            _check_finite(value, name)
-    elif isinstance(data, float) and not math.isfinite(data):
-        raise _not_finite(name)
-
-
-def _not_finite(name: str) -> ComputationError:
-    return ComputationError(
-        f"{name} is not a finite number",
-        "use a shorter horizon or parameters of less extreme size",
-    )
 
 
 def trajectory_of(transient: Transient) -> Trajectory:
@@ -154,7 +86,7 @@ def trajectory_of(transient: Transient) -> Trajectory:
         raise InputError("samples: the transient has no trajectory; compute it with sample times")
     for column in COLUMNS:
         if not np.all(np.isfinite(getattr(trajectory, column.name))):
-            raise _not_finite(f"trajectory.{column.name}")
+            raise not_finite_error(f"trajectory.{column.name}")
     return trajectory
 
 

@@ -13,13 +13,14 @@ from textual.timer import Timer
 
 from fivtui.model.errors import InputError
 from fivtui.scene.scene import Scene
+from fivtui.tui.session.shown import KeptFile
 
 from .lab.alt_digits import know_alt_keys, take_for_alt
 from .lab.screen import LabScreen
 from .persistence.autosave import Keeper
 from .persistence.slots import Slot
 from .persistence.snapshot import bring_back, state_of
-from .persistence.state_file import KeptFile, State
+from .persistence.state_file import State
 from .session.jobs import PRECEDENCE
 from .session.session import Session
 from .tabs.messages import Reported, ResultsRestored, SessionAsked
@@ -164,7 +165,7 @@ class FivtuiApp(App[None]):
 
     def get_default_screen(self) -> LabScreen:
         """The laboratory is the screen under all others."""
-        screen = LabScreen(self.session)
+        screen = LabScreen(self.session, lambda: self.other_sessions)
         # Known before the first layout, the size does not ask for a second one.
         screen.set_classes(
             [

@@ -12,9 +12,9 @@ from hypothesis import strategies as st
 
 from fivtui import Parameters, stability
 from fivtui.equilibrium.arrays import judge_growths
+from fivtui.equilibrium.figure import map_figure
+from fivtui.equilibrium.files import map_to_dict
 from fivtui.equilibrium.map import MAP_VALUES, StabilityMap, stability_map
-from fivtui.equilibrium.map_figure import map_figure
-from fivtui.equilibrium.map_files import map_to_dict
 from fivtui.equilibrium.quartic import rightmost_real_part
 from fivtui.model.errors import Cancelled, ComputationError, InputError
 from fivtui.model.parameters import PARAMETERS

@@ -10,9 +10,8 @@ import numpy as np
 import pytest
 
 from fivtui.equilibrium.eigenvalues import stability
+from fivtui.equilibrium.files import load_map, map_to_dict, modes_over_mu, save_map, save_modes
 from fivtui.equilibrium.map import stability_map
-from fivtui.equilibrium.map_files import load_map, map_to_dict, save_map
-from fivtui.equilibrium.mode_files import modes_over_mu, save_modes
 from fivtui.io.column_files import read_columns, read_provenance
 from fivtui.model.errors import Cancelled, InputError
 from fivtui.model.parameters import Parameters

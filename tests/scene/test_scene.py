@@ -23,7 +23,7 @@ from fivtui.scene.scene import (
     scene_to_dict,
 )
 from fivtui.simulation import ALL_METHODS, simulate
-from fivtui.transient.deviation import QUANTITIES
+from fivtui.transient.errors import QUANTITIES
 from fivtui.transient.methods import METHODS
 from fivtui.transient.request import DEFAULT_TOL, MAX_T_END, TOL_RANGE, Start
 from fivtui.transient.result import Transient

@@ -18,9 +18,7 @@ from fivtui.scene.run import run_scene, scene_transient
 from fivtui.scene.scene import load_scene, save_scene
 from fivtui.scene.verified import simulate_to
 from fivtui.simulation import simulate
-from fivtui.transient.deviation import Observation
-from fivtui.transient.divergence import divergence
-from fivtui.transient.error_targets import check_accuracy, finer_tol, first_tol
+from fivtui.transient.errors import Observation, check_accuracy, divergence, finer_tol, first_tol
 from fivtui.transient.request import TOL_RANGE
 from tests.references import REFERENCES
 

@@ -16,7 +16,7 @@ from fivtui.tradeoffs.figure import tradeoff_figure
 from fivtui.tradeoffs.files import save_tradeoff, tradeoff_to_dict
 from fivtui.tradeoffs.measure import Tradeoff, measure_tradeoff
 from fivtui.tradeoffs.settings import Row, Setting, cheapest, ladders, pareto
-from fivtui.transient.deviation import QUANTITIES, Deviation, deviation, observation
+from fivtui.transient.errors import QUANTITIES, Deviation, deviation, observation
 from fivtui.transient.integrate import integrate
 from tests.references import REFERENCES
 

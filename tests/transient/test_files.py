@@ -14,6 +14,7 @@ import pyarrow.parquet as pq
 import pytest
 
 from fivtui.equilibrium.eigenvalues import stability
+from fivtui.equilibrium.files import stability_to_dict
 from fivtui.io import formats
 from fivtui.io.formats import check_columns_path
 from fivtui.model.errors import ComputationError, InputError
@@ -22,7 +23,6 @@ from fivtui.simulation import simulate
 from fivtui.transient.files import (
     load_trajectory,
     save_trajectory,
-    stability_to_dict,
     trajectory_of,
     transient_to_dict,
 )

@@ -13,8 +13,8 @@ from textual.pilot import Pilot
 from textual.widgets import Input
 
 from fivtui import cli
+from fivtui.equilibrium.files import load_map
 from fivtui.equilibrium.map import StabilityMap
-from fivtui.equilibrium.map_files import load_map
 from fivtui.io.column_files import read_columns
 from fivtui.model.errors import InputError
 from fivtui.paper.claims.check import CLAIMS

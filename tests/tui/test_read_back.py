@@ -17,7 +17,7 @@ from fivtui.scene.presets import PRESETS
 from fivtui.simulation import simulate
 from fivtui.tradeoffs.measure import Tradeoff
 from fivtui.tradeoffs.settings import Row, Setting
-from fivtui.transient.deviation import Deviation
+from fivtui.transient.errors import Deviation
 from fivtui.transient.result import Transient
 from fivtui.tui.chart.axis import Axis
 from fivtui.tui.chart.chart import MOST_JOINED, Backdrop, Chart, Found, Guide, Trace, View, nearest

@@ -10,8 +10,8 @@ import pytest
 from textual.pilot import Pilot
 from textual.widgets import Input
 
+from fivtui.equilibrium.files import save_map
 from fivtui.equilibrium.map import stability_map
-from fivtui.equilibrium.map_files import save_map
 from fivtui.model.errors import InputError
 from fivtui.scene.presets import PRESETS
 from fivtui.simulation import simulate
@@ -22,9 +22,8 @@ from fivtui.tui.chart.widget.chart_view import ChartView
 from fivtui.tui.persistence import results as result_store
 from fivtui.tui.persistence.results import ResultStore
 from fivtui.tui.persistence.runs import load_kept_run, save_kept_run
-from fivtui.tui.persistence.state_file import KeptFile
 from fivtui.tui.session.runs import RunState
-from fivtui.tui.session.shown import Shown
+from fivtui.tui.session.shown import KeptFile, Shown
 from fivtui.tui.tabs.charts.sweep import sweep_of, sweep_request
 from fivtui.tui.tabs.messages import RunActed, StudyRead
 from tests.support.laboratory import (

@@ -25,10 +25,10 @@ from fivtui.tui.lab.run_control import RunDesk
 from fivtui.tui.persistence.autosave import Keeper
 from fivtui.tui.persistence.slots import slot_of
 from fivtui.tui.persistence.snapshot import state_of
-from fivtui.tui.persistence.state_file import STATE_VERSION, KeptFile, State
+from fivtui.tui.persistence.state_file import STATE_VERSION, State
 from fivtui.tui.session.runs import MAX_RUNS
 from fivtui.tui.session.session import Session
-from fivtui.tui.session.shown import Shown
+from fivtui.tui.session.shown import KeptFile, Shown
 from fivtui.tui.tabs.messages import Reported
 from tests.support.laboratory import app_of, text_of, until, until_shown, until_told
 

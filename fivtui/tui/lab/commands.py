@@ -144,11 +144,9 @@ class LabCommands(Provider):
 
     async def startup(self) -> None:
         """Read what the other sessions are, once for all that is typed."""
-        from fivtui.tui.app import FivtuiApp
-
         self._sessions: list[Command] = []
-        if isinstance(self.screen, LabScreen) and isinstance(self.app, FivtuiApp):
-            self._sessions += _session_commands(self.screen, self.app.other_sessions)
+        if isinstance(self.screen, LabScreen):
+            self._sessions += _session_commands(self.screen, self.screen.other_sessions())
 
     def _all(self) -> Iterator[Command]:
         if isinstance(self.screen, LabScreen):

@@ -1,5 +1,6 @@
 """The main screen: form, verdict and tabs around one session."""
 
+from collections.abc import Callable, Sequence
 from datetime import datetime
 from functools import cached_property
 from pathlib import Path
@@ -16,6 +17,7 @@ from textual.worker import Worker, WorkerState
 
 from fivtui.model.errors import ComputationError, InputError
 from fivtui.scene.presets import PRESETS
+from fivtui.tui.persistence.slots import Slot
 from fivtui.tui.persistence.snapshot import take_back
 from fivtui.tui.session.jobs import PRECEDENCE
 from fivtui.tui.session.report import stability_brief, verdict, verdict_kind
@@ -72,9 +74,10 @@ class LabScreen(Screen[None]):
     # The field that it is comes from `on_mount`: every change of focus costs.
     AUTO_FOCUS: ClassVar[str | None] = ""
 
-    def __init__(self, session: Session) -> None:
+    def __init__(self, session: Session, other_sessions: Callable[[], Sequence[Slot]]) -> None:
         super().__init__()
         self.session = session
+        self.other_sessions = other_sessions
         self._run_desk = RunDesk(self, session)
         self._search = SearchDesk(self)
         self._tab_behind = False

@@ -7,9 +7,10 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from fivtui.model.errors import InputError
+from fivtui.tui.session.shown import KeptFile
 
 from .slots import Slot, claim, hold, kept_slots, slot_of
-from .state_file import DamagedSession, KeptFile, State, load_state, put_aside, save_state
+from .state_file import DamagedSession, State, load_state, put_aside, save_state
 
 if TYPE_CHECKING:
     from .results import ResultStore

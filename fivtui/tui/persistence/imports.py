@@ -146,7 +146,7 @@ def _read_sweep(path: Path) -> Any:
 
 
 def _read_map(path: Path) -> Any:
-    from fivtui.equilibrium.map_files import load_map
+    from fivtui.equilibrium.files import load_map
 
     return load_map(path)
 

@@ -10,10 +10,10 @@ from typing import Any, Final
 
 from fivtui.model.errors import ComputationError, InputError
 from fivtui.tui.session.runs import Run
-from fivtui.tui.session.shown import Shown
+from fivtui.tui.session.shown import KeptFile, Shown
 
 from .imports import MAP, SWEEP, TRADEOFF
-from .state_file import KeptFile, put_aside
+from .state_file import put_aside
 
 # Bytes of a result that is kept; about what takes a moment to read.
 _MOST: Final = 20_000_000
@@ -222,13 +222,13 @@ def _load_sweep(path: Path) -> Any:
 
 
 def _save_map(value: Any, path: Path) -> None:
-    from fivtui.equilibrium.map_files import save_map
+    from fivtui.equilibrium.files import save_map
 
     save_map(value, path)
 
 
 def _load_map(path: Path) -> Any:
-    from fivtui.equilibrium.map_files import load_map
+    from fivtui.equilibrium.files import load_map
 
     return load_map(path)
 

@@ -7,8 +7,9 @@ from typing import Any, Final
 from fivtui.tui.session.run_styles import RunStyle
 from fivtui.tui.session.runs import Run, RunState
 from fivtui.tui.session.session import Session
+from fivtui.tui.session.shown import KeptFile
 
-from .state_file import KeptFile, KeptRun, KeptRuns, State
+from .state_file import KeptRun, KeptRuns, State
 
 _RUN: Final = "run-"
 _STUDIES: Final = ("sweep", "map", "trade-off")

@@ -17,6 +17,7 @@ from fivtui.tui.chart.chart import View
 from fivtui.tui.session.fields import FIELDS
 from fivtui.tui.session.history import Edited
 from fivtui.tui.session.runs import RunState
+from fivtui.tui.session.shown import KeptFile
 
 STATE_VERSION: Final = 2
 _VERSION_KEY: Final = "fivtui_session"
@@ -25,15 +26,6 @@ _ASIDE: Final = 100
 
 class DamagedSession(InputError):
     """A session's file holds what no version reads any more."""
-
-
-@dataclass(frozen=True, slots=True)
-class KeptFile:
-    """A result in a file: the name of the file, and what `Shown` says of it."""
-
-    file: str
-    name: str = ""
-    source: str = ""
 
 
 @dataclass(frozen=True, slots=True)

@@ -14,8 +14,7 @@ from fivtui.model.parameters import (
 )
 from fivtui.scene.scene import Accuracy, Scene
 from fivtui.simulation import ALL_METHODS
-from fivtui.transient.deviation import QUANTITIES
-from fivtui.transient.error_targets import check_accuracy
+from fivtui.transient.errors import QUANTITIES, check_accuracy
 from fivtui.transient.request import (
     DEFAULT_T_END,
     DEFAULT_TOL,

@@ -21,9 +21,8 @@ from .shown import Studies
 from .steps import number_text
 
 if TYPE_CHECKING:
-    from fivtui.tui.persistence.state_file import KeptFile
-
     from .command_lines import Origin
+    from .shown import KeptFile
 
 MOST_RECENT: Final = 10
 _FIRST_METHOD: Final = next(iter(METHODS))

@@ -83,3 +83,12 @@ def check_drawable(study: "Study") -> None:
             f"a {kind} sweep over {', '.join(names)}: shown are sweeps over one name, "
             "or over every value of two"
         )
+
+
+@dataclass(frozen=True, slots=True)
+class KeptFile:
+    """A result in a file: the name of the file, and what `Shown` says of it."""
+
+    file: str
+    name: str = ""
+    source: str = ""

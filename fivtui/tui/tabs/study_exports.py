@@ -45,19 +45,19 @@ def stability_export(
     """
 
     def draw() -> "Figure":
-        from fivtui.equilibrium.mode_figure import mode_figure
-        from fivtui.equilibrium.mode_files import modes_over_mu
+        from fivtui.equilibrium.figure import mode_figure
+        from fivtui.equilibrium.files import modes_over_mu
 
         return mode_figure(p, found, modes_over_mu(p, found, separation=separation))
 
     def save(path: Path, force: bool) -> None:
-        from fivtui.equilibrium.mode_files import modes_over_mu, save_modes
+        from fivtui.equilibrium.files import modes_over_mu, save_modes
 
         scan = modes_over_mu(p, found, separation=separation)
         save_modes(p, found, scan, path, separation=separation, force=force)
 
     def plain() -> object:
-        from fivtui.transient.files import stability_to_dict
+        from fivtui.equilibrium.files import stability_to_dict
 
         return stability_to_dict(found)
 
@@ -91,17 +91,17 @@ def map_export(what: str, name: str, result: "StabilityMap") -> Export:
     """A stability map; parameters as in `stability_export`."""
 
     def draw() -> "Figure":
-        from fivtui.equilibrium.map_figure import map_figure
+        from fivtui.equilibrium.figure import map_figure
 
         return map_figure(result)
 
     def save(path: Path, force: bool) -> None:
-        from fivtui.equilibrium.map_files import save_map
+        from fivtui.equilibrium.files import save_map
 
         save_map(result, path, force=force)
 
     def plain() -> object:
-        from fivtui.equilibrium.map_files import map_to_dict
+        from fivtui.equilibrium.files import map_to_dict
 
         return map_to_dict(result)
 

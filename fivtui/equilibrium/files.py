@@ -1,8 +1,8 @@
-"""Stability maps as plain data and in files, with units and provenance."""
+"""Modes, maps and stability as plain data and in files, with units and provenance."""
 
 import json
 from collections.abc import Mapping
-from dataclasses import replace
+from dataclasses import asdict, replace
 from pathlib import Path
 from typing import Any, BinaryIO, Final
 
@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 
 from fivtui.io.column_files import read_columns
 from fivtui.io.files import write_atomically
+from fivtui.io.finite import check_finite
 from fivtui.io.formats import Columns, Provenance, columns_format
 from fivtui.io.reading import read_bytes
 from fivtui.model.columns import Column
@@ -18,7 +19,92 @@ from fivtui.model.errors import InputError
 from fivtui.model.parameters import PARAMETERS, Parameters
 from fivtui.version import __version__
 
+from .eigenvalues import Stability
 from .map import StabilityMap, stability_map
+from .modes import VibrationMode
+from .scan import ModeScan, mode_scan, scan_top
+
+_EIGENVALUES: Final = 4
+
+
+def modes_over_mu(p: Parameters, found: Stability, *, separation: bool = True) -> ModeScan:
+    """The eigenvalues from μ = 0 to beyond μ and every critical one.
+
+    Parameters
+    ----------
+    p : Parameters
+        The parameter set.
+    found : Stability
+        Its stability.
+    separation : bool
+        Whether separation is considered.
+
+    Returns
+    -------
+    ModeScan
+        At evenly spaced friction coefficients.
+
+    Raises
+    ------
+    ComputationError
+        If there is no equilibrium somewhere on the way.
+    """
+    return mode_scan(p, scan_top(p, found), separation=separation)
+
+
+def save_modes(
+    p: Parameters,
+    found: Stability,
+    scan: ModeScan,
+    path: Path,
+    *,
+    separation: bool = True,
+    force: bool = False,
+) -> None:
+    """Write the eigenvalues over the friction coefficient.
+
+    Parameters
+    ----------
+    p : Parameters
+        The parameter set.
+    found : Stability
+        Its stability.
+    scan : ModeScan
+        Its eigenvalues over μ.
+    path : Path
+        The file; its suffix ``.csv``, ``.npz`` or ``.parquet`` says the format. Columns are ``mu``,
+        and ``sigma_1``, ``omega_1`` to ``sigma_4``, ``omega_4``: real and imaginary parts.
+    separation : bool
+        Whether separation was considered.
+    force : bool
+        Whether a file that exists may be replaced.
+
+    Raises
+    ------
+    InputError
+        If the format is unknown or needs a package that is not installed, or the file cannot be
+        written.
+    """
+    form = columns_format(path, "table of modes")
+    mu = PARAMETERS["mu"]
+    columns, values = [Column("mu", mu.unit, mu.meaning)], {"mu": scan.mu}
+    for place in range(_EIGENVALUES):
+        number, eigenvalue = place + 1, scan.eigenvalues[:, place]
+        columns.append(Column(f"sigma_{number}", "1/s", f"real part of eigenvalue {number}"))
+        columns.append(Column(f"omega_{number}", "rad/s", f"imaginary part of eigenvalue {number}"))
+        values |= {f"sigma_{number}": eigenvalue.real, f"omega_{number}": eigenvalue.imag}
+    provenance = {
+        "fivtui": __version__,
+        "parameters": p.as_dict(),
+        "separation": separation,
+        "critical_mu": [critical.mu for critical in found.critical_mu],
+    }
+
+    def write(file: BinaryIO) -> None:
+        form.write(file, columns, values, provenance)
+
+    write_atomically(path, write, force=force)
+
 
 FloatArray = NDArray[np.float64]
 
@@ -159,3 +245,50 @@ def _map(
 def _provenance(result: StabilityMap) -> dict[str, Any]:
     fixed = {k: v for k, v in result.parameters.as_dict().items() if k not in result.names}
     return {"parameters": fixed, "separation": result.separation}
+
+
+def stability_to_dict(stability: Stability) -> dict[str, Any]:
+    """A stability analysis as data that JSON can hold.
+
+    Parameters
+    ----------
+    stability : Stability
+        The result.
+
+    Returns
+    -------
+    dict
+        ``equilibrium``, ``eigenvalues`` as pairs of real and imaginary part, ``growth_rate``,
+        ``stable``, ``critical_mu``, ``linear_critical_mu``, ``modes``, ``margin``,
+        ``coalescence``, in SI units; frequencies in Hz, angular frequencies in rad/s.
+
+    Raises
+    ------
+    ComputationError
+        If a number is not finite.
+    """
+    point = stability.equilibrium
+    data = {
+        "equilibrium": {"x": point.x, "y": point.y, "P": point.P},
+        "eigenvalues": [[value.real, value.imag] for value in stability.eigenvalues.tolist()],
+        "growth_rate": stability.growth_rate,
+        "stable": stability.stable,
+        "critical_mu": [asdict(critical) for critical in stability.critical_mu],
+        "linear_critical_mu": stability.linear_critical_mu,
+        "modes": [_mode_to_dict(mode) for mode in stability.modes],
+        "margin": asdict(stability.margin),
+        "coalescence": asdict(stability.coalescence),
+    }
+    check_finite(data, "")
+    return data
+
+
+def _mode_to_dict(mode: VibrationMode) -> dict[str, Any]:
+    x, y = mode.shape
+    return {
+        "frequency": mode.frequency,
+        "angular_frequency": mode.angular_frequency,
+        "growth_rate": mode.growth_rate,
+        "damping_ratio": mode.damping_ratio,
+        "shape": {"x": [x.real, x.imag], "y": [y.real, y.imag]},
+    }

@@ -1,0 +1,26 @@
+"""Numbers that leave the program are finite."""
+
+import math
+from collections.abc import Mapping
+
+from fivtui.model.errors import ComputationError
+
+
+def check_finite(data: object, name: str) -> None:
+    """Check that all numbers in nested data are finite; the error names the first that is not."""
+    if isinstance(data, Mapping):
+        for key, value in data.items():
+            check_finite(value, f"{name}.{key}".lstrip("."))
+    elif isinstance(data, list):
+        for value in data:
+            check_finite(value, name)
+    elif isinstance(data, float) and not math.isfinite(data):
+        raise not_finite_error(name)
+
+
+def not_finite_error(name: str) -> ComputationError:
+    """The error for a number that is not finite."""
+    return ComputationError(
+        f"{name} is not a finite number",
+        "use a shorter horizon or parameters of less extreme size",
+    )

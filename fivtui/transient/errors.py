@@ -1,0 +1,317 @@
+"""Errors of a transient against a reference transient, and the errors asked for."""
+
+import math
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from typing import Final, Self
+
+import numpy as np
+from numpy.typing import NDArray
+
+from fivtui.model.errors import ComputationError, InputError
+from fivtui.model.parameters import parse_number, unknown_name
+from fivtui.model.slider_belt import State
+
+from .request import TOL_RANGE
+from .result import Transient
+
+# What has an error, and in which measure.
+QUANTITIES: Final[Mapping[str, str]] = {
+    "final": "state at the end, relative to its greatest component",
+    "peak": "peak of |y|, relative",
+    "half_range": "half peak-to-peak of y over the second half of the run, relative to peak |y|",
+    "events": "times of separation and reattachment, s",
+}
+
+
+@dataclass(frozen=True, slots=True)
+class Deviation:
+    """Errors of a transient.
+
+    Attributes
+    ----------
+    final : float
+        Greatest difference of a component of the final state, relative to the greatest component.
+    peak : float
+        Difference of the peak of |y|, relative to it.
+    half_range : float
+        Difference of half peak-to-peak over the second half, relative to the peak of |y|.
+    events : float
+        Greatest difference in the time of a switch, s; infinite if their numbers differ.
+    separations : int
+        Separations too many (positive) or missing (negative).
+    """
+
+    final: float
+    peak: float
+    half_range: float
+    events: float
+    separations: int
+
+    def of(self, quantity: str) -> float:
+        """The error of one of `QUANTITIES`."""
+        return float(getattr(self, quantity))
+
+    def within(self, other: Self) -> bool:
+        """Whether no error is greater than another's."""
+        return all(self.of(name) <= other.of(name) for name in QUANTITIES)
+
+
+@dataclass(frozen=True, slots=True)
+class Observation:
+    """What of a run is compared.
+
+    Attributes
+    ----------
+    final : tuple of four floats
+        (x, ẋ, y, ẏ) at the horizon, m and m/s.
+    peak : float
+        Peak of |y|, m.
+    half_range : float
+        Half peak-to-peak of y over the second half of the run, m.
+    switch_times : ndarray, shape (n,)
+        Times of all switches, s.
+    separations : int
+        How many of them left the belt.
+    """
+
+    final: State
+    peak: float
+    half_range: float
+    switch_times: NDArray[np.float64]
+    separations: int
+
+
+def observation(run: Transient) -> Observation:
+    """What of a transient is compared.
+
+    Parameters
+    ----------
+    run : Transient
+        Any transient.
+
+    Returns
+    -------
+    Observation
+        Its final state, peak, half peak-to-peak and switches.
+    """
+    return Observation(
+        final=(run.final.x, run.final.vx, run.final.y, run.final.vy),
+        peak=run.peak.y_abs,
+        half_range=run.steady.y_half_range,
+        switch_times=run.switch_times,
+        separations=run.events.separations,
+    )
+
+
+def deviation(run: Observation, truth: Observation) -> Deviation:
+    """Compare a run with a better one of the same problem.
+
+    Parameters
+    ----------
+    run : Observation
+        Of the run to be judged.
+    truth : Observation
+        What it is held against.
+
+    Returns
+    -------
+    Deviation
+        Its errors.
+    """
+    apart = max(abs(a - b) for a, b in zip(run.final, truth.final, strict=True))
+    missing = run.switch_times.size != truth.switch_times.size
+    late = np.empty(0) if missing else np.abs(run.switch_times - truth.switch_times)
+    return Deviation(
+        final=_relative(apart, max(map(abs, truth.final))),
+        peak=_relative(abs(run.peak - truth.peak), truth.peak),
+        half_range=_relative(abs(run.half_range - truth.half_range), truth.peak),
+        events=math.inf if missing else float(late.max(initial=0.0)),
+        separations=run.separations - truth.separations,
+    )
+
+
+def _relative(difference: float, size: float) -> float:
+    if difference == 0.0:
+        return 0.0
+    return difference / size if size > 0.0 else math.inf
+
+
+# States further apart than this part of the amplitude belong to different motions; so do switches
+# further apart than this part of √(m/stiffness).
+PARTED: Final = 0.01
+
+
+@dataclass(frozen=True, slots=True)
+class Divergence:
+    """When two runs part, s, and how that shows."""
+
+    t: float
+    reason: str
+
+    def error(self) -> ComputationError:
+        """What is to be said where a number was to be verified."""
+        return ComputationError(
+            f"two runs at different accuracy part at t = {self.t:.6g} s: {self.reason}; nothing "
+            "after that can be verified",
+            "take a horizon before that time",
+        )
+
+
+def divergence(
+    run: Observation, truth: Observation, *, t_end: float, time_scale: float
+) -> Divergence | None:
+    """Where two runs of the same problem part, if they do.
+
+    Parameters
+    ----------
+    run, truth : Observation
+        Of both runs, at different accuracy.
+    t_end : float
+        Their horizon, s.
+    time_scale : float
+        √(m/stiffness), s.
+
+    Returns
+    -------
+    Divergence or None
+        The first switch that only one of them makes, or that they make at different times; the
+        horizon, where their states are apart; None if neither is so.
+    """
+    times, others = run.switch_times.tolist(), truth.switch_times.tolist()
+    at = _first_difference(times, others, PARTED * time_scale)
+    if at is not None:
+        counts = f"{len(times)} and {len(others)} in all"
+        return Divergence(at, f"their switches differ from there on ({counts})")
+    weights = (1.0, time_scale, 1.0, time_scale)
+    pairs = zip(run.final, truth.final, weights, strict=True)
+    apart = max(abs(a - b) * weight for a, b, weight in pairs)
+    sizes = (abs(a) * weight for a, weight in zip(truth.final, weights, strict=True))
+    size = max(truth.peak, *sizes)
+    if apart <= PARTED * size:
+        return None
+    return Divergence(t_end, f"their states differ by {apart / size:.1%} of the amplitude")
+
+
+def _first_difference(
+    times: Sequence[float], others: Sequence[float], allowed: float
+) -> float | None:
+    for one, other in zip(times, others, strict=False):
+        if abs(one - other) > allowed:
+            return min(one, other)
+    common = min(len(times), len(others))
+    return next(iter((*times[common:], *others[common:])), None)
+
+
+# What the first tolerance is below the least error asked for: errors of one run are up to twenty
+# times its tolerance.
+_MARGIN: Final = 100.0
+_FINER: Final = 100.0
+_APART: Final = 10.0
+
+
+def check_accuracy(asked: Mapping[str, object]) -> dict[str, float]:
+    """Check errors that are asked for.
+
+    Parameters
+    ----------
+    asked : mapping of str to float or str
+        Error allowed, above 0 and at most 1, by quantity: ``final``, ``peak`` and ``half_range``
+        relative, ``events`` in s.
+
+    Returns
+    -------
+    dict
+        The same as numbers.
+
+    Raises
+    ------
+    InputError
+        If a quantity is unknown or an error not allowed.
+    """
+    return {check_quantity(name): check_error(name, value) for name, value in asked.items()}
+
+
+def first_tol(asked: Mapping[str, float]) -> float:
+    """The tolerance of the first run.
+
+    Parameters
+    ----------
+    asked : mapping of str to float
+        Errors allowed, by quantity.
+
+    Returns
+    -------
+    float
+        A hundredth of the least error, and not the finest tolerance, so that there is a finer one.
+    """
+    wish = min(asked.values(), default=TOL_RANGE[1])
+    return min(max(wish / _MARGIN, TOL_RANGE[0] * _FINER), TOL_RANGE[1])
+
+
+def finer_tol(tol: float) -> float:
+    """The tolerance of the run that verifies another.
+
+    Parameters
+    ----------
+    tol : float
+        Of the other.
+
+    Returns
+    -------
+    float
+        A hundredth of it; the finest that is allowed if that is next to it, or beyond: two runs
+        at nearly the same tolerance tell nothing of each other.
+    """
+    finer, least = tol / _FINER, TOL_RANGE[0]
+    return finer if finer > _APART * least else least
+
+
+def check_quantity(name: str) -> str:
+    """Check the name of a quantity that has an error.
+
+    Parameters
+    ----------
+    name : str
+        The name.
+
+    Returns
+    -------
+    str
+        The same.
+
+    Raises
+    ------
+    InputError
+        If it is not in `QUANTITIES`; the nearest is suggested.
+    """
+    if name not in QUANTITIES:
+        raise unknown_name("quantity", name, QUANTITIES)
+    return name
+
+
+def check_error(name: str, value: object) -> float:
+    """Check an error that is asked for.
+
+    Parameters
+    ----------
+    name : str
+        The quantity it is of, for the message.
+    value : float or str
+        The error.
+
+    Returns
+    -------
+    float
+        The same as a number.
+
+    Raises
+    ------
+    InputError
+        If it is not above zero and at most 1.
+    """
+    allowed = "0 < error <= 1"
+    number = parse_number(f"error of {name}", value, allowed)
+    if not 0.0 < number <= 1.0:
+        raise InputError(f"error of {name} = {number:g}: allowed is {allowed}")
+    return number
