@@ -10,7 +10,6 @@ import pytest
 
 import fivtui
 from fivtui import simulate
-from fivtui.kernel import loader
 from fivtui.kernel import loader as kernel_loader
 from fivtui.kernel.loader import KernelLoader
 from fivtui.model.errors import ComputationError
@@ -97,7 +96,7 @@ def test_a_failure_to_load_is_reported_and_single_runs_go_on(
 
     loader = KernelLoader("single")
     monkeypatch.setattr(kernel_loader, "import_module", broken)
-    monkeypatch.setattr(loader, "single", loader)
+    monkeypatch.setattr(kernel_loader, "single", loader)
     with pytest.raises(ComputationError, match=r"cannot be loaded: OSError: no .*single; use the"):
         simulate(t_end=1.0, kernel="compiled")
     assert loader.failure == "OSError: no fivtui.kernel.single"
@@ -123,7 +122,7 @@ def test_an_interpreted_run_hands_over_to_the_compiled_kernel_if_that_is_ready_e
         return True
 
     expected = simulate(t_end=400.0, tol=1e-9, kernel=kernel)  # type: ignore[arg-type]
-    monkeypatch.setattr(loader, "single", Late("single"))
+    monkeypatch.setattr(kernel_loader, "single", Late("single"))
     run = simulate(t_end=400.0, tol=1e-9, progress=note)
     assert run.stats.kernel == kernel
     assert run.final == expected.final

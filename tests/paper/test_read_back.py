@@ -29,7 +29,11 @@ FloatArray = NDArray[np.float64]
 STATES: Final = {
     bool(point["changes"]["separation"]): point["states"]
     for point in json.loads(
-        Path(__file__).with_name("data").joinpath("paper_points.json").read_text(encoding="utf-8")
+        Path(__file__)
+        .parents[1]
+        .joinpath("data")
+        .joinpath("paper_points.json")
+        .read_text(encoding="utf-8")
     )
     if point["key"] == "base"
 }

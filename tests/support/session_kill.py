@@ -18,10 +18,10 @@ from unittest import mock
 import numpy as np
 
 from fivtui.equilibrium.map import stability_map
+from fivtui.kernel import loader
 from fivtui.kernel.loader import KernelLoader
 from fivtui.scene.presets import PRESETS
 from fivtui.simulation import simulate
-from fivtui.transient import compiled
 from fivtui.tui import app as app_module
 from fivtui.tui.persistence.autosave import Keeper
 from fivtui.tui.persistence.snapshot import bring_back, state_of, take_back
@@ -106,7 +106,7 @@ def kill_labs(folder: Path, times: int) -> int:
     path = folder / "session.json"
     chosen = random.Random(SEED)
     # Nobody waits for a compiler, nor long for the session to be kept.
-    mock.patch.object(compiled, "kernels", KernelLoader("none")).start()
+    mock.patch.object(loader, "single", KernelLoader("none")).start()
     mock.patch.object(app_module, "_KEEPING_PERIOD", 0.01).start()
     known: set[int] = set()
     killed = 0

@@ -10,7 +10,7 @@ import pytest
 from textual.events import Key
 from textual.pilot import Pilot
 
-from fivtui.kernel import loader
+from fivtui.kernel import loader as kernel_loader
 from fivtui.kernel.loader import KernelLoader
 from fivtui.tui.app import FivtuiApp
 from fivtui.tui.lab.key_bar import KeyBar
@@ -97,7 +97,7 @@ async def test_what_waits_for_the_compiler_says_so_and_can_be_stopped(
             compiling.wait()
             raise ImportError("there is no compiler in this test")
 
-    monkeypatch.setattr(loader, "lanes", Slow("lanes"))
+    monkeypatch.setattr(kernel_loader, "lanes", Slow("lanes"))
     try:
         await pilot.press("alt+3", "f10")
         await until_shown(pilot, "compiling, once")
@@ -114,7 +114,7 @@ async def test_what_waits_for_the_compiler_says_so_and_can_be_stopped(
 
 def test_a_job_that_has_begun_speaks_of_its_progress(monkeypatch: pytest.MonkeyPatch) -> None:
     job, loader = Job(), KernelLoader("lanes")
-    monkeypatch.setattr(loader, "lanes", loader)
+    monkeypatch.setattr(kernel_loader, "lanes", loader)
     assert job.words == "0 %"
     monkeypatch.setattr(KernelLoader, "awaited", True)
     assert job.words == "compiling, once"
