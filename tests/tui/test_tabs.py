@@ -247,7 +247,7 @@ async def test_nothing_touches_and_no_title_is_cut(size: tuple[int, int]) -> Non
         (tabs,) = (line for line in shown if "Sweep" in line)
         assert all(title in tabs for title in titles)
         await pilot.press("alt+5")
-        await until_shown(pilot, "State Peak ±2nd half Events")
+        await until_shown(pilot, "State Peak ±2nd ½ Events")
         assert "F10 measures, about 7 s of CPU time" in text_of(pilot)
         await pilot.press("alt+4")
         await until_shown(pilot, "Growth μ_c Modes mu=0:1.5:121 F=5:120:9")

@@ -26,7 +26,7 @@ _NEAR: Final = 0.3
 TITLES: Final[Mapping[str, str]] = {
     "final": "State",
     "peak": "Peak",
-    "half_range": "±2nd half",
+    "half_range": "±2nd ½",
     "events": "Events",
 }
 _NAMES: Final = {"final": "final state", "half_range": "half peak-to-peak, 2nd half"}
