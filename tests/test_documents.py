@@ -1,4 +1,4 @@
-"""README and CONTRIBUTING name what there is: paths, modules, names, layers, markers."""
+"""README and CONTRIBUTING name what there is, and what they say of tables is so."""
 
 import ast
 import re
@@ -7,6 +7,20 @@ from pathlib import Path
 from typing import Any, Final
 
 import pytest
+
+from fivtui.assessment.trials import CONTESTANTS
+from fivtui.io import column_files
+from fivtui.io.formats import FORMATS
+from fivtui.model.parameters import PARAMETERS, Parameters
+from fivtui.simulation import ALL_METHODS
+from fivtui.sweeps.formats import SWEEP_FORMATS
+from fivtui.tradeoffs import measure, settings
+from fivtui.transient.integrate import integrate
+from fivtui.transient.methods import METHODS
+from fivtui.tui.lab.keys import LAB_KEYS
+from fivtui.tui.session.fields import FIELDS
+from fivtui.tui.tabs.tabs import TABS
+from fmu_src.slave.variables import VARIABLES
 
 ROOT: Final = Path(__file__).parents[1]
 TEXTS: Final = {
@@ -79,3 +93,39 @@ def test_every_marker_is_explained() -> None:
     (said,) = re.findall(r"^Markers: .*?\n\n", CONTRIBUTING, flags=re.MULTILINE | re.DOTALL)
     for marker in SETTINGS["pytest"]["ini_options"]["markers"]:
         assert f"`{marker.partition(':')[0]}`" in said
+
+
+def test_form_and_fmu_follow_from_the_table_of_parameters() -> None:
+    assert list(FIELDS)[: len(PARAMETERS)] == list(PARAMETERS)
+    assert {variable.name for variable in VARIABLES} >= set(PARAMETERS)
+
+
+def test_a_line_more_of_methods_is_a_method_more(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setitem(METHODS, "another", METHODS["rk4"])
+    p = Parameters()
+    found = integrate(p, t_end=1.0, method="another")
+    assert found.method == "another"
+    assert found.final == integrate(p, t_end=1.0, method="rk4").final
+
+
+def test_the_tables_of_methods_know_the_same_methods() -> None:
+    compared = [row[0] for row in (*settings._TOLERANCES, *settings._STEPS)]
+    assert set(ALL_METHODS) == {*METHODS, "fmu"} == set(compared) == set(measure._SHARES)
+    assert FIELDS["method"].choices == ALL_METHODS
+    assert {entry.method for entry in CONTESTANTS.values()} == set(ALL_METHODS) - {"rk4-across"}
+
+
+def test_what_is_written_in_a_format_is_read_and_its_package_is_an_extra() -> None:
+    assert set(FORMATS) == set(column_files._READERS) == set(column_files._HEADER_READERS)
+    assert set(SWEEP_FORMATS) <= set(FORMATS)
+    project = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))["project"]
+    for form in FORMATS.values():
+        if form.package:
+            (needed,) = project["optional-dependencies"][form.extra]
+            assert needed.startswith(f"{form.package}>=")
+
+
+def test_every_tab_has_a_key_of_its_own() -> None:
+    keys = [key for binding in LAB_KEYS for key in binding.key.split(",")]
+    for tab in TABS:
+        assert keys.count(tab.key) == 1
