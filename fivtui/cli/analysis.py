@@ -4,6 +4,7 @@ from functools import partial
 from typing import Any
 
 from .arguments import option
+from .completion import PARAMETER_VALUES, START_VALUES
 from .group import commands
 from .options import (
     check_outputs,
@@ -76,12 +77,14 @@ def stability(scene: str, assignments: tuple[str, ...], **given: Any) -> None:
 @option("--start", metavar="static|x,vx,y,vy", help="What this start alone reaches.")
 @option(
     "--vary",
+    shell_complete=PARAMETER_VALUES,
     metavar="NAME=START:STOP:COUNT[:log]",
     help="Follow the attractors along a parameter, up and down.",
 )
 @option(
     "--basin",
     "ranges",
+    shell_complete=START_VALUES,
     multiple=True,
     metavar="NAME=START:STOP:COUNT",
     help="What starts reach: give two of x0, vx0, y0, vy0; the others are --start's.",
@@ -118,6 +121,7 @@ def attractors(scene: str, assignments: tuple[str, ...], **given: Any) -> None:
 @option(
     "--over",
     "ranges",
+    shell_complete=PARAMETER_VALUES,
     multiple=True,
     required=True,
     metavar="NAME=START:STOP:COUNT[:log]",

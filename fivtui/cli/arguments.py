@@ -6,6 +6,7 @@ from pathlib import Path
 from typing import Any, Final
 
 import click
+from click.shell_completion import CompletionItem
 
 from fivtui.model.parameters import read_whole
 
@@ -28,10 +29,12 @@ class Once(click.Option):
         """Check what was given, and hand it on as one value."""
         given = opts.get(self.name or "")
         if isinstance(given, list):
-            if any(value == "" for value in given):
+            # While a shell completes a line, what is wrong with it is not said.
+            typing = ctx.resilient_parsing
+            if not typing and any(value == "" for value in given):
                 raise click.UsageError(f"{self.opts[0]}: must not be empty")
             if not self.multiple:
-                if len(given) > 1:
+                if not typing and len(given) > 1:
                     raise click.UsageError(f"{self.opts[0]}: given twice; must be given once")
                 opts = {**opts, str(self.name): given[0]}
         return super().handle_parse_result(ctx, opts, args)
@@ -60,6 +63,15 @@ class FilePath(click.ParamType[Path]):
         if not str(value) or "\0" in str(value):
             self.fail(f"{value!r} is not the name of a file.", param, ctx)
         return Path(value)
+
+    def shell_complete(
+        self,
+        ctx: click.Context,  # noqa: ARG002
+        param: click.Parameter,  # noqa: ARG002
+        incomplete: str,
+    ) -> list[CompletionItem]:
+        """Leave it to the shell, which knows the files."""
+        return [CompletionItem(incomplete, type="file")]
 
 
 option: Final[Callable[..., Callable[..., Any]]] = partial(click.option, cls=Once)

@@ -3,10 +3,9 @@
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any, Final
+from typing import TYPE_CHECKING, Any, Final
 
 import click
-from matplotlib.figure import Figure
 
 from fivtui.io.formats import check_columns_path
 from fivtui.model.errors import InputError
@@ -39,6 +38,9 @@ from fivtui.transient.request import START_SPECS, Start
 
 from .options import progress_bar
 
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
 Progress = Callable[[float], bool]
 
 _BASIN_RANGES: Final = 2
@@ -67,7 +69,7 @@ class Task:
     show: Callable[[Any], None]
     warning: Callable[[Any], str | None]
     save: Callable[..., None] | None = None
-    figure: Callable[[Any], Figure] | None = None
+    figure: "Callable[[Any], Figure] | None" = None
 
 
 def choose_task(vary: str | None, ranges: Sequence[str], start: Start | None) -> Task:

@@ -29,7 +29,8 @@ class Commands(click.Group):
         self, ctx: click.Context, args: list[str]
     ) -> tuple[str | None, click.Command | None, list[str]]:
         """Find the command that `args` begin with."""
-        if args and self.get_command(ctx, args[0]) is None:
+        # While a shell completes a line, what is wrong with it is not said.
+        if args and not ctx.resilient_parsing and self.get_command(ctx, args[0]) is None:
             raise unknown_name("command", args[0], self.list_commands(ctx))
         return super().resolve_command(ctx, args)
 

@@ -12,6 +12,7 @@ from fivtui.model.errors import InputError
 from fivtui.model.parameters import PARAMETERS, parameter_spec, read_number
 
 from .arguments import option
+from .completion import ERROR_VALUES, PARAMETER_VALUES
 from .paths import InputFile, OutputFile, OutputFolder, SceneName
 
 if TYPE_CHECKING:
@@ -25,6 +26,7 @@ set_option = option(
     "assignments",
     multiple=True,
     metavar="NAME=VALUE",
+    shell_complete=PARAMETER_VALUES,
     help=f"Change a parameter ({', '.join(PARAMETERS)}); may be repeated.",
 )
 ignore_option = option("--ignore-separation", is_flag=True, help="Contact never breaks (Case 2).")
@@ -53,7 +55,14 @@ def folder_option(text: str) -> Callable[..., Any]:
 
 def error_option(text: str) -> Callable[..., Any]:
     """The option that asks for errors."""
-    return option("--error", "wishes", multiple=True, metavar="QUANTITY=R", help=text)
+    return option(
+        "--error",
+        "wishes",
+        multiple=True,
+        metavar="QUANTITY=R",
+        help=text,
+        shell_complete=ERROR_VALUES,
+    )
 
 
 def scene_of(name: str, assignments: Sequence[str], *, ignore_separation: bool = False) -> "Scene":

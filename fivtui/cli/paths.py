@@ -5,6 +5,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import click
+from click.shell_completion import CompletionItem
 
 from .arguments import FilePath
 
@@ -35,9 +36,34 @@ class OutputFile(FilePath):
 class OutputFolder(FilePath):
     """A folder in which files are written; the command checks them, it knows their names."""
 
+    def shell_complete(
+        self,
+        ctx: click.Context,  # noqa: ARG002
+        param: click.Parameter,  # noqa: ARG002
+        incomplete: str,
+    ) -> list[CompletionItem]:
+        """Leave it to the shell, which knows the folders."""
+        return [CompletionItem(incomplete, type="dir")]
+
 
 class SceneName(click.types.StringParamType):
     """The name of a preset, or a scene file that is read."""
+
+    def shell_complete(
+        self,
+        ctx: click.Context,  # noqa: ARG002
+        param: click.Parameter,  # noqa: ARG002
+        incomplete: str,
+    ) -> list[CompletionItem]:
+        """Presets that begin so, else files."""
+        from fivtui.scene.presets import PRESETS
+
+        found = [
+            CompletionItem(name, help=scene.description)
+            for name, scene in PRESETS.items()
+            if name.startswith(incomplete)
+        ]
+        return found or [CompletionItem(incomplete, type="file")]
 
 
 def check_paths(params: Sequence[click.Parameter], values: Mapping[str, Any]) -> None:

@@ -7,6 +7,7 @@ import click
 from fivtui.model.errors import InputError
 
 from .arguments import Whole, option
+from .completion import VARIED_VALUES
 from .group import commands
 from .options import (
     check_outputs,
@@ -40,6 +41,7 @@ if TYPE_CHECKING:
     multiple=True,
     required=True,
     metavar="NAME=START:STOP:COUNT[:log]",
+    shell_complete=VARIED_VALUES,
     help="What varies: a parameter, or x0, vx0, y0, vy0 of the start; may be repeated. Also "
     "NAME=V1,V2,…; without COUNT in random and sobol.",
 )

@@ -8,6 +8,7 @@ from fivtui.model.errors import InputError
 from fivtui.model.parameters import parse_number
 
 from .arguments import Whole, option
+from .completion import METHOD_NAMES
 from .group import commands
 from .options import (
     check_outputs,
@@ -38,7 +39,12 @@ if TYPE_CHECKING:
 @set_option
 @ignore_option
 @option("--t-end", metavar="S", help="Horizon in seconds.")
-@option("--method", metavar="NAME", help="taylor, rk4, scipy-dop853, …: see fivtui methods.")
+@option(
+    "--method",
+    metavar="NAME",
+    help="taylor, rk4, scipy-dop853, …: see fivtui methods.",
+    shell_complete=METHOD_NAMES,
+)
 @option("--tol", metavar="R", help="Relative tolerance, 1e-13 to 1e-2.")
 @option("--step", metavar="S", help="Step of rk4, communication step of fmu.")
 @error_option(

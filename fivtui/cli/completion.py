@@ -1,0 +1,44 @@
+"""What a shell proposes for the value of an option: names, with what follows them."""
+
+from collections.abc import Callable, Iterable
+from typing import Final
+
+import click
+
+from fivtui.model.parameters import PARAMETERS
+
+Completer = Callable[[click.Context, click.Parameter, str], list[str]]
+
+
+def names_of(known: Callable[[], Iterable[str]], end: str = "") -> Completer:
+    """Propose the names that begin with what is typed, `end` behind each."""
+
+    def complete(_context: click.Context, _param: click.Parameter, typed: str) -> list[str]:
+        return [f"{name}{end}" for name in known() if name.startswith(typed)]
+
+    return complete
+
+
+def _starts() -> Iterable[str]:
+    from fivtui.transient.request import START_SPECS
+
+    return START_SPECS
+
+
+def _methods() -> Iterable[str]:
+    from fivtui.simulation import ALL_METHODS
+
+    return ALL_METHODS
+
+
+def _quantities() -> Iterable[str]:
+    from fivtui.transient.errors import QUANTITIES
+
+    return QUANTITIES
+
+
+PARAMETER_VALUES: Final = names_of(lambda: PARAMETERS, "=")
+START_VALUES: Final = names_of(_starts, "=")
+VARIED_VALUES: Final = names_of(lambda: (*PARAMETERS, *_starts()), "=")
+ERROR_VALUES: Final = names_of(_quantities, "=")
+METHOD_NAMES: Final = names_of(_methods)

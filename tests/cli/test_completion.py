@@ -1,0 +1,122 @@
+"""What Tab completes in a shell: commands, options, presets, files and names behind options."""
+
+import os
+import shutil
+import subprocess
+import sys
+from collections.abc import Iterable
+from pathlib import Path
+
+import pytest
+from click.shell_completion import BashComplete
+
+from fivtui.cli import commands
+from fivtui.model.parameters import PARAMETERS
+from fivtui.scene.presets import PRESETS
+from fivtui.simulation import ALL_METHODS
+from fivtui.transient.errors import QUANTITIES
+from fivtui.transient.request import START_SPECS
+
+ROOT = Path(__file__).parents[2]
+
+
+def typed(line: str) -> dict[str, str]:
+    """The environment in which bash asks for the completion of the last word of a line."""
+    return {"COMP_WORDS": line, "COMP_CWORD": str(len(line.split(" ")) - 1)}
+
+
+def plain(names: Iterable[str]) -> list[str]:
+    return [f"plain,{name}" for name in names]
+
+
+ASSIGNED = [f"{name}=" for name in PARAMETERS]
+
+
+@pytest.mark.parametrize(
+    ("line", "expected"),
+    [
+        ("fivtui ", plain(sorted(commands.commands))),
+        ("fivtui sta", ["plain,stability"]),
+        ("fivtui fmu b", ["plain,build"]),
+        ("fivtui simulate ", plain(list(PRESETS))),
+        ("fivtui simulate lin", ["plain,linear"]),
+        ("fivtui simulate mine.to", ["file,mine.to"]),
+        ("fivtui simulate --met", ["plain,--method"]),
+        ("fivtui simulate --method ", plain(list(ALL_METHODS))),
+        ("fivtui simulate --set ", plain(ASSIGNED)),
+        ("fivtui stability --set F=120 --set k", plain([n for n in ASSIGNED if n[0] == "k"])),
+        ("fivtui sweep --set c", ["plain,c1=", "plain,c2="]),
+        ("fivtui simulate --error ", plain([f"{name}=" for name in QUANTITIES])),
+        ("fivtui sweep --vary ", plain([*ASSIGNED, *(f"{name}=" for name in START_SPECS)])),
+        ("fivtui map --over k_", ["plain,k_nl="]),
+        ("fivtui attractors --vary m", ["plain,m=", "plain,mu="]),
+        ("fivtui attractors --basin v", ["plain,vx0=", "plain,vy0="]),
+        ("fivtui simulate --out r", ["file,r"]),
+        ("fivtui fmu check s", ["file,s"]),
+        ("fivtui figures --out f", ["dir,f"]),
+        # What is wrong with the line is said when it runs.
+        ("fivtui no-such-command ", plain(sorted(commands.commands))),
+        ("fivtui simulate --tol 1 --tol 2 --set m", ["plain,m=", "plain,mu="]),
+        ("fivtui simulate --tol '' --set m", ["plain,m=", "plain,mu="]),
+        ("fivtui stability no-such-scene --set m", ["plain,m=", "plain,mu="]),
+    ],
+)
+def test_what_is_typed_is_completed(
+    line: str, expected: list[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    for name, value in typed(line).items():
+        monkeypatch.setenv(name, value)
+    shell = BashComplete(commands, {}, "fivtui", "_FIVTUI_COMPLETE")
+    assert shell.complete().split() == expected
+
+
+@pytest.mark.parametrize(
+    ("line", "expected"),
+    [
+        ("fivtui stability --set k", plain([n for n in ASSIGNED if n[0] == "k"])),
+        ("fivtui no-such-command --set k", []),
+        ("fivtui simulate --tol 1 --tol 2 --method t", ["plain,taylor"]),
+    ],
+)
+def test_the_program_answers_the_shell_and_says_nothing_else(
+    line: str, expected: list[str]
+) -> None:
+    done = subprocess.run(
+        [sys.executable, "-m", "fivtui"],
+        env=os.environ
+        | typed(line)
+        | {"PYTHONPATH": str(ROOT), "_FIVTUI_COMPLETE": "bash_complete"},
+        stdin=subprocess.DEVNULL,
+        capture_output=True,
+        text=True,
+        check=True,
+    )
+    assert (done.stdout.split(), done.stderr) == (expected, "")
+
+
+@pytest.mark.host
+@pytest.mark.skipif(shutil.which("bash") is None, reason="bash is not there")
+def test_bash_completes_by_the_line_of_the_readme(tmp_path: Path) -> None:
+    readme = (ROOT / "README.md").read_text(encoding="utf-8")
+    line = 'eval "$(_FIVTUI_COMPLETE=bash_source fivtui)"'
+    assert f"`{line}`" in readme
+    program = tmp_path / "fivtui"
+    program.write_text(f'#!/bin/sh\nexec "{sys.executable}" -m fivtui "$@"\n', encoding="utf-8")
+    program.chmod(0o755)
+    script = f"""{line}
+complete -p fivtui
+COMP_WORDS=(fivtui stability --set k); COMP_CWORD=3
+_fivtui_completion fivtui
+printf '%s\\n' "${{COMPREPLY[@]}}"
+"""
+    done = subprocess.run(
+        ["bash", "--norc", "-c", script],
+        env=os.environ
+        | {"PATH": f"{tmp_path}{os.pathsep}{os.environ['PATH']}", "PYTHONPATH": str(ROOT)},
+        capture_output=True,
+        text=True,
+        check=True,
+    )
+    first, *values = done.stdout.split("\n")
+    assert first.startswith("complete ")
+    assert values == [*(name for name in ASSIGNED if name[0] == "k"), ""]

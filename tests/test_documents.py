@@ -1,0 +1,131 @@
+"""README and CONTRIBUTING name what there is, and what they say of tables is so."""
+
+import ast
+import re
+import tomllib
+from pathlib import Path
+from typing import Any, Final
+
+import pytest
+
+from fivtui.assessment.trials import CONTESTANTS
+from fivtui.io import column_files
+from fivtui.io.formats import FORMATS
+from fivtui.model.parameters import PARAMETERS, Parameters
+from fivtui.simulation import ALL_METHODS
+from fivtui.sweeps.formats import SWEEP_FORMATS
+from fivtui.tradeoffs import measure, settings
+from fivtui.transient.integrate import integrate
+from fivtui.transient.methods import METHODS
+from fivtui.tui.lab.keys import LAB_KEYS
+from fivtui.tui.session.fields import FIELDS
+from fivtui.tui.tabs.tabs import TABS
+from fmu_src.slave.variables import VARIABLES
+
+ROOT: Final = Path(__file__).parents[1]
+TEXTS: Final = {
+    name: (ROOT / name).read_text(encoding="utf-8") for name in ("README.md", "CONTRIBUTING.md")
+}
+CONTRIBUTING: Final = TEXTS["CONTRIBUTING.md"]
+SETTINGS: Final[dict[str, Any]] = tomllib.loads(
+    (ROOT / "pyproject.toml").read_text(encoding="utf-8")
+)["tool"]
+
+
+def defined_in(path: Path) -> set[str]:
+    """The names of classes, functions and constants that a module defines."""
+    found = set()
+    for node in ast.parse(path.read_text(encoding="utf-8")).body:
+        if isinstance(node, ast.ClassDef | ast.FunctionDef):
+            found.add(node.name)
+        elif isinstance(node, ast.Assign):
+            found.update(ast.unparse(target) for target in node.targets)
+        elif isinstance(node, ast.AnnAssign):
+            found.add(ast.unparse(node.target))
+    return found
+
+
+@pytest.mark.parametrize("name", TEXTS)
+def test_every_path_and_module_that_is_named_exists(name: str) -> None:
+    text = TEXTS[name]
+    paths = {
+        *re.findall(r"(?<![\w/.])(?:fivtui|fmu_src|tests|examples|\.ci)/[\w./-]*", text),
+        *re.findall(r"\]\((?!http)([^)#]+)\)", text),
+    }
+    assert len(paths) >= 10
+    assert not [path for path in paths if not (ROOT / path).exists()]
+    modules = re.findall(r"-m ((?:tests|fivtui)(?:\.\w+)*)", text)
+    places = [ROOT.joinpath(*module.split(".")) for module in modules]
+    missing = [
+        place
+        for place in places
+        if not (place.with_suffix(".py").is_file() or (place / "__main__.py").is_file())
+    ]
+    assert not missing
+
+
+def test_every_name_is_defined_in_the_module_that_is_said_to_have_it() -> None:
+    said = re.findall(r"`(\w+)`\s+in\s+`([\w/]+\.py)`", CONTRIBUTING)
+    assert len(said) >= 30
+    assert not [(name, path) for name, path in said if name not in defined_in(ROOT / path)]
+
+
+def test_the_tree_has_every_package() -> None:
+    tree = re.findall(r"^    ((?:fivtui|fmu_src)/\w+)/  ", CONTRIBUTING, flags=re.MULTILINE)
+    there = {
+        str(path.parent.relative_to(ROOT))
+        for package in ("fivtui", "fmu_src")
+        for path in (ROOT / package).glob("*/__init__.py")
+    }
+    assert sorted(tree) == sorted(there)
+
+
+def test_the_layers_are_those_of_the_contracts() -> None:
+    of_all, of_tui = SETTINGS["importlinter"]["contracts"][:2]
+    block = CONTRIBUTING.split("    __main__\n")[1].split("\n\n")[0]
+    shown = [line.strip() for line in f"    __main__\n{block}".splitlines()]
+    assert [re.sub(r" {2,}.*", "", line) for line in shown] == of_all["layers"]
+    (inside,) = (re.sub(r"^tui +", "", line) for line in shown if line.startswith("tui "))
+    assert ["__main__", *inside.split(" / ")] == of_tui["layers"]
+
+
+def test_every_marker_is_explained() -> None:
+    (said,) = re.findall(r"^Markers: .*?\n\n", CONTRIBUTING, flags=re.MULTILINE | re.DOTALL)
+    for marker in SETTINGS["pytest"]["ini_options"]["markers"]:
+        assert f"`{marker.partition(':')[0]}`" in said
+
+
+def test_form_and_fmu_follow_from_the_table_of_parameters() -> None:
+    assert list(FIELDS)[: len(PARAMETERS)] == list(PARAMETERS)
+    assert {variable.name for variable in VARIABLES} >= set(PARAMETERS)
+
+
+def test_a_line_more_of_methods_is_a_method_more(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setitem(METHODS, "another", METHODS["rk4"])
+    p = Parameters()
+    found = integrate(p, t_end=1.0, method="another")
+    assert found.method == "another"
+    assert found.final == integrate(p, t_end=1.0, method="rk4").final
+
+
+def test_the_tables_of_methods_know_the_same_methods() -> None:
+    compared = [row[0] for row in (*settings._TOLERANCES, *settings._STEPS)]
+    assert set(ALL_METHODS) == {*METHODS, "fmu"} == set(compared) == set(measure._SHARES)
+    assert FIELDS["method"].choices == ALL_METHODS
+    assert {entry.method for entry in CONTESTANTS.values()} == set(ALL_METHODS) - {"rk4-across"}
+
+
+def test_what_is_written_in_a_format_is_read_and_its_package_is_an_extra() -> None:
+    assert set(FORMATS) == set(column_files._READERS) == set(column_files._HEADER_READERS)
+    assert set(SWEEP_FORMATS) <= set(FORMATS)
+    project = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))["project"]
+    for form in FORMATS.values():
+        if form.package:
+            (needed,) = project["optional-dependencies"][form.extra]
+            assert needed.startswith(f"{form.package}>=")
+
+
+def test_every_tab_has_a_key_of_its_own() -> None:
+    keys = [key for binding in LAB_KEYS for key in binding.key.split(",")]
+    for tab in TABS:
+        assert keys.count(tab.key) == 1
