@@ -270,7 +270,7 @@ def test_what_cannot_be_read_gives_one_line(tmp_path: Path, suffix: str) -> None
         load_trajectory(path)
     path.unlink()
     path.mkdir()
-    with pytest.raises(InputError, match="cannot be read"):
+    with pytest.raises(InputError, match="is a folder, not a file"):
         load_trajectory(path)
 
 

@@ -145,7 +145,7 @@ async def test_the_trade_off_is_measured_and_shown(
     await pilot.press("alt+5")
     await until_shown(pilot, "not measured yet")
     await pilot.press("f10")
-    await until_shown(pilot, "error of final / 1")
+    await until_shown(pilot, "error of final state / 1")
     assert asked == [app_of(pilot).session.scene()]
     assert "the scene has changed since" in flat_text_of(pilot)
     assert "now taylor (compiled) tol=1e-12" in flat_text_of(pilot)
@@ -247,7 +247,7 @@ async def test_nothing_touches_and_no_title_is_cut(size: tuple[int, int]) -> Non
         (tabs,) = (line for line in shown if "Sweep" in line)
         assert all(title in tabs for title in titles)
         await pilot.press("alt+5")
-        await until_shown(pilot, "State Peak Range Events")
+        await until_shown(pilot, "State Peak ±2nd half Events")
         assert "F10 measures, about 7 s of CPU time" in text_of(pilot)
         await pilot.press("alt+4")
         await until_shown(pilot, "Growth μ_c Modes mu=0:1.5:121 F=5:120:9")

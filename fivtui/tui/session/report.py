@@ -93,7 +93,7 @@ def verdict_kind(s: Stability, beside: Beside | None) -> str:
 
 
 # Where a line is short.
-SECOND_HALF: Final = "half peak-to-peak, 2nd half of the run"
+SECOND_HALF: Final = "±y, 2nd half of run"
 
 _CONSEQUENCE: Final = {
     "STABLE": "small disturbances die out",
