@@ -1,7 +1,10 @@
 """Scenes that break solvers, and what two methods make of them: right, refused or wrong.
 
-Run it as ``python examples/extremes.py``; ``fivtui extremes`` tries every method, in a minute.
+Run it as ``python examples/extremes.py``, or with the names of scenes, such as ``base lifted``;
+``fivtui extremes`` tries every method, in a minute.
 """
+
+import sys
 
 from fivtui.assessment.trials import TRIALS, run_trials
 
@@ -9,8 +12,8 @@ METHODS = ("taylor", "scipy-lsoda")
 
 
 def main() -> None:
-    """Print verdict and error of the default method and of SciPy's LSODA on every scene."""
-    found = run_trials(contestants=METHODS)
+    """Print verdict and error of the default method and of SciPy's LSODA on the scenes."""
+    found = run_trials(sys.argv[1:] or tuple(TRIALS), METHODS)
     for name, findings in found.items():
         trial = TRIALS[name]
         print(f"{trial.meaning}, separation {'considered' if trial.separation else 'ignored'}")

@@ -11,6 +11,8 @@ import pytest
 
 ROOT = Path(__file__).parents[1]
 EXAMPLES = sorted((ROOT / "examples").glob("*.py"))
+# All scenes that break solvers are tried by `pytest -m whole` in tests/assessment.
+ARGUMENTS = {"extremes": ["lifted", "start-on-switch", "tol-too-small"]}
 
 
 @pytest.mark.parametrize("example", EXAMPLES, ids=lambda path: path.stem)
@@ -21,7 +23,7 @@ def test_an_example_is_short_and_runs_from_a_foreign_folder(example: Path, tmp_p
     if optional and find_spec(optional[1]) is None:
         pytest.skip(f"{optional[1]} is not installed (extra interop)")
     done = subprocess.run(
-        [sys.executable, str(example)],
+        [sys.executable, str(example), *ARGUMENTS.get(example.stem, [])],
         cwd=tmp_path,
         env=os.environ | {"PYTHONPATH": str(ROOT)},
         capture_output=True,

@@ -17,25 +17,50 @@ README = (ROOT / "README.md").read_text(encoding="utf-8")
 BLOCKS = re.findall(r"^```(sh|python|py)\n(.*?)^```", README, flags=re.MULTILINE | re.DOTALL)
 
 
-@pytest.mark.slow
-def test_the_blocks_run_in_order_in_one_folder_as_installed_there(tmp_path: Path) -> None:
+# About equal shares of the time that all blocks take.
+PARTS = ["from the start", "fivtui methods", "fivtui claims"]
+
+
+def blocks_of(part: str) -> list[tuple[str, str]]:
+    """The blocks from the one that begins so, up to where the next part begins."""
+    begins = [
+        next((place for place, (_, text) in enumerate(BLOCKS) if text.startswith(first)), 0)
+        for first in PARTS
+    ]
+    assert begins == sorted(set(begins))
+    place = PARTS.index(part)
+    return BLOCKS[begins[place] : [*begins, len(BLOCKS)][place + 1]]
+
+
+def run_blocks(blocks: list[tuple[str, str]], folder: Path) -> list[dict[str, str]]:
+    """What came of blocks run in order in one folder."""
     done = subprocess.run(
         [sys.executable, "-m", "tests.support.readme_commands"],
-        input=json.dumps(BLOCKS),
-        cwd=tmp_path,
+        input=json.dumps(blocks),
+        cwd=folder,
         env=os.environ | {"PYTHONPATH": str(ROOT)},
         capture_output=True,
         text=True,
         check=False,
     )
     assert done.returncode == 0, done.stderr
-    found = json.loads(done.stdout)
+    found: list[dict[str, str]] = json.loads(done.stdout)
     wrong = [f"{entry['line']}: {entry['error']}" for entry in found if entry["code"]]
     assert not wrong, "\n".join(wrong)
     assert all(entry["out"] or "wrote" in entry["error"] for entry in found)
-    assert len(found) >= README.count("\nfivtui ") + len(
-        re.findall(r"^```py", README, re.MULTILINE)
-    )
+    lines = [text.count("\nfivtui ") + text.startswith("fivtui ") for _, text in blocks]
+    assert len(found) >= sum(lines) + sum(language != "sh" for language, _ in blocks)
+    return found
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("part", PARTS)
+def test_the_blocks_run_in_order_in_one_folder_as_installed_there(
+    part: str, tmp_path: Path
+) -> None:
+    found = run_blocks(blocks_of(part), tmp_path)
+    if part != PARTS[-1]:
+        return
     by_line = {entry["line"]: entry["out"] for entry in found}
     growth_rate, run, table = by_line["python"].splitlines()
     assert float(growth_rate) < 0.0
@@ -43,6 +68,20 @@ def test_the_blocks_run_in_order_in_one_folder_as_installed_there(tmp_path: Path
     assert table.count("'done'") == 2
     assert "10.5027" in by_line["py"]
     assert "[74 74 74]" in by_line["py"]
+
+
+def test_the_parts_are_all_blocks_and_write_no_file_of_one_another() -> None:
+    parts = [blocks_of(part) for part in PARTS]
+    assert [block for blocks in parts for block in blocks] == BLOCKS
+    written = [
+        name
+        for blocks in parts
+        for name in {
+            name for _, text in blocks for name in re.findall(r"--(?:out|plot|events) (\S+)", text)
+        }
+    ]
+    assert len(written) > 15
+    assert len(written) == len(set(written))
 
 
 def test_the_source_distribution_has_every_file_that_the_readme_names(tmp_path: Path) -> None:

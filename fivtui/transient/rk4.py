@@ -131,7 +131,7 @@ class RungeKutta4:
         pieces: list[Piece] = []
         done = np.zeros(self.state.shape[1])
         left = np.full_like(done, self.step)
-        while np.any(left > 0.0):
+        while (left > 0.0).any():
             if len(pieces) > _MAX_SWITCHES_PER_STEP:
                 raise ComputationError(
                     f"over {_MAX_SWITCHES_PER_STEP} switches in the step at t = {self.t:.6g} s",
@@ -139,14 +139,14 @@ class RungeKutta4:
                 )
             first = self.state
             last = self._rk4(first, self.contact, left)
-            if not np.all(np.isfinite(last)):
+            if not np.isfinite(last).all():
                 raise ComputationError(
                     f"the motion grows out of the range of numbers at t = {self.t:.6g} s",
                     "use a smaller step, consider separation, or end before that time",
                 )
             crossed = self._crossed(last, self.contact)
             duration = left
-            if self.locate and np.any(crossed):
+            if self.locate and crossed.any():
                 duration = np.where(crossed, self._bisect(first, left, crossed), left)
                 last = self._rk4(first, self.contact, duration)
             pieces.append(Piece(self.contact, done, duration, first, last, crossed))
@@ -167,7 +167,7 @@ class RungeKutta4:
         coupling = 0.5 * p["k3"] * (x - y)
         ax = (p["mu"] * force - p["c1"] * vx - p["k1"] * x - coupling) / p["m"]
         ay = (force - p["F"] - p["c2"] * vy + coupling) / p["m"]
-        return np.stack((vx, ax, vy, ay))
+        return np.array((vx, ax, vy, ay))
 
     def _rk4(self, state: FloatArray, contact: BoolArray, step: FloatArray) -> FloatArray:
         with np.errstate(over="ignore", invalid="ignore"):

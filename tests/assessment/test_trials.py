@@ -114,7 +114,7 @@ def test_trials_are_data_and_can_be_cancelled() -> None:
 
 OURS = ("taylor", "taylor-interpreted", "rk4", "fmu")
 # Some seconds each, by RK4 above all.
-SHORT = ["lifted", "start-on-switch", "tol-too-small"]
+SHORT = ["lifted", "tol-too-small"]
 
 
 def test_the_command_prints_a_table_and_no_native_method_of_ours_is_ever_wrong(

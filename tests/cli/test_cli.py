@@ -1,30 +1,29 @@
-"""The command line, run as a process: what it prints, where, and how it ends."""
+"""The command line: what it prints, where, and how it ends."""
 
 import csv
+import io
 import json
 import os
 import subprocess
 import sys
+from contextlib import chdir, redirect_stderr, redirect_stdout
 from pathlib import Path
 
 import numpy as np
 import pytest
 
 from fivtui import Parameters, simulate
+from fivtui.cli import run
 
 ROOT = Path(__file__).parents[2]
 
 
 def fivtui(*args: str, cwd: Path | None = None) -> subprocess.CompletedProcess[str]:
-    return subprocess.run(
-        [sys.executable, "-m", "fivtui", *args],
-        cwd=cwd,
-        env=os.environ | {"PYTHONPATH": str(ROOT)},
-        stdin=subprocess.DEVNULL,
-        capture_output=True,
-        text=True,
-        check=False,
-    )
+    """What a command prints and returns, run in this process, which has imported all already."""
+    out, error = io.StringIO(), io.StringIO()
+    with chdir(cwd or Path.cwd()), redirect_stdout(out), redirect_stderr(error):
+        code = run(args)
+    return subprocess.CompletedProcess(args, code, out.getvalue(), error.getvalue())
 
 
 def test_simulate_json_is_one_object_with_everything_promised() -> None:

@@ -74,7 +74,8 @@ def test_every_communication_step_agrees_with_the_numpy_integrator_to_1e_10(
         {"stop_time": 5.0, "output_interval": step, "start_values": {"separation": separation}}
         for step in (0.001, 0.01, 0.1, 1.0)
     ]
-    rk4 = final_state(t_end=5.0, separation=separation, method="rk4", step=1e-4)
+    # RK4's own error at this step is below 4e-11.
+    rk4 = final_state(t_end=5.0, separation=separation, method="rk4", step=2e-4)
     for end in driver.simulate(*runs):
         assert [end[name] for name in STATES] == pytest.approx(rk4, rel=0.0, abs=1e-10)
 

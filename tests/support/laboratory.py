@@ -3,10 +3,13 @@
 import asyncio
 import dataclasses
 import time
+from collections import Counter
 from collections.abc import Callable
-from typing import Final
+from typing import Any, Final
 
+from textual.app import App
 from textual.pilot import Pilot
+from textual.screen import Screen
 from textual.widgets import Input
 
 from fivtui.model.errors import Cancelled
@@ -21,7 +24,7 @@ from fivtui.tui.tabs.charts.sweep import sweep_request
 # A test waits for as long as something may still come. It gives up after so many looks in a row at
 # an application that computes nothing, each soon after the one before: a machine that is busy with
 # something else makes looks late, and these do not count. The other limit ends a hang.
-_IDLE_LOOKS: Final = 800
+_IDLE_LOOKS: Final = 1600
 _LOOK_S: Final = 0.01
 _LATE_S: Final = 0.1
 HANG_S: Final = 900.0
@@ -34,6 +37,17 @@ async def _wait_patiently(self: Pilot[None], timeout: float = HANG_S) -> bool:
 
 
 Pilot._wait_for_screen = _wait_patiently  # type: ignore[method-assign, assignment]
+
+_paint = App._display
+_paints: Final = Counter[int]()
+
+
+def _count_and_paint(self: App[Any], screen: Screen[Any], renderable: Any) -> None:
+    _paints[id(self)] += 1
+    _paint(self, screen, renderable)
+
+
+App._display = _count_and_paint  # type: ignore[method-assign]
 ENDLESS: Final = "1e6"
 
 
@@ -66,9 +80,25 @@ async def until(pilot: Pilot[None], holds: Callable[[], bool]) -> None:
     await pilot.pause()
 
 
+async def until_screen(pilot: Pilot[None], holds: Callable[[str], bool]) -> None:
+    """Wait until something holds of what the screen shows."""
+    seen = -1
+
+    def look() -> bool:
+        # To render the screen costs more than all else; what it shows changes only when painted.
+        nonlocal seen
+        paints = _paints[id(pilot.app)]
+        if paints == seen:
+            return False
+        seen = paints
+        return holds(text_of(pilot))
+
+    await until(pilot, look)
+
+
 async def until_shown(pilot: Pilot[None], words: str) -> None:
     """Wait until the screen shows some words."""
-    await until(pilot, lambda: words in flat_text_of(pilot))
+    await until_screen(pilot, lambda text: words in " ".join(text.split()))
 
 
 async def until_told(pilot: Pilot[None], words: str) -> None:
@@ -132,4 +162,4 @@ async def run_to_end(pilot: Pilot[None]) -> None:
     runs = app_of(pilot).session.runs
     await pilot.press("f5")
     await until(pilot, lambda: runs.newest is not None and runs.active is None)
-    await until(pilot, lambda: "peak |y|" in text_of(pilot))
+    await until_shown(pilot, "peak |y|")

@@ -94,7 +94,7 @@ def test_starts_within_rounding_of_the_switch_go_on_alike() -> None:
     assert_all_go_on_alike(cases(11, 250))
 
 
-@pytest.mark.slow
+@pytest.mark.whole
 @pytest.mark.parametrize("seed", range(4))
 def test_thousands_of_starts_within_rounding_of_the_switch_go_on_alike(seed: int) -> None:
     assert_all_go_on_alike(cases(seed, 2000))
