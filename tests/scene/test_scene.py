@@ -251,3 +251,26 @@ def test_every_preset_can_be_computed(name: str) -> None:
     result = run(dataclasses.replace(scene, t_end=5.0))
     assert result.separation == scene.separation
     assert result.peak.y_abs > 0.0
+
+
+def test_presets_have_the_parameters_that_their_descriptions_state() -> None:
+    changed = {
+        name: {
+            symbol: value
+            for symbol, value in scene.parameters.as_dict().items()
+            if value != getattr(Parameters(), symbol)
+        }
+        for name, scene in PRESETS.items()
+    }
+    assert changed == {
+        "base": {},
+        "separation-ignored": {},
+        "linear": {"k_nl": 0.0},
+        "nonproportional-damping": {"c1": 0.8, "F": 100.0},
+        "soft-horizontal": {"k1": 50.0, "k2": 100.0},
+        "stiff-contact": {"mu": 1.2, "F": 100.0, "k_nl": 300.0},
+        "coexistence": {"F": 120.0},
+        "coexistence-decay": {"F": 120.0},
+    }
+    ignored = {name for name, scene in PRESETS.items() if not scene.separation}
+    assert ignored == {"separation-ignored", "linear"}

@@ -9,7 +9,7 @@ from fivtui import Parameters, simulate
 from fivtui.model.errors import ComputationError, InputError
 from fivtui.model.slider_belt import Mode, State, static_start
 from fivtui.taylor.polynomial import evaluate
-from fivtui.taylor.stepper import TaylorStepper
+from fivtui.taylor.stepper import MAX_ORDER, MIN_ORDER, TaylorStepper, order_for
 from tests.references import REFERENCES, Reference
 from tests.support.strategies import moderate_parameters, states
 
@@ -151,3 +151,16 @@ def test_a_local_tolerance_out_of_range_is_refused(bad: float) -> None:
 def test_a_start_that_is_not_finite_is_refused() -> None:
     with pytest.raises(InputError, match="finite"):
         TaylorStepper(Parameters(), (0.0, math.nan, -1.0, 0.0))
+
+
+def test_the_order_is_the_multiple_of_four_that_the_tolerance_asks_for() -> None:
+    # Orders 0.6 ln(1/tol), rounded up to multiples of four: 6.9, 11.1, 13.9, 15.3 and 19.4.
+    tolerances = (1e-5, 9e-9, 1e-10, 8.5e-12, 1e-14)
+    assert [order_for(tol) for tol in tolerances] == [8, 12, 16, 16, 20]
+    assert order_for(0.5) == MIN_ORDER
+    assert order_for(1e-300) == MAX_ORDER
+    for exponent in np.linspace(-20.0, -1.0, 400):
+        order = order_for(10.0**exponent)
+        asked = min(max(-0.6 * math.log(10.0) * exponent, MIN_ORDER), MAX_ORDER)
+        assert order % 4 == 0
+        assert asked - 1e-9 <= order < asked + 4.0

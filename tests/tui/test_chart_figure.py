@@ -6,6 +6,7 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+import pyarrow.parquet as pq
 import pytest
 from matplotlib.axes import Axes
 from matplotlib.collections import QuadMesh
@@ -171,6 +172,17 @@ def test_data_are_the_points_in_sight(tmp_path: Path) -> None:
     assert set(columns["trace"]) == {2.0}
     panels = json.loads(json.dumps(header["panels"]))
     assert panels == [{"x": "t / s", "y": "y / m", "traces": {"2": "b", "3": "c"}}]
+    save_seen(Seen([(chart, view)]), tmp_path / "a.parquet")
+    meanings = {
+        field.name: field.metadata[b"meaning"].decode()
+        for field in pq.read_schema(tmp_path / "a.parquet")
+    }
+    assert meanings == {
+        "panel": "number of the chart, from the first",
+        "trace": "number of the trace in its chart",
+        "x": "along the x axis of the chart",
+        "y": "along the y axis of the chart",
+    }
 
 
 # In the laboratory

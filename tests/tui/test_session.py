@@ -225,3 +225,32 @@ def test_the_command_line_of_a_wrong_input_is_an_error() -> None:
     session.set_text("F", "x")
     with pytest.raises(InputError, match="F = 'x'"):
         session.command_line()
+
+
+def test_the_fields_beside_the_parameters_say_what_they_are_and_in_which_unit() -> None:
+    shown = {
+        name: (field.symbol, field.unit, field.meaning, field.when_empty)
+        for name, field in FIELDS.items()
+        if name not in PARAMETERS
+    }
+    assert shown == {
+        "separation": ("", "", "whether contact can be lost", ""),
+        "start": ("", "m, m/s", "state at t = 0", ""),
+        "t_end": ("t_end", "s", "horizon", ""),
+        "method": ("", "", "integration method", ""),
+        "tol": ("tol", "", "relative tolerance", ""),
+        "accuracy": ("", "", "errors allowed, in place of tol and step", "tol or step"),
+        "step": ("step", "s", "step of rk4 or fmu", "default"),
+    }
+    assert dict(FIELDS["accuracy"].details) == {
+        "final": "state at the end, relative to its greatest component",
+        "peak": "peak of |y|, relative",
+        "half_range": (
+            "half peak-to-peak of y over the second half of the run, relative to peak |y|"
+        ),
+        "events": "times of separation and reattachment, s",
+    }
+    for name in ("t_end", "tol"):
+        assert FIELDS[name].check(FIELDS[name].default) == float(FIELDS[name].default)
+    with pytest.raises(InputError, match="t_end"):
+        FIELDS["t_end"].check("0")
