@@ -5,13 +5,14 @@ from collections.abc import Mapping
 from dataclasses import asdict, dataclass
 from typing import Any, Final
 
-from fivtui.scene.scene import Scene
+from fivtui.model.parameters import Parameters
+from fivtui.scene.scene import Scene, as_scene
 from fivtui.scene.verified import runs_part
 from fivtui.simulation import simulate
 from fivtui.transient.errors import Divergence
 from fivtui.transient.loop import Progress
 from fivtui.transient.methods import METHODS, fixed_step
-from fivtui.transient.request import TOL_RANGE, make_problem
+from fivtui.transient.request import TOL_RANGE, Start, make_problem
 from fivtui.transient.result import Transient
 
 from .lyapunov import ErrorGrowth, error_growth
@@ -53,13 +54,25 @@ class Accuracy:
     parted: Divergence | None
 
 
-def accuracy(scene: Scene, *, progress: Progress | None = None) -> Accuracy:
+def accuracy(
+    scene: Scene | Parameters | None = None,
+    *,
+    t_end: float | None = None,
+    tol: float | None = None,
+    separation: bool | None = None,
+    start: Start | None = None,
+    method: str | None = None,
+    step: float | None = None,
+    progress: Progress | None = None,
+) -> Accuracy:
     """Estimate the errors of a run.
 
     Parameters
     ----------
-    scene : Scene
-        The scene, with method and tolerance or step.
+    scene : Scene or Parameters, optional
+        A scene, or the parameters of one; the base set if not given.
+    t_end, tol, separation, start, method, step : optional
+        As in `simulate`; in place of those of the scene where given.
     progress : callable, optional
         Called with the fraction done; cancelled when it returns False.
 
@@ -71,11 +84,24 @@ def accuracy(scene: Scene, *, progress: Progress | None = None) -> Accuracy:
 
     Raises
     ------
+    InputError
+        If the request is wrong.
     ComputationError
         If a run cannot be finished.
     Cancelled
         If `progress` returned False.
+
+    Examples
+    --------
+    >>> from fivtui import Parameters, accuracy
+    >>> found = accuracy(Parameters(F=80.0), t_end=10.0)
+    >>> peak = found.estimates["peak_y_abs"]
+    >>> peak.difference < 1e-8 * peak.value
+    True
     """
+    scene = as_scene(
+        scene, t_end=t_end, tol=tol, separation=separation, start=start, method=method, step=step
+    )
     report = progress or (lambda _fraction: True)
     problem = make_problem(
         scene.parameters,

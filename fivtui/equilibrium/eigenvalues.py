@@ -87,13 +87,13 @@ class Stability:
     coalescence: Coalescence
 
 
-def stability(p: Parameters, *, separation: bool = True) -> Stability:
+def stability(parameters: Parameters | None = None, *, separation: bool = True) -> Stability:
     """Linearise at the equilibrium and judge it.
 
     Parameters
     ----------
-    p : Parameters
-        The parameter set.
+    parameters : Parameters, optional
+        The parameter set; the base set if not given.
     separation : bool
         Whether separation is considered; matters for F < 0 alone.
 
@@ -105,11 +105,18 @@ def stability(p: Parameters, *, separation: bool = True) -> Stability:
     Raises
     ------
     InputError
-        If `p` is no parameter set.
+        If `parameters` is no parameter set.
     ComputationError
         If there is no equilibrium, or a number overflows.
+
+    Examples
+    --------
+    >>> from fivtui import Parameters, stability
+    >>> found = stability(Parameters(mu=0.3))
+    >>> found.stable, round(found.critical_mu[0].mu, 4)
+    (True, 0.4394)
     """
-    check_parameters(p)
+    p = Parameters() if parameters is None else check_parameters(parameters)
     point = equilibrium(p, separation=separation)
     values = _eigenvalues(p, point)
     growth, stable = _judged(values)

@@ -60,7 +60,7 @@ class StabilityMap:
 
 
 def stability_map(
-    p: Parameters,
+    parameters: Parameters | None,
     over: Mapping[str, Sequence[float] | FloatArray],
     value: str = "growth-rate",
     *,
@@ -71,8 +71,8 @@ def stability_map(
 
     Parameters
     ----------
-    p : Parameters
-        The parameters that do not vary.
+    parameters : Parameters or None
+        The parameters that do not vary; those of the base set if None.
     over : mapping of str to sequence of float
         Two parameters and the values of each, in SI units.
     value : str
@@ -98,7 +98,15 @@ def stability_map(
         If a number overflows.
     Cancelled
         If `progress` returned False.
+
+    Examples
+    --------
+    >>> from fivtui import stability_map
+    >>> found = stability_map(None, {"F": [20.0, 80.0], "k_nl": [50.0, 100.0]}, "critical-mu")
+    >>> found.values.round(3).tolist()
+    [[0.765, 0.598], [0.32, 0.439]]
     """
+    p = Parameters() if parameters is None else parameters
     if value not in MAP_VALUES:
         raise unknown_name("map value", value, MAP_VALUES)
     if len(over) != 2:

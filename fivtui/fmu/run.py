@@ -66,13 +66,13 @@ class FmuRun:
 
 
 def run_fmu(
-    path: Path,
+    path: str | Path,
     *,
     t_end: float | None = None,
     output_interval: float | None = None,
     start_values: Mapping[str, object] | None = None,
     outputs: Sequence[str] | None = None,
-    input_csv: Path | None = None,
+    input_csv: str | Path | None = None,
     tol: float | None = None,
     progress: Progress | None = None,
 ) -> FmuRun:
@@ -80,7 +80,7 @@ def run_fmu(
 
     Parameters
     ----------
-    path : Path
+    path : str or Path
         The FMU.
     t_end : float, optional
         Stop time, s; that of the FMU's default experiment, or a second, if not given.
@@ -91,7 +91,7 @@ def run_fmu(
         Parameters, inputs and start values by name.
     outputs : sequence of str, optional
         Variables to record; all outputs if not given.
-    input_csv : Path, optional
+    input_csv : str or Path, optional
         Values of inputs over time: a table with a column ``time`` and one for each input. Real
         inputs are interpolated; two rows of one time are a jump. Other inputs keep their start.
     tol : float, optional
@@ -112,12 +112,20 @@ def run_fmu(
         If the FMU fails or its outputs are not finite, with what it logged.
     Cancelled
         If `progress` returned False.
+
+    Examples
+    --------
+    >>> from fivtui import build_fmu, run_fmu
+    >>> fmu = build_fmu("belt.fmu")
+    >>> run = run_fmu(fmu, t_end=1.0, output_interval=0.1, start_values={"F": 60.0}, outputs=["y"])
+    >>> run.columns["y"].shape, run.units["y"]
+    ((11,), 'm')
     """
-    with extracted(path) as fmu:
+    with extracted(Path(path)) as fmu:
         start, stop, step = _experiment(fmu, t_end, output_interval)
         values = start_values_of(fmu, start_values or {})
         recorded = _recorded(fmu, outputs)
-        signals = None if input_csv is None else signals_from(fmu, input_csv, values)
+        signals = None if input_csv is None else signals_from(fmu, Path(input_csv), values)
         options = {
             "start_time": start,
             "stop_time": stop,

@@ -59,7 +59,7 @@ class Basin:
 
 
 def basin(
-    p: Parameters,
+    parameters: Parameters | None,
     over: Mapping[str, Sequence[float] | NDArray[np.float64]],
     *,
     separation: bool = True,
@@ -71,8 +71,8 @@ def basin(
 
     Parameters
     ----------
-    p : Parameters
-        The parameter set.
+    parameters : Parameters or None
+        The parameter set; the base set if None.
     over : mapping of str to sequence of float
         Two of ``x0``, ``vx0``, ``y0`` and ``vy0``, and the values of each, m or m/s.
     separation : bool
@@ -97,7 +97,15 @@ def basin(
         If there is no equilibrium, or a motion cannot be followed.
     Cancelled
         If `progress` returned False.
+
+    Examples
+    --------
+    >>> from fivtui import Parameters, basin
+    >>> found = basin(Parameters(F=120.0), {"y0": [-1.1, 0.0], "vy0": [0.0]})
+    >>> [str(found.attractors[place].kind) for place in found.reached.ravel()]
+    ['equilibrium', 'separating limit cycle']
     """
+    p = Parameters() if parameters is None else parameters
     if len(over) != 2:
         raise InputError(f"basin: {len(over)} start values vary; allowed are two different ones")
     (first, rows), (second, columns) = ((name, _axis(name, over[name])) for name in over)

@@ -63,6 +63,47 @@ class Coexistence:
         return all(attractor.kind is not Kind.UNSETTLED for attractor in self.attractors)
 
 
+def attractors(
+    parameters: Parameters | None = None,
+    *,
+    separation: bool = True,
+    progress: Progress | None = None,
+) -> Coexistence:
+    """Find what motions end in: the equilibrium, limit cycles, or unbounded growth.
+
+    Parameters
+    ----------
+    parameters : Parameters, optional
+        The parameter set; the base set if not given.
+    separation : bool
+        Whether separation is considered.
+    progress : callable, optional
+        Called with the fraction done; the search is cancelled when it returns False.
+
+    Returns
+    -------
+    Coexistence
+        What was found from starts around the equilibrium, the smallest offsets that leave it where
+        something else attracts beside it; it cannot prove that there is no more.
+
+    Raises
+    ------
+    ComputationError
+        If there is no equilibrium, or a motion cannot be followed.
+    Cancelled
+        If `progress` returned False.
+
+    Examples
+    --------
+    >>> from fivtui import Parameters, attractors
+    >>> found = attractors(Parameters(mu=0.2))
+    >>> [str(each.kind) for each in found.attractors], found.coexists
+    (['equilibrium'], False)
+    """
+    p = Parameters() if parameters is None else parameters
+    return coexistence(p, separation=separation, progress=progress)
+
+
 def coexistence(
     p: Parameters,
     *,

@@ -80,7 +80,7 @@ class Continuation:
 
 
 def continuation(
-    p: Parameters,
+    parameters: Parameters | None,
     name: str,
     values: Sequence[float] | NDArray[np.float64],
     *,
@@ -96,8 +96,8 @@ def continuation(
 
     Parameters
     ----------
-    p : Parameters
-        The parameters that do not vary.
+    parameters : Parameters or None
+        The parameters that do not vary; those of the base set if None.
     name : str
         The parameter that varies.
     values : sequence of float
@@ -122,7 +122,15 @@ def continuation(
         If there is no equilibrium at a value, or a motion cannot be followed.
     Cancelled
         If `progress` returned False.
+
+    Examples
+    --------
+    >>> from fivtui import continuation
+    >>> found = continuation(None, "mu", [0.2, 0.5])
+    >>> [(point.value, str(point.attractor.kind)) for point in found.points]
+    [(0.2, 'equilibrium'), (0.5, 'separating limit cycle')]
     """
+    p = Parameters() if parameters is None else parameters
     spec = parameter_spec(name)
     grid = np.unique([spec.check(float(value)) for value in values])
     if grid.size < 2:

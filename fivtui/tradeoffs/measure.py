@@ -13,14 +13,15 @@ import numpy as np
 from fivtui.batch.run import Requirement, simulate_batch
 from fivtui.fmu.run import run_fmu
 from fivtui.model.errors import Cancelled, ComputationError
+from fivtui.model.parameters import Parameters
 from fivtui.model.slider_belt import State
-from fivtui.scene.scene import Scene
+from fivtui.scene.scene import Scene, as_scene
 from fivtui.scene.verified import runs_part
 from fivtui.simulation import simulate
 from fivtui.transient.errors import QUANTITIES, Deviation, Observation, deviation, observation
 from fivtui.transient.loop import KernelChoice, Progress
 from fivtui.transient.methods import time_scale
-from fivtui.transient.request import TOL_RANGE, resolve_start
+from fivtui.transient.request import TOL_RANGE, Start, resolve_start
 from fivtui.transient.result import Transient
 
 from .settings import Ladder, Row, Setting, ladders
@@ -95,6 +96,54 @@ class Tradeoff:
     floor: Deviation
     rows: list[Row]
     features: list[Feature]
+
+
+def tradeoff(
+    scene: Scene | Parameters | None = None,
+    *,
+    t_end: float | None = None,
+    separation: bool | None = None,
+    start: Start | None = None,
+    thorough: bool = False,
+    progress: Progress | None = None,
+) -> Tradeoff:
+    """Measure what accuracy costs on this machine, for every method and setting.
+
+    Parameters
+    ----------
+    scene : Scene or Parameters, optional
+        A scene, or the parameters of one; the base set if not given. Its method, tolerance, step
+        and accuracy are not used.
+    t_end, separation, start : optional
+        As in `simulate`; in place of those of the scene where given.
+    thorough : bool
+        Whether it may take about two minutes rather than seven seconds.
+    progress : callable, optional
+        Called with the fraction done; the measurement is cancelled when it returns False.
+
+    Returns
+    -------
+    Tradeoff
+        CPU times and errors.
+
+    Raises
+    ------
+    InputError
+        If the request is wrong.
+    ComputationError
+        If the scene cannot be finished by the reference, or that cannot be verified.
+    Cancelled
+        If `progress` returned False.
+
+    Examples
+    --------
+    >>> from fivtui import Parameters, tradeoff
+    >>> found = tradeoff(Parameters(F=80.0), t_end=1.0)
+    >>> "rk4" in {row.setting.method for row in found.rows}
+    True
+    """
+    asked = as_scene(scene, t_end=t_end, separation=separation, start=start)
+    return measure_tradeoff(asked, thorough=thorough, progress=progress)
 
 
 def measure_tradeoff(
