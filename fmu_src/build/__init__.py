@@ -1,0 +1,1 @@
+"""Building FMUs: export, description, documentation, SSP archive."""
