@@ -104,7 +104,7 @@ def stability_map(
     >>> from fivtui import stability_map
     >>> found = stability_map(None, {"F": [20.0, 80.0], "k_nl": [50.0, 100.0]}, "critical-mu")
     >>> found.values.round(3).tolist()
-    [[0.765, 0.598], [0.32, 0.439]]
+    [[0.765, 0.599], [0.297, 0.439]]
     """
     p = Parameters() if parameters is None else parameters
     if value not in MAP_VALUES:

@@ -101,7 +101,7 @@ def basin(
     Examples
     --------
     >>> from fivtui import Parameters, basin
-    >>> found = basin(Parameters(F=120.0), {"y0": [-1.1, 0.0], "vy0": [0.0]})
+    >>> found = basin(Parameters(F=120.0), {"y0": [-0.8, 0.0], "vy0": [0.0]})
     >>> [str(found.attractors[place].kind) for place in found.reached.ravel()]
     ['equilibrium', 'separating limit cycle']
     """

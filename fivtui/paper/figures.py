@@ -149,7 +149,7 @@ def figures(
     Examples
     --------
     >>> from fivtui import figures
-    >>> files, = figures("paper", [2], formats=["png"])
+    >>> (files,) = figures("paper", [2], formats=["png"])
     >>> [path.name for path in files.pictures]
     ['fig-02.png']
     """

@@ -77,8 +77,8 @@ class Scene:
     step : float or None
         Step of a fixed-step method, communication step of the FMU, s; None for its default.
     accuracy : tuple of (str, float)
-        Errors allowed by quantity, see `fivtui.transient.errors.check_accuracy`; `tol` and `step` then follow
-        from them and are not used.
+        Errors allowed by quantity, see `fivtui.transient.errors.check_accuracy`; `tol` and `step`
+        then follow from them and are not used.
     outputs : tuple of str
         What the scene requires, names in `OUTPUTS`: nothing else is computed or stored.
 
@@ -86,6 +86,12 @@ class Scene:
     ------
     InputError
         If a value is not allowed.
+
+    Examples
+    --------
+    >>> from fivtui import Parameters, Scene
+    >>> Scene(name="mine", description="half the preload", parameters=Parameters(F=40.0)).t_end
+    100.0
     """
 
     name: str
@@ -315,7 +321,7 @@ def as_scene(given: Scene | Parameters | None, **changes: object) -> Scene:
 
 
 def load_scene(path: str | Path) -> Scene:
-    """Read a scene from a TOML file.
+    r"""Read a scene from a TOML file.
 
     Parameters
     ----------
@@ -337,8 +343,8 @@ def load_scene(path: str | Path) -> Scene:
     --------
     >>> from pathlib import Path
     >>> from fivtui import load_scene
-    >>> Path("soft.toml").write_text("fivtui_scene = 1\\nt_end = 20.0\\n[parameters]\\nF = 60.0\\n")
-    48
+    >>> text = "fivtui_scene = 1\nt_end = 20.0\n[parameters]\nF = 60.0\n"
+    >>> _ = Path("soft.toml").write_text(text)
     >>> scene = load_scene("soft.toml")
     >>> scene.name, scene.t_end, scene.parameters.F
     ('soft', 20.0, 60.0)

@@ -156,7 +156,7 @@ def sweep(
     --------
     >>> from fivtui import sweep
     >>> sweep(vary={"F": [20.0, 80.0]}, outputs=["separations"]).rows
-    [[20.0, True, 0, 'done', ''], [80.0, True, 74, 'done', '']]
+    [[20.0, True, 68, 'done', ''], [80.0, True, 74, 'done', '']]
     """
     study = Study(
         design=Design(dict(vary), design, count, seed),  # type: ignore[arg-type]

@@ -57,8 +57,9 @@ def claims(ids: Sequence[str] = (), *, progress: Progress | None = None) -> list
     Examples
     --------
     >>> from fivtui import claims
-    >>> checked, = claims(["CLAIM"])
-    >>> checked.computed, str(checked.verdict)
+    >>> (checked,) = claims(["critical-friction-of-the-example"])
+    >>> str(checked.verdict)
+    'does not hold'
     """
     known = {claim.id: claim for claim in CLAIMS}
     for name in ids:
