@@ -5,7 +5,11 @@ from collections.abc import Mapping
 from dataclasses import asdict, dataclass
 from typing import Any, Final
 
+import numpy as np
+from numpy.typing import NDArray
+
 from fivtui.model.parameters import Parameters
+from fivtui.results import Result, scene_text
 from fivtui.scene.scene import Scene, as_scene
 from fivtui.scene.verified import runs_part
 from fivtui.simulation import simulate
@@ -28,8 +32,8 @@ class Estimate:
     difference: float
 
 
-@dataclass(frozen=True, slots=True)
-class Accuracy:
+@dataclass(frozen=True, slots=True, repr=False)
+class Accuracy(Result):
     """How far to trust a run.
 
     Attributes
@@ -52,6 +56,34 @@ class Accuracy:
     estimates: Mapping[str, Estimate]
     growth: ErrorGrowth
     parted: Divergence | None
+
+    def _summary(self) -> list[tuple[str, str]]:
+        run = self.run
+        rows = [
+            ("scene", scene_text(run.parameters, separation=run.separation)),
+            ("run", f"{run.t_end:g} s, {run.method}, held against {self.finer}"),
+            *(
+                (name, f"{believed_digits(entry)} ± {entry.difference:.1g}")
+                for name, entry in self.estimates.items()
+            ),
+            ("an error", str(self.growth.fate)),
+        ]
+        if self.parted is not None:
+            rows.append(("the runs part", f"at t = {self.parted.t:.6g} s"))
+        return rows
+
+    def to_dict(self) -> dict[str, Any]:
+        """The object that ``fivtui accuracy --json`` prints."""
+        return accuracy_to_dict(self)
+
+    def to_columns(self) -> dict[str, NDArray[Any]]:
+        """The estimates: ``quantity``, ``value`` and ``difference``."""
+        entries = self.estimates.values()
+        return {
+            "quantity": np.array(list(self.estimates)),
+            "value": np.array([entry.value for entry in entries]),
+            "difference": np.array([entry.difference for entry in entries]),
+        }
 
 
 def accuracy(

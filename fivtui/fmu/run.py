@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 from fivtui.io.files import check_output, check_suffix, write_atomically
 from fivtui.model.errors import Cancelled, ComputationError, InputError
 from fivtui.model.parameters import parse_number, unknown_name
+from fivtui.results import Result
 from fivtui.taylor.stepper import TOL_RANGE
 from fivtui.transient.loop import Progress
 
@@ -24,8 +25,8 @@ _STEPS_BY_DEFAULT: Final = 1000
 _PROGRESS_EVERY: Final = 128
 
 
-@dataclass(frozen=True, slots=True)
-class FmuRun:
+@dataclass(frozen=True, slots=True, repr=False)
+class FmuRun(Result):
     """What an FMU put out.
 
     Attributes
@@ -63,6 +64,30 @@ class FmuRun:
             for row in np.flatnonzero(np.diff(self.columns[name].astype(float)))
         ]
         return sorted(found, key=lambda event: event[0])
+
+    def _summary(self) -> list[tuple[str, str]]:
+        times = self.columns[TIME]
+        return [
+            ("model", f"{self.model}, FMI {self.fmi_version}"),
+            ("points", f"{times.size}, {times[0]:g} to {times[-1]:g} s"),
+            ("recorded", ", ".join(name for name in self.columns if name != TIME)),
+        ]
+
+    def to_dict(self) -> dict[str, Any]:
+        """The object that ``fivtui fmu run --json`` prints: the last value of every column."""
+        final = {name: column[-1].tolist() for name, column in self.columns.items()}
+        return {"model": self.model, "fmi_version": self.fmi_version, "final": final}
+
+    def to_columns(self) -> dict[str, NDArray[Any]]:
+        """``time`` and the variables recorded; an array variable has a column an element."""
+        columns: dict[str, NDArray[Any]] = {}
+        for name, values in self.columns.items():
+            if values.ndim == 1:
+                columns[name] = values
+            else:
+                flat = values.reshape(values.shape[0], -1)
+                columns |= {f"{name}[{place}]": flat[:, place] for place in range(flat.shape[1])}
+        return columns
 
 
 def run_fmu(
