@@ -10,6 +10,7 @@ from .version import __version__ as __version__
 
 if TYPE_CHECKING:
     from fmu_src.build.builder import build_fmu
+    from fmu_src.build.ssp import build_ssp
 
     from .assessment.estimate import accuracy
     from .batch.run import simulate_batch
@@ -45,6 +46,7 @@ __all__ = [
     "attractors",
     "basin",
     "build_fmu",
+    "build_ssp",
     "check_fmu",
     "claims",
     "continuation",
@@ -81,6 +83,7 @@ _HOMES = {
         ".fmu.check": "check_fmu",
         ".fmu.run": "run_fmu",
         "fmu_src.build.builder": "build_fmu",
+        "fmu_src.build.ssp": "build_ssp",
         ".scene.scene": "Scene find_scene load_scene save_scene",
         ".scene.presets": "PRESETS",
         ".model.parameters": "Parameters",
