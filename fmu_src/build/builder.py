@@ -10,19 +10,19 @@ from importlib.util import find_spec
 from pathlib import Path
 from typing import BinaryIO, Final
 
+from fivtui.io.files import check_output, check_suffix, write_atomically
 from fivtui.model.errors import InputError
 from fivtui.model.parameters import unknown_name
-from fivtui.io.files import check_output, check_suffix, write_atomically
+from fmu_src.slave.variables import SUMMARY
 
 from .bundle import Bundle
 from .component import Component
 from .components import COMPONENTS, DEFAULT, EXCHANGE
 from .description import completed
 from .documentation import documentation
-from .importing import importing
 from .exchange_description import exchange_description
+from .importing import importing
 from .reference import reference_files
-from fmu_src.slave.variables import SUMMARY
 
 SUFFIX: Final = ".fmu"
 _EXCHANGE: Final = "3"

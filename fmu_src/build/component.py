@@ -4,8 +4,9 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Final
 
-from .reference import Reference
 from fmu_src.slave.table import VariableTable
+
+from .reference import Reference
 
 _PYTHON: Final = """\
 <p>The FMU needs Python 3.11 or newer in the process that loads it. On Linux a process never unloads

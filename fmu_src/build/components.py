@@ -6,14 +6,14 @@ from typing import Any, Final
 
 from fivtui.model.parameters import Parameters
 from fivtui.taylor.stepper import DEFAULT_TOL
-
 from fmu_src.slave.actuator_variables import TABLE as ACTUATOR_TABLE
-from .component import EXCHANGE_RULES, Component
 from fmu_src.slave.exchange import EXCHANGE_TABLE
 from fmu_src.slave.motion import Motion
-from .reference import Reference
 from fmu_src.slave.settings import start_state
 from fmu_src.slave.variables import TABLE, VARIABLES
+
+from .component import EXCHANGE_RULES, Component
+from .reference import Reference
 
 _INSTANCE: Final = (
     *("experiment", "guard", "instance", "memory", "notices", "process_end", "table", "variable"),

@@ -8,8 +8,9 @@ from typing import Final
 from xml.etree import ElementTree as ET
 
 from fmu_src.slave.table import VariableTable
-from .units import base_exponents, display_units
 from fmu_src.slave.variable import Role, Type, Variable
+
+from .units import base_exponents, display_units
 
 # An FMU of the same content is the same file, whenever it is built.
 TIMESTAMP: Final = "1980-01-01T00:00:00Z"

@@ -5,8 +5,9 @@ from importlib.metadata import distribution
 from pathlib import Path
 from typing import Final
 
-from .component import Component
 from fmu_src.slave.variable import Role
+
+from .component import Component
 
 _TITLES: Final = {
     Role.PARAMETER: "Parameters, fixed once the run has begun",

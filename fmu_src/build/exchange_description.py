@@ -7,11 +7,12 @@ from collections.abc import Mapping, Sequence
 from typing import Final
 from xml.etree import ElementTree as ET
 
-from .description import TIMESTAMP, unit_definitions
 from fmu_src.slave.exchange import TIME_REFERENCE
 from fmu_src.slave.table import VariableTable
 from fmu_src.slave.variable import Role, Type, Variable
 from fmu_src.slave.variables import STATES
+
+from .description import TIMESTAMP, unit_definitions
 
 _TAGS: Final = {Type.REAL: "Float64", Type.BOOLEAN: "Boolean"}
 _INDICATOR: Final = "switching"
