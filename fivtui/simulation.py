@@ -57,8 +57,10 @@ def simulate(
         A name in `ALL_METHODS`.
     step : float, optional
         Step of ``rk4``, communication step of ``fmu``, s.
-    samples : "none", "dense" or sequence of float
-        What is kept of the trajectory: nothing, everything, or its values at ascending times, s.
+    samples : "none", "dense", int or sequence of float
+        What is kept of the trajectory: nothing; everything, then ``solution`` of the result is a
+        function of time; its values at so many evenly spaced times from 0 to `t_end`, both
+        included; or at these ascending times, s.
     max_steps : int
         Steps after which the run is given up.
     progress : callable, optional
@@ -89,8 +91,14 @@ def simulate(
     Examples
     --------
     >>> from fivtui import Parameters, simulate
-    >>> simulate(Parameters(F=80.0), t_end=100.0).events.separations
-    74
+    >>> run = simulate(Parameters(F=80.0), t_end=20.0, samples=101)
+    >>> run.events.separations
+    14
+    >>> run.trajectory.t[:3]
+    array([0. , 0.2, 0.4])
+    >>> motion = simulate(t_end=20.0, samples="dense").solution
+    >>> bool(abs(motion([0.2, 0.4]).y - run.trajectory.y[1:3]).max() < 1e-9)
+    True
     """
     p = _BASE if parameters is None else parameters
     if method not in ALL_METHODS:

@@ -5,13 +5,18 @@ from collections.abc import Mapping
 from dataclasses import asdict, dataclass
 from typing import Any, Final
 
-from fivtui.scene.scene import Scene
+import numpy as np
+from numpy.typing import NDArray
+
+from fivtui.model.parameters import Parameters
+from fivtui.results import Result, scene_text
+from fivtui.scene.scene import Scene, as_scene
 from fivtui.scene.verified import runs_part
 from fivtui.simulation import simulate
 from fivtui.transient.errors import Divergence
 from fivtui.transient.loop import Progress
 from fivtui.transient.methods import METHODS, fixed_step
-from fivtui.transient.request import TOL_RANGE, make_problem
+from fivtui.transient.request import TOL_RANGE, Start, make_problem
 from fivtui.transient.result import Transient
 
 from .lyapunov import ErrorGrowth, error_growth
@@ -27,8 +32,8 @@ class Estimate:
     difference: float
 
 
-@dataclass(frozen=True, slots=True)
-class Accuracy:
+@dataclass(frozen=True, slots=True, repr=False)
+class Accuracy(Result):
     """How far to trust a run.
 
     Attributes
@@ -52,14 +57,54 @@ class Accuracy:
     growth: ErrorGrowth
     parted: Divergence | None
 
+    def _summary(self) -> list[tuple[str, str]]:
+        run = self.run
+        rows = [
+            ("scene", scene_text(run.parameters, separation=run.separation)),
+            ("run", f"{run.t_end:g} s, {run.method}, held against {self.finer}"),
+            *(
+                (name, f"{believed_digits(entry)} ± {entry.difference:.1g}")
+                for name, entry in self.estimates.items()
+            ),
+            ("an error", str(self.growth.fate)),
+        ]
+        if self.parted is not None:
+            rows.append(("the runs part", f"at t = {self.parted.t:.6g} s"))
+        return rows
 
-def accuracy(scene: Scene, *, progress: Progress | None = None) -> Accuracy:
+    def to_dict(self) -> dict[str, Any]:
+        """The object that ``fivtui accuracy --json`` prints."""
+        return accuracy_to_dict(self)
+
+    def to_columns(self) -> dict[str, NDArray[Any]]:
+        """The estimates: ``quantity``, ``value`` and ``difference``."""
+        entries = self.estimates.values()
+        return {
+            "quantity": np.array(list(self.estimates)),
+            "value": np.array([entry.value for entry in entries]),
+            "difference": np.array([entry.difference for entry in entries]),
+        }
+
+
+def accuracy(
+    scene: Scene | Parameters | None = None,
+    *,
+    t_end: float | None = None,
+    tol: float | None = None,
+    separation: bool | None = None,
+    start: Start | None = None,
+    method: str | None = None,
+    step: float | None = None,
+    progress: Progress | None = None,
+) -> Accuracy:
     """Estimate the errors of a run.
 
     Parameters
     ----------
-    scene : Scene
-        The scene, with method and tolerance or step.
+    scene : Scene or Parameters, optional
+        A scene, or the parameters of one; the base set if not given.
+    t_end, tol, separation, start, method, step : optional
+        As in `simulate`; in place of those of the scene where given.
     progress : callable, optional
         Called with the fraction done; cancelled when it returns False.
 
@@ -71,11 +116,24 @@ def accuracy(scene: Scene, *, progress: Progress | None = None) -> Accuracy:
 
     Raises
     ------
+    InputError
+        If the request is wrong.
     ComputationError
         If a run cannot be finished.
     Cancelled
         If `progress` returned False.
+
+    Examples
+    --------
+    >>> from fivtui import Parameters, accuracy
+    >>> found = accuracy(Parameters(F=80.0), t_end=10.0)
+    >>> peak = found.estimates["peak_y_abs"]
+    >>> peak.difference < 1e-8 * peak.value
+    True
     """
+    scene = as_scene(
+        scene, t_end=t_end, tol=tol, separation=separation, start=start, method=method, step=step
+    )
     report = progress or (lambda _fraction: True)
     problem = make_problem(
         scene.parameters,

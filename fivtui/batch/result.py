@@ -1,7 +1,7 @@
 """The result of a batch: arrays with one element a member, and what stopped those that failed."""
 
-from dataclasses import dataclass, field
-from typing import TypeVar
+from dataclasses import dataclass, field, fields
+from typing import Any, TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -9,6 +9,7 @@ from numpy.typing import NDArray
 from fivtui.kernel.status import Status
 from fivtui.model.errors import ComputationError, InputError
 from fivtui.model.slider_belt import no_equilibrium_error
+from fivtui.results import Result
 from fivtui.taylor.stepper import overflow_error, stall_error
 from fivtui.transient.loop import step_limit_error
 
@@ -61,8 +62,8 @@ class BatchEvents:
     last: Floats
 
 
-@dataclass(frozen=True, slots=True)
-class Batch:
+@dataclass(frozen=True, slots=True, repr=False)
+class Batch(Result):
     """Result of a batch of n transients; to ask for what was not required is an `InputError`.
 
     Values of members that failed are NaN, and only theirs.
@@ -150,6 +151,43 @@ class Batch:
         if status is Status.STEP_LIMIT:
             return step_limit_error(int(self.steps[member]), t, self.t_end, None)
         return no_equilibrium_error(force)
+
+    def _summary(self) -> list[tuple[str, str]]:
+        rows = [
+            ("members", f"{self.status.size}, {self.failed.size} failed"),
+            ("run", f"{self.t_end:g} s, tol {self.tol:g}, {int(self.steps.sum())} steps"),
+        ]
+        for name in ("y_abs", "y_half_range", "separations"):
+            values = self.to_columns().get(name)
+            known = np.empty(0) if values is None else values[self.status == Status.DONE]
+            if known.size:
+                rows.append((name, f"{known.min():.6g} to {known.max():.6g}"))
+        return rows
+
+    def to_dict(self) -> dict[str, Any]:
+        """Horizon, tolerance and the columns as lists, None for what does not exist."""
+        columns = {
+            name: [value if value == value else None for value in column.tolist()]  # noqa: PLR0124
+            for name, column in self.to_columns().items()
+        }
+        return {"t_end": self.t_end, "tol": self.tol, "columns": columns}
+
+    def to_columns(self) -> dict[str, NDArray[Any]]:
+        """What was required of the batch, an element a member; NaN for members that failed."""
+        columns: dict[str, NDArray[Any]] = {"status": self.status, "t": self.t, "steps": self.steps}
+        if self._final is not None:
+            states = zip(("x_end", "vx_end", "y_end", "vy_end"), self._final.T, strict=True)
+            columns |= {name: state.copy() for name, state in states}
+        for part in (self._amplitude, self._peak, self._steady):
+            if part is not None:
+                columns |= {each.name: getattr(part, each.name) for each in fields(part)}
+        if self._events is not None:
+            names = {"first": "first_switch", "last": "last_switch"}
+            columns |= {
+                names.get(each.name, each.name): getattr(self._events, each.name)
+                for each in fields(self._events)
+            }
+        return columns
 
 
 def _required(name: str, value: T | None) -> T:

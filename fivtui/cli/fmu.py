@@ -112,9 +112,11 @@ def fmu_run(fmu_file: Path, out: Path | None, force: bool, as_json: bool, **give
     if events is not None:
         save_fmu_events(run, events, force=force)
         say(f"wrote {events}")
-    last = {name: column[-1].item() for name, column in run.columns.items()}
     if as_json:
-        print_json({"model": run.model, "fmi_version": run.fmi_version, "final": last})
+        print_json(run.to_dict())
     elif out is None:
-        rows = [(name, f"{value:.10g} {run.units.get(name, '')}") for name, value in last.items()]
+        rows = [
+            (name, f"{value:.10g} {run.units.get(name, '')}")
+            for name, value in run.to_dict()["final"].items()
+        ]
         print_list(f"{run.model}, FMI {run.fmi_version}: last values", rows)

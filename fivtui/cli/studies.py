@@ -135,7 +135,7 @@ def sweep(**given: Any) -> None:
         save_figure(sweep_figure(result), plot, force=force)
         say(f"wrote {plot}")
     if as_json:
-        print_json({"columns": result.columns, "rows": result.rows})
+        print_json(result.to_dict())
     elif out is None:
         print_sweep(result, chosen=bool(given["outputs"]))
 

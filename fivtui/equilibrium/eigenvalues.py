@@ -1,7 +1,7 @@
 """Stability of the equilibrium: eigenvalues of Eq. 8, critical friction coefficient (Eq. 9)."""
 
 from dataclasses import dataclass
-from typing import Final
+from typing import TYPE_CHECKING, Any, Final
 
 import numpy as np
 from numpy.typing import NDArray
@@ -9,9 +9,15 @@ from numpy.typing import NDArray
 from fivtui.model.errors import ComputationError
 from fivtui.model.parameters import Parameters, check_parameters
 from fivtui.model.slider_belt import Equilibrium, equilibrium, jacobian
+from fivtui.results import Result, scene_text
 
 from .critical import CriticalMu, coalescence_mu, critical_mu, linear_critical_mu
 from .modes import VibrationMode, vibration_modes
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+    from .scan import ModeScan
 
 # Growth rates below this, relative to the fastest eigenvalue, are zero to rounding.
 ROUNDING: Final = 1e-12
@@ -50,8 +56,8 @@ class Coalescence:
     mu: float | None
 
 
-@dataclass(frozen=True, slots=True)
-class Stability:
+@dataclass(frozen=True, slots=True, repr=False)
+class Stability(Result):
     """Stability of the equilibrium of one parameter set.
 
     Attributes
@@ -74,6 +80,10 @@ class Stability:
         Distance to the loss of stability.
     coalescence : Coalescence
         Distance of the two modes, and where they meet.
+    parameters : Parameters
+        The parameter set.
+    separation : bool
+        Whether separation was considered.
     """
 
     equilibrium: Equilibrium
@@ -85,15 +95,46 @@ class Stability:
     modes: tuple[VibrationMode, ...]
     margin: Margin
     coalescence: Coalescence
+    parameters: Parameters
+    separation: bool
+
+    def _summary(self) -> list[tuple[str, str]]:
+        verdict = "stable" if self.stable else "unstable"
+        critical = ", ".join(f"{each.mu:.6g}" for each in self.critical_mu) or "none"
+        linear = "none" if self.linear_critical_mu is None else f"{self.linear_critical_mu:.6g}"
+        return [
+            ("scene", scene_text(self.parameters, separation=self.separation)),
+            ("equilibrium", f"{verdict}, growth rate {self.growth_rate:.6g} 1/s"),
+            ("frequencies", ", ".join(f"{mode.frequency:.6g} Hz" for mode in self.modes)),
+            ("critical mu", f"{critical} (of the linear system {linear})"),
+        ]
+
+    def to_dict(self) -> dict[str, Any]:
+        """The object that ``fivtui stability --json`` prints."""
+        from .files import stability_to_dict
+
+        return stability_to_dict(self)
+
+    def modes_over_mu(self) -> "ModeScan":
+        """The eigenvalues from μ = 0 to beyond μ and every critical one."""
+        from .files import modes_over_mu
+
+        return modes_over_mu(self.parameters, self, separation=self.separation)
+
+    def figure(self) -> "Figure":
+        """Frequencies and growth rates over μ and the eigenvalues, as a matplotlib figure."""
+        from .figure import mode_figure
+
+        return mode_figure(self.parameters, self, self.modes_over_mu())
 
 
-def stability(p: Parameters, *, separation: bool = True) -> Stability:
+def stability(parameters: Parameters | None = None, *, separation: bool = True) -> Stability:
     """Linearise at the equilibrium and judge it.
 
     Parameters
     ----------
-    p : Parameters
-        The parameter set.
+    parameters : Parameters, optional
+        The parameter set; the base set if not given.
     separation : bool
         Whether separation is considered; matters for F < 0 alone.
 
@@ -105,11 +146,18 @@ def stability(p: Parameters, *, separation: bool = True) -> Stability:
     Raises
     ------
     InputError
-        If `p` is no parameter set.
+        If `parameters` is no parameter set.
     ComputationError
         If there is no equilibrium, or a number overflows.
+
+    Examples
+    --------
+    >>> from fivtui import Parameters, stability
+    >>> found = stability(Parameters(mu=0.3))
+    >>> found.stable, round(found.critical_mu[0].mu, 4)
+    (True, 0.4394)
     """
-    check_parameters(p)
+    p = Parameters() if parameters is None else check_parameters(parameters)
     point = equilibrium(p, separation=separation)
     values = _eigenvalues(p, point)
     growth, stable = _judged(values)
@@ -128,6 +176,8 @@ def stability(p: Parameters, *, separation: bool = True) -> Stability:
         coalescence=Coalescence(
             max(frequencies) - min(frequencies), coalescence_mu(p, separation=separation)
         ),
+        parameters=p,
+        separation=separation,
     )
 
 

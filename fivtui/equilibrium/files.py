@@ -87,12 +87,11 @@ def save_modes(
     """
     form = columns_format(path, "table of modes")
     mu = PARAMETERS["mu"]
-    columns, values = [Column("mu", mu.unit, mu.meaning)], {"mu": scan.mu}
-    for place in range(_EIGENVALUES):
-        number, eigenvalue = place + 1, scan.eigenvalues[:, place]
+    columns = [Column("mu", mu.unit, mu.meaning)]
+    for number in range(1, _EIGENVALUES + 1):
         columns.append(Column(f"sigma_{number}", "1/s", f"real part of eigenvalue {number}"))
         columns.append(Column(f"omega_{number}", "rad/s", f"imaginary part of eigenvalue {number}"))
-        values |= {f"sigma_{number}": eigenvalue.real, f"omega_{number}": eigenvalue.imag}
+    values = scan.to_columns()
     provenance = {
         "fivtui": __version__,
         "parameters": p.as_dict(),
@@ -145,6 +144,14 @@ def map_to_dict(result: StabilityMap) -> dict[str, Any]:
     }
 
 
+def map_columns(result: StabilityMap) -> dict[str, FloatArray]:
+    """The points of a map by column, the second parameter varying fastest."""
+    first, second = np.meshgrid(*result.axes, indexing="ij")
+    names = (*result.names, MAP_COLUMNS[result.value].name)
+    arrays = (first.ravel(), second.ravel(), result.values.ravel())
+    return dict(zip(names, arrays, strict=True))
+
+
 def save_map(result: StabilityMap, path: Path, *, force: bool = False) -> None:
     """Write a map: a row a point, the second parameter varying fastest, ``nan`` for no value.
 
@@ -167,9 +174,7 @@ def save_map(result: StabilityMap, path: Path, *, force: bool = False) -> None:
     value = MAP_COLUMNS[result.value]
     specs = [PARAMETERS[name] for name in result.names]
     columns = [*(Column(spec.name, spec.unit, spec.meaning) for spec in specs), value]
-    first, second = np.meshgrid(*result.axes, indexing="ij")
-    arrays = (first.ravel(), second.ravel(), result.values.ravel())
-    values = {column.name: array for column, array in zip(columns, arrays, strict=True)}
+    values = map_columns(result)
     provenance = {"fivtui": __version__, **_provenance(result)}
 
     def write(file: BinaryIO) -> None:

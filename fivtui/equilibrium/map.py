@@ -5,15 +5,19 @@ Work goes in chunks, so that little more memory is needed than the map itself.
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
-from typing import Final, Literal, get_args
+from typing import TYPE_CHECKING, Any, Final, Literal, get_args
 
 import numpy as np
 from numpy.typing import NDArray
 
 from fivtui.model.errors import Cancelled, ComputationError, InputError
 from fivtui.model.parameters import Parameters, parameter_spec, unknown_name
+from fivtui.results import Result, scene_text
 
 from .arrays import StabilityPoints
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
 
 FloatArray = NDArray[np.float64]
 MapValue = Literal["growth-rate", "critical-mu", "unstable-modes"]
@@ -25,8 +29,8 @@ MAX_POINTS: Final = 100_000_000
 _CHUNK: Final = 8192
 
 
-@dataclass(frozen=True, slots=True)
-class StabilityMap:
+@dataclass(frozen=True, slots=True, repr=False)
+class StabilityMap(Result):
     """A value over two parameters.
 
     Attributes
@@ -58,9 +62,40 @@ class StabilityMap:
     values: FloatArray
     excess: FloatArray
 
+    def _summary(self) -> list[tuple[str, str]]:
+        known = self.values[~np.isnan(self.values)]
+        span = f"{known.min():.6g} to {known.max():.6g}" if known.size else "none"
+        scene = scene_text(self.parameters, separation=self.separation, without=self.names)
+        return [
+            ("scene", scene),
+            *(
+                (name, f"{axis[0]:g} to {axis[-1]:g}, {axis.size} values")
+                for name, axis in zip(self.names, self.axes, strict=True)
+            ),
+            (self.value, f"{span}; {np.count_nonzero(self.excess < 0.0)} points stable"),
+        ]
+
+    def to_dict(self) -> dict[str, Any]:
+        """The object that ``fivtui map --json`` prints."""
+        from .files import map_to_dict
+
+        return map_to_dict(self)
+
+    def to_columns(self) -> dict[str, FloatArray]:
+        """An element a point, the second parameter varying fastest; NaN where there is no value."""
+        from .files import map_columns
+
+        return map_columns(self)
+
+    def figure(self) -> "Figure":
+        """The map with its stability boundary, as a matplotlib figure."""
+        from .figure import map_figure
+
+        return map_figure(self)
+
 
 def stability_map(
-    p: Parameters,
+    parameters: Parameters | None,
     over: Mapping[str, Sequence[float] | FloatArray],
     value: str = "growth-rate",
     *,
@@ -71,8 +106,8 @@ def stability_map(
 
     Parameters
     ----------
-    p : Parameters
-        The parameters that do not vary.
+    parameters : Parameters or None
+        The parameters that do not vary; those of the base set if None.
     over : mapping of str to sequence of float
         Two parameters and the values of each, in SI units.
     value : str
@@ -98,7 +133,15 @@ def stability_map(
         If a number overflows.
     Cancelled
         If `progress` returned False.
+
+    Examples
+    --------
+    >>> from fivtui import stability_map
+    >>> found = stability_map(None, {"F": [20.0, 80.0], "k_nl": [50.0, 100.0]}, "critical-mu")
+    >>> found.values.round(3).tolist()
+    [[0.765, 0.599], [0.297, 0.439]]
     """
+    p = Parameters() if parameters is None else parameters
     if value not in MAP_VALUES:
         raise unknown_name("map value", value, MAP_VALUES)
     if len(over) != 2:

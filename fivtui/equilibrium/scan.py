@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 from fivtui.model.errors import Cancelled
 from fivtui.model.parameters import PARAMETERS, Parameters
 from fivtui.model.slider_belt import equilibrium, jacobian
+from fivtui.results import Result
 
 from .eigenvalues import Stability
 
@@ -24,8 +25,8 @@ _BEYOND: Final = 1.5
 _MERGED: Final = 1e-6
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class ModeScan:
+@dataclass(frozen=True, slots=True, eq=False, repr=False)
+class ModeScan(Result):
     """The eigenvalues at the equilibrium over μ, all else equal.
 
     Attributes
@@ -38,6 +39,21 @@ class ModeScan:
 
     mu: FloatArray
     eigenvalues: NDArray[np.complex128]
+
+    def _summary(self) -> list[tuple[str, str]]:
+        growth = self.eigenvalues.real.max(axis=1)
+        return [
+            ("mu", f"{self.mu[0]:g} to {self.mu[-1]:g}, {self.mu.size} values"),
+            ("growth rate", f"{growth.min():.6g} to {growth.max():.6g} 1/s"),
+        ]
+
+    def to_columns(self) -> dict[str, FloatArray]:
+        """``mu``; real and imaginary parts ``sigma_1``, ``omega_1`` to ``sigma_4``, ``omega_4``."""
+        columns = {"mu": self.mu}
+        for number, eigenvalue in enumerate(self.eigenvalues.T, start=1):
+            columns[f"sigma_{number}"] = eigenvalue.real.copy()
+            columns[f"omega_{number}"] = eigenvalue.imag.copy()
+        return columns
 
 
 def scan_top(p: Parameters, found: Stability) -> float:

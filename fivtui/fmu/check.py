@@ -16,12 +16,12 @@ from .instance import check_archive
 _TIMEOUT_S: Final = 60.0
 
 
-def check_fmu(path: Path) -> list[str]:
+def check_fmu(path: str | Path) -> list[str]:
     """Check any FMU: structure, model description, and a short run in a process of its own.
 
     Parameters
     ----------
-    path : Path
+    path : str or Path
         The FMU.
 
     Returns
@@ -33,9 +33,16 @@ def check_fmu(path: Path) -> list[str]:
     ------
     InputError
         If there is no such file, or it is not a zip archive with a model description.
+
+    Examples
+    --------
+    >>> from fivtui import build_fmu, check_fmu
+    >>> check_fmu(build_fmu("actuator.fmu", component="brake-actuator"))
+    []
     """
     from fmpy.validation import validate_fmu
 
+    path = Path(path)
     check_archive(path)
     problems = _structural_problems(path)
     problems += [" ".join(problem.split()) for problem in validate_fmu(str(path))]

@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 from fivtui.io.files import check_output, check_suffix, write_atomically
 from fivtui.model.errors import Cancelled, ComputationError, InputError
 from fivtui.model.parameters import parse_number, unknown_name
+from fivtui.results import Result
 from fivtui.taylor.stepper import TOL_RANGE
 from fivtui.transient.loop import Progress
 
@@ -24,8 +25,8 @@ _STEPS_BY_DEFAULT: Final = 1000
 _PROGRESS_EVERY: Final = 128
 
 
-@dataclass(frozen=True, slots=True)
-class FmuRun:
+@dataclass(frozen=True, slots=True, repr=False)
+class FmuRun(Result):
     """What an FMU put out.
 
     Attributes
@@ -64,15 +65,39 @@ class FmuRun:
         ]
         return sorted(found, key=lambda event: event[0])
 
+    def _summary(self) -> list[tuple[str, str]]:
+        times = self.columns[TIME]
+        return [
+            ("model", f"{self.model}, FMI {self.fmi_version}"),
+            ("points", f"{times.size}, {times[0]:g} to {times[-1]:g} s"),
+            ("recorded", ", ".join(name for name in self.columns if name != TIME)),
+        ]
+
+    def to_dict(self) -> dict[str, Any]:
+        """The object that ``fivtui fmu run --json`` prints: the last value of every column."""
+        final = {name: column[-1].tolist() for name, column in self.columns.items()}
+        return {"model": self.model, "fmi_version": self.fmi_version, "final": final}
+
+    def to_columns(self) -> dict[str, NDArray[Any]]:
+        """``time`` and the variables recorded; an array variable has a column an element."""
+        columns: dict[str, NDArray[Any]] = {}
+        for name, values in self.columns.items():
+            if values.ndim == 1:
+                columns[name] = values
+            else:
+                flat = values.reshape(values.shape[0], -1)
+                columns |= {f"{name}[{place}]": flat[:, place] for place in range(flat.shape[1])}
+        return columns
+
 
 def run_fmu(
-    path: Path,
+    path: str | Path,
     *,
     t_end: float | None = None,
     output_interval: float | None = None,
     start_values: Mapping[str, object] | None = None,
     outputs: Sequence[str] | None = None,
-    input_csv: Path | None = None,
+    input_csv: str | Path | None = None,
     tol: float | None = None,
     progress: Progress | None = None,
 ) -> FmuRun:
@@ -80,7 +105,7 @@ def run_fmu(
 
     Parameters
     ----------
-    path : Path
+    path : str or Path
         The FMU.
     t_end : float, optional
         Stop time, s; that of the FMU's default experiment, or a second, if not given.
@@ -91,7 +116,7 @@ def run_fmu(
         Parameters, inputs and start values by name.
     outputs : sequence of str, optional
         Variables to record; all outputs if not given.
-    input_csv : Path, optional
+    input_csv : str or Path, optional
         Values of inputs over time: a table with a column ``time`` and one for each input. Real
         inputs are interpolated; two rows of one time are a jump. Other inputs keep their start.
     tol : float, optional
@@ -112,12 +137,20 @@ def run_fmu(
         If the FMU fails or its outputs are not finite, with what it logged.
     Cancelled
         If `progress` returned False.
+
+    Examples
+    --------
+    >>> from fivtui import build_fmu, run_fmu
+    >>> fmu = build_fmu("belt.fmu")
+    >>> run = run_fmu(fmu, t_end=1.0, output_interval=0.1, start_values={"F": 60.0}, outputs=["y"])
+    >>> run.columns["y"].shape, run.units["y"]
+    ((11,), 'm')
     """
-    with extracted(path) as fmu:
+    with extracted(Path(path)) as fmu:
         start, stop, step = _experiment(fmu, t_end, output_interval)
         values = start_values_of(fmu, start_values or {})
         recorded = _recorded(fmu, outputs)
-        signals = None if input_csv is None else signals_from(fmu, input_csv, values)
+        signals = None if input_csv is None else signals_from(fmu, Path(input_csv), values)
         options = {
             "start_time": start,
             "stop_time": stop,

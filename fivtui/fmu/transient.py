@@ -16,7 +16,7 @@ from fivtui.model.columns import COLUMNS
 from fivtui.model.errors import Cancelled, ComputationError
 from fivtui.transient.loop import Progress
 from fivtui.transient.methods import Problem
-from fivtui.transient.recorder import OnSamples, Recorder, Samples
+from fivtui.transient.recorder import OnSamples, Recorder, Samples, sample_times
 from fivtui.transient.result import Transient
 from fivtui.transient.trajectory import Trajectory
 
@@ -80,8 +80,9 @@ def integrate_fmu(
         )
     # A recorder checks the sample times before any work, but those are not interpolated here.
     recorder, times = Recorder(problem, samples), list[float]()
-    if not isinstance(samples, str):
-        recorder, times = Recorder(problem), np.atleast_1d(np.asarray(samples, float)).tolist()
+    given = sample_times(samples, problem.t_end)
+    if given is not None:
+        recorder, times = Recorder(problem), given.tolist()
     with ExitStack() as stack:
         check_interrupt = stack.enter_context(interrupts_deferred())
         if fmu is None:

@@ -3,7 +3,7 @@
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from itertools import product
-from typing import Final
+from typing import TYPE_CHECKING, Any, Final
 
 import numpy as np
 from numpy.typing import NDArray
@@ -11,10 +11,14 @@ from numpy.typing import NDArray
 from fivtui.model.errors import InputError
 from fivtui.model.parameters import Parameters, unknown_name
 from fivtui.model.slider_belt import State
+from fivtui.results import Result, scene_text
 from fivtui.transient.request import START_SPECS, Start, resolve_start
 from fivtui.transient.result import Kernel
 
 from .explorer import Attractor, Explorer, Kind, Watch, add_new
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
 
 Progress = Callable[[float], bool]
 
@@ -27,8 +31,8 @@ _OFFSETS: Final = 31
 _RESOLVED: Final = 1e-4
 
 
-@dataclass(frozen=True, slots=True)
-class Basin:
+@dataclass(frozen=True, slots=True, repr=False)
+class Basin(Result):
     """A slice of the basins of attraction.
 
     Attributes
@@ -57,9 +61,43 @@ class Basin:
     attractors: tuple[Attractor, ...]
     reached: NDArray[np.int64]
 
+    def _summary(self) -> list[tuple[str, str]]:
+        from .files import describe
+
+        return [
+            ("scene", scene_text(self.parameters, separation=self.separation)),
+            *(
+                (name, f"{axis[0]:g} to {axis[-1]:g}, {axis.size} values")
+                for name, axis in zip(self.names, self.axes, strict=True)
+            ),
+            *(
+                (f"attractor {place}", f"{describe(attractor)}: {count} of {self.reached.size}")
+                for place, attractor in enumerate(self.attractors)
+                for count in [np.count_nonzero(self.reached == place)]
+            ),
+        ]
+
+    def to_dict(self) -> dict[str, Any]:
+        """The object that ``fivtui attractors --basin … --json`` prints."""
+        from .files import basin_to_dict
+
+        return basin_to_dict(self)
+
+    def to_columns(self) -> dict[str, NDArray[Any]]:
+        """An element a start; ``attractor`` is a place in `attractors`."""
+        from .files import basin_columns
+
+        return basin_columns(self)
+
+    def figure(self) -> "Figure":
+        """Which attractor every start reaches, as a matplotlib figure."""
+        from .figure import basin_figure
+
+        return basin_figure(self)
+
 
 def basin(
-    p: Parameters,
+    parameters: Parameters | None,
     over: Mapping[str, Sequence[float] | NDArray[np.float64]],
     *,
     separation: bool = True,
@@ -71,8 +109,8 @@ def basin(
 
     Parameters
     ----------
-    p : Parameters
-        The parameter set.
+    parameters : Parameters or None
+        The parameter set; the base set if None.
     over : mapping of str to sequence of float
         Two of ``x0``, ``vx0``, ``y0`` and ``vy0``, and the values of each, m or m/s.
     separation : bool
@@ -97,7 +135,15 @@ def basin(
         If there is no equilibrium, or a motion cannot be followed.
     Cancelled
         If `progress` returned False.
+
+    Examples
+    --------
+    >>> from fivtui import Parameters, basin
+    >>> found = basin(Parameters(F=120.0), {"y0": [-0.8, 0.0], "vy0": [0.0]})
+    >>> [str(found.attractors[place].kind) for place in found.reached.ravel()]
+    ['equilibrium', 'separating limit cycle']
     """
+    p = Parameters() if parameters is None else parameters
     if len(over) != 2:
         raise InputError(f"basin: {len(over)} start values vary; allowed are two different ones")
     (first, rows), (second, columns) = ((name, _axis(name, over[name])) for name in over)

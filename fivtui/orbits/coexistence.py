@@ -2,10 +2,11 @@
 
 from collections.abc import Callable
 from dataclasses import dataclass, replace
-from typing import Final
+from typing import Any, Final
 
 from fivtui.model.errors import Cancelled
 from fivtui.model.parameters import Parameters
+from fivtui.results import Result, scene_text
 from fivtui.transient.result import Kernel
 
 from .basin import EscapeOffset, escape_offset
@@ -17,8 +18,8 @@ Progress = Callable[[float], bool]
 _SEARCH: Final = 0.3
 
 
-@dataclass(frozen=True, slots=True)
-class Coexistence:
+@dataclass(frozen=True, slots=True, repr=False)
+class Coexistence(Result):
     """The attractors of a parameter set, side by side.
 
     Attributes
@@ -61,6 +62,67 @@ class Coexistence:
     def settled(self) -> bool:
         """Whether every motion that was followed settled in the time allowed."""
         return all(attractor.kind is not Kind.UNSETTLED for attractor in self.attractors)
+
+    def _summary(self) -> list[tuple[str, str]]:
+        from .files import describe, warning_of
+
+        rows = [
+            ("scene", scene_text(self.parameters, separation=self.separation)),
+            ("equilibrium", "stable" if self.stable else "unstable"),
+            *(
+                (f"attractor {place}", f"{describe(each)}: {self.reached.count(place)} starts")
+                for place, each in enumerate(self.attractors)
+            ),
+        ]
+        warning = warning_of(self)
+        return rows if warning is None else [*rows, ("warning", warning)]
+
+    def to_dict(self) -> dict[str, Any]:
+        """The object that ``fivtui attractors --json`` prints."""
+        from .files import coexistence_to_dict
+
+        return coexistence_to_dict(self)
+
+
+def attractors(
+    parameters: Parameters | None = None,
+    *,
+    separation: bool = True,
+    progress: Progress | None = None,
+) -> Coexistence:
+    """Find what motions end in: the equilibrium, limit cycles, or unbounded growth.
+
+    Parameters
+    ----------
+    parameters : Parameters, optional
+        The parameter set; the base set if not given.
+    separation : bool
+        Whether separation is considered.
+    progress : callable, optional
+        Called with the fraction done; the search is cancelled when it returns False.
+
+    Returns
+    -------
+    Coexistence
+        What was found from starts around the equilibrium, the smallest offsets that leave it where
+        something else attracts beside it; it cannot prove that there is no more.
+
+    Raises
+    ------
+    ComputationError
+        If there is no equilibrium, or a motion cannot be followed.
+    Cancelled
+        If `progress` returned False.
+
+    Examples
+    --------
+    >>> from fivtui import Parameters, attractors
+    >>> found = attractors(Parameters(mu=0.2))
+    >>> [str(each.kind) for each in found.attractors], found.coexists
+    (['equilibrium'], False)
+    """
+    p = Parameters() if parameters is None else parameters
+    return coexistence(p, separation=separation, progress=progress)
 
 
 def coexistence(

@@ -1,8 +1,9 @@
 """Attractors along a parameter, followed by transients upwards and downwards."""
 
+from collections import Counter
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
-from typing import Final, Literal
+from typing import TYPE_CHECKING, Any, Final, Literal
 
 import numpy as np
 from numpy.typing import NDArray
@@ -10,9 +11,13 @@ from numpy.typing import NDArray
 from fivtui.model.errors import InputError
 from fivtui.model.parameters import Parameters, parameter_spec
 from fivtui.model.slider_belt import State
+from fivtui.results import Result, scene_text
 from fivtui.transient.result import Kernel
 
 from .explorer import Attractor, Explorer, Kind, Watch, add_new, starts_around
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
 
 Progress = Callable[[float], bool]
 Direction = Literal["up", "down"]
@@ -42,8 +47,8 @@ class BranchPoint:
     attractor: Attractor
 
 
-@dataclass(frozen=True, slots=True)
-class Continuation:
+@dataclass(frozen=True, slots=True, repr=False)
+class Continuation(Result):
     """Attractors along a parameter.
 
     Attributes
@@ -78,9 +83,41 @@ class Continuation:
             if Kind.EQUILIBRIUM in met and met - {Kind.EQUILIBRIUM, Kind.UNSETTLED}
         )
 
+    def _summary(self) -> list[tuple[str, str]]:
+        scene = scene_text(self.parameters, separation=self.separation, without=(self.name,))
+        span = f"{self.values[0]:g} to {self.values[-1]:g}, {self.values.size} values"
+        kinds = Counter(str(point.attractor.kind) for point in self.points)
+        shared = self.coexisting
+        coexisting = f"{len(shared)} values, {shared[0]:g} to {shared[-1]:g}" if shared else "none"
+        return [
+            ("scene", scene),
+            (self.name, span),
+            ("attractors", ", ".join(f"{kind} {count}" for kind, count in kinds.items())),
+            ("coexistence", coexisting),
+        ]
+
+    def to_dict(self) -> dict[str, Any]:
+        """The object that ``fivtui attractors --vary … --json`` prints."""
+        from .files import continuation_to_dict
+
+        return continuation_to_dict(self)
+
+    def to_columns(self) -> dict[str, NDArray[Any]]:
+        """An element for every attractor at every value; NaN for what it does not have."""
+        from .files import continuation_columns
+
+        kinds = np.array([str(point.attractor.kind) for point in self.points])
+        return continuation_columns(self) | {"kind": kinds}
+
+    def figure(self) -> "Figure":
+        """Half peak-to-peak of the attractors over the parameter, as a matplotlib figure."""
+        from .figure import continuation_figure
+
+        return continuation_figure(self)
+
 
 def continuation(
-    p: Parameters,
+    parameters: Parameters | None,
     name: str,
     values: Sequence[float] | NDArray[np.float64],
     *,
@@ -96,8 +133,8 @@ def continuation(
 
     Parameters
     ----------
-    p : Parameters
-        The parameters that do not vary.
+    parameters : Parameters or None
+        The parameters that do not vary; those of the base set if None.
     name : str
         The parameter that varies.
     values : sequence of float
@@ -122,7 +159,15 @@ def continuation(
         If there is no equilibrium at a value, or a motion cannot be followed.
     Cancelled
         If `progress` returned False.
+
+    Examples
+    --------
+    >>> from fivtui import continuation
+    >>> found = continuation(None, "mu", [0.2, 0.5])
+    >>> [(point.value, str(point.attractor.kind)) for point in found.points]
+    [(0.2, 'equilibrium'), (0.5, 'separating limit cycle')]
     """
+    p = Parameters() if parameters is None else parameters
     spec = parameter_spec(name)
     grid = np.unique([spec.check(float(value)) for value in values])
     if grid.size < 2:

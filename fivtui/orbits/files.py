@@ -207,6 +207,27 @@ def basin_to_dict(result: Basin) -> dict[str, Any]:
     }
 
 
+def continuation_columns(result: Continuation) -> dict[str, NDArray[Any]]:
+    """A continuation by column, as in its file: ``kind`` is a place in `KINDS`."""
+    points = result.points
+    return {
+        result.name: np.array([point.value for point in points]),
+        **{name: np.array([int(name in p.directions) for p in points]) for name in DIRECTIONS},
+        "kind": np.array([KINDS.index(point.attractor.kind) for point in points]),
+        **{
+            column.name: np.array([_value(point.attractor, column.name) for point in points])
+            for column in _NUMBERS
+        },
+    }
+
+
+def basin_columns(result: Basin) -> dict[str, NDArray[Any]]:
+    """A slice of basins by column, the second start value varying fastest."""
+    first, second = np.meshgrid(*result.axes, indexing="ij")
+    arrays = (first.ravel(), second.ravel(), result.reached.ravel())
+    return dict(zip((*result.names, "attractor"), arrays, strict=True))
+
+
 def save_continuation(result: Continuation, path: Path, *, force: bool = False) -> None:
     """Write a continuation: a row for every attractor at every value.
 
@@ -230,21 +251,12 @@ def save_continuation(result: Continuation, path: Path, *, force: bool = False) 
     places = tuple(Column(name, "1", f"1 if met on the way {name}") for name in DIRECTIONS)
     kind = Column("kind", "1", "place in kinds")
     columns = (Column(spec.name, spec.unit, spec.meaning), *places, kind, *_NUMBERS)
-    points = result.points
-    values: dict[str, NDArray[Any]] = {
-        spec.name: np.array([point.value for point in points]),
-        kind.name: np.array([KINDS.index(point.attractor.kind) for point in points]),
-    }
-    for name in DIRECTIONS:
-        values[name] = np.array([int(name in point.directions) for point in points])
-    for column in _NUMBERS:
-        values[column.name] = np.array([_value(p.attractor, column.name) for p in points])
     provenance = {
         "parameters": _fixed(result.parameters, (result.name,)),
         "separation": result.separation,
         "kinds": [str(each) for each in KINDS],
     }
-    _save(path, columns, values, provenance, force=force)
+    _save(path, columns, continuation_columns(result), provenance, force=force)
 
 
 def save_basin(result: Basin, path: Path, *, force: bool = False) -> None:
@@ -271,13 +283,10 @@ def save_basin(result: Basin, path: Path, *, force: bool = False) -> None:
         *(Column(spec.name, spec.unit, spec.meaning) for spec in specs),
         Column("attractor", "1", "place in attractors"),
     )
-    first, second = np.meshgrid(*result.axes, indexing="ij")
-    arrays = (first.ravel(), second.ravel(), result.reached.ravel())
-    values = {column.name: array for column, array in zip(columns, arrays, strict=True)}
     provenance = _basin_provenance(result) | {
         "attractors": [describe(attractor) for attractor in result.attractors]
     }
-    _save(path, columns, values, provenance, force=force)
+    _save(path, columns, basin_columns(result), provenance, force=force)
 
 
 def _save(

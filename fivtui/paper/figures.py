@@ -109,6 +109,54 @@ def figure_files(number: int, folder: Path, formats: Sequence[str]) -> FigureFil
     )
 
 
+def figures(
+    folder: str | Path,
+    numbers: Sequence[int] = (),
+    *,
+    formats: Sequence[str] = DEFAULT_FORMATS,
+    force: bool = False,
+    progress: Progress | None = None,
+) -> list[FigureFiles]:
+    """Draw the paper's figures into files, with the data of each as CSV beside it.
+
+    Parameters
+    ----------
+    folder : str or Path
+        Where they go; made if it is missing.
+    numbers : sequence of int
+        Numbers of the figures, 2 to 16; all if empty.
+    formats : sequence of str
+        ``"pdf"``, ``"svg"``, ``"png"``.
+    force : bool
+        Whether files of these names may be replaced.
+    progress : callable, optional
+        Called with the fraction done; the work is cancelled when it returns False.
+
+    Returns
+    -------
+    list of FigureFiles
+        What was written, by number.
+
+    Raises
+    ------
+    InputError
+        If a number or format is unknown, or a file exists or cannot be written.
+    ComputationError
+        If a run cannot be finished.
+    Cancelled
+        If `progress` returned False.
+
+    Examples
+    --------
+    >>> from fivtui import figures
+    >>> (files,) = figures("paper", [2], formats=["png"])
+    >>> [path.name for path in files.pictures]
+    ['fig-02.png']
+    """
+    chosen = figure_numbers([str(number) for number in numbers])
+    return save_figures(chosen, Path(folder), formats=formats, force=force, progress=progress)
+
+
 def save_figures(
     numbers: Sequence[int],
     folder: Path,

@@ -17,7 +17,13 @@ from tomlkit.items import Item
 from fivtui.io.files import write_atomically
 from fivtui.io.reading import MAX_TEXT, is_there, read_bytes
 from fivtui.model.errors import InputError
-from fivtui.model.parameters import PARAMETERS, Parameters, parameter_spec, unknown_name
+from fivtui.model.parameters import (
+    PARAMETERS,
+    Parameters,
+    check_parameters,
+    parameter_spec,
+    unknown_name,
+)
 from fivtui.simulation import ALL_METHODS
 from fivtui.transient.errors import QUANTITIES, check_accuracy
 from fivtui.transient.methods import check_takes_step
@@ -71,8 +77,8 @@ class Scene:
     step : float or None
         Step of a fixed-step method, communication step of the FMU, s; None for its default.
     accuracy : tuple of (str, float)
-        Errors allowed by quantity, see `core.wishes.check_accuracy`; `tol` and `step` then follow
-        from them and are not used.
+        Errors allowed by quantity, see `fivtui.transient.errors.check_accuracy`; `tol` and `step`
+        then follow from them and are not used.
     outputs : tuple of str
         What the scene requires, names in `OUTPUTS`: nothing else is computed or stored.
 
@@ -80,6 +86,12 @@ class Scene:
     ------
     InputError
         If a value is not allowed.
+
+    Examples
+    --------
+    >>> from fivtui import Parameters, Scene
+    >>> Scene(name="mine", description="half the preload", parameters=Parameters(F=40.0)).t_end
+    100.0
     """
 
     name: str
@@ -299,12 +311,21 @@ def _parameters(table: object) -> Parameters:
         raise InputError(f"[parameters] {error}") from None
 
 
-def load_scene(path: Path) -> Scene:
-    """Read a scene from a TOML file.
+def as_scene(given: Scene | Parameters | None, **changes: object) -> Scene:
+    """The scene given, or one of the parameters given; with those changes that are not None."""
+    if not isinstance(given, Scene):
+        p = Parameters() if given is None else check_parameters(given)
+        given = Scene(name="unnamed", description="", parameters=p)
+    changed: dict[str, Any] = {key: value for key, value in changes.items() if value is not None}
+    return dataclasses.replace(given, **changed)
+
+
+def load_scene(path: str | Path) -> Scene:
+    r"""Read a scene from a TOML file.
 
     Parameters
     ----------
-    path : Path
+    path : str or Path
         The file.
 
     Returns
@@ -317,7 +338,18 @@ def load_scene(path: Path) -> Scene:
     InputError
         If the file cannot be read, is not TOML, or is not a scene; the message names the file, the
         key and what is allowed.
+
+    Examples
+    --------
+    >>> from pathlib import Path
+    >>> from fivtui import load_scene
+    >>> text = "fivtui_scene = 1\nt_end = 20.0\n[parameters]\nF = 60.0\n"
+    >>> _ = Path("soft.toml").write_text(text)
+    >>> scene = load_scene("soft.toml")
+    >>> scene.name, scene.t_end, scene.parameters.F
+    ('soft', 20.0, 60.0)
     """
+    path = Path(path)
     content = read_bytes(path, limit=MAX_TEXT)
     try:
         text = content.decode()
@@ -347,14 +379,14 @@ def _parsed(text: str) -> dict[str, Any]:
         raise InputError("not a TOML file: values are nested too deeply") from None
 
 
-def save_scene(scene: Scene, path: Path, *, force: bool = False) -> None:
+def save_scene(scene: Scene, path: str | Path, *, force: bool = False) -> None:
     """Write a scene to a TOML file, with units, meanings and allowed ranges as comments.
 
     Parameters
     ----------
     scene : Scene
         The scene.
-    path : Path
+    path : str or Path
         The file.
     force : bool
         Whether a file that exists may be replaced.
@@ -362,14 +394,22 @@ def save_scene(scene: Scene, path: Path, *, force: bool = False) -> None:
     Raises
     ------
     InputError
-        If the file cannot be written, see `write_atomically`.
+        If the file cannot be written.
+
+    Examples
+    --------
+    >>> from fivtui import Parameters, Scene, load_scene, save_scene
+    >>> scene = Scene(name="mine", description="half the preload", parameters=Parameters(F=40.0))
+    >>> save_scene(scene, "mine.toml")
+    >>> load_scene("mine.toml") == scene
+    True
     """
     content = tomlkit.dumps(_document(scene)).encode()
 
     def write(file: BinaryIO) -> None:
         file.write(content)
 
-    write_atomically(path, write, force=force)
+    write_atomically(Path(path), write, force=force)
 
 
 def _document(scene: Scene) -> tomlkit.TOMLDocument:
@@ -414,6 +454,12 @@ def find_scene(name_or_path: str) -> Scene:
     ------
     InputError
         If there is neither; the nearest preset is suggested.
+
+    Examples
+    --------
+    >>> from fivtui import find_scene
+    >>> find_scene("linear").parameters.k_nl
+    0.0
     """
     from .presets import PRESETS
 

@@ -50,6 +50,12 @@ class Range:
     InputError
         If an end is not a finite number, the count is not positive, a single value has two ends,
         or a logarithmic range does not stay above zero.
+
+    Examples
+    --------
+    >>> from fivtui import Range, sweep
+    >>> sweep(vary={"F": Range(20.0, 80.0, 3)}, outputs=["stable"]).table.numbers["F"].tolist()
+    [20.0, 50.0, 80.0]
     """
 
     start: float
@@ -138,6 +144,12 @@ class Design:
     ------
     InputError
         If a name is unknown, a value is out of bounds, or the axes do not suit the kind.
+
+    Examples
+    --------
+    >>> from fivtui import Design, Range
+    >>> Design({"F": Range(20.0, 80.0, 3), "mu": (0.1, 0.2)}).size
+    6
     """
 
     axes: Mapping[str, Axis]

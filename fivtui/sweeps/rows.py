@@ -82,6 +82,26 @@ class Rows:
         numbers = self.numbers[column.name].tolist()
         return [convert(value) if value == value else None for value in numbers]  # noqa: PLR0124
 
+    def array(self, column: SweepColumn) -> NDArray[Any]:
+        """A column as an array: text, truth or numbers; counts are int where all members have one.
+
+        Parameters
+        ----------
+        column : SweepColumn
+            One of `Study.columns`.
+
+        Returns
+        -------
+        ndarray, shape (n,)
+            NaN where a member has no value.
+        """
+        if column.kind == "text" or column.name == "separation":
+            return np.array(self.values(column))
+        numbers = self.numbers[column.name]
+        if column.kind == "number" or np.isnan(numbers).any():
+            return numbers
+        return numbers.astype(np.int64 if column.kind == "count" else np.bool_)
+
 
 _CONVERSIONS: Final[Mapping[str, Callable[[float], object]]] = {
     "number": float,

@@ -9,10 +9,14 @@ from dataclasses import dataclass
 from itertools import islice
 from pathlib import Path
 from types import MappingProxyType
-from typing import Any, Final, Literal
+from typing import TYPE_CHECKING, Any, Final, Literal
+
+import numpy as np
+from numpy.typing import NDArray
 
 from fivtui.model.errors import Cancelled, InputError
 from fivtui.model.parameters import Parameters
+from fivtui.results import Result, scene_text
 from fivtui.transient.loop import Progress
 from fivtui.transient.request import DEFAULT_T_END, DEFAULT_TOL, Start
 
@@ -22,6 +26,9 @@ from .pieces import Piece, piece_count, piece_of
 from .rows import Rows, compute_rows, joined
 from .store import default_piece_size, open_store
 from .study import DEFAULT_OUTPUTS, Study
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
 
 # Computes pieces of a study, in any order.
 Engine = Callable[[Study, Iterable[Piece]], Generator[tuple[Piece, Rows]]]
@@ -33,14 +40,16 @@ CASES: Final[Mapping[Cases, tuple[bool, ...]]] = {
     "both": (True, False),
 }
 MAX_IN_MEMORY: Final = 1_000_000
+# Columns of which a session is told when a sweep is printed.
+_SHOWN: Final = 8
 # At least this many pieces, so that all threads have some.
 _PIECES_IN_MEMORY: Final = 32
 # Pieces handed out ahead of those that are being computed, a worker each.
 _AHEAD: Final = 1
 
 
-@dataclass(frozen=True, slots=True)
-class Sweep:
+@dataclass(frozen=True, slots=True, repr=False)
+class Sweep(Result):
     """A computed sweep.
 
     Attributes
@@ -67,6 +76,49 @@ class Sweep:
         """Rows of plain values in the order of `columns`; None where a member has no value."""
         values = [self.table.values(column) for column in self.study.columns]
         return [list(row) for row in zip(*values, strict=True)]
+
+    def _summary(self) -> list[tuple[str, str]]:
+        study, table = self.study, self.table
+        axes = study.design.axes
+        scene = scene_text(study.parameters, separation=any(study.cases), without=tuple(axes))
+        rows = [
+            ("scene", scene),
+            ("design", study.design.kind),
+            ("members", f"{len(table.reasons)}, {table.failed} failed"),
+        ]
+        columns = [column for column in study.columns if column.name in table.numbers]
+        for column in columns[:_SHOWN]:
+            values = table.numbers[column.name][~np.isnan(table.numbers[column.name])]
+            if not values.size:
+                text = "none"
+            elif column.kind == "truth":
+                text = f"{np.count_nonzero(values)} of {values.size}"
+            else:
+                text = f"{values.min():.6g} to {values.max():.6g} {column.unit}".rstrip()
+            rows.append((column.name, text))
+        if len(columns) > _SHOWN:
+            rows.append(("and", f"{len(columns) - _SHOWN} more columns"))
+        return rows
+
+    def to_dict(self) -> dict[str, Any]:
+        """The object that ``fivtui sweep --json`` prints: ``columns`` and ``rows``."""
+        return {"columns": self.columns, "rows": self.rows}
+
+    def to_columns(self) -> dict[str, NDArray[Any]]:
+        """The columns as arrays; NaN where a member has no value."""
+        return {column.name: self.table.array(column) for column in self.study.columns}
+
+    def figure(self) -> "Figure":
+        """Amplitudes over what varies, as a matplotlib figure.
+
+        Raises
+        ------
+        InputError
+            If other than one or two names vary.
+        """
+        from .figure import sweep_figure
+
+        return sweep_figure(self)
 
 
 @dataclass(frozen=True, slots=True)
@@ -156,7 +208,7 @@ def sweep(
     --------
     >>> from fivtui import sweep
     >>> sweep(vary={"F": [20.0, 80.0]}, outputs=["separations"]).rows
-    [[20.0, True, 0, 'done', ''], [80.0, True, 74, 'done', '']]
+    [[20.0, True, 68, 'done', ''], [80.0, True, 74, 'done', '']]
     """
     study = Study(
         design=Design(dict(vary), design, count, seed),  # type: ignore[arg-type]

@@ -9,6 +9,9 @@ from dataclasses import asdict
 from pathlib import Path
 from typing import Any, BinaryIO
 
+import numpy as np
+from numpy.typing import NDArray
+
 from fivtui.io.files import check_output, check_suffix, write_atomically
 from fivtui.io.reading import read_bytes
 from fivtui.model.errors import InputError
@@ -47,6 +50,20 @@ def tradeoff_to_dict(result: Tradeoff) -> dict[str, Any]:
         "floor": {name: _finite(result.floor.of(name)) for name in QUANTITIES},
         "rows": _rows(result.rows, fronts(result)),
         "features": [asdict(feature) for feature in result.features],
+    }
+
+
+def tradeoff_columns(result: Tradeoff) -> dict[str, NDArray[Any]]:
+    """The settings by column; NaN or empty text for what does not exist."""
+    rows = _rows(result.rows, fronts(result))
+    columns = {name: [row[name] for row in rows] for name in rows[0]}
+    columns["pareto"] = [" ".join(names) for names in columns["pareto"]]
+    texts = ("method", "kernel", "setting", "failure", "pareto")
+    return {
+        name: np.array([value or "" for value in values], dtype=str)
+        if name in texts
+        else np.array(values, dtype=np.int64 if name == "steps" else np.float64)
+        for name, values in columns.items()
     }
 
 

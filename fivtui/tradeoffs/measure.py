@@ -6,24 +6,30 @@ import time
 from collections.abc import Iterator
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import Any, Final, cast
+from typing import TYPE_CHECKING, Any, Final, cast
 
 import numpy as np
+from numpy.typing import NDArray
 
 from fivtui.batch.run import Requirement, simulate_batch
 from fivtui.fmu.run import run_fmu
 from fivtui.model.errors import Cancelled, ComputationError
+from fivtui.model.parameters import Parameters
 from fivtui.model.slider_belt import State
-from fivtui.scene.scene import Scene
+from fivtui.results import Result, scene_text
+from fivtui.scene.scene import Scene, as_scene
 from fivtui.scene.verified import runs_part
 from fivtui.simulation import simulate
 from fivtui.transient.errors import QUANTITIES, Deviation, Observation, deviation, observation
 from fivtui.transient.loop import KernelChoice, Progress
 from fivtui.transient.methods import time_scale
-from fivtui.transient.request import TOL_RANGE, resolve_start
+from fivtui.transient.request import TOL_RANGE, Start, resolve_start
 from fivtui.transient.result import Transient
 
 from .settings import Ladder, Row, Setting, ladders
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
 
 # CPU time of a whole measurement, s, and the share that the settings of one method may take.
 QUICK_S: Final = 7.0
@@ -71,8 +77,8 @@ class Feature:
     with_steps: int | None
 
 
-@dataclass(frozen=True, slots=True)
-class Tradeoff:
+@dataclass(frozen=True, slots=True, repr=False)
+class Tradeoff(Result):
     """What was measured.
 
     Attributes
@@ -95,6 +101,88 @@ class Tradeoff:
     floor: Deviation
     rows: list[Row]
     features: list[Feature]
+
+    def _summary(self) -> list[tuple[str, str]]:
+        p, separation = self.scene.parameters, self.scene.separation
+        rows = [
+            ("scene", f"{scene_text(p, separation=separation)}; {self.scene.t_end:g} s"),
+            ("uncertainty", f"{self.floor.of('peak'):.2g} of the peak"),
+        ]
+        for label in dict.fromkeys(row.setting.label for row in self.rows):
+            done = [r for r in self.rows if r.setting.label == label and r.error is not None]
+            found = [(row.error.of("peak"), row.cpu_s) for row in done if row.error is not None]
+            least = "no run finished"
+            if found:
+                error, cpu_s = min(found)
+                least = f"peak to {error:.1g} in {cpu_s:.2g} s"
+            rows.append((label, least))
+        return rows
+
+    def to_dict(self) -> dict[str, Any]:
+        """The object that ``fivtui tradeoff --json`` prints."""
+        from .files import tradeoff_to_dict
+
+        return tradeoff_to_dict(self)
+
+    def to_columns(self) -> dict[str, NDArray[Any]]:
+        """An element a setting; NaN or empty text for what does not exist."""
+        from .files import tradeoff_columns
+
+        return tradeoff_columns(self)
+
+    def figure(self) -> "Figure":
+        """Error against CPU time, as a matplotlib figure."""
+        from .figure import tradeoff_figure
+
+        return tradeoff_figure(self)
+
+
+def tradeoff(
+    scene: Scene | Parameters | None = None,
+    *,
+    t_end: float | None = None,
+    separation: bool | None = None,
+    start: Start | None = None,
+    thorough: bool = False,
+    progress: Progress | None = None,
+) -> Tradeoff:
+    """Measure what accuracy costs on this machine, for every method and setting.
+
+    Parameters
+    ----------
+    scene : Scene or Parameters, optional
+        A scene, or the parameters of one; the base set if not given. Its method, tolerance, step
+        and accuracy are not used.
+    t_end, separation, start : optional
+        As in `simulate`; in place of those of the scene where given.
+    thorough : bool
+        Whether it may take about two minutes rather than seven seconds.
+    progress : callable, optional
+        Called with the fraction done; the measurement is cancelled when it returns False.
+
+    Returns
+    -------
+    Tradeoff
+        CPU times and errors.
+
+    Raises
+    ------
+    InputError
+        If the request is wrong.
+    ComputationError
+        If the scene cannot be finished by the reference, or that cannot be verified.
+    Cancelled
+        If `progress` returned False.
+
+    Examples
+    --------
+    >>> from fivtui import Parameters, tradeoff
+    >>> found = tradeoff(Parameters(F=80.0), t_end=1.0)
+    >>> "rk4" in {row.setting.method for row in found.rows}
+    True
+    """
+    asked = as_scene(scene, t_end=t_end, separation=separation, start=start)
+    return measure_tradeoff(asked, thorough=thorough, progress=progress)
 
 
 def measure_tradeoff(

@@ -17,11 +17,12 @@ from .methods import Problem
 from .result import Kernel, Stats, Transient, assemble
 from .trajectory import DenseSolution, Trajectory
 
-Samples = Literal["none", "dense"] | Sequence[float] | NDArray[np.float64]
+Samples = Literal["none", "dense"] | int | Sequence[float] | NDArray[np.float64]
 # Takes the parts of a trajectory, one after the other, while the run goes on.
 OnSamples = Callable[[Trajectory], None]
 
 _CHUNK: Final = 256
+_MOST_SAMPLES: Final = 100_000_000
 
 
 class Recorder:
@@ -167,8 +168,8 @@ def sample_times(samples: Samples, t_end: float) -> NDArray[np.float64] | None:
 
     Parameters
     ----------
-    samples : "none", "dense" or sequence of float
-        What is kept of the trajectory.
+    samples : "none", "dense", int or sequence of float
+        What is kept of the trajectory; a number of times is spread evenly over the run.
     t_end : float
         Horizon, s.
 
@@ -180,8 +181,12 @@ def sample_times(samples: Samples, t_end: float) -> NDArray[np.float64] | None:
     Raises
     ------
     InputError
-        If the times are not ascending or lie outside [0, t_end].
+        If the times are not ascending or lie outside [0, t_end], or their number is not allowed.
     """
+    if isinstance(samples, int | np.integer) and not isinstance(samples, bool):
+        if not 2 <= samples <= _MOST_SAMPLES:
+            raise InputError(f"samples = {samples}: must be 2 to {_MOST_SAMPLES}")
+        return np.linspace(0.0, t_end, int(samples))
     if isinstance(samples, str):
         if samples not in ("none", "dense"):
             raise unknown_name("samples", samples, ("none", "dense"))

@@ -3,18 +3,22 @@
 import math
 from dataclasses import dataclass
 from itertools import pairwise
-from typing import Literal, NamedTuple
+from typing import TYPE_CHECKING, Any, Literal, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
 from fivtui.model.parameters import Parameters
 from fivtui.model.slider_belt import Mode, State, contact_force
+from fivtui.results import Result, scene_text
 from fivtui.taylor.stepper import overflow_error
 
 from .extremes import Extremes
 from .methods import Problem
 from .trajectory import DenseSolution, Trajectory
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
 
 Kernel = Literal["compiled", "interpreted", "exact"]
 
@@ -92,8 +96,8 @@ class Stats:
     kernel: Kernel | None = None
 
 
-@dataclass(frozen=True, slots=True)
-class Transient:
+@dataclass(frozen=True, slots=True, repr=False)
+class Transient(Result):
     """Result of a transient.
 
     Attributes
@@ -121,7 +125,8 @@ class Transient:
     trajectory : Trajectory or None
         The motion at the times asked for.
     solution : DenseSolution or None
-        The motion as a function of time, where ``"dense"`` was asked for.
+        The motion as a function of time, where ``"dense"`` was asked for: called with times it
+        returns a `Trajectory`.
     """
 
     parameters: Parameters
@@ -149,6 +154,57 @@ class Transient:
         first = 0 if self.first_mode is Mode.SEPARATED else 1
         pairs = list(pairwise(edges))
         return [pair for pair in pairs[first::2] if pair[1] > pair[0]]
+
+    def _summary(self) -> list[tuple[str, str]]:
+        events, final = self.events, self.final
+        off = f"{events.separated_time:.4g} s off the belt"
+        state = f"x={final.x:.6g}, vx={final.vx:.6g}, y={final.y:.6g}, vy={final.vy:.6g}"
+        rows = [
+            ("scene", scene_text(self.parameters, separation=self.separation)),
+            ("run", f"{self.t_end:g} s, {self.method}, {self.stats.steps} steps"),
+            ("peak |y|", f"{self.peak.y_abs:.6g} m"),
+            ("half peak-to-peak of y", f"{self.steady.y_half_range:.6g} m, second half of the run"),
+            (
+                "separations",
+                f"{events.separations}, {off} ({events.separated_time / self.t_end:.1%})",
+            ),
+            ("final state", state),
+        ]
+        if self.trajectory is not None:
+            rows.append(("trajectory", f"{self.trajectory.t.size} samples"))
+        if self.solution is not None:
+            rows.append(("solution", "solution(times) is the motion at those times"))
+        return rows
+
+    def to_dict(self) -> dict[str, Any]:
+        """The object that ``fivtui simulate --json`` prints: all but the trajectory."""
+        from .files import transient_to_dict
+
+        return transient_to_dict(self)
+
+    def to_columns(self) -> dict[str, NDArray[Any]]:
+        """The trajectory as arrays ``t``, ``x``, ``vx``, ``y``, ``vy``, ``P`` and ``mode``.
+
+        Raises
+        ------
+        InputError
+            If the transient was computed without sample times.
+        """
+        from .files import trajectory_of
+
+        return trajectory_of(self).to_columns()
+
+    def figure(self) -> "Figure":
+        """Contact force and displacements over time, as a matplotlib figure.
+
+        Raises
+        ------
+        InputError
+            If the transient was computed without sample times.
+        """
+        from .figure import transient_figure
+
+        return transient_figure([self])
 
 
 def assemble(

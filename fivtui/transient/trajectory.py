@@ -2,7 +2,7 @@
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Self
+from typing import Any, Self
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -11,6 +11,7 @@ from fivtui.model.columns import COLUMNS, Column
 from fivtui.model.errors import InputError
 from fivtui.model.parameters import Parameters
 from fivtui.model.slider_belt import Mode
+from fivtui.results import Result
 from fivtui.taylor.segment import Segment
 
 __all__ = ["COLUMNS", "Column", "DenseSolution", "Trajectory"]
@@ -18,8 +19,8 @@ __all__ = ["COLUMNS", "Column", "DenseSolution", "Trajectory"]
 FloatArray = NDArray[np.float64]
 
 
-@dataclass(frozen=True, slots=True)
-class Trajectory:
+@dataclass(frozen=True, slots=True, repr=False)
+class Trajectory(Result):
     """The motion at n times, in SI units.
 
     Attributes
@@ -54,6 +55,26 @@ class Trajectory:
         """
         columns = (c.name for c in COLUMNS)
         return cls(*(np.concatenate([getattr(part, name) for part in parts]) for name in columns))
+
+    def _summary(self) -> list[tuple[str, str]]:
+        if self.t.size == 0:
+            return [("samples", "0")]
+        return [
+            ("samples", f"{self.t.size}"),
+            *(
+                (name, f"{values.min():.6g} to {values.max():.6g} {unit}")
+                for name, values, unit in (
+                    (column.name, getattr(self, column.name), column.unit)
+                    for column in COLUMNS
+                    if column.name != "mode"
+                )
+            ),
+            ("off the belt", f"{np.count_nonzero(self.mode == Mode.SEPARATED)} samples"),
+        ]
+
+    def to_columns(self) -> dict[str, NDArray[Any]]:
+        """The arrays by name: ``t``, ``x``, ``vx``, ``y``, ``vy``, ``P`` and ``mode``."""
+        return {column.name: getattr(self, column.name) for column in COLUMNS}
 
 
 class DenseSolution:
@@ -103,6 +124,10 @@ class DenseSolution:
         self._start, self._remainder, self._duration = rows[:, 0], rows[:, 1], rows[:, 2]
         self._mode = rows[:, 4].astype(np.int8)
         self.t_start, self.t_end = float(rows[0, 0]), float(rows[-1, 3])
+
+    def __repr__(self) -> str:
+        span = f"{self.t_start:g} to {self.t_end:g} s"
+        return f"<{type(self).__name__}, {span}, {self._start.size} segments>"
 
     def __call__(self, times: ArrayLike) -> Trajectory:
         """Evaluate the motion.

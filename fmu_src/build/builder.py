@@ -64,6 +64,12 @@ def build_fmu(
         If there is no such component, pythonfmu3 is needed and not installed, the name does not
         end in ``.fmu``, the folder is missing or cannot be written, or the file exists and `force`
         is not set.
+
+    Examples
+    --------
+    >>> from fivtui import build_fmu
+    >>> build_fmu("slider_belt.fmu").name
+    'slider_belt.fmu'
     """
     made_of = _component(component, fmi)
     target = Path(path)

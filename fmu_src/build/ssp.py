@@ -49,6 +49,12 @@ def build_ssp(path: str | Path, *, force: bool = False) -> Path:
     InputError
         If the name does not end in ``.ssp``, the folder is missing or cannot be written, or the
         file exists and `force` is not set.
+
+    Examples
+    --------
+    >>> from fivtui import build_ssp
+    >>> build_ssp("pressed.ssp").name
+    'pressed.ssp'
     """
     target = Path(path)
     check_suffix(target, "system", (SUFFIX,))

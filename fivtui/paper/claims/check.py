@@ -4,6 +4,7 @@ from collections.abc import Sequence
 from typing import Final
 
 from fivtui.model.errors import Cancelled
+from fivtui.model.parameters import unknown_name
 from fivtui.paper.amplitudes import Progress
 from fivtui.paper.families import PANELS
 from fivtui.paper.study import Study
@@ -29,15 +30,60 @@ CLAIMS: Final[tuple[Claim, ...]] = (
 _RUNS: Final = 0.7
 
 
+def claims(ids: Sequence[str] = (), *, progress: Progress | None = None) -> list[CheckedClaim]:
+    """Hold the testable statements of the paper against the model.
+
+    Parameters
+    ----------
+    ids : sequence of str
+        Which ones; all if empty.
+    progress : callable, optional
+        Called with the fraction done; the work is cancelled when it returns False.
+
+    Returns
+    -------
+    list of CheckedClaim
+        What the paper states, what is computed, and the verdict; in the order of its sections.
+
+    Raises
+    ------
+    InputError
+        If there is no such claim.
+    ComputationError
+        If a run cannot be finished.
+    Cancelled
+        If `progress` returned False.
+
+    Examples
+    --------
+    >>> from fivtui import claims
+    >>> (checked,) = claims(["critical-friction-of-the-example"])
+    >>> str(checked.verdict)
+    'does not hold'
+    """
+    known = {claim.id: claim for claim in CLAIMS}
+    for name in ids:
+        if name not in known:
+            raise unknown_name("claim", name, known)
+    if not ids:
+        return check_claims(progress=progress)
+    return check_claims(chosen=[claim for claim in CLAIMS if claim.id in ids], progress=progress)
+
+
 def check_claims(
-    study: Study | None = None, *, progress: Progress | None = None
+    study: Study | None = None,
+    *,
+    chosen: Sequence[Claim] = CLAIMS,
+    progress: Progress | None = None,
 ) -> list[CheckedClaim]:
-    """Check all claims.
+    """Check claims.
 
     Parameters
     ----------
     study : Study, optional
         Where the numbers come from; a new one if not given.
+    chosen : sequence of Claim
+        Which ones; all if not given.
     progress : callable, optional
         Called with the fraction done; the work is cancelled when it returns False.
 
@@ -55,13 +101,15 @@ def check_claims(
     """
     source = Study() if study is None else study
     report = progress or (lambda _fraction: True)
-    scenes = [s for panel in PANELS.values() if panel.kind == "amplitude" for s in panel.scenes()]
-    scenes += [scene for claim in CLAIMS for scene in claim.scenes]
+    scenes = [scene for claim in chosen for scene in claim.scenes]
+    if len(chosen) == len(CLAIMS):
+        amplitudes = (panel for panel in PANELS.values() if panel.kind == "amplitude")
+        scenes += [scene for panel in amplitudes for scene in panel.scenes()]
     source.prepare(scenes, lambda fraction: report(_RUNS * fraction))
     checked: list[CheckedClaim] = []
-    source.go_on = lambda: report(_RUNS + (1.0 - _RUNS) * len(checked) / len(CLAIMS))
+    source.go_on = lambda: report(_RUNS + (1.0 - _RUNS) * len(checked) / len(chosen))
     try:
-        for claim in CLAIMS:
+        for claim in chosen:
             checked.append(check(claim, source))
             if not source.go_on():
                 raise Cancelled

@@ -1,0 +1,98 @@
+"""What `import fivtui` offers a script: every name, its example, and what importing it costs."""
+
+import doctest
+import inspect
+import subprocess
+import sys
+from itertools import pairwise
+from pathlib import Path
+from types import FunctionType
+
+import pytest
+
+import fivtui
+
+FUNCTIONS = [name for name in fivtui.__all__ if isinstance(getattr(fivtui, name), FunctionType)]
+CLASSES_WITH_EXAMPLES = ["Design", "Range", "Scene"]
+SECTIONS = ["Parameters", "Returns", "Raises", "Examples"]
+# Imported on first use alone.
+HEAVY = ["numpy", "scipy", "matplotlib", "numba", "rich", "textual", "click", "fmpy", "tomlkit"]
+WITHOUT_RESULT = ["save_scene"]
+
+
+def run(code: str) -> str:
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=False)
+    assert done.returncode == 0, done.stderr
+    return done.stdout
+
+
+def test_dir_lists_every_public_name_and_each_is_there() -> None:
+    assert dir(fivtui) == sorted(fivtui.__all__)
+    assert len(set(fivtui.__all__)) == len(fivtui.__all__)
+    for name in fivtui.__all__:
+        assert getattr(fivtui, name) is not None
+    with pytest.raises(AttributeError, match="no attribute 'simulte'"):
+        fivtui.simulte  # noqa: B018
+
+
+def test_what_the_command_line_can_do_is_public() -> None:
+    assert {
+        "simulate", "simulate_batch", "stability", "stability_map", "attractors", "basin",
+        "continuation", "sweep", "tradeoff", "accuracy", "figures", "claims",
+        "build_fmu", "build_ssp",
+        "run_fmu", "check_fmu", "load_scene", "find_scene", "save_scene",
+    } == set(FUNCTIONS)  # fmt: skip
+
+
+def test_importing_the_package_imports_nothing_heavy() -> None:
+    loaded = f"sorted(set(sys.modules) & set({HEAVY!r}))"
+    assert run(f"import sys, fivtui; dir(fivtui); print({loaded})") == "[]\n"
+    own = "[name for name in sys.modules if name.startswith(('fivtui.', 'fmu_src'))]"
+    assert run(f"import sys, fivtui; print({own})") == "['fivtui.version']\n"
+
+
+def test_parameters_and_errors_need_no_numpy() -> None:
+    code = "from fivtui import Cancelled, ComputationError, InputError, Parameters; Parameters()"
+    assert run(f"import sys; {code}; print('numpy' in sys.modules)") == "False\n"
+
+
+@pytest.mark.parametrize("order", ["names", "reversed(names)"])
+def test_no_module_hides_a_public_function_in_whatever_order_they_are_imported(order: str) -> None:
+    code = f"""
+import importlib, pkgutil
+import fivtui
+names = [n.name for n in pkgutil.walk_packages(fivtui.__path__, "fivtui.")
+         if not n.name.endswith("__main__") and ".tui" not in n.name]
+for name in {order}:
+    importlib.import_module(name)
+for name in {FUNCTIONS!r}:
+    assert callable(getattr(fivtui, name)), name
+print("all")
+"""
+    assert run(code) == "all\n"
+
+
+@pytest.mark.parametrize("name", FUNCTIONS)
+def test_every_function_has_a_whole_docstring_and_annotations(name: str) -> None:
+    function = getattr(fivtui, name)
+    text = inspect.getdoc(function) or ""
+    lines = text.splitlines()
+    found = [line for line, rule in pairwise(lines) if set(rule) == {"-"}]
+    assert found == [each for each in SECTIONS if each != "Returns" or name not in WITHOUT_RESULT]
+    signature = inspect.signature(function)
+    for parameter in signature.parameters.values():
+        assert parameter.annotation is not parameter.empty
+        assert parameter.name in text
+    assert signature.return_annotation is not signature.empty
+
+
+@pytest.mark.parametrize("name", [*FUNCTIONS, *CLASSES_WITH_EXAMPLES])
+def test_the_example_of_every_public_name_is_true(
+    name: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    (found,) = doctest.DocTestFinder(recurse=False).find(getattr(fivtui, name), name, globs={})
+    assert found.examples
+    told: list[str] = []
+    doctest.DocTestRunner(verbose=False).run(found, out=told.append)
+    assert not told, "".join(told)

@@ -1,0 +1,288 @@
+"""Results in a session: their lines, data, columns and figures, and that they can be stored."""
+
+import copy
+import json
+import math
+import pickle
+import re
+import subprocess
+import sys
+import tempfile
+from collections.abc import Callable
+from dataclasses import replace
+from functools import cache
+from html.parser import HTMLParser
+from pathlib import Path
+from typing import Any, Final
+
+import numpy as np
+import pytest
+from matplotlib.figure import Figure
+
+import fivtui
+from fivtui.model.errors import ComputationError, InputError
+from fivtui.model.parameters import Parameters
+from fivtui.results import Result, scene_text
+from fivtui.transient.result import Transient
+
+_P: Final = Parameters(F=120.0, mu=0.5)
+
+
+def _fmu_run() -> Result:
+    with tempfile.TemporaryDirectory() as folder:
+        fmu = fivtui.build_fmu(Path(folder) / "belt.fmu")
+        return fivtui.run_fmu(fmu, t_end=2.0, output_interval=0.1)
+
+
+def _trajectory(run: Transient) -> Result:
+    assert run.trajectory is not None
+    return run.trajectory
+
+
+MADE: Final[dict[str, Callable[[], Result]]] = {
+    "transient": lambda: fivtui.simulate(_P, t_end=20.0, samples=201),
+    "dense": lambda: fivtui.simulate(t_end=20.0, samples="dense"),
+    "trajectory": lambda: _trajectory(fivtui.simulate(t_end=20.0, samples=5)),
+    "stability": lambda: fivtui.stability(_P),
+    "modes": lambda: fivtui.stability(_P).modes_over_mu(),
+    "map": lambda: fivtui.stability_map(
+        None, {"F": [-500.0, 20.0, 80.0], "k_nl": [50.0, 100.0]}, "critical-mu"
+    ),
+    "batch": lambda: fivtui.simulate_batch({"F": [60.0, 80.0]}, t_end=5.0),
+    "sweep": lambda: fivtui.sweep(
+        vary={"F": [20.0, 80.0, 100.0]}, t_end=10.0, outputs=["y_abs", "separations", "stable"]
+    ),
+    "attractors": lambda: fivtui.attractors(Parameters(mu=0.2)),
+    "continuation": lambda: fivtui.continuation(None, "mu", [0.2, 0.5]),
+    "basin": lambda: fivtui.basin(_P, {"y0": [-0.8, 0.0], "vy0": [0.0, 1.0]}),
+    "accuracy": lambda: fivtui.accuracy(_P, t_end=10.0),
+    "tradeoff": lambda: fivtui.tradeoff(t_end=1.0),
+    "fmu": _fmu_run,
+}
+PLAIN: Final = [name for name in MADE if name not in ("trajectory", "modes")]
+TABULAR: Final = [name for name in MADE if name not in ("dense", "stability", "attractors")]
+DRAWN: Final = ["transient", "stability", "map", "sweep", "continuation", "basin", "tradeoff"]
+
+
+@cache
+def made(name: str) -> Any:
+    return MADE[name]()
+
+
+def same(one: Any, other: Any) -> bool:
+    """Equal, where NaN equals NaN and arrays are equal as a whole."""
+    if isinstance(one, dict):
+        return list(one) == list(other) and all(same(one[key], other[key]) for key in one)
+    if isinstance(one, np.ndarray):
+        return one.dtype == other.dtype and np.array_equal(one, other, one.dtype.kind == "f")
+    return bool(one == other)
+
+
+class _Cells(HTMLParser):
+    def __init__(self) -> None:
+        super().__init__()
+        self.texts: list[str] = []
+        self.open: list[str] = []
+
+    def handle_starttag(self, tag: str, attrs: object) -> None:
+        self.open.append(tag)
+
+    def handle_endtag(self, tag: str) -> None:
+        assert self.open.pop() == tag
+
+    def handle_data(self, data: str) -> None:
+        self.texts.append(data)
+
+
+@pytest.mark.parametrize("name", MADE)
+def test_a_result_prints_in_a_few_lines(name: str) -> None:
+    lines = repr(made(name)).splitlines()
+    assert lines[0] == type(made(name)).__name__
+    assert 2 <= len(lines) <= 16
+    assert max(map(len, lines)) <= 180
+    assert str(made(name)) == repr(made(name))
+    assert "array(" not in repr(made(name))
+
+
+@pytest.mark.parametrize("name", MADE)
+def test_a_notebook_shows_the_same_as_a_table(name: str) -> None:
+    cells = _Cells()
+    cells.feed(made(name)._repr_html_())
+    assert not cells.open
+    title, *rows = repr(made(name)).splitlines()
+    assert cells.texts[0] == title
+    shown = list(zip(cells.texts[1::2], cells.texts[2::2], strict=True))
+    assert [row.split() for row in rows] == [f"{key} {text}".split() for key, text in shown]
+
+
+def test_what_a_transient_prints_are_its_numbers() -> None:
+    run = made("transient")
+    text = repr(run)
+    share = run.events.separated_time / run.t_end
+    assert f"{run.peak.y_abs:.6g} m" in text
+    assert f"{run.events.separations}, " in text
+    assert f"({share:.1%})" in text
+    assert "F=120, mu=0.5" in text
+    assert "201 samples" in text
+
+
+def test_a_sweep_of_many_columns_prints_in_a_few_lines_all_the_same() -> None:
+    lines = repr(fivtui.sweep(vary={"F": [20.0, 80.0]}, t_end=5.0)).splitlines()
+    assert len(lines) <= 16
+    assert lines[-1].split() == ["and", "8", "more", "columns"]
+    assert repr(made("sweep")).splitlines()[-1].split() == ["stable", "0", "of", "3"]
+
+
+def test_the_scene_is_said_by_what_differs_from_the_base_set() -> None:
+    assert scene_text(Parameters(), separation=True) == "base set"
+    assert scene_text(_P, separation=True, without=("mu",)) == "base set with F=120"
+    assert scene_text(Parameters(), separation=False) == "base set; separation ignored"
+
+
+@pytest.mark.parametrize("name", PLAIN)
+def test_to_dict_is_what_json_can_hold(name: str) -> None:
+    data = made(name).to_dict()
+    assert data
+    assert json.loads(json.dumps(data, allow_nan=False)) is not None
+
+
+@pytest.mark.parametrize("name", TABULAR)
+def test_columns_are_arrays_of_one_length_that_data_frames_take(name: str) -> None:
+    pandas = pytest.importorskip("pandas")
+    columns = made(name).to_columns()
+    assert columns
+    for values in columns.values():
+        assert isinstance(values, np.ndarray)
+        assert values.ndim == 1
+        assert values.dtype.kind in "biufU"
+    assert len({values.size for values in columns.values()}) == 1
+    frame = pandas.DataFrame(columns)
+    assert list(frame.columns) == list(columns)
+    for key, values in columns.items():
+        assert same(frame[key].to_numpy().astype(values.dtype), values)
+
+
+@pytest.mark.parametrize("name", TABULAR)
+def test_polars_takes_the_columns_as_they_are(name: str) -> None:
+    polars = pytest.importorskip("polars")
+    columns = made(name).to_columns()
+    frame = polars.DataFrame(columns)
+    assert frame.columns == list(columns)
+    for key, values in columns.items():
+        assert same(frame[key].to_numpy().astype(values.dtype), values)
+
+
+@pytest.mark.parametrize("name", MADE)
+@pytest.mark.parametrize(
+    "twin", [lambda r: pickle.loads(pickle.dumps(r)), copy.copy, copy.deepcopy]
+)
+def test_a_result_can_be_pickled_and_copied(name: str, twin: Callable[[Any], Any]) -> None:
+    other = twin(made(name))
+    assert type(other) is type(made(name))
+    assert repr(other) == repr(made(name))
+    if name in PLAIN:
+        assert same(other.to_dict(), made(name).to_dict())
+    if name in TABULAR:
+        assert same(other.to_columns(), made(name).to_columns())
+
+
+@pytest.mark.parametrize("name", DRAWN)
+def test_a_result_draws_itself(name: str) -> None:
+    figure = made(name).figure()
+    assert isinstance(figure, Figure)
+    assert figure.axes
+    assert figure.axes[0].has_data()
+
+
+def test_columns_of_a_sweep_have_the_values_of_its_rows() -> None:
+    table = made("sweep")
+    columns = table.to_columns()
+    rows = zip(*(columns[name].tolist() for name in table.columns), strict=True)
+    assert list(map(list, rows)) == table.rows
+    assert columns["separations"].dtype == np.int64
+    assert columns["stable"].dtype == np.bool_
+
+
+def test_a_failed_member_has_no_numbers_in_the_columns() -> None:
+    table = fivtui.sweep(
+        Parameters(k_nl=0.0, mu=3.0),
+        vary={"F": [0.0, 80.0]},
+        separation=False,
+        t_end=1e4,
+        outputs=["y_abs", "separations"],
+    )
+    assert table.to_columns()["status"].tolist() == ["done", "failed"]
+    assert math.isnan(table.to_columns()["separations"][1])
+
+
+def test_columns_of_a_map_are_its_points() -> None:
+    found = made("map")
+    columns = found.to_columns()
+    assert list(columns) == ["F", "k_nl", "critical_mu"]
+    here = (columns["F"] == 80.0) & (columns["k_nl"] == 100.0)
+    assert columns["critical_mu"][here] == found.values[2, 1]
+
+
+def test_columns_of_a_batch_are_what_was_required() -> None:
+    batch = fivtui.simulate_batch({"F": [60.0, 80.0]}, t_end=5.0, require={"amplitude"})
+    assert list(batch.to_columns()) == ["status", "t", "steps", "y_abs", "y_max", "y_min"]
+
+
+def test_without_samples_there_are_no_columns_and_no_figure() -> None:
+    run = fivtui.simulate(t_end=1.0)
+    for ask in (run.to_columns, run.figure):
+        with pytest.raises(InputError, match="compute it with sample times"):
+            ask()
+
+
+def test_a_number_that_is_not_finite_does_not_leave_as_data() -> None:
+    run = fivtui.simulate(t_end=1.0)
+    broken = replace(run, peak=run.peak._replace(y_abs=math.nan))
+    with pytest.raises(ComputationError, match="not a finite number"):
+        broken.to_dict()
+
+
+@pytest.mark.parametrize("method", ["taylor", "rk4", "scipy-dop853", "fmu"])
+def test_a_number_of_samples_is_that_many_evenly_spaced_times(method: str) -> None:
+    run = fivtui.simulate(t_end=3.0, samples=7, method=method)
+    assert run.trajectory is not None
+    assert run.trajectory.t.tolist() == np.linspace(0.0, 3.0, 7).tolist()
+    listed = fivtui.simulate(t_end=3.0, samples=np.linspace(0.0, 3.0, 7), method=method)
+    assert listed.trajectory is not None
+    assert np.allclose(run.trajectory.y, listed.trajectory.y, rtol=1e-9, atol=0.0)
+
+
+@pytest.mark.parametrize("count", [-3, 0, 1, 10**12])
+def test_a_number_of_samples_is_two_or_more(count: int) -> None:
+    with pytest.raises(InputError, match=r"samples = -?\d+: must be 2 to 100000000$"):
+        fivtui.simulate(t_end=3.0, samples=count)
+
+
+def test_a_linear_scene_is_sampled_the_same_way() -> None:
+    linear = Parameters(k_nl=0.0)
+    run = fivtui.simulate(linear, t_end=3.0, separation=False, samples=4)
+    assert run.stats.kernel == "exact"
+    assert run.trajectory is not None
+    assert run.trajectory.t.tolist() == [0.0, 1.0, 2.0, 3.0]
+
+
+def test_a_solution_is_called_with_times_as_that_of_scipy() -> None:
+    run = made("dense")
+    at = run.solution(np.array([0.0, 7.5, 20.0]))
+    assert at.y.shape == (3,)
+    assert at.y[-1] == pytest.approx(run.final.y, rel=1e-12)
+    assert run.solution(20.0).x[0] == pytest.approx(run.final.x, rel=1e-12)
+    assert re.fullmatch(r"<DenseSolution, 0 to 20[.\d]* s, \d+ segments>", repr(run.solution))
+
+
+def test_matplotlib_is_imported_where_a_result_is_drawn() -> None:
+    code = """
+import sys, fivtui
+run = fivtui.simulate(t_end=1.0, samples=11)
+repr(run), run.to_dict(), run.to_columns(), repr(fivtui.stability())
+print("matplotlib" in sys.modules)
+run.figure()
+print("matplotlib" in sys.modules)
+"""
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
+    assert done.stdout.split() == ["False", "True"]
