@@ -18,7 +18,12 @@ BLOCKS = re.findall(r"^```(sh|python|py)\n(.*?)^```", README, flags=re.MULTILINE
 
 
 # About equal shares of the time that all blocks take.
-PARTS = ["from the start", "fivtui methods", "fivtui claims"]
+PARTS = [
+    "from the start",
+    "fivtui stability --set F=120 --attractors",
+    "fivtui methods",
+    "fivtui claims",
+]
 
 
 def blocks_of(part: str) -> list[tuple[str, str]]:

@@ -26,7 +26,7 @@ VARIABLE_STEP = [name for name, method in METHODS.items() if not method.fixed_st
     ],
 )
 def test_every_method_gives_the_same_transient(
-    method: str, setting: dict[str, float], expected: float, separation: bool
+    method: str, setting: dict[str, Any], expected: float, separation: bool
 ) -> None:
     p = Parameters()
     exact = simulate(p, t_end=30.0, separation=separation)
