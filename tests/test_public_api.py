@@ -56,22 +56,6 @@ def test_parameters_and_errors_need_no_numpy() -> None:
     assert run(f"import sys; {code}; print('numpy' in sys.modules)") == "False\n"
 
 
-@pytest.mark.parametrize("order", ["names", "reversed(names)"])
-def test_no_module_hides_a_public_function_in_whatever_order_they_are_imported(order: str) -> None:
-    code = f"""
-import importlib, pkgutil
-import fivtui
-names = [n.name for n in pkgutil.walk_packages(fivtui.__path__, "fivtui.")
-         if not n.name.endswith("__main__") and ".tui" not in n.name]
-for name in {order}:
-    importlib.import_module(name)
-for name in {FUNCTIONS!r}:
-    assert callable(getattr(fivtui, name)), name
-print("all")
-"""
-    assert run(code) == "all\n"
-
-
 @pytest.mark.parametrize("name", FUNCTIONS)
 def test_every_function_has_a_whole_docstring_and_annotations(name: str) -> None:
     function = getattr(fivtui, name)

@@ -1,4 +1,4 @@
-"""What the FMU carries: byte-identical modules of this project under a name that is its own.
+"""What the FMU carries: modules of this project in a package whose name is its own.
 
 Modules of one name collide in the interpreter that hosts several FMUs, so the name of the bundled
 package follows from its content.

@@ -353,14 +353,16 @@ def started(out: Path) -> Iterator[subprocess.Popen[bytes]]:
         yield process
 
 
-@pytest.mark.slow
-def test_the_program_killed_at_random_times_leaves_the_same_file(tmp_path: Path) -> None:
+@pytest.mark.parametrize("times", [2, pytest.param(100, marks=pytest.mark.whole)])
+def test_the_program_killed_at_random_times_leaves_the_same_file(
+    tmp_path: Path, times: int
+) -> None:
     whole, out = tmp_path / "whole.parquet", tmp_path / "out.parquet"
     with started(whole) as process:
         assert process.wait() == 0
     chance, kills = random.Random(6), 0
     parts = tmp_path / "out.parquet.parts"
-    for _ in range(4):
+    for _ in range(times):
         with started(out) as process:
             before = len(list(parts.glob("0*")))
             while process.poll() is None and len(list(parts.glob("0*"))) == before:
