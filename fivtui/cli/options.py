@@ -105,7 +105,7 @@ def assigned(flag: str, assignments: Sequence[str], example: str) -> dict[str, s
         if not equals or not name.strip():
             raise InputError(f"{flag} {assignment}: allowed is NAME=VALUE, e.g. {flag} {example}")
         if name.strip() in values:
-            raise InputError(f"{flag} {name.strip()}=…: given twice; must be given once a name")
+            raise InputError(f"{flag} {name.strip()}=…: given twice; every name must be given once")
         values[name.strip()] = text.strip()
     return values
 
