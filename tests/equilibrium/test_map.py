@@ -3,6 +3,7 @@
 import json
 import math
 import re
+from typing import Any
 
 import mpmath
 import numpy as np
@@ -86,6 +87,36 @@ def test_any_two_parameters_span_a_map(p: Parameters, names: list[str]) -> None:
         found = stability_map(p, axes, value).values
         assert found.shape == (2, 3)
         assert np.array_equal(found, np.full((2, 3), value_at(p, value)), equal_nan=True)
+
+
+def test_the_rightmost_root_is_right_to_rounding_however_unlike_the_dampings_are() -> None:
+    rng = np.random.default_rng(1)
+    c1, c2 = 10.0 ** rng.uniform(-4.0, 3.0, (2, 60))
+    a, d = rng.uniform(0.05, 0.95, 60), rng.uniform(-3.0, 0.5, 60)
+    b = 1.0 - a
+    found = rightmost_real_part(c1, a, c2, b, d)
+    with mpmath.workdps(40):
+        for case in range(60):
+            damping, other = mpmath.mpf(c1[case]), mpmath.mpf(c2[case])
+            one, two = (1, damping, mpmath.mpf(a[case])), (1, other, mpmath.mpf(b[case]))
+            quartic = [
+                sum(one[i] * two[power - i] for i in range(3) if 0 <= power - i < 3)
+                for power in range(5)
+            ]
+            quartic[4] -= mpmath.mpf(d[case])
+            slope = [(4 - power) * value for power, value in enumerate(quartic[:4])]
+            roots = [mpmath.mpmathify(root) for root in np.roots([float(v) for v in quartic])]
+            for _ in range(6):
+                roots = [s - horner(quartic, s) / horner(slope, s) for s in roots]
+            error = abs(found[case] - max(mpmath.re(root) for root in roots))
+            assert error <= 2e-15 * max(map(abs, roots))
+
+
+def horner(polynomial: list[Any], s: Any) -> Any:
+    value = mpmath.mpf(0)
+    for coefficient in polynomial:
+        value = value * s + coefficient
+    return value
 
 
 @given(st.integers(0, 2**32 - 1))

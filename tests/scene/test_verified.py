@@ -220,3 +220,11 @@ def test_tolerances_that_verify_each_other_are_a_decade_apart(error: float) -> N
     assert len(tried) > 1
     assert tried[-1] == TOL_RANGE[0]
     assert all(10.0 <= a / b <= 1000.1 for a, b in itertools.pairwise(tried))
+
+
+def test_a_run_to_a_stated_accuracy_hands_out_its_samples_while_it_goes_on() -> None:
+    scene = dataclasses.replace(PRESETS["base"], t_end=5.0, accuracy=(("peak", 1e-4),))
+    parts: list[object] = []
+    run = scene_transient(scene, samples=[0.0, 2.5, 5.0], on_samples=parts.append)
+    assert run.verified is not None
+    assert len(parts) >= run.verified.runs

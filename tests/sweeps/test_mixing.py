@@ -357,3 +357,8 @@ def test_what_is_not_computed_is_not_tried(monkeypatch: pytest.MonkeyPatch) -> N
     assert set(arithmetic_of(moving)) == {"machine", "transients", "fused"}
     verified = dataclasses.replace(static, accuracy=(("peak", 1e-4),))
     assert set(arithmetic_of(verified)) == {"machine", "stability", "transients", "fused"}
+
+
+def test_the_manifest_keeps_the_names_that_older_sweeps_are_resumed_by(tmp_path: Path) -> None:
+    manifest = json.loads((begun(tmp_path / "out.csv") / "manifest.json").read_text())
+    assert {"piece_members", "columns", "arithmetic"} <= set(manifest)

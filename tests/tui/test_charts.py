@@ -9,6 +9,7 @@ from fivtui.tui.chart.axis import Axis, axis_for, parse_limits
 from fivtui.tui.chart.chart import Backdrop, Chart, Guide, Trace, View, nearest
 from fivtui.tui.chart.picture import MARGIN, draw
 from fivtui.tui.chart.raster import Raster
+from fivtui.tui.chart.styles import CHART_STYLES
 from fivtui.tui.session.growth import Growth
 from fivtui.tui.tabs.charts.transient import (
     difference_chart,
@@ -237,3 +238,7 @@ def test_the_difference_of_two_motions_is_exact_where_they_share_their_times() -
     assert other.traces[0].x[-1] == 8.0
     peak = motions[0].trajectory.P.max()
     assert np.abs(other.traces[0].y).max() < 0.01 * peak
+
+
+def test_every_part_of_a_chart_but_its_ground_has_a_style_of_the_theme() -> None:
+    assert [name for name, style in CHART_STYLES.items() if not style] == ["plot"]
