@@ -1,7 +1,7 @@
 """The recurrences as machine code: straight-line, for one parameter set or one in each lane.
 
 `recurrences` is run on values of the compiler. The code can leave after every order that
-`core.taylor` chooses, so that one kernel serves them all.
+`taylor.stepper` chooses, so that one kernel serves them all.
 """
 
 from collections.abc import Sequence

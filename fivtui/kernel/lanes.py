@@ -232,7 +232,7 @@ def advance(
 
 @kernel(numba.int64(_table, numba.types.Array(numba.boolean, 1, "C"), _table), *_OWN)
 def static_starts(table: Any, separation: Any, starts: Any) -> int:
-    """The states at rest at the equilibria of μ = 0: `core.model.static_start`.
+    """The states at rest at the equilibria of μ = 0: `slider_belt.static_start`.
 
     Parameters
     ----------

@@ -1,4 +1,4 @@
-"""Real roots and extreme values of polynomials on [0, 1], as in `core.polynomial`.
+"""Real roots and extreme values of polynomials on [0, 1], as in `taylor.polynomial`.
 
 A polynomial is its coefficients in memory, constant term first, and a zero after the last. `work`
 is scratch memory of `WORK_SIZE` numbers, in rows.

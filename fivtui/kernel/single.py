@@ -1,6 +1,6 @@
 """One transient: Taylor steps, switches, exact extremes and samples, in one compiled loop.
 
-Step for step the same as `core.taylor` under `core.transient`; kept apart from them because a
+Step for step the same as `taylor.stepper` under `transient.loop`; kept apart from them because a
 compiler wants flat data. `c` are the coefficients of x and y, unscaled, one row a degree.
 """
 

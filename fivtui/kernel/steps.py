@@ -246,7 +246,7 @@ def is_finite(number: float) -> bool:
 
 @inner
 def mode_after(x: float, vx: float, vy: float, coupling: float, preload: float) -> int:
-    """The mode in which the motion goes on from y = 0: `core.model.mode_of` there."""
+    """The mode in which the motion goes on from y = 0: `slider_belt.mode_of` there."""
     direction = vy
     if direction == 0.0:
         direction = _pull(coupling, preload, x)
@@ -261,7 +261,7 @@ def mode_after(x: float, vx: float, vy: float, coupling: float, preload: float) 
 def settle(
     y: Any, stride: int, x: float, vx: float, forces: tuple[float, float], given: Any, apart: int
 ) -> None:
-    """Acceleration and jerk at y = 0, where the forces balance to rounding: `core.taylor` there.
+    """Acceleration and jerk at y = 0, where the forces balance to rounding: `taylor.stepper` there.
 
     `y` are its coefficients, `stride` apart, and `given` the `Constants`, `apart`.
     """

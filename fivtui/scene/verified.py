@@ -125,7 +125,7 @@ def simulate_to(
 
 
 def runs_part(run: Transient, other: Transient) -> Divergence | None:
-    """Where two runs of one problem part, see `core.divergence`; None if they do not."""
+    """Where two runs of one problem part, see `divergence`; None if they do not."""
     return divergence(
         observation(run),
         observation(other),
