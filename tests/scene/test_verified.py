@@ -223,7 +223,10 @@ def test_tolerances_that_verify_each_other_are_a_decade_apart(error: float) -> N
 
 
 def test_a_run_to_a_stated_accuracy_hands_out_its_samples_while_it_goes_on() -> None:
-    scene = dataclasses.replace(PRESETS["base"], t_end=5.0, accuracy=(("peak", 1e-4),))
+    # RK4 hands out parts however short a run is, the compiled kernel those of long runs.
+    scene = dataclasses.replace(
+        PRESETS["base"], t_end=5.0, method="rk4", accuracy=(("peak", 1e-3),)
+    )
     parts: list[object] = []
     run = scene_transient(scene, samples=[0.0, 2.5, 5.0], on_samples=parts.append)
     assert run.verified is not None
