@@ -57,7 +57,7 @@ def stability(scene: str, assignments: tuple[str, ...], **given: Any) -> None:
             say(f"wrote {out}")
         if plot is not None:
             from fivtui.equilibrium.figure import mode_figure
-            from fivtui.transient.figure import save_figure
+            from fivtui.plotting import save_figure
 
             save_figure(mode_figure(p, verdict, scan), plot, force=force)
             say(f"wrote {plot}")
@@ -163,7 +163,7 @@ def stability_map(scene: str, assignments: tuple[str, ...], **given: Any) -> Non
         say(f"wrote {out}")
     if plot is not None:
         from fivtui.equilibrium.figure import map_figure
-        from fivtui.transient.figure import save_figure
+        from fivtui.plotting import save_figure
 
         save_figure(map_figure(result), plot, force=force)
         say(f"wrote {plot}")

@@ -31,9 +31,9 @@ from fivtui.orbits.report import (
     print_coexistence,
     print_continuation,
 )
+from fivtui.plotting import check_figure_path, save_figure
 from fivtui.ranges import parse_range, parse_ranges
 from fivtui.scene.scene import Scene
-from fivtui.transient.figure import check_figure_path, save_figure
 from fivtui.transient.request import START_SPECS, Start
 
 from .options import progress_bar

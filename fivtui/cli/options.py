@@ -117,7 +117,7 @@ def check_outputs(
     if out is not None:
         check_data(out, force=force)
     if plot is not None:
-        from fivtui.transient.figure import check_figure_path
+        from fivtui.plotting import check_figure_path
 
         check_figure_path(plot, force=force)
 

@@ -110,8 +110,8 @@ def sweep(**given: Any) -> None:
     if out is None or plot is not None or as_json:
         check_in_memory(study)
     if plot is not None:
+        from fivtui.plotting import check_figure_path
         from fivtui.sweeps.figure import check_drawable
-        from fivtui.transient.figure import check_figure_path
 
         check_figure_path(plot, force=force)
         check_drawable(study)
@@ -129,8 +129,8 @@ def sweep(**given: Any) -> None:
         if plot is not None or as_json:
             result = load_sweep(study, out)
     if plot is not None:
+        from fivtui.plotting import save_figure
         from fivtui.sweeps.figure import sweep_figure
-        from fivtui.transient.figure import save_figure
 
         save_figure(sweep_figure(result), plot, force=force)
         say(f"wrote {plot}")
@@ -197,8 +197,8 @@ def tradeoff(scene: str, assignments: tuple[str, ...], **given: Any) -> None:
         save_tradeoff(result, out, force=force)
         say(f"wrote {out}")
     if plot is not None:
+        from fivtui.plotting import save_figure
         from fivtui.tradeoffs.figure import tradeoff_figure
-        from fivtui.transient.figure import save_figure
 
         save_figure(tradeoff_figure(result), plot, force=force)
         say(f"wrote {plot}")

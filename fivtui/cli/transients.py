@@ -90,7 +90,8 @@ def simulate(**given: Any) -> None:
         save_trajectory(result, out, force=force)
         say(f"wrote {out}")
     if plot is not None:
-        from fivtui.transient.figure import save_figure, transient_figure
+        from fivtui.plotting import save_figure
+        from fivtui.transient.figure import transient_figure
 
         save_figure(transient_figure([result]), plot, force=force)
         say(f"wrote {plot}")

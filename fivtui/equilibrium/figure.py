@@ -5,19 +5,18 @@ from typing import Any, Final
 import matplotlib as mpl
 import numpy as np
 from matplotlib.axes import Axes
-from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.colors import BoundaryNorm, ListedColormap, TwoSlopeNorm
 from matplotlib.figure import Figure
-from matplotlib.layout_engine import ConstrainedLayoutEngine
 from matplotlib.lines import Line2D
 from numpy.typing import NDArray
 
 from fivtui.model.parameters import PARAMETERS, Parameters
-from fivtui.transient.figure import (
+from fivtui.plotting import (
     STYLE,
     WIDTH,
     math_symbol,
     math_unit,
+    new_figure,
     parameter_line,
     quantity_label,
     value_label,
@@ -56,8 +55,7 @@ def mode_figure(p: Parameters, found: Stability, scan: ModeScan) -> Figure:
         With an Agg canvas; it belongs to no window. μ and every critical one are marked.
     """
     with mpl.rc_context(STYLE):
-        figure = Figure(figsize=(WIDTH, _HEIGHT), layout=ConstrainedLayoutEngine(wspace=0.05))
-        FigureCanvasAgg(figure)
+        figure = new_figure(WIDTH, _HEIGHT, wspace=0.05)
         frequency, growth, plane = figure.subplots(1, 3)
         modes = scan.eigenvalues[:, :2]
         for axes, parts, label in (
@@ -146,8 +144,7 @@ def map_figure(result: StabilityMap) -> Figure:
     """
     first, second = result.axes
     with mpl.rc_context({**STYLE, "axes.grid": False}):
-        figure = Figure(figsize=_SIZE, layout=ConstrainedLayoutEngine())
-        FigureCanvasAgg(figure)
+        figure = new_figure(*_SIZE)
         axes = figure.subplots()
         axes.set_facecolor(_NO_VALUE)
         colours = axes.pcolormesh(

@@ -5,14 +5,19 @@ from typing import Any, Final
 import matplotlib as mpl
 import numpy as np
 from matplotlib.axes import Axes
-from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.colors import BoundaryNorm, ListedColormap
 from matplotlib.figure import Figure
-from matplotlib.layout_engine import ConstrainedLayoutEngine
 from matplotlib.patches import Patch
 
 from fivtui.model.parameters import PARAMETERS
-from fivtui.transient.figure import STYLE, math_symbol, math_unit, parameter_line, quantity_label
+from fivtui.plotting import (
+    STYLE,
+    math_symbol,
+    math_unit,
+    new_figure,
+    parameter_line,
+    quantity_label,
+)
 from fivtui.transient.request import START_SPECS
 
 from .basin import Basin
@@ -159,6 +164,5 @@ def _other_values(result: Basin) -> str:
 
 def _new_figure() -> tuple[Figure, Axes]:
     with mpl.rc_context(STYLE):
-        figure = Figure(figsize=_SIZE, layout=ConstrainedLayoutEngine())
-        FigureCanvasAgg(figure)
+        figure = new_figure(*_SIZE)
         return figure, figure.subplots()

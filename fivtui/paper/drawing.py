@@ -6,23 +6,22 @@ from typing import Any, Final
 import matplotlib as mpl
 import numpy as np
 from matplotlib.axes import Axes
-from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
-from matplotlib.layout_engine import ConstrainedLayoutEngine
 from matplotlib.lines import Line2D
 from numpy.typing import NDArray
 
 from fivtui.model.parameters import PARAMETERS
-from fivtui.transient.figure import (
+from fivtui.plotting import (
     CASE_COLOURS,
     CASE_LINES,
     STYLE,
     WIDTH,
     math_symbol,
+    new_figure,
     quantity_label,
-    transient_figure,
     value_label,
 )
+from fivtui.transient.figure import transient_figure
 
 from .data import FigureData, FloatArray
 from .families import SEPARATION, panels_of
@@ -73,8 +72,7 @@ def draw(number: int, study: Study) -> Figure:
 
 def _new_figure(panels: int) -> tuple[Figure, list[Axes]]:
     width = WIDTH if panels > 1 else _SINGLE_WIDTH
-    figure = Figure(figsize=(width, _HEIGHT), layout=ConstrainedLayoutEngine(wspace=0.05))
-    FigureCanvasAgg(figure)
+    figure = new_figure(width, _HEIGHT, wspace=0.05)
     axes = figure.subplots(1, panels, squeeze=False)[0].tolist()
     if panels > 1:
         for letter, each in zip("ab", axes, strict=True):

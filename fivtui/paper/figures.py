@@ -9,7 +9,7 @@ from typing import Final
 from fivtui.io.files import check_apart, check_output
 from fivtui.model.errors import Cancelled, InputError
 from fivtui.model.parameters import unknown_name
-from fivtui.transient.figure import FORMATS, save_figure
+from fivtui.plotting import FORMATS, save_figure
 
 from .amplitudes import Progress
 from .data import save_data

@@ -11,8 +11,9 @@ import numpy as np
 from fivtui.fmu.transient import integrate_fmu
 from fivtui.io.files import check_apart, check_output
 from fivtui.model.errors import InputError
+from fivtui.plotting import check_figure_path, save_figure
 from fivtui.simulation import simulate
-from fivtui.transient.figure import check_figure_path, save_figure, transient_figure
+from fivtui.transient.figure import transient_figure
 from fivtui.transient.request import make_problem
 from fivtui.transient.result import Transient
 from fmu_src.build.builder import build_fmu

@@ -5,11 +5,18 @@ from typing import Any, Final
 import matplotlib as mpl
 import numpy as np
 from matplotlib.axes import Axes
-from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 
 from fivtui.model.errors import InputError
-from fivtui.transient.figure import CASE_COLOURS, CASE_LINES, STYLE, WIDTH, math_symbol, math_unit
+from fivtui.plotting import (
+    CASE_COLOURS,
+    CASE_LINES,
+    STYLE,
+    WIDTH,
+    math_symbol,
+    math_unit,
+    new_figure,
+)
 
 from .design import VARIABLES, Range
 from .run import Sweep
@@ -66,8 +73,7 @@ def sweep_figure(result: Sweep) -> Figure:
     check_drawable(study)
     names = list(study.design.axes)
     with mpl.rc_context(STYLE):
-        figure = Figure(figsize=(WIDTH, _HEIGHT), layout="constrained")
-        FigureCanvasAgg(figure)
+        figure = new_figure(WIDTH, _HEIGHT)
         if len(names) == 1:
             _draw_curves(figure.add_subplot(), result, names[0])
         else:

@@ -4,11 +4,9 @@ from collections.abc import Mapping, Sequence
 from typing import Any, Final
 
 import matplotlib as mpl
-from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
-from matplotlib.layout_engine import ConstrainedLayoutEngine
 
-from fivtui.transient.figure import STYLE, WIDTH
+from fivtui.plotting import STYLE, WIDTH, new_figure
 
 from .files import fronts
 from .measure import Tradeoff
@@ -55,8 +53,7 @@ def tradeoff_figure(result: Tradeoff) -> Figure:
             by_method.setdefault(row.setting.label, []).append(row)
     best = fronts(result)
     with mpl.rc_context(STYLE):
-        figure = Figure(figsize=(WIDTH, _HEIGHT), layout=ConstrainedLayoutEngine(wspace=0.06))
-        FigureCanvasAgg(figure)
+        figure = new_figure(WIDTH, _HEIGHT, wspace=0.06)
         panels = figure.subplots(1, len(_PANELS), sharex=True)
         for axes, (name, label) in zip(panels, _PANELS.items(), strict=True):
             axes.plot(*_points(best[name], name), color="0.8", linewidth=4.0, zorder=1.0)

@@ -1,48 +1,37 @@
-"""Results as publishable figures, without pyplot."""
+"""Transients as publishable figures."""
 
 import math
 import textwrap
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
-from pathlib import Path
-from typing import Any, BinaryIO, Final
+from typing import Final
 
 import matplotlib as mpl
 import numpy as np
 from matplotlib.axes import Axes
-from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
-from matplotlib.layout_engine import ConstrainedLayoutEngine
 from matplotlib.lines import Line2D
 from numpy.typing import NDArray
 
-from fivtui.io.files import check_output, check_suffix, write_atomically
 from fivtui.model.errors import InputError
-from fivtui.model.parameters import PARAMETERS, Parameters, ParameterSpec, unknown_name
-from fivtui.version import __version__
+from fivtui.model.parameters import PARAMETERS, unknown_name
+from fivtui.plotting import (
+    CASE_COLOURS,
+    CASE_LINES,
+    STYLE,
+    WIDTH,
+    math_symbol,
+    math_unit,
+    new_figure,
+    value_label,
+)
 
 from .files import trajectory_of
 from .result import Transient
 from .trajectory import COLUMNS, Trajectory
 
-# Metadata by suffix: no date, so that the same figure always gives the same bytes.
-_METADATA: Final[Mapping[str, Mapping[str, str | None]]] = {
-    ".png": {"Software": f"fivtui {__version__}"},
-    ".svg": {"Creator": f"fivtui {__version__}", "Date": None},
-    ".pdf": {"Creator": f"fivtui {__version__}", "CreationDate": None},
-}
-FORMATS: Final = tuple(suffix.removeprefix(".") for suffix in _METADATA)
-# Type 42 keeps the text of a PDF text.
-_SAVING: Final[dict[Any, Any]] = {"svg.hashsalt": "fivtui", "pdf.fonttype": 42}
-_DPI: Final = 200
-
 _PANELS: Final = ("P", "x", "y")
-# Runs with separation considered and ignored differ in their lines, several of a kind in markers.
-CASE_LINES: Final[Mapping[bool, Any]] = {True: (0.0, (4.0, 1.5)), False: "-"}
-CASE_COLOURS: Final[Mapping[bool, Sequence[str]]] = {
-    True: ("#12803c", "#8a8a00", "#00867d", "#4f5d1e"),
-    False: ("#1f4fd8", "#7a3fc4", "#0083b8", "#1b2a6b"),
-}
+# Several runs of one case differ by their markers.
 _MARKERS: Final = ("", "o", "s", "^", "D", "v")
 # Motion smaller than this, relative to the displacement, is rest.
 _ROUNDING: Final = 1e-9
@@ -50,25 +39,10 @@ _ROUNDING: Final = 1e-9
 _WIDE: Final = 1.1
 _NARROW: Final = 0.6
 _SHADE: Final = "0.9"
-# Inches: width, height of a row of panels, of an only row, and of what stands above and below.
-WIDTH: Final = 7.2
+# Inches: height of a row of panels, of an only row, and of what stands above and below.
 _ROW: Final = 1.85
 _ONLY_ROW: Final = 2.3
 _MARGIN: Final = 0.85
-STYLE: Final[dict[Any, Any]] = {
-    "font.size": 9.0,
-    "axes.labelsize": 9.0,
-    "axes.titlesize": 9.0,
-    "figure.titlesize": 10.0,
-    "legend.fontsize": 8.5,
-    "axes.linewidth": 0.6,
-    "axes.grid": True,
-    "axes.axisbelow": True,
-    "grid.color": "0.9",
-    "grid.linewidth": 0.5,
-    "xtick.direction": "in",
-    "ytick.direction": "in",
-}
 # Enlarged are about this many last cycles, if the whole time has more than twice as many.
 _CYCLES: Final = 8
 # Beyond this many cycles dashes and shading would only make patterns of their own.
@@ -80,7 +54,6 @@ _MARKS: Final = 12
 # Characters of mathtext that fit beside each other in the legend, and its line spacing, inches.
 _LEGEND_WIDTH: Final = 100
 _LEGEND_LINE: Final = 0.18
-_NO_BREAK: Final = "\N{NO-BREAK SPACE}"
 
 
 def transient_figure(
@@ -123,9 +96,8 @@ def transient_figure(
     considered = [run for run in runs if run.separation]
     off = considered[0].separated_intervals if len(considered) == 1 else []
     with mpl.rc_context(STYLE):
-        size = (WIDTH, max(_ROW * len(quantities), _ONLY_ROW) + _MARGIN)
-        figure = Figure(figsize=size, layout=ConstrainedLayoutEngine(wspace=0.05))
-        FigureCanvasAgg(figure)
+        height = max(_ROW * len(quantities), _ONLY_ROW) + _MARGIN
+        figure = new_figure(WIDTH, height, wspace=0.05)
         panels = figure.subplots(
             len(quantities), len(windows), sharex="col", sharey="row", squeeze=False
         )
@@ -180,54 +152,9 @@ def _told_apart(labels: Sequence[str], additions: Sequence[str]) -> list[str]:
     return [f"{label}, {more}" if label in varied else label for label, more in pairs]
 
 
-def value_label(name: str, value: float) -> str:
-    """A value of a parameter in matplotlib's mathtext, such as ``F = 80 N``."""
-    spec = PARAMETERS[name]
-    text = f"{math_symbol(spec.symbol)} = {value:g} {math_unit(spec.unit)}".rstrip()
-    return text.replace(" ", _NO_BREAK)
-
-
-def quantity_label(spec: ParameterSpec) -> str:
-    """Meaning, symbol and unit of a quantity for an axis, in matplotlib's mathtext."""
-    unit = f" ({math_unit(spec.unit)})" if spec.unit else ""
-    return f"{spec.meaning.partition(',')[0].capitalize()} {math_symbol(spec.symbol)}{unit}"
-
-
-def parameter_line(p: Parameters, without: Sequence[str] = ()) -> str:
-    """The values of the parameters, on two lines of matplotlib's mathtext.
-
-    Parameters
-    ----------
-    p : Parameters
-        The parameter set.
-    without : sequence of str
-        Names that are left out.
-
-    Returns
-    -------
-    str
-        Such as ``m = 5 kg, …``.
-    """
-    texts = [value_label(k, value) for k, value in p.as_dict().items() if k not in without]
-    half = (len(texts) + 1) // 2
-    return "\n".join(", ".join(part) for part in (texts[:half], texts[half:]))
-
-
 def _axis_label(name: str) -> str:
     column = next(column for column in COLUMNS if column.name == name)
     return f"{column.meaning.capitalize()} {math_symbol(name)} ({math_unit(column.unit)})"
-
-
-def math_symbol(symbol: str) -> str:
-    """A symbol such as ``k_nl`` in matplotlib's mathtext, its index upright."""
-    head, _, index = symbol.partition("_")
-    return f"${head}_{{\\mathrm{{{index}}}}}$" if index else f"${head}$"
-
-
-def math_unit(unit: str) -> str:
-    """A unit such as ``N/m^3`` in matplotlib's mathtext."""
-    base, _, power = unit.partition("^")
-    return f"{base}$^{power}$" if power else base
 
 
 @dataclass(frozen=True, slots=True)
@@ -369,50 +296,3 @@ def _add_legend(figure: Figure, axes: Axes) -> None:
         frameon=False,
         handlelength=3.0,
     )
-
-
-def check_figure_path(path: Path, *, force: bool) -> None:
-    """Check that a figure can be written to a file, before it is made.
-
-    Parameters
-    ----------
-    path : Path
-        The file; its suffix says the format.
-    force : bool
-        Whether a file that exists may be replaced.
-
-    Raises
-    ------
-    InputError
-        If the format is unknown, or as `check_output`.
-    """
-    check_suffix(path, "figure", _METADATA)
-    check_output(path, force=force)
-
-
-def save_figure(figure: Figure, path: Path, *, force: bool = False) -> None:
-    """Write a figure; the same figure always gives the same bytes.
-
-    Parameters
-    ----------
-    figure : Figure
-        The figure.
-    path : Path
-        The file; its suffix ``.png`` (200 dpi), ``.svg`` or ``.pdf`` says the format.
-    force : bool
-        Whether a file that exists may be replaced.
-
-    Raises
-    ------
-    InputError
-        If the format is unknown or the file cannot be written.
-    """
-    suffix = check_suffix(path, "figure", _METADATA)
-
-    def write(file: BinaryIO) -> None:
-        with mpl.rc_context(_SAVING):
-            figure.savefig(
-                file, format=suffix.removeprefix("."), dpi=_DPI, metadata=dict(_METADATA[suffix])
-            )
-
-    write_atomically(path, write, force=force)

@@ -19,8 +19,9 @@ from matplotlib.lines import Line2D
 
 from fivtui.model.errors import InputError
 from fivtui.model.parameters import Parameters
+from fivtui.plotting import check_figure_path, save_figure
 from fivtui.simulation import simulate
-from fivtui.transient.figure import check_figure_path, run_labels, save_figure, transient_figure
+from fivtui.transient.figure import run_labels, transient_figure
 from fivtui.transient.request import Start
 from fivtui.transient.result import Transient
 from tests.io.test_files import file_size_limit

@@ -219,7 +219,7 @@ def lab_of(pilot: Pilot[None]) -> LabScreen:
 def drawn(pilot: Pilot[None], monkeypatch: pytest.MonkeyPatch) -> Figure:
     figures: list[Figure] = []
     monkeypatch.setattr(
-        "fivtui.transient.figure.save_figure", lambda figure, *_, **__: figures.append(figure)
+        "fivtui.plotting.save_figure", lambda figure, *_, **__: figures.append(figure)
     )
     pane = lab_of(pilot).pane
     assert pane is not None

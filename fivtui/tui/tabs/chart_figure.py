@@ -7,15 +7,13 @@ from typing import Any, BinaryIO, Final
 import matplotlib as mpl
 import numpy as np
 from matplotlib.axes import Axes
-from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.colors import ListedColormap, TwoSlopeNorm
 from matplotlib.figure import Figure
-from matplotlib.layout_engine import ConstrainedLayoutEngine
 
 from fivtui.io.files import write_atomically
 from fivtui.io.formats import columns_format
 from fivtui.model.columns import Column
-from fivtui.transient.figure import STYLE, WIDTH
+from fivtui.plotting import STYLE, WIDTH, new_figure
 from fivtui.tui.chart.axis import Axis
 from fivtui.tui.chart.chart import Backdrop, Chart, Guide, Seen, Trace, View, reduced
 from fivtui.tui.session.run_styles import COLOURS
@@ -58,8 +56,7 @@ def seen_figure(seen: Seen, names: Mapping[str, str] | None = None) -> Figure:
     rows, columns = (1, count) if seen.across else (count, 1)
     height = _SQUARE if seen.across else max(_ROW * rows, _LEAST_HEIGHT)
     with mpl.rc_context(STYLE):
-        figure = Figure(figsize=(WIDTH, height), layout=ConstrainedLayoutEngine())
-        FigureCanvasAgg(figure)
+        figure = new_figure(WIDTH, height)
         grid = figure.subplots(rows, columns, squeeze=False)
         panels = [axes for row in grid for axes in row]
         for axes, (chart, view) in zip(panels, seen.panels, strict=True):

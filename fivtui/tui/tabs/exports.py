@@ -79,12 +79,12 @@ def figure_export(of: str, stem: str, draw: "Callable[[], Figure]") -> Export:
     """
 
     def check(path: Path, force: bool) -> None:
-        from fivtui.transient.figure import check_figure_path
+        from fivtui.plotting import check_figure_path
 
         check_figure_path(path, force=force)
 
     def write(path: Path, force: bool) -> None:
-        from fivtui.transient.figure import save_figure
+        from fivtui.plotting import save_figure
 
         save_figure(draw(), path, force=force)
 

@@ -1,0 +1,122 @@
+"""Style, labels and files shared by all figures; matplotlib without pyplot."""
+
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from typing import Any, BinaryIO, Final
+
+import matplotlib as mpl
+from matplotlib.backends.backend_agg import FigureCanvasAgg
+from matplotlib.figure import Figure
+from matplotlib.layout_engine import ConstrainedLayoutEngine
+
+from .io.files import check_output, check_suffix, write_atomically
+from .model.parameters import PARAMETERS, Parameters, ParameterSpec
+from .version import __version__
+
+# Metadata by suffix: no date, so that the same figure always gives the same bytes.
+_METADATA: Final[Mapping[str, Mapping[str, str | None]]] = {
+    ".png": {"Software": f"fivtui {__version__}"},
+    ".svg": {"Creator": f"fivtui {__version__}", "Date": None},
+    ".pdf": {"Creator": f"fivtui {__version__}", "CreationDate": None},
+}
+FORMATS: Final = tuple(suffix.removeprefix(".") for suffix in _METADATA)
+# Type 42 keeps the text of a PDF text.
+_SAVING: Final[dict[Any, Any]] = {"svg.hashsalt": "fivtui", "pdf.fonttype": 42}
+_DPI: Final = 200
+
+# Lines and colours of runs with separation considered (True) and ignored (False).
+CASE_LINES: Final[Mapping[bool, Any]] = {True: (0.0, (4.0, 1.5)), False: "-"}
+CASE_COLOURS: Final[Mapping[bool, Sequence[str]]] = {
+    True: ("#12803c", "#8a8a00", "#00867d", "#4f5d1e"),
+    False: ("#1f4fd8", "#7a3fc4", "#0083b8", "#1b2a6b"),
+}
+# Width of a full figure, inches.
+WIDTH: Final = 7.2
+STYLE: Final[dict[Any, Any]] = {
+    "font.size": 9.0,
+    "axes.labelsize": 9.0,
+    "axes.titlesize": 9.0,
+    "figure.titlesize": 10.0,
+    "legend.fontsize": 8.5,
+    "axes.linewidth": 0.6,
+    "axes.grid": True,
+    "axes.axisbelow": True,
+    "grid.color": "0.9",
+    "grid.linewidth": 0.5,
+    "xtick.direction": "in",
+    "ytick.direction": "in",
+}
+_NO_BREAK: Final = "\N{NO-BREAK SPACE}"
+
+
+def new_figure(width: float, height: float, *, wspace: float | None = None) -> Figure:
+    """An empty figure of a size in inches, with an Agg canvas; `wspace` parts its panels."""
+    figure = Figure(figsize=(width, height), layout=ConstrainedLayoutEngine(wspace=wspace))
+    FigureCanvasAgg(figure)
+    return figure
+
+
+def value_label(name: str, value: float) -> str:
+    """A parameter and its value in matplotlib's mathtext, such as ``F = 80 N``."""
+    spec = PARAMETERS[name]
+    text = f"{math_symbol(spec.symbol)} = {value:g} {math_unit(spec.unit)}".rstrip()
+    return text.replace(" ", _NO_BREAK)
+
+
+def quantity_label(spec: ParameterSpec) -> str:
+    """Axis label of a quantity in matplotlib's mathtext: meaning, symbol and unit."""
+    unit = f" ({math_unit(spec.unit)})" if spec.unit else ""
+    return f"{spec.meaning.partition(',')[0].capitalize()} {math_symbol(spec.symbol)}{unit}"
+
+
+def parameter_line(p: Parameters, without: Sequence[str] = ()) -> str:
+    """All parameters but those named, on two lines of matplotlib's mathtext."""
+    texts = [value_label(k, value) for k, value in p.as_dict().items() if k not in without]
+    half = (len(texts) + 1) // 2
+    return "\n".join(", ".join(part) for part in (texts[:half], texts[half:]))
+
+
+def math_symbol(symbol: str) -> str:
+    """A symbol such as ``k_nl`` in matplotlib's mathtext, its index upright."""
+    head, _, index = symbol.partition("_")
+    return f"${head}_{{\\mathrm{{{index}}}}}$" if index else f"${head}$"
+
+
+def math_unit(unit: str) -> str:
+    """A unit such as ``N/m^3`` in matplotlib's mathtext."""
+    base, _, power = unit.partition("^")
+    return f"{base}$^{power}$" if power else base
+
+
+def check_figure_path(path: Path, *, force: bool) -> None:
+    """Raise `InputError` if a figure cannot be written to this path; checks before computing."""
+    check_suffix(path, "figure", _METADATA)
+    check_output(path, force=force)
+
+
+def save_figure(figure: Figure, path: Path, *, force: bool = False) -> None:
+    """Write a figure to a file; the same figure always gives the same bytes.
+
+    Parameters
+    ----------
+    figure : Figure
+        The figure.
+    path : Path
+        The file; its suffix ``.png`` (200 dpi), ``.svg`` or ``.pdf`` sets the format.
+    force : bool
+        Whether an existing file may be replaced.
+
+    Raises
+    ------
+    InputError
+        If the suffix is unknown or the file cannot be written.
+    """
+    suffix = check_suffix(path, "figure", _METADATA)
+
+    def write(file: BinaryIO) -> None:
+        with mpl.rc_context(_SAVING):
+            figure.savefig(
+                file, format=suffix.removeprefix("."), dpi=_DPI, metadata=dict(_METADATA[suffix])
+            )
+
+    write_atomically(path, write, force=force)
