@@ -20,11 +20,11 @@ if TYPE_CHECKING:
     from .fmu.run import run_fmu
     from .model.errors import Cancelled, ComputationError, InputError
     from .model.parameters import Parameters
-    from .orbits.basin import basin
-    from .orbits.coexistence import attractors
-    from .orbits.continuation import continuation
+    from .orbits.attractor_search import attractors
+    from .orbits.basins import basin
+    from .orbits.branches import continuation
     from .paper.claims.check import claims
-    from .paper.figures import figures
+    from .paper.export import figures
     from .scene.presets import PRESETS
     from .scene.scene import Scene, find_scene, load_scene, save_scene
     from .simulation import simulate
@@ -71,14 +71,14 @@ _HOMES = {
         ".batch.run": "simulate_batch",
         ".equilibrium.eigenvalues": "stability",
         ".equilibrium.map": "stability_map",
-        ".orbits.coexistence": "attractors",
-        ".orbits.basin": "basin",
-        ".orbits.continuation": "continuation",
+        ".orbits.attractor_search": "attractors",
+        ".orbits.basins": "basin",
+        ".orbits.branches": "continuation",
         ".sweeps.run": "sweep",
         ".sweeps.design": "Design Range",
         ".tradeoffs.measure": "tradeoff",
         ".assessment.estimate": "accuracy",
-        ".paper.figures": "figures",
+        ".paper.export": "figures",
         ".paper.claims.check": "claims",
         ".fmu.check": "check_fmu",
         ".fmu.run": "run_fmu",

@@ -10,7 +10,7 @@ import pytest
 from fivtui.console.layout import GAP, Column, blocks_of
 from fivtui.console.printing import print_list, print_rows
 from fivtui.model.parameters import Parameters
-from fivtui.orbits.continuation import BranchPoint, Continuation
+from fivtui.orbits.branches import BranchPoint, Continuation
 from fivtui.orbits.explorer import Explorer
 from fivtui.orbits.report import print_attractors, print_continuation
 from fivtui.sweeps.design import Design

@@ -18,8 +18,8 @@ from fivtui.equilibrium.figure import map_figure, mode_figure
 from fivtui.equilibrium.map import stability_map
 from fivtui.equilibrium.scan import mode_scan
 from fivtui.model.parameters import Parameters
-from fivtui.orbits.basin import Basin
-from fivtui.orbits.continuation import BranchPoint, Continuation
+from fivtui.orbits.basins import Basin
+from fivtui.orbits.branches import BranchPoint, Continuation
 from fivtui.orbits.explorer import Attractor, Kind
 from fivtui.orbits.figure import basin_figure, continuation_figure
 from fivtui.orbits.shooting import PeriodicOrbit, Section

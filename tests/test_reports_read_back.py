@@ -20,9 +20,9 @@ from fivtui.equilibrium.map import stability_map
 from fivtui.equilibrium.report import print_map, print_stability
 from fivtui.equilibrium.scan import mode_scan
 from fivtui.model.parameters import Parameters
-from fivtui.orbits.basin import Basin, EscapeOffset
-from fivtui.orbits.coexistence import Coexistence
-from fivtui.orbits.continuation import BranchPoint, Continuation
+from fivtui.orbits.attractor_search import Coexistence
+from fivtui.orbits.basins import Basin, EscapeOffset
+from fivtui.orbits.branches import BranchPoint, Continuation
 from fivtui.orbits.explorer import Attractor, Kind
 from fivtui.orbits.files import basin_to_dict, continuation_to_dict, save_basin, save_continuation
 from fivtui.orbits.report import (

@@ -11,9 +11,9 @@ from fivtui.kernel import loader
 from fivtui.kernel.loader import KernelLoader
 from fivtui.model.errors import Cancelled
 from fivtui.model.parameters import Parameters
-from fivtui.orbits.basin import basin, escape_offset
-from fivtui.orbits.coexistence import coexistence
-from fivtui.orbits.continuation import continuation
+from fivtui.orbits.attractor_search import coexistence
+from fivtui.orbits.basins import basin, escape_offset
+from fivtui.orbits.branches import continuation
 from fivtui.orbits.explorer import find_attractors
 from fivtui.simulation import simulate
 from fivtui.transient.integrate import integrate

@@ -15,7 +15,7 @@ from fivtui.kernel.status import Status
 from fivtui.model.errors import Cancelled, InputError
 from fivtui.model.parameters import Parameters, check_parameters, unknown_name
 from fivtui.model.slider_belt import Mode
-from fivtui.taylor.recurrences import constants
+from fivtui.taylor.series import constants
 from fivtui.taylor.stepper import LONGEST_STEP, local_tolerance, order_for
 from fivtui.transient.loop import MAX_STEPS, Progress
 from fivtui.transient.request import DEFAULT_T_END, DEFAULT_TOL, check_horizon, check_tolerance

@@ -9,9 +9,9 @@ import click
 
 from fivtui.io.formats import check_columns_path
 from fivtui.model.errors import InputError
-from fivtui.orbits.basin import basin
-from fivtui.orbits.coexistence import coexistence
-from fivtui.orbits.continuation import continuation
+from fivtui.orbits.attractor_search import coexistence
+from fivtui.orbits.basins import basin
+from fivtui.orbits.branches import continuation
 from fivtui.orbits.explorer import Explorer
 from fivtui.orbits.figure import basin_figure, continuation_figure
 from fivtui.orbits.files import (

@@ -27,7 +27,7 @@ def figures(numbers: tuple[str, ...], out: Path, formats: tuple[str, ...], force
 
     Beside each picture stands a CSV file with its data, their units and the parameters.
     """
-    from fivtui.paper.figures import DEFAULT_FORMATS, figure_numbers, save_figures
+    from fivtui.paper.export import DEFAULT_FORMATS, figure_numbers, save_figures
 
     with progress_bar("figures") as progress:
         written = save_figures(

@@ -17,7 +17,7 @@ from typing import Any, Final
 
 from fivtui.io.reading import MAX_TABLE, opened
 from fivtui.model.errors import ComputationError, InputError
-from fmu_src.build.importing import importing
+from fmu_src.build.bundle import IMPORT_LOCK
 
 from .folders import Folder, folder_for
 
@@ -180,7 +180,7 @@ def instantiated(fmu: FmuFile) -> Iterator[tuple[Any, Messages]]:
     unprinted = _unprinted(identifier)
     _LOGGER.addFilter(unprinted)
     try:
-        with importing, _process_restored():
+        with IMPORT_LOCK, _process_restored():
             instance = _made(fmu, lambda: make(identifier, messages), messages)
         yield instance, messages
     except Exception as error:

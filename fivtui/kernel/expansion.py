@@ -14,7 +14,7 @@ from llvmlite import ir
 from numba import types
 from numba.core import cgutils
 
-from fivtui.taylor.recurrences import Constants, Field, Values, newest_last, recurrences
+from fivtui.taylor.series import Constants, Field, Values, newest_last, recurrences
 from fivtui.taylor.stepper import MAX_ORDER, MIN_ORDER, ORDER_STEP
 
 from .jit import intrinsic

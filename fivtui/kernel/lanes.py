@@ -13,7 +13,7 @@ import numba
 from fivtui.model import parameters
 from fivtui.model import slider_belt as model
 from fivtui.model.parameters import PARAMETERS
-from fivtui.taylor import polynomial, recurrences
+from fivtui.taylor import polynomial, series
 from fivtui.taylor import stepper as taylor
 
 from . import (
@@ -61,7 +61,7 @@ _OWN: Final = (
     model,
     parameters,
     polynomial,
-    recurrences,
+    series,
     taylor,
     bounds,
     expansion,

@@ -5,7 +5,7 @@ A row is one number of all lanes, side by side.
 
 from typing import Final, NamedTuple
 
-from fivtui.taylor.recurrences import Constants
+from fivtui.taylor.series import Constants
 
 from .expansion import ROWS
 from .steps import EXTREMES

@@ -12,9 +12,9 @@ import numba
 import numpy as np
 
 from fivtui.model import slider_belt as model
-from fivtui.taylor import polynomial, recurrences
+from fivtui.taylor import polynomial, series
 from fivtui.taylor import stepper as taylor
-from fivtui.taylor.recurrences import Constants
+from fivtui.taylor.series import Constants
 from fivtui.taylor.stepper import EXP2_BIAS, LONGEST_STEP, MAX_STALLED, SHORTEST_FLIGHT
 
 from . import bounds, expansion, linear_tables, polynomials, steps, vectors
@@ -206,7 +206,7 @@ _row = numba.types.Array(numba.float64, 1, "C")
     numba.int64(_row, _row, _row, _matrix, _matrix, numba.boolean, numba.int64),
     model,
     polynomial,
-    recurrences,
+    series,
     taylor,
     bounds,
     expansion,

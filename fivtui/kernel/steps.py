@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fivtui.model.slider_belt import LEAST, pull
-from fivtui.taylor.recurrences import Constants
+from fivtui.taylor.series import Constants
 
 from .bounds import CUBIC, DEGREES, SLOPE_CUBIC
 from .expansion import GROUP, ROWS

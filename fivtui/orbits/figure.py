@@ -20,8 +20,8 @@ from fivtui.plotting import (
 )
 from fivtui.transient.request import START_SPECS
 
-from .basin import Basin
-from .continuation import DIRECTIONS, Continuation
+from .basins import Basin
+from .branches import DIRECTIONS, Continuation
 from .explorer import Kind
 from .files import describe
 

@@ -16,9 +16,9 @@ from fivtui.model.slider_belt import State
 from fivtui.transient.request import START_SPECS
 from fivtui.version import __version__
 
-from .basin import Basin
-from .coexistence import Coexistence
-from .continuation import DIRECTIONS, Continuation
+from .attractor_search import Coexistence
+from .basins import Basin
+from .branches import DIRECTIONS, Continuation
 from .explorer import Attractor, Kind
 
 KINDS: Final = tuple(Kind)

@@ -6,9 +6,9 @@ import numpy as np
 
 from fivtui.console.printing import number, print_list, print_rows
 
-from .basin import Basin
-from .coexistence import Coexistence
-from .continuation import Continuation
+from .attractor_search import Coexistence
+from .basins import Basin
+from .branches import Continuation
 from .explorer import Attractor
 from .files import describe
 from .words import coexistence_words

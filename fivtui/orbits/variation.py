@@ -23,8 +23,8 @@ from fivtui.model.errors import ComputationError
 from fivtui.model.parameters import Parameters
 from fivtui.model.slider_belt import State, accelerations, mode_of
 from fivtui.taylor.polynomial import restricted
-from fivtui.taylor.recurrences import Constants, constants, state_function
 from fivtui.taylor.segment import Segment
+from fivtui.taylor.series import Constants, constants, state_function
 from fivtui.taylor.stepper import TaylorStepper
 
 FloatArray = NDArray[np.float64]

@@ -3,7 +3,7 @@
 from typing import TYPE_CHECKING, Final
 
 if TYPE_CHECKING:
-    from .coexistence import Coexistence
+    from .attractor_search import Coexistence
 
 SEARCHING: Final = "searching for limit cycles…"
 

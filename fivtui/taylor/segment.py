@@ -6,7 +6,7 @@ from typing import Protocol
 
 from fivtui.model.slider_belt import Mode, State
 
-from .recurrences import state_function
+from .series import state_function
 
 
 @dataclass(frozen=True, slots=True)

@@ -15,8 +15,8 @@ from fivtui.model.parameters import Parameters
 from fivtui.model.slider_belt import Mode, State, mode_of, pull
 
 from .polynomial import first_root
-from .recurrences import coefficient_function, constants, field_of, state_function
 from .segment import Segment
+from .series import coefficient_function, constants, field_of, state_function
 
 # Relative error to aim at in the end state, and what may be asked for.
 DEFAULT_TOL: Final = 1e-12

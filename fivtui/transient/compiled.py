@@ -10,7 +10,7 @@ from fivtui.kernel import loader
 from fivtui.model.errors import Cancelled
 from fivtui.model.parameters import Parameters
 from fivtui.model.slider_belt import Mode, mode_of
-from fivtui.taylor.recurrences import Field, constants, field_of
+from fivtui.taylor.series import Field, constants, field_of
 from fivtui.taylor.stepper import local_tolerance, order_for, overflow_error, stall_error
 
 from .extremes import Extremes

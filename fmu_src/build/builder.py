@@ -15,13 +15,12 @@ from fivtui.model.errors import InputError
 from fivtui.model.parameters import unknown_name
 from fmu_src.slave.variables import SUMMARY
 
-from .bundle import Bundle
+from .bundle import IMPORT_LOCK, Bundle
 from .component import Component
 from .components import COMPONENTS, DEFAULT, EXCHANGE
 from .description import completed
 from .documentation import documentation
 from .exchange_description import exchange_description
-from .importing import importing
 from .reference import reference_files
 
 SUFFIX: Final = ".fmu"
@@ -110,7 +109,7 @@ def _exported(folder: Path, component: Component, fmi: str) -> dict[str, bytes]:
         file = sources / name
         file.parent.mkdir(parents=True, exist_ok=True)
         file.write_text(text, encoding="utf-8", newline="\n")
-    with importing, _imports_restored(bundle):
+    with IMPORT_LOCK, _imports_restored(bundle):
         exported = builder.build_FMU(
             sources / f"{bundle.entry}.py",
             dest=folder / ("exported" if fmi == _EXCHANGE else f"exported{SUFFIX}"),

@@ -6,6 +6,7 @@ package follows from its content.
 
 import hashlib
 import re
+import threading
 from dataclasses import dataclass
 from importlib.resources import files
 from pathlib import PurePosixPath
@@ -13,6 +14,8 @@ from typing import Final, Self
 
 from .component import Component
 
+# Held while the Python of an FMU is imported, which changes tables that all threads share.
+IMPORT_LOCK: Final = threading.Lock()
 _IMPORT: Final = re.compile(r"^from (?=(?:fivtui|fmu_src)[. ])", re.MULTILINE)
 _DIGITS: Final = 12
 

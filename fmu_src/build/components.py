@@ -20,7 +20,7 @@ _INSTANCE: Final = (
 )
 _MODEL: Final[Mapping[str, tuple[str, ...]]] = {
     "fivtui.model": ("columns", "errors", "parameters", "slider_belt"),
-    "fivtui.taylor": ("polynomial", "recurrences", "segment", "stepper"),
+    "fivtui.taylor": ("polynomial", "series", "segment", "stepper"),
 }
 _STEP: Final = 0.01
 _STOP: Final = 20.0

@@ -13,7 +13,7 @@ from fivtui.cli.paths import InputFile, OutputFile, OutputFolder, SceneName
 from fivtui.io import files
 from fivtui.io.files import check_apart, parts_folder, write_atomically
 from fivtui.model.errors import InputError
-from fivtui.paper.figures import figure_files, save_figures
+from fivtui.paper.export import figure_files, save_figures
 from fivtui.scene.compare import compare, comparison_files
 from fivtui.scene.presets import PRESETS
 

@@ -136,14 +136,14 @@ def test_a_kernel_is_stored_under_a_name_that_follows_from_all_of_its_sources(
     import numba
 
     from fivtui.kernel import jit
-    from fivtui.taylor import recurrences
+    from fivtui.taylor import series
 
     def stored_as(text: str) -> str:
         def double(x: float) -> float:
             return 2.0 * x
 
-        monkeypatch.setattr(jit, "_source", lambda module: text if module is recurrences else "")
-        compiled_double = jit.kernel(numba.float64(numba.float64), recurrences)(double)
+        monkeypatch.setattr(jit, "_source", lambda module: text if module is series else "")
+        compiled_double = jit.kernel(numba.float64(numba.float64), series)(double)
         assert compiled_double(3.0) == 6.0
         return double.__qualname__
 
@@ -153,7 +153,7 @@ def test_a_kernel_is_stored_under_a_name_that_follows_from_all_of_its_sources(
 @pytest.mark.whole
 def test_kernels_are_compiled_anew_when_a_source_of_theirs_changes(tmp_path: Path) -> None:
     shutil.copytree(PACKAGE, tmp_path / "fivtui", ignore=shutil.ignore_patterns("__pycache__"))
-    source = tmp_path / "fivtui" / "core" / "recurrences.py"
+    source = tmp_path / "fivtui" / "taylor" / "series.py"
     before, cache = source.stat(), tmp_path / "cache"
     code = (
         "from fivtui import simulate\n"

@@ -8,9 +8,9 @@ from hypothesis import strategies as st
 from fivtui import Parameters, simulate, stability
 from fivtui.model.errors import Cancelled, InputError
 from fivtui.model.slider_belt import equilibrium
-from fivtui.orbits.basin import EscapeOffset, basin, escape_offset
-from fivtui.orbits.coexistence import Coexistence, coexistence
-from fivtui.orbits.continuation import BranchPoint, Continuation, continuation
+from fivtui.orbits.attractor_search import Coexistence, coexistence
+from fivtui.orbits.basins import EscapeOffset, basin, escape_offset
+from fivtui.orbits.branches import BranchPoint, Continuation, continuation
 from fivtui.orbits.decay import Attraction
 from fivtui.orbits.explorer import Attractor, Explorer, Kind, find_attractors
 from fivtui.orbits.files import warning_of

@@ -9,7 +9,7 @@ import pytest
 
 from fivtui.io.column_files import read_columns
 from fivtui.model.parameters import PARAMETERS, Parameters
-from fivtui.orbits.continuation import BranchPoint, Continuation
+from fivtui.orbits.branches import BranchPoint, Continuation
 from fivtui.orbits.explorer import Attractor, Kind
 from fivtui.orbits.files import KINDS, save_continuation
 

@@ -15,8 +15,8 @@ from matplotlib.lines import Line2D
 from fivtui.model.errors import Cancelled, InputError
 from fivtui.paper.amplitudes import Amplitude
 from fivtui.paper.drawing import draw
+from fivtui.paper.export import NUMBERS, figure_files, figure_numbers, save_figures
 from fivtui.paper.families import PANELS
-from fivtui.paper.figures import NUMBERS, figure_files, figure_numbers, save_figures
 from fivtui.paper.study import Study
 from fivtui.scene.scene import Scene
 from fivtui.transient.figure import transient_figure

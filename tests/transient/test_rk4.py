@@ -115,5 +115,5 @@ def test_a_step_that_is_not_positive_is_refused(step: float) -> None:
 
 def test_it_shares_no_stepping_code_with_the_taylor_integrator() -> None:
     source = inspect.getsource(reference)
-    for name in ("stepper", "recurrences", "polynomial", "extremes"):
+    for name in ("stepper", "series", "polynomial", "extremes"):
         assert f".{name}" not in source

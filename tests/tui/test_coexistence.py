@@ -11,8 +11,8 @@ from textual.pilot import Pilot
 
 from fivtui.model.errors import Cancelled, ComputationError
 from fivtui.model.parameters import Parameters
-from fivtui.orbits.basin import EscapeOffset
-from fivtui.orbits.coexistence import Coexistence
+from fivtui.orbits.attractor_search import Coexistence
+from fivtui.orbits.basins import EscapeOffset
 from fivtui.orbits.explorer import Attractor, Kind
 from fivtui.orbits.files import warning_of
 from fivtui.orbits.report import print_coexistence
@@ -120,7 +120,7 @@ class Searches:
 @pytest.fixture
 def searches(monkeypatch: pytest.MonkeyPatch) -> Searches:
     searches = Searches()
-    monkeypatch.setattr("fivtui.orbits.coexistence.coexistence", searches)
+    monkeypatch.setattr("fivtui.orbits.attractor_search.coexistence", searches)
     return searches
 
 

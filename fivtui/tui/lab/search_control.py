@@ -13,7 +13,7 @@ from fivtui.tui.session.report import Beside
 from fivtui.tui.tabs.messages import Searched
 
 if TYPE_CHECKING:
-    from fivtui.orbits.coexistence import Coexistence
+    from fivtui.orbits.attractor_search import Coexistence
 
 # A search begins when nothing was edited for so long, s.
 _PAUSE: Final = 0.5
@@ -87,7 +87,7 @@ class SearchDesk:
             self._screen.post_message(Searched(job, found, done=done))
 
         def search() -> None:
-            from fivtui.orbits.coexistence import coexistence
+            from fivtui.orbits.attractor_search import coexistence
 
             try:
                 found = coexistence(p, separation=separation, progress=job.report, found=tell)

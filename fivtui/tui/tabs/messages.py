@@ -13,7 +13,7 @@ from fivtui.tui.session.runs import Outcome, Run
 from fivtui.tui.session.shown import Shown
 
 if TYPE_CHECKING:
-    from fivtui.orbits.coexistence import Coexistence
+    from fivtui.orbits.attractor_search import Coexistence
 
 
 @dataclass

@@ -4,7 +4,7 @@ from hypothesis import strategies as st
 
 from fivtui.model.parameters import Parameters
 from fivtui.model.slider_belt import Mode, State, accelerations
-from fivtui.taylor.recurrences import (
+from fivtui.taylor.series import (
     Field,
     coefficient_function,
     coefficients,

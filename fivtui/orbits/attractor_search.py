@@ -9,7 +9,7 @@ from fivtui.model.parameters import Parameters
 from fivtui.results import Result, scene_text
 from fivtui.transient.result import Kernel
 
-from .basin import EscapeOffset, escape_offset
+from .basins import EscapeOffset, escape_offset
 from .explorer import Attractor, Kind, search
 
 Progress = Callable[[float], bool]
