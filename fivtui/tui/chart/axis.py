@@ -15,7 +15,7 @@ from .plot_data import axis_limits, round_ticks, tick_labels
 
 FloatArray = NDArray[np.float64]
 
-# Closer limits cannot be told apart in their labels.
+# Closer limits would have equal tick labels.
 _CLOSEST: Final = 1e-9
 _WIDEST: Final = 1e300
 _DECADES: Final = 20.0
@@ -25,14 +25,14 @@ _FORM: Final = "LOW:HIGH, or nothing for what the data need"
 
 @dataclass(frozen=True, slots=True)
 class Axis:
-    """Limits and scale of one direction.
+    """Limits and scale of one axis of a chart.
 
     Attributes
     ----------
     low, high : float
-        Limits, the first below the second; above zero on a logarithmic scale.
+       Limits, ``low < high``; both positive on a logarithmic scale.
     log : bool
-        Whether the scale is logarithmic.
+       Whether the scale is logarithmic.
     """
 
     low: float
@@ -40,18 +40,7 @@ class Axis:
     log: bool = False
 
     def place(self, values: ArrayLike) -> FloatArray:
-        """Where values lie on the axis.
-
-        Parameters
-        ----------
-        values : array_like, shape (n,)
-            The values.
-
-        Returns
-        -------
-        ndarray, shape (n,)
-            0 at the lower limit, 1 at the upper one; NaN where the scale has no such value.
-        """
+        """Positions along the axis: 0 at `low`, 1 at `high`; NaN at or below 0 if logarithmic."""
         low, high = self._ends
         with np.errstate(invalid="ignore", divide="ignore"):
             scaled = self._scaled(np.asarray(values, dtype=float))
@@ -59,7 +48,7 @@ class Axis:
         return places
 
     def value(self, place: float) -> float:
-        """The value at a place, see `place`."""
+        """The value at a position; the inverse of `place`."""
         low, high = self._ends
         scaled = low + place * (high - low)
         return 10.0**scaled if self.log else scaled
@@ -72,21 +61,9 @@ class Axis:
         return (math.log10(self.low), math.log10(self.high)) if self.log else (self.low, self.high)
 
     def moved(self, *, zoom: float = 1.0, about: float = 0.5, shift: float = 0.0) -> Self:
-        """The axis zoomed and moved.
+        """The axis zoomed about a position, then shifted by a fraction of its length.
 
-        Parameters
-        ----------
-        zoom : float
-            New length, relative to that of now.
-        about : float
-            Place that stays where it is when zoomed.
-        shift : float
-            By how much of its length it moves.
-
-        Returns
-        -------
-        Axis
-            The same if its limits would meet or leave the range of numbers.
+        Returns the axis unchanged if the new limits would coincide or overflow.
         """
         first = about * (1.0 - zoom) + shift
         try:
@@ -99,18 +76,7 @@ class Axis:
         return replace(self, low=low, high=high)
 
     def ticks(self, most: int) -> tuple[list[float], list[str]]:
-        """Ticks and their labels.
-
-        Parameters
-        ----------
-        most : int
-            Number of ticks that there is room for, at least 2.
-
-        Returns
-        -------
-        ticks, labels : list
-            Inside the limits, ascending.
-        """
+        """At most `most` ticks inside the limits, ascending, and their labels."""
         if self.log:
             ticks = _log_ticks(self.low, self.high, most)
             if len(ticks) > 1:
@@ -132,22 +98,9 @@ def _log_ticks(low: float, high: float, most: int) -> list[float]:
 
 
 def axis_for(values: Sequence[ArrayLike], *, log: bool = False, tight: bool = False) -> Axis:
-    """An axis that shows all of some data.
+    """An axis that shows all finite data (and, if logarithmic, positive data).
 
-    Parameters
-    ----------
-    values : sequence of array_like
-        The data; what is not finite does not count, nor what is not positive on a logarithmic
-        scale.
-    log : bool
-        Whether the scale is logarithmic.
-    tight : bool
-        Whether the limits are those of the data, without room around them.
-
-    Returns
-    -------
-    Axis
-        From 0 to 1, or 0.1 to 1, if there are no data.
+    `tight` puts the limits at the ends of the data. Without data it runs from 0 (log: 0.1) to 1.
     """
     ranges = [_range(np.asarray(part, dtype=float), log=log) for part in values]
     known = [each for each in ranges if each is not None]
@@ -155,7 +108,7 @@ def axis_for(values: Sequence[ArrayLike], *, log: bool = False, tight: bool = Fa
         return Axis(0.1, 1.0, log=True) if log else Axis(0.0, 1.0)
     low, high = min(each[0] for each in known), max(each[1] for each in known)
     if log:
-        # What is smaller by so much is noise, or zero but for rounding.
+        # Smaller values are rounding noise.
         low = max(low, high * 10.0**-_DECADES)
         if tight and high > low * (1.0 + _CLOSEST):
             return Axis(low, high, log=True)
@@ -177,28 +130,7 @@ def _range(values: FloatArray, *, log: bool) -> tuple[float, float] | None:
 
 
 def parse_limits(name: str, text: str, *, log: bool = False) -> tuple[float, float] | None:
-    """Read the limits of an axis.
-
-    Parameters
-    ----------
-    name : str
-        Which axis, for messages.
-    text : str
-        ``LOW:HIGH``; nothing for limits that follow the data.
-    log : bool
-        Whether the scale is logarithmic.
-
-    Returns
-    -------
-    tuple of float or None
-        The limits, the first below the second; None if there is no text.
-
-    Raises
-    ------
-    InputError
-        If the text has another form, or the limits are not ascending, too close together, or not
-        above zero on a logarithmic scale.
-    """
+    """Parse ``LOW:HIGH``. Returns None if empty; raises `InputError` if the limits are invalid."""
     if not text.strip():
         return None
     low_text, colon, high_text = text.partition(":")

@@ -1,7 +1,4 @@
-"""What a plot shows, as data: traces, guides, cells of colour, and the view of them.
-
-Imports no Textual.
-"""
+"""A chart as data: traces, reference lines, shades, and the visible part. Imports no Textual."""
 
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field
@@ -16,30 +13,29 @@ from .plot_data import envelope
 FloatArray = NDArray[np.float64]
 Look = Literal["line", "points", "dots", "marked"]
 
-# Samples of an unordered trace that are joined by lines; those before them are dots.
+# Samples of an unordered trace that are joined by lines; earlier ones are dots.
 MOST_JOINED: Final = 16_384
 _WHOLE: Final = 1e-6
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Trace:
-    """One set of points.
+    """A named series of points.
 
     Attributes
     ----------
     name : str
-        What it is, a few characters.
+       Short name for the legend.
     x, y : ndarray, shape (n,)
-        Its points; NaN is a gap.
+       The points; NaN is a gap.
     look : "line", "points", "dots" or "marked"
-        Joined, or each point by a character, or by a dot; or joined and each by a character.
+       A line, a character per point, a dot per point, or a line with a character per point.
     ordered : bool
-        Whether x ascends: a function of x, which is reduced before it is drawn.
+       Whether x ascends; such a trace is reduced to the plot's columns before it is drawn.
     mark : str
-        The character of a point, or of the line in some places; that of a line is its number if
-        not given.
+       Character of the points; if empty, that of a line is its number.
     colour : str
-        Such as ``#E69F00``; a colour of the theme if not given.
+       Such as ``#E69F00``; if empty, a colour of the theme.
     """
 
     name: str
@@ -53,7 +49,7 @@ class Trace:
 
 @dataclass(frozen=True, slots=True)
 class Guide:
-    """A straight line across the plot, at x or at y, with a label."""
+    """A labelled reference line at a value of x (vertical) or of y."""
 
     value: float
     label: str = ""
@@ -62,20 +58,20 @@ class Guide:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Backdrop:
-    """Levels over the plane, drawn as shades behind the traces.
+    """Values over the plane, drawn as shades behind the traces.
 
     Attributes
     ----------
     x, y : ndarray, shapes (n,) and (k,)
-        Ascending coordinates.
+       Ascending coordinates.
     levels : ndarray of int, shape (n, k)
-        Level of every point: an index into `shades`.
+       Index into `shades` of every point.
     shades : sequence of (str, str)
-        Character and style of every level.
+       Character and style of every level.
     values : ndarray, shape (n, k)
-        What the levels stand for; NaN where there is nothing.
+       The values themselves; NaN where there is none.
     label : str
-        Quantity and unit of the values.
+       Quantity and unit of the values.
     """
 
     x: FloatArray
@@ -93,23 +89,23 @@ class Chart:
     Attributes
     ----------
     x_label, y_label : str
-        Quantities with units.
+       Quantities with units.
     traces : tuple of Trace
-        What is drawn, the last on top; keys 1 to 9 hide and show them.
+       The last is drawn on top; keys 1 to 9 hide and show them.
     guides : tuple of Guide
-        Lines for reference.
+       Reference lines.
     backdrop : Backdrop, optional
-        Shades behind them.
+       Shades behind the traces.
     strip : sequence of (start, end), optional
-        Intervals along x that are marked below the plot: those off the belt.
+       Intervals along x marked below the plot: times off the belt.
     note : str
-        What else there is to know, a few words at the top.
+       A few words at the top.
     x_axis : bool
-        Whether the ticks of the x axis are labelled.
+       Whether the ticks of the x axis are labelled.
     tight : bool
-        Whether the x axis ends where the data end.
+       Whether the x axis ends where the data end.
     x_range, y_range : tuple of float, optional
-        What the axes show before they are zoomed; what the data need if not given.
+       Limits before any zoom; if None, the axes fit the data.
     """
 
     x_label: str
@@ -126,24 +122,24 @@ class Chart:
 
     @property
     def plane(self) -> bool:
-        """Whether both axes are zoomed and moved alike: it is no function of x."""
+        """Whether both axes zoom and pan together: y is not a function of x."""
         return self.backdrop is not None or not all(trace.ordered for trace in self.traces)
 
 
 @dataclass(slots=True)
 class View:
-    """Which part of a chart is shown, and how.
+    """The visible part of a chart.
 
     Attributes
     ----------
     x, y : Axis or None
-        Limits that were chosen; None where they follow the data.
+       Chosen limits; None to fit the data.
     log_x, log_y : bool
-        Whether the scales are logarithmic.
+       Whether the scales are logarithmic.
     hidden : set of int
-        Indices of the traces that are not drawn.
+       Indices of hidden traces.
     cursor : tuple of float or None
-        Where the cursor is, in the coordinates of the data.
+       Position of the cursor in data coordinates.
     """
 
     x: Axis | None = None
@@ -154,22 +150,11 @@ class View:
     cursor: tuple[float, float] | None = None
 
     def shown(self, chart: Chart) -> Iterator[tuple[int, Trace]]:
-        """The traces that are drawn, with their indices."""
+        """The visible traces with their indices."""
         return (each for each in enumerate(chart.traces) if each[0] not in self.hidden)
 
     def axes(self, chart: Chart) -> tuple[Axis, Axis]:
-        """The axes that a chart is drawn with.
-
-        Parameters
-        ----------
-        chart : Chart
-            The chart.
-
-        Returns
-        -------
-        x, y : Axis
-            Chosen, or such that all visible data are seen.
-        """
+        """The x and y axes: the chosen limits, or limits that fit the visible data."""
         x = self.x or self._axis_x(chart)
         return x, self.y or self._axis_y(chart, x)
 
@@ -180,7 +165,7 @@ class View:
         if chart.backdrop is not None:
             parts.append(chart.backdrop.x)
         if not self.log_x and chart.tight and parts and not chart.plane:
-            # Ascending: their ends say all.
+            # Ascending: the ends suffice.
             parts = [part[[0, -1]] for part in parts if part.size]
         return axis_for(parts, log=self.log_x, tight=chart.tight)
 
@@ -194,18 +179,18 @@ class View:
         return axis_for(parts, log=self.log_y)
 
     def zoom(self, chart: Chart, factor: float, about: tuple[float, float] = (0.5, 0.5)) -> None:
-        """Show less (factor below 1) or more, along x alone if the chart is a function of x."""
+        """Zoom in (factor below 1) or out; along x alone if the chart is a function of x."""
         x, y = self.axes(chart)
         self.x = self._inside(chart, x.moved(zoom=factor, about=about[0]))
         if chart.plane:
             self.y = y.moved(zoom=factor, about=about[1])
 
     def zoom_y(self, chart: Chart, factor: float, about: float = 0.5) -> None:
-        """Show less (factor below 1) or more along y alone."""
+        """Zoom in (factor below 1) or out along y alone."""
         self.y = self.axes(chart)[1].moved(zoom=factor, about=about)
 
     def pan(self, chart: Chart, right: float, up: float = 0.0) -> None:
-        """Move by parts of the axes."""
+        """Move by fractions of the axes' lengths."""
         x, y = self.axes(chart)
         if right:
             self.x = self._inside(chart, x.moved(shift=right))
@@ -213,7 +198,7 @@ class View:
             self.y = y.moved(shift=up)
 
     def _inside(self, chart: Chart, x: Axis) -> Axis | None:
-        # A function of x is not shown where it has no values.
+        # A function of x does not pan beyond its data.
         if chart.plane:
             return x
         whole = View(log_x=self.log_x, hidden=self.hidden)._axis_x(chart)
@@ -223,18 +208,18 @@ class View:
         return x.moved(shift=max(-low, 0.0) / (high - low) - max(high - 1.0, 0.0) / (high - low))
 
     def reset(self) -> None:
-        """Let the limits follow the data again."""
+        """Fit the limits to the data again."""
         self.x = self.y = None
 
     def toggle_log(self, *, x: bool) -> None:
-        """Change the scale of one axis; its limits follow the data again."""
+        """Switch an axis between linear and logarithmic; its limits fit the data again."""
         if x:
             self.log_x, self.x = not self.log_x, None
         else:
             self.log_y, self.y = not self.log_y, None
 
     def toggle_trace(self, chart: Chart, index: int) -> bool:
-        """Hide or show a trace; whether there is one of that index."""
+        """Hide or show a trace. Returns False if there is no trace of that index."""
         if not 0 <= index < len(chart.traces):
             return False
         self.hidden ^= {index}
@@ -243,15 +228,7 @@ class View:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Seen:
-    """The charts in sight.
-
-    Attributes
-    ----------
-    panels : sequence of (Chart, View)
-        The charts from the first to the last, with the part of each that is shown.
-    across : bool
-        Whether they stand beside each other, not one below the other.
-    """
+    """The visible charts of a tab in order, each with its view; side by side if `across`."""
 
     panels: Sequence[tuple[Chart, View]]
     across: bool = False
@@ -264,22 +241,7 @@ def _within(trace: Trace, x: Axis) -> FloatArray:
 
 
 def reduced(trace: Trace, x: Axis, columns: int) -> tuple[FloatArray, FloatArray]:
-    """The points of a trace that a plot of so many columns can show.
-
-    Parameters
-    ----------
-    trace : Trace
-        The trace.
-    x : Axis
-        The axis.
-    columns : int
-        Number of columns.
-
-    Returns
-    -------
-    x, y : ndarray, shape (m,)
-        All points of a trace that is not ordered.
-    """
+    """The points of a trace that `columns` columns can resolve; all if it is unordered."""
     if not trace.ordered:
         return trace.x, trace.y
     edges = np.array([x.value(place) for place in np.linspace(0.0, 1.0, columns + 1).tolist()])
@@ -288,17 +250,7 @@ def reduced(trace: Trace, x: Axis, columns: int) -> tuple[FloatArray, FloatArray
 
 @dataclass(frozen=True, slots=True)
 class Found:
-    """The point of a chart next to its cursor.
-
-    Attributes
-    ----------
-    trace : int
-        Which trace; -1 for the backdrop.
-    x, y : float
-        Where.
-    value : float
-        Of the backdrop.
-    """
+    """The point of a chart nearest to the cursor; `trace` is -1 for the backdrop."""
 
     trace: int
     x: float
@@ -307,18 +259,10 @@ class Found:
 
 
 def nearest(chart: Chart, view: View) -> list[Found]:
-    """The points next to the cursor.
+    """The points nearest to the cursor; none without a cursor.
 
-    Parameters
-    ----------
-    chart, view
-        What is shown.
-
-    Returns
-    -------
-    list of Found
-        Of a backdrop its nearest point. Else of every visible trace that is ordered the point next
-        to the cursor along x, or of all the one nearest point. Empty without a cursor.
+    One of each visible ordered trace (nearest along x); else the nearest one of all traces, or of
+    the backdrop.
     """
     if view.cursor is None:
         return []

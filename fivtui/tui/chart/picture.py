@@ -24,37 +24,37 @@ _HORIZONTAL: Final = ord("─")
 _CROSSED: Final = ord("┼")
 _PRECISION: Final = 5
 
-# A run of characters of one style.
+# Text and its style.
 Span = tuple[str, str]
 
 
 @dataclass(frozen=True, slots=True)
 class Picture:
-    """A chart drawn.
+    """A chart drawn in characters.
 
     Attributes
     ----------
     lines : list of list of (text, style)
-        From the top: the heading, the plot, the labels of the x axis.
+       From the top: the heading, the plot, the labels of the x axis.
     plot : tuple of int
-        First column, first row, columns and rows of the plot.
+       First column, first row, columns and rows of the plot area.
     """
 
     lines: list[list[Span]]
     plot: tuple[int, int, int, int]
 
     def text(self) -> str:
-        """All characters, line by line."""
+        """The characters without styles, line by line."""
         return "\n".join("".join(text for text, _ in line) for line in self.lines)
 
     def place(self, column: float, row: float) -> tuple[float, float]:
-        """Place on the axes (0 to 1, or beyond) of the middle of a cell of the picture."""
+        """Axis positions (0 to 1 inside the plot) of the middle of a character cell."""
         left, top, columns, rows = self.plot
         return (column - left + 0.5) / columns, 1.0 - (row - top + 0.5) / rows
 
 
 def trace_style(trace: Trace, index: int) -> str:
-    """Name of the style of a trace, or its colour."""
+    """Style name of a trace, or its own colour."""
     return trace.colour or f"trace-{index % TRACE_STYLES + 1}"
 
 
@@ -63,27 +63,12 @@ def _mark(trace: Trace, index: int) -> str:
 
 
 def draw(chart: Chart, view: View, width: int, height: int, *, reserved: int = 0) -> Picture:
-    """Draw a chart.
-
-    Parameters
-    ----------
-    chart, view
-        What to draw.
-    width, height : int
-        Size in characters, at least `MARGIN` + 2 by 3.
-    reserved : int
-        Columns at the end of the first line that are left blank.
-
-    Returns
-    -------
-    Picture
-        Of that size. Without a trace or backdrop there are axes alone.
-    """
+    """Draw a chart in `width` by `height` characters; `reserved` columns of line 1 stay blank."""
     below = int(chart.strip is not None) + int(chart.x_axis)
     axes = view.axes(chart)
     found = nearest(chart, view)
     lines = _wrapped(_heading(chart, view, found), width, reserved)
-    # A plot of a few rows is worth more than the names of all traces.
+    # Keep a few rows for the plot rather than a full legend.
     del lines[max(height - below - _LEAST_ROWS, 1) :]
     top = len(lines)
     columns, rows = max(width - MARGIN, 1), max(height - top - below, 1)
@@ -111,7 +96,7 @@ def draw(chart: Chart, view: View, width: int, height: int, *, reserved: int = 0
 
 
 class _Canvas:
-    # The cells of the plot: a character and a style each.
+    # The cells of the plot area, each with a character and a style.
 
     def __init__(self, columns: int, rows: int, axes: tuple[Axis, Axis]) -> None:
         self._columns, self._rows = columns, rows
@@ -153,7 +138,7 @@ class _Canvas:
                 column = _cell(place, self._columns)
                 self._line(self._characters[:, column], _VERTICAL, _HORIZONTAL)
                 self._styles[:, column] = style
-                # One below the other: neighbours would cover each other.
+                # On a row each, so that neighbours do not cover each other.
                 labels.append((min(len(labels), self._rows - 1), column + 1, guide.label))
             else:
                 row = self._rows - 1 - _cell(place, self._rows)
@@ -201,7 +186,7 @@ class _Canvas:
         return raster
 
     def _lay(self, raster: Raster, style: int) -> None:
-        # Dots of traces that meet in a cell are all kept; the cell has the style of the last one.
+        # Dots of all traces in a cell are kept; the last trace sets its style.
         dots = raster.cells
         drawn = dots > 0
         before = self._characters[drawn]
@@ -218,7 +203,7 @@ class _Canvas:
         return rows, columns
 
     def number(self, chart: Chart, view: View) -> None:
-        # The mark of a line on it, so that lines can be told apart without colour.
+        # Marks on lines tell them apart without colour.
         count = len(chart.traces)
         for index, trace in view.shown(chart):
             if trace.look != "line" or not trace.x.size:
@@ -257,7 +242,7 @@ class _Canvas:
                 self._styles[row_, column] = self._style("cursor")
 
     def rows(self) -> Iterator[list[Span]]:
-        """The rows from the top, as runs of one style."""
+        """The rows from the top, split into runs of one style."""
         for characters, styles in zip(self._characters, self._styles, strict=True):
             text = "".join(map(chr, characters.tolist()))
             starts = [0, *(np.flatnonzero(np.diff(styles)) + 1).tolist(), len(text)]
@@ -287,7 +272,7 @@ def _row_labels(axis: Axis, ticks: Sequence[float], labels: Sequence[str], rows:
 
 
 def _column_labels(axis: Axis, label: str, columns: int) -> list[Span]:
-    # What the axis is stands left of it, or at its end where it is too long for that.
+    # The label is left of the axis, or at its end if it is too long.
     ticks, labels = axis.ticks(max(columns // _TICK_WIDTH, 2))
     before = label if len(label) < MARGIN else ""
     after = "" if before else label[:columns]
@@ -303,7 +288,7 @@ def _column_labels(axis: Axis, label: str, columns: int) -> list[Span]:
 
 
 def _heading(chart: Chart, view: View, found: Sequence[Found]) -> list[Span]:
-    # What the lines are, or what the cursor reads.
+    # The legend, or the cursor's read-out.
     spans: list[Span] = [(" ".join(filter(None, [chart.y_label, chart.note])) + " ", "label")]
     if found and chart.backdrop is not None:
         spans = [(_read(chart, chart.backdrop, found[0]), "readout")]
@@ -334,7 +319,7 @@ def _name(label: str) -> str:
 
 
 def _wrapped(spans: Sequence[Span], width: int, reserved: int) -> list[list[Span]]:
-    # Whole spans, as many lines as they need; one that is longer than a line is cut off.
+    # Wrapped between spans; a span longer than a line is cut off.
     lines: list[list[Span]] = [[]]
     left = width - reserved
     for text, style in spans:

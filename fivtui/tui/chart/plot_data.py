@@ -1,4 +1,4 @@
-"""Plot geometry: what to draw of a long run in a few columns. Imports no Textual."""
+"""Plot geometry: reduction to columns, limits, ticks. Imports no Textual."""
 
 import math
 from collections.abc import Sequence
@@ -13,28 +13,15 @@ FloatArray = NDArray[np.float64]
 _SHADES: Final = " ░▒▓█"
 _NEARLY_ALL: Final = 1.0 - 1e-12
 _PADDING: Final = 0.05
-# A signal that varies by less than this part of its size is drawn as constant.
+# A signal with a smaller relative range is drawn as constant.
 _LEAST_RANGE: Final = 1e-9
 
 
 def envelope(x: FloatArray, values: FloatArray, edges: FloatArray) -> tuple[FloatArray, FloatArray]:
-    """Reduce a signal to what a plot of some columns can show.
+    """Reduce a signal of ascending `x` to what the columns between `edges` can resolve.
 
-    Of every column the first, least, greatest and last sample are kept, in their order: a line
-    through them covers the same pixels as one through all samples.
-
-    Parameters
-    ----------
-    x, values : ndarray, shape (n,)
-        Where the samples lie, ascending, and the signal.
-    edges : ndarray, shape (columns + 1,)
-        Where the columns begin and end, ascending. One sample beyond each end is kept, so that
-        the line reaches the edges.
-
-    Returns
-    -------
-    x, values : ndarray, shape (m,)
-        At most ``4 * columns + 8`` of the samples.
+    The first, last, smallest and largest sample of every column are kept in order: a line through
+    them covers the same dots as one through all samples. One sample beyond each end is kept, too.
     """
     first = max(int(np.searchsorted(x, edges[0], side="left")) - 1, 0)
     stop = min(int(np.searchsorted(x, edges[-1], side="right")) + 1, x.size)
@@ -52,27 +39,12 @@ def envelope(x: FloatArray, values: FloatArray, edges: FloatArray) -> tuple[Floa
 def separated_share(
     intervals: Sequence[tuple[float, float]], window: tuple[float, float], columns: int
 ) -> FloatArray:
-    """How much of every column's time the slider is off the belt.
-
-    Parameters
-    ----------
-    intervals : sequence of (start, end)
-        The separated intervals, ascending and disjoint, s.
-    window : tuple of float
-        First and last time shown, s.
-    columns : int
-        Number of columns, at least 1.
-
-    Returns
-    -------
-    ndarray, shape (columns,)
-        Shares, 0 to 1.
-    """
+    """Fraction of every column's time that the slider is off the belt, shape (columns,)."""
     if not intervals:
         return np.zeros(columns)
     bounds = np.array(intervals)
     edges = np.linspace(*window, columns + 1)
-    # Separated time up to an edge: all that ended before, and what has passed of the current one.
+    # Separated time up to an edge: complete intervals plus the part of the current one.
     ended = np.searchsorted(bounds[:, 1], edges, side="right")
     sums = np.concatenate(([0.0], np.cumsum(bounds[:, 1] - bounds[:, 0])))
     starts = np.append(bounds[:, 0], np.inf)
@@ -82,18 +54,7 @@ def separated_share(
 
 
 def shading(shares: FloatArray) -> str:
-    """One character a column, the denser the longer the slider is off the belt.
-
-    Parameters
-    ----------
-    shares : ndarray, shape (n,)
-        Shares, 0 to 1.
-
-    Returns
-    -------
-    str
-        Blank only where there is no separation at all, full only where there is no contact.
-    """
+    """One character a column, denser with the time off the belt; blank and full only at 0 and 1."""
     inner = len(_SHADES) - 2
     partly = 1 + np.floor(np.minimum(shares, _NEARLY_ALL) * inner)
     levels = np.select([shares <= 0.0, shares > _NEARLY_ALL], [0, inner + 1], partly)
@@ -101,18 +62,7 @@ def shading(shares: FloatArray) -> str:
 
 
 def axis_limits(low: float, high: float) -> tuple[float, float]:
-    """Limits of an axis that shows a range with a little room, never an empty one.
-
-    Parameters
-    ----------
-    low, high : float
-        Least and greatest value.
-
-    Returns
-    -------
-    tuple of float
-        Limits, the first below the second.
-    """
+    """Limits with a margin around a range; never an empty range."""
     least = max(_LEAST_RANGE * max(abs(low), abs(high)), 1e-300)
     if high - low < least:
         middle, half = 0.5 * (low + high), max(0.05 * abs(high), 0.5 * least)
@@ -122,20 +72,7 @@ def axis_limits(low: float, high: float) -> tuple[float, float]:
 
 
 def round_ticks(low: float, high: float, most: int) -> list[float]:
-    """Evenly spaced ticks at 1, 2 or 5 times a power of ten.
-
-    Parameters
-    ----------
-    low, high : float
-        Limits of the axis, the first below the second.
-    most : int
-        Number of ticks that there is room for, at least 2.
-
-    Returns
-    -------
-    list of float
-        As many as fit, inside the limits.
-    """
+    """At most `most` evenly spaced ticks at 1, 2 or 5 times a power of ten."""
     decade = 10.0 ** math.floor(math.log10((high - low) / most))
     for factor in (1.0, 2.0, 5.0, 10.0, 20.0):
         spacing = factor * decade
@@ -146,18 +83,7 @@ def round_ticks(low: float, high: float, most: int) -> list[float]:
 
 
 def tick_labels(ticks: Sequence[float]) -> list[str]:
-    """Short labels for evenly spaced ticks.
-
-    Parameters
-    ----------
-    ticks : sequence of float
-        Ascending ticks.
-
-    Returns
-    -------
-    list of str
-        With as many digits as tell them apart, at most seven characters for usual sizes.
-    """
+    """Labels of evenly spaced ticks, with as many digits as tell them apart."""
     spacing = ticks[1] - ticks[0] if len(ticks) > 1 else 0.0
     clean = [0.0 if abs(tick) < 1e-6 * spacing else tick for tick in ticks]
     for digits in range(1, 8):

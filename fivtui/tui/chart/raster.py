@@ -1,4 +1,4 @@
-"""Lines and dots as braille characters: eight dots to a cell. Imports no Textual."""
+"""Lines and dots as braille characters, 2 by 4 dots per cell. Imports no Textual."""
 
 from typing import Final
 
@@ -9,22 +9,14 @@ FloatArray = NDArray[np.float64]
 
 DOTS_X: Final = 2
 DOTS_Y: Final = 4
-# Bit of every dot of a cell, from the top.
+# Braille bit of every dot of a cell, from the top.
 _BITS: Final = np.array([[0x01, 0x08], [0x02, 0x10], [0x04, 0x20], [0x40, 0x80]], dtype=np.uint32)
 
 
 class Raster:
-    """A grid of cells and the dots in it.
+    """A grid of character cells with braille dots.
 
-    Parameters
-    ----------
-    columns, rows : int
-        Number of cells, at least 1.
-
-    Attributes
-    ----------
-    cells : ndarray of uint32, shape (rows, columns)
-        The dots of every cell, as bits: a code point is `BLANK` and they.
+    `cells`, shape (rows, columns), has each cell's dots as bits to add to the code point `BLANK`.
     """
 
     BLANK: Final = 0x2800
@@ -34,14 +26,7 @@ class Raster:
         self.cells = np.zeros((rows, columns), dtype=np.uint32)
 
     def lines(self, x: FloatArray, y: FloatArray) -> None:
-        """Join points by lines.
-
-        Parameters
-        ----------
-        x, y : ndarray, shape (n,)
-            Places, 0 at the left and at the bottom, 1 at the right and at the top; what lies
-            outside is cut off, and a place that is not finite is a gap.
-        """
+        """Join points in [0, 1]² (origin bottom left); parts outside are clipped, NaN is a gap."""
         if x.size == 1:
             self.dots(x, y)
             return
@@ -56,7 +41,7 @@ class Raster:
         self._put(_between(columns, which, part), _between(rows, which, part))
 
     def dots(self, x: FloatArray, y: FloatArray) -> None:
-        """Put dots at points, see `lines`."""
+        """Draw dots at points; coordinates as in `lines`."""
         inside = (x >= 0.0) & (x <= 1.0) & (y >= 0.0) & (y <= 1.0)
         height, width = self._shape
         self._put(x[inside] * (width - 1), (1.0 - y[inside]) * (height - 1))
@@ -76,7 +61,7 @@ def _between(ends: FloatArray, which: NDArray[np.intp], part: FloatArray) -> Flo
 
 
 def _clipped(x: FloatArray, y: FloatArray) -> FloatArray:
-    # The parts of all segments inside the unit square (Liang–Barsky), as rows x0, y0, x1, y1.
+    # Segments clipped to the unit square (Liang-Barsky), as rows x0, y0, x1, y1.
     joined = np.isfinite(x) & np.isfinite(y)
     joined = joined[:-1] & joined[1:]
     x0, y0, x1, y1 = x[:-1][joined], y[:-1][joined], x[1:][joined], y[1:][joined]

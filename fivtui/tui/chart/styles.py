@@ -1,12 +1,12 @@
-"""How the parts of a chart look, in the colours of the theme. Imports no Textual."""
+"""Styles of the parts of a chart, in theme colours. Imports no Textual."""
 
 from collections.abc import Mapping
 from typing import Final
 
 _MUTED: Final = "$foreground-muted"
 
-# By the names in `picture`. Style sheets could say it too, but each of their rules would be looked
-# for again for every chart, whenever its style may have changed.
+# By the names in `picture`. Textual would look up style sheet rules again for every chart at every
+# possible change.
 CHART_STYLES: Final[Mapping[str, str]] = {
     "plot": "",
     "tick": _MUTED,
@@ -30,7 +30,7 @@ CHART_STYLES: Final[Mapping[str, str]] = {
     "trace-8": _MUTED,
 }
 
-# What differs in a chart that has the focus.
+# Differences in a focused chart.
 FOCUSED_STYLES: Final[Mapping[str, str]] = {
     "tick": "$foreground",
     "label": "bold underline $foreground",

@@ -1,4 +1,4 @@
-"""Alt and a key is never text, whatever a terminal and Textual make of it."""
+"""Alt with a letter or digit as a key, never as text."""
 
 from contextlib import suppress
 from dataclasses import dataclass
@@ -7,7 +7,7 @@ from typing import Any, Final, cast
 
 from textual.events import Key
 
-# What a Mac types with its Option key where the terminal does not take it for Alt.
+# Signs typed with a Mac's Option key if the terminal does not send Alt.
 _OPTION_DIGITS: Final = dict(zip("¡™£¢∞§¶•ªº", "1234567890", strict=True))
 _NAMES: Final = {sign: sign for sign in digits + ascii_lowercase} | {
     "-": "minus",
@@ -17,33 +17,27 @@ _NAMES: Final = {sign: sign for sign in digits + ascii_lowercase} | {
 
 @dataclass(frozen=True, slots=True)
 class _AltKey:
-    # A key as Textual's table wants it.
+    # A key in the form of Textual's table.
     value: str
 
 
 def know_alt_keys() -> None:
-    """Let Textual read what terminals send for Alt and a digit as that: it makes symbols of it."""
+    """Make Textual read Alt with a letter or digit as that key; it would insert a symbol."""
     # A Textual without this table makes no symbols.
     with suppress(ImportError):
         from textual._ansi_sequences import ANSI_SEQUENCES_KEYS
 
         known = cast("dict[str, Any]", ANSI_SEQUENCES_KEYS)
         for sign, name in _NAMES.items():
-            # Those that are keys already, such as Alt+b for a word back, stay so.
+            # Existing keys, such as Alt+b (word back), stay.
             if isinstance(known.get(f"\x1b{sign}", ""), str):
                 known[f"\x1b{sign}"] = (_AltKey(f"alt+{name}"),)
 
 
 def take_for_alt(key: Key, *, option: bool) -> None:
-    """Take the text from a key that is held together with Alt.
+    """Turn a key with Alt into a key without text.
 
-    Parameters
-    ----------
-    key : Key
-        The key; it is changed.
-    option : bool
-        Whether what Option and a digit type on a Mac is Alt and that digit, where nobody wants
-        such a sign as text.
+    `option` also takes the signs that Option and a digit type on a Mac as Alt and that digit.
     """
     digit = _OPTION_DIGITS.get(key.character or "")
     if option and digit is not None:

@@ -1,4 +1,4 @@
-"""What the command palette lists: all that applies now."""
+"""Entries of the command palette."""
 
 from collections.abc import Callable, Iterable, Iterator
 from contextlib import suppress
@@ -25,7 +25,7 @@ from .screen import LabScreen
 
 @dataclass(frozen=True, slots=True)
 class Command:
-    """A line of the palette."""
+    """An entry of the command palette."""
 
     title: str
     help: str
@@ -64,7 +64,6 @@ def _commands(lab: LabScreen) -> Iterator[Command]:
 
 
 def _tab_commands(lab: LabScreen) -> Iterator[Command]:
-    # Of what the tab in sight shows.
     pane = lab.pane
     if pane is None:
         return
@@ -140,10 +139,10 @@ def _choices(lab: LabScreen) -> Iterator[Command]:
 
 
 class LabCommands(Provider):
-    """The laboratory's commands, and below them those that every Textual app has."""
+    """The laboratory's commands, followed by those of every Textual app."""
 
     async def startup(self) -> None:
-        """Read what the other sessions are, once for all that is typed."""
+        """List the other sessions once, as this reads files."""
         self._sessions: list[Command] = []
         if isinstance(self.screen, LabScreen):
             self._sessions += _session_commands(self.screen, self.screen.other_sessions())
@@ -156,12 +155,12 @@ class LabCommands(Provider):
             yield Command(*command[:3])
 
     async def discover(self) -> Hits:
-        """All commands, before anything is typed."""
+        """All entries, while the search is empty."""
         for command in self._all():
             yield DiscoveryHit(command.title, command.run, help=command.help)
 
     async def search(self, query: str) -> Hits:
-        """The commands that match what is typed."""
+        """The entries that match the search."""
         matcher = self.matcher(query)
         for command in self._all():
             score = matcher.match(command.title)

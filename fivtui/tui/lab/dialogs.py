@@ -1,4 +1,4 @@
-"""Dialogs: where to write a file, and help."""
+"""Dialogs for file paths and help."""
 
 import asyncio
 from collections.abc import Callable, Sequence
@@ -20,29 +20,17 @@ from fivtui.tui.tabs.table import grid
 
 @dataclass(frozen=True, slots=True)
 class Target:
-    """Where to write, and whether a file that exists may be replaced."""
+    """A path to write, and whether an existing file may be overwritten."""
 
     path: Path
     force: bool
 
 
 class PathDialog(ModalScreen[Target | None]):
-    """Asks for a path; a file that exists is overwritten only when that is said a second time.
+    """Asks for a path; overwriting an existing file takes a second confirmation.
 
-    The check runs in a thread: it may have to import a library.
-
-    Parameters
-    ----------
-    title : str
-        What will be written.
-    proposal : str
-        Path to begin with.
-    hint : str
-        What is allowed.
-    check : callable
-        Takes the path and whether to overwrite; raises `InputError` if it will not do.
-    verb : str
-        What the button says.
+    `check` takes path and overwrite flag and raises `InputError` if the path is refused. It runs
+    in a thread, as it may import a library.
     """
 
     BINDINGS: ClassVar[list[BindingType]] = [Binding("escape", "dismiss_dialog", "Cancel")]
@@ -64,7 +52,7 @@ class PathDialog(ModalScreen[Target | None]):
         self._confirmed = ""
 
     def compose(self) -> ComposeResult:
-        """The parts from top to bottom."""
+        """Title, input, hint and buttons."""
         with Vertical(id="dialog"):
             yield Label(self._title, id="dialog-title", markup=False)
             yield Input(self._proposal, id="path", select_on_focus=False)
@@ -90,7 +78,7 @@ class PathDialog(ModalScreen[Target | None]):
         if not error:
             self.dismiss(Target(path, force))
         elif text and not force and not await asyncio.to_thread(self._error, path, True):
-            # Nothing but the file that exists stands in the way.
+            # The only objection is that the file exists.
             self._confirmed = text
             self._say(f"{path} exists. Overwrite it?", "Overwrite", wrong=True)
         else:
@@ -104,7 +92,7 @@ class PathDialog(ModalScreen[Target | None]):
         return ""
 
     def _say(self, words: str, label: str, *, wrong: bool) -> None:
-        # What the first text is comes before the button is there, or after all has gone.
+        # The first change of the input may come before the button exists, or after it is gone.
         for hint in self.query("#dialog-hint").results(Static):
             hint.update(words)
             hint.set_class(wrong, "-wrong")
@@ -118,15 +106,7 @@ class PathDialog(ModalScreen[Target | None]):
 
 
 class HelpDialog(ModalScreen[None]):
-    """Help as rows of label and value.
-
-    Parameters
-    ----------
-    title : str
-        What it is about.
-    rows : sequence of Row
-        What there is to say.
-    """
+    """Help as rows of label and value."""
 
     BINDINGS: ClassVar[list[BindingType]] = [
         Binding("escape,f1,q,enter", "close", "Close"),

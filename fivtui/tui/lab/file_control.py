@@ -1,4 +1,4 @@
-"""Opening and saving: dialogs on the screen, files in threads."""
+"""Opens and saves files: dialogs on the screen, work in threads."""
 
 from pathlib import Path
 from typing import Final
@@ -31,28 +31,14 @@ _READABLE: Final = (
 
 
 class FileDesk:
-    """All that reads or writes files on behalf of a screen.
-
-    Parameters
-    ----------
-    screen : Screen
-        Shows the dialogs and gets the messages.
-    session : Session
-        Its scene is opened and saved.
-    """
+    """Reads and writes files for a screen, which shows the dialogs and receives the messages."""
 
     def __init__(self, screen: Screen[None], session: Session) -> None:
         self._screen = screen
         self._session = session
 
     def export(self, export: Export) -> None:
-        """Ask for a path and write something there.
-
-        Parameters
-        ----------
-        export : Export
-            What to write.
-        """
+        """Ask for a path and write an export there."""
 
         def write(target: Target | None) -> None:
             if target is not None:
@@ -61,7 +47,7 @@ class FileDesk:
         opened = scene_file(self._session.source)
 
         def check(path: Path, force: bool) -> None:
-            # Asking whether to overwrite comes after this.
+            # Checked before the question whether to overwrite.
             read = [] if opened is None else [("the scene opened", opened)]
             check_apart([("the file", path)], read)
             export.check(path, force)
@@ -78,7 +64,7 @@ class FileDesk:
         self._screen.run_worker(work, name=export.what, thread=True, exit_on_error=False)
 
     def open_scene(self) -> None:
-        """Ask for a scene file and load it, or for a result and read it."""
+        """Ask for a scene or result file and open it."""
 
         def load(target: Target | None) -> None:
             if target is not None and _is_scene(target.path):
@@ -99,13 +85,7 @@ class FileDesk:
         self._screen.app.push_screen(dialog, load)
 
     def open_path(self, path: Path) -> None:
-        """Load a scene file.
-
-        Parameters
-        ----------
-        path : Path
-            The file.
-        """
+        """Load a scene file."""
         try:
             scene = load_scene(path)
         except InputError as error:
@@ -115,13 +95,9 @@ class FileDesk:
             self._screen.post_message(SceneLoaded(scene, str(path), words))
 
     def save_scene(self, *, ask: bool) -> None:
-        """Save the scene edited.
+        """Save the edited scene to its file.
 
-        Parameters
-        ----------
-        ask : bool
-            Whether to ask for a path even if the scene has a file. It is asked for in any case if
-            the file is not what it was when it was opened or saved last.
+        Asks for a path if `ask`, if the scene has no file, or if the file was changed elsewhere.
         """
         try:
             scene = self._session.scene()
@@ -162,7 +138,7 @@ class FileDesk:
             self._screen.post_message(SceneSaved(named, target.path))
 
     def read_result(self) -> None:
-        """Ask for a file with a result and read it."""
+        """Ask for a result file and read it."""
 
         def read(target: Target | None) -> None:
             if target is not None:

@@ -1,4 +1,4 @@
-"""The form: one row for every field of the session."""
+"""The input form: one row per field."""
 
 import re
 from collections.abc import Callable, Collection, Mapping
@@ -22,7 +22,7 @@ from fivtui.tui.tabs.messages import FieldEdited, FieldFocused, FieldNudged
 
 
 class TextEditor(Input):
-    """Edits a field as text; the arrows up and down change a number by a step."""
+    """Edits a field as text; up and down change a number by a step."""
 
     BINDINGS: ClassVar[list[BindingType]] = [
         Binding("up", "nudge(1)", "More", show=False),
@@ -42,26 +42,26 @@ class TextEditor(Input):
         layout: bool = False,  # noqa: ARG002
         recompose: bool = False,
     ) -> Self:
-        """Draw anew; where it stands is its row's affair, whatever it says."""
+        """Redraw without a new layout: the editor never changes its size."""
         return super().refresh(*regions, repaint=repaint, recompose=recompose)
 
     def replace(self, text: str, start: int, end: int) -> None:
-        """Put text in place of other text, unless no text of the field begins as it would then."""
-        # What is copied has blanks around it now and then.
+        """Insert text unless it turns a valid beginning into an invalid one."""
+        # Pasted text may have surrounding blanks.
         new = text.strip() or text
         begin, finish = sorted((start, end))
         whole = f"{self.value[:begin]}{new}{self.value[finish:]}"
         good, right = (
             re.fullmatch(self._field.typed, text) is not None for text in (self.value, whole)
         )
-        # What is deleted may leave what is no beginning, to be mended by what is typed.
+        # After a deletion an invalid text may be mended by typing.
         if new and good and not right:
             self.restricted()
         else:
             super().replace(new, start, end)
 
     def action_nudge(self, direction: int, fine: bool = False) -> None:
-        """Ask for a little more or less."""
+        """Increase or decrease by a step."""
         self.post_message(FieldNudged(self._field.name, direction, fine))
 
     @on(Input.Submitted)
@@ -72,23 +72,23 @@ class TextEditor(Input):
     @on(Input.Changed)
     def _changed(self, event: Input.Changed) -> None:
         event.stop()
-        # The value now, not that of the message: an older message must not undo a newer edit.
+        # The current value: an older message must not undo a newer edit.
         self.post_message(FieldEdited(self._field.name, self.value))
 
     @property
     def text(self) -> str:
-        """What it shows."""
+        """The displayed text."""
         return self.value
 
     def show(self, text: str) -> None:
-        """Show a text that the user did not type."""
+        """Display a text without reporting an edit."""
         if self.value != text:
             with self.prevent(Input.Changed):
                 self.value = text
 
 
 class ChoiceEditor(Select[str]):
-    """Edits a field of which the texts are known."""
+    """Edits a field that has a fixed set of choices."""
 
     def __init__(self, field: Field, text: str) -> None:
         choices = field.choices or {}
@@ -107,18 +107,18 @@ class ChoiceEditor(Select[str]):
 
     @property
     def text(self) -> str:
-        """What it shows."""
+        """The displayed text."""
         return str(self.value)
 
     def show(self, text: str) -> None:
-        """Show a text that the user did not choose."""
+        """Display a text without reporting an edit."""
         if self.value != text:
             with self.prevent(Select.Changed):
                 self.value = text
 
 
 class SeparationEditor(Checkbox):
-    """Whether separation is considered or ignored, said in words beside the mark."""
+    """A check box for separation, labelled "considered" or "ignored"."""
 
     def __init__(self, field: Field, text: str) -> None:
         super().__init__(text, value=text == CONSIDERED, compact=True)
@@ -132,11 +132,11 @@ class SeparationEditor(Checkbox):
 
     @property
     def text(self) -> str:
-        """What it shows."""
+        """The displayed text."""
         return str(self.label)
 
     def show(self, text: str) -> None:
-        """Show a text that the user did not choose."""
+        """Display a text without reporting an edit."""
         if str(self.label) == text:
             return
         self.label = text
@@ -151,7 +151,7 @@ _SYMBOL_WIDTH: Final = 6
 _NUDGE_WIDTH: Final = 3
 _NUDGES_WIDTH: Final = _NUDGE_WIDTH * len(_SIGNS)
 _UNIT_WIDTH: Final = 6
-# A row of so many columns has room for the meaning of its field.
+# From this width on, a row also shows the field's meaning.
 _WIDE: Final = 60
 
 Editor = TextEditor | ChoiceEditor | SeparationEditor
@@ -165,7 +165,7 @@ def _editor(field: Field, text: str) -> Editor:
 
 
 class _Beside(Layout):
-    # The editor between what its row draws at its left and at its right.
+    # Places the editor between the parts that its row draws.
 
     name = "beside"
 
@@ -185,17 +185,9 @@ _BESIDE: Final = _Beside()
 
 
 class FieldRow(Widget):
-    """Symbol, editor and unit of a field, and below them what is wrong with it.
+    """Symbol, editor and unit of a field, and its error message below.
 
-    One widget draws all but the editor: a widget for every part would be felt at the start and at
-    every key.
-
-    Parameters
-    ----------
-    field : Field
-        The field.
-    text : str
-        Its text.
+    One widget draws all but the editor: a widget for each part would delay the start and every key.
     """
 
     def __init__(self, field: Field, text: str) -> None:
@@ -208,25 +200,25 @@ class FieldRow(Widget):
 
     @property
     def layout(self) -> Layout:
-        """Where the editor stands."""
+        """Places the editor between the symbol and the unit."""
         return _BESIDE
 
     def span(self, width: int) -> tuple[int, int]:
         """First column and width of the editor in a row of some width."""
         first = max(_SYMBOL_WIDTH, len(self._symbol) + 1) + len(_CHANGED)
         room = width - first - (0 if self.field.nudge is None else _NUDGES_WIDTH + _UNIT_WIDTH)
-        # Where there is more room, the meaning has the greater part of it.
+        # In a wide row the meaning gets most of the room.
         return first, max(room // 3 if width >= _WIDE else room, 1)
 
     def get_content_height(self, container: Size, viewport: Size, width: int) -> int:  # noqa: ARG002
-        """A line, and those of what is wrong."""
+        """One line, plus those of the error message."""
         return 1 + len(self._error_lines(width))
 
     def _error_lines(self, width: int) -> list[str]:
         return wrap(self._error, max(width - len(_INDENT) - 1, 1))
 
     def render(self) -> Content:
-        """All but the editor."""
+        """Everything but the editor."""
         field, width = self.field, self.size.width
         first, editor_width = self.span(width)
         focused = self._editor.has_focus or self.has_class("-cursor")
@@ -249,21 +241,11 @@ class FieldRow(Widget):
 
     @property
     def text(self) -> str:
-        """The text that the editor shows."""
+        """The text in the editor."""
         return self._editor.text
 
     def show(self, text: str, error: str, *, changed: bool) -> None:
-        """Show the text of the field, and what is wrong with it.
-
-        Parameters
-        ----------
-        text : str
-            Its text.
-        error : str
-            One line; empty if nothing is wrong.
-        changed : bool
-            Whether it differs from that of the scene loaded.
-        """
+        """Display text, error message (empty if none) and the mark of a changed field."""
         self._editor.show(text)
         if changed is not self._changed:
             self._changed = changed
@@ -274,25 +256,25 @@ class FieldRow(Widget):
             self.refresh(layout=True)
 
     def on_descendant_focus(self) -> None:
-        """Say which field has the focus."""
+        """Report that this field has the focus."""
         self.refresh()
         self.post_message(FieldFocused(self.field.name))
 
     def on_descendant_blur(self) -> None:
-        """Show that the focus has gone."""
+        """Redraw without focus."""
         self.refresh()
 
     def mark(self, *, here: bool) -> None:
-        """Show or hide the cursor of those who do not type."""
+        """Show or hide the list's cursor on this row."""
         self.set_class(here, "-cursor")
         self.refresh()
 
     def take_focus(self) -> None:
-        """Give the editor the focus."""
+        """Focus the editor."""
         self._editor.focus()
 
     def on_click(self, event: Click) -> None:
-        """A step more or less, by mouse."""
+        """Change the number by a step on a click on − or +."""
         first, width = self.span(self.size.width)
         place = (event.x - first - width) // _NUDGE_WIDTH
         if self.field.nudge is not None and event.y == 0 and place in (0, 1):
@@ -301,7 +283,7 @@ class FieldRow(Widget):
 
 
 class FieldList(VerticalScroll):
-    """The rows, with a cursor for the keys of those who do not type; Escape leads here."""
+    """The rows, with a cursor for keys that do not type; Escape leads here from an editor."""
 
     BINDINGS: ClassVar[list[BindingType]] = [
         Binding("j,down", "move(1)", "Down", show=False),
@@ -345,11 +327,11 @@ class FieldList(VerticalScroll):
         self._mark()
 
     def action_nudge(self, direction: int, fine: bool = False) -> None:
-        """Ask for a little more or less at the cursor."""
+        """Increase or decrease the number at the cursor by a step."""
         self.post_message(FieldNudged(self.row.field.name, direction, fine))
 
     def action_edit(self) -> None:
-        """Type at the cursor."""
+        """Edit the field at the cursor."""
         self.row.take_focus()
 
     @on(FieldFocused)
@@ -358,18 +340,12 @@ class FieldList(VerticalScroll):
         self._cursor = names.index(event.name)
 
     def action_leave_editor(self) -> None:
-        """From the editor of a field to the list, at that field."""
+        """Leave an editor for the list."""
         self.focus()
 
 
 class Form(Vertical):
-    """All fields under their headings, and a hint about the one in focus.
-
-    Parameters
-    ----------
-    texts : mapping of str to str
-        Texts of the fields to begin with, by name.
-    """
+    """All fields by group, and a hint about the focused one."""
 
     def __init__(self, texts: Mapping[str, str]) -> None:
         super().__init__(id="form")
@@ -377,7 +353,7 @@ class Form(Vertical):
         self._rows = {name: FieldRow(field, texts[name]) for name, field in FIELDS.items()}
 
     def compose(self) -> ComposeResult:
-        """The rows by groups, and the hint."""
+        """Scene name, rows by group, hint."""
         yield Static("", id="scene-name", markup=False)
         with FieldList(id="fields"):
             for group, fields in groupby(FIELDS.values(), key=lambda field: field.group):
@@ -386,7 +362,7 @@ class Form(Vertical):
         yield Static("", id="hint", markup=False)
 
     def text_of(self, name: str) -> str:
-        """The text that the editor of a field shows."""
+        """The text in a field's editor."""
         return self._rows[name].text
 
     def show(
@@ -396,17 +372,7 @@ class Form(Vertical):
         errors: Mapping[str, str],
         changed: Collection[str],
     ) -> None:
-        """Show the texts and what is wrong with them.
-
-        Parameters
-        ----------
-        title : str
-            Name of the scene, marked if changed.
-        texts, errors : mapping of str to str
-            By name of field.
-        changed : collection of str
-            Names of the fields that differ from the scene loaded.
-        """
+        """Display title, texts, error messages and changed fields, all by field name."""
         if title != self._title:
             self._title = title
             self.query_one("#scene-name", Static).update(title, layout=False)
@@ -420,12 +386,12 @@ class Form(Vertical):
         self.query_one("#hint", Static).update(hint, layout=False)
 
     def focus_field(self, name: str) -> None:
-        """Give a field the focus."""
+        """Focus a field."""
         self._rows[name].take_focus()
 
 
 def field_of(widget: Widget | None) -> Field | None:
-    """The field that a widget belongs to or, of the list of fields, that at its cursor."""
+    """The field that a widget belongs to; of the field list, the one at its cursor."""
     if widget is None:
         return None
     if isinstance(widget, FieldList):

@@ -1,4 +1,4 @@
-"""The keys that work now, in the last line."""
+"""The key bar in the last line."""
 
 from collections.abc import Iterable, Iterator
 from dataclasses import dataclass, replace
@@ -18,7 +18,7 @@ _OFF: Final = "dim $footer-description-foreground"
 
 @dataclass(frozen=True, slots=True)
 class _Item:
-    # A key and what it does; keys of one group share the words behind the last of them.
+    # A key and its description; keys of a group share that of the last one.
     key: str
     display: str
     words: str
@@ -35,10 +35,9 @@ class _Item:
 
 
 class KeyBar(Widget):
-    """One line of keys; a click on one of them presses it.
+    """One line of active keys; a click presses a key.
 
-    One widget draws them all: Textual's footer makes a widget of every key whenever another widget
-    has the focus, which is felt at the start and at every Tab.
+    Textual's footer creates a widget per key at every change of focus, which is noticeably slow.
     """
 
     def __init__(self) -> None:
@@ -46,7 +45,7 @@ class KeyBar(Widget):
         self._items: list[tuple[int, _Item]] = []
 
     def on_mount(self) -> None:
-        """Follow the keys that work."""
+        """Follow changes of the active keys."""
         self.screen.bindings_updated_signal.subscribe(self, self._changed)
 
     def _changed(self, screen: Screen[object]) -> None:
@@ -54,7 +53,7 @@ class KeyBar(Widget):
             self.refresh()
 
     def render(self) -> Content:
-        """The keys from the left as far as there is room; at the right end that of all commands."""
+        """As many keys as fit, and the command palette's at the right."""
         active = self.screen.active_bindings
         palette = active.get(self.app.COMMAND_PALETTE_BINDING)
         last = [] if palette is None else next(self._groups([palette]))
@@ -75,7 +74,7 @@ class KeyBar(Widget):
         )
 
     def _groups(self, bindings: Iterable[ActiveBinding]) -> Iterator[list[_Item]]:
-        # The first key of every action; those of a group together.
+        # The first key of every action, by groups.
         by_action: dict[str, ActiveBinding] = {}
         for active in bindings:
             by_action.setdefault(active.binding.action, active)
@@ -93,7 +92,7 @@ class KeyBar(Widget):
                 ]
 
     def on_click(self, event: Click) -> None:
-        """Press the key clicked."""
+        """Press the clicked key."""
         for column, item in self._items:
             if column <= event.x < column + item.width:
                 if item.enabled:

@@ -1,4 +1,4 @@
-"""The keys of the laboratory, as data; those that are essential come first."""
+"""Key bindings of the laboratory, the most important first."""
 
 from typing import Final
 

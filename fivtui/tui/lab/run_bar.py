@@ -1,4 +1,4 @@
-"""Run and Stop, progress, and how the last run ended."""
+"""Run button, progress and state of the last run."""
 
 from textual import on
 from textual.app import ComposeResult
@@ -11,10 +11,10 @@ from fivtui.tui.tabs.messages import RunAsked
 
 
 class RunBar(Horizontal):
-    """One line: the button, the progress bar while a run goes on, and words."""
+    """One line: the button, a progress bar during a run, and the state in words."""
 
     def compose(self) -> ComposeResult:
-        """The parts of the line."""
+        """Button, progress bar, status."""
         yield Button("Run", id="run-button", compact=True, variant="primary")
         yield ProgressBar(total=1.0, show_percentage=False, show_eta=False)
         yield Static("no run yet: F5 runs", id="run-status", markup=False)
@@ -25,15 +25,7 @@ class RunBar(Horizontal):
         self.post_message(RunAsked())
 
     def show(self, run: Run, *, outdated: bool) -> None:
-        """Show where a run stands.
-
-        Parameters
-        ----------
-        run : Run
-            The run.
-        outdated : bool
-            Whether the fields were edited since.
-        """
+        """Display the state of a run; `outdated` if the inputs have changed since."""
         running = run.state is RunState.RUNNING
         button = self.query_one("#run-button", Button)
         if running is not self.has_class("-running"):

@@ -1,4 +1,4 @@
-"""Running: transients in threads, their results taken in on the screen's side."""
+"""Starts, stops and finishes runs; transients are computed in threads."""
 
 from collections.abc import Callable, Mapping
 from typing import Final
@@ -19,25 +19,17 @@ _GROUP: Final = "transient"
 
 
 class RunDesk:
-    """Starts, stops and finishes the runs of a session on behalf of a screen.
-
-    Parameters
-    ----------
-    screen : Screen
-        Owns the threads and gets the messages.
-    session : Session
-        Its runs are started, stopped and finished.
-    """
+    """Starts, stops and finishes a session's runs for a screen, which owns the threads."""
 
     def __init__(self, screen: Screen[None], session: Session) -> None:
         self._screen = screen
         self._session = session
-        # What is to run when the present run is done, and the run to compare it with.
+        # The scene to run next, and the run to compare its result with.
         self._next: Scene | None = None
         self._partner: Run | None = None
 
     def start(self) -> bool:
-        """Begin a run of what is edited; whether that could be done."""
+        """Start a run of the edited scene. Returns False if an input is invalid."""
         try:
             scene = self._session.scene()
         except InputError as error:
@@ -48,7 +40,7 @@ class RunDesk:
         return True
 
     def start_both(self) -> bool:
-        """Begin a run of what is edited by the native engine, then by the FMU."""
+        """Start a run with the native engine, then with the FMU. Returns False if invalid."""
         try:
             edited = self._session.scene()
             native, fmu = self._session.engine_pair()
@@ -74,7 +66,7 @@ class RunDesk:
         self._tell(RunsChanged())
 
     def stop(self) -> None:
-        """Stop the run that goes on, and what was to follow it."""
+        """Stop the active run and cancel the one to follow."""
         self._next = self._partner = None
         run = self._session.runs.stop()
         if run is not None:
@@ -83,13 +75,7 @@ class RunDesk:
             self._tell(Reported(f"run {run.number} stopped at {done}"))
 
     def ended(self, event: RunEnded) -> None:
-        """Take in how a run ended, unless it was stopped before.
-
-        Parameters
-        ----------
-        event : RunEnded
-            The run and its outcome.
-        """
+        """Store the outcome of a run, unless it was stopped before."""
         run = event.run
         if not self._session.runs.finish(run, event.outcome):
             return
@@ -104,7 +90,7 @@ class RunDesk:
         self._tell(RunsChanged())
 
     def _go_on(self, run: Run) -> None:
-        # The second of two engines follows the first; after it the two are compared.
+        # Of two engines the FMU follows the native one; then they are compared.
         if self._next is not None:
             scene, self._next, self._partner = self._next, None, run
             self._begin(scene, run.edited)
@@ -116,18 +102,7 @@ class RunDesk:
                 self._tell(Reported(engine_words(native.result, run.result)))
 
     def thread_failed(self, worker: Worker[object]) -> bool:
-        """Take in that a thread broke off, which it must not.
-
-        Parameters
-        ----------
-        worker : Worker
-            Whose state has changed.
-
-        Returns
-        -------
-        bool
-            Whether it computed a run, which then failed.
-        """
+        """Mark a run as failed if its thread crashed. Returns whether it was a run's thread."""
         if worker.group != _GROUP or worker.state is not WorkerState.ERROR or worker.name is None:
             return False
         run = self._session.runs.find(int(worker.name))
@@ -137,13 +112,7 @@ class RunDesk:
         return True
 
     def read(self, event: RunRead) -> None:
-        """Take in a run from a file.
-
-        Parameters
-        ----------
-        event : RunRead
-            What was read.
-        """
+        """Add a run read from a file."""
         before = list(self._session.runs)
         run = self._session.runs.take_in(event.scene, event.result, str(event.path))
         self._tell_left(before)
@@ -157,13 +126,7 @@ class RunDesk:
                 self._tell(Reported(f"run {run.number}, the oldest, is deleted: {why}"))
 
     def act(self, event: RunActed) -> None:
-        """Do something with a run.
-
-        Parameters
-        ----------
-        event : RunActed
-            Which run, and what.
-        """
+        """Carry out an action of `ACTS` on a run."""
         run = self._session.runs.find(event.number)
         if run is not None:
             ACTS[event.what](self, run)

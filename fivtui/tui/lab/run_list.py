@@ -1,4 +1,4 @@
-"""The list of all runs of the session."""
+"""The list of runs."""
 
 from collections.abc import Sequence
 from typing import ClassVar, Final
@@ -33,7 +33,7 @@ _COLUMNS: Final = (
 
 
 class RunsTable(ListTable[str | Text]):
-    """A table with a row a run."""
+    """A table with a row per run."""
 
     BINDINGS: ClassVar[list[BindingType]] = [
         Binding("enter", "act('load')", "Load scene", key_display="Enter"),
@@ -53,13 +53,13 @@ class RunsTable(ListTable[str | Text]):
         return int(str(self.coordinate_to_cell_key(Coordinate(self.cursor_row, 0)).row_key.value))
 
     def action_act(self, what: str) -> None:
-        """Ask for something to be done with the run at the cursor."""
+        """Request an action on the run at the cursor."""
         if self.number is not None:
             self.post_message(RunActed(self.number, what))
 
 
 class RunsPane(Vertical):
-    """The runs, newest first, with what differs from the base set and from the baseline."""
+    """The runs, newest first, with differences to base scene and baseline."""
 
     def __init__(self) -> None:
         super().__init__(id="runs")
@@ -69,28 +69,22 @@ class RunsPane(Vertical):
         yield RunsTable(cursor_type="row", zebra_stripes=True)
 
     def show(self, runs: Runs) -> None:
-        """Show the runs.
-
-        Parameters
-        ----------
-        runs : Runs
-            The runs.
-        """
+        """Display the runs."""
         table = self.query_one(RunsTable)
         number, row = table.number, table.cursor_row
         newest_first = list(reversed(list(runs)))
         table.fill(_COLUMNS, {str(run.number): _cells(run, runs) for run in newest_first})
-        # The cursor stays at its run, or at its place if the run has gone.
+        # The cursor stays at its run, or at its place if the run was deleted.
         kept = [run.number for run in newest_first]
         table.move_cursor(row=kept.index(number) if number in kept else min(row, len(kept) - 1))
 
     def take_focus(self) -> None:
-        """Give the table the focus."""
+        """Focus the table."""
         self.query_one(RunsTable).focus()
 
     @on(DataTable.RowSelected)
     def _choose(self, event: DataTable.RowSelected) -> None:
-        # By mouse; the key that selects has another meaning here.
+        # By mouse only: Enter has another meaning here.
         event.stop()
         self.post_message(RunActed(int(str(event.row_key.value)), "show"))
 

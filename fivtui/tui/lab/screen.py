@@ -1,4 +1,4 @@
-"""The main screen: form, verdict and tabs around one session."""
+"""The main screen: form, verdict, runs and tabs of a session."""
 
 from collections.abc import Callable, Sequence
 from datetime import datetime
@@ -62,16 +62,10 @@ _TOO_SMALL: Final = "This window is too small for fivtui: it needs 40 columns an
 
 
 class LabScreen(Screen[None]):
-    """The laboratory.
-
-    Parameters
-    ----------
-    session : Session
-        Its state.
-    """
+    """The laboratory's main screen; it owns the session and handles all messages."""
 
     BINDINGS: ClassVar[list[BindingType]] = [*LAB_KEYS]
-    # The field that it is comes from `on_mount`: every change of focus costs.
+    # `on_mount` sets the focus once: every change of focus costs time.
     AUTO_FOCUS: ClassVar[str | None] = ""
 
     def __init__(self, session: Session, other_sessions: Callable[[], Sequence[Slot]]) -> None:
@@ -83,7 +77,7 @@ class LabScreen(Screen[None]):
         self._tab_behind = False
 
     def compose(self) -> ComposeResult:
-        """Form at the left, verdict, runs and tabs at the right."""
+        """Form at the left; verdict, run bar, tabs and runs at the right."""
         with Horizontal(id="bench"):
             yield Form(self.session.texts)
             with Vertical(id="results"):
@@ -95,8 +89,8 @@ class LabScreen(Screen[None]):
         yield KeyBar()
 
     def on_mount(self) -> None:
-        """Show the session, and prepare to poll the progress of runs."""
-        # The thread of a run never waits for the screen.
+        """Display the session and start polling the progress of runs."""
+        # Polled, so that a run's thread never waits for the screen.
         self._ticker = self.set_interval(_PROGRESS_PERIOD, self._tick, pause=True)
         self.show_inputs()
         self._show_runs()
@@ -104,7 +98,7 @@ class LabScreen(Screen[None]):
         self.app.theme_changed_signal.subscribe(self, lambda _: self._redraw())
 
     def on_unmount(self) -> None:
-        """Let a run that goes on end: the program would wait for its thread."""
+        """Stop the active run: the program would wait for its thread."""
         self._ticker.stop()
         self._search.stop()
         self.session.runs.stop()
@@ -114,7 +108,7 @@ class LabScreen(Screen[None]):
 
     @cached_property
     def _files(self) -> "FileDesk":
-        # What reads and writes files is slow to come.
+        # Imported late: it loads slow modules.
         from .file_control import FileDesk
 
         return FileDesk(self, self.session)
@@ -136,8 +130,7 @@ class LabScreen(Screen[None]):
 
     @on(FieldEdited)
     def _edited(self, event: FieldEdited) -> None:
-        # An editor that shows another text by now was overtaken by an undo or a reset.
-        # One that shows what is known has just been made.
+        # Drop the edit if an undo or reset has replaced the text since, or if nothing changed.
         known = self.session.texts[event.name] == event.text
         if not known and (
             not event.typed or self.query_one(Form).text_of(event.name) == event.text
@@ -183,7 +176,7 @@ class LabScreen(Screen[None]):
             self.session.remember(source)
 
     def show_inputs(self) -> None:
-        """Show the session's texts, what is wrong with them, and the verdict."""
+        """Display the fields, their errors and the verdict."""
         session = self.session
         mark = " (changed)" if session.changed else ""
         self.query_one(Form).show(
@@ -192,7 +185,7 @@ class LabScreen(Screen[None]):
         self._show_verdict()
         self._show_newest()
         if not self._tab_behind:
-            # The answer to the key first: what a tab draws of it takes a frame of its own.
+            # Form and verdict answer the key first; the tab is drawn in the next frame.
             self._tab_behind = True
             self.call_after_refresh(self._show_in_tab)
 
@@ -273,7 +266,7 @@ class LabScreen(Screen[None]):
     @on(StudyRead)
     def _study_read(self, event: StudyRead) -> None:
         self.session.studies.put(event.kind, event.shown)
-        # Limits were chosen for something else.
+        # The axis limits were chosen for another result.
         view = self.session.views.get(CHARTS[event.kind])
         if view is not None:
             view.reset()
@@ -305,31 +298,31 @@ class LabScreen(Screen[None]):
 
     @property
     def active_bindings(self) -> dict[str, ActiveBinding]:
-        """The keys that work now, those of the laboratory before those of the widget in focus."""
+        """The active keys, the laboratory's before those of the focused widget."""
         bindings = super().active_bindings
         return dict(sorted(bindings.items(), key=lambda item: item[1].node is not self))
 
     def check_action(self, action: str, parameters: tuple[object, ...]) -> bool | None:  # noqa: ARG002
-        """Which actions apply now: one of Run and Stop."""
+        """Whether an action applies now: one of run and stop."""
         running = self.session.runs.active is not None
         applies = {"run": not running, "stop": running, "run_both": not running}
         return applies.get(action, True)
 
     def action_run(self) -> None:
-        """Begin a run of what is edited."""
+        """Run the edited scene."""
         if self._run_desk.start():
             self.show_tab("transient")
 
     def action_stop(self) -> None:
-        """Stop the run that goes on."""
+        """Stop the active run."""
         self._run_desk.stop()
 
     def action_turn_tab(self, direction: int) -> None:
-        """Show the next tab, or the one before."""
+        """Show the next (+1) or previous (-1) tab."""
         self._book.turn(direction)
 
     def action_list_runs(self) -> None:
-        """Show the list of runs and go there, or leave it."""
+        """Show and focus the list of runs, or hide it."""
         pane = self.query_one(RunsPane)
         if pane.has_focus_within:
             self.remove_class("-runs")
@@ -339,7 +332,7 @@ class LabScreen(Screen[None]):
             pane.take_focus()
 
     def action_work(self) -> None:
-        """Begin what the tab in sight computes, or stop it."""
+        """Start or stop the computation of the current tab."""
 
         def work(pane: Pane) -> None:
             if not pane.work():
@@ -352,22 +345,16 @@ class LabScreen(Screen[None]):
         self.show_tab(name)
 
     def show_tab(self, name: str) -> None:
-        """Show a tab.
-
-        Parameters
-        ----------
-        name : str
-            Its identifier.
-        """
+        """Show the tab with this identifier."""
         self._book.show(name)
 
     @property
     def pane(self) -> Pane | None:
-        """The pane in sight, None before it is made."""
+        """The pane of the current tab, None before it is created."""
         return self._book.pane
 
     def action_export(self, what: str) -> None:
-        """Write what the tab in sight shows to a file."""
+        """Export figure or data of the current tab."""
         self._book.ask(lambda pane: self._export(pane, what))
 
     def _export(self, pane: Pane, what: str) -> None:
@@ -377,19 +364,19 @@ class LabScreen(Screen[None]):
             self.post_message(Reported(str(error), error=True))
 
     def action_open_scene(self) -> None:
-        """Open a scene file."""
+        """Open a scene or result file."""
         self._files.open_scene()
 
     def action_open_recent(self, path: str) -> None:
-        """Open a scene file again."""
+        """Open a recent scene file."""
         self._files.open_path(Path(path))
 
     def action_save_scene(self) -> None:
-        """Save the scene edited in its file."""
+        """Save the edited scene to its file."""
         self._files.save_scene(ask=False)
 
     def action_save_scene_as(self) -> None:
-        """Save the scene edited in a file of another name."""
+        """Save the edited scene to another file."""
         self._files.save_scene(ask=True)
 
     def action_read_result(self) -> None:
@@ -401,7 +388,7 @@ class LabScreen(Screen[None]):
         self._turned(self.session.undo())
 
     def action_redo(self) -> None:
-        """Do again what was undone."""
+        """Redo the last undone edit."""
         self._turned(self.session.redo())
 
     def _turned(self, done: bool) -> None:
@@ -411,19 +398,19 @@ class LabScreen(Screen[None]):
             self.app.bell()
 
     def action_switch_engine(self) -> None:
-        """From the native engine to the FMU, or back."""
+        """Switch between the native engine and the FMU."""
         self.session.switch_engine()
         self.show_inputs()
         words = f"engine {self.session.engine}: method {self.session.texts['method']}"
         self.post_message(Reported(words))
 
     def action_run_both(self) -> None:
-        """Run what is edited by both engines, and compare them."""
+        """Run the edited scene with both engines and compare them."""
         if self._run_desk.start_both():
             self.show_tab("transient")
 
     def action_reset(self) -> None:
-        """Reset the field in focus to the scene's value."""
+        """Reset the focused field to the scene's value."""
         field = field_of(self.focused)
         if field is None:
             self.app.bell()
@@ -437,7 +424,7 @@ class LabScreen(Screen[None]):
         self.show_inputs()
 
     def action_help(self) -> None:
-        """Help on the field in focus, or on everything."""
+        """Show help on the focused field, or general help."""
         from fivtui.tui.session.help import field_help, general_help
 
         from .dialogs import HelpDialog
@@ -449,7 +436,7 @@ class LabScreen(Screen[None]):
             self.app.push_screen(HelpDialog(f"{field.name}: {field.meaning}", field_help(field)))
 
     def action_copy_command(self) -> None:
-        """Copy the command line that computes what the tab in sight shows."""
+        """Copy the command that computes what the current tab shows."""
         self._book.ask(self._copy_command)
 
     def _copy_command(self, pane: Pane) -> None:

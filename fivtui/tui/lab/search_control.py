@@ -1,4 +1,4 @@
-"""The search for what coexists with a stable equilibrium, in the background."""
+"""Background search for attractors that coexist with a stable equilibrium."""
 
 from collections import OrderedDict
 from typing import TYPE_CHECKING, Final
@@ -15,9 +15,9 @@ from fivtui.tui.tabs.messages import Searched
 if TYPE_CHECKING:
     from fivtui.orbits.attractor_search import Coexistence
 
-# A search begins when nothing was edited for so long, s.
+# Delay of a search after the last edit, s.
 _PAUSE: Final = 0.5
-# Parameter sets whose searches are remembered.
+# Number of parameter sets whose results are cached.
 _REMEMBERED: Final = 64
 _GROUP: Final = "search"
 
@@ -25,14 +25,9 @@ Key = tuple[Parameters, bool]
 
 
 class SearchDesk:
-    """Searches for attractors beside the equilibrium of what is edited, for a screen.
+    """Searches for attractors of the edited parameter set, one search at a time, for a screen.
 
-    One search at a time: an edit stops it, and what it may still find is dropped.
-
-    Parameters
-    ----------
-    screen : Screen
-        Owns the thread and gets the messages.
+    An edit stops the search; late results are dropped.
     """
 
     def __init__(self, screen: Screen[None]) -> None:
@@ -43,21 +38,9 @@ class SearchDesk:
         self._known: OrderedDict[Key, Beside] = OrderedDict()
 
     def beside(self, p: Parameters, *, separation: bool, stable: bool) -> Beside | None:
-        """What is known beside an equilibrium by now; its search begins soon if there was none.
+        """Known attractors beside a stable equilibrium; starts a search if there are none yet.
 
-        Parameters
-        ----------
-        p : Parameters
-            What is edited.
-        separation : bool
-            Whether separation is considered.
-        stable : bool
-            Whether its equilibrium is stable: nothing is searched beside another one.
-
-        Returns
-        -------
-        Beside or None
-            None if the equilibrium is not stable.
+        Returns None if the equilibrium is not stable.
         """
         key = (p, separation) if stable else None
         if key != self._key:
@@ -68,7 +51,7 @@ class SearchDesk:
         return None if key is None else self._known.get(key, Beside())
 
     def stop(self) -> None:
-        """Stop what is under way or about to begin."""
+        """Stop the search."""
         self._key = None
         if self._waiting is not None:
             self._waiting.stop()
@@ -103,13 +86,7 @@ class SearchDesk:
         )
 
     def take(self, event: Searched) -> bool:
-        """Take in what a search found; whether it is of what is edited now.
-
-        Parameters
-        ----------
-        event : Searched
-            The search and its result.
-        """
+        """Store a search's result. Returns False if it is not of the edited parameter set."""
         if event.job is not self._job or self._key is None:
             return False
         if event.found is None:

@@ -1,4 +1,4 @@
-"""The verdict on the equilibrium, always in sight."""
+"""The stability verdict above the tabs."""
 
 from collections.abc import Sequence
 from typing import Final
@@ -21,33 +21,25 @@ class VerdictView(Vertical):
         self._shown: tuple[str, ...] = ()
 
     def compose(self) -> ComposeResult:
-        """The two parts."""
+        """Headline and facts."""
         yield Static("", id="headline", markup=False)
         yield Static("", id="facts", markup=False)
 
     def show(self, kind: str, lines: Sequence[str]) -> None:
-        """Show a verdict.
-
-        Parameters
-        ----------
-        kind : str
-            One of `KINDS`: sets the colour alone.
-        lines : sequence of str
-            Headline and facts.
-        """
+        """Display headline and facts; `kind`, one of `KINDS`, sets the colour."""
         shown = (kind, *lines)
         if shown == self._shown:
             return
         self._shown = shown
         for known in KINDS:
             self.set_class(known == kind, f"-{known}")
-        # Both parts keep their sizes: a new layout at every key press would be felt.
+        # Sizes stay: a new layout at every key would be noticeable.
         self.query_one("#headline", Static).update(lines[0], layout=False)
         self.query_one("#facts", Static).update("\n".join(lines[1:]), layout=False)
         self._fit()
 
     @on(Resize)
     def _fit(self) -> None:
-        # A headline of two lines where it needs them, and where there is room for anything else.
+        # A two-line headline if it needs it and facts still fit.
         long = bool(self._shown) and cell_len(self._shown[1]) > self.content_size.width
         self.set_class(long and self.content_size.height > 1, "-long")

@@ -1,4 +1,4 @@
-"""The tabs side by side; each is filled when it is shown for the first time."""
+"""The tab bar with its panes, created when first shown."""
 
 from collections.abc import Callable, Sequence
 from typing import Final
@@ -14,7 +14,7 @@ from fivtui.tui.session.session import Session
 from .pane import Pane
 from .tabs import TabSpec
 
-# Columns that the titles need, and what is said where there are fewer.
+# Columns that the titles need, and shorter titles for fewer columns.
 _ROOM: Final = 65
 _BRIEF: Final = {
     "Stability": "Stab.",
@@ -25,15 +25,7 @@ _BRIEF: Final = {
 
 
 class TabBook(TabbedContent):
-    """The tabs of a laboratory.
-
-    Parameters
-    ----------
-    tabs : sequence of TabSpec
-        The tabs from left to right.
-    session : Session
-        Given to the panes.
-    """
+    """The tabs of the laboratory, from left to right."""
 
     def __init__(self, tabs: Sequence[TabSpec], session: Session) -> None:
         known = any(spec.id == session.tab for spec in tabs)
@@ -46,7 +38,7 @@ class TabBook(TabbedContent):
         self._waiting: list[Callable[[Pane], None]] = []
 
     def on_resize(self, event: Resize) -> None:
-        """Say less on the tabs where there is little room."""
+        """Shorten the titles where there is little room."""
         brief = event.size.width < _ROOM
         if brief is not self._brief:
             self._brief = brief
@@ -63,29 +55,17 @@ class TabBook(TabbedContent):
 
     @property
     def pane(self) -> Pane | None:
-        """The pane in sight, None before it is made."""
+        """The current pane, None before it is created."""
         return self._made.get(self.active)
 
     def tell(self, what: Callable[[Pane], None]) -> None:
-        """Tell the pane in sight; the others are told everything when they come into sight.
-
-        Parameters
-        ----------
-        what : callable
-            Takes the pane and calls one of its methods.
-        """
+        """Call a function with the current pane if it exists; others catch up when shown."""
         pane = self.pane
         if pane is not None and pane.is_mounted:
             what(pane)
 
     def ask(self, what: Callable[[Pane], None]) -> None:
-        """Tell the pane in sight, as soon as it is there.
-
-        Parameters
-        ----------
-        what : callable
-            Takes the pane.
-        """
+        """Call a function with the current pane as soon as it exists."""
         self._waiting.append(what)
         self._tell_waiting()
 
@@ -97,21 +77,15 @@ class TabBook(TabbedContent):
                 what(pane)
 
     def turn(self, direction: int) -> None:
-        """Show the next tab (+1) or the one before (-1)."""
+        """Show the next (+1) or previous (-1) tab."""
         names = [spec.id for spec in self.specs]
         self.show(names[(names.index(self.active) + direction) % len(names)])
 
     def show(self, name: str) -> None:
-        """Show a tab; a focus inside the tab of now goes along.
-
-        Parameters
-        ----------
-        name : str
-            Its identifier.
-        """
+        """Show a tab by its identifier; focus inside the current tab moves to it."""
         focused = self.screen.focused
         if name != self.active and focused is not None and self in focused.ancestors:
-            # A focus that stayed behind would call its tab back.
+            # Focus left behind would switch back to its tab.
             self.screen.set_focus(None)
             self._refocus = True
         self.active = name
@@ -128,12 +102,12 @@ class TabBook(TabbedContent):
         if self._refocus and name == self.active:
             self._refocus = False
             inside = [widget for widget in self._made[name].query("*") if widget.focusable]
-            # A plot or a list rather than the buttons above it.
+            # Prefer a plot or list to the buttons above it.
             inside.sort(key=lambda widget: isinstance(widget, Button | Input))
             self.screen.set_focus(next(iter(inside), None))
 
     def catch_up(self) -> None:
-        """Tell the pane in sight all that it may have missed."""
+        """Bring the current pane up to date."""
         self.tell(lambda pane: pane.scene_changed())
         self.tell(lambda pane: pane.run_changed(self._session.runs.shown))
         self.tell(lambda pane: pane.reported())

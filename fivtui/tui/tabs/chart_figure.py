@@ -1,4 +1,4 @@
-"""Charts as they are seen, as a figure or as columns. Imports no Textual."""
+"""Charts as displayed, as a matplotlib figure or as columns. Imports no Textual."""
 
 from collections.abc import Mapping, Sequence
 from pathlib import Path
@@ -19,7 +19,7 @@ from fivtui.tui.chart.chart import Backdrop, Chart, Guide, Seen, Trace, View, re
 from fivtui.tui.session.run_styles import COLOURS
 from fivtui.version import __version__
 
-# Markers of a line, and columns that a long one is reduced to: several a pixel.
+# Markers per line, and columns that a long line is reduced to (several per pixel).
 _MARKS: Final = 12
 _COLUMNS: Final = 4000
 _ROW: Final = 2.0
@@ -30,28 +30,14 @@ _MARKERS: Final[Mapping[str, str]] = {
     "◆": "D", "◇": "D", "★": "*", "☆": "*", "×": "x", "+": "+",
 }  # fmt: skip
 _HOLLOW: Final = "○□△▽◇☆"
-# Lines that no colour was chosen for, told apart without colour too.
+# Dash patterns tell lines apart without colour.
 _LINES: Final = ("-", (0.0, (5.0, 1.5)), (0.0, (1.0, 1.2)), (0.0, (5.0, 1.2, 1.0, 1.2)))
 _NO_VALUE: Final = "0.85"
 _OFF_BELT: Final = "0.88"
 
 
 def seen_figure(seen: Seen, names: Mapping[str, str] | None = None) -> Figure:
-    """What is seen in a terminal, as a figure.
-
-    Parameters
-    ----------
-    seen : Seen
-        At least one chart.
-    names : mapping of str to str, optional
-        What the legend says of a trace, by its name, where that says too little.
-
-    Returns
-    -------
-    Figure
-        A panel a chart, with its limits, scales, labels, guides and the traces that are not hidden,
-        in their colours and with their markers. It belongs to no window.
-    """
+    """A matplotlib figure of the displayed charts; `names` replaces legend entries."""
     count = len(seen.panels)
     rows, columns = (1, count) if seen.across else (count, 1)
     height = _SQUARE if seen.across else max(_ROW * rows, _LEAST_HEIGHT)
@@ -150,7 +136,7 @@ def _guide(axes: Axes, guide: Guide) -> None:
 
 
 def _shade(axes: Axes, backdrop: Backdrop) -> None:
-    # What is green and red in a terminal are the two sides of zero.
+    # Green and red in a terminal are the two signs.
     values = np.ma.masked_invalid(backdrop.values.T)
     signed = any(style == "unstable" for _, style in backdrop.shades)
     norm: Any = None
@@ -183,7 +169,7 @@ def _shade(axes: Axes, backdrop: Backdrop) -> None:
 
 
 def _add_legends(figure: Figure, panels: Sequence[Axes]) -> None:
-    # One for all, once every trace is in it.
+    # One legend for all panels, each name once.
     known: dict[str, Any] = {}
     for axes in panels:
         for handle, label in zip(*axes.get_legend_handles_labels(), strict=True):
@@ -202,23 +188,7 @@ def _add_legends(figure: Figure, panels: Sequence[Axes]) -> None:
 
 
 def save_seen(seen: Seen, path: Path, *, force: bool = False) -> None:
-    """Write the points that are seen: of what is shown, between the limits.
-
-    Parameters
-    ----------
-    seen : Seen
-        At least one chart.
-    path : Path
-        The file; its suffix ``.csv``, ``.npz`` or ``.parquet`` says the format.
-    force : bool
-        Whether a file that exists may be replaced.
-
-    Raises
-    ------
-    InputError
-        If the format is unknown or needs a package that is not installed, or the file cannot be
-        written.
-    """
+    """Save the visible points of the displayed charts as CSV, NPZ or Parquet."""
     form = columns_format(path, "chart's data")
     parts: list[tuple[float, float, np.ndarray[Any, np.dtype[np.float64]], Any]] = []
     panels = []

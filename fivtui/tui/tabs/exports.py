@@ -1,4 +1,4 @@
-"""What can be written to files, as data. Imports no Textual, and matplotlib only when needed."""
+"""Figure and data exports. Imports no Textual; matplotlib only when a figure is drawn."""
 
 import dataclasses
 from collections.abc import Callable, Mapping
@@ -20,7 +20,7 @@ if TYPE_CHECKING:
 
 FIGURE: Final = "figure"
 DATA: Final = "data"
-# What is written, and the key that writes it.
+# Kinds of export and their keys.
 KINDS: Final[Mapping[str, str]] = {FIGURE: "F6", DATA: "F7"}
 _NO_RUN: Final = "no run to write yet: F5 runs the scene"
 
@@ -29,22 +29,20 @@ Save = Callable[[Path, bool], None]
 
 @dataclass(frozen=True, slots=True)
 class Export:
-    """Something that can be written to a file.
+    """A figure or table that can be exported to a file.
 
     Attributes
     ----------
     what : str
-        One word for menus and messages.
+       `FIGURE` or `DATA`.
     of : str
-        Of which it is, a few words.
+       Its subject in a few words, such as ``run 3``.
     proposal : str
-        A file name to begin with.
+       Suggested file name.
     suffixes : tuple of str
-        The formats that there are.
-    check : callable
-        Takes the path and whether to overwrite; raises `InputError` before any work is done.
-    write : callable
-        Takes the path and whether to overwrite.
+       Supported formats.
+    check, write : callable
+       Take path and overwrite flag; `check` raises `InputError` before any work is done.
     """
 
     what: str
@@ -56,27 +54,12 @@ class Export:
 
     @property
     def hint(self) -> str:
-        """What is allowed."""
+        """The supported formats in words."""
         return f"The suffix says the format: {', '.join(self.suffixes)}."
 
 
 def figure_export(of: str, stem: str, draw: "Callable[[], Figure]") -> Export:
-    """A figure that can be written.
-
-    Parameters
-    ----------
-    of : str
-        Of which it is, a few words.
-    stem : str
-        File name to begin with, without suffix; what a file name had better not have is replaced.
-    draw : callable
-        Makes the figure.
-
-    Returns
-    -------
-    Export
-        As PNG, SVG or PDF.
-    """
+    """A figure as PNG, SVG or PDF; `draw` makes it, `stem` is the suggested file name."""
 
     def check(path: Path, force: bool) -> None:
         from fivtui.plotting import check_figure_path
@@ -94,7 +77,7 @@ def figure_export(of: str, stem: str, draw: "Callable[[], Figure]") -> Export:
 def seen_export(
     of: str, stem: str, seen: "Seen", names: "Callable[[], Mapping[str, str]]" = dict
 ) -> Export:
-    """The charts in sight as a figure: parameters as in `figure_export` and `seen_figure`."""
+    """The displayed charts as a figure; arguments as in `figure_export` and `seen_figure`."""
 
     def draw() -> "Figure":
         from .chart_figure import seen_figure
@@ -105,14 +88,14 @@ def seen_export(
 
 
 def as_seen(whole: Export, seen: "Seen | None") -> Export:
-    """An export of a study; its figure as it is seen, where a chart is in sight."""
+    """A study's export, with its figure replaced by the displayed charts if there are any."""
     if whole.what != FIGURE or seen is None:
         return whole
     return seen_export(whole.of, Path(whole.proposal).stem, seen)
 
 
 def points_export(of: str, stem: str, seen: "Seen") -> Export:
-    """The points of the charts in sight as data: parameters as in `figure_export`."""
+    """The points of the displayed charts as data."""
 
     def save(path: Path, force: bool) -> None:
         from .chart_figure import save_seen
@@ -123,22 +106,7 @@ def points_export(of: str, stem: str, seen: "Seen") -> Export:
 
 
 def data_export(of: str, stem: str, kind: str, writers: Mapping[str, Save]) -> Export:
-    """Data that can be written.
-
-    Parameters
-    ----------
-    of, stem
-        As in `figure_export`.
-    kind : str
-        What a file holds, named in messages, e.g. ``"map"``.
-    writers : mapping of str to callable
-        By suffix; the first one is proposed.
-
-    Returns
-    -------
-    Export
-        In the formats of the writers.
-    """
+    """Data in the formats of `writers`, by suffix; `kind` names the data in messages."""
 
     def check(path: Path, force: bool) -> None:
         suffix = check_suffix(path, kind, writers)
@@ -157,7 +125,7 @@ def data_export(of: str, stem: str, kind: str, writers: Mapping[str, Save]) -> E
 
 
 def json_writer(data: Callable[[], Any]) -> Save:
-    """A writer of JSON; `data` makes what JSON can hold."""
+    """A writer of the JSON that `data` returns."""
 
     def write(path: Path, force: bool) -> None:
         save_json(data(), path, force=force)
@@ -170,25 +138,7 @@ def _safe(stem: str) -> str:
 
 
 def run_export(what: str, run: Run | None) -> Export:
-    """What can be written of a run.
-
-    Parameters
-    ----------
-    what : str
-        A name in `KINDS`.
-    run : Run or None
-        The run that is shown.
-
-    Returns
-    -------
-    Export
-        Its figure, or its trajectory.
-
-    Raises
-    ------
-    InputError
-        If there is no result.
-    """
+    """A run's figure or trajectory. Raises `InputError` if there is no result."""
     if run is None or run.result is None:
         raise InputError(_NO_RUN)
     result, of, stem = run.result, f"run {run.number}", f"{run.scene.name}-{run.number}"
@@ -210,22 +160,7 @@ def _run_figure(result: "Transient") -> "Figure":
 
 
 def write_export(export: Export, path: Path, *, force: bool) -> str:
-    """Write a file.
-
-    Parameters
-    ----------
-    export : Export
-        What to write.
-    path : Path
-        The file.
-    force : bool
-        Whether a file that exists may be replaced.
-
-    Returns
-    -------
-    str
-        What went wrong, one line; empty if nothing did.
-    """
+    """Write a file. Returns an error message, empty on success."""
     try:
         export.write(path, force)
     except (InputError, ComputationError) as error:
@@ -234,47 +169,14 @@ def write_export(export: Export, path: Path, *, force: bool) -> str:
 
 
 def check_scene_path(path: Path, force: bool) -> None:
-    """Check that a scene can be written to a file.
-
-    Parameters
-    ----------
-    path : Path
-        The file.
-    force : bool
-        Whether a file that exists may be replaced.
-
-    Raises
-    ------
-    InputError
-        If it cannot.
-    """
+    """Raise `InputError` if a scene cannot be written to a path."""
     if path.suffix.lower() != ".toml":
         raise InputError(f"{path}: the suffix of a scene file must be .toml")
     check_output(path, force=force)
 
 
 def save_scene_as(scene: Scene, path: Path, *, force: bool) -> Scene:
-    """Write a scene under the name of its file.
-
-    Parameters
-    ----------
-    scene : Scene
-        The scene.
-    path : Path
-        The file.
-    force : bool
-        Whether a file that exists may be replaced.
-
-    Returns
-    -------
-    Scene
-        The scene as it was written.
-
-    Raises
-    ------
-    InputError
-        If it cannot be written.
-    """
+    """Save a scene under the name of its file. Returns the renamed scene."""
     named = dataclasses.replace(scene, name=path.stem)
     save_scene(named, path, force=force)
     return named

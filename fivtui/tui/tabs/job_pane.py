@@ -1,4 +1,4 @@
-"""A pane that computes something when it is asked to."""
+"""A pane with a computation that the user starts."""
 
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -22,34 +22,20 @@ _PERIOD: Final = 0.1
 
 
 class JobBar(Horizontal):
-    """One line: the button that begins and stops, the progress, and words.
-
-    Parameters
-    ----------
-    verb : str
-        What the button says.
-    """
+    """One line: start/stop button, progress bar, words."""
 
     def __init__(self, verb: str) -> None:
         super().__init__(classes="job-bar")
         self._verb = verb
 
     def compose(self) -> ComposeResult:
-        """The parts of the line."""
+        """Button, progress bar, words."""
         yield Button(self._verb, classes="job-button", compact=True, variant="primary")
         yield ProgressBar(total=1.0, show_percentage=False, show_eta=False)
         yield Static("", classes="job-words", markup=False)
 
     def show(self, job: Job | None, words: str) -> None:
-        """Show where a job stands.
-
-        Parameters
-        ----------
-        job : Job or None
-            What is under way.
-        words : str
-            What to say if nothing is.
-        """
+        """Display a running job's progress, or else some words."""
         running = job is not None
         if running is not self.has_class("-running"):
             button = self.query_one(Button)
@@ -63,14 +49,14 @@ class JobBar(Horizontal):
 
 
 class JobPane(ViewsPane):
-    """A bar with a button above the views; what it begins is computed in a thread.
+    """Views below a bar that starts and stops a computation in a thread.
 
     Attributes
     ----------
     VERB : str
-        What the button says.
+       Label of the button.
     HINT : str
-        What to say before anything was computed.
+       Text before the first result.
     """
 
     VERB: ClassVar[str] = "Compute"
@@ -78,7 +64,7 @@ class JobPane(ViewsPane):
 
     @dataclass
     class Ended(Message):
-        """A thread came to its end: with a result, with an error, or stopped."""
+        """Posted when a thread ends: with a result, with an error, or stopped."""
 
         job: Job
         result: object = None
@@ -95,40 +81,28 @@ class JobPane(ViewsPane):
         yield from super().compose()
 
     def on_mount(self) -> None:
-        """Prepare to poll the progress."""
+        """Start polling the progress."""
         self._ticker = self.set_interval(_PERIOD, self._tick, pause=True)
         self._show_bar()
 
     def on_unmount(self) -> None:
-        """Let what goes on end: the program would wait for its thread."""
+        """Stop the job: the program would wait for its thread."""
         self.stop()
         self._ticker.stop()
 
     def begin(self) -> None:
-        """Begin what the tab computes: check the request, then call `start`.
-
-        Raises
-        ------
-        InputError
-            If the request is wrong.
-        """
+        """Check the inputs and call `start`; raises `InputError` if they are invalid."""
         raise NotImplementedError
 
     def take(self, result: Any) -> None:
-        """Take in a result, on the screen's side."""
+        """Display a result; called in the screen's thread."""
         raise NotImplementedError
 
     def progressed(self) -> None:
-        """Show what is known by now. Called about ten times a second."""
+        """Display partial results; called about ten times a second."""
 
     def start(self, compute: Callable[[Job], object]) -> None:
-        """Compute something in a thread.
-
-        Parameters
-        ----------
-        compute : callable
-            Takes the job, whose `report` it calls now and then, and returns the result.
-        """
+        """Run `compute(job)` in a thread; it calls `job.report` often and returns the result."""
         self.stop()
         self.job = job = Job()
 
@@ -140,20 +114,20 @@ class JobPane(ViewsPane):
             except (InputError, ComputationError) as error:
                 self.post_message(self.Ended(job, error=str(error)))
 
-        # Its own group: a thread that was stopped may need a moment to end.
+        # A group of its own: a stopped thread may take a moment to end.
         self.run_worker(run, group="job", name=self.VERB, thread=True, exit_on_error=False)
         self._ticker.resume()
         self._show_bar()
 
     def stop(self) -> None:
-        """Stop what is under way; its result is dropped."""
+        """Stop the job; its result is dropped."""
         if self.job is not None:
             self.words = f"stopped at {100.0 * self.job.fraction:.0f} %"
             self.job.stop()
             self.job = None
 
     def work(self) -> bool:
-        """Begin, or stop."""
+        """Start or stop the job."""
         if self.job is not None:
             self.stop()
             self._ticker.pause()
@@ -196,7 +170,7 @@ class JobPane(ViewsPane):
                 self.post_message(self.Ended(self.job, error=words))
 
     def say(self, words: str) -> None:
-        """Say something in the bar while nothing is under way."""
+        """Display words in the bar while no job is running."""
         self.words = words
         self._show_bar()
 

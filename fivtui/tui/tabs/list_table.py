@@ -1,4 +1,4 @@
-"""A table whose columns are as wide as what they hold, from its first frame on."""
+"""A table with columns as wide as their contents from the first frame on."""
 
 from collections.abc import Mapping, Sequence
 from typing import ClassVar, TypeVar
@@ -12,10 +12,9 @@ Cell = TypeVar("Cell", str, str | Text)
 
 
 class ListTable(DataTable[Cell]):
-    """A table with the keys of lists.
+    """A table with vi keys and measured columns.
 
-    Textual measures columns after the frame that shows them, and lets them only grow: what is seen
-    would depend on when one looks, and on what was listed before.
+    Textual measures columns one frame late and never shrinks them.
     """
 
     BINDINGS: ClassVar[list[BindingType]] = [
@@ -26,15 +25,7 @@ class ListTable(DataTable[Cell]):
     ]
 
     def fill(self, columns: Sequence[str], rows: Mapping[str, Sequence[Cell]]) -> None:
-        """Show other rows; the cursor stays at its place.
-
-        Parameters
-        ----------
-        columns : sequence of str
-            Their headings.
-        rows : mapping of str to sequence
-            The cells, by keys of the rows.
-        """
+        """Replace columns and rows (by row key); the cursor keeps its place."""
         place, across = self.cursor_row, self.scroll_x
         self.clear(columns=True)
         for number, label in enumerate(columns):

@@ -1,4 +1,4 @@
-"""The tab of all that was reported."""
+"""The log tab."""
 
 from textual.app import ComposeResult
 from textual.widgets import RichLog
@@ -7,18 +7,18 @@ from .pane import Pane
 
 
 class LogPane(Pane):
-    """What was reported, one line each, the newest last."""
+    """All reports of the session, newest last."""
 
     def compose(self) -> ComposeResult:
-        """The lines; none is lost while the tab is out of sight."""
+        """The lines."""
         yield RichLog(id="log-lines", wrap=True, min_width=20, markup=False)
 
     def on_mount(self) -> None:
-        """Begin before the first line."""
+        """Start at the first report."""
         self._written = 0
 
     def reported(self) -> None:
-        """Show the lines that are new."""
+        """Append new reports."""
         lines = self.session.reports
         view = self.query_one("#log-lines", RichLog)
         for line in lines[self._written :]:

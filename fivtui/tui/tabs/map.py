@@ -1,4 +1,4 @@
-"""The tab of the stability map: two parameters, live."""
+"""The map tab: stability over two parameters, updated on every edit."""
 
 from collections.abc import Mapping
 from typing import TYPE_CHECKING, ClassVar, Final
@@ -42,7 +42,7 @@ _PAUSE: Final = 0.1
 
 
 class MapPane(JobPane):
-    """Growth rate, μ_c or unstable modes over two parameters of the scene edited."""
+    """Growth rate, μ_c or unstable modes over two parameters of the edited scene."""
 
     NAME: ClassVar[str] = "map"
     VERB: ClassVar[str] = "Map"
@@ -57,7 +57,7 @@ class MapPane(JobPane):
         self._waiting: Timer | None = None
 
     def compose_bar(self) -> ComposeResult:
-        """What is shown, and over what."""
+        """The mapped value and the two ranges."""
         for name, title in VALUES.items():
             classes = "value -active" if name == self._value else "value"
             yield Button(title, id=f"{_PREFIX}{name}", classes=classes, compact=True)
@@ -70,12 +70,12 @@ class MapPane(JobPane):
 
     @property
     def _result(self) -> "StabilityMap | None":
-        # One that was read from a file stays until another one is asked for.
+        # A map read from a file stays until another one is computed.
         read = self.session.studies.map
         return self._computed if read is None else read.value
 
     def scene_changed(self) -> None:
-        """Compute the map anew if one of the other parameters has changed."""
+        """Recompute the map if another parameter has changed."""
         self.draw()
         read = self.session.studies.map
         if read is not None:
@@ -94,7 +94,7 @@ class MapPane(JobPane):
 
     @on(ChartView.Moved)
     def _moved(self, event: ChartView.Moved) -> None:
-        # What is shown of the map is computed as finely as all of it.
+        # The visible part is computed again at full resolution.
         event.stop()
         self.scene_changed()
 
@@ -109,7 +109,7 @@ class MapPane(JobPane):
     def _request(self) -> tuple[dict[str, FloatArray], Parameters, object]:
         first, second = map_request(self.query_one("#over", Input).value)
         p = self.session.parameters()
-        # What varies has no value of its own.
+        # The mapped parameters' own values do not matter.
         others = tuple(
             (name, value)
             for name, value in p.as_dict().items()
@@ -137,7 +137,7 @@ class MapPane(JobPane):
         self.start(compute)
 
     def take(self, result: "StabilityMap") -> None:
-        """Show the map."""
+        """Display the map."""
         self._computed = result
         self.say(f"{result.values.size} points; Enter opens one")
         self.draw()
@@ -183,7 +183,7 @@ class MapPane(JobPane):
             self.post_message(PointOpened(point_texts(result, event.point), words))
 
     def export(self, what: str) -> Export:
-        """The map shown; as a figure as it is seen."""
+        """The map; its figure as displayed."""
         read, result = self.session.studies.map, self._result
         if result is None:
             raise InputError(_NOTHING)
@@ -191,7 +191,7 @@ class MapPane(JobPane):
         return as_seen(map_export(what, name, result), self.seen())
 
     def command_line(self) -> str:
-        """The map shown."""
+        """The command that computes the map."""
         result = self._result
         if result is None:
             raise InputError(_NOTHING)

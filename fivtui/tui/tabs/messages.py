@@ -1,4 +1,4 @@
-"""What widgets tell the screen."""
+"""Messages from widgets to the screen."""
 
 from dataclasses import dataclass
 from pathlib import Path
@@ -18,7 +18,7 @@ if TYPE_CHECKING:
 
 @dataclass
 class FieldEdited(Message):
-    """The user gave a field another text: in its editor, unless it was not typed."""
+    """The user changed a field's text, by typing or (`typed` False) otherwise."""
 
     name: str
     text: str
@@ -27,7 +27,7 @@ class FieldEdited(Message):
 
 @dataclass
 class FieldNudged(Message):
-    """The user asked for a little more (+1) or less (-1) of a number."""
+    """The user changed a number by a step up (+1) or down (-1)."""
 
     name: str
     direction: int
@@ -36,14 +36,14 @@ class FieldNudged(Message):
 
 @dataclass
 class FieldFocused(Message):
-    """A field has the focus now."""
+    """A field got the focus."""
 
     name: str
 
 
 @dataclass
 class Searched(Message):
-    """What a search for attractors found, perhaps of values that are no longer edited."""
+    """Result of an attractor search, perhaps outdated."""
 
     job: Job
     found: "Coexistence | None" = None
@@ -53,12 +53,12 @@ class Searched(Message):
 
 @dataclass
 class RunAsked(Message):
-    """The user asked to run, or to stop what runs."""
+    """The user wants to start a run or stop the active one."""
 
 
 @dataclass
 class RunEnded(Message):
-    """The thread of a run came to its end, perhaps long after the run was stopped."""
+    """A run's thread ended, perhaps after the run was stopped."""
 
     run: Run
     outcome: Outcome
@@ -66,7 +66,7 @@ class RunEnded(Message):
 
 @dataclass
 class RunActed(Message):
-    """The user wants something done with a run: `what` is a name in `run_desk.ACTS`."""
+    """The user wants an action on a run: `what` is a name in `run_control.ACTS`."""
 
     number: int
     what: str
@@ -74,12 +74,12 @@ class RunActed(Message):
 
 @dataclass
 class RunsChanged(Message):
-    """A run began, ended or was stopped."""
+    """A run was started, stopped, finished or changed."""
 
 
 @dataclass
 class Reported(Message):
-    """Something to log, and unless it is routine to tell the user at once."""
+    """Something to log; unless it is `routine`, the user is notified at once."""
 
     words: str
     error: bool = False
@@ -88,7 +88,7 @@ class Reported(Message):
 
 @dataclass
 class ExportEnded(Message):
-    """A file was written, or not: then with an error."""
+    """Posted after an export; `error` is set if it failed."""
 
     what: str
     path: Path
@@ -97,7 +97,7 @@ class ExportEnded(Message):
 
 @dataclass
 class PointOpened(Message):
-    """The user wants to see a point's transient: texts of fields, and where they are from."""
+    """The user wants to run a point of a chart: its field texts, and where it is from."""
 
     texts: dict[str, str]
     words: str
@@ -105,7 +105,7 @@ class PointOpened(Message):
 
 @dataclass
 class SceneLoaded(Message):
-    """A scene is to be edited; `source` is how the command line would name it, `words` says why."""
+    """A scene is to be edited; `source` is its preset or file, `words` go to the log."""
 
     scene: Scene
     source: str
@@ -114,7 +114,7 @@ class SceneLoaded(Message):
 
 @dataclass
 class SceneSaved(Message):
-    """What is edited was written to a file."""
+    """The edited scene was written to a file."""
 
     scene: Scene
     path: Path
@@ -139,14 +139,14 @@ class StudyRead(Message):
 
 @dataclass
 class SessionAsked(Message):
-    """The user wants another session that is kept, by its number."""
+    """The user wants to open another saved session, by its number."""
 
     number: int
 
 
 @dataclass
 class ResultsRestored(Message):
-    """Results of the last session were read, see `snapshot.take_back`, or not: then with errors."""
+    """Results of the last session were read; `errors` says which could not be."""
 
     results: dict[str, Any]
     errors: list[str]

@@ -1,4 +1,4 @@
-"""What every tab has in common."""
+"""The base class of tabs."""
 
 from typing import TYPE_CHECKING, ClassVar
 
@@ -12,20 +12,20 @@ if TYPE_CHECKING:
 
 
 class Pane(Vertical):
-    """The contents of a tab; made when the tab is shown for the first time.
+    """The contents of a tab, created when it is first shown.
 
-    The screen calls the methods below for the tab in sight alone, and all of them when a tab comes
-    into sight: whatever a pane shows it derives from the session then.
+    The screen calls these methods for the current tab only, and all of them when a tab is shown; a
+    pane derives its contents from the session then.
 
     Parameters
     ----------
     session : Session
-        The state of the laboratory; panes read it, and post messages to change it.
+       State of the laboratory; panes read it, and post messages to change it.
 
     Attributes
     ----------
     NAME : str
-        Under which the settings of the tab are kept.
+       Key of the tab's stored settings.
     """
 
     NAME: ClassVar[str] = ""
@@ -35,79 +35,48 @@ class Pane(Vertical):
         self.session = session
 
     def setting(self, key: str, default: str) -> str:
-        """What the tab is set to; kept from one start to the next."""
+        """A stored setting of this tab."""
         return self.session.settings.get(self.NAME, {}).get(key, default)
 
     def keep(self, key: str, value: str) -> None:
-        """Keep what the tab is set to."""
+        """Store a setting of this tab."""
         self.session.settings.setdefault(self.NAME, {})[key] = value
 
     def scene_changed(self) -> None:
-        """A field was edited, or another scene was loaded. Called at every key press: be quick."""
+        """Called when a field was edited or a scene loaded; on every key, so be quick."""
 
     def run_changed(self, run: Run | None) -> None:
-        """Another run is shown, or other runs are drawn beside it.
+        """Called when another run is displayed or overlaid.
 
-        Parameters
-        ----------
-        run : Run or None
-            The run that is shown, None before the first result. `session.runs.drawn` has all that
-            are to be drawn, this one last, each with a result and a style (`Run.style`).
+        `session.runs.drawn` has all runs to plot, the displayed one last.
         """
 
     def run_progressed(self, run: Run) -> None:
-        """A run goes on. Called about ten times a second.
-
-        Parameters
-        ----------
-        run : Run
-            The run that is being computed, not the one shown.
-        """
+        """Called about ten times a second with the run being computed."""
 
     def work(self) -> bool:
-        """Begin what the tab computes when it is asked to, or stop it.
-
-        Returns
-        -------
-        bool
-            Whether there is such a thing.
-        """
+        """Start or stop the tab's computation. Returns False if it has none."""
         return False
 
     def export(self, what: str) -> "Export":
-        """What can be written of what is shown: of the run, where the tab says nothing else.
-
-        Parameters
-        ----------
-        what : str
-            A name in `exports.KINDS`.
-
-        Returns
-        -------
-        Export
-            To be written.
+        """Figure or data of the current contents; by default of the displayed run.
 
         Raises
         ------
         InputError
-            If there is nothing to write yet; it says what to do.
+           If there is nothing to export yet; the message says what to do.
         """
         from .exports import run_export
 
         return run_export(what, self.session.runs.shown)
 
     def command_line(self) -> str:
-        """The command that computes in a shell what is shown, or would be.
-
-        Returns
-        -------
-        str
-            Quoted for a POSIX shell.
+        """The shell command that computes the current contents.
 
         Raises
         ------
         InputError
-            If a field is wrong, or no command can say it.
+           If a field is invalid, or no command can compute this.
         """
         from fivtui.tui.session.command_lines import transient_line
 
@@ -116,7 +85,7 @@ class Pane(Vertical):
         return transient_line(scene, self.session.origin)
 
     def reported(self) -> None:
-        """Something was appended to `session.reports`."""
+        """Called when `session.reports` has grown."""
 
     def theme_changed(self) -> None:
-        """The theme has other colours: draw anew what the style sheets do not colour."""
+        """Redraw what style sheets do not colour."""

@@ -1,4 +1,4 @@
-"""The tab of the paper: its figures and claims, computed when they are asked for."""
+"""The paper tab: figures and claims, computed on request."""
 
 from collections.abc import Mapping
 from typing import TYPE_CHECKING, ClassVar, Final
@@ -35,7 +35,7 @@ class _Table(ListTable[str]):
 
 
 class PaperPane(JobPane):
-    """Lists of figures and claims, and the figure chosen."""
+    """Lists of figures and claims, and the selected figure."""
 
     NAME: ClassVar[str] = "paper"
     VERB: ClassVar[str] = "Check"
@@ -52,11 +52,11 @@ class PaperPane(JobPane):
         self._study: Study | None = None
         self._computed: dict[str, FigureData] = {}
         self._checked: dict[str, CheckedClaim] = {}
-        # The limits that are kept are those of the figure that is kept.
+        # The stored axis limits belong to the stored figure.
         self._shown = self._drawn = self.setting(_SHOWN, "")
 
     def compose_views(self) -> ComposeResult:
-        """Two tables, and two charts."""
+        """Two tables and two charts."""
         yield _Table(id="figures", cursor_type="row", zebra_stripes=True)
         with Vertical(id="claims"):
             yield _Table(id="claims-table", cursor_type="row", zebra_stripes=True)
@@ -66,9 +66,9 @@ class PaperPane(JobPane):
             yield ChartView("figure-2", openable=True)
 
     def on_mount(self) -> None:
-        """List the figures, or show the one of the last session."""
+        """List the figures, or restore the last figure."""
         self.query_one("#figure-2").display = False
-        # Textual mounts the class above after this one.
+        # Textual calls the base class's on_mount after this one.
         self.call_later(self._restore)
 
     def _restore(self) -> None:
@@ -81,7 +81,7 @@ class PaperPane(JobPane):
         self.draw()
 
     def _source(self) -> "Study":
-        # Figures and claims share what they compute.
+        # Figures and claims share computed results.
         from fivtui.paper.study import Study
 
         if self._study is None:
@@ -91,7 +91,7 @@ class PaperPane(JobPane):
     # The lists
 
     def draw(self) -> None:
-        """List or draw what is in sight."""
+        """Draw the current view."""
         if self.view == "figures":
             self._list_figures()
         elif self.view == "claims":
@@ -155,7 +155,7 @@ class PaperPane(JobPane):
     # Computing
 
     def begin(self) -> None:
-        """Check the claims, one after the other."""
+        """Check the claims one by one."""
         from fivtui.paper.claims.check import check_claims
 
         if self.view == "figure":
@@ -169,7 +169,7 @@ class PaperPane(JobPane):
         self.start(compute)
 
     def take(self, result: object) -> None:
-        """Show a figure, or the verdicts."""
+        """Display a figure, or the verdicts."""
         if isinstance(result, tuple):
             key, data = result
             self._computed[key] = data
@@ -209,7 +209,7 @@ class PaperPane(JobPane):
 
     @property
     def _chosen(self) -> str:
-        # Key of the figure that is meant; empty if there is none.
+        # Key of the selected figure; empty if none.
         from fivtui.paper.families import PANELS
 
         if self.view == "figures":
@@ -217,7 +217,7 @@ class PaperPane(JobPane):
         return self._shown
 
     def export(self, what: str) -> Export:
-        """The chart as it is seen, or the paper's figure from the list; its data; the claims."""
+        """The displayed chart or the paper's figure, its data, or the claims."""
         if self.view == "claims":
             if what == FIGURE:
                 raise InputError(f"claims are no figure: {KINDS[DATA]} writes them")
@@ -231,7 +231,7 @@ class PaperPane(JobPane):
         return as_seen(paper_export(what, key, self._source()), self.seen())
 
     def command_line(self) -> str:
-        """The figure chosen, or the claims."""
+        """The command for the selected figure, or the claims."""
         if self.view == "claims":
             return CLAIMS_LINE
         if not self._chosen:
@@ -239,7 +239,7 @@ class PaperPane(JobPane):
         return figure_line(int(self._chosen.rstrip("ab")))
 
     def action_open_scene_of(self) -> None:
-        """Load the scene of the figure chosen into the form."""
+        """Load the scene of the selected figure."""
         from .charts.paper import panel_scene
 
         key = self._chosen

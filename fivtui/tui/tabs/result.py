@@ -1,4 +1,4 @@
-"""The tab of the figures that came out of a run."""
+"""The result tab."""
 
 from textual.app import ComposeResult
 
@@ -11,14 +11,14 @@ from .table import RowsView
 
 
 class ResultPane(Pane):
-    """The figures of the run shown, and how they differ from those of the baseline."""
+    """The numbers of the displayed run, and their differences to the baseline."""
 
     def compose(self) -> ComposeResult:
         """The rows."""
         yield RowsView(id="result-rows")
 
     def run_changed(self, run: Run | None) -> None:
-        """Show the figures of a run."""
+        """Display the numbers of a run."""
         view = self.query_one("#result-rows", RowsView)
         if run is None or run.result is None:
             view.show([], "no result yet: F5 runs")

@@ -1,4 +1,4 @@
-"""The tab of the equilibrium: modes over μ, eigenvalues, and all that is known, live."""
+"""Stability tab: modes over μ, eigenvalues, summary; updated on every edit."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
@@ -29,20 +29,20 @@ from .views_pane import ViewsPane
 if TYPE_CHECKING:
     from .exports import Export
 
-# The scan over μ begins when no key was pressed for so long, s.
+# Delay of the scan over μ after the last key, s.
 _PAUSE: Final = 0.05
 _DIGITS: Final = 6
 
 
 class StabilityPane(ViewsPane):
-    """The equilibrium of what is edited."""
+    """Stability of the edited parameter set."""
 
     NAME: ClassVar[str] = "stability"
     VIEWS: ClassVar[Mapping[str, str]] = {"over-mu": "Over μ", "plane": "Plane", "facts": "Facts"}
 
     @dataclass
     class Scanned(Message):
-        """The eigenvalues over μ are known, perhaps of values that are no longer edited."""
+        """Posted when the eigenvalues over μ are known, perhaps outdated."""
 
         key: object
         scan: ModeScan
@@ -56,7 +56,7 @@ class StabilityPane(ViewsPane):
         self._waiting: Timer | None = None
 
     def compose_views(self) -> ComposeResult:
-        """Growth rates and frequencies, eigenvalues, and the rows."""
+        """Growth rates and frequencies, eigenvalues, summary."""
         with Vertical(id="over-mu"):
             yield ChartView("growth", openable=True)
             yield ChartView("frequency", openable=True)
@@ -65,7 +65,7 @@ class StabilityPane(ViewsPane):
         yield RowsView(id="facts")
 
     def scene_changed(self) -> None:
-        """Show the equilibrium of what is edited now; the scan over μ follows."""
+        """Display the stability of the edited parameters; the scan over μ follows."""
         try:
             p, found = self.session.parameters(), self.session.stability()
         except (InputError, ComputationError) as error:
@@ -98,7 +98,7 @@ class StabilityPane(ViewsPane):
                     p, top, separation=separation, go_on=lambda: not worker.is_cancelled
                 )
             except (Cancelled, ComputationError):
-                # Without an equilibrium somewhere along μ there are no lines to draw.
+                # No equilibrium somewhere along μ: nothing to draw.
                 return
             self.post_message(self.Scanned(key, scan))
 
@@ -112,7 +112,7 @@ class StabilityPane(ViewsPane):
             self.draw()
 
     def draw(self) -> None:
-        """Draw the view that is shown."""
+        """Draw the current view."""
         if self.view == "facts":
             rows = [] if self._now is None else stability_rows(*self._now, self.session.beside)
             self.query_one("#facts", RowsView).show(rows, self._why)
@@ -141,7 +141,7 @@ class StabilityPane(ViewsPane):
         self.post_message(PointOpened({"mu": text}, f"opened μ = {text}"))
 
     def export(self, what: str) -> "Export":
-        """The charts as they are seen; as data the modes over μ and the eigenvalues."""
+        """The displayed charts, or the modes over μ and eigenvalues as data."""
         from .exports import as_seen
         from .study_exports import stability_export
 
@@ -153,7 +153,7 @@ class StabilityPane(ViewsPane):
         return as_seen(whole, self.seen())
 
     def command_line(self) -> str:
-        """The stability of what is edited."""
+        """The command for the edited parameters' stability."""
         from fivtui.tui.session.command_lines import stability_line
 
         p = self.session.parameters()

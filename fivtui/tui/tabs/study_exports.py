@@ -1,4 +1,4 @@
-"""What can be written of stability, sweeps, maps, trade-offs and the paper. Imports no Textual."""
+"""Exports of stability, sweeps, maps, trade-offs and the paper. Imports no Textual."""
 
 from collections.abc import Sequence
 from pathlib import Path
@@ -23,26 +23,7 @@ if TYPE_CHECKING:
 def stability_export(
     what: str, name: str, p: Parameters, found: Stability, *, separation: bool
 ) -> Export:
-    """The modes over μ and the eigenvalues, as a figure or as data.
-
-    Parameters
-    ----------
-    what : str
-        A name in `exports.KINDS`.
-    name : str
-        Name of the scene.
-    p : Parameters
-        The parameter set.
-    found : Stability
-        Its stability.
-    separation : bool
-        Whether separation is considered.
-
-    Returns
-    -------
-    Export
-        As data: the eigenvalues over μ in columns, or all of `found` as JSON.
-    """
+    """Modes over μ and eigenvalues of scene `name`; `what` is `FIGURE` or `DATA`."""
 
     def draw() -> "Figure":
         from fivtui.equilibrium.figure import mode_figure
@@ -69,7 +50,7 @@ def stability_export(
 
 
 def sweep_export(what: str, name: str, result: "Sweep") -> Export:
-    """A sweep; parameters as in `stability_export`."""
+    """A sweep of scene `name`; `what` is `FIGURE` or `DATA`."""
 
     def draw() -> "Figure":
         from fivtui.sweeps.figure import sweep_figure
@@ -88,7 +69,7 @@ def sweep_export(what: str, name: str, result: "Sweep") -> Export:
 
 
 def map_export(what: str, name: str, result: "StabilityMap") -> Export:
-    """A stability map; parameters as in `stability_export`."""
+    """A stability map of scene `name`; `what` is `FIGURE` or `DATA`."""
 
     def draw() -> "Figure":
         from fivtui.equilibrium.figure import map_figure
@@ -113,7 +94,7 @@ def map_export(what: str, name: str, result: "StabilityMap") -> Export:
 
 
 def tradeoff_export(what: str, name: str, result: "Tradeoff") -> Export:
-    """A trade-off; parameters as in `stability_export`."""
+    """A trade-off of scene `name`; `what` is `FIGURE` or `DATA`."""
 
     def draw() -> "Figure":
         from fivtui.tradeoffs.figure import tradeoff_figure
@@ -137,22 +118,7 @@ def tradeoff_export(what: str, name: str, result: "Tradeoff") -> Export:
 
 
 def paper_export(what: str, key: str, study: "Study") -> Export:
-    """A figure of the paper, or the data of one of its panels.
-
-    Parameters
-    ----------
-    what : str
-        A name in `exports.KINDS`.
-    key : str
-        Key of the panel.
-    study : Study
-        Where its numbers come from.
-
-    Returns
-    -------
-    Export
-        All panels of the figure, as the command line draws them; or the data of this one.
-    """
+    """All panels of a figure of the paper, or the data of the panel `key`."""
     digits = key.rstrip("ab")
     number, letter = int(digits), key.removeprefix(digits)
 
@@ -173,18 +139,7 @@ def paper_export(what: str, key: str, study: "Study") -> Export:
 
 
 def claims_export(checked: "Sequence[CheckedClaim]") -> Export:
-    """The paper's statements with their verdicts, as Markdown, CSV or JSON.
-
-    Parameters
-    ----------
-    checked : sequence of CheckedClaim
-        The statements, held against the model.
-
-    Returns
-    -------
-    Export
-        What the command line prints.
-    """
+    """The paper's claims with verdicts, as Markdown, CSV or JSON."""
 
     def plain() -> object:
         from fivtui.paper.claims.check import claims_to_list

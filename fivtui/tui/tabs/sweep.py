@@ -1,4 +1,4 @@
-"""The tab of sweeps: amplitudes over a parameter, for both cases."""
+"""The sweep tab: amplitudes over one or two parameters, with and without separation."""
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
@@ -46,7 +46,7 @@ _PARTIAL: Final = "the sweep is not complete, so that it is not written: F10 swe
 
 
 class SweepPane(JobPane):
-    """Peak, and half peak-to-peak over the second half, over a parameter of the scene edited."""
+    """Peak and half peak-to-peak over parameters of the edited scene."""
 
     NAME: ClassVar[str] = "sweep"
     VERB: ClassVar[str] = "Sweep"
@@ -55,7 +55,7 @@ class SweepPane(JobPane):
 
     @dataclass
     class Grown(Message):
-        """More points are known."""
+        """Posted when more members are known."""
 
         job: Job
         result: "Sweep"
@@ -66,7 +66,7 @@ class SweepPane(JobPane):
         self._points: SweepPoints | None = None
 
     def compose_bar(self) -> ComposeResult:
-        """What varies."""
+        """The swept ranges."""
         yield Static("vary", classes="words")
         yield Input(self.setting("vary", EXAMPLE), id="vary", compact=True, select_on_focus=False)
 
@@ -76,7 +76,7 @@ class SweepPane(JobPane):
             yield ChartView("sweep-chart", nothing="nothing swept yet", openable=True)
 
     def begin(self) -> None:
-        """Sweep the scene edited."""
+        """Sweep the edited scene."""
         study = sweep_request(self.session.scene(), self.query_one("#vary", Input).value)
 
         def compute(job: Job) -> "Sweep":
@@ -96,7 +96,7 @@ class SweepPane(JobPane):
         self._catch_up()
 
     def _catch_up(self) -> None:
-        # The session has the result, be it computed here, read from a file, or restored.
+        # The session's sweep was computed here, read from a file, or restored.
         shown = self.session.studies.sweep
         if shown is not self._drawn:
             if shown is not None and shown.source:
@@ -126,21 +126,21 @@ class SweepPane(JobPane):
             self._show(event.result)
 
     def progressed(self) -> None:
-        """Show the points that are known."""
+        """Display the members known so far."""
         self.draw()
 
     def take(self, result: "Sweep") -> None:
-        """Show all points."""
+        """Display all members."""
         self._show(result)
         self.draw()
 
     def scene_changed(self) -> None:
-        """Mark the value edited, and show what was read from a file."""
+        """Mark the edited value; display a sweep read from a file."""
         self._catch_up()
         self.draw()
 
     def draw(self) -> None:
-        """Draw what is known."""
+        """Draw the known members."""
         view, shown = self.query_one(ChartView), self._drawn
         if shown is None:
             view.show(None)
@@ -153,7 +153,7 @@ class SweepPane(JobPane):
             view.show(grid_chart(shown.value, self.session.separation, point))
 
     def _now(self, names: Sequence[str]) -> tuple[float, ...] | None:
-        # What is edited of that which varies.
+        # The edited values of the swept parameters.
         try:
             p = self.session.parameters()
         except InputError:
@@ -176,7 +176,7 @@ class SweepPane(JobPane):
         self.post_message(PointOpened(texts, words))
 
     def export(self, what: str) -> Export:
-        """The sweep, if it is complete; as a figure as it is seen."""
+        """The sweep if it is complete; its figure as displayed."""
         shown = self.session.studies.sweep
         if shown is None:
             raise InputError(_NOTHING)
@@ -185,7 +185,7 @@ class SweepPane(JobPane):
         return as_seen(sweep_export(what, shown.name, shown.value), self.seen())
 
     def command_line(self) -> str:
-        """The sweep shown, or else that which would be computed."""
+        """The command for the displayed sweep, or else the one to compute."""
         shown = self.session.studies.sweep
         if shown is None:
             study = sweep_request(self.session.scene(), self.query_one("#vary", Input).value)

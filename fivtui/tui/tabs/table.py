@@ -15,35 +15,16 @@ class RowsView(VerticalScroll):
     """A scrollable list of `Row`."""
 
     def compose(self) -> ComposeResult:
-        """One renderable."""
+        """The table."""
         yield Static("", markup=False)
 
     def show(self, rows: Sequence[Row], otherwise: str) -> None:
-        """Show rows.
-
-        Parameters
-        ----------
-        rows : sequence of Row
-            The rows.
-        otherwise : str
-            What to say if there are none.
-        """
+        """Display rows, or if there are none the text `otherwise`."""
         self.query_one(Static).update(grid(rows) if rows else otherwise)
 
 
 def grid(rows: Sequence[Row]) -> Table:
-    """Rows in two columns, of which the second wraps.
-
-    Parameters
-    ----------
-    rows : sequence of Row
-        The rows.
-
-    Returns
-    -------
-    Table
-        Labels never wrapped; values in bold, with their notes behind them.
-    """
+    """Rows as a table: label, then value in bold and note, wrapped."""
     table = Table.grid(padding=(0, 2))
     table.add_column(no_wrap=True)
     for row in rows:

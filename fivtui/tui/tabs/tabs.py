@@ -1,4 +1,4 @@
-"""The tabs, as data: a tab more is a pane and a line here."""
+"""The registry of tabs: a new tab is a pane and a line in `TABS`."""
 
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -17,14 +17,13 @@ class TabSpec:
     Attributes
     ----------
     id : str
-        Identifier, also in messages and commands.
+       Identifier, also in messages and commands.
     title : str
-        What stands on it.
+       Title.
     key : str
-        Key that shows it.
+       Key that shows it.
     pane : callable
-        Takes the session, makes the contents. The module of a pane is imported by it, when the tab
-        is first shown.
+       Makes the pane from the session; imports its module when called.
     """
 
     id: str

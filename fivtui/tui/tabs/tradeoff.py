@@ -1,4 +1,4 @@
-"""The tab of the trade-off: what accuracy costs on this machine."""
+"""The trade-off tab: error against CPU time on this machine."""
 
 from collections.abc import Mapping
 from typing import TYPE_CHECKING, ClassVar
@@ -31,7 +31,7 @@ _NOTHING = "no trade-off to write yet: F10 measures it"
 
 
 class TradeoffPane(JobPane):
-    """Errors against CPU time of the scene edited, by every method and setting."""
+    """Errors against CPU time of the edited scene, for every method and setting."""
 
     NAME: ClassVar[str] = "trade-off"
     VERB: ClassVar[str] = "Measure"
@@ -46,21 +46,21 @@ class TradeoffPane(JobPane):
         self._seen: Shown[Tradeoff] | None = None
 
     def compose_bar(self) -> ComposeResult:
-        """The quantities whose errors can be shown."""
+        """The quantities whose error can be shown."""
         yield Static("error of", classes="words")
         for name, title in TITLES.items():
             classes = "quantity -active" if name == self._quantity else "quantity"
             yield Button(title, id=f"{_PREFIX}{name}", classes=classes, compact=True)
 
     def compose_views(self) -> ComposeResult:
-        """The plot with what the present setting delivers, and the table."""
+        """Chart with the current setting in words, and table."""
         with Vertical(id="errors"):
             yield ChartView("errors-chart", nothing="not measured yet")
             yield Static("", id="present", markup=False)
         yield ListTable[str](id="settings", cursor_type="row", zebra_stripes=True)
 
     def begin(self) -> None:
-        """Measure the scene edited."""
+        """Measure the edited scene."""
         scene = self.session.scene()
 
         def measure(job: Job) -> "Tradeoff":
@@ -71,18 +71,18 @@ class TradeoffPane(JobPane):
         self.start(measure)
 
     def take(self, result: "Tradeoff") -> None:
-        """Show what was measured."""
+        """Display the measurement."""
         self.session.studies.tradeoff = Shown(result, result.scene.name)
         self.scene_changed()
 
     @property
     def _result(self) -> "Tradeoff | None":
-        # The session has it, be it measured here, read from a file, or restored.
+        # Measured here, read from a file, or restored.
         shown = self.session.studies.tradeoff
         return None if shown is None else shown.value
 
     def scene_changed(self) -> None:
-        """Show what the setting edited delivers."""
+        """Display what the edited setting delivers."""
         shown = self.session.studies.tradeoff
         if shown is not None:
             if shown is not self._seen and shown.source:
@@ -104,7 +104,7 @@ class TradeoffPane(JobPane):
             return None
 
     def draw(self) -> None:
-        """Draw the view that is shown."""
+        """Draw the current view."""
         result = self._result
         if result is None:
             return
@@ -132,21 +132,21 @@ class TradeoffPane(JobPane):
         self.draw()
 
     def export(self, what: str) -> Export:
-        """What was measured; as a figure as it is seen, or all of it from the table."""
+        """The measurement; its chart as displayed."""
         shown = self.session.studies.tradeoff
         if shown is None:
             raise InputError(_NOTHING)
         return as_seen(tradeoff_export(what, shown.name, shown.value), self.seen())
 
     def command_line(self) -> str:
-        """The measurement shown, or else that of what is edited."""
+        """The command for the displayed measurement, or else the edited scene."""
         result = self._result
         scene = self.session.scene() if result is None else result.scene
         return tradeoff_line(scene, self.session.origin)
 
 
 def _same(one: Scene, other: Scene) -> bool:
-    # What was measured does not depend on method and accuracy.
+    # A measurement does not depend on method and accuracy.
     def physics(scene: Scene) -> tuple[object, ...]:
         return scene.parameters, scene.separation, scene.start, scene.t_end
 

@@ -1,4 +1,4 @@
-"""The tab of the transient: motion over time, phase portraits, spectrum, and what came out."""
+"""The transient tab: time histories, phase portraits, spectrum, difference, summary."""
 
 from collections.abc import Mapping, Sequence
 from functools import partial
@@ -36,7 +36,7 @@ from .views_pane import ViewsPane
 if TYPE_CHECKING:
     from .exports import Export
 
-# What is shown over time, from the top, and what goes first where there is little room.
+# Time histories from the top, and by importance where there is little room.
 _QUANTITIES: Final = ("y", "x", "P")
 _FIRST: Final = ("y", "P", "x")
 _LEAST_ROWS: Final = 6
@@ -47,7 +47,7 @@ _NO_BASELINE: Final = "no difference: choose another run as baseline (b in the l
 
 
 class TransientPane(ViewsPane):
-    """Plots and summary of the run shown, with those drawn beside it."""
+    """Plots and summary of the displayed run and the overlaid ones."""
 
     NAME: ClassVar[str] = "transient"
     VIEWS: ClassVar[Mapping[str, str]] = {
@@ -64,12 +64,12 @@ class TransientPane(ViewsPane):
         self._motions: list[Motion] = []
 
     def compose(self) -> ComposeResult:
-        """The views, of which one is shown, and the summary."""
+        """The views and the summary."""
         yield from super().compose()
         yield Static("", id="summary", markup=False)
 
     def compose_views(self) -> ComposeResult:
-        """Motion over time, phase portraits and spectrum."""
+        """Time histories, phase portraits, spectrum, difference."""
         with Vertical(id="time"):
             for quantity in _QUANTITIES:
                 yield ChartView(f"plot-{quantity}", nothing=_NOTHING)
@@ -85,7 +85,7 @@ class TransientPane(ViewsPane):
     # What is shown
 
     def run_changed(self, run: Run | None) -> None:
-        """Show the result of a run, and those drawn beside it."""
+        """Display a run and the overlaid ones."""
         if run is None or run.result is None:
             return
         first, *others = result_brief(run.result)
@@ -95,7 +95,7 @@ class TransientPane(ViewsPane):
         self._show([motion for motion in map(_motion, drawn) if motion is not None])
 
     def run_progressed(self, run: Run) -> None:
-        """Show what is known of a run that goes on."""
+        """Display the part of a run computed so far."""
         trajectory = run.growth.trajectory()
         if trajectory is not None:
             separated = separated_samples(trajectory)
@@ -119,7 +119,7 @@ class TransientPane(ViewsPane):
         self.draw()
 
     def draw(self) -> None:
-        """Draw the view that is shown."""
+        """Draw the current view."""
         if not self._motions:
             return
         draw = {
@@ -163,13 +163,13 @@ class TransientPane(ViewsPane):
 
     @property
     def _window(self) -> tuple[float, float]:
-        # The part of time that is shown; of the whole, its second half.
+        # The visible time window; of the whole run its second half.
         chosen = self.query_one("#plot-y", ChartView).view.x
         reached = float(self._motions[0].trajectory.t[-1])
         return second_half(reached) if chosen is None else (chosen.low, chosen.high)
 
     def export(self, what: str) -> "Export":
-        """The charts as they are seen; as data the trajectory, or the points that come of it."""
+        """The displayed charts; as data the trajectory, or the charts' points."""
         from .exports import FIGURE, points_export, run_export, seen_export
 
         run, seen = self.session.runs.shown, self.seen()
@@ -195,7 +195,7 @@ class TransientPane(ViewsPane):
 
     @on(ChartView.Moved)
     def _moved(self, event: ChartView.Moved) -> None:
-        # What is drawn over time has one time axis.
+        # Time histories share their time axis.
         source = event.view.view
         for group in (_QUANTITIES, ("y", "P")):
             prefix = "plot" if group is _QUANTITIES else "difference"
@@ -208,7 +208,7 @@ class TransientPane(ViewsPane):
                     chart.redraw()
 
     def action_show_end(self) -> None:
-        """Show the last part of the horizon."""
+        """Zoom to the last tenth of the run."""
         if self._motions:
             t_end = self._motions[0].t_end
             for name in _QUANTITIES:
@@ -225,7 +225,7 @@ def _motion(run: Run) -> Motion | None:
 
 
 def _names(drawn: Sequence[Run]) -> dict[str, str]:
-    # A number says nothing outside the laboratory.
+    # Outside the laboratory a run's number says nothing.
     from fivtui.transient.figure import run_labels
 
     known = [(run.number, run.result) for run in drawn if run.result is not None]

@@ -1,4 +1,4 @@
-"""A pane with several views, of which one is shown."""
+"""A pane with several views, one visible at a time."""
 
 from collections.abc import Mapping
 from dataclasses import replace
@@ -21,14 +21,14 @@ _VIEW = "view"
 
 
 class ViewsPane(Pane):
-    """A bar of buttons, and below it the view chosen.
+    """A bar of buttons above the chosen view.
 
     Attributes
     ----------
     VIEWS : mapping of str to str
-        Identifier and title of every view; `compose_views` makes a widget of each identifier.
+       Identifier and title of every view; `compose_views` makes a widget of each identifier.
     LOG_AXES : mapping of str to str
-        Which axes of a chart begin with a logarithmic scale, such as ``xy``.
+       Initially logarithmic axes of charts, such as ``xy``.
     """
 
     VIEWS: ClassVar[Mapping[str, str]] = {}
@@ -46,7 +46,7 @@ class ViewsPane(Pane):
             yield from self.compose_views()
 
     def compose_bar(self) -> ComposeResult:
-        """What else stands in the bar."""
+        """Further widgets in the bar."""
         yield from ()
 
     def compose_views(self) -> ComposeResult:
@@ -54,7 +54,7 @@ class ViewsPane(Pane):
         raise NotImplementedError
 
     def on_mount(self) -> None:
-        """Mark the view shown, and give the charts the limits and scales that they had."""
+        """Mark the current view and restore limits and scales of the charts."""
         self._mark()
         for chart in self.query(ChartView):
             name = str(chart.id)
@@ -64,22 +64,22 @@ class ViewsPane(Pane):
             chart.view = self.session.views[name]
 
     def theme_changed(self) -> None:
-        """Draw the charts in the colours of now."""
+        """Redraw the charts in the new colours."""
         for chart in self.query(ChartView):
             chart.redraw()
 
     def draw(self) -> None:
-        """Draw the view that is shown."""
+        """Draw the current view."""
         raise NotImplementedError
 
     @property
     def views(self) -> Widget:
-        """Where the views are."""
+        """The container of the views."""
         return self.query_one(ContentSwitcher)
 
     @property
     def view(self) -> str:
-        """Identifier of the view shown."""
+        """Identifier of the current view."""
         return str(self.query_one(ContentSwitcher).current)
 
     def action_turn_view(self) -> None:
@@ -88,7 +88,7 @@ class ViewsPane(Pane):
         self.show_view(names[(names.index(self.view) + 1) % len(names)])
 
     def seen(self) -> Seen | None:
-        """The charts in sight as they are shown; None if there is none."""
+        """The visible charts, None if there are none."""
         shown = self.query_one(f"#{self.view}")
         panels = [
             (chart.chart, replace(chart.view, hidden=set(chart.view.hidden), cursor=None))
@@ -103,13 +103,7 @@ class ViewsPane(Pane):
         self.show_view(str(event.button.id).removeprefix(_PREFIX))
 
     def show_view(self, name: str) -> None:
-        """Show a view.
-
-        Parameters
-        ----------
-        name : str
-            Its identifier.
-        """
+        """Show a view by its identifier."""
         self.query_one(ContentSwitcher).current = name
         self.keep(_VIEW, name)
         self._mark()

@@ -38,7 +38,7 @@ _LEAST: Final = (MARGIN + 2, 3)
 
 @dataclass(frozen=True, slots=True)
 class _Control:
-    # A word at the end of the heading that is clicked; brief where there is little room.
+    # A clickable word at the end of the heading, with a short form for narrow charts.
     action: str
     words: str
     brief: str
@@ -53,19 +53,18 @@ _CONTROLS: Final = (
 
 
 class ChartView(Widget, can_focus=True):
-    """A chart with zoom, pan, cursor, typed limits and logarithmic axes, by keys and by mouse.
+    """A chart with zoom, pan, cursor, typed limits and logarithmic axes, by key and mouse.
 
-    It draws itself from `picture.draw`. The plots of textual-plot take more than 50 ms each even of
-    reduced data, and have no logarithmic axes, no cursor and no shades.
+    textual-plot takes over 50 ms per plot and has no logarithmic axes, cursor or shades.
 
     Parameters
     ----------
     id : str
-        Identifier of the widget.
+       Identifier of the widget.
     nothing : str
-        What is said as long as there is no chart.
+       Text in place of a chart.
     openable : bool
-        Whether a point can be opened.
+       Whether Enter and a double click open a point (`Opened`).
     """
 
     BINDINGS: ClassVar[list[BindingType]] = [
@@ -94,25 +93,25 @@ class ChartView(Widget, can_focus=True):
 
     @dataclass
     class Opened(Message):
-        """The user wants to see more of a point."""
+        """Posted when a point is opened."""
 
         view: "ChartView"
         point: Found
 
         @property
         def control(self) -> "ChartView":
-            """The chart."""
+            """The chart, for ``@on`` selectors."""
             return self.view
 
     @dataclass
     class Moved(Message):
-        """Other parts are shown."""
+        """Posted when the visible part has changed."""
 
         view: "ChartView"
 
         @property
         def control(self) -> "ChartView":
-            """The chart."""
+            """The chart, for ``@on`` selectors."""
             return self.view
 
     def __init__(self, id: str, *, nothing: str = "", openable: bool = False) -> None:  # noqa: A002
@@ -129,37 +128,29 @@ class ChartView(Widget, can_focus=True):
 
     @property
     def chart(self) -> Chart | None:
-        """What is shown."""
+        """The displayed chart."""
         return self._chart
 
     def show(self, chart: Chart | None, *, nothing: str | None = None) -> None:
-        """Show a chart in the view of now.
-
-        Parameters
-        ----------
-        chart : Chart or None
-            The chart, or nothing.
-        nothing : str, optional
-            What to say instead of a chart.
-        """
+        """Display a chart in the current view; if None, the text `nothing`."""
         self._chart = chart
         if nothing is not None:
             self._nothing = nothing
         self.redraw()
 
     def redraw(self) -> None:
-        """Draw what is shown anew."""
+        """Draw the chart again."""
         self._picture = None
         self.refresh()
 
     def check_action(self, action: str, parameters: tuple[object, ...]) -> bool | None:  # noqa: ARG002
-        """Which actions apply."""
+        """Disable "open" where points cannot be opened."""
         return self._openable if action == "open" else True
 
     # Drawing
 
     def notify_style_update(self) -> None:
-        """Take the colours of a new theme."""
+        """Follow a change of theme."""
         self._styles_by_name.clear()
         super().notify_style_update()
 
@@ -171,11 +162,11 @@ class ChartView(Widget, can_focus=True):
         return self._styles_by_name[name]
 
     def on_focus(self) -> None:
-        """Show that keys come here."""
+        """Use the styles of a focused chart."""
         self._restyle()
 
     def on_blur(self) -> None:
-        """Show that keys go elsewhere."""
+        """Use the usual styles."""
         self._restyle()
 
     def _restyle(self) -> None:
@@ -198,7 +189,7 @@ class ChartView(Widget, can_focus=True):
             controls = self._heading_end(width)
             reserved = sum(len(text) for text, _ in controls)
             self._picture = draw(self._chart, self.view, width, height, reserved=reserved)
-            # The last span of the first line is what was reserved.
+            # The last span of the first line is the reserved room.
             self._picture.lines[0][-1:] = controls
         return self._picture.lines
 
@@ -227,7 +218,7 @@ class ChartView(Widget, can_focus=True):
         self.post_message(self.Moved(self))
 
     def action_zoom(self, direction: int) -> None:
-        """Zoom in (-1) or out (+1), about the cursor if there is one."""
+        """Zoom in (-1) or out (+1) about the cursor, or else the middle."""
         self._zoom(_ZOOM_STEP, direction, self._cursor_place() or (0.5, 0.5))
 
     def _zoom(self, step: float, direction: int, about: tuple[float, float]) -> None:
@@ -242,7 +233,7 @@ class ChartView(Widget, can_focus=True):
             self._moved()
 
     def action_step(self, right: int, up: int) -> None:
-        """Move the cursor by cells if it is on, what is shown if not."""
+        """Move the cursor if it is on, else pan."""
         if self._chart is None:
             return
         if self._steered:
@@ -252,12 +243,12 @@ class ChartView(Widget, can_focus=True):
             self._moved()
 
     def action_whole(self) -> None:
-        """Show all data again."""
+        """Fit both axes to the data."""
         self.view.reset()
         self._moved()
 
     def action_log(self, axis: str) -> None:
-        """Change the scale of an axis."""
+        """Switch an axis between linear and logarithmic."""
         self.view.toggle_log(x=axis == "x")
         self._moved()
 
@@ -267,7 +258,7 @@ class ChartView(Widget, can_focus=True):
             self.redraw()
 
     def action_limits(self) -> None:
-        """Ask for limits."""
+        """Ask for axis limits."""
         if self._chart is None:
             return
 
@@ -281,7 +272,7 @@ class ChartView(Widget, can_focus=True):
     # The cursor
 
     def action_cursor(self) -> None:
-        """Put the cursor in the middle, or take it away."""
+        """Switch the cursor on (in the middle) or off."""
         if self._steered:
             self.action_cursor_off()
         elif self._chart is not None:
@@ -290,7 +281,7 @@ class ChartView(Widget, can_focus=True):
                 self._put_cursor((0.5, 0.5))
 
     def action_cursor_off(self) -> None:
-        """Take the cursor away."""
+        """Switch the cursor off."""
         self._steered = False
         self.view.cursor = None
         self.redraw()
@@ -315,12 +306,12 @@ class ChartView(Widget, can_focus=True):
         _, _, columns, rows = self._picture.plot
         across, along = place[0] + right / columns, place[1] + up / rows
         if not 0.0 <= across <= 1.0:
-            # What is shown follows the cursor.
+            # Pan so that the cursor stays visible.
             self.view.pan(self._chart, right / columns)
         self._put_cursor((min(max(across, 0.0), 1.0), min(max(along, 0.0), 1.0)))
 
     def action_open(self) -> None:
-        """Open the point next to the cursor; put the cursor first if there is none."""
+        """Open the point nearest to the cursor; if there is none, switch it on."""
         if self._chart is None:
             return
         if self.view.cursor is None:
@@ -333,7 +324,7 @@ class ChartView(Widget, can_focus=True):
     # The mouse
 
     def on_mouse_move(self, event: MouseMove) -> None:
-        """Drag what is shown, or read out what is under the pointer."""
+        """Pan while dragging, else move the read-out."""
         if self._picture is None or self._chart is None:
             return
         _, _, columns, rows = self._picture.plot
@@ -352,12 +343,12 @@ class ChartView(Widget, can_focus=True):
                 self.action_cursor_off()
 
     def on_leave(self, event: Leave) -> None:
-        """Read out nothing when the pointer has left."""
+        """Hide the read-out."""
         if event.node is self and not self._steered and self.view.cursor is not None:
             self.action_cursor_off()
 
     def on_mouse_down(self, event: MouseDown) -> None:
-        """Begin to drag."""
+        """Start dragging."""
         self._dragged = False
         if self._picture is not None and event.y >= self._picture.plot[1]:
             self._held = (event.x, event.y)
@@ -382,7 +373,7 @@ class ChartView(Widget, can_focus=True):
             self._zoom(_WHEEL_STEP, direction, self._picture.place(event.x, event.y))
 
     async def on_click(self, event: Click) -> None:
-        """Work a control, toggle a trace, put the cursor, or open a point (twice)."""
+        """Press a control, toggle a trace, place the cursor, or open a point (double click)."""
         if self._chart is None or self._picture is None or self._dragged:
             return
         if event.y < self._picture.plot[1]:
@@ -404,7 +395,7 @@ class ChartView(Widget, can_focus=True):
 
 
 def _legend_index(spans: Sequence[Span], column: int) -> int | None:
-    # Entries of the legend begin with a blank and the number of their trace.
+    # A legend entry begins with a blank and the number of its trace.
     end = 0
     for text, style in spans:
         end += len(text)

@@ -1,4 +1,4 @@
-"""The dialog that asks for the limits of the axes."""
+"""The dialog for axis limits."""
 
 from dataclasses import replace
 from typing import ClassVar
@@ -16,13 +16,7 @@ from fivtui.tui.chart.chart import Chart, View
 
 
 class LimitsDialog(ModalScreen[View | None]):
-    """Asks for LOW:HIGH of both axes; nothing lets an axis follow the data.
-
-    Parameters
-    ----------
-    chart, view
-        What is shown, and how.
-    """
+    """Asks for ``LOW:HIGH`` of both axes; an empty axis fits the data."""
 
     BINDINGS: ClassVar[list[BindingType]] = [Binding("escape", "cancel", "Cancel")]
 
@@ -31,7 +25,7 @@ class LimitsDialog(ModalScreen[View | None]):
         self._chart, self._view = chart, view
 
     def compose(self) -> ComposeResult:
-        """One line an axis."""
+        """One input per axis."""
         labels = {"x": self._chart.x_label, "y": self._chart.y_label}
         axes = dict(zip("xy", self._view.axes(self._chart), strict=True))
         with Vertical(id="dialog"):
@@ -71,5 +65,5 @@ class LimitsDialog(ModalScreen[View | None]):
 
     @on(Button.Pressed, "#limits-cancel")
     def action_cancel(self) -> None:
-        """Keep the limits of now."""
+        """Close without changes."""
         self.dismiss(None)

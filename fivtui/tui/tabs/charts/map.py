@@ -1,4 +1,4 @@
-"""What the map tab shows: stability over two parameters as shades. Imports no Textual."""
+"""Charts of the map tab: stability over two parameters. Imports no Textual."""
 
 from typing import TYPE_CHECKING, Final
 
@@ -32,7 +32,7 @@ _LABELS: Final = {
 _MOST: Final = 1_000_000
 _INSIDE: Final = 1e-9
 _DIGITS: Final = 9
-# From the most stable to the fastest growing; the last one is where there is no value.
+# From the most stable to the fastest growing; then no value.
 _STABLE: Final = (":", "·", " ")
 _UNSTABLE: Final = ("░", "▒", "▓", "█")
 _LEVELS: Final = (" ", "·", "░", "▒", "▓", "█")
@@ -40,23 +40,7 @@ _NO_VALUE: Final = ("?", "hidden")
 
 
 def map_request(text: str) -> "tuple[Range, Range]":
-    """Read over what the map goes.
-
-    Parameters
-    ----------
-    text : str
-        Two times ``NAME=START:STOP:COUNT``, the first along x.
-
-    Returns
-    -------
-    tuple of Range
-        Two different parameters.
-
-    Raises
-    ------
-    InputError
-        If the text has another form, a value is not allowed, or there are over a million points.
-    """
+    """Parse the two ranges of a map, such as ``mu=0:1.5:121 F=5:120:93``; the first is along x."""
     from fivtui.ranges import parse_ranges
 
     words = text.split()
@@ -72,24 +56,11 @@ def map_request(text: str) -> "tuple[Range, Range]":
 
 
 def values_in(given: "Range", axis: Axis | None) -> FloatArray:
-    """The values of a range, or as many within what is shown of it.
-
-    Parameters
-    ----------
-    given : Range
-        The range.
-    axis : Axis or None
-        Limits that were chosen; what of them is allowed for the parameter counts.
-
-    Returns
-    -------
-    ndarray, shape (n,)
-        As many as the range has.
-    """
+    """The values of a range, or as many between chosen axis limits."""
     if axis is None:
         return given.values()
     spec = PARAMETERS[given.name]
-    # An open bound is not a value itself.
+    # An open bound is excluded.
     inside = _INSIDE * (axis.high - axis.low) if spec.lower_open else 0.0
     low, high = max(axis.low, spec.lower + inside), min(axis.high, spec.upper)
     if low >= high:
@@ -100,20 +71,7 @@ def values_in(given: "Range", axis: Axis | None) -> FloatArray:
 
 
 def map_chart(result: "StabilityMap", now: Parameters | None) -> Chart:
-    """A stability map as shades, with its boundary and the point edited.
-
-    Parameters
-    ----------
-    result : StabilityMap
-        The map.
-    now : Parameters or None
-        The parameter set edited.
-
-    Returns
-    -------
-    Chart
-        The boundary is the first trace.
-    """
+    """A stability map as shades, with its boundary and the edited point."""
     first, second = result.names
     (x, y), values, excess = result.axes, result.values, result.excess
     if x[0] > x[-1]:
@@ -167,20 +125,7 @@ def _shades(value: str, values: FloatArray) -> tuple[NDArray[np.intp], tuple[tup
 
 
 def graded(values: FloatArray) -> tuple[NDArray[np.intp], tuple[tuple[str, str], ...]]:
-    """Shades from the least values to the greatest, each for equally many points.
-
-    Parameters
-    ----------
-    values : ndarray
-        The values; NaN where there is none.
-
-    Returns
-    -------
-    levels : ndarray of int
-        Of the same shape: indices into the shades.
-    shades : tuple of (str, str)
-        As in `Backdrop`.
-    """
+    """Levels and shades with equally many points each, from the smallest values to the largest."""
     missing = np.isnan(values)
     known = values[~missing]
     shades = [(shade, "trace-1") for shade in _LEVELS]
@@ -191,20 +136,7 @@ def graded(values: FloatArray) -> tuple[NDArray[np.intp], tuple[tuple[str, str],
 
 
 def boundary(x: FloatArray, y: FloatArray, excess: FloatArray) -> tuple[FloatArray, FloatArray]:
-    """Where a value over the plane changes its sign.
-
-    Parameters
-    ----------
-    x, y : ndarray, shapes (n,) and (k,)
-        Ascending coordinates.
-    excess : ndarray, shape (n, k)
-        The value; NaN where there is none.
-
-    Returns
-    -------
-    x, y : ndarray, shape (m,)
-        On the lines of the grid, by linear interpolation.
-    """
+    """Zero crossings of `excess`, shape (n, k), on the grid lines, by linear interpolation."""
     return _merged(_along(x, y, excess), _along(y, x, excess.T)[::-1])
 
 
@@ -225,7 +157,7 @@ def _merged(
 
 
 def point_texts(result: "StabilityMap", point: Found) -> dict[str, str]:
-    """The fields' texts of a point of a map: all parameters, and whether separation counts."""
+    """Field texts of a point of a map: all parameters and separation."""
     places = (float(f"{value:.{_DIGITS}g}") for value in (point.x, point.y))
     values = result.parameters.as_dict() | dict(zip(result.names, places, strict=True))
     texts = {name: number_text(value) for name, value in values.items()}
@@ -233,6 +165,6 @@ def point_texts(result: "StabilityMap", point: Found) -> dict[str, str]:
 
 
 def point_words(result: "StabilityMap", point: Found) -> str:
-    """What tells a point of a map from the others."""
+    """The coordinates of a point of a map in words."""
     texts = point_texts(result, point)
     return ", ".join(f"{name} = {texts[name]}" for name in result.names)

@@ -1,4 +1,4 @@
-"""The figures of the paper as charts, its claims as rows. Imports no Textual."""
+"""Charts and table rows of the paper tab. Imports no Textual."""
 
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
@@ -16,11 +16,11 @@ from fivtui.tui.session.paper_scenes import paper_scenes
 
 FIGURE_COLUMNS: Final = ("figure", "lines", "what it shows")
 CLAIM_COLUMNS: Final = ("verdict", "section", "statement", "stated")
-# Behind the key of a figure that is computed: a column of its own would push the others away.
+# Appended to the key of a computed figure: a column of its own would take too much room.
 COMPUTED: Final = " ✓"
 _UNKNOWN: Final = "?"
 
-# The columns drawn of every kind, a chart each; two columns of a chart are the two modes.
+# Columns of every chart by kind of panel; a pair of columns is the two modes.
 _DRAWN: Final[Mapping[str, Sequence[tuple[str, ...]]]] = {
     "equilibrium": (("y_e",),),
     "eigenvalues": (("omega_1", "omega_2"), ("sigma_1", "sigma_2")),
@@ -37,18 +37,7 @@ _LABELS: Final = {
 
 
 def figure_rows(computed: Sequence[str]) -> list[tuple[str, ...]]:
-    """The figures of the paper, a row a panel that has scenes of its own.
-
-    Parameters
-    ----------
-    computed : sequence of str
-        Keys of the panels that are computed.
-
-    Returns
-    -------
-    list of tuple of str
-        In the columns `FIGURE_COLUMNS`.
-    """
+    """The paper's figures as rows of `FIGURE_COLUMNS`; `computed` ones are marked."""
     return [
         (f"{key}{COMPUTED if key in computed else ''}", _by(panel), panel.caption)
         for key, panel in PANELS.items()
@@ -65,20 +54,7 @@ def _by(panel: Panel) -> str:
 def claim_rows(
     claims: Sequence[Claim], checked: Mapping[str, CheckedClaim]
 ) -> list[tuple[str, ...]]:
-    """The statements of the paper with their verdicts.
-
-    Parameters
-    ----------
-    claims : sequence of Claim
-        The statements.
-    checked : mapping of str to CheckedClaim
-        Those that are held against the model, by id.
-
-    Returns
-    -------
-    list of tuple of str
-        In the columns `CLAIM_COLUMNS`; a question mark where there is no verdict yet.
-    """
+    """The paper's claims as rows of `CLAIM_COLUMNS`, with "?" where not checked yet."""
     return [
         (
             str(checked[claim.id].verdict) if claim.id in checked else _UNKNOWN,
@@ -91,20 +67,7 @@ def claim_rows(
 
 
 def claim_words(claim: Claim, checked: CheckedClaim | None) -> str:
-    """A statement, what the paper gives, what was computed, and why.
-
-    Parameters
-    ----------
-    claim : Claim
-        The statement.
-    checked : CheckedClaim or None
-        What came of it, if it is known.
-
-    Returns
-    -------
-    str
-        A few lines.
-    """
+    """A claim in a few lines: stated value, computed value, verdict, reason."""
     lines = [claim.statement, f"stated: {claim.stated}"]
     if checked is not None:
         lines.append(f"computed: {checked.computed} — {checked.verdict}")
@@ -126,20 +89,7 @@ def _line_name(by: str, value: float) -> str:
 
 
 def figure_charts(panel: Panel, data: FigureData) -> list[Chart]:
-    """The charts of a panel.
-
-    Parameters
-    ----------
-    panel : Panel
-        The panel.
-    data : FigureData
-        Its numbers.
-
-    Returns
-    -------
-    list of Chart
-        One or two, a trace a line.
-    """
+    """One or two charts of a panel, with a trace per line."""
     drawn = _DRAWN.get(panel.kind, ((panel.shown,),))
     charts = []
     for names in drawn:
@@ -161,7 +111,7 @@ def figure_charts(panel: Panel, data: FigureData) -> list[Chart]:
 def _trace(name: str, line: FigureData, names: Sequence[str]) -> Trace:
     if len(names) == 1:
         return Trace(name, line[line.along], line[names[0]])
-    # A gap between the two modes.
+    # NaN separates the two modes.
     gap = [np.nan]
     first, second = names
     x = np.concatenate([line[line.along], gap, line[line.along]])
@@ -170,20 +120,7 @@ def _trace(name: str, line: FigureData, names: Sequence[str]) -> Trace:
 
 
 def point_scene(panel: Panel, point: Found) -> Scene:
-    """The scene behind a point of a panel.
-
-    Parameters
-    ----------
-    panel : Panel
-        The panel.
-    point : Found
-        A point of one of its charts.
-
-    Returns
-    -------
-    Scene
-        That of the line, with the value at the point.
-    """
+    """The scene at a point of a panel's chart."""
     line = panel.lines[point.trace]
     if line.along in PARAMETERS:
         return line.scene.with_values({line.along: point.x})
@@ -191,18 +128,7 @@ def point_scene(panel: Panel, point: Found) -> Scene:
 
 
 def panel_scene(key: str) -> Scene:
-    """The scene with which to begin from a panel.
-
-    Parameters
-    ----------
-    key : str
-        Key of the panel.
-
-    Returns
-    -------
-    Scene
-        Named after the panel, with its caption.
-    """
+    """A panel's scene nearest to the base set, named after the panel."""
     place = list(PANELS).index(key)
     scene, caption = list(paper_scenes())[place]
     return replace(scene, description=f"Fig. {key}: {caption}")

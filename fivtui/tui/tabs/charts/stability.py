@@ -1,7 +1,4 @@
-"""The charts of the equilibrium: its modes over μ, its eigenvalues in the plane.
-
-Imports no Textual.
-"""
+"""Charts of the stability tab: modes over μ, eigenvalues in the plane. Imports no Textual."""
 
 from typing import Final
 
@@ -29,47 +26,19 @@ def _over_mu(scan: ModeScan, label: str, parts: FloatArray, guides: tuple[Guide,
 
 
 def growth_chart(scan: ModeScan, p: Parameters, found: Stability) -> Chart:
-    """Growth rates of the modes over μ.
-
-    Parameters
-    ----------
-    scan : ModeScan
-        The eigenvalues over μ.
-    p : Parameters
-        The parameter set of now.
-    found : Stability
-        Its stability.
-
-    Returns
-    -------
-    Chart
-        With μ, every μ_c, and the line between decay and growth.
-    """
+    """Growth rates of the modes over μ, with μ and every μ_c marked."""
     guides = (Guide(0.0, vertical=False), *_guides(p, found))
     return _over_mu(scan, "Re λ / 1/s", scan.eigenvalues[:, :2].real, guides)
 
 
 def frequency_chart(scan: ModeScan, p: Parameters, found: Stability) -> Chart:
-    """Frequencies of the modes over μ, Hz; see `growth_chart`."""
+    """Frequencies of the modes over μ, Hz, with μ and every μ_c marked."""
     parts = scan.eigenvalues[:, :2].imag / (2.0 * np.pi)
     return _over_mu(scan, "Im λ/2π / Hz", parts, _guides(p, found))
 
 
 def plane_chart(found: Stability, scan: ModeScan | None) -> Chart:
-    """The eigenvalues in the complex plane.
-
-    Parameters
-    ----------
-    found : Stability
-        Those of now.
-    scan : ModeScan, optional
-        Those over μ: where they come from and go to.
-
-    Returns
-    -------
-    Chart
-        What lies to the right of Re λ = 0 grows.
-    """
+    """The eigenvalues in the complex plane, with their paths over μ."""
     values = found.eigenvalues
     now = Trace("now", values.real, values.imag, look="points", ordered=False, mark="◆")
     paths: tuple[Trace, ...] = ()

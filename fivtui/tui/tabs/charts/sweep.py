@@ -1,4 +1,4 @@
-"""What the sweep tab computes and shows: amplitudes over a parameter. Imports no Textual."""
+"""Computation and charts of the sweep tab. Imports no Textual."""
 
 import dataclasses
 from collections.abc import Callable, Iterator, Sequence
@@ -27,24 +27,24 @@ if TYPE_CHECKING:
 FloatArray = NDArray[np.float64]
 
 EXAMPLE: Final = "F=10:120:56"
-# Members that are computed before their points are shown.
+# Members per part: the chart grows by this many.
 _PIECE: Final = 16
 _CASES: Final = {True: CONSIDERED, False: IGNORED}
 _OUTPUTS: Final = {"y_abs": "peak", "y_half_range": "±2nd half"}
-# By output as it is drawn, and case.
+# By plotted output and separation.
 _MARKS: Final = ({True: "●", False: "○"}, {True: "◆", False: "◇"})
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class SweepPoints:
-    """What a sweep over one name is drawn from.
+    """Outputs of a sweep over one variable.
 
     Attributes
     ----------
     name : str
-        What varies: a parameter, or a component of the start.
+       The swept parameter or component of the start.
     values : dict of ((str, bool), (ndarray, ndarray))
-        By output and case: what varies, ascending, and the output; NaN where a member failed.
+       By output and separation: variable (ascending) and output (NaN where a member failed).
     """
 
     name: str
@@ -52,25 +52,7 @@ class SweepPoints:
 
 
 def sweep_request(scene: Scene, text: str) -> "Study":
-    """Read what is to be swept.
-
-    Parameters
-    ----------
-    scene : Scene
-        What every member has in common.
-    text : str
-        One parameter or two: ``NAME=START:STOP:COUNT``, ``…:log``, or ``NAME=V1,V2,…``.
-
-    Returns
-    -------
-    Study
-        Both cases of every value.
-
-    Raises
-    ------
-    InputError
-        If the text or the scene will not do.
-    """
+    """Parse one or two ``--vary`` ranges; the sweep covers both separation cases."""
     from fivtui.sweeps.request import parse_design, study_of
 
     try:
@@ -86,25 +68,7 @@ def sweep_request(scene: Scene, text: str) -> "Study":
 
 
 def sweep_parts(study: "Study", progress: Callable[[float], bool]) -> Iterator["Rows"]:
-    """Compute a sweep part by part.
-
-    Parameters
-    ----------
-    study : Study
-        The sweep.
-    progress : callable
-        Called with the fraction done; the sweep is cancelled when it returns False.
-
-    Yields
-    ------
-    Rows
-        The next members.
-
-    Raises
-    ------
-    Cancelled
-        If `progress` returned False.
-    """
+    """Compute a sweep in parts; raises `Cancelled` when `progress` returns False."""
     from fivtui.sweeps.rows import compute_rows
 
     members = study.members
@@ -118,20 +82,7 @@ def sweep_parts(study: "Study", progress: Callable[[float], bool]) -> Iterator["
 
 
 def sweep_of(study: "Study", parts: Sequence["Rows"]) -> "Sweep":
-    """The sweep of all parts; at least one.
-
-    Parameters
-    ----------
-    study : Study
-        What is computed.
-    parts : sequence of Rows
-        Its rows by now, at least one.
-
-    Returns
-    -------
-    Sweep
-        As far as it is known.
-    """
+    """A sweep of the rows computed so far."""
     from fivtui.sweeps.rows import joined
     from fivtui.sweeps.run import Sweep
 
@@ -139,21 +90,9 @@ def sweep_of(study: "Study", parts: Sequence["Rows"]) -> "Sweep":
 
 
 def grid_chart(result: "Sweep", case: bool, now: tuple[float, float] | None) -> Chart:
-    """A sweep over two names as shades: of the peak, or else of the first output.
+    """A sweep over two variables as shades, of the peak or else the first output.
 
-    Parameters
-    ----------
-    result : Sweep
-        The sweep, as far as it is known.
-    case : bool
-        Whether separation is considered; the other case where this one was not computed.
-    now : tuple of float or None
-        The point that is edited.
-
-    Returns
-    -------
-    Chart
-        Without a value where a member failed or is not computed yet.
+    If separation `case` was not computed, the other one is shown.
     """
     from fivtui.sweeps.design import VARIABLES
     from fivtui.sweeps.study import OUTPUTS
@@ -184,19 +123,7 @@ def _point(x: float, y: float) -> Trace:
 
 
 def points_of(result: "Sweep") -> SweepPoints:
-    """What is drawn of a sweep over one name.
-
-    Parameters
-    ----------
-    result : Sweep
-        The sweep, as far as it is known.
-
-    Returns
-    -------
-    SweepPoints
-        Peak, and half peak-to-peak over the second half of the run, as far as they were computed,
-        or else the first output.
-    """
+    """The plotted outputs of a sweep over one variable: peak, half peak-to-peak; or the first."""
     study, rows = result.study, result.table
     (name,) = study.design.axes
     along = rows.numbers[name]
@@ -211,20 +138,7 @@ def points_of(result: "Sweep") -> SweepPoints:
 
 
 def sweep_chart(points: SweepPoints, now: float | None) -> Chart:
-    """The outputs over what varies, for every case.
-
-    Parameters
-    ----------
-    points : SweepPoints
-        What is known.
-    now : float or None
-        The value that is edited.
-
-    Returns
-    -------
-    Chart
-        A trace an output and case.
-    """
+    """The outputs over the swept variable, a trace per output and case; `now` is marked."""
     from fivtui.sweeps.design import VARIABLES
     from fivtui.sweeps.study import OUTPUTS
 
@@ -246,29 +160,14 @@ def _label(name: str, unit: str) -> str:
 
 
 def case_of(study: "Study", points: SweepPoints | None, point: Found, case: bool) -> bool:
-    """Which case a point of a chart is of: its trace says it, or what is shown of a grid."""
+    """Whether separation is considered at a point of a sweep's chart."""
     if points is not None:
         return list(points.values)[point.trace][1]
     return case if case in study.cases else study.cases[0]
 
 
 def point_scene(study: "Study", point: Found, case: bool) -> Scene:
-    """The scene of a member of a sweep.
-
-    Parameters
-    ----------
-    study : Study
-        The sweep.
-    point : Found
-        A point of its chart.
-    case : bool
-        Whether separation is considered there.
-
-    Returns
-    -------
-    Scene
-        What was computed there.
-    """
+    """The scene of a member of a sweep."""
     values = dict(zip(study.design.axes, (point.x, point.y), strict=False))
     parameters = {name: value for name, value in values.items() if name in PARAMETERS}
     p, start = study.parameters.with_values(parameters), study.start
@@ -282,12 +181,12 @@ def point_scene(study: "Study", point: Found, case: bool) -> Scene:
 
 
 def point_texts(scene: Scene) -> dict[str, str]:
-    """The fields' texts of a scene that a point stands for."""
+    """Field texts of a scene."""
     return {name: field.text_of(scene) for name, field in FIELDS.items()}
 
 
 def count_words(result: "Sweep") -> str:
-    """How many members there are, and what became of those that failed."""
+    """Number of members, and why some failed."""
     rows = result.table
     words = f"{len(rows.reasons)} transients"
     if len(rows.reasons) < result.study.members:

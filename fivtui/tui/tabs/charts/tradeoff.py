@@ -1,7 +1,4 @@
-"""What the trade-off tab shows: error against CPU time, and what the present setting delivers.
-
-Imports no Textual.
-"""
+"""Charts and words of the trade-off tab: error against CPU time. Imports no Textual."""
 
 import math
 from collections.abc import Mapping
@@ -18,9 +15,9 @@ if TYPE_CHECKING:
 
 _MARKS: Final = "○□△▽◇×+☆"
 _PRESENT: Final = "◆"
-# Where an error of zero is drawn.
+# An error of zero is drawn here.
 _LEAST: Final = 1e-16
-# Settings that differ by less, in decades, are taken for the same.
+# Settings closer than this, in decades, count as equal.
 _NEAR: Final = 0.3
 
 TITLES: Final[Mapping[str, str]] = {
@@ -41,21 +38,9 @@ def _methods(result: "Tradeoff") -> dict[str, list[Row]]:
 
 
 def tradeoff_chart(result: "Tradeoff", quantity: str, present: Row | None) -> Chart:
-    """Error of a quantity against CPU time, a line a method.
+    """Error of a quantity against CPU time, a line per method.
 
-    Parameters
-    ----------
-    result : Tradeoff
-        What was measured.
-    quantity : str
-        A name in `QUANTITIES`.
-    present : Row, optional
-        The setting of now.
-
-    Returns
-    -------
-    Chart
-        For logarithmic axes; below the guide errors are within the uncertainty of the reference.
+    Below the guide, errors are within the uncertainty of the reference.
     """
     traces = []
     for place, (method, rows) in enumerate(_methods(result).items()):
@@ -83,22 +68,7 @@ def _trace(name: str, rows: list[Row], quantity: str, look: Look, mark: str) -> 
 
 
 def table_rows(result: "Tradeoff", quantity: str, present: Row | None) -> list[tuple[str, ...]]:
-    """Every setting in words.
-
-    Parameters
-    ----------
-    result : Tradeoff
-        What was measured.
-    quantity : str
-        A name in `QUANTITIES`.
-    present : Row, optional
-        The setting of now.
-
-    Returns
-    -------
-    list of tuple of str
-        In the columns `COLUMNS`; in the last one what is special about the setting.
-    """
+    """All settings as rows of `COLUMNS`."""
     best = pareto(result.rows, quantity, result.floor.of(quantity))
     rows: list[tuple[str, ...]] = []
     for row in result.rows:
@@ -118,17 +88,7 @@ def table_rows(result: "Tradeoff", quantity: str, present: Row | None) -> list[t
 def present_row(result: "Tradeoff", scene: Scene) -> Row | None:
     """The measured setting nearest to that of a scene.
 
-    Parameters
-    ----------
-    result : Tradeoff
-        What was measured.
-    scene : Scene
-        With a method, and a tolerance or a step.
-
-    Returns
-    -------
-    Row or None
-        None if its method was not measured, or the accuracy that it states chooses the setting.
+    None if its method was not measured, or if error targets choose the setting.
     """
     if scene.accuracy:
         return None
@@ -152,24 +112,7 @@ def _knob(setting: Setting, scene: Scene) -> float | None:
 
 
 def present_words(result: "Tradeoff", scene: Scene, quantity: str, present: Row | None) -> str:
-    """What the setting of a scene delivers, and what would do as well for less.
-
-    Parameters
-    ----------
-    result : Tradeoff
-        What was measured.
-    scene : Scene
-        The scene.
-    quantity : str
-        A name in `QUANTITIES`.
-    present : Row or None
-        See `present_row`.
-
-    Returns
-    -------
-    str
-        One or two phrases.
-    """
+    """What a scene's setting delivers, and which setting is cheaper at the same accuracy."""
     if scene.accuracy:
         asked = dict(scene.accuracy)
         parts = [
@@ -185,7 +128,7 @@ def present_words(result: "Tradeoff", scene: Scene, quantity: str, present: Row 
     wanted = _knob(present.setting, scene)
     same = wanted is not None and abs(math.log10(present.setting.value / wanted)) < _NEAR
     words = f"{'now' if same else 'nearest to now:'} {_words(present, quantity)}"
-    # What is beyond the uncertainty of the errors is the same.
+    # Errors below the reference's uncertainty count as equal.
     better = cheapest(result.rows, quantity, max(error, result.floor.of(quantity)))
     if better is None or better.setting == present.setting or better.cpu_s >= present.cpu_s:
         return f"{words}; nothing measured is as exact in less time"

@@ -1,4 +1,4 @@
-"""The charts of a transient: motion over time, phase portraits, spectrum. Imports no Textual."""
+"""Charts of the transient tab: time histories, phase portraits, spectra. Imports no Textual."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -18,37 +18,37 @@ FloatArray = NDArray[np.float64]
 SYMBOLS: Final = {"vx": "ẋ", "vy": "ẏ"}
 _UNITS: Final = {column.name: column.unit for column in COLUMNS}
 TIME_LABEL: Final = "t / s"
-# Harmonics that the spectrum shows, and those that are marked.
+# Harmonics displayed, and marked, in the spectrum.
 _HARMONICS: Final = 8.0
 _MARKED: Final = 3
 _FEWEST: Final = 16
-# Amplitudes below this part of the greatest are rounding.
+# Smaller relative amplitudes are rounding.
 _NOISE: Final = 1e-10
-# Steps of the samples may differ by this part: they are decimal numbers.
+# Relative difference of sample steps: the times are rounded decimals.
 _UNEVEN: Final = 1e-3
 
 
 def label_of(quantity: str) -> str:
-    """Symbol and unit of a column of a trajectory."""
+    """Symbol and unit of a trajectory's column."""
     return f"{SYMBOLS.get(quantity, quantity)} / {_UNITS[quantity]}"
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Motion:
-    """A trajectory and how it is drawn.
+    """A trajectory and how it is plotted.
 
     Attributes
     ----------
     name : str
-        What tells it from others.
+       Name in the legend.
     trajectory : Trajectory
-        Its samples.
+       Its samples.
     separated : sequence of (start, end)
-        When it is off the belt, s.
+       Intervals off the belt, s.
     t_end : float
-        The horizon, s.
+       End time of the run, s.
     mark, colour : str
-        See `Trace`.
+       As in `Trace`.
     """
 
     name: str
@@ -60,20 +60,7 @@ class Motion:
 
 
 def motion_of(result: Transient, name: str = "", mark: str = "", colour: str = "") -> Motion | None:
-    """The motion of a result.
-
-    Parameters
-    ----------
-    result : Transient
-        The result.
-    name, mark, colour : str
-        See `Motion`.
-
-    Returns
-    -------
-    Motion or None
-        None if it was computed without sample times.
-    """
+    """A transient ready for plotting; None if it has no samples."""
     if result.trajectory is None:
         return None
     separated = result.separated_intervals
@@ -81,18 +68,7 @@ def motion_of(result: Transient, name: str = "", mark: str = "", colour: str = "
 
 
 def separated_samples(trajectory: Trajectory) -> list[tuple[float, float]]:
-    """When a trajectory is off the belt, as far as its samples tell.
-
-    Parameters
-    ----------
-    trajectory : Trajectory
-        At least one sample.
-
-    Returns
-    -------
-    list of (start, end)
-        From the first separated sample to the first one in contact again, s.
-    """
+    """Intervals off the belt, s, as far as the samples of a trajectory resolve them."""
     off = np.concatenate(([False], trajectory.mode == Mode.SEPARATED, [False]))
     changes = np.flatnonzero(np.diff(off))
     times = np.append(trajectory.t, trajectory.t[-1])[changes].tolist()
@@ -100,21 +76,9 @@ def separated_samples(trajectory: Trajectory) -> list[tuple[float, float]]:
 
 
 def time_chart(quantity: str, motions: Sequence[Motion], *, strip: bool, x_axis: bool) -> Chart:
-    """A quantity over time.
+    """A quantity over time, a trace per run, the first on top.
 
-    Parameters
-    ----------
-    quantity : str
-        A column of the trajectory.
-    motions : sequence of Motion
-        At least one; the first is that whose separated intervals are marked.
-    strip, x_axis : bool
-        Whether to mark them, and whether to label the ticks of the time axis.
-
-    Returns
-    -------
-    Chart
-        A trace a motion, the first on top of the others.
+    `strip` marks when the first run is off the belt.
     """
     traces = tuple(
         Trace(
@@ -138,22 +102,9 @@ def time_chart(quantity: str, motions: Sequence[Motion], *, strip: bool, x_axis:
 
 
 def difference_chart(quantity: str, motion: Motion, baseline: Motion, *, x_axis: bool) -> Chart:
-    """How far a motion is from another over time.
+    """Difference of a quantity between a run and a baseline over their common time.
 
-    Parameters
-    ----------
-    quantity : str
-        A column of the trajectory.
-    motion, baseline : Motion
-        The motion, and what is taken from it.
-    x_axis : bool
-        Whether to label the ticks of the time axis.
-
-    Returns
-    -------
-    Chart
-        Over the time that both have; between samples of the baseline by straight lines where
-        their times differ.
+    The baseline is interpolated linearly where the sample times differ.
     """
     t, there = motion.trajectory.t, baseline.trajectory.t
     t = t[t <= there[-1]]
@@ -174,7 +125,7 @@ def difference_chart(quantity: str, motion: Motion, baseline: Motion, *, x_axis:
 
 
 def second_half(t_end: float) -> tuple[float, float]:
-    """The second half of a horizon: over it half peak-to-peak is taken."""
+    """Start and end of the second half of a run, over which half peak-to-peak is taken."""
     return 0.5 * t_end, t_end
 
 
@@ -188,22 +139,7 @@ def _span(window: tuple[float, float]) -> str:
 
 
 def phase_chart(quantity: str, motions: Sequence[Motion], window: tuple[float, float]) -> Chart:
-    """A displacement against its velocity.
-
-    Parameters
-    ----------
-    quantity : str
-        ``"x"`` or ``"y"``.
-    motions : sequence of Motion
-        At least one.
-    window : tuple of float
-        First and last time, s.
-
-    Returns
-    -------
-    Chart
-        A trace a motion, the first on top of the others; the line y = 0, where contact ends.
-    """
+    """Velocity against displacement within a time window, a trace per run."""
     traces = []
     for motion in reversed(motions):
         part = _part(motion.trajectory.t, window)
@@ -235,13 +171,13 @@ class Spectrum:
     Attributes
     ----------
     frequency : ndarray, shape (n,)
-        Hz, ascending from 0.
+       Hz, ascending from 0.
     amplitude : ndarray, shape (n,)
-        Of the sine of each frequency; at 0 the mean.
+       Amplitude of each frequency's sine; at 0 the mean.
     fundamental : float
-        Frequency of the greatest amplitude besides the mean, Hz; 0 if there is no vibration.
+       Frequency of the largest amplitude besides the mean, Hz; 0 without vibration.
     resolution : float
-        Distance of frequencies that can be told apart, Hz.
+       Spacing of resolved frequencies, Hz.
     """
 
     frequency: FloatArray
@@ -251,30 +187,21 @@ class Spectrum:
 
     @property
     def period(self) -> float | None:
-        """One over the fundamental frequency, s; None if there is no vibration."""
+        """1 / fundamental frequency, s; None without vibration."""
         return 1.0 / self.fundamental if self.fundamental > 0.0 else None
 
 
 def spectrum(t: FloatArray, values: FloatArray) -> Spectrum:
-    """The amplitude spectrum of a signal, seen through a Hann window.
+    """The amplitude spectrum of an evenly sampled signal, with a Hann window.
 
-    Parameters
-    ----------
-    t : ndarray, shape (n,)
-        Evenly spaced times, s; a last one that is nearer than the others does not count.
-    values : ndarray, shape (n,)
-        The signal.
-
-    Returns
-    -------
-    Spectrum
-        The mean is taken away before the window and put at frequency 0. The fundamental frequency
-        is that of the parabola through the logarithms of the highest line and its neighbours.
+    The mean is removed first and put at frequency 0. The fundamental frequency is interpolated by a
+    parabola through the logarithms of the highest line and its neighbours. A shorter last step is
+    dropped.
 
     Raises
     ------
     InputError
-        If there are fewer than 16 samples, or they are not evenly spaced.
+       If there are fewer than 16 samples, or they are not evenly spaced.
     """
     if t.size > 1 and t[-1] - t[-2] < (1.0 - _UNEVEN) * (t[1] - t[0]):
         t, values = t[:-1], values[:-1]
@@ -284,7 +211,7 @@ def spectrum(t: FloatArray, values: FloatArray) -> Spectrum:
     if np.abs(np.diff(t) - step).max() > _UNEVEN * step:
         raise InputError("spectrum: the samples are not evenly spaced")
     mean = float(values.mean())
-    # Periodic, so that its own lines fall on frequencies of the transform.
+    # A periodic window, whose own lines fall on frequencies of the transform.
     window = 0.5 - 0.5 * np.cos(2.0 * np.pi * np.arange(t.size) / t.size)
     lines = np.fft.rfft((values - mean) * window)
     amplitude: FloatArray = np.hypot(lines.real, lines.imag) * (2.0 / window.sum())
@@ -295,7 +222,7 @@ def spectrum(t: FloatArray, values: FloatArray) -> Spectrum:
 
 
 def _fundamental(amplitude: FloatArray, values: FloatArray) -> float:
-    # In lines of the transform.
+    # In units of the resolution.
     highest = 1 + int(amplitude[1:].argmax())
     size = float(np.abs(values).max())
     if amplitude[highest] <= _NOISE * size:
@@ -308,31 +235,13 @@ def _fundamental(amplitude: FloatArray, values: FloatArray) -> float:
 
 
 def spectrum_of(motion: Motion, window: tuple[float, float]) -> Spectrum:
-    """The spectrum of y in a window of time, see `spectrum`."""
+    """The spectrum of y within a time window."""
     part = _part(motion.trajectory.t, window)
     return spectrum(motion.trajectory.t[part], motion.trajectory.y[part])
 
 
 def spectrum_chart(motions: Sequence[Motion], window: tuple[float, float]) -> Chart:
-    """The spectra of y.
-
-    Parameters
-    ----------
-    motions : sequence of Motion
-        At least one.
-    window : tuple of float
-        First and last time, s.
-
-    Returns
-    -------
-    Chart
-        To some harmonics of the first motion, of which the first are marked.
-
-    Raises
-    ------
-    InputError
-        If a spectrum cannot be had, see `spectrum`.
-    """
+    """Spectra of y within a time window, with the first harmonics of the first run marked."""
     spectra = [spectrum_of(motion, window) for motion in motions]
     first = spectra[0]
     traces = tuple(
