@@ -1,4 +1,4 @@
-"""Starts the terminal UI on whatever Textual is connected to: ``python -m fivtui.tui``."""
+"""``python -m fivtui.tui`` starts the terminal UI."""
 
 from .start import run
 

@@ -53,13 +53,13 @@ class FivtuiApp(App[None]):
     Parameters
     ----------
     scene : Scene, optional
-        The scene to begin with; the base scene if not given.
+       The initial scene; the last session's if None.
     source : str
-        How the command line names it; empty if it does not.
+       Its preset or file, if it has one.
     state : Path, optional
-        File in which the session is kept from one start to the next; nowhere if not given.
+       Session file; without one nothing is saved.
     when_shown : callable, optional
-        Called once, when the first screen is there.
+       Called once when the first screen is displayed.
     """
 
     TITLE = "fivtui"
@@ -72,7 +72,7 @@ class FivtuiApp(App[None]):
     BINDINGS: ClassVar[list[BindingType]] = [
         Binding("ctrl+q", "quit", "Quit", show=True, priority=True),
     ]
-    # Of each session its own, so that one can be left for another.
+    # A Textual mode per session, so that sessions can be switched.
     DEFAULT_MODE = "session"
     HORIZONTAL_BREAKPOINTS = [  # noqa: RUF012 (the base class says so)
         (0, "-cramped"),
@@ -106,7 +106,7 @@ class FivtuiApp(App[None]):
         self._keeper = Keeper(state)
         self._told = ""
         self._ticker: Timer | None = None
-        # What there is to say when the screen is there.
+        # Reports for the screen, once it is displayed.
         self._reports: list[Reported] = []
         self._restore(given=scene is not None)
 
@@ -123,7 +123,7 @@ class FivtuiApp(App[None]):
             self._reports.append(Reported(words))
 
     def _take(self, state: State, *, given: bool = False) -> list[str]:
-        # What there is to say about what is not kept.
+        # Returns why some results were not saved.
         if state.theme in self.available_themes:
             self.theme = state.theme
         if not given:
@@ -136,12 +136,12 @@ class FivtuiApp(App[None]):
 
     @property
     def not_kept(self) -> str:
-        """Why the session, or a result of it, is not kept; empty if all is."""
+        """Why the session, or a result of it, could not be saved; empty if all is saved."""
         return self._keeper.error
 
     @property
     def other_sessions(self) -> list[Slot]:
-        """The places of the other sessions that are kept."""
+        """The other saved sessions."""
         return self._keeper.others
 
     @on(SessionAsked)
@@ -156,7 +156,7 @@ class FivtuiApp(App[None]):
         self._keeper, self._told = keeper, ""
         words = [f"session {event.number} opened", *self._take(state)]
         self._reports.append(Reported("; ".join(words)))
-        # With its screen the session before is given up, and what it computes.
+        # Removing its screen ends the previous session and its computations.
         before, self._mode = self._mode, f"session {event.number}"
         self.add_mode(self._mode, self.get_default_screen)
         self.switch_mode(self._mode)
@@ -164,9 +164,9 @@ class FivtuiApp(App[None]):
         self._begin()
 
     def get_default_screen(self) -> LabScreen:
-        """The laboratory is the screen under all others."""
+        """The laboratory's screen."""
         screen = LabScreen(self.session, lambda: self.other_sessions)
-        # Known before the first layout, the size does not ask for a second one.
+        # Size classes set before the first layout avoid a second one.
         screen.set_classes(
             [
                 next(name for least, name in reversed(names) if extent >= least)
@@ -178,7 +178,7 @@ class FivtuiApp(App[None]):
         return screen
 
     def on_mount(self) -> None:
-        """Tell what was restored, and keep the session from now on."""
+        """Report what was restored, and start saving the session."""
         if self._keeper.keeps:
             self._ticker = self.set_interval(_KEEPING_PERIOD, self._keep)
         self._begin()
@@ -190,7 +190,7 @@ class FivtuiApp(App[None]):
         self._reports.clear()
         if self.session.unread:
             keeper, unread = self._keeper, dict(self.session.unread)
-            # After the first frame: files may be slow.
+            # After the first frame: reading files may be slow.
             self.call_after_refresh(
                 self.run_worker,
                 lambda: lab.post_message(_read_results(keeper, unread)),
@@ -199,10 +199,10 @@ class FivtuiApp(App[None]):
             )
 
     async def on_event(self, event: Event) -> None:
-        """Take a key before what is computed, and one with Alt for a key and no text."""
+        """Claim the interpreter for a key, and treat keys with Alt as keys without text."""
         if isinstance(event, InputEvent):
             if not self.screen_stack:
-                # Pressed after the key that quits.
+                # A key pressed after quitting.
                 return
             if isinstance(event, Key):
                 take_for_alt(event, option=isinstance(self.screen, LabScreen))
@@ -211,7 +211,7 @@ class FivtuiApp(App[None]):
         await super().on_event(event)
 
     def on_ready(self) -> None:
-        """Tell that the first screen is there."""
+        """Report that the first screen is displayed."""
         self._when_shown()
 
     def _state(self) -> State:
@@ -224,11 +224,11 @@ class FivtuiApp(App[None]):
             self.screen_stack[0].post_message(Reported(words, error=bool(self._told)))
         keeper, state = self._keeper, self._state()
         if keeper.due(state):
-            # Files may be slow.
+            # Writing files may be slow.
             self.run_worker(lambda: keeper.save(state), thread=True, exit_on_error=False)
 
     def on_unmount(self) -> None:
-        """Keep the session, whatever ended the application."""
+        """Save the session, whatever ended the application."""
         if self._ticker is not None:
             self._ticker.stop()
         self._keeper.close(self._state())

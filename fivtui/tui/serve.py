@@ -18,7 +18,7 @@ if TYPE_CHECKING:
 
 HOST: Final = "127.0.0.1"
 DEFAULT_PORT: Final = 8000
-# The page needs nothing from elsewhere, and says nothing to others.
+# The page loads nothing from and sends nothing to other sites.
 _POLICY: Final = (
     "default-src 'self' 'unsafe-inline' data: blob:; connect-src 'self' ws://{0}; "
     "frame-ancestors 'none'"
@@ -28,20 +28,20 @@ _POLICY: Final = (
 def serve(port: int = DEFAULT_PORT, *, say: Callable[[str], None]) -> None:
     """Serve the terminal UI to browsers on this machine, until interrupted.
 
-    Whoever uses it can read and write files as the user who serves it. So it listens on the
-    loopback address alone, and refuses what another site's page asks for in the user's browser.
+    A browser can read and write files as the serving user: it listens on the loopback address only
+    and refuses requests from other sites' pages.
 
     Parameters
     ----------
     port : int
-        Port to listen on, 1 to 65535.
+       Port to listen on, 1 to 65535.
     say : callable
-        Takes the words for the user.
+       Prints words for the user.
 
     Raises
     ------
     InputError
-        If the extra ``serve`` is not installed, or the port cannot be used.
+       If the extra ``serve`` is not installed, or the port cannot be used.
     """
     if find_spec("textual_serve") is None:
         raise InputError("serve: needs textual-serve: install fivtui[serve]")
@@ -63,7 +63,7 @@ def serve(port: int = DEFAULT_PORT, *, say: Callable[[str], None]) -> None:
         response.headers["Content-Security-Policy"] = _POLICY.format(address)
 
     class LocalServer(Server):
-        """A server for this machine alone."""
+        """A textual-serve server with guarded requests."""
 
         async def _make_app(self) -> "Application":
             application: Application = await super()._make_app()
@@ -75,7 +75,7 @@ def serve(port: int = DEFAULT_PORT, *, say: Callable[[str], None]) -> None:
             say(f"fivtui is at http://{address}; Ctrl+C stops it")
 
         def initialize_logging(self) -> None:
-            """Leave the terminal to the words of the program."""
+            """Log nothing to the terminal."""
 
     LocalServer(_command(), host=HOST, port=port, title="fivtui").serve()
 
@@ -84,7 +84,7 @@ def _check_free(port: int) -> None:
     try:
         with socket.socket() as probe:
             if os.name == "posix":
-                # As the server itself does: a port left a moment ago is free there.
+                # As the server does: a recently closed port can be used again.
                 probe.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
             probe.bind((HOST, port))
     except OSError as error:

@@ -1,4 +1,4 @@
-"""Starts the terminal UI: soon there, and quick at every key. Imports Textual when it starts."""
+"""Starts the terminal UI. Imports Textual when it starts."""
 
 import gc
 import sys
@@ -11,23 +11,13 @@ _SWITCH_INTERVAL: Final = 1e-3
 
 
 def answer_quickly() -> None:
-    """Let the screen have the interpreter soon where a thread computes in Python beside it."""
+    """Shorten the thread switch interval so that the screen is not kept waiting."""
     sys.setswitchinterval(_SWITCH_INTERVAL)
 
 
 def run(scene: "Scene | None" = None, source: str = "") -> None:
-    """Run the terminal UI until the user quits.
-
-    The session of the last time is restored, but for the scene if one is given.
-
-    Parameters
-    ----------
-    scene : Scene, optional
-        The scene to begin with.
-    source : str
-        How the command line names it, a preset or a file; empty if it does not.
-    """
-    # What is made on the way to the first frame stays: there is nothing to collect.
+    """Run the terminal UI until the user quits; a given scene replaces the last session's."""
+    # Objects made until the first frame stay: nothing to collect.
     gc.disable()
     from .app import FivtuiApp
     from .persistence.state_file import state_path
@@ -40,6 +30,6 @@ def run(scene: "Scene | None" = None, source: str = "") -> None:
 
 
 def _collect_later() -> None:
-    # Nor is it looked at again later, which would take a tenth of a second each time.
+    # Excluding them from later collections saves a tenth of a second each.
     gc.freeze()
     gc.enable()

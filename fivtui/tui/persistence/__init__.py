@@ -1,1 +1,1 @@
-"""The session between two starts. Imports no Textual."""
+"""Saves and restores sessions. Imports no Textual."""

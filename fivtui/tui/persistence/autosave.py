@@ -1,4 +1,4 @@
-"""Keeps the session in its place. Imports no Textual."""
+"""Restores a session at the start and saves it when it changes. Imports no Textual."""
 
 import threading
 from contextlib import ExitStack
@@ -17,28 +17,28 @@ if TYPE_CHECKING:
 
 
 class Keeper:
-    """Reads a session at the start, and writes it whenever it differs from what is in the file.
+    """Restores a session and saves it whenever it differs from its file.
 
-    While it does, no other process has that session.
+    A session is locked against other processes.
 
     Parameters
     ----------
     path : Path or None
-        The file of the first session, see `slot_of`; None to keep nothing.
+       The file of session 1; None to save nothing.
 
     Attributes
     ----------
     error : str
-        Why the session, or a result of it, could not be written the last time; empty if all could.
+       Why the last save failed, in whole or part; empty if it succeeded.
     notices : list of str
-        What was wrong with sessions that could not be restored, and where they are.
+       Sessions that could not be restored, and where they are.
     """
 
     def __init__(self, path: Path | None) -> None:
         self._first = path
         self._slot: Slot | None = None
         self._held: ExitStack | None = None
-        # What the file was where it was read without being locked.
+        # Signature of a session read without a lock.
         self._seen: tuple[int, int] | None = None
         self._kept: State | None = None
         self._lock = threading.Lock()
@@ -48,29 +48,23 @@ class Keeper:
 
     @property
     def keeps(self) -> bool:
-        """Whether anything is kept."""
+        """Whether sessions are saved."""
         return self._slot is not None
 
     @property
     def number(self) -> int:
-        """Number of the session; 0 for none."""
+        """Number of the session; 0 if none."""
         return 0 if self._slot is None else self._slot.number
 
     @property
     def others(self) -> list[Slot]:
-        """The places of the other sessions, that used last first; others may have them."""
+        """The other saved sessions, last used first; other processes may hold them."""
         if self._first is None:
             return []
         return [slot for slot in kept_slots(self._first) if slot.number != self.number]
 
     def load(self) -> State | None:
-        """The session used last that no other process has; it is this one's from now on.
-
-        Returns
-        -------
-        State or None
-            None if there is none: a new session begins.
-        """
+        """Take the last used free session. Returns None for a new one."""
         if self._first is None:
             return None
         useless: set[int] = set()
@@ -86,12 +80,12 @@ class Keeper:
                 self.notices.append(str(error))
                 if self._slot.signature is None:
                     return None
-                # Whoever can read it finds it where it is.
+                # A version that can read it finds it in its place.
                 useless.add(self._slot.number)
                 self._release()
 
     def _look(self, first: Path) -> State | None:
-        # Without a lock nothing is changed, nor put aside.
+        # Without a lock nothing is changed or renamed.
         for slot in kept_slots(first):
             self._slot, self._seen = slot, slot.signature
             try:
@@ -102,23 +96,7 @@ class Keeper:
         return None
 
     def open(self, number: int) -> State:
-        """Take a certain session.
-
-        Parameters
-        ----------
-        number : int
-            Its number.
-
-        Returns
-        -------
-        State
-            What is in it.
-
-        Raises
-        ------
-        InputError
-            If another process has it, or it cannot be restored.
-        """
+        """Take the session `number`; raises `InputError` if it is locked or cannot be restored."""
         slot = slot_of(self._first or Path(), number)
         self._held = hold(slot)
         try:
@@ -152,28 +130,22 @@ class Keeper:
         return self._kept
 
     def due(self, state: State) -> bool:
-        """Whether a session differs from what is in the file."""
+        """Whether a state differs from the session's file."""
         return self.keeps and state != self._kept
 
     def save(self, state: State) -> None:
-        """Write a session if it is due.
-
-        Parameters
-        ----------
-        state : State
-            The session.
-        """
+        """Save a state if it is due."""
         with self._lock:
             if self._slot is not None and self.due(state):
                 self._save(state, self._slot)
 
     def _save(self, state: State, slot: Slot) -> None:
-        # One that could not be written is not tried again until it changes.
+        # After a failure, try again only when the state changes.
         self._kept = state
         store = self._store_of(slot)
         try:
             self._hold_again(slot)
-            # The results before what refers to them, and away with them only after it.
+            # Results are written before the state that refers to them, and removed after it.
             files, notes = store.put(state.results)
             save_state(replace(state, results=files, notes=notes), slot.path)
         except InputError as error:
@@ -192,13 +164,7 @@ class Keeper:
         self._held = held
 
     def close(self, state: State) -> None:
-        """Write a session for the last time, and let others have it.
-
-        Parameters
-        ----------
-        state : State
-            The session.
-        """
+        """Save for the last time and release the session."""
         with self._lock:
             if self._slot is not None and (self.due(state) or self.error):
                 self._save(state, self._slot)
@@ -211,23 +177,7 @@ class Keeper:
             self._held = None
 
     def result(self, key: str, kept: KeptFile) -> Any:
-        """A result of the last time.
-
-        Parameters
-        ----------
-        key, kept
-            As of `ResultStore.get`.
-
-        Returns
-        -------
-        Shown or Transient
-            The result.
-
-        Raises
-        ------
-        InputError
-            If it cannot be read.
-        """
+        """Read a stored result; raises `InputError` if it cannot be read."""
         slot = self._slot
         if slot is None:
             raise InputError(f"{key}: the session is closed")

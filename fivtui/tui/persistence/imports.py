@@ -1,4 +1,4 @@
-"""Results read from the files that the program writes. Imports no Textual."""
+"""Reads result files written by fivtui. Imports no Textual."""
 
 import json
 from collections.abc import Callable, Mapping
@@ -24,15 +24,15 @@ SWEEP: Final = "sweep"
 MAP: Final = "map"
 TRADEOFF: Final = "trade-off"
 SUFFIXES: Final = (*FORMATS, ".json", ".parts")
-# What a file says of its making, and what it then is; the first that fits.
+# Keys of a file's provenance and its kind; the first match counts.
 _BY_PROVENANCE: Final = (
     (("sweep",), SWEEP),
     (("floor",), TRADEOFF),
     (("method", "t_end"), RUN),
 )
-# Keys of what the command line prints as JSON, and what that is.
+# Keys of the command line's JSON output, and its kind.
 _BY_KEYS: Final = ((("floor", "rows"), TRADEOFF), (("over", "values"), MAP))
-# What else it prints, and what can be read instead.
+# JSON output that cannot be read, and what to read instead.
 _OTHER_JSON: Final = (
     (("columns", "rows"), "does not say which sweep it is of; read the file of sweep --out"),
     (("final", "peak"), "has no motion over time; read the file of simulate --out"),
@@ -41,18 +41,7 @@ _MAP_COLUMNS: Final = {"parameters", "separation", "fivtui"}
 
 
 def check_readable(path: Path) -> None:
-    """Check that a path may be that of a result.
-
-    Parameters
-    ----------
-    path : Path
-        A file, or the folder of a sweep under way.
-
-    Raises
-    ------
-    InputError
-        If there is nothing, or its name says another format.
-    """
+    """Raise `InputError` unless a path can be a result file or an unfinished sweep's folder."""
     if path.suffix.lower() not in SUFFIXES:
         raise InputError(f"{path}: a result has one of the suffixes {', '.join(SUFFIXES)}")
     if not is_folder(path):
@@ -60,22 +49,9 @@ def check_readable(path: Path) -> None:
 
 
 def kind_of(path: Path) -> str:
-    """What a file holds.
+    """The kind of result in a file: `RUN`, `SWEEP`, `MAP` or `TRADEOFF`.
 
-    Parameters
-    ----------
-    path : Path
-        A file that fivtui wrote, or the folder of a sweep under way.
-
-    Returns
-    -------
-    str
-        `RUN`, `SWEEP`, `MAP` or `TRADEOFF`.
-
-    Raises
-    ------
-    InputError
-        If it is none of these.
+    Raises `InputError` if it is none of these.
     """
     check_readable(path)
     if is_folder(path):
@@ -88,7 +64,7 @@ def kind_of(path: Path) -> str:
             return kind
     if set(said) == _MAP_COLUMNS:
         return MAP
-    # That it does not say what it is of is said where it is read.
+    # `load_run` raises the error for a file without provenance.
     if not said:
         return RUN
     raise InputError(f"{path}: no run, sweep, map or trade-off")
@@ -111,25 +87,7 @@ def _kind_of_json(path: Path) -> str:
 
 
 def load_study(kind: str, path: Path) -> Any:
-    """Read the result of a study.
-
-    Parameters
-    ----------
-    kind : str
-        What it is, see `kind_of`.
-    path : Path
-        The file.
-
-    Returns
-    -------
-    Sweep, StabilityMap or Tradeoff
-        What it holds.
-
-    Raises
-    ------
-    InputError
-        If it cannot be read, or cannot be shown.
-    """
+    """Read a sweep, map or trade-off; raises `InputError` if it cannot be read or displayed."""
     return _STUDY_READERS[kind](path)
 
 
@@ -165,24 +123,10 @@ _STUDY_READERS: Final[Mapping[str, Callable[[Path], Any]]] = {
 
 
 def load_run(path: Path) -> tuple[Scene, Transient]:
-    """Read a transient from a trajectory file.
+    """Read a scene and transient from a trajectory file.
 
-    Parameters
-    ----------
-    path : Path
-        A CSV, NPZ or Parquet file that fivtui wrote: it says what was computed.
-
-    Returns
-    -------
-    scene : Scene
-        What was computed, named after the file.
-    transient : Transient
-        The motion. Extremes are those of the samples, switches are interpolated between them.
-
-    Raises
-    ------
-    InputError
-        If the file is not a trajectory, or does not say what was computed.
+    Extrema are those of the samples; switching times are interpolated between samples. Raises
+    `InputError` if the file is not a trajectory or does not say what was computed.
     """
     motion = load_trajectory(path)
     try:
@@ -263,7 +207,7 @@ def _transient(scene: Scene, start: tuple[float, ...], motion: Trajectory) -> Tr
 def _crossings(
     motion: Trajectory, edges: np.ndarray[Any, np.dtype[np.intp]]
 ) -> np.ndarray[Any, np.dtype[np.float64]]:
-    # Where y passes zero between two samples of different mode, on the straight line between them.
+    # Zero crossings of y between samples of different mode, by linear interpolation.
     before, after = motion.y[edges], motion.y[edges + 1]
     with np.errstate(divide="ignore", invalid="ignore"):
         share = np.where(before == after, 0.5, before / (before - after))

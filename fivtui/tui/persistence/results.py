@@ -1,4 +1,4 @@
-"""The results of the session in files beside it. Imports no Textual."""
+"""The stored results of a session. Imports no Textual."""
 
 import re
 import secrets
@@ -15,7 +15,7 @@ from fivtui.tui.session.shown import KeptFile, Shown
 from .imports import MAP, SWEEP, TRADEOFF
 from .state_file import put_aside
 
-# Bytes of a result that is kept; about what takes a moment to read.
+# Maximum size of a stored result, bytes: reads quickly.
 _MOST: Final = 20_000_000
 _NUMBER_BYTES: Final = 8
 _TEXT_BYTES: Final = 20
@@ -24,13 +24,13 @@ _OWN: Final = re.compile(r"(run|sweep|map|tradeoff)-[0-9a-f]{16}\.\w+")
 
 
 class _NotKept(InputError):
-    # A result that is not to be kept.
+    # A result that is not stored on purpose.
     pass
 
 
 @dataclass(frozen=True, slots=True)
 class _Form:
-    # How a kind of result is written and read, and about how many bytes it takes.
+    # File format of a kind of result, and its approximate size in bytes.
     suffix: str
     size: Callable[[Any], int]
     save: Callable[[Any, Path], None]
@@ -38,49 +38,37 @@ class _Form:
 
 
 class ResultStore:
-    """A folder of results, each written once.
+    """A folder with the result files of a session, each written once.
 
-    Those of this session are removed when nothing in it refers to them any more, and never a file
-    of which the session does not know.
+    Files that the session no longer uses are removed; other files are never touched.
 
     Parameters
     ----------
     folder : Path
-        Made when it is needed.
+       Created when needed.
 
     Attributes
     ----------
     failure : str
-        Why a result could not be written the last time; empty if all could that are to be kept.
+       Why a result could not be written the last time; empty on success.
     """
 
     def __init__(self, folder: Path) -> None:
         self.folder = folder
         self.failure = ""
-        # Names of the files that this session has written, or refers to.
+        # Names of files that this session wrote or refers to.
         self._ours: set[str] = set()
-        # What is in which file, by what it is of.
+        # Results and their files, by key.
         self._files: dict[str, tuple[object, KeptFile]] = {}
 
     def adopt(self, results: Mapping[str, object]) -> None:
-        """Take note of the files to which the session refers; `results` as in `State`."""
+        """Register the files of a restored session."""
         self._ours |= {kept.file for kept in results.values() if isinstance(kept, KeptFile)}
 
     def put(self, results: Mapping[str, object]) -> tuple[dict[str, KeptFile], dict[str, str]]:
-        """Write the results that are not written yet.
+        """Write new results, by key; stored ones (`KeptFile`) pass through.
 
-        Parameters
-        ----------
-        results : mapping of str to Shown, Run or KeptFile
-            Results by what they are of; those of an earlier session that are not read yet are
-            files already.
-
-        Returns
-        -------
-        files : dict of str to KeptFile
-            Where they are.
-        notes : dict of str to str
-            Why others are not kept; the file before stays in their place.
+        Returns the files by key, and by key why a result was not stored (its previous file stays).
         """
         files: dict[str, KeptFile] = {}
         notes: dict[str, str] = {}
@@ -123,26 +111,9 @@ class ResultStore:
         return KeptFile(file, name, source)
 
     def get(self, key: str, kept: KeptFile, *, aside: bool = True) -> Any:
-        """Read a result.
+        """Read the result `key`; raises `InputError` if it cannot be read.
 
-        Parameters
-        ----------
-        key : str
-            What it is of, as in `put`.
-        kept : KeptFile
-            Where it is.
-        aside : bool
-            Whether to give it another name if it cannot be read.
-
-        Returns
-        -------
-        Shown or Transient
-            The result.
-
-        Raises
-        ------
-        InputError
-            If it cannot be read. It is no file of the session from then on.
+        A damaged file is renamed if `aside`, and no longer belongs to the session.
         """
         kind = _kind(key)
         path = self.folder / kept.file
@@ -165,13 +136,7 @@ class ResultStore:
         return found
 
     def remove_others(self, files: Mapping[str, KeptFile]) -> None:
-        """Remove the results of this session to which nothing in it refers any more.
-
-        Parameters
-        ----------
-        files : mapping of str to KeptFile
-            Those that stay.
-        """
+        """Remove files of this session that are not in `files`."""
         for name in self._ours - {kept.file for kept in files.values()}:
             if _OWN.fullmatch(name):
                 with suppress(OSError):

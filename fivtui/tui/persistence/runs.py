@@ -1,4 +1,4 @@
-"""Transients in files of the session: all of the result, to the last bit. Imports no Textual."""
+"""Exact storage of transients in session files. Imports no Textual."""
 
 import json
 import zipfile
@@ -22,22 +22,7 @@ _FIRST_MODE: Final = "first_mode"
 
 
 def save_kept_run(result: Transient, path: Path) -> None:
-    """Write a transient with its trajectory.
-
-    Parameters
-    ----------
-    result : Transient
-        The transient, without a solution.
-    path : Path
-        A ``.npz`` file.
-
-    Raises
-    ------
-    InputError
-        If it has no trajectory, or the file cannot be written.
-    ComputationError
-        If a number is not finite.
-    """
+    """Write a transient with its trajectory to a ``.npz`` file."""
     said = {**transient_to_dict(result), _FIRST_MODE: int(result.first_mode)}
     motion = trajectory_of(result)
     arrays: dict[str, Any] = {column.name: getattr(motion, column.name) for column in COLUMNS}
@@ -50,23 +35,7 @@ def save_kept_run(result: Transient, path: Path) -> None:
 
 
 def load_kept_run(path: Path) -> Transient:
-    """Read a transient that `save_kept_run` wrote.
-
-    Parameters
-    ----------
-    path : Path
-        The file.
-
-    Returns
-    -------
-    Transient
-        The same.
-
-    Raises
-    ------
-    InputError
-        If it is damaged.
-    """
+    """Read a transient exactly as stored; raises `InputError` if the file is damaged."""
     try:
         with path.open("rb") as file:
             archive = np.load(file, allow_pickle=False)

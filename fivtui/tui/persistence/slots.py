@@ -1,4 +1,4 @@
-"""The places of sessions, a folder each, and the lock of whoever has one. Imports no Textual."""
+"""Session folders and their locks. Imports no Textual."""
 
 import os
 import re
@@ -13,21 +13,13 @@ from fivtui.io.locks import Locked, locked
 from fivtui.model.errors import InputError
 
 _HOLDER: Final = "another fivtui"
-# What `fivtui.files` calls a file until it is whole.
+# Temporary files of `fivtui.io.files`.
 _HALF_WRITTEN: Final = ".fivtui-*.tmp"
 
 
 @dataclass(frozen=True, slots=True)
 class Slot:
-    """A place for a session.
-
-    Attributes
-    ----------
-    number : int
-        From 1.
-    path : Path
-        The file of the session; its results and its lock are beside it.
-    """
+    """The place of a session: its number, from 1, and its file; results and lock are beside it."""
 
     number: int
     path: Path
@@ -39,12 +31,12 @@ class Slot:
 
     @property
     def lock(self) -> Path:
-        """The file that is locked by whoever has the session."""
+        """The lock file."""
         return self.path.with_suffix(".lock")
 
     @property
     def used(self) -> float:
-        """When it was used last, in seconds of the system's clock."""
+        """When it was last used, as a system time, s."""
         times = [0.0]
         for path in (self.path, self.lock):
             with suppress(OSError):
@@ -53,7 +45,7 @@ class Slot:
 
     @property
     def signature(self) -> tuple[int, int] | None:
-        """What tells the session's file from what it is after someone has written it."""
+        """Modification time and size of the session file; None if there is none."""
         try:
             found = self.path.stat()
         except OSError:
@@ -62,26 +54,13 @@ class Slot:
 
 
 def slot_of(first: Path, number: int) -> Slot:
-    """The place of a number.
-
-    Parameters
-    ----------
-    first : Path
-        The file of the session in the first place; the others have folders beside it.
-    number : int
-        From 1.
-
-    Returns
-    -------
-    Slot
-        Perhaps with nothing there.
-    """
+    """The slot of a number; `first` is the file of session 1."""
     folder = first.parent if number == 1 else first.parent / f"{first.stem}-{number}"
     return Slot(number, folder / first.name)
 
 
 def kept_slots(first: Path) -> list[Slot]:
-    """The places where there is a session, that used last first; `first` as in `slot_of`."""
+    """The slots with a session, last used first."""
     numbers = {1}
     with suppress(OSError):
         for path in first.parent.iterdir():
@@ -93,24 +72,9 @@ def kept_slots(first: Path) -> list[Slot]:
 
 
 def hold(slot: Slot) -> ExitStack:
-    """Take a place for this process.
+    """Lock a slot until the returned stack is closed or the process ends.
 
-    Parameters
-    ----------
-    slot : Slot
-        The place.
-
-    Returns
-    -------
-    ExitStack
-        To be closed to let others have it; the end of the process does the same.
-
-    Raises
-    ------
-    Locked
-        If another process has it.
-    InputError
-        If it cannot be locked.
+    Raises `Locked` if another process holds it, `InputError` if it cannot be locked.
     """
     folder = slot.path.parent
     try:
@@ -122,7 +86,7 @@ def hold(slot: Slot) -> ExitStack:
     held.callback(_touch, slot.lock)
     _touch(slot.lock)
     with suppress(OSError):
-        # A process that was killed leaves them; nobody else writes here now.
+        # Left by a killed process; nobody else writes here now.
         for path in (*folder.glob(_HALF_WRITTEN), *slot.results.glob(_HALF_WRITTEN)):
             path.unlink(missing_ok=True)
     return held
@@ -134,27 +98,7 @@ def _touch(path: Path) -> None:
 
 
 def claim(first: Path, but: Collection[int] = ()) -> tuple[Slot, ExitStack]:
-    """Take the session used last that nobody has, or else a place where there is none.
-
-    Parameters
-    ----------
-    first : Path
-        As in `slot_of`.
-    but : collection of int
-        Numbers of places that are of no use.
-
-    Returns
-    -------
-    slot : Slot
-        The place.
-    held : ExitStack
-        As of `hold`.
-
-    Raises
-    ------
-    InputError
-        If none can be locked.
-    """
+    """Lock the last used free session except `but`, or else an empty slot."""
     for slot in kept_slots(first):
         if slot.number not in but:
             with suppress(InputError):

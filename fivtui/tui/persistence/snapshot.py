@@ -1,4 +1,4 @@
-"""The session as it is kept, and brought back. Imports no Textual."""
+"""Converts between a session and its saved state. Imports no Textual."""
 
 import dataclasses
 from collections.abc import Mapping
@@ -16,20 +16,7 @@ _STUDIES: Final = ("sweep", "map", "trade-off")
 
 
 def state_of(session: Session, theme: str) -> State:
-    """What is to be kept of a session, as it is now.
-
-    Parameters
-    ----------
-    session : Session
-        The session.
-    theme : str
-        The theme.
-
-    Returns
-    -------
-    State
-        A copy; results are the same objects.
-    """
+    """The saved state of a session: a copy, but for the results."""
     runs = session.runs
     results: dict[str, object] = {}
     for run in runs:
@@ -78,15 +65,7 @@ def _kept(run: Run) -> KeptRun:
 
 
 def bring_back(session: Session, state: State) -> None:
-    """Give a session all that was kept, but for what is edited and the results.
-
-    Parameters
-    ----------
-    session : Session
-        A new session.
-    state : State
-        What was kept.
-    """
+    """Restore everything but the edited texts and the results."""
     session.recent = state.recent
     session.settings = {name: dict(known) for name, known in state.settings.items()}
     session.views = {
@@ -103,20 +82,11 @@ def bring_back(session: Session, state: State) -> None:
 
 
 def take_back(session: Session, results: Mapping[str, Any]) -> None:
-    """Give a session the results that were read again.
-
-    Parameters
-    ----------
-    session : Session
-        The session.
-    results : mapping of str to object
-        By what they are of, as in `State`: a transient, a `Shown`, or None for what could not be
-        read.
-    """
+    """Give a session the results read from files; None for a result that could not be read."""
     for key, result in results.items():
         session.unread.pop(key, None)
         if key in _STUDIES:
-            # What has been computed since is newer.
+            # A result computed since the start is newer.
             if result is not None and session.studies.get(key) is None:
                 session.studies.put(key, result)
             continue

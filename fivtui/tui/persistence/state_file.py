@@ -1,4 +1,4 @@
-"""The session between two starts: one small file. Imports no Textual."""
+"""The session file. Imports no Textual."""
 
 import json
 import math
@@ -25,12 +25,12 @@ _ASIDE: Final = 100
 
 
 class DamagedSession(InputError):
-    """A session's file holds what no version reads any more."""
+    """A session file that no version can read."""
 
 
 @dataclass(frozen=True, slots=True)
 class KeptRun:
-    """A run without its result; see `Run`."""
+    """A saved run without its result; see `Run`."""
 
     number: int
     scene: Scene
@@ -45,17 +45,7 @@ class KeptRun:
 
 @dataclass(frozen=True, slots=True)
 class KeptRuns:
-    """All runs.
-
-    Attributes
-    ----------
-    runs : tuple of KeptRun
-        The oldest first.
-    count : int
-        The number used last.
-    shown, baseline : int
-        Numbers of those runs; 0 for none.
-    """
+    """The saved runs, oldest first; `shown` and `baseline` are numbers, 0 for none."""
 
     runs: tuple[KeptRun, ...] = ()
     count: int = 0
@@ -65,27 +55,24 @@ class KeptRuns:
 
 @dataclass(frozen=True, slots=True)
 class State:
-    """What is kept between two starts.
+    """The saved state of a session.
 
     Attributes
     ----------
     edited : Edited
-        What was being edited.
+       The edited texts.
     recent : tuple of str
-        See `Session`.
-    tab : str
-        The tab in sight; one that is not known is ignored.
-    theme : str
-        The theme; one that is not known is ignored.
+       As in `Session`.
+    tab, theme : str
+       Unknown ones are ignored.
     settings, views
-        See `Session`; a view has no cursor.
+       As in `Session`; views without cursor.
     runs : KeptRuns
-        The runs.
+       The runs.
     results : mapping of str to object
-        The results of the runs (``run-1``) and of the studies (``sweep``): `Run` or `Shown`, or
-        `KeptFile` if it is not read yet.
+       Results by key, such as ``run-1`` or ``sweep``: `Run` or `Shown`, or `KeptFile` if unread.
     notes : mapping of str to str
-        Why others are not kept.
+       Why other results were not stored.
     """
 
     edited: Edited
@@ -100,18 +87,9 @@ class State:
 
 
 def state_path(environment: Mapping[str, str] | None = None) -> Path:
-    """Where the session is kept.
+    """The default session file.
 
-    Parameters
-    ----------
-    environment : mapping, optional
-        Environment variables; those of the process if not given.
-
-    Returns
-    -------
-    Path
-        ``fivtui/session.json`` in XDG_STATE_HOME, in LOCALAPPDATA on Windows, or else in
-        ``~/.local/state``.
+    ``fivtui/session.json`` in XDG_STATE_HOME, in LOCALAPPDATA on Windows, or in ``~/.local/state``.
     """
     known = os.environ if environment is None else environment
     home = known.get("XDG_STATE_HOME", "")
@@ -122,20 +100,7 @@ def state_path(environment: Mapping[str, str] | None = None) -> Path:
 
 
 def save_state(state: State, path: Path) -> None:
-    """Write a session, in place of the one before; the whole file or nothing.
-
-    Parameters
-    ----------
-    state : State
-        The session; its results are files.
-    path : Path
-        The file; its folder is made if it is missing.
-
-    Raises
-    ------
-    InputError
-        If it cannot be written.
-    """
+    """Write a session file atomically; raises `InputError` if it cannot be written."""
     data = {
         _VERSION_KEY: STATE_VERSION,
         "texts": dict(state.edited.texts),
@@ -222,30 +187,15 @@ def _run_from_dict(data: Mapping[str, Any]) -> KeptRun:
 
 
 def _absolute(source: str) -> str:
-    # The next start may be in another folder. Names of presets have no suffix.
+    # The next start may be in another folder. A preset has no suffix.
     path = Path(source)
     return str(path.absolute()) if path.suffix else source
 
 
 def load_state(path: Path) -> State | None:
-    """Read a session.
+    """Read a session file; None if there is none.
 
-    Parameters
-    ----------
-    path : Path
-        The file.
-
-    Returns
-    -------
-    State or None
-        None if there is no such file.
-
-    Raises
-    ------
-    DamagedSession
-        If it is damaged, or of a version that is not read any more.
-    InputError
-        If it cannot be read, or is of a newer version.
+    Raises `DamagedSession` if it is damaged or too old, `InputError` if unreadable or too new.
     """
     try:
         content = path.read_bytes()
@@ -298,7 +248,7 @@ def _state(data: Any) -> State:
 
 
 def put_aside(path: Path) -> str:
-    """Give a file that cannot be used another name; where it is then, in words."""
+    """Rename a damaged file. Returns in words where it is."""
     for number in range(1, _ASIDE):
         aside = path.with_name(f"{path.stem}.damaged-{number}{path.suffix}")
         if not aside.exists():

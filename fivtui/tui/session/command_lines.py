@@ -1,4 +1,4 @@
-"""The command lines that compute in a shell what a tab shows. Imports no Textual."""
+"""Shell commands that compute what a tab shows. Imports no Textual."""
 
 import dataclasses
 import shlex
@@ -23,7 +23,7 @@ if TYPE_CHECKING:
 _PHYSICS: Final = (*PARAMETERS, "separation")
 _MOTION: Final = (*_PHYSICS, "start", "t_end")
 _OF_SWEEPS: Final = (*PARAMETERS, "start", "t_end", "tol", "accuracy")
-# What follows from the errors that are asked for.
+# Error targets replace these.
 _OF_ACCURACY: Final = ("tol", "step")
 _OF_TRANSIENTS: Final = (*_MOTION, "method", "tol", "accuracy", "step")
 _DEFAULT_VALUE: Final = "growth-rate"
@@ -31,19 +31,19 @@ _DEFAULT_VALUE: Final = "growth-rate"
 
 @dataclasses.dataclass(frozen=True, slots=True)
 class Origin:
-    """A scene that the command line can name: by a preset's name or a file; the base set if ''."""
+    """A scene with its name on the command line: preset or file, empty for the base scene."""
 
     scene: Scene
     source: str
 
 
 def _words(command: str, scene: Scene, origin: Origin, said: Collection[str]) -> list[str]:
-    # The command, the scene that it begins with, and in what else the scene differs.
+    # The command, its scene, and an option for every difference to that.
     begin, words = origin.scene, ["fivtui", command, origin.source]
     considered = "separation" in said and scene.separation and not begin.separation
     by_tolerance = "accuracy" in said and not scene.accuracy and begin.accuracy
     if not origin.source or considered or by_tolerance:
-        # The command line can ask to ignore separation and for errors, not take that back.
+        # No option switches separation on again, or removes error targets.
         begin, words = base_scene(), ["fivtui", command]
     following = _OF_ACCURACY if scene.accuracy else ()
     for difference in differences(scene, begin):
@@ -53,53 +53,22 @@ def _words(command: str, scene: Scene, origin: Origin, said: Collection[str]) ->
 
 
 def transient_line(scene: Scene, origin: Origin) -> str:
-    """The command that computes a transient.
-
-    Parameters
-    ----------
-    scene : Scene
-        What is computed.
-    origin : Origin
-        What it was made from.
-
-    Returns
-    -------
-    str
-        Quoted for a POSIX shell.
-    """
+    """The command that computes a transient of a scene, quoted for a POSIX shell."""
     return shlex.join(_words("simulate", scene, origin, _OF_TRANSIENTS))
 
 
 def stability_line(scene: Scene, origin: Origin) -> str:
-    """The command that judges the equilibrium; parameters as in `transient_line`."""
+    """The command that computes the stability of a scene's equilibrium."""
     return shlex.join(_words("stability", scene, origin, _PHYSICS))
 
 
 def tradeoff_line(scene: Scene, origin: Origin) -> str:
-    """The command that measures a trade-off; parameters as in `transient_line`."""
+    """The command that measures a scene's trade-off."""
     return shlex.join(_words("tradeoff", scene, origin, _MOTION))
 
 
 def map_line(result: "StabilityMap", origin: Origin) -> str:
-    """The command that computes a map.
-
-    Parameters
-    ----------
-    result : StabilityMap
-        The map.
-    origin : Origin
-        The scene that it was made from.
-
-    Returns
-    -------
-    str
-        Quoted for a POSIX shell.
-
-    Raises
-    ------
-    InputError
-        If the values along a parameter are not evenly spaced.
-    """
+    """The command that computes a map. Raises `InputError` if values are not evenly spaced."""
     scene = dataclasses.replace(
         base_scene(), parameters=result.parameters, separation=result.separation
     )
@@ -123,20 +92,7 @@ def _range_text(name: str, values: NDArray[np.float64]) -> str:
 
 
 def sweep_line(study: "Study", origin: Origin) -> str:
-    """The command that computes a sweep.
-
-    Parameters
-    ----------
-    study : Study
-        The sweep.
-    origin : Origin
-        The scene that it was made from.
-
-    Returns
-    -------
-    str
-        Quoted for a POSIX shell.
-    """
+    """The command that computes a sweep."""
     from fivtui.sweeps.study import DEFAULT_OUTPUTS
 
     design, both = study.design, len(study.cases) > 1
@@ -149,7 +105,7 @@ def sweep_line(study: "Study", origin: Origin) -> str:
         accuracy=study.accuracy,
         separation=both or study.cases[0],
     )
-    # What the command line of a sweep cannot take back.
+    # No option of a sweep changes the method, or switches separation on again.
     begin = origin.scene
     stuck = begin.method != scene.method or not (both or begin.separation)
     known = Origin(base_scene(), "") if stuck else origin
@@ -178,7 +134,7 @@ def _axis_text(axis: "Axis") -> str:
 
 
 def figure_line(number: int) -> str:
-    """The command that makes a figure of the paper, as pictures and data."""
+    """The command that makes a figure of the paper and its data."""
     return f"fivtui figures {number} --out figures"
 
 

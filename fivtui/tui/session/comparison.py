@@ -1,4 +1,4 @@
-"""In what the results of two runs differ. Imports no Textual."""
+"""Differences between the results of two runs. Imports no Textual."""
 
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -27,15 +27,7 @@ _FIGURES: Final[tuple[tuple[str, str, Callable[[Transient], float]], ...]] = (
 
 @dataclass(frozen=True, slots=True)
 class Change:
-    """A figure of two runs.
-
-    Attributes
-    ----------
-    label, unit : str
-        What it is, and in which unit.
-    value, baseline : float
-        Of the run and of the run that it is compared with.
-    """
+    """A quantity of a run and of its baseline."""
 
     label: str
     unit: str
@@ -49,28 +41,17 @@ class Change:
 
     @property
     def percent(self) -> float | None:
-        """The difference in percent of the baseline; None if that is zero."""
+        """The difference in percent of the baseline; None if the baseline is zero."""
         return 100.0 * self.difference / abs(self.baseline) if self.baseline else None
 
 
 def changes(run: Transient, baseline: Transient) -> list[Change]:
-    """All figures of a run beside those of a baseline.
-
-    Parameters
-    ----------
-    run, baseline : Transient
-        The results.
-
-    Returns
-    -------
-    list of Change
-        In the order in which they matter.
-    """
+    """All compared quantities, the most important first."""
     return [Change(label, unit, of(run), of(baseline)) for label, unit, of in _FIGURES]
 
 
 def percent_text(change: Change) -> str:
-    """The difference in percent for a narrow column; a dash where that says nothing."""
+    """The difference in percent for a narrow column; a dash if undefined."""
     percent = change.percent
     if percent is None:
         return "0" if change.difference == 0.0 else "–"
@@ -78,18 +59,7 @@ def percent_text(change: Change) -> str:
 
 
 def change_rows(run: Transient, baseline: Transient) -> list[Row]:
-    """The same as rows.
-
-    Parameters
-    ----------
-    run, baseline : Transient
-        The results.
-
-    Returns
-    -------
-    list of Row
-        The difference as the value; the baseline's figure and percents as the note.
-    """
+    """Differences as rows: the difference as value, baseline and percent as note."""
     rows = []
     for change in changes(run, baseline):
         percent = change.percent
@@ -102,18 +72,7 @@ def change_rows(run: Transient, baseline: Transient) -> list[Row]:
 
 
 def engine_words(native: Transient, fmu: Transient) -> str:
-    """How far the FMU is from the native integrator for one scene.
-
-    Parameters
-    ----------
-    native, fmu : Transient
-        The two results.
-
-    Returns
-    -------
-    str
-        One phrase.
-    """
+    """Differences between the FMU's and the native result of a scene, in one phrase."""
     parts = [
         (getattr(native.final, name), getattr(fmu.final, name)) for name in ("x", "vx", "y", "vy")
     ]

@@ -1,4 +1,4 @@
-"""In what a scene differs from another, for lists and command lines. Imports no Textual."""
+"""Differences between scenes, for lists and command lines. Imports no Textual."""
 
 from dataclasses import dataclass
 
@@ -11,14 +11,14 @@ from .fields import CONSIDERED, FIELDS
 
 @dataclass(frozen=True, slots=True)
 class Difference:
-    """A field in which a scene differs from another: its new text, and how to say it in a shell."""
+    """A field in which a scene differs from another, with its new text."""
 
     name: str
     text: str
 
     @property
     def words(self) -> list[str]:
-        """The words on the command line."""
+        """The option on the command line."""
         if self.name in PARAMETERS:
             return ["--set", f"{self.name}={self.text}"]
         if self.name == "separation":
@@ -32,18 +32,7 @@ class Difference:
 
 
 def differences(scene: Scene, origin: Scene) -> list[Difference]:
-    """In which fields two scenes differ.
-
-    Parameters
-    ----------
-    scene, origin : Scene
-        The scene, and that from which it is thought to be made.
-
-    Returns
-    -------
-    list of Difference
-        In the order of the fields.
-    """
+    """The fields in which a scene differs from another."""
     texts = {name: field.text_of(scene) for name, field in FIELDS.items()}
     return [
         Difference(name, text)
@@ -53,5 +42,5 @@ def differences(scene: Scene, origin: Scene) -> list[Difference]:
 
 
 def base_scene() -> Scene:
-    """The scene that the command line takes when it is given none."""
+    """The default scene of the command line."""
     return PRESETS[DEFAULT_PRESET]

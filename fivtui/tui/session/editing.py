@@ -1,4 +1,4 @@
-"""Texts being edited, from a scene, with undo. Imports no Textual."""
+"""Edited field texts of a scene, with undo. Imports no Textual."""
 
 from fivtui.scene.scene import Scene
 
@@ -13,21 +13,21 @@ def _edited(scene: Scene, source: str) -> Edited:
 
 
 class Editing:
-    """The text of every field, and the way back.
+    """Field texts edited from a scene, with undo.
 
     Parameters
     ----------
     scene : Scene, optional
-        The scene to begin with; the base scene if not given.
+       The initial scene; the base scene if None.
     source : str, optional
-        How the command line would name it: a preset or a file; the base scene if not given.
+       Its preset or file.
 
     Attributes
     ----------
     texts : dict of str
-        Text of every field, valid or not.
+       Text of every field, valid or not.
     source : str
-        How the command line names the scene loaded; empty if it cannot.
+       Preset or file of the loaded scene; empty if it has none.
     """
 
     def __init__(self, scene: Scene | None = None, source: str = "") -> None:
@@ -39,24 +39,18 @@ class Editing:
 
     @property
     def edited(self) -> Edited:
-        """What is being edited now; to be given to `restore`, in this session or another."""
+        """The edited state, for `restore` in this or another session."""
         return Edited(dict(self.texts), self._loaded, self.source)
 
     def restore(self, state: Edited) -> None:
-        """Bring back what was edited before, as one step that can be undone.
-
-        Parameters
-        ----------
-        state : Edited
-            Texts, valid or not, and the scene from which they were made.
-        """
+        """Restore an edited state as one step that can be undone."""
         self._history.close()
         self._history.before(self.edited, "restore")
         self._history.close()
         self._take(state)
 
     def close_step(self) -> None:
-        """Let the next edit be undone by itself, also where it continues the last one."""
+        """Make the next edit a separate undo step."""
         self._history.close()
 
     @property
@@ -66,15 +60,15 @@ class Editing:
 
     @property
     def can_redo(self) -> bool:
-        """Whether there is an edit to do again."""
+        """Whether there is an edit to redo."""
         return self._history.can_redo
 
     def undo(self) -> bool:
-        """Undo the last edit; whether there was one."""
+        """Undo the last edit. Returns False if there is nothing to undo."""
         return self._turn(self._history.undo(self.edited))
 
     def redo(self) -> bool:
-        """Do again what was undone last; whether there was anything."""
+        """Redo the last undone edit. Returns False if there is nothing to redo."""
         return self._turn(self._history.redo(self.edited))
 
     def _turn(self, state: Edited | None) -> bool:
@@ -84,48 +78,32 @@ class Editing:
         return True
 
     def load(self, scene: Scene, source: str = "") -> None:
-        """Replace all texts by those of a scene.
-
-        Parameters
-        ----------
-        scene : Scene
-            The scene.
-        source : str
-            How the command line would name it; empty if it cannot.
-        """
+        """Load a scene: replace all texts. `source` is its preset or file, if it has one."""
         self.restore(_edited(scene, source))
 
     def saved(self, scene: Scene, source: str) -> None:
-        """Take note that what is edited was saved; no edit, so nothing to undo.
-
-        Parameters
-        ----------
-        scene : Scene
-            The scene as it was written.
-        source : str
-            The file.
-        """
+        """Record that the edited scene was saved to a file; this is not an undo step."""
         self._history.saved(self._loaded, scene, source)
         self._loaded, self.source = scene, source
 
     @property
     def loaded(self) -> Scene:
-        """The scene loaded, as it is without the edits."""
+        """The loaded scene, without edits."""
         return self._loaded
 
     @property
     def name(self) -> str:
-        """Name of the scene loaded."""
+        """Name of the loaded scene."""
         return self._loaded.name
 
     @property
     def description(self) -> str:
-        """Description of the scene loaded."""
+        """Description of the loaded scene."""
         return self._loaded.description
 
     @property
     def changed(self) -> list[str]:
-        """Names of the fields whose text differs from that of the scene loaded."""
+        """Names of the fields whose text differs from the loaded scene."""
         return [
             name
             for name, field in FIELDS.items()
@@ -133,15 +111,7 @@ class Editing:
         ]
 
     def set_text(self, name: str, text: str) -> None:
-        """Edit a field.
-
-        Parameters
-        ----------
-        name : str
-            Its name.
-        text : str
-            Its new text, valid or not.
-        """
+        """Edit a field's text, valid or not."""
         if self.texts[name] != text:
             self._set(name, text, "type")
 
@@ -150,10 +120,10 @@ class Editing:
         self.texts[name] = text
 
     def reset(self, name: str) -> None:
-        """Give a field the text it has in the scene loaded."""
+        """Reset a field to the loaded scene."""
         self._set(name, FIELDS[name].text_of(self._loaded), "reset")
         self.close_step()
 
     def reset_all(self) -> None:
-        """Give every field the text it has in the scene loaded."""
+        """Reset all fields to the loaded scene."""
         self.load(self._loaded, self.source)

@@ -1,4 +1,4 @@
-"""The equations of the model as text, and which parameters enter them. Imports no Textual."""
+"""The model's equations as text, and the parameters in them. Imports no Textual."""
 
 import re
 from dataclasses import dataclass
@@ -9,24 +9,14 @@ from fivtui.model.parameters import ParameterSpec
 
 @dataclass(frozen=True, slots=True)
 class Equation:
-    """An equation of the paper.
-
-    Attributes
-    ----------
-    number : str
-        Its number there.
-    subject : str
-        What it says, one phrase.
-    text : str
-        The equation, in the parameters' names.
-    """
+    """An equation of the paper, with its number, subject and text in the parameters' names."""
 
     number: str
     subject: str
     text: str
 
     def has(self, spec: ParameterSpec) -> bool:
-        """Whether a parameter enters, by its name or symbol."""
+        """Whether a parameter occurs in the equation, by name or symbol."""
         names = "|".join(map(re.escape, (spec.name, spec.symbol)))
         return re.search(rf"(?<!\w)({names})(?!\w)", self.text) is not None
 
@@ -40,16 +30,5 @@ EQUATIONS: Final = (
 
 
 def equations_with(spec: ParameterSpec) -> list[Equation]:
-    """The equations that a parameter enters.
-
-    Parameters
-    ----------
-    spec : ParameterSpec
-        The parameter.
-
-    Returns
-    -------
-    list of Equation
-        In the paper's order.
-    """
+    """The equations in which a parameter occurs."""
     return [equation for equation in EQUATIONS if equation.has(spec)]

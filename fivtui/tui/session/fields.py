@@ -1,4 +1,4 @@
-"""The fields that a user edits, as data. Imports no Textual."""
+"""The fields of the form as data. Imports no Textual."""
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
@@ -37,7 +37,7 @@ _SEPARATION: Final = {
     IGNORED: "Case 2: P = −k2 y − k_nl y³ for all y, even in tension",
 }
 
-# An exponent only after a digit: a letter alone is no beginning of a number.
+# An exponent only after a digit: a letter alone does not begin a number.
 _NUMBER_BEGUN: Final = r"[+-]?(?:[0-9]*\.?|(?:[0-9]+\.?[0-9]*|\.[0-9]+)(?:[eE][+-]?[0-9]*)?)"
 _NUMBERS_BEGUN: Final = rf" *{_NUMBER_BEGUN} *(?:, *{_NUMBER_BEGUN} *){{0,3}}"
 _STATIC_BEGUN: Final = "s(?:t(?:a(?:t(?:ic?)?)?)?)?"
@@ -46,33 +46,32 @@ _ACCURACY_BEGUN: Final = "[a-z][A-Za-z0-9_=.,+ -]*"
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Field:
-    """One thing that a user edits, as text.
+    """An input field, edited as text.
 
     Attributes
     ----------
     name : str
-        Name as in scene files and on the command line.
+       Name as in scene files and on the command line.
     group : str
-        Heading under which it stands.
+       Heading in the form.
     symbol, unit, meaning, allowed : str
-        As in `ParameterSpec`.
+       As in `ParameterSpec`.
     default : str
-        Text of its default.
+       Text of the default.
     check : callable
-        Takes a text, returns the value or raises `InputError`.
+       Parses a text; raises `InputError` if it is invalid.
     text_of : callable
-        Takes a scene, returns the text of this field in it.
+       The field's text for a scene.
     typed : str
-        Regular expression of what its text may be while it is typed: the beginning of a number if
-        not given.
+       Regular expression of acceptable text while typing; by default beginnings of a number.
     nudge : callable or None
-        How a key press changes the value.
+       Changes the value by a step.
     when_empty : str
-        What no text at all means, where that is allowed.
+       Meaning of an empty text, if that is valid.
     choices : mapping of str to str
-        The texts allowed and their meanings, where there are only some.
+       The only valid texts and their meanings, if there is a fixed set.
     details : tuple of (str, str)
-        Labelled lines of help: the equations in which it stands, or what it does.
+       Labelled lines of help.
     """
 
     name: str

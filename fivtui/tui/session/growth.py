@@ -1,10 +1,10 @@
-"""The trajectory of a run while it goes on. Imports no Textual."""
+"""The trajectory of a run in progress. Imports no Textual."""
 
 from fivtui.transient.trajectory import Trajectory
 
 
 class Growth:
-    """Collects the parts that the computing thread hands out; another thread reads them."""
+    """Collects trajectory parts from the computing thread, for another thread to read."""
 
     def __init__(self) -> None:
         self._parts: list[Trajectory] = []
@@ -13,25 +13,13 @@ class Growth:
         self._joined: Trajectory | None = None
 
     def take(self, part: Trajectory) -> None:
-        """Take the next part; one that does not go on after the last begins anew.
-
-        Parameters
-        ----------
-        part : Trajectory
-            Not empty.
-        """
+        """Append a part; one that does not follow the last part starts over."""
         if self._parts and part.t[0] <= self._parts[-1].t[-1]:
             self._parts = []
         self._parts.append(part)
 
     def trajectory(self) -> Trajectory | None:
-        """All that is known by now.
-
-        Returns
-        -------
-        Trajectory or None
-            None before the first part.
-        """
+        """The trajectory so far; None before the first part."""
         parts = self._parts
         if parts is not self._read:
             self._read, self._count, self._joined = parts, 0, None

@@ -1,4 +1,4 @@
-"""Help as rows. Imports no Textual."""
+"""Help texts as rows. Imports no Textual."""
 
 from typing import Final
 
@@ -37,30 +37,13 @@ KEYS: Final = (
 
 
 def general_help() -> list[Row]:
-    """The keys and the model.
-
-    Returns
-    -------
-    list of Row
-        In reading order.
-    """
+    """Keys and equations."""
     model = [Row(f"Eq. {e.number}", e.text, e.subject) for e in EQUATIONS]
     return [*KEYS, Row("", ""), *model]
 
 
 def field_help(field: Field) -> list[Row]:
-    """All about a field.
-
-    Parameters
-    ----------
-    field : Field
-        The field.
-
-    Returns
-    -------
-    list of Row
-        In reading order.
-    """
+    """Meaning, unit, range, default and details of a field."""
     rows = [
         Row("meaning", field.meaning),
         Row("symbol", field.symbol or field.name),

@@ -1,4 +1,4 @@
-"""Undo and redo of edits. Imports no Textual."""
+"""Undo and redo. Imports no Textual."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass
@@ -11,17 +11,7 @@ _MOST: Final = 1000
 
 @dataclass(frozen=True, slots=True)
 class Edited:
-    """What is being edited, at one moment.
-
-    Attributes
-    ----------
-    texts : mapping of str to str
-        Text of every field; never changed.
-    loaded : Scene
-        The scene from which the texts were made.
-    source : str
-        How the command line names that scene.
-    """
+    """Edited texts, the scene they were made from, and its preset or file."""
 
     texts: Mapping[str, str]
     loaded: Scene
@@ -29,10 +19,9 @@ class Edited:
 
 
 class History:
-    """The states before and after the present one.
+    """Past and undone states.
 
-    Edits of one kind that follow each other are one step, until `close` is called: a number typed
-    is undone at once, and so is a row of nudges.
+    Consecutive edits of one kind are one step until `close`: a typed number is undone at once.
     """
 
     def __init__(self) -> None:
@@ -51,15 +40,7 @@ class History:
         return bool(self._future)
 
     def before(self, state: Edited, kind: str) -> None:
-        """Take note of the state that an edit is about to change.
-
-        Parameters
-        ----------
-        state : Edited
-            The state.
-        kind : str
-            What is edited, and how; edits of the same kind become one step.
-        """
+        """Record the state before an edit; consecutive edits of one `kind` are one step."""
         self._future.clear()
         if kind != self._kind:
             self._past.append(state)
@@ -67,19 +48,11 @@ class History:
         self._kind = kind
 
     def close(self) -> None:
-        """Let the next edit begin a step of its own."""
+        """Make the next edit a separate step."""
         self._kind = ""
 
     def saved(self, before: Scene, after: Scene, source: str) -> None:
-        """Take note that a scene has a file now: going back does not part from it.
-
-        Parameters
-        ----------
-        before, after : Scene
-            The scene from which the texts were made, and as it was written.
-        source : str
-            The file.
-        """
+        """Make states of the scene `before` belong to its saved version `after`."""
         for states in (self._past, self._future):
             states[:] = [
                 Edited(state.texts, after, source) if state.loaded is before else state
@@ -87,33 +60,11 @@ class History:
             ]
 
     def undo(self, state: Edited) -> Edited | None:
-        """Go a step back.
-
-        Parameters
-        ----------
-        state : Edited
-            The present state, to come back to.
-
-        Returns
-        -------
-        Edited or None
-            The state before; None if there is none.
-        """
+        """The previous state, None if there is none; `state` becomes redoable."""
         return self._turned(state, self._past, self._future)
 
     def redo(self, state: Edited) -> Edited | None:
-        """Go a step forth again.
-
-        Parameters
-        ----------
-        state : Edited
-            The present state.
-
-        Returns
-        -------
-        Edited or None
-            The state that was undone; None if there is none.
-        """
+        """The next undone state, None if there is none; `state` becomes undoable."""
         return self._turned(state, self._future, self._past)
 
     def _turned(self, state: Edited, source: list[Edited], target: list[Edited]) -> Edited | None:

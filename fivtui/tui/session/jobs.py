@@ -1,4 +1,4 @@
-"""Computations in threads that tell their progress and can be stopped. Imports no Textual."""
+"""Computations in threads, with progress and stop. Imports no Textual."""
 
 import threading
 import time
@@ -7,39 +7,38 @@ from typing import Final
 
 from fivtui.kernel import loader
 
-# The answer to a key never takes longer than that, s; most are on the screen sooner.
+# Longest time reserved for the answer to a key, s.
 _ANSWER: Final = 0.06
-# Time between two looks at whether it is there, s.
+# Polling interval, s.
 _LOOK: Final = 0.005
 
 
 class Precedence:
-    """Whose turn it is: that of the screen for a moment after a key, else of whoever computes.
+    """Gives the screen the interpreter for a moment after each key.
 
-    All share one interpreter. Threads that compute in Python beside the screen would double the
-    time that an answer takes.
+    Python threads computing beside the screen would double its response time.
     """
 
     def __init__(self) -> None:
         self._until = 0.0
 
     def claim(self) -> None:
-        """A key was pressed: the screen has something to do."""
+        """Start the screen's turn, after a key press."""
         self._until = time.monotonic() + _ANSWER
 
     def release(self) -> None:
-        """The answer is on the screen."""
+        """End the screen's turn: the answer is displayed."""
         self._until = 0.0
 
     @property
     def claimed(self) -> bool:
-        """Whether the screen answers a key; what is not part of the answer can wait."""
+        """Whether the screen is answering a key."""
         return time.monotonic() < self._until
 
     def give_way(self) -> None:
-        """Let the screen go first; called by computing threads between two pieces of work.
+        """Wait for the screen's answer; called by computing threads between pieces of work.
 
-        Nobody waits for more than one answer, however many keys are pressed.
+        Waits for one answer at most, however many keys are pressed.
         """
         latest = time.monotonic() + _ANSWER
         while time.monotonic() < min(self._until, latest):
@@ -50,20 +49,7 @@ PRECEDENCE: Final = Precedence()
 
 
 def progress_words(fraction: float, remaining: float | None) -> str:
-    """How far something is, and how long it still takes.
-
-    Parameters
-    ----------
-    fraction : float
-        Part done, 0 to 1.
-    remaining : float or None
-        Seconds still to go, if known.
-
-    Returns
-    -------
-    str
-        For example ``40 %, 2.5 s left``.
-    """
+    """Progress in words, such as ``40 %, 2.5 s left``."""
     words = f"{100.0 * fraction:.0f} %"
     return words if remaining is None else f"{words}, {_duration(remaining)} left"
 
@@ -82,38 +68,30 @@ def _waits_for_kernels() -> bool:
 
 @dataclass(eq=False, slots=True)
 class Job:
-    """A computation under way.
-
-    Attributes
-    ----------
-    fraction : float
-        Part done, 0 to 1; written by the computing thread.
-    stopped : bool
-        Whether nobody waits for it any more.
-    """
+    """A computation in progress; `fraction` (0 to 1) is written by the computing thread."""
 
     fraction: float = 0.0
     _begin: float = field(default_factory=time.monotonic)
     _stop: threading.Event = field(default_factory=threading.Event)
 
     def report(self, fraction: float) -> bool:
-        """Take note of progress; whether to go on. Called by the computing thread."""
+        """Record progress. Returns False to stop. Called by the computing thread."""
         self.fraction = max(self.fraction, fraction)
         PRECEDENCE.give_way()
         return not self.stopped
 
     def stop(self) -> None:
-        """Let the computing thread know that nobody waits for it any more."""
+        """Ask the computing thread to stop."""
         self._stop.set()
 
     @property
     def stopped(self) -> bool:
-        """Whether nobody waits for it any more."""
+        """Whether the job was asked to stop."""
         return self._stop.is_set()
 
     @property
     def words(self) -> str:
-        """How far it is, and how long it still takes; or that it waits for the compiler."""
+        """Progress and remaining time, or that a kernel is being compiled."""
         if self.fraction == 0.0 and _waits_for_kernels():
             return "compiling, once"
         elapsed, done = time.monotonic() - self._begin, self.fraction

@@ -1,4 +1,4 @@
-"""A scene for each of the paper's figures, to begin with. Imports no Textual."""
+"""Scenes of the paper's figures. Imports no Textual."""
 
 import dataclasses
 from collections.abc import Iterator
@@ -9,16 +9,7 @@ from fivtui.scene.scene import Scene
 
 
 def paper_scenes() -> Iterator[tuple[Scene, str]]:
-    """A scene a figure: of its lines the one that is nearest to the base set.
-
-    Yields
-    ------
-    scene : Scene
-        Named after the figure or its panel, such as ``fig-13``; what varies along the line has the
-        value of the base set.
-    caption : str
-        What the figure shows.
-    """
+    """For each figure the scene nearest to the base set, such as ``fig-13``, and its caption."""
     for key, panel in PANELS.items():
         distances = [_distance(panel.by, line.scene) for line in panel.lines]
         scene = panel.lines[distances.index(min(distances))].scene

@@ -1,4 +1,4 @@
-"""Verdicts and results in words and rows, for whatever shows them. Imports no Textual."""
+"""Verdicts and results in words and rows. Imports no Textual."""
 
 import math
 from dataclasses import dataclass
@@ -12,13 +12,13 @@ from fivtui.model.slider_belt import Mode
 from fivtui.orbits.words import SEARCHING
 from fivtui.transient.result import Transient
 
-# A growth rate this small beside the fastest eigenvalue neither grows nor decays visibly.
+# Growth rates below this part of the largest eigenvalue count as zero.
 _NEUTRAL: Final = 1e-9
 
 
 @dataclass(frozen=True, slots=True)
 class Row:
-    """One line of a table: a label, its value, and what to know about it."""
+    """A line of a table: label, value, and a note."""
 
     label: str
     value: str
@@ -27,16 +27,16 @@ class Row:
 
 @dataclass(frozen=True, slots=True)
 class Beside:
-    """What attracts beside a stable equilibrium, as far as it is searched.
+    """Attractors found beside a stable equilibrium.
 
     Attributes
     ----------
     words, note : str
-        What was found, and what to know about it.
+       What was found, and a remark.
     coexists : bool
-        Whether something was found.
+       Whether an attractor was found.
     done : bool
-        Whether the search has ended.
+       Whether the search has finished.
     """
 
     words: str = SEARCHING
@@ -46,37 +46,13 @@ class Beside:
 
 
 def quantity(value: float, unit: str = "") -> str:
-    """A number with four digits and its unit.
-
-    Parameters
-    ----------
-    value : float
-        The number.
-    unit : str
-        Its unit; empty when dimensionless.
-
-    Returns
-    -------
-    str
-        For example ``0.4394`` or ``2070 N``.
-    """
+    """A number with four digits and its unit, such as ``2070 N``."""
     text = f"{value:#.4g}".removesuffix(".") if value else "0"
     return f"{text} {unit}".rstrip()
 
 
 def verdict(s: Stability) -> str:
-    """The stability of the equilibrium in one word.
-
-    Parameters
-    ----------
-    s : Stability
-        Its stability.
-
-    Returns
-    -------
-    str
-        ``STABLE``, ``UNSTABLE`` or ``NEUTRAL``.
-    """
+    """The stability of the equilibrium: ``STABLE``, ``UNSTABLE`` or ``NEUTRAL``."""
     if s.stable:
         return "STABLE"
     neutral = abs(s.growth_rate) <= _NEUTRAL * float(np.abs(s.eigenvalues).max())
@@ -84,7 +60,7 @@ def verdict(s: Stability) -> str:
 
 
 def verdict_kind(s: Stability, beside: Beside | None) -> str:
-    """The kind of verdict that sets a colour: that of safety only where nothing else was found."""
+    """The kind of verdict for colouring; "stable" only if no other attractor was found."""
     if beside is None:
         return verdict(s).lower()
     if beside.coexists:
@@ -92,7 +68,7 @@ def verdict_kind(s: Stability, beside: Beside | None) -> str:
     return "stable" if beside.done else "searching"
 
 
-# Where a line is short.
+# Short name of the half peak-to-peak of y.
 SECOND_HALF: Final = "±y, 2nd half of run"
 
 _CONSEQUENCE: Final = {
@@ -130,22 +106,7 @@ def _margin(p: Parameters, s: Stability) -> str:
 
 
 def stability_brief(p: Parameters, s: Stability, beside: Beside | None = None) -> list[str]:
-    """The verdict in a few lines, the most important first.
-
-    Parameters
-    ----------
-    p : Parameters
-        The parameter set.
-    s : Stability
-        Its stability.
-    beside : Beside, optional
-        What attracts beside it, which the first line then says.
-
-    Returns
-    -------
-    list of str
-        Lines of plain text, most of them below 50 characters.
-    """
+    """The verdict in a few lines, the most important first."""
     point, margin = s.equilibrium, _margin(p, s)
     leading = max(_modes(s), key=lambda value: value.real)
     frequency = f", {leading.imag / math.tau:.4g} Hz" if leading.imag else ""
@@ -163,22 +124,7 @@ def stability_brief(p: Parameters, s: Stability, beside: Beside | None = None) -
 
 
 def stability_rows(p: Parameters, s: Stability, beside: Beside | None = None) -> list[Row]:
-    """All that is known about the equilibrium.
-
-    Parameters
-    ----------
-    p : Parameters
-        The parameter set.
-    s : Stability
-        Its stability.
-    beside : Beside, optional
-        What attracts beside it.
-
-    Returns
-    -------
-    list of Row
-        In reading order.
-    """
+    """All results of a stability analysis."""
     point = s.equilibrium
     rows = [
         Row("verdict", verdict(s), _CONSEQUENCE[verdict(s)]),
@@ -224,18 +170,7 @@ def _time_scale(rate: float) -> str:
 
 
 def result_brief(r: Transient) -> list[str]:
-    """A transient in four short lines, the most important first.
-
-    Parameters
-    ----------
-    r : Transient
-        The result.
-
-    Returns
-    -------
-    list of str
-        Lines of plain text, most of them below 50 characters.
-    """
+    """A transient in four short lines, the most important first."""
     peak, force = r.peak, r.contact_force
     return [
         f"peak |y| {quantity(peak.y_abs, 'm')} · 2nd half of run "
@@ -261,20 +196,7 @@ def _separation_words(r: Transient) -> str:
 
 
 def result_rows(r: Transient, accuracy: str) -> list[Row]:
-    """All figures of a transient.
-
-    Parameters
-    ----------
-    r : Transient
-        The result.
-    accuracy : str
-        What its accuracy was asked to be, in words.
-
-    Returns
-    -------
-    list of Row
-        In reading order.
-    """
+    """All results of a transient; `accuracy` is its requested accuracy in words."""
     peak, events, force, final = r.peak, r.events, r.contact_force, r.final
     above = "above 0: off the belt" if r.separation else "above 0: contact in tension"
     rows = [
@@ -314,20 +236,7 @@ def result_rows(r: Transient, accuracy: str) -> list[Row]:
 
 
 def remark(r: Transient, s: Stability) -> str:
-    """What the eigenvalues alone would not have told: a large limit cycle beside a stable point.
-
-    Parameters
-    ----------
-    r : Transient
-        The result.
-    s : Stability
-        Stability of the same parameter set.
-
-    Returns
-    -------
-    str
-        One phrase, or nothing.
-    """
+    """A warning that a run still separates although the equilibrium is stable; else empty."""
     last = r.events.last
     if s.stable and last is not None and last > 0.5 * r.t_end:
         return f"stable, yet still separating at t = {quantity(last, 's')}"

@@ -1,4 +1,4 @@
-"""Runs of a session: numbered, stoppable, stale results dropped. Imports no Textual."""
+"""The runs of a session. Imports no Textual."""
 
 import threading
 import time
@@ -24,12 +24,12 @@ FMU_ENGINE: Final = "FMU"
 
 
 def engine_of(method: str) -> str:
-    """What runs a method: ``native`` or ``FMU``."""
+    """The engine of a method: ``native`` or ``FMU``."""
     return FMU_ENGINE if method == FMU_METHOD else "native"
 
 
 class RunState(Enum):
-    """Where a run stands, in words."""
+    """State of a run, in words."""
 
     RUNNING = "running"
     DONE = "done"
@@ -38,38 +38,38 @@ class RunState(Enum):
     NOT_KEPT = "not kept"
 
 
-# Of these there is no result, nor will there be one.
+# States without a result.
 _WITHOUT: Final = (RunState.STOPPED, RunState.FAILED, RunState.NOT_KEPT)
 
 
 @dataclass(eq=False, slots=True)
 class Run:
-    """One transient of a session.
+    """A transient of a session.
 
     Attributes
     ----------
     number : int
-        From 1, never used twice.
+       From 1, never reused.
     scene : Scene
-        What is computed.
+       The computed scene.
     state : RunState
-        Set by the side that shows it, never by the computing thread.
+       Set by the screen's thread only.
     fraction : float
-        Part done, 0 to 1; written by the computing thread.
+       Progress, 0 to 1; written by the computing thread.
     result : Transient or None
-        What came out of it.
+       The result.
     message : str
-        Why it failed.
+       Why it failed.
     edited : Scene or None
-        What the fields said when it began, where that is not the scene: the other engine's.
+       The fields at its start, if they differ from `scene`: another engine was asked for.
     source : str
-        File that it was read from; empty if it was computed here.
+       File that it was read from; empty if computed here.
     overlaid : bool
-        Whether it is drawn beside the run shown.
+       Whether it is plotted beside the displayed run.
     style : RunStyle
-        Colour and marker.
+       Colour and marker.
     growth : Growth
-        Its trajectory so far, while it goes on.
+       The trajectory so far, while it is running.
     """
 
     number: int
@@ -91,17 +91,17 @@ class Run:
 
     @property
     def engine(self) -> str:
-        """What computed it: ``native``, ``FMU``, or ``file``."""
+        """``native``, ``FMU``, or ``file`` if it was read."""
         return "file" if self.source else engine_of(self.scene.method)
 
     def report(self, fraction: float) -> bool:
-        """Take note of progress; whether to go on. Called by the computing thread."""
+        """Record progress. Returns False to stop. Called by the computing thread."""
         self.fraction = fraction
         PRECEDENCE.give_way()
         return not self._stop.is_set()
 
     def ask_to_stop(self) -> None:
-        """Let the computing thread know that nobody waits for it any more."""
+        """Ask the computing thread to stop."""
         self._stop.set()
 
     @property
@@ -111,14 +111,14 @@ class Run:
 
     @property
     def remaining(self) -> float | None:
-        """Seconds still to go at the mean speed so far; None while that is unknown."""
+        """Estimated seconds left; None at the start."""
         if self.fraction <= 0.0:
             return None
         return self.elapsed * (1.0 - self.fraction) / self.fraction
 
     @property
     def accuracy(self) -> str:
-        """The accuracy asked for, in words."""
+        """The requested accuracy in words."""
         scene = self.scene
         if self.source:
             return f"read from {self.source}: extremes are those of its samples"
@@ -132,25 +132,14 @@ class Run:
 
 @dataclass(frozen=True, slots=True)
 class Outcome:
-    """How the computation of a run ended: a result, or an error, or neither when stopped."""
+    """How a run ended: a result, an error, or neither if stopped."""
 
     result: Transient | None = None
     error: str = ""
 
 
 def execute(run: Run) -> Outcome:
-    """Compute a run in the calling thread.
-
-    Parameters
-    ----------
-    run : Run
-        The run; only its progress is written.
-
-    Returns
-    -------
-    Outcome
-        To be given to `Runs.finish` by the thread that shows the run.
-    """
+    """Compute a run in the calling thread, writing its progress only; see `Runs.finish`."""
     scene = run.scene
     try:
         result = scene_transient(
@@ -167,14 +156,14 @@ def execute(run: Run) -> Outcome:
 
 
 class Runs:
-    """The runs of a session, newest last; at most one is running.
+    """The runs of a session, newest last; at most one is active.
 
     Attributes
     ----------
     shown : Run or None
-        The run whose result is shown.
+       The run whose result is displayed.
     baseline : Run or None
-        The run that others are compared with.
+       The run that others are compared with.
     """
 
     def __init__(self) -> None:
@@ -188,47 +177,26 @@ class Runs:
 
     @property
     def newest(self) -> Run | None:
-        """The run started last."""
+        """The newest run."""
         return self._runs[-1] if self._runs else None
 
     @property
     def active(self) -> Run | None:
-        """The run that is running."""
+        """The run in progress."""
         return next((run for run in self._runs if run.state is RunState.RUNNING), None)
 
     @property
     def count(self) -> int:
-        """The number used last."""
+        """The last number given to a run."""
         return self._count
 
     def restore(self, runs: Iterable[Run], count: int) -> None:
-        """Put runs of an earlier session before those of this one.
-
-        Parameters
-        ----------
-        runs : iterable of Run
-            The oldest first.
-        count : int
-            The number used last.
-        """
+        """Put runs of an earlier session first; `count` is the last number given to a run."""
         self._runs[:0] = runs
         self._count = max(count, self._count, *(run.number for run in self._runs), 0)
 
     def start(self, scene: Scene, edited: Scene | None = None) -> Run:
-        """Begin a new run, stopping the one that is running.
-
-        Parameters
-        ----------
-        scene : Scene
-            What to compute.
-        edited : Scene, optional
-            See `Run`.
-
-        Returns
-        -------
-        Run
-            To be given to `execute` in a thread.
-        """
+        """Add a run to be given to `execute`; stops the active one."""
         self.stop()
         run = self._add(scene)
         run.edited = edited
@@ -245,22 +213,7 @@ class Runs:
         return run
 
     def take_in(self, scene: Scene, result: Transient, source: str) -> Run:
-        """Add a run that was read from a file; a run that goes on here goes on.
-
-        Parameters
-        ----------
-        scene : Scene
-            What was computed.
-        result : Transient
-            What came out of it.
-        source : str
-            The file.
-
-        Returns
-        -------
-        Run
-            Drawn beside the run shown, or shown if there is none.
-        """
+        """Add a run read from a file: overlaid, or displayed if no other is."""
         run = self._add(scene)
         run.state, run.result, run.source, run.overlaid = RunState.DONE, result, source, True
         if self.shown is None:
@@ -268,13 +221,7 @@ class Runs:
         return run
 
     def remove(self, run: Run) -> None:
-        """Forget a run; if it is running it is stopped.
-
-        Parameters
-        ----------
-        run : Run
-            The run. If it was shown, the newest result takes its place.
-        """
+        """Delete a run, stopping it first; the newest result replaces a displayed one."""
         if run is self.active:
             self.stop()
         self._runs.remove(run)
@@ -286,7 +233,7 @@ class Runs:
 
     @property
     def drawn(self) -> list[Run]:
-        """The runs to draw, that shown last: all that are overlaid, each with a result."""
+        """The runs to plot: overlaid runs with results, then the displayed one."""
         beside = [
             run
             for run in self._runs
@@ -297,13 +244,7 @@ class Runs:
         return [*beside, self.shown]
 
     def stop(self) -> Run | None:
-        """Stop the run that is running, at once for whoever looks at it.
-
-        Returns
-        -------
-        Run or None
-            The run stopped.
-        """
+        """Stop the active run at once and return it."""
         run = self.active
         if run is not None:
             run.state = RunState.STOPPED
@@ -311,20 +252,7 @@ class Runs:
         return run
 
     def finish(self, run: Run, outcome: Outcome) -> bool:
-        """Take in how a computation ended.
-
-        Parameters
-        ----------
-        run : Run
-            The run.
-        outcome : Outcome
-            How it ended.
-
-        Returns
-        -------
-        bool
-            False if the run was stopped before: its outcome is stale and dropped.
-        """
+        """Store a run's outcome. Returns False if the run was stopped before."""
         if run.state is not RunState.RUNNING:
             return False
         run.result, run.message = outcome.result, outcome.error
@@ -333,5 +261,5 @@ class Runs:
         return True
 
     def find(self, number: int) -> Run | None:
-        """The run of that number, if it is still kept."""
+        """The run with a number, None if deleted."""
         return next((run for run in self._runs if run.number == number), None)

@@ -1,4 +1,4 @@
-"""At which times a run is kept for plots and data files. Imports no Textual."""
+"""Sample times of a run. Imports no Textual."""
 
 import math
 from fractions import Fraction
@@ -17,25 +17,16 @@ _MOST: Final = 250_000
 
 
 def sample_interval(scene: Scene) -> Fraction:
-    """A round interval that resolves the fastest linear vibration.
+    """A round interval, s, below 1/64 of the shortest linear period.
 
-    Parameters
-    ----------
-    scene : Scene
-        The scene.
-
-    Returns
-    -------
-    Fraction
-        1, 2 or 5 times a power of ten, s, below 1/64 of the shortest natural period; but never
-        so small that more than 250 000 samples are kept, nor so large that fewer than 1000 are.
+    1, 2 or 5 times a power of ten, limited to 1000 to 250 000 samples.
     """
     p = scene.parameters
     try:
         y = equilibrium(p, separation=scene.separation).y
     except ComputationError:
         y = 0.0
-    # No natural frequency exceeds that of all springs on one mass.
+    # An upper bound of the natural frequencies: all springs on one mass.
     stiffness = p.k1 + p.k3 + tangent_stiffness(p, y)
     fitting = math.tau * math.sqrt(p.m / stiffness) / _PER_PERIOD
     interval = _rounded(min(fitting, scene.t_end / _FEWEST), up=False)
@@ -44,21 +35,10 @@ def sample_interval(scene: Scene) -> Fraction:
 
 
 def sample_times(scene: Scene) -> NDArray[np.float64]:
-    """The times at which a run is kept.
-
-    Parameters
-    ----------
-    scene : Scene
-        The scene.
-
-    Returns
-    -------
-    ndarray, shape (n,)
-        0, every multiple of `sample_interval`, and the horizon, s.
-    """
+    """0, the multiples of `sample_interval`, and the end time, s."""
     interval = sample_interval(scene)
     count = math.floor(scene.t_end / interval) + 1
-    # Multiplied before divided, the times are the decimal numbers that they should be.
+    # Multiplying first gives exact decimal times.
     times = np.arange(count) * float(interval.numerator) / float(interval.denominator)
     return np.append(times[times < scene.t_end], scene.t_end)
 

@@ -1,4 +1,4 @@
-"""The state of the laboratory without its screen: edited texts, scene, runs. Imports no Textual."""
+"""The state of the laboratory without its screen. Imports no Textual."""
 
 import dataclasses
 from pathlib import Path
@@ -29,35 +29,35 @@ _FIRST_METHOD: Final = next(iter(METHODS))
 
 
 class Session(Editing):
-    """What is being edited and what was computed from it.
+    """Edited scene, runs and studies.
 
     Parameters
     ----------
     scene : Scene, optional
-        The scene to begin with; the base scene if not given.
+       The initial scene; the base scene if None.
     source : str, optional
-        How the command line would name it: a preset or a file; the base scene if not given.
+       Its preset or file.
 
     Attributes
     ----------
     runs : Runs
-        The transients of this session.
+       The transients.
     reports : list of str
-        What was reported, a line each, the oldest first.
+       Lines of the log, oldest first.
     recent : tuple of str
-        Scene files opened or saved, the last one first.
+       Recent scene files, last one first.
     tab : str
-        Identifier of the tab in sight; empty for the first one.
+       Identifier of the current tab; empty for the first.
     studies : Studies
-        What the tabs of studies show.
+       Results displayed in the tabs of studies.
     settings : dict of str to dict of str
-        What the tabs are set to, by name of the tab and of the setting.
+       Stored settings by tab and name.
     views : dict of str to View
-        Limits and scales of the charts, by their identifiers.
+       Limits and scales of the charts by identifier.
     unread : dict of str to KeptFile
-        Results of the last session that are not read yet, see `State`.
+       Results of the last session that are not read yet.
     beside : Beside or None
-        What attracts beside the equilibrium of what is edited, as far as it is known.
+       Attractors beside the edited equilibrium, as far as known.
     """
 
     def __init__(self, scene: Scene | None = None, source: str = "") -> None:
@@ -72,27 +72,16 @@ class Session(Editing):
         self.unread: dict[str, KeptFile] = {}
         self.beside: Beside | None = None
         self._native_method = _FIRST_METHOD
-        # What was asked last, by several views at every key.
+        # The last result: several views ask for it at every key.
         self._stability: tuple[tuple[Parameters, bool], Stability] | None = None
 
     def remember(self, path: str) -> None:
-        """Put a scene file in front of the recent ones."""
+        """Put a scene file first in the recent ones."""
         others = [old for old in self.recent if Path(old).absolute() != Path(path).absolute()]
         self.recent = (path, *others)[:MOST_RECENT]
 
     def error(self, name: str) -> str:
-        """What is wrong with a field.
-
-        Parameters
-        ----------
-        name : str
-            Its name.
-
-        Returns
-        -------
-        str
-            One line; empty if nothing is wrong.
-        """
+        """Error message of a field; empty if it is valid."""
         try:
             FIELDS[name].check(self.texts[name])
         except InputError as error:
@@ -100,7 +89,7 @@ class Session(Editing):
         return self._step_error() if name == "step" else ""
 
     def _step_error(self) -> str:
-        # Whether a step is allowed depends on the method and the horizon, which must be right.
+        # The step's range depends on method and end time, which must be valid.
         if any(self.error(name) for name in ("method", "t_end")):
             return ""
         try:
@@ -118,27 +107,12 @@ class Session(Editing):
 
     @property
     def errors(self) -> dict[str, str]:
-        """What is wrong, by field; empty if nothing is."""
+        """Error messages of the invalid fields, by name."""
         found = {name: self.error(name) for name in FIELDS}
         return {name: message for name, message in found.items() if message}
 
     def nudge(self, name: str, direction: int, *, fine: bool = False) -> bool:
-        """Change a number by a step.
-
-        Parameters
-        ----------
-        name : str
-            Name of the field.
-        direction : int
-            +1 for more, -1 for less.
-        fine : bool
-            Whether by a tenth of the usual step.
-
-        Returns
-        -------
-        bool
-            Whether there was a valid number that could be changed so.
-        """
+        """Change a number by a step, or `fine` by a tenth. Returns False if that is impossible."""
         field = FIELDS[name]
         if field.nudge is None:
             return False
@@ -155,11 +129,11 @@ class Session(Editing):
 
     @property
     def engine(self) -> str:
-        """What runs the scene: ``native`` or ``FMU``."""
+        """The engine of the edited scene: ``native`` or ``FMU``."""
         return engine_of(self.texts["method"])
 
     def switch_engine(self) -> None:
-        """From a native method to the FMU, or back to the native method used last."""
+        """Switch to the FMU, or back to the last native method."""
         if self.engine == FMU_ENGINE:
             self._set("method", self._native_method, "engine")
         else:
@@ -168,18 +142,7 @@ class Session(Editing):
         self.close_step()
 
     def engine_pair(self) -> tuple[Scene, Scene]:
-        """The scene edited, for the native engine and for the FMU.
-
-        Returns
-        -------
-        native, fmu : Scene
-            Alike but for the method, and the step where the method chooses its own.
-
-        Raises
-        ------
-        InputError
-            If a field is wrong.
-        """
+        """The edited scene for the native engine and for the FMU; raises `InputError`."""
         scene = self.scene()
         method = self._native_method if self.engine == FMU_ENGINE else scene.method
         step = scene.step if takes_step(method) else None
@@ -189,7 +152,7 @@ class Session(Editing):
         )
 
     def parameters(self) -> Parameters:
-        """The parameter set edited, checked; `InputError` if a parameter is wrong."""
+        """The edited parameter set; raises `InputError` if a parameter is invalid."""
         return Parameters().with_values({name: self.texts[name] for name in PARAMETERS})
 
     @property
@@ -198,19 +161,14 @@ class Session(Editing):
         return self.texts["separation"] == CONSIDERED
 
     def stability(self) -> Stability:
-        """Stability of the parameter set edited.
-
-        Returns
-        -------
-        Stability
-            Of its equilibrium.
+        """Stability of the edited parameter set.
 
         Raises
         ------
         InputError
-            If a parameter is wrong.
+           If a parameter is invalid.
         ComputationError
-            If there is no equilibrium.
+           If there is no equilibrium.
         """
         asked = self.parameters(), self.separation
         if self._stability is None or self._stability[0] != asked:
@@ -224,18 +182,7 @@ class Session(Editing):
         return cast("float | None", FIELDS["step"].check(self.texts["step"]))
 
     def scene(self) -> Scene:
-        """The scene edited.
-
-        Returns
-        -------
-        Scene
-            Checked; with the name of the scene loaded.
-
-        Raises
-        ------
-        InputError
-            If a field is wrong.
-        """
+        """The edited scene, named as the loaded one; raises `InputError` if a field is invalid."""
         for message in self.errors.values():
             raise InputError(message)
         return Scene(
@@ -253,18 +200,7 @@ class Session(Editing):
         )
 
     def outdated(self, run: Run) -> bool:
-        """Whether the fields no longer say what a run computed.
-
-        Parameters
-        ----------
-        run : Run
-            The run.
-
-        Returns
-        -------
-        bool
-            True also if a field is wrong now.
-        """
+        """Whether the fields differ from what a run computed, or are invalid."""
         try:
             return bool(differences(self.scene(), run.edited or run.scene))
         except InputError:
@@ -272,24 +208,13 @@ class Session(Editing):
 
     @property
     def origin(self) -> "Origin":
-        """The scene loaded, and how the command line names it."""
+        """The loaded scene, and its preset or file."""
         from .command_lines import Origin
 
         return Origin(self._loaded, self.source)
 
     def command_line(self) -> str:
-        """The command that computes the same transient in a shell.
-
-        Returns
-        -------
-        str
-            Quoted for a POSIX shell.
-
-        Raises
-        ------
-        InputError
-            If a field is wrong.
-        """
+        """The command for the edited transient; raises `InputError` if a field is invalid."""
         from .command_lines import transient_line
 
         return transient_line(self.scene(), self.origin)

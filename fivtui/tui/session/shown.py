@@ -1,4 +1,4 @@
-"""What the tabs of studies show, and where it came from. Imports no Textual."""
+"""Results displayed in the tabs of studies. Imports no Textual."""
 
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, Final, Generic, TypeVar
@@ -13,23 +13,13 @@ if TYPE_CHECKING:
 
 T = TypeVar("T")
 
-# The chart that shows it, by tab.
+# Identifier of the chart by tab.
 CHARTS: Final = {"sweep": "sweep-chart", "map": "map-chart", "trade-off": "errors-chart"}
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Shown(Generic[T]):
-    """The result of a study.
-
-    Attributes
-    ----------
-    value : Sweep, StabilityMap or Tradeoff
-        The result.
-    name : str
-        Name of the scene that it is of, or of the file.
-    source : str
-        File that it was read from; empty if it was computed here.
-    """
+    """A displayed result, the name of its scene or file, and the file it was read from."""
 
     value: T
     name: str
@@ -38,16 +28,16 @@ class Shown(Generic[T]):
 
 @dataclass(slots=True)
 class Studies:
-    """What the tabs show; None where there is nothing.
+    """The displayed results; None where there is nothing.
 
     Attributes
     ----------
     sweep : Shown of Sweep
-        Perhaps not complete.
+       May be incomplete.
     map : Shown of StabilityMap
-        Read from a file; what follows the form is no more than it.
+       A map read from a file; the computed one follows the form.
     tradeoff : Shown of Tradeoff
-        Measured here, or read from a file.
+       Measured here or read from a file.
     """
 
     sweep: "Shown[Sweep] | None" = None
@@ -55,28 +45,17 @@ class Studies:
     tradeoff: "Shown[Tradeoff] | None" = None
 
     def put(self, kind: str, shown: "Shown[Any]") -> None:
-        """Show something: `kind` is a tab, such as ``trade-off``."""
+        """Display a result in a tab, such as ``trade-off``."""
         setattr(self, kind.replace("-", ""), shown)
 
     def get(self, kind: str) -> "Shown[Any] | None":
-        """What is shown in a tab, such as ``trade-off``."""
+        """The result displayed in a tab, such as ``trade-off``."""
         shown: Shown[Any] | None = getattr(self, kind.replace("-", ""))
         return shown
 
 
 def check_drawable(study: "Study") -> None:
-    """Check that a sweep can be shown: over one name, or over two, every value with every other.
-
-    Parameters
-    ----------
-    study : Study
-        The sweep.
-
-    Raises
-    ------
-    InputError
-        If it cannot.
-    """
+    """Raise `InputError` unless a sweep has one variable, or two as a full grid."""
     names, kind = list(study.design.axes), study.design.kind
     if len(names) > 2 or (len(names) == 2 and kind != "product"):
         raise InputError(
@@ -87,7 +66,7 @@ def check_drawable(study: "Study") -> None:
 
 @dataclass(frozen=True, slots=True)
 class KeptFile:
-    """A result in a file: the name of the file, and what `Shown` says of it."""
+    """A stored result: the name of its file, and name and source as in `Shown`."""
 
     file: str
     name: str = ""

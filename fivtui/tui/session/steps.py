@@ -1,4 +1,4 @@
-"""How a key press changes a number: by a digit or by a decade. Imports no Textual."""
+"""Steps by which keys change a number. Imports no Textual."""
 
 import math
 from collections.abc import Callable
@@ -9,20 +9,10 @@ Nudge = Callable[[float, int, bool], float]
 
 
 def by_digit(default: float) -> Nudge:
-    """Steps of one unit in the second significant digit (1 to 10 %), finely in the third.
+    """Steps of one in the second significant digit (1 to 10 %), fine steps in the third.
 
-    From a number of that many digits a step and the step back give it again, across powers of ten
-    too.
-
-    Parameters
-    ----------
-    default : float
-        Sets the size of the step from zero.
-
-    Returns
-    -------
-    callable
-        The nudge.
+    A step and the step back restore the number, across powers of ten too. `default` sets the size
+    of the step from zero.
     """
 
     def nudge(value: float, direction: int, fine: bool) -> float:
@@ -38,36 +28,12 @@ def by_digit(default: float) -> Nudge:
 
 
 def by_decade(value: float, direction: int, _fine: bool) -> float:
-    """Ten times as much, or as little.
-
-    Parameters
-    ----------
-    value : float
-        The value.
-    direction : int
-        +1 or -1.
-
-    Returns
-    -------
-    float
-        The new value.
-    """
+    """Steps by a factor of ten."""
     return float(Decimal(repr(value)).scaleb(direction))
 
 
 def number_text(value: float) -> str:
-    """The shortest text that reads as exactly this number, without a trailing ``.0``.
-
-    Parameters
-    ----------
-    value : float
-        A finite number.
-
-    Returns
-    -------
-    str
-        Its text.
-    """
+    """The shortest text of exactly this number, without a trailing ``.0``."""
     if value == 0.0:
         return "0"
     brief = f"{value:.12g}"
