@@ -8,7 +8,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from .model.errors import InputError
-from .model.parameters import PARAMETERS, ParameterSpec, read_whole, unknown_name
+from .model.numbers import read_whole
+from .model.parameters import PARAMETERS, ParameterSpec, unknown_name
 
 MAX_COUNT: Final = 10_000_000
 _FORM: Final = "NAME=START:STOP:COUNT or NAME=START:STOP:COUNT:log"
@@ -83,17 +84,17 @@ def parse_range(
     if not counted:
         parts.insert(2, "2")
     if not equals or not name or len(parts) not in (3, 4):
-        raise InputError(f"{flag} {text}: allowed is {form}, e.g. {flag} {example}")
+        raise InputError(f"{flag} {text}: must be {form}, e.g. {flag} {example}")
     if name not in specs:
         raise unknown_name("parameter", name, specs)
     log = len(parts) == 4
     if log and parts[3] != _SPACING:
-        raise InputError(f"{flag} {text}: unknown spacing {parts[3]!r}; allowed is {form}")
+        raise InputError(f"{flag} {text}: unknown spacing {parts[3]!r}; must be {form}")
     start, stop = (specs[name].check(part) for part in parts[:2])
     if start == stop:
         raise InputError(f"{flag} {text}: START and STOP must differ; --set gives a single value")
     if log and min(start, stop) <= 0.0:
-        raise InputError(f"{flag} {text}: a logarithmic range needs START > 0 and STOP > 0")
+        raise InputError(f"{flag} {text}: START and STOP must be above 0 in a logarithmic range")
     return Range(name, start, stop, _count(flag, text, parts[2]), log)
 
 
@@ -123,7 +124,7 @@ def parse_ranges(
     names = [each.name for each in ranges]
     for name in names:
         if names.count(name) > 1:
-            raise InputError(f"{flag} {name}=…: given twice; allowed is one range a name")
+            raise InputError(f"{flag} {name}=…: given twice; every name must have one range")
     return ranges
 
 
@@ -134,6 +135,6 @@ def _count(flag: str, text: str, part: str) -> int:
         count = 0
     if not 2 <= count <= MAX_COUNT:
         raise InputError(
-            f"{flag} {text}: COUNT = {part}: allowed is a whole number from 2 to {MAX_COUNT}"
+            f"{flag} {text}: COUNT = {part}: must be a whole number from 2 to {MAX_COUNT}"
         )
     return count

@@ -45,7 +45,7 @@ def test_the_ends_are_exact_and_every_value_is_allowed(
         ("F=1:2:3:log:5", "NAME=START:STOP:COUNT"),
         ("f_nl=1:2:3", "did you mean k_nl?"),
         ("F=a:2:3", "F = 'a': not a number"),
-        ("mu=-1:2:3", "allowed is 0 <= mu <= 100"),
+        ("mu=-1:2:3", "must be from 0 to 100"),
         ("F=1:inf:3", "not a finite number"),
         ("F=1:2:1", "COUNT = 1"),
         ("F=1:2:2.5", "COUNT = 2.5"),

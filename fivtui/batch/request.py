@@ -44,14 +44,14 @@ def columns(
             shapes = ", ".join(f"{name} {column.shape}" for name, column in given.items())
             raise InputError(f"parameters: shapes do not fit each other ({shapes})") from None
         if len(shape) != 1:
-            raise InputError(f"parameters: shape {shape}; allowed is one axis")
+            raise InputError(f"parameters: shape {shape}; must have one axis")
         whole = {name: np.asarray(value) for name, value in base.as_dict().items()} | given
         columns = {name: np.broadcast_to(column, shape) for name, column in whole.items()}
     else:
         table = _numbers("parameters", parameters)
         if table.ndim != 2 or table.shape[1] != len(PARAMETERS):
             raise InputError(
-                f"parameters: shape {table.shape}; allowed is (n, {len(PARAMETERS)}), "
+                f"parameters: shape {table.shape}; must be (n, {len(PARAMETERS)}), "
                 f"columns {', '.join(PARAMETERS)}"
             )
         columns = dict(zip(PARAMETERS, table.T, strict=True))
@@ -105,7 +105,7 @@ def flags(separation: ArrayLike, size: int) -> NDArray[np.bool_]:
     """
     flags = np.asarray(separation)
     if flags.dtype != np.bool_ or flags.shape not in ((), (size,)):
-        raise InputError(f"separation: allowed is a bool, or an array of {size}")
+        raise InputError(f"separation: must be a bool, or an array of {size}")
     return np.broadcast_to(flags, (size,))
 
 
@@ -131,14 +131,14 @@ def starts(start: ArrayLike, size: int) -> Floats | None:
     """
     if isinstance(start, str) and start == "static":
         return None
-    allowed = f"allowed is static, or finite numbers x,vx,y,vy, shape (4,) or ({size}, 4)"
+    wanted = f"must be static, or finite numbers x,vx,y,vy, shape (4,) or ({size}, 4)"
     try:
         states = np.asarray(start, dtype=np.float64)
     except (TypeError, ValueError):
-        raise InputError(f"start = {start!r}: {allowed}") from None
+        raise InputError(f"start = {start!r}: {wanted}") from None
     if states.shape not in ((4,), (size, 4)):
-        raise InputError(f"start: shape {states.shape}; {allowed}")
+        raise InputError(f"start: shape {states.shape}; {wanted}")
     if states.size > 0 and not np.isfinite([states.min(), states.max()]).all():
-        raise InputError(f"start: not all finite; {allowed}")
+        raise InputError(f"start: not all finite; {wanted}")
     states = np.where(np.abs(states) < LEAST_START, 0.0, states)
     return np.broadcast_to(states, (size, 4))

@@ -107,9 +107,9 @@ def simulate_batch(
         if name not in REQUIREMENTS:
             raise unknown_name("requirement", name, REQUIREMENTS)
     if workers is not None and workers < 1:
-        raise InputError(f"workers = {workers}: allowed is 1 or more")
+        raise InputError(f"workers = {workers}: must be at least 1")
     if max_steps < 1:
-        raise InputError(f"max_steps = {max_steps}: allowed is 1 or more")
+        raise InputError(f"max_steps = {max_steps}: must be at least 1")
     work = _Work(
         table,
         size,

@@ -96,7 +96,7 @@ def choose_task(vary: str | None, ranges: Sequence[str], start: Start | None) ->
     """
     if vary is not None:
         if ranges or start is not None:
-            raise InputError("--vary: allowed is neither --basin nor --start beside it")
+            raise InputError("--vary: must be given without --basin and --start")
         return _along(vary)
     if ranges:
         return _slice(ranges, start)
@@ -128,7 +128,7 @@ def _along(text: str) -> Task:
 def _slice(texts: Sequence[str], start: Start | None) -> Task:
     ranges = parse_ranges("--basin", texts, START_SPECS)
     if len(ranges) != _BASIN_RANGES:
-        raise InputError(f"--basin: given {len(ranges)} times; allowed is twice")
+        raise InputError(f"--basin: given {len(ranges)} times; must be given twice")
 
     def compute(scene: Scene, progress: Progress) -> Any:
         over = {each.name: each.values() for each in ranges}
@@ -190,7 +190,7 @@ def carry_out(
         If the computation cannot be finished.
     """
     if task.save is None and (out is not None or plot is not None):
-        raise InputError("--out and --plot: allowed with --vary or --basin alone")
+        raise InputError("--out and --plot: must be given with --vary or --basin")
     if out is not None:
         check_columns_path(out, "attractor", force=force)
     if plot is not None:

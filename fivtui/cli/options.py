@@ -9,7 +9,8 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from fivtui.model.errors import InputError
-from fivtui.model.parameters import PARAMETERS, parameter_spec, read_number
+from fivtui.model.numbers import read_number
+from fivtui.model.parameters import PARAMETERS, parameter_spec
 
 from .arguments import option
 from .completion import ERROR_VALUES, PARAMETER_VALUES
@@ -85,9 +86,9 @@ def start_of(text: str) -> "Start":
     try:
         return [read_number(part) for part in text.split(",")]
     except ValueError:
-        raise InputError(
-            f"--start {text}: allowed is static, or four numbers x,vx,y,vy in m and m/s"
-        ) from None
+        from fivtui.transient.request import START_FORM
+
+        raise InputError(f"--start {text}: must be {START_FORM}") from None
 
 
 def wishes_of(assignments: Sequence[str]) -> dict[str, float]:
@@ -103,7 +104,7 @@ def assigned(flag: str, assignments: Sequence[str], example: str) -> dict[str, s
     for assignment in assignments:
         name, equals, text = assignment.partition("=")
         if not equals or not name.strip():
-            raise InputError(f"{flag} {assignment}: allowed is NAME=VALUE, e.g. {flag} {example}")
+            raise InputError(f"{flag} {assignment}: must be NAME=VALUE, e.g. {flag} {example}")
         if name.strip() in values:
             raise InputError(f"{flag} {name.strip()}=…: given twice; every name must be given once")
         values[name.strip()] = text.strip()

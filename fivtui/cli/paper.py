@@ -53,7 +53,7 @@ def claims(markdown: bool, as_json: bool) -> None:
     from fivtui.paper.claims.report import claims_markdown, print_claims
 
     if markdown and as_json:
-        raise InputError("claims: allowed is one of --json and --markdown")
+        raise InputError("--markdown: must be given without --json")
     with progress_bar("claims") as progress:
         checked = check_claims(progress=progress)
     if as_json:

@@ -5,7 +5,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from fivtui.model.errors import InputError
-from fivtui.model.parameters import parse_number
+from fivtui.model.numbers import parse_number
 
 from .arguments import Whole, option
 from .completion import METHOD_NAMES
@@ -113,7 +113,7 @@ def _changed(scene: "Scene", given: dict[str, Any]) -> "Scene":
     wishes = wishes_of(given["wishes"])
     fixed = given["tol"] is not None or given["step"] is not None
     if wishes and fixed:
-        raise InputError("--error: not allowed beside --tol or --step, which follow from it")
+        raise InputError("--error: must be given without --tol and --step, which follow from it")
     changes: dict[str, Any] = {
         name: given[name] for name in ("tol", "step", "method") if given[name] is not None
     }
@@ -155,8 +155,12 @@ def run(scene: str, out: Path | None, force: bool, as_json: bool, **given: Any) 
 
     chosen = scene_of(scene, given["assignments"])
     if ("trajectory" in chosen.outputs) != (out is not None):
-        wanted = "a file for it: --out FILE" if out is None else "no --out: it is not required"
-        raise InputError(f"trajectory of the scene {chosen.name}: allowed is {wanted}")
+        wanted = (
+            "its trajectory must have a file: --out FILE"
+            if out is None
+            else "requires no trajectory; --out must not be given"
+        )
+        raise InputError(f"scene {chosen.name}: {wanted}")
     check_outputs(out, None, partial(check_columns_path, kind="trajectory"), force=force)
     with progress_bar(chosen.name) as progress:
         result = run_scene(chosen, progress=progress)

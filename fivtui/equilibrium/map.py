@@ -145,12 +145,12 @@ def stability_map(
     if value not in MAP_VALUES:
         raise unknown_name("map value", value, MAP_VALUES)
     if len(over) != 2:
-        raise InputError(f"over: {len(over)} parameters given; allowed are two different ones")
+        raise InputError(f"over: {len(over)} parameters given; must be two different ones")
     (first, rows), (second, columns) = ((name, _axis(name, over[name])) for name in over)
     shape = (rows.size, columns.size)
     total = rows.size * columns.size
     if total > MAX_POINTS:
-        raise InputError(f"over: {total} points; allowed are {MAX_POINTS}")
+        raise InputError(f"over: {total} points; must be at most {MAX_POINTS}")
     values, excess = np.empty(total), np.empty(total)
     for start in range(0, total, _CHUNK):
         if progress is not None and not progress(start / total):
@@ -180,7 +180,7 @@ def _axis(name: str, values: Sequence[float] | FloatArray) -> FloatArray:
     spec = parameter_spec(name)
     axis = np.array(values, dtype=float)
     if axis.ndim != 1 or axis.size == 0:
-        raise InputError(f"over: {name}: allowed are one or more numbers")
+        raise InputError(f"over: {name}: must be one or more numbers")
     for extreme in (axis.min(), axis.max()):
         spec.check(float(extreme))
     return axis

@@ -12,7 +12,8 @@ from numpy.typing import NDArray
 
 from fivtui.io.reading import read_bytes
 from fivtui.model.errors import InputError
-from fivtui.model.parameters import parse_number, unknown_name
+from fivtui.model.numbers import Interval, parse_number
+from fivtui.model.parameters import unknown_name
 
 from .instance import FmuFile
 
@@ -59,7 +60,7 @@ def _start_value(variable: Any, value: object) -> Any:
     if variable.type == "Boolean":
         truth = _TRUTH.get(str(value).strip().lower())
         if truth is None:
-            raise InputError(f"{variable.name} = {value}: allowed is true or false")
+            raise InputError(f"{variable.name} = {value}: must be true or false")
         return truth
     if variable.type in _WORDS or variable.shape:
         return value
@@ -67,17 +68,14 @@ def _start_value(variable: Any, value: object) -> Any:
         float(limit) if limit is not None else bound
         for limit, bound in ((variable.min, -math.inf), (variable.max, math.inf))
     )
-    unit = f" {variable.unit}" if variable.unit else ""
-    # A least positive number as the bound says that zero is excluded.
-    above = "0 <" if lower == sys.float_info.min else f"{lower:g} <="
-    allowed = f"{above} {variable.name} <= {upper:g}{unit}"
-    number = parse_number(variable.name, value, allowed)
-    if not lower <= number <= upper:
-        raise InputError(f"{variable.name} = {number:g}: allowed is {allowed}")
+    # FMI knows closed ranges only: the least normal number as the bound says that zero is excluded.
+    positive = lower == sys.float_info.min
+    interval = Interval(0.0 if positive else lower, upper, variable.unit or "", positive)
+    number = interval.check(variable.name, value)
     if variable.type in ("Real", "Float32", "Float64"):
         return number
     if not number.is_integer():
-        raise InputError(f"{variable.name} = {number:g}: allowed is a whole number")
+        raise InputError(f"{variable.name} = {number:g}: must be a whole number")
     return int(number)
 
 

@@ -12,7 +12,8 @@ from numpy.typing import NDArray
 
 from fivtui.io.files import check_output, check_suffix, write_atomically
 from fivtui.model.errors import Cancelled, ComputationError, InputError
-from fivtui.model.parameters import parse_number, unknown_name
+from fivtui.model.numbers import Interval
+from fivtui.model.parameters import unknown_name
 from fivtui.results import Result
 from fivtui.taylor.stepper import TOL_RANGE
 from fivtui.transient.loop import Progress
@@ -170,20 +171,17 @@ def _experiment(
     default = fmu.description.defaultExperiment
     start = float(getattr(default, "startTime", None) or 0.0)
     stop = float(getattr(default, "stopTime", None) or start + 1.0)
-    allowed = f"a number of seconds above {start:g}"
-    if t_end is not None:
-        stop = parse_number("t_end", t_end, allowed)
-    if stop <= start:
-        raise InputError(f"t_end = {stop:g}: allowed is {allowed}")
+    stop = Interval(start, unit="s", lower_open=True).check(
+        "t_end", stop if t_end is None else t_end
+    )
     step = float(getattr(default, "stepSize", None) or (stop - start) / _STEPS_BY_DEFAULT)
     if output_interval is not None:
-        allowed = f"0 < output interval <= {stop - start:g} s"
-        step = parse_number("output interval", output_interval, allowed)
-        if not 0.0 < step <= stop - start:
-            raise InputError(f"output interval = {step:g}: allowed is {allowed}")
+        step = Interval(0.0, stop - start, "s", lower_open=True).check(
+            "output interval", output_interval
+        )
     if (stop - start) / step > _MAX_STEPS:
         raise InputError(
-            f"output interval = {step:g} s: allowed are at most {_MAX_STEPS} intervals in a run"
+            f"output interval = {step:g} s: a run must be of at most {_MAX_STEPS} intervals"
         )
     return start, stop, step
 
@@ -193,11 +191,7 @@ def _tolerance(fmu: FmuFile, tol: float | None) -> float | None:
         return None
     own = str(fmu.description.generationTool).startswith("fivtui")
     lower, upper = TOL_RANGE if own else (0.0, 1.0)
-    allowed = f"{lower:g} {'<=' if own else '<'} tolerance <= {upper:g}"
-    number = parse_number("tolerance", tol, allowed)
-    if not (lower <= number <= upper and number > 0.0):
-        raise InputError(f"tolerance = {number:g}: allowed is {allowed}")
-    return number
+    return Interval(lower, upper, lower_open=not own).check("tolerance", tol)
 
 
 def _recorded(fmu: FmuFile, outputs: Sequence[str] | None) -> list[str] | None:

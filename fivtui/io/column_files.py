@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fivtui.model.errors import InputError
-from fivtui.model.parameters import read_number
+from fivtui.model.numbers import read_number
 
 from .formats import Columns, columns_format
 from .reading import opened

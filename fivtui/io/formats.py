@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 
 from fivtui.model.columns import COLUMNS, Column
 from fivtui.model.errors import InputError
-from fivtui.model.parameters import read_number
+from fivtui.model.numbers import read_number
 
 from .files import check_output, check_suffix
 

@@ -41,7 +41,7 @@ def _cut(text: str, head: int, tail: int) -> str:
 
 
 class InputError(ValueError):
-    """The request itself is wrong: one line saying what, where and what is allowed.
+    """The request itself is wrong: one line saying what is wrong, where, and what it must be.
 
     Parameters
     ----------

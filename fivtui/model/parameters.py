@@ -1,13 +1,12 @@
 """The parameter table: the only source of names, symbols, units, defaults and bounds."""
 
 import difflib
-import math
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field, fields
-from numbers import Real
 from typing import Final, Self
 
 from .errors import InputError
+from .numbers import Interval
 
 
 @dataclass(frozen=True, slots=True)
@@ -43,10 +42,12 @@ class ParameterSpec:
 
     @property
     def allowed(self) -> str:
-        """The allowed range in words, for forms and messages."""
-        unit = f" {self.unit}" if self.unit else ""
-        relation = "<" if self.lower_open else "<="
-        return f"{self.lower:g} {relation} {self.name} <= {self.upper:g}{unit}"
+        """The allowed range in words, for forms and messages: ``from 0 to 100``."""
+        return str(self._interval)
+
+    @property
+    def _interval(self) -> Interval:
+        return Interval(self.lower, self.upper, self.unit, self.lower_open)
 
     def check(self, value: object) -> float:
         """Return `value` as a float inside the bounds.
@@ -66,80 +67,10 @@ class ParameterSpec:
         InputError
             If `value` is not a number, not finite or out of bounds.
         """
-        if isinstance(value, float) and math.isfinite(value):
-            number = float(value)
-        else:
-            number = parse_number(self.name, value, self.allowed)
-        too_low = number <= self.lower if self.lower_open else number < self.lower
-        if too_low or number > self.upper:
-            raise InputError(f"{self.name} = {number:g}: allowed is {self.allowed}")
-        return number
-
-
-def parse_number(name: str, value: object, allowed: str) -> float:
-    """Read a finite number.
-
-    Parameters
-    ----------
-    name : str
-        What the value is for, named in the message.
-    value : object
-        A number, a scalar of NumPy too, or text that reads as one (see `read_number`).
-    allowed : str
-        The allowed range in words, repeated in the message.
-
-    Returns
-    -------
-    float
-        The value.
-
-    Raises
-    ------
-    InputError
-        If `value` is not a finite number (a bool is not a number here).
-    """
-    if isinstance(value, bool) or not isinstance(value, (str, Real)):
-        raise InputError(f"{name} = {value!r}: not a number; allowed is {allowed}")
-    try:
-        number = read_number(value) if isinstance(value, str) else float(value)
-    except (ValueError, OverflowError):
-        raise InputError(f"{name} = {value!r}: not a number; allowed is {allowed}") from None
-    if not math.isfinite(number):
-        raise InputError(f"{name} = {value}: not a finite number; allowed is {allowed}")
-    return number
-
-
-def read_number(text: str) -> float:
-    """The number that a text is, written as in all languages: no ``1_0``, no digits but 0 to 9.
-
-    Parameters
-    ----------
-    text : str
-        Digits with sign, point and exponent, or ``inf`` or ``nan``; spaces around it do not count.
-
-    Returns
-    -------
-    float
-        The number.
-
-    Raises
-    ------
-    ValueError
-        If it is none.
-    """
-    return float(_plain(text))
-
-
-def read_whole(text: str) -> int:
-    """The whole number that a text is; parameters and errors as `read_number`."""
-    return int(_plain(text))
-
-
-def _plain(text: str) -> str:
-    # What Python's numbers have besides plain ones.
-    if not text.isascii() or "_" in text:
-        raise ValueError("not a plain number")
-    return text
+        # Nearly every call, without the cost of an interval.
+        if isinstance(value, float) and self.lower < value <= self.upper:
+            return float(value)
+        return self._interval.check(self.name, value)
 
 
 def unknown_name(kind: str, name: str, known: Iterable[str]) -> InputError:

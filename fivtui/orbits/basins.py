@@ -145,11 +145,11 @@ def basin(
     """
     p = Parameters() if parameters is None else parameters
     if len(over) != 2:
-        raise InputError(f"basin: {len(over)} start values vary; allowed are two different ones")
+        raise InputError(f"basin: {len(over)} start values vary; must be two different ones")
     (first, rows), (second, columns) = ((name, _axis(name, over[name])) for name in over)
     total = rows.size * columns.size
     if total > MAX_STARTS:
-        raise InputError(f"basin: {total} starts; allowed are {MAX_STARTS}")
+        raise InputError(f"basin: {total} starts; must be at most {MAX_STARTS}")
     watch = Watch(progress)
     explorer = Explorer(p, separation=separation, kernel=kernel, go_on=watch.go_on)
     base = explorer.rest if start is None else resolve_start(p, start, separation=separation)
@@ -180,7 +180,7 @@ def _axis(name: str, values: Sequence[float] | NDArray[np.float64]) -> NDArray[n
         raise unknown_name("start value", name, START_SPECS)
     axis = np.array(values, dtype=float)
     if axis.ndim != 1 or axis.size == 0:
-        raise InputError(f"basin: {name}: allowed are one or more numbers")
+        raise InputError(f"basin: {name}: must be one or more numbers")
     for extreme in (axis.min(), axis.max()):
         START_SPECS[name].check(float(extreme))
     return axis

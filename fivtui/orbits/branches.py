@@ -171,7 +171,7 @@ def continuation(
     spec = parameter_spec(name)
     grid = np.unique([spec.check(float(value)) for value in values])
     if grid.size < 2:
-        raise InputError(f"continuation: {name}: allowed are two or more different values")
+        raise InputError(f"continuation: {name}: must be two or more different values")
     found: dict[float, list[Attractor]] = {value: [] for value in grid.tolist()}
     met: dict[float, list[list[Direction]]] = {value: [] for value in grid.tolist()}
     watch = Watch(progress)

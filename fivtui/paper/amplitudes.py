@@ -104,7 +104,7 @@ def measure_all(
     """
     processors = os.cpu_count() or 1
     if workers is not None and workers < 1:
-        raise InputError(f"workers = {workers}: allowed is 1 or more")
+        raise InputError(f"workers = {workers}: must be at least 1")
     count = min(processors if workers is None else workers, processors)
     results: dict[int, Amplitude] = {}
 

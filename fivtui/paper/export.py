@@ -48,7 +48,7 @@ def figure_numbers(texts: Sequence[str]) -> tuple[int, ...]:
         first, last = (int(match[1]), int(match[2] or match[1])) if match else (0, 0)
         if not FIRST_FIGURE <= first <= last <= LAST_FIGURE:
             raise InputError(
-                f"figure {text!r}: allowed are {FIRST_FIGURE} to {LAST_FIGURE}, and ranges such as "
+                f"figure {text!r}: must be {FIRST_FIGURE} to {LAST_FIGURE}, or a range such as "
                 f"3-9 (Fig. 1 is the drawing of the model)"
             )
         chosen.update(range(first, last + 1))

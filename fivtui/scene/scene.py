@@ -30,8 +30,8 @@ from fivtui.transient.methods import check_takes_step
 from fivtui.transient.request import (
     DEFAULT_T_END,
     DEFAULT_TOL,
-    MAX_T_END,
-    TOL_RANGE,
+    T_END_INTERVAL,
+    TOL_INTERVAL,
     Start,
     make_problem,
 )
@@ -110,7 +110,7 @@ class Scene:
         _check_line("name", self.name, _LONGEST_NAME)
         _check_line("description", self.description, _LONGEST_DESCRIPTION)
         if not self.name.strip():
-            raise InputError("name is empty: allowed is one line of printable characters")
+            raise InputError("name is empty: must be one line of printable characters")
         if self.method not in ALL_METHODS:
             raise unknown_name("method", self.method, ALL_METHODS)
         if self.step is not None:
@@ -158,20 +158,20 @@ class Scene:
 
 def _check_line(key: str, text: str, longest: int) -> None:
     if not text.isprintable():
-        raise InputError(f"{key} = {text!r}: allowed is one line of printable characters")
+        raise InputError(f"{key} = {text!r}: must be one line of printable characters")
     if len(text) > longest:
         raise InputError(f"{key}: must be of at most {longest} characters, not {len(text)}")
 
 
 def _boolean(key: str, value: object) -> bool:
     if not isinstance(value, bool):
-        raise InputError(f"{key} = {value!r}: allowed is true or false")
+        raise InputError(f"{key} = {value!r}: must be true or false")
     return value
 
 
 def _text(key: str, value: object) -> str:
     if not isinstance(value, str):
-        raise InputError(f"{key} = {value!r}: allowed is text in quotes")
+        raise InputError(f"{key} = {value!r}: must be text in quotes")
     return value
 
 
@@ -186,13 +186,13 @@ def _number(key: str, value: object) -> float:
 
 def _accuracy(key: str, value: object) -> Accuracy:
     if not isinstance(value, Mapping):
-        raise InputError(f"{key} = {value!r}: allowed is a table such as {{peak = 1e-4}}")
+        raise InputError(f"{key} = {value!r}: must be a table such as {{peak = 1e-4}}")
     return tuple((str(name), _number(f"{key}.{name}", error)) for name, error in value.items())
 
 
 def _outputs(key: str, value: object) -> tuple[str, ...]:
     if not isinstance(value, list | tuple):
-        raise InputError(f"{key} = {value!r}: allowed is a list of {', '.join(OUTPUTS)}")
+        raise InputError(f"{key} = {value!r}: must be a list of {', '.join(OUTPUTS)}")
     return tuple(_text(f"{key}[{index}]", entry) for index, entry in enumerate(value))
 
 
@@ -200,7 +200,7 @@ def _start(key: str, value: object) -> str | tuple[float, ...]:
     if isinstance(value, str):
         return value
     if not isinstance(value, list | tuple):
-        raise InputError(f"{key} = {value!r}: allowed is {_START}")
+        raise InputError(f"{key} = {value!r}: must be {_START}")
     return tuple(_number(f"{key}[{index}]", entry) for index, entry in enumerate(value))
 
 
@@ -216,10 +216,10 @@ _KEYS: Final[Mapping[str, _Key]] = {
     "description": _Key(_text),
     "separation": _Key(_boolean, "true: separation considered (Case 1), false: ignored (Case 2)"),
     "start": _Key(_start, _START),
-    "t_end": _Key(_number, f"horizon; 0 < t_end <= {MAX_T_END:g} s"),
-    "tol": _Key(_number, f"relative tolerance; {TOL_RANGE[0]:g} <= tol <= {TOL_RANGE[1]:g}"),
+    "t_end": _Key(_number, f"horizon; {T_END_INTERVAL}"),
+    "tol": _Key(_number, f"relative tolerance; {TOL_INTERVAL}"),
     "method": _Key(_text, ", ".join(ALL_METHODS)),
-    "step": _Key(_number, "step of rk4 or communication step of fmu; 0 < step <= t_end, s"),
+    "step": _Key(_number, "step of rk4 or communication step of fmu; above 0 and at most t_end, s"),
     "accuracy": _Key(_accuracy, f"errors allowed, in place of tol: {', '.join(QUANTITIES)}"),
     "outputs": _Key(_outputs, f"what is required: {', '.join(OUTPUTS)}"),
 }
@@ -279,7 +279,7 @@ def scene_from_dict(data: Mapping[str, object], *, name: str | None = None) -> S
     fields = {key: entry.read(key, data[key]) for key, entry in _KEYS.items() if key in data}
     for unused in ("tol", "step"):
         if fields.get("accuracy") and unused in fields:
-            raise InputError(f"{unused}: not allowed beside accuracy, from which it follows")
+            raise InputError(f"{unused}: must not be given with accuracy, from which it follows")
     if name is not None:
         fields.setdefault("name", name)
     if "name" not in fields:
@@ -300,7 +300,7 @@ def _check_version(data: Mapping[str, object]) -> None:
 
 def _parameters(table: object) -> Parameters:
     if not isinstance(table, Mapping):
-        raise InputError("parameters: allowed is a table of parameters")
+        raise InputError("parameters: must be a table of parameters")
     try:
         values = {}
         for name, value in table.items():

@@ -65,13 +65,13 @@ class Range:
 
     def __post_init__(self) -> None:
         if not np.all(np.isfinite((self.start, self.stop))):
-            raise InputError(f"range {self}: allowed are finite ends")
+            raise InputError(f"range {self}: both ends must be finite")
         if self.count is not None and self.count < 1:
-            raise InputError(f"range {self}: allowed is a count of 1 or more")
+            raise InputError(f"range {self}: count must be at least 1")
         if self.count == 1 and self.start != self.stop:
-            raise InputError(f"range {self}: a single value has one end")
+            raise InputError(f"range {self}: both ends of a single value must be the same")
         if self.log and min(self.start, self.stop) <= 0.0:
-            raise InputError(f"range {self}: a logarithmic range needs both ends above zero")
+            raise InputError(f"range {self}: both ends of a logarithmic range must be above 0")
 
     def __str__(self) -> str:
         count = "" if self.count is None else f":{self.count}"
@@ -162,7 +162,7 @@ class Design:
         if self.kind not in KINDS:
             raise unknown_name("design", self.kind, KINDS)
         if not self.axes:
-            raise InputError("sweep: nothing varies; allowed are one or more names")
+            raise InputError("sweep: nothing varies; must vary one or more names")
         axes = {name: _checked(name, axis) for name, axis in self.axes.items()}
         object.__setattr__(self, "axes", axes)
         sampled = self.kind in ("random", "sobol")
@@ -170,7 +170,7 @@ class Design:
             object.__setattr__(self, "seed", 0 if self.seed is None else self.seed)
         size = self._sampled_size() if sampled else self._listed_size()
         if size > MAX_MEMBERS:
-            raise InputError(f"sweep: {size} members: allowed are {MAX_MEMBERS} at most")
+            raise InputError(f"sweep: {size} members; must be at most {MAX_MEMBERS}")
         object.__setattr__(self, "size", size)
 
     def _listed_size(self) -> int:
@@ -180,7 +180,7 @@ class Design:
         if self.kind == "list":
             if len(set(counts.values())) > 1:
                 listed = ", ".join(f"{name} has {count}" for name, count in counts.items())
-                raise InputError(f"list: allowed are as many values of each name; {listed}")
+                raise InputError(f"list: must have as many values of each name; {listed}")
             return next(iter(counts.values()))
         size = 1
         for count in counts.values():
@@ -190,12 +190,16 @@ class Design:
     def _sampled_size(self) -> int:
         for name, axis in self.axes.items():
             if not isinstance(axis, Range) or axis.count is not None:
-                raise InputError(f"{name}: {self.kind} needs two ends, without a number of values")
-        allowed = MAX_SOBOL if self.kind == "sobol" else MAX_MEMBERS
-        if self.count is None or not 1 <= self.count <= allowed:
-            raise InputError(f"count = {self.count}: {self.kind} needs a count of 1 to {allowed}")
+                raise InputError(
+                    f"{name}: must be two ends without a count for the design {self.kind}"
+                )
+        most = MAX_SOBOL if self.kind == "sobol" else MAX_MEMBERS
+        if self.count is None or not 1 <= self.count <= most:
+            raise InputError(
+                f"count = {self.count}: must be from 1 to {most} for the design {self.kind}"
+            )
         if self.seed is None or not 0 <= self.seed < MAX_MEMBERS:
-            raise InputError(f"seed = {self.seed}: allowed is 0 to {MAX_MEMBERS - 1}")
+            raise InputError(f"seed = {self.seed}: must be from 0 to {MAX_MEMBERS - 1}")
         return self.count
 
     def columns(self, indices: NDArray[np.int64]) -> dict[str, NDArray[np.float64]]:
@@ -247,7 +251,7 @@ def _checked(name: str, axis: object) -> Axis:
         return Range(spec.check(axis.start), spec.check(axis.stop), axis.count, axis.log)
     values = np.asarray(axis)
     if values.ndim != 1 or values.size == 0:
-        raise InputError(f"{name}: allowed are a range, or one or more values")
+        raise InputError(f"{name}: must be a range, or one or more values")
     return tuple(spec.check(value) for value in values.tolist())
 
 

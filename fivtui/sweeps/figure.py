@@ -45,7 +45,7 @@ def check_drawable(study: Study) -> None:
         If other than one or two names vary.
     """
     if len(study.design.axes) not in (1, 2):
-        raise InputError("plot: allowed are sweeps over one name or two")
+        raise InputError("plot: the sweep must be over one name or two")
 
 
 def sweep_figure(result: Sweep) -> Figure:

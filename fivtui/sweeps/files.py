@@ -102,4 +102,4 @@ def _from_folder(folder: Path) -> tuple[Sweep, int]:
 
 def _check_size(members: int) -> None:
     if members > MAX_IN_MEMORY:
-        raise InputError(f"{members} members are too many to hold; allowed are {MAX_IN_MEMORY}")
+        raise InputError(f"{members} members are too many to hold; must be at most {MAX_IN_MEMORY}")

@@ -14,7 +14,7 @@ import numpy as np
 
 from fivtui.io.files import check_suffix
 from fivtui.model.errors import InputError
-from fivtui.model.parameters import read_number
+from fivtui.model.numbers import read_number
 
 from .rows import Rows
 from .study import ColumnKind, Study, SweepColumn

@@ -5,16 +5,15 @@ from types import MappingProxyType
 from typing import Final
 
 from fivtui.model.errors import InputError
-from fivtui.model.parameters import parse_number, unknown_name
+from fivtui.model.parameters import unknown_name
 from fivtui.ranges import parse_range
 from fivtui.scene.scene import Scene
-from fivtui.transient.request import TOL_RANGE, Start, check_horizon
+from fivtui.transient.request import Start, check_horizon, check_tolerance
 
 from .design import VARIABLES, Axis, Design, Kind, Range
 from .study import DEFAULT_OUTPUTS, Study
 
 _METHOD: Final = "taylor"
-_TOLERANCES: Final = f"{TOL_RANGE[0]:g} <= tol <= {TOL_RANGE[1]:g}"
 
 
 def parse_design(
@@ -81,7 +80,7 @@ def parse_cases(*, ignored: bool, both: bool) -> tuple[bool, ...] | None:
         If both are given.
     """
     if ignored and both:
-        raise InputError("--both: allowed is one of --ignore-separation and --both")
+        raise InputError("--both: must be given without --ignore-separation")
     if both:
         return (True, False)
     return (False,) if ignored else None
@@ -128,14 +127,14 @@ def study_of(
     if scene.method != _METHOD:
         raise InputError(f"method = {scene.method}: sweeps are computed by {_METHOD} alone")
     if accuracy and tol is not None:
-        raise InputError("--error: not allowed beside --tol, which follows from it")
+        raise InputError("--error: must be given without --tol, which follows from it")
     return Study(
         design=design,
         parameters=scene.parameters,
         cases=(scene.separation,) if cases is None else cases,
         start=scene.start if start is None else start,
         t_end=scene.t_end if t_end is None else check_horizon(t_end),
-        tol=scene.tol if tol is None else parse_number("tol", tol, _TOLERANCES),
+        tol=scene.tol if tol is None else check_tolerance(tol),
         accuracy=tuple(accuracy.items()) or (scene.accuracy if tol is None else ()),
         outputs=tuple(outputs) or DEFAULT_OUTPUTS,
     )

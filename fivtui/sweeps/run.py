@@ -274,8 +274,8 @@ def check_in_memory(study: Study) -> None:
     """
     if study.members > MAX_IN_MEMORY:
         raise InputError(
-            f"{study.members} members are too many to hold in memory (allowed are "
-            f"{MAX_IN_MEMORY}): write them to a file (--out), and draw and print parts of it"
+            f"{study.members} members: must be at most {MAX_IN_MEMORY} to be held in memory; "
+            "write them to a file (--out), and draw and print parts of it"
         )
 
 
@@ -383,7 +383,7 @@ def local_engine(workers: int | None = None) -> Engine:
         If the number is not positive.
     """
     if workers is not None and workers < 1:
-        raise InputError(f"workers = {workers}: allowed is 1 or more")
+        raise InputError(f"workers = {workers}: must be at least 1")
     threads = workers or _processors()
 
     def engine(study: Study, pieces: Iterable[Piece]) -> Generator[tuple[Piece, Rows]]:

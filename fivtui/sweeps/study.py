@@ -120,18 +120,18 @@ class Study:
 
     def __post_init__(self) -> None:
         if not 1 <= len(set(self.cases)) == len(self.cases):
-            raise InputError(f"cases = {self.cases}: allowed are True, False, or both")
+            raise InputError(f"cases = {self.cases}: must be True, False, or both")
         for name in self.outputs:
             if name not in OUTPUTS:
                 raise unknown_name("output", name, OUTPUTS)
         if not 1 <= len(set(self.outputs)) == len(self.outputs):
-            raise InputError("outputs: allowed are one or more names, each once")
+            raise InputError("outputs: must be one or more names, each once")
         asked = check_accuracy(dict(self.accuracy))
         for name in asked:
             if name not in ERRORS:
                 raise InputError(
                     f"accuracy of {name}: a sweep keeps no times of switches; "
-                    f"allowed are {', '.join(ERRORS)}"
+                    f"must be of {', '.join(ERRORS)}"
                 )
         object.__setattr__(self, "accuracy", tuple(asked.items()))
         static = isinstance(self.start, str) and self.start == "static"

@@ -211,10 +211,10 @@ class TaylorStepper:
     ) -> None:
         if not MIN_TOLERANCE <= tol <= MAX_TOLERANCE:
             raise InputError(
-                f"local tolerance = {tol}: allowed is {MIN_TOLERANCE:g} to {MAX_TOLERANCE:g}"
+                f"local tolerance = {tol}: must be from {MIN_TOLERANCE:g} to {MAX_TOLERANCE:g}"
             )
         if not all(map(math.isfinite, state)):
-            raise InputError(f"start = {state}: four finite numbers are needed")
+            raise InputError(f"start = {state}: must be four finite numbers")
         self._p = p
         self._separation = separation
         self._tol = tol

@@ -8,8 +8,9 @@ from typing import Final, Self
 import numpy as np
 from numpy.typing import NDArray
 
-from fivtui.model.errors import ComputationError, InputError
-from fivtui.model.parameters import parse_number, unknown_name
+from fivtui.model.errors import ComputationError
+from fivtui.model.numbers import Interval
+from fivtui.model.parameters import unknown_name
 from fivtui.model.slider_belt import State
 
 from .request import TOL_RANGE
@@ -310,8 +311,4 @@ def check_error(name: str, value: object) -> float:
     InputError
         If it is not above zero and at most 1.
     """
-    allowed = "0 < error <= 1"
-    number = parse_number(f"error of {name}", value, allowed)
-    if not 0.0 < number <= 1.0:
-        raise InputError(f"error of {name} = {number:g}: allowed is {allowed}")
-    return number
+    return Interval(0.0, 1.0, lower_open=True).check(f"error of {name}", value)

@@ -86,7 +86,7 @@ def transient_figure(
         If a sample is not finite.
     """
     if not runs:
-        raise InputError("figure: allowed are one or more runs")
+        raise InputError("figure: must be of one or more runs")
     known = [column.name for column in COLUMNS]
     for name in quantities:
         if name not in known:

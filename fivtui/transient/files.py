@@ -161,15 +161,13 @@ def _trajectory(columns: Columns) -> Trajectory:
     size = columns["t"].size
     for name, values in columns.items():
         if values.dtype.kind not in "fiu" or values.shape != (size,) or size == 0:
-            raise InputError(
-                f"{name}: allowed are as many numbers as there are times, at least one"
-            )
+            raise InputError(f"{name}: must be as many numbers as there are times, at least one")
         if not np.all(np.isfinite(values)):
-            raise InputError(f"{name}: allowed are finite numbers")
+            raise InputError(f"{name}: must be finite numbers")
     if np.any(np.diff(columns["t"]) < 0.0):
-        raise InputError("t: allowed are ascending times")
+        raise InputError("t: must be ascending times")
     if not np.all(np.isin(columns["mode"], list(Mode))):
-        raise InputError("mode: allowed are 1 (in contact) and 0 (separated)")
+        raise InputError("mode: must be 1 (in contact) or 0 (separated)")
     arrays: dict[str, Any] = {
         name: values.astype(np.int8 if name == "mode" else np.float64)
         for name, values in columns.items()

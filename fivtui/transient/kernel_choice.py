@@ -66,7 +66,7 @@ def run(
     solvable = linear.is_linear(problem)
     if kernel == "exact" and not solvable:
         raise InputError(
-            "kernel = 'exact': allowed for a linear scene (k_nl = 0, separation ignored)"
+            "kernel = 'exact': the scene must be linear (k_nl = 0, separation ignored)"
         )
     if solvable and kernel in ("auto", "exact"):
         return linear.run(problem, samples, max_steps, progress)

@@ -181,7 +181,7 @@ def sample_times(samples: Samples, t_end: float) -> NDArray[np.float64] | None:
     Raises
     ------
     InputError
-        If the times are not ascending or lie outside [0, t_end], or their number is not allowed.
+        If the times are not ascending or lie outside [0, t_end], or are too few or too many.
     """
     if isinstance(samples, int | np.integer) and not isinstance(samples, bool):
         if not 2 <= samples <= _MOST_SAMPLES:
@@ -194,5 +194,5 @@ def sample_times(samples: Samples, t_end: float) -> NDArray[np.float64] | None:
     times = np.atleast_1d(np.asarray(samples, dtype=float))
     inside = times.size > 0 and times[0] >= 0.0 and times[-1] <= t_end
     if not inside or not np.all(np.diff(times) >= 0.0):
-        raise InputError(f"samples: allowed are ascending times in 0 to {t_end:g} s")
+        raise InputError(f"samples: must be ascending times from 0 to {t_end:g} s")
     return times

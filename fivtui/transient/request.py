@@ -6,7 +6,8 @@ from typing import Final, Literal
 import numpy as np
 
 from fivtui.model.errors import InputError
-from fivtui.model.parameters import Parameters, ParameterSpec, check_parameters, parse_number
+from fivtui.model.numbers import Interval, parse_number
+from fivtui.model.parameters import Parameters, ParameterSpec, check_parameters
 from fivtui.model.slider_belt import State, static_start
 from fivtui.taylor import stepper as taylor
 
@@ -38,8 +39,9 @@ DEFAULT_T_END: Final = 100.0
 DEFAULT_TOL: Final = taylor.DEFAULT_TOL
 MAX_T_END: Final = 1e7
 TOL_RANGE: Final = taylor.TOL_RANGE
-_ALLOWED_T_END: Final = f"0 < t_end <= {MAX_T_END:g} s"
-_ALLOWED_TOL: Final = f"{TOL_RANGE[0]:g} <= tol <= {TOL_RANGE[1]:g}"
+T_END_INTERVAL: Final = Interval(0.0, MAX_T_END, "s", lower_open=True)
+TOL_INTERVAL: Final = Interval(*TOL_RANGE)
+START_FORM: Final = "static, or four finite numbers x,vx,y,vy in m and m/s"
 
 
 def resolve_start(p: Parameters, start: Start, *, separation: bool) -> State:
@@ -66,13 +68,12 @@ def resolve_start(p: Parameters, start: Start, *, separation: bool) -> State:
     """
     if isinstance(start, str) and start == "static":
         return static_start(p, separation=separation)
-    allowed = "static, or four finite numbers x,vx,y,vy in m and m/s"
     if isinstance(start, str):
-        raise InputError(f"start = {start!r}: allowed is {allowed}")
+        raise InputError(f"start = {start!r}: must be {START_FORM}")
     given = np.asarray(start)
     if given.shape != (4,):
-        raise InputError(f"start = {start!r}: allowed is {allowed}")
-    numbers = (parse_number("start", value, allowed) for value in given.tolist())
+        raise InputError(f"start = {start!r}: must be {START_FORM}")
+    numbers = (parse_number("start", value, START_FORM) for value in given.tolist())
     x, vx, y, vy = (0.0 if abs(number) < LEAST_START else number for number in numbers)
     return (x, vx, y, vy)
 
@@ -95,10 +96,7 @@ def check_horizon(t_end: float | str) -> float:
     InputError
         If it is not in 0 < t_end <= 1e7 s.
     """
-    number = parse_number("t_end", t_end, _ALLOWED_T_END)
-    if not 0.0 < number <= MAX_T_END:
-        raise InputError(f"t_end = {number:g}: allowed is {_ALLOWED_T_END}")
-    return number
+    return T_END_INTERVAL.check("t_end", t_end)
 
 
 def check_tolerance(tol: float | str) -> float:
@@ -119,10 +117,7 @@ def check_tolerance(tol: float | str) -> float:
     InputError
         If it is not in `TOL_RANGE`.
     """
-    number = parse_number("tol", tol, _ALLOWED_TOL)
-    if not TOL_RANGE[0] <= number <= TOL_RANGE[1]:
-        raise InputError(f"tol = {number:g}: allowed is {_ALLOWED_TOL}")
-    return number
+    return TOL_INTERVAL.check("tol", tol)
 
 
 def make_problem(
@@ -155,8 +150,5 @@ def make_problem(
     t_end = check_horizon(t_end)
     tol = check_tolerance(tol)
     if step is not None:
-        allowed = f"0 < step <= {t_end:g} s"
-        step = parse_number("step", step, allowed)
-        if not 0.0 < step <= t_end:
-            raise InputError(f"step = {step:g}: allowed is {allowed}")
+        step = Interval(0.0, t_end, "s", lower_open=True).check("step", step)
     return Problem(p, resolve_start(p, start, separation=separation), t_end, separation, tol, step)

@@ -93,7 +93,7 @@ class RungeKutta4:
         locate: bool = True,
     ) -> None:
         if not 0.0 < step < np.inf:
-            raise InputError(f"step = {step}: allowed is a positive number of seconds")
+            raise InputError(f"step = {step}: must be a positive number of seconds")
         self.step = step
         self.separation = separation
         self.locate = locate

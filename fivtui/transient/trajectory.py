@@ -149,7 +149,7 @@ class DenseSolution:
         """
         t = np.atleast_1d(np.asarray(times, dtype=float))
         if t.size and not (t.min() >= self.t_start and t.max() <= self.t_end):
-            raise InputError(f"times: allowed is {self.t_start:g} to {self.t_end:g} s")
+            raise InputError(f"times: must be from {self.t_start:g} to {self.t_end:g} s")
         index = np.maximum(np.searchsorted(self._start, t, side="right") - 1, 0)
         duration = self._duration[index]
         theta = ((t - self._start[index]) - self._remainder[index]) / duration

@@ -92,9 +92,9 @@ def _component(name: str, fmi: str) -> Component:
     if fmi == "2":
         return COMPONENTS[name]
     if fmi != _EXCHANGE:
-        raise InputError(f"FMI {fmi}: allowed is 2 or 3")
+        raise InputError(f"FMI {fmi}: must be 2 or 3")
     if name != DEFAULT:
-        raise InputError(f"{name} in FMI 3: allowed is {DEFAULT}, or FMI 2")
+        raise InputError(f"{name} in FMI 3: must be {DEFAULT}, or in FMI 2")
     if find_spec("pythonfmu3") is None:
         raise InputError("FMI 3 needs the package pythonfmu3, of the extra fmi3")
     return EXCHANGE

@@ -19,7 +19,7 @@ _INSTANCE: Final = (
     *("experiment", "guard", "instance", "memory", "notices", "process_end", "table", "variable"),
 )
 _MODEL: Final[Mapping[str, tuple[str, ...]]] = {
-    "fivtui.model": ("columns", "errors", "parameters", "slider_belt"),
+    "fivtui.model": ("columns", "errors", "numbers", "parameters", "slider_belt"),
     "fivtui.taylor": ("polynomial", "series", "segment", "stepper"),
 }
 _STEP: Final = 0.01

@@ -3,6 +3,7 @@
 import sys
 from typing import Final
 
+from fivtui.model.numbers import Interval
 from fivtui.model.parameters import PARAMETERS
 
 from .table import VariableTable
@@ -25,7 +26,7 @@ TABLE: Final = VariableTable(
             start=_PRELOAD.default,
             lower=_PRELOAD.lower,
             upper=_PRELOAD.upper,
-            allowed=f"{_PRELOAD.lower:g} <= command <= {_PRELOAD.upper:g} N",
+            allowed=_PRELOAD.allowed,
             nominal=100.0,
         ),
         Variable(
@@ -47,7 +48,7 @@ TABLE: Final = VariableTable(
             start=0.05,
             lower=sys.float_info.min,
             upper=_LONGEST_LAG,
-            allowed=f"0 < tau <= {_LONGEST_LAG:g} s",
+            allowed=str(Interval(0.0, _LONGEST_LAG, "s", lower_open=True)),
             nominal=0.05,
         ),
         Variable(
@@ -59,7 +60,7 @@ TABLE: Final = VariableTable(
             start=0.1,
             lower=0.0,
             upper=_GREATEST_GAIN,
-            allowed=f"0 <= gain <= {_GREATEST_GAIN:g}",
+            allowed=str(Interval(0.0, _GREATEST_GAIN)),
             nominal=0.1,
         ),
         Variable(
@@ -71,7 +72,7 @@ TABLE: Final = VariableTable(
             start=_PRELOAD.default,
             lower=_PRELOAD.lower,
             upper=_PRELOAD.upper,
-            allowed=f"{_PRELOAD.lower:g} <= F_start <= {_PRELOAD.upper:g} N",
+            allowed=_PRELOAD.allowed,
             nominal=100.0,
         ),
         Variable(

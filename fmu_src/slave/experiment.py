@@ -5,7 +5,7 @@ from collections.abc import Callable
 from typing import Final, NamedTuple, Self
 
 from fivtui.model.errors import InputError
-from fivtui.model.parameters import parse_number
+from fivtui.model.numbers import Interval, parse_number
 from fivtui.taylor.stepper import DEFAULT_TOL, TOL_RANGE
 
 # Times of the host and of the slave agree to the host's rounding.
@@ -59,10 +59,11 @@ class Experiment(NamedTuple):
             If a time or the tolerance is not a number, or a time is not finite or out of range.
         """
         start = parse_number("start time", start_time, "a finite number of seconds")
-        allowed = f"a number of seconds not below {start:g}"
-        stop = math.inf if stop_time is None else parse_number("stop time", stop_time, allowed)
-        if stop < start:
-            raise InputError(f"stop time = {stop:g}: allowed is {allowed}")
+        stop = (
+            math.inf
+            if stop_time is None
+            else Interval(start, unit="s").check("stop time", stop_time)
+        )
         tolerance = DEFAULT_TOL if tol is None else tol
         lowest, highest = TOL_RANGE
         if math.isnan(tolerance):
@@ -101,8 +102,10 @@ class Experiment(NamedTuple):
             raise InputError(f"current time = {current_time!r} s: the FMU is at {t!r} s")
         end = current_time + step_size
         if not (0.0 < step_size < math.inf and end > t):
-            allowed = "a positive number of seconds that changes the time"
-            raise InputError(f"step size = {step_size!r}: allowed is {allowed}")
+            raise InputError(
+                f"step size = {step_size!r}: must be a positive number of seconds "
+                "that changes the time"
+            )
         if end > self.stop_time and not _same(end, self.stop_time):
             raise InputError(
                 f"the step ends at {end!r} s, after the stop time {self.stop_time!r} s"

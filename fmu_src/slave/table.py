@@ -52,7 +52,7 @@ class VariableTable:
         """
         if not 0 <= reference < len(self.variables):
             raise InputError(
-                f"value reference {reference}: allowed is 0 to {len(self.variables) - 1}"
+                f"value reference {reference}: must be from 0 to {len(self.variables) - 1}"
             )
         variable = self.variables[reference]
         if not variable.settable:

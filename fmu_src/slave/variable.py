@@ -5,7 +5,8 @@ from dataclasses import dataclass
 from enum import StrEnum
 
 from fivtui.model.errors import InputError
-from fivtui.model.parameters import PARAMETERS, parse_number
+from fivtui.model.numbers import parse_number
+from fivtui.model.parameters import PARAMETERS
 
 
 class Type(StrEnum):
@@ -124,5 +125,5 @@ class Variable:
             return bool(value)
         number = parse_number(self.name, value, self.allowed)
         if not self.lower <= number <= self.upper:
-            raise InputError(f"{self.name} = {number:g}: allowed is {self.allowed}")
+            raise InputError(f"{self.name} = {number:g}: must be {self.allowed}")
         return number

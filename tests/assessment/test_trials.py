@@ -24,7 +24,7 @@ from tests.references import REFERENCES
 
 REFUSED_BY_ALL = {
     "linear-growth": "grows out of the range of numbers at t = ",
-    "tol-too-small": "tol = 1e-16: allowed is 1e-13",
+    "tol-too-small": "tol = 1e-16: must be from 1e-13",
 }
 RIGHT = [name for name in TRIALS if name not in REFUSED_BY_ALL]
 

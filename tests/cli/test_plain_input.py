@@ -10,7 +10,7 @@ from fivtui import Parameters, simulate, simulate_batch, stability, sweep
 from fivtui.cli import run
 from fivtui.io.reading import opened, read_bytes
 from fivtui.model.errors import ComputationError, InputError, one_line
-from fivtui.model.parameters import read_number, read_whole
+from fivtui.model.numbers import read_number, read_whole
 
 
 @pytest.mark.parametrize(

@@ -231,7 +231,7 @@ def test_progress_is_told_and_can_cancel() -> None:
     [
         ({"F": [1.0]}, "growth-rate", "two different ones"),
         ({"F": [1.0], "nu": [1.0]}, "growth-rate", "unknown parameter 'nu'"),
-        ({"F": [1.0], "mu": [-1.0, 1.0]}, "growth-rate", "allowed is 0 <= mu"),
+        ({"F": [1.0], "mu": [-1.0, 1.0]}, "growth-rate", "must be from 0"),
         ({"F": [1.0], "mu": [math.nan]}, "growth-rate", "not a finite number"),
         ({"F": [], "mu": [1.0]}, "growth-rate", "one or more numbers"),
         ({"F": [1.0], "mu": [1.0]}, "growth", "did you mean growth-rate?"),

@@ -183,8 +183,8 @@ def test_the_same_project_builds_the_same_bytes(fmu: Path, tmp_path: Path) -> No
 @pytest.mark.parametrize(
     ("options", "said"),
     [
-        ({"fmi": "1"}, "FMI 1: allowed is 2 or 3"),
-        ({"fmi": "3", "component": "brake-actuator"}, "allowed is slider-belt"),
+        ({"fmi": "1"}, "FMI 1: must be 2 or 3"),
+        ({"fmi": "3", "component": "brake-actuator"}, "must be slider-belt"),
     ],
 )
 def test_what_there_is_not_is_refused(options: dict[str, str], said: str, tmp_path: Path) -> None:

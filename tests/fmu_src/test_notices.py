@@ -82,7 +82,7 @@ def seen(fmu: Path, tmp_path_factory: pytest.TempPathFactory) -> tuple[Any, list
 
 @pytest.mark.parametrize(
     ("which", "why"),
-    [(0, "k_nl = -1: allowed is 0 <= k_nl"), (1, "no equilibrium: F = -1 N")],
+    [(0, "k_nl = -1: must be from 0"), (1, "no equilibrium: F = -1 N")],
 )
 def test_a_refused_start_is_printed_and_gives_no_number_that_looks_like_a_result(
     seen: tuple[Any, list[list[str]]], which: int, why: str

@@ -41,7 +41,7 @@ def test_what_is_not_a_finite_number_is_refused_in_one_line(name: str, bad: obje
     ("name", "bad"), [("m", 0.0), ("m", -1.0), ("k2", 0.0), ("k3", -1e-9), ("c1", -0.1), ("mu", -1)]
 )
 def test_values_out_of_bounds_are_refused_with_the_allowed_range(name: str, bad: float) -> None:
-    with pytest.raises(InputError, match="allowed is"):
+    with pytest.raises(InputError, match="must be"):
         Parameters(**{name: bad})
 
 

@@ -184,7 +184,7 @@ def test_a_wrong_continuation_is_refused() -> None:
         continuation(COEXISTENCE, "nu", [1.0, 2.0])
     with pytest.raises(InputError, match="two or more different"):
         continuation(COEXISTENCE, "mu", [1.0, 1.0])
-    with pytest.raises(InputError, match="allowed is 0 <= mu"):
+    with pytest.raises(InputError, match="must be from 0"):
         continuation(COEXISTENCE, "mu", [-1.0, 1.0])
 
 

@@ -227,7 +227,7 @@ def test_numbers_are_read_with_ranges() -> None:
     "text", ["1", "17", "0", "-3", "9-3", "two", "2-", "2.0", "", "٣", "999999"]
 )
 def test_numbers_that_are_no_figures_are_refused(text: str) -> None:
-    with pytest.raises(InputError, match="allowed are 2 to 16"):
+    with pytest.raises(InputError, match="must be 2 to 16"):
         figure_numbers([text])
 
 

@@ -115,7 +115,7 @@ def test_runs_part_at_the_first_switch_that_differs_or_at_the_end(
     ("asked", "message"),
     [
         ({"peek": 1e-3}, "peak"),
-        ({"peak": 0.0}, "0 < error <= 1"),
+        ({"peak": 0.0}, "must be above 0 and at most 1"),
         ({"peak": float("nan")}, "peak"),
     ],
 )
@@ -138,7 +138,7 @@ def test_a_scene_states_the_accuracy_it_needs(tmp_path: Path) -> None:
 def test_a_file_with_accuracy_and_tolerance_is_refused(tmp_path: Path) -> None:
     path = tmp_path / "scene.toml"
     path.write_text("fivtui_scene = 1\ntol = 1e-6\naccuracy = {peak = 1e-3}\n", encoding="utf-8")
-    with pytest.raises(InputError, match="tol: not allowed beside accuracy"):
+    with pytest.raises(InputError, match="tol: must not be given with accuracy"):
         load_scene(path)
 
 

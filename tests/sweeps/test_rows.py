@@ -101,7 +101,7 @@ def test_a_billion_members_cost_nothing_until_they_are_computed() -> None:
     [
         ({}, {}, "nothing varies"),
         ({"knl": (1.0,)}, {}, "did you mean k_nl"),
-        ({"m": (0.0,)}, {}, "0 < m"),
+        ({"m": (0.0,)}, {}, "m = 0: must be above 0"),
         ({"mu": Range(0.0, 101.0, 3)}, {}, "mu = 101"),
         ({"x0": Range(0.0, 1e10, 3)}, {}, "x0 = 1e"),
         ({"F": ()}, {}, "one or more values"),
@@ -150,8 +150,8 @@ def test_a_wrong_range_is_refused(
         ({"t_end": 0.0}, "t_end"),
         ({"tol": 1.0}, "tol"),
         ({"start": (1.0, 2.0)}, "four"),
-        ({"accuracy": (("events", 1e-3),)}, "no times of switches; allowed are final, peak, half"),
-        ({"accuracy": (("peak", 0.0),)}, "0 < error <= 1"),
+        ({"accuracy": (("events", 1e-3),)}, "no times of switches; must be of final, peak, half"),
+        ({"accuracy": (("peak", 0.0),)}, "must be above 0 and at most 1"),
     ],
 )
 def test_a_wrong_study_is_refused(more: Any, said: str) -> None:

@@ -144,7 +144,7 @@ def test_unbounded_growth_ends_with_the_time_and_the_reason() -> None:
 
 @pytest.mark.parametrize("bad", [0.0, -1.0, 1.0, math.nan])
 def test_a_local_tolerance_out_of_range_is_refused(bad: float) -> None:
-    with pytest.raises(InputError, match="allowed"):
+    with pytest.raises(InputError, match="must be"):
         TaylorStepper(Parameters(), (0.0, 0.0, -1.0, 0.0), tol=bad)
 
 

@@ -186,7 +186,7 @@ def test_a_tradeoff_can_be_cancelled() -> None:
     ("arguments", "says"),
     [
         (["--error", "peek=1e-3"], "peak"),
-        (["--error", "peak=0"], "0 < error <= 1"),
+        (["--error", "peak=0"], "must be above 0 and at most 1"),
         (["--error", "peak"], "NAME=VALUE"),
         (["--out", "t.txt"], ".csv"),
     ],

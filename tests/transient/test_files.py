@@ -205,12 +205,12 @@ HEADER = "# a comment\nt,x,vx,y,vy,P,mode\n"
     [
         ("", "not a trajectory: no column t, x, vx, y, vy, P, mode"),
         ("t,x,vx,y,vy\n0,0,0,0,0\n", "not a trajectory: no column P, mode"),
-        (HEADER, "t: allowed are as many numbers as there are times, at least one"),
+        (HEADER, "t: must be as many numbers as there are times, at least one"),
         (HEADER + "0,0,0,0,0,0,1\n0,0,0\n", "line 4: 3 values under 7 columns"),
         (HEADER + "0,0,0,zero,0,0,1\n", "line 3: y = 'zero' is not a number"),
-        (HEADER + "0,0,0,nan,0,0,1\n", "y: allowed are finite numbers"),
-        (HEADER + "0,0,0,0,0,0,2\n", "mode: allowed are 1 (in contact) and 0 (separated)"),
-        (HEADER + "1,0,0,0,0,0,1\n0,0,0,0,0,0,1\n", "t: allowed are ascending times"),
+        (HEADER + "0,0,0,nan,0,0,1\n", "y: must be finite numbers"),
+        (HEADER + "0,0,0,0,0,0,2\n", "mode: must be 1 (in contact) or 0 (separated)"),
+        (HEADER + "1,0,0,0,0,0,1\n0,0,0,0,0,0,1\n", "t: must be ascending times"),
     ],
 )
 def test_a_wrong_csv_gives_one_line_with_file_and_place(
@@ -248,8 +248,8 @@ ZEROS = {name: np.zeros(3) for name in NAMES}
         (npz(**ZEROS).replace(b"\0" * 24, b"\1" * 24), "not an NPZ file, or damaged"),
         (npz(t=np.zeros(3)), "not a trajectory: no column x"),
         (npz(**(ZEROS | {"x": np.array([None] * 3)})), "not an NPZ file, or damaged"),
-        (npz(**(ZEROS | {"x": np.array(["a"] * 3)})), "x: allowed are as many numbers"),
-        (npz(**(ZEROS | {"x": np.zeros(2)})), "x: allowed are as many numbers as there are times"),
+        (npz(**(ZEROS | {"x": np.array(["a"] * 3)})), "x: must be as many numbers"),
+        (npz(**(ZEROS | {"x": np.zeros(2)})), "x: must be as many numbers as there are times"),
     ],
 )
 def test_a_wrong_npz_gives_one_line(tmp_path: Path, content: bytes, message: str) -> None:

@@ -157,7 +157,7 @@ async def test_the_button_works_and_failures_are_told_and_logged(
 
     await type_into(pilot, "tol", "1")
     await pilot.press("f5")
-    await until_told(pilot, "tol = 1: allowed is 1e-13 <= tol <= 0.01")
+    await until_told(pilot, "tol = 1: must be from 1e-13 to 0.01")
     assert len(list(runs)) == 1
     await pilot.press("shift+f8")
 

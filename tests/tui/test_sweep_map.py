@@ -128,7 +128,7 @@ def test_a_sweep_is_cancelled() -> None:
 
 @pytest.mark.parametrize(
     ("text", "message"),
-    [("F=1:2", "allowed is NAME"), ("G=1:2:3", "unknown parameter"), ("y0=0:1:3", "parameter")],
+    [("F=1:2", "must be NAME"), ("G=1:2:3", "unknown parameter"), ("y0=0:1:3", "parameter")],
 )
 def test_a_sweep_that_cannot_be_is_refused(text: str, message: str) -> None:
     with pytest.raises(InputError, match=message):
@@ -184,7 +184,7 @@ async def test_a_sweep_runs_stops_and_opens_its_points(
     editor.focus()
     editor.value = "F=60:100:1"
     await pilot.press("enter")
-    await until_shown(pilot, "COUNT = 1: allowed")
+    await until_shown(pilot, "COUNT = 1: must be")
     editor.value = "F=60:100:21"
     await pilot.press("enter")
     await until_shown(pilot, "42 transients")

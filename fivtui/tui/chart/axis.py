@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from fivtui.model.errors import InputError
-from fivtui.model.parameters import parse_number
+from fivtui.model.numbers import parse_number
 
 from .plot_data import axis_limits, round_ticks, tick_labels
 
@@ -135,7 +135,7 @@ def parse_limits(name: str, text: str, *, log: bool = False) -> tuple[float, flo
         return None
     low_text, colon, high_text = text.partition(":")
     if not colon:
-        raise InputError(f"{name} {text!r}: allowed is {_FORM}")
+        raise InputError(f"{name} {text!r}: must be {_FORM}")
     low, high = (parse_number(name, part.strip(), _FORM) for part in (low_text, high_text))
     if not high - low > _CLOSEST * max(abs(low), abs(high)) or max(-low, high) > _WIDEST:
         raise InputError(f"{name} {text!r}: LOW must be below HIGH")

@@ -5,11 +5,11 @@ from dataclasses import dataclass
 from typing import Final
 
 from fivtui.model.errors import InputError
+from fivtui.model.numbers import parse_number
 from fivtui.model.parameters import (
     PARAMETERS,
     Parameters,
     ParameterSpec,
-    parse_number,
     unknown_name,
 )
 from fivtui.scene.scene import Accuracy, Scene
@@ -19,9 +19,12 @@ from fivtui.transient.request import (
     DEFAULT_T_END,
     DEFAULT_TOL,
     MAX_T_END,
-    TOL_RANGE,
+    START_FORM,
+    T_END_INTERVAL,
+    TOL_INTERVAL,
     Start,
     check_horizon,
+    check_tolerance,
     make_problem,
     resolve_start,
 )
@@ -119,11 +122,11 @@ def _choice(kind: str, choices: Mapping[str, str]) -> Callable[[str], str]:
 
 
 def _check_t_end(text: str) -> float:
-    return check_horizon(parse_number("t_end", text, _T_END_ALLOWED))
+    return check_horizon(text)
 
 
 def _check_tol(text: str) -> float:
-    return make_problem(_ANY, start=_AT_ZERO, tol=parse_number("tol", text, _TOL_ALLOWED)).tol
+    return check_tolerance(text)
 
 
 def _check_step(text: str) -> float | None:
@@ -146,9 +149,9 @@ def _check_start(text: str) -> Start:
     if parts == ["static"]:
         return "static"
     if len(parts) != 4:
-        raise InputError(f"start = {text!r}: allowed is {_START_ALLOWED}")
+        raise InputError(f"start = {text!r}: must be {START_FORM}")
     return resolve_start(
-        _ANY, [parse_number("start", part, _START_ALLOWED) for part in parts], separation=True
+        _ANY, [parse_number("start", part, START_FORM) for part in parts], separation=True
     )
 
 
@@ -160,11 +163,8 @@ def _start_text(scene: Scene) -> str:
 
 _ANY: Final = Parameters()
 _AT_ZERO: Final = (0.0, 0.0, 0.0, 0.0)
-_T_END_ALLOWED: Final = f"0 < t_end <= {MAX_T_END:g} s"
-_TOL_ALLOWED: Final = f"{TOL_RANGE[0]:g} <= tol <= {TOL_RANGE[1]:g}"
-_STEP_ALLOWED: Final = "0 < step <= t_end, or nothing"
+_STEP_ALLOWED: Final = "above 0 and at most t_end, or nothing"
 _ACCURACY_ALLOWED: Final = f"such as peak=1e-4; of {', '.join(QUANTITIES)}, or nothing"
-_START_ALLOWED: Final = "static, or four finite numbers x,vx,y,vy in m and m/s"
 
 _OF_THE_RUN: Final = (
     Field(
@@ -186,7 +186,7 @@ _OF_THE_RUN: Final = (
         symbol="",
         unit="m, m/s",
         meaning="state at t = 0",
-        allowed=_START_ALLOWED,
+        allowed=START_FORM,
         default="static",
         check=_check_start,
         text_of=_start_text,
@@ -199,7 +199,7 @@ _OF_THE_RUN: Final = (
         symbol="t_end",
         unit="s",
         meaning="horizon",
-        allowed=_T_END_ALLOWED,
+        allowed=str(T_END_INTERVAL),
         default=number_text(DEFAULT_T_END),
         check=_check_t_end,
         text_of=lambda scene: number_text(scene.t_end),
@@ -225,7 +225,7 @@ _OF_THE_RUN: Final = (
         symbol="tol",
         unit="",
         meaning="relative tolerance",
-        allowed=_TOL_ALLOWED,
+        allowed=str(TOL_INTERVAL),
         default=number_text(DEFAULT_TOL),
         check=_check_tol,
         text_of=lambda scene: number_text(scene.tol),

@@ -45,13 +45,13 @@ def map_request(text: str) -> "tuple[Range, Range]":
 
     words = text.split()
     if len(words) != 2:
-        raise InputError(f"{text!r}: allowed are two ranges, e.g. {EXAMPLE}")
+        raise InputError(f"{text!r}: must be two ranges, e.g. {EXAMPLE}")
     try:
         first, second = parse_ranges("map", words)
     except InputError as error:
         raise InputError(str(error).removeprefix("map ")) from None
     if first.count * second.count > _MOST:
-        raise InputError(f"{first.count * second.count} points: allowed are {_MOST}")
+        raise InputError(f"{first.count * second.count} points: must be at most {_MOST}")
     return first, second
 
 

@@ -61,7 +61,7 @@ def sweep_request(scene: Scene, text: str) -> "Study":
         raise InputError(str(error).replace("--vary ", "")) from None
     for name in design.axes:
         if name not in PARAMETERS:
-            raise InputError(f"{name}: allowed is a parameter: {', '.join(PARAMETERS)}")
+            raise InputError(f"{name}: must be a parameter: {', '.join(PARAMETERS)}")
     study = study_of(scene, design, cases=tuple(_CASES), outputs=tuple(_OUTPUTS))
     check_drawable(study)
     return study

@@ -206,7 +206,7 @@ def spectrum(t: FloatArray, values: FloatArray) -> Spectrum:
     if t.size > 1 and t[-1] - t[-2] < (1.0 - _UNEVEN) * (t[1] - t[0]):
         t, values = t[:-1], values[:-1]
     if t.size < _FEWEST:
-        raise InputError(f"spectrum: {t.size} samples are too few, allowed are {_FEWEST} or more")
+        raise InputError(f"spectrum: {t.size} samples; must be at least {_FEWEST}")
     step = float(t[-1] - t[0]) / (t.size - 1)
     if np.abs(np.diff(t) - step).max() > _UNEVEN * step:
         raise InputError("spectrum: the samples are not evenly spaced")

@@ -1,0 +1,109 @@
+"""Numbers as they are given: plain text, finite, inside an interval."""
+
+import math
+from dataclasses import dataclass
+from numbers import Real
+
+from .errors import InputError
+
+
+@dataclass(frozen=True, slots=True)
+class Interval:
+    """The numbers from `lower` to `upper`; its text says so: ``above 0 and at most 1e+09 kg``.
+
+    Attributes
+    ----------
+    lower, upper : float
+        Ends, infinite where there is none.
+    unit : str
+        SI unit; empty when dimensionless.
+    lower_open : bool
+        Whether `lower` itself is excluded.
+    """
+
+    lower: float
+    upper: float = math.inf
+    unit: str = ""
+    lower_open: bool = False
+
+    def __str__(self) -> str:
+        unit = f" {self.unit}" if self.unit else ""
+        if self.upper == math.inf:
+            return f"{'above' if self.lower_open else 'at least'} {self.lower:g}{unit}"
+        if self.lower_open:
+            return f"above {self.lower:g} and at most {self.upper:g}{unit}"
+        return f"from {self.lower:g} to {self.upper:g}{unit}"
+
+    def check(self, name: str, value: object) -> float:
+        """Return `value` as a float; `InputError` if it is no finite number of the interval.
+
+        Parameters
+        ----------
+        name : str
+            What the value is for, named in the message.
+        value : object
+            A number, or text that reads as one.
+
+        Returns
+        -------
+        float
+            The number.
+        """
+        number = parse_number(name, value, str(self))
+        too_low = number <= self.lower if self.lower_open else number < self.lower
+        if too_low or number > self.upper:
+            raise InputError(f"{name} = {number:g}: must be {self}")
+        return number
+
+
+def parse_number(name: str, value: object, allowed: str) -> float:
+    """Read a finite number.
+
+    Parameters
+    ----------
+    name : str
+        What the value is for, named in the message.
+    value : object
+        A number, a scalar of NumPy too, or text that reads as one (see `read_number`).
+    allowed : str
+        What it must be, in words, repeated in the message.
+
+    Returns
+    -------
+    float
+        The number.
+
+    Raises
+    ------
+    InputError
+        If `value` is not a finite number (a bool is not a number here).
+    """
+    if isinstance(value, bool) or not isinstance(value, (str, Real)):
+        raise InputError(f"{name} = {value!r}: not a number; must be {allowed}")
+    try:
+        number = read_number(value) if isinstance(value, str) else float(value)
+    except (ValueError, OverflowError):
+        raise InputError(f"{name} = {value!r}: not a number; must be {allowed}") from None
+    if not math.isfinite(number):
+        raise InputError(f"{name} = {value}: not a finite number; must be {allowed}")
+    return number
+
+
+def read_number(text: str) -> float:
+    """The number in plain text, ``inf`` and ``nan`` included; `ValueError` if it is none.
+
+    Plain: ASCII digits without ``_``, sign, point and exponent, spaces around.
+    """
+    return float(_plain(text))
+
+
+def read_whole(text: str) -> int:
+    """The whole number in plain text; `ValueError` if it is none."""
+    return int(_plain(text))
+
+
+def _plain(text: str) -> str:
+    # Python reads 1_0 and the digits of other scripts as numbers, too.
+    if not text.isascii() or "_" in text:
+        raise ValueError("not a plain number")
+    return text
