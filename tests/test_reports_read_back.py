@@ -31,7 +31,7 @@ from fivtui.orbits.report import (
     print_coexistence,
     print_continuation,
 )
-from fivtui.scene.compare import Comparison, Pair
+from fivtui.scene.comparison import Comparison, Pair
 from fivtui.scene.presets import PRESETS
 from fivtui.scene.report import print_comparison, print_run
 from fivtui.scene.verified import Verified

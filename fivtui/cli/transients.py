@@ -129,10 +129,10 @@ def _changed(scene: "Scene", given: dict[str, Any]) -> "Scene":
 
 
 def _say_if_stiff(result: "Transient") -> None:
-    from fivtui.transient.stiffness import stiffness
+    from fivtui.transient.stiffness import find_stiffness
 
     if result.method == "taylor" and result.stats.kernel != "exact":
-        stiff = stiffness(result.parameters, t_end=result.t_end, separation=result.separation)
+        stiff = find_stiffness(result.parameters, t_end=result.t_end, separation=result.separation)
         if stiff is not None:
             say(f"{stiff}; this took {result.stats.steps} steps, try --method scipy-lsoda")
 
@@ -194,8 +194,8 @@ def compare(scene: str, assignments: tuple[str, ...], out: Path, force: bool) ->
     Builds the FMU, prints one table of peaks, separations, time off the belt, agreement and time
     taken, and draws the paper's Figs. 10 to 12 as one picture.
     """
-    from fivtui.scene.compare import compare as run
-    from fivtui.scene.compare import comparison_files
+    from fivtui.scene.comparison import compare as run
+    from fivtui.scene.comparison import comparison_files
     from fivtui.scene.report import print_comparison
 
     check_in_folder(comparison_files(out), scene)

@@ -6,7 +6,7 @@ from fivtui.console.printing import number, parameter_line, print_rows, print_ti
 from fivtui.transient.report import print_transient
 from fivtui.transient.result import Transient
 
-from .compare import Comparison
+from .comparison import Comparison
 from .verified import Verified
 
 

@@ -43,7 +43,7 @@ class Stiffness:
         )
 
 
-def stiffness(p: Parameters, *, t_end: float, separation: bool) -> Stiffness | None:
+def find_stiffness(p: Parameters, *, t_end: float, separation: bool) -> Stiffness | None:
     """Judge whether a scene is stiff, from the eigenvalues in contact and off the belt.
 
     Parameters
@@ -95,4 +95,4 @@ def stiffness_of(problem: Problem) -> Stiffness | None:
     Stiffness or None
         None if an explicit method suits it.
     """
-    return stiffness(problem.parameters, t_end=problem.t_end, separation=problem.separation)
+    return find_stiffness(problem.parameters, t_end=problem.t_end, separation=problem.separation)

@@ -6,11 +6,11 @@ from typing import Any, Final
 
 from fivtui.model.parameters import Parameters
 from fivtui.taylor.stepper import DEFAULT_TOL
-from fmu_src.slave.actuator_variables import TABLE as ACTUATOR_TABLE
+from fmu_src.slave.actuator_variables import ACTUATOR_TABLE
 from fmu_src.slave.exchange import EXCHANGE_TABLE
 from fmu_src.slave.motion import Motion
 from fmu_src.slave.settings import start_state
-from fmu_src.slave.variables import TABLE, VARIABLES
+from fmu_src.slave.variables import SLIDER_BELT_TABLE, VARIABLES
 
 from .component import EXCHANGE_RULES, Component
 from .reference import Reference
@@ -121,7 +121,7 @@ COMPONENTS: Final[Mapping[str, Component]] = {
             **_MODEL,
             "fmu_src.slave": (*_INSTANCE, "motion", "settings", "slider_belt", "variables"),
         },
-        table=TABLE,
+        table=SLIDER_BELT_TABLE,
         about=_SLIDER_BELT_ABOUT + _LOCATED,
         reference=_slider_belt_reference,
     ),

@@ -15,7 +15,7 @@ _GREATEST_GAIN: Final = 1e3
 
 _PRELOAD: Final = PARAMETERS["F"]
 
-TABLE: Final = VariableTable(
+ACTUATOR_TABLE: Final = VariableTable(
     [
         Variable(
             name="command",

@@ -13,7 +13,7 @@ from .experiment import Experiment
 from .instance import Instance
 from .motion import Moment, Motion
 from .settings import Values, fixed_values, motion_from, start_state
-from .variables import INPUTS, REFERENCES, STATES, SUMMARY, TABLE
+from .variables import INPUTS, REFERENCES, STATES, SUMMARY, SLIDER_BELT_TABLE
 
 _F, _MU = (REFERENCES[name] for name in INPUTS)
 _X, _VX, _Y, _VY = (REFERENCES[name] for name in STATES)
@@ -39,7 +39,7 @@ class SliderBelt(Instance):
 
     def __init__(self, **kwargs: Any) -> None:
         default = DefaultExperiment(0.0, 100.0, 0.01, DEFAULT_TOL)
-        super().__init__(TABLE, SUMMARY, default, **kwargs)
+        super().__init__(SLIDER_BELT_TABLE, SUMMARY, default, **kwargs)
         self._motion: Motion
         # What the motion was made of, besides its start and its inputs.
         self._made_of: tuple[float, ...] = ()

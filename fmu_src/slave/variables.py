@@ -228,6 +228,6 @@ def _locals() -> list[Variable]:
     ]
 
 
-TABLE: Final = VariableTable([*_parameters(), *_settings(), *_outputs(), *_locals()])
-VARIABLES: Final = TABLE.variables
-REFERENCES: Final = TABLE.references
+SLIDER_BELT_TABLE: Final = VariableTable([*_parameters(), *_settings(), *_outputs(), *_locals()])
+VARIABLES: Final = SLIDER_BELT_TABLE.variables
+REFERENCES: Final = SLIDER_BELT_TABLE.references

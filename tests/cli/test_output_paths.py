@@ -14,7 +14,7 @@ from fivtui.io import files
 from fivtui.io.files import check_apart, parts_folder, write_atomically
 from fivtui.model.errors import InputError
 from fivtui.paper.export import figure_files, save_figures
-from fivtui.scene.compare import compare, comparison_files
+from fivtui.scene.comparison import compare, comparison_files
 from fivtui.scene.presets import PRESETS
 
 SCENE = 'fivtui_scene = 1\noutputs = ["transient", "trajectory"]\n'

@@ -5,7 +5,7 @@ import pytest
 from fivtui import Parameters, simulate
 from fivtui.model.errors import ComputationError
 from fivtui.model.slider_belt import equilibrium
-from fivtui.transient.stiffness import stiffness
+from fivtui.transient.stiffness import find_stiffness
 from tests.cli.test_cli import fivtui
 
 LIGHT = Parameters(m=1e-6)
@@ -24,20 +24,20 @@ LIGHT = Parameters(m=1e-6)
     ],
 )
 def test_oscillations_are_not_stiff_however_fast(p: Parameters) -> None:
-    assert stiffness(p, t_end=1e3, separation=True) is None
+    assert find_stiffness(p, t_end=1e3, separation=True) is None
 
 
 def test_a_light_slider_is_stiff_unless_the_run_is_short() -> None:
-    found = stiffness(LIGHT, t_end=100.0, separation=True)
+    found = find_stiffness(LIGHT, t_end=100.0, separation=True)
     assert found is not None
     assert found.decay == pytest.approx(0.32 / 1e-6, rel=1e-2)
     assert found.motion < 1e3
     assert found.steps == pytest.approx(3.6e6, rel=0.05)
-    assert stiffness(LIGHT, t_end=0.1, separation=True) is None
+    assert find_stiffness(LIGHT, t_end=0.1, separation=True) is None
 
 
 def test_one_strong_damper_is_enough() -> None:
-    found = stiffness(Parameters(c1=1e6), t_end=100.0, separation=True)
+    found = find_stiffness(Parameters(c1=1e6), t_end=100.0, separation=True)
     assert found is not None
     assert found.decay == pytest.approx(2e5, rel=1e-3)
 

@@ -9,7 +9,7 @@ from fivtui.model.parameters import Parameters
 from fivtui.scene.presets import PRESETS
 from fivtui.scene.scene import Scene, load_scene
 from fivtui.simulation import simulate
-from fivtui.tui.session.differences import base_scene
+from fivtui.tui.session.scene_differences import base_scene
 from fivtui.tui.session.report import (
     remark,
     result_brief,

@@ -14,7 +14,7 @@ from fivtui.scene.scene import Scene
 from fivtui.tui.persistence.slots import Slot
 from fivtui.tui.persistence.state_file import load_state
 from fivtui.tui.session.fields import FIELDS
-from fivtui.tui.session.paper_scenes import paper_scenes
+from fivtui.tui.session.scenes_of_paper import paper_scenes
 from fivtui.tui.session.runs import FMU_ENGINE, Run
 from fivtui.tui.tabs.exports import KINDS
 from fivtui.tui.tabs.messages import FieldEdited, RunActed, SceneLoaded, SessionAsked

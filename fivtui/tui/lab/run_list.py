@@ -12,7 +12,7 @@ from textual.coordinate import Coordinate
 from textual.widgets import DataTable
 
 from fivtui.tui.session.comparison import changes, percent_text
-from fivtui.tui.session.differences import base_scene, differences
+from fivtui.tui.session.scene_differences import base_scene, differences
 from fivtui.tui.session.report import SECOND_HALF, quantity
 from fivtui.tui.session.runs import Run, Runs
 from fivtui.tui.tabs.list_table import ListTable

@@ -12,7 +12,7 @@ from fivtui.model.errors import InputError
 from fivtui.model.parameters import PARAMETERS
 from fivtui.scene.scene import Scene
 
-from .differences import base_scene, differences
+from .scene_differences import base_scene, differences
 from .steps import number_text
 
 if TYPE_CHECKING:

@@ -2,7 +2,7 @@
 
 from fivtui.scene.scene import Scene
 
-from .differences import base_scene
+from .scene_differences import base_scene
 from .fields import FIELDS
 from .history import Edited, History
 

@@ -12,7 +12,7 @@ from fivtui.transient.methods import METHODS, takes_step
 from fivtui.transient.request import Start
 from fivtui.tui.chart.chart import View
 
-from .differences import differences
+from .scene_differences import differences
 from .editing import Editing
 from .fields import CONSIDERED, FIELDS
 from .report import Beside

@@ -16,7 +16,7 @@ from fivtui.equilibrium.scan import ModeScan, mode_scan, scan_top
 from fivtui.model.errors import Cancelled, ComputationError, InputError
 from fivtui.model.parameters import Parameters
 from fivtui.tui.chart.widget.chart_view import ChartView
-from fivtui.tui.session.differences import base_scene
+from fivtui.tui.session.scene_differences import base_scene
 from fivtui.tui.session.report import stability_rows
 from fivtui.tui.session.session import Session
 from fivtui.tui.session.steps import number_text

@@ -12,7 +12,7 @@ from fivtui.paper.data import DATA_COLUMNS, FigureData
 from fivtui.paper.families import PANELS, SEPARATION, Panel
 from fivtui.scene.scene import Scene
 from fivtui.tui.chart.chart import Chart, Found, Guide, Trace
-from fivtui.tui.session.paper_scenes import paper_scenes
+from fivtui.tui.session.scenes_of_paper import paper_scenes
 
 FIGURE_COLUMNS: Final = ("figure", "lines", "what it shows")
 CLAIM_COLUMNS: Final = ("verdict", "section", "statement", "stated")

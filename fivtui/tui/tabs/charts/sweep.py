@@ -13,7 +13,7 @@ from fivtui.model.parameters import PARAMETERS
 from fivtui.scene.scene import Scene
 from fivtui.transient.request import START_SPECS, resolve_start
 from fivtui.tui.chart.chart import Backdrop, Chart, Found, Guide, Trace
-from fivtui.tui.session.differences import base_scene
+from fivtui.tui.session.scene_differences import base_scene
 from fivtui.tui.session.fields import CONSIDERED, FIELDS, IGNORED
 from fivtui.tui.session.shown import check_drawable
 

@@ -14,7 +14,7 @@ import pytest
 
 from fivtui.model.errors import InputError
 from fivtui.tui import serve as serve_module
-from fivtui.tui.serve import serve
+from fivtui.tui.browser import serve
 from tests.support.laboratory import HANG_S
 
 CHROMIUM = shutil.which("chromium") or shutil.which("chromium-browser")
