@@ -9,8 +9,8 @@ from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 from matplotlib.layout_engine import ConstrainedLayoutEngine
 
-from .io.files import check_output, check_suffix, write_atomically
-from .model.parameters import PARAMETERS, Parameters, ParameterSpec
+from .io import check_output, check_suffix, write_atomically
+from .model import PARAMETERS, Parameters, ParameterSpec
 from .version import __version__
 
 # Metadata by suffix: no date, so that the same figure always gives the same bytes.

@@ -7,9 +7,7 @@ from typing import Final
 import numpy as np
 from numpy.typing import NDArray
 
-from .model.errors import InputError
-from .model.numbers import read_whole
-from .model.parameters import PARAMETERS, ParameterSpec, unknown_name
+from .model import PARAMETERS, InputError, ParameterSpec, read_whole, unknown_name
 
 MAX_COUNT: Final = 10_000_000
 _FORM: Final = "NAME=START:STOP:COUNT or NAME=START:STOP:COUNT:log"

@@ -3,7 +3,7 @@
 from collections.abc import Sequence
 from html import escape
 
-from fivtui.model.parameters import PARAMETERS, Parameters
+from fivtui.model import PARAMETERS, Parameters
 
 
 class Result:

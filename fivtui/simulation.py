@@ -4,13 +4,21 @@ import time
 from collections.abc import Mapping
 from typing import Final
 
-from .model.parameters import Parameters, unknown_name
+from .model import Parameters, unknown_name
+from .transient import (
+    DEFAULT_T_END,
+    DEFAULT_TOL,
+    MAX_STEPS,
+    METHODS,
+    KernelChoice,
+    OnSamples,
+    Progress,
+    Samples,
+    Start,
+    Transient,
+    make_problem,
+)
 from .transient.integrate import check_has_kernels, integrate
-from .transient.loop import MAX_STEPS, KernelChoice, Progress
-from .transient.methods import METHODS
-from .transient.recorder import OnSamples, Samples
-from .transient.request import DEFAULT_T_END, DEFAULT_TOL, Start, make_problem
-from .transient.result import Transient
 
 ALL_METHODS: Final[Mapping[str, str]] = {
     **{name: method.meaning for name, method in METHODS.items()},
@@ -106,7 +114,7 @@ def simulate(
     begin = time.thread_time()
     result: Transient
     if method == "fmu":
-        from .fmu.transient import integrate_fmu
+        from .fmu import integrate_fmu
 
         check_has_kernels(method, kernel)
         problem = make_problem(

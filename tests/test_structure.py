@@ -7,6 +7,8 @@ import subprocess
 import sys
 import tomllib
 from functools import cache
+from importlib import import_module
+from importlib.util import resolve_name
 from pathlib import Path
 from typing import Any, Final
 
@@ -52,8 +54,8 @@ VIOLATIONS: Final = {
 }
 # The children of fivtui that a contract of one package leaves free to import it.
 FREE: Final = {
-    "textual": {"__main__", "tui", "version"},
-    "click": {"__main__", "cli", "version"},
+    "textual": {"__main__", "tui", "lazy", "version"},
+    "click": {"__main__", "cli", "lazy", "version"},
     "matplotlib": {
         "__main__",
         "cli",
@@ -65,6 +67,7 @@ FREE: Final = {
         "tradeoffs",
         "transient",
         "tui",
+        "lazy",
         "version",
     },
 }
@@ -121,6 +124,80 @@ def test_no_module_bears_the_name_of_an_exported_function() -> None:
     assert not CHILDREN.intersection(fivtui.__all__)
 
 
+# The FMU carries modules of these without what their packages export, the kernel compiles them.
+BY_MODULE: Final = {"fivtui.model", "fivtui.taylor", "fivtui.kernel", "fmu_src.slave"}
+
+
+def is_package(name: str) -> bool:
+    return SOURCES[name].name == "__init__.py"
+
+
+def subject(name: str) -> str:
+    """The package that a module belongs to: a child of fivtui, fivtui.tui or fmu_src."""
+    parts = name.split(".") if is_package(name) else name.split(".")[:-1]
+    return ".".join(parts[: 3 if parts[:2] == ["fivtui", "tui"] else 2])
+
+
+def imported_names(name: str) -> list[tuple[str, str]]:
+    """Module and name of each import from the project's own modules."""
+    package = name if is_package(name) else name.rpartition(".")[0]
+    found = []
+    for node in ast.walk(ast.parse(SOURCES[name].read_text(encoding="utf-8"))):
+        if isinstance(node, ast.ImportFrom):
+            module = resolve_name("." * node.level + (node.module or ""), package)
+            found += [(module, alias.name) for alias in node.names if module in SOURCES]
+    return found
+
+
+def exports(package: str) -> set[str]:
+    return set(dir(import_module(package)))
+
+
+def test_a_package_uses_of_another_what_that_one_exports() -> None:
+    wrong = [
+        (name, module, imported)
+        for name in SOURCES
+        for module, imported in imported_names(name)
+        if module not in (*PACKAGES, "fivtui.transient.integrate")
+        and not module.startswith("fivtui.kernel")
+        and subject(module) not in (subject(name), *PACKAGES)
+        and not {subject(name), subject(module)} <= BY_MODULE
+        and (not is_package(module) or imported not in exports(module))
+    ]
+    assert not wrong
+
+
+def test_every_name_that_a_package_exports_is_used_by_another() -> None:
+    used = {one for name in SOURCES for one in imported_names(name) if one[0] != name}
+    unused = {
+        (package, name)
+        for package in SOURCES
+        if is_package(package) and package not in ("fivtui", "fivtui.cli")
+        for name in exports(package)
+        if "lazily" in SOURCES[package].read_text(encoding="utf-8")
+        if (package, name) not in used
+    }
+    assert not unused
+
+
+def test_an_unknown_name_of_a_package_is_refused_as_python_does_it() -> None:
+    batch = import_module("fivtui.batch")
+    with pytest.raises(AttributeError, match=r"module 'fivtui\.batch' has no attribute 'nothing'"):
+        batch.nothing  # noqa: B018
+    with pytest.raises(ImportError, match="cannot import name 'nothing'"):
+        exec("from fivtui.batch import nothing")
+
+
+def test_rk4_takes_the_form_of_a_segment_from_taylor_and_nothing_else() -> None:
+    taken = {
+        one
+        for name in ("fivtui.transient.rk4", "fivtui.transient.hermite")
+        for one in imported_names(name)
+        if one[0].startswith("fivtui.taylor")
+    }
+    assert taken == {("fivtui.taylor", "Segment")}
+
+
 IN_ORDER: Final = """
 import random, sys
 from importlib import import_module
@@ -129,11 +206,10 @@ seed, *modules = sys.argv[1:]
 random.Random(int(seed)).shuffle(modules)
 for module in modules:
     import_module(module)
-import fivtui
-for name in fivtui.__all__:
-    value = getattr(fivtui, name)
-    assert type(value) is not type(sys), name
-    assert getattr(value, "__name__", name) == name
+for package in modules:
+    module = sys.modules[package]
+    for name in dir(module) if "__dir__" in vars(module) else []:
+        assert type(getattr(module, name)) is not type(sys), (package, name)
 """
 
 
@@ -209,7 +285,7 @@ KNOWN_TO: Final = {
     "numba": r"fivtui\.kernel\..+",
     "rich": r"fivtui\.(console\..+|(\w+\.)+report|tui\.(chart\.widget|lab|tabs)\..+)",
     "textual": r"fivtui\.tui\.(app|lab\..+|tabs\.(?!charts\b).+|chart\.widget\..+)",
-    "textual_serve": r"fivtui\.tui\.serve",
+    "textual_serve": r"fivtui\.tui\.browser",
     "tomlkit": r"fivtui\.scene\.scene",
 }
 

@@ -1,1 +1,12 @@
 """How far to trust a run: error estimates, Lyapunov exponents, stress tests."""
+
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    from .estimate import accuracy as accuracy, accuracy_to_dict as accuracy_to_dict
+    from .report import print_accuracy as print_accuracy, print_trials as print_trials
+    from .trials import run_trials as run_trials, trials_to_dict as trials_to_dict
+else:
+    from fivtui.lazy import lazily
+
+    __getattr__, __dir__ = lazily(__name__)

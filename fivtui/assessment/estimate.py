@@ -8,16 +8,20 @@ from typing import Any, Final
 import numpy as np
 from numpy.typing import NDArray
 
-from fivtui.model.parameters import Parameters
+from fivtui.model import Parameters
 from fivtui.results import Result, scene_text
-from fivtui.scene.scene import Scene, as_scene
-from fivtui.scene.verified import runs_part
+from fivtui.scene import Scene, as_scene, runs_part
 from fivtui.simulation import simulate
-from fivtui.transient.errors import Divergence
-from fivtui.transient.loop import Progress
-from fivtui.transient.methods import METHODS, fixed_step
-from fivtui.transient.request import TOL_RANGE, Start, make_problem
-from fivtui.transient.result import Transient
+from fivtui.transient import (
+    METHODS,
+    TOL_RANGE,
+    Divergence,
+    Progress,
+    Start,
+    Transient,
+    fixed_step,
+    make_problem,
+)
 
 from .lyapunov import ErrorGrowth, error_growth
 

@@ -13,10 +13,9 @@ from dataclasses import dataclass
 from typing import Final
 
 from fivtui.kernel import loader
-from fivtui.model.errors import Cancelled, ComputationError
-from fivtui.model.slider_belt import State
+from fivtui.model import Cancelled, ComputationError, State
+from fivtui.transient import Problem
 from fivtui.transient.integrate import integrate
-from fivtui.transient.methods import Problem
 
 # Distance of the neighbour, relative to the size of the motion.
 _DISTANCE: Final = 1e-7

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Final
 from rich.console import Console
 from rich.text import Text
 
-from fivtui.console.printing import number, print_list, print_rows
+from fivtui.console import number, print_list, print_rows
 
 from .estimate import Accuracy, believed_digits
 

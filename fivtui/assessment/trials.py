@@ -13,12 +13,9 @@ from importlib.resources import files
 from typing import Final
 
 from fivtui.kernel import loader
-from fivtui.model.errors import Cancelled, ComputationError, InputError
-from fivtui.model.parameters import Parameters, unknown_name
+from fivtui.model import Cancelled, ComputationError, InputError, Parameters, unknown_name
 from fivtui.simulation import simulate
-from fivtui.transient.loop import KernelChoice, Progress
-from fivtui.transient.request import Start
-from fivtui.transient.result import Transient
+from fivtui.transient import KernelChoice, Progress, Start, Transient
 
 TRUTH_FILE: Final = "trial_truth.json"
 _TOL: Final = 1e-9

@@ -5,9 +5,8 @@ from collections.abc import Mapping
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from fivtui.model.errors import InputError
-from fivtui.model.parameters import PARAMETERS, Parameters, parameter_spec
-from fivtui.transient.request import LEAST_START
+from fivtui.model import PARAMETERS, InputError, Parameters, parameter_spec
+from fivtui.transient import LEAST_START
 
 from .result import Floats
 

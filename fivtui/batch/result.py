@@ -7,11 +7,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fivtui.kernel.status import Status
-from fivtui.model.errors import ComputationError, InputError
-from fivtui.model.slider_belt import no_equilibrium_error
+from fivtui.model import ComputationError, InputError, no_equilibrium_error
 from fivtui.results import Result
-from fivtui.taylor.stepper import overflow_error, stall_error
-from fivtui.transient.loop import step_limit_error
+from fivtui.taylor import overflow_error, stall_error
+from fivtui.transient import step_limit_error
 
 Floats = NDArray[np.float64]
 T = TypeVar("T")

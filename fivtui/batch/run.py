@@ -12,13 +12,16 @@ from numpy.typing import ArrayLike, NDArray
 
 from fivtui.kernel import loader
 from fivtui.kernel.status import Status
-from fivtui.model.errors import Cancelled, InputError
-from fivtui.model.parameters import Parameters, check_parameters, unknown_name
-from fivtui.model.slider_belt import Mode
-from fivtui.taylor.series import constants
-from fivtui.taylor.stepper import LONGEST_STEP, local_tolerance, order_for
-from fivtui.transient.loop import MAX_STEPS, Progress
-from fivtui.transient.request import DEFAULT_T_END, DEFAULT_TOL, check_horizon, check_tolerance
+from fivtui.model import Cancelled, InputError, Mode, Parameters, check_parameters, unknown_name
+from fivtui.taylor import LONGEST_STEP, constants, local_tolerance, order_for
+from fivtui.transient import (
+    DEFAULT_T_END,
+    DEFAULT_TOL,
+    MAX_STEPS,
+    Progress,
+    check_horizon,
+    check_tolerance,
+)
 
 from .request import columns, flags, starts
 from .result import Batch, BatchAmplitude, BatchEvents, BatchPeak, BatchSteady, Floats

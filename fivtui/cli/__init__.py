@@ -7,7 +7,7 @@ from typing import Final, NoReturn
 
 import click
 
-from fivtui.model.errors import Cancelled, ComputationError, InputError, one_line
+from fivtui.model import Cancelled, ComputationError, InputError, one_line
 
 from . import analysis, browser, fmu, lists, paper, studies, transients
 from .group import commands

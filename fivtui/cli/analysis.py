@@ -37,10 +37,8 @@ from .options import (
 @json_option
 def stability(scene: str, assignments: tuple[str, ...], **given: Any) -> None:
     """Show equilibrium, eigenvalues, modes, growth rate and critical friction coefficient."""
-    from fivtui.equilibrium.eigenvalues import stability as judge
-    from fivtui.equilibrium.files import stability_to_dict
-    from fivtui.equilibrium.report import print_stability
-    from fivtui.io.formats import check_columns_path
+    from fivtui.equilibrium import print_stability, stability as judge, stability_to_dict
+    from fivtui.io import check_columns_path
 
     chosen = scene_of(scene, assignments, ignore_separation=given["ignore_separation"])
     out, plot, force, as_json = (given[name] for name in ("out", "plot", "force", "as_json"))
@@ -49,14 +47,14 @@ def stability(scene: str, assignments: tuple[str, ...], **given: Any) -> None:
     verdict = judge(p, separation=separation)
     data = stability_to_dict(verdict)
     if out is not None or plot is not None:
-        from fivtui.equilibrium.files import modes_over_mu, save_modes
+        from fivtui.equilibrium import modes_over_mu, save_modes
 
         scan = modes_over_mu(p, verdict, separation=separation)
         if out is not None:
             save_modes(p, verdict, scan, out, separation=separation, force=force)
             say(f"wrote {out}")
         if plot is not None:
-            from fivtui.equilibrium.figure import mode_figure
+            from fivtui.equilibrium import mode_figure
             from fivtui.plotting import save_figure
 
             save_figure(mode_figure(p, verdict, scan), plot, force=force)
@@ -140,10 +138,8 @@ def attractors(scene: str, assignments: tuple[str, ...], **given: Any) -> None:
 @json_option
 def stability_map(scene: str, assignments: tuple[str, ...], **given: Any) -> None:
     """Show the stability of the equilibrium over two parameters."""
-    from fivtui.equilibrium.files import map_to_dict, save_map
-    from fivtui.equilibrium.map import stability_map as compute
-    from fivtui.equilibrium.report import print_map
-    from fivtui.io.formats import check_columns_path
+    from fivtui.equilibrium import map_to_dict, print_map, save_map, stability_map as compute
+    from fivtui.io import check_columns_path
     from fivtui.ranges import parse_ranges
 
     chosen = scene_of(scene, assignments, ignore_separation=given["ignore_separation"])
@@ -162,7 +158,7 @@ def stability_map(scene: str, assignments: tuple[str, ...], **given: Any) -> Non
         save_map(result, out, force=force)
         say(f"wrote {out}")
     if plot is not None:
-        from fivtui.equilibrium.figure import map_figure
+        from fivtui.equilibrium import map_figure
         from fivtui.plotting import save_figure
 
         save_figure(map_figure(result), plot, force=force)

@@ -8,7 +8,7 @@ from typing import Any, Final
 import click
 from click.shell_completion import CompletionItem
 
-from fivtui.model.numbers import read_whole
+from fivtui.model import read_whole
 
 
 class Once(click.Option):

@@ -7,34 +7,33 @@ from typing import TYPE_CHECKING, Any, Final
 
 import click
 
-from fivtui.io.formats import check_columns_path
-from fivtui.model.errors import InputError
-from fivtui.orbits.attractor_search import coexistence
-from fivtui.orbits.basins import basin
-from fivtui.orbits.branches import continuation
-from fivtui.orbits.explorer import Explorer
-from fivtui.orbits.figure import basin_figure, continuation_figure
-from fivtui.orbits.files import (
+from fivtui.io import check_columns_path
+from fivtui.model import InputError
+from fivtui.orbits import (
+    Explorer,
     attractor_to_dict,
+    basin,
+    basin_figure,
     basin_to_dict,
+    coexistence,
     coexistence_to_dict,
+    continuation,
+    continuation_figure,
     continuation_to_dict,
+    print_attractors,
+    print_basin,
+    print_coexistence,
+    print_continuation,
     save_basin,
     save_continuation,
     warning_along,
     warning_in,
     warning_of,
 )
-from fivtui.orbits.report import (
-    print_attractors,
-    print_basin,
-    print_coexistence,
-    print_continuation,
-)
 from fivtui.plotting import check_figure_path, save_figure
 from fivtui.ranges import parse_range, parse_ranges
-from fivtui.scene.scene import Scene
-from fivtui.transient.request import START_SPECS, Start
+from fivtui.scene import Scene
+from fivtui.transient import START_SPECS, Start
 
 from .options import progress_bar
 

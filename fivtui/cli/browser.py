@@ -15,6 +15,6 @@ from .options import say
 )
 def serve(port: int) -> None:
     """Show the terminal laboratory in a browser on this machine."""
-    from fivtui.tui.browser import serve as start
+    from fivtui.tui import serve as start
 
     start(port, say=say)

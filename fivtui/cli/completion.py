@@ -5,7 +5,7 @@ from typing import Final
 
 import click
 
-from fivtui.model.parameters import PARAMETERS
+from fivtui.model import PARAMETERS
 
 Completer = Callable[[click.Context, click.Parameter, str], list[str]]
 
@@ -20,7 +20,7 @@ def names_of(known: Callable[[], Iterable[str]], end: str = "") -> Completer:
 
 
 def _starts() -> Iterable[str]:
-    from fivtui.transient.request import START_SPECS
+    from fivtui.transient import START_SPECS
 
     return START_SPECS
 
@@ -32,7 +32,7 @@ def _methods() -> Iterable[str]:
 
 
 def _quantities() -> Iterable[str]:
-    from fivtui.transient.errors import QUANTITIES
+    from fivtui.transient import QUANTITIES
 
     return QUANTITIES
 

@@ -3,7 +3,7 @@
 from pathlib import Path
 from typing import Any
 
-from fivtui.model.errors import InputError
+from fivtui.model import InputError
 
 from .arguments import option
 from .group import Commands, commands
@@ -33,7 +33,7 @@ def fmu() -> None:
 @force_option
 def fmu_build(out: Path, component: str, fmi: str, force: bool) -> None:
     """Export the slider-belt, or the brake actuator that presses it, as an FMU."""
-    from fmu_src.build.builder import build_fmu
+    from fmu_src.build import build_fmu
 
     build_fmu(out, component=component, fmi=fmi, force=force)
     say(f"wrote {out}")
@@ -44,7 +44,7 @@ def fmu_build(out: Path, component: str, fmi: str, force: bool) -> None:
 @force_option
 def fmu_system(out: Path, force: bool) -> None:
     """Export the slider-belt pressed by the brake actuator as an SSP archive."""
-    from fmu_src.build.ssp import build_ssp
+    from fmu_src.build import build_ssp
 
     build_ssp(out, force=force)
     say(f"wrote {out}")
@@ -55,7 +55,7 @@ def fmu_system(out: Path, force: bool) -> None:
 @json_option
 def fmu_check(fmu_file: Path, as_json: bool) -> None:
     """Check that an FMU follows the standard and runs; exit 2 if it has problems."""
-    from fivtui.fmu.check import check_fmu
+    from fivtui.fmu import check_fmu
 
     problems = check_fmu(fmu_file)
     if as_json:
@@ -88,8 +88,8 @@ def fmu_check(fmu_file: Path, as_json: bool) -> None:
 @json_option
 def fmu_run(fmu_file: Path, out: Path | None, force: bool, as_json: bool, **given: Any) -> None:
     """Run an FMU for co-simulation through fmpy; print its last values or write all."""
-    from fivtui.console.printing import print_list
-    from fivtui.fmu.run import check_run_path, run_fmu, save_fmu_events, save_fmu_run
+    from fivtui.console import print_list
+    from fivtui.fmu import check_run_path, run_fmu, save_fmu_events, save_fmu_run
 
     events = given["events"]
     for path in (out, events):

@@ -5,8 +5,7 @@ from typing import Any
 
 import click
 
-from fivtui.model.errors import InputError
-from fivtui.model.parameters import unknown_name
+from fivtui.model import InputError, unknown_name
 
 from .paths import check_paths
 
@@ -47,6 +46,6 @@ def commands(context: click.Context) -> None:
     if context.invoked_subcommand is None:
         if not (sys.stdin.isatty() and sys.stdout.isatty()):
             raise InputError("the terminal laboratory needs a terminal; see fivtui --help")
-        from fivtui.tui.start import run
+        from fivtui.tui import run
 
         run()

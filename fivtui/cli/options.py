@@ -8,18 +8,16 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from fivtui.model.errors import InputError
-from fivtui.model.numbers import read_number
-from fivtui.model.parameters import PARAMETERS, parameter_spec
+from fivtui.model import PARAMETERS, InputError, parameter_spec, read_number
 
 from .arguments import option
 from .completion import ERROR_VALUES, PARAMETER_VALUES
 from .paths import InputFile, OutputFile, OutputFolder, SceneName
 
 if TYPE_CHECKING:
-    from fivtui.console.printing import Progress
-    from fivtui.scene.scene import Scene
-    from fivtui.transient.request import Start
+    from fivtui.console import Progress
+    from fivtui.scene import Scene
+    from fivtui.transient import Start
 
 scene_argument = click.argument("scene", type=SceneName(), default="base", metavar="[SCENE]")
 set_option = option(
@@ -70,7 +68,7 @@ def scene_of(name: str, assignments: Sequence[str], *, ignore_separation: bool =
     """The scene of that name with the changes of options; `InputError` if either is wrong."""
     from dataclasses import replace
 
-    from fivtui.scene.scene import find_scene
+    from fivtui.scene import find_scene
 
     changes = assigned("--set", assignments, "F=120")
     scene = find_scene(name).with_values(
@@ -86,14 +84,14 @@ def start_of(text: str) -> "Start":
     try:
         return [read_number(part) for part in text.split(",")]
     except ValueError:
-        from fivtui.transient.request import START_FORM
+        from fivtui.transient import START_FORM
 
         raise InputError(f"--start {text}: must be {START_FORM}") from None
 
 
 def wishes_of(assignments: Sequence[str]) -> dict[str, float]:
     """The errors that ``--error`` asks for, by quantity; `InputError` if one is wrong."""
-    from fivtui.transient.errors import check_accuracy
+    from fivtui.transient import check_accuracy
 
     return check_accuracy(assigned("--error", assignments, "peak=1e-4"))
 
@@ -141,7 +139,7 @@ def say(message: str) -> None:
 
 def progress_bar(label: str) -> "Progress":
     """A progress bar that also says when the batch kernel is being compiled."""
-    from fivtui.console.printing import Progress
+    from fivtui.console import Progress
     from fivtui.kernel import loader
 
     return Progress(label, lambda: loader.lanes.loading)

@@ -4,7 +4,7 @@ from pathlib import Path
 
 import click
 
-from fivtui.model.errors import InputError
+from fivtui.model import InputError
 
 from .arguments import option
 from .group import commands
@@ -27,7 +27,7 @@ def figures(numbers: tuple[str, ...], out: Path, formats: tuple[str, ...], force
 
     Beside each picture stands a CSV file with its data, their units and the parameters.
     """
-    from fivtui.paper.export import DEFAULT_FORMATS, figure_numbers, save_figures
+    from fivtui.paper import DEFAULT_FORMATS, figure_numbers, save_figures
 
     with progress_bar("figures") as progress:
         written = save_figures(
@@ -49,8 +49,7 @@ def claims(markdown: bool, as_json: bool) -> None:
 
     Each is shown with its section, what the paper states, what is computed, and the verdict.
     """
-    from fivtui.paper.claims.check import check_claims, claims_to_list
-    from fivtui.paper.claims.report import claims_markdown, print_claims
+    from fivtui.paper import check_claims, claims_markdown, claims_to_list, print_claims
 
     if markdown and as_json:
         raise InputError("--markdown: must be given without --json")

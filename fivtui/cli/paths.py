@@ -10,7 +10,7 @@ from click.shell_completion import CompletionItem
 from .arguments import FilePath
 
 if TYPE_CHECKING:
-    from fivtui.io.files import Named
+    from fivtui.io import Named
 
 
 class InputFile(FilePath):
@@ -56,7 +56,7 @@ class SceneName(click.types.StringParamType):
         incomplete: str,
     ) -> list[CompletionItem]:
         """Presets that begin so, else files."""
-        from fivtui.scene.presets import PRESETS
+        from fivtui.scene import PRESETS
 
         found = [
             CompletionItem(name, help=scene.description)
@@ -76,7 +76,7 @@ def check_paths(params: Sequence[click.Parameter], values: Mapping[str, Any]) ->
     values : mapping of str to object
         What is given for them.
     """
-    from fivtui.io.files import check_apart, parts_folder
+    from fivtui.io import check_apart, parts_folder
 
     given = [
         (param, values[param.name or ""])
@@ -106,7 +106,7 @@ def check_in_folder(paths: Sequence[Path], scene: str) -> None:
     scene : str
         What is given as the scene.
     """
-    from fivtui.io.files import check_apart
+    from fivtui.io import check_apart
 
     check_apart([("--out", path) for path in paths], _scene(scene))
 
@@ -118,7 +118,7 @@ def _read(param: click.Parameter, value: Any) -> "list[Named]":
 
 
 def _scene(text: str) -> "list[Named]":
-    from fivtui.scene.scene import scene_file
+    from fivtui.scene import scene_file
 
     path = scene_file(text)
     return [] if path is None else [("the scene", path)]

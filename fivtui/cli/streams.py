@@ -8,7 +8,7 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from typing import Final, TextIO
 
-from fivtui.model.errors import ComputationError
+from fivtui.model import ComputationError
 
 _ADVICE: Final = "make room there, or write to a file with --out where a command has it"
 

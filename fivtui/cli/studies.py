@@ -4,7 +4,7 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from fivtui.model.errors import InputError
+from fivtui.model import InputError
 
 from .arguments import Whole, option
 from .completion import VARIED_VALUES
@@ -29,7 +29,7 @@ from .options import (
 if TYPE_CHECKING:
     from contextlib import AbstractContextManager
 
-    from fivtui.sweeps.run import Engine
+    from fivtui.sweeps import Engine
 
 
 @commands.command()
@@ -91,9 +91,17 @@ def sweep(**given: Any) -> None:
     """
     from contextlib import ExitStack
 
-    from fivtui.sweeps.report import SweepProgress, print_sweep
-    from fivtui.sweeps.request import parse_cases, parse_design, study_of
-    from fivtui.sweeps.run import check_in_memory, load_sweep, sweep_in_memory, sweep_to_file
+    from fivtui.sweeps import (
+        SweepProgress,
+        check_in_memory,
+        load_sweep,
+        parse_cases,
+        parse_design,
+        print_sweep,
+        study_of,
+        sweep_in_memory,
+        sweep_to_file,
+    )
 
     scene = scene_of(given["scene"], given["assignments"])
     study = study_of(
@@ -111,7 +119,7 @@ def sweep(**given: Any) -> None:
         check_in_memory(study)
     if plot is not None:
         from fivtui.plotting import check_figure_path
-        from fivtui.sweeps.figure import check_drawable
+        from fivtui.sweeps import check_drawable
 
         check_figure_path(plot, force=force)
         check_drawable(study)
@@ -130,7 +138,7 @@ def sweep(**given: Any) -> None:
             result = load_sweep(study, out)
     if plot is not None:
         from fivtui.plotting import save_figure
-        from fivtui.sweeps.figure import sweep_figure
+        from fivtui.sweeps import sweep_figure
 
         save_figure(sweep_figure(result), plot, force=force)
         say(f"wrote {plot}")
@@ -142,14 +150,14 @@ def sweep(**given: Any) -> None:
 
 def _engine(scheduler: str | None, workers: int | None) -> "AbstractContextManager[Engine]":
     if scheduler is not None:
-        from fivtui.sweeps.cluster import cluster_engine
+        from fivtui.sweeps import cluster_engine
 
         if workers is not None:
             raise InputError("--workers: the cluster of --scheduler has its own")
         return cluster_engine(scheduler)
     from contextlib import nullcontext
 
-    from fivtui.sweeps.run import local_engine
+    from fivtui.sweeps import local_engine
 
     return nullcontext(local_engine(workers))
 
@@ -173,15 +181,15 @@ def tradeoff(scene: str, assignments: tuple[str, ...], **given: Any) -> None:
     """Measure what accuracy costs on this machine, for every method and setting."""
     from dataclasses import replace
 
-    from fivtui.tradeoffs.files import (
+    from fivtui.tradeoffs import (
         cheapest_to_dict,
         check_tradeoff_path,
+        measure_tradeoff,
+        print_tradeoff,
         save_tradeoff,
         tradeoff_to_dict,
     )
-    from fivtui.tradeoffs.measure import measure_tradeoff
-    from fivtui.tradeoffs.report import print_tradeoff
-    from fivtui.transient.request import check_horizon
+    from fivtui.transient import check_horizon
 
     out, plot, force = given["out"], given["plot"], given["force"]
     wishes = wishes_of(given["wishes"])
@@ -198,7 +206,7 @@ def tradeoff(scene: str, assignments: tuple[str, ...], **given: Any) -> None:
         say(f"wrote {out}")
     if plot is not None:
         from fivtui.plotting import save_figure
-        from fivtui.tradeoffs.figure import tradeoff_figure
+        from fivtui.tradeoffs import tradeoff_figure
 
         save_figure(tradeoff_figure(result), plot, force=force)
         say(f"wrote {plot}")
@@ -216,8 +224,7 @@ def extremes(as_json: bool) -> None:
     Each result is held against a solution in quadruple precision. A method is refused where it says
     itself that it cannot go on, or needs more steps than the trial allows.
     """
-    from fivtui.assessment.report import print_trials
-    from fivtui.assessment.trials import run_trials, trials_to_dict
+    from fivtui.assessment import print_trials, run_trials, trials_to_dict
 
     with progress_bar("extremes") as progress:
         found = run_trials(progress=progress)

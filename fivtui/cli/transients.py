@@ -4,8 +4,7 @@ from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from fivtui.model.errors import InputError
-from fivtui.model.numbers import parse_number
+from fivtui.model import InputError, parse_number
 
 from .arguments import Whole, option
 from .completion import METHOD_NAMES
@@ -30,8 +29,8 @@ from .options import (
 from .paths import check_in_folder
 
 if TYPE_CHECKING:
-    from fivtui.scene.scene import Scene
-    from fivtui.transient.result import Transient
+    from fivtui.scene import Scene
+    from fivtui.transient import Transient
 
 
 @commands.command()
@@ -67,10 +66,8 @@ def simulate(**given: Any) -> None:
     """Compute a transient; print its extremes, events and final state."""
     import numpy as np
 
-    from fivtui.io.formats import check_columns_path
-    from fivtui.scene.report import print_run
-    from fivtui.scene.run import scene_transient
-    from fivtui.scene.verified import verified_to_dict
+    from fivtui.io import check_columns_path
+    from fivtui.scene import print_run, scene_transient, verified_to_dict
 
     scene = _changed(scene_of(given["scene"], given["assignments"]), given)
     out, plot, force = given["out"], given["plot"], given["force"]
@@ -85,18 +82,18 @@ def simulate(**given: Any) -> None:
     result = run.transient
     _say_if_stiff(result)
     if out is not None:
-        from fivtui.transient.files import save_trajectory
+        from fivtui.transient import save_trajectory
 
         save_trajectory(result, out, force=force)
         say(f"wrote {out}")
     if plot is not None:
         from fivtui.plotting import save_figure
-        from fivtui.transient.figure import transient_figure
+        from fivtui.transient import transient_figure
 
         save_figure(transient_figure([result]), plot, force=force)
         say(f"wrote {plot}")
     if given["as_json"]:
-        from fivtui.transient.files import transient_to_dict
+        from fivtui.transient import transient_to_dict
 
         known = {} if run.verified is None else {"accuracy": verified_to_dict(run.verified)}
         print_json({**transient_to_dict(result), **known})
@@ -108,7 +105,7 @@ def _changed(scene: "Scene", given: dict[str, Any]) -> "Scene":
     # The scene with what the options of `simulate` say.
     import dataclasses
 
-    from fivtui.transient.request import check_horizon
+    from fivtui.transient import check_horizon
 
     wishes = wishes_of(given["wishes"])
     fixed = given["tol"] is not None or given["step"] is not None
@@ -129,7 +126,7 @@ def _changed(scene: "Scene", given: dict[str, Any]) -> "Scene":
 
 
 def _say_if_stiff(result: "Transient") -> None:
-    from fivtui.transient.stiffness import find_stiffness
+    from fivtui.transient import find_stiffness
 
     if result.method == "taylor" and result.stats.kernel != "exact":
         stiff = find_stiffness(result.parameters, t_end=result.t_end, separation=result.separation)
@@ -145,13 +142,10 @@ def _say_if_stiff(result: "Transient") -> None:
 @json_option
 def run(scene: str, out: Path | None, force: bool, as_json: bool, **given: Any) -> None:
     """Compute what a scene requires: stability, transient, trajectory; nothing else."""
-    from fivtui.equilibrium.files import stability_to_dict
-    from fivtui.equilibrium.report import print_stability
-    from fivtui.io.formats import check_columns_path
-    from fivtui.scene.report import print_run
-    from fivtui.scene.run import run_scene
-    from fivtui.scene.verified import verified_to_dict
-    from fivtui.transient.files import save_trajectory, transient_to_dict
+    from fivtui.equilibrium import print_stability, stability_to_dict
+    from fivtui.io import check_columns_path
+    from fivtui.scene import print_run, run_scene, verified_to_dict
+    from fivtui.transient import save_trajectory, transient_to_dict
 
     chosen = scene_of(scene, given["assignments"])
     if ("trajectory" in chosen.outputs) != (out is not None):
@@ -194,9 +188,7 @@ def compare(scene: str, assignments: tuple[str, ...], out: Path, force: bool) ->
     Builds the FMU, prints one table of peaks, separations, time off the belt, agreement and time
     taken, and draws the paper's Figs. 10 to 12 as one picture.
     """
-    from fivtui.scene.comparison import compare as run
-    from fivtui.scene.comparison import comparison_files
-    from fivtui.scene.report import print_comparison
+    from fivtui.scene import compare as run, comparison_files, print_comparison
 
     check_in_folder(comparison_files(out), scene)
     with progress_bar("native and FMU") as progress:
@@ -220,9 +212,7 @@ def accuracy(scene: str, assignments: tuple[str, ...], as_json: bool, **given: A
     """
     from dataclasses import replace
 
-    from fivtui.assessment.estimate import accuracy as judge
-    from fivtui.assessment.estimate import accuracy_to_dict
-    from fivtui.assessment.report import print_accuracy
+    from fivtui.assessment import accuracy as judge, accuracy_to_dict, print_accuracy
 
     chosen = scene_of(scene, assignments)
     changes: dict[str, Any] = {

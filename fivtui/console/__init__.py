@@ -1,1 +1,18 @@
 """Console output: tables to stdout, progress to stderr."""
+
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    from .printing import (
+        Progress as Progress,
+        number as number,
+        parameter_line as parameter_line,
+        print_list as print_list,
+        print_rows as print_rows,
+        print_titled as print_titled,
+        terminal_width as terminal_width,
+    )
+else:
+    from fivtui.lazy import lazily
+
+    __getattr__, __dir__ = lazily(__name__)

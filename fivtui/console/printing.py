@@ -9,12 +9,11 @@ from typing import Final, Self
 from rich.cells import cell_len
 from rich.console import Console, JustifyMethod, RenderableType
 from rich.padding import Padding
-from rich.progress import BarColumn, TaskID, TextColumn, TimeRemainingColumn
-from rich.progress import Progress as Bar
+from rich.progress import BarColumn, Progress as Bar, TaskID, TextColumn, TimeRemainingColumn
 from rich.table import Table
 from rich.text import Text
 
-from fivtui.model.parameters import Parameters
+from fivtui.model import Parameters
 
 from .layout import GAP, READABLE, Column, blocks_of
 

@@ -10,8 +10,7 @@ from typing import Final
 import numpy as np
 from numpy.typing import NDArray
 
-from fivtui.model.errors import ComputationError
-from fivtui.model.parameters import PARAMETERS, Parameters
+from fivtui.model import PARAMETERS, ComputationError, Parameters
 
 from .critical import boundary
 from .eigenvalues import ROUNDING, judge_growth

@@ -14,8 +14,7 @@ from typing import Literal, TypeVar
 import numpy as np
 from numpy.typing import NDArray
 
-from fivtui.model.parameters import PARAMETERS, Parameters
-from fivtui.model.slider_belt import equilibrium, tangent_stiffness
+from fivtui.model import PARAMETERS, Parameters, equilibrium, tangent_stiffness
 
 Becomes = Literal["stable", "unstable"]
 Real = TypeVar("Real", float, NDArray[np.float64])

@@ -6,9 +6,14 @@ from typing import TYPE_CHECKING, Any, Final
 import numpy as np
 from numpy.typing import NDArray
 
-from fivtui.model.errors import ComputationError
-from fivtui.model.parameters import Parameters, check_parameters
-from fivtui.model.slider_belt import Equilibrium, equilibrium, jacobian
+from fivtui.model import (
+    ComputationError,
+    Equilibrium,
+    Parameters,
+    check_parameters,
+    equilibrium,
+    jacobian,
+)
 from fivtui.results import Result, scene_text
 
 from .critical import CriticalMu, coalescence_mu, critical_mu, linear_critical_mu

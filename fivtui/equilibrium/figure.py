@@ -10,7 +10,7 @@ from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 from numpy.typing import NDArray
 
-from fivtui.model.parameters import PARAMETERS, Parameters
+from fivtui.model import PARAMETERS, Parameters
 from fivtui.plotting import (
     STYLE,
     WIDTH,

@@ -9,14 +9,16 @@ from typing import Any, BinaryIO, Final
 import numpy as np
 from numpy.typing import NDArray
 
-from fivtui.io.column_files import read_columns
-from fivtui.io.files import write_atomically
-from fivtui.io.finite import check_finite
-from fivtui.io.formats import Columns, Provenance, columns_format
-from fivtui.io.reading import read_bytes
-from fivtui.model.columns import Column
-from fivtui.model.errors import InputError
-from fivtui.model.parameters import PARAMETERS, Parameters
+from fivtui.io import (
+    Columns,
+    Provenance,
+    check_finite,
+    columns_format,
+    read_bytes,
+    read_columns,
+    write_atomically,
+)
+from fivtui.model import PARAMETERS, Column, InputError, Parameters
 from fivtui.version import __version__
 
 from .eigenvalues import Stability

@@ -10,8 +10,14 @@ from typing import TYPE_CHECKING, Any, Final, Literal, get_args
 import numpy as np
 from numpy.typing import NDArray
 
-from fivtui.model.errors import Cancelled, ComputationError, InputError
-from fivtui.model.parameters import Parameters, parameter_spec, unknown_name
+from fivtui.model import (
+    Cancelled,
+    ComputationError,
+    InputError,
+    Parameters,
+    parameter_spec,
+    unknown_name,
+)
 from fivtui.results import Result, scene_text
 
 from .arrays import StabilityPoints

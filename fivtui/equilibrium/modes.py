@@ -6,8 +6,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from fivtui.model.parameters import Parameters
-from fivtui.model.slider_belt import Equilibrium, Mode, tangent_stiffness
+from fivtui.model import Equilibrium, Mode, Parameters, tangent_stiffness
 
 
 @dataclass(frozen=True, slots=True)

@@ -5,8 +5,8 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from fivtui.console.printing import number, parameter_line, print_list
-from fivtui.model.parameters import PARAMETERS, Parameters
+from fivtui.console import number, parameter_line, print_list
+from fivtui.model import PARAMETERS, Parameters
 
 from .eigenvalues import Stability
 from .files import MAP_COLUMNS

@@ -7,9 +7,7 @@ from typing import Final
 import numpy as np
 from numpy.typing import NDArray
 
-from fivtui.model.errors import Cancelled
-from fivtui.model.parameters import PARAMETERS, Parameters
-from fivtui.model.slider_belt import equilibrium, jacobian
+from fivtui.model import PARAMETERS, Cancelled, Parameters, equilibrium, jacobian
 from fivtui.results import Result
 
 from .eigenvalues import Stability

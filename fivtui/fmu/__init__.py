@@ -1,1 +1,17 @@
 """The FMU's host: instances, the co-simulation master, runs and checks."""
+
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    from .check import check_fmu as check_fmu
+    from .run import (
+        check_run_path as check_run_path,
+        run_fmu as run_fmu,
+        save_fmu_events as save_fmu_events,
+        save_fmu_run as save_fmu_run,
+    )
+    from .transient import integrate_fmu as integrate_fmu
+else:
+    from fivtui.lazy import lazily
+
+    __getattr__, __dir__ = lazily(__name__)

@@ -15,7 +15,7 @@ from contextlib import contextmanager
 from pathlib import Path
 from typing import Final
 
-from fivtui.model.errors import ComputationError
+from fivtui.model import ComputationError
 
 # Where to extract if the folder for temporary files has a name that FMUs cannot handle.
 _FALLBACKS: Final[tuple[str, ...]] = ("/tmp", "/var/tmp") if os.name == "posix" else ()  # noqa: S108

@@ -10,10 +10,8 @@ from typing import Any, Final
 import numpy as np
 from numpy.typing import NDArray
 
-from fivtui.io.reading import read_bytes
-from fivtui.model.errors import InputError
-from fivtui.model.numbers import Interval, parse_number
-from fivtui.model.parameters import unknown_name
+from fivtui.io import read_bytes
+from fivtui.model import InputError, Interval, parse_number, unknown_name
 
 from .instance import FmuFile
 

@@ -15,9 +15,9 @@ from functools import lru_cache
 from pathlib import Path
 from typing import Any, Final
 
-from fivtui.io.reading import MAX_TABLE, opened
-from fivtui.model.errors import ComputationError, InputError
-from fmu_src.build.bundle import IMPORT_LOCK
+from fivtui.io import MAX_TABLE, opened
+from fivtui.model import ComputationError, InputError
+from fmu_src.build import IMPORT_LOCK
 
 from .folders import Folder, folder_for
 

@@ -4,12 +4,8 @@ import math
 from collections.abc import Callable
 from typing import Any, Final, NamedTuple
 
-from fivtui.model.errors import ComputationError
-from fivtui.model.parameters import unknown_name
-from fivtui.model.slider_belt import Mode, State
-from fivtui.transient.hermite import segment_between
-from fivtui.transient.methods import Problem
-from fivtui.transient.recorder import Recorder
+from fivtui.model import ComputationError, Mode, State, unknown_name
+from fivtui.transient import Problem, Recorder, segment_between
 
 from .instance import Messages
 

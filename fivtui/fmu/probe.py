@@ -8,7 +8,7 @@ from typing import Any, Final
 
 import numpy as np
 
-from fivtui.model.errors import ComputationError, InputError
+from fivtui.model import ComputationError, InputError
 
 from .instance import FmuFile, extracted, instantiated
 

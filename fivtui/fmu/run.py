@@ -10,13 +10,11 @@ from typing import Any, BinaryIO, Final
 import numpy as np
 from numpy.typing import NDArray
 
-from fivtui.io.files import check_output, check_suffix, write_atomically
-from fivtui.model.errors import Cancelled, ComputationError, InputError
-from fivtui.model.numbers import Interval
-from fivtui.model.parameters import unknown_name
+from fivtui.io import check_output, check_suffix, write_atomically
+from fivtui.model import Cancelled, ComputationError, InputError, Interval, unknown_name
 from fivtui.results import Result
-from fivtui.taylor.stepper import TOL_RANGE
-from fivtui.transient.loop import Progress
+from fivtui.taylor import TOL_RANGE
+from fivtui.transient import Progress
 
 from .inputs import TIME, signals_from, start_values_of
 from .instance import FmuFile, extracted, instantiated, interrupts_deferred

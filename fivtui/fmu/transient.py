@@ -12,13 +12,17 @@ from typing import Final
 
 import numpy as np
 
-from fivtui.model.columns import COLUMNS
-from fivtui.model.errors import Cancelled, ComputationError
-from fivtui.transient.loop import Progress
-from fivtui.transient.methods import Problem
-from fivtui.transient.recorder import OnSamples, Recorder, Samples, sample_times
-from fivtui.transient.result import Transient
-from fivtui.transient.trajectory import Trajectory
+from fivtui.model import COLUMNS, Cancelled, ComputationError
+from fivtui.transient import (
+    OnSamples,
+    Problem,
+    Progress,
+    Recorder,
+    Samples,
+    Trajectory,
+    Transient,
+    sample_times,
+)
 
 from .instance import extracted, instantiated, interrupts_deferred
 from .master import Master, Point, Slave
@@ -86,7 +90,7 @@ def integrate_fmu(
     with ExitStack() as stack:
         check_interrupt = stack.enter_context(interrupts_deferred())
         if fmu is None:
-            from fmu_src.build.builder import build_fmu
+            from fmu_src.build import build_fmu
 
             folder = stack.enter_context(tempfile.TemporaryDirectory(prefix="fivtui-"))
             fmu = build_fmu(Path(folder) / "slider_belt.fmu")

@@ -13,8 +13,7 @@ from typing import Any, BinaryIO, Final
 import numpy as np
 from numpy.typing import NDArray
 
-from fivtui.model.errors import InputError
-from fivtui.model.numbers import read_number
+from fivtui.model import InputError, read_number
 
 from .formats import Columns, columns_format
 from .reading import opened

@@ -9,7 +9,7 @@ from collections.abc import Callable, Iterable, Sequence
 from pathlib import Path
 from typing import Any, BinaryIO
 
-from fivtui.model.errors import InputError
+from fivtui.model import InputError
 
 # What a file is called in messages, such as ``--out``, and its name.
 Named = tuple[str, Path]

@@ -3,7 +3,7 @@
 import math
 from collections.abc import Mapping
 
-from fivtui.model.errors import ComputationError
+from fivtui.model import ComputationError
 
 
 def check_finite(data: object, name: str) -> None:

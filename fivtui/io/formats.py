@@ -14,9 +14,7 @@ from typing import Any, BinaryIO, Final
 import numpy as np
 from numpy.typing import NDArray
 
-from fivtui.model.columns import COLUMNS, Column
-from fivtui.model.errors import InputError
-from fivtui.model.numbers import read_number
+from fivtui.model import COLUMNS, Column, InputError, read_number
 
 from .files import check_output, check_suffix
 

@@ -6,7 +6,7 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
 
-from fivtui.model.errors import InputError
+from fivtui.model import InputError
 
 
 class Locked(InputError):

@@ -7,7 +7,7 @@ from contextlib import contextmanager
 from pathlib import Path
 from typing import BinaryIO, Final
 
-from fivtui.model.errors import InputError
+from fivtui.model import InputError
 
 # What is read whole into memory: tables of results, and files written by hand.
 MAX_TABLE: Final = 4 << 30

@@ -14,8 +14,16 @@ from llvmlite import ir
 from numba import types
 from numba.core import cgutils
 
-from fivtui.taylor.series import Constants, Field, Values, newest_last, recurrences
-from fivtui.taylor.stepper import MAX_ORDER, MIN_ORDER, ORDER_STEP
+from fivtui.taylor import (
+    MAX_ORDER,
+    MIN_ORDER,
+    ORDER_STEP,
+    Constants,
+    Field,
+    Values,
+    newest_last,
+    recurrences,
+)
 
 from .jit import intrinsic
 from .vectors import (

@@ -6,8 +6,8 @@ operations that wait for each other, and those of several blocks overlap.
 
 from typing import Any, Final
 
-from fivtui.model.slider_belt import BALANCED, LEAST
-from fivtui.taylor.stepper import LONGEST_STEP, MAX_STALLED, SHORTEST_FLIGHT
+from fivtui.model import BALANCED, LEAST
+from fivtui.taylor import LONGEST_STEP, MAX_STALLED, SHORTEST_FLIGHT
 
 from . import rows
 from .jit import inner

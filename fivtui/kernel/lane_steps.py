@@ -7,7 +7,7 @@ from typing import Any, Final
 
 import numpy as np
 
-from fivtui.taylor.stepper import EXP2_BIAS
+from fivtui.taylor import EXP2_BIAS
 
 from .bounds import CUBIC, RECIPROCAL, SLOPE_CHORD, SLOPE_SWAY, SWAY
 from .expansion import ROWS

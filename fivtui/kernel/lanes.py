@@ -10,11 +10,8 @@ from typing import Any, Final
 
 import numba
 
-from fivtui.model import parameters
-from fivtui.model import slider_belt as model
-from fivtui.model.parameters import PARAMETERS
-from fivtui.taylor import polynomial, series
-from fivtui.taylor import stepper as taylor
+from fivtui.model import PARAMETERS, parameters, slider_belt as model
+from fivtui.taylor import polynomial, series, stepper as taylor
 
 from . import (
     bounds,

@@ -7,8 +7,7 @@ another, as they do in the recurrences that fill the table.
 
 from typing import Any, Final
 
-from fivtui.taylor.series import Constants
-from fivtui.taylor.stepper import MAX_ORDER
+from fivtui.taylor import MAX_ORDER, Constants
 
 from .expansion import GROUP, ROWS, expand_linear
 from .jit import inner, part

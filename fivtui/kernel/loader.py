@@ -8,7 +8,7 @@ import threading
 from importlib import import_module
 from typing import Any, Final
 
-from fivtui.model.errors import ComputationError
+from fivtui.model import ComputationError
 
 # A process that ends within this time never starts the compiler.
 _DELAY_S: Final = 0.25

@@ -10,7 +10,7 @@ from typing import Any, Final
 import numpy as np
 from numpy.typing import NDArray
 
-from fivtui.taylor.polynomial import MAX_DEPTH
+from fivtui.taylor import MAX_DEPTH
 
 from .expansion import ROWS
 from .jit import inner, part

@@ -5,11 +5,10 @@ A row is one number of all lanes, side by side.
 
 from typing import Final, NamedTuple
 
-from fivtui.taylor.series import Constants
+from fivtui.taylor import Constants
 
 from .expansion import ROWS
-from .steps import EXTREMES
-from .steps import SCRATCH as STEP_SCRATCH
+from .steps import EXTREMES, SCRATCH as STEP_SCRATCH
 from .vectors import LANES
 
 

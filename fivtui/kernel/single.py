@@ -12,10 +12,16 @@ import numba
 import numpy as np
 
 from fivtui.model import slider_belt as model
-from fivtui.taylor import polynomial, series
-from fivtui.taylor import stepper as taylor
-from fivtui.taylor.series import Constants
-from fivtui.taylor.stepper import EXP2_BIAS, LONGEST_STEP, MAX_STALLED, SHORTEST_FLIGHT
+from fivtui.taylor import (
+    EXP2_BIAS,
+    LONGEST_STEP,
+    MAX_STALLED,
+    SHORTEST_FLIGHT,
+    Constants,
+    polynomial,
+    series,
+    stepper as taylor,
+)
 
 from . import bounds, expansion, linear_tables, polynomials, steps, vectors
 from .bounds import RECIPROCAL

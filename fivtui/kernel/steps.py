@@ -9,8 +9,8 @@ from typing import Any, Final
 import numpy as np
 from numpy.typing import NDArray
 
-from fivtui.model.slider_belt import LEAST, pull
-from fivtui.taylor.series import Constants
+from fivtui.model import LEAST, pull
+from fivtui.taylor import Constants
 
 from .bounds import CUBIC, DEGREES, SLOPE_CUBIC
 from .expansion import GROUP, ROWS

@@ -1,1 +1,46 @@
 """The slider-belt model: parameters, contact law, motion, equilibrium. Standard library only."""
+
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    from .columns import COLUMNS as COLUMNS, Column as Column
+    from .errors import (
+        Cancelled as Cancelled,
+        ComputationError as ComputationError,
+        InputError as InputError,
+        one_line as one_line,
+    )
+    from .numbers import (
+        Interval as Interval,
+        parse_number as parse_number,
+        read_number as read_number,
+        read_whole as read_whole,
+    )
+    from .parameters import (
+        PARAMETERS as PARAMETERS,
+        Parameters as Parameters,
+        ParameterSpec as ParameterSpec,
+        check_parameters as check_parameters,
+        parameter_spec as parameter_spec,
+        unknown_name as unknown_name,
+    )
+    from .slider_belt import (
+        BALANCED as BALANCED,
+        LEAST as LEAST,
+        Equilibrium as Equilibrium,
+        Mode as Mode,
+        State as State,
+        accelerations as accelerations,
+        contact_force as contact_force,
+        equilibrium as equilibrium,
+        jacobian as jacobian,
+        mode_of as mode_of,
+        no_equilibrium_error as no_equilibrium_error,
+        pull as pull,
+        static_start as static_start,
+        tangent_stiffness as tangent_stiffness,
+    )
+else:
+    from fivtui.lazy import lazily
+
+    __getattr__, __dir__ = lazily(__name__)

@@ -4,10 +4,9 @@ from collections.abc import Callable
 from dataclasses import dataclass, replace
 from typing import Any, Final
 
-from fivtui.model.errors import Cancelled
-from fivtui.model.parameters import Parameters
+from fivtui.model import Cancelled, Parameters
 from fivtui.results import Result, scene_text
-from fivtui.transient.result import Kernel
+from fivtui.transient import Kernel
 
 from .basins import EscapeOffset, escape_offset
 from .explorer import Attractor, Kind, search

@@ -8,12 +8,9 @@ from typing import TYPE_CHECKING, Any, Final
 import numpy as np
 from numpy.typing import NDArray
 
-from fivtui.model.errors import InputError
-from fivtui.model.parameters import Parameters, unknown_name
-from fivtui.model.slider_belt import State
+from fivtui.model import InputError, Parameters, State, unknown_name
 from fivtui.results import Result, scene_text
-from fivtui.transient.request import START_SPECS, Start, resolve_start
-from fivtui.transient.result import Kernel
+from fivtui.transient import START_SPECS, Kernel, Start, resolve_start
 
 from .explorer import Attractor, Explorer, Kind, Watch, add_new
 

@@ -8,11 +8,9 @@ from typing import TYPE_CHECKING, Any, Final, Literal
 import numpy as np
 from numpy.typing import NDArray
 
-from fivtui.model.errors import InputError
-from fivtui.model.parameters import Parameters, parameter_spec
-from fivtui.model.slider_belt import State
+from fivtui.model import InputError, Parameters, State, parameter_spec
 from fivtui.results import Result, scene_text
-from fivtui.transient.result import Kernel
+from fivtui.transient import Kernel
 
 from .explorer import Attractor, Explorer, Kind, Watch, add_new, starts_around
 

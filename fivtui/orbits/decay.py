@@ -13,8 +13,7 @@ import math
 
 import numpy as np
 
-from fivtui.model.parameters import Parameters
-from fivtui.model.slider_belt import Equilibrium, Mode, State, jacobian
+from fivtui.model import Equilibrium, Mode, Parameters, State, jacobian
 
 
 class Attraction:

@@ -8,12 +8,17 @@ from typing import Final
 import numpy as np
 from numpy.typing import NDArray
 
-from fivtui.model.errors import Cancelled, ComputationError
-from fivtui.model.parameters import Parameters
-from fivtui.model.slider_belt import Mode, State, equilibrium, static_start
+from fivtui.model import (
+    Cancelled,
+    ComputationError,
+    Mode,
+    Parameters,
+    State,
+    equilibrium,
+    static_start,
+)
+from fivtui.transient import Kernel, Start, Transient, resolve_start
 from fivtui.transient.integrate import integrate
-from fivtui.transient.request import Start, resolve_start
-from fivtui.transient.result import Kernel, Transient
 
 from .decay import Attraction
 from .shooting import PeriodicOrbit, Section, shoot

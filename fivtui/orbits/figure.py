@@ -9,7 +9,7 @@ from matplotlib.colors import BoundaryNorm, ListedColormap
 from matplotlib.figure import Figure
 from matplotlib.patches import Patch
 
-from fivtui.model.parameters import PARAMETERS
+from fivtui.model import PARAMETERS
 from fivtui.plotting import (
     STYLE,
     math_symbol,
@@ -18,7 +18,7 @@ from fivtui.plotting import (
     parameter_line,
     quantity_label,
 )
-from fivtui.transient.request import START_SPECS
+from fivtui.transient import START_SPECS
 
 from .basins import Basin
 from .branches import DIRECTIONS, Continuation

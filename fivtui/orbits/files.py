@@ -8,12 +8,9 @@ from typing import Any, BinaryIO, Final
 import numpy as np
 from numpy.typing import NDArray
 
-from fivtui.io.files import write_atomically
-from fivtui.io.formats import columns_format
-from fivtui.model.columns import Column
-from fivtui.model.parameters import PARAMETERS, Parameters
-from fivtui.model.slider_belt import State
-from fivtui.transient.request import START_SPECS
+from fivtui.io import columns_format, write_atomically
+from fivtui.model import PARAMETERS, Column, Parameters, State
+from fivtui.transient import START_SPECS
 from fivtui.version import __version__
 
 from .attractor_search import Coexistence

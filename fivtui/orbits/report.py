@@ -4,7 +4,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from fivtui.console.printing import number, print_list, print_rows
+from fivtui.console import number, print_list, print_rows
 
 from .attractor_search import Coexistence
 from .basins import Basin

@@ -13,9 +13,7 @@ from typing import Final
 import numpy as np
 from numpy.typing import NDArray
 
-from fivtui.model.errors import Cancelled, ComputationError
-from fivtui.model.parameters import Parameters
-from fivtui.model.slider_belt import State
+from fivtui.model import Cancelled, ComputationError, Parameters, State
 from fivtui.transient.integrate import integrate
 
 from .variation import Flow, flow

@@ -19,13 +19,8 @@ from typing import Final
 import numpy as np
 from numpy.typing import NDArray
 
-from fivtui.model.errors import ComputationError
-from fivtui.model.parameters import Parameters
-from fivtui.model.slider_belt import State, accelerations, mode_of
-from fivtui.taylor.polynomial import restricted
-from fivtui.taylor.segment import Segment
-from fivtui.taylor.series import Constants, constants, state_function
-from fivtui.taylor.stepper import TaylorStepper
+from fivtui.model import ComputationError, Parameters, State, accelerations, mode_of
+from fivtui.taylor import Constants, Segment, TaylorStepper, constants, restricted, state_function
 
 FloatArray = NDArray[np.float64]
 

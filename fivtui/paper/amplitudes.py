@@ -18,11 +18,11 @@ from typing import Final
 
 import numpy as np
 
-from fivtui.batch.run import simulate_batch
-from fivtui.model.errors import Cancelled, ComputationError, InputError
-from fivtui.scene.scene import Scene
+from fivtui.batch import simulate_batch
+from fivtui.model import Cancelled, ComputationError, InputError
+from fivtui.scene import Scene
 from fivtui.simulation import simulate
-from fivtui.transient.request import resolve_start
+from fivtui.transient import resolve_start
 
 # Starting a process takes as long as some runs.
 _RUNS_A_WORKER: Final = 16

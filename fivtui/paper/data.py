@@ -9,11 +9,8 @@ from typing import Any, BinaryIO, Final
 import numpy as np
 from numpy.typing import NDArray
 
-from fivtui.io.files import write_atomically
-from fivtui.io.formats import columns_format
-from fivtui.model.errors import ComputationError
-from fivtui.model.parameters import PARAMETERS
-from fivtui.transient.trajectory import COLUMNS, Column
+from fivtui.io import columns_format, write_atomically
+from fivtui.model import COLUMNS, PARAMETERS, Column, ComputationError
 from fivtui.version import __version__
 
 from .families import SEPARATION

@@ -10,7 +10,7 @@ from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 from numpy.typing import NDArray
 
-from fivtui.model.parameters import PARAMETERS
+from fivtui.model import PARAMETERS
 from fivtui.plotting import (
     CASE_COLOURS,
     CASE_LINES,
@@ -21,7 +21,7 @@ from fivtui.plotting import (
     quantity_label,
     value_label,
 )
-from fivtui.transient.figure import transient_figure
+from fivtui.transient import transient_figure
 
 from .data import FigureData, FloatArray
 from .families import SEPARATION, panels_of

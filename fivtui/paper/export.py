@@ -6,9 +6,8 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Final
 
-from fivtui.io.files import check_apart, check_output
-from fivtui.model.errors import Cancelled, InputError
-from fivtui.model.parameters import unknown_name
+from fivtui.io import check_apart, check_output
+from fivtui.model import Cancelled, InputError, unknown_name
 from fivtui.plotting import FORMATS, save_figure
 
 from .amplitudes import Progress

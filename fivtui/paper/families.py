@@ -11,8 +11,7 @@ from typing import Any, Final, Literal
 
 import numpy as np
 
-from fivtui.scene.presets import PRESETS
-from fivtui.scene.scene import Scene
+from fivtui.scene import PRESETS, Scene
 
 Kind = Literal["equilibrium", "eigenvalues", "critical mu", "transient", "amplitude"]
 

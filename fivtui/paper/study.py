@@ -5,10 +5,10 @@ from typing import Final
 
 import numpy as np
 
-from fivtui.model.errors import Cancelled
-from fivtui.scene.scene import Scene
+from fivtui.model import Cancelled
+from fivtui.scene import Scene
 from fivtui.simulation import simulate
-from fivtui.transient.result import Transient
+from fivtui.transient import Transient
 
 from .amplitudes import Amplitude, Progress, measure_all
 from .data import FigureData

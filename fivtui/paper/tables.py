@@ -5,15 +5,16 @@ from typing import Any, Final
 
 import numpy as np
 
-from fivtui.equilibrium.critical import CriticalMu
-from fivtui.equilibrium.critical import critical_mu as critical_mus
-from fivtui.equilibrium.eigenvalues import Stability, growth_rate, stability
-from fivtui.model.errors import ComputationError
-from fivtui.model.parameters import PARAMETERS, Parameters
-from fivtui.model.slider_belt import equilibrium
-from fivtui.scene.scene import Scene
-from fivtui.transient.files import trajectory_of
-from fivtui.transient.result import Transient
+from fivtui.equilibrium import (
+    CriticalMu,
+    Stability,
+    critical_mu as critical_mus,
+    growth_rate,
+    stability,
+)
+from fivtui.model import PARAMETERS, ComputationError, Parameters, equilibrium
+from fivtui.scene import Scene
+from fivtui.transient import Transient, trajectory_of
 
 from .amplitudes import Amplitude
 from .data import FigureData

@@ -1,1 +1,25 @@
 """Scenes: what to compute, by name, and its computation."""
+
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    from .comparison import compare as compare, comparison_files as comparison_files
+    from .presets import DEFAULT_PRESET as DEFAULT_PRESET, PRESETS as PRESETS
+    from .report import print_comparison as print_comparison, print_run as print_run
+    from .run import run_scene as run_scene, scene_transient as scene_transient
+    from .scene import (
+        Accuracy as Accuracy,
+        Scene as Scene,
+        as_scene as as_scene,
+        find_scene as find_scene,
+        load_scene as load_scene,
+        save_scene as save_scene,
+        scene_file as scene_file,
+        scene_from_dict as scene_from_dict,
+        scene_to_dict as scene_to_dict,
+    )
+    from .verified import runs_part as runs_part, verified_to_dict as verified_to_dict
+else:
+    from fivtui.lazy import lazily
+
+    __getattr__, __dir__ = lazily(__name__)

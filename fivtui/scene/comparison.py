@@ -8,15 +8,13 @@ from typing import Final
 
 import numpy as np
 
-from fivtui.fmu.transient import integrate_fmu
-from fivtui.io.files import check_apart, check_output
-from fivtui.model.errors import InputError
+from fivtui.fmu import integrate_fmu
+from fivtui.io import check_apart, check_output
+from fivtui.model import InputError
 from fivtui.plotting import check_figure_path, save_figure
 from fivtui.simulation import simulate
-from fivtui.transient.figure import transient_figure
-from fivtui.transient.request import make_problem
-from fivtui.transient.result import Transient
-from fmu_src.build.builder import build_fmu
+from fivtui.transient import Transient, make_problem, transient_figure
+from fmu_src.build import build_fmu
 
 from .scene import Scene
 

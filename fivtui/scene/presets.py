@@ -4,8 +4,7 @@ from collections.abc import Mapping
 from types import MappingProxyType
 from typing import Final
 
-from fivtui.model.parameters import Parameters
-from fivtui.model.slider_belt import equilibrium
+from fivtui.model import Parameters, equilibrium
 
 from .scene import Scene
 

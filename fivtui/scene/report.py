@@ -2,9 +2,8 @@
 
 from rich.text import Text
 
-from fivtui.console.printing import number, parameter_line, print_rows, print_titled
-from fivtui.transient.report import print_transient
-from fivtui.transient.result import Transient
+from fivtui.console import number, parameter_line, print_rows, print_titled
+from fivtui.transient import Transient, print_transient
 
 from .comparison import Comparison
 from .verified import Verified

@@ -5,11 +5,9 @@ from typing import Final
 
 import numpy as np
 
-from fivtui.equilibrium.eigenvalues import Stability, stability
+from fivtui.equilibrium import Stability, stability
 from fivtui.simulation import simulate
-from fivtui.transient.loop import Progress
-from fivtui.transient.recorder import OnSamples, Samples
-from fivtui.transient.result import Transient
+from fivtui.transient import OnSamples, Progress, Samples, Transient
 
 from .scene import Scene
 from .verified import Verified, simulate_to

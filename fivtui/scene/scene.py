@@ -14,25 +14,25 @@ from typing import Any, BinaryIO, Final, Self
 import tomlkit
 from tomlkit.items import Item
 
-from fivtui.io.files import write_atomically
-from fivtui.io.reading import MAX_TEXT, is_there, read_bytes
-from fivtui.model.errors import InputError
-from fivtui.model.parameters import (
+from fivtui.io import MAX_TEXT, is_there, read_bytes, write_atomically
+from fivtui.model import (
     PARAMETERS,
+    InputError,
     Parameters,
     check_parameters,
     parameter_spec,
     unknown_name,
 )
 from fivtui.simulation import ALL_METHODS
-from fivtui.transient.errors import QUANTITIES, check_accuracy
-from fivtui.transient.methods import check_takes_step
-from fivtui.transient.request import (
+from fivtui.transient import (
     DEFAULT_T_END,
     DEFAULT_TOL,
+    QUANTITIES,
     T_END_INTERVAL,
     TOL_INTERVAL,
     Start,
+    check_accuracy,
+    check_takes_step,
     make_problem,
 )
 

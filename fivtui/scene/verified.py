@@ -4,24 +4,24 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any, Final
 
-from fivtui.model.errors import ComputationError
-from fivtui.model.parameters import Parameters
+from fivtui.model import ComputationError, Parameters
 from fivtui.simulation import simulate
-from fivtui.transient.errors import (
+from fivtui.transient import (
     QUANTITIES,
+    TOL_RANGE,
     Deviation,
     Divergence,
+    Progress,
+    Transient,
     check_accuracy,
     deviation,
     divergence,
     finer_tol,
     first_tol,
     observation,
+    takes_step,
+    time_scale,
 )
-from fivtui.transient.loop import Progress
-from fivtui.transient.methods import takes_step, time_scale
-from fivtui.transient.request import TOL_RANGE
-from fivtui.transient.result import Transient
 
 _FIRST_STEP: Final = 0.1
 # From a setting to the next finer one.

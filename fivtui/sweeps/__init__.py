@@ -1,1 +1,31 @@
 """Sweeps: many transients as rows, in memory or in resumable files."""
+
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    from .cluster import cluster_engine as cluster_engine
+    from .design import VARIABLES as VARIABLES, Axis as Axis, Design as Design, Range as Range
+    from .figure import check_drawable as check_drawable, sweep_figure as sweep_figure
+    from .files import read_sweep as read_sweep, save_sweep as save_sweep
+    from .report import SweepProgress as SweepProgress, print_sweep as print_sweep
+    from .request import (
+        parse_cases as parse_cases,
+        parse_design as parse_design,
+        study_of as study_of,
+    )
+    from .rows import Rows as Rows, compute_rows as compute_rows, joined as joined
+    from .run import (
+        Engine as Engine,
+        Sweep as Sweep,
+        check_in_memory as check_in_memory,
+        load_sweep as load_sweep,
+        local_engine as local_engine,
+        sweep as sweep,
+        sweep_in_memory as sweep_in_memory,
+        sweep_to_file as sweep_to_file,
+    )
+    from .study import DEFAULT_OUTPUTS as DEFAULT_OUTPUTS, OUTPUTS as OUTPUTS, Study as Study
+else:
+    from fivtui.lazy import lazily
+
+    __getattr__, __dir__ = lazily(__name__)

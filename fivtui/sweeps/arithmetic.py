@@ -12,7 +12,7 @@ from collections.abc import Mapping
 from functools import lru_cache
 from typing import Any, Final
 
-from fivtui.model.parameters import Parameters
+from fivtui.model import Parameters
 
 from .design import Design, Range
 from .rows import compute_rows

@@ -11,7 +11,7 @@ from importlib.util import find_spec
 from itertools import islice
 from typing import TYPE_CHECKING, Any, Final
 
-from fivtui.model.errors import ComputationError, InputError
+from fivtui.model import ComputationError, InputError
 
 from .arithmetic import arithmetic_difference, arithmetic_of
 from .pieces import Piece

@@ -8,9 +8,8 @@ from typing import Final, Literal
 import numpy as np
 from numpy.typing import NDArray
 
-from fivtui.model.errors import InputError
-from fivtui.model.parameters import PARAMETERS, ParameterSpec, unknown_name
-from fivtui.transient.request import START_SPECS
+from fivtui.model import PARAMETERS, InputError, ParameterSpec, unknown_name
+from fivtui.transient import START_SPECS
 
 Kind = Literal["product", "list", "random", "sobol"]
 KINDS: Final[Mapping[str, str]] = {

@@ -7,7 +7,7 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from fivtui.model.errors import InputError
+from fivtui.model import InputError
 from fivtui.plotting import (
     CASE_COLOURS,
     CASE_LINES,

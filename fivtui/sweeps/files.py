@@ -4,9 +4,8 @@ import tempfile
 from pathlib import Path
 from typing import BinaryIO
 
-from fivtui.io.files import write_atomically
-from fivtui.io.reading import check_regular, is_folder
-from fivtui.model.errors import InputError
+from fivtui.io import check_regular, is_folder, write_atomically
+from fivtui.model import InputError
 
 from .formats import SweepFormat, sweep_format
 from .pieces import find_pieces

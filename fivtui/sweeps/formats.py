@@ -12,9 +12,8 @@ from typing import Any, BinaryIO, Final
 
 import numpy as np
 
-from fivtui.io.files import check_suffix
-from fivtui.model.errors import InputError
-from fivtui.model.numbers import read_number
+from fivtui.io import check_suffix
+from fivtui.model import InputError, read_number
 
 from .rows import Rows
 from .study import ColumnKind, Study, SweepColumn

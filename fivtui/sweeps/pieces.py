@@ -14,7 +14,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, Final
 
-from fivtui.model.errors import InputError
+from fivtui.model import InputError
 
 from .formats import SweepFormat, sweep_format
 from .provenance import study_from_dict

@@ -4,8 +4,7 @@ from collections.abc import Mapping
 from importlib.metadata import version
 from typing import Any, Final
 
-from fivtui.model.errors import InputError
-from fivtui.model.parameters import Parameters
+from fivtui.model import InputError, Parameters
 from fivtui.version import __version__
 
 from .arithmetic import arithmetic_of

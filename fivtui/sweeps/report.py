@@ -5,10 +5,9 @@ from types import TracebackType
 from typing import Any, Final, Self
 
 from rich.console import Console
-from rich.progress import BarColumn, TextColumn
-from rich.progress import Progress as Bar
+from rich.progress import BarColumn, Progress as Bar, TextColumn
 
-from fivtui.console.printing import number, print_rows
+from fivtui.console import number, print_rows
 
 from .run import Sweep
 from .study import ERRORS, SweepColumn

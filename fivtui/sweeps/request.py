@@ -4,11 +4,10 @@ from collections.abc import Mapping, Sequence
 from types import MappingProxyType
 from typing import Final
 
-from fivtui.model.errors import InputError
-from fivtui.model.parameters import unknown_name
+from fivtui.model import InputError, unknown_name
 from fivtui.ranges import parse_range
-from fivtui.scene.scene import Scene
-from fivtui.transient.request import Start, check_horizon, check_tolerance
+from fivtui.scene import Scene
+from fivtui.transient import Start, check_horizon, check_tolerance
 
 from .design import VARIABLES, Axis, Design, Kind, Range
 from .study import DEFAULT_OUTPUTS, Study

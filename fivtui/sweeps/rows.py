@@ -7,14 +7,18 @@ from typing import Any, Final, Literal, cast
 import numpy as np
 from numpy.typing import NDArray
 
-from fivtui.batch.result import Batch, BatchAmplitude, BatchPeak
-from fivtui.batch.run import Requirement, simulate_batch
-from fivtui.equilibrium.arrays import judge_growths
-from fivtui.model.errors import Cancelled, ComputationError
-from fivtui.model.parameters import PARAMETERS, Parameters
-from fivtui.transient.errors import PARTED, finer_tol, first_tol
-from fivtui.transient.loop import Progress
-from fivtui.transient.request import START_SPECS, TOL_RANGE, resolve_start
+from fivtui.batch import Batch, BatchAmplitude, BatchPeak, Requirement, simulate_batch
+from fivtui.equilibrium import judge_growths
+from fivtui.model import PARAMETERS, Cancelled, ComputationError, Parameters
+from fivtui.transient import (
+    PARTED,
+    START_SPECS,
+    TOL_RANGE,
+    Progress,
+    finer_tol,
+    first_tol,
+    resolve_start,
+)
 
 from .study import DONE, ERRORS, FAILED, STABILITY, TRANSIENT, Study, SweepColumn
 

@@ -14,11 +14,9 @@ from typing import TYPE_CHECKING, Any, Final, Literal
 import numpy as np
 from numpy.typing import NDArray
 
-from fivtui.model.errors import Cancelled, InputError
-from fivtui.model.parameters import Parameters
+from fivtui.model import Cancelled, InputError, Parameters
 from fivtui.results import Result, scene_text
-from fivtui.transient.loop import Progress
-from fivtui.transient.request import DEFAULT_T_END, DEFAULT_TOL, Start
+from fivtui.transient import DEFAULT_T_END, DEFAULT_TOL, Progress, Start
 
 from .design import Axis, Design, Kind
 from .formats import sweep_format

@@ -13,9 +13,8 @@ from contextlib import contextmanager, suppress
 from pathlib import Path
 from typing import Any, BinaryIO, Final
 
-from fivtui.io.files import check_output, parts_folder, resolved, write_atomically
-from fivtui.io.locks import locked
-from fivtui.model.errors import ComputationError, InputError
+from fivtui.io import check_output, locked, parts_folder, resolved, write_atomically
+from fivtui.model import ComputationError, InputError
 
 from .arithmetic import arithmetic_difference
 from .formats import SweepFormat, sweep_format

@@ -4,10 +4,15 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Final, Literal
 
-from fivtui.model.errors import InputError
-from fivtui.model.parameters import Parameters, unknown_name
-from fivtui.transient.errors import QUANTITIES, check_accuracy
-from fivtui.transient.request import DEFAULT_T_END, DEFAULT_TOL, Start, make_problem
+from fivtui.model import InputError, Parameters, unknown_name
+from fivtui.transient import (
+    DEFAULT_T_END,
+    DEFAULT_TOL,
+    QUANTITIES,
+    Start,
+    check_accuracy,
+    make_problem,
+)
 
 from .design import VARIABLES, Design
 

@@ -1,1 +1,24 @@
 """The trade of speed for accuracy, measured."""
+
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    from .figure import tradeoff_figure as tradeoff_figure
+    from .files import (
+        cheapest_to_dict as cheapest_to_dict,
+        check_tradeoff_path as check_tradeoff_path,
+        load_tradeoff as load_tradeoff,
+        save_tradeoff as save_tradeoff,
+        tradeoff_to_dict as tradeoff_to_dict,
+    )
+    from .measure import (
+        Tradeoff as Tradeoff,
+        measure_tradeoff as measure_tradeoff,
+        tradeoff as tradeoff,
+    )
+    from .report import print_tradeoff as print_tradeoff
+    from .settings import Row as Row, Setting as Setting, cheapest as cheapest, pareto as pareto
+else:
+    from fivtui.lazy import lazily
+
+    __getattr__, __dir__ = lazily(__name__)

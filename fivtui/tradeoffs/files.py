@@ -12,12 +12,10 @@ from typing import Any, BinaryIO
 import numpy as np
 from numpy.typing import NDArray
 
-from fivtui.io.files import check_output, check_suffix, write_atomically
-from fivtui.io.reading import read_bytes
-from fivtui.model.errors import InputError
-from fivtui.model.parameters import Parameters
-from fivtui.scene.scene import Scene
-from fivtui.transient.errors import QUANTITIES, Deviation
+from fivtui.io import check_output, check_suffix, read_bytes, write_atomically
+from fivtui.model import InputError, Parameters
+from fivtui.scene import Scene
+from fivtui.transient import QUANTITIES, Deviation
 from fivtui.version import __version__
 
 from .measure import Feature, Tradeoff

@@ -11,20 +11,26 @@ from typing import TYPE_CHECKING, Any, Final, cast
 import numpy as np
 from numpy.typing import NDArray
 
-from fivtui.batch.run import Requirement, simulate_batch
-from fivtui.fmu.run import run_fmu
-from fivtui.model.errors import Cancelled, ComputationError
-from fivtui.model.parameters import Parameters
-from fivtui.model.slider_belt import State
+from fivtui.batch import Requirement, simulate_batch
+from fivtui.fmu import run_fmu
+from fivtui.model import Cancelled, ComputationError, Parameters, State
 from fivtui.results import Result, scene_text
-from fivtui.scene.scene import Scene, as_scene
-from fivtui.scene.verified import runs_part
+from fivtui.scene import Scene, as_scene, runs_part
 from fivtui.simulation import simulate
-from fivtui.transient.errors import QUANTITIES, Deviation, Observation, deviation, observation
-from fivtui.transient.loop import KernelChoice, Progress
-from fivtui.transient.methods import time_scale
-from fivtui.transient.request import TOL_RANGE, Start, resolve_start
-from fivtui.transient.result import Transient
+from fivtui.transient import (
+    QUANTITIES,
+    TOL_RANGE,
+    Deviation,
+    KernelChoice,
+    Observation,
+    Progress,
+    Start,
+    Transient,
+    deviation,
+    observation,
+    resolve_start,
+    time_scale,
+)
 
 from .settings import Ladder, Row, Setting, ladders
 
@@ -249,7 +255,7 @@ def measure_tradeoff(
 
 
 def _built(folder: Path) -> Path:
-    from fmu_src.build.builder import build_fmu
+    from fmu_src.build import build_fmu
 
     return build_fmu(folder / "slider_belt.fmu")
 

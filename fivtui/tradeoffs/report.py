@@ -4,8 +4,8 @@ import math
 from collections.abc import Mapping
 from typing import Final
 
-from fivtui.console.printing import number, print_list, print_rows
-from fivtui.transient.errors import QUANTITIES
+from fivtui.console import number, print_list, print_rows
+from fivtui.transient import QUANTITIES
 
 from .files import fronts
 from .measure import Tradeoff

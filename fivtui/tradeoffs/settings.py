@@ -5,7 +5,7 @@ from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass
 from typing import Final
 
-from fivtui.transient.errors import Deviation, check_quantity
+from fivtui.transient import Deviation, check_quantity
 
 
 @dataclass(frozen=True, slots=True)

@@ -1,1 +1,80 @@
 """Transients: what is asked, the methods, the event loop, the result, its files and figure."""
+
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    from .errors import (
+        PARTED as PARTED,
+        QUANTITIES as QUANTITIES,
+        Deviation as Deviation,
+        Divergence as Divergence,
+        Observation as Observation,
+        check_accuracy as check_accuracy,
+        check_quantity as check_quantity,
+        deviation as deviation,
+        divergence as divergence,
+        finer_tol as finer_tol,
+        first_tol as first_tol,
+        observation as observation,
+    )
+    from .figure import run_labels as run_labels, transient_figure as transient_figure
+    from .files import (
+        load_trajectory as load_trajectory,
+        save_trajectory as save_trajectory,
+        trajectory_of as trajectory_of,
+        transient_to_dict as transient_to_dict,
+    )
+    from .hermite import segment_between as segment_between
+    from .loop import (
+        MAX_STEPS as MAX_STEPS,
+        KernelChoice as KernelChoice,
+        Progress as Progress,
+        step_limit_error as step_limit_error,
+    )
+    from .methods import (
+        METHODS as METHODS,
+        Problem as Problem,
+        check_takes_step as check_takes_step,
+        fixed_step as fixed_step,
+        takes_step as takes_step,
+        time_scale as time_scale,
+    )
+    from .recorder import (
+        OnSamples as OnSamples,
+        Recorder as Recorder,
+        Samples as Samples,
+        sample_times as sample_times,
+    )
+    from .report import print_transient as print_transient
+    from .request import (
+        DEFAULT_T_END as DEFAULT_T_END,
+        DEFAULT_TOL as DEFAULT_TOL,
+        LEAST_START as LEAST_START,
+        MAX_T_END as MAX_T_END,
+        START_FORM as START_FORM,
+        START_SPECS as START_SPECS,
+        T_END_INTERVAL as T_END_INTERVAL,
+        TOL_INTERVAL as TOL_INTERVAL,
+        TOL_RANGE as TOL_RANGE,
+        Start as Start,
+        check_horizon as check_horizon,
+        check_tolerance as check_tolerance,
+        make_problem as make_problem,
+        resolve_start as resolve_start,
+    )
+    from .result import (
+        ContactForce as ContactForce,
+        Events as Events,
+        FinalState as FinalState,
+        Kernel as Kernel,
+        Peak as Peak,
+        Stats as Stats,
+        Steady as Steady,
+        Transient as Transient,
+    )
+    from .stiffness import find_stiffness as find_stiffness
+    from .trajectory import Trajectory as Trajectory
+else:
+    from fivtui.lazy import lazily
+
+    __getattr__, __dir__ = lazily(__name__)

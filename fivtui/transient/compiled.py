@@ -7,11 +7,16 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fivtui.kernel import loader
-from fivtui.model.errors import Cancelled
-from fivtui.model.parameters import Parameters
-from fivtui.model.slider_belt import Mode, mode_of
-from fivtui.taylor.series import Field, constants, field_of
-from fivtui.taylor.stepper import local_tolerance, order_for, overflow_error, stall_error
+from fivtui.model import Cancelled, Mode, Parameters, mode_of
+from fivtui.taylor import (
+    Field,
+    constants,
+    field_of,
+    local_tolerance,
+    order_for,
+    overflow_error,
+    stall_error,
+)
 
 from .extremes import Extremes
 from .loop import Progress, step_limit_error

@@ -8,10 +8,7 @@ from typing import Final, Self
 import numpy as np
 from numpy.typing import NDArray
 
-from fivtui.model.errors import ComputationError
-from fivtui.model.numbers import Interval
-from fivtui.model.parameters import unknown_name
-from fivtui.model.slider_belt import State
+from fivtui.model import ComputationError, Interval, State, unknown_name
 
 from .request import TOL_RANGE
 from .result import Transient

@@ -6,9 +6,8 @@ from functools import lru_cache
 from operator import mul
 from typing import Self
 
-from fivtui.model.slider_belt import State
-from fivtui.taylor.polynomial import derivative, minimum_maximum, restricted
-from fivtui.taylor.segment import Segment
+from fivtui.model import State
+from fivtui.taylor import Segment, derivative, minimum_maximum, restricted
 
 
 class Extremes:

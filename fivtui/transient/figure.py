@@ -13,8 +13,7 @@ from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 from numpy.typing import NDArray
 
-from fivtui.model.errors import InputError
-from fivtui.model.parameters import PARAMETERS, unknown_name
+from fivtui.model import PARAMETERS, InputError, unknown_name
 from fivtui.plotting import (
     CASE_COLOURS,
     CASE_LINES,

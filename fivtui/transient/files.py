@@ -6,12 +6,15 @@ from typing import Any, BinaryIO
 
 import numpy as np
 
-from fivtui.io.files import write_atomically
-from fivtui.io.finite import check_finite, not_finite_error
-from fivtui.io.formats import Columns, columns_format
-from fivtui.io.reading import opened
-from fivtui.model.errors import InputError
-from fivtui.model.slider_belt import Mode
+from fivtui.io import (
+    Columns,
+    check_finite,
+    columns_format,
+    not_finite_error,
+    opened,
+    write_atomically,
+)
+from fivtui.model import InputError, Mode
 from fivtui.version import __version__
 
 from .result import Transient

@@ -4,9 +4,8 @@ For integrators that yield states only. With positions, velocities and accelerat
 the error of the position is of order six in the length of the segment.
 """
 
-from fivtui.model.parameters import Parameters
-from fivtui.model.slider_belt import Mode, State, accelerations
-from fivtui.taylor.segment import Segment
+from fivtui.model import Mode, Parameters, State, accelerations
+from fivtui.taylor import Segment
 
 
 def segment_between(

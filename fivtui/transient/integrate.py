@@ -1,7 +1,6 @@
 """Transients by any native method: what everything above the methods calls."""
 
-from fivtui.model.errors import ComputationError, InputError
-from fivtui.model.parameters import Parameters, unknown_name
+from fivtui.model import ComputationError, InputError, Parameters, unknown_name
 
 from . import kernel_choice
 from .loop import MAX_STEPS, KernelChoice, Progress, run_segments

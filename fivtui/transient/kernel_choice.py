@@ -3,8 +3,7 @@
 from typing import Final
 
 from fivtui.kernel import loader
-from fivtui.model.errors import InputError
-from fivtui.model.parameters import unknown_name
+from fivtui.model import InputError, unknown_name
 
 from . import compiled
 from .linear import run as linear

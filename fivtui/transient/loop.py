@@ -3,8 +3,8 @@
 from collections.abc import Callable
 from typing import Final, Literal
 
-from fivtui.model.errors import Cancelled, ComputationError
-from fivtui.taylor.segment import Stepper
+from fivtui.model import Cancelled, ComputationError
+from fivtui.taylor import Stepper
 
 from .recorder import Recorder
 from .result import Kernel

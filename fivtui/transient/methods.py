@@ -5,11 +5,8 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from typing import Final
 
-from fivtui.model.errors import InputError
-from fivtui.model.parameters import Parameters
-from fivtui.model.slider_belt import State
-from fivtui.taylor.segment import Stepper
-from fivtui.taylor.stepper import TaylorStepper, local_tolerance
+from fivtui.model import InputError, Parameters, State
+from fivtui.taylor import Stepper, TaylorStepper, local_tolerance
 
 # RK4 steps per √(m/stiffness) when no step is given.
 _REFERENCE_STEP: Final = 0.01

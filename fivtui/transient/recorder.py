@@ -7,10 +7,8 @@ from typing import Final, Literal
 import numpy as np
 from numpy.typing import NDArray
 
-from fivtui.model.errors import InputError
-from fivtui.model.parameters import unknown_name
-from fivtui.model.slider_belt import Mode, State, mode_of
-from fivtui.taylor.segment import Segment
+from fivtui.model import InputError, Mode, State, mode_of, unknown_name
+from fivtui.taylor import Segment
 
 from .extremes import Extremes
 from .methods import Problem

@@ -1,6 +1,6 @@
 """What the command line prints of transients."""
 
-from fivtui.console.printing import number, parameter_line, print_list
+from fivtui.console import number, parameter_line, print_list
 
 from .errors import Deviation
 from .result import Transient

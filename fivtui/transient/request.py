@@ -5,11 +5,17 @@ from typing import Final, Literal
 
 import numpy as np
 
-from fivtui.model.errors import InputError
-from fivtui.model.numbers import Interval, parse_number
-from fivtui.model.parameters import Parameters, ParameterSpec, check_parameters
-from fivtui.model.slider_belt import State, static_start
-from fivtui.taylor import stepper as taylor
+from fivtui.model import (
+    InputError,
+    Interval,
+    Parameters,
+    ParameterSpec,
+    State,
+    check_parameters,
+    parse_number,
+    static_start,
+)
+from fivtui.taylor import DEFAULT_TOL as TAYLOR_TOL, TOL_RANGE as TAYLOR_TOL_RANGE
 
 from .methods import Problem
 
@@ -36,9 +42,9 @@ START_SPECS: Final[Mapping[str, ParameterSpec]] = {
 # Smaller components of a start are zero: their products would underflow.
 LEAST_START: Final = 1e-150
 DEFAULT_T_END: Final = 100.0
-DEFAULT_TOL: Final = taylor.DEFAULT_TOL
+DEFAULT_TOL: Final = TAYLOR_TOL
 MAX_T_END: Final = 1e7
-TOL_RANGE: Final = taylor.TOL_RANGE
+TOL_RANGE: Final = TAYLOR_TOL_RANGE
 T_END_INTERVAL: Final = Interval(0.0, MAX_T_END, "s", lower_open=True)
 TOL_INTERVAL: Final = Interval(*TOL_RANGE)
 START_FORM: Final = "static, or four finite numbers x,vx,y,vy in m and m/s"

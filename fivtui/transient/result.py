@@ -8,10 +8,9 @@ from typing import TYPE_CHECKING, Any, Literal, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from fivtui.model.parameters import Parameters
-from fivtui.model.slider_belt import Mode, State, contact_force
+from fivtui.model import Mode, Parameters, State, contact_force
 from fivtui.results import Result, scene_text
-from fivtui.taylor.stepper import overflow_error
+from fivtui.taylor import overflow_error
 
 from .extremes import Extremes
 from .methods import Problem

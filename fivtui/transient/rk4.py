@@ -11,10 +11,8 @@ from typing import Final
 import numpy as np
 from numpy.typing import NDArray
 
-from fivtui.model.errors import ComputationError, InputError
-from fivtui.model.parameters import PARAMETERS, Parameters
-from fivtui.model.slider_belt import Mode, State, mode_of
-from fivtui.taylor.segment import Segment
+from fivtui.model import PARAMETERS, ComputationError, InputError, Mode, Parameters, State, mode_of
+from fivtui.taylor import Segment
 
 from .hermite import segment_between
 

@@ -7,11 +7,8 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.integrate import DOP853, LSODA, OdeSolver, Radau
 
-from fivtui.model.errors import ComputationError
-from fivtui.model.parameters import Parameters
-from fivtui.model.slider_belt import Mode, State, accelerations, jacobian, mode_of
-from fivtui.taylor.polynomial import first_root
-from fivtui.taylor.segment import Segment
+from fivtui.model import ComputationError, Mode, Parameters, State, accelerations, jacobian, mode_of
+from fivtui.taylor import Segment, first_root
 
 # Degree to which the dense output of each solver is represented.
 _SOLVERS: Final[dict[str, tuple[Callable[..., OdeSolver], int]]] = {

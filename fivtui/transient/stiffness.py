@@ -5,9 +5,7 @@ from typing import Final
 
 import numpy as np
 
-from fivtui.model.errors import ComputationError
-from fivtui.model.parameters import Parameters
-from fivtui.model.slider_belt import Mode, equilibrium, jacobian
+from fivtui.model import ComputationError, Mode, Parameters, equilibrium, jacobian
 
 from .methods import Problem
 

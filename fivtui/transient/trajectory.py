@@ -7,12 +7,9 @@ from typing import Any, Self
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from fivtui.model.columns import COLUMNS, Column
-from fivtui.model.errors import InputError
-from fivtui.model.parameters import Parameters
-from fivtui.model.slider_belt import Mode
+from fivtui.model import COLUMNS, Column, InputError, Mode, Parameters
 from fivtui.results import Result
-from fivtui.taylor.segment import Segment
+from fivtui.taylor import Segment
 
 __all__ = ["COLUMNS", "Column", "DenseSolution", "Trajectory"]
 

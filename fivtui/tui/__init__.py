@@ -1,1 +1,11 @@
 """The terminal UI: a headless session under thin Textual widgets."""
+
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    from .browser import serve as serve
+    from .start import run as run
+else:
+    from fivtui.lazy import lazily
+
+    __getattr__, __dir__ = lazily(__name__)

@@ -11,26 +11,21 @@ from textual.command import Provider
 from textual.events import Event, InputEvent, Key, MouseMove
 from textual.timer import Timer
 
-from fivtui.model.errors import InputError
-from fivtui.scene.scene import Scene
-from fivtui.tui.session.shown import KeptFile
+from fivtui.model import InputError
+from fivtui.scene import Scene
+from fivtui.tui.session import KeptFile
 
-from .lab.alt_digits import know_alt_keys, take_for_alt
-from .lab.screen import LabScreen
-from .persistence.autosave import Keeper
-from .persistence.slots import Slot
-from .persistence.snapshot import bring_back, state_of
-from .persistence.state_file import State
-from .session.jobs import PRECEDENCE
-from .session.session import Session
-from .tabs.messages import Reported, ResultsRestored, SessionAsked
+from .lab import LabScreen, know_alt_keys, take_for_alt
+from .persistence import Keeper, Slot, State, bring_back, state_of
+from .session import PRECEDENCE, Session
+from .tabs import Reported, ResultsRestored, SessionAsked
 
 _KEEPING_PERIOD: Final = 2.0
 _STYLES = Path(__file__).parent / "styles"
 
 
 def _commands() -> type[Provider]:
-    from .lab.commands import LabCommands
+    from .lab import LabCommands
 
     return LabCommands
 

@@ -9,7 +9,7 @@ from collections.abc import Awaitable, Callable
 from importlib.util import find_spec
 from typing import TYPE_CHECKING, Final
 
-from fivtui.model.errors import InputError
+from fivtui.model import InputError
 
 if TYPE_CHECKING:
     from aiohttp.web import Application, Request, StreamResponse

@@ -5,7 +5,7 @@ import sys
 from typing import TYPE_CHECKING, Final
 
 if TYPE_CHECKING:
-    from fivtui.scene.scene import Scene
+    from fivtui.scene import Scene
 
 _SWITCH_INTERVAL: Final = 1e-3
 
@@ -20,7 +20,7 @@ def run(scene: "Scene | None" = None, source: str = "") -> None:
     # Objects made until the first frame stay: nothing to collect.
     gc.disable()
     from .app import FivtuiApp
-    from .persistence.state_file import state_path
+    from .persistence import state_path
 
     answer_quickly()
     app = FivtuiApp(scene, source, state=state_path(), when_shown=_collect_later)

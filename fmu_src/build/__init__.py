@@ -1,1 +1,12 @@
 """Building FMUs: export, description, documentation, SSP archive."""
+
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    from .builder import build_fmu as build_fmu
+    from .bundle import IMPORT_LOCK as IMPORT_LOCK
+    from .ssp import build_ssp as build_ssp
+else:
+    from fivtui.lazy import lazily
+
+    __getattr__, __dir__ = lazily(__name__)

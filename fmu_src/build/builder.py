@@ -10,10 +10,9 @@ from importlib.util import find_spec
 from pathlib import Path
 from typing import BinaryIO, Final
 
-from fivtui.io.files import check_output, check_suffix, write_atomically
-from fivtui.model.errors import InputError
-from fivtui.model.parameters import unknown_name
-from fmu_src.slave.variables import SUMMARY
+from fivtui.io import check_output, check_suffix, write_atomically
+from fivtui.model import InputError, unknown_name
+from fmu_src.slave import SUMMARY
 
 from .bundle import IMPORT_LOCK, Bundle
 from .component import Component

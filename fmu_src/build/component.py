@@ -4,7 +4,7 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Final
 
-from fmu_src.slave.table import VariableTable
+from fmu_src.slave import VariableTable
 
 from .reference import Reference
 

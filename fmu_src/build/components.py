@@ -4,13 +4,16 @@ import math
 from collections.abc import Mapping
 from typing import Any, Final
 
-from fivtui.model.parameters import Parameters
-from fivtui.taylor.stepper import DEFAULT_TOL
-from fmu_src.slave.actuator_variables import ACTUATOR_TABLE
-from fmu_src.slave.exchange import EXCHANGE_TABLE
-from fmu_src.slave.motion import Motion
-from fmu_src.slave.settings import start_state
-from fmu_src.slave.variables import SLIDER_BELT_TABLE, VARIABLES
+from fivtui.model import Parameters
+from fivtui.taylor import DEFAULT_TOL
+from fmu_src.slave import (
+    ACTUATOR_TABLE,
+    EXCHANGE_TABLE,
+    SLIDER_BELT_TABLE,
+    VARIABLES,
+    Motion,
+    start_state,
+)
 
 from .component import EXCHANGE_RULES, Component
 from .reference import Reference

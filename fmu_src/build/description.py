@@ -7,8 +7,7 @@ from collections.abc import Mapping, Sequence
 from typing import Final
 from xml.etree import ElementTree as ET
 
-from fmu_src.slave.table import VariableTable
-from fmu_src.slave.variable import Role, Type, Variable
+from fmu_src.slave import Role, Type, Variable, VariableTable
 
 from .units import base_exponents, display_units
 

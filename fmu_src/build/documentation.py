@@ -5,7 +5,7 @@ from importlib.metadata import distribution
 from pathlib import Path
 from typing import Final
 
-from fmu_src.slave.variable import Role
+from fmu_src.slave import Role
 
 from .component import Component
 

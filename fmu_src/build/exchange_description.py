@@ -7,10 +7,7 @@ from collections.abc import Mapping, Sequence
 from typing import Final
 from xml.etree import ElementTree as ET
 
-from fmu_src.slave.exchange import TIME_REFERENCE
-from fmu_src.slave.table import VariableTable
-from fmu_src.slave.variable import Role, Type, Variable
-from fmu_src.slave.variables import STATES
+from fmu_src.slave import STATES, TIME_REFERENCE, Role, Type, Variable, VariableTable
 
 from .description import TIMESTAMP, unit_definitions
 

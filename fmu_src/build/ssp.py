@@ -6,7 +6,7 @@ from pathlib import Path
 from typing import BinaryIO, Final
 from xml.etree import ElementTree as ET
 
-from fivtui.io.files import check_output, check_suffix, write_atomically
+from fivtui.io import check_output, check_suffix, write_atomically
 
 from .builder import ZIP_DATE, build_fmu
 from .components import COMPONENTS

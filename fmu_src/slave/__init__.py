@@ -1,1 +1,21 @@
 """The FMU's side: what the host calls. Standard library and pythonfmu only."""
+
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    from .actuator_variables import ACTUATOR_TABLE as ACTUATOR_TABLE
+    from .exchange import EXCHANGE_TABLE as EXCHANGE_TABLE, TIME_REFERENCE as TIME_REFERENCE
+    from .motion import Motion as Motion
+    from .settings import start_state as start_state
+    from .table import VariableTable as VariableTable
+    from .variable import Role as Role, Type as Type, Variable as Variable
+    from .variables import (
+        SLIDER_BELT_TABLE as SLIDER_BELT_TABLE,
+        STATES as STATES,
+        SUMMARY as SUMMARY,
+        VARIABLES as VARIABLES,
+    )
+else:
+    from fivtui.lazy import lazily
+
+    __getattr__, __dir__ = lazily(__name__)

@@ -19,7 +19,8 @@ from .experiment import Experiment
 from .instance import Instance
 
 _COMMAND, _FEEDBACK, _TAU, _GAIN, _F_START, _F, _RATE = (
-    ACTUATOR_TABLE.references[name] for name in ("command", "P", "tau", "gain", "F_start", "F", "F_rate")
+    ACTUATOR_TABLE.references[name]
+    for name in ("command", "P", "tau", "gain", "F_start", "F", "F_rate")
 )
 _DESCRIPTION: Final = (
     "Brake actuator: a force command becomes a preload, with a first-order lag and with feedback "

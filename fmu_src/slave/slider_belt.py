@@ -13,7 +13,7 @@ from .experiment import Experiment
 from .instance import Instance
 from .motion import Moment, Motion
 from .settings import Values, fixed_values, motion_from, start_state
-from .variables import INPUTS, REFERENCES, STATES, SUMMARY, SLIDER_BELT_TABLE
+from .variables import INPUTS, REFERENCES, SLIDER_BELT_TABLE, STATES, SUMMARY
 
 _F, _MU = (REFERENCES[name] for name in INPUTS)
 _X, _VX, _Y, _VY = (REFERENCES[name] for name in STATES)

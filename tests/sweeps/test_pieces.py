@@ -1,7 +1,6 @@
 """Pieces of a sweep: together they are its members, each once, and none is empty."""
 
-from hypothesis import example, given
-from hypothesis import strategies as st
+from hypothesis import example, given, strategies as st
 
 from fivtui.sweeps.pieces import piece_count, piece_of
 

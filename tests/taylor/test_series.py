@@ -1,6 +1,5 @@
 import pytest
-from hypothesis import given
-from hypothesis import strategies as st
+from hypothesis import given, strategies as st
 
 from fivtui.model.parameters import Parameters
 from fivtui.model.slider_belt import Mode, State, accelerations

@@ -3,8 +3,7 @@ import sys
 
 import numpy as np
 import pytest
-from hypothesis import assume, example, given, settings
-from hypothesis import strategies as st
+from hypothesis import assume, example, given, settings, strategies as st
 
 from fivtui import Parameters, simulate
 from fivtui.model.errors import Cancelled, ComputationError, InputError

@@ -9,7 +9,6 @@ from fivtui.model.parameters import Parameters
 from fivtui.scene.presets import PRESETS
 from fivtui.scene.scene import Scene, load_scene
 from fivtui.simulation import simulate
-from fivtui.tui.session.scene_differences import base_scene
 from fivtui.tui.session.report import (
     remark,
     result_brief,
@@ -20,6 +19,7 @@ from fivtui.tui.session.report import (
 )
 from fivtui.tui.session.runs import MAX_RUNS, Outcome, Run, Runs, RunState, execute
 from fivtui.tui.session.sampling import sample_interval, sample_times
+from fivtui.tui.session.scene_differences import base_scene
 from fivtui.tui.session.session import Session
 from fivtui.tui.tabs.exports import (
     DATA,

@@ -3,8 +3,7 @@ import subprocess
 import sys
 
 import pytest
-from hypothesis import given
-from hypothesis import strategies as st
+from hypothesis import given, strategies as st
 
 from fivtui.model.errors import ComputationError, InputError
 from fivtui.model.parameters import PARAMETERS, Parameters

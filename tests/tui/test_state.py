@@ -22,10 +22,10 @@ from fivtui.tui.persistence.state_file import (
     state_path,
 )
 from fivtui.tui.session.comparison import change_rows, changes, engine_words, percent_text
-from fivtui.tui.session.scene_differences import base_scene
-from fivtui.tui.session.scenes_of_paper import paper_scenes
 from fivtui.tui.session.run_styles import usual_style
 from fivtui.tui.session.runs import MAX_RUNS, Outcome, Run, Runs, execute
+from fivtui.tui.session.scene_differences import base_scene
+from fivtui.tui.session.scenes_of_paper import paper_scenes
 from fivtui.tui.session.session import MOST_RECENT, Session
 
 SHORT = dataclasses.replace(base_scene(), t_end=10.0)

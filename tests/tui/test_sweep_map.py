@@ -20,8 +20,13 @@ from fivtui.tui.chart.axis import Axis
 from fivtui.tui.chart.chart import View, nearest
 from fivtui.tui.chart.picture import draw
 from fivtui.tui.chart.widget.chart_view import ChartView
-from fivtui.tui.tabs.charts.map import map_chart, map_request, point_words, values_in
-from fivtui.tui.tabs.charts.map import point_texts as map_point
+from fivtui.tui.tabs.charts.map import (
+    map_chart,
+    map_request,
+    point_texts as map_point,
+    point_words,
+    values_in,
+)
 from fivtui.tui.tabs.charts.sweep import (
     case_of,
     count_words,

@@ -1,1 +1,10 @@
 """The paper's statements, each held against the model."""
+
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    from .check import claims as claims
+else:
+    from fivtui.lazy import lazily
+
+    __getattr__, __dir__ = lazily(__name__)

@@ -4,10 +4,8 @@ import dataclasses
 from collections.abc import Mapping
 from typing import Final
 
-from fivtui.paper.data import FigureData
-from fivtui.paper.study import Study
-from fivtui.scene.presets import PRESETS
-from fivtui.scene.scene import Scene
+from fivtui.paper import FigureData, Study
+from fivtui.scene import PRESETS, Scene
 
 from .claim import Chapter, Finding, Quantity
 from .trends import crossing, falls, rises

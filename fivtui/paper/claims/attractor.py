@@ -4,13 +4,10 @@ import dataclasses
 from itertools import product
 from typing import Final
 
-from fivtui.equilibrium.eigenvalues import growth_rate
-from fivtui.model.parameters import Parameters
-from fivtui.model.slider_belt import equilibrium
-from fivtui.paper.study import Study
-from fivtui.paper.tables import critical_mu
-from fivtui.scene.presets import PRESETS
-from fivtui.scene.scene import Scene
+from fivtui.equilibrium import growth_rate
+from fivtui.model import Parameters, equilibrium
+from fivtui.paper import Study, critical_mu
+from fivtui.scene import PRESETS, Scene
 
 from .claim import Chapter, Finding, Quantity
 

@@ -3,11 +3,8 @@
 from collections.abc import Sequence
 from typing import Final
 
-from fivtui.model.errors import Cancelled
-from fivtui.model.parameters import unknown_name
-from fivtui.paper.amplitudes import Progress
-from fivtui.paper.families import PANELS
-from fivtui.paper.study import Study
+from fivtui.model import Cancelled, unknown_name
+from fivtui.paper import PANELS, Progress, Study
 
 from .amplitude import AMPLITUDES
 from .attractor import ATTRACTORS

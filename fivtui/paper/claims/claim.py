@@ -4,8 +4,8 @@ from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 from enum import StrEnum
 
-from fivtui.paper.study import Study
-from fivtui.scene.scene import Scene
+from fivtui.paper import Study
+from fivtui.scene import Scene
 
 
 class Verdict(StrEnum):

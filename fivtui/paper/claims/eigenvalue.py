@@ -4,11 +4,9 @@ from typing import Final
 
 import numpy as np
 
-from fivtui.equilibrium.eigenvalues import growth_rate, stability
-from fivtui.model.parameters import Parameters
-from fivtui.paper.data import FigureData
-from fivtui.paper.study import Study
-from fivtui.paper.tables import critical_mu, modes
+from fivtui.equilibrium import growth_rate, stability
+from fivtui.model import Parameters
+from fivtui.paper import FigureData, Study, critical_mu, modes
 
 from .claim import Chapter, Finding, Quantity
 from .trends import falls, rises

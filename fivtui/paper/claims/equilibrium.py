@@ -5,22 +5,20 @@ from typing import Final
 
 import numpy as np
 
-from fivtui.equilibrium.eigenvalues import stability
-from fivtui.model.parameters import Parameters
-from fivtui.model.slider_belt import (
+from fivtui.equilibrium import stability
+from fivtui.model import (
     Mode,
+    Parameters,
     contact_force,
     equilibrium,
     jacobian,
     static_start,
     tangent_stiffness,
 )
-from fivtui.paper.study import Study
-from fivtui.paper.tables import modes
-from fivtui.scene.presets import PRESETS
+from fivtui.paper import Study, modes
+from fivtui.scene import PRESETS
 from fivtui.simulation import simulate
-from fivtui.transient.files import trajectory_of
-from fivtui.transient.trajectory import Trajectory
+from fivtui.transient import Trajectory, trajectory_of
 
 from .claim import Chapter, Finding, Quantity
 

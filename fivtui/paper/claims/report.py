@@ -11,7 +11,7 @@ from rich.console import Console, Group
 from rich.table import Table
 from rich.text import Text
 
-from fivtui.console.printing import print_titled, terminal_width
+from fivtui.console import print_titled, terminal_width
 
 if TYPE_CHECKING:
     from .claim import CheckedClaim

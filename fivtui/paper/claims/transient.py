@@ -5,12 +5,10 @@ from typing import Final
 
 import numpy as np
 
-from fivtui.model.parameters import Parameters
-from fivtui.model.slider_belt import Mode, equilibrium, static_start
-from fivtui.paper.study import Study
-from fivtui.scene.presets import PRESETS
-from fivtui.transient.files import trajectory_of
-from fivtui.transient.result import Transient
+from fivtui.model import Mode, Parameters, equilibrium, static_start
+from fivtui.paper import Study
+from fivtui.scene import PRESETS
+from fivtui.transient import Transient, trajectory_of
 
 from .claim import Chapter, Finding, Quantity
 

@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from fivtui.paper.data import FloatArray
+from fivtui.paper import FloatArray
 
 
 def rises(values: FloatArray) -> bool:

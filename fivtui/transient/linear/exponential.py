@@ -15,10 +15,8 @@ from typing import Final
 import numpy as np
 from numpy.typing import NDArray
 
-from fivtui.model.errors import ComputationError
-from fivtui.model.parameters import Parameters
-from fivtui.model.slider_belt import Mode, State, jacobian
-from fivtui.taylor.stepper import overflow_error
+from fivtui.model import ComputationError, Mode, Parameters, State, jacobian
+from fivtui.taylor import overflow_error
 
 FloatArray = NDArray[np.float64]
 

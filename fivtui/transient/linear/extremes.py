@@ -10,7 +10,7 @@ from typing import Final
 import numpy as np
 from numpy.typing import NDArray
 
-from fivtui.model.errors import Cancelled, ComputationError
+from fivtui.model import Cancelled, ComputationError
 from fivtui.transient.extremes import Extremes
 
 from .exponential import DEGREE, LinearMotion

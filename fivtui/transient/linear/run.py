@@ -6,8 +6,7 @@ from typing import TYPE_CHECKING, Final
 import numpy as np
 from numpy.typing import NDArray
 
-from fivtui.model.errors import Cancelled, ComputationError
-from fivtui.model.slider_belt import Mode
+from fivtui.model import Cancelled, ComputationError, Mode
 from fivtui.transient.methods import Problem
 from fivtui.transient.recorder import Samples, sample_times
 from fivtui.transient.result import Stats, Transient, assemble

@@ -8,8 +8,7 @@ from typing import Final, Self
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from fivtui.model.errors import InputError
-from fivtui.model.numbers import parse_number
+from fivtui.model import InputError, parse_number
 
 from .plot_data import axis_limits, round_ticks, tick_labels
 

@@ -8,17 +8,11 @@ from functools import partial
 
 from textual.command import DiscoveryHit, Hit, Hits, Provider
 
-from fivtui.model.errors import InputError
-from fivtui.scene.presets import PRESETS
-from fivtui.scene.scene import Scene
-from fivtui.tui.persistence.slots import Slot
-from fivtui.tui.persistence.state_file import load_state
-from fivtui.tui.session.fields import FIELDS
-from fivtui.tui.session.scenes_of_paper import paper_scenes
-from fivtui.tui.session.runs import FMU_ENGINE, Run
-from fivtui.tui.tabs.exports import KINDS
-from fivtui.tui.tabs.messages import FieldEdited, RunActed, SceneLoaded, SessionAsked
-from fivtui.tui.tabs.tabs import TABS
+from fivtui.model import InputError
+from fivtui.scene import PRESETS, Scene
+from fivtui.tui.persistence import Slot, load_state
+from fivtui.tui.session import FIELDS, FMU_ENGINE, Run, paper_scenes
+from fivtui.tui.tabs import KINDS, TABS, FieldEdited, RunActed, SceneLoaded, SessionAsked
 
 from .screen import LabScreen
 

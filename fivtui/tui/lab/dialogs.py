@@ -13,9 +13,9 @@ from textual.containers import Horizontal, Vertical, VerticalScroll
 from textual.screen import ModalScreen
 from textual.widgets import Button, Input, Label, Static
 
-from fivtui.model.errors import InputError
-from fivtui.tui.session.report import Row
-from fivtui.tui.tabs.table import grid
+from fivtui.model import InputError
+from fivtui.tui.session import Row
+from fivtui.tui.tabs import grid
 
 
 @dataclass(frozen=True, slots=True)

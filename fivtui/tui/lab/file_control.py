@@ -6,20 +6,22 @@ from typing import Final
 from textual.message import Message
 from textual.screen import Screen
 
-from fivtui.io.files import check_apart
-from fivtui.model.errors import InputError
-from fivtui.scene.scene import Scene, load_scene, scene_file
-from fivtui.tui.persistence.imports import RUN, check_readable, kind_of, load_run, load_study
-from fivtui.tui.session.session import Session
-from fivtui.tui.session.shown import Shown
-from fivtui.tui.tabs.exports import Export, check_scene_path, save_scene_as, write_export
-from fivtui.tui.tabs.messages import (
+from fivtui.io import check_apart
+from fivtui.model import InputError
+from fivtui.scene import Scene, load_scene, scene_file
+from fivtui.tui.persistence import RUN, check_readable, kind_of, load_run, load_study
+from fivtui.tui.session import Session, Shown
+from fivtui.tui.tabs import (
+    Export,
     ExportEnded,
     Reported,
     RunRead,
     SceneLoaded,
     SceneSaved,
     StudyRead,
+    check_scene_path,
+    save_scene_as,
+    write_export,
 )
 
 from .dialogs import PathDialog, Target

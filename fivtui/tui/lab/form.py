@@ -17,8 +17,8 @@ from textual.layout import ArrangeResult, Layout, WidgetPlacement
 from textual.widget import Widget
 from textual.widgets import Checkbox, Input, Label, Select, Static
 
-from fivtui.tui.session.fields import CONSIDERED, FIELDS, IGNORED, Field
-from fivtui.tui.tabs.messages import FieldEdited, FieldFocused, FieldNudged
+from fivtui.tui.session import CONSIDERED, FIELDS, IGNORED, Field
+from fivtui.tui.tabs import FieldEdited, FieldFocused, FieldNudged
 
 
 class TextEditor(Input):

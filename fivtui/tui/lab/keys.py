@@ -4,7 +4,7 @@ from typing import Final
 
 from textual.binding import Binding
 
-from fivtui.tui.tabs.tabs import TABS
+from fivtui.tui.tabs import TABS
 
 LAB_KEYS: Final = (
     Binding("f5,ctrl+r", "run", "Run", key_display="F5"),

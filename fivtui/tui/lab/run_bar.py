@@ -5,9 +5,8 @@ from textual.app import ComposeResult
 from textual.containers import Horizontal
 from textual.widgets import Button, ProgressBar, Static
 
-from fivtui.tui.session.jobs import progress_words
-from fivtui.tui.session.runs import FMU_ENGINE, Run, RunState
-from fivtui.tui.tabs.messages import RunAsked
+from fivtui.tui.session import FMU_ENGINE, Run, RunState, progress_words
+from fivtui.tui.tabs import RunAsked
 
 
 class RunBar(Horizontal):

@@ -7,13 +7,19 @@ from textual.message import Message
 from textual.screen import Screen
 from textual.worker import Worker, WorkerState
 
-from fivtui.model.errors import InputError
-from fivtui.scene.scene import Scene
-from fivtui.tui.session.comparison import engine_words
-from fivtui.tui.session.report import result_brief
-from fivtui.tui.session.runs import FMU_ENGINE, MAX_RUNS, Outcome, Run, execute
-from fivtui.tui.session.session import Session
-from fivtui.tui.tabs.messages import Reported, RunActed, RunEnded, RunRead, RunsChanged, SceneLoaded
+from fivtui.model import InputError
+from fivtui.scene import Scene
+from fivtui.tui.session import (
+    FMU_ENGINE,
+    MAX_RUNS,
+    Outcome,
+    Run,
+    Session,
+    engine_words,
+    execute,
+    result_brief,
+)
+from fivtui.tui.tabs import Reported, RunActed, RunEnded, RunRead, RunsChanged, SceneLoaded
 
 _GROUP: Final = "transient"
 

@@ -11,12 +11,17 @@ from textual.containers import Vertical
 from textual.coordinate import Coordinate
 from textual.widgets import DataTable
 
-from fivtui.tui.session.comparison import changes, percent_text
-from fivtui.tui.session.scene_differences import base_scene, differences
-from fivtui.tui.session.report import SECOND_HALF, quantity
-from fivtui.tui.session.runs import Run, Runs
-from fivtui.tui.tabs.list_table import ListTable
-from fivtui.tui.tabs.messages import RunActed
+from fivtui.tui.session import (
+    SECOND_HALF,
+    Run,
+    Runs,
+    base_scene,
+    changes,
+    differences,
+    percent_text,
+    quantity,
+)
+from fivtui.tui.tabs import ListTable, RunActed
 
 _COLUMNS: Final = (
     "run",

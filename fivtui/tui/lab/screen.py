@@ -15,20 +15,17 @@ from textual.screen import Screen
 from textual.widgets import Static
 from textual.worker import Worker, WorkerState
 
-from fivtui.model.errors import ComputationError, InputError
-from fivtui.scene.presets import PRESETS
-from fivtui.tui.persistence.slots import Slot
-from fivtui.tui.persistence.snapshot import take_back
-from fivtui.tui.session.jobs import PRECEDENCE
-from fivtui.tui.session.report import stability_brief, verdict, verdict_kind
-from fivtui.tui.session.session import Session
-from fivtui.tui.session.shown import CHARTS
-from fivtui.tui.tabs.book import TabBook
-from fivtui.tui.tabs.messages import (
+from fivtui.model import ComputationError, InputError
+from fivtui.scene import PRESETS
+from fivtui.tui.persistence import Slot, take_back
+from fivtui.tui.session import CHARTS, PRECEDENCE, Session, stability_brief, verdict, verdict_kind
+from fivtui.tui.tabs import (
+    TABS,
     ExportEnded,
     FieldEdited,
     FieldFocused,
     FieldNudged,
+    Pane,
     PointOpened,
     Reported,
     ResultsRestored,
@@ -41,9 +38,8 @@ from fivtui.tui.tabs.messages import (
     SceneSaved,
     Searched,
     StudyRead,
+    TabBook,
 )
-from fivtui.tui.tabs.pane import Pane
-from fivtui.tui.tabs.tabs import TABS
 
 from .form import Form, field_of
 from .key_bar import KeyBar
@@ -425,7 +421,7 @@ class LabScreen(Screen[None]):
 
     def action_help(self) -> None:
         """Show help on the focused field, or general help."""
-        from fivtui.tui.session.help import field_help, general_help
+        from fivtui.tui.session import field_help, general_help
 
         from .dialogs import HelpDialog
 

@@ -6,14 +6,12 @@ from typing import TYPE_CHECKING, Final
 from textual.screen import Screen
 from textual.timer import Timer
 
-from fivtui.model.errors import Cancelled, ComputationError
-from fivtui.model.parameters import Parameters
-from fivtui.tui.session.jobs import Job
-from fivtui.tui.session.report import Beside
-from fivtui.tui.tabs.messages import Searched
+from fivtui.model import Cancelled, ComputationError, Parameters
+from fivtui.tui.session import Beside, Job
+from fivtui.tui.tabs import Searched
 
 if TYPE_CHECKING:
-    from fivtui.orbits.attractor_search import Coexistence
+    from fivtui.orbits import Coexistence
 
 # Delay of a search after the last edit, s.
 _PAUSE: Final = 0.5
@@ -70,7 +68,7 @@ class SearchDesk:
             self._screen.post_message(Searched(job, found, done=done))
 
         def search() -> None:
-            from fivtui.orbits.attractor_search import coexistence
+            from fivtui.orbits import coexistence
 
             try:
                 found = coexistence(p, separation=separation, progress=job.report, found=tell)
@@ -92,8 +90,7 @@ class SearchDesk:
         if event.found is None:
             beside = Beside(f"limit cycles not searched: {event.error}", done=True)
         else:
-            from fivtui.orbits.files import warning_of
-            from fivtui.orbits.words import coexistence_words
+            from fivtui.orbits import coexistence_words, warning_of
 
             note = warning_of(event.found) if event.done else None
             beside = Beside(

@@ -1,1 +1,20 @@
 """Saves and restores sessions. Imports no Textual."""
+
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    from .autosave import Keeper as Keeper
+    from .imports import (
+        RUN as RUN,
+        check_readable as check_readable,
+        kind_of as kind_of,
+        load_run as load_run,
+        load_study as load_study,
+    )
+    from .slots import Slot as Slot
+    from .snapshot import bring_back as bring_back, state_of as state_of, take_back as take_back
+    from .state_file import State as State, load_state as load_state, state_path as state_path
+else:
+    from fivtui.lazy import lazily
+
+    __getattr__, __dir__ = lazily(__name__)

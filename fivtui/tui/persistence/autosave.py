@@ -6,8 +6,8 @@ from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from fivtui.model.errors import InputError
-from fivtui.tui.session.shown import KeptFile
+from fivtui.model import InputError
+from fivtui.tui.session import KeptFile
 
 from .slots import Slot, claim, hold, kept_slots, slot_of
 from .state_file import DamagedSession, State, load_state, put_aside, save_state

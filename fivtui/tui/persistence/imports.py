@@ -7,17 +7,21 @@ from typing import Any, Final
 
 import numpy as np
 
-from fivtui.io.column_files import read_provenance
-from fivtui.io.formats import FORMATS
-from fivtui.io.reading import check_regular, is_folder, read_bytes
-from fivtui.model.errors import InputError
-from fivtui.model.parameters import Parameters
-from fivtui.model.slider_belt import Mode
-from fivtui.scene.scene import Scene
-from fivtui.transient.files import load_trajectory
-from fivtui.transient.methods import takes_step
-from fivtui.transient.result import ContactForce, Events, FinalState, Peak, Stats, Steady, Transient
-from fivtui.transient.trajectory import Trajectory
+from fivtui.io import FORMATS, check_regular, is_folder, read_bytes, read_provenance
+from fivtui.model import InputError, Mode, Parameters
+from fivtui.scene import Scene
+from fivtui.transient import (
+    ContactForce,
+    Events,
+    FinalState,
+    Peak,
+    Stats,
+    Steady,
+    Trajectory,
+    Transient,
+    load_trajectory,
+    takes_step,
+)
 
 RUN: Final = "run"
 SWEEP: Final = "sweep"
@@ -92,8 +96,8 @@ def load_study(kind: str, path: Path) -> Any:
 
 
 def _read_sweep(path: Path) -> Any:
-    from fivtui.sweeps.files import read_sweep
-    from fivtui.tui.session.shown import check_drawable
+    from fivtui.sweeps import read_sweep
+    from fivtui.tui.session import check_drawable
 
     result = read_sweep(path)
     try:
@@ -104,13 +108,13 @@ def _read_sweep(path: Path) -> Any:
 
 
 def _read_map(path: Path) -> Any:
-    from fivtui.equilibrium.files import load_map
+    from fivtui.equilibrium import load_map
 
     return load_map(path)
 
 
 def _read_tradeoff(path: Path) -> Any:
-    from fivtui.tradeoffs.files import load_tradeoff
+    from fivtui.tradeoffs import load_tradeoff
 
     return load_tradeoff(path)
 

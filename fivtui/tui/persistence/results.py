@@ -8,9 +8,8 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, Final
 
-from fivtui.model.errors import ComputationError, InputError
-from fivtui.tui.session.runs import Run
-from fivtui.tui.session.shown import KeptFile, Shown
+from fivtui.model import ComputationError, InputError
+from fivtui.tui.session import KeptFile, Run, Shown
 
 from .imports import MAP, SWEEP, TRADEOFF
 from .state_file import put_aside
@@ -173,7 +172,7 @@ def _load_run(path: Path) -> Any:
 
 
 def _save_sweep(value: Any, path: Path) -> None:
-    from fivtui.sweeps.files import save_sweep
+    from fivtui.sweeps import save_sweep
 
     if len(value.table.reasons) < value.study.members:
         raise _NotKept("it is not complete")
@@ -181,32 +180,32 @@ def _save_sweep(value: Any, path: Path) -> None:
 
 
 def _load_sweep(path: Path) -> Any:
-    from fivtui.sweeps.files import read_sweep
+    from fivtui.sweeps import read_sweep
 
     return read_sweep(path)
 
 
 def _save_map(value: Any, path: Path) -> None:
-    from fivtui.equilibrium.files import save_map
+    from fivtui.equilibrium import save_map
 
     save_map(value, path)
 
 
 def _load_map(path: Path) -> Any:
-    from fivtui.equilibrium.files import load_map
+    from fivtui.equilibrium import load_map
 
     return load_map(path)
 
 
 def _save_tradeoff(value: Any, path: Path) -> None:
-    from fivtui.io.files import save_json
-    from fivtui.tradeoffs.files import tradeoff_to_dict
+    from fivtui.io import save_json
+    from fivtui.tradeoffs import tradeoff_to_dict
 
     save_json(tradeoff_to_dict(value), path)
 
 
 def _load_tradeoff(path: Path) -> Any:
-    from fivtui.tradeoffs.files import load_tradeoff
+    from fivtui.tradeoffs import load_tradeoff
 
     return load_tradeoff(path)
 

@@ -7,14 +7,20 @@ from typing import Any, BinaryIO, Final
 
 import numpy as np
 
-from fivtui.io.files import write_atomically
-from fivtui.model.columns import COLUMNS
-from fivtui.model.errors import InputError
-from fivtui.model.parameters import Parameters
-from fivtui.model.slider_belt import Mode
-from fivtui.transient.files import trajectory_of, transient_to_dict
-from fivtui.transient.result import ContactForce, Events, FinalState, Peak, Stats, Steady, Transient
-from fivtui.transient.trajectory import Trajectory
+from fivtui.io import write_atomically
+from fivtui.model import COLUMNS, InputError, Mode, Parameters
+from fivtui.transient import (
+    ContactForce,
+    Events,
+    FinalState,
+    Peak,
+    Stats,
+    Steady,
+    Trajectory,
+    Transient,
+    trajectory_of,
+    transient_to_dict,
+)
 
 _SAID: Final = "transient"
 _SWITCHES: Final = "switch_times"

@@ -9,8 +9,8 @@ from itertools import count
 from pathlib import Path
 from typing import Final
 
-from fivtui.io.locks import Locked, locked
-from fivtui.model.errors import InputError
+from fivtui.io import Locked, locked
+from fivtui.model import InputError
 
 _HOLDER: Final = "another fivtui"
 # Temporary files of `fivtui.io.files`.

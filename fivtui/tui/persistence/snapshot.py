@@ -4,10 +4,7 @@ import dataclasses
 from collections.abc import Mapping
 from typing import Any, Final
 
-from fivtui.tui.session.run_styles import RunStyle
-from fivtui.tui.session.runs import Run, RunState
-from fivtui.tui.session.session import Session
-from fivtui.tui.session.shown import KeptFile
+from fivtui.tui.session import KeptFile, Run, RunState, RunStyle, Session
 
 from .state_file import KeptRun, KeptRuns, State
 

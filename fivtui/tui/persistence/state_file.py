@@ -9,15 +9,11 @@ from dataclasses import asdict, dataclass, field
 from pathlib import Path
 from typing import Any, Final
 
-from fivtui.io.files import save_json
-from fivtui.model.errors import InputError
-from fivtui.scene.scene import Scene, scene_from_dict, scene_to_dict
-from fivtui.tui.chart.axis import Axis
-from fivtui.tui.chart.chart import View
-from fivtui.tui.session.fields import FIELDS
-from fivtui.tui.session.history import Edited
-from fivtui.tui.session.runs import RunState
-from fivtui.tui.session.shown import KeptFile
+from fivtui.io import save_json
+from fivtui.model import InputError
+from fivtui.scene import Scene, scene_from_dict, scene_to_dict
+from fivtui.tui.chart import Axis, View
+from fivtui.tui.session import FIELDS, Edited, KeptFile, RunState
 
 STATE_VERSION: Final = 2
 _VERSION_KEY: Final = "fivtui_session"

@@ -1,1 +1,66 @@
 """The state of the laboratory without its screen. Imports no Textual."""
+
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    from .command_lines import (
+        CLAIMS_LINE as CLAIMS_LINE,
+        figure_line as figure_line,
+        map_line as map_line,
+        stability_line as stability_line,
+        sweep_line as sweep_line,
+        tradeoff_line as tradeoff_line,
+        transient_line as transient_line,
+    )
+    from .comparison import (
+        change_rows as change_rows,
+        changes as changes,
+        engine_words as engine_words,
+        percent_text as percent_text,
+    )
+    from .fields import (
+        CONSIDERED as CONSIDERED,
+        FIELDS as FIELDS,
+        IGNORED as IGNORED,
+        Field as Field,
+    )
+    from .help import field_help as field_help, general_help as general_help
+    from .history import Edited as Edited
+    from .jobs import PRECEDENCE as PRECEDENCE, Job as Job, progress_words as progress_words
+    from .report import (
+        SECOND_HALF as SECOND_HALF,
+        Beside as Beside,
+        Row as Row,
+        quantity as quantity,
+        remark as remark,
+        result_brief as result_brief,
+        result_rows as result_rows,
+        stability_brief as stability_brief,
+        stability_rows as stability_rows,
+        verdict as verdict,
+        verdict_kind as verdict_kind,
+    )
+    from .run_styles import COLOURS as COLOURS, RunStyle as RunStyle
+    from .runs import (
+        FMU_ENGINE as FMU_ENGINE,
+        MAX_RUNS as MAX_RUNS,
+        Outcome as Outcome,
+        Run as Run,
+        Runs as Runs,
+        RunState as RunState,
+        execute as execute,
+    )
+    from .scene_differences import base_scene as base_scene, differences as differences
+    from .scenes_of_paper import paper_scenes as paper_scenes
+    from .session import Session as Session
+    from .shown import (
+        CHARTS as CHARTS,
+        KeptFile as KeptFile,
+        Shown as Shown,
+        check_drawable as check_drawable,
+    )
+    from .steps import number_text as number_text
+else:
+    from fivtui.lazy import lazily
+
+    __getattr__, __dir__ = lazily(__name__)

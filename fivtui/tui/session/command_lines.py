@@ -8,17 +8,15 @@ from typing import TYPE_CHECKING, Final
 import numpy as np
 from numpy.typing import NDArray
 
-from fivtui.model.errors import InputError
-from fivtui.model.parameters import PARAMETERS
-from fivtui.scene.scene import Scene
+from fivtui.model import PARAMETERS, InputError
+from fivtui.scene import Scene
 
 from .scene_differences import base_scene, differences
 from .steps import number_text
 
 if TYPE_CHECKING:
-    from fivtui.equilibrium.map import StabilityMap
-    from fivtui.sweeps.design import Axis
-    from fivtui.sweeps.study import Study
+    from fivtui.equilibrium import StabilityMap
+    from fivtui.sweeps import Axis, Study
 
 _PHYSICS: Final = (*PARAMETERS, "separation")
 _MOTION: Final = (*_PHYSICS, "start", "t_end")
@@ -93,7 +91,7 @@ def _range_text(name: str, values: NDArray[np.float64]) -> str:
 
 def sweep_line(study: "Study", origin: Origin) -> str:
     """The command that computes a sweep."""
-    from fivtui.sweeps.study import DEFAULT_OUTPUTS
+    from fivtui.sweeps import DEFAULT_OUTPUTS
 
     design, both = study.design, len(study.cases) > 1
     scene = dataclasses.replace(
@@ -124,7 +122,7 @@ def sweep_line(study: "Study", origin: Origin) -> str:
 
 
 def _axis_text(axis: "Axis") -> str:
-    from fivtui.sweeps.design import Range
+    from fivtui.sweeps import Range
 
     if not isinstance(axis, Range):
         return ",".join(map(number_text, axis))

@@ -6,7 +6,7 @@ from typing import Final
 
 import numpy as np
 
-from fivtui.transient.result import Transient
+from fivtui.transient import Transient
 
 from .report import SECOND_HALF, Row, quantity
 

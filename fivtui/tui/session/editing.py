@@ -1,10 +1,10 @@
 """Edited field texts of a scene, with undo. Imports no Textual."""
 
-from fivtui.scene.scene import Scene
+from fivtui.scene import Scene
 
-from .scene_differences import base_scene
 from .fields import FIELDS
 from .history import Edited, History
+from .scene_differences import base_scene
 
 
 def _edited(scene: Scene, source: str) -> Edited:

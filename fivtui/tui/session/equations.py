@@ -4,7 +4,7 @@ import re
 from dataclasses import dataclass
 from typing import Final
 
-from fivtui.model.parameters import ParameterSpec
+from fivtui.model import ParameterSpec
 
 
 @dataclass(frozen=True, slots=True)

@@ -4,25 +4,26 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from typing import Final
 
-from fivtui.model.errors import InputError
-from fivtui.model.numbers import parse_number
-from fivtui.model.parameters import (
+from fivtui.model import (
     PARAMETERS,
+    InputError,
     Parameters,
     ParameterSpec,
+    parse_number,
     unknown_name,
 )
-from fivtui.scene.scene import Accuracy, Scene
+from fivtui.scene import Accuracy, Scene
 from fivtui.simulation import ALL_METHODS
-from fivtui.transient.errors import QUANTITIES, check_accuracy
-from fivtui.transient.request import (
+from fivtui.transient import (
     DEFAULT_T_END,
     DEFAULT_TOL,
     MAX_T_END,
+    QUANTITIES,
     START_FORM,
     T_END_INTERVAL,
     TOL_INTERVAL,
     Start,
+    check_accuracy,
     check_horizon,
     check_tolerance,
     make_problem,

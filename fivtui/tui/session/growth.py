@@ -1,6 +1,6 @@
 """The trajectory of a run in progress. Imports no Textual."""
 
-from fivtui.transient.trajectory import Trajectory
+from fivtui.transient import Trajectory
 
 
 class Growth:

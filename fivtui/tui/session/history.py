@@ -4,7 +4,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Final
 
-from fivtui.scene.scene import Scene
+from fivtui.scene import Scene
 
 _MOST: Final = 1000
 

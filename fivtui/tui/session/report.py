@@ -6,11 +6,10 @@ from typing import Final
 
 import numpy as np
 
-from fivtui.equilibrium.eigenvalues import Stability
-from fivtui.model.parameters import Parameters
-from fivtui.model.slider_belt import Mode
-from fivtui.orbits.words import SEARCHING
-from fivtui.transient.result import Transient
+from fivtui.equilibrium import Stability
+from fivtui.model import Mode, Parameters
+from fivtui.orbits import SEARCHING
+from fivtui.transient import Transient
 
 # Growth rates below this part of the largest eigenvalue count as zero.
 _NEUTRAL: Final = 1e-9

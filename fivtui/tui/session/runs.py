@@ -7,11 +7,9 @@ from dataclasses import dataclass, field
 from enum import Enum
 from typing import Final
 
-from fivtui.model.errors import Cancelled, ComputationError, InputError
-from fivtui.scene.run import scene_transient
-from fivtui.scene.scene import Scene
-from fivtui.transient.methods import takes_step
-from fivtui.transient.result import Transient
+from fivtui.model import Cancelled, ComputationError, InputError
+from fivtui.scene import Scene, scene_transient
+from fivtui.transient import Transient, takes_step
 
 from .growth import Growth
 from .jobs import PRECEDENCE

@@ -7,9 +7,8 @@ from typing import Final
 import numpy as np
 from numpy.typing import NDArray
 
-from fivtui.model.errors import ComputationError
-from fivtui.model.slider_belt import equilibrium, tangent_stiffness
-from fivtui.scene.scene import Scene
+from fivtui.model import ComputationError, equilibrium, tangent_stiffness
+from fivtui.scene import Scene
 
 _PER_PERIOD: Final = 64
 _FEWEST: Final = 1000

@@ -2,9 +2,8 @@
 
 from dataclasses import dataclass
 
-from fivtui.model.parameters import PARAMETERS
-from fivtui.scene.presets import DEFAULT_PRESET, PRESETS
-from fivtui.scene.scene import Scene
+from fivtui.model import PARAMETERS
+from fivtui.scene import DEFAULT_PRESET, PRESETS, Scene
 
 from .fields import CONSIDERED, FIELDS
 

@@ -3,9 +3,9 @@
 import dataclasses
 from collections.abc import Iterator
 
-from fivtui.model.parameters import PARAMETERS
-from fivtui.paper.families import PANELS, SEPARATION
-from fivtui.scene.scene import Scene
+from fivtui.model import PARAMETERS
+from fivtui.paper import PANELS, SEPARATION
+from fivtui.scene import Scene
 
 
 def paper_scenes() -> Iterator[tuple[Scene, str]]:

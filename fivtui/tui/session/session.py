@@ -4,19 +4,17 @@ import dataclasses
 from pathlib import Path
 from typing import TYPE_CHECKING, Final, cast
 
-from fivtui.equilibrium.eigenvalues import Stability, stability
-from fivtui.model.errors import InputError
-from fivtui.model.parameters import PARAMETERS, Parameters
-from fivtui.scene.scene import Accuracy, Scene
-from fivtui.transient.methods import METHODS, takes_step
-from fivtui.transient.request import Start
-from fivtui.tui.chart.chart import View
+from fivtui.equilibrium import Stability, stability
+from fivtui.model import PARAMETERS, InputError, Parameters
+from fivtui.scene import Accuracy, Scene
+from fivtui.transient import METHODS, Start, takes_step
+from fivtui.tui.chart import View
 
-from .scene_differences import differences
 from .editing import Editing
 from .fields import CONSIDERED, FIELDS
 from .report import Beside
 from .runs import FMU_ENGINE, FMU_METHOD, Run, Runs, engine_of
+from .scene_differences import differences
 from .shown import Studies
 from .steps import number_text
 

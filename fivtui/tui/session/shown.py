@@ -3,13 +3,12 @@
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, Final, Generic, TypeVar
 
-from fivtui.model.errors import InputError
+from fivtui.model import InputError
 
 if TYPE_CHECKING:
-    from fivtui.equilibrium.map import StabilityMap
-    from fivtui.sweeps.run import Sweep
-    from fivtui.sweeps.study import Study
-    from fivtui.tradeoffs.measure import Tradeoff
+    from fivtui.equilibrium import StabilityMap
+    from fivtui.sweeps import Study, Sweep
+    from fivtui.tradeoffs import Tradeoff
 
 T = TypeVar("T")
 

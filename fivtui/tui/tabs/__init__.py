@@ -1,1 +1,40 @@
 """The tabs of the laboratory."""
+
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    from .book import TabBook as TabBook
+    from .exports import (
+        KINDS as KINDS,
+        Export as Export,
+        check_scene_path as check_scene_path,
+        save_scene_as as save_scene_as,
+        write_export as write_export,
+    )
+    from .list_table import ListTable as ListTable
+    from .messages import (
+        ExportEnded as ExportEnded,
+        FieldEdited as FieldEdited,
+        FieldFocused as FieldFocused,
+        FieldNudged as FieldNudged,
+        PointOpened as PointOpened,
+        Reported as Reported,
+        ResultsRestored as ResultsRestored,
+        RunActed as RunActed,
+        RunAsked as RunAsked,
+        RunEnded as RunEnded,
+        RunRead as RunRead,
+        RunsChanged as RunsChanged,
+        SceneLoaded as SceneLoaded,
+        SceneSaved as SceneSaved,
+        Searched as Searched,
+        SessionAsked as SessionAsked,
+        StudyRead as StudyRead,
+    )
+    from .pane import Pane as Pane
+    from .table import grid as grid
+    from .tabs import TABS as TABS
+else:
+    from fivtui.lazy import lazily
+
+    __getattr__, __dir__ = lazily(__name__)

@@ -9,7 +9,7 @@ from textual.content import Content
 from textual.events import Resize
 from textual.widgets import Button, Input, TabbedContent, TabPane
 
-from fivtui.tui.session.session import Session
+from fivtui.tui.session import Session
 
 from .pane import Pane
 from .tabs import TabSpec

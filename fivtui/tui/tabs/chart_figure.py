@@ -10,13 +10,11 @@ from matplotlib.axes import Axes
 from matplotlib.colors import ListedColormap, TwoSlopeNorm
 from matplotlib.figure import Figure
 
-from fivtui.io.files import write_atomically
-from fivtui.io.formats import columns_format
-from fivtui.model.columns import Column
+from fivtui.io import columns_format, write_atomically
+from fivtui.model import Column
 from fivtui.plotting import STYLE, WIDTH, new_figure
-from fivtui.tui.chart.axis import Axis
-from fivtui.tui.chart.chart import Backdrop, Chart, Guide, Seen, Trace, View, reduced
-from fivtui.tui.session.run_styles import COLOURS
+from fivtui.tui.chart import Axis, Backdrop, Chart, Guide, Seen, Trace, View, reduced
+from fivtui.tui.session import COLOURS
 from fivtui.version import __version__
 
 # Markers per line, and columns that a long line is reduced to (several per pixel).

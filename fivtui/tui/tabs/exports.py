@@ -6,17 +6,16 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Final
 
-from fivtui.io.files import check_output, check_suffix, save_json
-from fivtui.io.formats import FORMATS
-from fivtui.model.errors import ComputationError, InputError
-from fivtui.scene.scene import Scene, save_scene
-from fivtui.tui.session.runs import Run
+from fivtui.io import FORMATS, check_output, check_suffix, save_json
+from fivtui.model import ComputationError, InputError
+from fivtui.scene import Scene, save_scene
+from fivtui.tui.session import Run
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
-    from fivtui.transient.result import Transient
-    from fivtui.tui.chart.chart import Seen
+    from fivtui.transient import Transient
+    from fivtui.tui.chart import Seen
 
 FIGURE: Final = "figure"
 DATA: Final = "data"
@@ -146,7 +145,7 @@ def run_export(what: str, run: Run | None) -> Export:
         return figure_export(of, stem, lambda: _run_figure(result))
 
     def write(path: Path, force: bool) -> None:
-        from fivtui.transient.files import save_trajectory
+        from fivtui.transient import save_trajectory
 
         save_trajectory(result, path, force=force)
 
@@ -154,7 +153,7 @@ def run_export(what: str, run: Run | None) -> Export:
 
 
 def _run_figure(result: "Transient") -> "Figure":
-    from fivtui.transient.figure import transient_figure
+    from fivtui.transient import transient_figure
 
     return transient_figure([result])
 

@@ -11,9 +11,8 @@ from textual.message import Message
 from textual.widgets import Button, ProgressBar, Static
 from textual.worker import Worker, WorkerState
 
-from fivtui.model.errors import Cancelled, ComputationError, InputError
-from fivtui.tui.session.jobs import PRECEDENCE, Job
-from fivtui.tui.session.session import Session
+from fivtui.model import Cancelled, ComputationError, InputError
+from fivtui.tui.session import PRECEDENCE, Job, Session
 
 from .messages import Reported
 from .views_pane import ViewsPane

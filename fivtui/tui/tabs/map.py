@@ -9,12 +9,9 @@ from textual.containers import Vertical
 from textual.timer import Timer
 from textual.widgets import Button, Input
 
-from fivtui.model.errors import InputError
-from fivtui.model.parameters import Parameters
-from fivtui.tui.chart.widget.chart_view import ChartView
-from fivtui.tui.session.command_lines import map_line
-from fivtui.tui.session.jobs import Job
-from fivtui.tui.session.session import Session
+from fivtui.model import InputError, Parameters
+from fivtui.tui.chart import ChartView
+from fivtui.tui.session import Job, Session, map_line
 
 from .charts.map import (
     EXAMPLE,
@@ -32,7 +29,7 @@ from .messages import PointOpened
 from .study_exports import map_export
 
 if TYPE_CHECKING:
-    from fivtui.equilibrium.map import StabilityMap
+    from fivtui.equilibrium import StabilityMap
 
 _PREFIX: Final = "value-"
 _VALUE: Final = "value"
@@ -129,7 +126,7 @@ class MapPane(JobPane):
         value, separation = self._value, self.session.separation
 
         def compute(job: Job) -> "StabilityMap":
-            from fivtui.equilibrium.map import stability_map
+            from fivtui.equilibrium import stability_map
 
             return stability_map(p, over, value, separation=separation, progress=job.report)
 

@@ -6,14 +6,12 @@ from typing import TYPE_CHECKING, Any
 
 from textual.message import Message
 
-from fivtui.scene.scene import Scene
-from fivtui.transient.result import Transient
-from fivtui.tui.session.jobs import Job
-from fivtui.tui.session.runs import Outcome, Run
-from fivtui.tui.session.shown import Shown
+from fivtui.scene import Scene
+from fivtui.transient import Transient
+from fivtui.tui.session import Job, Outcome, Run, Shown
 
 if TYPE_CHECKING:
-    from fivtui.orbits.attractor_search import Coexistence
+    from fivtui.orbits import Coexistence
 
 
 @dataclass

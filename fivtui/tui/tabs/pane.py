@@ -4,8 +4,7 @@ from typing import TYPE_CHECKING, ClassVar
 
 from textual.containers import Vertical
 
-from fivtui.tui.session.runs import Run
-from fivtui.tui.session.session import Session
+from fivtui.tui.session import Run, Session
 
 if TYPE_CHECKING:
     from .exports import Export
@@ -78,7 +77,7 @@ class Pane(Vertical):
         InputError
            If a field is invalid, or no command can compute this.
         """
-        from fivtui.tui.session.command_lines import transient_line
+        from fivtui.tui.session import transient_line
 
         run = self.session.runs.shown
         scene = self.session.scene() if run is None else run.scene

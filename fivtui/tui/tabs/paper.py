@@ -9,11 +9,9 @@ from textual.binding import Binding, BindingType
 from textual.containers import Vertical
 from textual.widgets import DataTable, Static
 
-from fivtui.model.errors import Cancelled, InputError
-from fivtui.tui.chart.widget.chart_view import ChartView
-from fivtui.tui.session.command_lines import CLAIMS_LINE, figure_line
-from fivtui.tui.session.jobs import Job
-from fivtui.tui.session.session import Session
+from fivtui.model import Cancelled, InputError
+from fivtui.tui.chart import ChartView
+from fivtui.tui.session import CLAIMS_LINE, Job, Session, figure_line
 
 from .exports import DATA, FIGURE, KINDS, Export, as_seen
 from .job_pane import JobPane
@@ -22,9 +20,7 @@ from .messages import RunAsked, SceneLoaded
 from .study_exports import claims_export, paper_export
 
 if TYPE_CHECKING:
-    from fivtui.paper.claims.claim import CheckedClaim
-    from fivtui.paper.data import FigureData
-    from fivtui.paper.study import Study
+    from fivtui.paper import CheckedClaim, FigureData, Study
 
 
 _SHOWN: Final = "figure"
@@ -72,7 +68,7 @@ class PaperPane(JobPane):
         self.call_later(self._restore)
 
     def _restore(self) -> None:
-        from fivtui.paper.families import PANELS
+        from fivtui.paper import PANELS
 
         if self._shown not in PANELS:
             self._shown = ""
@@ -82,7 +78,7 @@ class PaperPane(JobPane):
 
     def _source(self) -> "Study":
         # Figures and claims share computed results.
-        from fivtui.paper.study import Study
+        from fivtui.paper import Study
 
         if self._study is None:
             self._study = Study()
@@ -100,7 +96,7 @@ class PaperPane(JobPane):
             self._draw_figure()
 
     def _list_figures(self) -> None:
-        from fivtui.paper.families import PANELS
+        from fivtui.paper import PANELS
 
         from .charts.paper import FIGURE_COLUMNS, figure_rows
 
@@ -108,7 +104,7 @@ class PaperPane(JobPane):
         self.query_one("#figures", _Table).fill(FIGURE_COLUMNS, rows)
 
     def _list_claims(self) -> None:
-        from fivtui.paper.claims.check import CLAIMS
+        from fivtui.paper import CLAIMS
 
         from .charts.paper import CLAIM_COLUMNS, claim_rows
 
@@ -118,7 +114,7 @@ class PaperPane(JobPane):
 
     @on(DataTable.RowHighlighted, "#claims-table")
     def _claim_chosen(self, event: DataTable.RowHighlighted) -> None:
-        from fivtui.paper.claims.check import CLAIMS
+        from fivtui.paper import CLAIMS
 
         from .charts.paper import claim_words
 
@@ -127,13 +123,13 @@ class PaperPane(JobPane):
 
     @on(DataTable.RowSelected, "#figures")
     def _figure_chosen(self, event: DataTable.RowSelected) -> None:
-        from fivtui.paper.families import PANELS
+        from fivtui.paper import PANELS
 
         event.stop()
         self._choose(list(PANELS)[event.cursor_row])
 
     def _choose(self, key: str) -> None:
-        from fivtui.paper.families import PANELS
+        from fivtui.paper import PANELS
 
         self._shown = key
         self.keep(_SHOWN, key)
@@ -156,7 +152,7 @@ class PaperPane(JobPane):
 
     def begin(self) -> None:
         """Check the claims one by one."""
-        from fivtui.paper.claims.check import check_claims
+        from fivtui.paper import check_claims
 
         if self.view == "figure":
             self.show_view("claims")
@@ -190,7 +186,7 @@ class PaperPane(JobPane):
     # A figure
 
     def _draw_figure(self) -> None:
-        from fivtui.paper.families import PANELS
+        from fivtui.paper import PANELS
 
         from .charts.paper import figure_charts
 
@@ -210,7 +206,7 @@ class PaperPane(JobPane):
     @property
     def _chosen(self) -> str:
         # Key of the selected figure; empty if none.
-        from fivtui.paper.families import PANELS
+        from fivtui.paper import PANELS
 
         if self.view == "figures":
             return list(PANELS)[self.query_one("#figures", _Table).cursor_row]
@@ -248,7 +244,7 @@ class PaperPane(JobPane):
 
     @on(ChartView.Opened)
     def _point_opened(self, event: ChartView.Opened) -> None:
-        from fivtui.paper.families import PANELS
+        from fivtui.paper import PANELS
 
         from .charts.paper import point_scene
 

@@ -2,9 +2,7 @@
 
 from textual.app import ComposeResult
 
-from fivtui.tui.session.comparison import change_rows
-from fivtui.tui.session.report import Row, result_rows
-from fivtui.tui.session.runs import Run
+from fivtui.tui.session import Row, Run, change_rows, result_rows
 
 from .pane import Pane
 from .table import RowsView

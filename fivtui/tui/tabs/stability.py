@@ -11,15 +11,10 @@ from textual.message import Message
 from textual.timer import Timer
 from textual.worker import get_current_worker
 
-from fivtui.equilibrium.eigenvalues import Stability
-from fivtui.equilibrium.scan import ModeScan, mode_scan, scan_top
-from fivtui.model.errors import Cancelled, ComputationError, InputError
-from fivtui.model.parameters import Parameters
-from fivtui.tui.chart.widget.chart_view import ChartView
-from fivtui.tui.session.scene_differences import base_scene
-from fivtui.tui.session.report import stability_rows
-from fivtui.tui.session.session import Session
-from fivtui.tui.session.steps import number_text
+from fivtui.equilibrium import ModeScan, Stability, mode_scan, scan_top
+from fivtui.model import Cancelled, ComputationError, InputError, Parameters
+from fivtui.tui.chart import ChartView
+from fivtui.tui.session import Session, base_scene, number_text, stability_rows
 
 from .charts.stability import frequency_chart, growth_chart, plane_chart
 from .messages import PointOpened
@@ -154,7 +149,7 @@ class StabilityPane(ViewsPane):
 
     def command_line(self) -> str:
         """The command for the edited parameters' stability."""
-        from fivtui.tui.session.command_lines import stability_line
+        from fivtui.tui.session import stability_line
 
         p = self.session.parameters()
         scene = replace(base_scene(), parameters=p, separation=self.session.separation)

@@ -4,20 +4,19 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from fivtui.equilibrium.eigenvalues import Stability
-from fivtui.io.formats import FORMATS
-from fivtui.model.parameters import Parameters
+from fivtui.equilibrium import Stability
+from fivtui.io import FORMATS
+from fivtui.model import Parameters
 
 from .exports import FIGURE, Export, Save, data_export, figure_export, json_writer
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
-    from fivtui.equilibrium.map import StabilityMap
-    from fivtui.paper.claims.claim import CheckedClaim
-    from fivtui.paper.study import Study
-    from fivtui.sweeps.run import Sweep
-    from fivtui.tradeoffs.measure import Tradeoff
+    from fivtui.equilibrium import StabilityMap
+    from fivtui.paper import CheckedClaim, Study
+    from fivtui.sweeps import Sweep
+    from fivtui.tradeoffs import Tradeoff
 
 
 def stability_export(
@@ -26,19 +25,18 @@ def stability_export(
     """Modes over μ and eigenvalues of scene `name`; `what` is `FIGURE` or `DATA`."""
 
     def draw() -> "Figure":
-        from fivtui.equilibrium.figure import mode_figure
-        from fivtui.equilibrium.files import modes_over_mu
+        from fivtui.equilibrium import mode_figure, modes_over_mu
 
         return mode_figure(p, found, modes_over_mu(p, found, separation=separation))
 
     def save(path: Path, force: bool) -> None:
-        from fivtui.equilibrium.files import modes_over_mu, save_modes
+        from fivtui.equilibrium import modes_over_mu, save_modes
 
         scan = modes_over_mu(p, found, separation=separation)
         save_modes(p, found, scan, path, separation=separation, force=force)
 
     def plain() -> object:
-        from fivtui.equilibrium.files import stability_to_dict
+        from fivtui.equilibrium import stability_to_dict
 
         return stability_to_dict(found)
 
@@ -53,12 +51,12 @@ def sweep_export(what: str, name: str, result: "Sweep") -> Export:
     """A sweep of scene `name`; `what` is `FIGURE` or `DATA`."""
 
     def draw() -> "Figure":
-        from fivtui.sweeps.figure import sweep_figure
+        from fivtui.sweeps import sweep_figure
 
         return sweep_figure(result)
 
     def save(path: Path, force: bool) -> None:
-        from fivtui.sweeps.files import save_sweep
+        from fivtui.sweeps import save_sweep
 
         save_sweep(result, path, force=force)
 
@@ -72,17 +70,17 @@ def map_export(what: str, name: str, result: "StabilityMap") -> Export:
     """A stability map of scene `name`; `what` is `FIGURE` or `DATA`."""
 
     def draw() -> "Figure":
-        from fivtui.equilibrium.figure import map_figure
+        from fivtui.equilibrium import map_figure
 
         return map_figure(result)
 
     def save(path: Path, force: bool) -> None:
-        from fivtui.equilibrium.files import save_map
+        from fivtui.equilibrium import save_map
 
         save_map(result, path, force=force)
 
     def plain() -> object:
-        from fivtui.equilibrium.files import map_to_dict
+        from fivtui.equilibrium import map_to_dict
 
         return map_to_dict(result)
 
@@ -97,17 +95,17 @@ def tradeoff_export(what: str, name: str, result: "Tradeoff") -> Export:
     """A trade-off of scene `name`; `what` is `FIGURE` or `DATA`."""
 
     def draw() -> "Figure":
-        from fivtui.tradeoffs.figure import tradeoff_figure
+        from fivtui.tradeoffs import tradeoff_figure
 
         return tradeoff_figure(result)
 
     def save(path: Path, force: bool) -> None:
-        from fivtui.tradeoffs.files import save_tradeoff
+        from fivtui.tradeoffs import save_tradeoff
 
         save_tradeoff(result, path, force=force)
 
     def plain() -> object:
-        from fivtui.tradeoffs.files import tradeoff_to_dict
+        from fivtui.tradeoffs import tradeoff_to_dict
 
         return tradeoff_to_dict(result)
 
@@ -123,12 +121,12 @@ def paper_export(what: str, key: str, study: "Study") -> Export:
     number, letter = int(digits), key.removeprefix(digits)
 
     def draw() -> "Figure":
-        from fivtui.paper.drawing import draw
+        from fivtui.paper import draw
 
         return draw(number, study)
 
     def save(path: Path, force: bool) -> None:
-        from fivtui.paper.data import save_data
+        from fivtui.paper import save_data
 
         save_data(study.table(key), path, force=force)
 
@@ -142,19 +140,19 @@ def claims_export(checked: "Sequence[CheckedClaim]") -> Export:
     """The paper's claims with verdicts, as Markdown, CSV or JSON."""
 
     def plain() -> object:
-        from fivtui.paper.claims.check import claims_to_list
+        from fivtui.paper import claims_to_list
 
         return claims_to_list(checked)
 
     def markdown(path: Path, force: bool) -> None:
-        from fivtui.io.files import save_bytes
-        from fivtui.paper.claims.report import claims_markdown
+        from fivtui.io import save_bytes
+        from fivtui.paper import claims_markdown
 
         save_bytes(f"{claims_markdown(checked)}\n".encode(), path, force=force)
 
     def table(path: Path, force: bool) -> None:
-        from fivtui.io.files import save_bytes
-        from fivtui.paper.claims.report import claims_csv
+        from fivtui.io import save_bytes
+        from fivtui.paper import claims_csv
 
         save_bytes(claims_csv(checked).encode(), path, force=force)
 

@@ -10,13 +10,9 @@ from textual.containers import Vertical
 from textual.message import Message
 from textual.widgets import Input, Static
 
-from fivtui.model.errors import InputError
-from fivtui.model.parameters import PARAMETERS
-from fivtui.tui.chart.widget.chart_view import ChartView
-from fivtui.tui.session.command_lines import sweep_line
-from fivtui.tui.session.jobs import Job
-from fivtui.tui.session.session import Session
-from fivtui.tui.session.shown import Shown
+from fivtui.model import PARAMETERS, InputError
+from fivtui.tui.chart import ChartView
+from fivtui.tui.session import Job, Session, Shown, sweep_line
 
 from .charts.sweep import (
     EXAMPLE,
@@ -38,8 +34,7 @@ from .messages import PointOpened
 from .study_exports import sweep_export
 
 if TYPE_CHECKING:
-    from fivtui.sweeps.rows import Rows
-    from fivtui.sweeps.run import Sweep
+    from fivtui.sweeps import Rows, Sweep
 
 _NOTHING: Final = "no sweep to write yet: F10 sweeps"
 _PARTIAL: Final = "the sweep is not complete, so that it is not written: F10 sweeps anew"

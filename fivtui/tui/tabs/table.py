@@ -8,7 +8,7 @@ from textual.app import ComposeResult
 from textual.containers import VerticalScroll
 from textual.widgets import Static
 
-from fivtui.tui.session.report import Row
+from fivtui.tui.session import Row
 
 
 class RowsView(VerticalScroll):

@@ -5,7 +5,7 @@ from dataclasses import dataclass
 from importlib import import_module
 from typing import Final, cast
 
-from fivtui.tui.session.session import Session
+from fivtui.tui.session import Session
 
 from .pane import Pane
 

@@ -8,13 +8,10 @@ from textual.app import ComposeResult
 from textual.containers import Vertical
 from textual.widgets import Button, Static
 
-from fivtui.model.errors import InputError
-from fivtui.scene.scene import Scene
-from fivtui.tui.chart.widget.chart_view import ChartView
-from fivtui.tui.session.command_lines import tradeoff_line
-from fivtui.tui.session.jobs import Job
-from fivtui.tui.session.session import Session
-from fivtui.tui.session.shown import Shown
+from fivtui.model import InputError
+from fivtui.scene import Scene
+from fivtui.tui.chart import ChartView
+from fivtui.tui.session import Job, Session, Shown, tradeoff_line
 
 from .charts.tradeoff import COLUMNS, TITLES, present_row, present_words, table_rows, tradeoff_chart
 from .exports import Export, as_seen
@@ -23,7 +20,7 @@ from .list_table import ListTable
 from .study_exports import tradeoff_export
 
 if TYPE_CHECKING:
-    from fivtui.tradeoffs.measure import Tradeoff
+    from fivtui.tradeoffs import Tradeoff
 
 _PREFIX = "quantity-"
 _QUANTITY = "quantity"
@@ -64,7 +61,7 @@ class TradeoffPane(JobPane):
         scene = self.session.scene()
 
         def measure(job: Job) -> "Tradeoff":
-            from fivtui.tradeoffs.measure import measure_tradeoff
+            from fivtui.tradeoffs import measure_tradeoff
 
             return measure_tradeoff(scene, progress=job.report)
 

@@ -12,14 +12,11 @@ from textual.containers import Horizontal, Vertical
 from textual.events import Resize
 from textual.widgets import Static
 
-from fivtui.equilibrium.eigenvalues import stability
-from fivtui.model.errors import ComputationError, InputError
-from fivtui.transient.result import Transient
-from fivtui.tui.chart.axis import Axis
-from fivtui.tui.chart.widget.chart_view import ChartView
-from fivtui.tui.session.report import remark, result_brief
-from fivtui.tui.session.runs import Run
-from fivtui.tui.session.session import Session
+from fivtui.equilibrium import stability
+from fivtui.model import ComputationError, InputError
+from fivtui.transient import Transient
+from fivtui.tui.chart import Axis, ChartView
+from fivtui.tui.session import Run, Session, remark, result_brief
 
 from .charts.transient import (
     Motion,
@@ -226,7 +223,7 @@ def _motion(run: Run) -> Motion | None:
 
 def _names(drawn: Sequence[Run]) -> dict[str, str]:
     # Outside the laboratory a run's number says nothing.
-    from fivtui.transient.figure import run_labels
+    from fivtui.transient import run_labels
 
     known = [(run.number, run.result) for run in drawn if run.result is not None]
     labels = run_labels([result for _, result in known])

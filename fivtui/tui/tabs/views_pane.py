@@ -11,8 +11,7 @@ from textual.containers import Horizontal
 from textual.widget import Widget
 from textual.widgets import Button, ContentSwitcher
 
-from fivtui.tui.chart.chart import Seen, View
-from fivtui.tui.chart.widget.chart_view import ChartView
+from fivtui.tui.chart import ChartView, Seen, View
 
 from .pane import Pane
 

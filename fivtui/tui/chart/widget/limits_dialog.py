@@ -10,7 +10,7 @@ from textual.containers import Horizontal, Vertical
 from textual.screen import ModalScreen
 from textual.widgets import Button, Input, Label, Static
 
-from fivtui.model.errors import InputError
+from fivtui.model import InputError
 from fivtui.tui.chart.axis import Axis, parse_limits
 from fivtui.tui.chart.chart import Chart, View
 

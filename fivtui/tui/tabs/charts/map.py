@@ -5,15 +5,12 @@ from typing import TYPE_CHECKING, Final
 import numpy as np
 from numpy.typing import NDArray
 
-from fivtui.model.errors import InputError
-from fivtui.model.parameters import PARAMETERS, Parameters
-from fivtui.tui.chart.axis import Axis
-from fivtui.tui.chart.chart import Backdrop, Chart, Found, Trace
-from fivtui.tui.session.fields import CONSIDERED, IGNORED
-from fivtui.tui.session.steps import number_text
+from fivtui.model import PARAMETERS, InputError, Parameters
+from fivtui.tui.chart import Axis, Backdrop, Chart, Found, Trace
+from fivtui.tui.session import CONSIDERED, IGNORED, number_text
 
 if TYPE_CHECKING:
-    from fivtui.equilibrium.map import StabilityMap
+    from fivtui.equilibrium import StabilityMap
     from fivtui.ranges import Range
 
 FloatArray = NDArray[np.float64]

@@ -6,13 +6,11 @@ from typing import Final
 
 import numpy as np
 
-from fivtui.model.parameters import PARAMETERS
-from fivtui.paper.claims.claim import CheckedClaim, Claim
-from fivtui.paper.data import DATA_COLUMNS, FigureData
-from fivtui.paper.families import PANELS, SEPARATION, Panel
-from fivtui.scene.scene import Scene
-from fivtui.tui.chart.chart import Chart, Found, Guide, Trace
-from fivtui.tui.session.scenes_of_paper import paper_scenes
+from fivtui.model import PARAMETERS
+from fivtui.paper import DATA_COLUMNS, PANELS, SEPARATION, CheckedClaim, Claim, FigureData, Panel
+from fivtui.scene import Scene
+from fivtui.tui.chart import Chart, Found, Guide, Trace
+from fivtui.tui.session import paper_scenes
 
 FIGURE_COLUMNS: Final = ("figure", "lines", "what it shows")
 CLAIM_COLUMNS: Final = ("verdict", "section", "statement", "stated")

@@ -5,10 +5,9 @@ from typing import Final
 import numpy as np
 from numpy.typing import NDArray
 
-from fivtui.equilibrium.eigenvalues import Stability
-from fivtui.equilibrium.scan import ModeScan
-from fivtui.model.parameters import Parameters
-from fivtui.tui.chart.chart import Chart, Guide, Trace
+from fivtui.equilibrium import ModeScan, Stability
+from fivtui.model import Parameters
+from fivtui.tui.chart import Chart, Guide, Trace
 
 FloatArray = NDArray[np.float64]
 

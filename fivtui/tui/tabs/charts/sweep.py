@@ -8,21 +8,16 @@ from typing import TYPE_CHECKING, Final
 import numpy as np
 from numpy.typing import NDArray
 
-from fivtui.model.errors import InputError
-from fivtui.model.parameters import PARAMETERS
-from fivtui.scene.scene import Scene
-from fivtui.transient.request import START_SPECS, resolve_start
-from fivtui.tui.chart.chart import Backdrop, Chart, Found, Guide, Trace
-from fivtui.tui.session.scene_differences import base_scene
-from fivtui.tui.session.fields import CONSIDERED, FIELDS, IGNORED
-from fivtui.tui.session.shown import check_drawable
+from fivtui.model import PARAMETERS, InputError
+from fivtui.scene import Scene
+from fivtui.transient import START_SPECS, resolve_start
+from fivtui.tui.chart import Backdrop, Chart, Found, Guide, Trace
+from fivtui.tui.session import CONSIDERED, FIELDS, IGNORED, base_scene, check_drawable
 
 from .map import graded
 
 if TYPE_CHECKING:
-    from fivtui.sweeps.rows import Rows
-    from fivtui.sweeps.run import Sweep
-    from fivtui.sweeps.study import Study
+    from fivtui.sweeps import Rows, Study, Sweep
 
 FloatArray = NDArray[np.float64]
 
@@ -53,7 +48,7 @@ class SweepPoints:
 
 def sweep_request(scene: Scene, text: str) -> "Study":
     """Parse one or two ``--vary`` ranges; the sweep covers both separation cases."""
-    from fivtui.sweeps.request import parse_design, study_of
+    from fivtui.sweeps import parse_design, study_of
 
     try:
         design = parse_design(text.split(), "product")
@@ -69,7 +64,7 @@ def sweep_request(scene: Scene, text: str) -> "Study":
 
 def sweep_parts(study: "Study", progress: Callable[[float], bool]) -> Iterator["Rows"]:
     """Compute a sweep in parts; raises `Cancelled` when `progress` returns False."""
-    from fivtui.sweeps.rows import compute_rows
+    from fivtui.sweeps import compute_rows
 
     members = study.members
     for first in range(0, members, _PIECE):
@@ -83,8 +78,7 @@ def sweep_parts(study: "Study", progress: Callable[[float], bool]) -> Iterator["
 
 def sweep_of(study: "Study", parts: Sequence["Rows"]) -> "Sweep":
     """A sweep of the rows computed so far."""
-    from fivtui.sweeps.rows import joined
-    from fivtui.sweeps.run import Sweep
+    from fivtui.sweeps import Sweep, joined
 
     return Sweep(study, joined(list(parts)))
 
@@ -94,8 +88,7 @@ def grid_chart(result: "Sweep", case: bool, now: tuple[float, float] | None) -> 
 
     If separation `case` was not computed, the other one is shown.
     """
-    from fivtui.sweeps.design import VARIABLES
-    from fivtui.sweeps.study import OUTPUTS
+    from fivtui.sweeps import OUTPUTS, VARIABLES
 
     study, rows = result.study, result.table
     first, second = study.design.axes
@@ -139,8 +132,7 @@ def points_of(result: "Sweep") -> SweepPoints:
 
 def sweep_chart(points: SweepPoints, now: float | None) -> Chart:
     """The outputs over the swept variable, a trace per output and case; `now` is marked."""
-    from fivtui.sweeps.design import VARIABLES
-    from fivtui.sweeps.study import OUTPUTS
+    from fivtui.sweeps import OUTPUTS, VARIABLES
 
     outputs = list(dict.fromkeys(output for output, _ in points.values))
     traces = []

@@ -6,12 +6,12 @@ from typing import TYPE_CHECKING, Final
 
 import numpy as np
 
-from fivtui.scene.scene import Scene
-from fivtui.tradeoffs.settings import Row, Setting, cheapest, pareto
-from fivtui.tui.chart.chart import Chart, Guide, Look, Trace
+from fivtui.scene import Scene
+from fivtui.tradeoffs import Row, Setting, cheapest, pareto
+from fivtui.tui.chart import Chart, Guide, Look, Trace
 
 if TYPE_CHECKING:
-    from fivtui.tradeoffs.measure import Tradeoff
+    from fivtui.tradeoffs import Tradeoff
 
 _MARKS: Final = "○□△▽◇×+☆"
 _PRESENT: Final = "◆"

@@ -7,11 +7,9 @@ from typing import Final
 import numpy as np
 from numpy.typing import NDArray
 
-from fivtui.model.errors import InputError
-from fivtui.model.slider_belt import Mode
-from fivtui.transient.result import Transient
-from fivtui.transient.trajectory import COLUMNS, Trajectory
-from fivtui.tui.chart.chart import Chart, Guide, Trace
+from fivtui.model import COLUMNS, InputError, Mode
+from fivtui.transient import Trajectory, Transient
+from fivtui.tui.chart import Chart, Guide, Trace
 
 FloatArray = NDArray[np.float64]
 

@@ -1,0 +1,53 @@
+"""Names of a package that are imported on first use, so that importing a package costs nothing."""
+
+import ast
+import sys
+from collections.abc import Callable
+from importlib import import_module
+from pathlib import Path
+
+
+def lazily(package: str) -> tuple[Callable[[str], object], Callable[[], list[str]]]:
+    """Functions `__getattr__` and `__dir__` for a package.
+
+    Parameters
+    ----------
+    package : str
+        Its name. What its ``__init__.py`` imports under ``if TYPE_CHECKING:`` is what the package
+        exports.
+
+    Returns
+    -------
+    callable
+        Imports an exported name; raises AttributeError for any other.
+    callable
+        Lists the exported names.
+    """
+    homes: dict[str, str] = {}
+
+    def exported() -> dict[str, str]:
+        if not homes:
+            homes.update(_homes(Path(str(sys.modules[package].__file__))))
+        return homes
+
+    def get(name: str) -> object:
+        if name not in exported():
+            raise AttributeError(f"module {package!r} has no attribute {name!r}")
+        value = getattr(import_module(homes[name], package), name)
+        setattr(sys.modules[package], name, value)
+        return value
+
+    return get, lambda: sorted(exported())
+
+
+def _homes(path: Path) -> dict[str, str]:
+    # The module of each name that a file imports for type checkers.
+    for statement in ast.parse(path.read_text(encoding="utf-8")).body:
+        if isinstance(statement, ast.If) and ast.unparse(statement.test) == "TYPE_CHECKING":
+            return {
+                alias.name: "." * line.level + (line.module or "")
+                for line in statement.body
+                if isinstance(line, ast.ImportFrom)
+                for alias in line.names
+            }
+    return {}
