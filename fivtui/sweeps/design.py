@@ -68,9 +68,9 @@ class Range:
         if self.count is not None and self.count < 1:
             raise InputError(f"range {self}: count must be at least 1")
         if self.count == 1 and self.start != self.stop:
-            raise InputError(f"range {self}: both ends of a single value must be the same")
+            raise InputError(f"range {self}: both ends must be the same where count is 1")
         if self.log and min(self.start, self.stop) <= 0.0:
-            raise InputError(f"range {self}: both ends of a logarithmic range must be above 0")
+            raise InputError(f"range {self}: both ends must be above 0 where log is True")
 
     def __str__(self) -> str:
         count = "" if self.count is None else f":{self.count}"

@@ -127,8 +127,8 @@ def test_a_wrong_design_is_refused(axes: Any, more: Any, said: str) -> None:
         (np.nan, 1.0, 2, False, "finite"),
         (0.0, np.inf, 2, False, "finite"),
         (0.0, 1.0, 0, False, "count"),
-        (0.0, 1.0, 1, False, "one end"),
-        (0.0, 1.0, 3, True, "above zero"),
+        (0.0, 1.0, 1, False, "the same where count is 1"),
+        (0.0, 1.0, 3, True, "above 0"),
     ],
 )
 def test_a_wrong_range_is_refused(
