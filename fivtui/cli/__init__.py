@@ -1,4 +1,4 @@
-"""The command line: one function a command, everything computed elsewhere."""
+"""The command line: each command reads options, calls a package below and prints."""
 
 import os
 import sys
@@ -35,32 +35,15 @@ _DEBUG: Final = f"please report it, with what {TRACEBACK_VARIABLE}=1 shows"
 
 
 def main(args: Sequence[str] | None = None) -> NoReturn:
-    """Run a command and exit: 0 done, 2 wrong input, 3 not finished.
-
-    Parameters
-    ----------
-    args : sequence of str, optional
-        The arguments; those of the process if not given.
-    """
+    """Run a command and exit with its status; `args` defaults to the process's arguments."""
     sys.exit(run(args))
 
 
 def run(args: Sequence[str] | None) -> int:
-    """Run a command.
-
-    Parameters
-    ----------
-    args : sequence of str or None
-        The arguments; those of the process if None.
-
-    Returns
-    -------
-    int
-        The exit status: 0 done, 2 wrong input, 3 not finished, 130 interrupted.
-    """
+    """Run a command; the exit status: 0 done, 2 wrong input, 3 not finished, 130 interrupted."""
     with guarded_streams():
         message, code = _outcome(lambda: commands.main(args, "fivtui", standalone_mode=False))
-        # What a command printed before it failed is to be read too.
+        # Show also what a command printed before it failed.
         lost, code_of_loss = _outcome(sys.stdout.flush)
         if not message:
             message, code = lost, code or code_of_loss
@@ -70,7 +53,7 @@ def run(args: Sequence[str] | None) -> int:
 
 
 def _outcome(act: Callable[[], object]) -> tuple[str, int]:
-    # What is to be said of an action, and the exit status.
+    # The message about an action that failed, empty if it did not, and the exit status.
     message, code = "", 0
     try:
         act()

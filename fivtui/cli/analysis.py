@@ -1,4 +1,4 @@
-"""Commands that judge the equilibrium and find attractors."""
+"""Commands for stability, stability maps and attractors."""
 
 from functools import partial
 from typing import Any
@@ -19,6 +19,7 @@ from .options import (
     scene_of,
     set_option,
     start_of,
+    start_option,
 )
 
 
@@ -29,14 +30,18 @@ from .options import (
 @option(
     "--attractors",
     is_flag=True,
-    help="Also look for limit cycles beside the equilibrium, by transients and shooting.",
+    help="Also search for limit cycles, which eigenvalues do not show (transients and shooting).",
 )
-@output_option("--out", "FILE", "Write the eigenvalues over μ (.csv, .npz, .parquet).")
-@output_option("--plot", "FILE", "Draw frequencies, growth rates, eigenvalues (.png, .svg, .pdf).")
+@output_option("--out", "FILE", "Write the eigenvalues over mu (.csv, .npz, .parquet).")
+@output_option("--plot", "FILE", "Draw frequencies and growth rates over mu (.png, .svg, .pdf).")
 @force_option
 @json_option
 def stability(scene: str, assignments: tuple[str, ...], **given: Any) -> None:
-    """Show equilibrium, eigenvalues, modes, growth rate and critical friction coefficient."""
+    """Print eigenvalues, modes and critical friction coefficient.
+
+    All are of the equilibrium, linearised there. A stable equilibrium may coexist with a large
+    limit cycle: --attractors searches for it.
+    """
     from fivtui.equilibrium import print_stability, stability as judge, stability_to_dict
     from fivtui.io import check_columns_path
 
@@ -72,12 +77,12 @@ def stability(scene: str, assignments: tuple[str, ...], **given: Any) -> None:
 @commands.command()
 @scene_argument
 @set_option
-@option("--start", metavar="static|x,vx,y,vy", help="What this start alone reaches.")
+@start_option("Find the attractor that this start (m, m/s) reaches, and no others.")
 @option(
     "--vary",
     shell_complete=PARAMETER_VALUES,
     metavar="NAME=START:STOP:COUNT[:log]",
-    help="Follow the attractors along a parameter, up and down.",
+    help="Continue all attractors along a parameter, upwards and downwards.",
 )
 @option(
     "--basin",
@@ -85,17 +90,18 @@ def stability(scene: str, assignments: tuple[str, ...], **given: Any) -> None:
     shell_complete=START_VALUES,
     multiple=True,
     metavar="NAME=START:STOP:COUNT",
-    help="What starts reach: give two of x0, vx0, y0, vy0; the others are --start's.",
+    help="Basins of attraction over two of x0, vx0, y0, vy0 (give it twice); --start sets the "
+    "others.",
 )
 @output_option("--out", "FILE", "Write the branches or the basins (.csv, .npz, .parquet).")
 @output_option("--plot", "FILE", "Draw the branches or the basins (.png, .svg, .pdf).")
 @force_option
 @json_option
 def attractors(scene: str, assignments: tuple[str, ...], **given: Any) -> None:
-    """Find what motions end in: the equilibrium, limit cycles, or nothing.
+    """Find coexisting attractors: equilibrium and limit cycles.
 
-    Limit cycles are confirmed by shooting, with their Floquet multipliers. Without an option the
-    attractors around the equilibrium are listed.
+    Without --vary, --basin and --start, motions from several starts around the equilibrium are
+    followed until they settle. Limit cycles are confirmed by shooting, with Floquet multipliers.
     """
     from .attractor_tasks import carry_out, choose_task
 
@@ -123,21 +129,21 @@ def attractors(scene: str, assignments: tuple[str, ...], **given: Any) -> None:
     multiple=True,
     required=True,
     metavar="NAME=START:STOP:COUNT[:log]",
-    help="A parameter and its values; give two.",
+    help="A parameter and its values; give it twice.",
 )
 @option(
     "--value",
     default="growth-rate",
     show_default=True,
     metavar="growth-rate|critical-mu|unstable-modes",
-    help="What is computed at every point.",
+    help="Value computed at every point.",
 )
 @output_option("--out", "FILE", "Write the map (.csv, .npz, .parquet).")
-@output_option("--plot", "FILE", "Write the map as a figure (.png, .svg, .pdf).")
+@output_option("--plot", "FILE", "Draw the map (.png, .svg, .pdf).")
 @force_option
 @json_option
 def stability_map(scene: str, assignments: tuple[str, ...], **given: Any) -> None:
-    """Show the stability of the equilibrium over two parameters."""
+    """Map the stability of the equilibrium over two parameters."""
     from fivtui.equilibrium import map_to_dict, print_map, save_map, stability_map as compute
     from fivtui.io import check_columns_path
     from fivtui.ranges import parse_ranges

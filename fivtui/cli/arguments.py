@@ -1,4 +1,4 @@
-"""Options and their types: given once, never empty, plain whole numbers, names of files."""
+"""Option and argument types of the commands."""
 
 from collections.abc import Callable, Mapping
 from functools import partial
@@ -8,14 +8,14 @@ from typing import Any, Final
 import click
 from click.shell_completion import CompletionItem
 
-from fivtui.model import read_whole
+from fivtui.model import Interval, read_whole
 
 
 class Once(click.Option):
-    """An option that is refused where it is empty, or given twice though it takes one value."""
+    """An option that must not be empty, nor given twice unless it takes several values."""
 
     def add_to_parser(self, parser: Any, ctx: click.Context) -> None:
-        """Have the parser keep every value: by itself it drops all but the last."""
+        """Keep every value given; click keeps the last alone."""
         if self.multiple or self.is_flag or self.count:
             super().add_to_parser(parser, ctx)
         else:
@@ -26,10 +26,10 @@ class Once(click.Option):
     def handle_parse_result(
         self, ctx: click.Context, opts: Mapping[str, Any], args: list[str]
     ) -> tuple[Any, list[str]]:
-        """Check what was given, and hand it on as one value."""
+        """Check the values given, and pass a single one on."""
         given = opts.get(self.name or "")
         if isinstance(given, list):
-            # While a shell completes a line, what is wrong with it is not said.
+            # No errors while a shell completes the line.
             typing = ctx.resilient_parsing
             if not typing and any(value == "" for value in given):
                 raise click.UsageError(f"{self.opts[0]}: must not be empty")
@@ -40,17 +40,23 @@ class Once(click.Option):
         return super().handle_parse_result(ctx, opts, args)
 
 
-class Whole(click.IntRange):
-    """A whole number in plain digits, within bounds if there are some."""
+class Whole(click.ParamType[int]):
+    """A whole number in plain digits, of an interval if one is given."""
 
-    def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> Any:
-        """The number; fails if the text is none."""
-        if isinstance(value, str):
-            try:
-                value = read_whole(value)
-            except ValueError:
-                self.fail(f"{value!r} is not a whole number.", param, ctx)
-        return super().convert(value, param, ctx)
+    name = "N"
+
+    def __init__(self, interval: Interval | None = None) -> None:
+        self.interval = interval
+
+    def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> int:
+        """The number; fails if the text is none, or it is not of the interval."""
+        try:
+            number = read_whole(value) if isinstance(value, str) else int(value)
+        except ValueError:
+            self.fail(f"{value!r} is not a whole number", param, ctx)
+        if self.interval is not None and not self.interval.lower <= number <= self.interval.upper:
+            self.fail(f"{number}: must be {self.interval}", param, ctx)
+        return number
 
 
 class FilePath(click.ParamType[Path]):
@@ -59,7 +65,7 @@ class FilePath(click.ParamType[Path]):
     name = "path"
 
     def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> Path:
-        """The path; fails if no file can have that name."""
+        """The path; fails for a name that no file can have."""
         if not str(value) or "\0" in str(value):
             self.fail(f"{value!r} is not the name of a file.", param, ctx)
         return Path(value)
@@ -70,7 +76,7 @@ class FilePath(click.ParamType[Path]):
         param: click.Parameter,  # noqa: ARG002
         incomplete: str,
     ) -> list[CompletionItem]:
-        """Leave it to the shell, which knows the files."""
+        """Let the shell complete the names of files."""
         return [CompletionItem(incomplete, type="file")]
 
 

@@ -1,4 +1,4 @@
-"""What can be asked for about attractors, and how each answer is printed, written and drawn."""
+"""The tasks of `fivtui attractors`: what each computes, prints, writes and draws."""
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
@@ -47,20 +47,9 @@ _BASIN_RANGES: Final = 2
 
 @dataclass(frozen=True, slots=True)
 class Task:
-    """Something that can be asked for.
+    """A computation of attractors, and functions that take its result.
 
-    Attributes
-    ----------
-    compute : callable
-        From a scene and a progress callback to the result.
-    to_dict : callable
-        The result as data that JSON can hold.
-    show : callable
-        Prints the result.
-    warning : callable
-        What the result warns of, or None.
-    save, figure : callable or None
-        Writes the result to a file, and draws it; None where there is nothing to write or draw.
+    `save` and `figure` are None where there is nothing to write or draw.
     """
 
     compute: Callable[[Scene, Progress], Any]
@@ -72,27 +61,7 @@ class Task:
 
 
 def choose_task(vary: str | None, ranges: Sequence[str], start: Start | None) -> Task:
-    """What is asked for.
-
-    Parameters
-    ----------
-    vary : str or None
-        A range of a parameter along which attractors are followed.
-    ranges : sequence of str
-        Two ranges of start values.
-    start : "static" or sequence of four floats, optional
-        A start to follow, or, with ranges, the values of the start that do not vary.
-
-    Returns
-    -------
-    Task
-        The search for all attractors if nothing else is asked for.
-
-    Raises
-    ------
-    InputError
-        If a range is wrong, or the options do not go together.
-    """
+    """The task that ``--vary``, ``--basin`` and ``--start`` ask for; by default the search."""
     if vary is not None:
         if ranges or start is not None:
             raise InputError("--vary: must be given without --basin and --start")
@@ -161,33 +130,7 @@ def carry_out(
     force: bool = False,
     quiet: bool = False,
 ) -> dict[str, Any]:
-    """Compute what is asked for; print it, warn, write and draw it.
-
-    Parameters
-    ----------
-    task : Task
-        What is asked for.
-    scene : Scene
-        Parameters, and whether separation is considered.
-    out, plot : Path, optional
-        Files for data and figure.
-    force : bool
-        Whether files that exist may be replaced.
-    quiet : bool
-        Whether nothing goes to standard output.
-
-    Returns
-    -------
-    dict
-        The result as data that JSON can hold.
-
-    Raises
-    ------
-    InputError
-        If the task has nothing to write or draw, or a file cannot be written.
-    ComputationError
-        If the computation cannot be finished.
-    """
+    """Compute, print, write and draw a task; return its result as data for JSON."""
     if task.save is None and (out is not None or plot is not None):
         raise InputError("--out and --plot: must be given with --vary or --basin")
     if out is not None:

@@ -1,4 +1,6 @@
-"""The command that shows the terminal laboratory in a browser."""
+"""The command `fivtui serve`."""
+
+from fivtui.model import Interval
 
 from .arguments import Whole, option
 from .group import commands
@@ -8,13 +10,16 @@ from .options import say
 @commands.command()
 @option(
     "--port",
-    type=Whole(1, 65535),
+    type=Whole(Interval(1, 65535)),
     default=8000,
     show_default=True,
     help="Port on 127.0.0.1.",
 )
 def serve(port: int) -> None:
-    """Show the terminal laboratory in a browser on this machine."""
+    """Open the terminal laboratory in a browser.
+
+    It answers on this machine alone; needs the extra fivtui[serve].
+    """
     from fivtui.tui import serve as start
 
     start(port, say=say)

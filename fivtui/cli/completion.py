@@ -1,4 +1,4 @@
-"""What a shell proposes for the value of an option: names, with what follows them."""
+"""Shell completion of the values of options."""
 
 from collections.abc import Callable, Iterable
 from typing import Final
@@ -11,7 +11,7 @@ Completer = Callable[[click.Context, click.Parameter, str], list[str]]
 
 
 def names_of(known: Callable[[], Iterable[str]], end: str = "") -> Completer:
-    """Propose the names that begin with what is typed, `end` behind each."""
+    """A completer that proposes the known names, each followed by `end`."""
 
     def complete(_context: click.Context, _param: click.Parameter, typed: str) -> list[str]:
         return [f"{name}{end}" for name in known() if name.startswith(typed)]

@@ -6,7 +6,7 @@ from typing import Any
 from fivtui.model import InputError
 
 from .arguments import option
-from .group import Commands, commands
+from .group import CommandGroup, commands
 from .options import (
     assigned,
     fmu_argument,
@@ -21,18 +21,28 @@ from .options import (
 )
 
 
-@commands.group(cls=Commands)
+@commands.group(cls=CommandGroup)
 def fmu() -> None:
     """Build, check and run the FMU (FMI 2.0 co-simulation)."""
 
 
 @fmu.command("build")
 @output_option("--out", "FILE.fmu", "The FMU to write.", required=True)
-@option("--component", default="slider-belt", help="slider-belt (default) or brake-actuator.")
-@option("--fmi", default="2", help="2 (default), or 3: model exchange, experimental.")
+@option(
+    "--component",
+    default="slider-belt",
+    metavar="NAME",
+    help="slider-belt or brake-actuator.  [default: slider-belt]",
+)
+@option(
+    "--fmi",
+    default="2",
+    metavar="2|3",
+    help="FMI 2.0 for co-simulation, or 3.0 for model exchange (experimental).",
+)
 @force_option
 def fmu_build(out: Path, component: str, fmi: str, force: bool) -> None:
-    """Export the slider-belt, or the brake actuator that presses it, as an FMU."""
+    """Export the slider-belt or the brake actuator as an FMU."""
     from fmu_src.build import build_fmu
 
     build_fmu(out, component=component, fmi=fmi, force=force)
@@ -43,7 +53,7 @@ def fmu_build(out: Path, component: str, fmi: str, force: bool) -> None:
 @output_option("--out", "FILE.ssp", "The archive to write.", required=True)
 @force_option
 def fmu_system(out: Path, force: bool) -> None:
-    """Export the slider-belt pressed by the brake actuator as an SSP archive."""
+    """Export slider-belt and brake actuator, coupled, as SSP."""
     from fmu_src.build import build_ssp
 
     build_ssp(out, force=force)
@@ -54,7 +64,10 @@ def fmu_system(out: Path, force: bool) -> None:
 @fmu_argument
 @json_option
 def fmu_check(fmu_file: Path, as_json: bool) -> None:
-    """Check that an FMU follows the standard and runs; exit 2 if it has problems."""
+    """Check that an FMU follows the standard and runs.
+
+    Lists the problems found; the exit status is then 2.
+    """
     from fivtui.fmu import check_fmu
 
     problems = check_fmu(fmu_file)
@@ -70,8 +83,8 @@ def fmu_check(fmu_file: Path, as_json: bool) -> None:
 
 @fmu.command("run")
 @fmu_argument
-@option("--t-end", metavar="S", help="Stop time; by default that of the FMU.")
-@option("--output-interval", metavar="S", help="Time between recorded points.")
+@option("--t-end", metavar="S", help="Stop time, s.  [default: the FMU's]")
+@option("--output-interval", metavar="S", help="Time between recorded points, s.")
 @option(
     "--set",
     "assignments",
@@ -79,15 +92,24 @@ def fmu_check(fmu_file: Path, as_json: bool) -> None:
     metavar="NAME=VALUE",
     help="Start value of a variable of the FMU; may be repeated.",
 )
-@option("--output", "outputs", multiple=True, metavar="NAME", help="Record only this one.")
-@option("--tol", metavar="R", help="Tolerance given to the FMU.")
-@input_option("--input", "FILE.csv", "Inputs over time: a column time, and one for each input.")
-@output_option("--out", "FILE.csv", "Write what was recorded.")
-@output_option("--events", "FILE.csv", "Write when recorded discrete variables changed.")
+@option(
+    "--output",
+    "outputs",
+    multiple=True,
+    metavar="NAME",
+    help="Record this variable only; may be repeated.",
+)
+@option("--tol", metavar="R", help="Relative tolerance passed to the FMU.")
+@input_option("--input", "FILE.csv", "Inputs over time: columns time (s) and the names of inputs.")
+@output_option("--out", "FILE.csv", "Write the recorded variables over time.")
+@output_option("--events", "FILE.csv", "Write the times at which discrete variables changed.")
 @force_option
 @json_option
 def fmu_run(fmu_file: Path, out: Path | None, force: bool, as_json: bool, **given: Any) -> None:
-    """Run an FMU for co-simulation through fmpy; print its last values or write all."""
+    """Run a co-simulation FMU through fmpy.
+
+    Prints the last values, or writes all of them with --out.
+    """
     from fivtui.console import print_list
     from fivtui.fmu import check_run_path, run_fmu, save_fmu_events, save_fmu_run
 

@@ -1,4 +1,4 @@
-"""The root of all commands."""
+"""The group of all commands."""
 
 import sys
 from typing import Any
@@ -10,38 +10,41 @@ from fivtui.model import InputError, unknown_name
 from .paths import check_paths
 
 
-class Command(click.Command):
-    """A command that starts only if its files are different ones."""
+class CheckedCommand(click.Command):
+    """A command that refuses to write two outputs, or an input and an output, to one file."""
 
     def invoke(self, ctx: click.Context) -> Any:
-        """Check the files that are named, and call the command."""
+        """Check the files, then run the command."""
         check_paths(self.params, ctx.params)
         return super().invoke(ctx)
 
 
-class Commands(click.Group):
-    """A group that names the nearest command when one is unknown."""
+class CommandGroup(click.Group):
+    """A group of commands that suggests the nearest one when a name is unknown."""
 
-    command_class = Command
+    command_class = CheckedCommand
 
     def resolve_command(
         self, ctx: click.Context, args: list[str]
     ) -> tuple[str | None, click.Command | None, list[str]]:
         """Find the command that `args` begin with."""
-        # While a shell completes a line, what is wrong with it is not said.
+        # No errors while a shell completes the line.
         if args and not ctx.resilient_parsing and self.get_command(ctx, args[0]) is None:
             raise unknown_name("command", args[0], self.list_commands(ctx))
         return super().resolve_command(ctx, args)
 
 
-@click.group(cls=Commands, invoke_without_command=True, context_settings={"max_content_width": 100})
+@click.group(
+    cls=CommandGroup, invoke_without_command=True, context_settings={"max_content_width": 100}
+)
 @click.version_option(package_name="fivtui", message="%(prog)s %(version)s")
 @click.pass_context
 def commands(context: click.Context) -> None:
-    """Friction-induced vibration of a slider on a belt: stability, transients, FMU.
+    """Friction-induced vibration of a slider pressed on a moving belt.
 
-    Without a command the terminal laboratory starts. SCENE is the name of a preset or a TOML file;
-    without it the base scene of the paper is taken.
+    Without a command, the terminal laboratory starts. SCENE is the name of a preset (see fivtui
+    presets) or a TOML file. The default is the paper's base set: F = 80 N, mu = 0.7, 100 s,
+    separation of slider and belt considered (Case 1).
     """
     if context.invoked_subcommand is None:
         if not (sys.stdin.isatty() and sys.stdout.isatty()):

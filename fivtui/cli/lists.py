@@ -1,4 +1,4 @@
-"""Commands that list what there is."""
+"""Commands that list presets and methods."""
 
 from .group import commands
 from .options import json_option, print_json

@@ -1,4 +1,4 @@
-"""What the commands share: arguments, options, and how they read and say things."""
+"""Arguments and options that commands share, and how their values are read."""
 
 import json
 import sys
@@ -28,35 +28,41 @@ set_option = option(
     shell_complete=PARAMETER_VALUES,
     help=f"Change a parameter ({', '.join(PARAMETERS)}); may be repeated.",
 )
-ignore_option = option("--ignore-separation", is_flag=True, help="Contact never breaks (Case 2).")
-json_option = option("--json", "as_json", is_flag=True, help="Print one JSON object.")
-force_option = option("--force", is_flag=True, help="Replace outputs that exist.")
+ignore_option = option(
+    "--ignore-separation",
+    is_flag=True,
+    help="Contact never breaks, even in tension (Case 2 of the paper).",
+)
+json_option = option("--json", "as_json", is_flag=True, help="Print the result as one JSON object.")
+force_option = option("--force", is_flag=True, help="Overwrite files that exist.")
+t_end_option = option("--t-end", metavar="S", help="Duration of the transient, s.")
+tol_option = option("--tol", metavar="R", help="Relative tolerance, 1e-13 to 1e-2.")
 fmu_argument = click.argument("fmu_file", type=InputFile("the FMU"), metavar="FILE.fmu")
 
 
 def input_option(flag: str, metavar: str, text: str) -> Callable[..., Any]:
-    """An option for a file that is read."""
+    """An option for a file to be read."""
     return option(flag, type=InputFile(flag), metavar=metavar, help=text)
 
 
 def output_option(
     flag: str, metavar: str, text: str, *, required: bool = False, in_parts: bool = False
 ) -> Callable[..., Any]:
-    """An option for a file that is written, see `OutputFile`."""
+    """An option for a file to be written, see `OutputFile`."""
     kind = OutputFile(in_parts=in_parts)
     return option(flag, type=kind, metavar=metavar, help=text, required=required)
 
 
 def folder_option(text: str) -> Callable[..., Any]:
-    """The option for the folder in which files are written."""
+    """The option --out for a folder."""
     return option("--out", type=OutputFolder(), metavar="DIR", help=text, required=True)
 
 
 def error_option(text: str) -> Callable[..., Any]:
-    """The option that asks for errors."""
+    """The option --error, an error target for a quantity."""
     return option(
         "--error",
-        "wishes",
+        "error_targets",
         multiple=True,
         metavar="QUANTITY=R",
         help=text,
@@ -64,8 +70,13 @@ def error_option(text: str) -> Callable[..., Any]:
     )
 
 
+def start_option(text: str) -> Callable[..., Any]:
+    """The option --start, a start state."""
+    return option("--start", metavar="static|x,vx,y,vy", help=text)
+
+
 def scene_of(name: str, assignments: Sequence[str], *, ignore_separation: bool = False) -> "Scene":
-    """The scene of that name with the changes of options; `InputError` if either is wrong."""
+    """The named scene with the parameters that ``--set`` changes."""
     from dataclasses import replace
 
     from fivtui.scene import find_scene
@@ -78,7 +89,7 @@ def scene_of(name: str, assignments: Sequence[str], *, ignore_separation: bool =
 
 
 def start_of(text: str) -> "Start":
-    """The start state that the text of ``--start`` says; `InputError` if it says none."""
+    """The start state in the text of ``--start``."""
     if text == "static":
         return "static"
     try:
@@ -89,15 +100,15 @@ def start_of(text: str) -> "Start":
         raise InputError(f"--start {text}: must be {START_FORM}") from None
 
 
-def wishes_of(assignments: Sequence[str]) -> dict[str, float]:
-    """The errors that ``--error`` asks for, by quantity; `InputError` if one is wrong."""
+def error_targets_of(assignments: Sequence[str]) -> dict[str, float]:
+    """Error targets by quantity, from the texts of ``--error``."""
     from fivtui.transient import check_accuracy
 
     return check_accuracy(assigned("--error", assignments, "peak=1e-4"))
 
 
 def assigned(flag: str, assignments: Sequence[str], example: str) -> dict[str, str]:
-    """The texts that ``NAME=VALUE`` options give, by name; `InputError` if one is no such pair."""
+    """Values by name, from the texts ``NAME=VALUE`` of an option."""
     values: dict[str, str] = {}
     for assignment in assignments:
         name, equals, text = assignment.partition("=")
@@ -112,7 +123,7 @@ def assigned(flag: str, assignments: Sequence[str], example: str) -> dict[str, s
 def check_outputs(
     out: Path | None, plot: Path | None, check_data: Callable[..., None], *, force: bool
 ) -> None:
-    """Check files to be written, before the work; `InputError` if one cannot be."""
+    """Raise `InputError` if a file could not be written, before anything is computed."""
     if out is not None:
         check_data(out, force=force)
     if plot is not None:
@@ -122,18 +133,18 @@ def check_outputs(
 
 
 def print_json(data: Any) -> None:
-    """Print data as JSON on standard output."""
+    """Print data as JSON to standard output."""
     plain = "utf" not in (sys.stdout.encoding or "").lower()
     put(json.dumps(data, ensure_ascii=plain, allow_nan=False, indent=2))
 
 
 def put(text: str) -> None:
-    """Print lines of data on standard output."""
+    """Print lines of data to standard output."""
     sys.stdout.write(f"{text}\n")
 
 
 def say(message: str) -> None:
-    """Print words on standard error."""
+    """Print a note to standard error."""
     sys.stderr.write(f"{message}\n")
 
 

@@ -23,9 +23,10 @@ from .options import folder_option, force_option, json_option, print_json, progr
 )
 @force_option
 def figures(numbers: tuple[str, ...], out: Path, formats: tuple[str, ...], force: bool) -> None:
-    """Draw the paper's Figs. 2 to 16, or those of the numbers N (or ranges such as 3-9).
+    """Draw the paper's figures 2 to 16.
 
-    Beside each picture stands a CSV file with its data, their units and the parameters.
+    N is a number or a range such as 3-9; all are drawn without it. The data of each picture go to
+    a CSV file beside it, with units and parameters.
     """
     from fivtui.paper import DEFAULT_FORMATS, figure_numbers, save_figures
 
@@ -45,9 +46,9 @@ def figures(numbers: tuple[str, ...], out: Path, formats: tuple[str, ...], force
 @option("--markdown", is_flag=True, help="Print a Markdown table.")
 @json_option
 def claims(markdown: bool, as_json: bool) -> None:
-    """Hold every testable statement of the paper against the model.
+    """Check every testable statement of the paper.
 
-    Each is shown with its section, what the paper states, what is computed, and the verdict.
+    Lists section, stated value, computed value and verdict of each.
     """
     from fivtui.paper import check_claims, claims_markdown, claims_to_list, print_claims
 

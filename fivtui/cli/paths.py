@@ -1,4 +1,4 @@
-"""Paths on the command line: what a command reads and what it writes, told by their types."""
+"""Types of the files that a command reads and writes, and checks that none are the same."""
 
 from collections.abc import Mapping, Sequence
 from pathlib import Path
@@ -14,27 +14,21 @@ if TYPE_CHECKING:
 
 
 class InputFile(FilePath):
-    """A file that is read; `called` says what it is called in messages."""
+    """A file to be read; messages name it `called`."""
 
     def __init__(self, called: str) -> None:
         self.called = called
 
 
 class OutputFile(FilePath):
-    """A file that is written.
-
-    Parameters
-    ----------
-    in_parts : bool
-        Whether pieces of it are kept in ``FILE.parts`` until it is complete.
-    """
+    """A file to be written; with `in_parts`, ``FILE.parts`` holds pieces until it is complete."""
 
     def __init__(self, *, in_parts: bool = False) -> None:
         self.in_parts = in_parts
 
 
 class OutputFolder(FilePath):
-    """A folder in which files are written; the command checks them, it knows their names."""
+    """A folder for files whose names the command knows and checks."""
 
     def shell_complete(
         self,
@@ -42,12 +36,12 @@ class OutputFolder(FilePath):
         param: click.Parameter,  # noqa: ARG002
         incomplete: str,
     ) -> list[CompletionItem]:
-        """Leave it to the shell, which knows the folders."""
+        """Let the shell complete the names of folders."""
         return [CompletionItem(incomplete, type="dir")]
 
 
 class SceneName(click.types.StringParamType):
-    """The name of a preset, or a scene file that is read."""
+    """The name of a preset or of a scene file."""
 
     def shell_complete(
         self,
@@ -55,7 +49,7 @@ class SceneName(click.types.StringParamType):
         param: click.Parameter,  # noqa: ARG002
         incomplete: str,
     ) -> list[CompletionItem]:
-        """Presets that begin so, else files."""
+        """Complete the names of presets, or else of files."""
         from fivtui.scene import PRESETS
 
         found = [
@@ -67,15 +61,7 @@ class SceneName(click.types.StringParamType):
 
 
 def check_paths(params: Sequence[click.Parameter], values: Mapping[str, Any]) -> None:
-    """Check that no output of a command is another one, or an input, see `check_apart`.
-
-    Parameters
-    ----------
-    params : sequence of click.Parameter
-        The command's.
-    values : mapping of str to object
-        What is given for them.
-    """
+    """Raise `InputError` if an output of a command is the same file as another or as an input."""
     from fivtui.io import check_apart, parts_folder
 
     given = [
@@ -97,15 +83,7 @@ def check_paths(params: Sequence[click.Parameter], values: Mapping[str, Any]) ->
 
 
 def check_in_folder(paths: Sequence[Path], scene: str) -> None:
-    """Check that no file to be written into a folder is another one, or the scene's.
-
-    Parameters
-    ----------
-    paths : sequence of Path
-        The files.
-    scene : str
-        What is given as the scene.
-    """
+    """Raise `InputError` if files to be written are the same, or one is the scene's file."""
     from fivtui.io import check_apart
 
     check_apart([("--out", path) for path in paths], _scene(scene))

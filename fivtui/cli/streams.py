@@ -1,4 +1,4 @@
-"""Standard output and error that fail as commands do: one line, or in silence."""
+"""Standard output and error whose failures are reported in one line, or ignored."""
 
 import io
 import os
@@ -14,12 +14,12 @@ _ADVICE: Final = "make room there, or write to a file with --out where a command
 
 
 class ReaderGone(Exception):
-    """The reader of standard output has gone: nobody is left to tell anything."""
+    """The reader of standard output has closed it (a broken pipe): end in silence."""
 
 
 class _Raw(io.RawIOBase):
-    # The stream below, whose first failure is told in our words, or not at all; what is written
-    # after it goes nowhere, so that nothing fails a second time when the process ends.
+    # A stream whose first failure is reported in one line, or ignored. What is written afterwards
+    # is dropped, so that nothing fails again when the process ends.
     def __init__(self, below: io.RawIOBase, *, silent: bool) -> None:
         self._below = below
         self._silent = silent
@@ -40,7 +40,7 @@ class _Raw(io.RawIOBase):
             return size
         try:
             while (written := self._below.write(data)) is None:  # type: ignore[arg-type]
-                # A pipe that does not wait is full.
+                # A non-blocking pipe is full.
                 select.select([], [self._below], [])
             return written
         except OSError as error:
@@ -56,10 +56,10 @@ class _Raw(io.RawIOBase):
 
 @contextmanager
 def guarded_streams() -> Iterator[None]:
-    """Have standard output and error fail as a command does, for as long as the context lasts.
+    """Guard standard output and error while the context lasts.
 
-    A failure of standard output is a `ComputationError`, or `ReaderGone`; one of standard error is
-    not told. What the encoding of standard output lacks is written as ``?``.
+    A failure of standard output raises `ComputationError` or `ReaderGone`, one of standard error
+    is ignored. Characters that the encoding of standard output lacks become ``?``.
     """
     before = sys.stdout, sys.stderr
     try:
@@ -73,9 +73,9 @@ def guarded_streams() -> Iterator[None]:
 
 def _guarded(stream: TextIO | None, number: int, errors: str, *, silent: bool) -> TextIO:
     if stream is None:
-        # A closed stream's number would go to the next file that is opened.
+        # Otherwise the next file opened would get the number of the closed stream.
         return _nowhere(number)
-    # There is no buffer where PYTHONUNBUFFERED is set; where a test took the stream, no raw one.
+    # No buffer with PYTHONUNBUFFERED; no raw stream where pytest captures.
     buffer = getattr(stream, "buffer", None)
     below = getattr(buffer, "raw", buffer)
     if not isinstance(below, io.RawIOBase):

@@ -1,10 +1,10 @@
-"""Commands that compute many transients, or one by many methods."""
+"""Commands for sweeps, trade-offs and stress tests."""
 
 from typing import TYPE_CHECKING, Any
 
 import click
 
-from fivtui.model import InputError
+from fivtui.model import InputError, Interval
 
 from .arguments import Whole, option
 from .completion import VARIED_VALUES
@@ -12,6 +12,7 @@ from .group import commands
 from .options import (
     check_outputs,
     error_option,
+    error_targets_of,
     force_option,
     ignore_option,
     json_option,
@@ -23,7 +24,9 @@ from .options import (
     scene_of,
     set_option,
     start_of,
-    wishes_of,
+    start_option,
+    t_end_option,
+    tol_option,
 )
 
 if TYPE_CHECKING:
@@ -42,8 +45,8 @@ if TYPE_CHECKING:
     required=True,
     metavar="NAME=START:STOP:COUNT[:log]",
     shell_complete=VARIED_VALUES,
-    help="What varies: a parameter, or x0, vx0, y0, vy0 of the start; may be repeated. Also "
-    "NAME=V1,V2,…; without COUNT in random and sobol.",
+    help="Vary a parameter, or x0, vx0, y0, vy0 of the start; may be repeated. NAME=V1,V2,… gives "
+    "single values; designs random and sobol take NAME=START:STOP[:log].",
 )
 @option(
     "--design",
@@ -51,43 +54,55 @@ if TYPE_CHECKING:
     type=click.Choice(["product", "list", "random", "sobol"]),
     default="product",
     show_default=True,
-    help="Every value with every other, values side by side, or points between the ends.",
+    help="product: all combinations; list: values side by side; random, sobol: --count points "
+    "between START and STOP.",
 )
-@option("--count", type=Whole(), metavar="N", help="Points of random and sobol.")
+@option("--count", type=Whole(), metavar="N", help="Number of points of random and sobol.")
 @option("--seed", type=Whole(), metavar="S", help="Seed of random and sobol.  [default: 0]")
 @ignore_option
-@option("--both", is_flag=True, help="Separation considered and ignored.")
-@option("--t-end", metavar="S", help="Horizon in seconds.")
-@option("--tol", metavar="R", help="Relative tolerance, 1e-13 to 1e-2.")
+@option("--both", is_flag=True, help="Compute each member with separation considered and ignored.")
+@t_end_option
+@tol_option
 @error_option(
-    "Choose tol, member by member, for an error of final, peak or half_range (half peak-to-peak "
-    "over the second half of the run)."
+    "Error target in place of --tol: refine each member until the error of QUANTITY is below R. "
+    "QUANTITY: final (state), peak or half_range (half peak-to-peak over the second half of the "
+    "run)."
 )
-@option("--start", metavar="static|x,vx,y,vy", help="Start state, m and m/s.")
+@start_option("Start state, m and m/s.")
 @option(
     "--output",
     "outputs",
     multiple=True,
     metavar="NAME",
-    help="Compute only this one (y_abs, …, growth_rate, stable); may be repeated.",
+    help="Compute this output only (y_abs, y_half_range, separations, growth_rate, stable, …); may "
+    "be repeated.",
 )
-@option("--workers", type=Whole(), metavar="N", help="Threads.  [default: all processors]")
-@option("--scheduler", metavar="ADDRESS", help="Compute on this Dask cluster.")
-@option("--piece", type=Whole(min=1), metavar="N", help="Members stored at a time.")
+@option(
+    "--workers", type=Whole(), metavar="N", help="Number of threads.  [default: all processors]"
+)
+@option("--scheduler", metavar="ADDRESS", help="Address of a Dask cluster to compute on.")
+@option(
+    "--piece",
+    type=Whole(Interval(1)),
+    metavar="N",
+    help="Members in a stored piece.  [default: about a second of work]",
+)
 @output_option(
     "--out",
     "FILE",
-    "Write the rows (.csv, .parquet); continues what was stopped.",
+    "Write the rows (.csv, .parquet); a stopped sweep continues.",
     in_parts=True,
 )
-@output_option("--plot", "FILE", "Draw amplitudes over one or two names (.png, .svg, .pdf).")
+@output_option(
+    "--plot", "FILE", "Draw amplitudes over the one or two names varied (.png, .svg, .pdf)."
+)
 @force_option
 @json_option
 def sweep(**given: Any) -> None:
-    """Compute many transients that differ in parameters, start and physics.
+    """Compute many transients over parameters or starts.
 
-    With --out, rows are stored piece by piece: whatever stops the sweep, the same command
-    continues it. Members that cannot be computed are rows that say why.
+    With --out, rows are stored piece by piece: if the sweep is stopped, the same command continues
+    it. A member that cannot be computed gets a row that says why.
     """
     from contextlib import ExitStack
 
@@ -111,7 +126,7 @@ def sweep(**given: Any) -> None:
         start=None if given["start"] is None else start_of(given["start"]),
         t_end=given["t_end"],
         tol=given["tol"],
-        accuracy=wishes_of(given["wishes"]),
+        accuracy=error_targets_of(given["error_targets"]),
         outputs=given["outputs"],
     )
     out, plot, force, as_json = (given[name] for name in ("out", "plot", "force", "as_json"))
@@ -153,7 +168,9 @@ def _engine(scheduler: str | None, workers: int | None) -> "AbstractContextManag
         from fivtui.sweeps import cluster_engine
 
         if workers is not None:
-            raise InputError("--workers: the cluster of --scheduler has its own")
+            raise InputError(
+                "--workers: must be given without --scheduler, whose cluster has its own"
+            )
         return cluster_engine(scheduler)
     from contextlib import nullcontext
 
@@ -166,19 +183,25 @@ def _engine(scheduler: str | None, workers: int | None) -> "AbstractContextManag
 @scene_argument
 @set_option
 @ignore_option
-@option("--t-end", metavar="S", help="Horizon in seconds.")
-@option("--start", metavar="static|x,vx,y,vy", help="Start state, m and m/s.")
-@option("--thorough", is_flag=True, help="Take about two minutes instead of seven seconds.")
-@error_option(
-    "Name the cheapest setting for an error of final, peak, half_range (half peak-to-peak over the "
-    "second half of the run) or events (s)."
+@t_end_option
+@start_option("Start state, m and m/s.")
+@option(
+    "--thorough", is_flag=True, help="More settings: about two minutes instead of seven seconds."
 )
-@output_option("--out", "FILE.csv", "Write all settings measured.")
+@error_option(
+    "Error target: name the cheapest setting whose error of QUANTITY is below R. QUANTITY: final "
+    "(state), peak, half_range (half peak-to-peak over the second half of the run) or events "
+    "(times of separation and reattachment, s)."
+)
+@output_option("--out", "FILE.csv", "Write error and CPU time of every setting.")
 @output_option("--plot", "FILE", "Draw error against CPU time (.png, .svg, .pdf).")
 @force_option
 @json_option
 def tradeoff(scene: str, assignments: tuple[str, ...], **given: Any) -> None:
-    """Measure what accuracy costs on this machine, for every method and setting."""
+    """Measure error against CPU time for every method.
+
+    Each method runs the scene at several settings on this machine.
+    """
     from dataclasses import replace
 
     from fivtui.tradeoffs import (
@@ -192,7 +215,7 @@ def tradeoff(scene: str, assignments: tuple[str, ...], **given: Any) -> None:
     from fivtui.transient import check_horizon
 
     out, plot, force = given["out"], given["plot"], given["force"]
-    wishes = wishes_of(given["wishes"])
+    targets = error_targets_of(given["error_targets"])
     chosen = scene_of(scene, assignments, ignore_separation=given["ignore_separation"])
     if given["t_end"] is not None:
         chosen = replace(chosen, t_end=check_horizon(given["t_end"]))
@@ -211,18 +234,18 @@ def tradeoff(scene: str, assignments: tuple[str, ...], **given: Any) -> None:
         save_figure(tradeoff_figure(result), plot, force=force)
         say(f"wrote {plot}")
     if given["as_json"]:
-        print_json({**tradeoff_to_dict(result), **cheapest_to_dict(result, wishes)})
+        print_json({**tradeoff_to_dict(result), **cheapest_to_dict(result, targets)})
     else:
-        print_tradeoff(result, wishes)
+        print_tradeoff(result, targets)
 
 
 @commands.command()
 @json_option
 def extremes(as_json: bool) -> None:
-    """Try every method on scenes that break solvers: right, refused or wrong.
+    """Stress-test every method on scenes that break solvers.
 
-    Each result is held against a solution in quadruple precision. A method is refused where it says
-    itself that it cannot go on, or needs more steps than the trial allows.
+    Each result is compared with a solution in quadruple precision: right, wrong, or refused where
+    the method itself reports that it cannot go on or needs too many steps.
     """
     from fivtui.assessment import print_trials, run_trials, trials_to_dict
 

@@ -1,10 +1,10 @@
-"""Commands that compute one scene."""
+"""Commands that run one scene."""
 
 from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from fivtui.model import InputError, parse_number
+from fivtui.model import InputError, Interval, parse_number
 
 from .arguments import Whole, option
 from .completion import METHOD_NAMES
@@ -12,6 +12,7 @@ from .group import commands
 from .options import (
     check_outputs,
     error_option,
+    error_targets_of,
     folder_option,
     force_option,
     ignore_option,
@@ -24,7 +25,9 @@ from .options import (
     scene_of,
     set_option,
     start_of,
-    wishes_of,
+    start_option,
+    t_end_option,
+    tol_option,
 )
 from .paths import check_in_folder
 
@@ -37,33 +40,35 @@ if TYPE_CHECKING:
 @scene_argument
 @set_option
 @ignore_option
-@option("--t-end", metavar="S", help="Horizon in seconds.")
+@t_end_option
 @option(
     "--method",
     metavar="NAME",
-    help="taylor, rk4, scipy-dop853, …: see fivtui methods.",
+    help="Integration method: taylor, rk4, scipy-dop853, … (see fivtui methods).",
     shell_complete=METHOD_NAMES,
 )
-@option("--tol", metavar="R", help="Relative tolerance, 1e-13 to 1e-2.")
-@option("--step", metavar="S", help="Step of rk4, communication step of fmu.")
+@tol_option
+@option("--step", metavar="S", help="Step of rk4, or communication step of fmu, s.")
 @error_option(
-    "Choose tol or step for an error of final, peak, half_range (half peak-to-peak over the second "
-    "half of the run) or events (s)."
+    "Error target in place of --tol or --step: refine until the error of QUANTITY is below R. "
+    "QUANTITY: final (state), peak, half_range (half peak-to-peak over the second half of the run) "
+    "or events (times of separation and reattachment, s)."
 )
-@option("--start", metavar="static|x,vx,y,vy", help="Start state, m and m/s.")
+@start_option("Start state, m and m/s; static: at rest at the equilibrium of mu = 0.")
 @option(
     "--points",
-    type=Whole(2, 10_000_000),
+    type=Whole(Interval(2, 10_000_000)),
+    metavar="N",
     default=5001,
     show_default=True,
-    help="Points of a written trajectory.",
+    help="Points of the trajectory written or drawn.",
 )
 @output_option("--out", "FILE", "Write the trajectory (.csv, .npz, .parquet).")
-@output_option("--plot", "FILE", "Write P, x and y over time (.png, .svg, .pdf).")
+@output_option("--plot", "FILE", "Draw P, x and y over time (.png, .svg, .pdf).")
 @force_option
 @json_option
 def simulate(**given: Any) -> None:
-    """Compute a transient; print its extremes, events and final state."""
+    """Compute one transient: peaks, separations, final state."""
     import numpy as np
 
     from fivtui.io import check_columns_path
@@ -102,14 +107,14 @@ def simulate(**given: Any) -> None:
 
 
 def _changed(scene: "Scene", given: dict[str, Any]) -> "Scene":
-    # The scene with what the options of `simulate` say.
+    # The scene with the options of `simulate` applied.
     import dataclasses
 
     from fivtui.transient import check_horizon
 
-    wishes = wishes_of(given["wishes"])
+    targets = error_targets_of(given["error_targets"])
     fixed = given["tol"] is not None or given["step"] is not None
-    if wishes and fixed:
+    if targets and fixed:
         raise InputError("--error: must be given without --tol and --step, which follow from it")
     changes: dict[str, Any] = {
         name: given[name] for name in ("tol", "step", "method") if given[name] is not None
@@ -120,8 +125,8 @@ def _changed(scene: "Scene", given: dict[str, Any]) -> "Scene":
         changes["start"] = start_of(given["start"])
     if given["ignore_separation"]:
         changes["separation"] = False
-    if wishes or fixed:
-        changes["accuracy"] = tuple(wishes.items())
+    if targets or fixed:
+        changes["accuracy"] = tuple(targets.items())
     return dataclasses.replace(scene, **changes)
 
 
@@ -137,11 +142,16 @@ def _say_if_stiff(result: "Transient") -> None:
 @commands.command()
 @scene_argument
 @set_option
-@output_option("--out", "FILE", "Write the trajectory, if required (.csv, .npz, .parquet).")
+@output_option(
+    "--out", "FILE", "Write the trajectory, if the scene asks for it (.csv, .npz, .parquet)."
+)
 @force_option
 @json_option
 def run(scene: str, out: Path | None, force: bool, as_json: bool, **given: Any) -> None:
-    """Compute what a scene requires: stability, transient, trajectory; nothing else."""
+    """Compute the outputs that a scene asks for.
+
+    They are its `outputs`: stability, transient and trajectory; nothing else is computed.
+    """
     from fivtui.equilibrium import print_stability, stability_to_dict
     from fivtui.io import check_columns_path
     from fivtui.scene import print_run, run_scene, verified_to_dict
@@ -183,10 +193,11 @@ def run(scene: str, out: Path | None, force: bool, as_json: bool, **given: Any) 
 @folder_option("Folder for the FMU and the picture.")
 @force_option
 def compare(scene: str, assignments: tuple[str, ...], out: Path, force: bool) -> None:
-    """Run a scene natively and through the FMU, separation considered and ignored.
+    """Run a scene natively and as an FMU, in both contact cases.
 
-    Builds the FMU, prints one table of peaks, separations, time off the belt, agreement and time
-    taken, and draws the paper's Figs. 10 to 12 as one picture.
+    Separation is considered (Case 1) and ignored (Case 2). Builds the FMU, prints one table of
+    peaks, separations, time off the belt, agreement and time taken, and draws the paper's figures
+    10 to 12 as one picture.
     """
     from fivtui.scene import compare as run, comparison_files, print_comparison
 
@@ -201,14 +212,14 @@ def compare(scene: str, assignments: tuple[str, ...], out: Path, force: bool) ->
 @scene_argument
 @set_option
 @ignore_option
-@option("--t-end", metavar="S", help="Horizon in seconds.")
-@option("--tol", metavar="R", help="Relative tolerance, 1e-13 to 1e-2.")
+@t_end_option
+@tol_option
 @json_option
 def accuracy(scene: str, assignments: tuple[str, ...], as_json: bool, **given: Any) -> None:
-    """Say how far to trust the numbers of a transient.
+    """Show how many digits of a transient can be trusted.
 
-    Holds it against a finer run, follows how an error at the start grows, and estimates the largest
-    Lyapunov exponent: whether errors decay, stay bounded or grow in the long run.
+    Compares it with a finer run, shows how a small error grows along the run, and estimates the
+    largest Lyapunov exponent: whether errors decay, stay bounded or grow in the long run.
     """
     from dataclasses import replace
 

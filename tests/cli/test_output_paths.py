@@ -8,7 +8,7 @@ import click
 import pytest
 
 from fivtui.cli import commands, run
-from fivtui.cli.group import Command
+from fivtui.cli.group import CheckedCommand
 from fivtui.cli.paths import InputFile, OutputFile, OutputFolder, SceneName
 from fivtui.io import files
 from fivtui.io.files import check_apart, parts_folder, write_atomically
@@ -71,7 +71,7 @@ def inputs_of(names: tuple[str, ...]) -> list[click.Parameter]:
 def test_every_command_tells_what_it_reads_and_writes_and_is_checked() -> None:
     for names in ALL:
         command = command_of(names)
-        assert isinstance(command, Command)
+        assert isinstance(command, CheckedCommand)
         for param in command.params:
             kinds = (InputFile, OutputFile, OutputFolder)
             assert not isinstance(param.type, click.Path) or isinstance(param.type, kinds)
