@@ -6,20 +6,20 @@ Run it as ``python examples/extremes.py``, or with the names of scenes, such as 
 
 import sys
 
-from fivtui.assessment.trials import TRIALS, run_trials
+from fivtui.assessment.stress_tests import STRESS_TESTS, run_stress_tests
 
 METHODS = ("taylor", "scipy-lsoda")
 
 
 def main() -> None:
     """Print verdict and error of the default method and of SciPy's LSODA on the scenes."""
-    found = run_trials(sys.argv[1:] or tuple(TRIALS), METHODS)
-    for name, findings in found.items():
-        trial = TRIALS[name]
-        print(f"{trial.meaning}, separation {'considered' if trial.separation else 'ignored'}")
-        for method, finding in findings.items():
-            error = "" if finding.error is None else f"to {finding.error:.0e}"
-            print(f"    {method:12} {finding.verdict:8} {error} {finding.reason}")
+    found = run_stress_tests(sys.argv[1:] or tuple(STRESS_TESTS), METHODS)
+    for name, results in found.items():
+        test = STRESS_TESTS[name]
+        print(f"{test.meaning}, separation {'considered' if test.separation else 'ignored'}")
+        for method, result in results.items():
+            error = "" if result.error is None else f"to {result.error:.0e}"
+            print(f"    {method:12} {result.verdict:8} {error} {result.reason}")
 
 
 if __name__ == "__main__":

@@ -8,7 +8,7 @@ from typing import Any, Final
 
 import pytest
 
-from fivtui.assessment.trials import CONTESTANTS
+from fivtui.assessment.stress_tests import METHODS_UNDER_TEST
 from fivtui.io import column_files
 from fivtui.io.formats import FORMATS
 from fivtui.model.parameters import PARAMETERS, Parameters
@@ -112,7 +112,9 @@ def test_the_tables_of_methods_know_the_same_methods() -> None:
     compared = [row[0] for row in (*settings._TOLERANCES, *settings._STEPS)]
     assert set(ALL_METHODS) == {*METHODS, "fmu"} == set(compared) == set(measure._SHARES)
     assert FIELDS["method"].choices == ALL_METHODS
-    assert {entry.method for entry in CONTESTANTS.values()} == set(ALL_METHODS) - {"rk4-across"}
+    assert {entry.name for entry in METHODS_UNDER_TEST.values()} == set(ALL_METHODS) - {
+        "rk4-across"
+    }
 
 
 def test_what_is_written_in_a_format_is_read_and_its_package_is_an_extra() -> None:

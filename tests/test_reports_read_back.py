@@ -12,8 +12,8 @@ import pytest
 
 from fivtui.assessment.estimate import Accuracy, Estimate
 from fivtui.assessment.lyapunov import ErrorGrowth, Fate
-from fivtui.assessment.report import print_accuracy, print_trials
-from fivtui.assessment.trials import Finding, Verdict
+from fivtui.assessment.report import print_accuracy, print_stress_tests
+from fivtui.assessment.stress_tests import StressResult, StressVerdict
 from fivtui.equilibrium.eigenvalues import stability
 from fivtui.equilibrium.files import map_to_dict, save_map, save_modes, stability_to_dict
 from fivtui.equilibrium.map import stability_map
@@ -469,23 +469,23 @@ def test_basins_are_printed_and_written_by_their_attractors(
 # Trials
 
 
-def test_printed_trials_have_every_verdict_under_its_method(capsys: Printed) -> None:
+def test_printed_stress_tests_have_every_verdict_under_its_method(capsys: Printed) -> None:
     found = {
         "heavy-load": {
-            "taylor": Finding(Verdict.RIGHT, 3e-12),
-            "rk4": Finding(Verdict.WRONG, 0.25, "off by a quarter"),
+            "taylor": StressResult(StressVerdict.RIGHT, 3e-12),
+            "rk4": StressResult(StressVerdict.WRONG, 0.25, "off by a quarter"),
         },
         "light": {
-            "taylor": Finding(Verdict.RIGHT, 4e-9),
-            "rk4": Finding(Verdict.REFUSED, None, "too many steps"),
+            "taylor": StressResult(StressVerdict.RIGHT, 4e-9),
+            "rk4": StressResult(StressVerdict.REFUSED, None, "too many steps"),
         },
     }
-    print_trials(found)
+    print_stress_tests(found)
     printed = capsys.readouterr()
     table, _, reasons = printed.out.partition("Why")
     lines = [re.split(r" {2,}", line.strip()) for line in table.splitlines() if line.strip()]
     assert lines == [
-        ["Extremes"],
+        ["Stress tests"],
         ["scene", "what is extreme", "taylor", "rk4"],
         ["heavy-load", "F = 1e6 N", "right 3e-12", "wrong 2e-01"],
         ["light", "m = 1e-6 kg: stiff", "right 4e-09", "refused"],

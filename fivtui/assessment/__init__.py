@@ -4,8 +4,11 @@ from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
     from .estimate import accuracy as accuracy, accuracy_to_dict as accuracy_to_dict
-    from .report import print_accuracy as print_accuracy, print_trials as print_trials
-    from .trials import run_trials as run_trials, trials_to_dict as trials_to_dict
+    from .report import print_accuracy as print_accuracy, print_stress_tests as print_stress_tests
+    from .stress_tests import (
+        run_stress_tests as run_stress_tests,
+        stress_tests_to_dict as stress_tests_to_dict,
+    )
 else:
     from fivtui.lazy import lazily
 

@@ -12,45 +12,42 @@ from fivtui.console import number, print_list, print_rows
 from .estimate import Accuracy, believed_digits
 
 if TYPE_CHECKING:
-    from .trials import Finding
+    from .stress_tests import StressResult
 
 
-_FINDING_STYLES: Final = {"right": "", "refused": "dim", "wrong": "bold reverse"}
+_STYLES: Final = {"right": "", "refused": "dim", "wrong": "bold reverse"}
 
 
-def print_trials(found: "Mapping[str, Mapping[str, Finding]]") -> None:
+def print_stress_tests(found: "Mapping[str, Mapping[str, StressResult]]") -> None:
     """Print the verdicts on every method at the extremes, and the reasons below.
 
     Parameters
     ----------
     found : mapping
-        What `run_trials` returned.
+        What `run_stress_tests` returned.
     """
-    from .trials import CONTESTANTS, TRIALS
+    from .stress_tests import METHODS_UNDER_TEST, STRESS_TESTS
 
-    contestants = [name for name in CONTESTANTS if any(name in row for row in found.values())]
+    methods = [name for name in METHODS_UNDER_TEST if any(name in row for row in found.values())]
     rows: list[list[str | Text]] = []
-    for name, findings in found.items():
-        cells = [
-            Text(_finding(findings[key]), style=_FINDING_STYLES[findings[key].verdict])
-            for key in contestants
-        ]
-        rows.append([name, TRIALS[name].meaning, *cells])
-    print_rows("Extremes", ("scene", "what is extreme", *contestants), rows, justify="left")
+    for name, results in found.items():
+        cells = [Text(_cell(results[key]), style=_STYLES[results[key].verdict]) for key in methods]
+        rows.append([name, STRESS_TESTS[name].meaning, *cells])
+    print_rows("Stress tests", ("scene", "what is extreme", *methods), rows, justify="left")
     reasons = [
-        (f"{name}, {key}", f"{finding.verdict}: {finding.reason}")
-        for name, findings in found.items()
-        for key, finding in findings.items()
-        if finding.reason
+        (f"{name}, {key}", f"{result.verdict}: {result.reason}")
+        for name, results in found.items()
+        for key, result in results.items()
+        if result.reason
     ]
     print_list("Why", reasons)
-    counts = Counter(finding.verdict for row in found.values() for finding in row.values())
+    counts = Counter(result.verdict for row in found.values() for result in row.values())
     text = ", ".join(f"{verdict} {count}" for verdict, count in counts.items())
     Console(stderr=True, highlight=False).print(text)
 
 
-def _finding(finding: "Finding") -> str:
-    return finding.verdict if finding.error is None else f"{finding.verdict} {finding.error:.0e}"
+def _cell(result: "StressResult") -> str:
+    return result.verdict if result.error is None else f"{result.verdict} {result.error:.0e}"
 
 
 def print_accuracy(found: Accuracy) -> None:

@@ -247,11 +247,11 @@ def extremes(as_json: bool) -> None:
     Each result is compared with a solution in quadruple precision: right, wrong, or refused where
     the method itself reports that it cannot go on or needs too many steps.
     """
-    from fivtui.assessment import print_trials, run_trials, trials_to_dict
+    from fivtui.assessment import print_stress_tests, run_stress_tests, stress_tests_to_dict
 
     with progress_bar("extremes") as progress:
-        found = run_trials(progress=progress)
+        found = run_stress_tests(progress=progress)
     if as_json:
-        print_json(trials_to_dict(found))
+        print_json(stress_tests_to_dict(found))
     else:
-        print_trials(found)
+        print_stress_tests(found)

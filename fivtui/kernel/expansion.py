@@ -19,7 +19,7 @@ from fivtui.taylor import (
     MIN_ORDER,
     ORDER_STEP,
     Constants,
-    Field,
+    RightHandSide,
     Values,
     newest_last,
     recurrences,
@@ -116,7 +116,7 @@ class _Registers(Values[_Value]):
         return square, product + y[1] * r[n - 1]
 
 
-def _expansion(field: Field, width: int) -> Any:
+def _expansion(field: RightHandSide, width: int) -> Any:
     backend: Any = _Registers() if width == 1 else Values[_Value]()
 
     @intrinsic
@@ -167,7 +167,7 @@ def _expansion(field: Field, width: int) -> Any:
     return expand
 
 
-expand_linear = _expansion(Field.LINEAR, 1)
-expand_cubic = _expansion(Field.CUBIC, 1)
-expand_cubic_lanes = _expansion(Field.CUBIC, LANES)
-expand_linear_lanes = _expansion(Field.LINEAR, LANES)
+expand_linear = _expansion(RightHandSide.LINEAR, 1)
+expand_cubic = _expansion(RightHandSide.CUBIC, 1)
+expand_cubic_lanes = _expansion(RightHandSide.CUBIC, LANES)
+expand_linear_lanes = _expansion(RightHandSide.LINEAR, LANES)

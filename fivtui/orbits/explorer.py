@@ -375,7 +375,7 @@ def find_attractors(
 
 
 @dataclass(frozen=True, slots=True)
-class Search:
+class FoundAttractors:
     """What a search for attractors found.
 
     Attributes
@@ -400,7 +400,7 @@ def search(
     starts: Iterable[Start] | None = None,
     kernel: Kernel = "compiled",
     progress: Progress | None = None,
-) -> Search:
+) -> FoundAttractors:
     """The attractors as of `find_attractors`, with the starts that reach them."""
     watch = Watch(progress)
     explorer = Explorer(p, separation=separation, kernel=kernel, go_on=watch.go_on)
@@ -416,7 +416,7 @@ def search(
     order = sorted(
         range(len(found)), key=lambda at: (kinds.index(found[at].kind), found[at].half_range or 0.0)
     )
-    return Search(
+    return FoundAttractors(
         tuple(found[at] for at in order),
         tuple(order.index(at) for at in reached),
         explorer.equilibrium_attracts,

@@ -1,6 +1,6 @@
 """The paper's figures and claims, computed from the model.
 
-`families` says which scenes stand behind a figure, `study` computes them once for all that need
+`families` says which scenes stand behind a figure, `results` computes them once for all that need
 them, `export` writes them and `claims` holds the paper's statements against them.
 """
 
@@ -33,7 +33,7 @@ if TYPE_CHECKING:
         save_figures as save_figures,
     )
     from .families import PANELS as PANELS, SEPARATION as SEPARATION, Panel as Panel
-    from .study import Study as Study
+    from .results import PaperResults as PaperResults
     from .tables import critical_mu as critical_mu, modes as modes
 else:
     from fivtui.lazy import lazily

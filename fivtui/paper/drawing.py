@@ -25,7 +25,7 @@ from fivtui.transient import transient_figure
 
 from .data import FigureData, FloatArray
 from .families import SEPARATION, panels_of
-from .study import Study
+from .results import PaperResults
 
 # Colour and dashes of the lines in order: the paper's, its yellow darkened to be seen on white.
 _LINES: Final[Sequence[tuple[str, Any]]] = (
@@ -47,14 +47,14 @@ _POINT: Final[Mapping[str, Any]] = {
 _MERGED: Final = 1e-6
 
 
-def draw(number: int, study: Study) -> Figure:
+def draw(number: int, results: PaperResults) -> Figure:
     """Draw a figure of the paper.
 
     Parameters
     ----------
     number : int
         Its number, 2 to 16.
-    study : Study
+    results : PaperResults
         Where its numbers come from.
 
     Returns
@@ -64,8 +64,8 @@ def draw(number: int, study: Study) -> Figure:
     """
     panels = panels_of(number)
     if panels[0].kind == "transient":
-        return transient_figure(study.runs(panels[0]), quantities=[panels[0].shown])
-    tables = [study.table(panel.key) for panel in panels]
+        return transient_figure(results.runs(panels[0]), quantities=[panels[0].shown])
+    tables = [results.table(panel.key) for panel in panels]
     with mpl.rc_context(STYLE):
         return _DRAWINGS[panels[0].kind](tables)
 

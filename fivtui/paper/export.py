@@ -14,7 +14,7 @@ from .amplitudes import Progress
 from .data import save_data
 from .drawing import draw
 from .families import FIRST_FIGURE, LAST_FIGURE, panels_of
-from .study import Study
+from .results import PaperResults
 
 NUMBERS: Final = tuple(range(FIRST_FIGURE, LAST_FIGURE + 1))
 # One for print and one for screens.
@@ -162,7 +162,7 @@ def save_figures(
     *,
     formats: Sequence[str] = DEFAULT_FORMATS,
     force: bool = False,
-    study: Study | None = None,
+    results: PaperResults | None = None,
     progress: Progress | None = None,
 ) -> list[FigureFiles]:
     """Compute figures and write them with their data.
@@ -179,7 +179,7 @@ def save_figures(
         Names in `FORMATS`.
     force : bool
         Whether files of these names may be replaced.
-    study : Study, optional
+    results : PaperResults, optional
         Where the numbers come from; a new one if not given.
     progress : callable, optional
         Called with the fraction done; the work is cancelled when it returns False.
@@ -209,7 +209,7 @@ def save_figures(
     for path in paths:
         check_output(path, force=force)
     report = progress or (lambda _fraction: True)
-    source = Study() if study is None else study
+    source = PaperResults() if results is None else results
     panels = [panel for number in chosen for panel in panels_of(number)]
     amplitudes = [panel for panel in panels if panel.kind == "amplitude"]
     share = _AMPLITUDES if amplitudes else 0.0

@@ -13,12 +13,12 @@ if TYPE_CHECKING:
     from .segment import Segment as Segment, Stepper as Stepper
     from .series import (
         Constants as Constants,
-        Field as Field,
+        RightHandSide as RightHandSide,
         Values as Values,
         constants as constants,
-        field_of as field_of,
         newest_last as newest_last,
         recurrences as recurrences,
+        right_hand_side as right_hand_side,
         state_function as state_function,
     )
     from .stepper import (

@@ -89,7 +89,7 @@ class Backend(Protocol[T, B]):
         """Keep a pair, its values under the name with x or y before it."""
 
 
-class Field(Enum):
+class RightHandSide(Enum):
     """The two kinds of right-hand side; a linear one needs no Cauchy product."""
 
     LINEAR = "linear"
@@ -113,7 +113,7 @@ class Constants(NamedTuple):
     load: float
 
 
-def field_of(p: Parameters, mode: Mode) -> Field:
+def right_hand_side(p: Parameters, mode: Mode) -> RightHandSide:
     """The kind of right-hand side that governs a mode.
 
     Parameters
@@ -125,10 +125,10 @@ def field_of(p: Parameters, mode: Mode) -> Field:
 
     Returns
     -------
-    Field
+    RightHandSide
         Cubic in contact with k_nl > 0.
     """
-    return Field.CUBIC if mode is Mode.CONTACT and p.k_nl > 0.0 else Field.LINEAR
+    return RightHandSide.CUBIC if mode is Mode.CONTACT and p.k_nl > 0.0 else RightHandSide.LINEAR
 
 
 def constants(p: Parameters, mode: Mode) -> Constants:
@@ -162,13 +162,13 @@ def constants(p: Parameters, mode: Mode) -> Constants:
 
 
 def recurrences(
-    field: Field, state: Sequence[T], given: Sequence[T], backend: Backend[T, B]
+    rhs: RightHandSide, state: Sequence[T], given: Sequence[T], backend: Backend[T, B]
 ) -> Iterator[B]:
     """The coefficients z₂, z₃, … of the motion, without end.
 
     Parameters
     ----------
-    field : Field
+    rhs : RightHandSide
         Kind of right-hand side.
     state : sequence of four values
         (x, ẋ, y, ẏ) in m and m/s: the coefficients x₀, x₁, y₀, y₁.
@@ -188,7 +188,7 @@ def recurrences(
     y, r = [state[2], state[3]], [state[2]]
     pull = a * z[0].x + b * y[0]
     pull = backend.both(pull.x, pull.y - load)
-    if field is Field.CUBIC:
+    if rhs is RightHandSide.CUBIC:
         d = backend.keep_both("d", backend.both(friction * cubic, cubic))
         thrice = backend.keep("thrice", y[0] * 3.0)
         square = backend.keep("square", y[0] * y[0])
@@ -197,7 +197,7 @@ def recurrences(
     for n in count():
         if n > 0:
             pull = a * z[n].x + b * y[n]
-        if n > 0 and field is Field.CUBIC:
+        if n > 0 and rhs is RightHandSide.CUBIC:
             newest = thrice * y[n]
             if n > 1:
                 rest, product = backend.products(y, r, n)
@@ -228,31 +228,31 @@ def newest_last(n: int) -> list[int]:
 
 
 @dataclass(frozen=True, slots=True)
-class Pair(Generic[T]):
+class XY(Generic[T]):
     """A pair (x, y) of any values, as a `Both`."""
 
     x: T
     y: T
 
-    def __add__(self, other: "Pair[T]") -> "Pair[T]":
-        return Pair(self.x + other.x, self.y + other.y)
+    def __add__(self, other: "XY[T]") -> "XY[T]":
+        return XY(self.x + other.x, self.y + other.y)
 
-    def __sub__(self, other: "Pair[T]") -> "Pair[T]":
-        return Pair(self.x - other.x, self.y - other.y)
+    def __sub__(self, other: "XY[T]") -> "XY[T]":
+        return XY(self.x - other.x, self.y - other.y)
 
-    def __mul__(self, other: Any) -> "Pair[T]":
-        x, y = (other.x, other.y) if isinstance(other, Pair) else (other, other)
-        return Pair(self.x * x, self.y * y)
+    def __mul__(self, other: Any) -> "XY[T]":
+        x, y = (other.x, other.y) if isinstance(other, XY) else (other, other)
+        return XY(self.x * x, self.y * y)
 
 
 class Values(Generic[T]):
     """The backend of values that need no names."""
 
-    def both(self, x: T, y: T) -> Pair[T]:
+    def both(self, x: T, y: T) -> XY[T]:
         """A pair of them."""
-        return Pair(x, y)
+        return XY(x, y)
 
-    def fused(self, value: Pair[T], factor: float, rest: Pair[T]) -> Pair[T]:
+    def fused(self, value: XY[T], factor: float, rest: XY[T]) -> XY[T]:
         """The product and the sum."""
         return value * factor + rest
 
@@ -268,17 +268,17 @@ class Values(Generic[T]):
         """The value itself."""
         return value
 
-    def keep_both(self, _name: str, value: Pair[T]) -> Pair[T]:
+    def keep_both(self, _name: str, value: XY[T]) -> XY[T]:
         """The pair itself."""
         return value
 
 
-def coefficients(field: Field, order: int, state: State, given: Constants) -> Coefficients:
+def coefficients(rhs: RightHandSide, order: int, state: State, given: Constants) -> Coefficients:
     """Taylor coefficients of x and y in numbers.
 
     Parameters
     ----------
-    field : Field
+    rhs : RightHandSide
         Kind of right-hand side.
     order : int
         Order N to which the velocities are expanded.
@@ -292,7 +292,7 @@ def coefficients(field: Field, order: int, state: State, given: Constants) -> Co
     tuple of tuple of float
         Coefficients of x and of y, N + 2 each, in m/sⁿ.
     """
-    higher = list(islice(recurrences(field, state, given, Values[float]()), order))
+    higher = list(islice(recurrences(rhs, state, given, Values[float]()), order))
     return (
         (state[0], state[1], *(z.x for z in higher)),
         (state[2], state[3], *(z.y for z in higher)),
@@ -332,16 +332,16 @@ class _Lines(Values[_Text]):
         self.lines.append(f"    {name} = {value.text}")
         return _Text(name)
 
-    def keep_both(self, name: str, value: Pair[_Text]) -> Pair[_Text]:
-        return Pair(self.keep(f"x{name}", value.x), self.keep(f"y{name}", value.y))
+    def keep_both(self, name: str, value: XY[_Text]) -> XY[_Text]:
+        return XY(self.keep(f"x{name}", value.x), self.keep(f"y{name}", value.y))
 
 
-def straight_line_source(field: Field, order: int) -> str:
-    """The recurrences of one field and order as a function without loops.
+def straight_line_source(rhs: RightHandSide, order: int) -> str:
+    """The recurrences of one rhs and order as a function without loops.
 
     Parameters
     ----------
-    field : Field
+    rhs : RightHandSide
         Kind of right-hand side.
     order : int
         Order N to which the velocities are expanded.
@@ -354,7 +354,7 @@ def straight_line_source(field: Field, order: int) -> str:
     backend = _Lines()
     state = [_Text(name) for name in ("x0", "x1", "y0", "y1")]
     given = [_Text(name) for name in Constants._fields]
-    for _ in islice(recurrences(field, state, given, backend), order):
+    for _ in islice(recurrences(rhs, state, given, backend), order):
         pass
     arguments = ", ".join(value.text for value in (*state, *given))
     xs, ys = (", ".join(f"{name}{n}" for n in range(order + 2)) for name in ("x", "y"))
@@ -397,12 +397,12 @@ def _compiled(source: str, name: str) -> Callable[..., Any]:
 
 
 @lru_cache(maxsize=64)
-def coefficient_function(field: Field, order: int) -> CoefficientFunction:
+def coefficient_function(rhs: RightHandSide, order: int) -> CoefficientFunction:
     """`straight_line_source` as a function, made on first use.
 
     Parameters
     ----------
-    field : Field
+    rhs : RightHandSide
         Kind of right-hand side.
     order : int
         Order N to which the velocities are expanded, 1 or more.
@@ -412,7 +412,7 @@ def coefficient_function(field: Field, order: int) -> CoefficientFunction:
     callable
         (x, ẋ, y, ẏ, *constants) to the coefficients of x and of y, N + 2 each.
     """
-    return _compiled(straight_line_source(field, order), "coefficients")
+    return _compiled(straight_line_source(rhs, order), "coefficients")
 
 
 @lru_cache(maxsize=64)

@@ -16,7 +16,7 @@ from fivtui.model.slider_belt import Mode, State, mode_of, pull
 
 from .polynomial import first_root
 from .segment import Segment
-from .series import coefficient_function, constants, field_of, state_function
+from .series import coefficient_function, constants, right_hand_side, state_function
 
 # Relative error to aim at in the end state, and what may be asked for.
 DEFAULT_TOL: Final = 1e-12
@@ -39,7 +39,7 @@ SHORTEST_FLIGHT: Final = 2.0**-30
 MAX_STALLED: Final = 64
 
 
-class Instant(NamedTuple):
+class StepperSnapshot(NamedTuple):
     """Where an integrator stands: all that a step changes.
 
     Attributes
@@ -221,7 +221,7 @@ class TaylorStepper:
         self._degree = (order_for(tol) if order is None else order) + 1
         self._constants = {mode: constants(p, mode) for mode in Mode}
         self._expand = {
-            mode: coefficient_function(field_of(p, mode), self._degree - 1) for mode in Mode
+            mode: coefficient_function(right_hand_side(p, mode), self._degree - 1) for mode in Mode
         }
         self._evaluate = state_function(self._degree)
         self._weights = tuple(n * (n - 1) / 8.0 for n in range(self._degree + 1))
@@ -233,19 +233,19 @@ class TaylorStepper:
         self._mode = mode_of(p, state, separation=separation)
 
     @property
-    def instant(self) -> Instant:
+    def snapshot(self) -> StepperSnapshot:
         """Where the integrator stands: at the end of the last segment."""
-        return Instant(self._time, self._remainder, self._state, self._mode, self._stalled)
+        return StepperSnapshot(self._time, self._remainder, self._state, self._mode, self._stalled)
 
-    def resume(self, instant: Instant) -> None:
+    def resume(self, snapshot: StepperSnapshot) -> None:
         """Go back, or on, to where an integrator of the same problem stood.
 
         Parameters
         ----------
-        instant : Instant
+        snapshot : StepperSnapshot
             The segments that follow are those that followed then, to the last bit.
         """
-        self._time, self._remainder, self._state, self._mode, self._stalled = instant
+        self._time, self._remainder, self._state, self._mode, self._stalled = snapshot
 
     def advance(self) -> Segment:
         """Compute the next segment: one Taylor step, cut at the first root of y.

@@ -9,12 +9,12 @@ from numpy.typing import NDArray
 from fivtui.kernel import loader
 from fivtui.model import Cancelled, Mode, Parameters, mode_of
 from fivtui.taylor import (
-    Field,
+    RightHandSide,
     constants,
-    field_of,
     local_tolerance,
     order_for,
     overflow_error,
+    right_hand_side,
     stall_error,
 )
 
@@ -158,7 +158,7 @@ def _begun(problem: Problem, single: Any, order: int, first_mode: Mode) -> NDArr
         1.0 / math.sqrt(p.m / stiffness),
         order,
         problem.separation,
-        field_of(p, Mode.CONTACT) is Field.CUBIC,
+        right_hand_side(p, Mode.CONTACT) is RightHandSide.CUBIC,
         *constants(p, Mode.SEPARATED),
         *constants(p, Mode.CONTACT),
         *problem.start,

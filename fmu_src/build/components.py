@@ -11,7 +11,7 @@ from fmu_src.slave import (
     EXCHANGE_TABLE,
     SLIDER_BELT_TABLE,
     VARIABLES,
-    Motion,
+    SliderBeltMotion,
     start_state,
 )
 
@@ -19,7 +19,7 @@ from .component import EXCHANGE_RULES, Component
 from .reference import Reference
 
 _INSTANCE: Final = (
-    *("experiment", "guard", "instance", "memory", "notices", "process_end", "table", "variable"),
+    *("experiment", "guard", "instance", "instance_state", "notices", "process_end", "variable"),
 )
 _MODEL: Final[Mapping[str, tuple[str, ...]]] = {
     "fivtui.model": ("columns", "errors", "numbers", "parameters", "slider_belt"),
@@ -40,13 +40,13 @@ def _times() -> list[float]:
 def _slider_belt_reference() -> Reference:
     p = Parameters(F=_BEFORE)
     start = start_state({reference: v.start for reference, v in enumerate(VARIABLES)})
-    motion = Motion(p, start, t=0.0, separation=True, tol=DEFAULT_TOL)
+    motion = SliderBeltMotion(p, start, t=0.0, separation=True, tol=DEFAULT_TOL)
     names = ("x", "vx", "y", "vy", "P", "separations", "reattachments")
     rows = []
     for t in _times():
         if t > 0.0:
             motion.move_to(t, F=_BEFORE if t <= _JUMP else _AFTER, mu=p.mu)
-        at = motion.moment
+        at = motion.current
         force = motion.contact_force(at.state[2])
         rows.append((t, *at.state, force, at.separations, at.reattachments))
     return Reference(
@@ -122,7 +122,7 @@ COMPONENTS: Final[Mapping[str, Component]] = {
         entry="entry",
         modules={
             **_MODEL,
-            "fmu_src.slave": (*_INSTANCE, "motion", "settings", "slider_belt", "variables"),
+            "fmu_src.slave": (*_INSTANCE, "motion", "slider_belt", "variables"),
         },
         table=SLIDER_BELT_TABLE,
         about=_SLIDER_BELT_ABOUT + _LOCATED,
@@ -149,8 +149,16 @@ EXCHANGE: Final = Component(
     modules={
         **_MODEL,
         "fmu_src.slave": (
-            *("exchange", "experiment", "guard", "memory", "motion", "notices", "process_end"),
-            *("settings", "table", "variable", "variables"),
+            *(
+                "exchange",
+                "experiment",
+                "guard",
+                "instance_state",
+                "motion",
+                "notices",
+                "process_end",
+            ),
+            *("variable", "variables"),
         ),
     },
     table=EXCHANGE_TABLE,

@@ -5,10 +5,13 @@ from typing import TYPE_CHECKING
 if TYPE_CHECKING:
     from .actuator_variables import ACTUATOR_TABLE as ACTUATOR_TABLE
     from .exchange import EXCHANGE_TABLE as EXCHANGE_TABLE, TIME_REFERENCE as TIME_REFERENCE
-    from .motion import Motion as Motion
-    from .settings import start_state as start_state
-    from .table import VariableTable as VariableTable
-    from .variable import Role as Role, Type as Type, Variable as Variable
+    from .motion import SliderBeltMotion as SliderBeltMotion, start_state as start_state
+    from .variable import (
+        Role as Role,
+        Type as Type,
+        Variable as Variable,
+        VariableTable as VariableTable,
+    )
     from .variables import (
         SLIDER_BELT_TABLE as SLIDER_BELT_TABLE,
         STATES as STATES,

@@ -71,18 +71,18 @@ class BrakeActuator(Instance):
         values = self._values
         return values[_COMMAND] + values[_GAIN] * (values[_COMMAND] - values[_FEEDBACK])
 
-    def _moment(self) -> Preload:
+    def _motion_state(self) -> Preload:
         return self._at
 
     def _resume(
-        self, _values: dict[int, float | bool], _experiment: Experiment, moment: Preload
+        self, _values: dict[int, float | bool], _experiment: Experiment, current: Preload
     ) -> None:
-        self._at = moment
+        self._at = current
 
     @staticmethod
-    def _encoded(moment: Preload) -> Any:
-        return moment
+    def _to_json(current: Preload) -> Any:
+        return current
 
     @staticmethod
-    def _decoded(content: Any) -> Preload:
+    def _from_json(content: Any) -> Preload:
         return Preload(*content)

@@ -6,8 +6,7 @@ from typing import Final
 from fivtui.model.numbers import Interval
 from fivtui.model.parameters import PARAMETERS
 
-from .table import VariableTable
-from .variable import Role, Type, Variable
+from .variable import Role, Type, Variable, VariableTable
 
 _ANY_FORCE: Final = "a finite number of N"
 _LONGEST_LAG: Final = 1e6

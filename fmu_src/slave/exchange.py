@@ -15,12 +15,11 @@ from fivtui.model.parameters import Parameters
 from fivtui.model.slider_belt import Mode, State, accelerations, contact_force, mode_of
 
 from .guard import guarded, nothing
-from .memory import Phase
+from .instance_state import Phase
+from .motion import parameters_from, separation_in, start_state
 from .notices import Notices
 from .process_end import let_go_in_time
-from .settings import parameters_from, separation_in, start_state
-from .table import VariableTable
-from .variable import Role, Type
+from .variable import Role, Type, VariableTable
 from .variables import STATES, VARIABLES
 
 # pythonfmu3 cannot carry enumerations; the mode is a number.

@@ -29,11 +29,10 @@ from fivtui.model.errors import InputError
 
 from .experiment import SAME_TIME, Experiment
 from .guard import guarded, nothing
-from .memory import Memory, Phase, from_bytes, to_bytes
+from .instance_state import InstanceState, Phase, from_bytes, to_bytes
 from .notices import Notices
 from .process_end import let_go_in_time
-from .table import VariableTable
-from .variable import Role, Type
+from .variable import Role, Type, VariableTable
 
 # pythonfmu has no enumerations; the model description makes them of integers.
 _MAKERS: Final = {
@@ -115,22 +114,24 @@ class Instance(Fmi2Slave):  # type: ignore[misc]
         """Put the outputs at the time reached into the values."""
 
     @abstractmethod
-    def _moment(self) -> Any:
+    def _motion_state(self) -> Any:
         """Where the motion is, as a value that never changes."""
 
     @abstractmethod
-    def _resume(self, values: dict[int, float | bool], experiment: Experiment, moment: Any) -> None:
+    def _resume(
+        self, values: dict[int, float | bool], experiment: Experiment, motion_state: Any
+    ) -> None:
         """Take the motion to where one of these values was."""
 
     @staticmethod
     @abstractmethod
-    def _encoded(moment: Any) -> Any:
-        """A moment as JSON can hold it."""
+    def _to_json(motion_state: Any) -> Any:
+        """A motion_state as JSON can hold it."""
 
     @staticmethod
     @abstractmethod
-    def _decoded(content: Any) -> Any:
-        """A moment from what JSON holds."""
+    def _from_json(content: Any) -> Any:
+        """A motion_state from what JSON holds."""
 
     def refuse(self, call: int | str, why: str) -> None:
         """Tell why a call is refused; unless it reads or steps, the next step reports it too.
@@ -262,33 +263,35 @@ class Instance(Fmi2Slave):  # type: ignore[misc]
         raise InputError(f"{dict(zip(vrs, values, strict=True))}: no variable is of type String")
 
     @guarded(nothing)
-    def _get_fmu_state(self) -> Memory | None:
-        moment = None if self._stale else self._moment()
-        if moment is not None:
+    def _get_fmu_state(self) -> InstanceState | None:
+        motion_state = None if self._stale else self._motion_state()
+        if motion_state is not None:
             self._publish_now()
-        return Memory(self._phase, self._experiment, tuple(self._values.values()), moment)
+        return InstanceState(
+            self._phase, self._experiment, tuple(self._values.values()), motion_state
+        )
 
     @guarded(nothing)
-    def _set_fmu_state(self, state: Memory | str | None) -> None:
-        if not isinstance(state, Memory):
+    def _set_fmu_state(self, state: InstanceState | str | None) -> None:
+        if not isinstance(state, InstanceState):
             raise InputError(state or "there is no such FMU state")
         values = dict(enumerate(state.values))
-        if state.moment is not None:
-            self._resume(values, state.experiment or Experiment(), state.moment)
-            self._t = state.moment.t
+        if state.motion_state is not None:
+            self._resume(values, state.experiment or Experiment(), state.motion_state)
+            self._t = state.motion_state.t
         self._phase, self._experiment = state.phase, state.experiment
-        self._values, self._stale = values, state.moment is None
+        self._values, self._stale = values, state.motion_state is None
         self._published, self._free_until = self._t, -math.inf
         self._refused.clear()
 
     @classmethod
-    def _fmu_state_to_bytes(cls, state: Memory | str) -> bytes:
-        return to_bytes(state, cls._encoded) if isinstance(state, Memory) else b""
+    def _fmu_state_to_bytes(cls, state: InstanceState | str) -> bytes:
+        return to_bytes(state, cls._to_json) if isinstance(state, InstanceState) else b""
 
     @classmethod
-    def _fmu_state_from_bytes(cls, state: bytes) -> Memory | str:
+    def _fmu_state_from_bytes(cls, state: bytes) -> InstanceState | str:
         try:
-            return from_bytes(state, cls._decoded)
+            return from_bytes(state, cls._from_json)
         except InputError as error:
             return str(error)
         except BaseException:  # noqa: BLE001
@@ -333,7 +336,7 @@ class Instance(Fmi2Slave):  # type: ignore[misc]
         elif any(self._values[reference] != value for reference, value in accepted.items()):
             # What has been left uncomputed belongs to the inputs until now.
             self._free_until = -math.inf
-            self._moment()
+            self._motion_state()
             self._values.update(accepted)
             self._publish_now()
 

@@ -4,15 +4,29 @@ A Taylor step covers many communication steps. Its polynomial is kept until it i
 input changes, so the result does not depend on where the communication points lie.
 """
 
-from typing import NamedTuple
+from collections.abc import Mapping
+from typing import Final, NamedTuple
 
-from fivtui.model.parameters import Parameters
-from fivtui.model.slider_belt import Mode, State, accelerations, contact_force, mode_of
+from fivtui.model.parameters import PARAMETERS, Parameters
+from fivtui.model.slider_belt import (
+    Mode,
+    State,
+    accelerations,
+    contact_force,
+    mode_of,
+    static_start,
+)
 from fivtui.taylor.segment import Segment
-from fivtui.taylor.stepper import Instant, TaylorStepper, local_tolerance
+from fivtui.taylor.stepper import StepperSnapshot, TaylorStepper, local_tolerance
+
+from .variable import Role
+from .variables import REFERENCES, STATES, VARIABLES
+
+Values = Mapping[int, float | bool]
+_FIXED: Final = [r for r, v in enumerate(VARIABLES) if v.role is Role.PARAMETER]
 
 
-class Moment(NamedTuple):
+class MotionState(NamedTuple):
     """The motion at a communication point: all that moving on changes, never changed itself.
 
     Attributes
@@ -29,7 +43,7 @@ class Moment(NamedTuple):
         Numbers of switches up to here, a switch at this very time included.
     last_event : float
         Time of the last of them, s; the start time as long as there is none.
-    instant : Instant
+    stepper : StepperSnapshot
         Where the integrator stands: at the end of `segment`.
     segment : Segment or None
         The piece of motion that holds `t`; None where the inputs have just changed.
@@ -43,11 +57,11 @@ class Moment(NamedTuple):
     separations: int
     reattachments: int
     last_event: float
-    instant: Instant
+    stepper: StepperSnapshot
     segment: Segment | None
 
 
-class Motion:
+class SliderBeltMotion:
     """A transient that is asked for time after time, under inputs held between those times.
 
     Parameters
@@ -65,7 +79,7 @@ class Motion:
 
     Attributes
     ----------
-    moment : Moment
+    current : MotionState
         Where the motion is.
     """
 
@@ -76,8 +90,8 @@ class Motion:
         self._separation = separation
         self._tol = tol
         self._stepper = self._stepper_from(state, t)
-        instant = self._stepper.instant
-        self.moment = Moment(t, state, instant.mode, p.F, p.mu, 0, 0, t, instant, None)
+        snapshot = self._stepper.snapshot
+        self.current = MotionState(t, state, snapshot.mode, p.F, p.mu, 0, 0, t, snapshot, None)
 
     def state_at(self, t: float) -> State:
         """The state at a time, without moving on.
@@ -85,34 +99,34 @@ class Motion:
         Parameters
         ----------
         t : float
-            Time, s; that of `moment`, or one between it and `known_until`.
+            Time, s; that of `current`, or one between it and `known_until`.
 
         Returns
         -------
         State
             (x, ẋ, y, ẏ), m and m/s.
         """
-        moment = self.moment
-        if t == moment.t or moment.segment is None:
-            return moment.state
-        return moment.segment.state(t)
+        current = self.current
+        if t == current.t or current.segment is None:
+            return current.state
+        return current.segment.state(t)
 
     def accelerations(self, state: State, *, F: float, mu: float) -> tuple[float, float]:
         """Accelerations (ẍ, ÿ), m/s², at a state in the present mode, under given inputs."""
         p = self._p
         if F != p.F or mu != p.mu:
             p = p.with_values({"F": F, "mu": mu})
-        return accelerations(p, state, self.moment.mode)
+        return accelerations(p, state, self.current.mode)
 
     def contact_force(self, y: float) -> float:
         """Contact force P, N, at a vertical displacement, m, in the present mode."""
-        return contact_force(self._p, y, self.moment.mode) + 0.0
+        return contact_force(self._p, y, self.current.mode) + 0.0
 
     @property
     def known_until(self) -> float:
         """Time before which moving on under the same inputs computes no Taylor step, s."""
-        segment = self.moment.segment
-        return self.moment.t if segment is None else segment.end
+        segment = self.current.segment
+        return self.current.t if segment is None else segment.end
 
     def move_to(self, t: float, *, F: float, mu: float) -> None:
         """Go on to a later time.
@@ -120,7 +134,7 @@ class Motion:
         Parameters
         ----------
         t : float
-            Time, s; later than that of `moment`.
+            Time, s; later than that of `current`.
         F, mu : float
             Preload, N, and friction coefficient from here to `t`.
 
@@ -131,7 +145,7 @@ class Motion:
         ComputationError
             If the motion cannot be continued. It stays where it was, as with every exception.
         """
-        begin = self.moment
+        begin = self.current
         try:
             if F != begin.F or mu != begin.mu:
                 self._change_inputs(F, mu)
@@ -140,19 +154,19 @@ class Motion:
             self.restore(begin)
             raise
 
-    def restore(self, moment: Moment) -> None:
+    def restore(self, current: MotionState) -> None:
         """Go to where a motion of the same problem was.
 
         Parameters
         ----------
-        moment : Moment
+        current : MotionState
             What follows is what followed then, to the last bit.
         """
-        if moment.F != self._p.F or moment.mu != self._p.mu:
-            self._p = self._p.with_values({"F": moment.F, "mu": moment.mu})
-            self._stepper = self._stepper_from(moment.state, moment.t)
-        self._stepper.resume(moment.instant)
-        self.moment = moment
+        if current.F != self._p.F or current.mu != self._p.mu:
+            self._p = self._p.with_values({"F": current.F, "mu": current.mu})
+            self._stepper = self._stepper_from(current.state, current.t)
+        self._stepper.resume(current.stepper)
+        self.current = current
 
     def _stepper_from(self, state: State, t: float) -> TaylorStepper:
         return TaylorStepper(
@@ -160,7 +174,7 @@ class Motion:
         )
 
     def _change_inputs(self, F: float, mu: float) -> None:
-        at = self.moment
+        at = self.current
         p = self._p.with_values({"F": F, "mu": mu})
         state = at.state
         if self._separation and at.mode is not mode_of(p, state, separation=True):
@@ -168,24 +182,24 @@ class Motion:
             state = (state[0], state[1], 0.0, state[3])
         self._p = p
         self._stepper = self._stepper_from(state, at.t)
-        instant = self._stepper.instant
-        self.moment = _counted(at, instant.mode, at.t)._replace(
-            state=state, F=F, mu=mu, instant=instant, segment=None
+        snapshot = self._stepper.snapshot
+        self.current = _counted(at, snapshot.mode, at.t)._replace(
+            state=state, F=F, mu=mu, stepper=snapshot, segment=None
         )
 
     def _advance(self, t: float) -> None:
-        moment, segment = self.moment, self.moment.segment
+        current, segment = self.current, self.current.segment
         state = None
         while segment is None or segment.end <= t:
             following = self._stepper.advance()
             if segment is not None:
                 state = segment.final if segment.end == t else None
-                moment = _counted(moment, following.mode, segment.end)
+                current = _counted(current, following.mode, segment.end)
             segment = following
-            moment = moment._replace(instant=self._stepper.instant, segment=segment)
+            current = current._replace(stepper=self._stepper.snapshot, segment=segment)
         # Most communication steps come here at once; _replace would take as long as the rest.
-        _, _, mode, F, mu, separations, reattachments, last_event, instant, _ = moment
-        self.moment = Moment(
+        _, _, mode, F, mu, separations, reattachments, last_event, snapshot, _ = current
+        self.current = MotionState(
             t,
             segment.state(t) if state is None else state,
             mode,
@@ -194,18 +208,114 @@ class Motion:
             separations,
             reattachments,
             last_event,
-            instant,
+            snapshot,
             segment,
         )
 
 
-def _counted(moment: Moment, mode: Mode, t: float) -> Moment:
-    if mode is moment.mode:
-        return moment
+def _counted(current: MotionState, mode: Mode, t: float) -> MotionState:
+    if mode is current.mode:
+        return current
     separates = mode is Mode.SEPARATED
-    return moment._replace(
+    return current._replace(
         mode=mode,
-        separations=moment.separations + separates,
-        reattachments=moment.reattachments + (not separates),
+        separations=current.separations + separates,
+        reattachments=current.reattachments + (not separates),
         last_event=t,
     )
+
+
+def start_state(values: Values) -> State:
+    """The state in which the motion begins.
+
+    Parameters
+    ----------
+    values : mapping of int to float or bool
+        Values of all variables by value reference.
+
+    Returns
+    -------
+    State
+        (x, ẋ, y, ẏ), m and m/s.
+
+    Raises
+    ------
+    ComputationError
+        If the start is static and there is no equilibrium.
+    """
+    if values[REFERENCES["start_static"]]:
+        return static_start(parameters_from(values), separation=separation_in(values))
+    x, vx, y, vy = (float(values[REFERENCES[f"{name}_start"]]) for name in STATES)
+    return (x, vx, y, vy)
+
+
+def motion_from(values: Values, state: State, *, t: float, tol: float) -> SliderBeltMotion:
+    """The motion that the values describe.
+
+    Parameters
+    ----------
+    values : mapping of int to float or bool
+        Values of all variables by value reference.
+    state : State
+        (x, ẋ, y, ẏ) at `t`, m and m/s.
+    t : float
+        Time, s.
+    tol : float
+        Relative error to aim at.
+
+    Returns
+    -------
+    SliderBeltMotion
+        At `t`.
+    """
+    return SliderBeltMotion(
+        parameters_from(values), state, t=t, separation=separation_in(values), tol=tol
+    )
+
+
+def fixed_values(values: Values) -> list[float]:
+    """What two motions share if one can take up where the other was.
+
+    Parameters
+    ----------
+    values : mapping of int to float or bool
+        Values of all variables by value reference.
+
+    Returns
+    -------
+    list of float
+        The values of the fixed parameters.
+    """
+    return [values[reference] for reference in _FIXED]
+
+
+def parameters_from(values: Values) -> Parameters:
+    """The parameter set, inputs included.
+
+    Parameters
+    ----------
+    values : mapping of int to float or bool
+        Values of all variables by value reference.
+
+    Returns
+    -------
+    fivtui.model.parameters.Parameters
+        Every value is inside its bounds.
+    """
+    return Parameters(**{name: float(values[REFERENCES[name]]) for name in PARAMETERS})
+
+
+def separation_in(values: Values) -> bool:
+    """Whether separation is considered.
+
+    Parameters
+    ----------
+    values : mapping of int to float or bool
+        Values of all variables by value reference.
+
+    Returns
+    -------
+    bool
+        True for Case 1.
+    """
+    return bool(values[REFERENCES["separation"]])

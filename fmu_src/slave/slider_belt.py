@@ -7,12 +7,11 @@ from pythonfmu import DefaultExperiment
 
 from fivtui.model.slider_belt import Mode
 from fivtui.taylor.segment import Segment
-from fivtui.taylor.stepper import DEFAULT_TOL, Instant
+from fivtui.taylor.stepper import DEFAULT_TOL, StepperSnapshot
 
 from .experiment import Experiment
 from .instance import Instance
-from .motion import Moment, Motion
-from .settings import Values, fixed_values, motion_from, start_state
+from .motion import MotionState, SliderBeltMotion, Values, fixed_values, motion_from, start_state
 from .variables import INPUTS, REFERENCES, SLIDER_BELT_TABLE, STATES, SUMMARY
 
 _F, _MU = (REFERENCES[name] for name in INPUTS)
@@ -28,7 +27,7 @@ _SEPARATIONS, _REATTACHMENTS, _LAST_EVENT = (
 )
 
 
-class SliderBelt(Instance):
+class SliderBeltInstance(Instance):
     """One instance of the slider-belt model.
 
     Parameters
@@ -40,7 +39,9 @@ class SliderBelt(Instance):
     def __init__(self, **kwargs: Any) -> None:
         default = DefaultExperiment(0.0, 100.0, 0.01, DEFAULT_TOL)
         super().__init__(SLIDER_BELT_TABLE, SUMMARY, default, **kwargs)
-        self._motion: Motion
+        self.modelName = "SliderBelt"
+        self.modelName = "SliderBelt"
+        self._motion: SliderBeltMotion
         # What the motion was made of, besides its start and its inputs.
         self._made_of: tuple[float, ...] = ()
 
@@ -55,7 +56,7 @@ class SliderBelt(Instance):
 
     def _publish(self) -> None:
         motion, values = self._motion, self._values
-        moment, state = motion.moment, motion.state_at(self._t)
+        current, state = motion.current, motion.state_at(self._t)
         force = motion.contact_force(state[2])
         friction = values[_MU] * force
         # One by one: this is most of what reading costs.
@@ -63,40 +64,40 @@ class SliderBelt(Instance):
         values[_P], values[_ON_SLIDER], values[_ON_BELT] = force, friction, -friction
         values[_SWITCHING] = state[2]
         values[_AX], values[_AY] = motion.accelerations(state, F=values[_F], mu=values[_MU])
-        values[_MODE] = values[_MODE_INTEGER] = values[_MODE_ENUMERATION] = moment.mode
-        values[_SEPARATIONS], values[_REATTACHMENTS] = moment.separations, moment.reattachments
-        values[_LAST_EVENT] = moment.last_event
+        values[_MODE] = values[_MODE_INTEGER] = values[_MODE_ENUMERATION] = current.mode
+        values[_SEPARATIONS], values[_REATTACHMENTS] = current.separations, current.reattachments
+        values[_LAST_EVENT] = current.last_event
 
-    def _moment(self) -> Moment:
-        at = self._motion.moment
+    def _motion_state(self) -> MotionState:
+        at = self._motion.current
         if at.t != self._t:
             self._motion.move_to(self._t, F=at.F, mu=at.mu)
-        return self._motion.moment
+        return self._motion.current
 
     def _resume(
-        self, values: dict[int, float | bool], experiment: Experiment, moment: Moment
+        self, values: dict[int, float | bool], experiment: Experiment, current: MotionState
     ) -> None:
         made_of = _made_of(values, experiment)
         if made_of != self._made_of:
-            motion = motion_from(values, moment.state, t=moment.t, tol=experiment.tol)
+            motion = motion_from(values, current.state, t=current.t, tol=experiment.tol)
             self._motion, self._made_of = motion, made_of
-        self._motion.restore(moment)
+        self._motion.restore(current)
 
     @staticmethod
-    def _encoded(moment: Moment) -> Any:
-        segment = moment.segment
-        return {**moment._asdict(), "segment": None if segment is None else astuple(segment)}
+    def _to_json(current: MotionState) -> Any:
+        segment = current.segment
+        return {**current._asdict(), "segment": None if segment is None else astuple(segment)}
 
     @staticmethod
-    def _decoded(content: Any) -> Moment:
-        t, remainder, state, mode, stalled = content["instant"]
+    def _from_json(content: Any) -> MotionState:
+        t, remainder, state, mode, stalled = content["stepper"]
         segment = content["segment"]
-        return Moment(
+        return MotionState(
             **{
                 **content,
                 "state": tuple(content["state"]),
                 "mode": Mode(content["mode"]),
-                "instant": Instant(t, remainder, tuple(state), Mode(mode), stalled),
+                "stepper": StepperSnapshot(t, remainder, tuple(state), Mode(mode), stalled),
                 "segment": None if segment is None else _segment(segment),
             }
         )

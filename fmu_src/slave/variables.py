@@ -9,8 +9,7 @@ from fivtui.model.columns import COLUMNS
 from fivtui.model.parameters import PARAMETERS
 from fivtui.model.slider_belt import Mode
 
-from .table import VariableTable
-from .variable import Role, Type, Variable
+from .variable import Role, Type, Variable, VariableTable
 
 SUMMARY: Final = (
     "Slider pressed on a moving belt: friction-induced vibration by mode coupling, "

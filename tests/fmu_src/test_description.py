@@ -20,7 +20,7 @@ from fivtui import simulate
 from fmu_src.build.builder import build_fmu
 from fmu_src.slave.actuator import BrakeActuator
 from fmu_src.slave.instance import Instance
-from fmu_src.slave.slider_belt import SliderBelt
+from fmu_src.slave.slider_belt import SliderBeltInstance
 
 # Name, causality, variability, unit, min, max, nominal, start, and what the description says.
 PARAMETERS: Final = """
@@ -371,7 +371,7 @@ AT_SWITCH_ONLY: Final = {"P", "friction_slider", "friction_belt", "mode"}
 
 
 def made(which: str) -> Instance:
-    return (SliderBelt if which == "slider-belt" else BrakeActuator)(instance_name="test")
+    return (SliderBeltInstance if which == "slider-belt" else BrakeActuator)(instance_name="test")
 
 
 def values_after(which: str, values: Mapping[str, Any], later: Mapping[str, Any]) -> dict[str, Any]:

@@ -8,7 +8,7 @@ import pytest
 
 from fivtui.model.parameters import Parameters
 from fmu_src.build.builder import build_fmu
-from fmu_src.slave.motion import Motion
+from fmu_src.slave.motion import SliderBeltMotion
 from tests.support.fmu_driver import Driver
 
 STATES = ["x", "vx", "y", "vy"]
@@ -79,13 +79,13 @@ def test_after_a_change_of_inputs_the_motion_has_the_derivatives_of_the_new_ones
 
 def test_the_motion_goes_on_in_the_same_step_under_the_inputs_it_has_changed_to() -> None:
     p, start = Parameters(**VALUES), (0.5, -1.0, -0.9, 0.3)
-    motion = Motion(p, start, t=0.0, separation=True, tol=1e-9)
+    motion = SliderBeltMotion(p, start, t=0.0, separation=True, tol=1e-9)
     motion.move_to(0.01, F=100.0, mu=0.9)
     motion.move_to(0.02, F=30.0, mu=0.2)
-    at = motion.moment
+    at = motion.current
     assert (at.F, at.mu) == (30.0, 0.2)
     motion.move_to(0.03, F=30.0, mu=0.2)
-    assert motion.moment.segment is at.segment
+    assert motion.current.segment is at.segment
 
 
 def test_the_importer_gets_the_derivatives_of_the_inputs_that_it_has_set() -> None:

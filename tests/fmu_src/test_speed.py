@@ -5,8 +5,8 @@ from pathlib import Path
 import pytest
 
 from fivtui.taylor.stepper import TaylorStepper
-from fmu_src.slave.motion import Motion
-from fmu_src.slave.slider_belt import SliderBelt
+from fmu_src.slave.motion import SliderBeltMotion
+from fmu_src.slave.slider_belt import SliderBeltInstance
 from fmu_src.slave.variables import REFERENCES
 from tests.benchmarks.fmu import c_no_op, cost_of_a_simulation, python_no_op
 
@@ -24,9 +24,9 @@ def test_steps_without_outputs_move_the_time_alone(monkeypatch: pytest.MonkeyPat
         monkeypatch.setattr(kind, name, wrapper)
 
     counted(TaylorStepper, "advance")
-    counted(Motion, "state_at")
-    counted(Motion, "move_to")
-    slave = SliderBelt(instance_name="one", resources=str(Path.cwd()), visible=False)
+    counted(SliderBeltMotion, "state_at")
+    counted(SliderBeltMotion, "move_to")
+    slave = SliderBeltInstance(instance_name="one", resources=str(Path.cwd()), visible=False)
     slave.setup_experiment(0.0, 10.0, 1e-9)
     slave.enter_initialization_mode()
     slave.exit_initialization_mode()

@@ -7,8 +7,8 @@ from hypothesis import given, settings, strategies as st
 
 from fivtui import Parameters, simulate
 from fmu_src.build.builder import build_fmu
-from fmu_src.slave.memory import Memory
-from fmu_src.slave.slider_belt import SliderBelt
+from fmu_src.slave.instance_state import InstanceState
+from fmu_src.slave.slider_belt import SliderBeltInstance
 from fmu_src.slave.variables import REFERENCES, VARIABLES
 from tests.support.fmu_driver import Call, Driver
 from tests.support.strategies import moderate_parameters
@@ -109,9 +109,9 @@ def test_a_damaged_state_is_refused_and_nothing_changes(driver: Driver, flip: in
 def test_a_state_of_another_build_is_refused(monkeypatch: pytest.MonkeyPatch) -> None:
     instance = slave()
     before = instance.read()
-    data = SliderBelt._fmu_state_to_bytes(instance.memory())
-    monkeypatch.setattr("fmu_src.slave.memory._BUILD", "another")
-    refused = SliderBelt._fmu_state_from_bytes(data)
+    data = SliderBeltInstance._fmu_state_to_bytes(instance.saved_state())
+    monkeypatch.setattr("fmu_src.slave.instance_state._BUILD", "another")
+    refused = SliderBeltInstance._fmu_state_from_bytes(data)
     assert "another build" in str(refused)
     instance.slave._set_fmu_state(refused)
     assert instance.read() == before
@@ -121,7 +121,7 @@ class Instance:
     """The slave without its wrapper."""
 
     def __init__(self) -> None:
-        self.slave = SliderBelt(instance_name="test")
+        self.slave = SliderBeltInstance(instance_name="test")
         self.t = 0.0
 
     def set(self, **values: float) -> None:
@@ -143,19 +143,21 @@ class Instance:
     def get(self, name: str) -> float:
         return self.slave.get_real([REFERENCES[name]])[0]
 
-    def memory(self) -> Memory:
-        memory = self.slave._get_fmu_state()
-        assert isinstance(memory, Memory)
-        return memory
+    def saved_state(self) -> InstanceState:
+        saved_state = self.slave._get_fmu_state()
+        assert isinstance(saved_state, InstanceState)
+        return saved_state
 
-    def recall(self, memory: Memory, t: float) -> None:
-        self.slave._set_fmu_state(memory)
+    def recall(self, saved_state: InstanceState, t: float) -> None:
+        self.slave._set_fmu_state(saved_state)
         self.t = t
 
 
-def copied(memory: Memory) -> Memory:
-    copy = SliderBelt._fmu_state_from_bytes(SliderBelt._fmu_state_to_bytes(memory))
-    assert isinstance(copy, Memory)
+def copied(saved_state: InstanceState) -> InstanceState:
+    copy = SliderBeltInstance._fmu_state_from_bytes(
+        SliderBeltInstance._fmu_state_to_bytes(saved_state)
+    )
+    assert isinstance(copy, InstanceState)
     return copy
 
 
@@ -178,7 +180,7 @@ def test_going_back_and_on_gives_the_same_bits(
     instance.begin()
     for h in before:
         instance.step(h)
-    memory, t = instance.memory(), instance.t
+    saved_state, t = instance.saved_state(), instance.t
     kept = instance.read()
     ends = []
     for _ in range(2):
@@ -186,10 +188,10 @@ def test_going_back_and_on_gives_the_same_bits(
         for h in after:
             instance.step(h)
         ends.append(instance.read())
-        instance.recall(copied(memory) if through_bytes else memory, t)
+        instance.recall(copied(saved_state) if through_bytes else saved_state, t)
     assert ends[0] == ends[1]
     assert instance.read() == kept
-    assert instance.memory() == memory
+    assert instance.saved_state() == saved_state
 
 
 @settings(max_examples=40, deadline=None)

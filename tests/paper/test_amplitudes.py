@@ -12,7 +12,7 @@ import pytest
 
 from fivtui.model.errors import Cancelled, ComputationError, InputError
 from fivtui.paper.amplitudes import measure, measure_all
-from fivtui.paper.study import Study
+from fivtui.paper.results import PaperResults
 from fivtui.scene.presets import PRESETS
 from fivtui.scene.scene import Scene
 from fivtui.simulation import simulate
@@ -116,11 +116,11 @@ def test_a_study_computes_a_scene_once(monkeypatch: pytest.MonkeyPatch) -> None:
         asked.append(len(given))
         return measure_all(given, workers=1)
 
-    monkeypatch.setattr("fivtui.paper.study.measure_all", counting)
-    study = Study()
+    monkeypatch.setattr("fivtui.paper.results.measure_all", counting)
+    results = PaperResults()
     three = scenes(3)
-    study.prepare(three[:2])
-    assert study.amplitudes([three[2], three[0], three[2]]) == [
+    results.prepare(three[:2])
+    assert results.amplitudes([three[2], three[0], three[2]]) == [
         measure(three[2]),
         measure(three[0]),
         measure(three[2]),

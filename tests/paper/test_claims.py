@@ -27,7 +27,7 @@ from fivtui.paper.claims.eigenvalue import EIGENVALUES
 from fivtui.paper.claims.equilibrium import EQUILIBRIUM
 from fivtui.paper.claims.report import claims_markdown, print_claims
 from fivtui.paper.claims.trends import crossing, falls, falls_then_rises, rises
-from fivtui.paper.study import Study
+from fivtui.paper.results import PaperResults
 from fivtui.scene.scene import Scene
 from tests.cli.test_cli import fivtui
 
@@ -110,8 +110,8 @@ def alike(scenes: Sequence[Scene], **more: Any) -> list[Amplitude]:
 @pytest.fixture(scope="module")
 def early() -> list[CheckedClaim]:
     # The claims that need no amplitudes.
-    study = Study(workers=1)
-    return [check(claim, study) for claim in (*EQUILIBRIUM, *EIGENVALUES, *CRITICAL)]
+    results = PaperResults(workers=1)
+    return [check(claim, results) for claim in (*EQUILIBRIUM, *EIGENVALUES, *CRITICAL)]
 
 
 @pytest.mark.slow
@@ -185,13 +185,13 @@ def test_computed_values_are_the_known_ones(early: list[CheckedClaim]) -> None:
 def test_claims_about_amplitudes_fail_where_nothing_depends_on_anything(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
-    monkeypatch.setattr("fivtui.paper.study.measure_all", alike)
-    study = Study()
+    monkeypatch.setattr("fivtui.paper.results.measure_all", alike)
+    results = PaperResults()
     # Whether the figures lie where the equilibrium is unstable does not depend on amplitudes.
     spared = {"figures-show-unstable-motion"}
     for claim in AMPLITUDES:
         if claim.test is not None and claim.id not in spared:
-            checked = check(claim, study)
+            checked = check(claim, results)
             assert checked.verdict is Verdict.DOES_NOT_HOLD, claim.id
             assert all(np.isfinite(quantity.value) for quantity in checked.quantities)
 
@@ -201,11 +201,11 @@ def test_the_verdict_is_that_of_the_test(holds: bool, verdict: str) -> None:
     chapter = Chapter()
 
     @chapter.claim("9", "It holds", "x = 1")
-    def _it_holds_so(_: Study) -> Finding:
+    def _it_holds_so(_: PaperResults) -> Finding:
         return Finding(holds, (Quantity("x", 1.23456, "m"), Quantity("n", 3)), "because")
 
     (claim,) = chapter
-    checked = check(claim, Study())
+    checked = check(claim, PaperResults())
     assert claims_to_list([checked]) == [
         {
             "id": "it-holds-so",
@@ -221,17 +221,17 @@ def test_the_verdict_is_that_of_the_test(holds: bool, verdict: str) -> None:
 
 def test_a_claim_without_a_test_is_not_testable_and_says_why() -> None:
     claim = Claim("some-id", "9", "It matters", "much", untestable="no law of it")
-    (row,) = claims_to_list([check(claim, Study())])
+    (row,) = claims_to_list([check(claim, PaperResults())])
     assert (row["verdict"], row["reason"], row["computed"]) == ("not testable", "no law of it", "–")
 
 
 def test_a_row_without_reason_has_no_such_key() -> None:
     claim = Claim("some-id", "9", "It holds", "x", test=lambda _: Finding(True, ()))
-    assert "reason" not in claims_to_list([check(claim, Study())])[0]
+    assert "reason" not in claims_to_list([check(claim, PaperResults())])[0]
 
 
 def test_checking_can_be_cancelled(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("fivtui.paper.study.measure_all", alike)
+    monkeypatch.setattr("fivtui.paper.results.measure_all", alike)
     with pytest.raises(Cancelled):
         check_claims(progress=lambda _: False)
 
@@ -246,7 +246,7 @@ def test_the_markdown_table_has_seven_cells_a_row(early: list[CheckedClaim]) -> 
 
 def test_markdown_keeps_bars_and_underscores_as_they_are() -> None:
     claim = Claim("some-id", "9", "|y_e| < 1", "a * b", test=lambda _: Finding(True, ()))
-    row = claims_markdown([check(claim, Study())]).splitlines()[-1]
+    row = claims_markdown([check(claim, PaperResults())]).splitlines()[-1]
     assert r"\|y\_e\| \< 1" in row
     assert r"a \* b" in row
     assert "`some-id`" in row

@@ -12,7 +12,7 @@ from fivtui.model.parameters import Parameters
 from fivtui.paper.amplitudes import measure_all
 from fivtui.paper.data import DATA_COLUMNS, FigureData, save_data
 from fivtui.paper.families import PANELS, panels_of
-from fivtui.paper.study import Study
+from fivtui.paper.results import PaperResults
 from fivtui.paper.tables import critical_mu
 from fivtui.scene.scene import Scene
 
@@ -39,15 +39,15 @@ def row(data: FigureData, changes: dict[str, float]) -> int:
 
 
 @pytest.fixture(scope="module")
-def study() -> Study:
-    return Study(workers=1)
+def results() -> PaperResults:
+    return PaperResults(workers=1)
 
 
 @pytest.mark.parametrize("key", STABILITY_KEYS)
 def test_equilibria_and_eigenvalues_are_those_of_the_papers_equations(
-    key: str, study: Study
+    key: str, results: PaperResults
 ) -> None:
-    data = study.table(key)
+    data = results.table(key)
     own = points(key)
     assert own
     for point in own:
@@ -65,14 +65,14 @@ def test_equilibria_and_eigenvalues_are_those_of_the_papers_equations(
                 assert data[f"omega_{number}"][place] == pytest.approx(frequency, abs=1e-7)
 
 
-def test_runs_are_those_of_the_papers_method(study: Study) -> None:
+def test_runs_are_those_of_the_papers_method(results: PaperResults) -> None:
     for point in points("base"):
         for time, (x, _, y, _) in point["states"].items():
             place = {"separation": point["changes"]["separation"], "t": float(time)}
             for key, name, expected in (("11", "x", x), ("12", "y", y)):
-                data = study.table(key)
+                data = results.table(key)
                 assert data[name][row(data, place)] == pytest.approx(expected, abs=1e-6)
-            force = study.table("10")
+            force = results.table("10")
             base = Parameters()
             pressed = y < 0.0 or not point["changes"]["separation"]
             expected = -base.k2 * y - base.k_nl * y**3 if pressed else 0.0
@@ -144,8 +144,10 @@ def test_shared_parameters_are_those_of_the_captions(
         assert own | parameters == own
 
 
-def test_data_are_written_with_units_and_read_back_exactly(study: Study, tmp_path: Path) -> None:
-    data = study.table("5")
+def test_data_are_written_with_units_and_read_back_exactly(
+    results: PaperResults, tmp_path: Path
+) -> None:
+    data = results.table("5")
     path = tmp_path / "fig-05.csv"
     save_data(data, path)
     lines = path.read_text(encoding="utf-8").splitlines()
@@ -163,15 +165,17 @@ def test_data_are_written_with_units_and_read_back_exactly(study: Study, tmp_pat
         np.testing.assert_array_equal(column, data[name])
 
 
-def test_every_column_that_a_figure_can_have_has_a_unit_and_a_meaning(study: Study) -> None:
+def test_every_column_that_a_figure_can_have_has_a_unit_and_a_meaning(
+    results: PaperResults,
+) -> None:
     for key in (*STABILITY_KEYS, "10", "11", "12"):
-        for name in study.table(key).columns:
+        for name in results.table(key).columns:
             assert DATA_COLUMNS[name].unit
             assert DATA_COLUMNS[name].meaning
 
 
-def test_lines_are_the_rows_of_one_value_in_order(study: Study) -> None:
-    data = study.table("6")
+def test_lines_are_the_rows_of_one_value_in_order(results: PaperResults) -> None:
+    data = results.table("6")
     lines = dict(data.lines())
     assert list(lines) == [0.0, 50.0, 200.0, 500.0]
     assert sum(line["F"].size for line in lines.values()) == data["F"].size
@@ -185,11 +189,11 @@ def test_data_that_are_not_finite_are_refused() -> None:
         FigureData("6", "", "k_nl", "F", columns, {})
 
 
-def test_an_existing_data_file_stays(study: Study, tmp_path: Path) -> None:
+def test_an_existing_data_file_stays(results: PaperResults, tmp_path: Path) -> None:
     path = tmp_path / "fig-06.csv"
     path.write_text("mine")
     with pytest.raises(InputError, match="exists"):
-        save_data(study.table("6"), path)
+        save_data(results.table("6"), path)
     assert path.read_text() == "mine"
 
 
@@ -200,16 +204,16 @@ def test_a_system_without_critical_friction_says_so() -> None:
 
 @pytest.mark.parametrize("key", ["2a", "3", "6", "10"])
 def test_a_table_is_given_up_at_the_next_scene_or_within_a_run(key: str) -> None:
-    study, looks = Study(), 0
+    results, looks = PaperResults(), 0
 
     def go_on() -> bool:
         nonlocal looks
         looks += 1
         return looks < 3
 
-    study.go_on = go_on
+    results.go_on = go_on
     with pytest.raises(Cancelled):
-        study.table(key)
+        results.table(key)
     assert looks == 3
-    study.go_on = lambda: True
-    assert study.table(key).columns
+    results.go_on = lambda: True
+    assert results.table(key).columns

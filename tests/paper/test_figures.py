@@ -17,7 +17,7 @@ from fivtui.paper.amplitudes import Amplitude
 from fivtui.paper.drawing import draw
 from fivtui.paper.export import NUMBERS, figure_files, figure_numbers, save_figures
 from fivtui.paper.families import PANELS
-from fivtui.paper.study import Study
+from fivtui.paper.results import PaperResults
 from fivtui.scene.scene import Scene
 from fivtui.transient.figure import transient_figure
 
@@ -36,10 +36,10 @@ def invented(scenes: Sequence[Scene], **more: Any) -> list[Amplitude]:
 
 
 @pytest.fixture(scope="module")
-def study() -> Study:
+def results() -> PaperResults:
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr("fivtui.paper.study.measure_all", invented)
-        made = Study()
+        patch.setattr("fivtui.paper.results.measure_all", invented)
+        made = PaperResults()
         for key in ("13", "14", "15", "16"):
             made.table(key)
         return made
@@ -57,16 +57,18 @@ def look(line: Line2D) -> tuple[Any, ...]:
 
 
 @pytest.mark.parametrize("number", NUMBERS)
-def test_lines_are_told_apart_without_colour(number: int, study: Study) -> None:
-    figure = draw(number, study)
+def test_lines_are_told_apart_without_colour(number: int, results: PaperResults) -> None:
+    figure = draw(number, results)
     for axes in figure.axes:
         named = [line for line in curves(axes) if not str(line.get_label()).startswith("_")]
         assert len({look(line) for line in named}) == len(named) >= 2
 
 
 @pytest.mark.parametrize("number", NUMBERS)
-def test_every_axis_has_a_label_with_a_unit_unless_dimensionless(number: int, study: Study) -> None:
-    for axes in draw(number, study).axes:
+def test_every_axis_has_a_label_with_a_unit_unless_dimensionless(
+    number: int, results: PaperResults
+) -> None:
+    for axes in draw(number, results).axes:
         labels = [axes.get_ylabel()]
         labels += [axes.get_xlabel()] if axes.get_subplotspec() is not None else []
         if number in TRANSIENTS and axes is not axes.figure.axes[0]:
@@ -76,8 +78,10 @@ def test_every_axis_has_a_label_with_a_unit_unless_dimensionless(number: int, st
 
 
 @pytest.mark.parametrize("number", NUMBERS)
-def test_a_figure_belongs_to_no_window_and_fits_its_frame(number: int, study: Study) -> None:
-    figure = draw(number, study)
+def test_a_figure_belongs_to_no_window_and_fits_its_frame(
+    number: int, results: PaperResults
+) -> None:
+    figure = draw(number, results)
     assert isinstance(figure.canvas, FigureCanvasAgg)
     tight = io.BytesIO()
     figure.savefig(tight, format="png", dpi=50)
@@ -94,31 +98,31 @@ def legend(figure: Figure) -> list[str]:
     return [text.get_text() for each in holders if each is not None for text in each.get_texts()]
 
 
-def test_legends_name_what_the_lines_are(study: Study) -> None:
-    entries = legend(draw(6, study))
+def test_legends_name_what_the_lines_are(results: PaperResults) -> None:
+    entries = legend(draw(6, results))
     assert [entry.replace("\N{NO-BREAK SPACE}", " ") for entry in entries] == [
         "linear, $k_{\\mathrm{nl}}$ = 0 N/m$^3$",
         "$k_{\\mathrm{nl}}$ = 50 N/m$^3$",
         "$k_{\\mathrm{nl}}$ = 200 N/m$^3$",
         "$k_{\\mathrm{nl}}$ = 500 N/m$^3$",
     ]
-    assert legend(draw(13, study)) == ["separation ignored", "separation considered"]
-    assert "off the belt" in legend(draw(12, study))
+    assert legend(draw(13, results)) == ["separation ignored", "separation considered"]
+    assert "off the belt" in legend(draw(12, results))
 
 
 @pytest.mark.parametrize("number", CRITICAL)
-def test_lines_are_those_of_the_data(number: int, study: Study) -> None:
-    data = study.table(str(number))
-    (axes,) = draw(number, study).axes
+def test_lines_are_those_of_the_data(number: int, results: PaperResults) -> None:
+    data = results.table(str(number))
+    (axes,) = draw(number, results).axes
     for line, (_, own) in zip(curves(axes), data.lines(), strict=True):
         np.testing.assert_array_equal(line.get_xdata(), own[data.along])
         np.testing.assert_array_equal(line.get_ydata(), own["mu_c"])
 
 
 @pytest.mark.parametrize("number", EIGENVALUES)
-def test_merged_modes_are_drawn_once(number: int, study: Study) -> None:
-    data = study.table(str(number))
-    frequencies, _ = draw(number, study).axes
+def test_merged_modes_are_drawn_once(number: int, results: PaperResults) -> None:
+    data = results.table(str(number))
+    frequencies, _ = draw(number, results).axes
     drawn = curves(frequencies)
     for place, (_, own) in enumerate(data.lines()):
         second = np.asarray(drawn[2 * place + 1].get_ydata(), dtype=float)
@@ -129,17 +133,17 @@ def test_merged_modes_are_drawn_once(number: int, study: Study) -> None:
         np.testing.assert_array_equal(second[~hidden], own["omega_2"][~hidden])
 
 
-def test_critical_friction_is_marked_where_the_growth_rate_is_zero(study: Study) -> None:
-    _, growth = draw(4, study).axes
+def test_critical_friction_is_marked_where_the_growth_rate_is_zero(results: PaperResults) -> None:
+    _, growth = draw(4, results).axes
     marks = [line for line in growth.get_lines() if line.get_marker() == "o"]
     places = [float(np.asarray(line.get_xdata())[0]) for line in marks]
     assert places == pytest.approx([1.0181, 0.3738, 0.5976, 1.5473], abs=5e-5)
 
 
 @pytest.mark.parametrize("number", AMPLITUDES)
-def test_amplitudes_show_peak_and_half_range(number: int, study: Study) -> None:
-    peak, half_range = draw(number, study).axes
-    data = study.table(str(number))
+def test_amplitudes_show_peak_and_half_range(number: int, results: PaperResults) -> None:
+    peak, half_range = draw(number, results).axes
+    data = results.table(str(number))
     for axes, name in ((peak, "y_peak"), (half_range, "y_half_range")):
         for line, value in zip(curves(axes), (0.0, 1.0), strict=True):
             np.testing.assert_array_equal(line.get_ydata(), data.line(value)[name])
@@ -147,19 +151,19 @@ def test_amplitudes_show_peak_and_half_range(number: int, study: Study) -> None:
     assert "Half peak-to-peak" in half_range.get_ylabel()
 
 
-def test_runs_are_drawn_over_the_whole_time_and_enlarged(study: Study) -> None:
-    whole, late = draw(10, study).axes
+def test_runs_are_drawn_over_the_whole_time_and_enlarged(results: PaperResults) -> None:
+    whole, late = draw(10, results).axes
     assert whole.get_xlim() == (0.0, 100.0)
     assert late.get_xlim() == (90.0, 100.0)
 
 
-def test_an_unknown_quantity_of_a_run_is_refused(study: Study) -> None:
+def test_an_unknown_quantity_of_a_run_is_refused(results: PaperResults) -> None:
     with pytest.raises(InputError, match="unknown quantity 'z'"):
-        transient_figure(study.runs(PANELS["10"]), quantities=["z"])
+        transient_figure(results.runs(PANELS["10"]), quantities=["z"])
 
 
 @pytest.mark.slow
-def test_all_figures_are_written_with_their_data(study: Study, tmp_path: Path) -> None:
+def test_all_figures_are_written_with_their_data(results: PaperResults, tmp_path: Path) -> None:
     seen: list[float] = []
 
     def progress(fraction: float) -> bool:
@@ -167,7 +171,7 @@ def test_all_figures_are_written_with_their_data(study: Study, tmp_path: Path) -
         return True
 
     written = save_figures(
-        NUMBERS, tmp_path / "new", formats=["svg"], study=study, progress=progress
+        NUMBERS, tmp_path / "new", formats=["svg"], results=results, progress=progress
     )
     assert [files.number for files in written] == list(range(2, 17))
     names = {path.name for path in (tmp_path / "new").iterdir()}
@@ -178,41 +182,43 @@ def test_all_figures_are_written_with_their_data(study: Study, tmp_path: Path) -
     assert seen[-1] == pytest.approx(1.0)
 
 
-def test_the_same_figure_has_the_same_bytes(study: Study, tmp_path: Path) -> None:
+def test_the_same_figure_has_the_same_bytes(results: PaperResults, tmp_path: Path) -> None:
     for name in ("one", "other"):
-        save_figures([6], tmp_path / name, formats=["pdf", "svg", "png"], study=study)
+        save_figures([6], tmp_path / name, formats=["pdf", "svg", "png"], results=results)
     for path in (tmp_path / "one").iterdir():
         assert path.read_bytes() == (tmp_path / "other" / path.name).read_bytes()
 
 
 def test_one_file_that_exists_stops_all_before_the_work(
-    study: Study, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+    results: PaperResults, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr(study, "prepare", lambda *_: pytest.fail("computed all the same"))
+    monkeypatch.setattr(results, "prepare", lambda *_: pytest.fail("computed all the same"))
     (tmp_path / "fig-07.csv").write_text("mine")
     with pytest.raises(InputError, match=r"fig-07\.csv: exists"):
-        save_figures([6, 7], tmp_path, study=study)
+        save_figures([6, 7], tmp_path, results=results)
     assert [path.name for path in tmp_path.iterdir()] == ["fig-07.csv"]
     assert (tmp_path / "fig-07.csv").read_text() == "mine"
 
 
-def test_force_replaces(study: Study, tmp_path: Path) -> None:
+def test_force_replaces(results: PaperResults, tmp_path: Path) -> None:
     (tmp_path / "fig-06.csv").write_text("mine")
-    save_figures([6], tmp_path, formats=["png"], study=study, force=True)
+    save_figures([6], tmp_path, formats=["png"], results=results, force=True)
     assert "mine" not in (tmp_path / "fig-06.csv").read_text()
 
 
-def test_a_folder_that_is_a_file_is_refused(study: Study, tmp_path: Path) -> None:
+def test_a_folder_that_is_a_file_is_refused(results: PaperResults, tmp_path: Path) -> None:
     (tmp_path / "taken").write_text("mine")
     with pytest.raises(InputError, match="taken"):
-        save_figures([6], tmp_path / "taken", study=study)
+        save_figures([6], tmp_path / "taken", results=results)
 
 
 @pytest.mark.parametrize("last", [0.0, 0.5])
-def test_cancelled_work_leaves_whole_files_alone(study: Study, tmp_path: Path, last: float) -> None:
+def test_cancelled_work_leaves_whole_files_alone(
+    results: PaperResults, tmp_path: Path, last: float
+) -> None:
     with pytest.raises(Cancelled):
         save_figures(
-            [6, 8], tmp_path, formats=["png"], study=study, progress=lambda done: done < last
+            [6, 8], tmp_path, formats=["png"], results=results, progress=lambda done: done < last
         )
     expected = set() if last == 0.0 else {"fig-06.png", "fig-06.csv"}
     assert {path.name for path in tmp_path.iterdir()} == expected

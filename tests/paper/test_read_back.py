@@ -13,12 +13,12 @@ from matplotlib.axes import Axes
 from matplotlib.lines import Line2D
 from numpy.typing import NDArray
 
-from fivtui.paper import study as paper_study
+from fivtui.paper import results as paper_results
 from fivtui.paper.amplitudes import Amplitude
 from fivtui.paper.data import DATA_COLUMNS, save_data
 from fivtui.paper.drawing import draw
 from fivtui.paper.families import PANELS, panels_of
-from fivtui.paper.study import Study
+from fivtui.paper.results import PaperResults
 from fivtui.scene.scene import Scene
 from fivtui.tui.chart.chart import Found
 from fivtui.tui.tabs.charts.paper import figure_charts, figure_rows, point_scene
@@ -82,7 +82,7 @@ def invented(scenes: Sequence[Scene], **_: Any) -> list[Amplitude]:
 
 
 @pytest.fixture(scope="module")
-def study() -> Study:
+def results() -> PaperResults:
     # All lines, but fewer points on each.
     thin = {
         key: dataclasses.replace(
@@ -94,10 +94,10 @@ def study() -> Study:
         for key, panel in PANELS.items()
     }
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(paper_study, "measure_all", invented)
-        patch.setattr(paper_study, "PANELS", thin)
-        patch.setattr(paper_study, "_POINTS", 2001)
-        made = Study()
+        patch.setattr(paper_results, "measure_all", invented)
+        patch.setattr(paper_results, "PANELS", thin)
+        patch.setattr(paper_results, "_POINTS", 2001)
+        made = PaperResults()
         for key in PANELS:
             made.table(key)
     return made
@@ -138,8 +138,8 @@ def named(axes: Axes, holder: Mapping[str, Any]) -> list[tuple[str, Line2D]]:
     return [(name, line_like(axes, handle)) for name, handle in holder.items()]
 
 
-def test_fig_2_has_the_equilibria_of_its_lines(study: Study) -> None:
-    figure = draw(2, study)
+def test_fig_2_has_the_equilibria_of_its_lines(results: PaperResults) -> None:
+    figure = draw(2, results)
     for key, axes in zip(("2a", "2b"), figure.axes, strict=True):
         assert axes.get_title(loc="left") == f"({key[1]})"
         assert labels(axes) == (ALONG[FIGURES[key][0][0]], "Vertical displacement y_e (m)")
@@ -164,9 +164,9 @@ def modes(**p: float) -> tuple[complex, complex]:
 
 @pytest.mark.parametrize("key", ["3", "4", "5"])
 def test_figs_3_to_5_have_both_modes_of_every_line_and_its_critical_friction(
-    key: str, study: Study
+    key: str, results: PaperResults
 ) -> None:
-    figure = draw(int(key), study)
+    figure = draw(int(key), results)
     left, right = figure.axes
     assert labels(left) == (ALONG["mu"], "Frequency Im λ (rad/s)")
     assert labels(right) == (ALONG["mu"], "Growth rate Re λ (1/s)")
@@ -193,8 +193,10 @@ def test_figs_3_to_5_have_both_modes_of_every_line_and_its_critical_friction(
 
 
 @pytest.mark.parametrize("key", ["6", "7", "8", "9"])
-def test_figs_6_to_9_have_the_critical_friction_of_every_line(key: str, study: Study) -> None:
-    figure = draw(int(key), study)
+def test_figs_6_to_9_have_the_critical_friction_of_every_line(
+    key: str, results: PaperResults
+) -> None:
+    figure = draw(int(key), results)
     (axes,) = figure.axes
     assert labels(axes) == (ALONG[FIGURES[key][0][0]], "Critical friction coefficient μ_c")
     names, shown = legend_names(key), the_legend(figure)
@@ -214,9 +216,9 @@ def test_figs_6_to_9_have_the_critical_friction_of_every_line(key: str, study: S
     ],
 )
 def test_figs_10_to_12_have_the_motions_of_the_papers_method(
-    number: int, label: str, column: int | None, study: Study
+    number: int, label: str, column: int | None, results: PaperResults
 ) -> None:
-    figure = draw(number, study)
+    figure = draw(number, results)
     whole, late = figure.axes
     assert labels(whole) == ("Time t (s)", label)
     assert labels(late)[0] == "Time t (s)"
@@ -239,8 +241,8 @@ def test_figs_10_to_12_have_the_motions_of_the_papers_method(
 
 
 @pytest.mark.parametrize("key", ["13", "14", "15", "16"])
-def test_figs_13_to_16_have_both_amplitudes_of_both_cases(key: str, study: Study) -> None:
-    figure = draw(int(key), study)
+def test_figs_13_to_16_have_both_amplitudes_of_both_cases(key: str, results: PaperResults) -> None:
+    figure = draw(int(key), results)
     left, right = figure.axes
     along = ALONG[FIGURES[key][0][0]]
     assert labels(left) == (along, "Peak |y| (m)")
@@ -274,10 +276,12 @@ X_LABELS: Final = {"F": "F / N", "k_nl": "k_nl / N/m^3", "mu": "mu"}
 
 
 @pytest.mark.parametrize("key", [key for key in FIGURES if FIGURES[key][1]])
-def test_charts_of_the_paper_have_every_line_under_its_name(key: str, study: Study) -> None:
+def test_charts_of_the_paper_have_every_line_under_its_name(
+    key: str, results: PaperResults
+) -> None:
     (along, *_), by, values, shared = FIGURES[key]
     panel = PANELS[key]
-    charts = figure_charts(panel, study.table(key))
+    charts = figure_charts(panel, results.table(key))
     assert tuple(chart.y_label for chart in charts) == Y_LABELS[panel.kind]
     for chart, part in zip(charts, ("imag", "real"), strict=False):
         assert chart.x_label == X_LABELS[along]
@@ -304,10 +308,10 @@ def test_charts_of_the_paper_have_every_line_under_its_name(key: str, study: Stu
                 assert trace.y[place] == pytest.approx(own_y, abs=1e-7)
 
 
-def test_charts_of_amplitudes_and_motions_have_both_cases(study: Study) -> None:
+def test_charts_of_amplitudes_and_motions_have_both_cases(results: PaperResults) -> None:
     for key in ("13", "14", "15", "16"):
         (along, *_), _, _, shared = FIGURES[key]
-        peak, steady = figure_charts(PANELS[key], study.table(key))
+        peak, steady = figure_charts(PANELS[key], results.table(key))
         assert peak.y_label == "peak |y| / m"
         assert "half" in steady.y_label
         assert steady.y_label.endswith("/ m")
@@ -318,7 +322,7 @@ def test_charts_of_amplitudes_and_motions_have_both_cases(study: Study) -> None:
                 p = {**own_slider.BASE, **shared, along: float(trace.x[1])}
                 assert trace.y[1] == pytest.approx(amplitude(case, p)[place])
     for key, label, column in (("10", "P / N", None), ("11", "x / m", 0), ("12", "y / m", 2)):
-        (chart,) = figure_charts(PANELS[key], study.table(key))
+        (chart,) = figure_charts(PANELS[key], results.table(key))
         assert (chart.x_label, chart.y_label) == ("t / s", label)
         assert [guide.value for guide in chart.guides] == [0.0]
         for trace, case in zip(chart.traces, (False, True), strict=True):
@@ -353,11 +357,11 @@ def test_the_list_of_figures_says_what_tells_their_lines_apart() -> None:
 
 @pytest.mark.parametrize("number", range(2, 17))
 def test_data_beside_a_figure_have_its_parameters_and_units(
-    number: int, study: Study, tmp_path: Path
+    number: int, results: PaperResults, tmp_path: Path
 ) -> None:
     for panel in panels_of(number):
         path = tmp_path / f"{panel.key}.csv"
-        save_data(study.table(panel.key), path)
+        save_data(results.table(panel.key), path)
         lines = path.read_text(encoding="utf-8").splitlines()
         said = {
             name: json.loads(text)
@@ -397,9 +401,9 @@ def test_data_beside_a_figure_have_its_parameters_and_units(
             assert (values["separations"], values["separated_time"]) == (7.0, 1.0)
 
 
-def test_captions_say_what_their_axes_show(study: Study) -> None:
+def test_captions_say_what_their_axes_show(results: PaperResults) -> None:
     for key, (along, by, _, _) in FIGURES.items():
-        caption = study.table(key).caption
+        caption = results.table(key).caption
         word = {"F": "preload", "k_nl": "stiffness", "mu": "friction coefficient"}[along[0]]
         assert word in caption.partition(" against ")[2], key
         assert plain(caption) == caption

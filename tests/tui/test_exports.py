@@ -19,7 +19,7 @@ from fivtui.io.column_files import read_columns
 from fivtui.model.errors import InputError
 from fivtui.paper.claims.check import CLAIMS
 from fivtui.paper.claims.claim import check
-from fivtui.paper.study import Study
+from fivtui.paper.results import PaperResults
 from fivtui.scene.presets import PRESETS
 from fivtui.scene.scene import save_scene
 from fivtui.sweeps.request import parse_design, study_of
@@ -241,7 +241,7 @@ async def test_figures_and_claims_of_the_paper_are_written_and_copied(
     await refused(pilot, "f6", "claims are no figure: F7 writes them")
     assert await copied(pilot) == ["claims"]
     few = CLAIMS[:2]
-    checked = [check(claim, Study(workers=1)) for claim in few]
+    checked = [check(claim, PaperResults(workers=1)) for claim in few]
     pane: Any = lab_of(pilot).pane
     pane.take({entry.claim.id: entry for entry in checked})
     written = {

@@ -13,7 +13,7 @@ from fivtui.kernel import loader
 from fivtui.kernel.loader import KernelLoader
 from fivtui.paper.claims.check import CLAIMS
 from fivtui.paper.claims.claim import check
-from fivtui.paper.study import Study
+from fivtui.paper.results import PaperResults
 from fivtui.scene.presets import PRESETS
 from fivtui.tradeoffs import measure as tradeoff
 from fivtui.tradeoffs.measure import Tradeoff, measure_tradeoff
@@ -225,7 +225,7 @@ def test_the_present_setting_and_what_would_do_as_well(measured: Tradeoff) -> No
 
 
 def test_claims_have_rows_and_words() -> None:
-    study = Study(workers=1)
+    study = PaperResults(workers=1)
     claim = CLAIMS[0]
     checked = {claim.id: check(claim, study)}
     rows = claim_rows(CLAIMS, checked)

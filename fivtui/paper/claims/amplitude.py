@@ -4,7 +4,7 @@ import dataclasses
 from collections.abc import Mapping
 from typing import Final
 
-from fivtui.paper import FigureData, Study
+from fivtui.paper import FigureData, PaperResults
 from fivtui.scene import PRESETS, Scene
 
 from .claim import Chapter, Finding, Quantity
@@ -17,9 +17,9 @@ _UNITS: Final = {"F": "N", "k_nl": "N/m³"}
 _BARELY: Final = 1.2
 
 
-def _cases(study: Study, key: str) -> tuple[FigureData, FigureData]:
+def _cases(results: PaperResults, key: str) -> tuple[FigureData, FigureData]:
     # Separation ignored, and considered.
-    data = study.table(key)
+    data = results.table(key)
     return data.line(0.0), data.line(1.0)
 
 
@@ -39,21 +39,21 @@ def _all_ends(line: FigureData, label: str = "") -> tuple[Quantity, ...]:
     return tuple(quantity for name in _MEASURES for quantity in _ends(line, name, label))
 
 
-def _crossings(study: Study, key: str) -> dict[str, float]:
+def _crossings(results: PaperResults, key: str) -> dict[str, float]:
     # Where Case 1 comes to exceed Case 2 for good, by measure; only where it does.
-    ignored, considered = _cases(study, key)
+    ignored, considered = _cases(results, key)
     along = considered[considered.along]
     places = {name: crossing(along, considered[name] - ignored[name]) for name in _MEASURES}
     return {name: place for name, place in places.items() if place is not None}
 
 
-def _named(study: Study, key: str) -> tuple[Quantity, ...]:
-    along = study.table(key).along
+def _named(results: PaperResults, key: str) -> tuple[Quantity, ...]:
+    along = results.table(key).along
     return tuple(
         Quantity(
             f"Fig. {key}, {_MEASURES[name]}: Case 1 exceeds from {along}", value, _UNITS[along]
         )
-        for name, value in _crossings(study, key).items()
+        for name, value in _crossings(results, key).items()
     )
 
 
@@ -62,8 +62,10 @@ def _named(study: Study, key: str) -> tuple[Quantity, ...]:
     "The parameters are chosen so that the motion is unstable",
     "unstable equilibrium",
 )
-def _figures_show_unstable_motion(study: Study) -> Finding:
-    least = {key: float(study.table(key)["growth_rate"].min()) for key in ("13", "14", "15", "16")}
+def _figures_show_unstable_motion(results: PaperResults) -> Finding:
+    least = {
+        key: float(results.table(key)["growth_rate"].min()) for key in ("13", "14", "15", "16")
+    }
     return Finding(
         min(least.values()) > 0.0,
         tuple(
@@ -79,12 +81,12 @@ def _figures_show_unstable_motion(study: Study) -> Finding:
     "With separation ignored the preload barely affects the amplitude",
     "amplitude about constant",
 )
-def _ignored_barely_depends_on_preload(study: Study) -> Finding:
-    return _barely(study, "13")
+def _ignored_barely_depends_on_preload(results: PaperResults) -> Finding:
+    return _barely(results, "13")
 
 
-def _barely(study: Study, key: str) -> Finding:
-    ignored, considered = _cases(study, key)
+def _barely(results: PaperResults, key: str) -> Finding:
+    ignored, considered = _cases(results, key)
     quantities = []
     for name, measure in _MEASURES.items():
         for case, line in (("ignored", ignored), ("considered", considered)):
@@ -102,12 +104,12 @@ def _barely(study: Study, key: str) -> Finding:
     "With separation considered the amplitude grows with the preload",
     "amplitude rises with F",
 )
-def _considered_grows_with_preload(study: Study) -> Finding:
-    return _grows(study, "13")
+def _considered_grows_with_preload(results: PaperResults) -> Finding:
+    return _grows(results, "13")
 
 
-def _grows(study: Study, key: str) -> Finding:
-    _, considered = _cases(study, key)
+def _grows(results: PaperResults, key: str) -> Finding:
+    _, considered = _cases(results, key)
     return Finding(all(rises(considered[name]) for name in _MEASURES), _all_ends(considered))
 
 
@@ -116,12 +118,12 @@ def _grows(study: Study, key: str) -> Finding:
     "Case 1 is the smaller at small preload, the greater at large preload",
     "one crossing along F",
 )
-def _cases_cross_along_preload(study: Study) -> Finding:
-    return _cross(study, "13")
+def _cases_cross_along_preload(results: PaperResults) -> Finding:
+    return _cross(results, "13")
 
 
-def _cross(study: Study, key: str) -> Finding:
-    return Finding(len(_crossings(study, key)) == len(_MEASURES), _named(study, key))
+def _cross(results: PaperResults, key: str) -> Finding:
+    return Finding(len(_crossings(results, key)) == len(_MEASURES), _named(results, key))
 
 
 @AMPLITUDES.claim(
@@ -129,8 +131,8 @@ def _cross(study: Study, key: str) -> Finding:
     "A stronger nonlinearity shows the same trends with the preload",
     "as Fig. 13",
 )
-def _same_trends_with_stronger_nonlinearity(study: Study) -> Finding:
-    constant, growing, crossed = (make(study, "14") for make in (_barely, _grows, _cross))
+def _same_trends_with_stronger_nonlinearity(results: PaperResults) -> Finding:
+    constant, growing, crossed = (make(results, "14") for make in (_barely, _grows, _cross))
     return Finding(
         constant.holds and growing.holds and crossed.holds,
         (*constant.quantities[::2], *growing.quantities, *crossed.quantities),
@@ -142,12 +144,12 @@ def _same_trends_with_stronger_nonlinearity(study: Study) -> Finding:
     "With the stronger nonlinearity Case 1 exceeds Case 2 at a much lower preload",
     "F(Fig. 14) ≪ F(Fig. 13)",
 )
-def _stronger_nonlinearity_crosses_sooner(study: Study) -> Finding:
-    weak, strong = _crossings(study, "13"), _crossings(study, "14")
+def _stronger_nonlinearity_crosses_sooner(results: PaperResults) -> Finding:
+    weak, strong = _crossings(results, "13"), _crossings(results, "14")
     return Finding(
         all(name in weak and name in strong for name in _MEASURES)
         and all(strong[name] < 0.5 * weak[name] for name in _MEASURES),
-        (*_named(study, "13"), *_named(study, "14")),
+        (*_named(results, "13"), *_named(results, "14")),
     )
 
 
@@ -156,10 +158,10 @@ def _stronger_nonlinearity_crosses_sooner(study: Study) -> Finding:
     "Ignoring separation can underestimate the vibration, which is unsafe",
     "Case 1 > Case 2 in certain conditions",
 )
-def _ignoring_separation_underestimates(study: Study) -> Finding:
+def _ignoring_separation_underestimates(results: PaperResults) -> Finding:
     quantities = []
     for key in ("13", "14", "15", "16"):
-        ignored, considered = _cases(study, key)
+        ignored, considered = _cases(results, key)
         ratio = float((considered["y_half_range"] / ignored["y_half_range"]).max())
         quantities.append(
             Quantity(f"greatest ratio of half peak-to-peak, second half, Fig. {key}", ratio)
@@ -172,8 +174,8 @@ def _ignoring_separation_underestimates(study: Study) -> Finding:
     "With separation ignored the nonlinear stiffness appears stabilising",
     "amplitude falls with k_nl",
 )
-def _ignored_falls_with_stiffness(study: Study) -> Finding:
-    lines = {key: _cases(study, key)[0] for key in ("15", "16")}
+def _ignored_falls_with_stiffness(results: PaperResults) -> Finding:
+    lines = {key: _cases(results, key)[0] for key in ("15", "16")}
     falling = all(falls(line[name]) for line in lines.values() for name in _MEASURES)
     return Finding(falling, _ends_of_both(lines))
 
@@ -191,8 +193,8 @@ def _ends_of_both(lines: Mapping[str, FigureData]) -> tuple[Quantity, ...]:
     "With separation considered a larger nonlinear stiffness means a larger amplitude",
     "amplitude rises with k_nl",
 )
-def _considered_grows_with_stiffness(study: Study) -> Finding:
-    lines = {key: _cases(study, key)[1] for key in ("15", "16")}
+def _considered_grows_with_stiffness(results: PaperResults) -> Finding:
+    lines = {key: _cases(results, key)[1] for key in ("15", "16")}
     rising = all(rises(line[name]) for line in lines.values() for name in _MEASURES)
     return Finding(rising, _ends_of_both(lines))
 
@@ -202,8 +204,8 @@ def _considered_grows_with_stiffness(study: Study) -> Finding:
     "At F = 40 N Case 1 is the smaller at small k_nl, and tends to be the greater at large k_nl",
     "one crossing along k_nl",
 )
-def _cases_cross_along_stiffness(study: Study) -> Finding:
-    return _cross(study, "15")
+def _cases_cross_along_stiffness(results: PaperResults) -> Finding:
+    return _cross(results, "15")
 
 
 @AMPLITUDES.claim(
@@ -211,15 +213,15 @@ def _cases_cross_along_stiffness(study: Study) -> Finding:
     "At F = 60 N Case 1 is the greater even at a small nonlinear stiffness",
     "Case 1 > Case 2 from small k_nl",
 )
-def _greater_even_at_small_stiffness(study: Study) -> Finding:
-    light, heavy = _crossings(study, "15"), _crossings(study, "16")
-    small = 0.1 * float(study.table("16")["k_nl"].max())
-    ignored, considered = _cases(study, "16")
+def _greater_even_at_small_stiffness(results: PaperResults) -> Finding:
+    light, heavy = _crossings(results, "15"), _crossings(results, "16")
+    small = 0.1 * float(results.table("16")["k_nl"].max())
+    ignored, considered = _cases(results, "16")
     return Finding(
         all(name in light and name in heavy for name in _MEASURES)
         and all(heavy[name] < min(small, 0.5 * light[name]) for name in _MEASURES),
         (
-            *_named(study, "16"),
+            *_named(results, "16"),
             _ends(ignored, "y_peak", "ignored: ")[0],
             _ends(considered, "y_peak", "considered: ")[0],
         ),
@@ -243,8 +245,8 @@ _PRELOAD_ALONE: Final = (_at_preload(40.0, separation=True), _at_preload(60.0, s
     "40 N against 60 N",
     scenes=_PRELOAD_ALONE,
 )
-def _amplitude_depends_on_preload(study: Study) -> Finding:
-    small, large = study.amplitudes(_PRELOAD_ALONE)
+def _amplitude_depends_on_preload(results: PaperResults) -> Finding:
+    small, large = results.amplitudes(_PRELOAD_ALONE)
     return Finding(
         large.y_peak > 1.1 * small.y_peak and large.y_half_range > 1.1 * small.y_half_range,
         (
@@ -262,10 +264,10 @@ def _amplitude_depends_on_preload(study: Study) -> Finding:
     "The trend of the amplitude with some parameters is opposite if separation is ignored",
     "opposite signs",
 )
-def _opposite_trends(study: Study) -> Finding:
+def _opposite_trends(results: PaperResults) -> Finding:
     quantities = []
     for key in ("15", "16"):
-        for case, line in zip(("ignored", "considered"), _cases(study, key), strict=True):
+        for case, line in zip(("ignored", "considered"), _cases(results, key), strict=True):
             change = float(line["y_half_range"][-1] - line["y_half_range"][0])
             quantities.append(
                 Quantity(

@@ -6,7 +6,7 @@ from typing import Final
 
 from fivtui.equilibrium import growth_rate
 from fivtui.model import Parameters, equilibrium
-from fivtui.paper import Study, critical_mu
+from fivtui.paper import PaperResults, critical_mu
 from fivtui.scene import PRESETS, Scene
 
 from .claim import Chapter, Finding, Quantity
@@ -56,8 +56,8 @@ _PUSHED: Final = _pushed_up(0.3)
     "unbounded",
     scenes=_LINEAR,
 )
-def _linear_contact_unbounded(study: Study) -> Finding:
-    early, late = study.amplitudes(_LINEAR)
+def _linear_contact_unbounded(results: PaperResults) -> Finding:
+    early, late = results.amplitudes(_LINEAR)
     growth = growth_rate(_LINEAR[0].parameters)
     return Finding(
         late.y_half_range > 1e3 * early.y_half_range and growth > 0.0,
@@ -76,8 +76,8 @@ def _linear_contact_unbounded(study: Study) -> Finding:
     "no separation, mostly",
     scenes=_STABLE,
 )
-def _stable_seldom_separates(study: Study) -> Finding:
-    separated = sum(a.separations > 0 for a in study.amplitudes(_STABLE))
+def _stable_seldom_separates(results: PaperResults) -> Finding:
+    separated = sum(a.separations > 0 for a in results.amplitudes(_STABLE))
     return Finding(
         separated < 0.5 * len(_STABLE),
         (Quantity("stable static starts", len(_STABLE)), Quantity("with separation", separated)),
@@ -91,16 +91,16 @@ def _stable_seldom_separates(study: Study) -> Finding:
     "returns to the equilibrium",
     scenes=(*_STABLE, _COEXISTENCE, _DECAY, _PUSHED),
 )
-def _stable_returns_to_equilibrium(study: Study) -> Finding:
+def _stable_returns_to_equilibrium(results: PaperResults) -> Finding:
     separated = [
         (scene, amplitude)
-        for scene, amplitude in zip(_STABLE, study.amplitudes(_STABLE), strict=True)
+        for scene, amplitude in zip(_STABLE, results.amplitudes(_STABLE), strict=True)
         if amplitude.separations > 0
     ]
     returned = sum(
         amplitude.y_half_range < _RETURNED * amplitude.y_peak for _, amplitude in separated
     )
-    static, small, large = study.amplitudes((_COEXISTENCE, _DECAY, _PUSHED))
+    static, small, large = results.amplitudes((_COEXISTENCE, _DECAY, _PUSHED))
     return Finding(
         returned == len(separated) and static.y_half_range < _RETURNED * static.y_peak,
         (
@@ -121,7 +121,7 @@ def _stable_returns_to_equilibrium(study: Study) -> Finding:
     "The critical friction coefficient of the example (F = 80 N, k_nl = 100 N/m³) is 0.28",
     "μ_c = 0.28",
 )
-def _critical_friction_of_the_example(_: Study) -> Finding:
+def _critical_friction_of_the_example(_: PaperResults) -> Finding:
     critical = critical_mu(_BASE)
     lighter = critical_mu(_BASE.with_values({"F": 50.0}))
     return Finding(

@@ -4,7 +4,7 @@ from collections.abc import Sequence
 from typing import Final
 
 from fivtui.model import Cancelled, unknown_name
-from fivtui.paper import PANELS, Progress, Study
+from fivtui.paper import PANELS, PaperResults, Progress
 
 from .amplitude import AMPLITUDES
 from .attractor import ATTRACTORS
@@ -68,7 +68,7 @@ def claims(ids: Sequence[str] = (), *, progress: Progress | None = None) -> list
 
 
 def check_claims(
-    study: Study | None = None,
+    results: PaperResults | None = None,
     *,
     chosen: Sequence[Claim] = CLAIMS,
     progress: Progress | None = None,
@@ -77,7 +77,7 @@ def check_claims(
 
     Parameters
     ----------
-    study : Study, optional
+    results : PaperResults, optional
         Where the numbers come from; a new one if not given.
     chosen : sequence of Claim
         Which ones; all if not given.
@@ -96,7 +96,7 @@ def check_claims(
     Cancelled
         If `progress` returned False.
     """
-    source = Study() if study is None else study
+    source = PaperResults() if results is None else results
     report = progress or (lambda _fraction: True)
     scenes = [scene for claim in chosen for scene in claim.scenes]
     if len(chosen) == len(CLAIMS):

@@ -4,7 +4,7 @@ from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 from enum import StrEnum
 
-from fivtui.paper import Study
+from fivtui.paper import PaperResults
 from fivtui.scene import Scene
 
 
@@ -57,7 +57,7 @@ class Finding:
     reason: str = ""
 
 
-Test = Callable[[Study], Finding]
+Test = Callable[[PaperResults], Finding]
 
 
 @dataclass(frozen=True, slots=True)
@@ -167,14 +167,14 @@ class Chapter:
         self._claims.append(Claim(name, section, statement, stated, untestable=why))
 
 
-def check(claim: Claim, study: Study) -> CheckedClaim:
+def check(claim: Claim, results: PaperResults) -> CheckedClaim:
     """Hold a claim against the model.
 
     Parameters
     ----------
     claim : Claim
         The claim.
-    study : Study
+    results : PaperResults
         Where the numbers come from.
 
     Returns
@@ -189,6 +189,6 @@ def check(claim: Claim, study: Study) -> CheckedClaim:
     """
     if claim.test is None:
         return CheckedClaim(claim, Verdict.NOT_TESTABLE, (), claim.untestable)
-    finding = claim.test(study)
+    finding = claim.test(results)
     verdict = Verdict.HOLDS if finding.holds else Verdict.DOES_NOT_HOLD
     return CheckedClaim(claim, verdict, finding.quantities, finding.reason)

@@ -6,7 +6,7 @@ import numpy as np
 
 from fivtui.equilibrium import growth_rate
 from fivtui.model import Parameters
-from fivtui.paper import FigureData, Study, critical_mu
+from fivtui.paper import FigureData, PaperResults, critical_mu
 
 from .claim import Chapter, Finding, Quantity
 from .trends import crossing, falls, falls_then_rises, rises
@@ -43,8 +43,8 @@ def _exceeds_linear(data: FigureData, value: float, unit: str) -> Finding:
     "The preload does not influence the stability of the linear system",
     "μ_c(linear) independent of F",
 )
-def _preload_leaves_the_linear_system(study: Study) -> Finding:
-    line = study.table("6").line(0.0)
+def _preload_leaves_the_linear_system(results: PaperResults) -> Finding:
+    line = results.table("6").line(0.0)
     return Finding(
         float(np.ptp(line["mu_c"])) <= _ROUNDING,
         (
@@ -59,8 +59,8 @@ def _preload_leaves_the_linear_system(study: Study) -> Finding:
     "With increasing preload the nonlinear system is at first less stable than the linear one",
     "μ_c < μ_c(linear) at first",
 )
-def _preload_destabilises_at_first(study: Study) -> Finding:
-    return _first_below_linear(study.table("6"))
+def _preload_destabilises_at_first(results: PaperResults) -> Finding:
+    return _first_below_linear(results.table("6"))
 
 
 @CRITICAL.claim(
@@ -68,8 +68,8 @@ def _preload_destabilises_at_first(study: Study) -> Finding:
     "From a preload that depends on k_nl the critical friction rises with the preload",
     "μ_c has a minimum along F",
 )
-def _preload_stabilises_later(study: Study) -> Finding:
-    lines = _nonlinear(study.table("6"))
+def _preload_stabilises_later(results: PaperResults) -> Finding:
+    lines = _nonlinear(results.table("6"))
     least = np.array([line["F"][np.argmin(line["mu_c"])] for _, line in lines])
     return Finding(
         all(falls_then_rises(line["mu_c"]) for _, line in lines) and falls(least),
@@ -85,8 +85,8 @@ def _preload_stabilises_later(study: Study) -> Finding:
     "At k_nl = 500 N/m³ the critical friction finally exceeds the linear one in the range shown",
     "μ_c(500 N/m³) > μ_c(linear) at large F",
 )
-def _preload_stabilises_beyond_linear(study: Study) -> Finding:
-    return _exceeds_linear(study.table("6"), 500.0, "N")
+def _preload_stabilises_beyond_linear(results: PaperResults) -> Finding:
+    return _exceeds_linear(results.table("6"), 500.0, "N")
 
 
 @CRITICAL.claim(
@@ -94,7 +94,7 @@ def _preload_stabilises_beyond_linear(study: Study) -> Finding:
     "Non-proportional damping gives the same trend of the critical friction with the preload",
     "μ_c falls, then rises, at 500 N/m³ beyond the linear one",
 )
-def _same_trend_with_other_damping(_: Study) -> Finding:
+def _same_trend_with_other_damping(_: PaperResults) -> Finding:
     base = _BASE.with_values({"c1": 0.8})
     loads = np.linspace(0.0, 100.0, 101)
     linear = critical_mu(base.with_values({"k_nl": 0.0}))
@@ -114,8 +114,8 @@ def _same_trend_with_other_damping(_: Study) -> Finding:
     "Without preload the nonlinear stiffness does not influence the stability",
     "μ_c independent of k_nl at F = 0",
 )
-def _stiffness_needs_preload(study: Study) -> Finding:
-    line = study.table("7").line(0.0)
+def _stiffness_needs_preload(results: PaperResults) -> Finding:
+    line = results.table("7").line(0.0)
     change = float(np.ptp(line["mu_c"]))
     return Finding(change <= _ROUNDING, (Quantity("change of μ_c at F = 0", change),))
 
@@ -125,8 +125,8 @@ def _stiffness_needs_preload(study: Study) -> Finding:
     "With preload the nonlinear system at first becomes less stable as k_nl grows",
     "μ_c falls with k_nl at first",
 )
-def _stiffness_destabilises_at_first(study: Study) -> Finding:
-    return _first_below_linear(study.table("7"))
+def _stiffness_destabilises_at_first(results: PaperResults) -> Finding:
+    return _first_below_linear(results.table("7"))
 
 
 def _first_below_linear(data: FigureData) -> Finding:
@@ -146,8 +146,8 @@ def _first_below_linear(data: FigureData) -> Finding:
     "At F = 100 N a strong nonlinearity makes the system more stable than the linear one",
     "μ_c(100 N) > μ_c(linear) at large k_nl",
 )
-def _stiffness_stabilises_at_large_preload(study: Study) -> Finding:
-    return _exceeds_linear(study.table("7"), 100.0, "N/m³")
+def _stiffness_stabilises_at_large_preload(results: PaperResults) -> Finding:
+    return _exceeds_linear(results.table("7"), 100.0, "N/m³")
 
 
 @CRITICAL.claim(
@@ -155,8 +155,8 @@ def _stiffness_stabilises_at_large_preload(study: Study) -> Finding:
     "At F = 5 N the nonlinear system is less stable than the linear one",
     "μ_c(5 N) < μ_c(linear)",
 )
-def _small_preload_stays_below_linear(study: Study) -> Finding:
-    data = study.table("7")
+def _small_preload_stays_below_linear(results: PaperResults) -> Finding:
+    data = results.table("7")
     linear, line = _linear(data), data.line(5.0)
     return Finding(
         bool(np.all(line["mu_c"][1:] < linear)),
@@ -165,7 +165,7 @@ def _small_preload_stays_below_linear(study: Study) -> Finding:
 
 
 @CRITICAL.claim("4.2", "At μ = 1.2 the linear system is unstable", "μ_c(linear) < 1.2")
-def _linear_unstable_at_1_2(_: Study) -> Finding:
+def _linear_unstable_at_1_2(_: PaperResults) -> Finding:
     linear = _BASE.with_values({"k_nl": 0.0, "mu": 1.2})
     critical, growth = critical_mu(linear), growth_rate(linear)
     return Finding(
@@ -179,7 +179,7 @@ def _linear_unstable_at_1_2(_: Study) -> Finding:
     "At μ = 1.2 the system is stabilised by F = 100 N and k_nl = 300 N/m³",
     "stable at μ = 1.2",
 )
-def _stabilised_at_1_2(_: Study) -> Finding:
+def _stabilised_at_1_2(_: PaperResults) -> Finding:
     from scipy.optimize import brentq
 
     p = _BASE.with_values({"F": 100.0, "k_nl": 300.0, "mu": 1.2})
@@ -206,9 +206,9 @@ def _stabilised_at_1_2(_: Study) -> Finding:
     "With k1 = 50 N/m and k2 = 100 N/m the nonlinear system is always more stable than the linear",
     "μ_c > μ_c(linear)",
 )
-def _soft_horizontal_more_stable(study: Study) -> Finding:
-    linear = _linear(study.table("8"))
-    lines = [line for key in ("8", "9") for _, line in _nonlinear(study.table(key))]
+def _soft_horizontal_more_stable(results: PaperResults) -> Finding:
+    linear = _linear(results.table("8"))
+    lines = [line for key in ("8", "9") for _, line in _nonlinear(results.table(key))]
     # The first point of every line is the linear system.
     least = min(float(line["mu_c"][1:].min()) for line in lines)
     greatest = max(float(line["mu_c"].max()) for line in lines)
@@ -227,8 +227,8 @@ def _soft_horizontal_more_stable(study: Study) -> Finding:
     "With k1 = 50 N/m and k2 = 100 N/m both F and k_nl stabilise monotonically",
     "μ_c rises with F and with k_nl",
 )
-def _soft_horizontal_monotonic(study: Study) -> Finding:
-    lines = [(key, *pair) for key in ("8", "9") for pair in _nonlinear(study.table(key))]
+def _soft_horizontal_monotonic(results: PaperResults) -> Finding:
+    lines = [(key, *pair) for key in ("8", "9") for pair in _nonlinear(results.table(key))]
     return Finding(
         all(rises(line["mu_c"]) for *_, line in lines),
         tuple(

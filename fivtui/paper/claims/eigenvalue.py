@@ -6,7 +6,7 @@ import numpy as np
 
 from fivtui.equilibrium import growth_rate, stability
 from fivtui.model import Parameters
-from fivtui.paper import FigureData, Study, critical_mu, modes
+from fivtui.paper import FigureData, PaperResults, critical_mu, modes
 
 from .claim import Chapter, Finding, Quantity
 from .trends import falls, rises
@@ -34,10 +34,10 @@ def _named(critical: dict[float, float]) -> tuple[Quantity, ...]:
     "The equilibrium is stable below the critical friction coefficient and unstable above it",
     "max Re λ < 0 for μ < μ_c, > 0 for μ > μ_c",
 )
-def _one_critical_friction(study: Study) -> Finding:
+def _one_critical_friction(results: PaperResults) -> Finding:
     exceptions, points = 0, 0
     for key in ("3", "4"):
-        for _, line in study.table(key).lines():
+        for _, line in results.table(key).lines():
             growth = np.maximum(line["sigma_1"], line["sigma_2"])
             exceptions += int(np.sum((growth > 0.0) != (line["mu"] > line["mu_c"])))
             points += growth.size
@@ -50,7 +50,7 @@ def _one_critical_friction(study: Study) -> Finding:
     "With proportional damping two distinct frequencies merge at the critical friction coefficient",
     "Im λ_1 = Im λ_2 at μ_c",
 )
-def _frequencies_merge(_: Study) -> Finding:
+def _frequencies_merge(_: PaperResults) -> Finding:
     before, at = [], []
     for F in (20.0, 100.0):
         for k_nl in (0.0, 50.0, 100.0, 500.0):
@@ -77,8 +77,8 @@ def _gap(p: Parameters, mu: float) -> float:
 @EIGENVALUES.claim(
     "4.2, Fig. 3", "At F = 20 N the critical friction falls with k_nl", "μ_c falls with k_nl"
 )
-def _critical_friction_falls_at_small_preload(study: Study) -> Finding:
-    critical = _critical(study.table("3"))
+def _critical_friction_falls_at_small_preload(results: PaperResults) -> Finding:
+    critical = _critical(results.table("3"))
     values = np.array([critical[k_nl] for k_nl in (50.0, 100.0, 500.0)])
     return Finding(falls(values), _named(critical))
 
@@ -88,8 +88,8 @@ def _critical_friction_falls_at_small_preload(study: Study) -> Finding:
     "At F = 20 N the critical friction of the nonlinear systems is below the linear one",
     "μ_c < μ_c(linear)",
 )
-def _below_linear_at_small_preload(study: Study) -> Finding:
-    critical = _critical(study.table("3"))
+def _below_linear_at_small_preload(results: PaperResults) -> Finding:
+    critical = _critical(results.table("3"))
     return Finding(
         all(mu < critical[0.0] for k_nl, mu in critical.items() if k_nl > 0.0), _named(critical)
     )
@@ -98,8 +98,8 @@ def _below_linear_at_small_preload(study: Study) -> Finding:
 @EIGENVALUES.claim(
     "4.2, Fig. 4", "At F = 100 N the critical friction rises with k_nl", "μ_c rises with k_nl"
 )
-def _critical_friction_rises_at_large_preload(study: Study) -> Finding:
-    critical = _critical(study.table("4"))
+def _critical_friction_rises_at_large_preload(results: PaperResults) -> Finding:
+    critical = _critical(results.table("4"))
     values = np.array([critical[k_nl] for k_nl in (50.0, 100.0, 500.0)])
     return Finding(rises(values), _named(critical))
 
@@ -109,8 +109,8 @@ def _critical_friction_rises_at_large_preload(study: Study) -> Finding:
     "At F = 100 N the strongest nonlinearity is more stable than the linear system",
     "μ_c(500 N/m³) > μ_c(linear)",
 )
-def _strong_nonlinearity_above_linear(study: Study) -> Finding:
-    critical = _critical(study.table("4"))
+def _strong_nonlinearity_above_linear(results: PaperResults) -> Finding:
+    critical = _critical(results.table("4"))
     return Finding(critical[500.0] > critical[0.0], _named(critical))
 
 
@@ -119,8 +119,8 @@ def _strong_nonlinearity_above_linear(study: Study) -> Finding:
     "At F = 100 N the weaker nonlinearities are less stable than the linear system",
     "μ_c(50 and 100 N/m³) < μ_c(linear)",
 )
-def _weak_nonlinearities_below_linear(study: Study) -> Finding:
-    critical = _critical(study.table("4"))
+def _weak_nonlinearities_below_linear(results: PaperResults) -> Finding:
+    critical = _critical(results.table("4"))
     return Finding(max(critical[50.0], critical[100.0]) < critical[0.0], _named(critical))
 
 
@@ -129,8 +129,8 @@ def _weak_nonlinearities_below_linear(study: Study) -> Finding:
     "With non-proportional damping the frequencies approach each other but do not coalesce",
     "Im λ_1 ≠ Im λ_2 for c1 = 0.8, c2 = 0.32",
 )
-def _no_coalescence(study: Study) -> Finding:
-    gaps = [line["omega_2"] - line["omega_1"] for _, line in study.table("5").lines()]
+def _no_coalescence(results: PaperResults) -> Finding:
+    gaps = [line["omega_2"] - line["omega_1"] for _, line in results.table("5").lines()]
     names = ("linear", "50 N/m³", "100 N/m³", "500 N/m³")
     return Finding(
         all(float(gap.min()) > 1e-3 and gap.min() < gap[0] for gap in gaps),
@@ -146,14 +146,14 @@ def _no_coalescence(study: Study) -> Finding:
     "With non-proportional damping too one real part passes zero at the critical friction",
     "max Re λ = 0 at μ_c, > 0 beyond",
 )
-def _one_real_part_passes_zero(study: Study) -> Finding:
+def _one_real_part_passes_zero(results: PaperResults) -> Finding:
     right = True
-    for _, line in study.table("5").lines():
+    for _, line in results.table("5").lines():
         growth = np.maximum(line["sigma_1"], line["sigma_2"])
         decay = np.minimum(line["sigma_1"], line["sigma_2"])
         right &= bool(np.all((growth > 0.0) == (line["mu"] > line["mu_c"])))
         right &= bool(np.all(decay < 0.0))
-    return Finding(right, _named(_critical(study.table("5"))))
+    return Finding(right, _named(_critical(results.table("5"))))
 
 
 @EIGENVALUES.claim(
@@ -161,7 +161,7 @@ def _one_real_part_passes_zero(study: Study) -> Finding:
     "A stable linear system becomes unstable with the preload, and stable again at a high level",
     "unstable, then stable with F",
 )
-def _preload_destabilises_then_stabilises(_: Study) -> Finding:
+def _preload_destabilises_then_stabilises(_: PaperResults) -> Finding:
     return _growth_along("F", (0.0, 60.0, 120.0), "N")
 
 
@@ -170,7 +170,7 @@ def _preload_destabilises_then_stabilises(_: Study) -> Finding:
     "A stable linear system becomes unstable with k_nl, and stable again at a high level",
     "unstable, then stable with k_nl",
 )
-def _stiffness_destabilises_then_stabilises(_: Study) -> Finding:
+def _stiffness_destabilises_then_stabilises(_: PaperResults) -> Finding:
     return _growth_along("k_nl", (0.0, 100.0, 500.0), "N/m³")
 
 

@@ -15,7 +15,7 @@ from fivtui.model import (
     static_start,
     tangent_stiffness,
 )
-from fivtui.paper import Study, modes
+from fivtui.paper import PaperResults, modes
 from fivtui.scene import PRESETS
 from fivtui.simulation import simulate
 from fivtui.transient import Trajectory, trajectory_of
@@ -32,7 +32,7 @@ _NEGLIGIBLE: Final = 1e-9
 @EQUILIBRIUM.claim(
     "2", "Equal damping is proportional to mass: without friction both modes decay alike", "c1 = c2"
 )
-def _proportional_damping(_: Study) -> Finding:
+def _proportional_damping(_: PaperResults) -> Finding:
     lower, upper = modes(stability(_BASE.with_values({"mu": 0.0})))
     expected = -_BASE.c1 / (2.0 * _BASE.m)
     return Finding(
@@ -50,7 +50,7 @@ def _proportional_damping(_: Study) -> Finding:
     "The slider is pressed against the belt exactly while y < 0",
     "P > 0 in contact, y > 0 when separated",
 )
-def _contact_means_negative_y(_: Study) -> Finding:
+def _contact_means_negative_y(_: PaperResults) -> Finding:
     heights = np.linspace(-5.0, 5.0, 2001)
     sets = [_BASE.with_values({"k_nl": k_nl}) for k_nl in (0.0, 20.0, 100.0, 500.0)]
     wrong = sum(
@@ -60,10 +60,10 @@ def _contact_means_negative_y(_: Study) -> Finding:
     return Finding(wrong == 0, (points, Quantity("contradictions", wrong)))
 
 
-def _at_reattachments(study: Study) -> Trajectory:
+def _at_reattachments(results: PaperResults) -> Trajectory:
     # The base scene at the end of every separation; the last lasts to the end of the run.
     scene = PRESETS["base"]
-    run = study.run(scene)
+    run = results.run(scene)
     ends = [end for _, end in run.separated_intervals if end < run.t_end]
     return trajectory_of(simulate(scene.parameters, t_end=scene.t_end, tol=scene.tol, samples=ends))
 
@@ -71,8 +71,8 @@ def _at_reattachments(study: Study) -> Trajectory:
 @EQUILIBRIUM.claim(
     "3", "At reattachment the slider touches the belt without contact force", "P = 0"
 )
-def _reattachment_without_force(study: Study) -> Finding:
-    touching = _at_reattachments(study)
+def _reattachment_without_force(results: PaperResults) -> Finding:
+    touching = _at_reattachments(results)
     greatest = float(np.abs(touching.P).max())
     return Finding(
         greatest <= _NEGLIGIBLE,
@@ -86,9 +86,9 @@ def _reattachment_without_force(study: Study) -> Finding:
 @EQUILIBRIUM.claim(
     "3", "At reattachment the mass is back at the original static position", "y = y_static"
 )
-def _reattachment_at_the_static_position(study: Study) -> Finding:
+def _reattachment_at_the_static_position(results: PaperResults) -> Finding:
     rest = static_start(_BASE)[2]
-    y = _at_reattachments(study).y
+    y = _at_reattachments(results).y
     return Finding(
         float(np.abs(y - rest).max()) <= _NEGLIGIBLE,
         (
@@ -105,7 +105,7 @@ def _reattachment_at_the_static_position(study: Study) -> Finding:
     "Of the three equilibrium points one is real, the others are complex conjugates",
     "1 real root",
 )
-def _one_real_equilibrium(_: Study) -> Finding:
+def _one_real_equilibrium(_: PaperResults) -> Finding:
     counts = set()
     gap = 0.0
     for k_nl in (1.0, 50.0, 100.0, 500.0):
@@ -138,8 +138,8 @@ def _equilibrium_cubic(p: Parameters) -> tuple[float, float, float, float]:
 @EQUILIBRIUM.claim(
     "4.1, Fig. 2a", "The equilibrium sinks with increasing preload", "y_e falls with F"
 )
-def _equilibrium_sinks_with_preload(study: Study) -> Finding:
-    lines = list(study.table("2a").lines())
+def _equilibrium_sinks_with_preload(results: PaperResults) -> Finding:
+    lines = list(results.table("2a").lines())
     return Finding(
         all(bool(np.all(np.diff(line["y_e"]) < 0.0)) for _, line in lines),
         tuple(
@@ -154,8 +154,8 @@ def _equilibrium_sinks_with_preload(study: Study) -> Finding:
     "A larger nonlinear stiffness resists the vertical displacement more",
     "|y_e| falls with k_nl",
 )
-def _stiffness_resists_displacement(study: Study) -> Finding:
-    lines = [(F, line) for F, line in study.table("2b").lines() if F > 0.0]
+def _stiffness_resists_displacement(results: PaperResults) -> Finding:
+    lines = [(F, line) for F, line in results.table("2b").lines() if F > 0.0]
     quantities = []
     for F, line in lines:
         for place in (0, -1):
@@ -172,8 +172,8 @@ def _stiffness_resists_displacement(study: Study) -> Finding:
     "Without preload the nonlinear stiffness does not affect the equilibrium",
     "y_e independent of k_nl at F = 0",
 )
-def _no_preload_no_displacement(study: Study) -> Finding:
-    line = study.table("2b").line(0.0)
+def _no_preload_no_displacement(results: PaperResults) -> Finding:
+    line = results.table("2b").line(0.0)
     change = float(np.ptp(line["y_e"]))
     return Finding(change <= _ROUNDING, (Quantity("change of y_e at F = 0", change, "m"),))
 
@@ -183,7 +183,7 @@ def _no_preload_no_displacement(study: Study) -> Finding:
     "The nonlinear stiffness enters the linearised system only because y_e is not zero",
     "no nonlinear term in J for y_e = 0",
 )
-def _preload_brings_stiffness_into_the_jacobian(_: Study) -> Finding:
+def _preload_brings_stiffness_into_the_jacobian(_: PaperResults) -> Finding:
     quantities = []
     for F in (0.0, _BASE.F):
         matrices = []

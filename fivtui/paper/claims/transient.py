@@ -6,7 +6,7 @@ from typing import Final
 import numpy as np
 
 from fivtui.model import Mode, Parameters, equilibrium, static_start
-from fivtui.paper import Study
+from fivtui.paper import PaperResults
 from fivtui.scene import PRESETS
 from fivtui.transient import Transient, trajectory_of
 
@@ -23,8 +23,8 @@ _IGNORED: Final = PRESETS["separation-ignored"]
     "With separation ignored the contact force gradually grows and becomes negative",
     "P < 0 at times",
 )
-def _ignored_contact_force_becomes_negative(study: Study) -> Finding:
-    trajectory = trajectory_of(study.run(_IGNORED))
+def _ignored_contact_force_becomes_negative(results: PaperResults) -> Finding:
+    trajectory = trajectory_of(results.run(_IGNORED))
     negative = trajectory.P < 0.0
     first = int(np.argmax(negative))
     before = trajectory.P[:first]
@@ -45,8 +45,8 @@ def _ignored_contact_force_becomes_negative(study: Study) -> Finding:
     "With separation considered the contact force falls to zero, stays, and rises, many times over",
     "P ≥ 0, many separations",
 )
-def _contact_force_falls_to_zero_repeatedly(study: Study) -> Finding:
-    run = study.run(_CONSIDERED)
+def _contact_force_falls_to_zero_repeatedly(results: PaperResults) -> Finding:
+    run = results.run(_CONSIDERED)
     return Finding(
         run.contact_force.min >= 0.0 and run.events.separations > 10,
         (
@@ -62,8 +62,8 @@ def _contact_force_falls_to_zero_repeatedly(study: Study) -> Finding:
     "During separation neither contact nor friction force acts",
     "P = 0 and μ P = 0 for y > 0",
 )
-def _no_force_off_the_belt(study: Study) -> Finding:
-    trajectory = trajectory_of(study.run(_CONSIDERED))
+def _no_force_off_the_belt(results: PaperResults) -> Finding:
+    trajectory = trajectory_of(results.run(_CONSIDERED))
     off = trajectory.mode == Mode.SEPARATED
     greatest = float(np.abs(trajectory.P[off]).max())
     return Finding(
@@ -77,8 +77,8 @@ def _no_force_off_the_belt(study: Study) -> Finding:
     "With separation ignored the stretched contact spring holds the mass back from moving up",
     "P < 0 for y > 0",
 )
-def _stretched_spring_holds_back(study: Study) -> Finding:
-    trajectory = trajectory_of(study.run(_IGNORED))
+def _stretched_spring_holds_back(results: PaperResults) -> Finding:
+    trajectory = trajectory_of(results.run(_IGNORED))
     above = trajectory.y > 0.0
     return Finding(
         bool(np.all(trajectory.P[above] < 0.0)),
@@ -86,7 +86,7 @@ def _stretched_spring_holds_back(study: Study) -> Finding:
             Quantity("samples with y > 0", int(above.sum())),
             Quantity("least P", float(trajectory.P.min()), "N"),
             Quantity("greatest y, ignored", float(trajectory.y.max()), "m"),
-            Quantity("considered", study.run(_CONSIDERED).peak.y_max, "m"),
+            Quantity("considered", results.run(_CONSIDERED).peak.y_max, "m"),
         ),
     )
 
@@ -96,8 +96,8 @@ def _stretched_spring_holds_back(study: Study) -> Finding:
     "Separation makes the horizontal and the vertical motion different",
     "x and y differ",
 )
-def _separation_changes_both_motions(study: Study) -> Finding:
-    considered, ignored = study.run(_CONSIDERED), study.run(_IGNORED)
+def _separation_changes_both_motions(results: PaperResults) -> Finding:
+    considered, ignored = results.run(_CONSIDERED), results.run(_IGNORED)
     ratios = (
         considered.peak.x_abs / ignored.peak.x_abs,
         considered.peak.y_abs / ignored.peak.y_abs,
@@ -118,9 +118,9 @@ def _separation_changes_both_motions(study: Study) -> Finding:
     "With loss of contact the vibration is asymmetric about the original static state",
     "unequal excursions of x and y",
 )
-def _vibration_asymmetric(study: Study) -> Finding:
+def _vibration_asymmetric(results: PaperResults) -> Finding:
     x, _, y, _ = static_start(_BASE)
-    return _asymmetry(study.run(_CONSIDERED), {"x": x, "y": y}, "m")
+    return _asymmetry(results.run(_CONSIDERED), {"x": x, "y": y}, "m")
 
 
 @TRANSIENTS.claim(
@@ -128,8 +128,8 @@ def _vibration_asymmetric(study: Study) -> Finding:
     "With loss of contact the fluctuating contact force is asymmetric about its static value",
     "unequal excursions of P",
 )
-def _contact_force_asymmetric(study: Study) -> Finding:
-    return _asymmetry(study.run(_CONSIDERED), {"P": equilibrium(_BASE, mu=0.0).P}, "N")
+def _contact_force_asymmetric(results: PaperResults) -> Finding:
+    return _asymmetry(results.run(_CONSIDERED), {"P": equilibrium(_BASE, mu=0.0).P}, "N")
 
 
 def _asymmetry(run: Transient, rest: Mapping[str, float], unit: str) -> Finding:
@@ -152,8 +152,8 @@ def _asymmetry(run: Transient, rest: Mapping[str, float], unit: str) -> Finding:
 @TRANSIENTS.claim(
     "5.1", "Separation takes place in spite of the preload", "separations at F = 80 N"
 )
-def _separation_under_preload(study: Study) -> Finding:
-    run = study.run(_CONSIDERED)
+def _separation_under_preload(results: PaperResults) -> Finding:
+    run = results.run(_CONSIDERED)
     first = [Quantity("first separation at t", start, "s") for start, _ in run.separated_intervals]
     return Finding(
         run.events.separations > 0,
@@ -162,8 +162,8 @@ def _separation_under_preload(study: Study) -> Finding:
 
 
 @TRANSIENTS.claim("5.1", "Reattachment follows separation", "as many reattachments as separations")
-def _reattachment_follows_separation(study: Study) -> Finding:
-    events = study.run(_CONSIDERED).events
+def _reattachment_follows_separation(results: PaperResults) -> Finding:
+    events = results.run(_CONSIDERED).events
     return Finding(
         0 <= events.separations - events.reattachments <= 1,
         (
@@ -175,8 +175,8 @@ def _reattachment_follows_separation(study: Study) -> Finding:
 
 
 @TRANSIENTS.claim("6", "Separation can happen even under a large preload", "separations at large F")
-def _separation_under_large_preload(study: Study) -> Finding:
-    lines = [(key, study.table(key).line(1.0)) for key in ("13", "14")]
+def _separation_under_large_preload(results: PaperResults) -> Finding:
+    lines = [(key, results.table(key).line(1.0)) for key in ("13", "14")]
     return Finding(
         all(line["separations"][-1] > 0.0 for _, line in lines),
         tuple(
@@ -187,8 +187,8 @@ def _separation_under_large_preload(study: Study) -> Finding:
 
 
 @TRANSIENTS.claim("5.1", "The separations are short", "short, so that impact matters little")
-def _separations_are_short(study: Study) -> Finding:
-    run = study.run(_CONSIDERED)
+def _separations_are_short(results: PaperResults) -> Finding:
+    run = results.run(_CONSIDERED)
     durations = np.array([end - start for start, end in run.separated_intervals])
     share = run.events.separated_time / run.t_end
     return Finding(

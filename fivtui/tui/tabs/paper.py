@@ -20,7 +20,7 @@ from .messages import RunAsked, SceneLoaded
 from .study_exports import claims_export, paper_export
 
 if TYPE_CHECKING:
-    from fivtui.paper import CheckedClaim, FigureData, Study
+    from fivtui.paper import CheckedClaim, FigureData, PaperResults
 
 
 _SHOWN: Final = "figure"
@@ -45,7 +45,7 @@ class PaperPane(JobPane):
 
     def __init__(self, session: Session) -> None:
         super().__init__(session)
-        self._study: Study | None = None
+        self._study: PaperResults | None = None
         self._computed: dict[str, FigureData] = {}
         self._checked: dict[str, CheckedClaim] = {}
         # The stored axis limits belong to the stored figure.
@@ -76,12 +76,12 @@ class PaperPane(JobPane):
             self._choose(self._shown)
         self.draw()
 
-    def _source(self) -> "Study":
+    def _source(self) -> "PaperResults":
         # Figures and claims share computed results.
-        from fivtui.paper import Study
+        from fivtui.paper import PaperResults
 
         if self._study is None:
-            self._study = Study()
+            self._study = PaperResults()
         return self._study
 
     # The lists

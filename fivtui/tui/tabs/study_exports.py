@@ -14,7 +14,7 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
     from fivtui.equilibrium import StabilityMap
-    from fivtui.paper import CheckedClaim, Study
+    from fivtui.paper import CheckedClaim, PaperResults
     from fivtui.sweeps import Sweep
     from fivtui.tradeoffs import Tradeoff
 
@@ -115,7 +115,7 @@ def tradeoff_export(what: str, name: str, result: "Tradeoff") -> Export:
     return data_export(of, stem, "trade-off", {".csv": save, ".json": json_writer(plain)})
 
 
-def paper_export(what: str, key: str, study: "Study") -> Export:
+def paper_export(what: str, key: str, study: "PaperResults") -> Export:
     """All panels of a figure of the paper, or the data of the panel `key`."""
     digits = key.rstrip("ab")
     number, letter = int(digits), key.removeprefix(digits)

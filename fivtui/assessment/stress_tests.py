@@ -1,7 +1,7 @@
 """Trials at the extremes: scenes that break solvers, every method on each, and its verdict.
 
 The truth beside the scenes comes from an independent solver in quadruple precision
-(``tests/references``). Every trial is bounded by a number of steps, never by a clock.
+(``tests/references``). Every test is bounded by a number of steps, never by a clock.
 """
 
 import enum
@@ -17,7 +17,7 @@ from fivtui.model import Cancelled, ComputationError, InputError, Parameters, un
 from fivtui.simulation import simulate
 from fivtui.transient import KernelChoice, Progress, Start, Transient
 
-TRUTH_FILE: Final = "trial_truth.json"
+TRUTH_FILE: Final = "stress_truth.json"
 _TOL: Final = 1e-9
 # Largest error of a result that is right: this, or so many tolerances if that is more.
 _ACCURACY: Final = 1e-4
@@ -27,7 +27,7 @@ _LOOKS: Final = 100
 
 
 @dataclass(frozen=True, slots=True)
-class Trial:
+class StressTest:
     """A scene at an extreme.
 
     Attributes
@@ -47,7 +47,7 @@ class Trial:
     start : "static" or tuple of four floats
         See `simulate`.
     truth_of : str or None
-        Name of the trial whose truth it shares; None if no finite answer exists.
+        Name of the test whose truth it shares; None if no finite answer exists.
     """
 
     name: str
@@ -62,7 +62,7 @@ class Trial:
 
 @dataclass(frozen=True, slots=True)
 class Truth:
-    """What a trial should give.
+    """What a test should give.
 
     Attributes
     ----------
@@ -86,8 +86,8 @@ class Truth:
     separated_time: float
 
 
-class Verdict(enum.StrEnum):
-    """What became of a trial."""
+class StressVerdict(enum.StrEnum):
+    """What became of a test."""
 
     RIGHT = "right"
     REFUSED = "refused"
@@ -95,12 +95,12 @@ class Verdict(enum.StrEnum):
 
 
 @dataclass(frozen=True, slots=True)
-class Finding:
-    """A method on a trial.
+class StressResult:
+    """A method on a test.
 
     Attributes
     ----------
-    verdict : Verdict
+    verdict : StressVerdict
         What became of it.
     error : float or None
         Greatest error of final and greatest displacements, relative to the greatest, and of the
@@ -111,59 +111,59 @@ class Finding:
         Steps taken, if not refused.
     """
 
-    verdict: Verdict
+    verdict: StressVerdict
     error: float | None = None
     reason: str = ""
     steps: int | None = None
 
 
 @dataclass(frozen=True, slots=True)
-class Contestant:
-    """A method under trial: its name, kernel, and the steps it may take."""
+class MethodUnderTest:
+    """A method under test: its name, kernel, and the steps it may take."""
 
-    method: str
+    name: str
     max_steps: int
     kernel: KernelChoice = "auto"
 
 
-CONTESTANTS: Final[Mapping[str, Contestant]] = {
-    "taylor": Contestant("taylor", 3_000_000),
-    "taylor-interpreted": Contestant("taylor", 15_000, "interpreted"),
-    "rk4": Contestant("rk4", 20_000),
-    "scipy-dop853": Contestant("scipy-dop853", 8_000),
-    "scipy-radau": Contestant("scipy-radau", 8_000),
-    "scipy-lsoda": Contestant("scipy-lsoda", 25_000),
-    "fmu": Contestant("fmu", _LOOKS * 128),
+METHODS_UNDER_TEST: Final[Mapping[str, MethodUnderTest]] = {
+    "taylor": MethodUnderTest("taylor", 3_000_000),
+    "taylor-interpreted": MethodUnderTest("taylor", 15_000, "interpreted"),
+    "rk4": MethodUnderTest("rk4", 20_000),
+    "scipy-dop853": MethodUnderTest("scipy-dop853", 8_000),
+    "scipy-radau": MethodUnderTest("scipy-radau", 8_000),
+    "scipy-lsoda": MethodUnderTest("scipy-lsoda", 25_000),
+    "fmu": MethodUnderTest("fmu", _LOOKS * 128),
 }
 
 _BASE_T: Final = 20.0
-TRIALS: Final[Mapping[str, Trial]] = {
-    trial.name: trial
-    for trial in (
-        Trial("hard-cubic", "k_nl = 1e9 N/m³", Parameters(k_nl=1e9), 20.0),
-        Trial("hard-linear", "k2 = 1e8 N/m", Parameters(k2=1e8), 2.0),
-        Trial("light", "m = 1e-6 kg: stiff", Parameters(m=1e-6), 10.0),
-        Trial("heavy-load", "F = 1e6 N", Parameters(F=1e6), 20.0),
-        Trial("undamped", "no damping", Parameters(c1=0.0, c2=0.0), 20.0),
-        Trial("strong-friction", "μ = 5: unbounded growth", Parameters(mu=5.0), 12.0),
-        Trial("rest-on-switch", "F = 0: rests exactly on the switch", Parameters(F=0.0), 20.0),
-        Trial(
+STRESS_TESTS: Final[Mapping[str, StressTest]] = {
+    test.name: test
+    for test in (
+        StressTest("hard-cubic", "k_nl = 1e9 N/m³", Parameters(k_nl=1e9), 20.0),
+        StressTest("hard-linear", "k2 = 1e8 N/m", Parameters(k2=1e8), 2.0),
+        StressTest("light", "m = 1e-6 kg: stiff", Parameters(m=1e-6), 10.0),
+        StressTest("heavy-load", "F = 1e6 N", Parameters(F=1e6), 20.0),
+        StressTest("undamped", "no damping", Parameters(c1=0.0, c2=0.0), 20.0),
+        StressTest("strong-friction", "μ = 5: unbounded growth", Parameters(mu=5.0), 12.0),
+        StressTest("rest-on-switch", "F = 0: rests exactly on the switch", Parameters(F=0.0), 20.0),
+        StressTest(
             "start-on-switch",
             "F = 0, starts at y = ẏ = 0",
             Parameters(F=0.0),
             20.0,
             start=(0.5, 0.0, 0.0, 0.0),
         ),
-        Trial("start-at-origin", "starts at y = ẏ = 0", Parameters(), 20.0, start=(0.0,) * 4),
-        Trial(
+        StressTest("start-at-origin", "starts at y = ẏ = 0", Parameters(), 20.0, start=(0.0,) * 4),
+        StressTest(
             "lifted",
             "F = -20 N: comes off for good",
             Parameters(F=-20.0),
             20.0,
             start=(0.1, 0.0, -0.2, 1.0),
         ),
-        Trial("long", "a horizon of 1e5 s", Parameters(), 1e5),
-        Trial(
+        StressTest("long", "a horizon of 1e5 s", Parameters(), 1e5),
+        StressTest(
             "linear-growth",
             "k_nl = 0, contact never breaks: overflow",
             Parameters(k2=186.0, k_nl=0.0, mu=2.0),
@@ -171,9 +171,9 @@ TRIALS: Final[Mapping[str, Trial]] = {
             separation=False,
             truth_of=None,
         ),
-        Trial("base", "base scene, tol 1e-9", Parameters(), _BASE_T),
+        StressTest("base", "base scene, tol 1e-9", Parameters(), _BASE_T),
         *(
-            Trial(
+            StressTest(
                 f"tol-{tol:g}",
                 f"base scene, tol {tol:g}",
                 Parameters(),
@@ -183,7 +183,7 @@ TRIALS: Final[Mapping[str, Trial]] = {
             )
             for tol in (1e-3, 1e-6, 1e-13)
         ),
-        Trial(
+        StressTest(
             "tol-too-small",
             "tol 1e-16, below rounding",
             Parameters(),
@@ -206,35 +206,35 @@ def _truths() -> Mapping[str, Truth]:
     return truths
 
 
-def truth(trial: Trial) -> Truth | None:
-    """What a trial should give.
+def truth(test: StressTest) -> Truth | None:
+    """What a test should give.
 
     Parameters
     ----------
-    trial : Trial
-        The trial.
+    test : StressTest
+        The test.
 
     Returns
     -------
     Truth or None
         None if there is no finite answer.
     """
-    return None if trial.truth_of is None else _truths()[trial.truth_of or trial.name]
+    return None if test.truth_of is None else _truths()[test.truth_of or test.name]
 
 
-def run_trial(trial: Trial, contestant: Contestant) -> Finding:
-    """Put one method to one trial.
+def run_stress_test(test: StressTest, method: MethodUnderTest) -> StressResult:
+    """Put one method to one test.
 
     Parameters
     ----------
-    trial : Trial
+    test : StressTest
         The scene.
-    contestant : Contestant
+    method : MethodUnderTest
         The method.
 
     Returns
     -------
-    Finding
+    StressResult
         The verdict.
 
     Raises
@@ -242,34 +242,38 @@ def run_trial(trial: Trial, contestant: Contestant) -> Finding:
     ComputationError
         If the compiled kernels cannot be loaded.
     """
-    if contestant.method == "taylor" and contestant.kernel == "auto":
+    if method.name == "taylor" and method.kernel == "auto":
         loader.single.module()
-    looks = iter(range(_LOOKS)) if contestant.method == "fmu" else None
+    looks = iter(range(_LOOKS)) if method.name == "fmu" else None
     try:
         run = simulate(
-            trial.parameters,
-            t_end=trial.t_end,
-            tol=trial.tol,
-            separation=trial.separation,
-            start=trial.start,
-            method=contestant.method,
-            max_steps=contestant.max_steps,
-            kernel=contestant.kernel,
+            test.parameters,
+            t_end=test.t_end,
+            tol=test.tol,
+            separation=test.separation,
+            start=test.start,
+            method=method.name,
+            max_steps=method.max_steps,
+            kernel=method.kernel,
             progress=None if looks is None else lambda _part: next(looks, None) is not None,
         )
     except Cancelled:
-        return Finding(Verdict.REFUSED, reason=f"over {contestant.max_steps} communication steps")
+        return StressResult(
+            StressVerdict.REFUSED, reason=f"over {method.max_steps} communication steps"
+        )
     except ComputationError as error:
-        return Finding(Verdict.REFUSED, reason=error.why)
+        return StressResult(StressVerdict.REFUSED, reason=error.why)
     except InputError as error:
-        return Finding(Verdict.REFUSED, reason=str(error))
-    return _judged(run, trial)
+        return StressResult(StressVerdict.REFUSED, reason=str(error))
+    return _judged(run, test)
 
 
-def _judged(run: Transient, trial: Trial) -> Finding:
-    expected = truth(trial)
+def _judged(run: Transient, test: StressTest) -> StressResult:
+    expected = truth(test)
     if expected is None:
-        return Finding(Verdict.WRONG, reason="no finite answer exists", steps=run.stats.steps)
+        return StressResult(
+            StressVerdict.WRONG, reason="no finite answer exists", steps=run.stats.steps
+        )
     size = max(expected.x_abs, expected.y_abs) or 1.0
     differences = (
         run.final.x - expected.x,
@@ -279,38 +283,41 @@ def _judged(run: Transient, trial: Trial) -> Finding:
     )
     error = max(
         max(map(abs, differences)) / size,
-        abs(run.events.separated_time - expected.separated_time) / trial.t_end,
+        abs(run.events.separated_time - expected.separated_time) / test.t_end,
     )
-    right = error <= max(_ACCURACY, _TOLERANCES * trial.tol)
+    right = error <= max(_ACCURACY, _TOLERANCES * test.tol)
     reason = ""
     if run.events.separations != expected.separations:
         reason = f"{run.events.separations} separations, not {expected.separations}"
-    return Finding(
-        Verdict.RIGHT if right and not reason else Verdict.WRONG, error, reason, run.stats.steps
+    return StressResult(
+        StressVerdict.RIGHT if right and not reason else StressVerdict.WRONG,
+        error,
+        reason,
+        run.stats.steps,
     )
 
 
-def run_trials(
-    trials: Sequence[str] = tuple(TRIALS),
-    contestants: Sequence[str] = tuple(CONTESTANTS),
+def run_stress_tests(
+    tests: Sequence[str] = tuple(STRESS_TESTS),
+    methods: Sequence[str] = tuple(METHODS_UNDER_TEST),
     *,
     progress: Progress | None = None,
-) -> dict[str, dict[str, Finding]]:
-    """Put methods to trials.
+) -> dict[str, dict[str, StressResult]]:
+    """Put methods to tests.
 
     Parameters
     ----------
-    trials : sequence of str
-        Names in `TRIALS`.
-    contestants : sequence of str
-        Names in `CONTESTANTS`.
+    tests : sequence of str
+        Names in `STRESS_TESTS`.
+    methods : sequence of str
+        Names in `METHODS_UNDER_TEST`.
     progress : callable, optional
         Called with the fraction done; cancelled when it returns False.
 
     Returns
     -------
     dict
-        Findings by trial and contestant.
+        Findings by test and method.
 
     Raises
     ------
@@ -321,14 +328,14 @@ def run_trials(
     Cancelled
         If `progress` returned False.
     """
-    _check_names("trial", trials, TRIALS)
-    _check_names("method", contestants, CONTESTANTS)
-    found: dict[str, dict[str, Finding]] = {name: {} for name in trials}
-    pairs = [(trial, contestant) for trial in trials for contestant in contestants]
-    for count, (trial, contestant) in enumerate(pairs):
+    _check_names("stress test", tests, STRESS_TESTS)
+    _check_names("method", methods, METHODS_UNDER_TEST)
+    found: dict[str, dict[str, StressResult]] = {name: {} for name in tests}
+    pairs = [(test, method) for test in tests for method in methods]
+    for count, (test, method) in enumerate(pairs):
         if progress is not None and not progress(count / len(pairs)):
             raise Cancelled
-        found[trial][contestant] = run_trial(TRIALS[trial], CONTESTANTS[contestant])
+        found[test][method] = run_stress_test(STRESS_TESTS[test], METHODS_UNDER_TEST[method])
     if progress is not None:
         progress(1.0)
     return found
@@ -340,32 +347,32 @@ def _check_names(kind: str, names: Sequence[str], known: Mapping[str, object]) -
             raise unknown_name(kind, name, known)
 
 
-def trials_to_dict(found: Mapping[str, Mapping[str, Finding]]) -> dict[str, object]:
+def stress_tests_to_dict(found: Mapping[str, Mapping[str, StressResult]]) -> dict[str, object]:
     """Findings as data that JSON can hold.
 
     Parameters
     ----------
     found : mapping
-        What `run_trials` returned.
+        What `run_stress_tests` returned.
 
     Returns
     -------
     dict
-        ``trials``, a list with the scene of each and its ``findings`` by method.
+        ``trials``: a list with the scene of each test and its ``findings`` by method.
     """
     rows = []
-    for name, findings in found.items():
-        trial = TRIALS[name]
+    for name, results in found.items():
+        test = STRESS_TESTS[name]
         rows.append(
             {
                 "name": name,
-                "meaning": trial.meaning,
-                "parameters": trial.parameters.as_dict(),
-                "separation": trial.separation,
-                "start": trial.start if isinstance(trial.start, str) else list(trial.start),
-                "t_end": trial.t_end,
-                "tol": trial.tol,
-                "findings": {key: asdict(finding) for key, finding in findings.items()},
+                "meaning": test.meaning,
+                "parameters": test.parameters.as_dict(),
+                "separation": test.separation,
+                "start": test.start if isinstance(test.start, str) else list(test.start),
+                "t_end": test.t_end,
+                "tol": test.tol,
+                "findings": {key: asdict(result) for key, result in results.items()},
             }
         )
     return {"trials": rows}

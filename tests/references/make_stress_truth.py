@@ -1,7 +1,7 @@
-"""Make ``fivtui/assessment/trial_truth.json``: the truth of the trials in quadruple precision.
+"""Make ``fivtui/assessment/stress_truth.json``: quadruple-precision results.
 
-Run it as ``python -m tests.references.make_trials``; it needs gcc. The horizon of 1e5 s takes half
-an hour, the rest minutes. ``python -m tests.references.make_trials NAME …`` renews those alone.
+Run it as ``python -m tests.references.make_stress_truth``; it needs gcc. The horizon of 1e5 s takes
+half an hour, the rest minutes. With ``NAME …`` behind it, it renews those alone.
 """
 
 import json
@@ -11,7 +11,7 @@ import tempfile
 from pathlib import Path
 
 import fivtui
-from fivtui.assessment.trials import TRIALS, TRUTH_FILE
+from fivtui.assessment.stress_tests import STRESS_TESTS, TRUTH_FILE
 from fivtui.transient.request import resolve_start
 
 SOURCE = Path(__file__).with_name("quad.c")
@@ -20,10 +20,10 @@ FIELDS = ("x", "vx", "y", "vy", "y_abs", "x_abs", "separations", "separated_time
 
 
 def solve(program: Path, name: str) -> dict[str, str]:
-    trial = TRIALS[name]
-    p = trial.parameters
-    start = resolve_start(p, trial.start, separation=trial.separation)
-    given = (*p.as_dict().values(), float(trial.separation), trial.t_end, *start)
+    test = STRESS_TESTS[name]
+    p = test.parameters
+    start = resolve_start(p, test.start, separation=test.separation)
+    given = (*p.as_dict().values(), float(test.separation), test.t_end, *start)
     done = subprocess.run(
         [str(program)],
         input=" ".join(map(repr, map(float, given))),
@@ -40,7 +40,7 @@ def main(names: list[str]) -> None:
         program = Path(folder) / "quad"
         command = ["gcc", "-O2", "-o", str(program), str(SOURCE), "-lquadmath", "-lm"]
         subprocess.run(command, check=True)
-        for name in names or [name for name, trial in TRIALS.items() if trial.truth_of == ""]:
+        for name in names or [name for name, test in STRESS_TESTS.items() if test.truth_of == ""]:
             truths[name] = solve(program, name)
             print(name, truths[name], file=sys.stderr, flush=True)
             TARGET.write_text(json.dumps(truths, indent=1) + "\n", encoding="utf-8")

@@ -23,7 +23,7 @@ class Phase(StrEnum):
     TERMINATED = "after termination"
 
 
-class Memory(NamedTuple):
+class InstanceState(NamedTuple):
     """All that an FMU instance remembers.
 
     Attributes
@@ -34,49 +34,49 @@ class Memory(NamedTuple):
         Times and tolerance; None before they are set up.
     values : tuple of float or bool
         Values of all variables in the order of their value references.
-    moment : named tuple or None
+    motion_state : named tuple or None
         Where the motion is, with its time as `t`; None before it begins.
     """
 
     phase: Phase
     experiment: Experiment | None
     values: tuple[float | bool, ...]
-    moment: Any
+    motion_state: Any
 
 
-def to_bytes(memory: Memory, encoded: Callable[[Any], Any]) -> bytes:
+def to_bytes(state: InstanceState, to_json: Callable[[Any], Any]) -> bytes:
     """Serialise a state, exactly.
 
     Parameters
     ----------
-    memory : Memory
+    state : InstanceState
         The state.
-    encoded : callable
-        From a moment to what JSON can hold.
+    to_json : callable
+        From a motion_state to what JSON can hold.
 
     Returns
     -------
     bytes
         A checksum and JSON; floats are written so that they read back bit for bit.
     """
-    moment = None if memory.moment is None else encoded(memory.moment)
-    text = json.dumps({"build": _BUILD, **memory._asdict(), "moment": moment}).encode()
+    motion_state = None if state.motion_state is None else to_json(state.motion_state)
+    text = json.dumps({"build": _BUILD, **state._asdict(), "motion_state": motion_state}).encode()
     return b"%08x" % zlib.crc32(text) + text
 
 
-def from_bytes(data: bytes, decoded: Callable[[Any], Any]) -> Memory:
+def from_bytes(data: bytes, from_json: Callable[[Any], Any]) -> InstanceState:
     """Read a state back.
 
     Parameters
     ----------
     data : bytes
         What `to_bytes` returned.
-    decoded : callable
-        From what JSON holds to a moment.
+    from_json : callable
+        From what JSON holds to a motion_state.
 
     Returns
     -------
-    Memory
+    InstanceState
         The state.
 
     Raises
@@ -90,10 +90,10 @@ def from_bytes(data: bytes, decoded: Callable[[Any], Any]) -> Memory:
     content = json.loads(text)
     if content.pop("build") != _BUILD:
         raise InputError("the serialised FMU state comes from another build of this FMU")
-    moment, experiment = content["moment"], content["experiment"]
-    return Memory(
+    motion_state, experiment = content["motion_state"], content["experiment"]
+    return InstanceState(
         Phase(content["phase"]),
         None if experiment is None else Experiment(*experiment),
         tuple(content["values"]),
-        None if moment is None else decoded(moment),
+        None if motion_state is None else from_json(motion_state),
     )

@@ -18,7 +18,7 @@ from .tables import PLAIN_TABLES, amplitude_table, transient_table
 _POINTS: Final = 10_001
 
 
-class Study:
+class PaperResults:
     """The tables and runs of the paper, each computed when it is first asked for.
 
     Parameters

@@ -1,0 +1,143 @@
+"""The tests at the extremes: right or refused, never wrong without a word."""
+
+import json
+from functools import partial
+
+import pytest
+from click.testing import CliRunner
+
+from fivtui import Parameters
+from fivtui.assessment.stress_tests import (
+    METHODS_UNDER_TEST,
+    STRESS_TESTS,
+    StressTest,
+    StressVerdict,
+    Truth,
+    run_stress_test,
+    run_stress_tests,
+    stress_tests_to_dict,
+    truth,
+)
+from fivtui.cli import commands
+from fivtui.model.errors import Cancelled, InputError
+from tests.references import REFERENCES
+
+REFUSED_BY_ALL = {
+    "linear-growth": "grows out of the range of numbers at t = ",
+    "tol-too-small": "tol = 1e-16: must be from 1e-13",
+}
+RIGHT = [name for name in STRESS_TESTS if name not in REFUSED_BY_ALL]
+
+
+@pytest.mark.parametrize("name", RIGHT)
+def test_the_default_method_is_right_on_every_scene_that_has_an_answer(name: str) -> None:
+    result = run_stress_test(STRESS_TESTS[name], METHODS_UNDER_TEST["taylor"])
+    assert result.verdict is StressVerdict.RIGHT
+    assert result.error is not None
+    # Without damping and over 1e5 s the tolerance is that of a hundred periods no longer.
+    assert result.error <= max(3.0 * STRESS_TESTS[name].tol, 1e-14) or name == "long"
+
+
+@pytest.mark.parametrize("name", REFUSED_BY_ALL)
+@pytest.mark.parametrize("method", ["taylor", "taylor-interpreted"])
+def test_what_has_no_answer_is_refused_with_the_reason(name: str, method: str) -> None:
+    result = run_stress_test(STRESS_TESTS[name], METHODS_UNDER_TEST[method])
+    assert result.verdict is StressVerdict.REFUSED
+    assert REFUSED_BY_ALL[name] in result.reason
+
+
+@pytest.mark.parametrize("method", ["scipy-dop853", "scipy-lsoda", "taylor-interpreted", "fmu"])
+@pytest.mark.parametrize("name", ["start-on-switch", "start-at-origin", "lifted"])
+def test_starts_on_the_switch_and_off_the_belt_are_right_by_every_method(
+    name: str, method: str
+) -> None:
+    assert (
+        run_stress_test(STRESS_TESTS[name], METHODS_UNDER_TEST[method]).verdict
+        is StressVerdict.RIGHT
+    )
+
+
+def test_the_stiff_scene_is_solved_by_the_implicit_methods_and_refused_by_those_it_outlasts() -> (
+    None
+):
+    light = STRESS_TESTS["light"]
+    assert run_stress_test(light, METHODS_UNDER_TEST["scipy-radau"]).verdict is StressVerdict.RIGHT
+    assert run_stress_test(light, METHODS_UNDER_TEST["scipy-lsoda"]).verdict is StressVerdict.RIGHT
+    refused = run_stress_test(light, METHODS_UNDER_TEST["taylor-interpreted"])
+    assert refused.verdict is StressVerdict.REFUSED
+    assert "15000 steps end at" in refused.reason
+    assert "stiff" in refused.reason
+    assert run_stress_test(light, METHODS_UNDER_TEST["rk4"]).verdict is StressVerdict.REFUSED
+
+
+def test_a_wrong_result_is_called_wrong() -> None:
+    # SciPy holds its tolerance locally, which is not the accuracy of the end state.
+    result = run_stress_test(STRESS_TESTS["tol-0.001"], METHODS_UNDER_TEST["scipy-lsoda"])
+    assert result.verdict is StressVerdict.WRONG
+    assert result.error is not None
+    assert result.error > 0.02
+
+
+def test_a_finite_answer_where_there_is_none_is_wrong() -> None:
+    test = StressTest("none", "no answer", Parameters(), 1.0, truth_of=None)
+    result = run_stress_test(test, METHODS_UNDER_TEST["taylor"])
+    assert (result.verdict, result.reason) == (StressVerdict.WRONG, "no finite answer exists")
+
+
+def test_the_truth_agrees_with_the_one_that_mpmath_found() -> None:
+    friction = truth(STRESS_TESTS["strong-friction"])
+    other = REFERENCES["strong-friction"]
+    assert friction is not None
+    assert other.t_end == STRESS_TESTS["strong-friction"].t_end
+    final = (friction.x, friction.vx, friction.y, friction.vy)
+    assert final == pytest.approx(other.final, rel=1e-13)
+    assert friction.separations == other.separations
+    assert friction.separated_time == pytest.approx(other.separated_time, rel=1e-14)
+
+
+def test_at_rest_on_the_switch_nothing_moves() -> None:
+    assert truth(STRESS_TESTS["rest-on-switch"]) == Truth(0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0, 0.0)
+    for method in ("taylor", "scipy-dop853", "scipy-radau", "scipy-lsoda", "fmu"):
+        result = run_stress_test(STRESS_TESTS["rest-on-switch"], METHODS_UNDER_TEST[method])
+        assert (result.verdict, result.error) == (StressVerdict.RIGHT, 0.0)
+
+
+def test_results_are_data_and_can_be_cancelled() -> None:
+    found = run_stress_tests(["lifted", "tol-too-small"], ["taylor"])
+    data = json.loads(json.dumps(stress_tests_to_dict(found), allow_nan=False))
+    lifted, refused = data["trials"]
+    assert lifted["parameters"]["F"] == -20.0
+    assert lifted["findings"]["taylor"]["verdict"] == "right"
+    assert refused["findings"]["taylor"]["error"] is None
+    with pytest.raises(Cancelled):
+        run_stress_tests(["lifted"], ["taylor"], progress=lambda _part: False)
+    with pytest.raises(InputError, match="did you mean lifted"):
+        run_stress_tests(["lifte"])
+
+
+OURS = ("taylor", "taylor-interpreted", "rk4", "fmu")
+# Some seconds each, by RK4 above all.
+SHORT = ["lifted", "tol-too-small"]
+
+
+def test_the_command_prints_a_table_and_no_native_method_of_ours_is_ever_wrong(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    monkeypatch.setattr(
+        "fivtui.assessment.stress_tests.run_stress_tests", partial(run_stress_tests, SHORT, OURS)
+    )
+    done = CliRunner().invoke(commands, ["extremes", "--json"])
+    assert done.exit_code == 0, done.stderr
+    found = {test["name"]: test["findings"] for test in json.loads(done.stdout)["trials"]}
+    assert list(found) == SHORT
+    for name, results in found.items():
+        assert set(results) == set(OURS)
+        assert all(result["verdict"] != "wrong" for result in results.values()), name
+
+
+@pytest.mark.whole
+def test_no_native_method_of_ours_is_ever_wrong_on_any_test() -> None:
+    for name, results in run_stress_tests().items():
+        assert set(results) == set(METHODS_UNDER_TEST)
+        for method in OURS:
+            assert results[method].verdict is not StressVerdict.WRONG, name
