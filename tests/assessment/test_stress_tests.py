@@ -124,7 +124,7 @@ def test_the_command_prints_a_table_and_no_native_method_of_ours_is_ever_wrong(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
     monkeypatch.setattr(
-        "fivtui.assessment.stress_tests.run_stress_tests", partial(run_stress_tests, SHORT, OURS)
+        "fivtui.assessment.run_stress_tests", partial(run_stress_tests, SHORT, OURS)
     )
     done = CliRunner().invoke(commands, ["extremes", "--json"])
     assert done.exit_code == 0, done.stderr

@@ -120,7 +120,7 @@ class Searches:
 @pytest.fixture
 def searches(monkeypatch: pytest.MonkeyPatch) -> Searches:
     searches = Searches()
-    monkeypatch.setattr("fivtui.orbits.attractor_search.coexistence", searches)
+    monkeypatch.setattr("fivtui.orbits.coexistence", searches)
     return searches
 
 

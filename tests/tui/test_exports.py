@@ -249,7 +249,7 @@ async def test_figures_and_claims_of_the_paper_are_written_and_copied(
         for suffix in (".md", ".json", ".csv")
     }
     capsys.readouterr()
-    monkeypatch.setattr("fivtui.paper.claims.check.check_claims", lambda **_: checked)
+    monkeypatch.setattr("fivtui.paper.check_claims", lambda **_: checked)
     run_command(["claims", "--markdown"])
     assert written[".md"].read_text() == capsys.readouterr().out
     run_command(["claims", "--json"])
@@ -306,7 +306,7 @@ def test_the_line_of_a_sweep_is_read_as_the_sweep(
     study = study_of(scene, design, cases=cases, outputs=("stable",))
     read: list[Any] = []
     keep = lambda study, *_, **__: read.append(study)  # noqa: E731
-    monkeypatch.setattr("fivtui.sweeps.run.sweep_in_memory", keep)
+    monkeypatch.setattr("fivtui.sweeps.sweep_in_memory", keep)
     for name in ("", "separation-ignored", "coexistence"):
         origin = Origin(PRESETS[name or "base"], name)
         line = sweep_line(study, origin)
@@ -331,7 +331,7 @@ def test_the_lines_of_an_accuracy_ask_for_it_and_for_nothing_that_follows_from_i
     study = study_of(scene, parse_design(["F=20,30"], "product"), outputs=("y_abs",))
     read: list[Any] = []
     keep = lambda study, *_, **__: read.append(study)  # noqa: E731
-    monkeypatch.setattr("fivtui.sweeps.run.sweep_in_memory", keep)
+    monkeypatch.setattr("fivtui.sweeps.sweep_in_memory", keep)
     for origin in (Origin(BASE, ""), Origin(saved, str(path))):
         read.clear()
         with pytest.raises(AttributeError):

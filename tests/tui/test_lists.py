@@ -98,7 +98,7 @@ async def test_the_engine_is_switched_and_both_are_compared(
         coarse = simulate(t_end=100.0, tol=1e-6, samples=given["samples"])  # type: ignore[arg-type]
         return dataclasses.replace(coarse, method="fmu")
 
-    monkeypatch.setattr("fivtui.fmu.transient.integrate_fmu", through)
+    monkeypatch.setattr("fivtui.fmu.integrate_fmu", through)
     app = app_of(pilot)
     runs = app.session.runs
     await pilot.press("f4")

@@ -118,7 +118,9 @@ async def test_what_was_left_is_shown_again(
     folder = tmp_path / "results"
     assert len(list(folder.iterdir())) == 4
 
-    monkeypatch.setattr(tradeoff, "measure_tradeoff", lambda *_, **__: pytest.fail("measured"))
+    monkeypatch.setattr(
+        "fivtui.tradeoffs.measure_tradeoff", lambda *_, **__: pytest.fail("measured")
+    )
     async with FivtuiApp(state=kept).run_test(size=SIZE, notifications=True) as pilot:
         session = app_of(pilot).session
         await until(pilot, lambda: not session.unread)

@@ -23,7 +23,7 @@ async def test_typing_at_random_neither_crashes_nor_blocks(
 ) -> None:
     monkeypatch.chdir(tmp_path)
     # A FMU is built and loaded by libraries that are slow to come.
-    monkeypatch.setattr("fivtui.fmu.transient.integrate_fmu", _no_fmu)
+    monkeypatch.setattr("fivtui.fmu.integrate_fmu", _no_fmu)
     chosen = random.Random(7)
     pressed: list[str] = []
     app = FivtuiApp(state=tmp_path / "session.json")

@@ -141,7 +141,7 @@ async def test_the_trade_off_is_measured_and_shown(
         assert progress(0.5)
         return measured
 
-    monkeypatch.setattr(tradeoff, "measure_tradeoff", measure)
+    monkeypatch.setattr("fivtui.tradeoffs.measure_tradeoff", measure)
     await pilot.press("alt+5")
     await until_shown(pilot, "not measured yet")
     await pilot.press("f10")
@@ -165,7 +165,7 @@ async def test_a_job_is_stopped_at_once(
 
         endless_simulate(progress=progress)
 
-    monkeypatch.setattr(tradeoff, "measure_tradeoff", endless)
+    monkeypatch.setattr("fivtui.tradeoffs.measure_tradeoff", endless)
     await pilot.press("alt+5")
     await until_shown(pilot, "not measured yet")
     await pilot.press("f10")
