@@ -1,9 +1,7 @@
-"""What decides the last bits of a sweep's rows beside versions: the arithmetic of a machine.
+"""Fingerprint of a machine's floating-point arithmetic, which decides the last bits of a row.
 
-The same program gives other last bits where products and sums are fused into one operation and
-where they are not, and may with another mathematical library. Registers of other widths change
-nothing. Which of this holds is found by trying: members that are always the same are computed, and
-the digest of their rows tells machines apart.
+Fused multiply-add and the mathematical library change last bits; the width of vector registers does
+not. A fixed set of members is computed, and the digest of their rows identifies the arithmetic.
 """
 
 import hashlib
@@ -21,7 +19,7 @@ from .study import STABILITY, TRANSIENT, Study
 _DIGITS: Final = 32
 _TRANSIENT: Final = tuple(column.name for column in TRANSIENT)
 _STABILITY: Final = tuple(column.name for column in STABILITY)
-# What of a transient is observed is computed by code of its own: everything, and y alone.
+# Extremes of all quantities and of y alone are computed by different code.
 _TRIALS: Final[Mapping[str, tuple[tuple[str, ...], ...]]] = {
     "transients": (_TRANSIENT, ("y_abs",)),
     "stability": (_STABILITY,),
@@ -39,29 +37,15 @@ _T_END: Final = 20.0
 
 
 def arithmetic_of(study: Study) -> dict[str, Any]:
-    """The arithmetic of this machine, as far as a study uses it.
+    """The arithmetic of this machine as far as a study uses it.
 
-    Parameters
-    ----------
-    study : Study
-        The study.
-
-    Returns
-    -------
-    dict
-        ``machine``, the kind of processor; for transients ``fused``, whether products and sums are
-        fused, and ``transients``, the digest of the rows tried; for stability ``stability``, the
-        same. Machines that give the same are taken to give the same rows to the last bit.
-
-    Raises
-    ------
-    ComputationError
-        If the compiled kernel cannot be loaded.
+    ``machine`` is the kind of processor, ``fused`` whether multiply-add is fused; ``transients``
+    and ``stability`` are digests of trial rows. Machines with equal values compute equal rows.
+    Raises `ComputationError` if the compiled kernel cannot be loaded.
     """
     found: dict[str, Any] = {"machine": platform.machine()}
     if study.accuracy or not set(study.outputs).isdisjoint(_TRANSIENT):
         found["transients"] = _digest("transients")
-        # numba is loaded by now.
         from fivtui.kernel.target import fuses
 
         found["fused"] = fuses()
@@ -71,20 +55,7 @@ def arithmetic_of(study: Study) -> dict[str, Any]:
 
 
 def arithmetic_difference(there: object, here: Mapping[str, Any]) -> str:
-    """Why rows would differ in their last bits, in words; empty if they would not.
-
-    Parameters
-    ----------
-    there : object
-        What is recorded where they were computed; anything else is of an older fivtui.
-    here : mapping
-        See `arithmetic_of`.
-
-    Returns
-    -------
-    str
-        The reason.
-    """
+    """Why rows computed `there` differ in last bits from rows computed `here`; empty if not."""
     if there == here:
         return ""
     if not isinstance(there, Mapping):

@@ -1,4 +1,4 @@
-"""Sweeps on a cluster: pieces computed by the workers of Dask's scheduler, stored here."""
+"""Sweeps on a Dask cluster: its workers compute pieces, this machine stores them."""
 
 import asyncio
 import logging
@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING, Any, Final
 from fivtui.model import ComputationError, InputError
 
 from .arithmetic import arithmetic_difference, arithmetic_of
-from .pieces import Piece
+from .pieces import SweepPiece
 from .provenance import versions
 from .rows import Rows
 from .run import Engine
@@ -23,11 +23,11 @@ from .study import Study
 if TYPE_CHECKING:
     from distributed import Client
 
-# Pieces handed out ahead of those that are being computed, for each thread of the workers.
+# Pieces queued per thread of the workers.
 _AHEAD: Final = 2
-# Time for the scheduler to answer, and for its first worker to come, s.
+# Timeout for the scheduler to answer and for its first worker, s.
 _CONNECT_S: Final = 10.0
-# Time between two looks at how many workers there are.
+# Interval at which the workers are counted, s.
 _LOOK_S: Final = 5.0
 _LOGGERS: Final = ("distributed", "distributed.client")
 _AGAIN: Final = "the same command continues"
@@ -35,30 +35,27 @@ _AGAIN: Final = "the same command continues"
 
 @contextmanager
 def cluster_engine(address: str) -> Iterator[Engine]:
-    """An engine of the workers of a Dask scheduler.
+    """An engine that computes on the workers of a Dask scheduler.
+
+    A piece whose worker is lost is computed by another one. The workers need the same versions of
+    fivtui and its numerical packages.
 
     Parameters
     ----------
     address : str
-        That of the scheduler, such as ``tcp://10.0.0.1:8786``. Its workers need the same versions
-        of fivtui and of what it computes with.
-
-    Yields
-    ------
-    callable
-        The engine. A piece whose worker is lost is computed by another one.
+        Address of the scheduler, such as ``tcp://10.0.0.1:8786``.
 
     Raises
     ------
     InputError
-        If Dask is not installed, no scheduler answers there, or it has no workers.
+        If Dask is not installed, no scheduler answers, or it has no workers.
     """
     if find_spec("distributed") is None:
         raise InputError("--scheduler needs Dask: install fivtui[cluster]")
     from distributed import Client
 
     try:
-        # A client that cannot be made hangs when the process ends: ask before one is made.
+        # A client that fails to connect hangs at exit, so try the address first.
         asyncio.run(_reach(address))
         client = Client(address, timeout=_CONNECT_S, set_as_default=False)
     except Exception as error:  # noqa: BLE001
@@ -72,7 +69,7 @@ def cluster_engine(address: str) -> Iterator[Engine]:
 
 
 async def _reach(address: str) -> None:
-    # Besides what is no address, schemes of packages that are missing or not set up fail here.
+    # Wrong addresses fail here, and schemes whose packages are missing or not set up.
     from distributed.comm.core import connect
     from distributed.security import Security
 
@@ -83,7 +80,7 @@ async def _reach(address: str) -> None:
 
 @contextmanager
 def _quiet() -> Iterator[None]:
-    # What goes wrong is said once, by an error, and not in the client's log as well.
+    # Failures become one error; the client's log would repeat them.
     loggers = [logging.getLogger(name) for name in _LOGGERS]
     levels = [logger.level for logger in loggers]
     for logger in loggers:
@@ -99,8 +96,8 @@ def _engine(client: "Client", address: str) -> Engine:
     from distributed import as_completed
 
     def compute(packed: bytes) -> Any:
-        # Being no module's it is sent by value, and it names nothing of fivtui but inside. So a
-        # worker without fivtui fails here, and not in reading the message, which would end it.
+        # A nested function is sent by value. It imports fivtui inside, so that a worker without
+        # fivtui fails here and not while unpickling, which would end the worker.
         import pickle
 
         from .provenance import versions
@@ -115,16 +112,16 @@ def _engine(client: "Client", address: str) -> Engine:
         study, piece = pickle.loads(asked["piece"])  # noqa: S301
         return there, arithmetic_of(study), compute_rows(study, piece.first, piece.last)
 
-    def engine(study: Study, pieces: Iterable[Piece]) -> Generator[tuple[Piece, Rows]]:
+    def engine(study: Study, pieces: Iterable[SweepPiece]) -> Generator[tuple[SweepPiece, Rows]]:
         own, arithmetic, waiting = versions(), arithmetic_of(study), iter(pieces)
-        handed_out: dict[Any, Piece] = {}
+        handed_out: dict[Any, SweepPiece] = {}
         completed = as_completed(loop=client.loop)
         threads, looked = 0, -math.inf
         while True:
             if time.monotonic() - looked >= _LOOK_S:
                 threads, looked = _threads(client, address), time.monotonic()
             for piece in islice(waiting, max(_AHEAD * threads - len(handed_out), 0)):
-                # What a piece is can be read by the same version alone.
+                # Only the same version can unpickle a piece, so versions are compared first.
                 asked = {"versions": own, "piece": pickle.dumps((study, piece))}
                 future = client.submit(compute, pickle.dumps(asked), pure=False)
                 handed_out[future.key] = piece
@@ -141,7 +138,7 @@ def _engine(client: "Client", address: str) -> Engine:
 
 
 def _threads(client: "Client", address: str) -> int:
-    # At least one: workers that are all lost may come back.
+    # At least 1: lost workers may come back.
     try:
         return max(int(sum(client.nthreads().values())), 1)
     except OSError:

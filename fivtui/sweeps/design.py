@@ -1,4 +1,4 @@
-"""Designs: which members a sweep has, each computed from its index, none stored."""
+"""Designs: the points of a sweep, each computed from its index."""
 
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field
@@ -20,11 +20,10 @@ KINDS: Final[Mapping[str, str]] = {
 }
 
 MAX_MEMBERS: Final = 2**62
-# Of the generator of Sobol points: so many bits a coordinate, and so many points.
+# Bits of a coordinate of a Sobol point, and with them the number of points.
 _SOBOL_BITS: Final = 32
 MAX_SOBOL: Final = 2**_SOBOL_BITS
-# A call of the counter-based generator gives this many numbers of 64 bits, of which a double
-# keeps this many.
+# Numbers of 64 bits that one step of Philox gives, and the bits of a number that a double keeps.
 _PHILOX_WORDS: Final = 4
 _MANTISSA: Final = 53
 
@@ -33,22 +32,21 @@ VARIABLES: Final[Mapping[str, ParameterSpec]] = {**PARAMETERS, **START_SPECS}
 
 @dataclass(frozen=True, slots=True)
 class Range:
-    """Values from one end to the other.
+    """Values from one end to the other, evenly spaced.
 
     Parameters
     ----------
     start, stop : float
-        First and last value; the last may be the smaller one.
-    count : int or None
-        How many values, both ends included; None for any value between the ends.
+        First and last value; either may be the smaller one.
+    count : int, optional
+        Number of values, both ends included; none in a random or Sobol design.
     log : bool
-        Whether they are evenly spaced on a logarithmic scale.
+        Whether the spacing is logarithmic; both ends are then above 0.
 
     Raises
     ------
     InputError
-        If an end is not a finite number, the count is not positive, a single value has two ends,
-        or a logarithmic range does not stay above zero.
+        If an end is not finite, or `count` or `log` does not fit the ends.
 
     Examples
     --------
@@ -77,18 +75,7 @@ class Range:
         return f"{self.start:g}:{self.stop:g}{count}{':log' if self.log else ''}"
 
     def between(self, share: NDArray[np.float64]) -> NDArray[np.float64]:
-        """Values at shares of the way, 0 to 1, from `start` to `stop`.
-
-        Parameters
-        ----------
-        share : ndarray, shape (n,)
-            The shares.
-
-        Returns
-        -------
-        ndarray, shape (n,)
-            The values; never beyond the ends.
-        """
+        """Values at fractions 0 to 1 of the way from `start` to `stop`, shape (n,)."""
         if self.log:
             values = self.start * (self.stop / self.start) ** share
         else:
@@ -97,18 +84,7 @@ class Range:
         return np.clip(values, low, high)
 
     def at(self, places: NDArray[np.int64]) -> NDArray[np.float64]:
-        """Values at places 0 to count - 1.
-
-        Parameters
-        ----------
-        places : ndarray of int, shape (n,)
-            The places.
-
-        Returns
-        -------
-        ndarray, shape (n,)
-            The values; the first and the last are `start` and `stop` exactly.
-        """
+        """Values at indices 0 to count - 1, shape (n,); the ends are exact."""
         last = max((self.count or 1) - 1, 1)
         values = self.between(places / last)
         values[places == 0] = self.start
@@ -121,28 +97,28 @@ Axis = Range | tuple[float, ...]
 
 @dataclass(frozen=True, slots=True)
 class Design:
-    """Which points a sweep has.
+    """The points of a sweep.
 
     Parameters
     ----------
     axes : mapping of str to Range or sequence of float
-        What varies, by name in `VARIABLES`: parameters, and components of the start.
-    kind : str
-        A name in `KINDS`. In a random or Sobol design a range has no count.
+        Values by name: parameters, and ``x0``, ``vx0``, ``y0``, ``vy0`` of the start.
+    kind : "product", "list", "random" or "sobol"
+        All combinations, values side by side, or random or Sobol points between the ends of ranges.
     count : int, optional
-        How many points of a random or Sobol design.
+        Number of points of a random or Sobol design.
     seed : int, optional
-        Of a random or Sobol design, 0 or more; 0 if not given.
+        Seed of a random or Sobol design, 0 or more; 0 by default.
 
     Attributes
     ----------
     size : int
-        How many points.
+        Number of points.
 
     Raises
     ------
     InputError
-        If a name is unknown, a value is out of bounds, or the axes do not suit the kind.
+        If a name is unknown, a value is out of bounds, or an axis does not fit the kind.
 
     Examples
     --------
@@ -161,7 +137,7 @@ class Design:
         if self.kind not in KINDS:
             raise unknown_name("design", self.kind, KINDS)
         if not self.axes:
-            raise InputError("sweep: nothing varies; must vary one or more names")
+            raise InputError("sweep: nothing varies; at least one name must vary")
         axes = {name: _checked(name, axis) for name, axis in self.axes.items()}
         object.__setattr__(self, "axes", axes)
         sampled = self.kind in ("random", "sobol")
@@ -174,7 +150,7 @@ class Design:
 
     def _listed_size(self) -> int:
         if self.count is not None or self.seed is not None:
-            raise InputError(f"count and seed are for random and sobol, not for {self.kind}")
+            raise InputError(f"count and seed must not be given for the design {self.kind}")
         counts = {name: _length(name, axis) for name, axis in self.axes.items()}
         if self.kind == "list":
             if len(set(counts.values())) > 1:
@@ -202,18 +178,7 @@ class Design:
         return self.count
 
     def columns(self, indices: NDArray[np.int64]) -> dict[str, NDArray[np.float64]]:
-        """The values at some points.
-
-        Parameters
-        ----------
-        indices : ndarray of int, shape (n,)
-            The points, 0 to size - 1, ascending by 0 or 1.
-
-        Returns
-        -------
-        dict of str to ndarray, shape (n,)
-            Values by name.
-        """
+        """Values by name at points of ascending indices (by 0 or 1), shape (n,) each."""
         if self.kind in ("random", "sobol"):
             points = self._unit_points(int(indices[0]), int(indices[-1]) + 1)
             shares = points[indices - indices[0]].T
@@ -236,7 +201,7 @@ class Design:
     def _unit_points(self, first: int, last: int) -> NDArray[np.float64]:
         size, seed = len(self.axes), self.seed or 0
         if self.kind == "sobol":
-            # Bits are kept for as many points as there are, and no more: they cost time to find.
+            # Directions for these points alone: each takes time to find.
             directions = _sobol_directions(size, seed, (self.size - 1).bit_length())
             return _sobol_points(directions, first, last)
         return _random_points(seed, size, first, last)
@@ -258,7 +223,7 @@ def _length(name: str, axis: Axis) -> int:
     if not isinstance(axis, Range):
         return len(axis)
     if axis.count is None:
-        raise InputError(f"{name}: the number of values is missing")
+        raise InputError(f"{name}: the count must be given")
     return axis.count
 
 
@@ -269,7 +234,7 @@ def _values(axis: Axis, places: NDArray[np.int64]) -> NDArray[np.float64]:
 
 
 def _random_points(seed: int, size: int, first: int, last: int) -> NDArray[np.float64]:
-    # Philox is a function of key and counter: any point can be drawn alone.
+    # Philox is a function of key and counter, so any point can be drawn alone.
     generator = np.random.Philox(key=seed)
     blocks, ahead = divmod(first * size, _PHILOX_WORDS)
     generator.advance(blocks)
@@ -280,8 +245,8 @@ def _random_points(seed: int, size: int, first: int, last: int) -> NDArray[np.fl
 
 @lru_cache(maxsize=4)
 def _sobol_directions(size: int, seed: int, bits: int) -> NDArray[np.uint64]:
-    # Point i is the exclusive or of point 0 and the directions at the set bits of i's Gray code:
-    # points 0, 1, 2, 4, 8, … tell all directions. Row 0 holds point 0, row k + 1 direction k.
+    # Point i is point 0 XOR the directions at the set bits of the Gray code of i, so points 0, 1,
+    # 2, 4, 8, … give all directions. Row 0 holds point 0, row k + 1 direction k.
     from scipy.stats import qmc
 
     engine = qmc.Sobol(size, scramble=True, bits=_SOBOL_BITS, rng=seed)

@@ -1,4 +1,4 @@
-"""Sweeps as figures: amplitude over what varies."""
+"""Figures of sweeps: amplitude over what varies."""
 
 from typing import Any, Final
 
@@ -23,36 +23,25 @@ from .run import Sweep
 from .study import OUTPUTS, Study
 
 _CASE_NAMES: Final = {True: "separation considered", False: "separation ignored"}
-# What is drawn over one name, as far as it was computed, with its line's width.
+# Outputs drawn over one name, with line widths.
 _AMPLITUDES: Final = {"y_abs": 1.4, "y_half_range": 0.7}
 _HEIGHT: Final = 3.2
-# Up to this many points are marked one by one.
+# Greatest number of points that get markers.
 _MARKED: Final = 60
 _DOT: Final = 9.0
 
 
 def check_drawable(study: Study) -> None:
-    """Check that a sweep can be drawn, before it is computed.
-
-    Parameters
-    ----------
-    study : Study
-        The sweep.
-
-    Raises
-    ------
-    InputError
-        If other than one or two names vary.
-    """
+    """Raise `InputError` unless one or two names vary."""
     if len(study.design.axes) not in (1, 2):
         raise InputError("plot: the sweep must be over one name or two")
 
 
 def sweep_figure(result: Sweep) -> Figure:
-    """Peak of y, and its half peak-to-peak over the second half of the run, over what varies.
+    """Draw a sweep over one name as curves, over two as a map for each case.
 
-    Both cases; over one name as curves, over two as a map for each case: of the peak, or of the
-    first output if the peak was not computed. Members that failed are left blank.
+    Curves show the peak of |y| and its half peak-to-peak over the second half of the run, maps the
+    peak; the first output where these were not computed. Failed members are left blank.
 
     Parameters
     ----------
@@ -62,7 +51,7 @@ def sweep_figure(result: Sweep) -> Figure:
     Returns
     -------
     Figure
-        With an Agg canvas; it belongs to no window.
+        With an Agg canvas.
 
     Raises
     ------

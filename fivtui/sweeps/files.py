@@ -35,7 +35,11 @@ def save_sweep(result: Sweep, path: Path, *, force: bool = False) -> None:
     form, study, members = sweep_format(path), result.study, len(result.table.reasons)
     if members != study.members:
         raise InputError(f"{path}: {members} of {study.members} members are computed, not all")
-    said = provenance_of(study, form) if result.said is None else carried_over(result.said, form)
+    said = (
+        provenance_of(study, form)
+        if result.provenance is None
+        else carried_over(result.provenance, form)
+    )
 
     def write(file: BinaryIO) -> None:
         with tempfile.TemporaryDirectory(prefix="fivtui-") as folder:
@@ -96,7 +100,7 @@ def _from_folder(folder: Path) -> tuple[Sweep, int]:
         with whole.open("wb") as file:
             pieces.form.merge(file, pieces.study, pieces.paths, {})
         rows = pieces.form.read(whole, pieces.study)
-        return Sweep(pieces.study, rows, pieces.said), pieces.members
+        return Sweep(pieces.study, rows, pieces.provenance), pieces.members
 
 
 def _check_size(members: int) -> None:

@@ -1,9 +1,8 @@
-"""The pieces of a sweep that is not complete, on disk: their names, and what is sound of them.
+"""Pieces of an incomplete sweep on disk: file names, checksums and manifest.
 
-The folder has a manifest, which says what is computed, by what, and how many members a piece has.
-A piece is a file whose name says its number, how many of its members failed, the digest of the
-manifest that it belongs to, and a checksum of all this and of its content:
-``000000012.3.09ab….5f1c….parquet``.
+The manifest says what is computed, with which versions, and how many members a piece has. The name
+of a piece's file has its number, how many of its members failed, the digest of the manifest, and a
+checksum of all this and of the content: ``000000012.3.09ab….5f1c….parquet``.
 """
 
 import hashlib
@@ -21,19 +20,19 @@ from .provenance import study_from_dict
 from .study import Study
 
 MANIFEST: Final = "manifest.json"
-# What a manifest says besides what the file will say.
+# Keys of a manifest that the file does not have.
 PIECE_MEMBERS: Final = "piece_members"
 COLUMNS: Final = "columns"
 _DIGITS: Final = 32
 _NAME: Final = re.compile(r"(\d{9,})\.(\d+)\.([0-9a-f]{32})\.([0-9a-f]{32})\.\w+")
-# Named so by a fivtui that did not write the digest of the manifest into the name.
+# A name without the digest of a manifest.
 _OLD_NAME: Final = re.compile(r"\d{9,}\.\d+\.[0-9a-f]{32}\.\w+")
 _LEFT_OVER: Final = (".fivtui-", "merged.")
 
 
 @dataclass(frozen=True, slots=True)
-class Piece:
-    """Piece `number` of a sweep: the members from `first` up to, not including, `last`."""
+class SweepPiece:
+    """Piece `number` of a sweep: members `first` to `last` - 1."""
 
     number: int
     first: int
@@ -41,32 +40,18 @@ class Piece:
 
 
 def piece_count(members: int, size: int) -> int:
-    """How many pieces of `size` members there are; the last may have fewer members."""
+    """Number of pieces of `size` members; the last may be smaller."""
     return -(-members // size)
 
 
-def piece_of(number: int, members: int, size: int) -> Piece:
-    """Piece `number` of a sweep that has `members` members, `size` in a piece."""
-    return Piece(number, number * size, min((number + 1) * size, members))
+def piece_of(number: int, members: int, size: int) -> SweepPiece:
+    """Piece `number` of a sweep of `members` members, `size` in a piece."""
+    return SweepPiece(number, number * size, min((number + 1) * size, members))
 
 
 @dataclass(frozen=True, slots=True)
 class PieceFile:
-    """A file of a piece, as its name has it.
-
-    Attributes
-    ----------
-    path : Path
-        The file.
-    number : int
-        Number of the piece.
-    failed : int
-        How many of its members failed.
-    sweep : str
-        Digest of the manifest that it belongs to.
-    checksum : str
-        See `piece_name`.
-    """
+    """A file of a piece: what its name says of number, failures, manifest and checksum."""
 
     path: Path
     number: int
@@ -76,31 +61,31 @@ class PieceFile:
 
     @property
     def sound(self) -> bool:
-        """Whether the file is what its name says."""
+        """Whether the content has the checksum in the name."""
         found = _checksum(self.number, self.failed, self.sweep, self.path.read_bytes())
         return found == self.checksum
 
 
 def piece_name(number: int, failed: int, sweep: str, content: bytes, suffix: str) -> str:
-    """The name of the file of a piece."""
+    """The name of a piece's file."""
     return f"{number:09}.{failed}.{sweep}.{_checksum(number, failed, sweep, content)}{suffix}"
 
 
 def _checksum(number: int, failed: int, sweep: str, content: bytes) -> str:
-    # A piece under the name of another one is unsound as well.
+    # The name is part of it: a piece renamed as another one is unsound.
     digest = hashlib.sha256(f"{number}.{failed}.{sweep}\n".encode())
     digest.update(content)
     return digest.hexdigest()[:_DIGITS]
 
 
 def digest_of(manifest: Mapping[str, Any]) -> str:
-    """The digest of a manifest, the same whether it was read from a file or not."""
+    """The digest of a manifest."""
     text = json.dumps(manifest, sort_keys=True)
     return hashlib.sha256(text.encode()).hexdigest()[:_DIGITS]
 
 
 def piece_files(folder: Path) -> list[PieceFile]:
-    """The files of pieces in a folder, in order; none is read."""
+    """The files of pieces in a folder, in order; their content is not read."""
     named = ((path, _NAME.fullmatch(path.name)) for path in sorted(folder.iterdir()))
     return [
         PieceFile(path, int(match[1]), int(match[2]), match[3], match[4])
@@ -110,58 +95,32 @@ def piece_files(folder: Path) -> list[PieceFile]:
 
 
 def old_piece_files(folder: Path) -> list[Path]:
-    """Pieces in a folder that do not say which sweep they are of."""
+    """Pieces whose names lack the digest of a manifest."""
     return [path for path in folder.iterdir() if _OLD_NAME.fullmatch(path.name)]
 
 
 def is_own(path: Path) -> bool:
-    """Whether a file is a piece, or what a kill has left half written."""
+    """Whether a file is a piece, or left half-written by a kill."""
     named = _NAME.fullmatch(path.name) or _OLD_NAME.fullmatch(path.name)
     return named is not None or path.name.startswith(_LEFT_OVER)
 
 
 @dataclass(frozen=True, slots=True)
-class Pieces:
-    """What is stored of a sweep that is not complete.
-
-    Attributes
-    ----------
-    study : Study
-        The sweep.
-    form : SweepFormat
-        Format of the pieces.
-    paths : tuple of Path
-        The pieces, in order.
-    members : int
-        How many members they have.
-    said : dict
-        What the file will say of its making.
-    """
+class StoredPieces:
+    """The sound pieces of an incomplete sweep, `members` in all, and its provenance."""
 
     study: Study
     form: SweepFormat
     paths: tuple[Path, ...]
     members: int
-    said: dict[str, Any]
+    provenance: dict[str, Any]
 
 
-def find_pieces(folder: Path) -> Pieces:
-    """Look into the folder of a sweep that is not complete; nothing is changed there.
+def find_pieces(folder: Path) -> StoredPieces:
+    """Find the sound pieces in ``FILE.parts`` that belong to its manifest; changes nothing there.
 
-    Parameters
-    ----------
-    folder : Path
-        ``FILE.parts``.
-
-    Returns
-    -------
-    Pieces
-        Those that are sound, and of the sweep that the manifest says.
-
-    Raises
-    ------
-    InputError
-        If it is no such folder, has no such piece yet, or an older fivtui made it.
+    Raises `InputError` if the folder is not of an incomplete sweep, has no sound piece yet, or its
+    pieces do not say which sweep they are of.
     """
     try:
         manifest = json.loads((folder / MANIFEST).read_bytes())
@@ -178,7 +137,7 @@ def find_pieces(folder: Path) -> Pieces:
     if not sound:
         raise InputError("no member of this sweep is stored yet")
     pieces = [piece_of(number, study.members, size) for number in sound]
-    return Pieces(
+    return StoredPieces(
         study,
         form,
         tuple(file.path for file in sound.values()),

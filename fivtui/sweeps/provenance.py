@@ -1,4 +1,4 @@
-"""What a sweep's file says of its making: which sweep it is of, and what computed it."""
+"""Provenance of a sweep's file: the study, versions and arithmetic it was computed with."""
 
 from collections.abc import Mapping
 from importlib.metadata import version
@@ -19,35 +19,13 @@ _PACKAGES: Final = ("numpy", "scipy", "numba", "llvmlite")
 
 
 def versions(package: str = "") -> dict[str, str]:
-    """Versions of what the last bits of a result depend on.
-
-    Parameters
-    ----------
-    package : str
-        One more package.
-
-    Returns
-    -------
-    dict of str
-        Versions by name.
-    """
+    """Versions of the packages that decide last bits, and of `package`."""
     names = [*_PACKAGES, package] if package else _PACKAGES
     return {"fivtui": __version__, **{name: version(name) for name in names}}
 
 
 def study_to_dict(study: Study) -> dict[str, Any]:
-    """A sweep as data that JSON can hold.
-
-    Parameters
-    ----------
-    study : Study
-        The sweep.
-
-    Returns
-    -------
-    dict
-        Everything that decides its rows.
-    """
+    """A study as data for JSON: everything that decides its rows."""
     design = study.design
     return {
         "parameters": study.parameters.as_dict(),
@@ -73,23 +51,7 @@ def _axis_to_data(axis: Axis) -> Any:
 
 
 def study_from_dict(data: Any) -> Study:
-    """The sweep that a file or a folder of pieces says it is of, see `study_to_dict`.
-
-    Parameters
-    ----------
-    data : dict
-        What `study_to_dict` gave.
-
-    Returns
-    -------
-    Study
-        The checked sweep.
-
-    Raises
-    ------
-    InputError
-        If the data are of another form, or a value is not allowed.
-    """
+    """The study in data of `study_to_dict`; `InputError` if they are none."""
     try:
         design, start = data["design"], data["start"]
         return Study(
@@ -116,20 +78,7 @@ def _axis_from_data(data: Any) -> Axis:
 
 
 def described(study: Study, form: SweepFormat) -> dict[str, Any]:
-    """What a file of a format says of a sweep: which one it is, and versions.
-
-    Parameters
-    ----------
-    study : Study
-        The sweep.
-    form : SweepFormat
-        The format.
-
-    Returns
-    -------
-    dict
-        As JSON can hold it.
-    """
+    """Format version, study and versions, as data for JSON."""
     return {
         "fivtui_sweep": FORMAT_VERSION,
         "sweep": study_to_dict(study),
@@ -138,41 +87,12 @@ def described(study: Study, form: SweepFormat) -> dict[str, Any]:
 
 
 def provenance_of(study: Study, form: SweepFormat) -> dict[str, Any]:
-    """What a file that this machine makes says: `described`, and the arithmetic.
-
-    Parameters
-    ----------
-    study, form
-        As in `described`.
-
-    Returns
-    -------
-    dict
-        As JSON can hold it.
-
-    Raises
-    ------
-    ComputationError
-        If the compiled kernel is needed and cannot be loaded.
-    """
+    """`described` and this machine's arithmetic; `ComputationError` if the kernel does not load."""
     return {**described(study, form), ARITHMETIC: arithmetic_of(study)}
 
 
 def carried_over(said: Mapping[str, Any], form: SweepFormat) -> dict[str, Any]:
-    """What a file of another format says of rows that were read from a file.
-
-    Parameters
-    ----------
-    said : mapping
-        What that file said of its making.
-    form : SweepFormat
-        The format to be written.
-
-    Returns
-    -------
-    dict
-        The same, with the versions that the format names.
-    """
+    """Provenance read from a file, with the versions that another format names."""
     before = said.get("versions", {})
     named = {name: before.get(name, number) for name, number in versions(form.package).items()}
     return {**said, "versions": named}

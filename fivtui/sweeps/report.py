@@ -1,4 +1,4 @@
-"""What the command line prints of a sweep: its rows, and how far it is."""
+"""Console output of a sweep: rows to stdout, progress to stderr."""
 
 import time
 from types import TracebackType
@@ -12,23 +12,17 @@ from fivtui.console import number, print_rows
 from .run import Sweep
 from .study import ERRORS, SweepColumn
 
-# A bar for less than this would only flicker; without a terminal a line now and then.
+# A bar appears after this time; without a terminal, a line is printed at this interval.
 _PATIENCE_S: Final = 1.0
 _LINE_EVERY_S: Final = 30.0
-# Columns for reading, where those of the table are not chosen, and rows from either end.
+# Outputs printed unless outputs were chosen, and the number of rows printed.
 _FOR_READING: Final = ("y_abs", "y_half_range", "separations", "separated_time")
 _ROWS: Final = 40
 _UNITS_OF_TIME: Final = ((86400.0, "d"), (3600.0, "h"), (60.0, "min"))
 
 
 class SweepProgress:
-    """How far a sweep is, how fast, and when it will be complete, on standard error.
-
-    Parameters
-    ----------
-    members : int
-        How many members it has.
-    """
+    """Progress of a sweep on stderr: members done, rate and time left."""
 
     def __init__(self, members: int) -> None:
         self._members = members
@@ -50,10 +44,10 @@ class SweepProgress:
             self._bar.stop()
 
     def __call__(self, fraction: float) -> bool:
-        """Show the fraction done, 0 to 1; always asks to go on."""
+        """Show the fraction done, 0 to 1; always returns True."""
         now = time.monotonic()
         if self._first is None:
-            # What an earlier run has done says nothing about the speed of this one.
+            # Members kept from an earlier run do not count for the rate.
             self._first = (now, fraction)
         text = progress_text(
             self._members, fraction, fraction - self._first[1], now - self._first[0]
@@ -74,22 +68,7 @@ class SweepProgress:
 
 
 def progress_text(members: int, fraction: float, newly: float, elapsed: float) -> str:
-    """How far a sweep is, in words.
-
-    Parameters
-    ----------
-    members : int
-        How many members it has.
-    fraction, newly : float
-        Fraction done in all, and by this run.
-    elapsed : float
-        Time that this run has taken, s.
-
-    Returns
-    -------
-    str
-        Members done, rate, and time left, where they are known.
-    """
+    """Members done, rate and time left; `newly` is the fraction done in `elapsed` s of this run."""
     text = f"{round(fraction * members)} of {members} members ({fraction:.1%})"
     if newly <= 0.0 or elapsed <= 0.0:
         return text
@@ -105,15 +84,7 @@ def _duration(seconds: float) -> str:
 
 
 def print_sweep(result: Sweep, *, chosen: bool) -> None:
-    """Print the rows of a sweep; of many the first and the last.
-
-    Parameters
-    ----------
-    result : Sweep
-        The sweep.
-    chosen : bool
-        Whether its outputs were chosen: all are shown then, and else some.
-    """
+    """Print the first and last rows of a sweep; all outputs if they were `chosen`."""
     study = result.study
     rows = result.rows
     shown = [
@@ -128,7 +99,7 @@ def print_sweep(result: Sweep, *, chosen: bool) -> None:
     keys = len(study.design.axes) + 1
     print_rows(f"Sweep: {len(rows)} members", header, cells, keys=keys)
     if len(short) < len(rows):
-        text = f"shown are the first and the last {_ROWS // 2}; --out and --json give all"
+        text = f"only the first and last {_ROWS // 2} rows are printed; --out and --json give all"
         Console(stderr=True, highlight=False).print(text, soft_wrap=True)
 
 

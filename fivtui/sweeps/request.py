@@ -1,4 +1,4 @@
-"""What is asked of a sweep, read from text: ranges and lists of values, design, cases."""
+"""A sweep's options, parsed from text."""
 
 from collections.abc import Mapping, Sequence
 from types import MappingProxyType
@@ -18,27 +18,10 @@ _METHOD: Final = "taylor"
 def parse_design(
     texts: Sequence[str], kind: Kind, count: int | None = None, seed: int | None = None
 ) -> Design:
-    """Read a design.
+    """Parse the texts of ``--vary``.
 
-    Parameters
-    ----------
-    texts : sequence of str
-        ``NAME=START:STOP:COUNT``, with ``:log`` for logarithmic spacing, or ``NAME=V1,V2,…``; in
-        random and Sobol designs ``NAME=START:STOP``, with ``:log`` for a logarithmic scale.
-    kind : str
-        A name in `fivtui.sweeps.design.KINDS`.
-    count, seed : int, optional
-        See `Design`.
-
-    Returns
-    -------
-    Design
-        The checked design.
-
-    Raises
-    ------
-    InputError
-        If a text has another form, a value is out of bounds, or a name appears twice.
+    They are ``NAME=START:STOP:COUNT[:log]`` or ``NAME=V1,V2,…``; in random and Sobol designs
+    ``NAME=START:STOP[:log]``. Raises `InputError` as `Design`, or if a text has another form.
     """
     axes: dict[str, Axis] = {}
     for text in texts:
@@ -61,23 +44,7 @@ def _parse_axis(text: str, *, sampled: bool) -> tuple[str, Axis]:
 
 
 def parse_cases(*, ignored: bool, both: bool) -> tuple[bool, ...] | None:
-    """Read which cases are asked for: separation considered, ignored, or both.
-
-    Parameters
-    ----------
-    ignored, both : bool
-        Whether ``--ignore-separation`` and ``--both`` are given.
-
-    Returns
-    -------
-    tuple of bool or None
-        As in `Study`; None for that of the scene.
-
-    Raises
-    ------
-    InputError
-        If both are given.
-    """
+    """The cases of ``--ignore-separation`` and ``--both``, as in `Study`; None for the scene's."""
     if ignored and both:
         raise InputError("--both: must be given without --ignore-separation")
     if both:
@@ -96,32 +63,10 @@ def study_of(
     accuracy: Mapping[str, float] = MappingProxyType({}),
     outputs: Sequence[str] = (),
 ) -> Study:
-    """The sweep of a scene.
+    """The study of a scene; what is given replaces the scene's settings, see `Study`.
 
-    Parameters
-    ----------
-    scene : Scene
-        What every member has in common.
-    design : Design
-        What varies.
-    cases : tuple of bool, optional
-        See `Study`; that of the scene if not given.
-    start, t_end, tol : optional
-        In place of those of the scene.
-    accuracy : mapping of str to float, optional
-        See `Study`; that of the scene if neither this nor `tol` is given.
-    outputs : sequence of str
-        See `Study`; all of the transient if none is given.
-
-    Returns
-    -------
-    Study
-        The checked sweep.
-
-    Raises
-    ------
-    InputError
-        If a value is not allowed, or the scene asks for another method than ``taylor``.
+    An `accuracy` replaces the tolerance, and a `tol` the scene's accuracy. Raises `InputError` as
+    `Study`, or if the scene asks for another method than ``taylor``.
     """
     if scene.method != _METHOD:
         raise InputError(f"method = {scene.method}: sweeps are computed by {_METHOD} alone")

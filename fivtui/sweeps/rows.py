@@ -1,4 +1,4 @@
-"""Sweeps: many transients that differ in parameters, start and physics, as rows of numbers."""
+"""Rows of a sweep, computed in batches by the compiled kernel."""
 
 from collections.abc import Callable, Collection, Mapping
 from dataclasses import dataclass
@@ -31,9 +31,9 @@ BlockStart = Literal["static"] | Floats
 _STATE: Final = ("x", "vx", "y", "vy")
 _NOT_OF_Y: Final = ("x_abs", "vx_max")
 _FORCE: Final = "contact_force"
-# Parts of the horizon by which it is told when two runs part.
+# Parts of the run among which the one is found where two runs part.
 _PARTS: Final = 8
-# Between two looks at a cancellation.
+# Members judged between two calls of `progress`.
 _JUDGED: Final = 8192
 _FORCE_OVERFLOW: Final = (
     "the contact force grows out of the range of numbers; consider separation or a shorter horizon"
@@ -47,7 +47,7 @@ class Rows:
     Attributes
     ----------
     numbers : dict of str to ndarray, shape (n,)
-        What varies and the outputs, in order; NaN where a member has no such value.
+        Varied values and outputs, in order; NaN where a member has no value.
     separation : ndarray of bool, shape (n,)
         Whether separation is considered.
     reasons : tuple of str
@@ -60,22 +60,11 @@ class Rows:
 
     @property
     def failed(self) -> int:
-        """How many members failed."""
+        """Number of failed members."""
         return sum(map(bool, self.reasons))
 
     def values(self, column: SweepColumn) -> list[Any]:
-        """A column as plain values.
-
-        Parameters
-        ----------
-        column : SweepColumn
-            One of `Study.columns`.
-
-        Returns
-        -------
-        list
-            Of float, int, bool or str, as the column's kind says; None where there is no value.
-        """
+        """A column as plain float, int, bool or str; None where a member has no value."""
         if column.name == "status":
             return [FAILED if reason else DONE for reason in self.reasons]
         if column.name == "reason":
@@ -87,18 +76,7 @@ class Rows:
         return [convert(value) if value == value else None for value in numbers]  # noqa: PLR0124
 
     def array(self, column: SweepColumn) -> NDArray[Any]:
-        """A column as an array: text, truth or numbers; counts are int where all members have one.
-
-        Parameters
-        ----------
-        column : SweepColumn
-            One of `Study.columns`.
-
-        Returns
-        -------
-        ndarray, shape (n,)
-            NaN where a member has no value.
-        """
+        """A column as an array, NaN where a member has no value; counts are int if all have one."""
         if column.kind == "text" or column.name == "separation":
             return np.array(self.values(column))
         numbers = self.numbers[column.name]
@@ -115,18 +93,7 @@ _CONVERSIONS: Final[Mapping[str, Callable[[float], object]]] = {
 
 
 def joined(parts: list[Rows]) -> Rows:
-    """Rows one after the other.
-
-    Parameters
-    ----------
-    parts : list of Rows
-        One or more, of the same study.
-
-    Returns
-    -------
-    Rows
-        All of them.
-    """
+    """The rows of several parts of a study, one after the other."""
     return Rows(
         {name: np.concatenate([part.numbers[name] for part in parts]) for name in parts[0].numbers},
         np.concatenate([part.separation for part in parts]),
@@ -135,24 +102,23 @@ def joined(parts: list[Rows]) -> Rows:
 
 
 def compute_rows(study: Study, first: int, last: int, progress: Progress | None = None) -> Rows:
-    """Compute some members of a sweep.
+    """Compute members `first` to `last` - 1 of a sweep.
 
-    The compiled kernel computes all of them, so that a row does not depend on what was computed
-    before it.
+    All are computed by the compiled kernel, so a row never depends on what was computed before.
 
     Parameters
     ----------
     study : Study
         The sweep.
     first, last : int
-        The members from `first` up to, not including, `last`.
+        Range of members.
     progress : callable, optional
-        Called now and then; the computation is cancelled when it returns False.
+        Called with the fraction done; the computation stops when it returns False.
 
     Returns
     -------
     Rows
-        A row a member; one that cannot be computed has a reason, and not the values that failed.
+        A row for each member; a member that cannot be computed has a reason instead of values.
 
     Raises
     ------
@@ -182,7 +148,7 @@ def compute_rows(study: Study, first: int, last: int, progress: Progress | None 
 
 @dataclass(frozen=True, slots=True)
 class _Block:
-    # Members that are computed together; their results and reasons are filled in.
+    # Members computed together; methods fill in `results` and `reasons`.
     study: Study
     varied: dict[str, NDArray[np.float64]]
     separation: NDArray[np.bool_]
@@ -202,8 +168,8 @@ class _Block:
             self._put(places, self._run(places, start, self.study.tol, progress))
 
     def _verify(self, places: Places, start: BlockStart, progress: Progress) -> None:
-        # As `verified.simulate_to`, member by member: the tolerance is made finer until a run
-        # changes by less than the errors asked for, and does not part from the one before.
+        # As `verified.simulate_to` for each member: refine the tolerance until a run changes by
+        # less than the error targets and does not part from the run before.
         asked, part = dict(self.study.accuracy), 0.0
 
         def look(fraction: float) -> bool:
@@ -243,7 +209,7 @@ class _Block:
     def _tell_when(
         self, places: Places, start: BlockStart, tols: tuple[float, float], progress: Progress
     ) -> None:
-        # Members whose runs part: between which parts of the horizon they do, as their reason.
+        # Give members whose runs part the interval in which they do as their reason.
         for count in range(1, _PARTS + 1):
             if places.size == 0:
                 return
@@ -272,7 +238,7 @@ class _Block:
     ) -> Batch:
         study = self.study
         parameters = {name: c[places] for name, c in self.varied.items() if name in PARAMETERS}
-        # Without a parameter that varies the size of the batch has to be said by one.
+        # If no parameter varies, F gives the batch its size.
         parameters.setdefault("F", np.full(places.size, study.parameters.F))
         return simulate_batch(
             parameters,
@@ -290,7 +256,7 @@ class _Block:
         asked = dict(self.study.accuracy)
         required: set[Requirement] = {_part(column, self._seen) for column in self._wanted}
         if asked:
-            # What tells whether two runs are the same motion.
+            # These tell whether two runs are the same motion.
             required |= {"final", "events", self._seen}
         if "half_range" in asked:
             required.add("steady")
@@ -302,7 +268,7 @@ class _Block:
 
     @property
     def _seen(self) -> Seen:
-        # Extremes of y alone cost less than all.
+        # Extremes of y alone take less time than all.
         return "peak" if any(name in self.study.outputs for name in _NOT_OF_Y) else "amplitude"
 
     def _put(self, places: Places, batch: Batch) -> None:
@@ -319,7 +285,7 @@ class _Block:
             self.results[name][failed] = np.nan
 
     def _start(self) -> BlockStart:
-        # Components of the start that do not vary may be those of an equilibrium.
+        # Components that do not vary are those of the study's start, maybe an equilibrium.
         given = [self.varied.get(name) for name in START_SPECS]
         start, size = self.study.start, len(self.reasons)
         static = isinstance(start, str)
@@ -341,7 +307,7 @@ class _Block:
         return states
 
     def _put_forces(self, places: Places, extremes: BatchPeak | BatchAmplitude) -> None:
-        # P decreases with y, so its extremes are those of y, except that it ends at zero.
+        # P decreases with y, so its extremes are at those of y; separated, P = 0.
         k2, k_nl = (
             self.varied.get(name, np.full(len(self.reasons), getattr(self.study.parameters, name)))
             for name in ("k2", "k_nl")
@@ -378,7 +344,7 @@ class _Block:
 
 
 def _part(column: SweepColumn, seen: Seen) -> Requirement:
-    # The part of a batch's result that a column comes from.
+    # The part of a batch's result that holds a column.
     part = column.path.split(".", maxsplit=1)[0]
     return seen if part in ("peak", _FORCE) else cast("Requirement", part)
 
@@ -390,7 +356,7 @@ def _found(batch: Batch, column: SweepColumn, seen: Seen) -> NDArray[np.float64]
 
 
 def _observed(batch: Batch, asked: Collection[str], seen: Seen) -> dict[str, Floats]:
-    # What of the members is compared, an array each with the members along its first axis.
+    # The quantities that two runs are compared by, members along the first axis.
     observed = {"final": batch.final, "peak": getattr(batch, seen).y_abs}
     switches = batch.events.separations + batch.events.reattachments
     observed["switches"] = switches.astype(np.float64)

@@ -1,4 +1,4 @@
-"""Sweeps run: in memory or into a file, on this machine or on a cluster."""
+"""Run sweeps: in memory or into a file, on this machine or on a cluster."""
 
 import os
 import threading
@@ -20,7 +20,7 @@ from fivtui.transient import DEFAULT_T_END, DEFAULT_TOL, Progress, Start
 
 from .design import Axis, Design, Kind
 from .formats import sweep_format
-from .pieces import Piece, piece_count, piece_of
+from .pieces import SweepPiece, piece_count, piece_of
 from .rows import Rows, compute_rows, joined
 from .store import default_piece_size, open_store
 from .study import DEFAULT_OUTPUTS, Study
@@ -28,8 +28,8 @@ from .study import DEFAULT_OUTPUTS, Study
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
-# Computes pieces of a study, in any order.
-Engine = Callable[[Study, Iterable[Piece]], Generator[tuple[Piece, Rows]]]
+# An engine computes pieces of a study, in any order.
+Engine = Callable[[Study, Iterable[SweepPiece]], Generator[tuple[SweepPiece, Rows]]]
 Cases = Literal["considered", "ignored", "both"]
 
 CASES: Final[Mapping[Cases, tuple[bool, ...]]] = {
@@ -38,11 +38,11 @@ CASES: Final[Mapping[Cases, tuple[bool, ...]]] = {
     "both": (True, False),
 }
 MAX_IN_MEMORY: Final = 1_000_000
-# Columns of which a session is told when a sweep is printed.
+# Columns in the summary of a sweep.
 _SHOWN: Final = 8
 # At least this many pieces, so that all threads have some.
 _PIECES_IN_MEMORY: Final = 32
-# Pieces handed out ahead of those that are being computed, a worker each.
+# Pieces queued beyond those being computed.
 _AHEAD: Final = 1
 
 
@@ -56,13 +56,13 @@ class Sweep(Result):
         What was computed.
     table : Rows
         Its rows by column.
-    said : dict or None
-        What the file says of its making from which it was read; None if it was computed here.
+    provenance : dict or None
+        Provenance in the file it was read from; None if it was computed here.
     """
 
     study: Study
     table: Rows
-    said: dict[str, Any] | None = None
+    provenance: dict[str, Any] | None = None
 
     @property
     def columns(self) -> list[str]:
@@ -107,31 +107,15 @@ class Sweep(Result):
         return {column.name: self.table.array(column) for column in self.study.columns}
 
     def figure(self) -> "Figure":
-        """Amplitudes over what varies, as a matplotlib figure.
-
-        Raises
-        ------
-        InputError
-            If other than one or two names vary.
-        """
+        """Amplitudes over what varies; `InputError` unless one or two names vary."""
         from .figure import sweep_figure
 
         return sweep_figure(self)
 
 
 @dataclass(frozen=True, slots=True)
-class Written:
-    """What became of a sweep that was written to a file.
-
-    Attributes
-    ----------
-    members : int
-        How many rows the file has.
-    failed : int or None
-        How many members failed; None if the file was complete before.
-    kept : int
-        How many members an earlier run had computed.
-    """
+class WriteSummary:
+    """Members of a written sweep: all, failed (None if complete before), kept from earlier runs."""
 
     members: int
     failed: int | None
@@ -167,38 +151,37 @@ def sweep(
     Parameters
     ----------
     parameters : Parameters, optional
-        The parameters that do not vary; the base set if not given.
+        The parameters that do not vary; the base set by default.
     vary : mapping of str to Range or sequence of float
         What varies: parameters, and ``x0``, ``vx0``, ``y0``, ``vy0`` of the start.
     design : "product", "list", "random" or "sobol"
-        How the members are chosen, see `Design`; random and Sobol designs take ranges without
-        count.
+        How points are chosen, see `Design`.
     count, seed : int, optional
         Number of points and seed of a random or Sobol design.
     separation : bool or "both"
-        Whether separation is considered; with both every point is two members.
+        Whether separation is considered; "both" makes two members of every point.
     start, t_end, tol
         As in `simulate`. A component of the start that varies replaces that of `start`.
     accuracy : mapping of str to float
-        Errors allowed of ``final``, ``peak``, ``half_range``, relative: the tolerance follows,
-        member by member, a finer run verifies it, and rows have the errors. Without it `tol` holds.
+        Error targets of ``final``, ``peak``, ``half_range``, relative, in place of `tol`: a member
+        is refined until a finer run confirms them, and its row has the errors.
     outputs : sequence of str
-        What is computed: names in `fivtui.sweeps.study.OUTPUTS`.
+        Names in `fivtui.sweeps.study.OUTPUTS` to be computed.
     progress : callable, optional
-        Called now and then with the fraction done; the sweep is cancelled when it returns False.
+        Called with the fraction done; the sweep stops when it returns False.
     workers : int, optional
-        Threads; as many as there are processors if not given.
+        Number of threads; all processors by default.
 
     Returns
     -------
     Sweep
-        A row a member, in the order of the design. A member that cannot be computed is a row with
-        the reason.
+        A row for each member, in the order of the design. A member that cannot be computed has a
+        reason instead of values.
 
     Raises
     ------
     InputError
-        If the request is wrong, or has more than a million members: see `sweep_to_file`.
+        If an argument is wrong, or there are more than a million members: see `sweep_to_file`.
     Cancelled
         If `progress` returned False.
 
@@ -222,29 +205,7 @@ def sweep(
 
 
 def sweep_in_memory(study: Study, engine: Engine, *, progress: Progress | None = None) -> Sweep:
-    """Compute a sweep and keep its rows in memory.
-
-    Parameters
-    ----------
-    study : Study
-        The sweep.
-    engine : callable
-        Computes its pieces.
-    progress : callable, optional
-        As in `sweep`.
-
-    Returns
-    -------
-    Sweep
-        A row a member.
-
-    Raises
-    ------
-    InputError
-        If it has more than a million members.
-    Cancelled
-        If `progress` returned False.
-    """
+    """Compute a sweep of at most a million members with an engine; as `sweep`."""
     check_in_memory(study)
     size = min(default_piece_size(study), max(study.members // _PIECES_IN_MEMORY, 1))
     count = piece_count(study.members, size)
@@ -258,18 +219,7 @@ def sweep_in_memory(study: Study, engine: Engine, *, progress: Progress | None =
 
 
 def check_in_memory(study: Study) -> None:
-    """Check that the rows of a sweep can be held in memory.
-
-    Parameters
-    ----------
-    study : Study
-        The sweep.
-
-    Raises
-    ------
-    InputError
-        If it has more than a million members.
-    """
+    """Raise `InputError` if a sweep has more than a million members."""
     if study.members > MAX_IN_MEMORY:
         raise InputError(
             f"{study.members} members: must be at most {MAX_IN_MEMORY} to be held in memory; "
@@ -278,20 +228,7 @@ def check_in_memory(study: Study) -> None:
 
 
 def load_sweep(study: Study, path: Path) -> Sweep:
-    """Read the rows of a sweep from the file that it was written to.
-
-    Parameters
-    ----------
-    study : Study
-        The sweep.
-    path : Path
-        Its file.
-
-    Returns
-    -------
-    Sweep
-        Its rows.
-    """
+    """Read the rows of a known study from its file."""
     return Sweep(study, sweep_format(path).read(path, study))
 
 
@@ -303,46 +240,45 @@ def sweep_to_file(
     size: int | None = None,
     force: bool = False,
     progress: Progress | None = None,
-) -> Written:
-    """Compute a sweep into a file, or go on with one that was stopped.
+) -> WriteSummary:
+    """Compute a sweep into a file, or continue one that was stopped.
 
-    Whatever stops it, what was computed is kept beside the file; called again with the same
-    arguments it goes on, and the file is the same to the last bit as if nothing had happened. A
-    file that is there and complete, all its rows counted, is left as it is.
+    Rows are kept in pieces beside the file, whatever stops the sweep. The same call continues it,
+    and the file ends in the same bytes as without the stop. A complete file is left as it is.
 
     Parameters
     ----------
     study : Study
         The sweep.
     out : Path
-        The file; its suffix ``.csv`` or ``.parquet`` says the format.
+        The file, ``.csv`` or ``.parquet``.
     engine : callable
-        Computes its pieces.
+        Computes pieces, see `local_engine` and `cluster_engine`.
     size : int, optional
         Members of a piece.
     force : bool
-        Whether a file that exists may be replaced, and what is left of another sweep discarded.
+        Whether to overwrite an existing file, and to discard pieces of another sweep.
     progress : callable, optional
         As in `sweep`.
 
     Returns
     -------
-    Written
-        How many members there are, have failed, and had been kept.
+    WriteSummary
+        How many members there are, failed, and were kept from an earlier run.
 
     Raises
     ------
     InputError
-        If the file cannot be written, is there and damaged, another sweep was begun under its
-        name, or this one on a machine whose rows differ in their last bits.
+        If the file cannot be written or is damaged, or the pieces beside it are of another sweep or
+        of a machine with other arithmetic.
     ComputationError
-        If a piece cannot be written or computed; what is written is kept.
+        If a piece cannot be computed or written; what is written is kept.
     Cancelled
-        If `progress` returned False, or by the keyboard; it says how to go on.
+        If `progress` returned False or Ctrl+C was pressed; says how to continue.
     """
     with open_store(out, study, size=size, force=force) as store:
         if store.complete:
-            return Written(study.members, None, study.members)
+            return WriteSummary(study.members, None, study.members)
         kept = store.kept
         try:
             _report(progress, kept / study.members)
@@ -354,7 +290,7 @@ def sweep_to_file(
             store.finish()
         except (Cancelled, KeyboardInterrupt):
             raise Cancelled(store.advice) from None
-        return Written(study.members, failed, kept)
+        return WriteSummary(study.members, failed, kept)
 
 
 def _report(progress: Progress | None, fraction: float) -> None:
@@ -363,31 +299,15 @@ def _report(progress: Progress | None, fraction: float) -> None:
 
 
 def local_engine(workers: int | None = None) -> Engine:
-    """An engine of threads: the compiled kernel leaves the interpreter to others.
-
-    Parameters
-    ----------
-    workers : int, optional
-        How many; as many as there are processors for this process if not given.
-
-    Returns
-    -------
-    callable
-        The engine.
-
-    Raises
-    ------
-    InputError
-        If the number is not positive.
-    """
+    """An engine of `workers` threads, all processors by default; the kernel releases the GIL."""
     if workers is not None and workers < 1:
         raise InputError(f"workers = {workers}: must be at least 1")
     threads = workers or _processors()
 
-    def engine(study: Study, pieces: Iterable[Piece]) -> Generator[tuple[Piece, Rows]]:
+    def engine(study: Study, pieces: Iterable[SweepPiece]) -> Generator[tuple[SweepPiece, Rows]]:
         stopped = threading.Event()
 
-        def compute(piece: Piece) -> tuple[Piece, Rows]:
+        def compute(piece: SweepPiece) -> tuple[SweepPiece, Rows]:
             return piece, compute_rows(
                 study, piece.first, piece.last, lambda _fraction: not stopped.is_set()
             )
@@ -395,7 +315,7 @@ def local_engine(workers: int | None = None) -> Engine:
         waiting = iter(pieces)
         with ThreadPoolExecutor(threads, thread_name_prefix="sweep") as pool:
             try:
-                running: set[Future[tuple[Piece, Rows]]] = set()
+                running: set[Future[tuple[SweepPiece, Rows]]] = set()
                 while True:
                     free = threads + _AHEAD - len(running)
                     running |= {pool.submit(compute, piece) for piece in islice(waiting, free)}

@@ -1,7 +1,6 @@
-"""The results of a sweep on disk: pieces that survive whatever stops it, then one file.
+"""Storage of a sweep: pieces that survive a stop, merged into one file at the end.
 
-Beside the file that is asked for, say ``out.parquet``, stands the folder ``out.parquet.parts`` as
-long as the sweep is not complete, see `sweep_pieces`.
+Until ``out.parquet`` is complete, the folder ``out.parquet.parts`` beside it holds the pieces.
 """
 
 import io
@@ -22,7 +21,7 @@ from .pieces import (
     COLUMNS,
     MANIFEST,
     PIECE_MEMBERS,
-    Piece,
+    SweepPiece,
     digest_of,
     is_own,
     old_piece_files,
@@ -36,44 +35,24 @@ from .rows import Rows
 from .study import Study
 
 _LOCK: Final = "lock"
-# Characters of a value in a message.
+# Greatest length of a value in a message.
 _BRIEF: Final = 100
-# Members of a piece whose horizon is one second, and the limits for other horizons: pieces of
-# about a second, or of one member where that takes longer.
+# Members of a piece for runs of 1 s, about a second of work, and the bounds for other durations.
 _MEMBER_SECONDS: Final = 1_000_000
 _PIECE_MEMBERS: Final = (1, 20_000)
 
 
 def default_piece_size(study: Study) -> int:
-    """How many members a piece has if nothing is said: about a second's work, or one member.
-
-    Parameters
-    ----------
-    study : Study
-        The sweep.
-
-    Returns
-    -------
-    int
-        The number; it depends on the horizon alone, never on the machine.
-    """
+    """Members of a piece by default: about a second of work; depends on the horizon alone."""
     least, most = _PIECE_MEMBERS
     return max(least, min(most, int(_MEMBER_SECONDS / study.t_end)))
 
 
 class SweepStore:
-    """The results of one sweep on disk; made by `open_store`.
+    """The pieces and the file of one sweep; opened by `open_store`.
 
-    Attributes
-    ----------
-    size : int
-        Members of a piece.
-    kept : int
-        Members whose rows are stored.
-    failed : int
-        How many of them failed.
-    complete : bool
-        Whether the file asked for is there, and is of this sweep.
+    `size` counts the members of a piece, `kept` those stored, `failed` those that failed; `complete`
+    says whether the file is there.
     """
 
     def __init__(self, out: Path, study: Study, *, size: int | None, force: bool) -> None:
@@ -96,7 +75,7 @@ class SweepStore:
             self._provenance = provenance_of(study, self._form)
 
     def _is_complete(self) -> bool:
-        # A file appears under its name when it is whole; what became of it since is looked at.
+        # The file appeared whole under its name, but may have been damaged since.
         if self._force or not self._target.is_file():
             return False
         said = self._form.provenance(self._target)
@@ -123,7 +102,7 @@ class SweepStore:
         }
 
     def _open(self) -> None:
-        # Finds out what an earlier run has left.
+        # Count the sound pieces of an earlier run, and remove what is damaged.
         manifest = self.folder / MANIFEST
         reason = self._reason_against()
         if reason:
@@ -146,7 +125,7 @@ class SweepStore:
                 path.unlink()
 
     def _reason_against(self) -> str:
-        # Why not to go on from what is there, and what to do; empty if nothing is against it.
+        # Why the pieces there cannot be continued, with advice; empty if they can.
         manifest, own = self.folder / MANIFEST, piece_files(self.folder)
         if not manifest.exists():
             if own or old_piece_files(self.folder):
@@ -184,39 +163,20 @@ class SweepStore:
             )
         return ""
 
-    def _count(self, piece: Piece, path: Path, failed: int) -> None:
+    def _count(self, piece: SweepPiece, path: Path, failed: int) -> None:
         self._pieces[piece.number] = path
         self.kept += piece.last - piece.first
         self.failed += failed
 
-    def missing(self) -> Iterator[Piece]:
-        """The pieces that are not stored yet.
-
-        Yields
-        ------
-        Piece
-            In order.
-        """
+    def missing(self) -> Iterator[SweepPiece]:
+        """The pieces that are not stored yet, in order."""
         members = self._study.members
         for number in range(piece_count(members, self.size)):
             if number not in self._pieces:
                 yield piece_of(number, members, self.size)
 
-    def write(self, piece: Piece, rows: Rows) -> None:
-        """Store a piece, whole or not at all.
-
-        Parameters
-        ----------
-        piece : Piece
-            Which one.
-        rows : Rows
-            Its rows.
-
-        Raises
-        ------
-        ComputationError
-            If it cannot be written, or has not a row a member; everything stored before is kept.
-        """
+    def write(self, piece: SweepPiece, rows: Rows) -> None:
+        """Store a piece, whole or not at all; `ComputationError` if that fails."""
         members = piece.last - piece.first
         if len(rows.reasons) != members:
             raise ComputationError(
@@ -232,14 +192,10 @@ class SweepStore:
         self._count(piece, self.folder / name, rows.failed)
 
     def finish(self) -> None:
-        """Make the file that is asked for from its pieces, and remove these.
+        """Merge the pieces into the file and remove them.
 
-        Raises
-        ------
-        ComputationError
-            If it cannot be written, or does not have all rows; the pieces are kept.
-        InputError
-            If a file of its name has appeared.
+        Raises `ComputationError` if the file cannot be written or lacks rows (the pieces are kept),
+        and `InputError` if a file of its name has appeared.
         """
         merged = self.folder / f"merged{self._target.suffix.lower()}"
         paths = [self._pieces[number] for number in sorted(self._pieces)]
@@ -261,14 +217,14 @@ class SweepStore:
         self._clear()
 
     def _clear(self) -> None:
-        # The manifest last: what is left by a kill in between is still known.
+        # The manifest last: after a kill in between, the rest can still be identified.
         for path in (*filter(is_own, self.folder.iterdir()), self.folder / MANIFEST):
             path.unlink(missing_ok=True)
         self._pieces.clear()
         self.kept = self.failed = 0
 
     def clear_own(self) -> None:
-        """Remove what a kill has left of this sweep after its file was complete."""
+        """Remove pieces that a kill left after the file was complete."""
         try:
             there = json.loads((self.folder / MANIFEST).read_bytes())
             own = _without_arithmetic(_of_file(there)) == self._described
@@ -286,7 +242,7 @@ class SweepStore:
 
     @property
     def advice(self) -> str:
-        """How to go on after a stop."""
+        """How to continue after a stop."""
         return (
             f"{self.kept} of {self._study.members} members are kept in {self._shown}: "
             "the same command continues"
@@ -297,29 +253,16 @@ class SweepStore:
 def open_store(
     out: Path, study: Study, *, size: int | None = None, force: bool = False
 ) -> Iterator[SweepStore]:
-    """Open the results of a sweep, to begin it or to go on.
+    """Open the storage of a sweep, to begin or to continue it; damaged pieces are removed.
 
-    Parameters
-    ----------
-    out : Path
-        The file that is asked for; its suffix ``.csv`` or ``.parquet`` says the format.
-    study : Study
-        The sweep.
-    size : int, optional
-        Members of a piece; by default `default_piece_size`, or what the sweep was begun with.
-    force : bool
-        Whether a file that exists may be replaced, and what is left of another sweep discarded.
-
-    Yields
-    ------
-    SweepStore
-        What is damaged of it has been removed, to be computed again.
+    `size` is by default that of the pieces there, or `default_piece_size`; `force` overwrites an
+    existing file and discards pieces of another sweep.
 
     Raises
     ------
     InputError
-        If the file cannot be written or is damaged, another sweep was begun under its name, this
-        one where arithmetic differs, or another process is at work on it.
+        If the file cannot be written or is damaged, the pieces beside it are of another sweep or of
+        a machine with other arithmetic, or another process is working on it.
     ComputationError
         If the compiled kernel cannot be loaded.
     """
@@ -341,7 +284,7 @@ def open_store(
         yield store
     if store.complete:
         (folder / _LOCK).unlink(missing_ok=True)
-        # What somebody else has put there is left.
+        # Files of others stay.
         with suppress(OSError):
             folder.rmdir()
 
@@ -359,7 +302,7 @@ def _write(file: BinaryIO, content: bytes) -> None:
 
 
 def _sync(folder: Path) -> None:
-    # The new name must outlive a loss of power before what it replaces is removed.
+    # The new name must survive a power loss before the pieces are removed.
     if os.name == "posix":
         handle = os.open(folder, os.O_RDONLY)
         try:
@@ -369,7 +312,7 @@ def _sync(folder: Path) -> None:
 
 
 def _of_file(manifest: dict[str, Any]) -> dict[str, Any]:
-    # What of a manifest the file says as well.
+    # The part of a manifest that the file has, too.
     return {key: manifest[key] for key in manifest if key not in (PIECE_MEMBERS, COLUMNS)}
 
 
@@ -378,7 +321,7 @@ def _without_arithmetic(said: dict[str, Any]) -> dict[str, Any]:
 
 
 def _difference(there: Any, here: Any, name: str = "") -> str:
-    # The first place at which two manifests differ, in words; empty if they do not.
+    # The first difference of two manifests, in words; empty if there is none.
     if isinstance(there, dict) and isinstance(here, dict):
         for key in {**here, **there}:
             inner = _difference(there.get(key), here.get(key), f"{name}.{key}".lstrip("."))

@@ -1,4 +1,4 @@
-"""What a sweep is: a scene, what varies in it, and the columns of its rows."""
+"""A sweep's study: scene, design, and the columns of its rows."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass
@@ -23,21 +23,7 @@ FAILED: Final = "failed"
 
 @dataclass(frozen=True, slots=True)
 class SweepColumn:
-    """A column of a sweep's rows.
-
-    Attributes
-    ----------
-    name : str
-        Its name.
-    unit : str
-        SI unit; empty where there is none.
-    meaning : str
-        One phrase.
-    kind : "number", "count", "truth" or "text"
-        What it holds.
-    path : str
-        Attribute of `Transient` that it is; empty if it is none.
-    """
+    """A column of a sweep's rows; `path` is the attribute of `Transient` it holds, or empty."""
 
     name: str
     unit: str
@@ -73,7 +59,7 @@ OUTPUTS: Final[Mapping[str, SweepColumn]] = {
     column.name: column for column in (*TRANSIENT, *STABILITY)
 }
 DEFAULT_OUTPUTS: Final = tuple(column.name for column in TRANSIENT)
-# By quantity of `deviation.QUANTITIES`; rows keep no times of switches, hence no error of them.
+# By quantity; rows keep no times of switches, hence no error of events.
 ERRORS: Final[Mapping[str, SweepColumn]] = {
     name: SweepColumn(f"{name}_error", "", f"error of the {QUANTITIES[name]}")
     for name in ("final", "peak", "half_range")
@@ -88,7 +74,7 @@ _ENDING: Final = (
 
 @dataclass(frozen=True, slots=True)
 class Study:
-    """A sweep to be computed: a scene, what varies in it, and what is asked of every member.
+    """A sweep to be computed.
 
     Parameters
     ----------
@@ -97,21 +83,19 @@ class Study:
     parameters : Parameters
         The other parameters.
     cases : tuple of bool
-        Whether separation is considered; with ``(True, False)`` every point is two members, which
-        stand together.
+        Whether separation is considered; ``(True, False)`` makes two members of every point.
     start, t_end, tol
-        As in `integrate`.
+        As in `simulate`.
     accuracy : tuple of (str, float)
-        Errors allowed by quantity, see `check_accuracy`, without ``events``. The tolerance then
-        follows member by member, a finer run verifies it, `tol` is its default and not used, and
-        a row has the errors.
+        Error targets by quantity: ``final``, ``peak``, ``half_range``. They replace `tol`: a member is
+        refined until a finer run confirms them, and its row has the errors.
     outputs : tuple of str
-        Names in `OUTPUTS`. Without an output of the transient nothing is integrated.
+        Names in `OUTPUTS`; without an output of the transient nothing is integrated.
 
     Raises
     ------
     InputError
-        If a value is not allowed.
+        If a value is out of bounds or a name unknown.
     """
 
     design: Design
@@ -153,7 +137,7 @@ class Study:
 
     @property
     def members(self) -> int:
-        """How many members there are."""
+        """Number of members."""
         return self.design.size * len(self.cases)
 
     @property

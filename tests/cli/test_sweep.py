@@ -96,7 +96,7 @@ def test_rows_are_printed_as_a_table(capsys: pytest.CaptureFixture[str]) -> None
     shown, said = capsys.readouterr()
     assert "vx_max m/s" in shown
     assert len(shown.splitlines()) == 42
-    assert said == "shown are the first and the last 20; --out and --json give all\n"
+    assert said == "only the first and last 20 rows are printed; --out and --json give all\n"
 
 
 @pytest.mark.parametrize("name", ["out.csv", "out.parquet"])

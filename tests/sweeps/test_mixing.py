@@ -21,9 +21,9 @@ from fivtui.sweeps.arithmetic import arithmetic_difference, arithmetic_of
 from fivtui.sweeps.design import Design, Range
 from fivtui.sweeps.files import read_sweep, save_sweep
 from fivtui.sweeps.formats import sweep_format
-from fivtui.sweeps.pieces import Piece
+from fivtui.sweeps.pieces import SweepPiece
 from fivtui.sweeps.rows import Rows, compute_rows
-from fivtui.sweeps.run import Written, local_engine, sweep_to_file
+from fivtui.sweeps.run import WriteSummary, local_engine, sweep_to_file
 from fivtui.sweeps.study import Study
 
 STUDY = Study(
@@ -47,7 +47,7 @@ def _with_pyarrow() -> None:
     pytest.importorskip("pyarrow")
 
 
-def run(out: Path, study: Study = STUDY, **more: Any) -> Written:
+def run(out: Path, study: Study = STUDY, **more: Any) -> WriteSummary:
     return sweep_to_file(study, out, local_engine(1), **{"size": 3, **more})
 
 
@@ -182,9 +182,9 @@ def test_a_damaged_file_is_never_called_complete(
     out.write_bytes(damage(whole))
     assert out.read_bytes() != whole
     refused(out, r"exists already, and is .*damaged.*forc")
-    assert run(out, force=True) == Written(MEMBERS, 0, 0)
+    assert run(out, force=True) == WriteSummary(MEMBERS, 0, 0)
     assert out.read_bytes() == whole
-    assert run(out) == Written(MEMBERS, None, MEMBERS)
+    assert run(out) == WriteSummary(MEMBERS, None, MEMBERS)
 
 
 def elsewhere(monkeypatch: pytest.MonkeyPatch, changed: dict[str, Any]) -> None:
@@ -316,7 +316,7 @@ def test_what_cannot_be_read_is_said(
 
 
 def test_a_piece_that_lacks_rows_is_not_stored(tmp_path: Path) -> None:
-    def engine(study: Study, pieces: Iterable[Piece]) -> Generator[tuple[Piece, Rows]]:
+    def engine(study: Study, pieces: Iterable[SweepPiece]) -> Generator[tuple[SweepPiece, Rows]]:
         for piece in pieces:
             yield piece, compute_rows(study, piece.first, piece.last - piece.number)
 

@@ -23,7 +23,7 @@ from fivtui import Parameters
 from fivtui.io.locks import locked
 from fivtui.model.errors import Cancelled, ComputationError, InputError
 from fivtui.sweeps.design import Design, Range
-from fivtui.sweeps.run import Written, load_sweep, local_engine, sweep_in_memory, sweep_to_file
+from fivtui.sweeps.run import WriteSummary, load_sweep, local_engine, sweep_in_memory, sweep_to_file
 from fivtui.sweeps.store import default_piece_size
 from fivtui.sweeps.study import Study
 
@@ -46,7 +46,7 @@ def _with_pyarrow() -> None:
     pytest.importorskip("pyarrow")
 
 
-def run(out: Path, study: Study = STUDY, **more: Any) -> Written:
+def run(out: Path, study: Study = STUDY, **more: Any) -> WriteSummary:
     return sweep_to_file(study, out, local_engine(2), **{"size": SIZE, **more})
 
 
@@ -71,7 +71,7 @@ def right(tmp_path_factory: pytest.TempPathFactory) -> dict[str, bytes]:
     found = {}
     for suffix in (".csv", ".parquet"):
         out = tmp_path_factory.mktemp("right") / f"out{suffix}"
-        assert run(out) == Written(members=20, failed=5, kept=0)
+        assert run(out) == WriteSummary(members=20, failed=5, kept=0)
         assert names(out.parent) == [out.name]
         found[suffix] = out.read_bytes()
     return found
@@ -118,7 +118,7 @@ def test_a_stopped_sweep_goes_on_where_it_was(
     assert 3 * SIZE <= done.kept < 20
     assert out.read_bytes() == right[suffix]
     assert names(tmp_path) == [out.name]
-    assert run(out) == Written(members=20, failed=None, kept=20)
+    assert run(out) == WriteSummary(members=20, failed=None, kept=20)
 
 
 @SUFFIXES
@@ -294,7 +294,7 @@ def test_no_room_for_the_merged_file_keeps_the_pieces(
     with file_size_limit(1800), pytest.raises(ComputationError, match="20 of 20 members are kept"):
         run(out)
     assert not out.exists()
-    assert run(out) == Written(members=20, failed=5, kept=20)
+    assert run(out) == WriteSummary(members=20, failed=5, kept=20)
     assert out.read_bytes() == right[".csv"]
 
 
