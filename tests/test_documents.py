@@ -24,7 +24,9 @@ from fmu_src.slave.variables import VARIABLES
 
 ROOT: Final = Path(__file__).parents[1]
 TEXTS: Final = {
-    name: (ROOT / name).read_text(encoding="utf-8") for name in ("README.md", "CONTRIBUTING.md")
+    str(path.relative_to(ROOT)): path.read_text(encoding="utf-8")
+    for path in (*ROOT.glob("*.md"), *ROOT.glob("examples/*.md"))
+    if path.name != "CHANGELOG.md"
 }
 CONTRIBUTING: Final = TEXTS["CONTRIBUTING.md"]
 SETTINGS: Final[dict[str, Any]] = tomllib.loads(
@@ -50,9 +52,9 @@ def test_every_path_and_module_that_is_named_exists(name: str) -> None:
     text = TEXTS[name]
     paths = {
         *re.findall(r"(?<![\w/.])(?:fivtui|fmu_src|tests|examples|\.ci)/[\w./-]*", text),
-        *re.findall(r"\]\((?!http)([^)#]+)\)", text),
+        *(str(Path(name).parent / link) for link in re.findall(r"\]\((?!http)([^)#]+)\)", text)),
     }
-    assert len(paths) >= 10
+    assert len(paths) >= 10 or name.startswith("examples/")
     assert not [path for path in paths if not (ROOT / path).exists()]
     modules = re.findall(r"-m ((?:tests|fivtui)(?:\.\w+)*)", text)
     places = [ROOT.joinpath(*module.split(".")) for module in modules]

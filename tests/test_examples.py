@@ -2,12 +2,17 @@
 
 import os
 import re
+import runpy
 import subprocess
 import sys
 from importlib.util import find_spec
 from pathlib import Path
 
 import pytest
+from hypothesis import given, strategies as st
+
+from fivtui.model import Mode, Parameters, State, accelerations
+from tests.support.strategies import magnitudes, moderate_parameters, states
 
 ROOT = Path(__file__).parents[1]
 EXAMPLES = sorted((ROOT / "examples").glob("*.py"))
@@ -37,3 +42,36 @@ def test_an_example_is_short_and_runs_from_a_foreign_folder(example: Path, tmp_p
 
 def test_there_is_a_native_and_an_fmu_example() -> None:
     assert {"native_run", "fmu_run"} <= {example.stem for example in EXAMPLES}
+
+
+@given(
+    p=moderate_parameters(),
+    state=states(),
+    factors=st.tuples(*[magnitudes(-1.0, 1.0)] * 3),
+    mode=st.sampled_from(Mode),
+)
+def test_scaled_parameters_have_the_same_motion_in_other_units(
+    p: Parameters, state: State, factors: tuple[float, float, float], mode: Mode
+) -> None:
+    mass, length, time = factors
+    scaled = runpy.run_path(str(ROOT / "examples" / "brake_scale.py"))["scaled"]
+    units = (length, length / time, length, length / time)
+    other = tuple(value * unit for value, unit in zip(state, units, strict=True))
+    found = accelerations(scaled(p, mass, length, time), other, mode)
+    true = accelerations(p, state, mode)
+    largest = max(map(abs, (*true, p.F / p.m, p.k1 / p.m, p.k_nl / p.m)))
+    for one, another in zip(found, true, strict=True):
+        assert one * time**2 / length == pytest.approx(another, rel=1e-12, abs=1e-13 * largest)
+
+
+def test_the_pad_moves_as_the_base_set_in_its_units(capsys: pytest.CaptureFixture[str]) -> None:
+    runpy.run_path(str(ROOT / "examples" / "brake_scale.py"), run_name="__main__")
+    setting, base, pad = capsys.readouterr().out.splitlines()
+    assert "--set m=0.5 " in setting
+    assert "--set F=1e+04 " in setting
+    assert base.split(" m, ")[1].split(", belt")[0] == pad.split(" m, ")[1].split(", belt")[0]
+    readme = (ROOT / "README.md").read_text(encoding="utf-8")
+    k1 = float(re.search(r"k1=(\S+)", setting)[1])  # type: ignore[index]
+    assert f"{k1 / 1e6:.0f} kN/mm" in readme
+    assert f"{1e3 * float(pad.split()[2]):.1f} mm" in readme
+    assert f"{float(pad.split()[-2]):.0f} m/s" in readme

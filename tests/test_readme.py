@@ -1,4 +1,4 @@
-"""The README's blocks run in order, and what it repeats from the code agrees with it."""
+"""The blocks of README and examples/*.md run, and what the README repeats of the code is so."""
 
 import json
 import os
@@ -14,27 +14,42 @@ from fivtui.model.parameters import PARAMETERS
 
 ROOT = Path(__file__).parents[1]
 README = (ROOT / "README.md").read_text(encoding="utf-8")
-BLOCKS = re.findall(r"^```(sh|python|py)\n(.*?)^```", README, flags=re.MULTILINE | re.DOTALL)
+DOCUMENTS = {
+    "README.md": README,
+    **{path.name: path.read_text(encoding="utf-8") for path in ROOT.glob("examples/*.md")},
+}
 
 
-# About equal shares of the time that all blocks take.
-PARTS = [
-    "from the start",
-    "fivtui stability --set F=120 --attractors",
-    "fivtui methods",
-    "fivtui claims",
-]
+def blocks_in(text: str) -> list[tuple[str, str]]:
+    """Language and text of the blocks that are run."""
+    return re.findall(r"^```(sh|python|py)\n(.*?)^```", text, flags=re.MULTILINE | re.DOTALL)
 
 
-def blocks_of(part: str) -> list[tuple[str, str]]:
-    """The blocks from the one that begins so, up to where the next part begins."""
+BLOCKS = {name: blocks_in(text) for name, text in DOCUMENTS.items()}
+# The README's blocks in about equal shares of the time that they take.
+PARTS = {
+    "README.md": [
+        "python3 -m venv",
+        "fivtui stability --set F=120 --attractors",
+        "fivtui accuracy",
+        "fivtui presets",
+    ]
+}
+
+
+def blocks_of(name: str, first: str) -> list[tuple[str, str]]:
+    """The blocks of a document from the one that begins so, up to where the next part begins."""
+    blocks, parts = BLOCKS[name], PARTS.get(name, [""])
     begins = [
-        next((place for place, (_, text) in enumerate(BLOCKS) if text.startswith(first)), 0)
-        for first in PARTS
+        next(place for place, (_, text) in enumerate(blocks) if text.startswith(begin))
+        for begin in parts
     ]
     assert begins == sorted(set(begins))
-    place = PARTS.index(part)
-    return BLOCKS[begins[place] : [*begins, len(BLOCKS)][place + 1]]
+    place = parts.index(first)
+    return blocks[begins[place] : [*begins, len(blocks)][place + 1]]
+
+
+ALL_PARTS = [(name, first) for name in DOCUMENTS for first in PARTS.get(name, [""])]
 
 
 def run_blocks(blocks: list[tuple[str, str]], folder: Path) -> list[dict[str, str]]:
@@ -59,25 +74,28 @@ def run_blocks(blocks: list[tuple[str, str]], folder: Path) -> list[dict[str, st
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("part", PARTS)
+@pytest.mark.parametrize(("name", "first"), ALL_PARTS)
 def test_the_blocks_run_in_order_in_one_folder_as_installed_there(
-    part: str, tmp_path: Path
+    name: str, first: str, tmp_path: Path
 ) -> None:
-    found = run_blocks(blocks_of(part), tmp_path)
-    if part != PARTS[-1]:
-        return
+    found = run_blocks(blocks_of(name, first), tmp_path)
     by_line = {entry["line"]: entry["out"] for entry in found}
-    growth_rate, run, table = by_line["python"].splitlines()
-    assert float(growth_rate) < 0.0
-    assert run.split()[1] == "74"
-    assert table.count("'done'") == 2
-    assert "10.5027" in by_line["py"]
-    assert "[74 74 74]" in by_line["py"]
+    if "python" in by_line:
+        growth_rate, run, table = by_line["python"].splitlines()
+        assert float(growth_rate) < 0.0
+        assert run.split()[1] == "74"
+        assert table.count("'done'") == 2
+    if "py" in by_line:
+        assert "10.5027" in by_line["py"]
+        assert "[74 74 74]" in by_line["py"]
 
 
 def test_the_parts_are_all_blocks_and_write_no_file_of_one_another() -> None:
-    parts = [blocks_of(part) for part in PARTS]
-    assert [block for blocks in parts for block in blocks] == BLOCKS
+    parts = [blocks_of(name, first) for name, first in ALL_PARTS]
+    blocks = [block for blocks in parts for block in blocks]
+    assert blocks == [block for blocks in BLOCKS.values() for block in blocks]
+    assert all(BLOCKS.values())
+    assert {language for language, _ in blocks} == {"sh", "python", "py"}
     written = [
         name
         for blocks in parts
@@ -100,7 +118,7 @@ def test_the_source_distribution_has_every_file_that_the_readme_names(tmp_path: 
     with tarfile.open(archive) as file:
         there = {name.partition("/")[2] for name in file.getnames()}
     links = set(re.findall(r"\]\((?!http)([^)#]+)\)", README))
-    commands = " ".join(text for language, text in BLOCKS if language == "sh")
+    commands = " ".join(text for language, text in BLOCKS["README.md"] if language == "sh")
     files = {"pyproject.toml", *re.findall(r"[\w./-]+\.txt", commands)}
     assert ".ci/constraints.txt" in files
     for name in links | files:

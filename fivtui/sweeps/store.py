@@ -51,8 +51,8 @@ def default_piece_size(study: Study) -> int:
 class SweepStore:
     """The pieces and the file of one sweep; opened by `open_store`.
 
-    `size` counts the members of a piece, `kept` those stored, `failed` those that failed; `complete`
-    says whether the file is there.
+    `size` counts the members of a piece, `kept` those stored, `failed` those that failed;
+    `complete` says whether the file is there.
     """
 
     def __init__(self, out: Path, study: Study, *, size: int | None, force: bool) -> None:

@@ -87,7 +87,7 @@ class Study:
     start, t_end, tol
         As in `simulate`.
     accuracy : tuple of (str, float)
-        Error targets by quantity: ``final``, ``peak``, ``half_range``. They replace `tol`: a member is
+        Error targets of ``final``, ``peak``, ``half_range``. They replace `tol`: a member is
         refined until a finer run confirms them, and its row has the errors.
     outputs : tuple of str
         Names in `OUTPUTS`; without an output of the transient nothing is integrated.

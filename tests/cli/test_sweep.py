@@ -126,7 +126,7 @@ def test_a_file_is_written_drawn_and_not_written_twice(
         (["--vary=F=1:2:3", "--vary=F=3:4:5"], "given twice"),
         (["--vary=F=1:2:3", "--design=sobol", "--count=3"], "START:STOP"),
         (["--vary=F=1:2", "--design=sobol"], "count"),
-        (["--vary=F=1:2:3", "--count=4"], "random"),
+        (["--vary=F=1:2:3", "--count=4"], "count and seed must not be given"),
         (["--vary=F=1:2:3", "--design=grid"], "grid"),
         (["--vary=F=1:2:3", "--both", "--ignore-separation"], "--both"),
         (["--vary=F=1:2:3", "--output=peak"], "unknown output"),
