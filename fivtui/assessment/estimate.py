@@ -1,4 +1,4 @@
-"""How far to trust the numbers of a run: a finer run beside it, and how errors grow."""
+"""Error estimates of a run, from a finer run and from the growth of small errors."""
 
 import math
 from collections.abc import Mapping
@@ -30,7 +30,7 @@ _FINER: Final = 100.0
 
 @dataclass(frozen=True, slots=True)
 class Estimate:
-    """A number of a run and how far it is from that of the finer run."""
+    """A number of a run, and its difference to that of the finer run."""
 
     value: float
     difference: float
@@ -38,21 +38,21 @@ class Estimate:
 
 @dataclass(frozen=True, slots=True, repr=False)
 class Accuracy(Result):
-    """How far to trust a run.
+    """Error estimates of a run.
 
     Attributes
     ----------
     run : Transient
-        The run at the setting asked for.
+        The run at the requested setting.
     finer : str
-        The setting of the run it is held against.
+        The setting of the run it is compared with.
     estimates : mapping of str to Estimate
         ``x``, ``vx``, ``y``, ``vy`` at the end, ``peak_y_abs``, ``y_half_range``,
         ``separated_time`` and ``separations``, in SI units.
     growth : ErrorGrowth
-        How errors grow along it.
+        How small errors grow along the run.
     parted : Divergence or None
-        When both runs part: then no digit is to be believed, however near the numbers are.
+        When the two runs diverge; no digit is then reliable, however small the differences are.
     """
 
     run: Transient
@@ -108,15 +108,15 @@ def accuracy(
     scene : Scene or Parameters, optional
         A scene, or the parameters of one; the base set if not given.
     t_end, tol, separation, start, method, step : optional
-        As in `simulate`; in place of those of the scene where given.
+        As in `simulate`; they replace those of the scene.
     progress : callable, optional
-        Called with the fraction done; cancelled when it returns False.
+        Called with the fraction done; cancels by returning False.
 
     Returns
     -------
     Accuracy
-        Differences to a run at a hundredth of the tolerance, or a coarser one at a hundred times
-        it where there is nothing finer, or at half the step; and how errors grow.
+        Differences to a run at a hundredth of the tolerance (at a hundred times it if there is
+        nothing finer), or at half the step; and the growth of errors.
 
     Raises
     ------
@@ -196,19 +196,11 @@ def _numbers(run: Transient) -> dict[str, float]:
 
 
 def accuracy_to_dict(found: Accuracy) -> dict[str, Any]:
-    """An accuracy as data that JSON can hold.
+    """An accuracy as JSON data.
 
-    Parameters
-    ----------
-    found : Accuracy
-        What `accuracy` returned.
-
-    Returns
-    -------
-    dict
-        ``parameters``, ``separation``, ``t_end``, ``method``, ``tol``, ``step``, ``finer``,
-        ``estimates{name: {value, difference}}``, ``growth`` and ``parted{t, reason}`` (null where
-        the runs stay together).
+    Keys are ``parameters``, ``separation``, ``t_end``, ``method``, ``tol``, ``step``, ``finer``,
+    ``estimates{name: {value, difference}}``, ``growth`` and ``parted{t, reason}`` (null if the runs
+    stay together).
     """
     run = found.run
     return {
@@ -226,18 +218,7 @@ def accuracy_to_dict(found: Accuracy) -> dict[str, Any]:
 
 
 def believed_digits(estimate: Estimate) -> str:
-    """A number with the digits that its difference leaves.
-
-    Parameters
-    ----------
-    estimate : Estimate
-        A number and its doubt.
-
-    Returns
-    -------
-    str
-        At least one significant digit.
-    """
+    """A number with the digits that its difference leaves, at least one."""
     value, difference = abs(estimate.value), estimate.difference
     if value == 0.0 or difference == 0.0:
         return f"{estimate.value:.15g}"

@@ -1,9 +1,8 @@
-"""How errors grow along a motion, and the largest Lyapunov exponent.
+"""Growth of small errors along a motion, and the largest Lyapunov exponent.
 
-Benettin's method (Meccanica 15, 1980): a neighbour of the motion is carried along and pulled back
-to a small distance after every stretch of time. Both fields agree on the switch, so a neighbour
-stays one across separation and reattachment. Distances are in (x, ẋ/ω, y, ẏ/ω) with
-ω² = (k1 + k2 + k3)/m.
+Benettin's method (Meccanica 15, 1980): a neighbour of the motion is followed and pulled back to a
+small distance at regular intervals. The right-hand side is continuous at separation and
+reattachment, so a neighbour stays one. Distances are in (x, ẋ/ω, y, ẏ/ω), ω² = (k1 + k2 + k3)/m.
 """
 
 import enum
@@ -20,11 +19,11 @@ from fivtui.transient.integrate import integrate
 # Distance of the neighbour, relative to the size of the motion.
 _DISTANCE: Final = 1e-7
 _STRETCHES: Final = 400
-# A motion that repeats itself stretches a distance by less than this factor over a cycle or two.
+# A periodic motion stretches a distance by less than this factor over a cycle or two.
 _BOUNDED: Final = 1e3
-# An error that is this small at the end has decayed.
+# An error below this at the end has decayed.
 _DECAYED: Final = 1e-2
-# Growth of the motion itself between the last two quarters: it is not settled.
+# A motion that grows more than this between the last two quarters has not settled.
 _GROWTH: Final = 1.3
 
 
@@ -40,22 +39,22 @@ class Fate(enum.StrEnum):
 
 @dataclass(frozen=True, slots=True)
 class ErrorGrowth:
-    """How errors grow along a motion.
+    """Growth of small errors along a motion.
 
     Attributes
     ----------
     exponent : float
         Estimate of the largest Lyapunov exponent, 1/s, over the second half of `duration`.
     uncertainty : float
-        Resolution of the estimate, 1/s: growth that would only be that of a cycle.
+        Resolution of the estimate, 1/s: growth within one cycle reaches this.
     fate : Fate
-        What it means.
+        What becomes of a small error.
     greatest : float
-        Greatest factor by which an error at the start has grown until some time of the horizon.
+        Greatest factor by which an error at the start grows up to any time of the run.
     final : float
-        Factor at the horizon.
+        Factor at the end.
     duration : float
-        Time over which the neighbour was followed, s: the horizon.
+        Length of the run, s.
     """
 
     exponent: float
@@ -69,27 +68,10 @@ class ErrorGrowth:
 def error_growth(
     problem: Problem, *, progress: Callable[[float], bool] | None = None
 ) -> ErrorGrowth:
-    """Follow a neighbour of a motion over its horizon.
+    """Follow a neighbour of a motion over its length and measure how their distance grows.
 
-    Parameters
-    ----------
-    problem : Problem
-        The motion; its method is Taylor's, its tolerance is used.
-    progress : callable, optional
-        Called with the fraction done; cancelled when it returns False.
-
-    Returns
-    -------
-    ErrorGrowth
-        Growth over the horizon, and the exponent from its second half. The longer the horizon, the
-        finer the resolution.
-
-    Raises
-    ------
-    ComputationError
-        If the run cannot be finished.
-    Cancelled
-        If `progress` returned False.
+    Uses the Taylor method at the problem's tolerance. Raises `ComputationError` if the run cannot
+    be finished, and `Cancelled` if `progress`, called with the fraction done, returns False.
     """
     p = problem.parameters
     frequency = math.sqrt((p.k1 + p.k2 + p.k3) / p.m)
@@ -134,7 +116,7 @@ def error_growth(
         difference = _sum(neighbour, state, -1.0)
         apart = size(difference)
         growth.append(growth[-1] + math.log(max(apart, 1e-300) / size(offset)))
-        # Measured anew against the motion, so that rounding stays far below the distance.
+        # Scaled to the motion again, so that rounding stays far below the distance.
         distance = _DISTANCE * (max(size(state), deflection) or 1.0)
         offset = _sum((0.0,) * 4, difference, distance / apart) if apart > 0.0 else offset
         sizes.append(size(state))

@@ -1,4 +1,4 @@
-"""What the command line prints of accuracy and of stress tests."""
+"""Console output of accuracy and of stress tests."""
 
 from collections import Counter
 from collections.abc import Mapping
@@ -19,13 +19,7 @@ _STYLES: Final = {"right": "", "refused": "dim", "wrong": "bold reverse"}
 
 
 def print_stress_tests(found: "Mapping[str, Mapping[str, StressResult]]") -> None:
-    """Print the verdicts on every method at the extremes, and the reasons below.
-
-    Parameters
-    ----------
-    found : mapping
-        What `run_stress_tests` returned.
-    """
+    """Print the verdict of every method on every test, then the reasons."""
     from .stress_tests import METHODS_UNDER_TEST, STRESS_TESTS
 
     methods = [name for name in METHODS_UNDER_TEST if any(name in row for row in found.values())]
@@ -51,13 +45,7 @@ def _cell(result: "StressResult") -> str:
 
 
 def print_accuracy(found: Accuracy) -> None:
-    """Print how far to trust a run.
-
-    Parameters
-    ----------
-    found : Accuracy
-        What `accuracy` returned.
-    """
+    """Print the error estimates of a run."""
     run, growth = found.run, found.growth
     units = {"x": "m", "vx": "m/s", "y": "m", "vy": "m/s", "separations": "", "separated_time": "s"}
     rows = [

@@ -1,7 +1,7 @@
-"""Trials at the extremes: scenes that break solvers, every method on each, and its verdict.
+"""Stress tests: every method on scenes that break solvers, compared with a true result.
 
-The truth beside the scenes comes from an independent solver in quadruple precision
-(``tests/references``). Every test is bounded by a number of steps, never by a clock.
+The true results come from an independent solver in quadruple precision (``tests/references``).
+Every test is limited by a number of steps, never by a clock.
 """
 
 import enum
@@ -19,35 +19,19 @@ from fivtui.transient import KernelChoice, Progress, Start, Transient
 
 TRUTH_FILE: Final = "stress_truth.json"
 _TOL: Final = 1e-9
-# Largest error of a result that is right: this, or so many tolerances if that is more.
+# Greatest error of a right result: this, or this many tolerances if that is more.
 _ACCURACY: Final = 1e-4
 _TOLERANCES: Final = 20.0
-# Looks at the progress of an FMU, at 128 communication steps each.
+# Progress calls of an FMU run, one every 128 communication steps.
 _LOOKS: Final = 100
 
 
 @dataclass(frozen=True, slots=True)
 class StressTest:
-    """A scene at an extreme.
+    """A scene that breaks solvers; `meaning` says what is extreme about it.
 
-    Attributes
-    ----------
-    name : str
-        Short name.
-    meaning : str
-        What is extreme about it.
-    parameters : Parameters
-        The parameter set.
-    t_end : float
-        Horizon, s.
-    tol : float
-        Relative tolerance.
-    separation : bool
-        Whether separation is considered.
-    start : "static" or tuple of four floats
-        See `simulate`.
-    truth_of : str or None
-        Name of the test whose truth it shares; None if no finite answer exists.
+    `truth_of` names the test whose true result it shares, and is empty for its own; None if no
+    finite result exists.
     """
 
     name: str
@@ -62,19 +46,7 @@ class StressTest:
 
 @dataclass(frozen=True, slots=True)
 class Truth:
-    """What a test should give.
-
-    Attributes
-    ----------
-    x, vx, y, vy : float
-        Final state, m and m/s.
-    y_abs, x_abs : float
-        Greatest |y| and |x|, m.
-    separations : int
-        Number of separations.
-    separated_time : float
-        Time off the belt, s.
-    """
+    """The true result of a stress test: final state, peaks and separations, in SI units."""
 
     x: float
     vx: float
@@ -87,7 +59,7 @@ class Truth:
 
 
 class StressVerdict(enum.StrEnum):
-    """What became of a test."""
+    """Whether a result is right, wrong, or refused by the method itself."""
 
     RIGHT = "right"
     REFUSED = "refused"
@@ -96,19 +68,11 @@ class StressVerdict(enum.StrEnum):
 
 @dataclass(frozen=True, slots=True)
 class StressResult:
-    """A method on a test.
+    """Result of a method on a stress test.
 
-    Attributes
-    ----------
-    verdict : StressVerdict
-        What became of it.
-    error : float or None
-        Greatest error of final and greatest displacements, relative to the greatest, and of the
-        time off the belt, relative to the horizon. None if refused.
-    reason : str
-        Why it was refused, or what is wrong.
-    steps : int or None
-        Steps taken, if not refused.
+    `error` is the greatest error of final and greatest displacements, relative to the greatest, and
+    of the time off the belt, relative to the length of the run; None if refused. `reason` says why
+    it was refused, or what is wrong.
     """
 
     verdict: StressVerdict
@@ -119,7 +83,7 @@ class StressResult:
 
 @dataclass(frozen=True, slots=True)
 class MethodUnderTest:
-    """A method under test: its name, kernel, and the steps it may take."""
+    """A method under test: its name, its greatest number of steps, and its kernel."""
 
     name: str
     max_steps: int
@@ -207,40 +171,14 @@ def _truths() -> Mapping[str, Truth]:
 
 
 def truth(test: StressTest) -> Truth | None:
-    """What a test should give.
-
-    Parameters
-    ----------
-    test : StressTest
-        The test.
-
-    Returns
-    -------
-    Truth or None
-        None if there is no finite answer.
-    """
+    """The true result of a test; None if there is no finite one."""
     return None if test.truth_of is None else _truths()[test.truth_of or test.name]
 
 
 def run_stress_test(test: StressTest, method: MethodUnderTest) -> StressResult:
-    """Put one method to one test.
+    """Run one method on one test.
 
-    Parameters
-    ----------
-    test : StressTest
-        The scene.
-    method : MethodUnderTest
-        The method.
-
-    Returns
-    -------
-    StressResult
-        The verdict.
-
-    Raises
-    ------
-    ComputationError
-        If the compiled kernels cannot be loaded.
+    Raises `ComputationError` if the compiled kernels cannot be loaded.
     """
     if method.name == "taylor" and method.kernel == "auto":
         loader.single.module()
@@ -303,7 +241,7 @@ def run_stress_tests(
     *,
     progress: Progress | None = None,
 ) -> dict[str, dict[str, StressResult]]:
-    """Put methods to tests.
+    """Run methods on stress tests.
 
     Parameters
     ----------
@@ -312,12 +250,12 @@ def run_stress_tests(
     methods : sequence of str
         Names in `METHODS_UNDER_TEST`.
     progress : callable, optional
-        Called with the fraction done; cancelled when it returns False.
+        Called with the fraction done; cancels by returning False.
 
     Returns
     -------
     dict
-        Findings by test and method.
+        Results by test and method.
 
     Raises
     ------
@@ -348,17 +286,9 @@ def _check_names(kind: str, names: Sequence[str], known: Mapping[str, object]) -
 
 
 def stress_tests_to_dict(found: Mapping[str, Mapping[str, StressResult]]) -> dict[str, object]:
-    """Findings as data that JSON can hold.
+    """Results of `run_stress_tests` as JSON data.
 
-    Parameters
-    ----------
-    found : mapping
-        What `run_stress_tests` returned.
-
-    Returns
-    -------
-    dict
-        ``trials``: a list with the scene of each test and its ``findings`` by method.
+    The one key is ``trials``: a list with the scene of each test and its ``findings`` by method.
     """
     rows = []
     for name, results in found.items():

@@ -1,7 +1,7 @@
-"""Stability of many parameter sets at once, on arrays.
+"""Stability of many parameter sets at once, on arrays and in closed form.
 
-Everything is closed form: the equilibrium as in `model.equilibrium`, the characteristic quartic by
-its resolvent cubic, the boundary by Routh–Hurwitz.
+The equilibrium is that of `model.equilibrium`, eigenvalues follow from the resolvent cubic of the
+characteristic quartic, the stability boundary from the Routh–Hurwitz criterion.
 """
 
 from collections.abc import Mapping
@@ -24,26 +24,11 @@ _CONVERGED: Final = 4.0 * np.finfo(float).eps
 
 
 class StabilityPoints:
-    """Parameter sets and how they behave at their equilibria.
+    """Growth rate, boundary and critical μ of n parameter sets at their equilibria.
 
-    Floating point errors are the caller's: compute under ``np.errstate(all="ignore")``, and judge
-    what is not finite.
-
-    Parameters
-    ----------
-    p : Parameters
-        The parameters that do not vary.
-    varied : mapping of str to ndarray, shape (n,)
-        The others, by name.
-    separation : ndarray of bool, shape (n,)
-        Whether separation is considered; matters for F < 0 alone.
-
-    Attributes
-    ----------
-    nowhere : ndarray of bool, shape (n,)
-        Where there is no equilibrium: F < 0 lifts the slider and k3 = 0 holds it not.
-    kt : ndarray, shape (n,)
-        Tangent contact stiffness at the equilibrium, N/m; 0 where the slider is lifted.
+    Compute under ``np.errstate(all="ignore")`` and check what is not finite. `nowhere` is True
+    where there is no equilibrium (F < 0 lifts the slider and k3 = 0 does not hold it); `kt` is the
+    tangent contact stiffness, N/m, 0 where the slider is lifted.
     """
 
     def __init__(
@@ -64,12 +49,9 @@ class StabilityPoints:
             self.kt = np.where(self.lifted, 0.0, self._tangent(self.mu))
 
     def growth_rate(self) -> FloatArray:
-        """Greatest real part of the eigenvalues.
+        """Greatest real part of the eigenvalues, 1/s, shape (n,).
 
-        Returns
-        -------
-        ndarray, shape (n,)
-            Growth rates, 1/s; without meaning where `nowhere`, not finite where a number overflows.
+        Meaningless where `nowhere`, not finite where a number overflows.
         """
         b = self.kt + self.h
         # In units of this frequency every coefficient is of order one.
@@ -86,25 +68,15 @@ class StabilityPoints:
         return found * np.sqrt(stiffness / self.m)
 
     def judged(self) -> tuple[FloatArray, BoolArray]:
-        """Growth rate and verdict.
-
-        Returns
-        -------
-        tuple of ndarray and ndarray of bool, shapes (n,)
-            `growth_rate`, and whether that is negative beyond rounding.
-        """
+        """`growth_rate`, and whether it is negative beyond rounding; shape (n,) each."""
         growth = self.growth_rate()
         fastest = np.sqrt((self.a + self.kt + self.h) / self.m) + (self.c1 + self.c2) / self.m
         return growth, growth < -ROUNDING * fastest
 
     def excess(self) -> FloatArray:
-        """How far the equilibrium is beyond the stability boundary (Routh–Hurwitz).
+        """Relative excess of μ h k_t over its value on the stability boundary, shape (n,).
 
-        Returns
-        -------
-        ndarray, shape (n,)
-            Relative excess of μ h k_t over its value on the boundary: negative where stable; NaN
-            where `nowhere`, −1 where there is no friction coupling.
+        Negative where stable, −1 without friction coupling, NaN where `nowhere`.
         """
         left = self.mu * self.h * self.kt
         right = self._boundary(self.kt)
@@ -136,15 +108,9 @@ class StabilityPoints:
         return y - (alpha * y * y * y + beta * y + self.F) / (3.0 * alpha * y * y + beta)
 
     def critical_mu(self) -> FloatArray:
-        """Critical friction coefficients.
-
-        Returns
-        -------
-        ndarray, shape (n,)
-            The μ above which the equilibrium is unstable; NaN if none is allowed.
-        """
-        # Newton on the excess, which grows along μ; where it leaves the bracket, the bracket is
-        # halved on a logarithmic scale.
+        """The μ above which the equilibrium is unstable, shape (n,); NaN if none is in range."""
+        # Newton's method on the excess, which grows along μ; if it leaves the bracket, that is
+        # halved, on a logarithmic scale.
         low, high = np.zeros_like(self.m), np.full_like(self.m, PARAMETERS["mu"].upper)
         without = self.lifted | (self.k3 == 0.0)
         without |= (self._excess(low)[0] >= 0.0) | (self._excess(high)[0] < 0.0)
@@ -182,7 +148,7 @@ class StabilityPoints:
 def judge_growths(
     p: Parameters, varied: Mapping[str, FloatArray], separation: BoolArray
 ) -> tuple[FloatArray, BoolArray, dict[int, str]]:
-    """Growth rates and verdicts of many parameter sets.
+    """Growth rates and stability of n parameter sets.
 
     Parameters
     ----------
@@ -200,13 +166,13 @@ def judge_growths(
     stable : ndarray of bool, shape (n,)
         Whether the equilibrium is stable, as in `Stability`.
     reasons : dict of int to str
-        Why there is no growth rate, by place.
+        Why there is no growth rate, by index.
     """
     with np.errstate(all="ignore"):
         points = StabilityPoints(p, varied, separation)
         growth, stable = points.judged()
     reasons: dict[int, str] = {}
-    # What overflows on arrays is left to the reference, which scales its numbers.
+    # What overflows on arrays is computed again one by one, with scaled numbers.
     for place in np.flatnonzero(points.nowhere | ~np.isfinite(growth)).tolist():
         values = p.with_values({name: float(column[place]) for name, column in varied.items()})
         try:

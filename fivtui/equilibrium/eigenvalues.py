@@ -1,4 +1,4 @@
-"""Stability of the equilibrium: eigenvalues of Eq. 8, critical friction coefficient (Eq. 9)."""
+"""Stability of the equilibrium: eigenvalues (Eq. 8) and critical friction coefficient (Eq. 9)."""
 
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, Final
@@ -30,13 +30,12 @@ ROUNDING: Final = 1e-12
 
 @dataclass(frozen=True, slots=True)
 class Margin:
-    """What is left until the equilibrium loses its stability; negative where it has.
+    """Distance to the loss of stability; negative if the equilibrium is unstable.
 
     Attributes
     ----------
     mu : float or None
-        Critical friction coefficient less the friction coefficient; None if there is no critical
-        one.
+        Critical less actual friction coefficient; None if there is no critical one.
     growth_rate : float
         Slowest decay of the modes: the growth rate with its sign changed, 1/s.
     """
@@ -47,12 +46,12 @@ class Margin:
 
 @dataclass(frozen=True, slots=True)
 class Coalescence:
-    """How near the two modes are to each other.
+    """Distance between the two modes.
 
     Attributes
     ----------
     frequency_distance : float
-        Greatest less smallest frequency of the modes, rad/s; zero where they have coalesced.
+        Greatest less smallest frequency of the modes, rad/s; zero if they have coalesced.
     mu : float or None
         Friction coefficient at which the undamped frequencies coalesce; None if they do not.
     """
@@ -76,7 +75,7 @@ class Stability(Result):
     stable : bool
         Whether the growth rate is negative beyond rounding.
     critical_mu : tuple of CriticalMu
-        Every allowed μ > 0 at which the growth rate changes sign, ascending.
+        Every μ > 0 in range at which the growth rate changes sign, ascending.
     linear_critical_mu : float or None
         μ_c of the linear system (k_nl = 0); None if it has none.
     modes : tuple of VibrationMode
@@ -84,7 +83,7 @@ class Stability(Result):
     margin : Margin
         Distance to the loss of stability.
     coalescence : Coalescence
-        Distance of the two modes, and where they meet.
+        Distance between the two modes, and where they meet.
     parameters : Parameters
         The parameter set.
     separation : bool
@@ -121,27 +120,27 @@ class Stability(Result):
         return stability_to_dict(self)
 
     def modes_over_mu(self) -> "ModeScan":
-        """The eigenvalues from μ = 0 to beyond μ and every critical one."""
+        """Eigenvalues over μ, from 0 to beyond μ and every critical one."""
         from .files import modes_over_mu
 
         return modes_over_mu(self.parameters, self, separation=self.separation)
 
     def figure(self) -> "Figure":
-        """Frequencies and growth rates over μ and the eigenvalues, as a matplotlib figure."""
+        """Matplotlib figure: frequencies and growth rates over μ, and the eigenvalues."""
         from .figure import mode_figure
 
         return mode_figure(self.parameters, self, self.modes_over_mu())
 
 
 def stability(parameters: Parameters | None = None, *, separation: bool = True) -> Stability:
-    """Linearise at the equilibrium and judge it.
+    """Stability of the equilibrium: eigenvalues, modes, critical friction, margins.
 
     Parameters
     ----------
     parameters : Parameters, optional
         The parameter set; the base set if not given.
     separation : bool
-        Whether separation is considered; matters for F < 0 alone.
+        Whether separation is considered; matters only for F < 0.
 
     Returns
     -------
@@ -151,7 +150,7 @@ def stability(parameters: Parameters | None = None, *, separation: bool = True) 
     Raises
     ------
     InputError
-        If `parameters` is no parameter set.
+        If `parameters` is not a `Parameters`.
     ComputationError
         If there is no equilibrium, or a number overflows.
 
@@ -187,38 +186,12 @@ def stability(parameters: Parameters | None = None, *, separation: bool = True) 
 
 
 def growth_rate(p: Parameters, *, separation: bool = True) -> float:
-    """Greatest real part of the eigenvalues at the equilibrium.
-
-    Parameters
-    ----------
-    p : Parameters
-        The parameter set.
-    separation : bool
-        Whether separation is considered.
-
-    Returns
-    -------
-    float
-        Growth rate, 1/s.
-    """
+    """Greatest real part of the eigenvalues at the equilibrium, 1/s."""
     return float(_eigenvalues(p, equilibrium(p, separation=separation)).real.max())
 
 
 def judge_growth(p: Parameters, *, separation: bool = True) -> tuple[float, bool]:
-    """Growth rate and verdict, without the critical friction coefficients.
-
-    Parameters
-    ----------
-    p : Parameters
-        The parameter set.
-    separation : bool
-        Whether separation is considered.
-
-    Returns
-    -------
-    tuple of float and bool
-        Growth rate, 1/s, and whether the equilibrium is stable, as in `Stability`.
-    """
+    """Growth rate, 1/s, and whether the equilibrium is stable, as in `Stability`."""
     return _judged(_eigenvalues(p, equilibrium(p, separation=separation)))
 
 

@@ -1,4 +1,4 @@
-"""Modes over the friction coefficient and stability maps as publishable figures."""
+"""Figures of modes over the friction coefficient and of stability maps."""
 
 from typing import Any, Final
 
@@ -38,21 +38,9 @@ _ZERO: Final[dict[str, Any]] = {"color": "0.4", "linewidth": 0.5, "zorder": 1.0}
 
 
 def mode_figure(p: Parameters, found: Stability, scan: ModeScan) -> Figure:
-    """Frequency and growth rate of the modes over μ, and the eigenvalues in the complex plane.
+    """Figure of frequency and growth rate over μ, and of the eigenvalues in the complex plane.
 
-    Parameters
-    ----------
-    p : Parameters
-        The parameter set.
-    found : Stability
-        Its stability.
-    scan : ModeScan
-        Its eigenvalues over μ.
-
-    Returns
-    -------
-    Figure
-        With an Agg canvas; it belongs to no window. μ and every critical one are marked.
+    μ and every critical μ are marked. The figure has an Agg canvas and no window.
     """
     with mpl.rc_context(STYLE):
         figure = new_figure(WIDTH, _HEIGHT, wspace=0.05)
@@ -130,17 +118,10 @@ _LEVELS: Final = 7
 
 
 def map_figure(result: StabilityMap) -> Figure:
-    """A stability map as colours over its two parameters, with the stability boundary.
+    """Figure of a stability map in colours, with the stability boundary; no value is grey.
 
-    Parameters
-    ----------
-    result : StabilityMap
-        The map, with two or more values along both parameters.
-
-    Returns
-    -------
-    Figure
-        With an Agg canvas; it belongs to no window. Points without a value are grey.
+    The map must have two or more values along both axes. The figure has an Agg canvas and no
+    window.
     """
     first, second = result.axes
     with mpl.rc_context({**STYLE, "axes.grid": False}):
@@ -182,7 +163,7 @@ def _norm(result: StabilityMap) -> Any:
     if result.value == "unstable-modes":
         return BoundaryNorm([-0.5, 0.5, 1.5], 2)
     if result.value == "growth-rate":
-        # Zero is the middle of the colours, so that their sides are stable and unstable.
+        # Zero is the middle of the colour map, between stable and unstable.
         finite = result.values[np.isfinite(result.values)]
         largest = max(float(np.abs(finite).max(initial=0.0)), np.finfo(float).tiny)
         return TwoSlopeNorm(0.0, -largest, largest)

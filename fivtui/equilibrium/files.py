@@ -1,4 +1,4 @@
-"""Modes, maps and stability as plain data and in files, with units and provenance."""
+"""Modes, maps and stability as JSON data and as files, with units and provenance."""
 
 import json
 from collections.abc import Mapping
@@ -30,26 +30,9 @@ _EIGENVALUES: Final = 4
 
 
 def modes_over_mu(p: Parameters, found: Stability, *, separation: bool = True) -> ModeScan:
-    """The eigenvalues from μ = 0 to beyond μ and every critical one.
+    """Eigenvalues over evenly spaced μ, from 0 to beyond μ and every critical one.
 
-    Parameters
-    ----------
-    p : Parameters
-        The parameter set.
-    found : Stability
-        Its stability.
-    separation : bool
-        Whether separation is considered.
-
-    Returns
-    -------
-    ModeScan
-        At evenly spaced friction coefficients.
-
-    Raises
-    ------
-    ComputationError
-        If there is no equilibrium somewhere on the way.
+    Raises `ComputationError` if there is no equilibrium at one of them.
     """
     return mode_scan(p, scan_top(p, found), separation=separation)
 
@@ -63,29 +46,11 @@ def save_modes(
     separation: bool = True,
     force: bool = False,
 ) -> None:
-    """Write the eigenvalues over the friction coefficient.
+    """Write the eigenvalues over μ as ``.csv``, ``.npz`` or ``.parquet``.
 
-    Parameters
-    ----------
-    p : Parameters
-        The parameter set.
-    found : Stability
-        Its stability.
-    scan : ModeScan
-        Its eigenvalues over μ.
-    path : Path
-        The file; its suffix ``.csv``, ``.npz`` or ``.parquet`` says the format. Columns are ``mu``,
-        and ``sigma_1``, ``omega_1`` to ``sigma_4``, ``omega_4``: real and imaginary parts.
-    separation : bool
-        Whether separation was considered.
-    force : bool
-        Whether a file that exists may be replaced.
-
-    Raises
-    ------
-    InputError
-        If the format is unknown or needs a package that is not installed, or the file cannot be
-        written.
+    Columns are ``mu``, and ``sigma_1``, ``omega_1`` to ``sigma_4``, ``omega_4``: real and imaginary
+    parts. Raises `InputError` if the format is unknown or its package missing, or the file cannot
+    be written.
     """
     form = columns_format(path, "table of modes")
     mu = PARAMETERS["mu"]
@@ -109,7 +74,7 @@ def save_modes(
 
 FloatArray = NDArray[np.float64]
 
-# Name of the column in files, unit and meaning of every value of a map.
+# Column of every quantity of a map.
 MAP_COLUMNS: Final = {
     "growth-rate": Column("growth_rate", "1/s", "growth rate"),
     "critical-mu": Column("critical_mu", "", "critical friction coefficient"),
@@ -118,19 +83,11 @@ MAP_COLUMNS: Final = {
 
 
 def map_to_dict(result: StabilityMap) -> dict[str, Any]:
-    """A stability map as data that JSON can hold.
+    """A stability map as JSON data.
 
-    Parameters
-    ----------
-    result : StabilityMap
-        The map.
-
-    Returns
-    -------
-    dict
-        ``parameters`` (those that do not vary), ``separation``, ``over`` (name, unit and values of
-        the two that do), ``value``, ``unit``, and ``values``: a list for every value of the first
-        parameter, None where there is no value.
+    Keys are ``parameters`` (those that do not vary), ``separation``, ``over`` (name, unit and
+    values of the two that do), ``value``, ``unit``, and ``values``: one list for every value of the
+    first parameter, None where there is no value.
     """
     column = MAP_COLUMNS[result.value]
     rows = [[None if np.isnan(v) else v for v in row] for row in result.values.tolist()]
@@ -155,22 +112,9 @@ def map_columns(result: StabilityMap) -> dict[str, FloatArray]:
 
 
 def save_map(result: StabilityMap, path: Path, *, force: bool = False) -> None:
-    """Write a map: a row a point, the second parameter varying fastest, ``nan`` for no value.
+    """Write a map: one row per point, the second parameter varying fastest, ``nan`` for no value.
 
-    Parameters
-    ----------
-    result : StabilityMap
-        The map.
-    path : Path
-        The file; its suffix ``.csv``, ``.npz`` or ``.parquet`` says the format.
-    force : bool
-        Whether a file that exists may be replaced.
-
-    Raises
-    ------
-    InputError
-        If the format is unknown or needs a package that is not installed, or the file cannot be
-        written.
+    Raises `InputError` if the format is unknown or the file cannot be written; see `save_modes`.
     """
     form = columns_format(path, "map")
     value = MAP_COLUMNS[result.value]
@@ -186,23 +130,9 @@ def save_map(result: StabilityMap, path: Path, *, force: bool = False) -> None:
 
 
 def load_map(path: Path) -> StabilityMap:
-    """Read a map from a file.
+    """Read a map from a file of `save_map`, or from the JSON that ``fivtui map --json`` prints.
 
-    Parameters
-    ----------
-    path : Path
-        What `save_map` wrote (``.csv``, ``.npz``, ``.parquet``), or ``fivtui map --json`` printed
-        (``.json``).
-
-    Returns
-    -------
-    StabilityMap
-        With the values of the file; the stability boundary is computed anew.
-
-    Raises
-    ------
-    InputError
-        If the file is no map.
+    The stability boundary is computed anew. Raises `InputError` if the file is not a map.
     """
     plain = path.suffix.lower() == ".json"
     content = read_bytes(path) if plain else b""
@@ -255,24 +185,12 @@ def _provenance(result: StabilityMap) -> dict[str, Any]:
 
 
 def stability_to_dict(stability: Stability) -> dict[str, Any]:
-    """A stability analysis as data that JSON can hold.
+    """A stability analysis as JSON data, in SI units.
 
-    Parameters
-    ----------
-    stability : Stability
-        The result.
-
-    Returns
-    -------
-    dict
-        ``equilibrium``, ``eigenvalues`` as pairs of real and imaginary part, ``growth_rate``,
-        ``stable``, ``critical_mu``, ``linear_critical_mu``, ``modes``, ``margin``,
-        ``coalescence``, in SI units; frequencies in Hz, angular frequencies in rad/s.
-
-    Raises
-    ------
-    ComputationError
-        If a number is not finite.
+    Keys are ``equilibrium``, ``eigenvalues`` as pairs of real and imaginary part, ``growth_rate``,
+    ``stable``, ``critical_mu``, ``linear_critical_mu``, ``modes``, ``margin`` and ``coalescence``;
+    frequencies in Hz, angular frequencies in rad/s. Raises `ComputationError` if a number is not
+    finite.
     """
     point = stability.equilibrium
     data = {

@@ -1,6 +1,6 @@
-"""Stability over two parameters: growth rate, critical μ or unstable modes of a million points.
+"""Maps over two parameters: growth rate, critical μ or unstable modes of a million points.
 
-Work goes in chunks, so that little more memory is needed than the map itself.
+Computed in chunks, which need little more memory than the map itself.
 """
 
 from collections.abc import Callable, Mapping, Sequence
@@ -37,12 +37,12 @@ _CHUNK: Final = 8192
 
 @dataclass(frozen=True, slots=True, repr=False)
 class StabilityMap(Result):
-    """A value over two parameters.
+    """A quantity over two parameters.
 
     Attributes
     ----------
     parameters : Parameters
-        The other parameters.
+        The parameters that do not vary.
     separation : bool
         Whether separation was considered.
     names : tuple of str
@@ -52,12 +52,12 @@ class StabilityMap(Result):
     value : str
         ``"growth-rate"`` (1/s), ``"critical-mu"`` or ``"unstable-modes"``.
     values : ndarray, shape (n, k)
-        The value at every point. NaN where there is none: no critical friction coefficient in the
-        allowed range of μ, or no equilibrium (F < 0 lifts the slider and k3 = 0 holds it not).
+        The quantity. NaN where there is no critical friction coefficient in range, or no
+        equilibrium (F < 0 lifts the slider and k3 = 0 does not hold it).
     excess : ndarray, shape (n, k)
         Relative excess of μ h k_t over its value on the stability boundary: negative where the
-        equilibrium is stable, zero on the boundary, NaN where there is no equilibrium; −1 where
-        there is no friction coupling.
+        equilibrium is stable, zero on the boundary, −1 without friction coupling, NaN without
+        equilibrium.
     """
 
     parameters: Parameters
@@ -88,13 +88,13 @@ class StabilityMap(Result):
         return map_to_dict(self)
 
     def to_columns(self) -> dict[str, FloatArray]:
-        """An element a point, the second parameter varying fastest; NaN where there is no value."""
+        """One element per point, the second parameter varying fastest; NaN for no value."""
         from .files import map_columns
 
         return map_columns(self)
 
     def figure(self) -> "Figure":
-        """The map with its stability boundary, as a matplotlib figure."""
+        """Matplotlib figure of the map with its stability boundary."""
         from .figure import map_figure
 
         return map_figure(self)
@@ -108,7 +108,7 @@ def stability_map(
     separation: bool = True,
     progress: Progress | None = None,
 ) -> StabilityMap:
-    """Compute a value over two parameters.
+    """Map the growth rate, critical μ or number of unstable modes over two parameters.
 
     Parameters
     ----------
@@ -121,9 +121,9 @@ def stability_map(
         friction coefficient above which the equilibrium is unstable; ``"unstable-modes"``: how
         many modes grow, 0 or 1.
     separation : bool
-        Whether separation is considered; matters for F < 0 alone.
+        Whether separation is considered; matters only for F < 0.
     progress : callable, optional
-        Called with the fraction done; the map is cancelled when it returns False.
+        Called with the fraction done; cancels the map by returning False.
 
     Returns
     -------
@@ -133,8 +133,8 @@ def stability_map(
     Raises
     ------
     InputError
-        If `over` has not two parameters, a name is unknown, a value is not allowed, or the map has
-        more than 100 000 000 points.
+        If `over` has not two parameters, a name is unknown, a value is out of range, or the map
+        has more than 100 000 000 points.
     ComputationError
         If a number overflows.
     Cancelled
@@ -204,7 +204,7 @@ def _evaluated(points: StabilityPoints, value: str, excess: FloatArray) -> Float
 
 
 def _check(points: StabilityPoints, value: str, found: FloatArray) -> None:
-    # NaN means "none"; an overflow must not pass for it.
+    # NaN means "none", so an overflow must raise.
     if not np.all(np.isfinite(points.kt[~points.nowhere])) or (
         value == "growth-rate" and not np.all(np.isfinite(found[~points.nowhere]))
     ):

@@ -11,15 +11,15 @@ from fivtui.model import Equilibrium, Mode, Parameters, tangent_stiffness
 
 @dataclass(frozen=True, slots=True)
 class VibrationMode:
-    """A pair of conjugate eigenvalues, or a real one, and the motion that belongs to it.
+    """A mode: a pair of conjugate eigenvalues or a real one, and its shape.
 
     Attributes
     ----------
     eigenvalue : complex
         λ in 1/s, with Im λ ≥ 0.
     shape : tuple of complex
-        Amplitudes (x, y) of the motion e^{λt}, the larger one scaled to 1: their phases are those
-        between horizontal and vertical motion.
+        Amplitudes (x, y) of the motion e^{λt}, the larger one scaled to 1; the difference of their
+        phases is that between horizontal and vertical motion.
     """
 
     eigenvalue: complex
@@ -32,7 +32,7 @@ class VibrationMode:
 
     @property
     def angular_frequency(self) -> float:
-        """Im λ, rad/s; zero if the motion does not oscillate."""
+        """Im λ, rad/s; zero without oscillation."""
         return self.eigenvalue.imag
 
     @property
@@ -42,7 +42,7 @@ class VibrationMode:
 
     @property
     def damping_ratio(self) -> float:
-        """−Re λ/|λ|: 1 without oscillation, negative where vibration grows."""
+        """−Re λ/|λ|: 1 without oscillation, negative if the vibration grows."""
         size = abs(self.eigenvalue)
         return -self.eigenvalue.real / size if size > 0.0 else 0.0
 
@@ -50,21 +50,9 @@ class VibrationMode:
 def vibration_modes(
     p: Parameters, point: Equilibrium, eigenvalues: NDArray[np.complex128]
 ) -> tuple[VibrationMode, ...]:
-    """The modes that belong to the eigenvalues at an equilibrium.
+    """The modes of the four eigenvalues at an equilibrium, by falling frequency.
 
-    Parameters
-    ----------
-    p : Parameters
-        The parameter set.
-    point : Equilibrium
-        Its equilibrium.
-    eigenvalues : ndarray of complex, shape (4,)
-        λ of Eq. 8, 1/s.
-
-    Returns
-    -------
-    tuple of VibrationMode
-        Two if both oscillate; every real eigenvalue is a mode of its own. By falling frequency.
+    Conjugate eigenvalues make one mode, every real eigenvalue another.
     """
     return tuple(
         VibrationMode(value, _shape(p, point, value))
@@ -74,7 +62,7 @@ def vibration_modes(
 
 
 def _shape(p: Parameters, point: Equilibrium, value: complex) -> tuple[complex, complex]:
-    # The null vector of the dynamic stiffness, from its larger row: the other one may vanish.
+    # The null vector of the dynamic stiffness, from its larger row, as the other may vanish.
     h = 0.5 * p.k3
     kt = tangent_stiffness(p, point.y) if point.mode is Mode.CONTACT else 0.0
     horizontal = (p.m * value + p.c1) * value + p.k1 + h
@@ -82,5 +70,5 @@ def _shape(p: Parameters, point: Equilibrium, value: complex) -> tuple[complex, 
     rows = ((h - p.mu * kt, horizontal), (vertical, complex(h)))
     x, y = max(rows, key=lambda row: abs(row[0]) + abs(row[1]))
     largest = x if abs(x) >= abs(y) else y
-    # Without a preferred direction any motion will do.
+    # Both rows vanish: any direction is a mode.
     return (x / largest, y / largest) if largest != 0.0 else (1.0 + 0.0j, 0.0j)

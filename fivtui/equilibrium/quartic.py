@@ -1,4 +1,4 @@
-"""The rightmost root of the characteristic quartic on arrays: closed form, or as an eigenvalue."""
+"""The rightmost root of the characteristic quartic, on arrays."""
 
 from typing import Any, Final
 
@@ -11,7 +11,7 @@ ComplexArray = NDArray[np.complex128]
 _POLISHES: Final = 3
 _DESCENT: Final = 8
 _AMISS: Final = 4e-8
-# A slope at the root that is less than this part of its terms: another root is next to it.
+# If the slope at a root is less than this part of its terms, another root is close.
 _COALESCING: Final = 1e-3
 
 
@@ -23,19 +23,12 @@ def rightmost_real_part(
     Shifted by the mean decay g = (c1 + c2)/4 the quartic has no cubic term, and is the product of
     z² + u z + v and z² − u z + w, where u² is the greatest root of the resolvent cubic (Descartes'
     solution). Equal dampings give u = 0 or a double root of the cubic, so the coefficients are
-    formed from the two factors, without the cancellation of the expanded quartic. Where the root
-    found has another one next to it, the closed form is worse than the problem: these few points
-    are left to the eigenvalues of a matrix.
+    formed from the two factors, without the cancellation of the expanded quartic. Where another
+    root is close to the one found, the closed form loses accuracy: for these few points the
+    eigenvalues of a matrix are computed.
 
-    Parameters
-    ----------
-    c1, a, c2, b, d : ndarray, equal shapes
-        Coefficients, scaled to the order of one; c1, c2 ≥ 0.
-
-    Returns
-    -------
-    ndarray
-        Same shape. Accurate to rounding of the greatest |s|, and to its root where roots coincide.
+    Coefficients are arrays of equal shape, scaled to the order of one, with c1, c2 ≥ 0. Accurate to
+    rounding of the greatest |s|, and to its root where roots coincide.
     """
     g = 0.25 * (c1 + c2)
     e = 0.5 * (c1 - c2)
@@ -47,7 +40,7 @@ def rightmost_real_part(
     square = _resolvent(p, gap, q)
     u = np.sqrt(square)
     # (w − v)/2 = q/(2u), whose square is also (p + u²)²/4 − r: the one fails at u = 0, the other
-    # where its terms cancel.
+    # if its terms cancel.
     mean = 0.5 * (p + square)
     terms = (0.25 * gap, square * (0.5 * p + 0.25 * square))
     total = terms[0] + terms[1]
@@ -102,7 +95,7 @@ def _polished(
     second: tuple[FloatArray, FloatArray],
     d: FloatArray,
 ) -> ComplexArray:
-    # Newton on the product itself, where it makes the residual smaller: with strong damping the
+    # Newton's method on the product, where it reduces the residual: with strong damping the
     # shift has cancelled digits.
     (c1, a), (c2, b) = first, second
 
@@ -121,7 +114,7 @@ def _polished(
 
 
 def _resolvent(p: FloatArray, gap: FloatArray, q: FloatArray) -> FloatArray:
-    # Greatest root U ≥ 0 of U³ + 2 p U² + gap U − q². The closed form starts Newton next to it.
+    # Greatest root U ≥ 0 of U³ + 2 p U² + gap U − q², by Newton's method from the closed form.
     third = -2.0 * p / 3.0
     slope = third * third - gap / 3.0
     value = third * third * third - 0.5 * third * gap + 0.5 * q * q
@@ -133,7 +126,7 @@ def _resolvent(p: FloatArray, gap: FloatArray, q: FloatArray) -> FloatArray:
     one = third + large + np.divide(slope, large, out=np.zeros_like(large), where=large != 0.0)
     single = value * value > slope * slope * slope
     # The closed form is wrong by the root of rounding where roots meet. From a start that lies
-    # surely to the right of the greatest one Newton falls on it from above.
+    # right of the greatest one, Newton's method converges to it from above.
     found = np.where(single, one, three)
     found = np.maximum(found, 0.0) + _AMISS * (np.abs(third) + radius)
     for _ in range(_DESCENT):

@@ -1,4 +1,4 @@
-"""What the command line prints of equilibria and stability maps."""
+"""Console output of stability and stability maps."""
 
 import math
 from typing import TYPE_CHECKING
@@ -17,15 +17,7 @@ if TYPE_CHECKING:
 
 
 def print_stability(verdict: Stability, p: Parameters) -> None:
-    """Print equilibrium, eigenvalues and critical friction coefficients.
-
-    Parameters
-    ----------
-    verdict : Stability
-        Of any parameter set.
-    p : Parameters
-        That parameter set.
-    """
+    """Print equilibrium, eigenvalues and critical friction coefficients."""
     point = verdict.equilibrium
     rows = [
         ("parameters", parameter_line(p)),
@@ -66,7 +58,7 @@ def print_stability(verdict: Stability, p: Parameters) -> None:
 
 
 def _shape(mode: "VibrationMode") -> str:
-    # Vertical over horizontal amplitude, and how far y is ahead of x.
+    # Vertical over horizontal amplitude, and phase lead of y over x.
     x, y = mode.shape
     if x == 0.0:
         return "vertical motion alone"
@@ -76,13 +68,7 @@ def _shape(mode: "VibrationMode") -> str:
 
 
 def print_map(result: "StabilityMap") -> None:
-    """Print what a stability map holds: its size, the range of its values, the stable share.
-
-    Parameters
-    ----------
-    result : StabilityMap
-        Any map.
-    """
+    """Print a map's size, range of values and unstable share."""
     values = result.values[~np.isnan(result.values)]
     known = result.excess[~np.isnan(result.excess)]
     rows = [

@@ -1,4 +1,4 @@
-"""The modes at the equilibrium over the friction coefficient, all else equal."""
+"""Eigenvalues at the equilibrium over the friction coefficient."""
 
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -15,7 +15,7 @@ from .eigenvalues import Stability
 FloatArray = NDArray[np.float64]
 
 _POINTS: Final = 241
-# Points between two looks at whether somebody still waits.
+# Points between two calls of `go_on`.
 _BLOCK: Final = 24
 _LEAST_TOP: Final = 1.0
 _BEYOND: Final = 1.5
@@ -25,14 +25,14 @@ _MERGED: Final = 1e-6
 
 @dataclass(frozen=True, slots=True, eq=False, repr=False)
 class ModeScan(Result):
-    """The eigenvalues at the equilibrium over μ, all else equal.
+    """Eigenvalues at the equilibrium over μ, all else equal.
 
     Attributes
     ----------
     mu : ndarray, shape (n,)
         Friction coefficients, ascending from 0.
     eigenvalues : ndarray of complex, shape (n, 4)
-        λ in 1/s, by falling imaginary part, of equal ones the faster growing one first.
+        λ in 1/s, by falling imaginary part; equal ones by falling real part.
     """
 
     mu: FloatArray
@@ -55,19 +55,9 @@ class ModeScan(Result):
 
 
 def scan_top(p: Parameters, found: Stability) -> float:
-    """How far to look along μ.
+    """Upper end of a scan: a round number beyond μ and every critical μ.
 
-    Parameters
-    ----------
-    p : Parameters
-        The parameter set.
-    found : Stability
-        Its stability.
-
-    Returns
-    -------
-    float
-        Beyond μ and every critical one; a round number, so that it stays while values change.
+    Being round, it stays the same while a value is edited.
     """
     wanted = _BEYOND * max(_LEAST_TOP / _BEYOND, p.mu, *(c.mu for c in found.critical_mu), 0.0)
     decade = 10.0 ** np.floor(np.log10(wanted))
@@ -82,30 +72,10 @@ def mode_scan(
     separation: bool = True,
     go_on: Callable[[], bool] = lambda: True,
 ) -> ModeScan:
-    """Compute the eigenvalues over μ.
+    """Eigenvalues over evenly spaced μ from 0 to `top`.
 
-    Parameters
-    ----------
-    p : Parameters
-        The parameter set; its μ does not matter.
-    top : float
-        Greatest friction coefficient.
-    separation : bool
-        Whether separation is considered.
-    go_on : callable
-        Asked now and then whether the scan is still wanted.
-
-    Returns
-    -------
-    ModeScan
-        At evenly spaced friction coefficients.
-
-    Raises
-    ------
-    ComputationError
-        If there is no equilibrium.
-    Cancelled
-        If it is no longer wanted.
+    Raises `ComputationError` if there is no equilibrium, and `Cancelled` if `go_on`, called
+    repeatedly, returns False.
     """
     mu = np.linspace(0.0, top, _POINTS)
     matrices = np.empty((_POINTS, 4, 4))

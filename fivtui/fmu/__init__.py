@@ -1,4 +1,4 @@
-"""The FMU's host: instances, the co-simulation master, runs and checks."""
+"""Running FMUs: instances, the co-simulation master, runs and checks."""
 
 from typing import TYPE_CHECKING
 

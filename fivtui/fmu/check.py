@@ -1,4 +1,4 @@
-"""Whether a file is a sound FMU: its structure, its description, and a short run."""
+"""Checks of an FMU: structure, model description, and a short run."""
 
 import json
 import os
@@ -17,7 +17,7 @@ _TIMEOUT_S: Final = 60.0
 
 
 def check_fmu(path: str | Path) -> list[str]:
-    """Check any FMU: structure, model description, and a short run in a process of its own.
+    """Check any FMU: structure, model description, and a short run in a separate process.
 
     Parameters
     ----------
@@ -65,7 +65,7 @@ def _structural_problems(path: Path) -> list[str]:
 
 
 def _problems_of_a_run(path: Path) -> list[str]:
-    # An FMU is foreign code: what it does to the process must not hit this one.
+    # An FMU is foreign code, which may crash its process.
     project = str(Path(__file__).parents[2])
     search = os.pathsep.join(filter(None, (project, os.environ.get("PYTHONPATH"))))
     with tempfile.TemporaryDirectory(prefix="fivtui-check-") as folder:
@@ -73,7 +73,7 @@ def _problems_of_a_run(path: Path) -> list[str]:
             done = subprocess.run(  # noqa: S603
                 [sys.executable, "-m", "fivtui.fmu.probe", str(path.resolve())],
                 cwd=folder,
-                # What a process leaves that is killed is removed with the folder.
+                # A killed process leaves files, which are removed with the folder.
                 env=os.environ | {"PYTHONPATH": search, "TMPDIR": folder},
                 capture_output=True,
                 timeout=_TIMEOUT_S,

@@ -1,8 +1,8 @@
-"""Folders that FMUs are extracted to: such as every FMU can handle, and used again.
+"""Folders to extract FMUs to, reused and with plain paths that every FMU can handle.
 
-A library that a process has loaded may stay in its memory after it was closed: that of a Python
-FMU always does. Loaded again from a file of the same name it takes no more room, so an FMU is
-extracted to the folder that it had before, if no other run in this process uses it.
+A library that a process has loaded may stay in memory after it was closed; that of a Python FMU
+always does. Loaded again from a file of the same name it takes no more room, so an FMU is extracted
+to the same folder as before, unless another run in this process uses it.
 """
 
 import hashlib
@@ -17,25 +17,17 @@ from typing import Final
 
 from fivtui.model import ComputationError
 
-# Where to extract if the folder for temporary files has a name that FMUs cannot handle.
+# Where to extract if the path of the folder for temporary files is not plain.
 _FALLBACKS: Final[tuple[str, ...]] = ("/tmp", "/var/tmp") if os.name == "posix" else ()  # noqa: S108
 _PREFIX: Final = "fivtui-fmu-"
 
 _lock: Final = threading.Lock()
-# Folders in which no FMU is now, by process, place and content of the FMU that was there.
+# Free folders, by process, parent folder and content of the FMU that was there.
 _free: Final[dict[tuple[int, str, bytes], list[str]]] = {}
 
 
 class Folder:
-    """A folder for one extracted FMU.
-
-    Attributes
-    ----------
-    path : str
-        Its path.
-    spoilt : bool
-        Whether what was loaded from it must not be used again: after a fatal error of the FMU.
-    """
+    """A folder for one extracted FMU; `spoilt` after a fatal error: it must not be used again."""
 
     def __init__(self, path: str) -> None:
         self.path = path
@@ -44,24 +36,11 @@ class Folder:
 
 @contextmanager
 def folder_for(fmu: Path) -> Iterator[Folder]:
-    """Make an empty folder for an FMU, and remove it with its content when the context ends.
+    """Create an empty folder for an FMU; it is removed when the context ends.
 
-    Parameters
-    ----------
-    fmu : Path
-        The FMU.
-
-    Yields
-    ------
-    Folder
-        The same one as before for an FMU of the same content, unless that is in use.
-
-    Raises
-    ------
-    OSError
-        If the FMU cannot be read or the folder not be made.
-    ComputationError
-        If there is no folder for temporary files that FMUs can handle.
+    FMUs of the same content get the same folder, unless it is in use. Raises `OSError` if the FMU
+    cannot be read or the folder not be created, and `ComputationError` if the path of the folder
+    for temporary files is not plain.
     """
     place = _place()
     with fmu.open("rb") as file:
@@ -80,7 +59,7 @@ def folder_for(fmu: Path) -> Iterator[Folder]:
 
 
 def _made(known: str | None, place: str) -> str:
-    # Somebody may have made a folder of this name in the meantime; then it is not ours.
+    # Another process may have created a folder of this name in the meantime.
     if known is not None:
         try:
             Path(known).mkdir(0o700)
@@ -101,17 +80,8 @@ def _place() -> str:
 
 
 def is_plain(folder: str) -> bool:
-    """Whether the wrapper of Python FMUs finds its files in a folder.
+    """Whether the wrapper of Python FMUs can handle an absolute path.
 
-    Parameters
-    ----------
-    folder : str
-        An absolute path.
-
-    Returns
-    -------
-    bool
-        False if its address has a character in percent notation other than a space, which is all
-        that the wrapper decodes; it crashes the process then.
+    The wrapper decodes no percent notation but that of a space, and crashes on any other.
     """
     return "%" not in Path(folder).as_uri().replace("%20", "")

@@ -1,4 +1,4 @@
-"""What is put into an FMU: values to start with, and values of inputs over time."""
+"""Inputs of an FMU run: start values, and values of inputs over time."""
 
 import csv
 import math
@@ -21,24 +21,9 @@ _TRUTH: Final = {"true": True, "1": True, "false": False, "0": False}
 
 
 def start_values_of(fmu: FmuFile, given: Mapping[str, object]) -> dict[str, Any]:
-    """Check values to be set before a run.
+    """Check start values against the model description; return them in the types of the variables.
 
-    Parameters
-    ----------
-    fmu : FmuFile
-        The FMU.
-    given : mapping of str to number, bool or text
-        Values by name.
-
-    Returns
-    -------
-    dict
-        Values of the types of their variables.
-
-    Raises
-    ------
-    InputError
-        If a name is unknown or a value not allowed by the FMU's model description.
+    Raises `InputError` if a name is unknown or a value out of range.
     """
     settable = {
         v.name: v
@@ -78,26 +63,11 @@ def _start_value(variable: Any, value: object) -> Any:
 
 
 def signals_from(fmu: FmuFile, path: Path, start: Mapping[str, Any]) -> NDArray[Any]:
-    """Read values of inputs over time.
+    """Read values of inputs over time from a CSV file with a column ``time``, s.
 
-    Parameters
-    ----------
-    fmu : FmuFile
-        The FMU.
-    path : Path
-        A CSV file with a column ``time``, s, and one for each input that changes.
-    start : mapping of str to number or bool
-        Values of inputs that do not, by name.
-
-    Returns
-    -------
-    ndarray, shape (n,)
-        A record of ``time`` and all scalar inputs for each row.
-
-    Raises
-    ------
-    InputError
-        If the file is not such a table, or a value is not allowed by the model description.
+    Inputs without a column keep their start value. Returns a record of ``time`` and all scalar
+    inputs for each row. Raises `InputError` if the file is not such a table, or a value is out of
+    range.
     """
     inputs = {
         v.name: v

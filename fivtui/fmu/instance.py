@@ -1,4 +1,4 @@
-"""FMUs as fmpy loads them, with what they log and without traces in this process."""
+"""FMU files and instances: loaded by fmpy, with their log and without side effects here."""
 
 import itertools
 import logging
@@ -21,7 +21,7 @@ from fmu_src.build import IMPORT_LOCK
 
 from .folders import Folder, folder_for
 
-# An FMI status from here on means that a call did not do its work.
+# FMI statuses from this one on mean that a call failed.
 _DISCARD: Final = 2
 _FATAL: Final = 4
 _KEPT_MESSAGES: Final = 20
@@ -29,26 +29,18 @@ _DESCRIPTION: Final = "modelDescription.xml"
 
 _identifiers = itertools.count(1)
 _listeners: dict[int, "Messages"] = {}
-# FMUs of this project log here, too, what is refused; what this host takes in is not to be printed.
+# FMUs of this project log refusals here, too; those that this host receives are not printed again.
 _LOGGER: Final = logging.getLogger("fivtui.fmu")
 
 
 class Messages:
-    """What one FMU instance logs about calls that failed, newest last."""
+    """Log of the failed calls of one FMU instance, newest last."""
 
     def __init__(self) -> None:
         self._kept: deque[str] = deque(maxlen=_KEPT_MESSAGES)
 
     def log(self, status: int, message: bytes) -> None:
-        """Take in a message.
-
-        Parameters
-        ----------
-        status : int
-            Its FMI status; messages about calls that succeeded are not kept.
-        message : bytes
-            Its text.
-        """
+        """Store a message unless its FMI status is success."""
         if status >= _DISCARD:
             self._kept.append(message.decode("utf-8", "replace").strip())
 
@@ -59,17 +51,7 @@ class Messages:
 
 
 class FmuFile:
-    """An FMU extracted to a temporary folder.
-
-    Attributes
-    ----------
-    path : Path
-        The FMU itself.
-    folder : str
-        Where its files are.
-    description : ModelDescription
-        What fmpy reads of it.
-    """
+    """An extracted FMU: its path, the folder of its files, and fmpy's model description."""
 
     def __init__(self, path: Path, folder: Folder, description: Any) -> None:
         self.path = path
@@ -78,30 +60,20 @@ class FmuFile:
         self._folder = folder
 
     def spoil(self) -> None:
-        """Have the next run load the FMU's library anew."""
+        """Have the next run load the FMU's library again."""
         self._folder.spoilt = True
 
 
 @contextmanager
 def extracted(path: Path) -> Iterator[FmuFile]:
-    """Extract an FMU for as long as the context lasts.
-
-    Parameters
-    ----------
-    path : Path
-        The FMU.
-
-    Yields
-    ------
-    FmuFile
-        The extracted FMU.
+    """Extract an FMU for the duration of a context.
 
     Raises
     ------
     InputError
         If there is no such file or it is not an FMU.
     ComputationError
-        If there is no folder for temporary files that FMUs can handle.
+        If the path of the folder for temporary files is not plain.
     """
     check_archive(path)
     with ExitStack() as stack:
@@ -126,18 +98,7 @@ def _extracted_to(folder: str, path: Path) -> Any:
 
 
 def check_archive(path: Path) -> None:
-    """Check that a file can be an FMU.
-
-    Parameters
-    ----------
-    path : Path
-        The file.
-
-    Raises
-    ------
-    InputError
-        If there is no such file, it is not a zip archive or has no model description.
-    """
+    """Check that a file is a zip archive with a model description; `InputError` if not."""
     with opened(path) as file:
         try:
             with zipfile.ZipFile(file) as archive:
@@ -152,19 +113,14 @@ def check_archive(path: Path) -> None:
 
 @contextmanager
 def instantiated(fmu: FmuFile) -> Iterator[tuple[Any, Messages]]:
-    """One co-simulation instance of an FMU, freed when the context ends.
+    """One co-simulation instance of an FMU (FMI 2.0 or 3.0), freed when the context ends.
 
-    The host's working directory and module path are restored, whatever the FMU does to them.
-
-    Parameters
-    ----------
-    fmu : FmuFile
-        The extracted FMU, FMI 2.0 or 3.0.
+    The host's working directory and module path are restored.
 
     Yields
     ------
     tuple of FMU2Slave or FMU3Slave and Messages
-        fmpy's instance and what it logs.
+        fmpy's instance and its log.
 
     Raises
     ------
@@ -272,7 +228,7 @@ def _instantiate_fmi2(fmu: FmuFile, identifier: int) -> Any:
 
 @lru_cache(maxsize=1)
 def _dispatcher() -> Any:
-    # fmpy formats messages for one logger of the whole process: it must serve all and live on.
+    # fmpy has one logger for the whole process, which must serve all instances and outlive them.
     from fmpy.fmi1 import printLogMessage
     from fmpy.fmi2 import fmi2CallbackLoggerTYPE
 
@@ -301,12 +257,9 @@ def _instantiate_fmi3(fmu: FmuFile, messages: Messages) -> Any:
 
 @contextmanager
 def interrupts_deferred() -> Iterator[Callable[[], None]]:
-    """Keep Ctrl-C out of the FMU, where an exception would do damage.
+    """Defer Ctrl-C while the FMU runs, where an exception would corrupt it.
 
-    Yields
-    ------
-    callable
-        To be called between calls of the FMU: raises KeyboardInterrupt if there was one.
+    Yields a function to call between calls of the FMU; it raises a deferred KeyboardInterrupt.
     """
     previous = signal.getsignal(signal.SIGINT)
     main = threading.current_thread() is threading.main_thread()

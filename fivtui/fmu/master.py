@@ -1,4 +1,4 @@
-"""The co-simulation master of one transient: communication steps, switches, segments."""
+"""Co-simulation master of one transient: communication steps, switches, segments."""
 
 import math
 from collections.abc import Callable
@@ -16,23 +16,7 @@ _READ: Final = (*_STATES, "P", "mode", "separations", "reattachments", "last_eve
 
 
 class Point(NamedTuple):
-    """What the FMU puts out at a communication point.
-
-    Attributes
-    ----------
-    t : float
-        Time, s.
-    state : State
-        (x, ẋ, y, ẏ), m and m/s.
-    P : float
-        Contact force, N.
-    mode : Mode
-        Contact or separated.
-    switches : int
-        Number of switches so far.
-    last_event : float
-        Time of the last, s.
-    """
+    """Outputs of the FMU at a communication point; `last_event` is that of the last switch, s."""
 
     t: float
     state: State
@@ -43,28 +27,10 @@ class Point(NamedTuple):
 
 
 class Slave:
-    """The FMU as `integrate_fmu` uses it.
+    """The slider-belt FMU as `integrate_fmu` uses it.
 
-    Parameters
-    ----------
-    instance : FMU2Slave
-        fmpy's instance.
-    messages : Messages
-        What it logs.
-    description : ModelDescription
-        Its variables.
-    before_step : callable
-        Called before every communication step; may raise.
-
-    Attributes
-    ----------
-    steps : int
-        Communication steps taken.
-
-    Raises
-    ------
-    InputError
-        If the FMU is not one of this model.
+    `before_step` is called before every communication step and may raise; `steps` counts them.
+    Raises `InputError` if the FMU is not one of this model.
     """
 
     def __init__(
@@ -88,23 +54,7 @@ class Slave:
         return reference
 
     def begin(self, problem: Problem) -> Point:
-        """Initialize the FMU.
-
-        Parameters
-        ----------
-        problem : Problem
-            What to integrate.
-
-        Returns
-        -------
-        Point
-            The start.
-
-        Raises
-        ------
-        ComputationError
-            If the FMU fails.
-        """
+        """Initialize the FMU; `ComputationError` if it fails."""
         fmu = self._fmu
         reals = problem.parameters.as_dict()
         reals |= {f"{n}_start": value for n, value in zip(_STATES, problem.start, strict=True)}
@@ -117,22 +67,9 @@ class Slave:
         return self._point(0.0)
 
     def step(self, t: float, target: float) -> Point:
-        """Take a communication step.
+        """Take a communication step from `t` to `target`, s.
 
-        Parameters
-        ----------
-        t, target : float
-            Its start and end, s.
-
-        Returns
-        -------
-        Point
-            Its end.
-
-        Raises
-        ------
-        ComputationError
-            If the FMU fails, with what it logged.
+        Raises `ComputationError`, with the FMU's log, if it fails.
         """
         from fmpy.fmi1 import FMICallException
 
@@ -153,7 +90,7 @@ class Slave:
         return Point(t, (x, vx, y, vy), force, Mode(int(mode)), switches, last)
 
     def _failure(self, t: float) -> ComputationError:
-        # A computation that fails inside the FMU is logged as its cause and its advice.
+        # The FMU logs a failed computation as its cause and its advice.
         why, _, advice = (self._messages.last or "it says nothing").rpartition("; ")
         return ComputationError(
             f"the FMU stops at t = {t:.6g} s: {why or advice}",
@@ -161,15 +98,15 @@ class Slave:
         )
 
     def save(self) -> Any:
-        """The FMU's state; to be given to `free`."""
+        """Save the FMU's state; release it by `free`."""
         return self._fmu.getFMUstate()
 
     def restore(self, saved: Any) -> None:
-        """Go back to a state."""
+        """Return to a saved state."""
         self._fmu.setFMUstate(saved)
 
     def free(self, saved: Any) -> None:
-        """Let a state go."""
+        """Release a saved state."""
         self._fmu.freeFMUstate(saved)
 
     def end(self) -> None:
@@ -178,26 +115,10 @@ class Slave:
 
 
 class Master:
-    """Drives the FMU and makes segments of what it puts out.
+    """Runs the FMU step by step and turns its outputs into segments.
 
-    Parameters
-    ----------
-    slave : Slave
-        The FMU.
-    problem : Problem
-        What to integrate.
-    recorder : Recorder
-        Takes in the segments, which join at communication points and at switches.
-
-    Attributes
-    ----------
-    point : Point
-        The communication point reached.
-
-    Raises
-    ------
-    ComputationError
-        If the FMU fails.
+    The recorder receives the segments, which join at communication points and at switches; `point`
+    is the communication point reached. Raises `ComputationError` if the FMU fails.
     """
 
     def __init__(self, slave: Slave, problem: Problem, recorder: Recorder) -> None:
@@ -207,17 +128,9 @@ class Master:
         self.point = slave.begin(problem)
 
     def move_to(self, target: float) -> None:
-        """Take a communication step.
+        """Take a communication step to a time, s.
 
-        Parameters
-        ----------
-        target : float
-            Its end, s.
-
-        Raises
-        ------
-        ComputationError
-            If the FMU fails, or its switches cannot be told apart.
+        Raises `ComputationError` if the FMU fails, or its switches cannot be separated.
         """
         saved = self._slave.save()
         try:
@@ -269,7 +182,7 @@ class Master:
             slave.free(after)
 
     def _resolution(self, first: Point, last: Point) -> float:
-        # The longest interval over which interpolation is as good as the peaks are to be, s.
+        # The longest interval over which interpolation is accurate enough for the peaks, s.
         p = self._problem.parameters
         stiffness = p.k1 + p.k2 + p.k3
         if p.k_nl > 0.0 and Mode.CONTACT in (first.mode, last.mode):

@@ -16,18 +16,7 @@ _STEPS: Final = 10
 
 
 def problems_of(path: Path) -> list[str]:
-    """What goes wrong when an FMU is run over a few steps.
-
-    Parameters
-    ----------
-    path : Path
-        The FMU.
-
-    Returns
-    -------
-    list of str
-        The problems, one line each.
-    """
+    """Problems of an FMU in a run of a few steps, one line each."""
     import fmpy
 
     with extracted(path) as fmu:
@@ -106,7 +95,7 @@ def _read(fmu: FmuFile, instance: Any) -> list[float]:
 
 
 def main() -> None:
-    """Print the problems of the FMU named on the command line, on the last line of the output."""
+    """Print the problems of the FMU given on the command line as the last line of output."""
     try:
         problems = problems_of(Path(sys.argv[1]))
     except (InputError, ComputationError) as error:

@@ -1,4 +1,4 @@
-"""Any co-simulation FMU, run by fmpy: what is asked is checked first, and what fails is said."""
+"""Runs of any co-simulation FMU by fmpy, with checked requests and clear errors."""
 
 import json
 import math
@@ -26,7 +26,7 @@ _PROGRESS_EVERY: Final = 128
 
 @dataclass(frozen=True, slots=True, repr=False)
 class FmuRun(Result):
-    """What an FMU put out.
+    """Recorded variables of an FMU run.
 
     Attributes
     ----------
@@ -37,9 +37,9 @@ class FmuRun(Result):
     columns : dict of str to ndarray, shape (n, …)
         ``time`` and the variables recorded, by name.
     units : dict of str to str
-        Their units where the FMU has any.
+        Their units, if any.
     discrete : tuple of str
-        Those that change at events only.
+        Those that change only at events.
     """
 
     model: str
@@ -49,13 +49,7 @@ class FmuRun(Result):
     discrete: tuple[str, ...]
 
     def events(self) -> list[tuple[float, str, Any]]:
-        """What changed at events: time of the first row that has it, s, name, new value.
-
-        Returns
-        -------
-        list of tuple
-            In the order of time.
-        """
+        """Changes of discrete variables: time of the first row that has it, s; name; new value."""
         times = self.columns[TIME]
         found = [
             (float(times[row + 1]), name, self.columns[name][row + 1].item())
@@ -78,7 +72,7 @@ class FmuRun(Result):
         return {"model": self.model, "fmi_version": self.fmi_version, "final": final}
 
     def to_columns(self) -> dict[str, NDArray[Any]]:
-        """``time`` and the variables recorded; an array variable has a column an element."""
+        """``time`` and the variables recorded; one column per element of an array variable."""
         columns: dict[str, NDArray[Any]] = {}
         for name, values in self.columns.items():
             if values.ndim == 1:
@@ -107,9 +101,9 @@ def run_fmu(
     path : str or Path
         The FMU.
     t_end : float, optional
-        Stop time, s; that of the FMU's default experiment, or a second, if not given.
+        Stop time, s; that of the FMU's default experiment, else 1 s, if not given.
     output_interval : float, optional
-        Communication step, s; that of the default experiment, or a thousandth of the run, if not
+        Communication step, s; that of the default experiment, else a thousandth of the run, if not
         given.
     start_values : mapping of str to number, bool or text, optional
         Parameters, inputs and start values by name.
@@ -121,7 +115,7 @@ def run_fmu(
     tol : float, optional
         Relative tolerance; that of the default experiment if not given.
     progress : callable, optional
-        Called now and then with the fraction done; the run is cancelled when it returns False.
+        Called repeatedly with the fraction done; cancels the run by returning False.
 
     Returns
     -------
@@ -133,7 +127,7 @@ def run_fmu(
     InputError
         If the file is not such an FMU, or a name or value is wrong.
     ComputationError
-        If the FMU fails or its outputs are not finite, with what it logged.
+        If the FMU fails or its outputs are not finite, with the FMU's log.
     Cancelled
         If `progress` returned False.
 
@@ -273,41 +267,16 @@ def _checked_run(fmu: FmuFile, table: NDArray[Any]) -> FmuRun:
 
 
 def check_run_path(path: Path, *, force: bool) -> None:
-    """Check that the outputs of an FMU can be written to a file, before it is run.
+    """Check before a run that its outputs can be written to a ``.csv`` file.
 
-    Parameters
-    ----------
-    path : Path
-        File to write; it ends in ``.csv``.
-    force : bool
-        Whether a file that exists may be replaced.
-
-    Raises
-    ------
-    InputError
-        If the name is wrong, or the file exists or cannot be written.
+    Raises `InputError` if not, or if the file exists and `force` is not set.
     """
     check_suffix(path, "FMU result", (".csv",))
     check_output(path, force=force)
 
 
 def save_fmu_events(run: FmuRun, path: Path, *, force: bool = False) -> None:
-    """Write what changed at events as CSV: time, name, value.
-
-    Parameters
-    ----------
-    run : FmuRun
-        The outputs.
-    path : Path
-        File to write; it ends in ``.csv``.
-    force : bool
-        Whether a file that exists may be replaced.
-
-    Raises
-    ------
-    InputError
-        If the name is wrong, or the file exists or cannot be written.
-    """
+    """Write changes at events as ``.csv``: time, name, value; errors as `check_run_path`."""
     check_suffix(path, "FMU events", (".csv",))
 
     def write(file: BinaryIO) -> None:
@@ -318,22 +287,7 @@ def save_fmu_events(run: FmuRun, path: Path, *, force: bool = False) -> None:
 
 
 def save_fmu_run(run: FmuRun, path: Path, *, force: bool = False) -> None:
-    """Write the outputs of an FMU as CSV, without loss of precision.
-
-    Parameters
-    ----------
-    run : FmuRun
-        The outputs.
-    path : Path
-        File to write; it ends in ``.csv``.
-    force : bool
-        Whether a file that exists may be replaced.
-
-    Raises
-    ------
-    InputError
-        If the name is wrong, or the file exists or cannot be written.
-    """
+    """Write the outputs of an FMU as ``.csv`` without loss; errors as `check_run_path`."""
     check_suffix(path, "FMU result", (".csv",))
 
     def write(file: BinaryIO) -> None:

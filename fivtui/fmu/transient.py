@@ -27,11 +27,11 @@ from fivtui.transient import (
 from .instance import extracted, instantiated, interrupts_deferred
 from .master import Master, Point, Slave
 
-# Communication step, if none is given, in √(m/stiffness).
+# Default communication step in √(m/stiffness).
 _STEP: Final = 0.05
 _MAX_STEPS: Final = 20_000_000
 _PROGRESS_EVERY: Final = 128
-# Samples that are handed out together.
+# Samples per call of `on_samples`.
 _PART: Final = 256
 
 
@@ -48,13 +48,13 @@ def integrate_fmu(
     Parameters
     ----------
     problem : Problem
-        What to integrate; its `step` is the communication step, s. It changes no result: where it
-        is too coarse for the peaks the master goes back and looks inside.
+        What to integrate; its `step` is the communication step, s. It changes no result: if it
+        is too coarse for the peaks, the master goes back and takes smaller steps.
     samples : "none", "dense" or sequence of float
-        What is kept of the trajectory. Sample times are communication points, where the trajectory
-        holds the FMU's own outputs; "dense" interpolates between communication points.
+        The trajectory to keep. Sample times are communication points and have the FMU's own
+        outputs; "dense" interpolates between communication points.
     progress : callable, optional
-        Called now and then with the fraction done; the run is cancelled when it returns False.
+        Called repeatedly with the fraction done; cancels the run by returning False.
     fmu : Path, optional
         An FMU built by `build_fmu`; a new one in a temporary folder if not given.
     on_samples : callable, optional
@@ -71,7 +71,7 @@ def integrate_fmu(
     InputError
         If the sample times are wrong or `fmu` is not an FMU of this model.
     ComputationError
-        If the FMU fails, with what it logged, or the step is too small for the horizon.
+        If the FMU fails, with its log, or the step is too small for the run.
     Cancelled
         If `progress` returned False.
     """
@@ -82,7 +82,7 @@ def integrate_fmu(
             f"{problem.t_end / step:.3g} communication steps of {step:g} s are needed",
             "use a larger step or a shorter horizon",
         )
-    # A recorder checks the sample times before any work, but those are not interpolated here.
+    # The recorder only checks the sample times; samples are the FMU's own outputs.
     recorder, times = Recorder(problem, samples), list[float]()
     given = sample_times(samples, problem.t_end)
     if given is not None:
@@ -125,7 +125,7 @@ def integrate_fmu(
 
 
 def _communication_points(t_end: float, step: float, samples: Sequence[float]) -> Iterator[float]:
-    # Multiples of the step and the sample times, each once, up to the horizon.
+    # Multiples of the step and the sample times, each once, up to the end.
     grid = itertools.takewhile(
         lambda t: t < t_end - 1e-9 * step, (count * step for count in itertools.count(1))
     )
@@ -137,7 +137,7 @@ def _communication_points(t_end: float, step: float, samples: Sequence[float]) -
 
 
 def _trajectory(points: Sequence[Point], times: Sequence[float]) -> Trajectory:
-    # One row for each time asked for, also where a time was asked for twice.
+    # One row for each sample time, repeated times included.
     rows = np.array([(p.t, *p.state, p.P, p.mode) for p in points])[
         np.searchsorted([p.t for p in points], times)
     ]

@@ -1,4 +1,7 @@
-"""The slider-belt model: parameters, contact law, motion, equilibrium. Standard library only."""
+"""The slider-belt model: parameters, contact law, equations of motion, equilibrium.
+
+Imports the standard library alone.
+"""
 
 from typing import TYPE_CHECKING
 

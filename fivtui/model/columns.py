@@ -1,4 +1,4 @@
-"""The columns of a trajectory: the only source of their names, units and meanings."""
+"""The columns of a trajectory: name, unit and meaning, defined once."""
 
 from dataclasses import dataclass
 from typing import Final
@@ -6,17 +6,7 @@ from typing import Final
 
 @dataclass(frozen=True, slots=True)
 class Column:
-    """A column of a trajectory.
-
-    Attributes
-    ----------
-    name : str
-        Name of the attribute of `Trajectory` and of the column in a file.
-    unit : str
-        SI unit.
-    meaning : str
-        One phrase.
-    """
+    """A column of numbers in a file: name, SI unit and meaning in one phrase."""
 
     name: str
     unit: str

@@ -1,28 +1,20 @@
-"""The two ways in which a request can fail, and cancellation."""
+"""The two errors that users see, and cancellation."""
 
 import re
 from typing import Final
 
 _LONGEST_WORD: Final = 240
 _LONGEST_TEXT: Final = 2000
-# What stays of either end of what is cut.
+# Characters kept at both ends of what is cut.
 _HEAD_OF_WORD, _TAIL_OF_WORD = 120, 60
 _HEAD_OF_TEXT, _TAIL_OF_TEXT = 1200, 600
 _LONG_WORD: Final = re.compile(rf"\S{{{_LONGEST_WORD + 1},}}")
 
 
 def one_line(text: str) -> str:
-    """A message on one line: control characters as escapes, long words and texts cut in the middle.
+    """A message as one printable line, at most about 2000 characters long.
 
-    Parameters
-    ----------
-    text : str
-        The message, with whatever was given put into it.
-
-    Returns
-    -------
-    str
-        Printable characters alone, at most about 2000; no word is longer than 240.
+    Control characters become escapes; words over 240 characters are cut in the middle.
     """
     if not text.isprintable():
         text = "".join(_printable(character) for character in text)
@@ -41,13 +33,7 @@ def _cut(text: str, head: int, tail: int) -> str:
 
 
 class InputError(ValueError):
-    """The request itself is wrong: one line saying what is wrong, where, and what it must be.
-
-    Parameters
-    ----------
-    message : str
-        The line; what is too long or not printable in it is cut or escaped.
-    """
+    """A wrong input, reported in one line: what is wrong, where, and what it must be."""
 
     def __init__(self, message: str) -> None:
         super().__init__(one_line(message))
@@ -59,7 +45,7 @@ class ComputationError(RuntimeError):
     Parameters
     ----------
     why : str
-        What stopped the computation, with the time at which it happened where there is one.
+        What stopped the computation, and when.
     advice : str
         What to try instead.
     """
@@ -74,4 +60,4 @@ class ComputationError(RuntimeError):
 
 
 class Cancelled(Exception):
-    """The progress callback asked for the computation to stop."""
+    """Raised when a progress callback asks to stop."""

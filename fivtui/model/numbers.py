@@ -1,4 +1,4 @@
-"""Numbers as they are given: plain text, finite, inside an interval."""
+"""Reading numbers from users: plain text, finite, within an interval."""
 
 import math
 from dataclasses import dataclass
@@ -9,14 +9,14 @@ from .errors import InputError
 
 @dataclass(frozen=True, slots=True)
 class Interval:
-    """The numbers from `lower` to `upper`; its text says so: ``above 0 and at most 1e+09 kg``.
+    """The numbers from `lower` to `upper`, in words such as ``above 0 and at most 1e+09 kg``.
 
     Attributes
     ----------
     lower, upper : float
-        Ends, infinite where there is none.
+        Ends, infinite if there is none.
     unit : str
-        SI unit; empty when dimensionless.
+        SI unit; empty if dimensionless.
     lower_open : bool
         Whether `lower` itself is excluded.
     """
@@ -35,19 +35,9 @@ class Interval:
         return f"from {self.lower:g} to {self.upper:g}{unit}"
 
     def check(self, name: str, value: object) -> float:
-        """Return `value` as a float; `InputError` if it is no finite number of the interval.
+        """Return `value`, a number or its text, as a float; `name` is for the message.
 
-        Parameters
-        ----------
-        name : str
-            What the value is for, named in the message.
-        value : object
-            A number, or text that reads as one.
-
-        Returns
-        -------
-        float
-            The number.
+        Raises `InputError` if it is not a finite number within the interval.
         """
         number = parse_number(name, value, str(self))
         too_low = number <= self.lower if self.lower_open else number < self.lower
@@ -57,26 +47,21 @@ class Interval:
 
 
 def parse_number(name: str, value: object, allowed: str) -> float:
-    """Read a finite number.
+    """Read a finite number from a number (Python's or NumPy's) or its text.
 
     Parameters
     ----------
     name : str
-        What the value is for, named in the message.
+        What the value is for, for the message.
     value : object
-        A number, a scalar of NumPy too, or text that reads as one (see `read_number`).
+        The value; a bool is refused.
     allowed : str
-        What it must be, in words, repeated in the message.
-
-    Returns
-    -------
-    float
-        The number.
+        What it must be, in words, for the message.
 
     Raises
     ------
     InputError
-        If `value` is not a finite number (a bool is not a number here).
+        If `value` is not a finite number.
     """
     if isinstance(value, bool) or not isinstance(value, (str, Real)):
         raise InputError(f"{name} = {value!r}: not a number; must be {allowed}")
@@ -90,15 +75,15 @@ def parse_number(name: str, value: object, allowed: str) -> float:
 
 
 def read_number(text: str) -> float:
-    """The number in plain text, ``inf`` and ``nan`` included; `ValueError` if it is none.
+    """Read a number from plain text: ASCII, no ``_``; ``inf`` and ``nan`` are accepted.
 
-    Plain: ASCII digits without ``_``, sign, point and exponent, spaces around.
+    Raises `ValueError` if the text is not a number.
     """
     return float(_plain(text))
 
 
 def read_whole(text: str) -> int:
-    """The whole number in plain text; `ValueError` if it is none."""
+    """Read an integer from plain text; raises `ValueError` if it is not one."""
     return int(_plain(text))
 
 

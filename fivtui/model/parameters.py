@@ -1,4 +1,4 @@
-"""The parameter table: the only source of names, symbols, units, defaults and bounds."""
+"""The parameter table: names, symbols, units, defaults and bounds, defined once."""
 
 import difflib
 from collections.abc import Iterable, Mapping
@@ -11,24 +11,24 @@ from .numbers import Interval
 
 @dataclass(frozen=True, slots=True)
 class ParameterSpec:
-    """What a parameter is: everything that a form, a file format or a table needs of it.
+    """One row of the parameter table.
 
     Attributes
     ----------
     name : str
         Name in Python, in scene files and on the command line.
     symbol : str
-        Symbol as in the paper.
+        Symbol in the paper.
     unit : str
-        SI unit; empty when dimensionless.
+        SI unit; empty if dimensionless.
     default : float
-        Value in the base set (section 2 of the paper; F, k_nl and mu of section 5.1).
+        Value in the base set (section 2 of the paper; F, k_nl and mu from section 5.1).
     lower, upper : float
         Bounds of the allowed range.
     lower_open : bool
         Whether `lower` itself is excluded.
     meaning : str
-        One phrase in the field's terms.
+        One phrase.
     """
 
     name: str
@@ -42,7 +42,7 @@ class ParameterSpec:
 
     @property
     def allowed(self) -> str:
-        """The allowed range in words, for forms and messages: ``from 0 to 100``."""
+        """The allowed range in words."""
         return str(self._interval)
 
     @property
@@ -50,22 +50,9 @@ class ParameterSpec:
         return Interval(self.lower, self.upper, self.unit, self.lower_open)
 
     def check(self, value: object) -> float:
-        """Return `value` as a float inside the bounds.
+        """Return `value`, a number or its text, as a float in `unit`.
 
-        Parameters
-        ----------
-        value : object
-            A number, or text that reads as one.
-
-        Returns
-        -------
-        float
-            The checked value, in `unit`.
-
-        Raises
-        ------
-        InputError
-            If `value` is not a number, not finite or out of bounds.
+        Raises `InputError` if it is not a finite number within the bounds.
         """
         # Nearly every call, without the cost of an interval.
         if isinstance(value, float) and self.lower < value <= self.upper:
@@ -74,21 +61,16 @@ class ParameterSpec:
 
 
 def unknown_name(kind: str, name: str, known: Iterable[str]) -> InputError:
-    """An error for a name that is not known, with the nearest one that is.
+    """The error for an unknown name; it suggests the nearest known one.
 
     Parameters
     ----------
     kind : str
         What the name stands for, e.g. ``"parameter"``.
     name : str
-        The name given.
+        The unknown name.
     known : iterable of str
-        The names allowed.
-
-    Returns
-    -------
-    InputError
-        To be raised by the caller.
+        The known names.
     """
     names = list(known)
     folded = {candidate.casefold(): candidate for candidate in names}
@@ -109,7 +91,7 @@ def _spec(
     *,
     lower_open: bool = False,
 ) -> float:
-    # A dataclass field whose metadata becomes the table row: name and default are said once.
+    # A dataclass field whose metadata becomes a row of the table.
     value: float = field(
         default=default,
         metadata={
@@ -129,12 +111,12 @@ def _spec(
 class Parameters:
     """The nine parameters of the slider-belt model, in SI units (Eqs. 1 and 2).
 
-    Every value is checked against its `ParameterSpec`; an instance is always valid.
+    Every value is checked against its `ParameterSpec`, so an instance is always valid.
 
     Raises
     ------
     InputError
-        If a value is not a finite number inside its bounds.
+        If a value is not a finite number within its bounds.
     """
 
     m: float = _spec("m", "kg", 5.0, (0.0, 1e9), "mass of the slider", lower_open=True)
@@ -158,22 +140,9 @@ class Parameters:
             object.__setattr__(self, name, spec.check(getattr(self, name)))
 
     def with_values(self, values: Mapping[str, object]) -> Self:
-        """A copy with some values replaced.
+        """A copy with some values replaced, given as numbers or text by parameter name.
 
-        Parameters
-        ----------
-        values : mapping of str to number or text
-            New values by parameter name.
-
-        Returns
-        -------
-        Self
-            The checked copy.
-
-        Raises
-        ------
-        InputError
-            If a name is unknown or a value is not allowed.
+        Raises `InputError` if a name is unknown or a value is out of range.
         """
         merged: dict[str, float] = self.as_dict()
         for name, value in values.items():
@@ -181,12 +150,12 @@ class Parameters:
         return type(self)(**merged)
 
     def as_dict(self) -> dict[str, float]:
-        """Values by name, in the table's order."""
+        """Values by name, in the order of the table."""
         return {name: getattr(self, name) for name in PARAMETERS}
 
 
 def check_parameters(value: object) -> Parameters:
-    """The value itself if it is a parameter set; `InputError` if it is none."""
+    """Return `value` if it is a `Parameters`; raise `InputError` otherwise."""
     if not isinstance(value, Parameters):
         raise InputError(
             f"parameters = {value!r}: must be a set of parameters, such as Parameters(F=80.0)"
@@ -200,22 +169,9 @@ PARAMETERS: Final[Mapping[str, ParameterSpec]] = {
 
 
 def parameter_spec(name: str) -> ParameterSpec:
-    """The table row of a parameter.
+    """The table row of a parameter; names are case-sensitive.
 
-    Parameters
-    ----------
-    name : str
-        Parameter name, case-sensitive (``F``, ``k_nl``, ``mu`` …).
-
-    Returns
-    -------
-    ParameterSpec
-        Its row.
-
-    Raises
-    ------
-    InputError
-        If there is no parameter of that name; the nearest name is suggested.
+    Raises `InputError`, with the nearest name, if there is no such parameter.
     """
     if name not in PARAMETERS:
         raise unknown_name("parameter", name, PARAMETERS)

@@ -1,6 +1,6 @@
-"""The slider-belt model: contact law, motion, equilibrium, linearisation and energy.
+"""Equations of the slider-belt model: contact law, motion, equilibrium, Jacobian, energy.
 
-Symbols are the paper's; `a` = k1 + k3/2 and `h` = k3/2 are the two entries of its stiffness matrix.
+Symbols as in the paper; `a` = k1 + k3/2 and `h` = k3/2 are entries of its stiffness matrix.
 A state is (x, ẋ, y, ẏ) in m and m/s.
 """
 
@@ -21,14 +21,14 @@ Matrix = tuple[State, State, State, State]
 
 
 class Mode(IntEnum):
-    """Which field governs the motion: Eq. 5 (separated) or Eq. 2 (in contact)."""
+    """Contact state of the slider: separated (Eq. 5) or in contact (Eq. 2)."""
 
     SEPARATED = 0
     CONTACT = 1
 
 
 def contact_force(p: Parameters, y: float, mode: Mode) -> float:
-    """Contact force P (Eq. 1), positive in compression.
+    """Contact force P in N (Eq. 1), positive in compression, zero when separated.
 
     Parameters
     ----------
@@ -38,11 +38,6 @@ def contact_force(p: Parameters, y: float, mode: Mode) -> float:
         Vertical displacement, m.
     mode : Mode
         Contact or separated.
-
-    Returns
-    -------
-    float
-        P in N; zero when separated.
     """
     if mode is Mode.SEPARATED:
         return 0.0
@@ -50,7 +45,7 @@ def contact_force(p: Parameters, y: float, mode: Mode) -> float:
 
 
 def accelerations(p: Parameters, state: State, mode: Mode) -> tuple[float, float]:
-    """Accelerations (ẍ, ÿ) of Eq. 2 in contact and of Eq. 5 when separated.
+    """Accelerations (ẍ, ÿ) in m/s², by Eq. 2 in contact and by Eq. 5 when separated.
 
     Parameters
     ----------
@@ -60,11 +55,6 @@ def accelerations(p: Parameters, state: State, mode: Mode) -> tuple[float, float
         (x, ẋ, y, ẏ) in m and m/s.
     mode : Mode
         Contact or separated.
-
-    Returns
-    -------
-    tuple of float
-        (ẍ, ÿ) in m/s².
     """
     x, vx, y, vy = state
     force = contact_force(p, y, mode)
@@ -76,11 +66,10 @@ def accelerations(p: Parameters, state: State, mode: Mode) -> tuple[float, float
 
 
 def mode_of(p: Parameters, state: State, *, separation: bool) -> Mode:
-    """The mode in which the motion goes on from a state (Eqs. 3 and 4).
+    """The mode in which the motion continues from a state (Eqs. 3 and 4).
 
-    On the switch itself (y = 0) the first nonzero derivative of y decides; both fields agree
-    there, so the derivatives are those of either field. A second one within rounding is zero, see
-    `pull`.
+    At y = 0 the first nonzero time derivative of y decides; it is the same in both modes. A second
+    derivative within rounding counts as zero (see `pull`). A slider at rest at y = 0 is in contact.
 
     Parameters
     ----------
@@ -89,12 +78,7 @@ def mode_of(p: Parameters, state: State, *, separation: bool) -> Mode:
     state : State
         (x, ẋ, y, ẏ) in m and m/s.
     separation : bool
-        Whether separation is considered; if not, the answer is always contact.
-
-    Returns
-    -------
-    Mode
-        Contact where the slider rests exactly at y = 0.
+        Whether separation is considered; if not, the mode is always contact.
     """
     if not separation:
         return Mode.CONTACT
@@ -109,21 +93,9 @@ def mode_of(p: Parameters, state: State, *, separation: bool) -> Mode:
 
 
 def pull(h: float, force: float, x: float) -> float:
-    """Force that lifts the slider at rest at y = 0, on plain numbers for compilers too.
+    """Force (k3/2) x − F in N that lifts a slider at rest at y = 0; 0 if within rounding.
 
-    Parameters
-    ----------
-    h : float
-        k3/2, N/m.
-    force : float
-        F, N.
-    x : float
-        Horizontal displacement, m.
-
-    Returns
-    -------
-    float
-        (k3/2) x − F in N; zero if x cannot be told from the place where both forces balance.
+    Takes plain numbers, so that numba can compile it: `h` = k3/2 in N/m, `force` = F in N, x in m.
     """
     held = h * x
     difference = held - force
@@ -133,17 +105,7 @@ def pull(h: float, force: float, x: float) -> float:
 
 @dataclass(frozen=True, slots=True)
 class Equilibrium:
-    """An equilibrium point (Eq. 6).
-
-    Attributes
-    ----------
-    x, y : float
-        Position, m.
-    P : float
-        Contact force, N.
-    mode : Mode
-        The field it belongs to.
-    """
+    """An equilibrium (Eq. 6): position x, y in m, contact force P in N, and mode."""
 
     x: float
     y: float
@@ -152,29 +114,24 @@ class Equilibrium:
 
 
 def equilibrium(p: Parameters, *, separation: bool = True, mu: float | None = None) -> Equilibrium:
-    """The unique equilibrium (Eq. 6) in closed form, polished by one Newton step.
+    """The unique equilibrium (Eq. 6), in closed form and polished by one Newton step.
 
-    Eliminating x leaves the monotone cubic α y³ + β y + F = 0 with α = (1 + μ h/a) k_nl and
-    β = (1 + μ h/a) k2 + h k1/a, whose one real root is a hyperbolic sine.
+    Eliminating x gives the monotone cubic α y³ + β y + F = 0 with α = (1 + μ h/a) k_nl and
+    β = (1 + μ h/a) k2 + h k1/a; its one real root is a hyperbolic sine.
 
     Parameters
     ----------
     p : Parameters
         The parameter set.
     separation : bool
-        Whether separation is considered; then F < 0 has its equilibrium off the belt.
+        Whether separation is considered; if so, the equilibrium for F < 0 is off the belt.
     mu : float, optional
-        Friction coefficient in place of that of `p`.
-
-    Returns
-    -------
-    Equilibrium
-        Position, contact force and mode.
+        Friction coefficient to use instead of that of `p`.
 
     Raises
     ------
     ComputationError
-        If F < 0 lifts the slider off the belt and nothing (k3 = 0) holds it.
+        If F < 0 lifts the slider off the belt and no spring holds it (k3 = 0).
     """
     h = 0.5 * p.k3
     a = p.k1 + h
@@ -191,23 +148,9 @@ def equilibrium(p: Parameters, *, separation: bool = True, mu: float | None = No
 def resting_height(
     h: float, k: tuple[float, float, float], force: float, mu: float, separation: bool
 ) -> float:
-    """Vertical position of the equilibrium, on plain numbers for compilers too.
+    """Height y of the equilibrium in m; not finite if the slider is lifted and not held.
 
-    Parameters
-    ----------
-    h : float
-        k3/2, N/m.
-    k : tuple of float
-        k1, k2 and k_nl.
-    force, mu : float
-        F and μ.
-    separation : bool
-        Whether separation is considered.
-
-    Returns
-    -------
-    float
-        y, m; not finite if F < 0 lifts the slider and no spring holds it.
+    Takes plain numbers, so that numba can compile it: `h` = k3/2, `k` = (k1, k2, k_nl).
     """
     k1, k2, k_nl = k
     a = k1 + h
@@ -225,18 +168,7 @@ def resting_height(
 
 
 def no_equilibrium_error(force: float) -> ComputationError:
-    """An error for a slider that is lifted off and not held.
-
-    Parameters
-    ----------
-    force : float
-        F, N.
-
-    Returns
-    -------
-    ComputationError
-        To be raised by the caller.
-    """
+    """The error for a slider that F < 0 lifts off the belt and no spring holds."""
     return ComputationError(
         f"no equilibrium: F = {force:g} N lifts the slider and no spring holds it vertically",
         "use F >= 0, a larger k3, or ignore separation",
@@ -244,7 +176,7 @@ def no_equilibrium_error(force: float) -> ComputationError:
 
 
 def static_start(p: Parameters, *, separation: bool = True) -> State:
-    """The state at rest at the equilibrium of μ = 0 under F: the belt has not moved yet.
+    """The state at rest at the equilibrium of μ = 0 under F, before the belt moves.
 
     Parameters
     ----------
@@ -261,7 +193,7 @@ def static_start(p: Parameters, *, separation: bool = True) -> State:
     Raises
     ------
     ComputationError
-        If there is no such equilibrium, see `equilibrium`.
+        If there is no such equilibrium.
     """
     h = 0.5 * p.k3
     y = resting_height(h, (p.k1, p.k2, p.k_nl), p.F, 0.0, separation)
@@ -271,7 +203,7 @@ def static_start(p: Parameters, *, separation: bool = True) -> State:
 
 
 def jacobian(p: Parameters, y: float, mode: Mode) -> Matrix:
-    """Jacobian of the first-order system (Eq. 8) in the order (x, ẋ, y, ẏ).
+    """Jacobian (4 × 4, SI units) of the first-order system (Eq. 8) in (x, ẋ, y, ẏ).
 
     Parameters
     ----------
@@ -281,11 +213,6 @@ def jacobian(p: Parameters, y: float, mode: Mode) -> Matrix:
         Vertical displacement at which to linearise, m.
     mode : Mode
         Contact or separated.
-
-    Returns
-    -------
-    Matrix
-        Four rows of four, in SI units.
     """
     h = 0.5 * p.k3
     kt = tangent_stiffness(p, y) if mode is Mode.CONTACT else 0.0
@@ -298,41 +225,14 @@ def jacobian(p: Parameters, y: float, mode: Mode) -> Matrix:
 
 
 def tangent_stiffness(p: Parameters, y: float) -> float:
-    """Tangent contact stiffness k_t = k2 + 3 k_nl y².
-
-    Parameters
-    ----------
-    p : Parameters
-        The parameter set.
-    y : float
-        Vertical displacement, m.
-
-    Returns
-    -------
-    float
-        k_t in N/m.
-    """
+    """Tangent contact stiffness k_t = k2 + 3 k_nl y² in N/m, at y in m."""
     return p.k2 + 3.0 * p.k_nl * y * y
 
 
 def mechanical_energy(p: Parameters, state: State, mode: Mode) -> float:
-    """Kinetic energy, energy of the springs and potential of the preload.
+    """Energy in J: kinetic, of the springs and of the preload.
 
-    Continuous across the switch; zero at rest in the undeformed position.
-
-    Parameters
-    ----------
-    p : Parameters
-        The parameter set.
-    state : State
-        (x, ẋ, y, ẏ) in m and m/s.
-    mode : Mode
-        Contact or separated.
-
-    Returns
-    -------
-    float
-        Energy in J.
+    Continuous at separation and reattachment; zero at rest in the undeformed position.
     """
     x, vx, y, vy = state
     kinetic = 0.5 * p.m * (vx * vx + vy * vy)
@@ -343,22 +243,7 @@ def mechanical_energy(p: Parameters, state: State, mode: Mode) -> float:
 
 
 def power(p: Parameters, state: State, mode: Mode) -> tuple[float, float]:
-    """The two sides of the energy balance: d(energy)/dt = friction input − damping loss.
-
-    Parameters
-    ----------
-    p : Parameters
-        The parameter set.
-    state : State
-        (x, ẋ, y, ẏ) in m and m/s.
-    mode : Mode
-        Contact or separated.
-
-    Returns
-    -------
-    tuple of float
-        Power put in by friction, μ P ẋ, and power lost in the dampers, both in W.
-    """
+    """Friction input μ P ẋ and damping loss in W; their difference is d(energy)/dt."""
     _, vx, y, vy = state
     friction = p.mu * contact_force(p, y, mode) * vx
     return friction, p.c1 * vx * vx + p.c2 * vy * vy

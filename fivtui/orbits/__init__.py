@@ -1,4 +1,4 @@
-"""Limit cycles and attractors: shooting, basins, continuation."""
+"""Limit cycles and attractors: shooting, basins of attraction, continuation."""
 
 from typing import TYPE_CHECKING
 

@@ -1,4 +1,4 @@
-"""Whether a stable equilibrium stands alone, or a vibration attracts beside it."""
+"""Attractors of one parameter set, and whether vibration coexists with the equilibrium."""
 
 from collections.abc import Callable
 from dataclasses import dataclass, replace
@@ -13,13 +13,13 @@ from .explorer import Attractor, Kind, search
 
 Progress = Callable[[float], bool]
 
-# Share of the work that the search for attractors is.
+# Share of the search for attractors in the work.
 _SEARCH: Final = 0.3
 
 
 @dataclass(frozen=True, slots=True, repr=False)
 class Coexistence(Result):
-    """The attractors of a parameter set, side by side.
+    """The attractors of a parameter set.
 
     Attributes
     ----------
@@ -30,12 +30,12 @@ class Coexistence(Result):
     attractors : tuple of Attractor
         Those found, the equilibrium first.
     reached : tuple of int
-        Place in `attractors` of what every start reaches, the static start first.
+        Index in `attractors` of what each start reaches, the static start first.
     stable : bool
         Whether the equilibrium is stable by its eigenvalues, reached or not.
     escape : EscapeOffset or None
-        The smallest vertical offsets that leave the equilibrium's basin, where it attracts beside
-        something else.
+        The smallest vertical offsets that leave the equilibrium's basin, if another attractor
+        coexists with it.
     """
 
     parameters: Parameters
@@ -47,19 +47,19 @@ class Coexistence(Result):
 
     @property
     def others(self) -> tuple[Attractor, ...]:
-        """The vibrations and the unbounded growth that were reached."""
+        """The limit cycles and the unbounded growth that were reached."""
         rest = (Kind.EQUILIBRIUM, Kind.UNSETTLED)
         return tuple(each for each in self.attractors if each.kind not in rest)
 
     @property
     def coexists(self) -> bool:
-        """Whether the equilibrium attracts, and a vibration or unbounded growth does too."""
+        """Whether the equilibrium is stable and vibration or unbounded growth was reached, too."""
         attracts = any(each.kind is Kind.EQUILIBRIUM for each in self.attractors)
         return (attracts or self.stable) and bool(self.others)
 
     @property
     def settled(self) -> bool:
-        """Whether every motion that was followed settled in the time allowed."""
+        """Whether every motion settled in the time allowed."""
         return all(attractor.kind is not Kind.UNSETTLED for attractor in self.attractors)
 
     def _summary(self) -> list[tuple[str, str]]:
@@ -98,13 +98,13 @@ def attractors(
     separation : bool
         Whether separation is considered.
     progress : callable, optional
-        Called with the fraction done; the search is cancelled when it returns False.
+        Called with the fraction done; cancels the search by returning False.
 
     Returns
     -------
     Coexistence
-        What was found from starts around the equilibrium, the smallest offsets that leave it where
-        something else attracts beside it; it cannot prove that there is no more.
+        Attractors reached from starts around the equilibrium, and the smallest offsets that leave
+        it if another attractor coexists. There may be more attractors.
 
     Raises
     ------
@@ -132,32 +132,9 @@ def coexistence(
     progress: Progress | None = None,
     found: Callable[[Coexistence], None] = lambda _: None,
 ) -> Coexistence:
-    """Look for all attractors, and for what it takes to leave the equilibrium.
+    """As `attractors`, by a chosen kernel; `found` is called with the attractors as soon as known.
 
-    Parameters
-    ----------
-    p : Parameters
-        The parameter set.
-    separation : bool
-        Whether separation is considered.
-    kernel : "compiled" or "interpreted"
-        What computes the transients; either gives the same result every time.
-    progress : callable, optional
-        Called with the fraction done; the search is cancelled when it returns False.
-    found : callable
-        Called with what is known before the offsets are looked for, which takes longer.
-
-    Returns
-    -------
-    Coexistence
-        What was found from starts around the equilibrium; it cannot prove that there is no more.
-
-    Raises
-    ------
-    ComputationError
-        If there is no equilibrium, or a motion cannot be followed.
-    Cancelled
-        If `progress` returned False.
+    The search for the offsets that leave the equilibrium follows, and takes longer.
     """
 
     def part(start: float, share: float) -> Progress:

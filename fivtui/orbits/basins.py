@@ -1,4 +1,4 @@
-"""Basins of attraction: which starts reach which attractor, and the offset that escapes."""
+"""Basins of attraction: which start reaches which attractor, and the offset that escapes."""
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
@@ -20,11 +20,11 @@ if TYPE_CHECKING:
 Progress = Callable[[float], bool]
 
 MAX_STARTS: Final = 1_000_000
-# Offsets that are tried, in lengths of the system: from, to, and how many.
+# Offsets that are tried, in characteristic lengths: from, to, and their number.
 _SMALLEST: Final = 1e-3
 _LARGEST: Final = 100.0
 _OFFSETS: Final = 31
-# An escaping offset is known to this much of itself.
+# Relative accuracy of an escaping offset.
 _RESOLVED: Final = 1e-4
 
 
@@ -39,15 +39,15 @@ class Basin(Result):
     separation : bool
         Whether separation was considered.
     start : State
-        The start whose two values vary; (x, ẋ, y, ẏ), m and m/s.
+        The start of which two components vary; (x, ẋ, y, ẏ), m and m/s.
     names : tuple of str
-        The two values of the start, names in `START_SPECS`.
+        The two components, names in `START_SPECS`.
     axes : tuple of ndarray, shapes (n,) and (k,)
-        What they are, m or m/s.
+        Their values, m or m/s.
     attractors : tuple of Attractor
         Every attractor that was reached.
     reached : ndarray of int, shape (n, k)
-        Place in `attractors` of what every start reaches.
+        Index in `attractors` of what each start reaches.
     """
 
     parameters: Parameters
@@ -81,13 +81,13 @@ class Basin(Result):
         return basin_to_dict(self)
 
     def to_columns(self) -> dict[str, NDArray[Any]]:
-        """An element a start; ``attractor`` is a place in `attractors`."""
+        """One element per start; ``attractor`` is an index in `attractors`."""
         from .files import basin_columns
 
         return basin_columns(self)
 
     def figure(self) -> "Figure":
-        """Which attractor every start reaches, as a matplotlib figure."""
+        """Matplotlib figure of which attractor each start reaches."""
         from .figure import basin_figure
 
         return basin_figure(self)
@@ -102,7 +102,7 @@ def basin(
     kernel: Kernel = "compiled",
     progress: Progress | None = None,
 ) -> Basin:
-    """Find what is reached from starts in a plane.
+    """Find which attractor is reached from each start in a plane.
 
     Parameters
     ----------
@@ -113,16 +113,16 @@ def basin(
     separation : bool
         Whether separation is considered.
     start : "static" or sequence of four floats, optional
-        The values of the start that do not vary; those of the equilibrium if not given.
+        The components of the start that do not vary; those of the equilibrium if not given.
     kernel : "compiled" or "interpreted"
-        What computes the transients.
+        Implementation of the integrator.
     progress : callable, optional
-        Called with the fraction done; the work is cancelled when it returns False.
+        Called with the fraction done; cancels the work by returning False.
 
     Returns
     -------
     Basin
-        What every start reaches.
+        What each start reaches.
 
     Raises
     ------
@@ -185,13 +185,9 @@ def _axis(name: str, values: Sequence[float] | NDArray[np.float64]) -> NDArray[n
 
 @dataclass(frozen=True, slots=True)
 class EscapeOffset:
-    """The smallest vertical offsets from the equilibrium that leave its basin.
+    """The smallest offsets up and down from the equilibrium that leave its basin, m, both positive.
 
-    Attributes
-    ----------
-    up, down : float or None
-        Offset above and below the equilibrium, m, both positive; None if every offset that was
-        tried comes back, or does not settle in the time allowed.
+    None if no offset that was tried leaves the basin.
     """
 
     up: float | None
@@ -207,32 +203,10 @@ def escape_offset(
 ) -> EscapeOffset | None:
     """The smallest vertical offsets that leave the basin of a stable equilibrium.
 
-    The slider is released at rest above and below the equilibrium, ever farther; the first offset
-    that does not come back is refined by bisection.
-
-    Parameters
-    ----------
-    p : Parameters
-        The parameter set.
-    separation : bool
-        Whether separation is considered.
-    kernel : "compiled" or "interpreted"
-        What computes the transients.
-    progress : callable, optional
-        Called with the fraction done; the search is cancelled when it returns False.
-
-    Returns
-    -------
-    EscapeOffset or None
-        To a ten-thousandth, among offsets up to a hundred lengths of the system; None if the
-        equilibrium is not stable.
-
-    Raises
-    ------
-    ComputationError
-        If there is no equilibrium, or a motion cannot be followed.
-    Cancelled
-        If `progress` returned False.
+    The slider is released at rest above and below the equilibrium at growing offsets, up to a
+    hundred characteristic lengths; the first that does not return is refined by bisection to 1e-4.
+    None if the equilibrium is not stable. Raises `ComputationError` if a motion cannot be followed,
+    and `Cancelled`.
     """
     watch = Watch(progress)
     explorer = Explorer(p, separation=separation, kernel=kernel, go_on=watch.go_on)

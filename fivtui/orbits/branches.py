@@ -21,24 +21,14 @@ Progress = Callable[[float], bool]
 Direction = Literal["up", "down"]
 
 DIRECTIONS: Final[tuple[Direction, ...]] = ("up", "down")
-# An equilibrium is carried on with this offset, in lengths of the system, so that it can leave
-# where it has become unstable.
+# An equilibrium is followed with this offset, in characteristic lengths, so that motion can leave
+# it where it has become unstable.
 _NUDGE: Final = 1e-4
 
 
 @dataclass(frozen=True, slots=True)
 class BranchPoint:
-    """An attractor at a value of the parameter.
-
-    Attributes
-    ----------
-    value : float
-        The value.
-    directions : tuple of str
-        In which directions it was met: ``"up"``, ``"down"`` or both.
-    attractor : Attractor
-        What was reached.
-    """
+    """An attractor at a value of the parameter; `directions` are those in which it was found."""
 
     value: float
     directions: tuple[Direction, ...]
@@ -52,7 +42,7 @@ class Continuation(Result):
     Attributes
     ----------
     parameters : Parameters
-        The other parameters.
+        The parameters that do not vary.
     separation : bool
         Whether separation was considered.
     name : str
@@ -60,7 +50,7 @@ class Continuation(Result):
     values : ndarray, shape (n,)
         Its values.
     points : tuple of BranchPoint
-        Every attractor met at every value, in the order of the values.
+        Every attractor found at every value, in the order of the values.
     """
 
     parameters: Parameters
@@ -71,7 +61,7 @@ class Continuation(Result):
 
     @property
     def coexisting(self) -> list[float]:
-        """Values at which the equilibrium attracts and so does something else, ascending."""
+        """Values at which the equilibrium and another attractor coexist, ascending."""
         kinds: dict[float, set[Kind]] = {}
         for point in self.points:
             kinds.setdefault(point.value, set()).add(point.attractor.kind)
@@ -101,14 +91,14 @@ class Continuation(Result):
         return continuation_to_dict(self)
 
     def to_columns(self) -> dict[str, NDArray[Any]]:
-        """An element for every attractor at every value; NaN for what it does not have."""
+        """One element for every attractor at every value; NaN for quantities it does not have."""
         from .files import continuation_columns
 
         kinds = np.array([str(point.attractor.kind) for point in self.points])
         return continuation_columns(self) | {"kind": kinds}
 
     def figure(self) -> "Figure":
-        """Half peak-to-peak of the attractors over the parameter, as a matplotlib figure."""
+        """Matplotlib figure of half peak-to-peak over the parameter."""
         from .figure import continuation_figure
 
         return continuation_figure(self)
@@ -125,9 +115,9 @@ def continuation(
 ) -> Continuation:
     """Follow attractors along a parameter, up and then down.
 
-    At the first value of each direction attractors are looked for from several starts; each is
-    then the start at the next value, so that what coexists is followed side by side and a branch
-    ends where it loses its stability.
+    At the first value of each direction attractors are searched for from several starts; each is
+    then the start at the next value, so that coexisting attractors are followed side by side and a
+    branch ends where it loses its stability.
 
     Parameters
     ----------
@@ -140,9 +130,9 @@ def continuation(
     separation : bool
         Whether separation is considered.
     kernel : "compiled" or "interpreted"
-        What computes the transients.
+        Implementation of the integrator.
     progress : callable, optional
-        Called with the fraction done; the work is cancelled when it returns False.
+        Called with the fraction done; cancels the work by returning False.
 
     Returns
     -------
@@ -152,7 +142,7 @@ def continuation(
     Raises
     ------
     InputError
-        If the name is unknown, or a value is not allowed.
+        If the name is unknown, or a value is out of range.
     ComputationError
         If there is no equilibrium at a value, or a motion cannot be followed.
     Cancelled
@@ -201,7 +191,7 @@ def continuation(
 
 
 def _carried(explorer: Explorer, attractor: Attractor) -> State:
-    # What has no orbit begins again next to the equilibrium.
+    # What has no orbit starts again next to the equilibrium.
     if attractor.orbit is not None:
         return attractor.orbit.start
     x, vx, y, vy = explorer.rest

@@ -1,4 +1,4 @@
-"""A region around the equilibrium in which a Lyapunov function proves that motion dies out.
+"""A region around the equilibrium in which a Lyapunov function proves that motion decays.
 
 In modal coordinates q, z = V q, the linear part of the motion about the equilibrium decays at least
 like e^{−σt}, and the contact adds b n(η) with b = V⁻¹ (0, μ, 0, 1)ᵀ and, for η = y − y_e = w q,
@@ -17,23 +17,11 @@ from fivtui.model import Equilibrium, Mode, Parameters, State, jacobian
 
 
 class Attraction:
-    """The region of proven decay around an equilibrium.
+    """The region |q| < `radius` of proven decay around an equilibrium.
 
-    Parameters
-    ----------
-    p : Parameters
-        The parameter set.
-    point : Equilibrium
-        Its equilibrium.
-    separation : bool
-        Whether separation is considered; then the region stays on one side of y = 0.
-
-    Attributes
-    ----------
-    radius : float
-        Greatest |q| of the region; zero if the equilibrium is not stable, or if nothing is proven.
-    unstable : bool
-        Whether an eigenvalue has a positive real part beyond rounding.
+    With separation it is on one side of y = 0. `radius` is zero if the equilibrium is unstable or
+    nothing is proven; `unstable` says whether an eigenvalue has a positive real part beyond
+    rounding.
     """
 
     def __init__(self, p: Parameters, point: Equilibrium, *, separation: bool) -> None:
@@ -61,6 +49,6 @@ class Attraction:
             self.radius = min(self.radius, abs(point.y) / reach)
 
     def holds(self, state: State) -> bool:
-        """Whether the motion from a state is proven to die out."""
+        """Whether the motion from a state is proven to decay."""
         q = self._modal @ (np.array(state) - self._rest)
         return self.radius > 0.0 and bool(np.linalg.norm(q) < self.radius)

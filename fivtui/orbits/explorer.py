@@ -1,4 +1,4 @@
-"""Attractors: what a start reaches, equilibrium or limit cycle, and which of them coexist."""
+"""Attractors: whether a start reaches the equilibrium or a limit cycle, and which coexist."""
 
 from collections.abc import Callable, Iterable
 from dataclasses import dataclass
@@ -25,27 +25,27 @@ from .shooting import PeriodicOrbit, Section, shoot
 
 Progress = Callable[[float], bool]
 
-# A leg of a run is this many periods of the slowest linear mode; a motion is given up after so many
-# legs, or after so many steps.
+# Periods of the slowest linear mode in one leg of a run; a motion is given up after this many
+# legs or steps.
 _LEG_PERIODS: Final = 16.0
 _MOST_LEGS: Final = 128
 _MOST_STEPS: Final = 200_000
 _TOL: Final = 1e-11
-# Motion that has died out to this much of its first extent is at rest, where no proof is at hand.
+# Motion that has decayed to this part of its first extent is at rest, if decay is not proven.
 _DIED_OUT: Final = 1e-9
-# Motion that has grown to so many times every length of the system has no bounds.
+# Motion beyond this many times every length of the system is unbounded.
 _UNBOUNDED: Final = 1e6
-# Returns to the section this near to an earlier one make it worth to look for a closed orbit; the
-# orbit found is the one that is reached if the last return is so near to it.
+# If a return to the section is this close to an earlier one, a periodic orbit is searched for; it
+# is the one reached if the last return is this close to it.
 _RECURS: Final = 0.01
 _NEAR: Final = 0.05
-# Returns this near to an orbit that is known belong to it.
+# Returns this close to a known orbit belong to it.
 _RECOGNISED: Final = 1e-2
 _MOST_RETURNS: Final = 8
-# Two cycles that differ less than this, relative to them, are the same.
+# Cycles with a smaller relative difference are the same.
 _SAME: Final = 1e-6
 _SAMPLES_A_PERIOD: Final = 64
-# Starts at rest above and below the equilibrium, in units of the length of the system.
+# Starts at rest above and below the equilibrium, in characteristic lengths.
 _OFFSETS: Final = (1e-3, 0.1, 0.3, 1.0, 3.0, 10.0, 30.0, -0.3, -1.0, -3.0)
 
 
@@ -61,13 +61,13 @@ class Kind(StrEnum):
 
 @dataclass(frozen=True, slots=True)
 class Attractor:
-    """What a motion ends in, and its orbit if that is periodic.
+    """What a motion ends in, with its orbit if it is periodic.
 
     Attributes
     ----------
     kind : Kind
-        `Kind.UNSETTLED` if the motion neither came to rest, nor became periodic, nor grew out of
-        all bounds within the time allowed: it settles very slowly, is quasi-periodic or chaotic.
+        `Kind.UNSETTLED` if the motion neither came to rest, nor became periodic, nor diverged in
+        the time allowed: it settles very slowly, or is quasi-periodic or chaotic.
     orbit : PeriodicOrbit or None
         The limit cycle, confirmed by shooting.
     """
@@ -77,13 +77,13 @@ class Attractor:
 
     @property
     def half_range(self) -> float | None:
-        """Half peak-to-peak of y, m; zero at rest, None where there is none."""
+        """Half peak-to-peak of y, m; zero at rest, None without orbit."""
         if self.kind is Kind.EQUILIBRIUM:
             return 0.0
         return None if self.orbit is None else self.orbit.half_range
 
     def same_as(self, other: "Attractor") -> bool:
-        """Whether two motions end in the same."""
+        """Whether both are the same attractor."""
         if self.kind is not other.kind:
             return False
         if self.orbit is None or other.orbit is None:
@@ -96,7 +96,7 @@ def _features(orbit: PeriodicOrbit) -> tuple[float, ...]:
 
 
 class Explorer:
-    """Follows motions of one parameter set to what they end in, and remembers the limit cycles.
+    """Follows motions of one parameter set to their attractors; remembers the limit cycles.
 
     Parameters
     ----------
@@ -105,15 +105,15 @@ class Explorer:
     separation : bool
         Whether separation is considered.
     kernel : "compiled" or "interpreted"
-        What computes the transients. Either gives the same result every time.
+        Implementation of the integrator; both give reproducible results.
     go_on : callable
-        Asked within every motion that is followed; `reach` is cancelled when it returns False.
+        Called repeatedly during a motion; cancels `reach` by returning False.
 
     Attributes
     ----------
     length : float
-        The length of the system, m: static deflection, or where the contact's linear and cubic
-        forces are equal, whichever is greater.
+        Characteristic length, m: the static deflection, or the y at which the linear and the cubic
+        contact force are equal, whichever is greater.
     rest : State
         The equilibrium, as a state.
 
@@ -136,7 +136,7 @@ class Explorer:
         point = equilibrium(p, separation=separation)
         self._attraction = Attraction(p, point, separation=separation)
         self._leg = _LEG_PERIODS * _slowest_period(p)
-        # Stable or not: of the others it need not be asked again.
+        # Orbits found, stable or not: an unstable one need not be searched for again.
         self._known: list[PeriodicOrbit] = []
         self._linear = p.k_nl == 0.0 and not separation
         self.length = max(abs(point.y), (p.k2 / p.k_nl) ** 0.5 if p.k_nl > 0.0 else 0.0) or 1.0
@@ -148,20 +148,15 @@ class Explorer:
         return self._attraction.radius > 0.0
 
     def reach(self, start: Start) -> Attractor:
-        """Follow the motion from a start until it is known what it ends in.
+        """Follow the motion from a start to its attractor.
 
-        It ends in the equilibrium once it is where a Lyapunov function proves decay, and in a limit
-        cycle once Newton finds a stable one next to it.
+        That is the equilibrium once the motion is where a Lyapunov function proves decay, and a
+        limit cycle once Newton's method finds a stable one close to the motion.
 
         Parameters
         ----------
         start : "static" or sequence of four floats
             At rest at the equilibrium of μ = 0, or (x, ẋ, y, ẏ) in m and m/s.
-
-        Returns
-        -------
-        Attractor
-            What it ends in.
 
         Raises
         ------
@@ -202,7 +197,7 @@ class Explorer:
         return Attractor(Kind.UNSETTLED)
 
     def _extent(self, state: State) -> float:
-        # Distance from the equilibrium; velocities count by the period of the slowest mode.
+        # Distance from the equilibrium; velocities are scaled by the slowest mode's frequency.
         away = np.subtract(state, self.rest)
         away[1::2] *= self._leg / (_LEG_PERIODS * 2.0 * np.pi)
         return float(np.linalg.norm(away))
@@ -249,8 +244,8 @@ def _ended_in(orbit: PeriodicOrbit) -> Attractor:
 
 
 def _slowest_period(p: Parameters) -> float:
-    # Of the undamped linear modes without friction, in contact and off the belt; without coupling
-    # nothing but contact brings the slider back.
+    # Of the undamped modes without friction, in contact and off the belt; without coupling (k3 = 0)
+    # only contact brings the slider back.
     h = 0.5 * p.k3
     slowest = p.k1 + h
     for kt in (p.k2, 0.0):
@@ -264,7 +259,7 @@ def _slowest_period(p: Parameters) -> float:
 def _returns(
     run: Transient,
 ) -> tuple[Section, NDArray[np.float64], NDArray[np.float64]]:
-    # Where the motion passes a section: lift-offs, or without them lowest points. Times and states.
+    # Times and states at which the motion passes a section: separations, else lowest points.
     solution, t_end = run.solution, run.t_end
     assert solution is not None  # noqa: S101
     first = 0 if run.first_mode is Mode.CONTACT else 1
@@ -287,22 +282,9 @@ def _returns(
 
 
 def starts_around(explorer: Explorer, p: Parameters, *, separation: bool = True) -> list[State]:
-    """Starts from which attractors are looked for.
+    """Starts of a search: the static one, and at rest above and below the equilibrium.
 
-    Parameters
-    ----------
-    explorer : Explorer
-        Knows the equilibrium and the length of the system.
-    p : Parameters
-        The parameter set.
-    separation : bool
-        Whether separation is considered.
-
-    Returns
-    -------
-    list of State
-        The static start, and starts at rest from a thousandth of the length of the system to
-        thirty times that above the equilibrium, and below it.
+    Offsets are from 1e-3 to 30 characteristic lengths.
     """
     x, _, y, _ = explorer.rest
     around = [(x, 0.0, y + offset * explorer.length, 0.0) for offset in _OFFSETS]
@@ -310,23 +292,17 @@ def starts_around(explorer: Explorer, p: Parameters, *, separation: bool = True)
 
 
 class Watch:
-    """Tells how far a search is; between two steps of it, whether to go on is asked alone.
-
-    Parameters
-    ----------
-    progress : callable or None
-        Called with the fraction done; returns whether to go on.
-    """
+    """Progress of a search; between its steps it only asks whether to continue."""
 
     def __init__(self, progress: Progress | None) -> None:
         self._progress, self._fraction = progress, 0.0
 
     def go_on(self) -> bool:
-        """Whether the search goes on, asked anywhere in a step."""
+        """Whether to continue."""
         return self._progress is None or self._progress(self._fraction)
 
     def tell(self, fraction: float) -> None:
-        """Tell the fraction done; raises `Cancelled` if the search does not go on."""
+        """Report the fraction done; raise `Cancelled` if the search is to stop."""
         self._fraction = fraction
         if not self.go_on():
             raise Cancelled
@@ -340,34 +316,10 @@ def find_attractors(
     kernel: Kernel = "compiled",
     progress: Progress | None = None,
 ) -> tuple[Attractor, ...]:
-    """The attractors that are reached from several starts.
+    """The attractors reached from several starts, by default `starts_around` the equilibrium.
 
-    A search cannot prove that there are no others.
-
-    Parameters
-    ----------
-    p : Parameters
-        The parameter set.
-    separation : bool
-        Whether separation is considered.
-    starts : iterable of starts, optional
-        Where to start from; `starts_around` the equilibrium if not given.
-    kernel : "compiled" or "interpreted"
-        What computes the transients.
-    progress : callable, optional
-        Called with the fraction done; the search is cancelled when it returns False.
-
-    Returns
-    -------
-    tuple of Attractor
-        Each once, the equilibrium first, cycles by growing half peak-to-peak.
-
-    Raises
-    ------
-    ComputationError
-        If there is no equilibrium, or a motion cannot be followed.
-    Cancelled
-        If `progress` returned False.
+    The equilibrium comes first, then cycles by growing half peak-to-peak. There may be more
+    attractors. Raises `ComputationError` if a motion cannot be followed, and `Cancelled`.
     """
     return search(
         p, separation=separation, starts=starts, kernel=kernel, progress=progress
@@ -376,16 +328,9 @@ def find_attractors(
 
 @dataclass(frozen=True, slots=True)
 class FoundAttractors:
-    """What a search for attractors found.
+    """Result of `search`: the attractors, and the index in them of what each start reaches.
 
-    Attributes
-    ----------
-    attractors : tuple of Attractor
-        Each once, the equilibrium first, cycles by growing half peak-to-peak.
-    reached : tuple of int
-        Place in `attractors` of what every start reaches, in the order of the starts.
-    stable : bool
-        Whether the equilibrium is stable by its eigenvalues, reached or not.
+    `stable` says whether the equilibrium is stable by its eigenvalues, reached or not.
     """
 
     attractors: tuple[Attractor, ...]
@@ -401,7 +346,7 @@ def search(
     kernel: Kernel = "compiled",
     progress: Progress | None = None,
 ) -> FoundAttractors:
-    """The attractors as of `find_attractors`, with the starts that reach them."""
+    """As `find_attractors`, with the attractor that each start reaches."""
     watch = Watch(progress)
     explorer = Explorer(p, separation=separation, kernel=kernel, go_on=watch.go_on)
     chosen = list(starts_around(explorer, p, separation=separation) if starts is None else starts)
@@ -424,20 +369,7 @@ def search(
 
 
 def add_new(found: list[Attractor], reached: Attractor) -> int:
-    """Add an attractor to those found, if it is not among them.
-
-    Parameters
-    ----------
-    found : list of Attractor
-        Those found so far.
-    reached : Attractor
-        Another one, or one of them.
-
-    Returns
-    -------
-    int
-        Its place in `found`.
-    """
+    """Add an attractor to those found unless it is among them; return its index."""
     for place, known in enumerate(found):
         if known.same_as(reached):
             return place

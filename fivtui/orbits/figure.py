@@ -1,4 +1,4 @@
-"""Branches of attractors along a parameter, and slices of basins, as publishable figures."""
+"""Figures of attractors along a parameter and of slices of basins."""
 
 from typing import Any, Final
 
@@ -39,18 +39,9 @@ _HATCHES: Final = ("///", "...", "xxx", "\\\\\\", "+++", "ooo", "|||")
 
 
 def continuation_figure(result: Continuation) -> Figure:
-    """Half peak-to-peak of every attractor over the parameter; where several coexist is shaded.
+    """Figure of half peak-to-peak over the parameter; coexistence is shaded.
 
-    Parameters
-    ----------
-    result : Continuation
-        The result.
-
-    Returns
-    -------
-    Figure
-        With an Agg canvas; it belongs to no window. Triangles point in the direction in which an
-        attractor was met.
+    Triangles point in the direction in which an attractor was found. Agg canvas, no window.
     """
     figure, axes = _new_figure()
     with mpl.rc_context(STYLE):
@@ -101,18 +92,10 @@ def _shade(axes: Axes, result: Continuation) -> None:
 
 
 def basin_figure(result: Basin) -> Figure:
-    """Which attractor every start reaches.
+    """Figure of which attractor each start reaches; the equilibrium's basin is white.
 
-    Parameters
-    ----------
-    result : Basin
-        The result, with two or more values along both axes.
-
-    Returns
-    -------
-    Figure
-        With an Agg canvas; it belongs to no window. The equilibrium's basin is white; the others
-        differ in colour and hatching.
+    The others differ in colour and hatching. Both axes need two or more values. Agg canvas, no
+    window.
     """
     figure, axes = _new_figure()
     fills, hatches, place = [], [], 0

@@ -1,4 +1,4 @@
-"""Attractors, branches and basins as plain data and in files, with units and provenance."""
+"""Attractors, branches and basins as JSON data and as files, with units and provenance."""
 
 from collections.abc import Sequence
 from dataclasses import asdict
@@ -36,20 +36,12 @@ _NUMBERS: Final = (
 
 
 def attractor_to_dict(attractor: Attractor) -> dict[str, Any]:
-    """An attractor as data that JSON can hold.
+    """An attractor as JSON data, in SI units.
 
-    Parameters
-    ----------
-    attractor : Attractor
-        Any attractor.
-
-    Returns
-    -------
-    dict
-        ``kind`` and ``half_range``, and of a limit cycle ``period``, ``start`` (x, ẋ, y, ẏ at a
-        lift-off or lowest point), ``y_min``, ``y_max``, ``x_abs``, ``vx_max``, ``force_max``,
-        ``separations`` and ``separated_time`` a period, and its ``floquet_multipliers`` as pairs
-        of real and imaginary part; SI units.
+    Keys are ``kind`` and ``half_range``, and of a limit cycle ``period``, ``start`` (x, ẋ, y, ẏ at
+    a separation or lowest point), ``y_min``, ``y_max``, ``x_abs``, ``vx_max``, ``force_max``,
+    ``separations`` and ``separated_time`` per period, and ``floquet_multipliers`` as pairs of real
+    and imaginary part.
     """
     orbit = attractor.orbit
     data: dict[str, Any] = {"kind": str(attractor.kind), "half_range": attractor.half_range}
@@ -67,18 +59,10 @@ def attractor_to_dict(attractor: Attractor) -> dict[str, Any]:
 
 
 def coexistence_to_dict(result: Coexistence) -> dict[str, Any]:
-    """The attractors of a parameter set as data that JSON can hold.
+    """The attractors of a parameter set as JSON data.
 
-    Parameters
-    ----------
-    result : Coexistence
-        The result.
-
-    Returns
-    -------
-    dict
-        ``attractors``, ``coexistence``, ``escape_offset`` (``up`` and ``down``, m, or None) and
-        ``warning`` (None if there is nothing to warn of).
+    Keys are ``attractors``, ``coexistence``, ``escape_offset`` (``up`` and ``down``, m, or None)
+    and ``warning`` (None if there is none).
     """
     return {
         "attractors": [attractor_to_dict(attractor) for attractor in result.attractors],
@@ -89,17 +73,9 @@ def coexistence_to_dict(result: Coexistence) -> dict[str, Any]:
 
 
 def warning_of(result: Coexistence) -> str | None:
-    """What to warn of, in one sentence.
+    """Warning, in one sentence, if the equilibrium coexists with another attractor.
 
-    Parameters
-    ----------
-    result : Coexistence
-        The result.
-
-    Returns
-    -------
-    str or None
-        None unless the equilibrium attracts beside something else, or a motion did not settle.
+    It also warns if a motion did not settle; None if there is nothing to warn of.
     """
     if not result.coexists:
         return None if result.settled else "some motions did not settle in the time allowed"
@@ -121,7 +97,7 @@ def warning_of(result: Coexistence) -> str | None:
 
 
 def warning_along(result: Continuation) -> str | None:
-    """What a continuation warns of, in one sentence; None if nothing coexists."""
+    """Warning of a continuation, in one sentence; None if nothing coexists."""
     if not result.coexisting:
         return None
     values = ", ".join(f"{value:.6g}" for value in result.coexisting)
@@ -129,7 +105,7 @@ def warning_along(result: Continuation) -> str | None:
 
 
 def warning_in(result: Basin) -> str | None:
-    """What a slice of basins warns of, in one sentence; None if every motion settled."""
+    """Warning of a slice of basins, in one sentence; None if every motion settled."""
     for place, attractor in enumerate(result.attractors):
         if attractor.kind is Kind.UNSETTLED:
             count = int(np.count_nonzero(result.reached == place))
@@ -147,19 +123,11 @@ def describe(attractor: Attractor) -> str:
 
 
 def continuation_to_dict(result: Continuation) -> dict[str, Any]:
-    """A continuation as data that JSON can hold.
+    """A continuation as JSON data.
 
-    Parameters
-    ----------
-    result : Continuation
-        The result.
-
-    Returns
-    -------
-    dict
-        ``parameters`` (those that do not vary), ``separation``, ``name``, ``unit``, ``points``
-        (``value``, ``directions`` and the attractor) and ``coexisting``, the values at which the
-        equilibrium and something else attract.
+    Keys are ``parameters`` (those that do not vary), ``separation``, ``name``, ``unit``, ``points``
+    (``value``, ``directions`` and the attractor) and ``coexisting``: the values at which the
+    equilibrium and another attractor coexist.
     """
     return {
         "parameters": _fixed(result.parameters, (result.name,)),
@@ -179,19 +147,11 @@ def continuation_to_dict(result: Continuation) -> dict[str, Any]:
 
 
 def basin_to_dict(result: Basin) -> dict[str, Any]:
-    """A slice of basins as data that JSON can hold.
+    """A slice of basins as JSON data.
 
-    Parameters
-    ----------
-    result : Basin
-        The result.
-
-    Returns
-    -------
-    dict
-        ``parameters``, ``separation``, ``start``, ``over`` (name, unit and values of the two
-        start values), ``attractors`` and ``reached``: a list for every first value, of places in
-        ``attractors``.
+    Keys are ``parameters``, ``separation``, ``start``, ``over`` (name, unit and values of the two
+    components of the start), ``attractors`` and ``reached``: for every first value a list of
+    indices in ``attractors``.
     """
     return {
         **_basin_provenance(result),
@@ -205,7 +165,7 @@ def basin_to_dict(result: Basin) -> dict[str, Any]:
 
 
 def continuation_columns(result: Continuation) -> dict[str, NDArray[Any]]:
-    """A continuation by column, as in its file: ``kind`` is a place in `KINDS`."""
+    """A continuation by column, as in its file; ``kind`` is an index in `KINDS`."""
     points = result.points
     return {
         result.name: np.array([point.value for point in points]),
@@ -219,30 +179,18 @@ def continuation_columns(result: Continuation) -> dict[str, NDArray[Any]]:
 
 
 def basin_columns(result: Basin) -> dict[str, NDArray[Any]]:
-    """A slice of basins by column, the second start value varying fastest."""
+    """A slice of basins by column, the second component varying fastest."""
     first, second = np.meshgrid(*result.axes, indexing="ij")
     arrays = (first.ravel(), second.ravel(), result.reached.ravel())
     return dict(zip((*result.names, "attractor"), arrays, strict=True))
 
 
 def save_continuation(result: Continuation, path: Path, *, force: bool = False) -> None:
-    """Write a continuation: a row for every attractor at every value.
+    """Write a continuation as ``.csv``, ``.npz`` or ``.parquet``: a row per attractor and value.
 
-    Parameters
-    ----------
-    result : Continuation
-        The result.
-    path : Path
-        The file; its suffix ``.csv``, ``.npz`` or ``.parquet`` says the format. The column
-        ``kind`` is a place in ``kinds``, which the file lists; ``nan`` stands for no value.
-    force : bool
-        Whether a file that exists may be replaced.
-
-    Raises
-    ------
-    InputError
-        If the format is unknown or needs a package that is not installed, or the file cannot be
-        written.
+    The column ``kind`` is an index in ``kinds``, which the file lists; ``nan`` means no value.
+    Raises `InputError` if the format is unknown or its package missing, or the file cannot be
+    written.
     """
     spec = PARAMETERS[result.name]
     places = tuple(Column(name, "1", f"1 if met on the way {name}") for name in DIRECTIONS)
@@ -257,23 +205,10 @@ def save_continuation(result: Continuation, path: Path, *, force: bool = False) 
 
 
 def save_basin(result: Basin, path: Path, *, force: bool = False) -> None:
-    """Write a slice of basins: a row for every start.
+    """Write a slice of basins as ``.csv``, ``.npz`` or ``.parquet``: one row per start.
 
-    Parameters
-    ----------
-    result : Basin
-        The result.
-    path : Path
-        The file; its suffix ``.csv``, ``.npz`` or ``.parquet`` says the format. The column
-        ``attractor`` is a place in ``attractors``, which the file lists.
-    force : bool
-        Whether a file that exists may be replaced.
-
-    Raises
-    ------
-    InputError
-        If the format is unknown or needs a package that is not installed, or the file cannot be
-        written.
+    The column ``attractor`` is an index in ``attractors``, which the file lists. Raises
+    `InputError` as `save_continuation` does.
     """
     specs = [START_SPECS[name] for name in result.names]
     columns = (

@@ -1,4 +1,4 @@
-"""What the command line prints of attractors: tables."""
+"""Console output of attractors, continuations and basins."""
 
 from collections.abc import Sequence
 
@@ -27,13 +27,7 @@ _SHORT = 5
 
 
 def print_attractors(found: Sequence[Attractor]) -> None:
-    """Print attractors, a row each.
-
-    Parameters
-    ----------
-    found : sequence of Attractor
-        The attractors.
-    """
+    """Print attractors, one row each."""
     print_rows("Attractors", _HEADER, [_row(attractor) for attractor in found])
 
 
@@ -54,13 +48,7 @@ def _row(attractor: Attractor) -> tuple[str, ...]:
 
 
 def print_coexistence(result: Coexistence) -> None:
-    """Print the attractors of a parameter set.
-
-    Parameters
-    ----------
-    result : Coexistence
-        The result.
-    """
+    """Print the attractors of a parameter set."""
     print_attractors(result.attractors)
     print_list("", [("found", coexistence_words(result))])
     if result.escape is not None:
@@ -76,13 +64,7 @@ def _offset(value: float | None) -> str:
 
 
 def print_continuation(result: Continuation) -> None:
-    """Print the attractors along a parameter, a row each.
-
-    Parameters
-    ----------
-    result : Continuation
-        The result.
-    """
+    """Print the attractors along a parameter, one row each."""
     header = (result.name, *_HEADER[:6], "met on the way")
     rows = [
         (number(point.value), *_row(point.attractor)[:6], ", ".join(point.directions))
@@ -92,13 +74,7 @@ def print_continuation(result: Continuation) -> None:
 
 
 def print_basin(result: Basin) -> None:
-    """Print how many starts reach which attractor.
-
-    Parameters
-    ----------
-    result : Basin
-        The result.
-    """
+    """Print how many starts reach which attractor."""
     total = result.reached.size
     rows = []
     for place, attractor in enumerate(result.attractors):

@@ -1,7 +1,7 @@
-"""Periodic orbits by shooting: Newton on the return map, with Floquet multipliers.
+"""Periodic orbits by shooting: Newton's method on the return map, with Floquet multipliers.
 
-Unknown are the state on a Poincaré section and the period. The derivative of the return map comes
-from the variational equations (`variation`), so that Newton converges quadratically and the
+Unknowns are the state on a Poincaré section and the period. The derivative of the return map comes
+from the variational equations (`variation`): Newton's method converges quadratically and the
 multipliers are those of the orbit itself.
 """
 
@@ -20,19 +20,19 @@ from .variation import Flow, flow
 
 _MOST_ITERATIONS: Final = 10
 _CONVERGED: Final = 1e-11
-# Accuracy of the run over one period that measures the orbit.
+# Tolerance of the run over one period that measures the orbit.
 _TOL: Final = 1e-12
 # A period that leaves this range around its estimate belongs to another orbit.
 _PERIOD_RANGE: Final = (0.5, 2.0)
 # Velocity and acceleration times period, relative to the displacement: less than this is rest.
 _AT_REST: Final = 1e-6
-# An orbit may have been run through several times; it closes after a part of the time then.
+# The estimate may be several periods; the orbit then closes after a part of the time.
 _MOST_PARTS: Final = 8
 _PART_CLOSES: Final = 1e-8
 
 
 class Section(Enum):
-    """Where the return map is taken; the value is the place in the state that is zero there."""
+    """Poincaré section of the return map; its value is the index of the state that is zero."""
 
     LIFT_OFF = 2
     LOWEST_POINT = 3
@@ -45,13 +45,13 @@ class PeriodicOrbit:
     Attributes
     ----------
     section : Section
-        Where it starts: at a lift-off (y = 0, upwards) or at a lowest point (ẏ = 0).
+        Where it starts: at a separation (y = 0, upwards) or at a lowest point (ẏ = 0).
     start : State
         (x, ẋ, y, ẏ) there, m and m/s.
     period : float
-        Its length, s.
+        Period, s.
     multipliers : ndarray of complex, shape (3,)
-        Floquet multipliers without the one that is 1 along the orbit, by falling size.
+        Floquet multipliers by falling size, without the trivial one along the orbit.
     y_min, y_max : float
         Lowest and highest point, m.
     x_abs : float
@@ -61,11 +61,11 @@ class PeriodicOrbit:
     force_max : float
         Greatest contact force, N.
     separations : int
-        How often the slider leaves the belt.
+        Number of separations.
     separated_time : float
         Time off the belt, s.
     residual : float
-        How far the orbit misses to close, relative to its size.
+        Distance between end and start, relative to the orbit's size.
     """
 
     section: Section
@@ -88,7 +88,7 @@ class PeriodicOrbit:
 
     @property
     def stable(self) -> bool:
-        """Whether every neighbouring motion comes back: all multipliers within the unit circle."""
+        """Whether neighbouring motions return: all multipliers are inside the unit circle."""
         return bool(np.abs(self.multipliers).max() < 1.0)
 
 
@@ -101,14 +101,14 @@ def shoot(
     separation: bool = True,
     go_on: Callable[[], bool] = lambda: True,
 ) -> PeriodicOrbit:
-    """Find the periodic orbit next to a guess.
+    """Find the periodic orbit close to a guess, closed to about 1e-12 of its size, stable or not.
 
     Parameters
     ----------
     p : Parameters
         The parameter set.
     guess : State
-        (x, ẋ, y, ẏ) near the orbit, where it passes the section, m and m/s.
+        (x, ẋ, y, ẏ) near the orbit, on the section, m and m/s.
     period : float
         Estimate of the period, or of a multiple of it, s.
     section : Section
@@ -116,17 +116,12 @@ def shoot(
     separation : bool
         Whether separation is considered.
     go_on : callable
-        Asked before every iteration; the search is cancelled when it returns False.
-
-    Returns
-    -------
-    PeriodicOrbit
-        Closed to about 1e-12 of its size, stable or not.
+        Called before every iteration; cancels the search by returning False.
 
     Raises
     ------
     ComputationError
-        If Newton does not converge to an orbit of about that period, or to the equilibrium.
+        If Newton's method does not converge to such an orbit, or converges to the equilibrium.
     Cancelled
         If `go_on` returned False.
     """
@@ -221,7 +216,7 @@ def _measured(
         x_abs=run.peak.x_abs,
         vx_max=run.peak.vx_max,
         force_max=run.contact_force.max,
-        # A lift-off at the start may or may not come again before the end; landings do not.
+        # By rounding a separation at the start may recur at the end; reattachments do not.
         separations=run.events.reattachments,
         separated_time=run.events.separated_time,
         residual=float(residual),
@@ -235,7 +230,7 @@ def _nontrivial(multipliers: NDArray[np.generic]) -> NDArray[np.complex128]:
 
 
 def _sizes(state: NDArray[np.float64], period: float) -> NDArray[np.float64]:
-    # What displacements and velocities are compared with.
+    # Scales of displacements and velocities.
     x, vx, y, vy = np.abs(state)
     speed = max(vx, vy, max(x, y) / period, np.finfo(float).tiny)
     length = max(x, y, speed * period / (2.0 * np.pi))

@@ -1,13 +1,13 @@
 """The flow over a time and its derivative by the start: variational equations on Taylor series.
 
-A small deviation δz = (δx, δy) from a motion in contact obeys, with the symbols of `recurrences`,
+A small deviation δz = (δx, δy) from a motion in contact obeys, with the symbols of `taylor.series`,
 
     δz̈ = a δx + b δy + C δż − 3 d y² δy
 
 in which y is the polynomial of a segment of the Taylor integrator: over a piece of the segment its
-coefficients follow by the same kind of recurrence. Both fields agree at y = 0, hence the saltation
-matrix at a switch is the identity, and the derivative of the flow is the product of those of the
-pieces.
+coefficients follow by the same kind of recurrence. Both right-hand sides agree at y = 0, hence the
+saltation matrix at a switch is the identity, and the derivative of the flow is the product of those
+of the pieces.
 """
 
 import math
@@ -26,24 +26,14 @@ FloatArray = NDArray[np.float64]
 
 _SIZE: Final = 4
 _LOCAL_TOLERANCE: Final = 1e-16
-# Of the series of deviations over a piece: 1/20! is below rounding.
+# Order of the series of deviations over a piece: 1/20! is below rounding.
 _DEGREE: Final = 20
 _MAX_SEGMENTS: Final = 200_000
 
 
 @dataclass(frozen=True, slots=True)
 class Flow:
-    """Where the flow takes a state, and how that depends on the state.
-
-    Attributes
-    ----------
-    final : State
-        (x, ẋ, y, ẏ) at the end, m and m/s.
-    velocity : ndarray, shape (4,)
-        Time derivative of the state at the end.
-    derivative : ndarray, shape (4, 4)
-        Derivative of the final state by the start: the fundamental matrix.
-    """
+    """Final state of the flow, its time derivative, and its derivative by the start (4 × 4)."""
 
     final: State
     velocity: FloatArray
@@ -51,28 +41,10 @@ class Flow:
 
 
 def flow(p: Parameters, start: State, duration: float, *, separation: bool = True) -> Flow:
-    """Follow the flow and its variational equations.
+    """Final state and fundamental matrix after a positive duration in s.
 
-    Parameters
-    ----------
-    p : Parameters
-        The parameter set.
-    start : State
-        (x, ẋ, y, ẏ), m and m/s.
-    duration : float
-        How long, s; positive.
-    separation : bool
-        Whether separation is considered.
-
-    Returns
-    -------
-    Flow
-        Final state and fundamental matrix, whose determinant is exp(−(c1 + c2)/m · duration).
-
-    Raises
-    ------
-    ComputationError
-        If the motion cannot be followed.
+    The determinant of the matrix is exp(−(c1 + c2)/m · duration). Raises `ComputationError` if the
+    motion cannot be followed.
     """
     stepper = TaylorStepper(p, start, separation=separation, tol=_LOCAL_TOLERANCE)
     total, state = np.eye(_SIZE), start
@@ -92,22 +64,7 @@ def flow(p: Parameters, start: State, duration: float, *, separation: bool = Tru
 
 
 def velocity(p: Parameters, state: State, *, separation: bool) -> FloatArray:
-    """Time derivative of a state.
-
-    Parameters
-    ----------
-    p : Parameters
-        The parameter set.
-    state : State
-        (x, ẋ, y, ẏ), m and m/s.
-    separation : bool
-        Whether separation is considered.
-
-    Returns
-    -------
-    ndarray, shape (4,)
-        (ẋ, ẍ, ẏ, ÿ).
-    """
+    """Time derivative (ẋ, ẍ, ẏ, ÿ) of a state."""
     ax, ay = accelerations(p, state, mode_of(p, state, separation=separation))
     return np.array([state[1], ax, state[3], ay])
 
@@ -119,7 +76,7 @@ def _state_within(segment: Segment, span: float) -> State:
 
 
 def _segment_derivative(p: Parameters, segment: Segment, span: float) -> FloatArray:
-    # A deviation turns with the frequency of the system however slow the motion is: in pieces of
+    # A deviation oscillates at the system's frequency however slow the motion is: over pieces of
     # less than a radian its series converges.
     c = constants(p, segment.mode)
     end = span / segment.duration
@@ -133,7 +90,7 @@ def _segment_derivative(p: Parameters, segment: Segment, span: float) -> FloatAr
 
 
 def _fastest(c: Constants, y: float) -> float:
-    # A bound of the frequencies and decay rates of deviations where |y| is at most this, 1/s.
+    # A bound of the frequencies and decay rates of deviations up to this |y|, 1/s.
     push = 3.0 * abs(c.cubic) * y * y
     horizontal = abs(c.xx) + abs(c.xy) + abs(c.friction) * push
     vertical = abs(c.yx) + abs(c.yy) + push

@@ -1,4 +1,4 @@
-"""What attracts beside an equilibrium, in words: no more than was searched."""
+"""The result of an attractor search as one phrase."""
 
 from typing import TYPE_CHECKING, Final
 
@@ -11,16 +11,8 @@ SEARCHING: Final = "searching for limit cycles…"
 def coexistence_words(found: "Coexistence") -> str:
     """What was found beside the equilibrium, or that nothing was, in one phrase.
 
-    Parameters
-    ----------
-    found : Coexistence
-        What a search found.
-
-    Returns
-    -------
-    str
-        Such as ``a limit cycle coexists: half peak-to-peak 7.443 m (after a knock)``, or ``no limit
-        cycle found from 11 starts``.
+    For example ``a limit cycle coexists: half peak-to-peak 7.443 m (after a knock)``, or ``no limit
+    cycle found from 11 starts``.
     """
     from .explorer import Kind
 
@@ -44,7 +36,7 @@ def coexistence_words(found: "Coexistence") -> str:
 
 
 def _way(found: "Coexistence") -> str:
-    # What takes the slider there, if the equilibrium attracts too.
+    # What takes the slider there from a stable equilibrium.
     if not found.coexists:
         return ""
     from_static = any(found.attractors[found.reached[0]] is each for each in found.others)

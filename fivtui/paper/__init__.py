@@ -1,7 +1,7 @@
 """The paper's figures and claims, computed from the model.
 
-`families` says which scenes stand behind a figure, `results` computes them once for all that need
-them, `export` writes them and `claims` holds the paper's statements against them.
+`families` lists the scenes of every figure, `results` computes them once, `export` writes the
+figures, and `claims` compares the paper's statements with the model.
 """
 
 from typing import TYPE_CHECKING

@@ -1,7 +1,6 @@
 """Amplitudes of many scenes at once, on all processors.
 
-Taylor scenes are members of batches. The other methods have no batch: their runs are shared out
-among processes.
+Taylor scenes run as a batch; runs by other methods are distributed among processes.
 """
 
 import os
@@ -33,18 +32,9 @@ Progress = Callable[[float], bool]
 
 @dataclass(frozen=True, slots=True)
 class Amplitude:
-    """What a run without trajectory says of its vertical motion.
+    """Vertical motion of a run: greatest |y| and half peak-to-peak of y, m; time off the belt, s.
 
-    Attributes
-    ----------
-    y_peak : float
-        Greatest |y|, m.
-    y_half_range : float
-        Half peak-to-peak of y over the second half of the run, m.
-    separations : int
-        Their number.
-    separated_time : float
-        Time off the belt, s.
+    The half peak-to-peak is that over the second half of the run.
     """
 
     y_peak: float
@@ -54,53 +44,18 @@ class Amplitude:
 
 
 def measure(scene: Scene) -> Amplitude:
-    """Run one scene.
-
-    Parameters
-    ----------
-    scene : Scene
-        Any scene.
-
-    Returns
-    -------
-    Amplitude
-        The same numbers as among others in `measure_all`.
-
-    Raises
-    ------
-    ComputationError
-        If the run cannot be finished.
-    """
+    """Amplitude of one scene; the same numbers as from `measure_all`."""
     return measure_all([scene], workers=1)[0]
 
 
 def measure_all(
     scenes: Sequence[Scene], *, workers: int | None = None, progress: Progress | None = None
 ) -> list[Amplitude]:
-    """Run many scenes; waits for the kernel of batches where there are Taylor scenes.
+    """Amplitudes of many scenes, in their order.
 
-    Parameters
-    ----------
-    scenes : sequence of Scene
-        The scenes.
-    workers : int, optional
-        Most threads or processes, at least 1; as many as there are processors if not given.
-    progress : callable, optional
-        Called with the fraction done; the work is cancelled when it returns False.
-
-    Returns
-    -------
-    list of Amplitude
-        One a scene, in their order.
-
-    Raises
-    ------
-    InputError
-        If `workers` is less than 1.
-    ComputationError
-        If a run cannot be finished, or the worker processes end before their work.
-    Cancelled
-        If `progress` returned False.
+    `workers` is the greatest number of threads or processes, at least 1; the number of processors
+    if not given. Raises `ComputationError` if a run cannot be finished or a worker process dies,
+    and `Cancelled` if `progress`, called with the fraction done, returns False.
     """
     processors = os.cpu_count() or 1
     if workers is not None and workers < 1:
@@ -129,7 +84,7 @@ def measure_all(
 
 
 def _batched(scenes: Sequence[Scene], workers: int, progress: Progress) -> list[Amplitude]:
-    # Taylor scenes of one horizon and tolerance.
+    # Taylor scenes of equal length and tolerance.
     batch = simulate_batch(
         np.array([list(scene.parameters.as_dict().values()) for scene in scenes]),
         t_end=scenes[0].t_end,
@@ -220,8 +175,8 @@ def _ignore_interrupts() -> None:
 
 @contextmanager
 def _interrupts_ignored() -> Iterator[None]:
-    # A terminal interrupts all processes; workers leave it to this one, from their first moment:
-    # they start inside, and inherit. Handlers belong to the main thread.
+    # A terminal interrupts all processes; workers ignore that from their start, as they inherit
+    # the signal handling set here. Only the main thread can set handlers.
     if threading.current_thread() is not threading.main_thread():
         yield
         return

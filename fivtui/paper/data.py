@@ -1,4 +1,4 @@
-"""The data of a figure: named columns with units, and their CSV file."""
+"""The data of a figure: named columns with units, and their file."""
 
 import dataclasses
 from collections.abc import Iterator, Mapping
@@ -44,7 +44,7 @@ DATA_COLUMNS: Final[Mapping[str, Column]] = {
 
 @dataclass(frozen=True, slots=True)
 class FigureData:
-    """What a panel shows, in numbers.
+    """The numbers that a panel shows.
 
     Attributes
     ----------
@@ -53,11 +53,11 @@ class FigureData:
     caption : str
         One phrase.
     by, along : str
-        The columns that tell the lines apart and along which they are drawn.
+        The columns that distinguish the lines and along which they are drawn.
     columns : mapping of str to ndarray, shape (n,)
         Values in the units of `DATA_COLUMNS`, line after line.
     provenance : mapping
-        What all points share, as JSON can hold it.
+        What all points share, as JSON data.
 
     Raises
     ------
@@ -84,18 +84,7 @@ class FigureData:
         return self.columns[name]
 
     def line(self, value: float) -> "FigureData":
-        """One line alone.
-
-        Parameters
-        ----------
-        value : float
-            Value of the column `by`.
-
-        Returns
-        -------
-        FigureData
-            Its rows.
-        """
+        """The rows of one line, given its value of the column `by`."""
         own = self.columns[self.by] == value
         return dataclasses.replace(
             self, columns={name: values[own] for name, values in self.columns.items()}
@@ -103,28 +92,16 @@ class FigureData:
 
     def lines(self) -> Iterator[tuple[float, "FigureData"]]:
         """The lines in order: value of the column `by`, and their rows."""
-        # The order of the figure, not that of the values.
+        # In the order of the figure, not sorted.
         for value in dict.fromkeys(self.columns[self.by].tolist()):
             yield value, self.line(value)
 
 
 def save_data(data: FigureData, path: Path, *, force: bool = False) -> None:
-    """Write the data of a figure, with units and provenance.
+    """Write the data of a figure as ``.csv``, ``.npz`` or ``.parquet``, with units and provenance.
 
-    Parameters
-    ----------
-    data : FigureData
-        The data.
-    path : Path
-        The file; its suffix ``.csv``, ``.npz`` or ``.parquet`` says the format.
-    force : bool
-        Whether a file that exists may be replaced.
-
-    Raises
-    ------
-    InputError
-        If the format is unknown or needs a package that is not installed, or the file cannot be
-        written.
+    Raises `InputError` if the format is unknown or its package missing, or the file cannot be
+    written.
     """
     form = columns_format(path, "figure's data")
     described = [DATA_COLUMNS[name] for name in data.columns]

@@ -1,4 +1,4 @@
-"""From the numbers of a panel to its picture."""
+"""Drawing a figure of the paper from its numbers."""
 
 from collections.abc import Callable, Mapping, Sequence
 from typing import Any, Final
@@ -27,7 +27,7 @@ from .data import FigureData, FloatArray
 from .families import SEPARATION, panels_of
 from .results import PaperResults
 
-# Colour and dashes of the lines in order: the paper's, its yellow darkened to be seen on white.
+# Colour and dashes of the lines in order, as in the paper but with a darker yellow.
 _LINES: Final[Sequence[tuple[str, Any]]] = (
     ("black", "-"),
     ("#1f4fd8", (0.0, (6.0, 2.0))),
@@ -43,25 +43,12 @@ _POINT: Final[Mapping[str, Any]] = {
     "markerfacecolor": "white",
     "linestyle": "none",
 }
-# Curves closer than this, relative to them, lie over each other.
+# Curves with a smaller relative distance coincide.
 _MERGED: Final = 1e-6
 
 
 def draw(number: int, results: PaperResults) -> Figure:
-    """Draw a figure of the paper.
-
-    Parameters
-    ----------
-    number : int
-        Its number, 2 to 16.
-    results : PaperResults
-        Where its numbers come from.
-
-    Returns
-    -------
-    Figure
-        With an Agg canvas; it belongs to no window.
-    """
+    """Draw a figure of the paper, 2 to 16, on an Agg canvas without window."""
     panels = panels_of(number)
     if panels[0].kind == "transient":
         return transient_figure(results.runs(panels[0]), quantities=[panels[0].shown])
@@ -96,7 +83,7 @@ def _line_style(name: str, value: float, place: int) -> dict[str, Any]:
 
 
 def _plot(axes: Axes, data: FigureData, names: Sequence[str], label: str) -> None:
-    # One column of every line, or two that may merge, under one entry of the legend.
+    # One column of every line, or two that may merge, with one entry in the legend.
     for place, (value, line) in enumerate(data.lines()):
         style = _line_style(data.by, value, place)
         first, *others = names
@@ -110,7 +97,7 @@ def _plot(axes: Axes, data: FigureData, names: Sequence[str], label: str) -> Non
 
 
 def _where_apart(values: FloatArray, drawn: FloatArray) -> NDArray[np.bool_]:
-    # Dashes drawn twice over each other would look solid. The ends of a common part belong to both.
+    # Dashes drawn twice would look solid. The ends of a common part belong to both curves.
     apart = np.abs(values - drawn) > _MERGED * np.abs(drawn)
     return np.convolve(apart, np.ones(3), mode="same") > 0.0
 

@@ -1,4 +1,4 @@
-"""The paper's figures as files: pictures, and their data as CSV beside them."""
+"""The paper's figures as files: pictures, with their data as CSV."""
 
 import re
 from collections.abc import Sequence
@@ -24,22 +24,9 @@ _AMPLITUDES: Final = 0.6
 
 
 def figure_numbers(texts: Sequence[str]) -> tuple[int, ...]:
-    """Read numbers of figures.
+    """Read figure numbers such as ``2`` and ``3-9``, ascending and each once; all if empty.
 
-    Parameters
-    ----------
-    texts : sequence of str
-        Numbers, or ranges such as ``3-9``; empty for all.
-
-    Returns
-    -------
-    tuple of int
-        Ascending, each once.
-
-    Raises
-    ------
-    InputError
-        If one is no figure that can be computed.
+    Raises `InputError` if one is not a number of a figure that can be computed.
     """
     chosen: set[int] = set()
     for text in texts:
@@ -56,17 +43,7 @@ def figure_numbers(texts: Sequence[str]) -> tuple[int, ...]:
 
 @dataclass(frozen=True, slots=True)
 class FigureFiles:
-    """The files of one figure.
-
-    Attributes
-    ----------
-    number : int
-        Its number.
-    pictures : tuple of Path
-        One a format.
-    data : tuple of Path
-        One a panel that has scenes of its own.
-    """
+    """The files of one figure: a picture per format, data per panel that has scenes of its own."""
 
     number: int
     pictures: tuple[Path, ...]
@@ -74,26 +51,9 @@ class FigureFiles:
 
 
 def figure_files(number: int, folder: Path, formats: Sequence[str]) -> FigureFiles:
-    """Where a figure goes.
+    """The files of a figure in a folder: ``fig-02.pdf`` and so on.
 
-    Parameters
-    ----------
-    number : int
-        Its number.
-    folder : Path
-        The folder.
-    formats : sequence of str
-        Names of formats without dot.
-
-    Returns
-    -------
-    FigureFiles
-        ``fig-02.pdf`` and so on.
-
-    Raises
-    ------
-    InputError
-        If a format is unknown.
+    Raises `InputError` if a format is unknown.
     """
     for name in formats:
         if name not in FORMATS:
@@ -116,20 +76,20 @@ def figures(
     force: bool = False,
     progress: Progress | None = None,
 ) -> list[FigureFiles]:
-    """Draw the paper's figures into files, with the data of each as CSV beside it.
+    """Draw the paper's figures into files, each with its data as CSV.
 
     Parameters
     ----------
     folder : str or Path
-        Where they go; made if it is missing.
+        The folder; created if missing.
     numbers : sequence of int
         Numbers of the figures, 2 to 16; all if empty.
     formats : sequence of str
         ``"pdf"``, ``"svg"``, ``"png"``.
     force : bool
-        Whether files of these names may be replaced.
+        Whether to replace existing files.
     progress : callable, optional
-        Called with the fraction done; the work is cancelled when it returns False.
+        Called with the fraction done; cancels the work by returning False.
 
     Returns
     -------
@@ -165,38 +125,9 @@ def save_figures(
     results: PaperResults | None = None,
     progress: Progress | None = None,
 ) -> list[FigureFiles]:
-    """Compute figures and write them with their data.
+    """Compute figures, then write them with their data; parameters and errors as `figures`.
 
-    All is computed before the first file is written.
-
-    Parameters
-    ----------
-    numbers : sequence of int
-        Numbers of the figures, 2 to 16.
-    folder : Path
-        Where they go; made if it is missing.
-    formats : sequence of str
-        Names in `FORMATS`.
-    force : bool
-        Whether files of these names may be replaced.
-    results : PaperResults, optional
-        Where the numbers come from; a new one if not given.
-    progress : callable, optional
-        Called with the fraction done; the work is cancelled when it returns False.
-
-    Returns
-    -------
-    list of FigureFiles
-        What was written, in the order of `numbers`.
-
-    Raises
-    ------
-    InputError
-        If a number or format is unknown, or a file exists or cannot be written.
-    ComputationError
-        If a run cannot be finished.
-    Cancelled
-        If `progress` returned False.
+    `results` provides the numbers; new ones are computed if not given.
     """
     chosen = figure_numbers([str(number) for number in numbers])
     plan = [figure_files(number, folder, formats) for number in chosen]

@@ -1,4 +1,4 @@
-"""The scenes behind the paper's figures: what varies, over which range, in which lines.
+"""The scenes of the paper's figures: what varies, over which range, in which lines.
 
 Values are those of the captions and the text. Where the paper gives no range, the range here shows
 what its text says of the figure, and `Panel.choice` says what was chosen.
@@ -24,22 +24,15 @@ LAST_FIGURE: Final = 16
 
 _BASE: Final = PRESETS["base"]
 _CASES: Final = (PRESETS["separation-ignored"], _BASE)
-# Amplitudes are read from a picture and compared to a percent.
+# Amplitudes are compared with values read from a picture, to a percent.
 _AMPLITUDE_TOL: Final = 1e-9
 
 
 @dataclass(frozen=True, slots=True)
 class Line:
-    """One line of a panel: a scene, and the values of the parameter along which it is drawn.
+    """One line of a panel: a scene, and ascending values of the parameter that varies along it.
 
-    Attributes
-    ----------
-    scene : Scene
-        What all points of the line share.
-    along : str
-        The parameter that varies, or ``"t"`` where the line is one run.
-    values : tuple of float
-        Its values in its unit, ascending; empty where the line is one run.
+    `along` is ``"t"``, and `values` is empty, if the line is one run.
     """
 
     scene: Scene
@@ -59,7 +52,7 @@ class Panel:
     Attributes
     ----------
     key : str
-        Number of the figure, followed by a letter where it has several panels of different scenes.
+        Number of the figure, followed by a letter if it has several panels of different scenes.
     caption : str
         One phrase.
     kind : Kind
@@ -67,11 +60,11 @@ class Panel:
     lines : tuple of Line
         The lines in the paper's order.
     by : str
-        What tells the lines apart: a parameter, or ``"separation"``.
+        What distinguishes the lines: a parameter, or ``"separation"``.
     shown : str
-        The column drawn, where the kind has several.
+        The column drawn, if the kind has several.
     choice : str
-        What the paper leaves open and was chosen here; empty if nothing.
+        What the paper leaves open and was chosen here; may be empty.
     """
 
     key: str
@@ -216,7 +209,7 @@ def _amplitudes() -> Iterator[Panel]:
         "|y| and half peak-to-peak of y over the second half of the run"
     )
     unstable = "the range lies where the equilibrium is unstable"
-    # Separation ignored, the amplitude falls steeply at first.
+    # With separation ignored the amplitude falls steeply at first.
     soft_to_hard = _grid(20.0, 95.0, 16) + _grid(100.0, 500.0, 41)
     rows: tuple[tuple[str, str, Mapping[str, float], _Steps, str], ...] = (
         ("13", preload, {"k_nl": 20.0, "mu": 0.5}, ("F", _grid(60.0, 190.0, 66)), unstable),
@@ -249,16 +242,5 @@ PANELS: Final[Mapping[str, Panel]] = {
 
 
 def panels_of(number: int) -> tuple[Panel, ...]:
-    """The panels of a figure that have scenes of their own.
-
-    Parameters
-    ----------
-    number : int
-        Number of the figure, 2 to 16.
-
-    Returns
-    -------
-    tuple of Panel
-        One, or several in the order of their letters.
-    """
+    """The panels of a figure, 2 to 16, that have scenes of their own, in order."""
     return tuple(panel for key, panel in PANELS.items() if key.rstrip("ab") == str(number))

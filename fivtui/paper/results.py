@@ -1,4 +1,4 @@
-"""What figures and claims need, computed once for all of them."""
+"""Results that figures and claims share, each computed once."""
 
 from collections.abc import Callable, Iterable, Iterator
 from typing import Final
@@ -19,18 +19,17 @@ _POINTS: Final = 10_001
 
 
 class PaperResults:
-    """The tables and runs of the paper, each computed when it is first asked for.
+    """Tables and runs of the paper, each computed when first requested.
 
     Parameters
     ----------
     workers : int, optional
-        Most processes for amplitudes; as many as there are processors if not given.
+        Most processes for amplitudes; the number of processors if not given.
 
     Attributes
     ----------
     go_on : callable
-        Asked now and then while something is computed; when it returns False, that ends in
-        `Cancelled`.
+        Called repeatedly during computations; raises `Cancelled` in them by returning False.
     """
 
     def __init__(self, *, workers: int | None = None) -> None:
@@ -41,21 +40,10 @@ class PaperResults:
         self._amplitudes: dict[Scene, Amplitude] = {}
 
     def prepare(self, scenes: Iterable[Scene], progress: Progress | None = None) -> None:
-        """Compute the amplitudes of many scenes together.
+        """Compute the amplitudes of many scenes at once, unless already known.
 
-        Parameters
-        ----------
-        scenes : iterable of Scene
-            The scenes; those computed before are not computed again.
-        progress : callable, optional
-            Called with the fraction done; the work is cancelled when it returns False.
-
-        Raises
-        ------
-        ComputationError
-            If a run cannot be finished.
-        Cancelled
-            If `progress` returned False.
+        `progress` is called with the fraction done; raises `Cancelled` if it returns False, and
+        `ComputationError` if a run cannot be finished.
         """
         missing = [scene for scene in dict.fromkeys(scenes) if scene not in self._amplitudes]
         if missing:
@@ -63,35 +51,13 @@ class PaperResults:
             self._amplitudes.update(zip(missing, results, strict=True))
 
     def amplitudes(self, scenes: Iterable[Scene]) -> list[Amplitude]:
-        """The amplitudes of scenes, in their order.
-
-        Parameters
-        ----------
-        scenes : iterable of Scene
-            The scenes.
-
-        Returns
-        -------
-        list of Amplitude
-            One a scene.
-        """
+        """The amplitudes of scenes, in their order."""
         asked = list(scenes)
         self.prepare(asked)
         return [self._amplitudes[scene] for scene in asked]
 
     def run(self, scene: Scene) -> Transient:
-        """The run of a scene with its trajectory.
-
-        Parameters
-        ----------
-        scene : Scene
-            The scene.
-
-        Returns
-        -------
-        Transient
-            With a sample every 10,000th of the horizon.
-        """
+        """The run of a scene, with 10,001 samples of its trajectory."""
         if scene not in self._runs:
             self._runs[scene] = simulate(
                 scene.parameters,
@@ -105,22 +71,11 @@ class PaperResults:
         return self._runs[scene]
 
     def runs(self, panel: Panel) -> list[Transient]:
-        """The runs of a panel of the kind ``"transient"``, one a line."""
+        """The runs of a panel of the kind ``"transient"``, one per line."""
         return [self.run(line.scene) for line in panel.lines]
 
     def table(self, key: str) -> FigureData:
-        """The data of a panel.
-
-        Parameters
-        ----------
-        key : str
-            Its key in `PANELS`.
-
-        Returns
-        -------
-        FigureData
-            Its numbers.
-        """
+        """The data of a panel, by its key in `PANELS`."""
         if key not in self._tables:
             self._tables[key] = self._make(PANELS[key])
         return self._tables[key]

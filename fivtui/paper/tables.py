@@ -1,4 +1,4 @@
-"""From the scenes of a panel to its numbers."""
+"""The numbers of a panel, computed from its scenes."""
 
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from typing import Any, Final
@@ -20,25 +20,12 @@ from .amplitudes import Amplitude
 from .data import FigureData
 from .families import SEPARATION, Panel
 
-# Two frequencies closer than this, relative to them, have merged: a double root is no more exact.
+# Frequencies with a smaller relative distance have merged: double roots are no more accurate.
 _MERGED: Final = 1e-6
 
 
 def equilibrium_table(panel: Panel, scenes: Iterable[Scene]) -> FigureData:
-    """Equilibrium points along a parameter (Eq. 6).
-
-    Parameters
-    ----------
-    panel : Panel
-        Of the kind ``"equilibrium"``.
-    scenes : iterable of Scene
-        Its scenes.
-
-    Returns
-    -------
-    FigureData
-        Columns of the two parameters, ``x_e`` and ``y_e``.
-    """
+    """Equilibria along a parameter (Eq. 6): columns of the two parameters, ``x_e`` and ``y_e``."""
     points = [equilibrium(scene.parameters) for scene in scenes]
     return _data(panel, {"x_e": [p.x for p in points], "y_e": [p.y for p in points]})
 
@@ -46,18 +33,8 @@ def equilibrium_table(panel: Panel, scenes: Iterable[Scene]) -> FigureData:
 def eigenvalue_table(panel: Panel, scenes: Iterable[Scene]) -> FigureData:
     """The two modes along a parameter: eigenvalues of positive imaginary part (Eq. 8).
 
-    Parameters
-    ----------
-    panel : Panel
-        Of the kind ``"eigenvalues"``.
-    scenes : iterable of Scene
-        Its scenes.
-
-    Returns
-    -------
-    FigureData
-        Columns of the two parameters, ``omega_1``, ``omega_2``, ``sigma_1``, ``sigma_2`` and
-        ``mu_c``, which is the same for a whole line.
+    Columns are the two parameters, ``omega_1``, ``omega_2``, ``sigma_1``, ``sigma_2`` and ``mu_c``,
+    which is the same for a whole line.
     """
     verdicts = [stability(scene.parameters) for scene in scenes]
     lower, upper = zip(*(modes(verdict) for verdict in verdicts), strict=True)
@@ -72,17 +49,9 @@ def eigenvalue_table(panel: Panel, scenes: Iterable[Scene]) -> FigureData:
 
 
 def modes(verdict: Stability) -> tuple[complex, complex]:
-    """The eigenvalues of the two modes, that of the lower frequency first.
+    """The eigenvalues of positive imaginary part, 1/s, lower frequency first.
 
-    Parameters
-    ----------
-    verdict : Stability
-        Of a system whose modes oscillate.
-
-    Returns
-    -------
-    tuple of complex
-        λ in 1/s, of positive imaginary part. Of merged frequencies the growing mode comes first.
+    Of merged frequencies the growing mode comes first.
     """
     upper, lower = (complex(value) for value in verdict.eigenvalues[:2])
     merged = upper.imag - lower.imag <= _MERGED * upper.imag
@@ -90,41 +59,12 @@ def modes(verdict: Stability) -> tuple[complex, complex]:
 
 
 def critical_table(panel: Panel, scenes: Iterable[Scene]) -> FigureData:
-    """Critical friction coefficient along a parameter (Eq. 9).
-
-    Parameters
-    ----------
-    panel : Panel
-        Of the kind ``"critical mu"``.
-    scenes : iterable of Scene
-        Its scenes.
-
-    Returns
-    -------
-    FigureData
-        Columns of the two parameters and ``mu_c``.
-    """
+    """Critical friction coefficient ``mu_c`` along a parameter (Eq. 9)."""
     return _data(panel, {"mu_c": [critical_mu(scene.parameters) for scene in scenes]})
 
 
 def critical_mu(p: Parameters) -> float:
-    """The least critical friction coefficient of a parameter set that has one.
-
-    Parameters
-    ----------
-    p : Parameters
-        The parameter set; its μ is not used.
-
-    Returns
-    -------
-    float
-        μ_c.
-
-    Raises
-    ------
-    ComputationError
-        If no friction destabilises the equilibrium.
-    """
+    """The least μ_c; `ComputationError` if no friction destabilises the equilibrium."""
     return _least(critical_mus(p))
 
 
@@ -138,21 +78,7 @@ def _least(found: Sequence[CriticalMu]) -> float:
 
 
 def amplitude_table(panel: Panel, amplitudes: Sequence[Amplitude]) -> FigureData:
-    """Peak, and half peak-to-peak over the second half of the run, along a parameter.
-
-    Parameters
-    ----------
-    panel : Panel
-        Of the kind ``"amplitude"``.
-    amplitudes : sequence of Amplitude
-        Those of its scenes.
-
-    Returns
-    -------
-    FigureData
-        Columns of the case, the parameter, the growth rate of the equilibrium, and the fields of
-        `Amplitude`.
-    """
+    """Amplitudes along a parameter: case, parameter, growth rate, fields of `Amplitude`."""
     growth = [growth_rate(scene.parameters) for scene in panel.scenes()]
     columns: dict[str, Sequence[float]] = {
         "growth_rate": growth,
@@ -166,20 +92,7 @@ def amplitude_table(panel: Panel, amplitudes: Sequence[Amplitude]) -> FigureData
 
 
 def transient_table(panel: Panel, runs: Sequence[Transient]) -> FigureData:
-    """One quantity over time, separation considered and ignored.
-
-    Parameters
-    ----------
-    panel : Panel
-        Of the kind ``"transient"``.
-    runs : sequence of Transient
-        A run a line, with its trajectory.
-
-    Returns
-    -------
-    FigureData
-        Columns of the case, time and the quantity that the panel shows.
-    """
+    """One quantity over time: columns of the case, time and the quantity that the panel shows."""
     parts = [(run, trajectory_of(run)) for run in runs]
     columns = {
         SEPARATION: np.concatenate([np.full(t.t.size, float(run.separation)) for run, t in parts]),

@@ -1,4 +1,4 @@
-"""The Taylor integrator in plain floats. Standard library only."""
+"""The Taylor integrator in plain floats. Imports the standard library and `model` alone."""
 
 from typing import TYPE_CHECKING
 

@@ -1,8 +1,8 @@
-"""Real roots and extreme values of a polynomial on an interval, with none passed over.
+"""All real roots and the extreme values of a polynomial on an interval.
 
 A polynomial is a sequence of coefficients, constant term first. Roots are isolated by the
-variation of signs of the Bernstein coefficients (Descartes' rule on an interval): no variation
-means no root, one variation exactly one, more are resolved by subdivision.
+sign changes of the Bernstein coefficients (Descartes' rule on an interval): none means no
+root, one means exactly one root, more are resolved by subdivision.
 """
 
 import math
@@ -18,20 +18,7 @@ _NEWTON_STEPS: Final = 100
 
 
 def evaluate(c: Sequence[float], t: float) -> float:
-    """Value of a polynomial by Horner's rule.
-
-    Parameters
-    ----------
-    c : sequence of float
-        Coefficients, constant term first.
-    t : float
-        Argument.
-
-    Returns
-    -------
-    float
-        c[0] + c[1] t + c[2] t² + …
-    """
+    """Value of a polynomial at t, by Horner's rule."""
     value = 0.0
     for coefficient in reversed(c):
         value = value * t + coefficient
@@ -39,71 +26,27 @@ def evaluate(c: Sequence[float], t: float) -> float:
 
 
 def derivative(c: Sequence[float]) -> list[float]:
-    """Coefficients of the derivative.
-
-    Parameters
-    ----------
-    c : sequence of float
-        Coefficients, constant term first.
-
-    Returns
-    -------
-    list of float
-        One coefficient fewer.
-    """
+    """Coefficients of the derivative."""
     return [n * coefficient for n, coefficient in enumerate(c)][1:]
 
 
 def scaled(c: Sequence[float], h: float) -> list[float]:
-    """Coefficients of the same polynomial in t/h, so that [0, h] becomes [0, 1].
-
-    Parameters
-    ----------
-    c : sequence of float
-        Coefficients in t.
-    h : float
-        Length of the interval.
-
-    Returns
-    -------
-    list of float
-        c[n] hⁿ.
-    """
+    """Coefficients in t/h, which maps [0, h] to [0, 1]."""
     return list(map(mul, c, accumulate(repeat(h, len(c) - 1), mul, initial=1.0)))
 
 
 def first_root(c: Sequence[float]) -> float | None:
-    """The first root in (0, 1] at which a polynomial changes sign.
+    """The first root in (0, 1] at which a polynomial changes sign, to rounding; None if none.
 
-    A root at 0 itself does not count, whatever its multiplicity.
-
-    Parameters
-    ----------
-    c : sequence of float
-        Coefficients, constant term first.
-
-    Returns
-    -------
-    float or None
-        The root, accurate to rounding, or None if there is none.
+    A root at 0 does not count, whatever its multiplicity.
     """
     return next(roots(c), None)
 
 
 def roots(c: Sequence[float]) -> Iterator[float]:
-    """Roots in (0, 1] at which a polynomial changes sign, in ascending order.
+    """Yield the roots in (0, 1] at which a polynomial changes sign, ascending, to rounding.
 
-    A root at 0 itself does not count, whatever its multiplicity; one exactly at 1 does.
-
-    Parameters
-    ----------
-    c : sequence of float
-        Coefficients, constant term first.
-
-    Yields
-    ------
-    float
-        A root, accurate to rounding.
+    A root at 0 does not count, whatever its multiplicity; one exactly at 1 does.
     """
     start = next((n for n, coefficient in enumerate(c) if coefficient != 0.0), len(c))
     reduced = c[start:]
@@ -119,38 +62,14 @@ def roots(c: Sequence[float]) -> Iterator[float]:
 
 
 def minimum_maximum(c: Sequence[float]) -> tuple[float, float]:
-    """Least and greatest value of a polynomial on [0, 1].
-
-    Parameters
-    ----------
-    c : sequence of float
-        Coefficients, constant term first.
-
-    Returns
-    -------
-    tuple of float
-        (minimum, maximum), interior extrema included.
-    """
+    """Least and greatest value of a polynomial on [0, 1]."""
     values = [c[0], evaluate(c, 1.0)]
     values.extend(evaluate(c, t) for t in roots(derivative(c)))
     return min(values), max(values)
 
 
 def restricted(c: Sequence[float], left: float, right: float) -> list[float]:
-    """The polynomial on [left, right], mapped to [0, 1].
-
-    Parameters
-    ----------
-    c : sequence of float
-        Coefficients, constant term first.
-    left, right : float
-        The part to keep.
-
-    Returns
-    -------
-    list of float
-        Coefficients in (t − left)/(right − left).
-    """
+    """Coefficients on [left, right] in (t − left)/(right − left)."""
     shifted = list(c)
     for start in range(len(shifted) - 1):
         for n in range(len(shifted) - 2, start - 1, -1):
@@ -159,18 +78,7 @@ def restricted(c: Sequence[float], left: float, right: float) -> list[float]:
 
 
 def bernstein(c: Sequence[float]) -> list[float]:
-    """Bernstein coefficients on [0, 1].
-
-    Parameters
-    ----------
-    c : sequence of float
-        Power-basis coefficients, constant term first.
-
-    Returns
-    -------
-    list of float
-        As many coefficients; the polynomial lies in their convex hull.
-    """
+    """Bernstein coefficients on [0, 1]; the polynomial lies in their convex hull."""
     return [sum(map(mul, row, c)) for row in _to_bernstein(len(c))]
 
 

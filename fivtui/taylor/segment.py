@@ -1,4 +1,4 @@
-"""A piece of the motion in one mode, as polynomials in time: what every integrator yields."""
+"""A segment of the motion in one mode, as polynomials in time; every integrator yields these."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -16,11 +16,11 @@ class Segment:
     Attributes
     ----------
     mode : Mode
-        The field that governs it.
+        Contact or separated.
     start, end : float
         Time interval, s.
     start_remainder : float
-        What `start` lacks of the exact start time, s (compensated summation).
+        Exact start time less `start`, s (compensated summation).
     duration : float
         Length of the interval, s; more precise than end − start.
     x, y : sequence of float
@@ -28,7 +28,7 @@ class Segment:
     final : State
         (x, ẋ, y, ẏ) at the end, m and m/s.
     switches : bool
-        Whether the mode changes at the end: separation (from contact) or reattachment.
+        Whether the segment ends with separation or reattachment.
     """
 
     mode: Mode
@@ -42,44 +42,25 @@ class Segment:
     switches: bool
 
     def state(self, t: float) -> State:
-        """Dense output.
-
-        Parameters
-        ----------
-        t : float
-            Time in [start, end], s.
-
-        Returns
-        -------
-        State
-            (x, ẋ, y, ẏ) in m and m/s.
-        """
+        """The state (x, ẋ, y, ẏ) in m and m/s at a time t in [start, end], s."""
         if self.duration == 0.0:
             return self.final
         x, vx, y, vy = state_function(len(self.x) - 1)(self.x, self.y, self.fraction(t))
         return (x, vx / self.duration, y, vy / self.duration)
 
     def fraction(self, t: float) -> float:
-        """θ of a time: 0 at the start of the segment, 1 at its end."""
+        """θ at a time: 0 at the start of the segment, 1 at its end."""
         if self.duration == 0.0:
             return 1.0
         return ((t - self.start) - self.start_remainder) / self.duration
 
 
 class Stepper(Protocol):
-    """An integrator: something that yields the motion segment after segment."""
+    """An integrator that returns the motion segment by segment."""
 
     def advance(self) -> Segment:
-        """Compute the next segment.
+        """Compute the next segment, from where the last one ended.
 
-        Returns
-        -------
-        Segment
-            It begins where the last one ended.
-
-        Raises
-        ------
-        ComputationError
-            If the motion cannot be continued.
+        Raises `ComputationError` if the motion cannot be continued.
         """
         ...

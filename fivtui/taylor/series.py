@@ -1,4 +1,4 @@
-"""Taylor coefficients of the motion: the recurrences, and what is made of them.
+"""Taylor coefficients of the motion, by recurrence.
 
 With z = (x, y), Eqs. 2 and 5 divided by the mass read
 
@@ -11,14 +11,13 @@ give, for every n ≥ 0,
 
     zₙ₊₂ = C zₙ₊₁/(n+2) + (a xₙ + b yₙ − d qₙ − (0, F/m) δₙ₀)/((n+1)(n+2))
 
-The newest coefficient yₙ is taken out of both products, so that little more than one
-multiplication and one addition waits for it: with rₙ = sₙ + y₀ yₙ, and sums over 0 < i < n,
+The newest coefficient yₙ is taken out of both products, which shortens the chain of operations
+that wait for it: with rₙ = sₙ + y₀ yₙ, and sums over 0 < i < n,
 
     rₙ = 3 y₀ yₙ + Σ yᵢ yₙ₋ᵢ,   qₙ = 3 s₀ yₙ + Σ yᵢ rₙ₋ᵢ
 
-`recurrences` is the only place where this is written. It is arithmetic on whatever it is given:
-numbers, text (straight-line Python, which runs several times faster than a loop), or values of a
-compiler.
+`recurrences` is the one implementation. It runs on numbers, on text (giving straight-line
+Python, several times faster than a loop) and on the values of a compiler.
 """
 
 from collections.abc import Callable, Iterator, Sequence
@@ -38,7 +37,7 @@ StateFunction = Callable[[Sequence[float], Sequence[float], float], State]
 
 
 class Arithmetic(Protocol):
-    """What the recurrences ask of a number, of text, or of a compiler's value."""
+    """The operations that the recurrences need of a number, a text or a compiler's value."""
 
     def __add__(self, other: Self, /) -> Self: ...
     def __sub__(self, other: Self, /) -> Self: ...
@@ -49,15 +48,15 @@ T = TypeVar("T", bound=Arithmetic)
 
 
 class Both(Protocol):
-    """What the recurrences ask of a pair (x, y): arithmetic on both, by a pair or a value."""
+    """The operations that the recurrences need of a pair (x, y)."""
 
     @property
     def x(self) -> Any:
-        """The value of x."""
+        """The x of the pair."""
 
     @property
     def y(self) -> Any:
-        """The value of y."""
+        """The y of the pair."""
 
     def __add__(self, other: Self, /) -> Self: ...
     def __sub__(self, other: Self, /) -> Self: ...
@@ -68,38 +67,38 @@ B = TypeVar("B", bound=Both)
 
 
 class Backend(Protocol[T, B]):
-    """Where the arithmetic is done.
+    """How the recurrences compute: on numbers, on text or in a compiler.
 
-    A value that is used more than once is kept under a name; what that returns is used instead.
+    Values that are used more than once pass through `keep`, which may store them under a name.
     """
 
     def both(self, x: T, y: T, /) -> B:
-        """A pair."""
+        """Make a pair."""
 
     def fused(self, value: B, factor: float, rest: B, /) -> B:
-        """The pair value × factor + rest, where `rest` is known first."""
+        """Return value × factor + rest; `rest` is known first."""
 
     def products(self, y: Sequence[T], r: Sequence[T], n: int, /) -> tuple[T, T]:
         """The sums of yᵢ yₙ₋ᵢ and of yᵢ rₙ₋ᵢ over 0 < i < n, where n > 1."""
 
     def keep(self, name: str, value: T, /) -> T:
-        """Keep a value."""
+        """Store a value under a name; return what to use in its place."""
 
     def keep_both(self, name: str, value: B, /) -> B:
-        """Keep a pair, its values under the name with x or y before it."""
+        """Store a pair, as x and y followed by the name; return what to use in its place."""
 
 
 class RightHandSide(Enum):
-    """The two kinds of right-hand side; a linear one needs no Cauchy product."""
+    """Kind of right-hand side; a linear one needs no Cauchy product."""
 
     LINEAR = "linear"
     CUBIC = "cubic"
 
 
 class Constants(NamedTuple):
-    """The constants of the recurrences, SI units.
+    """The constants of the recurrences, SI units, divided by the mass.
 
-    What x, y, ẋ and ẏ contribute to ẍ and ÿ; μ, k_nl/m and F/m.
+    Factors of x, y, ẋ and ẏ in ẍ and ÿ (first letter: in which; rest: of what); μ, k_nl/m, F/m.
     """
 
     xx: float
@@ -114,38 +113,12 @@ class Constants(NamedTuple):
 
 
 def right_hand_side(p: Parameters, mode: Mode) -> RightHandSide:
-    """The kind of right-hand side that governs a mode.
-
-    Parameters
-    ----------
-    p : Parameters
-        The parameter set.
-    mode : Mode
-        Contact or separated.
-
-    Returns
-    -------
-    RightHandSide
-        Cubic in contact with k_nl > 0.
-    """
+    """Kind of right-hand side in a mode: cubic in contact with k_nl > 0, else linear."""
     return RightHandSide.CUBIC if mode is Mode.CONTACT and p.k_nl > 0.0 else RightHandSide.LINEAR
 
 
 def constants(p: Parameters, mode: Mode) -> Constants:
-    """The constants of the recurrences.
-
-    Parameters
-    ----------
-    p : Parameters
-        The parameter set.
-    mode : Mode
-        Contact or separated.
-
-    Returns
-    -------
-    Constants
-        Every force divided by the mass.
-    """
+    """The constants of the recurrences for a parameter set and a mode."""
     m, h, mu = p.m, 0.5 * p.k3, p.mu
     k2, k_nl = (p.k2, p.k_nl) if mode is Mode.CONTACT else (0.0, 0.0)
     return Constants(
@@ -164,7 +137,7 @@ def constants(p: Parameters, mode: Mode) -> Constants:
 def recurrences(
     rhs: RightHandSide, state: Sequence[T], given: Sequence[T], backend: Backend[T, B]
 ) -> Iterator[B]:
-    """The coefficients z₂, z₃, … of the motion, without end.
+    """Yield the coefficients z₂, z₃, … of the motion, in m/sⁿ, without end.
 
     Parameters
     ----------
@@ -175,12 +148,7 @@ def recurrences(
     given : sequence of nine values
         The `Constants`.
     backend : Backend
-        Where the arithmetic is done.
-
-    Yields
-    ------
-    Both
-        Coefficients of x and y, in m/sⁿ.
+        How to compute.
     """
     xx, xy, yx, yy, xvx, yvy, friction, cubic, load = given
     a, b, damping = backend.both(xx, yx), backend.both(xy, yy), backend.both(xvx, yvy)
@@ -212,24 +180,13 @@ def recurrences(
 
 
 def newest_last(n: int) -> list[int]:
-    """The indices 0 < i < n, those last for which i or n − i is nearest to n.
-
-    Parameters
-    ----------
-    n : int
-        Degree of a product.
-
-    Returns
-    -------
-    list of int
-        The order in which its terms become known.
-    """
+    """The indices 0 < i < n in the order in which the terms i and n − i become known."""
     return sorted(range(n - 1, 0, -1), key=lambda i: min(i, n - i), reverse=True)
 
 
 @dataclass(frozen=True, slots=True)
 class XY(Generic[T]):
-    """A pair (x, y) of any values, as a `Both`."""
+    """A pair (x, y) of any values."""
 
     x: T
     y: T
@@ -246,18 +203,18 @@ class XY(Generic[T]):
 
 
 class Values(Generic[T]):
-    """The backend of values that need no names."""
+    """Backend for values that need no names."""
 
     def both(self, x: T, y: T) -> XY[T]:
-        """A pair of them."""
+        """Make a pair."""
         return XY(x, y)
 
     def fused(self, value: XY[T], factor: float, rest: XY[T]) -> XY[T]:
-        """The product and the sum."""
+        """Return value × factor + rest."""
         return value * factor + rest
 
     def products(self, y: Sequence[T], r: Sequence[T], n: int) -> tuple[T, T]:
-        """The sums, each mixed product of y once."""
+        """The two sums of `Backend.products`; each mixed product of y is computed once."""
         mixed = [y[i] * y[n - i] for i in range((n - 1) // 2, 0, -1)]
         terms = [y[n // 2] * y[n // 2]] if n % 2 == 0 else []
         if mixed:
@@ -265,33 +222,16 @@ class Values(Generic[T]):
         return reduce(add, terms), reduce(add, [y[i] * r[n - i] for i in newest_last(n)])
 
     def keep(self, _name: str, value: T) -> T:
-        """The value itself."""
+        """Return the value."""
         return value
 
     def keep_both(self, _name: str, value: XY[T]) -> XY[T]:
-        """The pair itself."""
+        """Return the pair."""
         return value
 
 
 def coefficients(rhs: RightHandSide, order: int, state: State, given: Constants) -> Coefficients:
-    """Taylor coefficients of x and y in numbers.
-
-    Parameters
-    ----------
-    rhs : RightHandSide
-        Kind of right-hand side.
-    order : int
-        Order N to which the velocities are expanded.
-    state : tuple of float
-        (x, ẋ, y, ẏ) in m and m/s.
-    given : Constants
-        See `constants`.
-
-    Returns
-    -------
-    tuple of tuple of float
-        Coefficients of x and of y, N + 2 each, in m/sⁿ.
-    """
+    """Taylor coefficients of x and of y as numbers, `order` + 2 each, in m/sⁿ."""
     higher = list(islice(recurrences(rhs, state, given, Values[float]()), order))
     return (
         (state[0], state[1], *(z.x for z in higher)),
@@ -300,7 +240,7 @@ def coefficients(rhs: RightHandSide, order: int, state: State, given: Constants)
 
 
 class _Text:
-    """An expression in Python, parenthesised where precedence asks for it."""
+    """A Python expression, put in parentheses where needed."""
 
     __slots__ = ("is_sum", "text")
 
@@ -323,7 +263,7 @@ class _Text:
 
 
 class _Lines(Values[_Text]):
-    """The backend of text: every value that is kept becomes a line."""
+    """Backend for text: every value that is kept becomes a line."""
 
     def __init__(self) -> None:
         self.lines: list[str] = []
@@ -337,20 +277,7 @@ class _Lines(Values[_Text]):
 
 
 def straight_line_source(rhs: RightHandSide, order: int) -> str:
-    """The recurrences of one rhs and order as a function without loops.
-
-    Parameters
-    ----------
-    rhs : RightHandSide
-        Kind of right-hand side.
-    order : int
-        Order N to which the velocities are expanded.
-
-    Returns
-    -------
-    str
-        Source of ``coefficients(x0, x1, y0, y1, …)``, plain arithmetic only.
-    """
+    """Source of ``coefficients(x0, x1, y0, y1, …)``: the recurrences without loops."""
     backend = _Lines()
     state = [_Text(name) for name in ("x0", "x1", "y0", "y1")]
     given = [_Text(name) for name in Constants._fields]
@@ -363,18 +290,7 @@ def straight_line_source(rhs: RightHandSide, order: int) -> str:
 
 
 def state_source(degree: int) -> str:
-    """Horner's rule for x, y and their derivatives as a function without loops.
-
-    Parameters
-    ----------
-    degree : int
-        Degree of the two polynomials.
-
-    Returns
-    -------
-    str
-        Source of ``state(x, y, t)``, which returns (x, ẋ, y, ẏ) at t.
-    """
+    """Source of ``state(x, y, t)``, which returns (x, ẋ, y, ẏ) by Horner's rule without loops."""
     lines = ["def state(x, y, t):"]
     values = []
     for name in ("x", "y"):
@@ -398,35 +314,14 @@ def _compiled(source: str, name: str) -> Callable[..., Any]:
 
 @lru_cache(maxsize=64)
 def coefficient_function(rhs: RightHandSide, order: int) -> CoefficientFunction:
-    """`straight_line_source` as a function, made on first use.
+    """The compiled `straight_line_source` of a right-hand side and an order N ≥ 1.
 
-    Parameters
-    ----------
-    rhs : RightHandSide
-        Kind of right-hand side.
-    order : int
-        Order N to which the velocities are expanded, 1 or more.
-
-    Returns
-    -------
-    callable
-        (x, ẋ, y, ẏ, *constants) to the coefficients of x and of y, N + 2 each.
+    It takes (x, ẋ, y, ẏ, *constants) and returns the coefficients of x and of y, N + 2 each.
     """
     return _compiled(straight_line_source(rhs, order), "coefficients")
 
 
 @lru_cache(maxsize=64)
 def state_function(degree: int) -> StateFunction:
-    """`state_source` as a function, made on first use.
-
-    Parameters
-    ----------
-    degree : int
-        Degree of the two polynomials, 1 or more.
-
-    Returns
-    -------
-    callable
-        (coefficients of x, coefficients of y, t) to (x, ẋ, y, ẏ).
-    """
+    """The compiled `state_source` for two polynomials of a degree ≥ 1."""
     return _compiled(state_source(degree), "state")

@@ -1,8 +1,8 @@
-"""Variable-step Taylor integrator in plain floats: the default method, and what the FMU runs.
+"""Variable-step Taylor integrator in plain floats: the default method, and that of the FMU.
 
-Every step expands the motion about its start (`recurrences`), takes the step size from the last
-two coefficients, and ends at the first root of y if there is one. Nothing depends on where output
-is wanted: the polynomial of a step is its dense output.
+Every step expands the motion about its start (`series`), takes the step size from the last two
+coefficients, and ends at the first root of y if there is one. The polynomial of a step is its
+dense output, so results do not depend on where output is requested.
 """
 
 import math
@@ -18,10 +18,10 @@ from .polynomial import first_root
 from .segment import Segment
 from .series import coefficient_function, constants, right_hand_side, state_function
 
-# Relative error to aim at in the end state, and what may be asked for.
+# Relative error of the final state to aim at, and its allowed range.
 DEFAULT_TOL: Final = 1e-12
 TOL_RANGE: Final = (1e-13, 1e-2)
-# Local errors add up and grow along the run; this much smaller, `tol` is the error at its end.
+# Local tolerance over `tol`: local errors add up and grow along the run.
 _LOCAL_TOLERANCE: Final = 1e-3
 
 MIN_TOLERANCE: Final = 1e-16
@@ -29,29 +29,21 @@ MAX_TOLERANCE: Final = 1e-2
 MIN_ORDER: Final = 8
 MAX_ORDER: Final = 20
 ORDER_STEP: Final = 4
-# A step never exceeds this many times √(m/stiffness), at rest least of all.
+# Longest step over √(m/stiffness), reached at rest.
 LONGEST_STEP: Final = 1e3
-# Half of what a straight line exceeds the power of two by, as an exponent.
+# Centres the error of `rough_exp2`, which is a straight line between powers of two.
 EXP2_BIAS: Final = 0.043
 # A step that a switch ends before this many times √(m/stiffness) does not advance the motion, and
-# more of these in a row than can be are chatter below the spacing of floats.
+# more of these in a row than this are chatter below the spacing of floats.
 SHORTEST_FLIGHT: Final = 2.0**-30
 MAX_STALLED: Final = 64
 
 
 class StepperSnapshot(NamedTuple):
-    """Where an integrator stands: all that a step changes.
+    """State of an integrator between two steps.
 
-    Attributes
-    ----------
-    t, remainder : float
-        Time, s, and what it lacks of the exact time (compensated summation).
-    state : State
-        (x, ẋ, y, ẏ), m and m/s.
-    mode : Mode
-        The field that governs the next step.
-    stalled : int
-        Steps taken, one after the other, that did not advance.
+    `remainder` is the exact time less `t`, s (compensated summation), `mode` that of the next step,
+    and `stalled` the number of consecutive steps that did not advance the motion.
     """
 
     t: float
@@ -62,55 +54,21 @@ class StepperSnapshot(NamedTuple):
 
 
 def local_tolerance(tol: float) -> float:
-    """Local tolerance of the Taylor integrator for an aimed relative error of the end state.
-
-    Parameters
-    ----------
-    tol : float
-        Aimed relative error after about a hundred periods.
-
-    Returns
-    -------
-    float
-        Tolerance for one step.
-    """
+    """Local tolerance for a relative error `tol` of the state after about a hundred periods."""
     return tol * _LOCAL_TOLERANCE
 
 
 def order_for(tol: float) -> int:
-    """Order of expansion that is cheapest for a tolerance, a multiple of four.
+    """Cheapest order of expansion for a local tolerance, a multiple of four.
 
-    After a landing y is v t + O(t⁵) and every fourth coefficient stands out; only with such an
-    order is the last one among them, and the step size safe.
-
-    Parameters
-    ----------
-    tol : float
-        Local tolerance.
-
-    Returns
-    -------
-    int
-        Order N of the velocities.
+    After a reattachment y is v t + O(t⁵) and every fourth coefficient is large; only such an order
+    has one of them last, so that the step size is safe.
     """
     return min(max(ORDER_STEP * math.ceil(-0.6 / ORDER_STEP * math.log(tol)), MIN_ORDER), MAX_ORDER)
 
 
 def overflow_error(t: float, state: State) -> ComputationError:
-    """An error for a motion that leaves the range of numbers.
-
-    Parameters
-    ----------
-    t : float
-        Last time at which all was well, s.
-    state : State
-        The state then.
-
-    Returns
-    -------
-    ComputationError
-        To be raised by the caller.
-    """
+    """The error for a motion that overflows; its last finite time, s, and state are given."""
     x, _, y, _ = state
     return ComputationError(
         f"the motion grows out of the range of numbers at t = {t:.6g} s "
@@ -120,18 +78,7 @@ def overflow_error(t: float, state: State) -> ComputationError:
 
 
 def stall_error(t: float) -> ComputationError:
-    """An error for a motion that the spacing of floats cannot resolve in time.
-
-    Parameters
-    ----------
-    t : float
-        Where time stands still, s.
-
-    Returns
-    -------
-    ComputationError
-        To be raised by the caller.
-    """
+    """The error for a motion that changes faster than floats resolve time, at t in s."""
     return ComputationError(
         f"at t = {t:.17g} s the motion changes faster than the spacing of time",
         "use a less stiff contact, more damping or a later start",
@@ -139,44 +86,23 @@ def stall_error(t: float) -> ComputationError:
 
 
 def rough_log2(number: float) -> float:
-    """Logarithm to base 2, by a straight line between powers of two.
+    """Logarithm to base 2 of a positive number, linear between powers of two: up to 0.09 too small.
 
-    Step sizes need no more, and in machine code it is the bits of a float read as an integer.
-
-    Parameters
-    ----------
-    number : float
-        Positive.
-
-    Returns
-    -------
-    float
-        At most 0.09 too small.
+    Accurate enough for step sizes; in machine code it reads the bits of a float as an integer.
     """
     mantissa, exponent = math.frexp(number)
     return exponent - 2 + 2.0 * mantissa
 
 
 def rough_exp2(exponent: float) -> float:
-    """Power of two, by a straight line between whole exponents.
-
-    Parameters
-    ----------
-    exponent : float
-        Between -1000 and 1000.
-
-    Returns
-    -------
-    float
-        Within 3 %.
-    """
+    """Power of two, linear between whole exponents: within 3 %, for exponents of −1000 to 1000."""
     centred = exponent - EXP2_BIAS
     whole = math.floor(centred)
     return math.ldexp(1.0 + (centred - whole), whole)
 
 
 class TaylorStepper:
-    """Taylor series of the motion, step by step, switching mode at y = 0.
+    """Taylor integrator that switches mode at y = 0.
 
     Parameters
     ----------
@@ -196,7 +122,7 @@ class TaylorStepper:
     Raises
     ------
     InputError
-        If `tol` or the state is out of range.
+        If `tol` is out of range or the state is not finite.
     """
 
     def __init__(
@@ -234,31 +160,17 @@ class TaylorStepper:
 
     @property
     def snapshot(self) -> StepperSnapshot:
-        """Where the integrator stands: at the end of the last segment."""
+        """State of the integrator, at the end of the last segment."""
         return StepperSnapshot(self._time, self._remainder, self._state, self._mode, self._stalled)
 
     def resume(self, snapshot: StepperSnapshot) -> None:
-        """Go back, or on, to where an integrator of the same problem stood.
-
-        Parameters
-        ----------
-        snapshot : StepperSnapshot
-            The segments that follow are those that followed then, to the last bit.
-        """
+        """Return to a snapshot of the same problem; what follows is bit-identical."""
         self._time, self._remainder, self._state, self._mode, self._stalled = snapshot
 
     def advance(self) -> Segment:
         """Compute the next segment: one Taylor step, cut at the first root of y.
 
-        Returns
-        -------
-        Segment
-            It begins where the last one ended.
-
-        Raises
-        ------
-        ComputationError
-            If the motion leaves the range of numbers, or switches faster than time can resolve.
+        Raises `ComputationError` if the motion overflows, or switches faster than time resolves.
         """
         mode = self._mode
         x, y = self._expand[mode](*self._state, *self._constants[mode])
@@ -293,7 +205,7 @@ class TaylorStepper:
 
     def _settled(self, y: tuple[float, ...]) -> tuple[float, ...]:
         # On the switch, where the forces balance to rounding, the acceleration is that of the
-        # damper: with a sign by chance the motion would seem to cross at once, again and again.
+        # damper: with a random sign the motion would seem to cross again and again.
         x, vx, _, vy = self._state
         if pull(0.5 * self._p.k3, self._p.F, x) != 0.0:
             return y
@@ -304,7 +216,7 @@ class TaylorStepper:
 
     def _step_size(self, x: tuple[float, ...], y: tuple[float, ...]) -> float:
         # The last two terms of the velocities stay below the tolerance relative to the speed, or
-        # to the speed with which the displacement or the static deflection would be passed.
+        # to displacement or static deflection per time scale.
         displacement = max(abs(x[0]), abs(y[0]), self._deflection)
         speed = max(abs(x[1]), abs(y[1]), displacement / self._time_scale)
         allowed = self._tol * speed
@@ -329,7 +241,7 @@ class TaylorStepper:
             return None
         root = first_root(y)
         if root is None and (final >= 0.0 if contact else final <= 0.0):
-            # The root rounded out of the step: it is at its end.
+            # By rounding the root is not in the step: take the end of the step.
             return 1.0
         return root
 

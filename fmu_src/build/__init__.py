@@ -1,4 +1,4 @@
-"""Building FMUs: export, description, documentation, SSP archive."""
+"""Building FMUs: export, model description, documentation, SSP archive."""
 
 from typing import TYPE_CHECKING
 

@@ -1,4 +1,4 @@
-"""Building the FMU: pythonfmu's export, completed, compressed and the same bytes every time."""
+"""Building an FMU: pythonfmu's export, completed, compressed and reproducible to the byte."""
 
 import sys
 import tempfile
@@ -42,14 +42,14 @@ def build_fmu(
     Parameters
     ----------
     path : str or Path
-        File to write; it ends in ``.fmu``.
+        The ``.fmu`` file to write.
     component : str
-        Which of `COMPONENTS`; the slider-belt model if not given.
+        One of `COMPONENTS`; the slider-belt model if not given.
     fmi : "2" or "3"
-        FMI 2.0 for co-simulation, or FMI 3.0 for model exchange, which needs pythonfmu3 and is
-        there for the slider-belt model alone.
+        FMI 2.0 for co-simulation, or FMI 3.0 for model exchange, which needs pythonfmu3 and exists
+        for the slider-belt model alone.
     force : bool
-        Whether to replace a file that exists.
+        Whether to replace an existing file.
 
     Returns
     -------
@@ -100,7 +100,7 @@ def _component(name: str, fmi: str) -> Component:
 
 
 def _exported(folder: Path, component: Component, fmi: str) -> dict[str, bytes]:
-    # The FMU that pythonfmu, or pythonfmu3, makes of the bundled sources, as its files by name.
+    # Files by name of the FMU that pythonfmu or pythonfmu3 exports from the bundled sources.
     builder = import_module(component.wrapper).FmuBuilder
     bundle = Bundle.collected(component)
     sources = folder / "sources"
@@ -116,7 +116,7 @@ def _exported(folder: Path, component: Component, fmi: str) -> dict[str, bytes]:
             **({"needsExecutionTool": False} if fmi == _EXCHANGE else _OPTIONS),
         )
     with zipfile.ZipFile(exported) as archive:
-        # pythonfmu3 adds the C++ of its wrapper, of which no binary can be built as it is.
+        # pythonfmu3 adds C++ sources of its wrapper that cannot be built as they are.
         names = [name for name in archive.namelist() if not name.startswith("sources/")]
         return {name: archive.read(name) for name in names}
 

@@ -1,7 +1,7 @@
-"""What the FMU carries: modules of this project in a package whose name is its own.
+"""The Python sources that an FMU carries, in a package of a unique name.
 
-Modules of one name collide in the interpreter that hosts several FMUs, so the name of the bundled
-package follows from its content.
+Modules of the same name collide in an interpreter that hosts several FMUs, so the package is named
+by a hash of its content.
 """
 
 import hashlib
@@ -22,17 +22,7 @@ _DIGITS: Final = 12
 
 @dataclass(frozen=True, slots=True)
 class Bundle:
-    """The Python sources of the FMU.
-
-    Attributes
-    ----------
-    package : str
-        Name of the bundled package.
-    entry : str
-        Name of the module that the wrapper imports.
-    sources : dict of str to str
-        Text by path relative to the FMU's resources.
-    """
+    """The Python sources of an FMU: package, entry module, and texts by path in the resources."""
 
     package: str
     entry: str
@@ -40,18 +30,7 @@ class Bundle:
 
     @classmethod
     def collected(cls, component: Component) -> Self:
-        """The bundle of a component of the project as it is installed.
-
-        Parameters
-        ----------
-        component : Component
-            The component.
-
-        Returns
-        -------
-        Bundle
-            Of the same content it is always the same.
-        """
+        """The bundle of a component, from the installed sources; equal for equal sources."""
         texts = {
             f"{package.replace('.', '/')}/{name}.py": _text(package, name)
             for package, names in component.modules.items()

@@ -1,4 +1,4 @@
-"""What the builder needs to know of a component that it makes an FMU of."""
+"""A component: all that the builder needs to make an FMU of it."""
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
@@ -38,25 +38,25 @@ the simulation. FMU states cannot be saved.</p>
 
 @dataclass(frozen=True, slots=True)
 class Component:
-    """A component.
+    """A component that FMUs can be built of.
 
     Attributes
     ----------
     model : str
-        Name of the model, which is that of the slave's class.
+        Name of the model in the FMU.
     entry : str
-        Module of ``fmu_src`` that the wrapper imports.
+        Module of ``fmu_src.slave`` that the wrapper imports.
     modules : mapping of str to sequence of str
-        Modules that the FMU carries, by package; each imports the standard library, pythonfmu and
+        Modules that the FMU carries, by package; they import the standard library, pythonfmu and
         each other alone.
     table : VariableTable
         Its variables.
     about, rules : str
-        What is said in the documentation of the model and of its calls, in HTML.
+        Documentation of the model and of its calls, in HTML.
     reference : callable
         Computes a reference run.
     wrapper : str
-        The package that makes the FMU of it.
+        The package that exports the FMU.
     """
 
     model: str

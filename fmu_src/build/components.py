@@ -27,7 +27,7 @@ _MODEL: Final[Mapping[str, tuple[str, ...]]] = {
 }
 _STEP: Final = 0.01
 _STOP: Final = 20.0
-# Where the preload, or the command, of the reference run jumps, s, and from what to what, N.
+# Time of the jump of preload or command in the reference run, s; values before and after, N.
 _JUMP: Final = 10.0
 _BEFORE: Final = 80.0
 _AFTER: Final = 120.0

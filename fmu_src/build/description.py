@@ -1,4 +1,4 @@
-"""The model description: what pythonfmu writes, completed from the table of variables."""
+"""The model description of FMI 2.0: pythonfmu's, completed from the table of variables."""
 
 import hashlib
 import math
@@ -11,27 +11,15 @@ from fmu_src.slave import Role, Type, Variable, VariableTable
 
 from .units import base_exponents, display_units
 
-# An FMU of the same content is the same file, whenever it is built.
+# A fixed date, so that equal content gives equal bytes.
 TIMESTAMP: Final = "1980-01-01T00:00:00Z"
 
 
 def completed(xml: bytes, content: Mapping[str, bytes], table: VariableTable) -> bytes:
-    """Complete a model description.
+    """Complete the model description that pythonfmu wrote.
 
-    Parameters
-    ----------
-    xml : bytes
-        The model description written by pythonfmu.
-    content : mapping of str to bytes
-        All other files of the FMU by name; the GUID follows from them.
-    table : VariableTable
-        The variables.
-
-    Returns
-    -------
-    bytes
-        The model description with units, bounds, types, derivatives, dependencies, initial
-        unknowns and a fixed GUID.
+    Added are units, bounds, types, derivatives, dependencies, initial unknowns, and a GUID that
+    follows from `content`, the other files of the FMU by name.
     """
     root = ET.fromstring(xml)  # noqa: S314
     root.set("generationDateAndTime", TIMESTAMP)
@@ -64,18 +52,7 @@ def _child(element: ET.Element, name: str) -> ET.Element:
 
 
 def unit_definitions(table: VariableTable) -> ET.Element:
-    """The units of the variables, each with its base units and display units.
-
-    Parameters
-    ----------
-    table : VariableTable
-        The variables.
-
-    Returns
-    -------
-    Element
-        ``UnitDefinitions``, alike in FMI 2.0 and 3.0.
-    """
+    """``UnitDefinitions`` of the variables' units, with base and display units; FMI 2.0 and 3.0."""
     definitions = ET.Element("UnitDefinitions")
     for unit in dict.fromkeys(v.unit for v in table.variables if v.unit):
         element = ET.SubElement(definitions, "Unit", name=unit)
@@ -98,7 +75,7 @@ def _type_definitions(table: VariableTable) -> ET.Element:
 
 
 def _type_of(variable: Variable) -> str:
-    # A type may not have the name of a variable.
+    # A type must not have the name of a variable.
     return f"{variable.name}_type"
 
 

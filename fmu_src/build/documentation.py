@@ -1,4 +1,4 @@
-"""The documentation that the FMU carries: its variables, its rules, and the licences."""
+"""The documentation in an FMU: its variables, its rules, and the licences."""
 
 import html
 from importlib.metadata import distribution
@@ -18,18 +18,7 @@ _TITLES: Final = {
 
 
 def documentation(component: Component) -> dict[str, bytes]:
-    """The files below ``documentation/``.
-
-    Parameters
-    ----------
-    component : Component
-        What the FMU is made of.
-
-    Returns
-    -------
-    dict of str to bytes
-        Content by name in the FMU.
-    """
+    """The files below ``documentation/``: content by name in the FMU."""
     return {
         "documentation/index.html": _index(component).encode(),
         f"documentation/licenses/{component.wrapper}.txt": _license_of(component.wrapper),

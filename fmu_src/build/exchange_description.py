@@ -1,4 +1,4 @@
-"""The model description of the FMU for model exchange (FMI 3.0), from the table of variables."""
+"""The model description of the model-exchange FMU (FMI 3.0), from the table of variables."""
 
 import hashlib
 import math
@@ -18,23 +18,10 @@ _INDICATOR: Final = "switching"
 def exchange_description(
     xml: bytes, content: Mapping[str, bytes], table: VariableTable, description: str
 ) -> bytes:
-    """Describe the model.
+    """Complete the model description that pythonfmu3 wrote.
 
-    Parameters
-    ----------
-    xml : bytes
-        The model description written by pythonfmu3.
-    content : mapping of str to bytes
-        All other files of the FMU by name; the instantiation token follows from them.
-    table : VariableTable
-        The variables.
-    description : str
-        What the model is, in one sentence.
-
-    Returns
-    -------
-    bytes
-        The model description.
+    The instantiation token follows from `content`, the other files of the FMU by name;
+    `description` is one sentence on the model.
     """
     given = ET.fromstring(xml).attrib  # noqa: S314
     model = given["modelName"]
@@ -120,10 +107,10 @@ def _model_structure(table: VariableTable) -> ET.Element:
 
     outputs = [v for v in table.variables if v.role is Role.OUTPUT]
     for variable in outputs:
-        # States are known here, to co-simulation they are not.
+        # Unlike in co-simulation, states are known to the importer.
         own = (variable.name,) if variable.name in states else _FROM_STATES.get(variable.name, ())
         add("Output", variable, (*own, *variable.depends_on))
-    # The order of the derivatives is that in which the slave takes and gives states.
+    # Derivatives in the order in which the slave exchanges states.
     derivatives = [v for v in table.variables if v.derivative_of]
     for variable in sorted(derivatives, key=lambda v: STATES.index(v.derivative_of)):
         add("ContinuousStateDerivative", variable, variable.varies_with)

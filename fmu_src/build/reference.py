@@ -1,4 +1,4 @@
-"""Reference runs that FMUs carry below ``extra/``, in the layout of the FMI cross-check."""
+"""Reference runs below ``extra/``, in the layout of the FMI cross-check."""
 
 from collections.abc import Mapping, Sequence
 from typing import Final, NamedTuple
@@ -7,18 +7,9 @@ _FOLDER: Final = "extra"
 
 
 class Reference(NamedTuple):
-    """A run that any tool can repeat.
+    """A run that any tool can repeat: times in s; inputs and outputs by name, each with ``time``.
 
-    Attributes
-    ----------
-    stop_time, step : float
-        Last time and communication step, s; the first time is 0.
-    tol : float
-        Relative tolerance of the experiment.
-    inputs : mapping of str to sequence of float
-        ``time`` and the inputs, by name; two rows of one time are a jump.
-    outputs : mapping of str to sequence of float
-        ``time`` and outputs at all communication points, by name.
+    Two rows of one time in the inputs are a jump; outputs are at all communication points.
     """
 
     stop_time: float
@@ -29,20 +20,7 @@ class Reference(NamedTuple):
 
 
 def reference_files(model: str, reference: Reference) -> dict[str, bytes]:
-    """A reference run as files.
-
-    Parameters
-    ----------
-    model : str
-        Name of the model.
-    reference : Reference
-        The run.
-
-    Returns
-    -------
-    dict of str to bytes
-        Content by name in the FMU: ``_in.csv``, ``_ref.csv`` and ``_ref.opt``.
-    """
+    """A reference run as ``_in.csv``, ``_ref.csv`` and ``_ref.opt``: content by name in the FMU."""
     options = {
         "StartTime": 0.0,
         "StopTime": reference.stop_time,
@@ -58,7 +36,7 @@ def reference_files(model: str, reference: Reference) -> dict[str, bytes]:
 
 
 def _table(columns: Mapping[str, Sequence[float]]) -> str:
-    # Ten digits: more would differ between mathematical libraries.
+    # Ten digits; further ones depend on the platform's mathematical library.
     lines = [",".join(f'"{name}"' for name in columns)]
     lines += [
         ",".join(f"{value:.10g}" for value in row) for row in zip(*columns.values(), strict=True)

@@ -1,4 +1,4 @@
-"""The slider-belt and its brake actuator, coupled, as one archive by the SSP standard (1.0)."""
+"""An SSP archive (SSP 1.0) of the slider-belt coupled with its brake actuator."""
 
 import tempfile
 import zipfile
@@ -15,10 +15,10 @@ SUFFIX: Final = ".ssp"
 _NAMESPACE: Final = "http://ssp-standard.org/SSP1/SystemStructure"
 _SSD: Final = f"{{{_NAMESPACE}Description}}"
 _SSC: Final = f"{{{_NAMESPACE}Common}}"
-# What is shown of each component. The command is not: hosts overwrite the start value of an input
-# that they know of, and not every host can read ports of the system, which would be its source.
-# The actuator comes first: its preload does not wait for the contact force, and hosts that
-# initialize in this order start the slider under it.
+# Ports of each component. The command is none: hosts overwrite the start value of an input
+# that they know, and not every host can read ports of the system, which would be its source.
+# The actuator comes first: its preload does not depend on the contact force, and hosts that
+# initialize in this order start the slider under that preload.
 _PORTS: Final = {
     "brake-actuator": ("P", "F"),
     "slider-belt": ("F", "x", "y", "P", "friction_slider", "mode", "separations"),
@@ -30,14 +30,14 @@ _LINKS: Final = (
 
 
 def build_ssp(path: str | Path, *, force: bool = False) -> Path:
-    """Build the archive of the slider-belt, pressed by the brake actuator.
+    """Build an SSP archive of the slider-belt coupled with the brake actuator.
 
     Parameters
     ----------
     path : str or Path
-        File to write; it ends in ``.ssp``.
+        The ``.ssp`` file to write.
     force : bool
-        Whether to replace a file that exists.
+        Whether to replace an existing file.
 
     Returns
     -------

@@ -1,4 +1,4 @@
-"""Units of the model in the terms of FMI: exponents of SI base units, and display units."""
+"""Units of the model for FMI: exponents of SI base units, and display units."""
 
 from collections import Counter
 from typing import Final
@@ -11,7 +11,7 @@ _BASE: Final = {
     "N": {"kg": 1, "m": 1, "s": -2},
     "1": {},
 }
-# One further unit in which engineers read the quantity; value in it = factor times SI value.
+# One display unit used by engineers; value in it = factor times SI value.
 _READ_IN: Final = {
     "kg": ("g", 1e3),
     "m": ("mm", 1e3),
@@ -27,22 +27,10 @@ _READ_IN: Final = {
 
 
 def base_exponents(unit: str) -> dict[str, int]:
-    """Exponents of the SI base units in a unit.
+    """Exponents of the SI base units in a unit, without zeros.
 
-    Parameters
-    ----------
-    unit : str
-        Factors separated by spaces, then divisors each after a slash; "^" before an exponent.
-
-    Returns
-    -------
-    dict of str to int
-        Exponents that are not zero, by base unit.
-
-    Raises
-    ------
-    KeyError
-        If a factor is not a unit of this model.
+    `unit` is factors separated by spaces, then divisors each after a slash; "^" precedes an
+    exponent. Raises `KeyError` if a factor is not a unit of this model.
     """
     total: Counter[str] = Counter()
     numerator, *divisors = unit.split("/")
@@ -55,16 +43,5 @@ def base_exponents(unit: str) -> dict[str, int]:
 
 
 def display_units(unit: str) -> dict[str, float]:
-    """Units in which a quantity may be shown.
-
-    Parameters
-    ----------
-    unit : str
-        SI unit.
-
-    Returns
-    -------
-    dict of str to float
-        Factor from the SI unit to the display unit; the SI unit itself comes first.
-    """
+    """Display units of an SI unit, itself first, with their factors from the SI unit."""
     return {unit: 1.0, **dict([_READ_IN[unit]] if unit in _READ_IN else [])}

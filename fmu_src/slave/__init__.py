@@ -1,4 +1,4 @@
-"""The FMU's side: what the host calls. Standard library and pythonfmu only."""
+"""The FMU's code, as hosts call it. Imports the standard library and pythonfmu alone."""
 
 from typing import TYPE_CHECKING
 

@@ -1,9 +1,9 @@
-"""A brake actuator: a commanded contact force becomes a preload, with a lag and with feedback.
+"""A brake actuator: a force command becomes a preload, with a lag and with feedback.
 
     tau dF/dt = command + gain (command − P) − F
 
-Inputs are held over a communication step, over which the solution is an exponential: exact, so
-the result does not depend on the communication step.
+Inputs are held over a communication step, so that the solution over it is an exact exponential and
+does not depend on the step.
 """
 
 import math
@@ -29,20 +29,14 @@ _DESCRIPTION: Final = (
 
 
 class Preload(NamedTuple):
-    """Where an actuator is: time, s, and preload, N."""
+    """State of an actuator: time, s, and preload, N."""
 
     t: float
     F: float
 
 
 class BrakeActuator(Instance):
-    """One instance of the brake actuator.
-
-    Parameters
-    ----------
-    **kwargs
-        What the wrapper knows of the instance.
-    """
+    """One instance of the brake actuator."""
 
     def __init__(self, **kwargs: Any) -> None:
         default = DefaultExperiment(0.0, 100.0, 0.01, DEFAULT_TOL)

@@ -4,5 +4,5 @@ from fmu_src.slave.actuator import BrakeActuator
 
 __all__ = ["BrakeActuator"]
 
-# The wrapper gives back, at every instantiation, a reference to these globals that it never took.
+# At every instantiation the wrapper releases a reference to these globals that it does not own.
 globals().setdefault("_references", []).append(globals())

@@ -1,4 +1,4 @@
-"""The variables of the brake actuator, as data."""
+"""The table of variables of the brake actuator."""
 
 import sys
 from typing import Final

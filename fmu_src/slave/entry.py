@@ -1,11 +1,11 @@
-"""The module that the FMU's wrapper imports, and executes once more for every instance.
+"""The module that the FMU's wrapper imports, and executes again for every instance.
 
-The wrapper keeps what an execution makes: this file makes nothing, the class lives elsewhere.
+The wrapper never frees what an execution creates, so this module creates nothing.
 """
 
 from fmu_src.slave.slider_belt import SliderBeltInstance
 
 __all__ = ["SliderBeltInstance"]
 
-# The wrapper gives back, at every instantiation, a reference to these globals that it never took.
+# At every instantiation the wrapper releases a reference to these globals that it does not own.
 globals().setdefault("_references", []).append(globals())

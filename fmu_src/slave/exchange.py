@@ -1,7 +1,7 @@
 """The slider-belt model for FMI 3.0 model exchange: the importer integrates and finds the events.
 
-The wrapper of pythonfmu3 carries no exception either, and no refusal: what a call refuses is
-logged, and the next update of the discrete states asks the importer to end the simulation.
+The wrapper of pythonfmu3 can pass on neither exceptions nor refusals: a refused call is logged, and
+the next update of the discrete states asks the importer to end the simulation.
 """
 
 import logging
@@ -22,22 +22,16 @@ from .process_end import let_go_in_time
 from .variable import Role, Type, VariableTable
 from .variables import STATES, VARIABLES
 
-# pythonfmu3 cannot carry enumerations; the mode is a number.
+# pythonfmu3 has no enumerations; the mode is a number.
 EXCHANGE_TABLE: Final = VariableTable([v for v in VARIABLES if v.type in (Type.REAL, Type.BOOLEAN)])
-# The independent variable comes after all others.
+# Value reference of the independent variable, after all others.
 TIME_REFERENCE: Final = len(EXCHANGE_TABLE.variables)
-# An importer stops this close to a switch, m, on either side of it.
+# An importer stops within this distance of a switch, m, on either side.
 _AT_SWITCH: Final = 1e-8
 
 
 class ExchangeModel:
-    """What the slave of pythonfmu3 does; to be put before its own classes.
-
-    Parameters
-    ----------
-    **kwargs
-        What the wrapper knows of the instance.
-    """
+    """The slider-belt model for model exchange; a mixin, to put before pythonfmu3's classes."""
 
     def __init__(self, **kwargs: Any) -> None:
         super().__init__(**kwargs)
@@ -58,26 +52,22 @@ class ExchangeModel:
         self._notices = Notices(kwargs["instance_name"])
 
     def refuse(self, call: int | str, why: str) -> None:
-        """Tell why a call is refused; unless it reads, the simulation is to end.
+        """Log why a call is refused; unless it only reads, end the simulation.
 
-        Parameters
-        ----------
-        call : int or str
-            Value reference that was to be set, or name of the call.
-        why : str
-            A line, or a traceback.
+        `call` is the value reference that was to be set, or the name of the call; `why` is a line
+        or a traceback.
         """
         if not str(call).startswith("get_"):
             self._refused[call] = why
         from pythonfmu3 import Fmi3Status
 
         log: Any = self.log  # type: ignore[attr-defined]
-        # A category that is given is one object, which the wrapper may keep.
+        # A constant: the wrapper may keep a reference to the category.
         log(self._notices.tell(logging.ERROR, why), Fmi3Status.error, "logStatusError")
 
     @guarded(nothing)
     def setup_experiment(self, start_time: float) -> None:
-        """Take the start time."""
+        """Set the start time, s."""
         self.time = self._last_event = start_time
 
     @guarded(nothing)
@@ -97,12 +87,12 @@ class ExchangeModel:
 
     @guarded(nothing)
     def terminate(self) -> None:
-        """End the run; the values stay readable."""
+        """End the run; values can still be read."""
         self._phase = Phase.TERMINATED
 
     @guarded(nothing)
     def set_time(self, time: float) -> None:
-        """Take the time, s."""
+        """Set the time, s."""
         self.time = time
 
     @guarded(lambda: 0)
@@ -130,13 +120,13 @@ class ExchangeModel:
 
     @guarded(nothing)
     def set_continuous_states(self, values: Sequence[float]) -> None:
-        """Take x, ẋ, y, ẏ, in m and m/s."""
+        """Set x, ẋ, y, ẏ, in m and m/s."""
         x, vx, y, vy = values
         self._state = (x, vx, y, vy)
 
     @guarded(lambda: [math.nan] * len(STATES))
     def get_continuous_state_derivatives(self) -> list[float]:
-        """ẋ, ẍ, ẏ, ÿ in the present mode, in m/s and m/s²."""
+        """ẋ, ẍ, ẏ, ÿ in the current mode, in m/s and m/s²."""
         self._ready()
         _, vx, _, vy = self._state
         ax, ay = accelerations(self._p, self._state, self._mode)
@@ -144,14 +134,14 @@ class ExchangeModel:
 
     @guarded(lambda: [math.nan])
     def get_event_indicators(self) -> list[float]:
-        """y, which is zero at separation and at reattachment, m."""
+        """y, m; it is zero at separation and at reattachment."""
         self._ready()
         return [self._state[2]]
 
     def update_discrete_states(self) -> SimpleNamespace:
-        """Switch the mode where the importer has stopped at a switch."""
+        """Switch the mode if the importer has stopped at a switch."""
         self._switch()
-        # The wrapper reads these names, which are not those of pythonfmu3's own result.
+        # The wrapper reads these names, which differ from those of pythonfmu3's own class.
         return SimpleNamespace(
             discreteStatesNeedUpdate=False,
             terminateSimulation=bool(self._refused),
@@ -163,7 +153,7 @@ class ExchangeModel:
     @guarded(nothing)
     def _switch(self) -> None:
         x, vx, y, vy = self._state
-        # There the side that rounding has left it on says nothing; where it is going does.
+        # At a switch the sign of y is rounding; the direction of motion decides.
         state = (x, vx, 0.0, vy) if abs(y) <= _AT_SWITCH else self._state
         mode = mode_of(self._p, state, separation=separation_in(self._values))
         if mode is not self._mode:
@@ -187,7 +177,7 @@ class ExchangeModel:
 
     @guarded(nothing)
     def set_boolean(self, vrs: Sequence[int], values: Sequence[bool]) -> None:
-        """Set the switches of the model."""
+        """Set parameters of type Boolean."""
         self._set(vrs, values, Type.BOOLEAN)
 
     @guarded(lambda vrs: [0] * len(vrs))

@@ -1,4 +1,4 @@
-"""The slave of the FMU for model exchange, where pythonfmu3's wrapper looks for its class."""
+"""The module that the wrapper of the model-exchange FMU imports; it looks for a class here."""
 
 from typing import Any
 
@@ -8,13 +8,7 @@ from fmu_src.slave.exchange import ExchangeModel
 
 
 class SliderBelt(ExchangeModel, Fmi3SlaveBase, ModelExchange):  # type: ignore[misc]
-    """One instance of the slider-belt model.
-
-    Parameters
-    ----------
-    **kwargs
-        What the wrapper knows of the instance.
-    """
+    """One instance of the slider-belt model for model exchange."""
 
     def __init__(self, **kwargs: Any) -> None:
         super().__init__(**kwargs)

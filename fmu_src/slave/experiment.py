@@ -1,4 +1,4 @@
-"""The experiment that a host sets up, and the communication steps that it allows."""
+"""The experiment that a host sets up: times, tolerance, and valid communication steps."""
 
 import math
 from collections.abc import Callable
@@ -8,20 +8,12 @@ from fivtui.model.errors import InputError
 from fivtui.model.numbers import Interval, parse_number
 from fivtui.taylor.stepper import DEFAULT_TOL, TOL_RANGE
 
-# Times of the host and of the slave agree to the host's rounding.
+# Times of host and FMU may differ by rounding up to this, s or relative.
 SAME_TIME: Final = 1e-9
 
 
 class Experiment(NamedTuple):
-    """Times and tolerance of a run.
-
-    Attributes
-    ----------
-    start_time, stop_time : float
-        First time, s, and last; infinite if no last time is defined.
-    tol : float
-        Relative error to aim at after about a hundred periods.
-    """
+    """Start and stop time (infinite if not defined), s, and tolerance of a run."""
 
     start_time: float = 0.0
     stop_time: float = math.inf
@@ -35,28 +27,11 @@ class Experiment(NamedTuple):
         tol: float | None,
         warn: Callable[[str], None],
     ) -> Self:
-        """An experiment from what a host gives.
+        """An experiment from the values of a host, in s.
 
-        Parameters
-        ----------
-        start_time : float
-            Start time, s.
-        stop_time : float or None
-            Stop time, s.
-        tol : float or None
-            Relative tolerance; the default if None, the nearest possible if out of range.
-        warn : callable
-            Is given a line if another tolerance is taken.
-
-        Returns
-        -------
-        Experiment
-            The checked experiment.
-
-        Raises
-        ------
-        InputError
-            If a time or the tolerance is not a number, or a time is not finite or out of range.
+        The tolerance is `DEFAULT_TOL` if None; out of range, it becomes the nearest valid one and
+        `warn` is called with a line. Raises `InputError` if a value is not a number or a time is
+        out of range.
         """
         start = parse_number("start time", start_time, "a finite number of seconds")
         stop = (
@@ -77,26 +52,10 @@ class Experiment(NamedTuple):
         return cls(start, stop, possible)
 
     def end_of_step(self, t: float, current_time: float, step_size: float) -> float:
-        """Where a communication step ends.
+        """The next communication point, s, from the time reached and the host's time and step size.
 
-        Parameters
-        ----------
-        t : float
-            Time reached, s.
-        current_time : float
-            Time at which the host believes to be, s; its rounding may differ.
-        step_size : float
-            Communication step, s.
-
-        Returns
-        -------
-        float
-            The next communication point, s.
-
-        Raises
-        ------
-        InputError
-            If the host is at another time, the step is not positive, or it passes the stop time.
+        Raises `InputError` if the host is at another time beyond rounding, the step is not
+        positive, or it passes the stop time.
         """
         if not _same(current_time, t):
             raise InputError(f"current time = {current_time!r} s: the FMU is at {t!r} s")

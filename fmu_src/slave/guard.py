@@ -1,4 +1,4 @@
-"""Entry points that no exception leaves: one would corrupt the wrapper's reference counts."""
+"""Entry points that never raise: an exception would corrupt the wrapper's reference counts."""
 
 import traceback
 from collections.abc import Callable
@@ -11,18 +11,10 @@ _Method = TypeVar("_Method", bound=Callable[..., Any])
 
 
 def guarded(fallback: Callable[..., object]) -> Callable[[_Method], _Method]:
-    """Make a method an entry point that refuses instead of raising.
+    """Decorator for an entry point: instead of raising it calls ``self.refuse(call, why)``.
 
-    Parameters
-    ----------
-    fallback : callable
-        What a refused call returns, given its arguments.
-
-    Returns
-    -------
-    callable
-        The decorator. Its class has a method ``refuse(call, why)``, which is given the name of the
-        entry point and a line, or a traceback where there is a defect.
+    It then returns `fallback` of its arguments. `why` is the message of an `InputError` or
+    `ComputationError`, else a traceback.
     """
 
     def decorate(method: _Method) -> _Method:
@@ -43,4 +35,4 @@ def guarded(fallback: Callable[..., object]) -> Callable[[_Method], _Method]:
 
 
 def nothing(*_: object) -> None:
-    """What a refused call returns that returns nothing."""
+    """Fallback for calls that return None."""

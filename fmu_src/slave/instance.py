@@ -1,8 +1,8 @@
-"""A component's side of FMI 2.0 co-simulation, as pythonfmu calls it: calls, values, refusals.
+"""FMI 2.0 co-simulation of a component, as pythonfmu calls it.
 
-The wrapper around these classes cannot carry an exception, nor a status other than that of
-`do_step`: every entry point catches what is raised inside, logs it and keeps the state as it was,
-and what a call refused is reported by the next `do_step`, which then fails.
+The wrapper can pass on neither exceptions nor a status other than that of `do_step`: every entry
+point catches exceptions, logs them and keeps the state as it was. The next `do_step` reports a
+refused call by failing.
 """
 
 import logging
@@ -34,14 +34,14 @@ from .notices import Notices
 from .process_end import let_go_in_time
 from .variable import Role, Type, VariableTable
 
-# pythonfmu has no enumerations; the model description makes them of integers.
+# pythonfmu has no enumerations; the model description turns integers into them.
 _MAKERS: Final = {
     Type.REAL: Real,
     Type.INTEGER: Integer,
     Type.ENUMERATION: Integer,
     Type.BOOLEAN: Boolean,
 }
-# Calls whose refusal changes nothing that a host could rely on afterwards.
+# Calls that only read or step: their refusal is not reported again by the next step.
 _REPORTED_AT_ONCE: Final = {
     "_computed_step",
     "get_real",
@@ -55,23 +55,15 @@ _REPORTED_AT_ONCE: Final = {
 class Instance(Fmi2Slave):  # type: ignore[misc]
     """One instance of a component.
 
-    Parameters
-    ----------
-    table : VariableTable
-        Its variables.
-    description : str
-        What it is, in one sentence.
-    default : DefaultExperiment
-        The run that it suggests.
-    **kwargs
-        What the wrapper knows of the instance.
+    `description` is one sentence, `default` the experiment that it suggests, `kwargs` those of the
+    wrapper.
     """
 
     def __init__(
         self, table: VariableTable, description: str, default: DefaultExperiment, **kwargs: Any
     ) -> None:
         super().__init__(**kwargs)
-        # The wrapper, which passes its logger, has put the FMU's folder on the host's path again.
+        # The wrapper, which passes its logger, adds the FMU's folder to the host's path each time.
         if "logger" in kwargs and self.resources in sys.path:
             sys.path.remove(self.resources)
         let_go_in_time(self.resources)
@@ -84,7 +76,7 @@ class Instance(Fmi2Slave):  # type: ignore[misc]
         self._experiment: Experiment | None = None
         self._values: dict[int, float | bool] = {}
         self._stale = True
-        # The time reached, that of the outputs, and up to where a step computes nothing.
+        # Times, s: reached, of the outputs, and up to which a step needs no computation.
         self._t, self._published, self._free_until = 0.0, 0.0, -math.inf
         self._refused: dict[int | str, str] = {}
         self._notices = Notices(self.instance_name)
@@ -103,45 +95,41 @@ class Instance(Fmi2Slave):  # type: ignore[misc]
 
     @abstractmethod
     def _begin_motion(self, experiment: Experiment) -> None:
-        """Make the motion that the values describe, at the start time."""
+        """Create the motion from the values, at the start time."""
 
     @abstractmethod
     def _go_on(self, end: float, experiment: Experiment) -> None:
-        """Take the motion from the time reached to a later one, or leave it where it is."""
+        """Move on to a later time, s; on an exception, leave the motion where it is."""
 
     @abstractmethod
     def _publish(self) -> None:
-        """Put the outputs at the time reached into the values."""
+        """Store the outputs at the time reached in the values."""
 
     @abstractmethod
     def _motion_state(self) -> Any:
-        """Where the motion is, as a value that never changes."""
+        """State of the motion, immutable, with its time as `t`."""
 
     @abstractmethod
     def _resume(
         self, values: dict[int, float | bool], experiment: Experiment, motion_state: Any
     ) -> None:
-        """Take the motion to where one of these values was."""
+        """Return to a state of the motion."""
 
     @staticmethod
     @abstractmethod
     def _to_json(motion_state: Any) -> Any:
-        """A motion_state as JSON can hold it."""
+        """A state of the motion as JSON data."""
 
     @staticmethod
     @abstractmethod
     def _from_json(content: Any) -> Any:
-        """A motion_state from what JSON holds."""
+        """A state of the motion from JSON data."""
 
     def refuse(self, call: int | str, why: str) -> None:
-        """Tell why a call is refused; unless it reads or steps, the next step reports it too.
+        """Log why a call is refused; unless it reads or steps, the next step reports it too.
 
-        Parameters
-        ----------
-        call : int or str
-            Value reference that was to be set, or name of the call.
-        why : str
-            A line, or a traceback.
+        `call` is the value reference that was to be set, or the name of the call; `why` is a line
+        or a traceback.
         """
         if call not in _REPORTED_AT_ONCE:
             self._refused[call] = why
@@ -149,7 +137,7 @@ class Instance(Fmi2Slave):  # type: ignore[misc]
         self._tell(Fmi2Status.error, logging.ERROR, why)
 
     def _tell(self, status: Fmi2Status, level: int, text: str) -> None:
-        # A category that is given is one object, which the wrapper may keep.
+        # A constant: the wrapper may keep a reference to the category.
         category = "logStatusError" if status is Fmi2Status.error else "logStatusWarning"
         self.log(self._notices.tell(level, text), status, category)
 
@@ -157,7 +145,7 @@ class Instance(Fmi2Slave):  # type: ignore[misc]
     def setup_experiment(
         self, start_time: float, stop_time: float | None, tolerance: float | None
     ) -> None:
-        """Take the start time, the stop time and the tolerance of the run."""
+        """Set start time, stop time, s, and tolerance of the run."""
         self._require("setup_experiment", Phase.INSTANTIATED)
         self._experiment = Experiment.checked(
             start_time,
@@ -188,9 +176,9 @@ class Instance(Fmi2Slave):  # type: ignore[misc]
         self._phase = Phase.STEPPING
 
     def do_step(self, current_time: float, step_size: float) -> bool:
-        """Go on by one communication step."""
-        # Most steps end inside of a Taylor step, where nothing is to be computed until it is read.
-        # They pay for no guard: the wrapper passes floats, whose comparison cannot fail.
+        """Move on by one communication step, s. Returns False if the step is refused."""
+        # Most steps end within a Taylor step, where nothing is computed until outputs are read.
+        # They need no guard: the wrapper passes floats, whose comparison cannot raise.
         t, end = self._t, current_time + step_size
         if (
             t < end < self._free_until
@@ -218,7 +206,7 @@ class Instance(Fmi2Slave):  # type: ignore[misc]
 
     @guarded(nothing)
     def terminate(self) -> None:
-        """End the run; the values stay readable."""
+        """End the run; values can still be read."""
         self._free_until = -math.inf
         self._phase = Phase.TERMINATED
 
@@ -229,12 +217,12 @@ class Instance(Fmi2Slave):  # type: ignore[misc]
 
     @guarded(lambda vrs: [0] * len(vrs))
     def get_integer(self, vrs: Sequence[int]) -> list[int]:
-        """Values of variables of any type as integers; 0 where there is none yet."""
+        """Values of variables of any type as integers; 0 if there is none yet."""
         return [0 if math.isnan(value) else int(value) for value in self._read(vrs)]
 
     @guarded(lambda vrs: [False] * len(vrs))
     def get_boolean(self, vrs: Sequence[int]) -> list[bool]:
-        """Values of variables of any type as truth values; false where there is none yet."""
+        """Values of variables of any type as booleans; False if there is none yet."""
         return [not math.isnan(value) and bool(value) for value in self._read(vrs)]
 
     @guarded(lambda vrs: [""] * len(vrs))
@@ -249,12 +237,12 @@ class Instance(Fmi2Slave):  # type: ignore[misc]
 
     @guarded(nothing)
     def set_integer(self, vrs: Sequence[int], values: Sequence[int]) -> None:
-        """Refuse: no variable that can be set is an integer."""
+        """Refuse: no variable of type Integer can be set."""
         self._set(vrs, values, Type.INTEGER)
 
     @guarded(nothing)
     def set_boolean(self, vrs: Sequence[int], values: Sequence[bool]) -> None:
-        """Set the switches of the model."""
+        """Set parameters of type Boolean."""
         self._set(vrs, values, Type.BOOLEAN)
 
     @guarded(nothing)
@@ -304,7 +292,7 @@ class Instance(Fmi2Slave):  # type: ignore[misc]
     def _read(self, vrs: Sequence[int]) -> list[float | bool]:
         values = self._values
         if self._refused and self._phase in (Phase.INSTANTIATED, Phase.INITIALIZATION):
-            # There is no motion with the values that the host has set: nothing that looks like one.
+            # No motion exists for the refused values: outputs are NaN.
             values = values | self._undefined
         elif self._stale:
             self._begin()
@@ -316,7 +304,7 @@ class Instance(Fmi2Slave):  # type: ignore[misc]
             raise InputError(f"value reference {unknown}: there is no such variable") from None
 
     def _set(self, vrs: Sequence[int], values: Sequence[object], kind: Type) -> None:
-        # All of a call or nothing; a valid value takes back the refusal of an earlier one.
+        # Sets all values or none; a valid value cancels the refusal of an earlier one.
         accepted: dict[int, float | bool] = {}
         refused: dict[int, str] = {}
         for reference, value in zip(vrs, values, strict=True):
@@ -334,7 +322,7 @@ class Instance(Fmi2Slave):  # type: ignore[misc]
             self._values.update(accepted)
             self._stale = True
         elif any(self._values[reference] != value for reference, value in accepted.items()):
-            # What has been left uncomputed belongs to the inputs until now.
+            # Steps not yet computed are computed with the old inputs.
             self._free_until = -math.inf
             self._motion_state()
             self._values.update(accepted)

@@ -10,12 +10,12 @@ from fivtui.model.errors import InputError
 
 from .experiment import Experiment
 
-# A state belongs to one build of the FMU: the package it is bundled in is named by its content.
+# The build of the FMU: the bundled package is named by a hash of its content.
 _BUILD: Final = __name__.partition(".")[0]
 
 
 class Phase(StrEnum):
-    """State of an instance in the calling sequence of FMI 2.0, as words for messages."""
+    """Phase of an instance in the calling sequence of FMI 2.0; values are words for messages."""
 
     INSTANTIATED = "before initialization"
     INITIALIZATION = "in initialization mode"
@@ -24,18 +24,9 @@ class Phase(StrEnum):
 
 
 class InstanceState(NamedTuple):
-    """All that an FMU instance remembers.
+    """The complete state of an FMU instance: phase, experiment, values of all variables, motion.
 
-    Attributes
-    ----------
-    phase : Phase
-        Where it is in the calling sequence.
-    experiment : Experiment or None
-        Times and tolerance; None before they are set up.
-    values : tuple of float or bool
-        Values of all variables in the order of their value references.
-    motion_state : named tuple or None
-        Where the motion is, with its time as `t`; None before it begins.
+    `experiment` is None before it is set up, `motion_state` before the motion begins.
     """
 
     phase: Phase
@@ -45,44 +36,16 @@ class InstanceState(NamedTuple):
 
 
 def to_bytes(state: InstanceState, to_json: Callable[[Any], Any]) -> bytes:
-    """Serialise a state, exactly.
-
-    Parameters
-    ----------
-    state : InstanceState
-        The state.
-    to_json : callable
-        From a motion_state to what JSON can hold.
-
-    Returns
-    -------
-    bytes
-        A checksum and JSON; floats are written so that they read back bit for bit.
-    """
+    """Serialise a state: a checksum and JSON, from which floats read back bit for bit."""
     motion_state = None if state.motion_state is None else to_json(state.motion_state)
     text = json.dumps({"build": _BUILD, **state._asdict(), "motion_state": motion_state}).encode()
     return b"%08x" % zlib.crc32(text) + text
 
 
 def from_bytes(data: bytes, from_json: Callable[[Any], Any]) -> InstanceState:
-    """Read a state back.
+    """Read a state written by `to_bytes`.
 
-    Parameters
-    ----------
-    data : bytes
-        What `to_bytes` returned.
-    from_json : callable
-        From what JSON holds to a motion_state.
-
-    Returns
-    -------
-    InstanceState
-        The state.
-
-    Raises
-    ------
-    InputError
-        If the bytes are damaged or come from another build of the FMU.
+    Raises `InputError` if the bytes are damaged or come from another build of the FMU.
     """
     checksum, text = data[:8], data[8:]
     if checksum != b"%08x" % zlib.crc32(text):

@@ -1,7 +1,7 @@
-"""The motion at communication points: Taylor steps that outlive them, inputs that may change.
+"""The motion at communication points, under inputs that may change there.
 
 A Taylor step covers many communication steps. Its polynomial is kept until it is used up or an
-input changes, so the result does not depend on where the communication points lie.
+input changes, so the result does not depend on the communication points.
 """
 
 from collections.abc import Mapping
@@ -27,26 +27,11 @@ _FIXED: Final = [r for r, v in enumerate(VARIABLES) if v.role is Role.PARAMETER]
 
 
 class MotionState(NamedTuple):
-    """The motion at a communication point: all that moving on changes, never changed itself.
+    """State of the motion at a communication point `t`, immutable.
 
-    Attributes
-    ----------
-    t : float
-        Time, s.
-    state : State
-        (x, ẋ, y, ẏ), m and m/s.
-    mode : Mode
-        Contact or separated.
-    F, mu : float
-        Preload, N, and friction coefficient up to here.
-    separations, reattachments : int
-        Numbers of switches up to here, a switch at this very time included.
-    last_event : float
-        Time of the last of them, s; the start time as long as there is none.
-    stepper : StepperSnapshot
-        Where the integrator stands: at the end of `segment`.
-    segment : Segment or None
-        The piece of motion that holds `t`; None where the inputs have just changed.
+    `F` and `mu` are the inputs up to `t`, `last_event` the time of the last switch (the start time
+    before the first), `stepper` the integrator at the end of `segment`, and `segment` the one that
+    contains `t`, or None if the inputs have just changed.
     """
 
     t: float
@@ -62,25 +47,10 @@ class MotionState(NamedTuple):
 
 
 class SliderBeltMotion:
-    """A transient that is asked for time after time, under inputs held between those times.
+    """A motion that is moved on step by step, with inputs held over each step.
 
-    Parameters
-    ----------
-    p : Parameters
-        The parameter set; its F and μ are the first inputs.
-    state : State
-        (x, ẋ, y, ẏ) at `t`, m and m/s.
-    t : float
-        Start time, s.
-    separation : bool
-        Whether separation is considered.
-    tol : float
-        Relative error to aim at after about a hundred periods.
-
-    Attributes
-    ----------
-    current : MotionState
-        Where the motion is.
+    The inputs F and μ of `p` are the first ones; `tol` is the relative error of the state to aim at
+    after about a hundred periods. `current` is the state of the motion.
     """
 
     def __init__(
@@ -94,56 +64,40 @@ class SliderBeltMotion:
         self.current = MotionState(t, state, snapshot.mode, p.F, p.mu, 0, 0, t, snapshot, None)
 
     def state_at(self, t: float) -> State:
-        """The state at a time, without moving on.
-
-        Parameters
-        ----------
-        t : float
-            Time, s; that of `current`, or one between it and `known_until`.
-
-        Returns
-        -------
-        State
-            (x, ẋ, y, ẏ), m and m/s.
-        """
+        """The state at a time from now to `known_until`, s, without moving on."""
         current = self.current
         if t == current.t or current.segment is None:
             return current.state
         return current.segment.state(t)
 
     def accelerations(self, state: State, *, F: float, mu: float) -> tuple[float, float]:
-        """Accelerations (ẍ, ÿ), m/s², at a state in the present mode, under given inputs."""
+        """Accelerations (ẍ, ÿ), m/s², in the current mode under given inputs."""
         p = self._p
         if F != p.F or mu != p.mu:
             p = p.with_values({"F": F, "mu": mu})
         return accelerations(p, state, self.current.mode)
 
     def contact_force(self, y: float) -> float:
-        """Contact force P, N, at a vertical displacement, m, in the present mode."""
+        """Contact force P, N, at a height y, m, in the current mode."""
         return contact_force(self._p, y, self.current.mode) + 0.0
 
     @property
     def known_until(self) -> float:
-        """Time before which moving on under the same inputs computes no Taylor step, s."""
+        """Time, s, up to which moving on under the same inputs needs no Taylor step."""
         segment = self.current.segment
         return self.current.t if segment is None else segment.end
 
     def move_to(self, t: float, *, F: float, mu: float) -> None:
-        """Go on to a later time.
+        """Move on to a later time, s, with preload `F`, N, and friction coefficient `mu`.
 
-        Parameters
-        ----------
-        t : float
-            Time, s; later than that of `current`.
-        F, mu : float
-            Preload, N, and friction coefficient from here to `t`.
+        On any exception the motion stays where it was.
 
         Raises
         ------
         InputError
             If an input is out of range.
         ComputationError
-            If the motion cannot be continued. It stays where it was, as with every exception.
+            If the motion cannot be continued.
         """
         begin = self.current
         try:
@@ -155,13 +109,7 @@ class SliderBeltMotion:
             raise
 
     def restore(self, current: MotionState) -> None:
-        """Go to where a motion of the same problem was.
-
-        Parameters
-        ----------
-        current : MotionState
-            What follows is what followed then, to the last bit.
-        """
+        """Return to a state of a motion of the same problem; what follows is bit-identical."""
         if current.F != self._p.F or current.mu != self._p.mu:
             self._p = self._p.with_values({"F": current.F, "mu": current.mu})
             self._stepper = self._stepper_from(current.state, current.t)
@@ -178,7 +126,7 @@ class SliderBeltMotion:
         p = self._p.with_values({"F": F, "mu": mu})
         state = at.state
         if self._separation and at.mode is not mode_of(p, state, separation=True):
-            # The polynomial's y is on the wrong side by its rounding only: this is the switch.
+            # y is on the wrong side by rounding alone: the slider is at the switch.
             state = (state[0], state[1], 0.0, state[3])
         self._p = p
         self._stepper = self._stepper_from(state, at.t)
@@ -197,7 +145,7 @@ class SliderBeltMotion:
                 current = _counted(current, following.mode, segment.end)
             segment = following
             current = current._replace(stepper=self._stepper.snapshot, segment=segment)
-        # Most communication steps come here at once; _replace would take as long as the rest.
+        # Built directly for speed: most communication steps do nothing else.
         _, _, mode, F, mu, separations, reattachments, last_event, snapshot, _ = current
         self.current = MotionState(
             t,
@@ -226,22 +174,9 @@ def _counted(current: MotionState, mode: Mode, t: float) -> MotionState:
 
 
 def start_state(values: Values) -> State:
-    """The state in which the motion begins.
+    """The state (x, ẋ, y, ẏ) at the start, m and m/s, from values by value reference.
 
-    Parameters
-    ----------
-    values : mapping of int to float or bool
-        Values of all variables by value reference.
-
-    Returns
-    -------
-    State
-        (x, ẋ, y, ẏ), m and m/s.
-
-    Raises
-    ------
-    ComputationError
-        If the start is static and there is no equilibrium.
+    Raises `ComputationError` if the start is static and there is no equilibrium.
     """
     if values[REFERENCES["start_static"]]:
         return static_start(parameters_from(values), separation=separation_in(values))
@@ -250,72 +185,22 @@ def start_state(values: Values) -> State:
 
 
 def motion_from(values: Values, state: State, *, t: float, tol: float) -> SliderBeltMotion:
-    """The motion that the values describe.
-
-    Parameters
-    ----------
-    values : mapping of int to float or bool
-        Values of all variables by value reference.
-    state : State
-        (x, ẋ, y, ẏ) at `t`, m and m/s.
-    t : float
-        Time, s.
-    tol : float
-        Relative error to aim at.
-
-    Returns
-    -------
-    SliderBeltMotion
-        At `t`.
-    """
+    """The motion from a state, with parameters, inputs and separation from the values."""
     return SliderBeltMotion(
         parameters_from(values), state, t=t, separation=separation_in(values), tol=tol
     )
 
 
 def fixed_values(values: Values) -> list[float]:
-    """What two motions share if one can take up where the other was.
-
-    Parameters
-    ----------
-    values : mapping of int to float or bool
-        Values of all variables by value reference.
-
-    Returns
-    -------
-    list of float
-        The values of the fixed parameters.
-    """
+    """The values of the fixed parameters; motions with equal ones can exchange their states."""
     return [values[reference] for reference in _FIXED]
 
 
 def parameters_from(values: Values) -> Parameters:
-    """The parameter set, inputs included.
-
-    Parameters
-    ----------
-    values : mapping of int to float or bool
-        Values of all variables by value reference.
-
-    Returns
-    -------
-    fivtui.model.parameters.Parameters
-        Every value is inside its bounds.
-    """
+    """The parameter set, inputs included."""
     return Parameters(**{name: float(values[REFERENCES[name]]) for name in PARAMETERS})
 
 
 def separation_in(values: Values) -> bool:
-    """Whether separation is considered.
-
-    Parameters
-    ----------
-    values : mapping of int to float or bool
-        Values of all variables by value reference.
-
-    Returns
-    -------
-    bool
-        True for Case 1.
-    """
+    """Whether separation is considered (Case 1 of the paper)."""
     return bool(values[REFERENCES["separation"]])

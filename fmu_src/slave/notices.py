@@ -1,7 +1,7 @@
-"""What an instance tells its user: for the host's log, and on standard error in any case.
+"""Messages of an instance: to the host's log, and always to standard error.
 
-Hosts show the log only if debug logging is on. The wrappers never free a text that they have
-logged, so an instance logs few different ones, and equal ones are one object.
+Hosts show the log only if debug logging is on. The wrappers never free a logged text, so an
+instance logs few different ones, and equal ones are one object.
 """
 
 import logging
@@ -18,13 +18,7 @@ _UNTOLD: Final = f"refused, for another reason than the first {_DIFFERENT} that 
 
 
 class Notices:
-    """What one instance tells its user.
-
-    Parameters
-    ----------
-    instance : str
-        Name of the instance.
-    """
+    """Messages of one instance, given its name."""
 
     def __init__(self, instance: str) -> None:
         self._instance = instance
@@ -32,19 +26,9 @@ class Notices:
         self._logged: set[str] = set()
 
     def tell(self, level: int, text: str) -> str:
-        """Print a line to standard error, if there were not too many.
+        """Print a text (a line or a traceback) to standard error, unless there were too many.
 
-        Parameters
-        ----------
-        level : int
-            Of Python's ``logging``.
-        text : str
-            A line, or a traceback.
-
-        Returns
-        -------
-        str
-            The text as it can be given to the wrapper's logger.
+        `level` is one of Python's ``logging``. Returns the text as the wrapper's logger needs it.
         """
         if self._printed <= _PRINTED:
             self._print(level, text if self._printed < _PRINTED else _UNPRINTED)
@@ -53,11 +37,11 @@ class Notices:
             if len(self._logged) >= _DIFFERENT:
                 text = _UNTOLD
             self._logged.add(text)
-        # The message is a format to the host.
+        # Hosts use the message as a format string.
         return sys.intern(text.replace("%", "%%"))
 
     def _print(self, level: int, text: str) -> None:
-        # No exception may leave an entry point of the FMU, not even one of the host's handlers.
+        # Exceptions of the host's handlers must not leave an entry point of the FMU, either.
         with suppress(BaseException):
             logging.getLogger(LOGGER).log(
                 level, "%s: %s", self._instance, text, extra={"fmu_instance": self._instance}

@@ -1,4 +1,4 @@
-"""The slider-belt model as a component for co-simulation."""
+"""The slider-belt model for co-simulation."""
 
 from dataclasses import astuple
 from typing import Any
@@ -28,13 +28,7 @@ _SEPARATIONS, _REATTACHMENTS, _LAST_EVENT = (
 
 
 class SliderBeltInstance(Instance):
-    """One instance of the slider-belt model.
-
-    Parameters
-    ----------
-    **kwargs
-        What the wrapper knows of the instance.
-    """
+    """One instance of the slider-belt model."""
 
     def __init__(self, **kwargs: Any) -> None:
         default = DefaultExperiment(0.0, 100.0, 0.01, DEFAULT_TOL)
@@ -42,7 +36,7 @@ class SliderBeltInstance(Instance):
         self.modelName = "SliderBelt"
         self.modelName = "SliderBelt"
         self._motion: SliderBeltMotion
-        # What the motion was made of, besides its start and its inputs.
+        # Tolerance and fixed parameters of the motion.
         self._made_of: tuple[float, ...] = ()
 
     def _begin_motion(self, experiment: Experiment) -> None:
@@ -59,7 +53,7 @@ class SliderBeltInstance(Instance):
         current, state = motion.current, motion.state_at(self._t)
         force = motion.contact_force(state[2])
         friction = values[_MU] * force
-        # One by one: this is most of what reading costs.
+        # Assigned one by one, as this is most of the cost of reading.
         values[_X], values[_VX], values[_Y], values[_VY] = state
         values[_P], values[_ON_SLIDER], values[_ON_BELT] = force, friction, -friction
         values[_SWITCHING] = state[2]

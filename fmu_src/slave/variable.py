@@ -1,4 +1,4 @@
-"""What a variable of the FMU is."""
+"""The variables of an FMU: name, type, range and meaning of each, and the table of them."""
 
 import math
 from collections.abc import Mapping, Sequence
@@ -20,7 +20,7 @@ class Type(StrEnum):
 
 
 class Role(StrEnum):
-    """What a variable is for; the value is its FMI causality."""
+    """FMI causality of a variable."""
 
     PARAMETER = "parameter"
     INPUT = "input"
@@ -47,19 +47,19 @@ class Variable:
     start : float or bool
         Value before any is set; of outputs, before the motion begins.
     lower, upper : float
-        Bounds of the allowed range, infinite where there is none.
+        Bounds of the allowed range, infinite if there is none.
     allowed : str
-        The allowed range in words; empty for what cannot be set.
+        The allowed range in words; empty if it cannot be set.
     nominal : float or None
         Typical size.
     discrete : bool
-        Whether it changes at switches only.
+        Whether it changes only at switches.
     depends_on : tuple of str
         Inputs it depends on directly, at a communication point.
     starts_from : tuple of str
         Parameters and inputs that its initial value depends on.
     derivative_of : str
-        Name of the variable whose derivative it is; empty if it is none.
+        Name of the variable whose derivative it is; empty if none.
     varies_with : tuple of str
         States and inputs that it depends on as a derivative.
     items : tuple of str
@@ -103,23 +103,7 @@ class Variable:
         return "exact" if self.role is Role.PARAMETER else "calculated"
 
     def check(self, value: object) -> float | bool:
-        """Return a value that may be set.
-
-        Parameters
-        ----------
-        value : object
-            The value given.
-
-        Returns
-        -------
-        float or bool
-            The checked value.
-
-        Raises
-        ------
-        InputError
-            If it is not a number, not finite or out of bounds.
-        """
+        """Return a valid value as a float or bool; `InputError` if it is out of range."""
         if self.name in PARAMETERS:
             return PARAMETERS[self.name].check(value)
         if self.type is Type.BOOLEAN:
@@ -131,12 +115,7 @@ class Variable:
 
 
 class VariableTable:
-    """Variables by value reference, which is the place in the table.
-
-    Parameters
-    ----------
-    variables : sequence of Variable
-        The rows.
+    """The variables of a component; the value reference is the index in the table.
 
     Attributes
     ----------
@@ -151,27 +130,10 @@ class VariableTable:
         self.references: Mapping[str, int] = {v.name: i for i, v in enumerate(self.variables)}
 
     def check_settable(self, reference: int, kind: Type, value: object) -> float | bool:
-        """Check a value that is to be set from outside.
+        """Check a value that a host sets by an FMI call of type `kind`.
 
-        Parameters
-        ----------
-        reference : int
-            Value reference.
-        kind : Type
-            Type of the FMI call.
-        value : object
-            The value given.
-
-        Returns
-        -------
-        float or bool
-            The checked value.
-
-        Raises
-        ------
-        InputError
-            If there is no such variable, it is not of that type or not to be set, or the value is
-            not allowed.
+        Raises `InputError` if there is no such variable, it is of another type or cannot be set, or
+        the value is out of range.
         """
         if not 0 <= reference < len(self.variables):
             raise InputError(

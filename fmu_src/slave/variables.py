@@ -1,4 +1,4 @@
-"""The variables of the slider-belt model, as data."""
+"""The table of variables of the slider-belt model."""
 
 import math
 import sys
@@ -33,7 +33,7 @@ def _parameters() -> list[Variable]:
             meaning=spec.meaning,
             unit=spec.unit or _DIMENSIONLESS,
             start=spec.default,
-            # FMI knows closed ranges only: next to an excluded zero is the least normal number.
+            # FMI has closed ranges only, so the least normal number stands for an excluded zero.
             lower=max(spec.lower, sys.float_info.min) if spec.lower_open else spec.lower,
             upper=spec.upper,
             allowed=spec.allowed,
@@ -181,7 +181,7 @@ def _locals() -> list[Variable]:
     mode = columns["mode"]
 
     def mirror(name: str, kind: Type, items: tuple[str, ...] = ()) -> Variable:
-        # A further type costs a host one more call for every sample: not recorded unasked.
+        # Local, so that hosts do not record it by default: every type costs a call per sample.
         return Variable(
             name=name,
             type=kind,
@@ -217,7 +217,7 @@ def _locals() -> list[Variable]:
             ("m", "k1", "k2", "k3", "k_nl", "c1", "F", "mu", "vx_start"),
             ("x", "vx", "y", "mu"),
         ),
-        # At rest at the equilibrium it is zero, whatever k1 is.
+        # Without k1: the equilibrium depends on it, but the acceleration is zero there.
         acceleration(
             "y",
             "vertical",

@@ -1,4 +1,4 @@
-"""The paper's statements, each held against the model."""
+"""The paper's statements, compared with the model."""
 
 from typing import TYPE_CHECKING
 

@@ -13,7 +13,7 @@ from .trends import crossing, falls, rises
 AMPLITUDES: Final = Chapter()
 _MEASURES: Final = {"y_peak": "peak", "y_half_range": "half peak-to-peak, second half of the run"}
 _UNITS: Final = {"F": "N", "k_nl": "N/m³"}
-# Along a whole figure, separation ignored: less than this is "barely".
+# Variation along a figure, separation ignored, that counts as "barely".
 _BARELY: Final = 1.2
 
 
@@ -40,7 +40,7 @@ def _all_ends(line: FigureData, label: str = "") -> tuple[Quantity, ...]:
 
 
 def _crossings(results: PaperResults, key: str) -> dict[str, float]:
-    # Where Case 1 comes to exceed Case 2 for good, by measure; only where it does.
+    # Where Case 1 begins to exceed Case 2 for good, by measure, if it does.
     ignored, considered = _cases(results, key)
     along = considered[considered.along]
     places = {name: crossing(along, considered[name] - ignored[name]) for name in _MEASURES}

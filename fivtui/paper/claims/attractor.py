@@ -1,4 +1,4 @@
-"""Claims of sections 1 and 5: what becomes of stable and unstable systems."""
+"""Claims of sections 1 and 5: what stable and unstable systems end in."""
 
 import dataclasses
 from itertools import product
@@ -15,9 +15,9 @@ ATTRACTORS: Final = Chapter()
 _BASE: Final = Parameters()
 _COEXISTENCE: Final = PRESETS["coexistence"]
 _DECAY: Final = PRESETS["coexistence-decay"]
-# A motion whose half peak-to-peak is less than this much of its peak has come back to rest.
+# A motion whose half peak-to-peak is less than this part of its peak has returned to rest.
 _RETURNED: Final = 0.1
-# Long enough for a decaying motion to come back; s.
+# Long enough for a motion to decay, s.
 _T_END: Final = 200.0
 _TOL: Final = 1e-9
 

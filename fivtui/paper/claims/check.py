@@ -1,4 +1,4 @@
-"""Every testable statement of the paper, held against the model."""
+"""All claims of the paper, and checking them against the model."""
 
 from collections.abc import Sequence
 from typing import Final
@@ -28,19 +28,19 @@ _RUNS: Final = 0.7
 
 
 def claims(ids: Sequence[str] = (), *, progress: Progress | None = None) -> list[CheckedClaim]:
-    """Hold the testable statements of the paper against the model.
+    """Check the testable statements of the paper against the model.
 
     Parameters
     ----------
     ids : sequence of str
-        Which ones; all if empty.
+        Ids of the claims; all if empty.
     progress : callable, optional
-        Called with the fraction done; the work is cancelled when it returns False.
+        Called with the fraction done; cancels the work by returning False.
 
     Returns
     -------
     list of CheckedClaim
-        What the paper states, what is computed, and the verdict; in the order of its sections.
+        Stated value, computed value and verdict, in the order of the paper's sections.
 
     Raises
     ------
@@ -73,28 +73,11 @@ def check_claims(
     chosen: Sequence[Claim] = CLAIMS,
     progress: Progress | None = None,
 ) -> list[CheckedClaim]:
-    """Check claims.
+    """Check claims, in the order of the paper's sections.
 
-    Parameters
-    ----------
-    results : PaperResults, optional
-        Where the numbers come from; a new one if not given.
-    chosen : sequence of Claim
-        Which ones; all if not given.
-    progress : callable, optional
-        Called with the fraction done; the work is cancelled when it returns False.
-
-    Returns
-    -------
-    list of CheckedClaim
-        In the order of the paper's sections.
-
-    Raises
-    ------
-    ComputationError
-        If a run cannot be finished.
-    Cancelled
-        If `progress` returned False.
+    `results` provides the numbers; new ones are computed if not given. Raises `ComputationError` if
+    a run cannot be finished, and `Cancelled` if `progress`, called with the fraction done, returns
+    False.
     """
     source = PaperResults() if results is None else results
     report = progress or (lambda _fraction: True)
@@ -116,18 +99,10 @@ def check_claims(
 
 
 def claims_to_list(checked: Sequence[CheckedClaim]) -> list[dict[str, str]]:
-    """Checked claims as data that JSON can hold.
+    """Checked claims as JSON data.
 
-    Parameters
-    ----------
-    checked : sequence of CheckedClaim
-        The claims.
-
-    Returns
-    -------
-    list of dict
-        ``id``, ``section``, ``statement``, ``stated``, ``computed``, ``verdict``, and ``reason``
-        where there is one.
+    Keys of each are ``id``, ``section``, ``statement``, ``stated``, ``computed``, ``verdict``, and
+    ``reason`` if there is one.
     """
     rows = []
     for entry in checked:

@@ -1,4 +1,4 @@
-"""What a claim is, and what comes of holding it against the model."""
+"""A claim of the paper, and the result of checking it against the model."""
 
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
@@ -18,17 +18,7 @@ class Verdict(StrEnum):
 
 @dataclass(frozen=True, slots=True)
 class Quantity:
-    """A computed number.
-
-    Attributes
-    ----------
-    name : str
-        What it is, in the paper's symbols.
-    value : float
-        Its value.
-    unit : str
-        SI unit or %; empty when dimensionless.
-    """
+    """A computed number: name in the paper's symbols, value, unit (SI or %, empty if none)."""
 
     name: str
     value: float
@@ -40,16 +30,9 @@ class Quantity:
 
 @dataclass(frozen=True, slots=True)
 class Finding:
-    """What a test of a claim found.
+    """Result of the test of a claim: whether it holds, and the numbers that show it.
 
-    Attributes
-    ----------
-    holds : bool
-        Whether the statement holds.
-    quantities : tuple of Quantity
-        The numbers on which that rests.
-    reason : str
-        The likely reason if it does not hold, or under which reading it does.
+    `reason` is the likely reason if it does not hold, or the reading under which it does.
     """
 
     holds: bool
@@ -75,11 +58,11 @@ class Claim:
     stated : str
         The value or relation that the paper gives.
     test : callable or None
-        Computes the finding; None if the model cannot say.
+        Computes the finding; None if the model cannot decide.
     untestable : str
-        Why it cannot; empty if it can.
+        Why the model cannot decide; empty if it can.
     scenes : tuple of Scene
-        The scenes whose amplitudes the test needs besides those of the figures.
+        Scenes whose amplitudes the test needs besides those of the figures.
     """
 
     id: str
@@ -100,11 +83,11 @@ class CheckedClaim:
     claim : Claim
         The claim.
     verdict : Verdict
-        What came of it.
+        Whether it holds.
     quantities : tuple of Quantity
         The computed numbers.
     reason : str
-        Why it does not hold or cannot be tested, or under which reading it holds; may be empty.
+        Why it does not hold or cannot be tested, or the reading under which it holds; may be empty.
     """
 
     claim: Claim
@@ -119,7 +102,7 @@ class CheckedClaim:
 
 
 class Chapter:
-    """Claims in the order in which they are written down."""
+    """A list of claims, filled by decorators."""
 
     def __init__(self) -> None:
         self._claims: list[Claim] = []
@@ -130,18 +113,7 @@ class Chapter:
     def claim(
         self, section: str, statement: str, stated: str, *, scenes: Sequence[Scene] = ()
     ) -> Callable[[Test], Test]:
-        """Make a claim of the function that tests it; the name of the function gives the id.
-
-        Parameters
-        ----------
-        section, statement, stated, scenes
-            See `Claim`.
-
-        Returns
-        -------
-        callable
-            The decorator.
-        """
+        """Decorator that makes a claim of its test; the function's name gives the id."""
 
         def add(test: Test) -> Test:
             name = test.__name__.strip("_").replace("_", "-")
@@ -153,40 +125,12 @@ class Chapter:
         return add
 
     def untestable(self, name: str, section: str, statement: str, stated: str, why: str) -> None:
-        """Add a claim on which the model has nothing to say.
-
-        Parameters
-        ----------
-        name : str
-            Its id.
-        section, statement, stated
-            See `Claim`.
-        why : str
-            Why it cannot be tested.
-        """
+        """Add a claim that the model cannot decide."""
         self._claims.append(Claim(name, section, statement, stated, untestable=why))
 
 
 def check(claim: Claim, results: PaperResults) -> CheckedClaim:
-    """Hold a claim against the model.
-
-    Parameters
-    ----------
-    claim : Claim
-        The claim.
-    results : PaperResults
-        Where the numbers come from.
-
-    Returns
-    -------
-    CheckedClaim
-        With its verdict.
-
-    Raises
-    ------
-    ComputationError
-        If a run cannot be finished.
-    """
+    """Check a claim; `ComputationError` if a run cannot be finished."""
     if claim.test is None:
         return CheckedClaim(claim, Verdict.NOT_TESTABLE, (), claim.untestable)
     finding = claim.test(results)

@@ -27,7 +27,7 @@ def _nonlinear(data: FigureData) -> list[tuple[float, FigureData]]:
 
 
 def _exceeds_linear(data: FigureData, value: float, unit: str) -> Finding:
-    # Whether a line ends above the linear one, and from where.
+    # Whether a line ends above the linear one, and where that begins.
     linear, line = _linear(data), data.line(value)
     place = crossing(line[line.along], line["mu_c"] - linear)
     ends = tuple(

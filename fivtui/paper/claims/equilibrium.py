@@ -25,7 +25,7 @@ from .claim import Chapter, Finding, Quantity
 EQUILIBRIUM: Final = Chapter()
 _BASE: Final = Parameters()
 _ROUNDING: Final = 1e-12
-# Of a displacement in m or a force in N at a located switch.
+# Greatest displacement, m, or force, N, at a located switch.
 _NEGLIGIBLE: Final = 1e-9
 
 
@@ -61,7 +61,7 @@ def _contact_means_negative_y(_: PaperResults) -> Finding:
 
 
 def _at_reattachments(results: PaperResults) -> Trajectory:
-    # The base scene at the end of every separation; the last lasts to the end of the run.
+    # The base scene at the end of every separation; the last may last to the end of the run.
     scene = PRESETS["base"]
     run = results.run(scene)
     ends = [end for _, end in run.separated_intervals if end < run.t_end]

@@ -1,4 +1,4 @@
-"""What the command line prints of the paper: its statements, what is computed, the verdicts."""
+"""The paper's claims as console output, Markdown and CSV."""
 
 import csv
 import io
@@ -18,7 +18,7 @@ if TYPE_CHECKING:
 
 # Columns of the table of claims, and their shares of its width.
 _CLAIM_COLUMNS: Final = {"section": 2, "statement": 6, "stated": 4, "computed": 7, "verdict": 2}
-# Width from which on they can be read beside each other, and the one where there is no terminal.
+# Least width for columns, and the width without a terminal.
 _BESIDE: Final = 100
 _WIDTH_OF_FILE: Final = 200
 _CLAIM_HEADER: Final = (
@@ -34,13 +34,7 @@ _VERDICT_STYLES: Final = {"does not hold": "bold", "not testable": "dim"}
 
 
 def print_claims(checked: Sequence["CheckedClaim"]) -> None:
-    """Print the paper's claims, what was computed of each, and the verdicts.
-
-    Parameters
-    ----------
-    checked : sequence of CheckedClaim
-        What `check_claims` returned.
-    """
+    """Print the paper's claims, what was computed of each, and the verdicts."""
     width = terminal_width()
     beside = width is None or width >= _BESIDE
     print_titled("Claims of the paper", _claims_table(checked) if beside else _claims_list(checked))
@@ -62,7 +56,7 @@ def _claims_table(checked: Sequence["CheckedClaim"]) -> Table:
 
 
 def _claims_list(checked: Sequence["CheckedClaim"]) -> Group:
-    # Every claim on lines of its own, where columns would be too narrow to be read.
+    # Every claim on lines of its own, if columns would be too narrow.
     parts: list[Text] = []
     for entry in checked:
         claim = entry.claim
@@ -81,25 +75,14 @@ def _verdict(entry: "CheckedClaim") -> Text:
 
 
 def claims_markdown(checked: Sequence["CheckedClaim"]) -> str:
-    """The paper's claims as a Markdown table.
-
-    Parameters
-    ----------
-    checked : sequence of CheckedClaim
-        What `check_claims` returned.
-
-    Returns
-    -------
-    str
-        One row a claim, with its reason in the last column.
-    """
+    """The paper's claims as a Markdown table, one row each, the reason in the last column."""
     rows = [_CLAIM_HEADER, tuple("---" for _ in _CLAIM_HEADER)]
     rows += [(f"`{entry.claim.id}`", *_claim_cells(entry)) for entry in checked]
     return "\n".join(f"| {' | '.join(map(_markdown_cell, row))} |" for row in rows)
 
 
 def claims_csv(checked: Sequence["CheckedClaim"]) -> str:
-    """The paper's claims as CSV; parameters as in `claims_markdown`."""
+    """The paper's claims as CSV, one row each."""
     text = io.StringIO()
     table = csv.writer(text, lineterminator="\n")
     table.writerow(_CLAIM_HEADER)
@@ -114,5 +97,5 @@ def _claim_cells(entry: "CheckedClaim") -> tuple[str, ...]:
 
 
 def _markdown_cell(text: str) -> str:
-    # What would end a cell, or be taken as emphasis or HTML.
+    # Characters that end a cell or are read as emphasis or HTML.
     return re.sub(r"[|*_<]", r"\\\g<0>", text) if "`" not in text else text

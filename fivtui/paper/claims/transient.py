@@ -133,7 +133,7 @@ def _contact_force_asymmetric(results: PaperResults) -> Finding:
 
 
 def _asymmetry(run: Transient, rest: Mapping[str, float], unit: str) -> Finding:
-    # Excursions in the second half of the run, when the start is forgotten.
+    # Excursions in the second half of the run, after the initial transient.
     trajectory = trajectory_of(run)
     late = trajectory.t >= 0.5 * run.t_end
     quantities: list[Quantity] = []

@@ -1,4 +1,4 @@
-"""How a computed line runs: what claims say of the lines of a figure."""
+"""Trends of a computed line: rising, falling, crossing."""
 
 import numpy as np
 
@@ -6,36 +6,26 @@ from fivtui.paper import FloatArray
 
 
 def rises(values: FloatArray) -> bool:
-    """Whether values rise from each to the next."""
+    """Whether each value is greater than the one before."""
     return bool(np.all(np.diff(values) > 0.0))
 
 
 def falls(values: FloatArray) -> bool:
-    """Whether values fall from each to the next."""
+    """Whether each value is less than the one before."""
     return bool(np.all(np.diff(values) < 0.0))
 
 
 def falls_then_rises(values: FloatArray) -> bool:
-    """Whether values fall to their least, which is not the last, and rise from there."""
+    """Whether values fall to a minimum before the last one, and rise from there."""
     place = int(np.argmin(values))
     inside = 0 < place < values.size - 1
     return inside and falls(values[: place + 1]) and rises(values[place:])
 
 
 def crossing(along: FloatArray, excess: FloatArray) -> float | None:
-    """Where values that are negative or zero at first come to be positive, once.
+    """Where values change sign from negative or zero to positive, interpolated.
 
-    Parameters
-    ----------
-    along : ndarray, shape (n,)
-        Ascending places.
-    excess : ndarray, shape (n,)
-        Values there.
-
-    Returns
-    -------
-    float or None
-        The place, interpolated; None if there is none, or more than one change of sign.
+    None if there is no such place, or more than one change of sign.
     """
     high = excess > 0.0
     if high[0] or np.count_nonzero(np.diff(high)) != 1:
