@@ -9,8 +9,7 @@ from typing import Any, Final
 import pytest
 
 from fivtui.assessment.stress_tests import METHODS_UNDER_TEST
-from fivtui.io import column_files
-from fivtui.io.formats import FORMATS
+from fivtui.io.tables import FORMATS
 from fivtui.model.parameters import PARAMETERS, Parameters
 from fivtui.simulation import ALL_METHODS
 from fivtui.sweeps.formats import SWEEP_FORMATS
@@ -120,7 +119,6 @@ def test_the_tables_of_methods_know_the_same_methods() -> None:
 
 
 def test_what_is_written_in_a_format_is_read_and_its_package_is_an_extra() -> None:
-    assert set(FORMATS) == set(column_files._READERS) == set(column_files._HEADER_READERS)
     assert set(SWEEP_FORMATS) <= set(FORMATS)
     project = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))["project"]
     for form in FORMATS.values():

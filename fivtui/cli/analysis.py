@@ -43,11 +43,11 @@ def stability(scene: str, assignments: tuple[str, ...], **given: Any) -> None:
     limit cycle: --attractors searches for it.
     """
     from fivtui.equilibrium import print_stability, stability as judge, stability_to_dict
-    from fivtui.io import check_columns_path
+    from fivtui.io import check_table_path
 
     chosen = scene_of(scene, assignments, ignore_separation=given["ignore_separation"])
     out, plot, force, as_json = (given[name] for name in ("out", "plot", "force", "as_json"))
-    check_outputs(out, plot, partial(check_columns_path, kind="table of modes"), force=force)
+    check_outputs(out, plot, partial(check_table_path, kind="table of modes"), force=force)
     p, separation = chosen.parameters, chosen.separation
     verdict = judge(p, separation=separation)
     data = stability_to_dict(verdict)
@@ -145,13 +145,13 @@ def attractors(scene: str, assignments: tuple[str, ...], **given: Any) -> None:
 def stability_map(scene: str, assignments: tuple[str, ...], **given: Any) -> None:
     """Map the stability of the equilibrium over two parameters."""
     from fivtui.equilibrium import map_to_dict, print_map, save_map, stability_map as compute
-    from fivtui.io import check_columns_path
+    from fivtui.io import check_table_path
     from fivtui.ranges import parse_ranges
 
     chosen = scene_of(scene, assignments, ignore_separation=given["ignore_separation"])
     over = {each.name: each.values() for each in parse_ranges("--over", given["ranges"])}
     out, plot, force = given["out"], given["plot"], given["force"]
-    check_outputs(out, plot, partial(check_columns_path, kind="map"), force=force)
+    check_outputs(out, plot, partial(check_table_path, kind="map"), force=force)
     with progress_bar("map") as progress:
         result = compute(
             chosen.parameters,

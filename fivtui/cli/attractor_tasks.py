@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any, Final
 
 import click
 
-from fivtui.io import check_columns_path
+from fivtui.io import check_table_path
 from fivtui.model import InputError
 from fivtui.orbits import (
     Explorer,
@@ -134,7 +134,7 @@ def carry_out(
     if task.save is None and (out is not None or plot is not None):
         raise InputError("--out and --plot: must be given with --vary or --basin")
     if out is not None:
-        check_columns_path(out, "attractor", force=force)
+        check_table_path(out, "attractor", force=force)
     if plot is not None:
         check_figure_path(plot, force=force)
     with progress_bar("attractors") as progress:

@@ -111,12 +111,13 @@ def fmu_run(fmu_file: Path, out: Path | None, force: bool, as_json: bool, **give
     Prints the last values, or writes all of them with --out.
     """
     from fivtui.console import print_list
-    from fivtui.fmu import check_run_path, run_fmu, save_fmu_events, save_fmu_run
+    from fivtui.fmu import run_fmu, save_fmu_events, save_fmu_run
+    from fivtui.io import check_table_path
 
     events = given["events"]
     for path in (out, events):
         if path is not None:
-            check_run_path(path, force=force)
+            check_table_path(path, "FMU result", (".csv",), force=force)
     with progress_bar("FMU") as progress:
         run = run_fmu(
             fmu_file,

@@ -1,5 +1,6 @@
 """Commands for sweeps, trade-offs and stress tests."""
 
+from functools import partial
 from typing import TYPE_CHECKING, Any
 
 import click
@@ -204,9 +205,9 @@ def tradeoff(scene: str, assignments: tuple[str, ...], **given: Any) -> None:
     """
     from dataclasses import replace
 
+    from fivtui.io import check_table_path
     from fivtui.tradeoffs import (
         cheapest_to_dict,
-        check_tradeoff_path,
         measure_tradeoff,
         print_tradeoff,
         save_tradeoff,
@@ -221,7 +222,8 @@ def tradeoff(scene: str, assignments: tuple[str, ...], **given: Any) -> None:
         chosen = replace(chosen, t_end=check_horizon(given["t_end"]))
     if given["start"] is not None:
         chosen = replace(chosen, start=start_of(given["start"]))
-    check_outputs(out, plot, check_tradeoff_path, force=force)
+    check_data = partial(check_table_path, kind="trade-off", allowed=(".csv",))
+    check_outputs(out, plot, check_data, force=force)
     with progress_bar("trade-off") as progress:
         result = measure_tradeoff(chosen, thorough=given["thorough"], progress=progress)
     if out is not None:

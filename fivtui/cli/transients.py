@@ -71,12 +71,12 @@ def simulate(**given: Any) -> None:
     """Compute one transient: peaks, separations, final state."""
     import numpy as np
 
-    from fivtui.io import check_columns_path
+    from fivtui.io import check_table_path
     from fivtui.scene import print_run, scene_transient, verified_to_dict
 
     scene = _changed(scene_of(given["scene"], given["assignments"]), given)
     out, plot, force = given["out"], given["plot"], given["force"]
-    check_outputs(out, plot, partial(check_columns_path, kind="trajectory"), force=force)
+    check_outputs(out, plot, partial(check_table_path, kind="trajectory"), force=force)
     stored = out is not None or plot is not None
     with progress_bar("transient") as progress:
         run = scene_transient(
@@ -153,7 +153,7 @@ def run(scene: str, out: Path | None, force: bool, as_json: bool, **given: Any) 
     They are its `outputs`: stability, transient and trajectory; nothing else is computed.
     """
     from fivtui.equilibrium import print_stability, stability_to_dict
-    from fivtui.io import check_columns_path
+    from fivtui.io import check_table_path
     from fivtui.scene import print_run, run_scene, verified_to_dict
     from fivtui.transient import save_trajectory, transient_to_dict
 
@@ -165,7 +165,7 @@ def run(scene: str, out: Path | None, force: bool, as_json: bool, **given: Any) 
             else "requires no trajectory; --out must not be given"
         )
         raise InputError(f"scene {chosen.name}: {wanted}")
-    check_outputs(out, None, partial(check_columns_path, kind="trajectory"), force=force)
+    check_outputs(out, None, partial(check_table_path, kind="trajectory"), force=force)
     with progress_bar(chosen.name) as progress:
         result = run_scene(chosen, progress=progress)
     data: dict[str, Any] = {"scene": chosen.name}

@@ -4,22 +4,21 @@ import json
 from collections.abc import Mapping
 from dataclasses import asdict, replace
 from pathlib import Path
-from typing import Any, BinaryIO, Final
+from typing import Any, Final
 
 import numpy as np
 from numpy.typing import NDArray
 
 from fivtui.io import (
     Columns,
-    Provenance,
+    Header,
     check_finite,
-    columns_format,
     read_bytes,
     read_columns,
-    write_atomically,
+    read_header,
+    write_table,
 )
 from fivtui.model import PARAMETERS, Column, InputError, Parameters
-from fivtui.version import __version__
 
 from .eigenvalues import Stability
 from .map import StabilityMap, stability_map
@@ -52,24 +51,17 @@ def save_modes(
     parts. Raises `InputError` if the format is unknown or its package missing, or the file cannot
     be written.
     """
-    form = columns_format(path, "table of modes")
     mu = PARAMETERS["mu"]
     columns = [Column("mu", mu.unit, mu.meaning)]
     for number in range(1, _EIGENVALUES + 1):
         columns.append(Column(f"sigma_{number}", "1/s", f"real part of eigenvalue {number}"))
         columns.append(Column(f"omega_{number}", "rad/s", f"imaginary part of eigenvalue {number}"))
-    values = scan.to_columns()
-    provenance = {
-        "fivtui": __version__,
+    header = {
         "parameters": p.as_dict(),
         "separation": separation,
         "critical_mu": [critical.mu for critical in found.critical_mu],
     }
-
-    def write(file: BinaryIO) -> None:
-        form.write(file, columns, values, provenance)
-
-    write_atomically(path, write, force=force)
+    write_table(path, "table of modes", columns, scan.to_columns(), header, force=force)
 
 
 FloatArray = NDArray[np.float64]
@@ -116,17 +108,10 @@ def save_map(result: StabilityMap, path: Path, *, force: bool = False) -> None:
 
     Raises `InputError` if the format is unknown or the file cannot be written; see `save_modes`.
     """
-    form = columns_format(path, "map")
     value = MAP_COLUMNS[result.value]
     specs = [PARAMETERS[name] for name in result.names]
     columns = [*(Column(spec.name, spec.unit, spec.meaning) for spec in specs), value]
-    values = map_columns(result)
-    provenance = {"fivtui": __version__, **_provenance(result)}
-
-    def write(file: BinaryIO) -> None:
-        form.write(file, columns, values, provenance)
-
-    write_atomically(path, write, force=force)
+    write_table(path, "map", columns, map_columns(result), _provenance(result), force=force)
 
 
 def load_map(path: Path) -> StabilityMap:
@@ -136,7 +121,7 @@ def load_map(path: Path) -> StabilityMap:
     """
     plain = path.suffix.lower() == ".json"
     content = read_bytes(path) if plain else b""
-    values, said = ({}, {}) if plain else read_columns(path, "map")
+    values, said = ({}, {}) if plain else (read_columns(path, "map"), read_header(path, "map"))
     try:
         return _from_dict(json.loads(content)) if plain else _from_columns(values, said)
     except InputError as error:
@@ -153,7 +138,7 @@ def _from_dict(data: Mapping[str, Any]) -> StabilityMap:
     return _map((first, rows), (second, columns), str(data["value"]), values, data)
 
 
-def _from_columns(columns: Columns, said: Provenance) -> StabilityMap:
+def _from_columns(columns: Columns, said: Header) -> StabilityMap:
     first, second, last = columns
     value = {column.name: name for name, column in MAP_COLUMNS.items()}[last]
     size = int(np.argmax(columns[first] != columns[first][0])) or columns[first].size

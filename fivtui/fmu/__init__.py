@@ -5,7 +5,6 @@ from typing import TYPE_CHECKING
 if TYPE_CHECKING:
     from .check import check_fmu as check_fmu
     from .run import (
-        check_run_path as check_run_path,
         run_fmu as run_fmu,
         save_fmu_events as save_fmu_events,
         save_fmu_run as save_fmu_run,

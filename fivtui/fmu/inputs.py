@@ -1,6 +1,5 @@
 """Inputs of an FMU run: start values, and values of inputs over time."""
 
-import csv
 import math
 import sys
 from collections.abc import Mapping
@@ -10,8 +9,8 @@ from typing import Any, Final
 import numpy as np
 from numpy.typing import NDArray
 
-from fivtui.io import read_bytes
-from fivtui.model import InputError, Interval, parse_number, unknown_name
+from fivtui.io import opened, read_csv
+from fivtui.model import InputError, Interval, unknown_name
 
 from .instance import FmuFile
 
@@ -74,49 +73,38 @@ def signals_from(fmu: FmuFile, path: Path, start: Mapping[str, Any]) -> NDArray[
         for v in fmu.description.modelVariables
         if v.causality == "input" and v.type not in _WORDS and not v.shape
     }
-    names, rows = _read_table(path)
-    for name in names:
+    table = _read_table(path)
+    for name in table:
         if name != TIME and name not in inputs:
             raise unknown_name(f"input in {path}:", name, inputs)
-    if TIME not in names:
+    if TIME not in table:
         raise InputError(f"{path}: there is no column {TIME}")
-    table = dict(zip(names, np.array(rows).T, strict=True))
     if np.any(np.diff(table[TIME]) < 0.0):
         raise InputError(f"{path}: the times must ascend")
     kinds: list[tuple[str, type]] = [(TIME, float)]
     for name, variable in inputs.items():
         if name not in table:
             value = start.get(name, variable.start)
-            table[name] = np.full(len(rows), float(_start_value(variable, value or 0)))
+            table[name] = np.full(table[TIME].size, float(_start_value(variable, value or 0)))
         elif variable.type != "Boolean":
             for extreme in (table[name].min(), table[name].max()):
                 _start_value(variable, float(extreme))
         kinds.append((name, bool if variable.type == "Boolean" else float))
-    signals = np.empty(len(rows), dtype=kinds)
+    signals = np.empty(table[TIME].size, dtype=kinds)
     for name, _ in kinds:
         signals[name] = table[name]
     return signals
 
 
-def _read_table(path: Path) -> tuple[list[str], list[list[float]]]:
-    content = read_bytes(path)
-    try:
-        lines = content.decode("utf-8-sig").splitlines()
-        reader = csv.reader(line for line in lines if line.strip() and line[0] != "#")
-        names = [name.strip().strip('"') for name in next(reader, [])]
-        rows = list(reader)
-    except (UnicodeDecodeError, csv.Error):
-        raise InputError(f"{path}: is not a table of comma-separated values") from None
-    if not rows:
+def _read_table(path: Path) -> dict[str, NDArray[Any]]:
+    with opened(path) as file:
+        try:
+            table = read_csv(file)
+        except InputError as error:
+            raise InputError(f"{path}: {error}") from None
+    if not table or not next(iter(table.values())).size:
         raise InputError(f"{path}: there are no rows of numbers under a row of names")
-    values = []
-    for number, row in enumerate(rows, start=1):
-        if len(row) != len(names):
-            raise InputError(f"{path}: row {number} has {len(row)} values for {len(names)} columns")
-        values.append(
-            [
-                parse_number(f"{path}: {name} in row {number}", text, "a finite number")
-                for name, text in zip(names, row, strict=True)
-            ]
-        )
-    return names, values
+    for name, values in table.items():
+        for number in values[~np.isfinite(values)]:
+            raise InputError(f"{path}: {name} = {number:g}: not a finite number")
+    return table

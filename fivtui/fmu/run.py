@@ -1,6 +1,5 @@
 """Runs of any co-simulation FMU by fmpy, with checked requests and clear errors."""
 
-import json
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
@@ -10,7 +9,13 @@ from typing import Any, BinaryIO, Final
 import numpy as np
 from numpy.typing import NDArray
 
-from fivtui.io import check_output, check_suffix, write_atomically
+from fivtui.io import (
+    check_suffix,
+    write_atomically,
+    write_csv_head,
+    write_csv_numbers,
+    write_csv_rows,
+)
 from fivtui.model import Cancelled, ComputationError, InputError, Interval, unknown_name
 from fivtui.results import Result
 from fivtui.taylor import TOL_RANGE
@@ -266,35 +271,24 @@ def _checked_run(fmu: FmuFile, table: NDArray[Any]) -> FmuRun:
     )
 
 
-def check_run_path(path: Path, *, force: bool) -> None:
-    """Check before a run that its outputs can be written to a ``.csv`` file.
-
-    Raises `InputError` if not, or if the file exists and `force` is not set.
-    """
-    check_suffix(path, "FMU result", (".csv",))
-    check_output(path, force=force)
-
-
 def save_fmu_events(run: FmuRun, path: Path, *, force: bool = False) -> None:
-    """Write changes at events as ``.csv``: time, name, value; errors as `check_run_path`."""
+    """Write changes at events as ``.csv``: time, name, value; `InputError` if that fails."""
     check_suffix(path, "FMU events", (".csv",))
 
     def write(file: BinaryIO) -> None:
-        file.write(b"time,name,value\n")
-        file.writelines(f"{t!r},{name},{value!r}\n".encode() for t, name, value in run.events())
+        rows = [(repr(t), name, repr(value)) for t, name, value in run.events()]
+        write_csv_head(file, ("time", "name", "value"), {})
+        write_csv_rows(file, zip(*rows, strict=True))
 
     write_atomically(path, write, force=force)
 
 
 def save_fmu_run(run: FmuRun, path: Path, *, force: bool = False) -> None:
-    """Write the outputs of an FMU as ``.csv`` without loss; errors as `check_run_path`."""
+    """Write the outputs of an FMU as ``.csv`` without loss; `InputError` if that fails."""
     check_suffix(path, "FMU result", (".csv",))
 
     def write(file: BinaryIO) -> None:
         header = {"model": run.model, "fmi_version": run.fmi_version, "units": run.units}
-        lines = [f"# {key}: {json.dumps(value)}" for key, value in header.items()]
-        file.write("\n".join([*lines, ",".join(run.columns), ""]).encode())
-        rows = zip(*(column.tolist() for column in run.columns.values()), strict=True)
-        file.writelines((",".join(map(repr, row)) + "\n").encode() for row in rows)
+        write_csv_numbers(file, run.columns, header)
 
     write_atomically(path, write, force=force)

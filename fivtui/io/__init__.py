@@ -3,7 +3,15 @@
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
-    from .column_files import read_columns as read_columns, read_provenance as read_provenance
+    from .csv_format import (
+        UNITS as UNITS,
+        csv_cell as csv_cell,
+        csv_quoted as csv_quoted,
+        read_csv as read_csv,
+        write_csv_head as write_csv_head,
+        write_csv_numbers as write_csv_numbers,
+        write_csv_rows as write_csv_rows,
+    )
     from .files import (
         Named as Named,
         check_apart as check_apart,
@@ -16,14 +24,8 @@ if TYPE_CHECKING:
         write_atomically as write_atomically,
     )
     from .finite import check_finite as check_finite, not_finite_error as not_finite_error
-    from .formats import (
-        FORMATS as FORMATS,
-        Columns as Columns,
-        Provenance as Provenance,
-        check_columns_path as check_columns_path,
-        columns_format as columns_format,
-    )
     from .locks import Locked as Locked, locked as locked
+    from .parquet_format import parquet_schema as parquet_schema
     from .reading import (
         MAX_TABLE as MAX_TABLE,
         MAX_TEXT as MAX_TEXT,
@@ -32,6 +34,17 @@ if TYPE_CHECKING:
         is_there as is_there,
         opened as opened,
         read_bytes as read_bytes,
+    )
+    from .tables import (
+        FORMATS as FORMATS,
+        Columns as Columns,
+        Format as Format,
+        Header as Header,
+        check_table_path as check_table_path,
+        read_columns as read_columns,
+        read_header as read_header,
+        table_format as table_format,
+        write_table as write_table,
     )
 else:
     from fivtui.lazy import lazily

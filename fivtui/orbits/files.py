@@ -3,21 +3,22 @@
 from collections.abc import Sequence
 from dataclasses import asdict
 from pathlib import Path
-from typing import Any, BinaryIO, Final
+from typing import Any, Final
 
 import numpy as np
 from numpy.typing import NDArray
 
-from fivtui.io import columns_format, write_atomically
+from fivtui.io import write_table
 from fivtui.model import PARAMETERS, Column, Parameters, State
 from fivtui.transient import START_SPECS
-from fivtui.version import __version__
 
 from .attractor_search import Coexistence
 from .basins import Basin
 from .branches import DIRECTIONS, Continuation
 from .explorer import Attractor, Kind
 
+# What a file is called in messages.
+KIND: Final = "attractor"
 KINDS: Final = tuple(Kind)
 _OTHERS: Final = {
     Kind.UNBOUNDED: "unbounded growth",
@@ -196,12 +197,12 @@ def save_continuation(result: Continuation, path: Path, *, force: bool = False) 
     places = tuple(Column(name, "1", f"1 if met on the way {name}") for name in DIRECTIONS)
     kind = Column("kind", "1", "place in kinds")
     columns = (Column(spec.name, spec.unit, spec.meaning), *places, kind, *_NUMBERS)
-    provenance = {
+    header = {
         "parameters": _fixed(result.parameters, (result.name,)),
         "separation": result.separation,
         "kinds": [str(each) for each in KINDS],
     }
-    _save(path, columns, continuation_columns(result), provenance, force=force)
+    write_table(path, KIND, columns, continuation_columns(result), header, force=force)
 
 
 def save_basin(result: Basin, path: Path, *, force: bool = False) -> None:
@@ -215,26 +216,10 @@ def save_basin(result: Basin, path: Path, *, force: bool = False) -> None:
         *(Column(spec.name, spec.unit, spec.meaning) for spec in specs),
         Column("attractor", "1", "place in attractors"),
     )
-    provenance = _basin_provenance(result) | {
+    header = _basin_provenance(result) | {
         "attractors": [describe(attractor) for attractor in result.attractors]
     }
-    _save(path, columns, basin_columns(result), provenance, force=force)
-
-
-def _save(
-    path: Path,
-    columns: Sequence[Column],
-    values: dict[str, NDArray[Any]],
-    provenance: dict[str, Any],
-    *,
-    force: bool,
-) -> None:
-    form = columns_format(path, "attractor")
-
-    def write(file: BinaryIO) -> None:
-        form.write(file, columns, values, {"fivtui": __version__, **provenance})
-
-    write_atomically(path, write, force=force)
+    write_table(path, KIND, columns, basin_columns(result), header, force=force)
 
 
 def _value(attractor: Attractor, name: str) -> float:

@@ -4,14 +4,13 @@ import dataclasses
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any, BinaryIO, Final
+from typing import Any, Final
 
 import numpy as np
 from numpy.typing import NDArray
 
-from fivtui.io import columns_format, write_atomically
+from fivtui.io import write_table
 from fivtui.model import COLUMNS, PARAMETERS, Column, ComputationError
-from fivtui.version import __version__
 
 from .families import SEPARATION
 
@@ -103,17 +102,11 @@ def save_data(data: FigureData, path: Path, *, force: bool = False) -> None:
     Raises `InputError` if the format is unknown or its package missing, or the file cannot be
     written.
     """
-    form = columns_format(path, "figure's data")
     described = [DATA_COLUMNS[name] for name in data.columns]
     header = {
-        "fivtui": __version__,
         "figure": data.key,
         "caption": data.caption,
         **data.provenance,
         "meanings": {column.name: column.meaning for column in described},
     }
-
-    def write(file: BinaryIO) -> None:
-        form.write(file, described, dict(data.columns), header)
-
-    write_atomically(path, write, force=force)
+    write_table(path, "figure's data", described, dict(data.columns), header, force=force)

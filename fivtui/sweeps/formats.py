@@ -1,19 +1,24 @@
 """The file formats of sweeps, as data: how rows become pieces, and pieces one file."""
 
-import csv
-import json
 import shutil
 from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass
 from functools import partial
-from importlib.util import find_spec
 from pathlib import Path
 from typing import Any, BinaryIO, Final
 
-import numpy as np
-
-from fivtui.io import check_suffix
-from fivtui.model import InputError, read_number
+from fivtui.io import (
+    FORMATS,
+    UNITS,
+    Format,
+    csv_cell,
+    csv_quoted,
+    parquet_schema,
+    table_format,
+    write_csv_head,
+    write_csv_rows,
+)
+from fivtui.model import InputError
 
 from .rows import Rows
 from .study import ColumnKind, Study, SweepColumn
@@ -22,6 +27,7 @@ from .study import ColumnKind, Study, SweepColumn
 Provenance = Mapping[str, Any]
 
 _TRUTH: Final[Mapping[bool, str]] = {True: "true", False: "false"}
+_NOTHING: Final[Provenance] = {}
 # Rows of a row group of a Parquet file: enough to be read fast, few enough to be held in memory.
 _GROUP_ROWS: Final = 131_072
 # Bytes read at a time to count rows.
@@ -42,26 +48,40 @@ class SweepFormat:
 
     Attributes
     ----------
+    table : Format
+        The format of the table that the whole file is.
     write_piece : callable
         Writes some rows of a study to a binary file.
     merge : callable
         Writes pieces, in order, and what the file says of its making to a binary file.
-    provenance : callable
-        What a file says of its making; None if it says nothing.
     count : callable
         How many whole rows of a study a file has; 0 if it is not laid out as one.
-    read : callable
-        The rows of a study in a file.
-    package : str
-        Package that it needs besides those that fivtui always needs; empty if none.
     """
 
+    table: Format
     write_piece: Callable[[BinaryIO, Study, Rows], None]
     merge: Callable[[BinaryIO, Study, Iterable[Path], Provenance], None]
-    provenance: Callable[[Path], dict[str, Any] | None]
     count: Callable[[Path, Study], int]
-    read: Callable[[Path, Study], Rows]
-    package: str = ""
+
+    def provenance(self, path: Path) -> dict[str, Any] | None:
+        """What a file says of its making; None if it says nothing."""
+        with path.open("rb") as file:
+            try:
+                return self.table.header(file) or None
+            except InputError:
+                return None
+
+    def read(self, path: Path, study: Study) -> Rows:
+        """The rows of a study in a file."""
+        names = [column.name for column in study.columns if column.name != "status"]
+        with path.open("rb") as file:
+            columns = self.table.read(file, names, ["reason"], missing=True)
+        numbers = {
+            name: columns[name].astype(float)
+            for name in names
+            if name not in ("separation", "reason")
+        }
+        return Rows(numbers, columns["separation"].astype(bool), tuple(columns["reason"]))
 
 
 def sweep_format(path: Path) -> SweepFormat:
@@ -82,55 +102,32 @@ def sweep_format(path: Path) -> SweepFormat:
     InputError
         If the suffix is not known, or a package is not installed.
     """
-    form = SWEEP_FORMATS[check_suffix(path, "sweep", SWEEP_FORMATS)]
-    if form.package and find_spec(form.package) is None:
-        raise InputError(f"{path}: this format needs {form.package}: install fivtui[parquet]")
-    return form
+    table_format(path, "sweep", SWEEP_FORMATS)
+    return SWEEP_FORMATS[path.suffix.lower()]
 
 
 def _cell(value: object) -> str:
-    if value is None:
-        return ""
-    # The representation of a float is the shortest that reads back as the same number.
-    return _TRUTH[value] if isinstance(value, bool) else str(value)
+    return _TRUTH[value] if isinstance(value, bool) else csv_cell(value)
 
 
 def _write_csv_piece(file: BinaryIO, study: Study, rows: Rows) -> None:
-    # Reasons alone can hold a comma or a quotation mark.
-    cells = [
-        [f'"{text.replace(chr(34), chr(34) * 2)}"' if text else "" for text in rows.reasons]
+    cells = (
+        [csv_quoted(text) if text else "" for text in rows.reasons]
         if column.name == "reason"
-        else list(map(_cell, rows.values(column)))
+        else map(_cell, rows.values(column))
         for column in study.columns
-    ]
-    file.write("".join(",".join(row) + "\n" for row in zip(*cells, strict=True)).encode())
+    )
+    write_csv_rows(file, cells)
 
 
 def _merge_csv(
     file: BinaryIO, study: Study, pieces: Iterable[Path], provenance: Provenance
 ) -> None:
-    header = [f"# {key}: {json.dumps(value)}" for key, value in provenance.items()]
-    header.append(f"# units: {json.dumps({c.name: c.unit for c in study.columns})}")
-    names = ",".join(column.name for column in study.columns)
-    file.write("\n".join([*header, names, ""]).encode())
+    units = {column.name: column.unit for column in study.columns}
+    write_csv_head(file, units, {**provenance, UNITS: units})
     for piece in pieces:
         with piece.open("rb") as rows:
             shutil.copyfileobj(rows, file)
-
-
-def _csv_provenance(path: Path) -> dict[str, Any] | None:
-    said = {}
-    with path.open("rb") as file:
-        for line in file:
-            key, colon, value = line.removeprefix(b"# ").partition(b": ")
-            if not line.startswith(b"# ") or not colon:
-                break
-            try:
-                said[key.decode()] = json.loads(value)
-            except ValueError:
-                return None
-    said.pop("units", None)
-    return said or None
 
 
 def _count_csv(path: Path, study: Study) -> int:
@@ -140,40 +137,6 @@ def _count_csv(path: Path, study: Study) -> int:
             return 0
         # Each row ends with the only line feed that it has; what follows the last one is no row.
         return sum(part.count(b"\n") for part in iter(partial(file.read, _CHUNK), b""))
-
-
-_CSV_NUMBERS: Final[Mapping[str, float]] = {"": np.nan, "true": 1.0, "false": 0.0}
-
-
-def _read_csv(path: Path, study: Study) -> Rows:
-    with path.open(encoding="utf-8", newline="") as file:
-        lines = (line for line in file if not line.startswith("# "))
-        table = list(zip(*csv.reader(lines), strict=True))
-    columns = {name: values for name, *values in table}
-    return _rows(
-        study,
-        {
-            column.name: [
-                _CSV_NUMBERS[text] if text in _CSV_NUMBERS else read_number(text)
-                for text in columns[column.name]
-            ]
-            for column in study.columns
-            if column.kind != "text"
-        },
-        columns["reason"],
-    )
-
-
-def _rows(study: Study, numbers: Mapping[str, Any], reasons: Iterable[str]) -> Rows:
-    return Rows(
-        {
-            column.name: np.array(numbers[column.name], dtype=float)
-            for column in study.columns
-            if column.kind != "text" and column.name != "separation"
-        },
-        np.array(numbers["separation"], dtype=bool),
-        tuple(reasons),
-    )
 
 
 def _arrow_table(study: Study, rows: Rows) -> Any:
@@ -192,19 +155,11 @@ def _arrow_array(rows: Rows, column: SweepColumn) -> Any:
     return pa.array(rows.values(column), type=_ARROW_TYPES[column.kind])
 
 
-def _arrow_schema(study: Study, provenance: Provenance | None = None) -> Any:
+def _arrow_schema(study: Study, provenance: Provenance = _NOTHING) -> Any:
     import pyarrow as pa
 
-    fields = [
-        pa.field(
-            column.name,
-            pa.type_for_alias(_ARROW_TYPES[column.kind]),
-            metadata={"unit": column.unit, "meaning": column.meaning},
-        )
-        for column in study.columns
-    ]
-    metadata = {key: json.dumps(value) for key, value in (provenance or {}).items()}
-    return pa.schema(fields, metadata=metadata or None)
+    types = [pa.type_for_alias(_ARROW_TYPES[column.kind]) for column in study.columns]
+    return parquet_schema(study.columns, types, provenance, nullable=True)
 
 
 def _write_parquet_piece(file: BinaryIO, study: Study, rows: Rows) -> None:
@@ -236,17 +191,6 @@ def _merge_parquet(
             write()
 
 
-def _parquet_provenance(path: Path) -> dict[str, Any] | None:
-    import pyarrow as pa
-    import pyarrow.parquet as pq
-
-    try:
-        metadata = pq.read_schema(path).metadata or {}
-        return {key.decode(): json.loads(value) for key, value in metadata.items()}
-    except (pa.ArrowException, ValueError):
-        return None
-
-
 def _count_parquet(path: Path, study: Study) -> int:
     import pyarrow as pa
     import pyarrow.parquet as pq
@@ -265,28 +209,9 @@ def _count_parquet(path: Path, study: Study) -> int:
     return int(found.num_rows) if whole else 0
 
 
-def _read_parquet(path: Path, study: Study) -> Rows:
-    import pyarrow.parquet as pq
-
-    table = pq.read_table(path)
-    numbers = {
-        column.name: table[column.name].cast("double").to_numpy()
-        if column.kind != "truth"
-        else table[column.name].cast("int8").cast("double").to_numpy()
-        for column in study.columns
-        if column.kind != "text"
-    }
-    return _rows(study, numbers, table["reason"].to_pylist())
-
-
 SWEEP_FORMATS: Final[Mapping[str, SweepFormat]] = {
-    ".csv": SweepFormat(_write_csv_piece, _merge_csv, _csv_provenance, _count_csv, _read_csv),
+    ".csv": SweepFormat(FORMATS[".csv"], _write_csv_piece, _merge_csv, _count_csv),
     ".parquet": SweepFormat(
-        _write_parquet_piece,
-        _merge_parquet,
-        _parquet_provenance,
-        _count_parquet,
-        _read_parquet,
-        "pyarrow",
+        FORMATS[".parquet"], _write_parquet_piece, _merge_parquet, _count_parquet
     ),
 }

@@ -82,7 +82,7 @@ def described(study: Study, form: SweepFormat) -> dict[str, Any]:
     return {
         "fivtui_sweep": FORMAT_VERSION,
         "sweep": study_to_dict(study),
-        "versions": versions(form.package),
+        "versions": versions(form.table.package),
     }
 
 
@@ -94,5 +94,7 @@ def provenance_of(study: Study, form: SweepFormat) -> dict[str, Any]:
 def carried_over(said: Mapping[str, Any], form: SweepFormat) -> dict[str, Any]:
     """Provenance read from a file, with the versions that another format names."""
     before = said.get("versions", {})
-    named = {name: before.get(name, number) for name, number in versions(form.package).items()}
+    named = {
+        name: before.get(name, number) for name, number in versions(form.table.package).items()
+    }
     return {**said, "versions": named}

@@ -6,7 +6,6 @@ if TYPE_CHECKING:
     from .figure import tradeoff_figure as tradeoff_figure
     from .files import (
         cheapest_to_dict as cheapest_to_dict,
-        check_tradeoff_path as check_tradeoff_path,
         load_tradeoff as load_tradeoff,
         save_tradeoff as save_tradeoff,
         tradeoff_to_dict as tradeoff_to_dict,

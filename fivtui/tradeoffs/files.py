@@ -1,18 +1,26 @@
 """A trade-off as plain data and as a table in a file, and what is best in it."""
 
-import csv
-import io
 import json
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import asdict
 from pathlib import Path
-from typing import Any, BinaryIO
+from typing import Any, BinaryIO, Final
 
 import numpy as np
 from numpy.typing import NDArray
 
-from fivtui.io import check_output, check_suffix, read_bytes, write_atomically
+from fivtui.io import (
+    Columns,
+    check_suffix,
+    csv_cell,
+    read_bytes,
+    read_columns,
+    read_header,
+    write_atomically,
+    write_csv_head,
+    write_csv_rows,
+)
 from fivtui.model import InputError, Parameters
 from fivtui.scene import Scene
 from fivtui.transient import QUANTITIES, Deviation
@@ -20,6 +28,9 @@ from fivtui.version import __version__
 
 from .measure import Feature, Tradeoff
 from .settings import Row, Setting, cheapest, pareto
+
+_KIND: Final = "trade-off"
+_TEXTS: Final = ("method", "kernel", "setting", "failure", "pareto")
 
 
 def tradeoff_to_dict(result: Tradeoff) -> dict[str, Any]:
@@ -56,10 +67,9 @@ def tradeoff_columns(result: Tradeoff) -> dict[str, NDArray[Any]]:
     rows = _rows(result.rows, fronts(result))
     columns = {name: [row[name] for row in rows] for name in rows[0]}
     columns["pareto"] = [" ".join(names) for names in columns["pareto"]]
-    texts = ("method", "kernel", "setting", "failure", "pareto")
     return {
         name: np.array([value or "" for value in values], dtype=str)
-        if name in texts
+        if name in _TEXTS
         else np.array(values, dtype=np.int64 if name == "steps" else np.float64)
         for name, values in columns.items()
     }
@@ -113,25 +123,6 @@ def cheapest_to_dict(result: Tradeoff, wishes: Mapping[str, float]) -> dict[str,
     return {"cheapest": found}
 
 
-def check_tradeoff_path(path: Path, *, force: bool) -> None:
-    """Check that a trade-off can be written to a file, before it is measured.
-
-    Parameters
-    ----------
-    path : Path
-        The file; it ends in ``.csv``.
-    force : bool
-        Whether a file that exists may be replaced.
-
-    Raises
-    ------
-    InputError
-        If the name is wrong, or the file exists or cannot be written.
-    """
-    check_suffix(path, "trade-off", (".csv",))
-    check_output(path, force=force)
-
-
 def save_tradeoff(result: Tradeoff, path: Path, *, force: bool = False) -> None:
     """Write all that was measured as CSV, a row a setting.
 
@@ -155,12 +146,8 @@ def save_tradeoff(result: Tradeoff, path: Path, *, force: bool = False) -> None:
     rows = [{**row, "pareto": " ".join(row["pareto"])} for row in data["rows"]]
 
     def write(file: BinaryIO) -> None:
-        text = io.TextIOWrapper(file, encoding="utf-8", newline="", write_through=True)
-        text.writelines(f"# {key}: {json.dumps(value)}\n" for key, value in header.items())
-        table = csv.DictWriter(text, list(rows[0]), lineterminator="\n")
-        table.writeheader()
-        table.writerows(rows)
-        text.detach()
+        write_csv_head(file, rows[0], header)
+        write_csv_rows(file, ([csv_cell(row[name]) for row in rows] for name in rows[0]))
 
     write_atomically(path, write, force=force)
 
@@ -183,11 +170,14 @@ def load_tradeoff(path: Path) -> Tradeoff:
     InputError
         If the file is no trade-off.
     """
-    suffix = check_suffix(path, "trade-off", (".csv", ".json"))
-    content = read_bytes(path)
+    suffix = check_suffix(path, _KIND, (".csv", ".json"))
+    if suffix == ".json":
+        content, columns, header = read_bytes(path), {}, {}
+    else:
+        content, header = b"", read_header(path, _KIND)
+        columns = read_columns(path, _KIND, texts=_TEXTS, missing=True)
     try:
-        text = content.decode("utf-8-sig")
-        data = json.loads(text) if suffix == ".json" else _from_csv(text)
+        data = json.loads(content) if suffix == ".json" else {**header, "rows": _by_row(columns)}
         return _tradeoff(path.stem, data)
     except InputError as error:
         raise InputError(f"{path}: {error}") from None
@@ -195,12 +185,9 @@ def load_tradeoff(path: Path) -> Tradeoff:
         raise InputError(f"{path}: not a trade-off, or damaged") from None
 
 
-def _from_csv(text: str) -> dict[str, Any]:
-    lines = text.splitlines()
-    said = [line.removeprefix("# ").partition(": ") for line in lines if line.startswith("# ")]
-    data = {key: json.loads(value) for key, _, value in said}
-    table = csv.DictReader(line for line in lines if not line.startswith("# "))
-    return {**data, "rows": [{k: v or None for k, v in row.items()} for row in table]}
+def _by_row(columns: Columns) -> list[dict[str, Any]]:
+    rows = zip(*columns.values(), strict=True)
+    return [dict(zip(columns, row, strict=True)) for row in rows]
 
 
 def _tradeoff(name: str, data: Mapping[str, Any]) -> Tradeoff:
@@ -234,8 +221,8 @@ def _row(data: Mapping[str, Any]) -> Row:
     return Row(setting, float(data["cpu_s"]), int(data["steps"]), error, failure)
 
 
-def _infinite(value: float | str | None) -> float:
-    return math.inf if value is None else float(value)
+def _infinite(value: float | None) -> float:
+    return math.inf if value is None or math.isnan(value) else value
 
 
 def _error(row: Row, quantity: str) -> float | None:

@@ -2,23 +2,17 @@
 
 from dataclasses import asdict
 from pathlib import Path
-from typing import Any, BinaryIO
+from typing import Any, Final
 
 import numpy as np
 
-from fivtui.io import (
-    Columns,
-    check_finite,
-    columns_format,
-    not_finite_error,
-    opened,
-    write_atomically,
-)
+from fivtui.io import Columns, check_finite, not_finite_error, read_columns, write_table
 from fivtui.model import InputError, Mode
-from fivtui.version import __version__
 
 from .result import Transient
 from .trajectory import COLUMNS, Trajectory
+
+_KIND: Final = "trajectory"
 
 
 def transient_to_dict(transient: Transient) -> dict[str, Any]:
@@ -117,17 +111,10 @@ def save_trajectory(transient: Transient, path: Path, *, force: bool = False) ->
     ComputationError
         If a sample is not finite.
     """
-    form = columns_format(path, "trajectory")
     trajectory = trajectory_of(transient)
     request = {key: value for key, value in _request(transient).items() if value is not None}
-    provenance = {"fivtui": __version__, **request}
-
     values = {column.name: getattr(trajectory, column.name) for column in COLUMNS}
-
-    def write(file: BinaryIO) -> None:
-        form.write(file, COLUMNS, values, provenance)
-
-    write_atomically(path, write, force=force)
+    write_table(path, _KIND, COLUMNS, values, request, force=force)
 
 
 def load_trajectory(path: Path) -> Trajectory:
@@ -149,12 +136,11 @@ def load_trajectory(path: Path) -> Trajectory:
         If the file cannot be read, or is not a trajectory: a column is missing, a value is not a
         finite number, times do not ascend, or a mode is neither 0 nor 1.
     """
-    form = columns_format(path, "trajectory")
-    with opened(path) as file:
-        try:
-            return _trajectory(form.read(file))
-        except InputError as error:
-            raise InputError(f"{path}: {error}") from None
+    columns = read_columns(path, _KIND, [column.name for column in COLUMNS])
+    try:
+        return _trajectory(columns)
+    except InputError as error:
+        raise InputError(f"{path}: {error}") from None
 
 
 def _trajectory(columns: Columns) -> Trajectory:

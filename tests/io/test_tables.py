@@ -12,7 +12,7 @@ import pytest
 from fivtui.equilibrium.eigenvalues import stability
 from fivtui.equilibrium.files import load_map, map_to_dict, modes_over_mu, save_map, save_modes
 from fivtui.equilibrium.map import stability_map
-from fivtui.io.column_files import read_columns, read_provenance
+from fivtui.io.tables import FORMATS, read_columns, read_header
 from fivtui.model.errors import Cancelled, InputError
 from fivtui.model.parameters import Parameters
 from fivtui.scene.presets import PRESETS
@@ -27,7 +27,6 @@ from fivtui.tradeoffs.measure import Tradeoff, measure_tradeoff
 
 BASE = PRESETS["base"]
 SHORT = dataclasses.replace(BASE.with_values({"F": 70.0}), t_end=5.0)
-FORMATS = (".csv", ".npz", ".parquet")
 
 
 def study(*texts: str, kind: str = "product", **more: object) -> Study:
@@ -148,13 +147,13 @@ def test_the_modes_over_mu_are_columns_with_what_they_are_of(tmp_path: Path) -> 
     for suffix in FORMATS:
         path = tmp_path / f"modes{suffix}"
         save_modes(p, found, scan, path)
-        columns, said = read_columns(path, "table of modes")
+        columns = read_columns(path, "table of modes")
+        said = read_header(path, "table of modes")
         assert list(columns)[:3] == ["mu", "sigma_1", "omega_1"]
         assert len(columns) == 9
         np.testing.assert_array_equal(columns["omega_4"], scan.eigenvalues[:, 3].imag)
         assert said["parameters"] == p.as_dict()
         assert said["critical_mu"] == pytest.approx([c.mu for c in found.critical_mu])
-        assert read_provenance(path, "table of modes") == said
         growing = columns["mu"][np.argmax(columns["sigma_1"] > 0.0)]
         assert math.isclose(growing, found.critical_mu[0].mu, abs_tol=columns["mu"][1])
 

@@ -7,7 +7,7 @@ import numpy as np
 import pyarrow.parquet as pq
 import pytest
 
-from fivtui.io.column_files import read_columns
+from fivtui.io.tables import read_columns, read_header
 from fivtui.model.parameters import PARAMETERS, Parameters
 from fivtui.orbits.branches import BranchPoint, Continuation
 from fivtui.orbits.explorer import Attractor, Kind
@@ -31,7 +31,7 @@ RESULT = Continuation(Parameters(), True, "mu", np.array([0.3, 0.7]), (REST, LOS
 def test_what_has_no_orbit_has_no_numbers_of_one(tmp_path: Path, suffix: str) -> None:
     path = tmp_path / f"c{suffix}"
     save_continuation(RESULT, path)
-    columns, header = read_columns(path, "continuation")
+    columns, header = read_columns(path, "continuation"), read_header(path, "continuation")
     np.testing.assert_array_equal(columns["mu"], [0.3, 0.7])
     assert [header["kinds"][int(place)] for place in columns["kind"]] == [
         "equilibrium",

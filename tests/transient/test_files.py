@@ -15,8 +15,8 @@ import pytest
 
 from fivtui.equilibrium.eigenvalues import stability
 from fivtui.equilibrium.files import stability_to_dict
-from fivtui.io import formats
-from fivtui.io.formats import check_columns_path
+from fivtui.io import tables
+from fivtui.io.tables import check_table_path
 from fivtui.model.errors import ComputationError, InputError
 from fivtui.model.parameters import PARAMETERS, Parameters
 from fivtui.simulation import simulate
@@ -144,9 +144,9 @@ def test_a_trajectory_is_not_overwritten_unasked(
     with pytest.raises(InputError, match="exists already"):
         save_trajectory(transient, path)
     with pytest.raises(InputError, match="exists already"):
-        check_columns_path(path, "trajectory", force=False)
+        check_table_path(path, "trajectory", force=False)
     assert path.read_bytes() == b"old"
-    check_columns_path(path, "trajectory", force=True)
+    check_table_path(path, "trajectory", force=True)
     save_trajectory(transient, path, force=True)
     assert load_trajectory(path).t.size == 10_007
 
@@ -157,7 +157,7 @@ def test_an_unknown_format_is_refused_with_those_known(
     path = tmp_path / "run.xlsx"
     for action in (
         lambda: save_trajectory(transient, path),
-        lambda: check_columns_path(path, "trajectory", force=False),
+        lambda: check_table_path(path, "trajectory", force=False),
         lambda: load_trajectory(path),
     ):
         with pytest.raises(InputError, match=r"run\.xlsx: .* \.csv, \.npz, \.parquet$"):
@@ -167,7 +167,7 @@ def test_an_unknown_format_is_refused_with_those_known(
 def test_without_pyarrow_parquet_says_what_to_install(
     transient: Transient, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr(formats, "find_spec", lambda name: None)
+    monkeypatch.setattr(tables, "find_spec", lambda name: None)
     with pytest.raises(InputError, match=r"run\.parquet: .*pyarrow: install fivtui\[parquet\]$"):
         save_trajectory(transient, tmp_path / "run.parquet")
     save_trajectory(transient, tmp_path / "run.csv")

@@ -16,7 +16,7 @@ from matplotlib.lines import Line2D
 from textual.pilot import Pilot
 
 from fivtui.equilibrium.map import stability_map
-from fivtui.io.column_files import read_columns
+from fivtui.io.tables import read_columns, read_header
 from fivtui.model.errors import InputError
 from fivtui.model.parameters import Parameters
 from fivtui.simulation import simulate
@@ -165,7 +165,7 @@ def test_data_are_the_points_in_sight(tmp_path: Path) -> None:
     view = View(x=Axis(2.0, 3.0), y=Axis(-1.0, 5.0), hidden={0})
     path = tmp_path / "a.csv"
     save_seen(Seen([(chart, view)]), path)
-    columns, header = read_columns(path, "chart's data")
+    columns, header = read_columns(path, "chart's data"), read_header(path, "chart's data")
     kept = (T >= 2.0) & (T <= 3.0) & (2.0 * T <= 5.0)
     np.testing.assert_array_equal(columns["x"], T[kept])
     np.testing.assert_array_equal(columns["y"], 2.0 * T[kept])
@@ -275,7 +275,7 @@ async def test_every_view_of_a_transient_is_written_as_it_is_seen(
         await pilot.pause()
         path = Path(f"{view}.csv")
         pane.export(DATA).write(path, False)
-        columns[view] = read_columns(path, "data")[0]
+        columns[view] = read_columns(path, "data")
     assert columns["time"].keys() == columns["phase"].keys() >= {"t", "x", "vx", "y", "vy", "P"}
     shown = pane.query_one("#difference-P", ChartView).chart
     assert shown is not None

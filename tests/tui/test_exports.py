@@ -15,7 +15,7 @@ from textual.widgets import Input
 from fivtui import cli
 from fivtui.equilibrium.files import load_map
 from fivtui.equilibrium.map import StabilityMap
-from fivtui.io.column_files import read_columns
+from fivtui.io.tables import read_columns
 from fivtui.model.errors import InputError
 from fivtui.paper.claims.check import CLAIMS
 from fivtui.paper.claims.claim import check
@@ -234,7 +234,7 @@ async def test_figures_and_claims_of_the_paper_are_written_and_copied(
     assert Path("list.png").read_bytes() == Path("figures/fig-02.png").read_bytes()
     await pilot.click("#view-figure")
     await write(pilot, "f7", "a.npz", "Write the data of Fig. 2b")
-    np.testing.assert_array_equal(np.load("a.npz")["y_e"], read_columns(ours, "figure")[0]["y_e"])
+    np.testing.assert_array_equal(np.load("a.npz")["y_e"], read_columns(ours, "figure")["y_e"])
 
     await pilot.click("#view-claims")
     await refused(pilot, "f7", "no claims to write yet: F10 checks them")

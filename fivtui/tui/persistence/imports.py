@@ -7,7 +7,7 @@ from typing import Any, Final
 
 import numpy as np
 
-from fivtui.io import FORMATS, check_regular, is_folder, read_bytes, read_provenance
+from fivtui.io import FORMATS, check_regular, is_folder, read_bytes, read_header
 from fivtui.model import InputError, Mode, Parameters
 from fivtui.scene import Scene
 from fivtui.transient import (
@@ -62,7 +62,7 @@ def kind_of(path: Path) -> str:
         return SWEEP
     if path.suffix.lower() == ".json":
         return _kind_of_json(path)
-    said = read_provenance(path, "result")
+    said = read_header(path, "result")
     for keys, kind in _BY_PROVENANCE:
         if all(key in said for key in keys):
             return kind
@@ -134,7 +134,7 @@ def load_run(path: Path) -> tuple[Scene, Transient]:
     """
     motion = load_trajectory(path)
     try:
-        known = read_provenance(path, "trajectory")
+        known = read_header(path, "trajectory")
         scene = _scene(path.stem, known)
         start = tuple(float(value) for value in known["start"])
     except (KeyError, ValueError, TypeError, AttributeError):

@@ -2,7 +2,7 @@
 
 from collections.abc import Mapping, Sequence
 from pathlib import Path
-from typing import Any, BinaryIO, Final
+from typing import Any, Final
 
 import matplotlib as mpl
 import numpy as np
@@ -10,12 +10,11 @@ from matplotlib.axes import Axes
 from matplotlib.colors import ListedColormap, TwoSlopeNorm
 from matplotlib.figure import Figure
 
-from fivtui.io import columns_format, write_atomically
+from fivtui.io import write_table
 from fivtui.model import Column
 from fivtui.plotting import STYLE, WIDTH, new_figure
 from fivtui.tui.chart import Axis, Backdrop, Chart, Guide, Seen, Trace, View, reduced
 from fivtui.tui.session import COLOURS
-from fivtui.version import __version__
 
 # Markers per line, and columns that a long line is reduced to (several per pixel).
 _MARKS: Final = 12
@@ -187,7 +186,6 @@ def _add_legends(figure: Figure, panels: Sequence[Axes]) -> None:
 
 def save_seen(seen: Seen, path: Path, *, force: bool = False) -> None:
     """Save the visible points of the displayed charts as CSV, NPZ or Parquet."""
-    form = columns_format(path, "chart's data")
     parts: list[tuple[float, float, np.ndarray[Any, np.dtype[np.float64]], Any]] = []
     panels = []
     for number, (chart, view) in enumerate(seen.panels, start=1):
@@ -210,12 +208,7 @@ def save_seen(seen: Seen, path: Path, *, force: bool = False) -> None:
         Column("x", "see panels", "along the x axis of the chart"),
         Column("y", "see panels", "along the y axis of the chart"),
     ]
-    header = {"fivtui": __version__, "panels": panels}
-
-    def write(file: BinaryIO) -> None:
-        form.write(file, described, columns, header)
-
-    write_atomically(path, write, force=force)
+    write_table(path, "chart's data", described, columns, {"panels": panels}, force=force)
 
 
 def _joined(parts: Sequence[Any]) -> np.ndarray[Any, np.dtype[np.float64]]:

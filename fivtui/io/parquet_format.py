@@ -1,0 +1,90 @@
+"""Tables as Parquet: header in the metadata of the schema, unit and meaning in those of a field."""
+
+import json
+from collections.abc import Collection, Mapping, Sequence
+from typing import Any, BinaryIO, Final
+
+import numpy as np
+from numpy.typing import NDArray
+
+from fivtui.model import Column, InputError
+
+# pyarrow's own.
+_ARROW: Final = b"ARROW:schema"
+
+
+def write(
+    file: BinaryIO,
+    columns: Sequence[Column],
+    values: Mapping[str, NDArray[Any]],
+    header: Mapping[str, Any],
+) -> None:
+    """Write a table of numbers, its header, and units and meanings of its columns."""
+    import pyarrow as pa
+    import pyarrow.parquet as pq
+
+    arrays = [pa.array(values[column.name]) for column in columns]
+    types = [array.type for array in arrays]
+    pq.write_table(
+        pa.table(arrays, schema=parquet_schema(columns, types, header, nullable=False)), file
+    )
+
+
+def parquet_schema(
+    columns: Sequence[Any], types: Sequence[Any], header: Mapping[str, Any], *, nullable: bool
+) -> Any:
+    """The schema of columns that have name, unit and meaning, of these Arrow types."""
+    import pyarrow as pa
+
+    fields = [
+        pa.field(
+            column.name,
+            kind,
+            nullable=nullable,
+            metadata={"unit": column.unit, "meaning": column.meaning},
+        )
+        for column, kind in zip(columns, types, strict=True)
+    ]
+    metadata = {key: json.dumps(value) for key, value in header.items()}
+    return pa.schema(fields, metadata=metadata or None)
+
+
+def read(
+    file: BinaryIO,
+    wanted: Collection[str] | None = None,
+    texts: Collection[str] = (),
+    *,
+    missing: bool = False,  # noqa: ARG001
+) -> dict[str, NDArray[Any]]:
+    """Read columns, see `tables.Format`."""
+    import pyarrow as pa
+    import pyarrow.parquet as pq
+
+    try:
+        table = pq.read_table(file, columns=None if wanted is None else list(wanted))
+        return {name: _array(table[name], name in texts) for name in table.column_names}
+    except pa.ArrowException:
+        raise InputError("not a Parquet file, or damaged") from None
+
+
+def _array(column: Any, text: bool) -> NDArray[Any]:
+    import pyarrow as pa
+
+    if text:
+        return np.array(column.to_pylist(), dtype=object)
+    if pa.types.is_boolean(column.type):
+        column = column.cast("int8")
+    array: NDArray[Any] = (column.cast("double") if column.null_count else column).to_numpy()
+    return array
+
+
+def header(file: BinaryIO) -> dict[str, Any]:
+    """Read the header alone."""
+    import pyarrow as pa
+    import pyarrow.parquet as pq
+
+    try:
+        metadata = pq.read_schema(file).metadata or {}
+        return {key.decode(): json.loads(value) for key, value in metadata.items() if key != _ARROW}
+    except (pa.ArrowException, ValueError, RecursionError):
+        raise InputError("not a Parquet file, or damaged") from None
