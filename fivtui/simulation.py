@@ -13,12 +13,13 @@ from .transient import (
     KernelChoice,
     OnSamples,
     Progress,
+    Request,
     Samples,
     Start,
     Transient,
-    make_problem,
+    check_has_kernels,
+    integrate,
 )
-from .transient.integrate import check_has_kernels, integrate
 
 ALL_METHODS: Final[Mapping[str, str]] = {
     **{name: method.meaning for name, method in METHODS.items()},
@@ -108,33 +109,35 @@ def simulate(
     >>> bool(abs(motion([0.2, 0.4]).y - run.trajectory.y[1:3]).max() < 1e-9)
     True
     """
-    p = _BASE if parameters is None else parameters
-    if method not in ALL_METHODS:
-        raise unknown_name("method", method, ALL_METHODS)
+    request = Request(
+        _BASE if parameters is None else parameters,
+        t_end,
+        tol,
+        separation,
+        start,
+        method,
+        step,
+        samples,
+        max_steps,
+        kernel,
+    )
+    return compute(request, progress=progress, on_samples=on_samples)
+
+
+def compute(
+    request: Request, *, progress: Progress | None = None, on_samples: OnSamples | None = None
+) -> Transient:
+    """Compute the transient of a request; see `simulate`."""
+    if request.method not in ALL_METHODS:
+        raise unknown_name("method", request.method, ALL_METHODS)
     begin = time.thread_time()
     result: Transient
-    if method == "fmu":
+    if request.method == "fmu":
         from .fmu import integrate_fmu
 
-        check_has_kernels(method, kernel)
-        problem = make_problem(
-            p, t_end=t_end, tol=tol, separation=separation, start=start, step=step
-        )
-        result = integrate_fmu(problem, samples=samples, progress=progress, on_samples=on_samples)
+        check_has_kernels(request)
+        result = integrate_fmu(request, progress=progress, on_samples=on_samples)
     else:
-        result = integrate(
-            p,
-            t_end=t_end,
-            tol=tol,
-            separation=separation,
-            start=start,
-            method=method,
-            step=step,
-            samples=samples,
-            max_steps=max_steps,
-            progress=progress,
-            kernel=kernel,
-            on_samples=on_samples,
-        )
+        result = integrate(request, progress=progress, on_samples=on_samples)
     result.stats.cpu_s = time.thread_time() - begin
     return result

@@ -14,8 +14,9 @@ from fivtui.model.parameters import PARAMETERS, Parameters
 from fivtui.simulation import ALL_METHODS
 from fivtui.sweeps.formats import SWEEP_FORMATS
 from fivtui.tradeoffs import measure, settings
-from fivtui.transient.integrate import integrate
+from fivtui.transient import integrate
 from fivtui.transient.methods import METHODS
+from fivtui.transient.request import Request
 from fivtui.tui.lab.keys import LAB_KEYS
 from fivtui.tui.session.fields import FIELDS
 from fivtui.tui.tabs.tabs import TABS
@@ -104,9 +105,9 @@ def test_form_and_fmu_follow_from_the_table_of_parameters() -> None:
 def test_a_line_more_of_methods_is_a_method_more(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setitem(METHODS, "another", METHODS["rk4"])
     p = Parameters()
-    found = integrate(p, t_end=1.0, method="another")
+    found = integrate(Request(p, t_end=1.0, method="another"))
     assert found.method == "another"
-    assert found.final == integrate(p, t_end=1.0, method="rk4").final
+    assert found.final == integrate(Request(p, t_end=1.0, method="rk4")).final
 
 
 def test_the_tables_of_methods_know_the_same_methods() -> None:

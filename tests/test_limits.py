@@ -12,7 +12,7 @@ from fivtui.model.slider_belt import State
 from fivtui.orbits.shooting import PeriodicOrbit, Section, shoot
 from fivtui.orbits.variation import flow
 from fivtui.taylor.polynomial import roots
-from fivtui.transient.request import make_problem
+from fivtui.transient.request import Request
 
 # F = 80 N: where the separating cycle is born, and its lift-off and period there, by a
 # continuation with other code.
@@ -87,12 +87,12 @@ def test_a_small_cycle_is_told_from_rest(beyond: float) -> None:
 def test_errors_grow_as_the_derivative_of_the_flow_says(
     p: Parameters, separation: bool, start: State
 ) -> None:
-    problem = make_problem(p, t_end=20.0, separation=separation, tol=1e-12, start=start)
+    request = Request(p, t_end=20.0, separation=separation, tol=1e-12, start=start)
     frequency = math.sqrt((p.k1 + p.k2 + p.k3) / p.m)
     weights = np.array([1.0, frequency, 1.0, frequency])
-    end = flow(p, problem.start, 20.0, separation=separation).derivative @ weights
+    end = flow(p, request.initial, 20.0, separation=separation).derivative @ weights
     grown = float(np.linalg.norm(end / weights)) / 2.0
-    assert error_growth(problem).final == pytest.approx(grown, rel=2e-5)
+    assert error_growth(request).final == pytest.approx(grown, rel=2e-5)
 
 
 def test_the_derivative_of_the_flow_contracts_volume_to_rounding() -> None:

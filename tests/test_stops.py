@@ -16,7 +16,7 @@ from fivtui.orbits.basins import basin, escape_offset
 from fivtui.orbits.branches import continuation
 from fivtui.orbits.explorer import find_attractors
 from fivtui.simulation import simulate
-from fivtui.transient.integrate import integrate
+from fivtui.transient import integrate
 
 P = Parameters(F=120.0)
 Go = Callable[[float], bool]

@@ -158,7 +158,7 @@ def test_a_package_uses_of_another_what_that_one_exports() -> None:
         (name, module, imported)
         for name in SOURCES
         for module, imported in imported_names(name)
-        if module not in (*PACKAGES, "fivtui.transient.integrate")
+        if module not in PACKAGES
         and not module.startswith("fivtui.kernel")
         and subject(module) not in (subject(name), *PACKAGES)
         and not {subject(name), subject(module)} <= BY_MODULE

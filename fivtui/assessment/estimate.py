@@ -2,7 +2,7 @@
 
 import math
 from collections.abc import Mapping
-from dataclasses import asdict, dataclass
+from dataclasses import asdict, dataclass, replace
 from typing import Any, Final
 
 import numpy as np
@@ -11,16 +11,16 @@ from numpy.typing import NDArray
 from fivtui.model import Parameters
 from fivtui.results import Result, scene_text
 from fivtui.scene import Scene, as_scene, runs_part
-from fivtui.simulation import simulate
+from fivtui.simulation import compute
 from fivtui.transient import (
     METHODS,
     TOL_RANGE,
     Divergence,
     Progress,
+    Request,
     Start,
     Transient,
     fixed_step,
-    make_problem,
 )
 
 from .lyapunov import ErrorGrowth, error_growth
@@ -139,36 +139,21 @@ def accuracy(
         scene, t_end=t_end, tol=tol, separation=separation, start=start, method=method, step=step
     )
     report = progress or (lambda _fraction: True)
-    problem = make_problem(
-        scene.parameters,
-        t_end=scene.t_end,
-        tol=scene.tol,
-        separation=scene.separation,
-        start=scene.start,
-        step=scene.step,
-    )
+    request = scene.request()
     tol, step = scene.tol, scene.step
     if scene.method in METHODS and METHODS[scene.method].fixed_step:
-        step = 0.5 * fixed_step(problem)
+        step = 0.5 * fixed_step(request)
         finer = f"step {step:.6g} s"
     else:
         tol = tol / _FINER if tol / _FINER >= TOL_RANGE[0] else min(tol * _FINER, TOL_RANGE[1])
         finer = f"tol {tol:g}"
 
-    def run(tol: float, step: float | None, begin: float) -> Transient:
-        return simulate(
-            scene.parameters,
-            t_end=scene.t_end,
-            tol=tol,
-            separation=scene.separation,
-            start=scene.start,
-            method=scene.method,
-            step=step,
-            progress=lambda fraction: report(begin + fraction / 3.0),
-        )
+    def run(request: Request, begin: float) -> Transient:
+        return compute(request, progress=lambda fraction: report(begin + fraction / 3.0))
 
-    asked, other = run(scene.tol, scene.step, 0.0), run(tol, step, 1.0 / 3.0)
-    growth = error_growth(problem, progress=lambda fraction: report((2.0 + fraction) / 3.0))
+    asked = run(request, 0.0)
+    other = run(replace(request, tol=tol, step=step), 1.0 / 3.0)
+    growth = error_growth(request, progress=lambda fraction: report((2.0 + fraction) / 3.0))
     report(1.0)
     ours, theirs = _numbers(asked), _numbers(other)
     return Accuracy(

@@ -13,8 +13,7 @@ from typing import Final
 
 from fivtui.kernel import loader
 from fivtui.model import Cancelled, ComputationError, State
-from fivtui.transient import Problem
-from fivtui.transient.integrate import integrate
+from fivtui.transient import Request, integrate
 
 # Distance of the neighbour, relative to the size of the motion.
 _DISTANCE: Final = 1e-7
@@ -66,28 +65,29 @@ class ErrorGrowth:
 
 
 def error_growth(
-    problem: Problem, *, progress: Callable[[float], bool] | None = None
+    request: Request, *, progress: Callable[[float], bool] | None = None
 ) -> ErrorGrowth:
     """Follow a neighbour of a motion over its length and measure how their distance grows.
 
-    Uses the Taylor method at the problem's tolerance. Raises `ComputationError` if the run cannot
+    Uses the Taylor method at the request's tolerance. Raises `ComputationError` if the run cannot
     be finished, and `Cancelled` if `progress`, called with the fraction done, returns False.
     """
-    p = problem.parameters
+    p = request.parameters
     frequency = math.sqrt((p.k1 + p.k2 + p.k3) / p.m)
-    stretch = problem.t_end / _STRETCHES
+    stretch = request.t_end / _STRETCHES
     deflection = abs(p.F) / (p.k1 + p.k2 + p.k3)
 
     def after(state: State) -> State:
         try:
-            final = integrate(
+            part = Request(
                 p,
                 t_end=stretch,
-                tol=problem.tol,
-                separation=problem.separation,
+                tol=request.tol,
+                separation=request.separation,
                 start=state,
                 kernel="compiled" if loader.single.ready else "interpreted",
-            ).final
+            )
+            final = integrate(part).final
         except ComputationError as error:
             begin = (len(sizes) - 1) * stretch
             raise ComputationError(
@@ -99,7 +99,7 @@ def error_growth(
         x, vx, y, vy = state
         return math.hypot(x, vx / frequency, y, vy / frequency)
 
-    state = problem.start
+    state = request.initial
     distance = _DISTANCE * (max(size(state), deflection) or 1.0)
     offset: State = (
         0.5 * distance,
@@ -121,7 +121,7 @@ def error_growth(
         offset = _sum((0.0,) * 4, difference, distance / apart) if apart > 0.0 else offset
         sizes.append(size(state))
     half = _STRETCHES // 2
-    duration = problem.t_end - half * stretch
+    duration = request.t_end - half * stretch
     gained = growth[-1] - growth[half]
     quarter = half + half // 2
     larger = max(sizes[quarter:]) / (max(sizes[half:quarter]) or 1.0)
@@ -131,7 +131,7 @@ def error_growth(
         fate=_fate(growth, gained, larger),
         greatest=math.exp(min(max(growth), 700.0)),
         final=math.exp(min(growth[-1], 700.0)),
-        duration=problem.t_end,
+        duration=request.t_end,
     )
 
 

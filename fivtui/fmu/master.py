@@ -5,7 +5,7 @@ from collections.abc import Callable
 from typing import Any, Final, NamedTuple
 
 from fivtui.model import ComputationError, Mode, State, unknown_name
-from fivtui.transient import Problem, Recorder, segment_between
+from fivtui.transient import Recorder, Request, segment_between
 
 from .instance import Messages
 
@@ -53,13 +53,13 @@ class Slave:
         reference: int = self._references[name]
         return reference
 
-    def begin(self, problem: Problem) -> Point:
+    def begin(self, request: Request) -> Point:
         """Initialize the FMU; `ComputationError` if it fails."""
         fmu = self._fmu
-        reals = problem.parameters.as_dict()
-        reals |= {f"{n}_start": value for n, value in zip(_STATES, problem.start, strict=True)}
-        flags = {"separation": problem.separation, "start_static": False}
-        fmu.setupExperiment(tolerance=problem.tol, startTime=0.0, stopTime=problem.t_end)
+        reals = request.parameters.as_dict()
+        reals |= {f"{n}_start": value for n, value in zip(_STATES, request.initial, strict=True)}
+        flags = {"separation": request.separation, "start_static": False}
+        fmu.setupExperiment(tolerance=request.tol, startTime=0.0, stopTime=request.t_end)
         fmu.setReal([self._reference(name) for name in reals], list(reals.values()))
         fmu.setBoolean([self._reference(name) for name in flags], list(flags.values()))
         fmu.enterInitializationMode()
@@ -121,11 +121,11 @@ class Master:
     is the communication point reached. Raises `ComputationError` if the FMU fails.
     """
 
-    def __init__(self, slave: Slave, problem: Problem, recorder: Recorder) -> None:
+    def __init__(self, slave: Slave, request: Request, recorder: Recorder) -> None:
         self._slave = slave
-        self._problem = problem
+        self._request = request
         self._recorder = recorder
-        self.point = slave.begin(problem)
+        self.point = slave.begin(request)
 
     def move_to(self, target: float) -> None:
         """Take a communication step to a time, s.
@@ -183,7 +183,7 @@ class Master:
 
     def _resolution(self, first: Point, last: Point) -> float:
         # The longest interval over which interpolation is accurate enough for the peaks, s.
-        p = self._problem.parameters
+        p = self._request.parameters
         stiffness = p.k1 + p.k2 + p.k3
         if p.k_nl > 0.0 and Mode.CONTACT in (first.mode, last.mode):
             y = max(abs(first.state[2]), abs(last.state[2]))
@@ -193,7 +193,7 @@ class Master:
     def _include(self, first: Point, last: Point, *, switches: bool) -> None:
         self._recorder.include(
             segment_between(
-                self._problem.parameters,
+                self._request.parameters,
                 first.mode,
                 (first.t, last.t),
                 (first.state, last.state),

@@ -15,13 +15,11 @@ import numpy as np
 from fivtui.model import COLUMNS, Cancelled, ComputationError
 from fivtui.transient import (
     OnSamples,
-    Problem,
     Progress,
     Recorder,
-    Samples,
+    Request,
     Trajectory,
     Transient,
-    sample_times,
 )
 
 from .instance import extracted, instantiated, interrupts_deferred
@@ -36,29 +34,25 @@ _PART: Final = 256
 
 
 def integrate_fmu(
-    problem: Problem,
+    request: Request,
     *,
-    samples: Samples = "none",
     progress: Progress | None = None,
-    fmu: Path | None = None,
     on_samples: OnSamples | None = None,
+    fmu: Path | None = None,
 ) -> Transient:
     """Compute a transient through the FMU.
 
     Parameters
     ----------
-    problem : Problem
-        What to integrate; its `step` is the communication step, s. It changes no result: if it
-        is too coarse for the peaks, the master goes back and takes smaller steps.
-    samples : "none", "dense" or sequence of float
-        The trajectory to keep. Sample times are communication points and have the FMU's own
-        outputs; "dense" interpolates between communication points.
-    progress : callable, optional
-        Called repeatedly with the fraction done; cancels the run by returning False.
+    request : Request
+        What to compute, by the method ``fmu``. Its step, the communication step, changes no
+        result: if it is too coarse for the peaks, the master goes back and takes smaller steps.
+        Sample times are communication points and have the FMU's own outputs; "dense" interpolates
+        between communication points.
+    progress, on_samples : callable, optional
+        See `fivtui.simulate`.
     fmu : Path, optional
         An FMU built by `build_fmu`; a new one in a temporary folder if not given.
-    on_samples : callable, optional
-        See `integrate`.
 
     Returns
     -------
@@ -69,24 +63,23 @@ def integrate_fmu(
     Raises
     ------
     InputError
-        If the sample times are wrong or `fmu` is not an FMU of this model.
+        If `fmu` is not an FMU of this model.
     ComputationError
         If the FMU fails, with its log, or the step is too small for the run.
     Cancelled
         If `progress` returned False.
     """
-    p = problem.parameters
-    step = problem.step or _STEP * math.sqrt(p.m / (p.k1 + p.k2 + p.k3))
-    if problem.t_end / step > _MAX_STEPS:
+    p = request.parameters
+    step = request.step or _STEP * math.sqrt(p.m / (p.k1 + p.k2 + p.k3))
+    if request.t_end / step > _MAX_STEPS:
         raise ComputationError(
-            f"{problem.t_end / step:.3g} communication steps of {step:g} s are needed",
+            f"{request.t_end / step:.3g} communication steps of {step:g} s are needed",
             "use a larger step or a shorter horizon",
         )
-    # The recorder only checks the sample times; samples are the FMU's own outputs.
-    recorder, times = Recorder(problem, samples), list[float]()
-    given = sample_times(samples, problem.t_end)
-    if given is not None:
-        recorder, times = Recorder(problem), given.tolist()
+    # Samples are the FMU's own outputs: the recorder interpolates none.
+    sampled = request.times is not None
+    recorder = Recorder(dataclasses.replace(request, samples="none") if sampled else request)
+    times: list[float] = [] if request.times is None else request.times.tolist()
     with ExitStack() as stack:
         check_interrupt = stack.enter_context(interrupts_deferred())
         if fmu is None:
@@ -100,14 +93,14 @@ def integrate_fmu(
 
         def before_step() -> None:
             check_interrupt()
-            if slave.steps % _PROGRESS_EVERY == 1 and not report(recorder.t / problem.t_end):
+            if slave.steps % _PROGRESS_EVERY == 1 and not report(recorder.t / request.t_end):
                 raise Cancelled
 
         slave = Slave(instance, messages, file.description, before_step)
-        master = Master(slave, problem, recorder)
+        master = Master(slave, request, recorder)
         kept = [master.point] if times and times[0] == 0.0 else []
         wanted = frozenset(times)
-        for t in _communication_points(problem.t_end, step, times):
+        for t in _communication_points(request.t_end, step, times):
             master.move_to(t)
             if t in wanted:
                 kept.append(master.point)
@@ -116,7 +109,7 @@ def integrate_fmu(
                     on_samples(_trajectory(part, [point.t for point in part]))
         slave.end()
     report(1.0)
-    result = recorder.result("fmu")
+    result = recorder.result()
     return dataclasses.replace(
         result,
         stats=dataclasses.replace(result.stats, steps=slave.steps),

@@ -1,7 +1,7 @@
 """One transient: Taylor steps, switches, exact extremes and samples, in one compiled loop.
 
-Step for step the same as `taylor.stepper` under `transient.loop`; kept apart from them because a
-compiler wants flat data. `c` are the coefficients of x and y, unscaled, one row a degree.
+Step for step the same as `taylor.stepper` under `transient.recorder`; kept apart from them because
+a compiler wants flat data. `c` are the coefficients of x and y, unscaled, one row a degree.
 """
 
 import struct

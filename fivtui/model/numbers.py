@@ -39,14 +39,14 @@ class Interval:
 
         Raises `InputError` if it is not a finite number within the interval.
         """
-        number = parse_number(name, value, str(self))
+        number = parse_number(name, value, self)
         too_low = number <= self.lower if self.lower_open else number < self.lower
         if too_low or number > self.upper:
             raise InputError(f"{name} = {number:g}: must be {self}")
         return number
 
 
-def parse_number(name: str, value: object, allowed: str) -> float:
+def parse_number(name: str, value: object, allowed: object) -> float:
     """Read a finite number from a number (Python's or NumPy's) or its text.
 
     Parameters
@@ -55,8 +55,8 @@ def parse_number(name: str, value: object, allowed: str) -> float:
         What the value is for, for the message.
     value : object
         The value; a bool is refused.
-    allowed : str
-        What it must be, in words, for the message.
+    allowed : object
+        What it must be; its text is repeated in the message.
 
     Raises
     ------

@@ -17,8 +17,7 @@ from fivtui.model import (
     equilibrium,
     static_start,
 )
-from fivtui.transient import Kernel, Start, Transient, resolve_start
-from fivtui.transient.integrate import integrate
+from fivtui.transient import Kernel, Request, Start, Transient, integrate, resolve_start
 
 from .decay import Attraction
 from .shooting import PeriodicOrbit, Section, shoot
@@ -176,16 +175,16 @@ class Explorer:
                 return Attractor(Kind.EQUILIBRIUM)
             if self._linear and self._attraction.unstable:
                 return Attractor(Kind.UNBOUNDED)
-            run = integrate(
+            leg = Request(
                 self._p,
                 t_end=self._leg,
                 tol=_TOL,
                 separation=self._separation,
                 start=state,
                 samples="dense",
-                progress=lambda _fraction: self._go_on(),
                 kernel=self._kernel,
             )
+            run = integrate(leg, progress=lambda _fraction: self._go_on())
             steps += run.stats.steps
             final = run.final
             state = (final.x, final.vx, final.y, final.vy)

@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fivtui.model import Cancelled, ComputationError, Parameters, State
-from fivtui.transient.integrate import integrate
+from fivtui.transient import Request, integrate
 
 from .variation import Flow, flow
 
@@ -198,7 +198,7 @@ def _measured(
     section, residual, there = found
     state = state.copy()
     state[section.value] = 0.0
-    run = integrate(
+    request = Request(
         p,
         t_end=period,
         tol=_TOL,
@@ -206,6 +206,7 @@ def _measured(
         start=state.tolist(),
         kernel="interpreted",
     )
+    run = integrate(request)
     return PeriodicOrbit(
         section=section,
         start=_as_state(state),

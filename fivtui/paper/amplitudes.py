@@ -20,7 +20,7 @@ import numpy as np
 from fivtui.batch import simulate_batch
 from fivtui.model import Cancelled, ComputationError, InputError
 from fivtui.scene import Scene
-from fivtui.simulation import simulate
+from fivtui.simulation import compute
 from fivtui.transient import resolve_start
 
 # Starting a process takes as long as some runs.
@@ -128,15 +128,7 @@ def _one_by_one(scenes: Sequence[Scene], workers: int, progress: Progress) -> li
 
 def _run(scene: Scene) -> Amplitude:
     try:
-        run = simulate(
-            scene.parameters,
-            t_end=scene.t_end,
-            tol=scene.tol,
-            separation=scene.separation,
-            start=scene.start,
-            method=scene.method,
-            step=scene.step,
-        )
+        run = compute(scene.request())
     except ComputationError as error:
         raise _named(scene, error) from None
     return Amplitude(

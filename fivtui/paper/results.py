@@ -7,7 +7,7 @@ import numpy as np
 
 from fivtui.model import Cancelled
 from fivtui.scene import Scene
-from fivtui.simulation import simulate
+from fivtui.simulation import compute
 from fivtui.transient import Transient
 
 from .amplitudes import Amplitude, Progress, measure_all
@@ -59,13 +59,9 @@ class PaperResults:
     def run(self, scene: Scene) -> Transient:
         """The run of a scene, with 10,001 samples of its trajectory."""
         if scene not in self._runs:
-            self._runs[scene] = simulate(
-                scene.parameters,
-                t_end=scene.t_end,
-                tol=scene.tol,
-                separation=scene.separation,
-                start=scene.start,
-                samples=np.linspace(0.0, scene.t_end, _POINTS),
+            samples = np.linspace(0.0, scene.t_end, _POINTS)
+            self._runs[scene] = compute(
+                scene.request(method="taylor", step=None, samples=samples),
                 progress=lambda _fraction: self.go_on(),
             )
         return self._runs[scene]

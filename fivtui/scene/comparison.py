@@ -1,5 +1,6 @@
 """The main job: one scene natively and through the FMU, with separation considered and ignored."""
 
+import dataclasses
 import time
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -12,8 +13,8 @@ from fivtui.fmu import integrate_fmu
 from fivtui.io import check_apart, check_output
 from fivtui.model import InputError
 from fivtui.plotting import check_figure_path, save_figure
-from fivtui.simulation import simulate
-from fivtui.transient import Transient, make_problem, transient_figure
+from fivtui.simulation import compute
+from fivtui.transient import Transient, transient_figure
 from fmu_src.build import build_fmu
 
 from .scene import Scene
@@ -136,24 +137,12 @@ def compare(
 def _pair(scene: Scene, fmu: Path, separation: bool, report: Callable[[float], bool]) -> Pair:
     samples = np.linspace(0.0, scene.t_end, _POINTS)
     begin = time.perf_counter()
-    native = simulate(
-        scene.parameters,
-        t_end=scene.t_end,
-        tol=scene.tol,
-        separation=separation,
-        start=scene.start,
-        samples=samples,
-        progress=lambda fraction: report(0.1 * fraction),
-    )
+    request = scene.request(separation=separation, method="taylor", step=None, samples=samples)
+    native = compute(request, progress=lambda fraction: report(0.1 * fraction))
     middle = time.perf_counter()
-    problem = make_problem(
-        scene.parameters,
-        t_end=scene.t_end,
-        tol=scene.tol,
-        separation=separation,
-        start=scene.start,
-    )
     through = integrate_fmu(
-        problem, samples=samples, progress=lambda fraction: report(0.1 + 0.9 * fraction), fmu=fmu
+        dataclasses.replace(request, method="fmu"),
+        progress=lambda fraction: report(0.1 + 0.9 * fraction),
+        fmu=fmu,
     )
     return Pair(native, through, middle - begin, time.perf_counter() - middle)

@@ -6,7 +6,7 @@ from typing import Final
 import numpy as np
 
 from fivtui.equilibrium import Stability, stability
-from fivtui.simulation import simulate
+from fivtui.simulation import compute
 from fivtui.transient import OnSamples, Progress, Samples, Transient
 
 from .scene import Scene
@@ -50,7 +50,7 @@ class SceneResult:
 def run_scene(
     scene: Scene, *, points: int = DEFAULT_POINTS, progress: Progress | None = None
 ) -> SceneResult:
-    """Compute what a scene requires.
+    """Compute what a scene requires, nothing else.
 
     Parameters
     ----------
@@ -60,11 +60,6 @@ def run_scene(
         Points of a trajectory, equally spaced.
     progress : callable, optional
         See `simulate`.
-
-    Returns
-    -------
-    SceneResult
-        What is not required is None and costs nothing.
 
     Raises
     ------
@@ -91,53 +86,25 @@ def scene_transient(
     progress: Progress | None = None,
     on_samples: OnSamples | None = None,
 ) -> SceneTransient:
-    """The transient of a scene, to its tolerance or to the accuracy that it states.
+    """Compute the transient of a scene, to its tolerance or to the accuracy that it states.
 
     Parameters
     ----------
     scene : Scene
         The scene.
-    samples : "none", "dense" or sequence of float
-        What is kept of the trajectory.
-    progress : callable, optional
-        See `simulate`.
-    on_samples : callable, optional
-        See `simulate`; for a stated accuracy several runs hand out their parts, each from the
+    samples, progress, on_samples
+        See `simulate`; for a stated accuracy several runs hand out their samples, each from the
         start.
-
-    Returns
-    -------
-    SceneTransient
-        The result.
 
     Raises
     ------
     InputError, ComputationError, Cancelled
         As `simulate` and `simulate_to`.
     """
+    request = scene.request(samples=samples)
     if scene.accuracy:
         verified = simulate_to(
-            dict(scene.accuracy),
-            scene.parameters,
-            t_end=scene.t_end,
-            separation=scene.separation,
-            start=scene.start,
-            method=scene.method,
-            samples=samples,
-            progress=progress,
-            on_samples=on_samples,
+            dict(scene.accuracy), request, progress=progress, on_samples=on_samples
         )
         return SceneTransient(verified.transient, verified)
-    transient = simulate(
-        scene.parameters,
-        t_end=scene.t_end,
-        tol=scene.tol,
-        separation=scene.separation,
-        start=scene.start,
-        method=scene.method,
-        step=scene.step,
-        samples=samples,
-        progress=progress,
-        on_samples=on_samples,
-    )
-    return SceneTransient(transient, None)
+    return SceneTransient(compute(request, progress=progress, on_samples=on_samples), None)

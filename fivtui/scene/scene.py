@@ -30,10 +30,14 @@ from fivtui.transient import (
     QUANTITIES,
     T_END_INTERVAL,
     TOL_INTERVAL,
+    Request,
     Start,
     check_accuracy,
+    check_horizon,
+    check_start,
+    check_step,
     check_takes_step,
-    make_problem,
+    check_tolerance,
 )
 
 FORMAT_VERSION: Final = 1
@@ -44,6 +48,9 @@ Accuracy = tuple[tuple[str, float], ...]
 _LONGEST_NAME: Final = 255
 _LONGEST_DESCRIPTION: Final = 2000
 _LONGEST_LINE: Final = 4096
+
+# The fields that a scene shares with a request.
+_OF_REQUEST: Final = ("parameters", "t_end", "tol", "separation", "start", "method", "step")
 
 # What a scene can require.
 OUTPUTS: Final = {
@@ -115,25 +122,26 @@ class Scene:
             raise unknown_name("method", self.method, ALL_METHODS)
         if self.step is not None:
             check_takes_step(self.method)
-        # Whether an equilibrium to start from exists is for the computation to say.
-        static = isinstance(self.start, str) and self.start == "static"
-        problem = make_problem(
-            self.parameters,
-            t_end=self.t_end,
-            tol=self.tol,
-            separation=self.separation,
-            start=(0.0, 0.0, 0.0, 0.0) if static else self.start,
-            step=self.step,
-        )
-        object.__setattr__(self, "accuracy", tuple(check_accuracy(dict(self.accuracy)).items()))
+        check_parameters(self.parameters)
+        t_end = check_horizon(self.t_end)
+        checked = {
+            "t_end": t_end,
+            "tol": check_tolerance(self.tol),
+            "step": None if self.step is None else check_step(self.step, t_end),
+            # Whether there is a static start is for the computation to say.
+            "start": check_start(self.start),
+            "accuracy": tuple(check_accuracy(dict(self.accuracy)).items()),
+        }
         for name in self.outputs:
             if name not in OUTPUTS:
                 raise unknown_name("output", name, OUTPUTS)
-        checked = {"t_end": problem.t_end, "tol": problem.tol, "step": problem.step}
         for key, value in checked.items():
             object.__setattr__(self, key, value)
-        if not static:
-            object.__setattr__(self, "start", problem.start)
+
+    def request(self, **changes: Any) -> Request:
+        """The request for the transient of this scene, with changes to its fields."""
+        asked: dict[str, Any] = {key: getattr(self, key) for key in _OF_REQUEST} | changes
+        return Request(**asked)
 
     def with_values(self, values: Mapping[str, object]) -> Self:
         """A copy with some parameters replaced.

@@ -1,17 +1,20 @@
 """Transients to a stated accuracy: the setting is chosen, and verified by a finer run."""
 
+import dataclasses
 from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any, Final
 
-from fivtui.model import ComputationError, Parameters
-from fivtui.simulation import simulate
+from fivtui.model import ComputationError
+from fivtui.simulation import compute
 from fivtui.transient import (
     QUANTITIES,
     TOL_RANGE,
     Deviation,
     Divergence,
+    OnSamples,
     Progress,
+    Request,
     Transient,
     check_accuracy,
     deviation,
@@ -54,13 +57,12 @@ class Verified:
 
 def simulate_to(
     asked: Mapping[str, float],
-    parameters: Parameters | None = None,
+    request: Request,
     *,
-    method: str = "taylor",
     progress: Progress | None = None,
-    **options: Any,
+    on_samples: OnSamples | None = None,
 ) -> Verified:
-    """Compute a transient to errors that are asked for.
+    """Compute a transient to the errors that are asked for.
 
     The tolerance, or the step of a method that takes one, follows from the least error; the same
     run with a finer setting then tells the errors, and the setting is refined until they are met.
@@ -69,20 +71,11 @@ def simulate_to(
     Parameters
     ----------
     asked : mapping of str to float
-        See `check_accuracy`.
-    parameters : Parameters, optional
-        The parameter set; the base set if not given.
-    method : str
-        A name in `ALL_METHODS`.
-    progress : callable, optional
-        See `simulate`; the fraction is that of the present run.
-    **options
-        Further arguments of `simulate`, without ``tol`` and ``step``.
-
-    Returns
-    -------
-    Verified
-        The finest run and the estimate of its errors.
+        Errors allowed, see `check_accuracy`.
+    request : Request
+        What to compute; its `tol` and `step` are not used.
+    progress, on_samples : callable, optional
+        See `simulate`; both follow each run from its start.
 
     Raises
     ------
@@ -93,32 +86,32 @@ def simulate_to(
     Cancelled
         If `progress` returned False.
     """
-    wishes = check_accuracy(asked)
-    p = Parameters() if parameters is None else parameters
-    by_step = takes_step(method)
+    targets = check_accuracy(asked)
+    scale, by_step = time_scale(request.parameters), takes_step(request.method)
 
     def run(setting: float) -> Transient:
-        knob = {"step" if by_step else "tol": setting}
-        return simulate(p, method=method, progress=progress, **knob, **options)  # type: ignore[arg-type]
+        changes: dict[str, Any] = {"step": setting} if by_step else {"tol": setting, "step": None}
+        changed = dataclasses.replace(request, **changes)
+        return compute(changed, progress=progress, on_samples=on_samples)
 
-    setting = _FIRST_STEP * time_scale(p) if by_step else first_tol(wishes)
-    least = _LEAST_STEP * time_scale(p) if by_step else TOL_RANGE[0]
+    setting = _FIRST_STEP * scale if by_step else first_tol(targets)
+    least = _LEAST_STEP * scale if by_step else TOL_RANGE[0]
     coarse, runs = run(setting), 1
     while True:
         setting = max(setting * _FINER_STEP, least) if by_step else finer_tol(setting)
         fine, runs = run(setting), runs + 1
         found = deviation(observation(coarse), observation(fine))
-        missed = [name for name, error in wishes.items() if found.of(name) > error]
+        missed = [name for name, error in targets.items() if found.of(name) > error]
         parted = runs_part(coarse, fine)
         if not missed and parted is None:
-            return Verified(fine, wishes, found, runs)
+            return Verified(fine, targets, found, runs)
         if setting <= least:
             if parted is not None:
                 raise parted.error()
             name = missed[0]
             raise ComputationError(
                 f"the error of {name} is about {found.of(name):.1e} at the finest setting of the "
-                f"method {method}, not {wishes[name]:g}",
+                f"method {request.method}, not {targets[name]:g}",
                 "allow a larger error, take a shorter horizon or the method taylor",
             )
         coarse = fine

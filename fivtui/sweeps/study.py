@@ -4,14 +4,16 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Final, Literal
 
-from fivtui.model import InputError, Parameters, unknown_name
+from fivtui.model import InputError, Parameters, check_parameters, unknown_name
 from fivtui.transient import (
     DEFAULT_T_END,
     DEFAULT_TOL,
     QUANTITIES,
     Start,
     check_accuracy,
-    make_problem,
+    check_horizon,
+    check_start,
+    check_tolerance,
 )
 
 from .design import VARIABLES, Design
@@ -123,17 +125,11 @@ class Study:
                     f"must be of {', '.join(ERRORS)}"
                 )
         object.__setattr__(self, "accuracy", tuple(asked.items()))
-        static = isinstance(self.start, str) and self.start == "static"
-        problem = make_problem(
-            self.parameters,
-            t_end=self.t_end,
-            tol=self.tol,
-            start=(0.0, 0.0, 0.0, 0.0) if static else self.start,
-        )
-        object.__setattr__(self, "t_end", problem.t_end)
-        object.__setattr__(self, "tol", DEFAULT_TOL if asked else problem.tol)
-        if not static:
-            object.__setattr__(self, "start", problem.start)
+        check_parameters(self.parameters)
+        tol = check_tolerance(self.tol)
+        object.__setattr__(self, "t_end", check_horizon(self.t_end))
+        object.__setattr__(self, "tol", DEFAULT_TOL if asked else tol)
+        object.__setattr__(self, "start", check_start(self.start))
 
     @property
     def members(self) -> int:

@@ -16,8 +16,9 @@ from fivtui.fmu import run_fmu
 from fivtui.model import Cancelled, ComputationError, Parameters, State
 from fivtui.results import Result, scene_text
 from fivtui.scene import Scene, as_scene, runs_part
-from fivtui.simulation import simulate
+from fivtui.simulation import compute
 from fivtui.transient import (
+    DEFAULT_TOL,
     QUANTITIES,
     TOL_RANGE,
     Deviation,
@@ -355,17 +356,11 @@ def _through_fmu(scene: Scene, fmu: Path, step: float, go_on: Progress) -> tuple
 
 
 def _native(scene: Scene, setting: Setting, report: Progress) -> Transient:
-    knob: dict[str, Any] = {setting.knob: setting.value}
-    return simulate(
-        scene.parameters,
-        t_end=scene.t_end,
-        separation=scene.separation,
-        start=scene.start,
-        method=setting.method,
-        kernel=cast("KernelChoice", setting.kernel or "auto"),
-        progress=report,
-        **knob,
+    changes: dict[str, Any] = {"tol": DEFAULT_TOL, "step": None, setting.knob: setting.value}
+    request = scene.request(
+        method=setting.method, kernel=cast("KernelChoice", setting.kernel or "auto"), **changes
     )
+    return compute(request, progress=report)
 
 
 def _features(scene: Scene, report: Progress) -> list[Feature]:
@@ -423,20 +418,16 @@ def _cost_in_batch(
 
 
 def _cost(scene: Scene, samples: Any, report: Progress) -> tuple[float | None, int | None]:
+    request = scene.request(
+        method="taylor", step=None, tol=DEFAULT_TOL, samples=samples, kernel="compiled"
+    )
     least, steps, begin = math.inf, 0, time.thread_time()
     for _ in range(_MOST_REPEATS):
         if not report(0.0):
             raise Cancelled
         before = time.thread_time()
         try:
-            run = simulate(
-                scene.parameters,
-                t_end=scene.t_end,
-                separation=scene.separation,
-                start=scene.start,
-                samples=samples,
-                kernel="compiled",
-            )
+            run = compute(request)
         except ComputationError:
             return None, None
         least, steps = min(least, time.thread_time() - before), run.stats.steps

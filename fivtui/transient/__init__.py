@@ -25,54 +25,53 @@ if TYPE_CHECKING:
         transient_to_dict as transient_to_dict,
     )
     from .hermite import segment_between as segment_between
-    from .loop import (
-        MAX_STEPS as MAX_STEPS,
-        KernelChoice as KernelChoice,
-        Progress as Progress,
-        step_limit_error as step_limit_error,
-    )
     from .methods import (
         METHODS as METHODS,
-        Problem as Problem,
         check_takes_step as check_takes_step,
         fixed_step as fixed_step,
         takes_step as takes_step,
         time_scale as time_scale,
     )
-    from .recorder import (
-        OnSamples as OnSamples,
-        Recorder as Recorder,
-        Samples as Samples,
-        sample_times as sample_times,
-    )
+    from .native import check_has_kernels as check_has_kernels, integrate as integrate
+    from .recorder import Recorder as Recorder
     from .report import print_transient as print_transient
     from .request import (
         DEFAULT_T_END as DEFAULT_T_END,
         DEFAULT_TOL as DEFAULT_TOL,
         LEAST_START as LEAST_START,
+        MAX_STEPS as MAX_STEPS,
         MAX_T_END as MAX_T_END,
         START_FORM as START_FORM,
         START_SPECS as START_SPECS,
         T_END_INTERVAL as T_END_INTERVAL,
         TOL_INTERVAL as TOL_INTERVAL,
         TOL_RANGE as TOL_RANGE,
+        Kernel as Kernel,
+        KernelChoice as KernelChoice,
+        OnSamples as OnSamples,
+        Progress as Progress,
+        Request as Request,
+        Samples as Samples,
         Start as Start,
         check_horizon as check_horizon,
+        check_start as check_start,
+        check_step as check_step,
         check_tolerance as check_tolerance,
-        make_problem as make_problem,
         resolve_start as resolve_start,
     )
     from .result import (
         ContactForce as ContactForce,
         Events as Events,
         FinalState as FinalState,
-        Kernel as Kernel,
         Peak as Peak,
         Stats as Stats,
         Steady as Steady,
         Transient as Transient,
     )
-    from .stiffness import find_stiffness as find_stiffness
+    from .stiffness import (
+        find_stiffness as find_stiffness,
+        step_limit_error as step_limit_error,
+    )
     from .trajectory import Trajectory as Trajectory
 else:
     from fivtui.lazy import lazily

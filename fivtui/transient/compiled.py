@@ -19,11 +19,9 @@ from fivtui.taylor import (
 )
 
 from .extremes import Extremes
-from .loop import Progress, step_limit_error
-from .methods import Problem
-from .recorder import OnSamples, Samples, sample_times
+from .request import OnSamples, Progress, Request
 from .result import Stats, Transient, assemble
-from .stiffness import stiffness_of
+from .stiffness import step_limit_error, stiffness_of
 from .trajectory import DenseSolution, Trajectory, trajectory_of
 
 # Steps between two looks at the progress callback, and at the keyboard if there is none.
@@ -41,48 +39,18 @@ _NO_ROWS: Final = np.empty((0, 0))
 
 
 def run(
-    problem: Problem,
-    samples: Samples,
-    max_steps: int,
-    progress: Progress | None,
-    on_samples: OnSamples | None = None,
+    request: Request, progress: Progress | None, on_samples: OnSamples | None = None
 ) -> Transient:
     """Compute a transient with the compiled kernel; waits for it if it is not loaded.
 
-    Parameters
-    ----------
-    problem : Problem
-        What is asked.
-    samples : "none", "dense" or sequence of float
-        What is kept of the trajectory: nothing, everything, or its values at ascending times, s.
-    max_steps : int
-        Steps after which the run is given up.
-    progress : callable, optional
-        Called now and then with the fraction done; the run is cancelled when it returns False.
-    on_samples : callable, optional
-        See `integrate`.
-
-    Returns
-    -------
-    Transient
-        Agrees with the interpreted kernel to rounding.
-
-    Raises
-    ------
-    InputError
-        If the sample times are wrong.
-    ComputationError
-        If the run cannot be finished, or the kernel not be loaded.
-    Cancelled
-        If `progress` returned False.
+    Agrees with the interpreted kernel to rounding.
     """
     single = _loaded(progress)
-    p, t_end = problem.parameters, problem.t_end
-    order = order_for(local_tolerance(problem.tol))
-    first_mode = mode_of(p, problem.start, separation=problem.separation)
-    times = sample_times(samples, t_end)
-    dense = isinstance(samples, str) and samples == "dense"
-    block = _begun(problem, single, order, first_mode)
+    p, t_end = request.parameters, request.t_end
+    order = order_for(local_tolerance(request.tol))
+    first_mode = mode_of(p, request.initial, separation=request.separation)
+    times, dense, max_steps = request.times, request.dense, request.max_steps
+    block = _begun(request, single, order, first_mode)
     switches = np.empty(_SWITCHES)
     moments = _NO_TIMES if times is None else times
     states = _NO_ROWS if times is None else np.empty((times.size, single.SAMPLE_COLUMNS))
@@ -97,7 +65,7 @@ def run(
             raise Cancelled
         budget = min(portion, max_steps - steps)
         if budget <= 0:
-            raise step_limit_error(max_steps, reached, t_end, stiffness_of(problem))
+            raise step_limit_error(max_steps, reached, t_end, stiffness_of(request))
         ending = single.advance(block, switches, moments, states, segments, dense, budget)
         arrived = single.ARRIVED.unpack_from(block, single.RUN_BYTES)
         here = single.Run(*arrived[: single.RUN_SIZE])
@@ -119,8 +87,7 @@ def run(
         progress(1.0)
     whole, second_half = _extremes(*arrived[single.RUN_SIZE :])
     return assemble(
-        problem,
-        "taylor",
+        request,
         final=here[:4],
         whole=whole,
         second_half=second_half,
@@ -142,26 +109,26 @@ def _loaded(progress: Progress | None) -> Any:
     return loader.single.module()
 
 
-def _begun(problem: Problem, single: Any, order: int, first_mode: Mode) -> NDArray[np.float64]:
+def _begun(request: Request, single: Any, order: int, first_mode: Mode) -> NDArray[np.float64]:
     # What is asked, and a run that has not begun, as the kernel reads them.
-    p = problem.parameters
+    p = request.parameters
     stiffness = p.k1 + p.k2 + p.k3
     block = np.empty(single.BLOCK_SIZE)
     single.BEGIN.pack_into(
         block,
         0,
-        problem.t_end,
-        local_tolerance(problem.tol),
+        request.t_end,
+        local_tolerance(request.tol),
         0.5 * p.k3,
         p.F,
         abs(p.F) / stiffness,
         1.0 / math.sqrt(p.m / stiffness),
         order,
-        problem.separation,
+        request.separation,
         right_hand_side(p, Mode.CONTACT) is RightHandSide.CUBIC,
         *constants(p, Mode.SEPARATED),
         *constants(p, Mode.CONTACT),
-        *problem.start,
+        *request.initial,
         first_mode,
         *single.NOT_BEGUN,
         *single.NOTHING_SEEN,

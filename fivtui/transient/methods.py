@@ -5,39 +5,13 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from typing import Final
 
-from fivtui.model import InputError, Parameters, State
+from fivtui.model import InputError, Parameters
 from fivtui.taylor import Stepper, TaylorStepper, local_tolerance
+
+from .request import Request
 
 # RK4 steps per √(m/stiffness) when no step is given.
 _REFERENCE_STEP: Final = 0.01
-
-
-@dataclass(frozen=True, slots=True)
-class Problem:
-    """What an integrator is asked to do.
-
-    Attributes
-    ----------
-    parameters : Parameters
-        The parameter set.
-    start : State
-        (x, ẋ, y, ẏ) at t = 0, m and m/s.
-    t_end : float
-        Horizon, s.
-    separation : bool
-        Whether separation is considered.
-    tol : float
-        Relative tolerance.
-    step : float or None
-        Step of a fixed-step method, s; None for its default.
-    """
-
-    parameters: Parameters
-    start: State
-    t_end: float
-    separation: bool
-    tol: float
-    step: float | None
 
 
 @dataclass(frozen=True, slots=True)
@@ -53,33 +27,22 @@ class Method:
     fixed_step : bool
         Whether it takes a step rather than a tolerance.
     stepper : callable
-        Makes the integrator of a problem.
+        Makes the integrator of a request.
     """
 
     name: str
     meaning: str
     fixed_step: bool
-    stepper: Callable[[Problem], Stepper]
+    stepper: Callable[[Request], Stepper]
 
 
 def takes_step(method: str) -> bool:
-    """Whether a native method is set by its step, and not by a tolerance."""
+    """Whether a native method takes a step rather than a tolerance."""
     return method in METHODS and METHODS[method].fixed_step
 
 
 def check_takes_step(method: str) -> None:
-    """Check that a method takes a step.
-
-    Parameters
-    ----------
-    method : str
-        Its name; names that are not in `METHODS` take one.
-
-    Raises
-    ------
-    InputError
-        If it chooses its own.
-    """
+    """Raise `InputError` if a method chooses its own step; the FMU takes one."""
     if method in METHODS and not METHODS[method].fixed_step:
         raise InputError(f"step: the method {method} chooses its own; set tol instead")
 
@@ -89,59 +52,48 @@ def time_scale(p: Parameters) -> float:
     return math.sqrt(p.m / (p.k1 + p.k2 + p.k3))
 
 
-def _taylor(problem: Problem) -> Stepper:
+def fixed_step(request: Request) -> float:
+    """Step of a fixed-step method, s: as requested, or the default for the stiffness."""
+    if request.step is not None:
+        return request.step
+    return _REFERENCE_STEP * time_scale(request.parameters)
+
+
+def _taylor(request: Request) -> Stepper:
     return TaylorStepper(
-        problem.parameters,
-        problem.start,
-        separation=problem.separation,
-        tol=local_tolerance(problem.tol),
+        request.parameters,
+        request.initial,
+        separation=request.separation,
+        tol=local_tolerance(request.tol),
     )
 
 
-def fixed_step(problem: Problem) -> float:
-    """Step of the fixed-step methods.
-
-    Parameters
-    ----------
-    problem : Problem
-        What is asked.
-
-    Returns
-    -------
-    float
-        The step asked for, or the default for its stiffness, s.
-    """
-    if problem.step is not None:
-        return problem.step
-    return _REFERENCE_STEP * time_scale(problem.parameters)
-
-
-def _rk4(*, locate: bool) -> Callable[[Problem], Stepper]:
-    def stepper(problem: Problem) -> Stepper:
+def _rk4(*, locate: bool) -> Callable[[Request], Stepper]:
+    def stepper(request: Request) -> Stepper:
         from .rk4 import ReferenceStepper
 
         return ReferenceStepper(
-            problem.parameters,
-            problem.start,
-            step=fixed_step(problem),
-            separation=problem.separation,
+            request.parameters,
+            request.initial,
+            step=fixed_step(request),
+            separation=request.separation,
             locate=locate,
         )
 
     return stepper
 
 
-def _scipy(solver: str) -> Callable[[Problem], Stepper]:
-    def stepper(problem: Problem) -> Stepper:
+def _scipy(solver: str) -> Callable[[Request], Stepper]:
+    def stepper(request: Request) -> Stepper:
         from .scipy_solvers import ScipyStepper
 
         return ScipyStepper(
-            problem.parameters,
-            problem.start,
+            request.parameters,
+            request.initial,
             solver=solver,
-            t_end=problem.t_end,
-            separation=problem.separation,
-            tol=problem.tol,
+            t_end=request.t_end,
+            separation=request.separation,
+            tol=request.tol,
         )
 
     return stepper

@@ -1,26 +1,23 @@
-"""What is kept of a run while it goes on: extremes, events, samples."""
+"""The event loop over any integrator, and what it keeps of a run: extremes, events, samples."""
 
 import math
-from collections.abc import Callable, Sequence
-from typing import Final, Literal
+from typing import Final
 
 import numpy as np
 from numpy.typing import NDArray
 
-from fivtui.model import InputError, Mode, State, mode_of, unknown_name
-from fivtui.taylor import Segment
+from fivtui.model import Cancelled, Mode, State, mode_of
+from fivtui.taylor import Segment, Stepper
 
 from .extremes import Extremes
-from .methods import Problem
-from .result import Kernel, Stats, Transient, assemble
+from .request import Kernel, OnSamples, Progress, Request
+from .result import Stats, Transient, assemble
+from .stiffness import step_limit_error, stiffness_of
 from .trajectory import DenseSolution, Trajectory
 
-Samples = Literal["none", "dense"] | int | Sequence[float] | NDArray[np.float64]
-# Takes the parts of a trajectory, one after the other, while the run goes on.
-OnSamples = Callable[[Trajectory], None]
-
+# Segments that are sampled together.
 _CHUNK: Final = 256
-_MOST_SAMPLES: Final = 100_000_000
+_PROGRESS_EVERY: Final = 32
 
 
 class Recorder:
@@ -28,64 +25,68 @@ class Recorder:
 
     Parameters
     ----------
-    problem : Problem
+    request : Request
         What is being integrated.
-    samples : "none", "dense" or sequence of float
-        Times at which the trajectory is kept, ascending, s; or all polynomials; or nothing.
     on_samples : callable, optional
         Called with every part of the trajectory at sample times as soon as it is known; no part is
         empty.
 
-    Raises
-    ------
-    InputError
-        If the times are not ascending or lie outside [0, t_end].
+    Attributes
+    ----------
+    t : float
+        Time reached, s.
     """
 
-    def __init__(
-        self, problem: Problem, samples: Samples = "none", on_samples: OnSamples | None = None
-    ) -> None:
-        self._problem = problem
+    def __init__(self, request: Request, on_samples: OnSamples | None = None) -> None:
+        self._request = request
         self._extremes = Extremes()
         self._second_half = Extremes()
-        self._half = 0.5 * problem.t_end
+        self._half = 0.5 * request.t_end
         self._switches: list[float] = []
         self._separated = [0.0]
-        self._final: State = problem.start
+        self._final: State = request.initial
         self._steps = 0
-        self._dense = isinstance(samples, str) and samples == "dense"
-        self._times = sample_times(samples, problem.t_end)
+        self._times = request.times
         self._kept: list[Segment] = []
         self._parts: list[Trajectory] = []
         self._on_samples = on_samples
         self.t = 0.0
-        self.first_mode = mode_of(problem.parameters, problem.start, separation=problem.separation)
+        self._first_mode = mode_of(
+            request.parameters, request.initial, separation=request.separation
+        )
         self._separations = 0
 
-    @property
-    def problem(self) -> Problem:
-        """What is being integrated."""
-        return self._problem
-
-    @property
-    def t_end(self) -> float:
-        """The horizon, s."""
-        return self._problem.t_end
-
-    @property
-    def complete(self) -> bool:
-        """Whether the horizon is reached."""
-        return self.t >= self._problem.t_end
-
-    def include(self, segment: Segment) -> None:
-        """Take in the next segment.
+    def follow(self, stepper: Stepper, progress: Progress | None) -> None:
+        """Take in the segments of an integrator until the horizon is reached.
 
         Parameters
         ----------
-        segment : Segment
-            It may reach beyond the horizon; what lies there does not count.
+        stepper : Stepper
+            The integrator, at the start.
+        progress : callable, optional
+            See `fivtui.simulate`.
+
+        Raises
+        ------
+        ComputationError
+            If the run cannot be finished.
+        Cancelled
+            If `progress` returned False.
         """
-        t_end = self._problem.t_end
+        t_end, max_steps = self._request.t_end, self._request.max_steps
+        report = progress or _keep_going
+        for count in range(max_steps):
+            if count % _PROGRESS_EVERY == 0 and not report(min(self.t / t_end, 1.0)):
+                raise Cancelled
+            self.include(stepper.advance())
+            if self.t >= t_end:
+                report(1.0)
+                return
+        raise step_limit_error(max_steps, self.t, t_end, stiffness_of(self._request))
+
+    def include(self, segment: Segment) -> None:
+        """Take in the next segment; what lies beyond the horizon does not count."""
+        t_end = self._request.t_end
         self._steps += 1
         self.t = segment.end
         if segment.end <= t_end:
@@ -110,12 +111,12 @@ class Recorder:
             self._kept.append(segment)
             if len(self._kept) >= _CHUNK:
                 self._sample(self._times)
-        elif self._dense:
+        elif self._request.dense:
             self._kept.append(segment)
 
     def _sample(self, times: NDArray[np.float64]) -> None:
         # Evaluates the waiting segments at their sample times and lets them go.
-        solution = DenseSolution(self._problem.parameters, self._kept)
+        solution = DenseSolution(self._request.parameters, self._kept)
         count = int(np.searchsorted(times, solution.t_end, side="right"))
         self._parts.append(solution(times[:count]))
         self._times = times[count:]
@@ -123,31 +124,16 @@ class Recorder:
         if self._on_samples is not None and count > 0:
             self._on_samples(self._parts[-1])
 
-    def result(self, method: str, kernel: Kernel | None = None) -> Transient:
-        """The result of the run.
+    def result(self, kernel: Kernel | None = None) -> Transient:
+        """The result of the run, without CPU time.
 
-        Parameters
-        ----------
-        method : str
-            Name of the method that made the segments.
-        kernel : str, optional
-            See `Stats`.
-
-        Returns
-        -------
-        Transient
-            Without CPU time, which the caller measures.
-
-        Raises
-        ------
-        ComputationError
-            If the contact force is out of the range of numbers.
+        Raises `ComputationError` if the contact force is out of the range of numbers.
         """
         if self._times is not None and self._kept:
             self._sample(self._times)
+        dense = self._request.dense
         return assemble(
-            self._problem,
-            method,
+            self._request,
             final=self._final,
             whole=self._extremes,
             second_half=self._second_half,
@@ -155,42 +141,11 @@ class Recorder:
             separations=self._separations,
             separated_time=math.fsum(self._separated),
             stats=Stats(steps=self._steps, kernel=kernel),
-            first_mode=self.first_mode,
+            first_mode=self._first_mode,
             trajectory=Trajectory.joined(self._parts) if self._parts else None,
-            solution=(DenseSolution(self._problem.parameters, self._kept) if self._dense else None),
+            solution=DenseSolution(self._request.parameters, self._kept) if dense else None,
         )
 
 
-def sample_times(samples: Samples, t_end: float) -> NDArray[np.float64] | None:
-    """Check a request for samples.
-
-    Parameters
-    ----------
-    samples : "none", "dense", int or sequence of float
-        What is kept of the trajectory; a number of times is spread evenly over the run.
-    t_end : float
-        Horizon, s.
-
-    Returns
-    -------
-    ndarray or None
-        The times, s, if times were given.
-
-    Raises
-    ------
-    InputError
-        If the times are not ascending or lie outside [0, t_end], or are too few or too many.
-    """
-    if isinstance(samples, int | np.integer) and not isinstance(samples, bool):
-        if not 2 <= samples <= _MOST_SAMPLES:
-            raise InputError(f"samples = {samples}: must be 2 to {_MOST_SAMPLES}")
-        return np.linspace(0.0, t_end, int(samples))
-    if isinstance(samples, str):
-        if samples not in ("none", "dense"):
-            raise unknown_name("samples", samples, ("none", "dense"))
-        return None
-    times = np.atleast_1d(np.asarray(samples, dtype=float))
-    inside = times.size > 0 and times[0] >= 0.0 and times[-1] <= t_end
-    if not inside or not np.all(np.diff(times) >= 0.0):
-        raise InputError(f"samples: must be ascending times from 0 to {t_end:g} s")
-    return times
+def _keep_going(_fraction: float) -> bool:
+    return True

@@ -1,9 +1,11 @@
-"""What is asked of a transient, checked: start, horizon, tolerance, step."""
+"""Requests for a transient, checked: parameters, start, horizon, accuracy, method, output."""
 
-from collections.abc import Mapping, Sequence
-from typing import Final, Literal
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, field
+from typing import TYPE_CHECKING, Final, Literal
 
 import numpy as np
+from numpy.typing import NDArray
 
 from fivtui.model import (
     InputError,
@@ -14,12 +16,21 @@ from fivtui.model import (
     check_parameters,
     parse_number,
     static_start,
+    unknown_name,
 )
 from fivtui.taylor import DEFAULT_TOL as TAYLOR_TOL, TOL_RANGE as TAYLOR_TOL_RANGE
 
-from .methods import Problem
+if TYPE_CHECKING:
+    from .trajectory import Trajectory
 
 Start = Literal["static"] | Sequence[float]
+Samples = Literal["none", "dense"] | int | Sequence[float] | NDArray[np.float64]
+Kernel = Literal["compiled", "interpreted", "exact"]
+KernelChoice = Literal["auto"] | Kernel
+# Takes the fraction done; the computation is cancelled when it returns False.
+Progress = Callable[[float], bool]
+# Takes the parts of a trajectory, one after the other, while the run goes on.
+OnSamples = Callable[["Trajectory"], None]
 
 _START_MAX: Final = 1e9
 
@@ -44,14 +55,84 @@ LEAST_START: Final = 1e-150
 DEFAULT_T_END: Final = 100.0
 DEFAULT_TOL: Final = TAYLOR_TOL
 MAX_T_END: Final = 1e7
+MAX_STEPS: Final = 20_000_000
 TOL_RANGE: Final = TAYLOR_TOL_RANGE
+_MOST_SAMPLES: Final = 100_000_000
 T_END_INTERVAL: Final = Interval(0.0, MAX_T_END, "s", lower_open=True)
 TOL_INTERVAL: Final = Interval(*TOL_RANGE)
 START_FORM: Final = "static, or four finite numbers x,vx,y,vy in m and m/s"
 
 
+@dataclass(frozen=True, slots=True, eq=False)
+class Request:
+    """A transient to be computed; `fivtui.simulate` documents the options.
+
+    Attributes
+    ----------
+    parameters : Parameters
+        The parameter set.
+    t_end : float
+        Horizon, s.
+    tol : float
+        Relative tolerance of the variable-step methods.
+    separation : bool
+        Whether separation is considered.
+    start : "static" or sequence of four floats
+        Start as asked for.
+    method : str
+        Name of the method; checked by what computes the transient.
+    step : float or None
+        Step of a fixed-step method, communication step of the FMU, s; None for its default.
+    samples : "none", "dense", int or sequence of float
+        What is kept of the trajectory.
+    max_steps : int
+        Steps after which the run is given up.
+    kernel : str
+        What runs the method ``taylor``.
+    initial : State
+        (x, ẋ, y, ẏ) at t = 0, m and m/s.
+    times : ndarray or None
+        The sample times, s, if samples at times are kept.
+
+    Raises
+    ------
+    InputError
+        If a value is out of range, or `parameters` is no parameter set.
+    ComputationError
+        If there is no static start.
+    """
+
+    parameters: Parameters
+    t_end: float = DEFAULT_T_END
+    tol: float = DEFAULT_TOL
+    separation: bool = True
+    start: Start = "static"
+    method: str = "taylor"
+    step: float | None = None
+    samples: Samples = "none"
+    max_steps: int = MAX_STEPS
+    kernel: KernelChoice = "auto"
+    initial: State = field(init=False)
+    times: NDArray[np.float64] | None = field(init=False)
+
+    def __post_init__(self) -> None:
+        p = check_parameters(self.parameters)
+        put = object.__setattr__
+        put(self, "t_end", check_horizon(self.t_end))
+        put(self, "tol", check_tolerance(self.tol))
+        if self.step is not None:
+            put(self, "step", check_step(self.step, self.t_end))
+        put(self, "initial", resolve_start(p, self.start, separation=self.separation))
+        put(self, "times", _sample_times(self.samples, self.t_end))
+
+    @property
+    def dense(self) -> bool:
+        """Whether all polynomials are kept."""
+        return isinstance(self.samples, str) and self.samples == "dense"
+
+
 def resolve_start(p: Parameters, start: Start, *, separation: bool) -> State:
-    """The start state in numbers.
+    """The start state (x, ẋ, y, ẏ) in m and m/s.
 
     Parameters
     ----------
@@ -62,19 +143,22 @@ def resolve_start(p: Parameters, start: Start, *, separation: bool) -> State:
     separation : bool
         Whether separation is considered.
 
-    Returns
-    -------
-    State
-        (x, ẋ, y, ẏ).
-
     Raises
     ------
     InputError
         If `start` is neither.
+    ComputationError
+        If there is no static start.
     """
-    if isinstance(start, str) and start == "static":
-        return static_start(p, separation=separation)
+    checked = check_start(start)
+    return static_start(p, separation=separation) if isinstance(checked, str) else checked
+
+
+def check_start(start: Start) -> Literal["static"] | State:
+    """A start in numbers, or ``"static"``; raises `InputError` if it is neither."""
     if isinstance(start, str):
+        if start == "static":
+            return "static"
         raise InputError(f"start = {start!r}: must be {START_FORM}")
     given = np.asarray(start)
     if given.shape != (4,):
@@ -85,76 +169,31 @@ def resolve_start(p: Parameters, start: Start, *, separation: bool) -> State:
 
 
 def check_horizon(t_end: float | str) -> float:
-    """Check a horizon.
-
-    Parameters
-    ----------
-    t_end : float or str
-        Horizon, s; text that reads as a number will do.
-
-    Returns
-    -------
-    float
-        The horizon, s.
-
-    Raises
-    ------
-    InputError
-        If it is not in 0 < t_end <= 1e7 s.
-    """
+    """A horizon in s, as number or text; raises `InputError` unless 0 < t_end <= 1e7."""
     return T_END_INTERVAL.check("t_end", t_end)
 
 
 def check_tolerance(tol: float | str) -> float:
-    """Check a relative tolerance.
-
-    Parameters
-    ----------
-    tol : float or str
-        The tolerance; text that reads as a number will do.
-
-    Returns
-    -------
-    float
-        The tolerance.
-
-    Raises
-    ------
-    InputError
-        If it is not in `TOL_RANGE`.
-    """
+    """A relative tolerance, as number or text; raises `InputError` if outside `TOL_RANGE`."""
     return TOL_INTERVAL.check("tol", tol)
 
 
-def make_problem(
-    p: Parameters,
-    *,
-    t_end: float = DEFAULT_T_END,
-    tol: float = DEFAULT_TOL,
-    separation: bool = True,
-    start: Start = "static",
-    step: float | None = None,
-) -> Problem:
-    """Check a request for a transient.
+def check_step(step: float | str, t_end: float) -> float:
+    """A step in s, as number or text; raises `InputError` unless 0 < step <= t_end."""
+    return Interval(0.0, t_end, "s", lower_open=True).check("step", step)
 
-    Parameters
-    ----------
-    p, t_end, tol, separation, start, step
-        As in `integrate`.
 
-    Returns
-    -------
-    Problem
-        Ready to be integrated.
-
-    Raises
-    ------
-    InputError
-        If a value is out of range, or `p` is no parameter set.
-    """
-    check_parameters(p)
-    t_end = check_horizon(t_end)
-    tol = check_tolerance(tol)
-    if step is not None:
-        step = Interval(0.0, t_end, "s", lower_open=True).check("step", step)
-    return Problem(p, resolve_start(p, start, separation=separation), t_end, separation, tol, step)
+def _sample_times(samples: Samples, t_end: float) -> NDArray[np.float64] | None:
+    if isinstance(samples, str):
+        if samples not in ("none", "dense"):
+            raise unknown_name("samples", samples, ("none", "dense"))
+        return None
+    if isinstance(samples, int | np.integer) and not isinstance(samples, bool):
+        if not 2 <= samples <= _MOST_SAMPLES:
+            raise InputError(f"samples = {samples}: must be 2 to {_MOST_SAMPLES}")
+        return np.linspace(0.0, t_end, int(samples))
+    times = np.atleast_1d(np.asarray(samples, dtype=float))
+    inside = times.size > 0 and times[0] >= 0.0 and times[-1] <= t_end
+    if not inside or not np.all(np.diff(times) >= 0.0):
+        raise InputError(f"samples: must be ascending times from 0 to {t_end:g} s")
+    return times

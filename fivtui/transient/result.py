@@ -3,7 +3,7 @@
 import math
 from dataclasses import dataclass
 from itertools import pairwise
-from typing import TYPE_CHECKING, Any, Literal, NamedTuple
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -13,13 +13,11 @@ from fivtui.results import Result, scene_text
 from fivtui.taylor import overflow_error
 
 from .extremes import Extremes
-from .methods import Problem
+from .request import Kernel, Request
 from .trajectory import DenseSolution, Trajectory
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
-
-Kernel = Literal["compiled", "interpreted", "exact"]
 
 
 class FinalState(NamedTuple):
@@ -207,8 +205,7 @@ class Transient(Result):
 
 
 def assemble(
-    problem: Problem,
-    method: str,
+    request: Request,
     *,
     final: State,
     whole: Extremes,
@@ -225,10 +222,8 @@ def assemble(
 
     Parameters
     ----------
-    problem : Problem
-        What was integrated.
-    method : str
-        Name of the method.
+    request : Request
+        What was computed.
     final : State
         State at the horizon.
     whole, second_half : Extremes
@@ -256,7 +251,7 @@ def assemble(
     ComputationError
         If the contact force is out of the range of numbers.
     """
-    p, considered, t_end = problem.parameters, problem.separation, problem.t_end
+    p, considered, t_end = request.parameters, request.separation, request.t_end
     y_min, y_max = whole.y_min, whole.y_max
     # P decreases with y, so its extremes are those of y, except that it ends at zero.
     highest, lowest = (min(y_max, 0.0), min(y_min, 0.0)) if considered else (y_max, y_min)
@@ -268,11 +263,11 @@ def assemble(
     return Transient(
         p,
         considered,
-        problem.start,
+        request.initial,
         t_end,
-        method,
-        problem.tol,
-        problem.step,
+        request.method,
+        request.tol,
+        request.step,
         FinalState(t_end, *final),
         Peak(max(y_max, -y_min), y_max, y_min, max(whole.x_max, -whole.x_min), whole.vx_max),
         Steady(0.5 * (second_half.y_max - second_half.y_min)),

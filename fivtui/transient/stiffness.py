@@ -7,7 +7,7 @@ import numpy as np
 
 from fivtui.model import ComputationError, Mode, Parameters, equilibrium, jacobian
 
-from .methods import Problem
+from .request import Request
 
 # An explicit method of high order is unstable beyond about this decay times step.
 _REACH: Final = 9.0
@@ -42,7 +42,7 @@ class Stiffness:
 
 
 def find_stiffness(p: Parameters, *, t_end: float, separation: bool) -> Stiffness | None:
-    """Judge whether a scene is stiff, from the eigenvalues in contact and off the belt.
+    """Stiffness of a scene, from the eigenvalues in contact and off the belt.
 
     Parameters
     ----------
@@ -80,17 +80,16 @@ def find_stiffness(p: Parameters, *, t_end: float, separation: bool) -> Stiffnes
     return found
 
 
-def stiffness_of(problem: Problem) -> Stiffness | None:
-    """Judge whether what is asked of an integrator is stiff, see `stiffness`.
+def stiffness_of(request: Request) -> Stiffness | None:
+    """Stiffness of what is requested, see `find_stiffness`."""
+    return find_stiffness(request.parameters, t_end=request.t_end, separation=request.separation)
 
-    Parameters
-    ----------
-    problem : Problem
-        What is asked.
 
-    Returns
-    -------
-    Stiffness or None
-        None if an explicit method suits it.
-    """
-    return find_stiffness(problem.parameters, t_end=problem.t_end, separation=problem.separation)
+def step_limit_error(
+    max_steps: int, t: float, t_end: float, stiff: Stiffness | None
+) -> ComputationError:
+    """An error for a run that reached the time t in all the steps that are allowed."""
+    why = f"{max_steps} steps end at t = {t:.6g} s of {t_end:g} s"
+    if stiff is None:
+        return ComputationError(why, "use a shorter horizon or a larger tol")
+    return ComputationError(f"{why}; {stiff}", "use the method scipy-lsoda or scipy-radau")

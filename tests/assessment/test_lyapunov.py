@@ -7,11 +7,11 @@ from fivtui import Parameters, simulate
 from fivtui.assessment.lyapunov import ErrorGrowth, Fate, error_growth
 from fivtui.equilibrium.eigenvalues import growth_rate
 from fivtui.model.errors import Cancelled, ComputationError
-from fivtui.transient.request import make_problem
+from fivtui.transient.request import Request
 
 
 def growth(p: Parameters, t_end: float, *, separation: bool = True) -> ErrorGrowth:
-    return error_growth(make_problem(p, t_end=t_end, separation=separation, tol=1e-10))
+    return error_growth(Request(p, t_end=t_end, separation=separation, tol=1e-10))
 
 
 def test_at_a_stable_equilibrium_the_exponent_is_the_growth_rate() -> None:
@@ -61,4 +61,4 @@ def test_failure_and_cancellation() -> None:
     with pytest.raises(ComputationError, match=r"in the stretch from t = .* on: the motion grows"):
         growth(Parameters(k2=186.0, k_nl=0.0, mu=2.0), 2000.0, separation=False)
     with pytest.raises(Cancelled):
-        error_growth(make_problem(Parameters()), progress=lambda part: part < 0.1)
+        error_growth(Request(Parameters()), progress=lambda part: part < 0.1)

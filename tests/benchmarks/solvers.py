@@ -6,7 +6,7 @@ from typing import Final
 
 from fivtui import simulate
 from fivtui.model.slider_belt import State
-from fivtui.transient.loop import KernelChoice
+from fivtui.transient.request import KernelChoice
 from tests.references import Reference
 
 # Computes the transient once and returns its final state.

@@ -15,7 +15,7 @@ LOADS = """
 import json, os, sys, threading
 from pathlib import Path
 from fivtui import Parameters
-from fivtui.transient.request import make_problem
+from fivtui.transient.request import Request
 from fivtui.fmu.transient import integrate_fmu
 from fivtui.fmu.run import run_fmu
 
@@ -27,7 +27,7 @@ fmu = Path(sys.argv[1])
 found = []
 for _ in range(12):
     run_fmu(fmu, t_end=0.1)
-    integrate_fmu(make_problem(Parameters(), t_end=0.1), fmu=fmu)
+    integrate_fmu(Request(Parameters(), t_end=0.1, method="fmu"), fmu=fmu)
     found.append(held())
 print(json.dumps(found))
 """

@@ -17,7 +17,7 @@ from fivtui.fmu.instance import interrupts_deferred
 from fivtui.fmu.run import run_fmu
 from fivtui.fmu.transient import integrate_fmu
 from fivtui.model.errors import Cancelled, ComputationError, InputError
-from fivtui.transient.request import make_problem
+from fivtui.transient.request import Request
 from fivtui.transient.result import Transient
 from fmu_src.build.builder import build_fmu
 from tests.support.fmu_tools import altered, interpreted, other_fmu
@@ -73,8 +73,7 @@ def test_several_switches_within_a_communication_step_are_told_apart() -> None:
 
 def test_samples_are_the_outputs_at_their_times(fmu: Path) -> None:
     times = [0.0, 0.1, 0.1, 1.0 / 3.0, 2.860607592369662, 4.0, 10.0]
-    problem = make_problem(Parameters(), t_end=10.0)
-    through = integrate_fmu(problem, samples=times, fmu=fmu)
+    through = integrate_fmu(Request(Parameters(), t_end=10.0, method="fmu", samples=times), fmu=fmu)
     native = interpreted(t_end=10.0, samples=times)
     assert through.trajectory is not None
     assert native.trajectory is not None
@@ -110,15 +109,15 @@ def test_progress_rises_to_one_and_can_cancel(fmu: Path) -> None:
         seen.append(fraction)
         return True
 
-    problem = make_problem(Parameters(), t_end=30.0)
-    integrate_fmu(problem, fmu=fmu, progress=note)
+    request = Request(Parameters(), t_end=30.0, method="fmu")
+    integrate_fmu(request, fmu=fmu, progress=note)
     assert seen == sorted(seen)
     assert seen[-1] == 1.0
     assert len(seen) > 5
     with pytest.raises(Cancelled):
-        integrate_fmu(problem, fmu=fmu, progress=lambda fraction: fraction < 0.3)
+        integrate_fmu(request, fmu=fmu, progress=lambda fraction: fraction < 0.3)
     with pytest.raises(Cancelled):
-        integrate_fmu(problem, progress=lambda _fraction: False)
+        integrate_fmu(request, progress=lambda _fraction: False)
 
 
 @pytest.mark.parametrize("how", ["done", "cancelled", "failed"])
@@ -157,14 +156,14 @@ def test_too_many_communication_steps_are_refused_at_once() -> None:
 
 
 def test_a_file_that_is_not_this_fmu_is_wrong_input(fmu: Path, tmp_path: Path) -> None:
-    problem = make_problem(Parameters(), t_end=1.0)
+    request = Request(Parameters(), t_end=1.0, method="fmu")
     for path, said in (
         (tmp_path / "absent.fmu", "there is no such file"),
         (other_fmu(tmp_path), "unknown FMU variable"),
         (altered(fmu, tmp_path / "m.fmu", {"modelDescription.xml": b"<a/>"}), "is not an FMU"),
     ):
         with pytest.raises(InputError, match=said):
-            integrate_fmu(problem, fmu=path)
+            integrate_fmu(request, fmu=path)
 
 
 @pytest.mark.parametrize("name", ["für", "a#b", "a%b", "a%20b", "a+b", "a(b)"])
@@ -176,10 +175,10 @@ def test_a_temporary_folder_that_fmus_cannot_handle_is_not_used(
     plain.mkdir()
     monkeypatch.setattr(tempfile, "tempdir", str(folder))
     monkeypatch.setattr("fivtui.fmu.folders._FALLBACKS", (str(plain),))
-    problem = make_problem(Parameters(), t_end=1.0)
-    assert integrate_fmu(problem, fmu=fmu).final == interpreted(t_end=1.0).final
+    request = Request(Parameters(), t_end=1.0, method="fmu")
+    assert integrate_fmu(request, fmu=fmu).final == interpreted(t_end=1.0).final
     monkeypatch.setattr("fivtui.fmu.folders._FALLBACKS", ())
-    for run in (lambda: integrate_fmu(problem, fmu=fmu), lambda: run_fmu(fmu, t_end=1.0)):
+    for run in (lambda: integrate_fmu(request, fmu=fmu), lambda: run_fmu(fmu, t_end=1.0)):
         with pytest.raises(ComputationError, match="set TMPDIR"):
             run()
     assert [*folder.iterdir(), *plain.iterdir()] == []
@@ -191,8 +190,8 @@ def test_a_temporary_folder_with_spaces_works(
     folder = tmp_path / "with a space"
     folder.mkdir()
     monkeypatch.setattr(tempfile, "tempdir", str(folder))
-    problem = make_problem(Parameters(), t_end=1.0)
-    assert integrate_fmu(problem, fmu=fmu).final == interpreted(t_end=1.0).final
+    request = Request(Parameters(), t_end=1.0, method="fmu")
+    assert integrate_fmu(request, fmu=fmu).final == interpreted(t_end=1.0).final
 
 
 def test_runs_in_threads_do_not_disturb_each_other() -> None:
@@ -221,7 +220,7 @@ def test_an_interrupt_waits_until_the_fmu_has_returned(fmu: Path) -> None:
             return True
 
         with pytest.raises(KeyboardInterrupt):
-            integrate_fmu(make_problem(Parameters()), fmu=fmu, progress=interrupt)
+            integrate_fmu(Request(Parameters(), method="fmu"), fmu=fmu, progress=interrupt)
         assert len(reached) == 1
         with pytest.raises(KeyboardInterrupt), interrupts_deferred():
             os.kill(os.getpid(), signal.SIGINT)

@@ -18,7 +18,7 @@ from fivtui.scene.scene import load_scene, save_scene
 from fivtui.scene.verified import simulate_to
 from fivtui.simulation import simulate
 from fivtui.transient.errors import Observation, check_accuracy, divergence, finer_tol, first_tol
-from fivtui.transient.request import TOL_RANGE
+from fivtui.transient.request import TOL_RANGE, Request
 from tests.references import REFERENCES
 
 
@@ -28,10 +28,12 @@ def test_the_errors_are_within_those_asked_and_those_estimated(name: str, wish: 
     reference = REFERENCES[name]
     result = simulate_to(
         {"peak": wish, "final": wish},
-        reference.parameters,
-        t_end=reference.t_end,
-        separation=reference.separation,
-        start=reference.start,
+        Request(
+            reference.parameters,
+            t_end=reference.t_end,
+            separation=reference.separation,
+            start=reference.start,
+        ),
     )
     run, estimate = result.transient, result.estimate
     final = (run.final.x, run.final.vx, run.final.y, run.final.vy)
@@ -43,8 +45,8 @@ def test_the_errors_are_within_those_asked_and_those_estimated(name: str, wish: 
 
 
 def test_a_fixed_step_is_refined_until_the_error_is_met() -> None:
-    loose = simulate_to({"final": 1.0}, method="rk4", t_end=5.0)
-    tight = simulate_to({"final": 1e-5}, method="rk4", t_end=5.0)
+    request = Request(Parameters(), method="rk4", t_end=5.0)
+    loose, tight = (simulate_to({"final": error}, request) for error in (1.0, 1e-5))
     assert tight.transient.stats.steps > loose.transient.stats.steps
     assert tight.runs > 2
     assert tight.estimate.final <= 1e-5
@@ -52,7 +54,7 @@ def test_a_fixed_step_is_refined_until_the_error_is_met() -> None:
 
 def test_an_error_below_rounding_is_refused_with_what_can_be_had() -> None:
     with pytest.raises(ComputationError, match="error of final is about"):
-        simulate_to({"final": 1e-16}, Parameters())
+        simulate_to({"final": 1e-16}, Request(Parameters()))
 
 
 # Without damping an error grows for ever: two runs part after some hundred seconds.
@@ -62,11 +64,12 @@ UNDAMPED = Parameters(c1=0.0, c2=0.0)
 @pytest.mark.parametrize("wish", [2e-4, 1e-2, 1.0])
 def test_numbers_after_two_runs_part_are_refused_with_the_time_and_the_reason(wish: float) -> None:
     with pytest.raises(ComputationError, match=r"part at t = .* switches differ") as caught:
-        simulate_to({"half_range": wish}, UNDAMPED, t_end=1000.0)
+        simulate_to({"half_range": wish}, Request(UNDAMPED, t_end=1000.0))
     found = re.search(r"t = ([\d.]+) s", caught.value.why)
     assert found is not None
     # What is advised is right: before that time the same number is verified.
-    before = simulate_to({"half_range": wish}, UNDAMPED, t_end=0.8 * float(found[1]))
+    shorter = Request(UNDAMPED, t_end=0.8 * float(found[1]))
+    before = simulate_to({"half_range": wish}, shorter)
     assert before.estimate.half_range <= wish
 
 
@@ -80,9 +83,9 @@ def test_agreement_by_chance_is_no_agreement(monkeypatch: pytest.MonkeyPatch) ->
         final = true.final._replace(x=true.final.x + next(shifts))
         return dataclasses.replace(true, final=final)
 
-    monkeypatch.setattr("fivtui.scene.verified.simulate", by_chance)
+    monkeypatch.setattr("fivtui.scene.verified.compute", by_chance)
     with pytest.raises(ComputationError, match=r"part at t = 10 s: .*% of the amplitude"):
-        simulate_to({"peak": 1.0}, t_end=10.0)
+        simulate_to({"peak": 1.0}, Request(Parameters(), t_end=10.0))
 
 
 def observed(final: float, *times: float) -> Observation:
@@ -156,7 +159,7 @@ def test_a_stability_scene_integrates_nothing(monkeypatch: pytest.MonkeyPatch) -
     def refuse(*_args: object, **_options: object) -> None:
         raise AssertionError("a transient was computed")
 
-    monkeypatch.setattr("fivtui.scene.run.simulate", refuse)
+    monkeypatch.setattr("fivtui.scene.run.compute", refuse)
     monkeypatch.setattr(simulation, "integrate", refuse)
     result = run_scene(dataclasses.replace(PRESETS["base"], outputs=("stability",)))
     assert result.stability is not None

@@ -21,6 +21,7 @@ from fivtui.sweeps.design import Design, Kind, Range
 from fivtui.sweeps.rows import Rows, compute_rows, joined
 from fivtui.sweeps.run import check_in_memory, local_engine, sweep_in_memory
 from fivtui.sweeps.study import DEFAULT_OUTPUTS, OUTPUTS, Study
+from fivtui.transient.request import Request
 
 
 def values(design: Design, first: int, last: int) -> list[tuple[float, ...]]:
@@ -263,7 +264,7 @@ def test_a_member_whose_runs_part_is_refused_however_near_its_numbers_are() -> N
     for row in result.rows:
         p = Parameters(c2=0.0, F=row[0], c1=row[1])
         try:
-            simulate_to(asked, p, t_end=most, kernel="compiled")
+            simulate_to(asked, Request(p, t_end=most, kernel="compiled"))
         except ComputationError as error:
             found = re.search(r"part at t = ([\d.]+) s", error.why)
             told = re.search(r"part between t = ([\d.]+) and ([\d.]+) s", row[-1])

@@ -15,8 +15,9 @@ from fivtui.tradeoffs.figure import tradeoff_figure
 from fivtui.tradeoffs.files import save_tradeoff, tradeoff_to_dict
 from fivtui.tradeoffs.measure import Tradeoff, measure_tradeoff
 from fivtui.tradeoffs.settings import Row, Setting, cheapest, ladders, pareto
+from fivtui.transient import integrate
 from fivtui.transient.errors import QUANTITIES, Deviation, deviation, observation
-from fivtui.transient.integrate import integrate
+from fivtui.transient.request import Request
 from tests.references import REFERENCES
 
 SHORT = replace(PRESETS["base"], t_end=6.0)
@@ -71,8 +72,10 @@ def test_an_unknown_quantity_is_refused_with_the_nearest() -> None:
 
 def test_a_deviation_is_the_error_against_a_stored_reference() -> None:
     reference = REFERENCES["base"]
-    fine = integrate(reference.parameters, t_end=reference.t_end, kernel="interpreted")
-    coarse = integrate(reference.parameters, t_end=reference.t_end, method="rk4", step=0.02)
+    fine = integrate(Request(reference.parameters, t_end=reference.t_end, kernel="interpreted"))
+    coarse = integrate(
+        Request(reference.parameters, t_end=reference.t_end, method="rk4", step=0.02)
+    )
     found = deviation(observation(coarse), observation(fine))
     assert found.peak == pytest.approx(
         abs(coarse.peak.y_abs / reference.peak_y_abs - 1.0), rel=1e-6
@@ -85,20 +88,21 @@ def test_a_deviation_is_the_error_against_a_stored_reference() -> None:
 def test_missed_switches_have_no_finite_error() -> None:
     p = Parameters()
     found = deviation(
-        observation(integrate(p, t_end=20.0, separation=False)),
-        observation(integrate(p, t_end=20.0)),
+        observation(integrate(Request(p, t_end=20.0, separation=False))),
+        observation(integrate(Request(p, t_end=20.0))),
     )
     assert found.separations < 0
     assert math.isinf(found.events)
 
 
 def test_rk4_across_the_switch_converges_but_loses_its_order() -> None:
-    truth = observation(integrate(Parameters(), t_end=10.0, kernel="interpreted"))
+    truth = observation(integrate(Request(Parameters(), t_end=10.0, kernel="interpreted")))
 
     def order(method: str) -> float:
         coarse, fine = (
             deviation(
-                observation(integrate(Parameters(), t_end=10.0, method=method, step=step)), truth
+                observation(integrate(Request(Parameters(), t_end=10.0, method=method, step=step))),
+                truth,
             ).final
             for step in (0.01, 0.0025)
         )

@@ -8,7 +8,7 @@ from hypothesis import assume, example, given, settings, strategies as st
 from fivtui import Parameters, simulate
 from fivtui.model.errors import Cancelled, ComputationError, InputError
 from fivtui.model.slider_belt import State
-from fivtui.transient.loop import KernelChoice
+from fivtui.transient.request import KernelChoice
 from fivtui.transient.result import Transient
 from tests.references import REFERENCES
 from tests.support.strategies import moderate_parameters, states, wide_parameters

@@ -12,7 +12,7 @@ from scipy.optimize import brentq
 from fivtui import Parameters, simulate, simulate_batch
 from fivtui.model.slider_belt import State
 from fivtui.taylor.stepper import TaylorStepper
-from fivtui.transient.loop import KernelChoice
+from fivtui.transient.request import KernelChoice
 
 DEPTHS = [10.0**-n for n in range(2, 13)]
 TOLERANCES = (1e-12, 1e-6)

@@ -13,7 +13,7 @@ from fivtui.model.errors import Cancelled, ComputationError, InputError
 from fivtui.model.slider_belt import State
 from fivtui.transient.linear.exponential import LinearMotion
 from fivtui.transient.linear.run import is_linear
-from fivtui.transient.request import make_problem
+from fivtui.transient.request import Request
 from tests.support.strategies import moderate_parameters, states
 
 SCENES: dict[str, tuple[dict[str, float], float]] = {
@@ -192,9 +192,9 @@ def test_the_dense_solution_is_the_sampled_one() -> None:
 
 def test_the_exact_solution_is_for_linear_scenes() -> None:
     p = linear()
-    assert is_linear(make_problem(p, separation=False))
-    assert not is_linear(make_problem(p, separation=True))
-    assert not is_linear(make_problem(Parameters(), separation=False))
+    assert is_linear(Request(p, separation=False))
+    assert not is_linear(Request(p, separation=True))
+    assert not is_linear(Request(Parameters(), separation=False))
     with pytest.raises(InputError, match="k_nl = 0, separation ignored"):
         simulate(p, separation=True, kernel="exact")
 

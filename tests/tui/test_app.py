@@ -147,7 +147,7 @@ async def test_the_button_works_and_failures_are_told_and_logged(
 ) -> None:
     runs = app_of(pilot).session.runs
     with monkeypatch.context() as patched:
-        patched.setattr("fivtui.scene.run.simulate", endless_simulate)
+        patched.setattr("fivtui.scene.run.compute", endless_simulate)
         await pilot.click("#run-button")
         await until(pilot, lambda: runs.active is not None)
         await pilot.click("#run-button")

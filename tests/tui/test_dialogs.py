@@ -124,7 +124,7 @@ async def test_the_palette_does_what_applies_now(
         assert words not in text_of(pilot)
     await pilot.press("escape")
     with monkeypatch.context() as patched:
-        patched.setattr("fivtui.scene.run.simulate", endless_simulate)
+        patched.setattr("fivtui.scene.run.compute", endless_simulate)
         await pilot.press("f5")
         await palette(pilot, "stop")
         await until_shown(pilot, "Stop the run")

@@ -10,7 +10,9 @@ from textual.widgets import Input
 from fivtui.model.errors import Cancelled
 from fivtui.scene.presets import PRESETS
 from fivtui.simulation import simulate
+from fivtui.transient import integrate
 from fivtui.transient.files import save_trajectory
+from fivtui.transient.request import Request
 from fivtui.transient.result import Transient
 from fivtui.tui.app import FivtuiApp
 from fivtui.tui.persistence.state_file import State, load_state, save_state
@@ -94,8 +96,8 @@ async def test_the_engine_is_switched_and_both_are_compared(
     pilot: Pilot[None], monkeypatch: pytest.MonkeyPatch
 ) -> None:
     # Stands for the FMU, whose agreement other tests hold: a run with a visible error.
-    def through(problem: object, **given: object) -> Transient:
-        coarse = simulate(t_end=100.0, tol=1e-6, samples=given["samples"])  # type: ignore[arg-type]
+    def through(request: Request, **_given: object) -> Transient:
+        coarse = integrate(dataclasses.replace(request, method="taylor", tol=1e-6))
         return dataclasses.replace(coarse, method="fmu")
 
     monkeypatch.setattr("fivtui.fmu.integrate_fmu", through)
@@ -127,7 +129,7 @@ async def test_keys_are_answered_while_a_run_computes_and_it_stops_when_told(
         ended.append(goes_on)
         raise Cancelled
 
-    monkeypatch.setattr("fivtui.scene.run.simulate", busy)
+    monkeypatch.setattr("fivtui.scene.run.compute", busy)
     runs = app_of(pilot).session.runs
     editor = await focus(pilot, "F")
     await pilot.press("f5")

@@ -7,7 +7,6 @@ from typing import Final
 from fivtui.model import (
     PARAMETERS,
     InputError,
-    Parameters,
     ParameterSpec,
     parse_number,
     unknown_name,
@@ -25,9 +24,9 @@ from fivtui.transient import (
     Start,
     check_accuracy,
     check_horizon,
+    check_start,
+    check_step,
     check_tolerance,
-    make_problem,
-    resolve_start,
 )
 
 from .equations import equations_with
@@ -133,8 +132,7 @@ def _check_tol(text: str) -> float:
 def _check_step(text: str) -> float | None:
     if not text.strip():
         return None
-    step = parse_number("step", text, _STEP_ALLOWED)
-    return make_problem(_ANY, start=_AT_ZERO, t_end=MAX_T_END, step=step).step
+    return check_step(parse_number("step", text, _STEP_ALLOWED), MAX_T_END)
 
 
 def _check_accuracy(text: str) -> Accuracy:
@@ -151,9 +149,7 @@ def _check_start(text: str) -> Start:
         return "static"
     if len(parts) != 4:
         raise InputError(f"start = {text!r}: must be {START_FORM}")
-    return resolve_start(
-        _ANY, [parse_number("start", part, START_FORM) for part in parts], separation=True
-    )
+    return check_start([parse_number("start", part, START_FORM) for part in parts])
 
 
 def _start_text(scene: Scene) -> str:
@@ -162,8 +158,6 @@ def _start_text(scene: Scene) -> str:
     return ", ".join(number_text(value) for value in scene.start)
 
 
-_ANY: Final = Parameters()
-_AT_ZERO: Final = (0.0, 0.0, 0.0, 0.0)
 _STEP_ALLOWED: Final = "above 0 and at most t_end, or nothing"
 _ACCURACY_ALLOWED: Final = f"such as peak=1e-4; of {', '.join(QUANTITIES)}, or nothing"
 

@@ -1,0 +1,68 @@
+"""Transients by any native method: what everything above the methods calls."""
+
+from fivtui.model import ComputationError, InputError, unknown_name
+
+from . import kernel_choice
+from .methods import METHODS, check_takes_step, fixed_step
+from .recorder import Recorder
+from .request import OnSamples, Progress, Request
+from .result import Transient
+
+
+def integrate(
+    request: Request, *, progress: Progress | None = None, on_samples: OnSamples | None = None
+) -> Transient:
+    """Compute a transient with a native method.
+
+    Parameters
+    ----------
+    request : Request
+        What to compute; its method is a name in `METHODS`.
+    progress, on_samples : callable, optional
+        See `fivtui.simulate`.
+
+    Returns
+    -------
+    Transient
+        Without CPU time, which the caller measures.
+
+    Raises
+    ------
+    InputError
+        If the method does not exist or does not take what is asked of it.
+    ComputationError
+        If the run cannot be finished.
+    Cancelled
+        If `progress` returned False.
+    """
+    if request.method not in METHODS:
+        raise unknown_name("method", request.method, METHODS)
+    method = METHODS[request.method]
+    if request.step is not None:
+        check_takes_step(request.method)
+    if request.method == "taylor":
+        return kernel_choice.run(request, progress, on_samples)
+    check_has_kernels(request)
+    if method.fixed_step:
+        _check_count(request)
+    recorder = Recorder(request, on_samples)
+    recorder.follow(method.stepper(request), progress)
+    return recorder.result()
+
+
+def _check_count(request: Request) -> None:
+    step = fixed_step(request)
+    if request.t_end / step > request.max_steps:
+        raise ComputationError(
+            f"{request.t_end / step:.3g} steps of {step:.3g} s are needed, more than "
+            f"{request.max_steps}",
+            "use a shorter horizon, a larger step or the taylor method",
+        )
+
+
+def check_has_kernels(request: Request) -> None:
+    """Raise `InputError` if a method other than ``taylor`` is asked for a certain kernel."""
+    if request.kernel != "auto":
+        raise InputError(
+            f"kernel = {request.kernel!r}: the method {request.method} has no choice of kernels"
+        )
