@@ -63,7 +63,7 @@ def parse_number(name: str, value: object, allowed: object) -> float:
     InputError
         If `value` is not a finite number.
     """
-    if isinstance(value, bool) or not isinstance(value, (str, Real)):
+    if isinstance(value, bool) or not isinstance(value, (float, str, Real)):
         raise InputError(f"{name} = {value!r}: not a number; must be {allowed}")
     try:
         number = read_number(value) if isinstance(value, str) else float(value)
