@@ -110,11 +110,11 @@ class FivtuiApp(App[None]):
         self._reports += [Reported(words, error=True) for words in self._keeper.notices]
         if state is not None:
             notes = self._take(state, given=given)
-            words = "; ".join(["the session of the last time is restored", *notes])
+            words = "; ".join(["last session restored", *notes])
             self._reports.append(Reported(words, routine=not notes))
         others = ", ".join(str(slot.number) for slot in reversed(self._keeper.others))
         if others:
-            words = f"this is session {self._keeper.number}; kept as well: {others} (Ctrl+P, Open)"
+            words = f"session {self._keeper.number}; other saved sessions: {others} (Ctrl+P, Open)"
             self._reports.append(Reported(words))
 
     def _take(self, state: State, *, given: bool = False) -> list[str]:
@@ -127,7 +127,7 @@ class FivtuiApp(App[None]):
                 self.session.restore(state.edited)
             self.session.tab = state.tab
         bring_back(self.session, state)
-        return [f"{key} is not kept: {why}" for key, why in state.notes.items()]
+        return [f"{key} was not saved: {why}" for key, why in state.notes.items()]
 
     @property
     def not_kept(self) -> str:
@@ -215,7 +215,11 @@ class FivtuiApp(App[None]):
     def _keep(self) -> None:
         if self._keeper.error != self._told:
             self._told = self._keeper.error
-            words = f"the session is not kept: {self._told}" if self._told else "it is kept again"
+            words = (
+                f"the session is not saved: {self._told}"
+                if self._told
+                else "the session is saved again"
+            )
             self.screen_stack[0].post_message(Reported(words, error=bool(self._told)))
         keeper, state = self._keeper, self._state()
         if keeper.due(state):

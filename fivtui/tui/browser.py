@@ -56,7 +56,7 @@ def serve(port: int = DEFAULT_PORT, *, say: Callable[[str], None]) -> None:
         origin = request.headers.get("Origin")
         known = origin is None or origin in {f"http://{name}" for name in allowed}
         if request.host not in allowed or not known:
-            raise web.HTTPForbidden(text="fivtui answers its own page alone")
+            raise web.HTTPForbidden(text="fivtui answers requests from its own page only")
         return await handler(request)
 
     async def restrict(_request: "Request", response: "StreamResponse") -> None:

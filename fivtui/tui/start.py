@@ -26,7 +26,7 @@ def run(scene: "Scene | None" = None, source: str = "") -> None:
     app = FivtuiApp(scene, source, state=state_path(), when_shown=_collect_later)
     app.run()
     if app.not_kept:
-        sys.stderr.write(f"the session is not kept: {app.not_kept}\n")
+        sys.stderr.write(f"the session is not saved: {app.not_kept}\n")
 
 
 def _collect_later() -> None:

@@ -134,9 +134,9 @@ async def test_a_tab_computes_that_was_asked_to_before_it_was_there(pilot: Pilot
 async def test_a_click_on_a_key_presses_it(pilot: Pilot[None]) -> None:
     line = text_of(pilot).splitlines()[-1]
     await pilot.click(KeyBar, offset=(line.index("Runs"), 0))
-    await until_shown(pilot, "± 2nd half")
+    await until_shown(pilot, "±y 2nd half")
     await pilot.click(KeyBar, offset=(line.index("Data"), 0))
-    await until_shown(pilot, "Write the data of the stability")
+    await until_shown(pilot, "Export the data of the stability")
     await pilot.press("escape")
     line = text_of(pilot).splitlines()[-1]
     await pilot.click(KeyBar, offset=(line.index("palette"), 0))

@@ -183,7 +183,7 @@ async def test_every_size_shows_form_verdict_and_result(pilot: Pilot[None]) -> N
     for size, words in (
         ((80, 24), ("P / N", "off belt", "kg", "74 separations")),
         ((200, 60), ("P / N", "off belt", "stiffness of the 45° coupling", "P 0 to 2071 N")),
-        ((200, 60), ("± 2nd half", "shown native 10.50")),
+        ((200, 60), ("±y 2nd half", "shown native 10.50")),
         ((60, 20), ("peak |y|", "F5 Run", "k_1")),
         ((40, 12), ("UNSTABLE", "F5 Run", "y / m")),
         ((39, 12), ("too small for fivtui: it needs 40 columns and 10 lines",)),

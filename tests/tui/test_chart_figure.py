@@ -285,7 +285,7 @@ async def test_every_view_of_a_transient_is_written_as_it_is_seen(
 
     app_of(pilot).session.runs.baseline = None
     pane.show_view("difference")
-    with pytest.raises(InputError, match="choose another run as baseline"):
+    with pytest.raises(InputError, match="set another run as baseline"):
         pane.export(FIGURE)
 
 

@@ -178,7 +178,7 @@ async def test_it_says_so_where_none_is_found_or_the_search_fails(
     await edit(pilot, "130")
     await until_shown(pilot, "STABLE, no limit cycle found from 11 starts")
     await edit(pilot, "125")
-    await until_shown(pilot, "STABLE, limit cycles not searched:")
+    await until_shown(pilot, "STABLE, search for limit cycles failed:")
     assert "too many steps" in now_known(pilot).words
     await edit(pilot, "120")
     await until(pilot, lambda: now_known(pilot).done)

@@ -49,11 +49,11 @@ async def test_data_and_figures_are_exported_and_nothing_is_overwritten_unasked(
     pilot: Pilot[None], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     await pilot.press("alt+2", "f6")
-    await until_told(pilot, "no run to write yet: F5 runs the scene")
+    await until_told(pilot, "no run to export yet: press F5")
     assert not pilot.app.screen.query("#path")
     await run_to_end(pilot)
     await pilot.press("f7")
-    await until_shown(pilot, "Write the data of run 1")
+    await until_shown(pilot, "Export the data of run 1")
     assert "base-1.csv" in text_of(pilot)
     await pilot.press("enter")
     await until_told(pilot, "data written to base-1.csv")
@@ -76,7 +76,7 @@ async def test_data_and_figures_are_exported_and_nothing_is_overwritten_unasked(
         ("a.doc", "suffix of a trajectory file must be one of"),
         ("missing/a.csv", "there is no folder"),
         (".", "suffix"),
-        ("", "the path is empty"),
+        ("", "type a path"),
     ):
         await answer(pilot, path)
         await until_shown(pilot, words)
@@ -109,7 +109,7 @@ async def test_help_tells_about_the_field_in_focus_or_about_keys(pilot: Pilot[No
     await until(pilot, lambda: not pilot.app.screen.query("#dialog"))
     pilot.app.screen.query_one("#run-button").focus()
     await pilot.press("f1")
-    await until_shown(pilot, "run, or stop what runs")
+    await until_shown(pilot, "start a run, or stop it")
     await pilot.press("q")
     await until(pilot, lambda: not pilot.app.screen.query("#dialog"))
 
@@ -165,7 +165,7 @@ async def test_the_palette_does_what_applies_now(
     await until_told(pilot, "copied: fivtui simulate --set F=90")
     await run_to_end(pilot)
     await pilot.press("ctrl+p")
-    await until_shown(pilot, "Write the figure of run 2")
+    await until_shown(pilot, "Export the figure of run 2")
 
 
 async def test_a_scene_is_saved_and_opened_again(pilot: Pilot[None], tmp_path: Path) -> None:

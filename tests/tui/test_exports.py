@@ -110,13 +110,13 @@ def is_picture(path: Path) -> bool:
 async def test_stability_is_written_and_copied(pilot: Pilot[None]) -> None:
     await show_tab(pilot, "alt+1")
     await until_shown(pilot, "Re λ / 1/s")
-    assert is_picture(await write(pilot, "f6", "a.png", "Write the figure of the stability"))
-    ours = await write(pilot, "f7", "a.csv", "Write the data of the stability")
+    assert is_picture(await write(pilot, "f6", "a.png", "Export the figure of the stability"))
+    ours = await write(pilot, "f7", "a.csv", "Export the data of the stability")
     words = await copied(pilot)
     assert words == ["stability", "--set", "F=60"]
     run_command(words, "--out", "b.csv")
     assert ours.read_bytes() == Path("b.csv").read_bytes()
-    data = json.loads((await write(pilot, "f7", "a.json", "Write the data of")).read_text())
+    data = json.loads((await write(pilot, "f7", "a.json", "Export the data of")).read_text())
     assert data["growth_rate"] == app_of(pilot).session.stability().growth_rate
 
 
@@ -129,7 +129,7 @@ async def test_the_scene_that_is_open_is_no_place_for_an_export(pilot: Pilot[Non
     await show_tab(pilot, "alt+1")
     await until_shown(pilot, "Re λ / 1/s")
     await pilot.press("f6")
-    await until_shown(pilot, "Write the figure of the stability")
+    await until_shown(pilot, "Export the figure of the stability")
     pilot.app.screen.query_one("#path", Input).value = "a.png"
     await pilot.pause()
     for _ in range(2):
@@ -141,15 +141,15 @@ async def test_the_scene_that_is_open_is_no_place_for_an_export(pilot: Pilot[Non
 
 async def test_a_sweep_is_written_and_copied(pilot: Pilot[None]) -> None:
     await show_tab(pilot, "alt+3")
-    await refused(pilot, "f6", "no sweep to write yet: F10 sweeps")
+    await refused(pilot, "f6", "no sweep to export yet: press F10")
     pilot.app.screen.query_one("#vary", Input).value = "mu=0.2:0.8:4"
     before = await copied(pilot)
     await pilot.press("f10")
     await until_shown(pilot, "8 transients")
     words = await copied(pilot)
     assert words == before
-    assert is_picture(await write(pilot, "f6", "a.svg", "Write the figure of the sweep"))
-    ours = await write(pilot, "f7", "a.csv", "Write the data of the sweep")
+    assert is_picture(await write(pilot, "f6", "a.svg", "Export the figure of the sweep"))
+    ours = await write(pilot, "f7", "a.csv", "Export the data of the sweep")
     run_command(words, "--out", "b.csv")
     assert ours.read_bytes() == Path("b.csv").read_bytes()
     # What is shown is copied, not what has been edited since.
@@ -175,22 +175,22 @@ async def test_a_map_is_written_and_copied(pilot: Pilot[None]) -> None:
     await until_shown(pilot, "k_nl / N/m^3")
     await until(pilot, lambda: "critical-mu" in lab_of(pilot).pane.command_line())  # type: ignore[union-attr]
     words = await copied(pilot)
-    assert is_picture(await write(pilot, "f6", "a.pdf", "Write the figure of the map"))
+    assert is_picture(await write(pilot, "f6", "a.pdf", "Export the figure of the map"))
     for suffix in (".csv", ".json"):
-        ours = await write(pilot, "f7", f"a{suffix}", "Write the data of the map")
+        ours = await write(pilot, "f7", f"a{suffix}", "Export the data of the map")
         assert load_map(ours).parameters.F == 60.0
     run_command(words, "--out", "b.csv")
     assert Path("a.csv").read_bytes() == Path("b.csv").read_bytes()
     # The palette lists what the tab in sight has.
     await pilot.press("ctrl+p")
-    await until_shown(pilot, "Write the data of the map…")
+    await until_shown(pilot, "Export the data of the map…")
     assert "F7: .csv, .npz, .parquet, .json" in text_of(pilot)
     assert "fivtui map --set F=60 --over mu" in flat_text_of(pilot)
     await pilot.press("escape")
     await show_tab(pilot, "alt+3")
     await pilot.press("ctrl+p")
     await until_shown(pilot, "Copy the command line")
-    assert "Write the" not in text_of(pilot)
+    assert "Export the" not in text_of(pilot)
 
 
 async def test_a_trade_off_is_written_and_copied(
@@ -198,12 +198,12 @@ async def test_a_trade_off_is_written_and_copied(
 ) -> None:
     monkeypatch.setattr(tradeoff, "QUICK_S", 0.2)
     await show_tab(pilot, "alt+5")
-    await refused(pilot, "f7", "no trade-off to write yet: F10 measures it")
+    await refused(pilot, "f7", "no trade-off to export yet: press F10")
     await pilot.press("f10")
-    await until_shown(pilot, "this scene, this machine")
-    assert is_picture(await write(pilot, "f6", "a.svg", "Write the figure of the trade-off"))
-    await write(pilot, "f7", "a.json", "Write the data of the trade-off")
-    await write(pilot, "f7", "a.csv", "Write the data of the trade-off")
+    await until_shown(pilot, "measured for this scene on this machine")
+    assert is_picture(await write(pilot, "f6", "a.svg", "Export the figure of the trade-off"))
+    await write(pilot, "f7", "a.json", "Export the data of the trade-off")
+    await write(pilot, "f7", "a.csv", "Export the data of the trade-off")
     words = await copied(pilot)
     run_command(words, "--out", "b.csv")
     scenes = [load_tradeoff(Path(name)).scene for name in ("a.json", "a.csv", "b.csv")]
@@ -221,8 +221,8 @@ async def test_figures_and_claims_of_the_paper_are_written_and_copied(
     await refused(pilot, "f6", "Fig. 2a is not computed yet: Enter in the list of figures")
     await pilot.press("j", "enter")
     await until_shown(pilot, "figure 2b computed")
-    assert is_picture(await write(pilot, "f6", "a.png", "Write the figure of Fig. 2"))
-    ours = await write(pilot, "f7", "a.csv", "Write the data of Fig. 2b")
+    assert is_picture(await write(pilot, "f6", "a.png", "Export the figure of Fig. 2"))
+    ours = await write(pilot, "f7", "a.csv", "Export the data of Fig. 2b")
     words = await copied(pilot)
     assert words == ["figures", "2", "--out", "figures"]
     run_command(words)
@@ -230,22 +230,22 @@ async def test_figures_and_claims_of_the_paper_are_written_and_copied(
     # From the list, the figure is the paper's.
     await pilot.click("#view-figures")
     await pilot.pause()
-    await write(pilot, "f6", "list.png", "Write the figure of Fig. 2")
+    await write(pilot, "f6", "list.png", "Export the figure of Fig. 2")
     assert Path("list.png").read_bytes() == Path("figures/fig-02.png").read_bytes()
     await pilot.click("#view-figure")
-    await write(pilot, "f7", "a.npz", "Write the data of Fig. 2b")
+    await write(pilot, "f7", "a.npz", "Export the data of Fig. 2b")
     np.testing.assert_array_equal(np.load("a.npz")["y_e"], read_columns(ours, "figure")["y_e"])
 
     await pilot.click("#view-claims")
-    await refused(pilot, "f7", "no claims to write yet: F10 checks them")
-    await refused(pilot, "f6", "claims are no figure: F7 writes them")
+    await refused(pilot, "f7", "no claims to export yet: press F10")
+    await refused(pilot, "f6", "claims have no figure: F7 exports them")
     assert await copied(pilot) == ["claims"]
     few = CLAIMS[:2]
     checked = [check(claim, PaperResults(workers=1)) for claim in few]
     pane: Any = lab_of(pilot).pane
     pane.take({entry.claim.id: entry for entry in checked})
     written = {
-        suffix: await write(pilot, "f7", f"claims{suffix}", "Write the data of the claims")
+        suffix: await write(pilot, "f7", f"claims{suffix}", "Export the data of the claims")
         for suffix in (".md", ".json", ".csv")
     }
     capsys.readouterr()

@@ -170,7 +170,7 @@ async def test_alt_and_a_key_is_never_text(pilot: Pilot[None]) -> None:
     # Without a pause between, too.
     await send(pilot, "\x1b2\x1b3")
     await until(pilot, lambda: session.tab == "sweep")
-    await until_shown(pilot, "nothing swept yet")
+    await until_shown(pilot, "no sweep yet: press F10")
     vary = pilot.app.screen.query_one("#vary", Input)
     vary.focus()
     before = vary.value

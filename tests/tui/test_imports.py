@@ -97,7 +97,7 @@ def test_files_are_told_apart(written: Path, printed: Any, monkeypatch: pytest.M
     for name, kind in kinds.items():
         assert kind_of(written / name) == kind
     for name in ("modes.csv", "fig-02a.csv"):
-        with pytest.raises(InputError, match="no run, sweep, map or trade-off"):
+        with pytest.raises(InputError, match="not a run, sweep, map or trade-off"):
             kind_of(written / name)
     over = ("--over", "mu=0:1.5:3", "--over", "F=5:100:2")
     assert kind_of(printed("map.json", "map", *over)) == MAP
@@ -105,7 +105,7 @@ def test_files_are_told_apart(written: Path, printed: Any, monkeypatch: pytest.M
     for name, words, why in (
         ("sweep.json", ("sweep", "--vary", "F=1,2", "--output", "stable"), "sweep --out"),
         ("run.json", ("simulate", "--t-end", "2"), "simulate --out"),
-        ("stability.json", ("stability",), "no sweep, map or trade-off"),
+        ("stability.json", ("stability",), "not a sweep, map or trade-off"),
     ):
         with pytest.raises(InputError, match=why):
             kind_of(printed(name, *words))
@@ -185,7 +185,7 @@ async def test_a_map_is_read_and_stays_until_another_is_asked_for(
 ) -> None:
     for name in ("map.npz", "map.csv"):
         await read(pilot, name, f"map read from {name}")
-        await until_shown(pilot, f"read from {name}; F10 maps the scene edited")
+        await until_shown(pilot, f"read from {name}; F10 maps the edited scene")
     session = app_of(pilot).session
     session.set_text("c1", "0.8")
     view = pilot.app.screen.query_one("#map-chart", ChartView)
@@ -220,7 +220,7 @@ async def test_a_trade_off_is_read_and_shown(
     await pilot.press("enter")
     await until_told(pilot, "map read from map.csv")
     await show_tab(pilot, "alt+5")
-    await read(pilot, "modes.csv", "modes.csv: no run, sweep, map or trade-off")
+    await read(pilot, "modes.csv", "modes.csv: not a run, sweep, map or trade-off")
     data = json.dumps({"floor": {}, "rows": []})
     (written / "empty.json").write_text(data)
     await read(pilot, "empty.json", "empty.json: not a trade-off, or damaged")

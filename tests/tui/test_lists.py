@@ -58,7 +58,7 @@ async def test_runs_are_listed_drawn_compared_loaded_and_deleted(
     percent = 100.0 * (second.result.peak.y_abs / first.result.peak.y_abs - 1.0)
     await until_shown(pilot, f"{percent:+.3g}")
     await pilot.press("alt+8")
-    await until_shown(pilot, "baseline run 1 run 2 less it:")
+    await until_shown(pilot, "baseline run 1 run 2 − run 1:")
     await until_shown(pilot, "from 10.50 m")
     await pilot.press("c", "m")
     await until_shown(pilot, "■ 1 on")

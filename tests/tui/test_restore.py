@@ -67,7 +67,7 @@ SHOWN = {
     "transient": "2nd half of run",
     "sweep": "8 transients",
     "map": "35 points",
-    "trade-off": "this scene, this machine",
+    "trade-off": "measured for this scene on this machine",
 }
 
 
@@ -151,7 +151,7 @@ async def test_what_was_read_a_figure_of_the_paper_and_what_is_not_kept(tmp_path
         study = sweep_request(BASE, "F=10:20:30")
         session.studies.sweep = Shown(sweep_of(study, [compute_rows(study, 0, 4)]), "base")
         pilot.app.screen.post_message(StudyRead("map", a_map()))
-        await until_shown(pilot, "read from mine.csv; F10 maps the scene edited")
+        await until_shown(pilot, "read from mine.csv; F10 maps the edited scene")
         await show_tab(pilot, "alt+6")
         await until_shown(pilot, "what it shows")
         pilot.app.screen.query_one("#figures").focus()
@@ -164,13 +164,13 @@ async def test_what_was_read_a_figure_of_the_paper_and_what_is_not_kept(tmp_path
         await until(pilot, lambda: not pilot.app.screen.query("Toast"))
         before = text_of(pilot)
     async with FivtuiApp(state=kept).run_test(size=SIZE, notifications=True) as pilot:
-        await until_told(pilot, "sweep is not kept: it is not complete")
+        await until_told(pilot, "sweep was not saved: it is incomplete")
         await until_shown(pilot, "figure 2a computed")
         pilot.app.clear_notifications()
         await until(pilot, lambda: not pilot.app.screen.query("Toast"))
         await until_same(pilot, before)
         await show_tab(pilot, "alt+4")
-        await until_shown(pilot, "read from mine.csv; F10 maps the scene edited")
+        await until_shown(pilot, "read from mine.csv; F10 maps the edited scene")
         read, written = app_of(pilot).session.studies.map, a_map()
         assert read is not None
         np.testing.assert_array_equal(read.value.values, written.value.values)
@@ -262,7 +262,7 @@ def test_a_study_that_is_not_kept_does_not_take_the_one_before_away(tmp_path: Pa
     again, notes = store.put({"sweep": begun})
     store.remove_others(again)
     assert again == files
-    assert notes == {"sweep": "it is not complete; the one before is"}
+    assert notes == {"sweep": "it is incomplete; the previous one is kept"}
     read = ResultStore(tmp_path).get("sweep", again["sweep"])
     assert len(read.value.table.reasons) == study.members
 

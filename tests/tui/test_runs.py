@@ -170,13 +170,13 @@ def test_the_summary_has_the_figures_of_the_base_scene() -> None:
     ]
     rows = {row.label: row for row in result_rows(result, "tol 1e-12")}
     assert rows["reattachments"].value == "73"
-    assert rows["greatest ẋ"].value == "24.30 m/s"
+    assert rows["max ẋ"].value == "24.30 m/s"
     assert rows["method"].note == "tol 1e-12"
 
 
 def test_a_run_without_separation_says_so() -> None:
     quiet = simulate(Parameters(mu=0.0), t_end=5.0)
-    assert "no separation: always on the belt" in result_brief(quiet)
+    assert "no separation: contact is never lost" in result_brief(quiet)
     ignored = simulate(t_end=5.0, separation=False)
     assert "separation ignored (Case 2)" in result_brief(ignored)
 
@@ -185,7 +185,7 @@ def test_a_stable_equilibrium_with_lasting_separation_is_remarked() -> None:
     scene = PRESETS["coexistence"]
     found = stability(scene.parameters)
     lasting = simulate(scene.parameters, t_end=scene.t_end)
-    assert remark(lasting, found).startswith("stable, yet still separating at t = 79")
+    assert remark(lasting, found).startswith("stable equilibrium, but still separating at t = 79")
     decaying = simulate(
         scene.parameters, t_end=scene.t_end, start=PRESETS["coexistence-decay"].start
     )

@@ -235,10 +235,10 @@ def test_the_fields_beside_the_parameters_say_what_they_are_and_in_which_unit() 
     assert shown == {
         "separation": ("", "", "whether contact can be lost", ""),
         "start": ("", "m, m/s", "state at t = 0", ""),
-        "t_end": ("t_end", "s", "horizon", ""),
+        "t_end": ("t_end", "s", "end time", ""),
         "method": ("", "", "integration method", ""),
         "tol": ("tol", "", "relative tolerance", ""),
-        "accuracy": ("", "", "errors allowed, in place of tol and step", "tol or step"),
+        "accuracy": ("", "", "error targets, in place of tol and step", "tol or step"),
         "step": ("step", "s", "step of rk4 or fmu", "default"),
     }
     assert dict(FIELDS["accuracy"].details) == {

@@ -141,7 +141,7 @@ def test_the_session_used_last_is_restored_and_the_others_can_be_opened(tmp_path
     assert (keeper.number, [slot.number for slot in keeper.others]) == (2, [1])
     opened = Keeper(path)
     assert said(opened, opened.open(keeper.others[0].number)) == "11"
-    with pytest.raises(InputError, match="session 7 is not there any more"):
+    with pytest.raises(InputError, match="session 7 no longer exists"):
         Keeper(path).open(7)
 
 
@@ -297,7 +297,7 @@ def test_at_the_end_it_is_said_what_is_not_kept(
     monkeypatch.setattr(start, "answer_quickly", lambda: None)
     start.run()
     said_last = capsys.readouterr().err
-    assert said_last.startswith(f"the session is not kept: {tmp_path / 'fivtui'}: cannot be made")
+    assert said_last.startswith(f"the session is not saved: {tmp_path / 'fivtui'}: cannot be made")
 
 
 def test_a_run_that_leaves_the_list_is_said_to() -> None:
@@ -307,7 +307,7 @@ def test_a_run_that_leaves_the_list_is_said_to() -> None:
     for _ in range(MAX_RUNS + 1):
         desk.start()
     words = [message.words for message in told if isinstance(message, Reported)]
-    assert words == [f"run 1, the oldest, is deleted: the list holds {MAX_RUNS}"]
+    assert words == [f"run 1 (the oldest) was deleted: the list holds {MAX_RUNS} runs"]
 
 
 async def test_the_palette_opens_another_session_and_keeps_this_one(tmp_path: Path) -> None:
@@ -316,7 +316,7 @@ async def test_the_palette_opens_another_session_and_keeps_this_one(tmp_path: Pa
         assert number_of(first) == "1"
         app = FivtuiApp(state=path)
         async with app.run_test(size=(100, 30), notifications=True) as pilot:
-            await until_told(pilot, "this is session 2; kept as well: 1 (Ctrl+P, Open)")
+            await until_told(pilot, "session 2; other saved sessions: 1 (Ctrl+P, Open)")
             app.session.set_text("F", "22")
             await open_from_palette(pilot, "Open session 1: scene base, map")
             await until_told(pilot, "another fivtui is at work here")

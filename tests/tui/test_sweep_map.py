@@ -79,7 +79,12 @@ def test_a_sweep_gives_what_single_runs_give_point_by_point() -> None:
     assert points.values["y_half_range", True][1][5] == pytest.approx(run.steady.y_half_range)
     chart = sweep_chart(points, 80.0)
     names = [trace.name for trace in chart.traces]
-    assert names == ["peak considered", "±2nd half considered", "peak ignored", "±2nd half ignored"]
+    assert names == [
+        "peak considered",
+        "±y 2nd half considered",
+        "peak ignored",
+        "±y 2nd half ignored",
+    ]
     picture = draw(chart, View(), 80, 20).text()
     assert all(mark in picture for mark in "●◆◇")
     view = View(cursor=(60.2, 0.0))
@@ -121,7 +126,7 @@ def test_members_that_fail_leave_a_gap_and_a_reason() -> None:
     result = sweep_of(study, list(sweep_parts(study, lambda _: True)))
     points = points_of(result)
     assert result.table.failed > 0
-    assert "not finished: " in count_words(result)
+    assert "failed: " in count_words(result)
     assert np.isnan(points.values["y_abs", False][1][-1])
 
 
@@ -184,7 +189,7 @@ async def test_a_sweep_runs_stops_and_opens_its_points(
     pilot: Pilot[None], monkeypatch: pytest.MonkeyPatch
 ) -> None:
     await pilot.press("alt+3")
-    await until_shown(pilot, "nothing swept yet")
+    await until_shown(pilot, "no sweep yet: press F10")
     editor = pilot.app.screen.query_one("#vary", Input)
     editor.focus()
     editor.value = "F=60:100:1"

@@ -95,7 +95,7 @@ def test_a_session_in_a_real_terminal(terminal: Terminal, tmp_path: Path) -> Non
     terminal.press("M-2")
     terminal.until_shown("peak |y| 10.50 m")
     terminal.press("F7")
-    terminal.until_shown("Write the data of run 1")
+    terminal.until_shown("Export the data of run 1")
     terminal.press("Enter")
     terminal.until_shown("data written to")
     assert (tmp_path / "base-1.csv").is_file()

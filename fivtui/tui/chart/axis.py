@@ -19,7 +19,7 @@ _CLOSEST: Final = 1e-9
 _WIDEST: Final = 1e300
 _DECADES: Final = 20.0
 _FACTORS: Final = (1.0, 2.0, 5.0)
-_FORM: Final = "LOW:HIGH, or nothing for what the data need"
+_FORM: Final = "LOW:HIGH, or empty to fit the data"
 
 
 @dataclass(frozen=True, slots=True)

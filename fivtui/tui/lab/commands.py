@@ -29,7 +29,7 @@ class Command:
 def _commands(lab: LabScreen) -> Iterator[Command]:
     if lab.session.runs.active is None:
         yield Command("Run the transient", "F5", lab.action_run)
-        both = "F9: native, then FMU, and their difference"
+        both = "F9: native, then FMU, then compare"
         yield Command("Run with both engines", both, lab.action_run_both)
     else:
         yield Command("Stop the run", "F5", lab.action_stop)
@@ -37,11 +37,11 @@ def _commands(lab: LabScreen) -> Iterator[Command]:
     session = lab.session
     other = "native" if session.engine == FMU_ENGINE else FMU_ENGINE
     yield Command(f"Engine: {other}", f"F4; now {session.engine}", lab.action_switch_engine)
-    yield Command("Open a scene…", "Ctrl+O: or a result", lab.action_open_scene)
+    yield Command("Open a scene or result…", "Ctrl+O", lab.action_open_scene)
     yield Command("Save the scene", "Ctrl+S", lab.action_save_scene)
     yield Command("Save the scene as…", "Alt+S", lab.action_save_scene_as)
     for path in session.recent:
-        yield Command(f"Recent: {path}", "Open it again", partial(lab.action_open_recent, path))
+        yield Command(f"Recent: {path}", "Open again", partial(lab.action_open_recent, path))
     kinds = "Alt+O: a run, sweep, map or trade-off"
     yield Command("Read a result…", kinds, lab.action_read_result)
     if session.can_undo:
@@ -49,7 +49,7 @@ def _commands(lab: LabScreen) -> Iterator[Command]:
     if session.can_redo:
         yield Command("Redo", "Ctrl+Y", lab.action_redo)
     if lab.session.changed:
-        yield Command("Reset all fields", "To the scene loaded", lab.action_reset_all)
+        yield Command("Reset all fields", "To the values of the loaded scene", lab.action_reset_all)
     yield from _choices(lab)
     for tab in TABS:
         yield Command(f"Tab {tab.title}", tab.key, partial(lab.show_tab, tab.id))
@@ -64,7 +64,7 @@ def _tab_commands(lab: LabScreen) -> Iterator[Command]:
     for what, key in KINDS.items():
         with suppress(InputError):
             export = pane.export(what)
-            title = f"Write the {export.what} of {export.of}…"
+            title = f"Export the {export.what} of {export.of}…"
             text = f"{key}: {', '.join(export.suffixes)}"
             yield Command(title, text, partial(lab.action_export, what))
     with suppress(InputError):
@@ -90,22 +90,21 @@ def _run_commands(lab: LabScreen) -> Iterator[Command]:
         return Command(title, text, partial(lab.post_message, RunActed(run.number, what)))
 
     for run in runs:
-        yield command(f"Load the scene of run {run.number}", "In the list: Enter", run, "load")
-        yield command(f"Delete run {run.number}", "In the list: x", run, "delete")
+        yield command(f"Load the scene of run {run.number}", "In the run list: Enter", run, "load")
+        yield command(f"Delete run {run.number}", "In the run list: x", run, "delete")
         if run.result is None:
             continue
         if run is not runs.shown:
-            yield command(f"Show run {run.number}", "Its plots and result", run, "show")
-            how = "Do not draw" if run.overlaid else "Draw"
-            title = f"{how} run {run.number} beside the one shown"
-            yield command(title, "In the list: Space", run, "overlay")
-        title = "No baseline" if run is runs.baseline else f"Baseline: run {run.number}"
-        yield command(title, "In the list: b", run, "baseline")
+            yield command(f"Show run {run.number}", "Plots and results of this run", run, "show")
+            title = f"{'Hide' if run.overlaid else 'Overlay'} run {run.number}"
+            yield command(title, "In the run list: Space", run, "overlay")
+        title = "Clear the baseline" if run is runs.baseline else f"Baseline: run {run.number}"
+        yield command(title, "In the run list: b", run, "baseline")
 
 
 def _session_commands(lab: LabScreen, others: Iterable[Slot]) -> Iterator[Command]:
     for slot in others:
-        used = f"used {datetime.fromtimestamp(slot.used):%Y-%m-%d %H:%M}; the present one is kept"
+        used = f"last used {datetime.fromtimestamp(slot.used):%Y-%m-%d %H:%M}; this one is saved"
         open_it = partial(lab.post_message, SessionAsked(slot.number))
         yield Command(f"Open session {slot.number}: {_content(slot)}", used, open_it)
 

@@ -72,7 +72,7 @@ class PathDialog(ModalScreen[Target | None]):
         text = self.query_one("#path", Input).value.strip()
         path = Path(text).expanduser()
         force = bool(text) and self._confirmed == text
-        error = await asyncio.to_thread(self._error, path, force) if text else "the path is empty"
+        error = await asyncio.to_thread(self._error, path, force) if text else "type a path"
         if not self.is_current:
             return
         if not error:

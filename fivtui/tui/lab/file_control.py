@@ -27,8 +27,8 @@ from fivtui.tui.tabs import (
 from .dialogs import PathDialog, Target
 
 _READABLE: Final = (
-    "Written by fivtui: a run, sweep or map (.csv, .npz, .parquet), a map or trade-off "
-    "(.json; .csv), a sweep under way (FILE.parts)."
+    "A file written by fivtui: run, sweep or map (.csv, .npz, .parquet), map or trade-off (.json), "
+    "trade-off (.csv), unfinished sweep (FILE.parts)."
 )
 
 
@@ -54,7 +54,7 @@ class FileDesk:
             check_apart([("the file", path)], read)
             export.check(path, force)
 
-        title = f"Write the {export.what} of {export.of}"
+        title = f"Export the {export.what} of {export.of}"
         dialog = PathDialog(title, export.proposal, export.hint, check)
         self._screen.app.push_screen(dialog, write)
 
@@ -80,9 +80,9 @@ class FileDesk:
             else:
                 check_readable(path)
 
-        hint = "A scene (.toml), or a result that fivtui has written."
+        hint = "A scene (.toml) or a result file written by fivtui."
         if self._session.recent:
-            hint += " Recent scenes are in the palette (Ctrl+P)."
+            hint += " The palette (Ctrl+P) lists recent scenes."
         dialog = PathDialog("Open a scene or a result", "", hint, check, verb="Open")
         self._screen.app.push_screen(dialog, load)
 

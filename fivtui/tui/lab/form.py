@@ -25,10 +25,10 @@ class TextEditor(Input):
     """Edits a field as text; up and down change a number by a step."""
 
     BINDINGS: ClassVar[list[BindingType]] = [
-        Binding("up", "nudge(1)", "More", show=False),
-        Binding("down", "nudge(-1)", "Less", show=False),
-        Binding("shift+up,ctrl+up", "nudge(1, True)", "Slightly more", show=False),
-        Binding("shift+down,ctrl+down", "nudge(-1, True)", "Slightly less", show=False),
+        Binding("up", "nudge(1)", "Increase", show=False),
+        Binding("down", "nudge(-1)", "Decrease", show=False),
+        Binding("shift+up,ctrl+up", "nudge(1, True)", "Increase slightly", show=False),
+        Binding("shift+down,ctrl+down", "nudge(-1, True)", "Decrease slightly", show=False),
     ]
 
     def __init__(self, field: Field, text: str) -> None:
@@ -288,10 +288,10 @@ class FieldList(VerticalScroll):
     BINDINGS: ClassVar[list[BindingType]] = [
         Binding("j,down", "move(1)", "Down", show=False),
         Binding("k,up", "move(-1)", "Up", show=False),
-        Binding("h,left,minus", "nudge(-1)", "Less", show=False),
-        Binding("l,right,plus", "nudge(1)", "More", show=False),
-        Binding("H,shift+left", "nudge(-1, True)", "Slightly less", show=False),
-        Binding("L,shift+right", "nudge(1, True)", "Slightly more", show=False),
+        Binding("h,left,minus", "nudge(-1)", "Decrease", show=False),
+        Binding("l,right,plus", "nudge(1)", "Increase", show=False),
+        Binding("H,shift+left", "nudge(-1, True)", "Decrease slightly", show=False),
+        Binding("L,shift+right", "nudge(1, True)", "Increase slightly", show=False),
         Binding("g,home", "move(-999)", "First", show=False),
         Binding("G,end", "move(999)", "Last", show=False),
         Binding("enter,i", "edit", "Edit", show=False),

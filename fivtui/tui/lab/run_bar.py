@@ -16,7 +16,7 @@ class RunBar(Horizontal):
         """Button, progress bar, status."""
         yield Button("Run", id="run-button", compact=True, variant="primary")
         yield ProgressBar(total=1.0, show_percentage=False, show_eta=False)
-        yield Static("no run yet: F5 runs", id="run-status", markup=False)
+        yield Static("no run yet: press F5", id="run-status", markup=False)
 
     @on(Button.Pressed, "#run-button")
     def _press(self, event: Button.Pressed) -> None:

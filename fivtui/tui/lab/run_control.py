@@ -128,8 +128,8 @@ class RunDesk:
     def _tell_left(self, before: list[Run]) -> None:
         for run in before:
             if self._session.runs.find(run.number) is None:
-                why = f"the list holds {MAX_RUNS}"
-                self._tell(Reported(f"run {run.number}, the oldest, is deleted: {why}"))
+                why = f"the list holds {MAX_RUNS} runs"
+                self._tell(Reported(f"run {run.number} (the oldest) was deleted: {why}"))
 
     def act(self, event: RunActed) -> None:
         """Carry out an action of `ACTS` on a run."""
@@ -147,7 +147,7 @@ class RunDesk:
     def _load(self, run: Run) -> None:
         if run.result is not None:
             self._session.runs.shown = run
-        self._tell(SceneLoaded(run.scene, "", f"scene of run {run.number} loaded; Ctrl+Z: back"))
+        self._tell(SceneLoaded(run.scene, "", f"scene of run {run.number} loaded; Ctrl+Z undoes"))
 
     def _overlay(self, run: Run) -> None:
         run.overlaid = not run.overlaid

@@ -25,14 +25,14 @@ from fivtui.tui.tabs import ListTable, RunActed
 
 _COLUMNS: Final = (
     "run",
-    "drawn",
+    "plot",
     "engine",
     "peak |y|",
     "Δ %",
-    "± 2nd half",
+    "±y 2nd half",
     "Δ %",
     "sep.",
-    "off %",
+    "off belt %",
     "changes",
 )
 
@@ -42,7 +42,7 @@ class RunsTable(ListTable[str | Text]):
 
     BINDINGS: ClassVar[list[BindingType]] = [
         Binding("enter", "act('load')", "Load scene", key_display="Enter"),
-        Binding("space", "act('overlay')", "Draw on/off", key_display="Space"),
+        Binding("space", "act('overlay')", "Overlay on/off", key_display="Space"),
         Binding("b", "act('baseline')", "Baseline"),
         Binding("s", "act('show')", "Show"),
         Binding("x,delete", "act('delete')", "Delete", key_display="x"),

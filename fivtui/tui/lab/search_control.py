@@ -88,7 +88,7 @@ class SearchDesk:
         if event.job is not self._job or self._key is None:
             return False
         if event.found is None:
-            beside = Beside(f"limit cycles not searched: {event.error}", done=True)
+            beside = Beside(f"search for limit cycles failed: {event.error}", done=True)
         else:
             from fivtui.orbits import coexistence_words, warning_of
 

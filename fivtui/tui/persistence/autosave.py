@@ -102,7 +102,7 @@ class Keeper:
         try:
             state = self._read(slot)
             if state is None:
-                raise InputError(f"session {number} is not there any more")
+                raise InputError(f"session {number} no longer exists")
         except InputError:
             self._release()
             raise

@@ -38,7 +38,7 @@ _BY_PROVENANCE: Final = (
 _BY_KEYS: Final = ((("floor", "rows"), TRADEOFF), (("over", "values"), MAP))
 # JSON output that cannot be read, and what to read instead.
 _OTHER_JSON: Final = (
-    (("columns", "rows"), "does not say which sweep it is of; read the file of sweep --out"),
+    (("columns", "rows"), "does not say which sweep it is from; read the file of sweep --out"),
     (("final", "peak"), "has no motion over time; read the file of simulate --out"),
 )
 _MAP_COLUMNS: Final = {"parameters", "separation", "fivtui"}
@@ -71,7 +71,7 @@ def kind_of(path: Path) -> str:
     # `load_run` raises the error for a file without provenance.
     if not said:
         return RUN
-    raise InputError(f"{path}: no run, sweep, map or trade-off")
+    raise InputError(f"{path}: not a run, sweep, map or trade-off")
 
 
 def _kind_of_json(path: Path) -> str:
@@ -87,7 +87,7 @@ def _kind_of_json(path: Path) -> str:
     for keys, words in _OTHER_JSON:
         if known.issuperset(keys):
             raise InputError(f"{path}: {words}")
-    raise InputError(f"{path}: no sweep, map or trade-off")
+    raise InputError(f"{path}: not a sweep, map or trade-off")
 
 
 def load_study(kind: str, path: Path) -> Any:

@@ -90,7 +90,7 @@ class ResultStore:
                     self._ours.add(written.file)
                     file = written
                 if key in notes and file is not None:
-                    notes[key] += "; the one before is"
+                    notes[key] += "; the previous one is kept"
             if file is not None:
                 files[key] = file
         return files, notes
@@ -100,7 +100,7 @@ class ResultStore:
         form = _FORMS[kind]
         size = form.size(value)
         if size > _MOST:
-            raise _NotKept(f"it takes {size / 1e6:.0f} MB; kept are {_MOST / 1e6:.0f} MB each")
+            raise _NotKept(f"it takes {size / 1e6:.0f} MB; the limit is {_MOST / 1e6:.0f} MB")
         file = f"{kind.replace('-', '')}-{secrets.token_hex(8)}{form.suffix}"
         try:
             self.folder.mkdir(parents=True, exist_ok=True)
@@ -175,7 +175,7 @@ def _save_sweep(value: Any, path: Path) -> None:
     from fivtui.sweeps import save_sweep
 
     if len(value.table.reasons) < value.study.members:
-        raise _NotKept("it is not complete")
+        raise _NotKept("it is incomplete")
     save_sweep(value, path)
 
 

@@ -17,11 +17,11 @@ _FIGURES: Final[tuple[tuple[str, str, Callable[[Transient], float]], ...]] = (
     ("contact force max", "N", lambda r: r.contact_force.max),
     ("separations", "", lambda r: float(r.events.separations)),
     ("time off the belt", "s", lambda r: r.events.separated_time),
-    ("greatest ẋ", "m/s", lambda r: r.peak.vx_max),
-    ("at the end, x", "m", lambda r: r.final.x),
-    ("at the end, ẋ", "m/s", lambda r: r.final.vx),
-    ("at the end, y", "m", lambda r: r.final.y),
-    ("at the end, ẏ", "m/s", lambda r: r.final.vy),
+    ("max ẋ", "m/s", lambda r: r.peak.vx_max),
+    ("final x", "m", lambda r: r.final.x),
+    ("final ẋ", "m/s", lambda r: r.final.vx),
+    ("final y", "m", lambda r: r.final.y),
+    ("final ẏ", "m/s", lambda r: r.final.vy),
 )
 
 

@@ -158,8 +158,8 @@ def _start_text(scene: Scene) -> str:
     return ", ".join(number_text(value) for value in scene.start)
 
 
-_STEP_ALLOWED: Final = "above 0 and at most t_end, or nothing"
-_ACCURACY_ALLOWED: Final = f"such as peak=1e-4; of {', '.join(QUANTITIES)}, or nothing"
+_STEP_ALLOWED: Final = "above 0 and at most t_end, or empty"
+_ACCURACY_ALLOWED: Final = f"e.g. peak=1e-4, for {', '.join(QUANTITIES)}; or empty"
 
 _OF_THE_RUN: Final = (
     Field(
@@ -186,20 +186,20 @@ _OF_THE_RUN: Final = (
         check=_check_start,
         text_of=_start_text,
         typed=f"{_STATIC_BEGUN}|{_NUMBERS_BEGUN}",
-        details=(("static", "at rest at the equilibrium of μ = 0 under F; then the belt moves"),),
+        details=(("static", "at rest at the equilibrium for μ = 0; the belt starts at t = 0"),),
     ),
     Field(
         name="t_end",
         group="Transient",
         symbol="t_end",
         unit="s",
-        meaning="horizon",
+        meaning="end time",
         allowed=str(T_END_INTERVAL),
         default=number_text(DEFAULT_T_END),
         check=_check_t_end,
         text_of=lambda scene: number_text(scene.t_end),
         nudge=by_digit(DEFAULT_T_END),
-        details=(("use", "half peak-to-peak is taken over its second half"),),
+        details=(("use", "half peak-to-peak is taken over the second half of the run"),),
     ),
     Field(
         name="method",
@@ -226,7 +226,7 @@ _OF_THE_RUN: Final = (
         text_of=lambda scene: number_text(scene.tol),
         nudge=by_decade,
         details=(
-            ("use", "methods of variable step, where no accuracy is stated"),
+            ("use", "methods with variable step, unless accuracy is given"),
             ("taylor, fmu", "relative error of the end state after about a hundred periods"),
         ),
     ),
@@ -235,7 +235,7 @@ _OF_THE_RUN: Final = (
         group="Transient",
         symbol="",
         unit="",
-        meaning="errors allowed, in place of tol and step",
+        meaning="error targets, in place of tol and step",
         allowed=_ACCURACY_ALLOWED,
         default="",
         check=_check_accuracy,

@@ -8,31 +8,31 @@ from .report import Row
 
 KEYS: Final = (
     Row("Tab, Shift+Tab", "next and previous field, button, plot"),
-    Row("↑ ↓", "in a number: a step more or less; with Shift: a tenth of it"),
-    Row("Enter", "in a field: on to the next one"),
-    Row("Escape", "stop typing; then j k: choose a field, h l: less, more, Enter: type"),
-    Row("F2", "next tab; Shift+F2: the one before; Alt+1, Alt+2, …: a certain one"),
-    Row("F3", "the list of runs, and back"),
-    Row("F5", "run, or stop what runs"),
-    Row("F4, F9", "engine native or FMU; run both and compare them"),
-    Row("F6, F7", "write the charts as they are seen; the data of what the tab shows"),
-    Row("F8", "reset the field in focus; Shift+F8: all of them"),
+    Row("↑ ↓", "in a number: increase or decrease by a step; with Shift: by a tenth of it"),
+    Row("Enter", "in a field: go to the next one"),
+    Row("Escape", "stop typing; then j k: select a field, h l: decrease, increase, Enter: type"),
+    Row("F2", "next tab; Shift+F2: previous tab; Alt+1, Alt+2, …: tab by number"),
+    Row("F3", "go to the run list, and back"),
+    Row("F5", "start a run, or stop it"),
+    Row("F4, F9", "switch between native engine and FMU; run both and compare"),
+    Row("F6, F7", "export the displayed charts as a figure; the data of the current tab"),
+    Row("F8", "reset the focused field; Shift+F8: reset all"),
     Row("Ctrl+Z, Ctrl+Y", "undo and redo edits"),
-    Row("Ctrl+O, Ctrl+S, Alt+S", "open a scene or a result; save the scene, save it as"),
+    Row("Ctrl+O, Ctrl+S, Alt+S", "open a scene or result; save the scene; save it as"),
     Row("Alt+O", "read a run, sweep, map or trade-off from a file"),
-    Row("F1", "help on the field in focus"),
-    Row("Ctrl+P", "palette: everything that can be done now"),
-    Row("F10", "begin what the tab computes, or stop it"),
-    Row("v", "in a tab: its next view"),
-    Row("h j k l, arrows", "in a plot: move; Shift+↑ ↓: zoom y; + −, wheel: zoom"),
-    Row("r, e", "in a plot: all of it; over time: the last tenth"),
-    Row("c", "in a plot: cursor, moved by the arrows; Enter: open the point"),
+    Row("F1", "help on the focused field"),
+    Row("Ctrl+P", "palette: all commands that apply now"),
+    Row("F10", "start or stop the computation of the current tab"),
+    Row("v", "in a tab: next view"),
+    Row("h j k l, arrows", "in a plot: pan; Shift+↑ ↓: zoom y; + −, wheel: zoom"),
+    Row("r, e", "in a plot: r fits the data; e, over time: the last tenth of the run"),
+    Row("c", "in a plot: cursor on or off, moved by the arrows; Enter: run the point"),
     Row("1 … 9", "in a plot: hide or show a trace"),
-    Row("g, x, y", "in a plot: type limits, logarithmic x, logarithmic y"),
-    Row("mouse", "in a plot: point to read, drag to move, twice: open the point"),
-    Row("in the list of runs", "Space: draw it or not, b: baseline, s: show, x: delete"),
-    Row("", "Enter: load its scene, c: next colour, m: next marker"),
-    Row("Ctrl+Q", "quit; what is edited is there again at the next start"),
+    Row("g, x, y", "in a plot: axis limits, logarithmic x, logarithmic y"),
+    Row("mouse", "in a plot: hover to read, drag to pan, double-click: run the point"),
+    Row("in the run list", "Space: overlay on/off, b: baseline, s: show, x: delete"),
+    Row("", "Enter: load the scene, c: next colour, m: next marker"),
+    Row("Ctrl+Q", "quit; the next start restores the session"),
 )
 
 
@@ -53,5 +53,5 @@ def field_help(field: Field) -> list[Row]:
         *(Row(label, text) for label, text in field.details),
     ]
     if field.nudge is not None:
-        rows.append(Row("keys", "↑ ↓ a step more or less, with Shift a tenth of it"))
+        rows.append(Row("keys", "↑ ↓ increase or decrease by a step, with Shift by a tenth of it"))
     return rows

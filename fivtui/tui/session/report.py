@@ -127,7 +127,7 @@ def stability_rows(p: Parameters, s: Stability, beside: Beside | None = None) ->
     point = s.equilibrium
     rows = [
         Row("verdict", verdict(s), _CONSEQUENCE[verdict(s)]),
-        *([] if beside is None else [Row("beside it", beside.words, beside.note)]),
+        *([] if beside is None else [Row("coexisting", beside.words, beside.note)]),
         Row("growth rate", f"{s.growth_rate:+.6g} 1/s", _time_scale(s.growth_rate)),
         Row("critical μ", _critical_words(s), _margin(p, s)),
         Row(
@@ -145,7 +145,7 @@ def stability_rows(p: Parameters, s: Stability, beside: Beside | None = None) ->
     ]
     near = s.coalescence
     merged = near.frequency_distance <= _NEUTRAL * float(np.abs(s.eigenvalues).max())
-    apart = "none: merged" if merged else quantity(near.frequency_distance / math.tau, "Hz")
+    apart = "0: coalesced" if merged else quantity(near.frequency_distance / math.tau, "Hz")
     meet = "nowhere" if near.mu is None else f"at μ {quantity(near.mu)}"
     rows.append(Row("frequency distance", apart, f"undamped, the modes coalesce {meet}"))
     for number, value in enumerate(_modes(s), start=1):
@@ -185,7 +185,7 @@ def _separation_words(r: Transient) -> str:
     if not r.separation:
         return "separation ignored (Case 2)"
     if r.events.separated_time == 0.0:
-        return "no separation: always on the belt"
+        return "no separation: contact is never lost"
     share = 100.0 * r.events.separated_time / r.t_end
     noun = "separation" if r.events.separations == 1 else "separations"
     return (
@@ -218,14 +218,14 @@ def result_rows(r: Transient, accuracy: str) -> list[Row]:
         ]
     rows += [
         Row(
-            "greatest ẋ",
+            "max ẋ",
             quantity(peak.vx_max, "m/s"),
-            "the model holds for faster belts alone",
+            "the model is valid for faster belts only",
         ),
-        Row("at the end, x", f"{final.x:.9g} m", f"t = {final.t:g} s"),
-        Row("at the end, ẋ", f"{final.vx:.9g} m/s"),
-        Row("at the end, y", f"{final.y:.9g} m"),
-        Row("at the end, ẏ", f"{final.vy:.9g} m/s"),
+        Row("final x", f"{final.x:.9g} m", f"t = {final.t:g} s"),
+        Row("final ẋ", f"{final.vx:.9g} m/s"),
+        Row("final y", f"{final.y:.9g} m"),
+        Row("final ẏ", f"{final.vy:.9g} m/s"),
         Row("method", r.method, accuracy),
         Row("steps", str(r.stats.steps)),
     ]
@@ -238,5 +238,5 @@ def remark(r: Transient, s: Stability) -> str:
     """A warning that a run still separates although the equilibrium is stable; else empty."""
     last = r.events.last
     if s.stable and last is not None and last > 0.5 * r.t_end:
-        return f"stable, yet still separating at t = {quantity(last, 's')}"
+        return f"stable equilibrium, but still separating at t = {quantity(last, 's')}"
     return ""

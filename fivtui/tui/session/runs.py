@@ -119,7 +119,7 @@ class Run:
         """The requested accuracy in words."""
         scene = self.scene
         if self.source:
-            return f"read from {self.source}: extremes are those of its samples"
+            return f"read from {self.source}: extrema are those of its samples"
         if scene.accuracy:
             return "error of " + ", ".join(f"{name} {error:g}" for name, error in scene.accuracy)
         if takes_step(scene.method):

@@ -21,7 +21,7 @@ FIGURE: Final = "figure"
 DATA: Final = "data"
 # Kinds of export and their keys.
 KINDS: Final[Mapping[str, str]] = {FIGURE: "F6", DATA: "F7"}
-_NO_RUN: Final = "no run to write yet: F5 runs the scene"
+_NO_RUN: Final = "no run to export yet: press F5"
 
 Save = Callable[[Path, bool], None]
 

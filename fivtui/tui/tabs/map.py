@@ -34,7 +34,7 @@ if TYPE_CHECKING:
 _PREFIX: Final = "value-"
 _VALUE: Final = "value"
 _OVER: Final = "over"
-_NOTHING: Final = "no map yet: F10 maps the scene"
+_NOTHING: Final = "no map yet: press F10"
 _PAUSE: Final = 0.1
 
 
@@ -77,7 +77,7 @@ class MapPane(JobPane):
         read = self.session.studies.map
         if read is not None:
             self.stop()
-            self.say(f"read from {read.source}; F10 maps the scene edited")
+            self.say(f"read from {read.source}; F10 maps the edited scene")
             return
         try:
             key = self._request()[-1]
@@ -136,7 +136,7 @@ class MapPane(JobPane):
     def take(self, result: "StabilityMap") -> None:
         """Display the map."""
         self._computed = result
-        self.say(f"{result.values.size} points; Enter opens one")
+        self.say(f"{result.values.size} points; c: cursor, Enter: run the point")
         self.draw()
 
     def draw(self) -> None:

@@ -35,13 +35,13 @@ class PaperPane(JobPane):
 
     NAME: ClassVar[str] = "paper"
     VERB: ClassVar[str] = "Check"
-    HINT: ClassVar[str] = "Enter: figure, F10: claims, o: scene"
+    HINT: ClassVar[str] = "Enter: figure, F10: check claims, o: load scene"
     VIEWS: ClassVar[Mapping[str, str]] = {
         "figures": "Figures",
         "claims": "Claims",
         "figure": "Figure",
     }
-    BINDINGS: ClassVar[list[BindingType]] = [Binding("o", "open_scene_of", "Open as scene")]
+    BINDINGS: ClassVar[list[BindingType]] = [Binding("o", "open_scene_of", "Load scene")]
 
     def __init__(self, session: Session) -> None:
         super().__init__(session)
@@ -58,7 +58,7 @@ class PaperPane(JobPane):
             yield _Table(id="claims-table", cursor_type="row", zebra_stripes=True)
             yield Static("", id="claim", markup=False)
         with Vertical(id="figure"):
-            yield ChartView("figure-1", nothing="choose a figure", openable=True)
+            yield ChartView("figure-1", nothing="select a figure", openable=True)
             yield ChartView("figure-2", openable=True)
 
     def on_mount(self) -> None:
@@ -216,13 +216,13 @@ class PaperPane(JobPane):
         """The displayed chart or the paper's figure, its data, or the claims."""
         if self.view == "claims":
             if what == FIGURE:
-                raise InputError(f"claims are no figure: {KINDS[DATA]} writes them")
+                raise InputError(f"claims have no figure: {KINDS[DATA]} exports them")
             if not self._checked:
-                raise InputError("no claims to write yet: F10 checks them")
+                raise InputError("no claims to export yet: press F10")
             return claims_export(list(self._checked.values()))
         key = self._chosen
         if key not in self._computed:
-            which = f"Fig. {key} is not computed yet" if key else "no figure is chosen yet"
+            which = f"Fig. {key} is not computed yet" if key else "no figure is selected yet"
             raise InputError(f"{which}: Enter in the list of figures computes it")
         return as_seen(paper_export(what, key, self._source()), self.seen())
 

@@ -19,11 +19,13 @@ class ResultPane(Pane):
         """Display the numbers of a run."""
         view = self.query_one("#result-rows", RowsView)
         if run is None or run.result is None:
-            view.show([], "no result yet: F5 runs")
+            view.show([], "no result yet: press F5")
             return
         rows = result_rows(run.result, run.accuracy)
         baseline = self.session.runs.baseline
         if baseline is not None and baseline is not run and baseline.result is not None:
-            heading = Row("baseline", f"run {baseline.number}", f"run {run.number} less it:")
+            heading = Row(
+                "baseline", f"run {baseline.number}", f"run {run.number} − run {baseline.number}:"
+            )
             rows += [Row("", ""), heading, *change_rows(run.result, baseline.result)]
         view.show(rows, "")

@@ -33,7 +33,11 @@ class StabilityPane(ViewsPane):
     """Stability of the edited parameter set."""
 
     NAME: ClassVar[str] = "stability"
-    VIEWS: ClassVar[Mapping[str, str]] = {"over-mu": "Over μ", "plane": "Plane", "facts": "Facts"}
+    VIEWS: ClassVar[Mapping[str, str]] = {
+        "over-mu": "Over μ",
+        "plane": "Eigenvalues",
+        "facts": "Summary",
+    }
 
     @dataclass
     class Scanned(Message):
@@ -141,7 +145,7 @@ class StabilityPane(ViewsPane):
         from .study_exports import stability_export
 
         if self._now is None:
-            raise InputError(f"no stability to write: {self._why}")
+            raise InputError(f"no stability to export: {self._why}")
         whole = stability_export(
             what, self.session.name, *self._now, separation=self.session.separation
         )

@@ -36,8 +36,8 @@ from .study_exports import sweep_export
 if TYPE_CHECKING:
     from fivtui.sweeps import Rows, Sweep
 
-_NOTHING: Final = "no sweep to write yet: F10 sweeps"
-_PARTIAL: Final = "the sweep is not complete, so that it is not written: F10 sweeps anew"
+_NOTHING: Final = "no sweep to export yet: press F10"
+_PARTIAL: Final = "the sweep is incomplete and cannot be exported: F10 computes it again"
 
 
 class SweepPane(JobPane):
@@ -45,7 +45,7 @@ class SweepPane(JobPane):
 
     NAME: ClassVar[str] = "sweep"
     VERB: ClassVar[str] = "Sweep"
-    HINT: ClassVar[str] = "F10 sweeps; Enter opens a point"
+    HINT: ClassVar[str] = "F10: compute; c: cursor, Enter: run the point"
     VIEWS: ClassVar[Mapping[str, str]] = {"amplitudes": "Amplitudes"}
 
     @dataclass
@@ -68,7 +68,7 @@ class SweepPane(JobPane):
     def compose_views(self) -> ComposeResult:
         """One chart."""
         with Vertical(id="amplitudes"):
-            yield ChartView("sweep-chart", nothing="nothing swept yet", openable=True)
+            yield ChartView("sweep-chart", nothing="no sweep yet: press F10", openable=True)
 
     def begin(self) -> None:
         """Sweep the edited scene."""

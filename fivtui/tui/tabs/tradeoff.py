@@ -24,7 +24,7 @@ if TYPE_CHECKING:
 
 _PREFIX = "quantity-"
 _QUANTITY = "quantity"
-_NOTHING = "no trade-off to write yet: F10 measures it"
+_NOTHING = "no trade-off to export yet: press F10"
 
 
 class TradeoffPane(JobPane):
@@ -32,7 +32,7 @@ class TradeoffPane(JobPane):
 
     NAME: ClassVar[str] = "trade-off"
     VERB: ClassVar[str] = "Measure"
-    HINT: ClassVar[str] = "F10 measures, about 7 s of CPU time"
+    HINT: ClassVar[str] = "F10: measure (about 7 s of CPU time)"
     VIEWS: ClassVar[Mapping[str, str]] = {"errors": "Plot", "settings": "Table"}
     LOG_AXES: ClassVar[Mapping[str, str]] = {"errors-chart": "xy"}
 
@@ -52,7 +52,7 @@ class TradeoffPane(JobPane):
     def compose_views(self) -> ComposeResult:
         """Chart with the current setting in words, and table."""
         with Vertical(id="errors"):
-            yield ChartView("errors-chart", nothing="not measured yet")
+            yield ChartView("errors-chart", nothing="not measured yet: press F10")
             yield Static("", id="present", markup=False)
         yield ListTable[str](id="settings", cursor_type="row", zebra_stripes=True)
 
@@ -87,7 +87,11 @@ class TradeoffPane(JobPane):
             self._seen = shown
             scene = self._scene()
             outdated = scene is None or not _same(scene, shown.value.scene)
-            words = "the scene has changed since" if outdated else "this scene, this machine"
+            words = (
+                "the scene has changed since"
+                if outdated
+                else "measured for this scene on this machine"
+            )
             if shown.source:
                 words = f"{'another' if outdated else 'this'} scene, read from {shown.source}"
             if self.job is None:

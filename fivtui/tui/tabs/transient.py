@@ -38,9 +38,9 @@ _QUANTITIES: Final = ("y", "x", "P")
 _FIRST: Final = ("y", "P", "x")
 _LEAST_ROWS: Final = 6
 _LAST_PART: Final = 0.1
-_NOTHING: Final = "nothing to show yet: F5 runs"
-_NO_SPECTRUM: Final = "no chart to write: its window has too few samples"
-_NO_BASELINE: Final = "no difference: choose another run as baseline (b in the list of runs)"
+_NOTHING: Final = "no run yet: press F5"
+_NO_SPECTRUM: Final = "no chart to export: too few samples in its time window"
+_NO_BASELINE: Final = "no difference: set another run as baseline (b in the run list)"
 
 
 class TransientPane(ViewsPane):

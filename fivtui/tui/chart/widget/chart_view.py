@@ -45,10 +45,10 @@ class _Control:
 
 
 _CONTROLS: Final = (
-    _Control("log('x')", "log x", "lx"),
-    _Control("log('y')", "log y", "ly"),
+    _Control("log('x')", "log x", "logx"),
+    _Control("log('y')", "log y", "logy"),
     _Control("limits", "limits", "lim"),
-    _Control("whole", "whole", "⟲"),
+    _Control("whole", "fit", "fit"),
 )
 
 
@@ -78,7 +78,7 @@ class ChartView(Widget, can_focus=True):
         Binding("down,j", "step(0, -1)", "Down", show=False),
         Binding("shift+left,H", f"step(-{_BIG_STEP}, 0)", "Far left", show=False),
         Binding("shift+right,L", f"step({_BIG_STEP}, 0)", "Far right", show=False),
-        Binding("r", "whole", "Whole"),
+        Binding("r", "whole", "Fit"),
         Binding("c", "cursor", "Cursor"),
         Binding("escape", "cursor_off", "Cursor off", show=False),
         Binding("enter", "open", "Open the point"),

@@ -29,7 +29,7 @@ class LimitsDialog(ModalScreen[View | None]):
         labels = {"x": self._chart.x_label, "y": self._chart.y_label}
         axes = dict(zip("xy", self._view.axes(self._chart), strict=True))
         with Vertical(id="dialog"):
-            yield Label("Limits of the axes", id="dialog-title")
+            yield Label("Axis limits", id="dialog-title")
             for name, label in labels.items():
                 yield Label(label, markup=False)
                 axis = axes[name]
@@ -41,7 +41,7 @@ class LimitsDialog(ModalScreen[View | None]):
                     id=f"limits-{name}",
                     compact=True,
                 )
-            yield Static("LOW:HIGH; nothing for what the data need", id="dialog-hint", markup=False)
+            yield Static("LOW:HIGH, or empty to fit the data", id="dialog-hint", markup=False)
             with Horizontal(id="dialog-buttons"):
                 yield Button("OK", id="limits-ok", compact=True, variant="primary")
                 yield Button("Cancel", id="limits-cancel", compact=True)

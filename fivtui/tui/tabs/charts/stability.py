@@ -46,5 +46,5 @@ def plane_chart(found: Stability, scan: ModeScan | None) -> Chart:
         paths = (
             Trace(f"μ 0 to {scan.mu[-1]:g}", along.real, along.imag, look="dots", ordered=False),
         )
-    guides = (Guide(0.0, "grows →"), Guide(0.0, vertical=False))
+    guides = (Guide(0.0, "unstable →"), Guide(0.0, vertical=False))
     return Chart("Re λ / 1/s", "Im λ / rad/s", (*paths, now), guides=guides, tight=False)

@@ -25,7 +25,7 @@ EXAMPLE: Final = "F=10:120:56"
 # Members per part: the chart grows by this many.
 _PIECE: Final = 16
 _CASES: Final = {True: CONSIDERED, False: IGNORED}
-_OUTPUTS: Final = {"y_abs": "peak", "y_half_range": "±2nd half"}
+_OUTPUTS: Final = {"y_abs": "peak", "y_half_range": "±y 2nd half"}
 # By plotted output and separation.
 _MARKS: Final = ({True: "●", False: "○"}, {True: "◆", False: "◇"})
 
@@ -185,5 +185,5 @@ def count_words(result: "Sweep") -> str:
         words = f"{len(rows.reasons)} of {result.study.members} transients"
     if rows.failed:
         reason = next(reason for reason in rows.reasons if reason)
-        words += f", {rows.failed} not finished: {reason}"
+        words += f", {rows.failed} failed: {reason}"
     return words

@@ -122,7 +122,7 @@ def present_words(result: "Tradeoff", scene: Scene, quantity: str, present: Row 
         return "; ".join(parts)
     if present is None or present.error is None:
         if scene.step is None and scene.method in {row.setting.method for row in result.rows}:
-            return f"{scene.method} with its default step: give a step to see what it delivers"
+            return f"{scene.method} with its default step: enter a step to see its error"
         return f"{scene.method} was not measured"
     error = present.error.of(quantity)
     wanted = _knob(present.setting, scene)
@@ -131,9 +131,9 @@ def present_words(result: "Tradeoff", scene: Scene, quantity: str, present: Row 
     # Errors below the reference's uncertainty count as equal.
     better = cheapest(result.rows, quantity, max(error, result.floor.of(quantity)))
     if better is None or better.setting == present.setting or better.cpu_s >= present.cpu_s:
-        return f"{words}; nothing measured is as exact in less time"
+        return f"{words}; no measured setting is as accurate in less time"
     ratio = present.cpu_s / better.cpu_s
-    return f"{words}; as exact {ratio:.2g} times faster: {_words(better, quantity)}"
+    return f"{words}; as accurate, {ratio:.2g} times faster: {_words(better, quantity)}"
 
 
 def _words(row: Row | None, quantity: str) -> str:
