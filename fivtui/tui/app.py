@@ -48,13 +48,13 @@ class FivtuiApp(App[None]):
     Parameters
     ----------
     scene : Scene, optional
-       The initial scene; the last session's if None.
+        The initial scene; the last session's if None.
     source : str
-       Its preset or file, if it has one.
+        Its preset or file, if it has one.
     state : Path, optional
-       Session file; without one nothing is saved.
+        Session file; without one nothing is saved.
     when_shown : callable, optional
-       Called once when the first screen is displayed.
+        Called once when the first screen is displayed.
     """
 
     TITLE = "fivtui"

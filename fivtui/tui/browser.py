@@ -34,14 +34,14 @@ def serve(port: int = DEFAULT_PORT, *, say: Callable[[str], None]) -> None:
     Parameters
     ----------
     port : int
-       Port to listen on, 1 to 65535.
+        Port to listen on, 1 to 65535.
     say : callable
-       Prints words for the user.
+        Prints words for the user.
 
     Raises
     ------
     InputError
-       If the extra ``serve`` is not installed, or the port cannot be used.
+        If the extra ``serve`` is not installed, or the port cannot be used.
     """
     if find_spec("textual_serve") is None:
         raise InputError("serve: needs textual-serve: install fivtui[serve]")

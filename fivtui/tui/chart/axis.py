@@ -29,9 +29,9 @@ class Axis:
     Attributes
     ----------
     low, high : float
-       Limits, ``low < high``; both positive on a logarithmic scale.
+        Limits, ``low < high``; both positive on a logarithmic scale.
     log : bool
-       Whether the scale is logarithmic.
+        Whether the scale is logarithmic.
     """
 
     low: float

@@ -25,17 +25,17 @@ class Trace:
     Attributes
     ----------
     name : str
-       Short name for the legend.
+        Short name for the legend.
     x, y : ndarray, shape (n,)
-       The points; NaN is a gap.
+        The points; NaN is a gap.
     look : "line", "points", "dots" or "marked"
-       A line, a character per point, a dot per point, or a line with a character per point.
+        A line, a character per point, a dot per point, or a line with a character per point.
     ordered : bool
-       Whether x ascends; such a trace is reduced to the plot's columns before it is drawn.
+        Whether x ascends; such a trace is reduced to the plot's columns before it is drawn.
     mark : str
-       Character of the points; if empty, that of a line is its number.
+        Character of the points; if empty, that of a line is its number.
     colour : str
-       Such as ``#E69F00``; if empty, a colour of the theme.
+        Such as ``#E69F00``; if empty, a colour of the theme.
     """
 
     name: str
@@ -63,15 +63,15 @@ class Backdrop:
     Attributes
     ----------
     x, y : ndarray, shapes (n,) and (k,)
-       Ascending coordinates.
+        Ascending coordinates.
     levels : ndarray of int, shape (n, k)
-       Index into `shades` of every point.
+        Index into `shades` of every point.
     shades : sequence of (str, str)
-       Character and style of every level.
+        Character and style of every level.
     values : ndarray, shape (n, k)
-       The values themselves; NaN where there is none.
+        The values themselves; NaN where there is none.
     label : str
-       Quantity and unit of the values.
+        Quantity and unit of the values.
     """
 
     x: FloatArray
@@ -89,23 +89,23 @@ class Chart:
     Attributes
     ----------
     x_label, y_label : str
-       Quantities with units.
+        Quantities with units.
     traces : tuple of Trace
-       The last is drawn on top; keys 1 to 9 hide and show them.
+        The last is drawn on top; keys 1 to 9 hide and show them.
     guides : tuple of Guide
-       Reference lines.
+        Reference lines.
     backdrop : Backdrop, optional
-       Shades behind the traces.
+        Shades behind the traces.
     strip : sequence of (start, end), optional
-       Intervals along x marked below the plot: times off the belt.
+        Intervals along x marked below the plot: times off the belt.
     note : str
-       A few words at the top.
+        A few words at the top.
     x_axis : bool
-       Whether the ticks of the x axis are labelled.
+        Whether the ticks of the x axis are labelled.
     tight : bool
-       Whether the x axis ends where the data end.
+        Whether the x axis ends where the data end.
     x_range, y_range : tuple of float, optional
-       Limits before any zoom; if None, the axes fit the data.
+        Limits before any zoom; if None, the axes fit the data.
     """
 
     x_label: str
@@ -133,13 +133,13 @@ class View:
     Attributes
     ----------
     x, y : Axis or None
-       Chosen limits; None to fit the data.
+        Chosen limits; None to fit the data.
     log_x, log_y : bool
-       Whether the scales are logarithmic.
+        Whether the scales are logarithmic.
     hidden : set of int
-       Indices of hidden traces.
+        Indices of hidden traces.
     cursor : tuple of float or None
-       Position of the cursor in data coordinates.
+        Position of the cursor in data coordinates.
     """
 
     x: Axis | None = None

@@ -35,9 +35,9 @@ class Picture:
     Attributes
     ----------
     lines : list of list of (text, style)
-       From the top: the heading, the plot, the labels of the x axis.
+        From the top: the heading, the plot, the labels of the x axis.
     plot : tuple of int
-       First column, first row, columns and rows of the plot area.
+        First column, first row, columns and rows of the plot area.
     """
 
     lines: list[list[Span]]

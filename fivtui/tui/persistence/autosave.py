@@ -24,14 +24,14 @@ class Keeper:
     Parameters
     ----------
     path : Path or None
-       The file of session 1; None to save nothing.
+        The file of session 1; None to save nothing.
 
     Attributes
     ----------
     error : str
-       Why the last save failed, in whole or part; empty if it succeeded.
+        Why the last save failed, in whole or part; empty if it succeeded.
     notices : list of str
-       Sessions that could not be restored, and where they are.
+        Sessions that could not be restored, and where they are.
     """
 
     def __init__(self, path: Path | None) -> None:

@@ -44,12 +44,12 @@ class ResultStore:
     Parameters
     ----------
     folder : Path
-       Created when needed.
+        Created when needed.
 
     Attributes
     ----------
     failure : str
-       Why a result could not be written the last time; empty on success.
+        Why a result could not be written the last time; empty on success.
     """
 
     def __init__(self, folder: Path) -> None:

@@ -56,19 +56,19 @@ class State:
     Attributes
     ----------
     edited : Edited
-       The edited texts.
+        The edited texts.
     recent : tuple of str
-       As in `Session`.
+        As in `Session`.
     tab, theme : str
-       Unknown ones are ignored.
+        Unknown ones are ignored.
     settings, views
-       As in `Session`; views without cursor.
+        As in `Session`; views without cursor.
     runs : KeptRuns
-       The runs.
+        The runs.
     results : mapping of str to object
-       Results by key, such as ``run-1`` or ``sweep``: `Run` or `Shown`, or `KeptFile` if unread.
+        Results by key, such as ``run-1`` or ``sweep``: `Run` or `Shown`, or `KeptFile` if unread.
     notes : mapping of str to str
-       Why other results were not stored.
+        Why other results were not stored.
     """
 
     edited: Edited

@@ -18,16 +18,16 @@ class Editing:
     Parameters
     ----------
     scene : Scene, optional
-       The initial scene; the base scene if None.
+        The initial scene; the base scene if None.
     source : str, optional
-       Its preset or file.
+        Its preset or file.
 
     Attributes
     ----------
     texts : dict of str
-       Text of every field, valid or not.
+        Text of every field, valid or not.
     source : str
-       Preset or file of the loaded scene; empty if it has none.
+        Preset or file of the loaded scene; empty if it has none.
     """
 
     def __init__(self, scene: Scene | None = None, source: str = "") -> None:

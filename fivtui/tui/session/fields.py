@@ -54,27 +54,27 @@ class Field:
     Attributes
     ----------
     name : str
-       Name as in scene files and on the command line.
+        Name as in scene files and on the command line.
     group : str
-       Heading in the form.
+        Heading in the form.
     symbol, unit, meaning, allowed : str
-       As in `ParameterSpec`.
+        As in `ParameterSpec`.
     default : str
-       Text of the default.
+        Text of the default.
     check : callable
-       Parses a text; raises `InputError` if it is invalid.
+        Parses a text; raises `InputError` if it is invalid.
     text_of : callable
-       The field's text for a scene.
+        The field's text for a scene.
     typed : str
-       Regular expression of acceptable text while typing; by default beginnings of a number.
+        Regular expression of acceptable text while typing; by default beginnings of a number.
     nudge : callable or None
-       Changes the value by a step.
+        Changes the value by a step.
     when_empty : str
-       Meaning of an empty text, if that is valid.
+        Meaning of an empty text, if that is valid.
     choices : mapping of str to str
-       The only valid texts and their meanings, if there is a fixed set.
+        The only valid texts and their meanings, if there is a fixed set.
     details : tuple of (str, str)
-       Labelled lines of help.
+        Labelled lines of help.
     """
 
     name: str

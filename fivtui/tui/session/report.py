@@ -31,11 +31,11 @@ class Beside:
     Attributes
     ----------
     words, note : str
-       What was found, and a remark.
+        What was found, and a remark.
     coexists : bool
-       Whether an attractor was found.
+        Whether an attractor was found.
     done : bool
-       Whether the search has finished.
+        Whether the search has finished.
     """
 
     words: str = SEARCHING

@@ -47,27 +47,27 @@ class Run:
     Attributes
     ----------
     number : int
-       From 1, never reused.
+        From 1, never reused.
     scene : Scene
-       The computed scene.
+        The computed scene.
     state : RunState
-       Set by the screen's thread only.
+        Set by the screen's thread only.
     fraction : float
-       Progress, 0 to 1; written by the computing thread.
+        Progress, 0 to 1; written by the computing thread.
     result : Transient or None
-       The result.
+        The result.
     message : str
-       Why it failed.
+        Why it failed.
     edited : Scene or None
-       The fields at its start, if they differ from `scene`: another engine was asked for.
+        The fields at its start, if they differ from `scene`: another engine was asked for.
     source : str
-       File that it was read from; empty if computed here.
+        File that it was read from; empty if computed here.
     overlaid : bool
-       Whether it is plotted beside the displayed run.
+        Whether it is plotted beside the displayed run.
     style : RunStyle
-       Colour and marker.
+        Colour and marker.
     growth : Growth
-       The trajectory so far, while it is running.
+        The trajectory so far, while it is running.
     """
 
     number: int
@@ -159,9 +159,9 @@ class Runs:
     Attributes
     ----------
     shown : Run or None
-       The run whose result is displayed.
+        The run whose result is displayed.
     baseline : Run or None
-       The run that others are compared with.
+        The run that others are compared with.
     """
 
     def __init__(self) -> None:

@@ -32,30 +32,30 @@ class Session(Editing):
     Parameters
     ----------
     scene : Scene, optional
-       The initial scene; the base scene if None.
+        The initial scene; the base scene if None.
     source : str, optional
-       Its preset or file.
+        Its preset or file.
 
     Attributes
     ----------
     runs : Runs
-       The transients.
+        The transients.
     reports : list of str
-       Lines of the log, oldest first.
+        Lines of the log, oldest first.
     recent : tuple of str
-       Recent scene files, last one first.
+        Recent scene files, last one first.
     tab : str
-       Identifier of the current tab; empty for the first.
+        Identifier of the current tab; empty for the first.
     studies : Studies
-       Results displayed in the tabs of studies.
+        Results displayed in the tabs of studies.
     settings : dict of str to dict of str
-       Stored settings by tab and name.
+        Stored settings by tab and name.
     views : dict of str to View
-       Limits and scales of the charts by identifier.
+        Limits and scales of the charts by identifier.
     unread : dict of str to KeptFile
-       Results of the last session that are not read yet.
+        Results of the last session that are not read yet.
     beside : Beside or None
-       Attractors beside the edited equilibrium, as far as known.
+        Attractors beside the edited equilibrium, as far as known.
     """
 
     def __init__(self, scene: Scene | None = None, source: str = "") -> None:
@@ -164,9 +164,9 @@ class Session(Editing):
         Raises
         ------
         InputError
-           If a parameter is invalid.
+            If a parameter is invalid.
         ComputationError
-           If there is no equilibrium.
+            If there is no equilibrium.
         """
         asked = self.parameters(), self.separation
         if self._stability is None or self._stability[0] != asked:

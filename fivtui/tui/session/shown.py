@@ -32,11 +32,11 @@ class Studies:
     Attributes
     ----------
     sweep : Shown of Sweep
-       May be incomplete.
+        May be incomplete.
     map : Shown of StabilityMap
-       A map read from a file; the computed one follows the form.
+        A map read from a file; the computed one follows the form.
     tradeoff : Shown of Tradeoff
-       Measured here or read from a file.
+        Measured here or read from a file.
     """
 
     sweep: "Shown[Sweep] | None" = None

@@ -33,15 +33,15 @@ class Export:
     Attributes
     ----------
     what : str
-       `FIGURE` or `DATA`.
+        `FIGURE` or `DATA`.
     of : str
-       Its subject in a few words, such as ``run 3``.
+        Its subject in a few words, such as ``run 3``.
     proposal : str
-       Suggested file name.
+        Suggested file name.
     suffixes : tuple of str
-       Supported formats.
+        Supported formats.
     check, write : callable
-       Take path and overwrite flag; `check` raises `InputError` before any work is done.
+        Take path and overwrite flag; `check` raises `InputError` before any work is done.
     """
 
     what: str

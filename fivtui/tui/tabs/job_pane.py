@@ -53,9 +53,9 @@ class JobPane(ViewsPane):
     Attributes
     ----------
     VERB : str
-       Label of the button.
+        Label of the button.
     HINT : str
-       Text before the first result.
+        Text before the first result.
     """
 
     VERB: ClassVar[str] = "Compute"

@@ -19,12 +19,12 @@ class Pane(Vertical):
     Parameters
     ----------
     session : Session
-       State of the laboratory; panes read it, and post messages to change it.
+        State of the laboratory; panes read it, and post messages to change it.
 
     Attributes
     ----------
     NAME : str
-       Key of the tab's stored settings.
+        Key of the tab's stored settings.
     """
 
     NAME: ClassVar[str] = ""
@@ -63,7 +63,7 @@ class Pane(Vertical):
         Raises
         ------
         InputError
-           If there is nothing to export yet; the message says what to do.
+            If there is nothing to export yet; the message says what to do.
         """
         from .exports import run_export
 
@@ -75,7 +75,7 @@ class Pane(Vertical):
         Raises
         ------
         InputError
-           If a field is invalid, or no command can compute this.
+            If a field is invalid, or no command can compute this.
         """
         from fivtui.tui.session import transient_line
 

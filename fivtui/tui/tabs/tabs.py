@@ -17,13 +17,13 @@ class TabSpec:
     Attributes
     ----------
     id : str
-       Identifier, also in messages and commands.
+        Identifier, also in messages and commands.
     title : str
-       Title.
+        Title.
     key : str
-       Key that shows it.
+        Key that shows it.
     pane : callable
-       Makes the pane from the session; imports its module when called.
+        Makes the pane from the session; imports its module when called.
     """
 
     id: str

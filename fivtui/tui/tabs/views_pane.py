@@ -25,9 +25,9 @@ class ViewsPane(Pane):
     Attributes
     ----------
     VIEWS : mapping of str to str
-       Identifier and title of every view; `compose_views` makes a widget of each identifier.
+        Identifier and title of every view; `compose_views` makes a widget of each identifier.
     LOG_AXES : mapping of str to str
-       Initially logarithmic axes of charts, such as ``xy``.
+        Initially logarithmic axes of charts, such as ``xy``.
     """
 
     VIEWS: ClassVar[Mapping[str, str]] = {}

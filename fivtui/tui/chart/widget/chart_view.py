@@ -60,11 +60,11 @@ class ChartView(Widget, can_focus=True):
     Parameters
     ----------
     id : str
-       Identifier of the widget.
+        Identifier of the widget.
     nothing : str
-       Text in place of a chart.
+        Text in place of a chart.
     openable : bool
-       Whether Enter and a double click open a point (`Opened`).
+        Whether Enter and a double click open a point (`Opened`).
     """
 
     BINDINGS: ClassVar[list[BindingType]] = [

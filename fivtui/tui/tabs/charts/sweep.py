@@ -37,9 +37,9 @@ class SweepPoints:
     Attributes
     ----------
     name : str
-       The swept parameter or component of the start.
+        The swept parameter or component of the start.
     values : dict of ((str, bool), (ndarray, ndarray))
-       By output and separation: variable (ascending) and output (NaN where a member failed).
+        By output and separation: variable (ascending) and output (NaN where a member failed).
     """
 
     name: str

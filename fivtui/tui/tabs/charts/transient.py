@@ -38,15 +38,15 @@ class Motion:
     Attributes
     ----------
     name : str
-       Name in the legend.
+        Name in the legend.
     trajectory : Trajectory
-       Its samples.
+        Its samples.
     separated : sequence of (start, end)
-       Intervals off the belt, s.
+        Intervals off the belt, s.
     t_end : float
-       End time of the run, s.
+        End time of the run, s.
     mark, colour : str
-       As in `Trace`.
+        As in `Trace`.
     """
 
     name: str
@@ -169,13 +169,13 @@ class Spectrum:
     Attributes
     ----------
     frequency : ndarray, shape (n,)
-       Hz, ascending from 0.
+        Hz, ascending from 0.
     amplitude : ndarray, shape (n,)
-       Amplitude of each frequency's sine; at 0 the mean.
+        Amplitude of each frequency's sine; at 0 the mean.
     fundamental : float
-       Frequency of the largest amplitude besides the mean, Hz; 0 without vibration.
+        Frequency of the largest amplitude besides the mean, Hz; 0 without vibration.
     resolution : float
-       Spacing of resolved frequencies, Hz.
+        Spacing of resolved frequencies, Hz.
     """
 
     frequency: FloatArray
@@ -199,7 +199,7 @@ def spectrum(t: FloatArray, values: FloatArray) -> Spectrum:
     Raises
     ------
     InputError
-       If there are fewer than 16 samples, or they are not evenly spaced.
+        If there are fewer than 16 samples, or they are not evenly spaced.
     """
     if t.size > 1 and t[-1] - t[-2] < (1.0 - _UNEVEN) * (t[1] - t[0]):
         t, values = t[:-1], values[:-1]
