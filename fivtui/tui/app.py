@@ -13,14 +13,14 @@ from textual.timer import Timer
 
 from fivtui.model import InputError
 from fivtui.scene import Scene
-from fivtui.tui.session import KeptFile
+from fivtui.tui.session import StoredResult
 
 from .lab import LabScreen, know_alt_keys, take_for_alt
-from .persistence import Keeper, Slot, State, bring_back, state_of
+from .persistence import Autosave, Slot, State, restore_session, state_of
 from .session import PRECEDENCE, Session
-from .tabs import Reported, ResultsRestored, SessionAsked
+from .tabs import Reported, ResultsRestored, SessionRequested
 
-_KEEPING_PERIOD: Final = 2.0
+_SAVE_PERIOD: Final = 2.0
 _STYLES = Path(__file__).parent / "styles"
 
 
@@ -30,12 +30,12 @@ def _commands() -> type[Provider]:
     return LabCommands
 
 
-def _read_results(keeper: Keeper, unread: Mapping[str, KeptFile]) -> ResultsRestored:
+def _read_results(autosave: Autosave, unread: Mapping[str, StoredResult]) -> ResultsRestored:
     results: dict[str, object] = {}
     errors: list[str] = []
     for key, kept in unread.items():
         try:
-            results[key] = keeper.result(key, kept)
+            results[key] = autosave.result(key, kept)
         except InputError as error:
             results[key] = None
             errors.append(str(error))
@@ -98,7 +98,7 @@ class FivtuiApp(App[None]):
         self._mode = self.DEFAULT_MODE
         self.add_mode(self._mode, self.get_default_screen)
         self._state_file = state
-        self._keeper = Keeper(state)
+        self._autosave = Autosave(state)
         self._told = ""
         self._ticker: Timer | None = None
         # Reports for the screen, once it is displayed.
@@ -106,15 +106,17 @@ class FivtuiApp(App[None]):
         self._restore(given=scene is not None)
 
     def _restore(self, *, given: bool) -> None:
-        state = self._keeper.load()
-        self._reports += [Reported(words, error=True) for words in self._keeper.notices]
+        state = self._autosave.load()
+        self._reports += [Reported(words, error=True) for words in self._autosave.notices]
         if state is not None:
             notes = self._take(state, given=given)
             words = "; ".join(["last session restored", *notes])
             self._reports.append(Reported(words, routine=not notes))
-        others = ", ".join(str(slot.number) for slot in reversed(self._keeper.others))
+        others = ", ".join(str(slot.number) for slot in reversed(self._autosave.others))
         if others:
-            words = f"session {self._keeper.number}; other saved sessions: {others} (Ctrl+P, Open)"
+            words = (
+                f"session {self._autosave.number}; other saved sessions: {others} (Ctrl+P, Open)"
+            )
             self._reports.append(Reported(words))
 
     def _take(self, state: State, *, given: bool = False) -> list[str]:
@@ -126,29 +128,29 @@ class FivtuiApp(App[None]):
             if state.edited != self.session.edited:
                 self.session.restore(state.edited)
             self.session.tab = state.tab
-        bring_back(self.session, state)
+        restore_session(self.session, state)
         return [f"{key} was not saved: {why}" for key, why in state.notes.items()]
 
     @property
-    def not_kept(self) -> str:
+    def not_saved(self) -> str:
         """Why the session, or a result of it, could not be saved; empty if all is saved."""
-        return self._keeper.error
+        return self._autosave.error
 
     @property
     def other_sessions(self) -> list[Slot]:
         """The other saved sessions."""
-        return self._keeper.others
+        return self._autosave.others
 
-    @on(SessionAsked)
-    def _open_session(self, event: SessionAsked) -> None:
-        keeper = Keeper(self._state_file)
+    @on(SessionRequested)
+    def _open_session(self, event: SessionRequested) -> None:
+        autosave = Autosave(self._state_file)
         try:
-            state = keeper.open(event.number)
+            state = autosave.open(event.number)
         except InputError as error:
             self.screen_stack[0].post_message(Reported(str(error), error=True))
             return
-        self._keeper.close(self._state())
-        self._keeper, self._told = keeper, ""
+        self._autosave.close(self._state())
+        self._autosave, self._told = autosave, ""
         words = [f"session {event.number} opened", *self._take(state)]
         self._reports.append(Reported("; ".join(words)))
         # Removing its screen ends the previous session and its computations.
@@ -174,8 +176,8 @@ class FivtuiApp(App[None]):
 
     def on_mount(self) -> None:
         """Report what was restored, and start saving the session."""
-        if self._keeper.keeps:
-            self._ticker = self.set_interval(_KEEPING_PERIOD, self._keep)
+        if self._autosave.enabled:
+            self._ticker = self.set_interval(_SAVE_PERIOD, self._save_session)
         self._begin()
 
     def _begin(self) -> None:
@@ -184,11 +186,11 @@ class FivtuiApp(App[None]):
             lab.post_message(report)
         self._reports.clear()
         if self.session.unread:
-            keeper, unread = self._keeper, dict(self.session.unread)
+            autosave, unread = self._autosave, dict(self.session.unread)
             # After the first frame: reading files may be slow.
             self.call_after_refresh(
                 self.run_worker,
-                lambda: lab.post_message(_read_results(keeper, unread)),
+                lambda: lab.post_message(_read_results(autosave, unread)),
                 thread=True,
                 exit_on_error=False,
             )
@@ -212,22 +214,22 @@ class FivtuiApp(App[None]):
     def _state(self) -> State:
         return state_of(self.session, self.theme)
 
-    def _keep(self) -> None:
-        if self._keeper.error != self._told:
-            self._told = self._keeper.error
+    def _save_session(self) -> None:
+        if self._autosave.error != self._told:
+            self._told = self._autosave.error
             words = (
                 f"the session is not saved: {self._told}"
                 if self._told
                 else "the session is saved again"
             )
             self.screen_stack[0].post_message(Reported(words, error=bool(self._told)))
-        keeper, state = self._keeper, self._state()
-        if keeper.due(state):
+        autosave, state = self._autosave, self._state()
+        if autosave.due(state):
             # Writing files may be slow.
-            self.run_worker(lambda: keeper.save(state), thread=True, exit_on_error=False)
+            self.run_worker(lambda: autosave.save(state), thread=True, exit_on_error=False)
 
     def on_unmount(self) -> None:
         """Save the session, whatever ended the application."""
         if self._ticker is not None:
             self._ticker.stop()
-        self._keeper.close(self._state())
+        self._autosave.close(self._state())

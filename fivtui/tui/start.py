@@ -25,8 +25,8 @@ def run(scene: "Scene | None" = None, source: str = "") -> None:
     answer_quickly()
     app = FivtuiApp(scene, source, state=state_path(), when_shown=_collect_later)
     app.run()
-    if app.not_kept:
-        sys.stderr.write(f"the session is not saved: {app.not_kept}\n")
+    if app.not_saved:
+        sys.stderr.write(f"the session is not saved: {app.not_saved}\n")
 
 
 def _collect_later() -> None:

@@ -79,8 +79,8 @@ async def redraw(repeats: int) -> Measured:
     result = simulate(samples=np.linspace(0.0, 100.0, SAMPLES))
     app = FivtuiApp()
     async with app.run_test(size=SIZE) as pilot:
-        run = app.session.runs.take_in(app.session.scene(), result, "benchmark")
-        app.session.runs.shown = run
+        run = app.session.runs.add_read(app.session.scene(), result, "benchmark")
+        app.session.runs.displayed = run
         await pilot.press("alt+2")
         view = app.screen.query_one("#plot-y", ChartView)
         while view.chart is None:

@@ -20,7 +20,7 @@ from fivtui.paper.drawing import draw
 from fivtui.paper.families import PANELS, panels_of
 from fivtui.paper.results import PaperResults
 from fivtui.scene.scene import Scene
-from fivtui.tui.chart.chart import Found
+from fivtui.tui.chart.chart import NearestPoint
 from fivtui.tui.tabs.charts.paper import figure_charts, figure_rows, point_scene
 from tests.support import own_slider
 from tests.support.reading import entries, labels, line_like, lines_like, plain, points, the_legend
@@ -335,9 +335,9 @@ def test_charts_of_amplitudes_and_motions_have_both_cases(results: PaperResults)
 
 def test_a_point_of_a_chart_opens_the_scene_of_its_line() -> None:
     panel = PANELS["4"]
-    scene = point_scene(panel, Found(2, 0.25, 5.0))
+    scene = point_scene(panel, NearestPoint(2, 0.25, 5.0))
     assert scene.parameters.as_dict() == own_slider.BASE | {"F": 100.0, "mu": 0.25, "k_nl": 100.0}
-    ignored = point_scene(PANELS["10"], Found(0, 12.0, 1.0))
+    ignored = point_scene(PANELS["10"], NearestPoint(0, 12.0, 1.0))
     assert (ignored.separation, ignored.parameters.as_dict()) == (False, own_slider.BASE)
 
 

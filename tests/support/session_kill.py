@@ -1,6 +1,6 @@
 """Kills whoever keeps a session at its file operations, and looks at what is left.
 
-``python -m tests.support.session_kill keeper FOLDER`` kills at each operation once and prints how
+``python -m tests.support.session_kill autosave FOLDER`` kills at each operation once and prints how
 many there were; ``python -m tests.support.session_kill lab FOLDER COUNT`` kills the whole
 laboratory COUNT times at one drawn at random. The kills are those of the operating system: nothing
 of the program runs after them.
@@ -23,11 +23,11 @@ from fivtui.kernel.loader import KernelLoader
 from fivtui.scene.presets import PRESETS
 from fivtui.simulation import simulate
 from fivtui.tui import app as app_module
-from fivtui.tui.persistence.autosave import Keeper
-from fivtui.tui.persistence.snapshot import bring_back, state_of, take_back
-from fivtui.tui.session.runs import Outcome, RunState
+from fivtui.tui.persistence.autosave import Autosave
+from fivtui.tui.persistence.snapshot import restore_results, restore_session, state_of
+from fivtui.tui.session.runs import RunOutcome, RunState
 from fivtui.tui.session.session import Session
-from fivtui.tui.session.shown import Shown
+from fivtui.tui.session.studies import DisplayedStudy
 
 from .sweep_kill import child, kill_at
 
@@ -39,41 +39,43 @@ BASE = PRESETS["base"]
 RESULT = simulate(t_end=1.0, samples=np.linspace(0.0, 1.0, 11), kernel="interpreted")
 
 
-def restored(keeper: Keeper) -> Session:
-    state = keeper.load()
-    assert not keeper.notices, keeper.notices
-    assert keeper.number == 1, keeper.number
+def restored(autosave: Autosave) -> Session:
+    state = autosave.load()
+    assert not autosave.notices, autosave.notices
+    assert autosave.number == 1, autosave.number
     session = Session()
     if state is not None:
-        bring_back(session, state)
-        take_back(session, {key: keeper.result(key, kept) for key, kept in session.unread.items()})
+        restore_session(session, state)
+        restore_results(
+            session, {key: autosave.result(key, kept) for key, kept in session.unread.items()}
+        )
     return session
 
 
 def go_on(path: Path) -> None:
     """A run is deleted, another made, and the map replaced."""
-    keeper = Keeper(path)
-    session = restored(keeper)
+    autosave = Autosave(path)
+    session = restored(autosave)
     for run in list(session.runs):
         session.runs.remove(run)
-    keeper.save(state_of(session, ""))
+    autosave.save(state_of(session, ""))
     run = session.runs.start(BASE)
-    session.runs.finish(run, Outcome(RESULT))
+    session.runs.finish(run, RunOutcome(RESULT))
     over = {"mu": np.linspace(0.0, 1.0, 3), "F": np.linspace(10.0, 20.0, 2)}
-    session.studies.map = Shown(stability_map(BASE.parameters, over), "base")
-    keeper.save(state_of(session, ""))
-    keeper.close(state_of(session, ""))
+    session.studies.map = DisplayedStudy(stability_map(BASE.parameters, over), "base")
+    autosave.save(state_of(session, ""))
+    autosave.close(state_of(session, ""))
 
 
 def look(path: Path) -> Session:
     """What the next start finds: all that the session's file says, whole."""
-    keeper = Keeper(path)
-    session = restored(keeper)
+    autosave = Autosave(path)
+    session = restored(autosave)
     state = state_of(session, "")
     for run in session.runs:
         assert (run.result is None) is (run.state is not RunState.DONE)
-    keeper.close(state)
-    assert not keeper.error, keeper.error
+    autosave.close(state)
+    assert not autosave.error, autosave.error
     return session
 
 
@@ -107,7 +109,7 @@ def kill_labs(folder: Path, times: int) -> int:
     chosen = random.Random(SEED)
     # Nobody waits for a compiler, nor long for the session to be kept.
     mock.patch.object(loader, "single", KernelLoader("none")).start()
-    mock.patch.object(app_module, "_KEEPING_PERIOD", 0.01).start()
+    mock.patch.object(app_module, "_SAVE_PERIOD", 0.01).start()
     known: set[int] = set()
     killed = 0
     while killed < times:
@@ -126,9 +128,9 @@ def kill_labs(folder: Path, times: int) -> int:
         assert known <= done, (known, done)
         known = done
         if len(list(session.runs)) > MOST:
-            keeper = Keeper(path)
-            keeper.load()
-            keeper.close(state_of(Session(), ""))
+            autosave = Autosave(path)
+            autosave.load()
+            autosave.close(state_of(Session(), ""))
             assert not known & {run.number for run in look(path).runs}
             known = set()
     return killed
@@ -142,13 +144,13 @@ async def use_lab(path: Path) -> None:
             app.session.set_text("t_end", text)
             await pilot.press("f5")
             runs = app.session.runs
-            while runs.active is not None or app._keeper.due(app._state()):
+            while runs.active is not None or app._autosave.due(app._state()):
                 await asyncio.sleep(0.01)
 
 
 def main() -> None:
     kind, folder, *times = sys.argv[1:]
-    if kind == "keeper":
+    if kind == "autosave":
         print(kill_keepers(Path(folder)))
     else:
         print(kill_labs(Path(folder), int(*times)))

@@ -74,13 +74,13 @@ async def test_a_key_has_precedence_until_its_frame(
 ) -> None:
     monkeypatch.setattr(jobs, "_ANSWER", HANG_S)
     claims: list[bool] = []
-    original = app_of(pilot).session.nudge
+    original = app_of(pilot).session.step_field
 
-    def nudge(name: str, direction: int, *, fine: bool = False) -> bool:
+    def step(name: str, direction: int, *, fine: bool = False) -> bool:
         claims.append(PRECEDENCE.claimed)
         return original(name, direction, fine=fine)
 
-    app_of(pilot).session.nudge = nudge  # type: ignore[method-assign]
+    app_of(pilot).session.step_field = step  # type: ignore[method-assign]
     await pilot.press("up")
     await until(pilot, lambda: bool(claims) and not PRECEDENCE.claimed)
     assert claims == [True]

@@ -23,12 +23,12 @@ from fivtui.simulation import simulate
 from fivtui.transient.result import Transient
 from fivtui.tui.app import FivtuiApp
 from fivtui.tui.chart.axis import Axis
-from fivtui.tui.chart.chart import Chart, Guide, Seen, Trace, View
+from fivtui.tui.chart.chart import Chart, Guide, Trace, View, VisibleCharts
 from fivtui.tui.chart.widget.chart_view import ChartView
 from fivtui.tui.lab.screen import LabScreen
-from fivtui.tui.tabs.chart_figure import save_seen, seen_figure
+from fivtui.tui.tabs.chart_figure import charts_figure, save_charts
 from fivtui.tui.tabs.charts.map import map_chart
-from fivtui.tui.tabs.charts.transient import motion_of, phase_chart, time_chart
+from fivtui.tui.tabs.charts.transient import phase_chart, plotted_run, time_chart
 from fivtui.tui.tabs.exports import DATA, FIGURE
 from fivtui.tui.tabs.transient import TransientPane
 from fivtui.tui.tabs.views_pane import ViewsPane
@@ -54,7 +54,7 @@ def check_panel(axes: Axes, chart: Chart, view: View) -> None:
     assert axes.get_ylabel() == chart.y_label
     assert axes.get_xlabel() == (chart.x_label if chart.x_axis else "")
     drawn = lines_of(axes)
-    shown = [trace for _, trace in view.shown(chart) if trace.name]
+    shown = [trace for _, trace in view.visible(chart) if trace.name]
     if shown:
         assert len(drawn) == len(shown)
     for line, trace in zip(drawn, shown, strict=False):
@@ -76,7 +76,7 @@ def test_a_chart_is_drawn_with_its_points_colours_markers_and_limits() -> None:
     one = trace("run 1", np.sin(T), mark="●", colour="#E69F00")
     other = trace("run 2", np.cos(T), mark="■", colour="#56B4E9")
     chart = Chart("t / s", "y / m", (one, other), (Guide(2.5, "here"), Guide(0.0, vertical=False)))
-    figure = seen_figure(Seen([(chart, View(x=Axis(1.0, 4.0), y=Axis(-0.5, 2.0)))]))
+    figure = charts_figure(VisibleCharts([(chart, View(x=Axis(1.0, 4.0), y=Axis(-0.5, 2.0)))]))
     (axes,) = panels_of(figure)
     first, second = lines_of(axes)
     for line, drawn, marker in ((first, one, "o"), (second, other, "s")):
@@ -99,11 +99,11 @@ def test_a_chart_is_drawn_with_its_points_colours_markers_and_limits() -> None:
 
 def test_what_is_hidden_is_not_drawn_and_not_in_the_legend() -> None:
     chart = Chart("t / s", "y / m", (trace("a", T), trace("b", 2.0 * T), trace("c", 3.0 * T)))
-    figure = seen_figure(Seen([(chart, View(hidden={1}))]))
+    figure = charts_figure(VisibleCharts([(chart, View(hidden={1}))]))
     (axes,) = panels_of(figure)
     assert [line.get_label() for line in lines_of(axes)] == ["a", "c"]
     # Traces keep the looks that they have beside the hidden one.
-    whole = seen_figure(Seen([(chart, View())])).axes[0]
+    whole = charts_figure(VisibleCharts([(chart, View())])).axes[0]
     a, _, c = lines_of(whole)
     for kept, line in zip((a, c), lines_of(axes), strict=True):
         assert kept.get_color() == line.get_color()
@@ -112,17 +112,17 @@ def test_what_is_hidden_is_not_drawn_and_not_in_the_legend() -> None:
 
 def test_logarithmic_axes_stay_logarithmic() -> None:
     chart = Chart("f / Hz", "|y| / m", (trace("a", 10.0**-T),))
-    (axes,) = panels_of(seen_figure(Seen([(chart, View(log_y=True))])))
+    (axes,) = panels_of(charts_figure(VisibleCharts([(chart, View(log_y=True))])))
     check_panel(axes, chart, View(log_y=True))
     assert axes.get_yscale() == "log"
 
 
 def test_times_off_the_belt_are_shaded_where_they_are() -> None:
     run = simulate(Parameters(), t_end=10.0, samples=T)
-    motion = motion_of(run, "run 1", "●", "#E69F00")
+    motion = plotted_run(run, "run 1", "●", "#E69F00")
     assert motion is not None
     chart = time_chart("y", [motion], strip=True, x_axis=True)
-    (axes,) = panels_of(seen_figure(Seen([(chart, View())])))
+    (axes,) = panels_of(charts_figure(VisibleCharts([(chart, View())])))
     (bars,) = axes.collections
     edges = [(path.get_extents().x0, path.get_extents().x1) for path in bars.get_paths()]
     assert run.separated_intervals
@@ -131,10 +131,10 @@ def test_times_off_the_belt_are_shaded_where_they_are() -> None:
 
 def test_an_unordered_curve_is_drawn_whole() -> None:
     run = simulate(Parameters(), t_end=10.0, samples=T)
-    motion = motion_of(run, "run 1", "●", "#E69F00")
+    motion = plotted_run(run, "run 1", "●", "#E69F00")
     assert motion is not None
     chart = phase_chart("y", [motion], (5.0, 10.0))
-    (axes,) = panels_of(seen_figure(Seen([(chart, View())])))
+    (axes,) = panels_of(charts_figure(VisibleCharts([(chart, View())])))
     (line,) = lines_of(axes)
     late = motion.trajectory.t >= 5.0
     np.testing.assert_array_equal(line.get_xdata(), motion.trajectory.y[late])
@@ -146,7 +146,7 @@ def test_a_map_is_drawn_with_its_values_its_boundary_and_the_point_of_now() -> N
     over = {"mu": np.linspace(0.0, 1.5, 7), "F": np.linspace(10.0, 110.0, 6)}
     result = stability_map(Parameters(), over, "growth-rate")
     chart = map_chart(result, Parameters())
-    figure = seen_figure(Seen([(chart, View(x=Axis(0.2, 1.0), y=Axis(20.0, 90.0)))]))
+    figure = charts_figure(VisibleCharts([(chart, View(x=Axis(0.2, 1.0), y=Axis(20.0, 90.0)))]))
     (axes,) = panels_of(figure)
     (mesh,) = [each for each in axes.collections if isinstance(each, QuadMesh)]
     np.testing.assert_array_equal(np.asarray(mesh.get_array()), result.values.T)
@@ -164,7 +164,7 @@ def test_data_are_the_points_in_sight(tmp_path: Path) -> None:
     chart = Chart("t / s", "y / m", (trace("a", T), trace("b", 2.0 * T), trace("c", -T)))
     view = View(x=Axis(2.0, 3.0), y=Axis(-1.0, 5.0), hidden={0})
     path = tmp_path / "a.csv"
-    save_seen(Seen([(chart, view)]), path)
+    save_charts(VisibleCharts([(chart, view)]), path)
     columns, header = read_columns(path, "chart's data"), read_header(path, "chart's data")
     kept = (T >= 2.0) & (T <= 3.0) & (2.0 * T <= 5.0)
     np.testing.assert_array_equal(columns["x"], T[kept])
@@ -172,7 +172,7 @@ def test_data_are_the_points_in_sight(tmp_path: Path) -> None:
     assert set(columns["trace"]) == {2.0}
     panels = json.loads(json.dumps(header["panels"]))
     assert panels == [{"x": "t / s", "y": "y / m", "traces": {"2": "b", "3": "c"}}]
-    save_seen(Seen([(chart, view)]), tmp_path / "a.parquet")
+    save_charts(VisibleCharts([(chart, view)]), tmp_path / "a.parquet")
     meanings = {
         field.name: field.metadata[b"meaning"].decode()
         for field in pq.read_schema(tmp_path / "a.parquet")
@@ -202,9 +202,9 @@ async def pilot(
     async with FivtuiApp().run_test(size=(120, 45), notifications=True) as started:
         session = app_of(started).session
         for result in results:
-            session.runs.take_in(session.scene(), result, "")
+            session.runs.add_read(session.scene(), result, "")
         first, second = session.runs
-        first.overlaid, session.runs.shown, session.runs.baseline = True, second, first
+        first.overlaid, session.runs.displayed, session.runs.baseline = True, second, first
         lab_of(started)._show_runs()
         await show_tab(started, "alt+2")
         yield started
@@ -227,7 +227,7 @@ def drawn(pilot: Pilot[None], monkeypatch: pytest.MonkeyPatch) -> Figure:
     return figures[0]
 
 
-def check_seen(pilot: Pilot[None], figure: Figure) -> None:
+def check_displayed(pilot: Pilot[None], figure: Figure) -> None:
     pane = lab_of(pilot).pane
     assert isinstance(pane, ViewsPane)
     charts = [
@@ -257,7 +257,7 @@ async def test_every_view_of_a_transient_is_written_as_it_is_seen(
             chart.action_trace(1)
         await pilot.pause()
         figure = drawn(pilot, monkeypatch)
-        check_seen(pilot, figure)
+        check_displayed(pilot, figure)
         said = [text.get_text() for legend in figure.legends for text in legend.get_texts()]
         runs = ["run 1: separation considered", "run 2: separation ignored"]
         if view == "difference":
@@ -297,8 +297,8 @@ async def test_studies_are_written_as_they_are_seen(
         pane = lab_of(pilot).pane
         assert isinstance(pane, ViewsPane)
         pane.show_view(view)
-        await until(pilot, lambda pane=pane: pane.seen() is not None)  # type: ignore[misc]
+        await until(pilot, lambda pane=pane: pane.visible_charts() is not None)  # type: ignore[misc]
         chart = pane.query_one(f"#{pane.view}").query(ChartView).first()
         chart.view.x = Axis(-2.0, 1.0) if view == "plane" else Axis(0.25, 1.25)
         chart.redraw()
-        check_seen(pilot, drawn(pilot, monkeypatch))
+        check_displayed(pilot, drawn(pilot, monkeypatch))

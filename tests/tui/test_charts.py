@@ -9,11 +9,11 @@ from fivtui.tui.chart.chart import Backdrop, Chart, Guide, Trace, View, nearest
 from fivtui.tui.chart.picture import MARGIN, draw
 from fivtui.tui.chart.raster import Raster
 from fivtui.tui.chart.styles import CHART_STYLES
-from fivtui.tui.session.growth import Growth
+from fivtui.tui.session.growth import PartialTrajectory
 from fivtui.tui.tabs.charts.transient import (
     difference_chart,
-    motion_of,
     phase_chart,
+    plotted_run,
     separated_samples,
     spectrum,
     spectrum_chart,
@@ -183,7 +183,7 @@ def test_a_spectrum_finds_amplitude_and_period() -> None:
 
 def test_the_charts_of_the_base_scene() -> None:
     run = simulate(samples=np.linspace(0.0, 100.0, 10_001))
-    motion = motion_of(run, "run 1")
+    motion = plotted_run(run, "run 1")
     assert motion is not None
     shown = draw(time_chart("y", [motion], strip=True, x_axis=True), View(), 80, 20).text()
     assert "off belt" in shown
@@ -207,16 +207,16 @@ def test_a_trajectory_grows_by_its_parts_and_begins_anew() -> None:
         type(run.trajectory)(*(getattr(run.trajectory, n)[k : k + 100] for n in names))
         for k in range(0, 1000, 100)
     ]
-    growth = Growth()
-    assert growth.trajectory() is None
+    partial = PartialTrajectory()
+    assert partial.trajectory() is None
     for count, part in enumerate(parts, start=1):
-        growth.take(part)
+        partial.take(part)
         if count % 3 == 0:
-            known = growth.trajectory()
+            known = partial.trajectory()
             assert known is not None
             assert known.t.size == 100 * count
-    growth.take(parts[0])
-    known = growth.trajectory()
+    partial.take(parts[0])
+    known = partial.trajectory()
     assert known is not None
     assert known.t.size == 100
 
@@ -225,7 +225,7 @@ def test_the_difference_of_two_motions_is_exact_where_they_share_their_times() -
     times = np.linspace(0.0, 10.0, 101)
     motions = []
     for name, samples in (("a", times), ("b", times), ("c", np.linspace(0.0, 8.0, 1001))):
-        motion = motion_of(simulate(t_end=10.0, samples=samples), name)
+        motion = plotted_run(simulate(t_end=10.0, samples=samples), name)
         assert motion is not None
         motions.append(motion)
     same = difference_chart("y", motions[0], motions[1], x_axis=True)

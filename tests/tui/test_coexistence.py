@@ -20,7 +20,7 @@ from fivtui.orbits.shooting import PeriodicOrbit, Section
 from fivtui.orbits.words import SEARCHING, coexistence_words
 from fivtui.tui.app import FivtuiApp
 from fivtui.tui.lab.screen import LabScreen
-from fivtui.tui.session.report import Beside
+from fivtui.tui.session.report import Coexisting
 from tests.support.laboratory import HANG_S, app_of, text_of, until, until_shown
 
 P = Parameters(F=120.0)
@@ -131,8 +131,8 @@ async def pilot(searches: Searches) -> AsyncIterator[Pilot[None]]:
         yield started
 
 
-def now_known(pilot: Pilot[None]) -> Beside:
-    beside = app_of(pilot).session.beside
+def now_known(pilot: Pilot[None]) -> Coexisting:
+    beside = app_of(pilot).session.coexisting
     assert beside is not None
     return beside
 

@@ -133,9 +133,9 @@ async def test_a_sweep_is_read_shown_and_opened(pilot: Pilot[None], written: Pat
     view.focus()
     await pilot.press("c", "shift+right", "enter")
     runs = app_of(pilot).session.runs
-    await until(pilot, lambda: runs.shown is not None)
-    assert runs.shown is not None
-    scene = runs.shown.scene
+    await until(pilot, lambda: runs.displayed is not None)
+    assert runs.displayed is not None
+    scene = runs.displayed.scene
     # All of the file's scene, not of what was edited.
     assert (scene.parameters.F, scene.t_end) == (60.0, 20.0)
     assert scene.parameters.mu in (0.6000000000000001, 0.6, 0.8)
@@ -146,8 +146,8 @@ async def test_a_sweep_is_read_shown_and_opened(pilot: Pilot[None], written: Pat
         & (sweep.value.table.separation == scene.separation)
     )
     peak = sweep.value.table.numbers["y_abs"][place]
-    assert runs.shown.result is not None
-    assert peak == pytest.approx([runs.shown.result.peak.y_abs])
+    assert runs.displayed.result is not None
+    assert peak == pytest.approx([runs.displayed.result.peak.y_abs])
 
 
 async def test_sweeps_over_two_names_and_under_way_are_shown_as_far_as_they_are(
@@ -166,9 +166,9 @@ async def test_sweeps_over_two_names_and_under_way_are_shown_as_far_as_they_are(
     view.focus()
     await pilot.press("c", "enter")
     runs = app_of(pilot).session.runs
-    await until(pilot, lambda: runs.shown is not None)
-    assert runs.shown is not None
-    assert (runs.shown.scene.start[2], runs.shown.scene.separation) == (-0.5, False)
+    await until(pilot, lambda: runs.displayed is not None)
+    assert runs.displayed is not None
+    assert (runs.displayed.scene.start[2], runs.displayed.scene.separation) == (-0.5, False)
     study = study_of(PRESETS["base"], parse_design(["F=20:80:6"], "product"), t_end=5.0)
     with pytest.raises(Cancelled):
         sweep_to_file(
@@ -194,7 +194,7 @@ async def test_a_map_is_read_and_stays_until_another_is_asked_for(
     assert view.chart.backdrop.values.shape == (7, 5)
     view.focus()
     await pilot.press("c", "left", "enter")
-    await until(pilot, lambda: session.runs.shown is not None)
+    await until(pilot, lambda: session.runs.displayed is not None)
     # What was edited gives way to what the file says.
     assert (session.texts["k_nl"], session.texts["c1"]) == ("50", "0.32")
     await show_tab(pilot, "alt+4")

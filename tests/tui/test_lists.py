@@ -83,7 +83,7 @@ async def test_runs_are_listed_drawn_compared_loaded_and_deleted(
     await pilot.press("enter")
     await until_told(pilot, "run 3 read from cli.npz")
     await until_shown(pilot, "3 on file")
-    assert runs.shown is first
+    assert runs.displayed is first
     (tmp_path / "bad.csv").write_text("t,y\n0,0\n")
     await pilot.press("alt+o")
     await until_shown(pilot, "Read a result")

@@ -20,7 +20,16 @@ from fivtui.tradeoffs.settings import Row, Setting
 from fivtui.transient.errors import Deviation
 from fivtui.transient.result import Transient
 from fivtui.tui.chart.axis import Axis
-from fivtui.tui.chart.chart import MOST_JOINED, Backdrop, Chart, Found, Guide, Trace, View, nearest
+from fivtui.tui.chart.chart import (
+    MOST_JOINED,
+    Backdrop,
+    Chart,
+    Guide,
+    NearestPoint,
+    Trace,
+    View,
+    nearest,
+)
 from fivtui.tui.chart.picture import MARGIN, Picture, draw
 from fivtui.tui.session.comparison import change_rows, changes, percent_text
 from fivtui.tui.session.report import result_brief, result_rows, stability_brief, stability_rows
@@ -29,10 +38,10 @@ from fivtui.tui.tabs.charts.stability import frequency_chart, growth_chart, plan
 from fivtui.tui.tabs.charts.sweep import case_of, grid_chart, point_scene, points_of, sweep_chart
 from fivtui.tui.tabs.charts.tradeoff import table_rows, tradeoff_chart
 from fivtui.tui.tabs.charts.transient import (
-    Motion,
+    PlottedRun,
     difference_chart,
-    motion_of,
     phase_chart,
+    plotted_run,
     spectrum_chart,
     time_chart,
 )
@@ -269,13 +278,13 @@ def runs() -> tuple[Transient, Transient]:
 
 
 @pytest.fixture(scope="module")
-def motions(runs: tuple[Transient, Transient]) -> list[Motion]:
+def motions(runs: tuple[Transient, Transient]) -> list[PlottedRun]:
     names = (("run 1", "■"), ("run 2", "●"))
-    made = [motion_of(run, *name) for run, name in zip(runs, names, strict=True)]
+    made = [plotted_run(run, *name) for run, name in zip(runs, names, strict=True)]
     return [motion for motion in made if motion is not None]
 
 
-def test_charts_over_time_have_the_quantity_of_their_label(motions: list[Motion]) -> None:
+def test_charts_over_time_have_the_quantity_of_their_label(motions: list[PlottedRun]) -> None:
     own = {case: own_slider.motion(3.0, separation=case) for case in (True, False)}
     for quantity, label, column in (
         ("x", "x / m", 0),
@@ -307,7 +316,7 @@ def test_charts_over_time_have_the_quantity_of_their_label(motions: list[Motion]
         assert draw(chart, View(), 80, 20).text().startswith(label)
 
 
-def test_a_phase_portrait_has_velocity_over_displacement(motions: list[Motion]) -> None:
+def test_a_phase_portrait_has_velocity_over_displacement(motions: list[PlottedRun]) -> None:
     for quantity, labels, column in (
         ("y", ("y / m", "ẏ / m/s"), 2),
         ("x", ("x / m", "ẋ / m/s"), 0),
@@ -326,7 +335,7 @@ def test_a_phase_portrait_has_velocity_over_displacement(motions: list[Motion]) 
         np.testing.assert_allclose(trace.y, rows[inside, column + 1], atol=2e-2)
 
 
-def test_a_spectrum_has_its_peak_at_the_frequency_in_hertz(motions: list[Motion]) -> None:
+def test_a_spectrum_has_its_peak_at_the_frequency_in_hertz(motions: list[PlottedRun]) -> None:
     t = np.linspace(0.0, 80.0, 8001)
     y = -0.7 + 0.4 * np.sin(2.0 * np.pi * 1.25 * t) + 0.05 * np.sin(2.0 * np.pi * 2.5 * t)
     first = dataclasses.replace(motions[0].trajectory, t=t, y=y)
@@ -352,7 +361,7 @@ def test_a_spectrum_has_its_peak_at_the_frequency_in_hertz(motions: list[Motion]
     assert 10.0 ** top[1] == pytest.approx(0.4, rel=0.6)
 
 
-def test_a_spectrum_without_vibration_marks_no_frequency(motions: list[Motion]) -> None:
+def test_a_spectrum_without_vibration_marks_no_frequency(motions: list[PlottedRun]) -> None:
     t = np.linspace(0.0, 1.0, 20)
     still = dataclasses.replace(motions[0].trajectory, t=t, y=np.full(20, -0.7))
     chart = spectrum_chart([dataclasses.replace(motions[0], trajectory=still)], (0.0, 1.0))
@@ -360,7 +369,7 @@ def test_a_spectrum_without_vibration_marks_no_frequency(motions: list[Motion]) 
     assert chart.traces[0].y[0] == pytest.approx(0.7)
 
 
-def test_a_difference_is_the_run_minus_its_baseline(motions: list[Motion]) -> None:
+def test_a_difference_is_the_run_minus_its_baseline(motions: list[PlottedRun]) -> None:
     chart = difference_chart("P", motions[0], motions[1], x_axis=True)
     assert (chart.x_label, chart.y_label, chart.note) == ("t / s", "ΔP / N", "run 1 − run 2")
     _, one = own_slider.motion(3.0, separation=True)
@@ -596,7 +605,7 @@ def test_a_sweeps_chart_has_every_output_and_case_under_its_name() -> None:
         place = 2 if what == "peak" else 1
         assert trace.x.tolist() == [20.0, 50.0, 80.0]
         np.testing.assert_allclose(trace.y, output_value(place, case == "considered", trace.x))
-        assert case_of(result.study, points, Found(index, 1.0, 1.0), False) == (
+        assert case_of(result.study, points, NearestPoint(index, 1.0, 1.0), False) == (
             case == "considered"
         )
     (guide,) = chart.guides
@@ -656,7 +665,7 @@ def test_a_map_has_its_values_its_boundary_and_its_point_in_place() -> None:
     told = draw(chart, View(cursor=(1.0, 60.0)), 90, 30).text().splitlines()[0]
     rate = own_slider.growth_rate(mu=1.0, F=60.0)
     assert told.split() == ["mu", "1", "F", "60", "growth", "rate", f"{rate:.5g}", "1/s"]
-    texts = point_texts(result, Found(-1, 0.65, 85.0))
+    texts = point_texts(result, NearestPoint(-1, 0.65, 85.0))
     assert (texts["mu"], texts["F"], texts["k1"]) == ("0.65", "85", "100")
     modes = map_chart(stability_map(Parameters(), {"mu": mu, "F": force}, "unstable-modes"), None)
     assert modes.note == "unstable modes"

@@ -23,9 +23,9 @@ from fivtui.tui.persistence import results as result_store
 from fivtui.tui.persistence.results import ResultStore
 from fivtui.tui.persistence.runs import load_kept_run, save_kept_run
 from fivtui.tui.session.runs import RunState
-from fivtui.tui.session.shown import KeptFile, Shown
+from fivtui.tui.session.studies import DisplayedStudy, StoredResult
 from fivtui.tui.tabs.charts.sweep import sweep_of, sweep_request
-from fivtui.tui.tabs.messages import RunActed, StudyRead
+from fivtui.tui.tabs.messages import RunActionRequested, StudyRead
 from tests.support.laboratory import (
     app_of,
     compile_kernels,
@@ -85,7 +85,7 @@ async def test_what_was_left_is_shown_again(
         await run_to_end(pilot)
         (first, second) = session.runs
         for what in ("overlay", "colour", "baseline"):
-            pilot.app.screen.post_message(RunActed(1, what))
+            pilot.app.screen.post_message(RunActionRequested(1, what))
         await until(pilot, lambda: session.runs.baseline is first)
         view = pilot.app.screen.query_one("#plot-y", ChartView)
         view.focus()
@@ -149,7 +149,7 @@ async def test_what_was_read_a_figure_of_the_paper_and_what_is_not_kept(tmp_path
         await pilot.pause()
         session = app_of(pilot).session
         study = sweep_request(BASE, "F=10:20:30")
-        session.studies.sweep = Shown(sweep_of(study, [compute_rows(study, 0, 4)]), "base")
+        session.studies.sweep = DisplayedStudy(sweep_of(study, [compute_rows(study, 0, 4)]), "base")
         pilot.app.screen.post_message(StudyRead("map", a_map()))
         await until_shown(pilot, "read from mine.csv; F10 maps the edited scene")
         await show_tab(pilot, "alt+6")
@@ -222,9 +222,9 @@ def test_a_run_kept_is_the_run_to_the_last_bit(tmp_path: Path) -> None:
         load_kept_run(path)
 
 
-def a_map() -> Shown[Any]:
+def a_map() -> DisplayedStudy[Any]:
     over = {"mu": np.linspace(0.0, 1.0, 3), "F": np.linspace(10.0, 20.0, 4)}
-    return Shown(stability_map(BASE.parameters, over), "mine", "mine.csv")
+    return DisplayedStudy(stability_map(BASE.parameters, over), "mine", "mine.csv")
 
 
 def test_results_are_written_once_and_removed_when_nothing_needs_them(tmp_path: Path) -> None:
@@ -255,8 +255,8 @@ def test_results_are_written_once_and_removed_when_nothing_needs_them(tmp_path: 
 
 def test_a_study_that_is_not_kept_does_not_take_the_one_before_away(tmp_path: Path) -> None:
     store, study = ResultStore(tmp_path), sweep_request(BASE, "F=10:20:30")
-    whole = Shown(sweep_of(study, [compute_rows(study, 0, study.members)]), "base")
-    begun = Shown(sweep_of(study, [compute_rows(study, 0, 4)]), "base")
+    whole = DisplayedStudy(sweep_of(study, [compute_rows(study, 0, study.members)]), "base")
+    begun = DisplayedStudy(sweep_of(study, [compute_rows(study, 0, 4)]), "base")
     files, _ = store.put({"sweep": whole})
     store.remove_others(files)
     again, notes = store.put({"sweep": begun})
@@ -277,10 +277,10 @@ def test_what_is_too_large_is_a_note_and_foreign_names_are_refused(
     assert "it takes" in notes["map"]
     save_map(a_map().value, tmp_path / "mine.npz")
     with pytest.raises(InputError, match="not the name of a file of this session"):
-        store.get("map", KeptFile("../mine.npz"))
+        store.get("map", StoredResult("../mine.npz"))
     assert (tmp_path / "mine.npz").is_file()
-    store.adopt({"map": KeptFile("../mine.npz")})
+    store.adopt({"map": StoredResult("../mine.npz")})
     store.remove_others({})
     assert (tmp_path / "mine.npz").is_file()
     with pytest.raises(InputError, match="the map of the last session could not be restored"):
-        store.get("map", KeptFile("map-0123456789abcdef.npz"))
+        store.get("map", StoredResult("map-0123456789abcdef.npz"))

@@ -17,7 +17,7 @@ from fivtui.tui.session.report import (
     stability_rows,
     verdict,
 )
-from fivtui.tui.session.runs import MAX_RUNS, Outcome, Run, Runs, RunState, execute
+from fivtui.tui.session.runs import MAX_RUNS, Run, RunOutcome, Runs, RunState, execute
 from fivtui.tui.session.sampling import sample_interval, sample_times
 from fivtui.tui.session.scene_differences import base_scene
 from fivtui.tui.session.session import Session
@@ -74,7 +74,7 @@ def test_a_stopped_computation_ends_without_result() -> None:
     runs = Runs()
     run = runs.start(dataclasses.replace(SHORT, t_end=1e6))
     runs.stop()
-    assert execute(run) == Outcome()
+    assert execute(run) == RunOutcome()
 
 
 def test_a_new_run_replaces_the_one_that_goes_on() -> None:
@@ -83,8 +83,8 @@ def test_a_new_run_replaces_the_one_that_goes_on() -> None:
     assert (first.number, second.number) == (1, 2)
     assert first.state is RunState.STOPPED
     assert runs.active is second
-    assert not runs.finish(first, Outcome(error="late"))
-    assert runs.finish(second, Outcome(error="why"))
+    assert not runs.finish(first, RunOutcome(error="late"))
+    assert runs.finish(second, RunOutcome(error="why"))
     assert (second.state, second.message) == (RunState.FAILED, "why")
 
 

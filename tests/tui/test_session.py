@@ -138,20 +138,20 @@ def test_reset_brings_back_the_scene_loaded_not_the_base_set() -> None:
         (0.0, -1, True, -0.1),
     ],
 )
-def test_a_nudge_is_one_unit_of_the_second_digit(
+def test_a_step_is_one_unit_of_the_second_digit(
     value: float, direction: int, fine: bool, expected: float
 ) -> None:
     assert by_digit(80.0)(value, direction, fine) == expected
 
 
 @given(st.integers(10, 99), st.integers(-9, 9), st.sampled_from([1, -1]), st.booleans())
-def test_a_nudge_and_the_nudge_back_change_nothing(
+def test_a_step_and_the_step_back_change_nothing(
     digits: int, exponent: int, sign: int, fine: bool
 ) -> None:
     value = sign * float(f"{digits}e{exponent}")
-    nudge = by_digit(1.0)
-    assert nudge(nudge(value, 1, fine), -1, fine) == value
-    assert nudge(nudge(value, -1, fine), 1, fine) == value
+    step = by_digit(1.0)
+    assert step(step(value, 1, fine), -1, fine) == value
+    assert step(step(value, -1, fine), 1, fine) == value
 
 
 @given(st.floats(allow_nan=False, allow_infinity=False))
@@ -159,23 +159,23 @@ def test_the_text_of_a_number_reads_as_that_number(value: float) -> None:
     assert float(number_text(value)) == value
 
 
-def test_tolerances_are_nudged_by_decades() -> None:
+def test_tolerances_are_stepped_by_decades() -> None:
     assert by_decade(1e-12, 1, False) == 1e-11
     session = Session()
-    assert session.nudge("tol", -1)
+    assert session.step_field("tol", -1)
     assert session.texts["tol"] == "1e-13"
-    assert not session.nudge("tol", -1)
+    assert not session.step_field("tol", -1)
     assert session.texts["tol"] == "1e-13"
 
 
-def test_a_nudge_that_would_leave_the_range_or_has_no_number_does_nothing() -> None:
+def test_a_step_that_would_leave_the_range_or_has_no_number_does_nothing() -> None:
     session = Session()
     session.set_text("mu", "100")
-    assert not session.nudge("mu", 1)
+    assert not session.step_field("mu", 1)
     session.set_text("mu", "slippery")
-    assert not session.nudge("mu", 1)
-    assert not session.nudge("method", 1)
-    assert not session.nudge("step", 1)
+    assert not session.step_field("mu", 1)
+    assert not session.step_field("method", 1)
+    assert not session.step_field("step", 1)
     assert session.texts["mu"] == "slippery"
 
 

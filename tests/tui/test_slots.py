@@ -21,14 +21,14 @@ from fivtui.model.errors import InputError
 from fivtui.scene.presets import PRESETS
 from fivtui.tui import start
 from fivtui.tui.app import FivtuiApp
-from fivtui.tui.lab.run_control import RunDesk
-from fivtui.tui.persistence.autosave import Keeper
+from fivtui.tui.lab.run_control import RunController
+from fivtui.tui.persistence.autosave import Autosave
 from fivtui.tui.persistence.slots import slot_of
 from fivtui.tui.persistence.snapshot import state_of
 from fivtui.tui.persistence.state_file import STATE_VERSION, State
 from fivtui.tui.session.runs import MAX_RUNS
 from fivtui.tui.session.session import Session
-from fivtui.tui.session.shown import KeptFile, Shown
+from fivtui.tui.session.studies import DisplayedStudy, StoredResult
 from fivtui.tui.tabs.messages import Reported
 from tests.support.laboratory import app_of, text_of, until, until_shown, until_told
 
@@ -38,11 +38,11 @@ OTHER = """
 import sys
 from pathlib import Path
 from tests.tui.test_slots import a_state
-from fivtui.tui.persistence.autosave import Keeper
-keeper = Keeper(Path(sys.argv[1]))
-keeper.load()
-keeper.save(a_state(sys.argv[2]))
-print(keeper.number, flush=True)
+from fivtui.tui.persistence.autosave import Autosave
+autosave = Autosave(Path(sys.argv[1]))
+autosave.load()
+autosave.save(a_state(sys.argv[2]))
+print(autosave.number, flush=True)
 sys.stdin.read()
 """
 
@@ -52,23 +52,23 @@ def a_state(F: str) -> State:
     session = Session()
     session.set_text("F", F)
     over = {"mu": np.linspace(0.0, 1.0, 3), "F": np.linspace(10.0, 20.0, 2)}
-    session.studies.map = Shown(stability_map(BASE.parameters, over), F)
+    session.studies.map = DisplayedStudy(stability_map(BASE.parameters, over), F)
     return state_of(session, "")
 
 
-def load(path: Path) -> tuple[Keeper, State]:
-    keeper = Keeper(path)
-    state = keeper.load()
+def load(path: Path) -> tuple[Autosave, State]:
+    autosave = Autosave(path)
+    state = autosave.load()
     assert state is not None
-    assert not keeper.notices
-    return keeper, state
+    assert not autosave.notices
+    return autosave, state
 
 
-def said(keeper: Keeper, state: State) -> str:
+def said(autosave: Autosave, state: State) -> str:
     """What F was, of the session and of its map, which is whole."""
     kept = state.results["map"]
-    assert isinstance(kept, KeptFile)
-    shown = keeper.result("map", kept)
+    assert isinstance(kept, StoredResult)
+    shown = autosave.result("map", kept)
     assert shown.value.values.shape == (3, 2)
     assert shown.name == state.edited.texts["F"]
     return str(shown.name)
@@ -90,11 +90,11 @@ def number_of(process: subprocess.Popen[str]) -> str:
 
 def use(path: Path, F: str, at: float) -> None:
     """A start that keeps a session, and is over at some time."""
-    keeper = Keeper(path)
-    keeper.load()
-    keeper.save(a_state(F))
-    slot = slot_of(path, keeper.number)
-    keeper.close(a_state(F))
+    autosave = Autosave(path)
+    autosave.load()
+    autosave.save(a_state(F))
+    slot = slot_of(path, autosave.number)
+    autosave.close(a_state(F))
     for file in (slot.path, slot.lock):
         os.utime(file, (at, at))
 
@@ -103,13 +103,13 @@ def test_two_at_once_have_sessions_of_their_own_and_lose_nothing(tmp_path: Path)
     path = tmp_path / "session.json"
     with another(path, "11") as first:
         assert number_of(first) == "1"
-        mine = Keeper(path)
+        mine = Autosave(path)
         assert mine.load() is None
         assert (mine.number, [slot.number for slot in mine.others]) == (2, [1])
         mine.save(a_state("22"))
         mine.close(a_state("23"))
         with pytest.raises(InputError, match="another fivtui is at work here"):
-            Keeper(path).open(1)
+            Autosave(path).open(1)
         first.send_signal(signal.SIGKILL)
         first.wait()
     os.utime(path, (1.0, 1.0))
@@ -119,7 +119,7 @@ def test_two_at_once_have_sessions_of_their_own_and_lose_nothing(tmp_path: Path)
     assert said(last, state) == "23"
     other, state = load(path)
     assert said(other, state) == "11"
-    new = Keeper(path)
+    new = Autosave(path)
     assert new.load() is None
     assert new.number == 3
     assert len(list(tmp_path.rglob("map-*.npz"))) == 2
@@ -127,22 +127,22 @@ def test_two_at_once_have_sessions_of_their_own_and_lose_nothing(tmp_path: Path)
 
 def test_the_session_used_last_is_restored_and_the_others_can_be_opened(tmp_path: Path) -> None:
     path = tmp_path / "session.json"
-    first, second = Keeper(path), Keeper(path)
-    for keeper, F in ((first, "11"), (second, "22")):
-        keeper.load()
-        keeper.save(a_state(F))
-    for keeper, F, at in ((first, "11", 100.0), (second, "22", 300.0)):
-        slot = slot_of(path, keeper.number)
-        keeper.close(a_state(F))
+    first, second = Autosave(path), Autosave(path)
+    for autosave, F in ((first, "11"), (second, "22")):
+        autosave.load()
+        autosave.save(a_state(F))
+    for autosave, F, at in ((first, "11", 100.0), (second, "22", 300.0)):
+        slot = slot_of(path, autosave.number)
+        autosave.close(a_state(F))
         for file in (slot.path, slot.lock):
             os.utime(file, (at, at))
-    keeper, state = load(path)
-    assert said(keeper, state) == "22"
-    assert (keeper.number, [slot.number for slot in keeper.others]) == (2, [1])
-    opened = Keeper(path)
-    assert said(opened, opened.open(keeper.others[0].number)) == "11"
+    autosave, state = load(path)
+    assert said(autosave, state) == "22"
+    assert (autosave.number, [slot.number for slot in autosave.others]) == (2, [1])
+    opened = Autosave(path)
+    assert said(opened, opened.open(autosave.others[0].number)) == "11"
     with pytest.raises(InputError, match="session 7 no longer exists"):
-        Keeper(path).open(7)
+        Autosave(path).open(7)
 
 
 def a_text(path: Path) -> str:
@@ -154,8 +154,8 @@ def test_a_session_of_the_layout_before_is_restored_with_its_results(tmp_path: P
     use(path, "11", 100.0)
     path.with_name("session.lock").unlink()
     assert sorted(file.name for file in tmp_path.iterdir()) == ["results", "session.json"]
-    keeper, state = load(path)
-    assert (keeper.number, said(keeper, state)) == (1, "11")
+    autosave, state = load(path)
+    assert (autosave.number, said(autosave, state)) == (1, "11")
 
 
 @pytest.mark.parametrize("content", ["{", '{"fivtui_session": 1}'])
@@ -164,11 +164,11 @@ def test_the_results_of_a_session_put_aside_stay(content: str, tmp_path: Path) -
     use(path, "11", 100.0)
     whole = path.read_text()
     path.write_text(content)
-    keeper = Keeper(path)
-    assert keeper.load() is None
-    keeper.save(a_state("22"))
-    keeper.save(a_state("33"))
-    keeper.close(a_state("44"))
+    autosave = Autosave(path)
+    assert autosave.load() is None
+    autosave.save(a_state("22"))
+    autosave.save(a_state("33"))
+    autosave.close(a_state("44"))
     # Mended and put back by hand, it is all there.
     (tmp_path / "session.damaged-1.json").write_text(whole)
     (tmp_path / "session.damaged-1.json").replace(path)
@@ -183,20 +183,20 @@ def test_a_newer_session_stays_where_it_is_for_who_can_read_it(tmp_path: Path) -
     whole = path.read_text()
     newer = whole.replace(mark, f'"fivtui_session": {STATE_VERSION + 1}')
     path.write_text(newer)
-    keeper = Keeper(path)
-    assert keeper.load() is None
-    assert keeper.number == 2
-    (notice,) = keeper.notices
+    autosave = Autosave(path)
+    assert autosave.load() is None
+    assert autosave.number == 2
+    (notice,) = autosave.notices
     assert "written by a newer fivtui" in notice
     assert f"it stays in {path}, its results in {tmp_path / 'results'}" in notice
-    keeper.save(a_state("22"))
-    keeper.close(a_state("23"))
+    autosave.save(a_state("22"))
+    autosave.close(a_state("23"))
     assert path.read_text() == newer
     # From now on this program has its own session.
     again, state = load(path)
     assert said(again, state) == "23"
     path.write_text(whole)
-    theirs = Keeper(path)
+    theirs = Autosave(path)
     assert said(theirs, theirs.open(1)) == "11"
 
 
@@ -214,23 +214,23 @@ def test_without_a_lock_a_session_is_read_and_nothing_changed(
 
     with monkeypatch.context() as patched:
         patched.setattr(locks, "_lock", refuse)
-        keeper, state = load(path)
-        assert os.strerror(number) in keeper.error
-        assert said(keeper, state) == "11"
+        autosave, state = load(path)
+        assert os.strerror(number) in autosave.error
+        assert said(autosave, state) == "11"
         result.write_bytes(b"PK")
         with pytest.raises(
             InputError, match=r"could not be restored \(not a map file, or damaged\)$"
         ):
-            said(keeper, state)
+            said(autosave, state)
         result.write_bytes(before[result])
-        keeper.save(a_state("22"))
-        assert os.strerror(number) in keeper.error
+        autosave.save(a_state("22"))
+        assert os.strerror(number) in autosave.error
         assert {file: file.read_bytes() for file in before} == before
     # As soon as it can be had it is kept, unless another has used it in between.
     other, _ = load(path)
     other.close(a_state("33"))
-    keeper.save(a_state("44"))
-    assert "another fivtui has written it since" in keeper.error
+    autosave.save(a_state("44"))
+    assert "another fivtui has written it since" in autosave.error
     assert a_text(path) == "33"
 
 
@@ -239,7 +239,7 @@ def test_a_full_disk_is_said_and_takes_nothing_away(
 ) -> None:
     path = tmp_path / "session.json"
     use(path, "11", 100.0)
-    keeper, _ = load(path)
+    autosave, _ = load(path)
 
     def full(_: int) -> None:
         raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))
@@ -247,12 +247,12 @@ def test_a_full_disk_is_said_and_takes_nothing_away(
     state = a_state("22")
     with monkeypatch.context() as patched:
         patched.setattr("fivtui.io.files.os.fsync", full)
-        keeper.save(state)
-        assert "No space left" in keeper.error
+        autosave.save(state)
+        assert "No space left" in autosave.error
         assert a_text(path) == "11"
         assert not list(tmp_path.rglob("*.tmp"))
-    keeper.close(state)
-    assert not keeper.error
+    autosave.close(state)
+    assert not autosave.error
     again, kept = load(path)
     assert said(again, kept) == "22"
     assert len(list((tmp_path / "results").iterdir())) == 1
@@ -263,27 +263,27 @@ def test_a_result_that_found_no_space_is_said_though_the_session_did(
 ) -> None:
     path = tmp_path / "session.json"
     use(path, "11", 100.0)
-    keeper, _ = load(path)
+    autosave, _ = load(path)
     state = a_state("22")
     (tmp_path / "results").rename(tmp_path / "gone")
     (tmp_path / "results").write_text("in the way")
-    keeper.save(state)
-    assert f"{tmp_path / 'results'}: cannot be made" in keeper.error
+    autosave.save(state)
+    assert f"{tmp_path / 'results'}: cannot be made" in autosave.error
     (tmp_path / "results").unlink()
-    keeper.close(state)
-    assert not keeper.error
+    autosave.close(state)
+    assert not autosave.error
     again, kept = load(path)
     assert said(again, kept) == "22"
 
 
 def test_a_state_folder_that_cannot_be_made_is_said(tmp_path: Path) -> None:
     (tmp_path / "file").write_text("")
-    keeper = Keeper(tmp_path / "file" / "fivtui" / "session.json")
-    assert keeper.load() is None
-    assert "cannot be made a folder" in keeper.error
-    keeper.save(a_state("1"))
-    assert "cannot be made a folder" in keeper.error
-    keeper.close(a_state("2"))
+    autosave = Autosave(tmp_path / "file" / "fivtui" / "session.json")
+    assert autosave.load() is None
+    assert "cannot be made a folder" in autosave.error
+    autosave.save(a_state("1"))
+    assert "cannot be made a folder" in autosave.error
+    autosave.close(a_state("2"))
 
 
 def test_at_the_end_it_is_said_what_is_not_kept(
@@ -303,7 +303,7 @@ def test_at_the_end_it_is_said_what_is_not_kept(
 def test_a_run_that_leaves_the_list_is_said_to() -> None:
     told: list[Any] = []
     screen = SimpleNamespace(post_message=told.append, run_worker=lambda *_, **__: None)
-    desk = RunDesk(cast("Any", screen), Session())
+    desk = RunController(cast("Any", screen), Session())
     for _ in range(MAX_RUNS + 1):
         desk.start()
     words = [message.words for message in told if isinstance(message, Reported)]
@@ -331,8 +331,8 @@ async def test_the_palette_opens_another_session_and_keeps_this_one(tmp_path: Pa
             await pilot.press("alt+2")
             await until_shown(pilot, "nothing to show yet")
             assert len(app.screen_stack) == 1
-    keeper, state = load(path)
-    assert (keeper.number, said(keeper, state)) == (1, "11")
+    autosave, state = load(path)
+    assert (autosave.number, said(autosave, state)) == (1, "11")
     assert a_text(tmp_path / "session-2" / "session.json") == "22"
 
 
@@ -346,7 +346,7 @@ async def open_from_palette(pilot: Any, title: str) -> None:
 
 @pytest.mark.skipif(not hasattr(os, "fork"), reason="a kill in the midst needs a fork")
 def test_a_session_is_whole_wherever_its_keeper_is_killed(tmp_path: Path) -> None:
-    assert int(killed("keeper", str(tmp_path))) > 20
+    assert int(killed("autosave", str(tmp_path))) > 20
 
 
 @pytest.mark.slow

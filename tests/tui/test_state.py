@@ -11,7 +11,7 @@ from fivtui.model.parameters import Parameters
 from fivtui.scene.presets import PRESETS
 from fivtui.simulation import simulate
 from fivtui.transient.files import save_trajectory
-from fivtui.tui.persistence.autosave import Keeper
+from fivtui.tui.persistence.autosave import Autosave
 from fivtui.tui.persistence.imports import load_run
 from fivtui.tui.persistence.state_file import (
     STATE_VERSION,
@@ -23,7 +23,7 @@ from fivtui.tui.persistence.state_file import (
 )
 from fivtui.tui.session.comparison import change_rows, changes, engine_words, percent_text
 from fivtui.tui.session.run_styles import usual_style
-from fivtui.tui.session.runs import MAX_RUNS, Outcome, Run, Runs, execute
+from fivtui.tui.session.runs import MAX_RUNS, Run, RunOutcome, Runs, execute
 from fivtui.tui.session.scene_differences import base_scene
 from fivtui.tui.session.scenes_of_paper import paper_scenes
 from fivtui.tui.session.session import MOST_RECENT, Session
@@ -40,13 +40,13 @@ def finished(runs: Runs, **changed: object) -> Run:
 # Undo and redo
 
 
-def test_typing_is_one_step_and_so_are_nudges_in_one_direction() -> None:
+def test_typing_is_one_step_and_so_are_steps_in_one_direction() -> None:
     session = Session()
     for text in ("9", "91", "91.5"):
         session.set_text("F", text)
     for _ in range(3):
-        session.nudge("mu", 1)
-    session.nudge("mu", -1)
+        session.step_field("mu", 1)
+    session.step_field("mu", -1)
     assert (session.texts["F"], session.texts["mu"]) == ("91.5", "0.72")
     assert session.undo()
     assert session.texts["mu"] == "0.73"
@@ -164,12 +164,12 @@ def test_the_baseline_is_compared_by_difference_and_percent() -> None:
 def test_what_is_drawn_ends_with_the_run_shown() -> None:
     runs = Runs()
     first, second, third = (finished(runs) for _ in range(3))
-    runs.shown = second
+    runs.displayed = second
     assert runs.drawn == [second]
     first.overlaid = third.overlaid = True
     assert runs.drawn == [first, third, second]
     runs.remove(second)
-    assert runs.shown is third
+    assert runs.displayed is third
     assert runs.drawn == [first, third]
     runs.baseline = first
     runs.remove(first)
@@ -179,9 +179,9 @@ def test_what_is_drawn_ends_with_the_run_shown() -> None:
 def test_old_runs_go_but_not_the_one_shown_nor_the_baseline() -> None:
     runs = Runs()
     base, shown = finished(runs), finished(runs)
-    runs.baseline, runs.shown = base, shown
+    runs.baseline, runs.displayed = base, shown
     for _ in range(MAX_RUNS):
-        runs.finish(runs.start(SHORT), Outcome(error="not computed"))
+        runs.finish(runs.start(SHORT), RunOutcome(error="not computed"))
     assert len(list(runs)) == MAX_RUNS
     assert list(runs)[:2] == [base, shown]
 
@@ -189,11 +189,11 @@ def test_old_runs_go_but_not_the_one_shown_nor_the_baseline() -> None:
 def test_a_result_goes_only_after_the_runs_that_have_none() -> None:
     runs = Runs()
     first, second, shown = (finished(runs) for _ in range(3))
-    runs.shown = shown
+    runs.displayed = shown
     failed = [runs.start(SHORT) for _ in range(MAX_RUNS - 3)]
     running = runs.start(SHORT)
     assert list(runs) == [first, second, shown, *failed[1:], running]
-    read = [runs.take_in(SHORT, shown.result, "a.csv") for _ in failed if shown.result is not None]
+    read = [runs.add_read(SHORT, shown.result, "a.csv") for _ in failed if shown.result is not None]
     assert list(runs) == [second, shown, running, *read]
 
 
@@ -201,9 +201,9 @@ def test_a_run_from_a_file_does_not_stop_the_one_that_runs() -> None:
     runs = Runs()
     running = runs.start(SHORT)
     result = simulate(t_end=1.0, samples=[0.0, 1.0])
-    read = runs.take_in(SHORT, result, "a.csv")
+    read = runs.add_read(SHORT, result, "a.csv")
     assert runs.active is running
-    assert runs.shown is read
+    assert runs.displayed is read
     assert (read.engine, read.number) == ("file", 2)
     runs.remove(running)
     assert runs.active is None
@@ -318,15 +318,15 @@ def test_a_session_that_cannot_be_read_is_kept_aside(
     path = tmp_path / "session.json"
     for number in (1, 2):
         path.write_bytes(content)
-        keeper = Keeper(path)
-        assert keeper.load() is None
-        (notice,) = keeper.notices
+        autosave = Autosave(path)
+        assert autosave.load() is None
+        (notice,) = autosave.notices
         aside = tmp_path / f"session.damaged-{number}.json"
         assert f"could not be restored ({words}); it is kept as {aside}" in notice
         assert f"its results stay in {tmp_path / 'results'}" in notice
         assert aside.read_bytes() == content
         assert not path.exists()
-        keeper.close(state(Session()))
+        autosave.close(state(Session()))
         assert load_state(path) == state(Session())
 
 
@@ -340,32 +340,32 @@ def test_an_infinite_number_of_runs_is_damage(tmp_path: Path) -> None:
 
 def test_a_keeper_writes_only_what_differs_and_says_why_it_could_not(tmp_path: Path) -> None:
     path = tmp_path / "session.json"
-    keeper = Keeper(path)
+    autosave = Autosave(path)
     session = Session()
-    assert keeper.load() is None
-    keeper.save(state(session))
+    assert autosave.load() is None
+    autosave.save(state(session))
     path.unlink()
-    keeper.save(state(session))
+    autosave.save(state(session))
     assert not path.exists()
     session.set_text("F", "1")
     path.mkdir()
-    keeper.save(state(session))
-    assert "is a folder" in keeper.error
+    autosave.save(state(session))
+    assert "is a folder" in autosave.error
     path.rmdir()
     session.set_text("F", "2")
-    keeper.save(state(session))
-    assert not keeper.error
+    autosave.save(state(session))
+    assert not autosave.error
     # At the end it is tried again.
     path.unlink()
     path.mkdir()
     session.set_text("F", "3")
-    keeper.save(state(session))
-    assert keeper.error
+    autosave.save(state(session))
+    assert autosave.error
     path.rmdir()
-    keeper.close(state(session))
-    assert not keeper.error
+    autosave.close(state(session))
+    assert not autosave.error
     assert stat.S_ISREG(path.stat().st_mode)
-    nowhere = Keeper(None)
+    nowhere = Autosave(None)
     nowhere.save(state(session))
     assert nowhere.load() is None
 

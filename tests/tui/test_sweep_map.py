@@ -203,9 +203,9 @@ async def test_a_sweep_runs_stops_and_opens_its_points(
     view.focus()
     await pilot.press("c", "shift+right", "enter")
     runs = app_of(pilot).session.runs
-    await until(pilot, lambda: runs.shown is not None)
-    assert runs.shown is not None
-    assert runs.shown.scene.parameters.F > 80.0
+    await until(pilot, lambda: runs.displayed is not None)
+    assert runs.displayed is not None
+    assert runs.displayed.scene.parameters.F > 80.0
     assert app_of(pilot).session.texts["F"] != "80"
     monkeypatch.setattr(
         sweep, "compute_rows", lambda _s, _a, _b, progress: endless_simulate(progress=progress)
@@ -239,6 +239,6 @@ async def test_a_map_follows_the_form_and_opens_its_points(pilot: Pilot[None]) -
     await pilot.press("c", "left")
     await until(pilot, lambda: "mu 0." in flat_text_of(pilot))
     await pilot.press("enter")
-    await until(pilot, lambda: session.runs.shown is not None)
+    await until(pilot, lambda: session.runs.displayed is not None)
     assert session.texts["mu"] != "0.7"
     assert session.texts["F"] != "80"

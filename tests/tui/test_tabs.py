@@ -65,10 +65,10 @@ async def test_stability_is_shown_live_over_mu_and_in_the_plane(pilot: Pilot[Non
     await pilot.click("#view-over-mu")
     view.focus()
     await pilot.press("c", "shift+left", "enter")
-    await until(pilot, lambda: app_of(pilot).session.runs.shown is not None)
+    await until(pilot, lambda: app_of(pilot).session.runs.displayed is not None)
     texts = app_of(pilot).session.texts
     assert texts["mu"] != "0.7"
-    shown = app_of(pilot).session.runs.shown
+    shown = app_of(pilot).session.runs.displayed
     assert shown is not None
     assert shown.scene.parameters.mu == float(texts["mu"])
 

@@ -7,12 +7,12 @@ if TYPE_CHECKING:
     from .chart import (
         Backdrop as Backdrop,
         Chart as Chart,
-        Found as Found,
         Guide as Guide,
         Look as Look,
-        Seen as Seen,
+        NearestPoint as NearestPoint,
         Trace as Trace,
         View as View,
+        VisibleCharts as VisibleCharts,
         reduced as reduced,
     )
     from .widget.chart_view import ChartView as ChartView

@@ -149,7 +149,7 @@ class View:
     hidden: set[int] = field(default_factory=set)
     cursor: tuple[float, float] | None = None
 
-    def shown(self, chart: Chart) -> Iterator[tuple[int, Trace]]:
+    def visible(self, chart: Chart) -> Iterator[tuple[int, Trace]]:
         """The visible traces with their indices."""
         return (each for each in enumerate(chart.traces) if each[0] not in self.hidden)
 
@@ -161,7 +161,7 @@ class View:
     def _axis_x(self, chart: Chart) -> Axis:
         if chart.x_range is not None and not self.log_x:
             return Axis(*chart.x_range)
-        parts = [trace.x for _, trace in self.shown(chart)]
+        parts = [trace.x for _, trace in self.visible(chart)]
         if chart.backdrop is not None:
             parts.append(chart.backdrop.x)
         if not self.log_x and chart.tight and parts and not chart.plane:
@@ -172,7 +172,9 @@ class View:
     def _axis_y(self, chart: Chart, x: Axis) -> Axis:
         if chart.y_range is not None and not self.log_y:
             return Axis(*chart.y_range)
-        parts = [_within(trace, x) if trace.ordered else trace.y for _, trace in self.shown(chart)]
+        parts = [
+            _within(trace, x) if trace.ordered else trace.y for _, trace in self.visible(chart)
+        ]
         if chart.backdrop is not None:
             return axis_for([*parts, chart.backdrop.y], log=self.log_y, tight=True)
         parts += [np.array([guide.value]) for guide in chart.guides if not guide.vertical]
@@ -227,7 +229,7 @@ class View:
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Seen:
+class VisibleCharts:
     """The visible charts of a tab in order, each with its view; side by side if `across`."""
 
     panels: Sequence[tuple[Chart, View]]
@@ -249,7 +251,7 @@ def reduced(trace: Trace, x: Axis, columns: int) -> tuple[FloatArray, FloatArray
 
 
 @dataclass(frozen=True, slots=True)
-class Found:
+class NearestPoint:
     """The point of a chart nearest to the cursor; `trace` is -1 for the backdrop."""
 
     trace: int
@@ -258,7 +260,7 @@ class Found:
     value: float = 0.0
 
 
-def nearest(chart: Chart, view: View) -> list[Found]:
+def nearest(chart: Chart, view: View) -> list[NearestPoint]:
     """The points nearest to the cursor; none without a cursor.
 
     One of each visible ordered trace (nearest along x); else the nearest one of all traces, or of
@@ -270,20 +272,20 @@ def nearest(chart: Chart, view: View) -> list[Found]:
         return [_nearest_of(chart.backdrop, view.cursor)]
     axes = view.axes(chart)
     found = []
-    for index, trace in view.shown(chart):
+    for index, trace in view.visible(chart):
         point = _nearest_point(trace, axes, view.cursor)
         if point is not None:
-            found.append((point[1], Found(index, *_point(trace, point[0]))))
+            found.append((point[1], NearestPoint(index, *_point(trace, point[0]))))
     if chart.plane and found:
         return [min(found, key=lambda each: each[0])[1]]
     return [each[1] for each in found]
 
 
-def _nearest_of(backdrop: Backdrop, cursor: tuple[float, float]) -> Found:
+def _nearest_of(backdrop: Backdrop, cursor: tuple[float, float]) -> NearestPoint:
     column = int(np.abs(backdrop.x - cursor[0]).argmin())
     row = int(np.abs(backdrop.y - cursor[1]).argmin())
     value = float(backdrop.values[column, row])
-    return Found(-1, float(backdrop.x[column]), float(backdrop.y[row]), value)
+    return NearestPoint(-1, float(backdrop.x[column]), float(backdrop.y[row]), value)
 
 
 def _point(trace: Trace, index: int) -> tuple[float, float]:

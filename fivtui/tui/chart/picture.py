@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from .axis import Axis
-from .chart import MOST_JOINED, Backdrop, Chart, Found, Trace, View, nearest, reduced
+from .chart import MOST_JOINED, Backdrop, Chart, NearestPoint, Trace, View, nearest, reduced
 from .plot_data import separated_share, shading
 from .raster import DOTS_X, Raster
 
@@ -76,7 +76,7 @@ def draw(chart: Chart, view: View, width: int, height: int, *, reserved: int = 0
     if chart.backdrop is not None:
         canvas.shade(chart.backdrop)
     canvas.guide(chart)
-    for index, trace in view.shown(chart):
+    for index, trace in view.visible(chart):
         canvas.trace(index, trace)
     canvas.label_guides()
     if len(chart.traces) > 1:
@@ -205,7 +205,7 @@ class _Canvas:
     def number(self, chart: Chart, view: View) -> None:
         # Marks on lines tell them apart without colour.
         count = len(chart.traces)
-        for index, trace in view.shown(chart):
+        for index, trace in view.visible(chart):
             if trace.look != "line" or not trace.x.size:
                 continue
             target = self._axes[0].value((index + 0.5) / count)
@@ -218,7 +218,9 @@ class _Canvas:
                 self._characters[row, column] = ord(_mark(trace, index))
                 self._styles[row, column] = self._style(trace_style(trace, index))
 
-    def cursor(self, where: tuple[float, float], found: Sequence[Found], *, plane: bool) -> None:
+    def cursor(
+        self, where: tuple[float, float], found: Sequence[NearestPoint], *, plane: bool
+    ) -> None:
         style = self._style("cursor")
         across = float(self._axes[0].place([where[0]])[0])
         up = float(self._axes[1].place([where[1]])[0])
@@ -287,7 +289,7 @@ def _column_labels(axis: Axis, label: str, columns: int) -> list[Span]:
     return [(before.ljust(MARGIN), "label"), ("".join(line), "tick"), (after, "label")]
 
 
-def _heading(chart: Chart, view: View, found: Sequence[Found]) -> list[Span]:
+def _heading(chart: Chart, view: View, found: Sequence[NearestPoint]) -> list[Span]:
     # The legend, or the cursor's read-out.
     spans: list[Span] = [(" ".join(filter(None, [chart.y_label, chart.note])) + " ", "label")]
     if found and chart.backdrop is not None:
@@ -307,7 +309,7 @@ def _heading(chart: Chart, view: View, found: Sequence[Found]) -> list[Span]:
     return spans
 
 
-def _read(chart: Chart, backdrop: Backdrop, point: Found) -> str:
+def _read(chart: Chart, backdrop: Backdrop, point: NearestPoint) -> str:
     what, _, unit = backdrop.label.partition(" / ")
     value = "none" if math.isnan(point.value) else f"{point.value:.{_PRECISION}g} {unit}"
     x, y = (f"{number:.{_PRECISION}g}" for number in (point.x, point.y))

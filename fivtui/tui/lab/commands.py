@@ -12,13 +12,20 @@ from fivtui.model import InputError
 from fivtui.scene import PRESETS, Scene
 from fivtui.tui.persistence import Slot, load_state
 from fivtui.tui.session import FIELDS, FMU_ENGINE, Run, paper_scenes
-from fivtui.tui.tabs import KINDS, TABS, FieldEdited, RunActed, SceneLoaded, SessionAsked
+from fivtui.tui.tabs import (
+    KINDS,
+    TABS,
+    FieldEdited,
+    RunActionRequested,
+    SceneLoaded,
+    SessionRequested,
+)
 
 from .screen import LabScreen
 
 
 @dataclass(frozen=True, slots=True)
-class Command:
+class PaletteEntry:
     """An entry of the command palette."""
 
     title: str
@@ -26,38 +33,40 @@ class Command:
     run: Callable[[], object]
 
 
-def _commands(lab: LabScreen) -> Iterator[Command]:
+def _commands(lab: LabScreen) -> Iterator[PaletteEntry]:
     if lab.session.runs.active is None:
-        yield Command("Run the transient", "F5", lab.action_run)
+        yield PaletteEntry("Run the transient", "F5", lab.action_run)
         both = "F9: native, then FMU, then compare"
-        yield Command("Run with both engines", both, lab.action_run_both)
+        yield PaletteEntry("Run with both engines", both, lab.action_run_both)
     else:
-        yield Command("Stop the run", "F5", lab.action_stop)
+        yield PaletteEntry("Stop the run", "F5", lab.action_stop)
     yield from _tab_commands(lab)
     session = lab.session
     other = "native" if session.engine == FMU_ENGINE else FMU_ENGINE
-    yield Command(f"Engine: {other}", f"F4; now {session.engine}", lab.action_switch_engine)
-    yield Command("Open a scene or result…", "Ctrl+O", lab.action_open_scene)
-    yield Command("Save the scene", "Ctrl+S", lab.action_save_scene)
-    yield Command("Save the scene as…", "Alt+S", lab.action_save_scene_as)
+    yield PaletteEntry(f"Engine: {other}", f"F4; now {session.engine}", lab.action_switch_engine)
+    yield PaletteEntry("Open a scene or result…", "Ctrl+O", lab.action_open_scene)
+    yield PaletteEntry("Save the scene", "Ctrl+S", lab.action_save_scene)
+    yield PaletteEntry("Save the scene as…", "Alt+S", lab.action_save_scene_as)
     for path in session.recent:
-        yield Command(f"Recent: {path}", "Open again", partial(lab.action_open_recent, path))
+        yield PaletteEntry(f"Recent: {path}", "Open again", partial(lab.action_open_recent, path))
     kinds = "Alt+O: a run, sweep, map or trade-off"
-    yield Command("Read a result…", kinds, lab.action_read_result)
+    yield PaletteEntry("Read a result…", kinds, lab.action_read_result)
     if session.can_undo:
-        yield Command("Undo", "Ctrl+Z", lab.action_undo)
+        yield PaletteEntry("Undo", "Ctrl+Z", lab.action_undo)
     if session.can_redo:
-        yield Command("Redo", "Ctrl+Y", lab.action_redo)
+        yield PaletteEntry("Redo", "Ctrl+Y", lab.action_redo)
     if lab.session.changed:
-        yield Command("Reset all fields", "To the values of the loaded scene", lab.action_reset_all)
+        yield PaletteEntry(
+            "Reset all fields", "To the values of the loaded scene", lab.action_reset_all
+        )
     yield from _choices(lab)
     for tab in TABS:
-        yield Command(f"Tab {tab.title}", tab.key, partial(lab.show_tab, tab.id))
+        yield PaletteEntry(f"Tab {tab.title}", tab.key, partial(lab.show_tab, tab.id))
     yield from _scene_commands(lab)
     yield from _run_commands(lab)
 
 
-def _tab_commands(lab: LabScreen) -> Iterator[Command]:
+def _tab_commands(lab: LabScreen) -> Iterator[PaletteEntry]:
     pane = lab.pane
     if pane is None:
         return
@@ -66,15 +75,17 @@ def _tab_commands(lab: LabScreen) -> Iterator[Command]:
             export = pane.export(what)
             title = f"Export the {export.what} of {export.of}…"
             text = f"{key}: {', '.join(export.suffixes)}"
-            yield Command(title, text, partial(lab.action_export, what))
+            yield PaletteEntry(title, text, partial(lab.action_export, what))
     with suppress(InputError):
         line = pane.command_line()
-        yield Command("Copy the command line", line, lab.action_copy_command)
+        yield PaletteEntry("Copy the command line", line, lab.action_copy_command)
 
 
-def _scene_commands(lab: LabScreen) -> Iterator[Command]:
-    def command(title: str, text: str, scene: Scene, source: str, words: str) -> Command:
-        return Command(title, text, partial(lab.post_message, SceneLoaded(scene, source, words)))
+def _scene_commands(lab: LabScreen) -> Iterator[PaletteEntry]:
+    def command(title: str, text: str, scene: Scene, source: str, words: str) -> PaletteEntry:
+        return PaletteEntry(
+            title, text, partial(lab.post_message, SceneLoaded(scene, source, words))
+        )
 
     for name, scene in PRESETS.items():
         yield command(f"Preset {name}", scene.description, scene, name, f"preset {name}")
@@ -83,18 +94,20 @@ def _scene_commands(lab: LabScreen) -> Iterator[Command]:
         yield command(title, caption, scene, "", f"scene {scene.name}: {caption}")
 
 
-def _run_commands(lab: LabScreen) -> Iterator[Command]:
+def _run_commands(lab: LabScreen) -> Iterator[PaletteEntry]:
     runs = lab.session.runs
 
-    def command(title: str, text: str, run: Run, what: str) -> Command:
-        return Command(title, text, partial(lab.post_message, RunActed(run.number, what)))
+    def command(title: str, text: str, run: Run, what: str) -> PaletteEntry:
+        return PaletteEntry(
+            title, text, partial(lab.post_message, RunActionRequested(run.number, what))
+        )
 
     for run in runs:
         yield command(f"Load the scene of run {run.number}", "In the run list: Enter", run, "load")
         yield command(f"Delete run {run.number}", "In the run list: x", run, "delete")
         if run.result is None:
             continue
-        if run is not runs.shown:
+        if run is not runs.displayed:
             yield command(f"Show run {run.number}", "Plots and results of this run", run, "show")
             title = f"{'Hide' if run.overlaid else 'Overlay'} run {run.number}"
             yield command(title, "In the run list: Space", run, "overlay")
@@ -102,11 +115,11 @@ def _run_commands(lab: LabScreen) -> Iterator[Command]:
         yield command(title, "In the run list: b", run, "baseline")
 
 
-def _session_commands(lab: LabScreen, others: Iterable[Slot]) -> Iterator[Command]:
+def _session_commands(lab: LabScreen, others: Iterable[Slot]) -> Iterator[PaletteEntry]:
     for slot in others:
         used = f"last used {datetime.fromtimestamp(slot.used):%Y-%m-%d %H:%M}; this one is saved"
-        open_it = partial(lab.post_message, SessionAsked(slot.number))
-        yield Command(f"Open session {slot.number}: {_content(slot)}", used, open_it)
+        open_it = partial(lab.post_message, SessionRequested(slot.number))
+        yield PaletteEntry(f"Open session {slot.number}: {_content(slot)}", used, open_it)
 
 
 def _content(slot: Slot) -> str:
@@ -123,12 +136,12 @@ def _content(slot: Slot) -> str:
     return ", ".join([*names, *(key for key in state.results if not key.startswith("run-"))])
 
 
-def _choices(lab: LabScreen) -> Iterator[Command]:
+def _choices(lab: LabScreen) -> Iterator[PaletteEntry]:
     for field in FIELDS.values():
         for text, meaning in (field.choices or {}).items():
             if text != lab.session.texts[field.name]:
                 message = partial(lab.post_message, FieldEdited(field.name, text, typed=False))
-                yield Command(f"{field.name.capitalize()}: {text}", meaning, message)
+                yield PaletteEntry(f"{field.name.capitalize()}: {text}", meaning, message)
 
 
 class LabCommands(Provider):
@@ -136,16 +149,16 @@ class LabCommands(Provider):
 
     async def startup(self) -> None:
         """List the other sessions once, as this reads files."""
-        self._sessions: list[Command] = []
+        self._sessions: list[PaletteEntry] = []
         if isinstance(self.screen, LabScreen):
             self._sessions += _session_commands(self.screen, self.screen.other_sessions())
 
-    def _all(self) -> Iterator[Command]:
+    def _all(self) -> Iterator[PaletteEntry]:
         if isinstance(self.screen, LabScreen):
             yield from _commands(self.screen)
         yield from self._sessions
         for command in self.app.get_system_commands(self.screen):
-            yield Command(*command[:3])
+            yield PaletteEntry(*command[:3])
 
     async def discover(self) -> Hits:
         """All entries, while the search is empty."""

@@ -10,7 +10,7 @@ from fivtui.io import check_apart
 from fivtui.model import InputError
 from fivtui.scene import Scene, load_scene, scene_file
 from fivtui.tui.persistence import RUN, check_readable, kind_of, load_run, load_study
-from fivtui.tui.session import Session, Shown
+from fivtui.tui.session import DisplayedStudy, Session
 from fivtui.tui.tabs import (
     Export,
     ExportEnded,
@@ -32,7 +32,7 @@ _READABLE: Final = (
 )
 
 
-class FileDesk:
+class FileController:
     """Reads and writes files for a screen, which shows the dialogs and receives the messages."""
 
     def __init__(self, screen: Screen[None], session: Session) -> None:
@@ -159,8 +159,8 @@ class FileDesk:
                 if kind == RUN:
                     message: Message = RunRead(path, *load_run(path))
                 else:
-                    shown = Shown(load_study(kind, path), path.stem, str(path))
-                    message = StudyRead(kind, shown)
+                    study = DisplayedStudy(load_study(kind, path), path.stem, str(path))
+                    message = StudyRead(kind, study)
             except InputError as error:
                 message = Reported(str(error), error=True)
             self._screen.post_message(message)

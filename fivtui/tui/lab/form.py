@@ -17,21 +17,21 @@ from textual.layout import ArrangeResult, Layout, WidgetPlacement
 from textual.widget import Widget
 from textual.widgets import Checkbox, Input, Label, Select, Static
 
-from fivtui.tui.session import CONSIDERED, FIELDS, IGNORED, Field
-from fivtui.tui.tabs import FieldEdited, FieldFocused, FieldNudged
+from fivtui.tui.session import CONSIDERED, FIELDS, IGNORED, FormField
+from fivtui.tui.tabs import FieldEdited, FieldFocused, FieldStepped
 
 
 class TextEditor(Input):
     """Edits a field as text; up and down change a number by a step."""
 
     BINDINGS: ClassVar[list[BindingType]] = [
-        Binding("up", "nudge(1)", "Increase", show=False),
-        Binding("down", "nudge(-1)", "Decrease", show=False),
-        Binding("shift+up,ctrl+up", "nudge(1, True)", "Increase slightly", show=False),
-        Binding("shift+down,ctrl+down", "nudge(-1, True)", "Decrease slightly", show=False),
+        Binding("up", "step(1)", "Increase", show=False),
+        Binding("down", "step(-1)", "Decrease", show=False),
+        Binding("shift+up,ctrl+up", "step(1, True)", "Increase slightly", show=False),
+        Binding("shift+down,ctrl+down", "step(-1, True)", "Decrease slightly", show=False),
     ]
 
-    def __init__(self, field: Field, text: str) -> None:
+    def __init__(self, field: FormField, text: str) -> None:
         super().__init__(text, compact=True, placeholder=field.when_empty, validate_on=())
         self._field = field
 
@@ -60,9 +60,9 @@ class TextEditor(Input):
         else:
             super().replace(new, start, end)
 
-    def action_nudge(self, direction: int, fine: bool = False) -> None:
+    def action_step(self, direction: int, fine: bool = False) -> None:
         """Increase or decrease by a step."""
-        self.post_message(FieldNudged(self._field.name, direction, fine))
+        self.post_message(FieldStepped(self._field.name, direction, fine))
 
     @on(Input.Submitted)
     def _go_on(self, event: Input.Submitted) -> None:
@@ -90,7 +90,7 @@ class TextEditor(Input):
 class ChoiceEditor(Select[str]):
     """Edits a field that has a fixed set of choices."""
 
-    def __init__(self, field: Field, text: str) -> None:
+    def __init__(self, field: FormField, text: str) -> None:
         choices = field.choices or {}
         super().__init__(
             [(name, name) for name in choices],
@@ -120,7 +120,7 @@ class ChoiceEditor(Select[str]):
 class SeparationEditor(Checkbox):
     """A check box for separation, labelled "considered" or "ignored"."""
 
-    def __init__(self, field: Field, text: str) -> None:
+    def __init__(self, field: FormField, text: str) -> None:
         super().__init__(text, value=text == CONSIDERED, compact=True)
         self._field = field
 
@@ -148,26 +148,26 @@ _CHANGED: Final = "•"
 _SIGNS: Final = ("−", "+")
 _INDENT: Final = "   "
 _SYMBOL_WIDTH: Final = 6
-_NUDGE_WIDTH: Final = 3
-_NUDGES_WIDTH: Final = _NUDGE_WIDTH * len(_SIGNS)
+_STEP_WIDTH: Final = 3
+_STEPS_WIDTH: Final = _STEP_WIDTH * len(_SIGNS)
 _UNIT_WIDTH: Final = 6
 # From this width on, a row also shows the field's meaning.
 _WIDE: Final = 60
 
 Editor = TextEditor | ChoiceEditor | SeparationEditor
 
-_EDITORS: Final[Mapping[str, Callable[[Field, str], Editor]]] = {"separation": SeparationEditor}
+_EDITORS: Final[Mapping[str, Callable[[FormField, str], Editor]]] = {"separation": SeparationEditor}
 
 
-def _editor(field: Field, text: str) -> Editor:
+def _editor(field: FormField, text: str) -> Editor:
     usual = TextEditor if field.choices is None else ChoiceEditor
     return _EDITORS.get(field.name, usual)(field, text)
 
 
-class _Beside(Layout):
+class _RowLayout(Layout):
     # Places the editor between the parts that its row draws.
 
-    name = "beside"
+    name = "row"
 
     def arrange(
         self,
@@ -181,7 +181,7 @@ class _Beside(Layout):
         return [WidgetPlacement(region, Offset(), Spacing(), child) for child in children]
 
 
-_BESIDE: Final = _Beside()
+_ROW_LAYOUT: Final = _RowLayout()
 
 
 class FieldRow(Widget):
@@ -190,7 +190,7 @@ class FieldRow(Widget):
     One widget draws all but the editor: a widget for each part would delay the start and every key.
     """
 
-    def __init__(self, field: Field, text: str) -> None:
+    def __init__(self, field: FormField, text: str) -> None:
         self.field = field
         self._editor = _editor(field, text)
         super().__init__(self._editor, id=f"row-{field.name}")
@@ -201,12 +201,12 @@ class FieldRow(Widget):
     @property
     def layout(self) -> Layout:
         """Places the editor between the symbol and the unit."""
-        return _BESIDE
+        return _ROW_LAYOUT
 
     def span(self, width: int) -> tuple[int, int]:
         """First column and width of the editor in a row of some width."""
         first = max(_SYMBOL_WIDTH, len(self._symbol) + 1) + len(_CHANGED)
-        room = width - first - (0 if self.field.nudge is None else _NUDGES_WIDTH + _UNIT_WIDTH)
+        room = width - first - (0 if self.field.step_by is None else _STEPS_WIDTH + _UNIT_WIDTH)
         # In a wide row the meaning gets most of the room.
         return first, max(room // 3 if width >= _WIDE else room, 1)
 
@@ -228,8 +228,8 @@ class FieldRow(Widget):
             (symbol, "bold reverse" if focused else ""),
             (" " * (first + editor_width - len(_CHANGED) - len(symbol)), ""),
         ]
-        if field.nudge is not None:
-            parts += [(sign.center(_NUDGE_WIDTH), "$button-foreground") for sign in _SIGNS]
+        if field.step_by is not None:
+            parts += [(sign.center(_STEP_WIDTH), "$button-foreground") for sign in _SIGNS]
             parts.append((f" {field.unit}".ljust(_UNIT_WIDTH), ""))
         if width >= _WIDE:
             parts.append((f" {field.meaning}", "$foreground-muted"))
@@ -276,10 +276,10 @@ class FieldRow(Widget):
     def on_click(self, event: Click) -> None:
         """Change the number by a step on a click on − or +."""
         first, width = self.span(self.size.width)
-        place = (event.x - first - width) // _NUDGE_WIDTH
-        if self.field.nudge is not None and event.y == 0 and place in (0, 1):
+        place = (event.x - first - width) // _STEP_WIDTH
+        if self.field.step_by is not None and event.y == 0 and place in (0, 1):
             event.stop()
-            self.post_message(FieldNudged(self.field.name, (-1, +1)[place], fine=False))
+            self.post_message(FieldStepped(self.field.name, (-1, +1)[place], fine=False))
 
 
 class FieldList(VerticalScroll):
@@ -288,10 +288,10 @@ class FieldList(VerticalScroll):
     BINDINGS: ClassVar[list[BindingType]] = [
         Binding("j,down", "move(1)", "Down", show=False),
         Binding("k,up", "move(-1)", "Up", show=False),
-        Binding("h,left,minus", "nudge(-1)", "Decrease", show=False),
-        Binding("l,right,plus", "nudge(1)", "Increase", show=False),
-        Binding("H,shift+left", "nudge(-1, True)", "Decrease slightly", show=False),
-        Binding("L,shift+right", "nudge(1, True)", "Increase slightly", show=False),
+        Binding("h,left,minus", "step(-1)", "Decrease", show=False),
+        Binding("l,right,plus", "step(1)", "Increase", show=False),
+        Binding("H,shift+left", "step(-1, True)", "Decrease slightly", show=False),
+        Binding("L,shift+right", "step(1, True)", "Increase slightly", show=False),
         Binding("g,home", "move(-999)", "First", show=False),
         Binding("G,end", "move(999)", "Last", show=False),
         Binding("enter,i", "edit", "Edit", show=False),
@@ -326,9 +326,9 @@ class FieldList(VerticalScroll):
         self._cursor = min(max(self._cursor + by, 0), len(self.query(FieldRow)) - 1)
         self._mark()
 
-    def action_nudge(self, direction: int, fine: bool = False) -> None:
+    def action_step(self, direction: int, fine: bool = False) -> None:
         """Increase or decrease the number at the cursor by a step."""
-        self.post_message(FieldNudged(self.row.field.name, direction, fine))
+        self.post_message(FieldStepped(self.row.field.name, direction, fine))
 
     def action_edit(self) -> None:
         """Edit the field at the cursor."""
@@ -390,7 +390,7 @@ class Form(Vertical):
         self._rows[name].take_focus()
 
 
-def field_of(widget: Widget | None) -> Field | None:
+def field_of(widget: Widget | None) -> FormField | None:
     """The field that a widget belongs to; of the field list, the one at its cursor."""
     if widget is None:
         return None

@@ -6,7 +6,7 @@ from textual.containers import Horizontal
 from textual.widgets import Button, ProgressBar, Static
 
 from fivtui.tui.session import FMU_ENGINE, Run, RunState, progress_words
-from fivtui.tui.tabs import RunAsked
+from fivtui.tui.tabs import RunRequested
 
 
 class RunBar(Horizontal):
@@ -21,7 +21,7 @@ class RunBar(Horizontal):
     @on(Button.Pressed, "#run-button")
     def _press(self, event: Button.Pressed) -> None:
         event.stop()
-        self.post_message(RunAsked())
+        self.post_message(RunRequested())
 
     def show(self, run: Run, *, outdated: bool) -> None:
         """Display the state of a run; `outdated` if the inputs have changed since."""

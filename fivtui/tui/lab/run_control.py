@@ -12,19 +12,26 @@ from fivtui.scene import Scene
 from fivtui.tui.session import (
     FMU_ENGINE,
     MAX_RUNS,
-    Outcome,
     Run,
+    RunOutcome,
     Session,
     engine_words,
     execute,
     result_brief,
 )
-from fivtui.tui.tabs import Reported, RunActed, RunEnded, RunRead, RunsChanged, SceneLoaded
+from fivtui.tui.tabs import (
+    Reported,
+    RunActionRequested,
+    RunEnded,
+    RunRead,
+    RunsChanged,
+    SceneLoaded,
+)
 
 _GROUP: Final = "transient"
 
 
-class RunDesk:
+class RunController:
     """Starts, stops and finishes a session's runs for a screen, which owns the threads."""
 
     def __init__(self, screen: Screen[None], session: Session) -> None:
@@ -89,7 +96,7 @@ class RunDesk:
             self._next = self._partner = None
             self._tell(Reported(f"run {run.number}: {run.message}", error=True))
         else:
-            self._session.runs.shown = run
+            self._session.runs.displayed = run
             words = "; ".join([f"run {run.number} done", *result_brief(run.result)])
             self._tell(Reported(words, routine=True))
             self._go_on(run)
@@ -114,13 +121,13 @@ class RunDesk:
         run = self._session.runs.find(int(worker.name))
         if run is not None:
             words = f"unexpected {type(worker.error).__name__}: {worker.error}"
-            self._tell(RunEnded(run, Outcome(error=words)))
+            self._tell(RunEnded(run, RunOutcome(error=words)))
         return True
 
     def read(self, event: RunRead) -> None:
         """Add a run read from a file."""
         before = list(self._session.runs)
-        run = self._session.runs.take_in(event.scene, event.result, str(event.path))
+        run = self._session.runs.add_read(event.scene, event.result, str(event.path))
         self._tell_left(before)
         self._tell(Reported(f"run {run.number} read from {event.path}"))
         self._tell(RunsChanged())
@@ -131,7 +138,7 @@ class RunDesk:
                 why = f"the list holds {MAX_RUNS} runs"
                 self._tell(Reported(f"run {run.number} (the oldest) was deleted: {why}"))
 
-    def act(self, event: RunActed) -> None:
+    def act(self, event: RunActionRequested) -> None:
         """Carry out an action of `ACTS` on a run."""
         run = self._session.runs.find(event.number)
         if run is not None:
@@ -142,11 +149,11 @@ class RunDesk:
         if run.result is None:
             self._tell(Reported(f"run {run.number} has no result", error=True))
         else:
-            self._session.runs.shown = run
+            self._session.runs.displayed = run
 
     def _load(self, run: Run) -> None:
         if run.result is not None:
-            self._session.runs.shown = run
+            self._session.runs.displayed = run
         self._tell(SceneLoaded(run.scene, "", f"scene of run {run.number} loaded; Ctrl+Z undoes"))
 
     def _overlay(self, run: Run) -> None:
@@ -175,12 +182,12 @@ class RunDesk:
         self._screen.post_message(message)
 
 
-ACTS: Final[Mapping[str, Callable[[RunDesk, Run], None]]] = {
-    "show": RunDesk._show,
-    "load": RunDesk._load,
-    "overlay": RunDesk._overlay,
-    "baseline": RunDesk._baseline,
-    "delete": RunDesk._remove,
-    "colour": RunDesk._colour,
-    "marker": RunDesk._marker,
+ACTS: Final[Mapping[str, Callable[[RunController, Run], None]]] = {
+    "show": RunController._show,
+    "load": RunController._load,
+    "overlay": RunController._overlay,
+    "baseline": RunController._baseline,
+    "delete": RunController._remove,
+    "colour": RunController._colour,
+    "marker": RunController._marker,
 }

@@ -21,7 +21,7 @@ from fivtui.tui.session import (
     percent_text,
     quantity,
 )
-from fivtui.tui.tabs import ListTable, RunActed
+from fivtui.tui.tabs import ListTable, RunActionRequested
 
 _COLUMNS: Final = (
     "run",
@@ -60,7 +60,7 @@ class RunsTable(ListTable[str | Text]):
     def action_act(self, what: str) -> None:
         """Request an action on the run at the cursor."""
         if self.number is not None:
-            self.post_message(RunActed(self.number, what))
+            self.post_message(RunActionRequested(self.number, what))
 
 
 class RunsPane(Vertical):
@@ -91,7 +91,7 @@ class RunsPane(Vertical):
     def _choose(self, event: DataTable.RowSelected) -> None:
         # By mouse only: Enter has another meaning here.
         event.stop()
-        self.post_message(RunActed(int(str(event.row_key.value)), "show"))
+        self.post_message(RunActionRequested(int(str(event.row_key.value)), "show"))
 
 
 def _cells(run: Run, runs: Runs) -> Sequence[str | Text]:
@@ -109,7 +109,7 @@ def _cells(run: Run, runs: Runs) -> Sequence[str | Text]:
         compared = (percent_text(by_label[labels[0]]), percent_text(by_label[labels[1]]))
     return (
         name,
-        "shown" if run is runs.shown else "on" if run.overlaid else "off",
+        "shown" if run is runs.displayed else "on" if run.overlaid else "off",
         run.engine,
         quantity(result.peak.y_abs),
         compared[0],

@@ -17,26 +17,26 @@ from textual.worker import Worker, WorkerState
 
 from fivtui.model import ComputationError, InputError
 from fivtui.scene import PRESETS
-from fivtui.tui.persistence import Slot, take_back
+from fivtui.tui.persistence import Slot, restore_results
 from fivtui.tui.session import CHARTS, PRECEDENCE, Session, stability_brief, verdict, verdict_kind
 from fivtui.tui.tabs import (
     TABS,
     ExportEnded,
     FieldEdited,
     FieldFocused,
-    FieldNudged,
+    FieldStepped,
     Pane,
     PointOpened,
     Reported,
     ResultsRestored,
-    RunActed,
-    RunAsked,
+    RunActionRequested,
     RunEnded,
     RunRead,
+    RunRequested,
     RunsChanged,
     SceneLoaded,
     SceneSaved,
-    Searched,
+    SearchUpdated,
     StudyRead,
     TabBook,
 )
@@ -45,13 +45,13 @@ from .form import Form, field_of
 from .key_bar import KeyBar
 from .keys import LAB_KEYS
 from .run_bar import RunBar
-from .run_control import RunDesk
+from .run_control import RunController
 from .run_list import RunsPane
-from .search_control import SearchDesk
+from .search_control import SearchController
 from .verdict import VerdictView
 
 if TYPE_CHECKING:
-    from .file_control import FileDesk
+    from .file_control import FileController
 
 _PROGRESS_PERIOD: Final = 0.1
 _TOO_SMALL: Final = "This window is too small for fivtui: it needs 40 columns and 10 lines."
@@ -68,8 +68,8 @@ class LabScreen(Screen[None]):
         super().__init__()
         self.session = session
         self.other_sessions = other_sessions
-        self._run_desk = RunDesk(self, session)
-        self._search = SearchDesk(self)
+        self._run_controller = RunController(self, session)
+        self._search = SearchController(self)
         self._tab_behind = False
 
     def compose(self) -> ComposeResult:
@@ -100,14 +100,14 @@ class LabScreen(Screen[None]):
         self.session.runs.stop()
 
     def _redraw(self) -> None:
-        self.call_after_refresh(self._book.tell, lambda pane: pane.theme_changed())
+        self.call_after_refresh(self._book.update_pane, lambda pane: pane.theme_changed())
 
     @cached_property
-    def _files(self) -> "FileDesk":
+    def _files(self) -> "FileController":
         # Imported late: it loads slow modules.
-        from .file_control import FileDesk
+        from .file_control import FileController
 
-        return FileDesk(self, self.session)
+        return FileController(self, self.session)
 
     @property
     def _book(self) -> TabBook:
@@ -120,7 +120,7 @@ class LabScreen(Screen[None]):
             self.notify(event.words, severity=severity, markup=False)
         mark = "ERROR: " if event.error else ""
         self.session.reports.append(f"{datetime.now():%H:%M:%S} {mark}{event.words}")
-        self._book.tell(lambda pane: pane.reported())
+        self._book.update_pane(lambda pane: pane.reported())
 
     # Editing
 
@@ -138,9 +138,9 @@ class LabScreen(Screen[None]):
     def _field_focused(self) -> None:
         self.session.close_step()
 
-    @on(FieldNudged)
-    def _nudged(self, event: FieldNudged) -> None:
-        if self.session.nudge(event.name, event.direction, fine=event.fine):
+    @on(FieldStepped)
+    def _stepped(self, event: FieldStepped) -> None:
+        if self.session.step_field(event.name, event.direction, fine=event.fine):
             self.show_inputs()
         else:
             self.app.bell()
@@ -187,7 +187,7 @@ class LabScreen(Screen[None]):
 
     def _show_in_tab(self) -> None:
         self._tab_behind = False
-        self._book.tell(lambda pane: pane.scene_changed())
+        self._book.update_pane(lambda pane: pane.scene_changed())
         self.call_after_refresh(PRECEDENCE.release)
 
     def _show_verdict(self) -> None:
@@ -198,19 +198,21 @@ class LabScreen(Screen[None]):
             why = ": invalid input" if isinstance(error, InputError) else ""
             view.show("invalid", [f"NO VERDICT{why}", str(error)])
             self._search.stop()
-            self.session.beside = None
+            self.session.coexisting = None
         else:
-            beside = self._search.beside(
+            coexisting = self._search.coexisting(
                 parameters, separation=self.session.separation, stable=verdict(found) == "STABLE"
             )
-            self.session.beside = beside
-            view.show(verdict_kind(found, beside), stability_brief(parameters, found, beside))
+            self.session.coexisting = coexisting
+            view.show(
+                verdict_kind(found, coexisting), stability_brief(parameters, found, coexisting)
+            )
 
-    @on(Searched)
-    def _searched(self, event: Searched) -> None:
+    @on(SearchUpdated)
+    def _search_updated(self, event: SearchUpdated) -> None:
         if self._search.take(event):
             self._show_verdict()
-            self._book.tell(lambda pane: pane.scene_changed())
+            self._book.update_pane(lambda pane: pane.scene_changed())
 
     # Runs and files
 
@@ -227,7 +229,7 @@ class LabScreen(Screen[None]):
         self._show_newest()
         active = self.session.runs.active
         if active is not None:
-            self._book.tell(lambda pane: pane.run_progressed(active))
+            self._book.update_pane(lambda pane: pane.run_progressed(active))
 
     @on(RunsChanged)
     def _show_runs(self) -> None:
@@ -237,11 +239,11 @@ class LabScreen(Screen[None]):
             self._ticker.resume()
         self._show_progress()
         self.query_one(RunsPane).show(self.session.runs)
-        self._book.tell(lambda pane: pane.run_changed(self.session.runs.shown))
+        self._book.update_pane(lambda pane: pane.run_changed(self.session.runs.displayed))
         self.refresh_bindings()
 
-    @on(RunAsked)
-    def _run_asked(self) -> None:
+    @on(RunRequested)
+    def _run_requested(self) -> None:
         if self.session.runs.active is None:
             self.action_run()
         else:
@@ -249,19 +251,19 @@ class LabScreen(Screen[None]):
 
     @on(RunEnded)
     def _run_ended(self, event: RunEnded) -> None:
-        self._run_desk.ended(event)
+        self._run_controller.ended(event)
 
-    @on(RunActed)
-    def _run_acted(self, event: RunActed) -> None:
-        self._run_desk.act(event)
+    @on(RunActionRequested)
+    def _run_action_requested(self, event: RunActionRequested) -> None:
+        self._run_controller.act(event)
 
     @on(RunRead)
     def _run_read(self, event: RunRead) -> None:
-        self._run_desk.read(event)
+        self._run_controller.read(event)
 
     @on(StudyRead)
     def _study_read(self, event: StudyRead) -> None:
-        self.session.studies.put(event.kind, event.shown)
+        self.session.studies.put(event.kind, event.study)
         # The axis limits were chosen for another result.
         view = self.session.views.get(CHARTS[event.kind])
         if view is not None:
@@ -269,11 +271,11 @@ class LabScreen(Screen[None]):
             view.hidden.clear()
         self.show_tab(event.kind)
         self._book.catch_up()
-        self.post_message(Reported(f"{event.kind} read from {event.shown.source}"))
+        self.post_message(Reported(f"{event.kind} read from {event.study.source}"))
 
     @on(ResultsRestored)
     def _results_restored(self, event: ResultsRestored) -> None:
-        take_back(self.session, event.results)
+        restore_results(self.session, event.results)
         for words in event.errors:
             self.post_message(Reported(words, error=True))
         self._show_runs()
@@ -286,7 +288,10 @@ class LabScreen(Screen[None]):
 
     @on(Worker.StateChanged)
     def _thread_failed(self, event: Worker.StateChanged) -> None:
-        if not self._run_desk.thread_failed(event.worker) and event.state is WorkerState.ERROR:
+        if (
+            not self._run_controller.thread_failed(event.worker)
+            and event.state is WorkerState.ERROR
+        ):
             words = f"unexpected {type(event.worker.error).__name__}: {event.worker.error}"
             self.post_message(Reported(f"{event.worker.name}: {words}", error=True))
 
@@ -306,12 +311,12 @@ class LabScreen(Screen[None]):
 
     def action_run(self) -> None:
         """Run the edited scene."""
-        if self._run_desk.start():
+        if self._run_controller.start():
             self.show_tab("transient")
 
     def action_stop(self) -> None:
         """Stop the active run."""
-        self._run_desk.stop()
+        self._run_controller.stop()
 
     def action_turn_tab(self, direction: int) -> None:
         """Show the next (+1) or previous (-1) tab."""
@@ -334,7 +339,7 @@ class LabScreen(Screen[None]):
             if not pane.work():
                 self.app.bell()
 
-        self._book.ask(work)
+        self._book.when_ready(work)
 
     def action_show_tab(self, name: str) -> None:
         """Show a tab."""
@@ -351,7 +356,7 @@ class LabScreen(Screen[None]):
 
     def action_export(self, what: str) -> None:
         """Export figure or data of the current tab."""
-        self._book.ask(lambda pane: self._export(pane, what))
+        self._book.when_ready(lambda pane: self._export(pane, what))
 
     def _export(self, pane: Pane, what: str) -> None:
         try:
@@ -402,7 +407,7 @@ class LabScreen(Screen[None]):
 
     def action_run_both(self) -> None:
         """Run the edited scene with both engines and compare them."""
-        if self._run_desk.start_both():
+        if self._run_controller.start_both():
             self.show_tab("transient")
 
     def action_reset(self) -> None:
@@ -433,7 +438,7 @@ class LabScreen(Screen[None]):
 
     def action_copy_command(self) -> None:
         """Copy the command that computes what the current tab shows."""
-        self._book.ask(self._copy_command)
+        self._book.when_ready(self._copy_command)
 
     def _copy_command(self, pane: Pane) -> None:
         try:

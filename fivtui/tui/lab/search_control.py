@@ -7,8 +7,8 @@ from textual.screen import Screen
 from textual.timer import Timer
 
 from fivtui.model import Cancelled, ComputationError, Parameters
-from fivtui.tui.session import Beside, Job
-from fivtui.tui.tabs import Searched
+from fivtui.tui.session import Coexisting, Job
+from fivtui.tui.tabs import SearchUpdated
 
 if TYPE_CHECKING:
     from fivtui.orbits import Coexistence
@@ -22,7 +22,7 @@ _GROUP: Final = "search"
 Key = tuple[Parameters, bool]
 
 
-class SearchDesk:
+class SearchController:
     """Searches for attractors of the edited parameter set, one search at a time, for a screen.
 
     An edit stops the search; late results are dropped.
@@ -33,9 +33,9 @@ class SearchDesk:
         self._key: Key | None = None
         self._job: Job | None = None
         self._waiting: Timer | None = None
-        self._known: OrderedDict[Key, Beside] = OrderedDict()
+        self._known: OrderedDict[Key, Coexisting] = OrderedDict()
 
-    def beside(self, p: Parameters, *, separation: bool, stable: bool) -> Beside | None:
+    def coexisting(self, p: Parameters, *, separation: bool, stable: bool) -> Coexisting | None:
         """Known attractors beside a stable equilibrium; starts a search if there are none yet.
 
         Returns None if the equilibrium is not stable.
@@ -46,7 +46,7 @@ class SearchDesk:
             self._key = key
             if key is not None and (key not in self._known or not self._known[key].done):
                 self._waiting = self._screen.set_timer(_PAUSE, self._begin)
-        return None if key is None else self._known.get(key, Beside())
+        return None if key is None else self._known.get(key, Coexisting())
 
     def stop(self) -> None:
         """Stop the search."""
@@ -65,7 +65,7 @@ class SearchDesk:
         self._job = job = Job()
 
         def tell(found: "Coexistence", *, done: bool = False) -> None:
-            self._screen.post_message(Searched(job, found, done=done))
+            self._screen.post_message(SearchUpdated(job, found, done=done))
 
         def search() -> None:
             from fivtui.orbits import coexistence
@@ -75,7 +75,7 @@ class SearchDesk:
             except Cancelled:
                 return
             except ComputationError as error:
-                self._screen.post_message(Searched(job, error=str(error)))
+                self._screen.post_message(SearchUpdated(job, error=str(error)))
                 return
             tell(found, done=True)
 
@@ -83,20 +83,20 @@ class SearchDesk:
             search, name="search for limit cycles", group=_GROUP, thread=True, exit_on_error=False
         )
 
-    def take(self, event: Searched) -> bool:
+    def take(self, event: SearchUpdated) -> bool:
         """Store a search's result. Returns False if it is not of the edited parameter set."""
         if event.job is not self._job or self._key is None:
             return False
         if event.found is None:
-            beside = Beside(f"search for limit cycles failed: {event.error}", done=True)
+            coexisting = Coexisting(f"search for limit cycles failed: {event.error}", done=True)
         else:
             from fivtui.orbits import coexistence_words, warning_of
 
             note = warning_of(event.found) if event.done else None
-            beside = Beside(
+            coexisting = Coexisting(
                 coexistence_words(event.found), note or "", event.found.coexists, event.done
             )
-        self._known[self._key] = beside
+        self._known[self._key] = coexisting
         while len(self._known) > _REMEMBERED:
             self._known.popitem(last=False)
         if event.done:

@@ -3,7 +3,7 @@
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
-    from .autosave import Keeper as Keeper
+    from .autosave import Autosave as Autosave
     from .imports import (
         RUN as RUN,
         check_readable as check_readable,
@@ -12,7 +12,11 @@ if TYPE_CHECKING:
         load_study as load_study,
     )
     from .slots import Slot as Slot
-    from .snapshot import bring_back as bring_back, state_of as state_of, take_back as take_back
+    from .snapshot import (
+        restore_results as restore_results,
+        restore_session as restore_session,
+        state_of as state_of,
+    )
     from .state_file import State as State, load_state as load_state, state_path as state_path
 else:
     from fivtui.lazy import lazily

@@ -7,16 +7,16 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from fivtui.model import InputError
-from fivtui.tui.session import KeptFile
+from fivtui.tui.session import StoredResult
 
-from .slots import Slot, claim, hold, kept_slots, slot_of
+from .slots import Slot, claim, hold, saved_slots, slot_of
 from .state_file import DamagedSession, State, load_state, put_aside, save_state
 
 if TYPE_CHECKING:
     from .results import ResultStore
 
 
-class Keeper:
+class Autosave:
     """Restores a session and saves it whenever it differs from its file.
 
     A session is locked against other processes.
@@ -39,15 +39,15 @@ class Keeper:
         self._slot: Slot | None = None
         self._held: ExitStack | None = None
         # Signature of a session read without a lock.
-        self._seen: tuple[int, int] | None = None
-        self._kept: State | None = None
+        self._signature: tuple[int, int] | None = None
+        self._saved: State | None = None
         self._lock = threading.Lock()
         self._results: ResultStore | None = None
         self.error = ""
         self.notices: list[str] = []
 
     @property
-    def keeps(self) -> bool:
+    def enabled(self) -> bool:
         """Whether sessions are saved."""
         return self._slot is not None
 
@@ -61,7 +61,7 @@ class Keeper:
         """The other saved sessions, last used first; other processes may hold them."""
         if self._first is None:
             return []
-        return [slot for slot in kept_slots(self._first) if slot.number != self.number]
+        return [slot for slot in saved_slots(self._first) if slot.number != self.number]
 
     def load(self) -> State | None:
         """Take the last used free session. Returns None for a new one."""
@@ -86,13 +86,13 @@ class Keeper:
 
     def _look(self, first: Path) -> State | None:
         # Without a lock nothing is changed or renamed.
-        for slot in kept_slots(first):
-            self._slot, self._seen = slot, slot.signature
+        for slot in saved_slots(first):
+            self._slot, self._signature = slot, slot.signature
             try:
                 return self._take(slot)
             except InputError as error:
                 self.notices.append(f"{slot.path}: {error}")
-        self._slot, self._seen = slot_of(first, 1), slot_of(first, 1).signature
+        self._slot, self._signature = slot_of(first, 1), slot_of(first, 1).signature
         return None
 
     def open(self, number: int) -> State:
@@ -124,14 +124,14 @@ class Keeper:
             ) from None
 
     def _take(self, slot: Slot) -> State | None:
-        self._kept = load_state(slot.path)
-        if self._kept is not None:
-            self._store_of(slot).adopt(self._kept.results)
-        return self._kept
+        self._saved = load_state(slot.path)
+        if self._saved is not None:
+            self._store_of(slot).adopt(self._saved.results)
+        return self._saved
 
     def due(self, state: State) -> bool:
         """Whether a state differs from the session's file."""
-        return self.keeps and state != self._kept
+        return self.enabled and state != self._saved
 
     def save(self, state: State) -> None:
         """Save a state if it is due."""
@@ -141,7 +141,7 @@ class Keeper:
 
     def _save(self, state: State, slot: Slot) -> None:
         # After a failure, try again only when the state changes.
-        self._kept = state
+        self._saved = state
         store = self._store_of(slot)
         try:
             self._hold_again(slot)
@@ -158,7 +158,7 @@ class Keeper:
         if self._held is not None:
             return
         held = hold(slot)
-        if slot.signature != self._seen:
+        if slot.signature != self._signature:
             held.close()
             raise InputError(f"{slot.path}: another fivtui has written it since it was read")
         self._held = held
@@ -176,7 +176,7 @@ class Keeper:
             self._held.close()
             self._held = None
 
-    def result(self, key: str, kept: KeptFile) -> Any:
+    def result(self, key: str, kept: StoredResult) -> Any:
         """Read a stored result; raises `InputError` if it cannot be read."""
         slot = self._slot
         if slot is None:

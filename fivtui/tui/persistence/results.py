@@ -9,7 +9,7 @@ from pathlib import Path
 from typing import Any, Final
 
 from fivtui.model import ComputationError, InputError
-from fivtui.tui.session import KeptFile, Run, Shown
+from fivtui.tui.session import DisplayedStudy, Run, StoredResult
 
 from .imports import MAP, SWEEP, TRADEOFF
 from .state_file import put_aside
@@ -58,22 +58,22 @@ class ResultStore:
         # Names of files that this session wrote or refers to.
         self._ours: set[str] = set()
         # Results and their files, by key.
-        self._files: dict[str, tuple[object, KeptFile]] = {}
+        self._files: dict[str, tuple[object, StoredResult]] = {}
 
     def adopt(self, results: Mapping[str, object]) -> None:
         """Register the files of a restored session."""
-        self._ours |= {kept.file for kept in results.values() if isinstance(kept, KeptFile)}
+        self._ours |= {kept.file for kept in results.values() if isinstance(kept, StoredResult)}
 
-    def put(self, results: Mapping[str, object]) -> tuple[dict[str, KeptFile], dict[str, str]]:
-        """Write new results, by key; stored ones (`KeptFile`) pass through.
+    def put(self, results: Mapping[str, object]) -> tuple[dict[str, StoredResult], dict[str, str]]:
+        """Write new results, by key; stored ones (`StoredResult`) pass through.
 
         Returns the files by key, and by key why a result was not stored (its previous file stays).
         """
-        files: dict[str, KeptFile] = {}
+        files: dict[str, StoredResult] = {}
         notes: dict[str, str] = {}
         self.failure = ""
         for key, result in results.items():
-            if isinstance(result, KeptFile):
+            if isinstance(result, StoredResult):
                 files[key] = result
                 continue
             token = result.result if isinstance(result, Run) else result
@@ -95,7 +95,7 @@ class ResultStore:
                 files[key] = file
         return files, notes
 
-    def _write(self, key: str, result: object) -> KeptFile:
+    def _write(self, key: str, result: object) -> StoredResult:
         kind, value, name, source = _parts(result, key)
         form = _FORMS[kind]
         size = form.size(value)
@@ -107,9 +107,9 @@ class ResultStore:
         except OSError as error:
             raise InputError(f"{self.folder}: cannot be made: {error.strerror}") from None
         form.save(value, self.folder / file)
-        return KeptFile(file, name, source)
+        return StoredResult(file, name, source)
 
-    def get(self, key: str, kept: KeptFile, *, aside: bool = True) -> Any:
+    def get(self, key: str, kept: StoredResult, *, aside: bool = True) -> Any:
         """Read the result `key`; raises `InputError` if it cannot be read.
 
         A damaged file is renamed if `aside`, and no longer belongs to the session.
@@ -129,12 +129,12 @@ class ResultStore:
                 f"the {key.replace('-', ' ') if kind == _RUN else key} of the last session could "
                 f"not be restored ({why}){where}"
             ) from None
-        found = value if kind == _RUN else Shown(value, kept.name, kept.source)
+        found = value if kind == _RUN else DisplayedStudy(value, kept.name, kept.source)
         self._files[key] = (found, kept)
         self._ours.add(kept.file)
         return found
 
-    def remove_others(self, files: Mapping[str, KeptFile]) -> None:
+    def remove_others(self, files: Mapping[str, StoredResult]) -> None:
         """Remove files of this session that are not in `files`."""
         for name in self._ours - {kept.file for kept in files.values()}:
             if _OWN.fullmatch(name):
@@ -150,7 +150,7 @@ def _kind(key: str) -> str:
 def _parts(result: object, key: str) -> tuple[str, Any, str, str]:
     if isinstance(result, Run):
         return _RUN, result.result, "", ""
-    if not isinstance(result, Shown):
+    if not isinstance(result, DisplayedStudy):
         raise TypeError(f"{key}: {type(result)}")
     return key, result.value, result.name, result.source
 

@@ -59,7 +59,7 @@ def slot_of(first: Path, number: int) -> Slot:
     return Slot(number, folder / first.name)
 
 
-def kept_slots(first: Path) -> list[Slot]:
+def saved_slots(first: Path) -> list[Slot]:
     """The slots with a session, last used first."""
     numbers = {1}
     with suppress(OSError):
@@ -99,7 +99,7 @@ def _touch(path: Path) -> None:
 
 def claim(first: Path, but: Collection[int] = ()) -> tuple[Slot, ExitStack]:
     """Lock the last used free session except `but`, or else an empty slot."""
-    for slot in kept_slots(first):
+    for slot in saved_slots(first):
         if slot.number not in but:
             with suppress(InputError):
                 return slot, hold(slot)

@@ -4,9 +4,9 @@ import dataclasses
 from collections.abc import Mapping
 from typing import Any, Final
 
-from fivtui.tui.session import KeptFile, Run, RunState, RunStyle, Session
+from fivtui.tui.session import Run, RunState, RunStyle, Session, StoredResult
 
-from .state_file import KeptRun, KeptRuns, State
+from .state_file import SavedRun, SavedRuns, State
 
 _RUN: Final = "run-"
 _STUDIES: Final = ("sweep", "map", "trade-off")
@@ -36,19 +36,19 @@ def state_of(session: Session, theme: str) -> State:
             name: dataclasses.replace(view, hidden=set(view.hidden), cursor=None)
             for name, view in session.views.items()
         },
-        runs=KeptRuns(
+        runs=SavedRuns(
             tuple(map(_kept, runs)),
             runs.count,
-            0 if runs.shown is None else runs.shown.number,
+            0 if runs.displayed is None else runs.displayed.number,
             0 if runs.baseline is None else runs.baseline.number,
         ),
         results=results,
     )
 
 
-def _kept(run: Run) -> KeptRun:
+def _kept(run: Run) -> SavedRun:
     state = RunState.STOPPED if run.state is RunState.RUNNING else run.state
-    return KeptRun(
+    return SavedRun(
         number=run.number,
         scene=run.scene,
         state=state.value,
@@ -61,7 +61,7 @@ def _kept(run: Run) -> KeptRun:
     )
 
 
-def bring_back(session: Session, state: State) -> None:
+def restore_session(session: Session, state: State) -> None:
     """Restore everything but the edited texts and the results."""
     session.recent = state.recent
     session.settings = {name: dict(known) for name, known in state.settings.items()}
@@ -70,15 +70,15 @@ def bring_back(session: Session, state: State) -> None:
         for name, view in state.views.items()
     }
     session.unread = {
-        key: kept for key, kept in state.results.items() if isinstance(kept, KeptFile)
+        key: kept for key, kept in state.results.items() if isinstance(kept, StoredResult)
     }
     runs = session.runs
     runs.restore((_run(kept, state) for kept in state.runs.runs), state.runs.count)
-    runs.shown = runs.find(state.runs.shown)
+    runs.displayed = runs.find(state.runs.displayed)
     runs.baseline = runs.find(state.runs.baseline)
 
 
-def take_back(session: Session, results: Mapping[str, Any]) -> None:
+def restore_results(session: Session, results: Mapping[str, Any]) -> None:
     """Give a session the results read from files; None for a result that could not be read."""
     for key, result in results.items():
         session.unread.pop(key, None)
@@ -93,7 +93,7 @@ def take_back(session: Session, results: Mapping[str, Any]) -> None:
             run.state = RunState.DONE if result is not None else RunState.NOT_KEPT
 
 
-def _run(kept: KeptRun, state: State) -> Run:
+def _run(kept: SavedRun, state: State) -> Run:
     run = Run(kept.number, kept.scene, RunState(kept.state), fraction=1.0)
     run.message, run.edited, run.source = kept.message, kept.edited, kept.source
     run.overlaid = kept.overlaid

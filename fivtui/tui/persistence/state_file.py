@@ -13,7 +13,7 @@ from fivtui.io import save_json
 from fivtui.model import InputError
 from fivtui.scene import Scene, scene_from_dict, scene_to_dict
 from fivtui.tui.chart import Axis, View
-from fivtui.tui.session import FIELDS, Edited, KeptFile, RunState
+from fivtui.tui.session import FIELDS, Edited, RunState, StoredResult
 
 STATE_VERSION: Final = 2
 _VERSION_KEY: Final = "fivtui_session"
@@ -25,7 +25,7 @@ class DamagedSession(InputError):
 
 
 @dataclass(frozen=True, slots=True)
-class KeptRun:
+class SavedRun:
     """A saved run without its result; see `Run`."""
 
     number: int
@@ -40,12 +40,12 @@ class KeptRun:
 
 
 @dataclass(frozen=True, slots=True)
-class KeptRuns:
-    """The saved runs, oldest first; `shown` and `baseline` are numbers, 0 for none."""
+class SavedRuns:
+    """The saved runs, oldest first; `displayed` and `baseline` are numbers, 0 for none."""
 
-    runs: tuple[KeptRun, ...] = ()
+    runs: tuple[SavedRun, ...] = ()
     count: int = 0
-    shown: int = 0
+    displayed: int = 0
     baseline: int = 0
 
 
@@ -63,10 +63,11 @@ class State:
         Unknown ones are ignored.
     settings, views
         As in `Session`; views without cursor.
-    runs : KeptRuns
+    runs : SavedRuns
         The runs.
     results : mapping of str to object
-        Results by key, such as ``run-1`` or ``sweep``: `Run` or `Shown`, or `KeptFile` if unread.
+        Results by key, such as ``run-1`` or ``sweep``: `Run`, `DisplayedStudy`,
+        or `StoredResult` if unread.
     notes : mapping of str to str
         Why other results were not stored.
     """
@@ -77,7 +78,7 @@ class State:
     theme: str = ""
     settings: Mapping[str, Mapping[str, str]] = field(default_factory=dict)
     views: Mapping[str, View] = field(default_factory=dict)
-    runs: KeptRuns = field(default_factory=KeptRuns)
+    runs: SavedRuns = field(default_factory=SavedRuns)
     results: Mapping[str, object] = field(default_factory=dict)
     notes: Mapping[str, str] = field(default_factory=dict)
 
@@ -110,11 +111,13 @@ def save_state(state: State, path: Path) -> None:
         "runs": {
             "runs": [_run_to_dict(run) for run in state.runs.runs],
             "count": state.runs.count,
-            "shown": state.runs.shown,
+            "shown": state.runs.displayed,
             "baseline": state.runs.baseline,
         },
         "results": {
-            key: asdict(kept) for key, kept in state.results.items() if isinstance(kept, KeptFile)
+            key: asdict(kept)
+            for key, kept in state.results.items()
+            if isinstance(kept, StoredResult)
         },
         "notes": dict(state.notes),
     }
@@ -153,7 +156,7 @@ def _axis(data: Any, log: bool) -> Axis | None:
     return axis
 
 
-def _run_to_dict(run: KeptRun) -> dict[str, Any]:
+def _run_to_dict(run: SavedRun) -> dict[str, Any]:
     return {
         "number": run.number,
         "scene": scene_to_dict(run.scene),
@@ -167,9 +170,9 @@ def _run_to_dict(run: KeptRun) -> dict[str, Any]:
     }
 
 
-def _run_from_dict(data: Mapping[str, Any]) -> KeptRun:
+def _run_from_dict(data: Mapping[str, Any]) -> SavedRun:
     edited = data["edited"]
-    return KeptRun(
+    return SavedRun(
         number=int(data["number"]),
         scene=scene_from_dict(data["scene"]),
         state=RunState(data["state"]).value,
@@ -228,14 +231,14 @@ def _state(data: Any) -> State:
             for name, known in data["settings"].items()
         },
         views={str(name): _view_from_dict(view) for name, view in data["views"].items()},
-        runs=KeptRuns(
+        runs=SavedRuns(
             runs=tuple(_run_from_dict(run) for run in data["runs"]["runs"]),
             count=int(data["runs"]["count"]),
-            shown=int(data["runs"]["shown"]),
+            displayed=int(data["runs"]["shown"]),
             baseline=int(data["runs"]["baseline"]),
         ),
         results={
-            str(key): KeptFile(**kept)
+            str(key): StoredResult(**kept)
             for key, kept in data["results"].items()
             if re.fullmatch(r"run-[1-9][0-9]*|sweep|map|trade-off", key)
         },

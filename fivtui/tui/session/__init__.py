@@ -22,14 +22,14 @@ if TYPE_CHECKING:
         CONSIDERED as CONSIDERED,
         FIELDS as FIELDS,
         IGNORED as IGNORED,
-        Field as Field,
+        FormField as FormField,
     )
     from .help import field_help as field_help, general_help as general_help
     from .history import Edited as Edited
     from .jobs import PRECEDENCE as PRECEDENCE, Job as Job, progress_words as progress_words
     from .report import (
         SECOND_HALF as SECOND_HALF,
-        Beside as Beside,
+        Coexisting as Coexisting,
         Row as Row,
         quantity as quantity,
         remark as remark,
@@ -44,8 +44,8 @@ if TYPE_CHECKING:
     from .runs import (
         FMU_ENGINE as FMU_ENGINE,
         MAX_RUNS as MAX_RUNS,
-        Outcome as Outcome,
         Run as Run,
+        RunOutcome as RunOutcome,
         Runs as Runs,
         RunState as RunState,
         execute as execute,
@@ -53,13 +53,13 @@ if TYPE_CHECKING:
     from .scene_differences import base_scene as base_scene, differences as differences
     from .scenes_of_paper import paper_scenes as paper_scenes
     from .session import Session as Session
-    from .shown import (
+    from .steps import number_text as number_text
+    from .studies import (
         CHARTS as CHARTS,
-        KeptFile as KeptFile,
-        Shown as Shown,
+        DisplayedStudy as DisplayedStudy,
+        StoredResult as StoredResult,
         check_drawable as check_drawable,
     )
-    from .steps import number_text as number_text
 else:
     from fivtui.lazy import lazily
 

@@ -30,7 +30,7 @@ from fivtui.transient import (
 )
 
 from .equations import equations_with
-from .steps import Nudge, by_decade, by_digit, number_text
+from .steps import Step, by_decade, by_digit, number_text
 
 CONSIDERED: Final = "considered"
 IGNORED: Final = "ignored"
@@ -48,7 +48,7 @@ _ACCURACY_BEGUN: Final = "[a-z][A-Za-z0-9_=.,+ -]*"
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Field:
+class FormField:
     """An input field, edited as text.
 
     Attributes
@@ -67,7 +67,7 @@ class Field:
         The field's text for a scene.
     typed : str
         Regular expression of acceptable text while typing; by default beginnings of a number.
-    nudge : callable or None
+    step_by : callable or None
         Changes the value by a step.
     when_empty : str
         Meaning of an empty text, if that is valid.
@@ -87,14 +87,14 @@ class Field:
     check: Callable[[str], object]
     text_of: Callable[[Scene], str]
     typed: str = _NUMBER_BEGUN
-    nudge: Nudge | None = None
+    step_by: Step | None = None
     when_empty: str = ""
     choices: Mapping[str, str] | None = None
     details: tuple[tuple[str, str], ...] = ()
 
 
-def _parameter(spec: ParameterSpec) -> Field:
-    return Field(
+def _parameter(spec: ParameterSpec) -> FormField:
+    return FormField(
         name=spec.name,
         group="Parameters",
         symbol=spec.symbol,
@@ -104,7 +104,7 @@ def _parameter(spec: ParameterSpec) -> Field:
         default=number_text(spec.default),
         check=spec.check,
         text_of=lambda scene: number_text(getattr(scene.parameters, spec.name)),
-        nudge=by_digit(spec.default),
+        step_by=by_digit(spec.default),
         details=tuple(
             (f"Eq. {equation.number}", f"{equation.text}  ({equation.subject})")
             for equation in equations_with(spec)
@@ -162,7 +162,7 @@ _STEP_ALLOWED: Final = "above 0 and at most t_end, or empty"
 _ACCURACY_ALLOWED: Final = f"e.g. peak=1e-4, for {', '.join(QUANTITIES)}; or empty"
 
 _OF_THE_RUN: Final = (
-    Field(
+    FormField(
         name="separation",
         group="Transient",
         symbol="",
@@ -175,7 +175,7 @@ _OF_THE_RUN: Final = (
         choices=_SEPARATION,
         details=tuple(_SEPARATION.items()),
     ),
-    Field(
+    FormField(
         name="start",
         group="Transient",
         symbol="",
@@ -188,7 +188,7 @@ _OF_THE_RUN: Final = (
         typed=f"{_STATIC_BEGUN}|{_NUMBERS_BEGUN}",
         details=(("static", "at rest at the equilibrium for μ = 0; the belt starts at t = 0"),),
     ),
-    Field(
+    FormField(
         name="t_end",
         group="Transient",
         symbol="t_end",
@@ -198,10 +198,10 @@ _OF_THE_RUN: Final = (
         default=number_text(DEFAULT_T_END),
         check=_check_t_end,
         text_of=lambda scene: number_text(scene.t_end),
-        nudge=by_digit(DEFAULT_T_END),
+        step_by=by_digit(DEFAULT_T_END),
         details=(("use", "half peak-to-peak is taken over the second half of the run"),),
     ),
-    Field(
+    FormField(
         name="method",
         group="Transient",
         symbol="",
@@ -214,7 +214,7 @@ _OF_THE_RUN: Final = (
         choices=ALL_METHODS,
         details=tuple(ALL_METHODS.items()),
     ),
-    Field(
+    FormField(
         name="tol",
         group="Transient",
         symbol="tol",
@@ -224,13 +224,13 @@ _OF_THE_RUN: Final = (
         default=number_text(DEFAULT_TOL),
         check=_check_tol,
         text_of=lambda scene: number_text(scene.tol),
-        nudge=by_decade,
+        step_by=by_decade,
         details=(
             ("use", "methods with variable step, unless accuracy is given"),
             ("taylor, fmu", "relative error of the end state after about a hundred periods"),
         ),
     ),
-    Field(
+    FormField(
         name="accuracy",
         group="Transient",
         symbol="",
@@ -244,7 +244,7 @@ _OF_THE_RUN: Final = (
         when_empty="tol or step",
         details=tuple(QUANTITIES.items()),
     ),
-    Field(
+    FormField(
         name="step",
         group="Transient",
         symbol="step",
@@ -254,7 +254,7 @@ _OF_THE_RUN: Final = (
         default="",
         check=_check_step,
         text_of=lambda scene: "" if scene.step is None else number_text(scene.step),
-        nudge=by_digit(0.001),
+        step_by=by_digit(0.001),
         when_empty="default",
         details=(
             ("rk4", "the integration step"),
@@ -264,6 +264,6 @@ _OF_THE_RUN: Final = (
     ),
 )
 
-FIELDS: Final[Mapping[str, Field]] = {
+FIELDS: Final[Mapping[str, FormField]] = {
     field.name: field for field in (*map(_parameter, PARAMETERS.values()), *_OF_THE_RUN)
 }

@@ -3,7 +3,7 @@
 from fivtui.transient import Trajectory
 
 
-class Growth:
+class PartialTrajectory:
     """Collects trajectory parts from the computing thread, for another thread to read."""
 
     def __init__(self) -> None:

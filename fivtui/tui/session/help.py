@@ -3,7 +3,7 @@
 from typing import Final
 
 from .equations import EQUATIONS
-from .fields import Field
+from .fields import FormField
 from .report import Row
 
 KEYS: Final = (
@@ -42,7 +42,7 @@ def general_help() -> list[Row]:
     return [*KEYS, Row("", ""), *model]
 
 
-def field_help(field: Field) -> list[Row]:
+def field_help(field: FormField) -> list[Row]:
     """Meaning, unit, range, default and details of a field."""
     rows = [
         Row("meaning", field.meaning),
@@ -52,6 +52,6 @@ def field_help(field: Field) -> list[Row]:
         Row("default", field.default or "none"),
         *(Row(label, text) for label, text in field.details),
     ]
-    if field.nudge is not None:
+    if field.step_by is not None:
         rows.append(Row("keys", "↑ ↓ increase or decrease by a step, with Shift by a tenth of it"))
     return rows

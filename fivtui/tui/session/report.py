@@ -25,7 +25,7 @@ class Row:
 
 
 @dataclass(frozen=True, slots=True)
-class Beside:
+class Coexisting:
     """Attractors found beside a stable equilibrium.
 
     Attributes
@@ -58,13 +58,13 @@ def verdict(s: Stability) -> str:
     return "NEUTRAL" if neutral else "UNSTABLE"
 
 
-def verdict_kind(s: Stability, beside: Beside | None) -> str:
+def verdict_kind(s: Stability, coexisting: Coexisting | None) -> str:
     """The kind of verdict for colouring; "stable" only if no other attractor was found."""
-    if beside is None:
+    if coexisting is None:
         return verdict(s).lower()
-    if beside.coexists:
+    if coexisting.coexists:
         return "coexisting"
-    return "stable" if beside.done else "searching"
+    return "stable" if coexisting.done else "searching"
 
 
 # Short name of the half peak-to-peak of y.
@@ -104,16 +104,16 @@ def _margin(p: Parameters, s: Stability) -> str:
     return f"μ {100.0 * abs(part):.3g} % {side}"
 
 
-def stability_brief(p: Parameters, s: Stability, beside: Beside | None = None) -> list[str]:
+def stability_brief(p: Parameters, s: Stability, coexisting: Coexisting | None = None) -> list[str]:
     """The verdict in a few lines, the most important first."""
     point, margin = s.equilibrium, _margin(p, s)
     leading = max(_modes(s), key=lambda value: value.real)
     frequency = f", {leading.imag / math.tau:.4g} Hz" if leading.imag else ""
     growth = f"growth rate {s.growth_rate:+.4g} 1/s{frequency}"
     head = [f"{verdict(s)}: {growth}"]
-    if beside is not None:
-        link = ", but" if beside.coexists else ","
-        head = [f"{verdict(s)}{link} {beside.words}", growth]
+    if coexisting is not None:
+        link = ", but" if coexisting.coexists else ","
+        head = [f"{verdict(s)}{link} {coexisting.words}", growth]
     return [
         *head,
         f"μ_c {_critical_words(s)}{margin and ', '}{margin}",
@@ -122,12 +122,12 @@ def stability_brief(p: Parameters, s: Stability, beside: Beside | None = None) -
     ]
 
 
-def stability_rows(p: Parameters, s: Stability, beside: Beside | None = None) -> list[Row]:
+def stability_rows(p: Parameters, s: Stability, coexisting: Coexisting | None = None) -> list[Row]:
     """All results of a stability analysis."""
     point = s.equilibrium
     rows = [
         Row("verdict", verdict(s), _CONSEQUENCE[verdict(s)]),
-        *([] if beside is None else [Row("coexisting", beside.words, beside.note)]),
+        *([] if coexisting is None else [Row("coexisting", coexisting.words, coexisting.note)]),
         Row("growth rate", f"{s.growth_rate:+.6g} 1/s", _time_scale(s.growth_rate)),
         Row("critical μ", _critical_words(s), _margin(p, s)),
         Row(

@@ -11,7 +11,7 @@ from fivtui.model import Cancelled, ComputationError, InputError
 from fivtui.scene import Scene, scene_transient
 from fivtui.transient import Transient, takes_step
 
-from .growth import Growth
+from .growth import PartialTrajectory
 from .jobs import PRECEDENCE
 from .run_styles import RunStyle, usual_style
 from .sampling import sample_times
@@ -66,7 +66,7 @@ class Run:
         Whether it is plotted beside the displayed run.
     style : RunStyle
         Colour and marker.
-    growth : Growth
+    partial : PartialTrajectory
         The trajectory so far, while it is running.
     """
 
@@ -80,7 +80,7 @@ class Run:
     source: str = ""
     overlaid: bool = False
     style: RunStyle = field(init=False)
-    growth: Growth = field(default_factory=Growth)
+    partial: PartialTrajectory = field(default_factory=PartialTrajectory)
     _begin: float = field(default_factory=time.monotonic)
     _stop: threading.Event = field(default_factory=threading.Event)
 
@@ -129,14 +129,14 @@ class Run:
 
 
 @dataclass(frozen=True, slots=True)
-class Outcome:
+class RunOutcome:
     """How a run ended: a result, an error, or neither if stopped."""
 
     result: Transient | None = None
     error: str = ""
 
 
-def execute(run: Run) -> Outcome:
+def execute(run: Run) -> RunOutcome:
     """Compute a run in the calling thread, writing its progress only; see `Runs.finish`."""
     scene = run.scene
     try:
@@ -144,13 +144,13 @@ def execute(run: Run) -> Outcome:
             scene,
             samples=sample_times(scene),
             progress=run.report,
-            on_samples=run.growth.take,
+            on_samples=run.partial.take,
         ).transient
     except Cancelled:
-        return Outcome()
+        return RunOutcome()
     except (InputError, ComputationError) as error:
-        return Outcome(error=str(error))
-    return Outcome(result)
+        return RunOutcome(error=str(error))
+    return RunOutcome(result)
 
 
 class Runs:
@@ -158,14 +158,14 @@ class Runs:
 
     Attributes
     ----------
-    shown : Run or None
+    displayed : Run or None
         The run whose result is displayed.
     baseline : Run or None
         The run that others are compared with.
     """
 
     def __init__(self) -> None:
-        self.shown: Run | None = None
+        self.displayed: Run | None = None
         self.baseline: Run | None = None
         self._runs: list[Run] = []
         self._count = 0
@@ -205,17 +205,17 @@ class Runs:
         run = Run(self._count, scene)
         self._runs.append(run)
         while len(self._runs) > MAX_RUNS:
-            kept = (self.shown, self.baseline, self.active, run)
+            kept = (self.displayed, self.baseline, self.active, run)
             others = [old for old in self._runs if old not in kept]
             self.remove(next((old for old in others if old.state in _WITHOUT), others[0]))
         return run
 
-    def take_in(self, scene: Scene, result: Transient, source: str) -> Run:
+    def add_read(self, scene: Scene, result: Transient, source: str) -> Run:
         """Add a run read from a file: overlaid, or displayed if no other is."""
         run = self._add(scene)
         run.state, run.result, run.source, run.overlaid = RunState.DONE, result, source, True
-        if self.shown is None:
-            self.shown = run
+        if self.displayed is None:
+            self.displayed = run
         return run
 
     def remove(self, run: Run) -> None:
@@ -225,21 +225,21 @@ class Runs:
         self._runs.remove(run)
         if self.baseline is run:
             self.baseline = None
-        if self.shown is run:
+        if self.displayed is run:
             done = [other for other in self._runs if other.result is not None]
-            self.shown = done[-1] if done else None
+            self.displayed = done[-1] if done else None
 
     @property
     def drawn(self) -> list[Run]:
         """The runs to plot: overlaid runs with results, then the displayed one."""
-        beside = [
+        overlaid = [
             run
             for run in self._runs
-            if run.overlaid and run.result is not None and run is not self.shown
+            if run.overlaid and run.result is not None and run is not self.displayed
         ]
-        if self.shown is None or self.shown.result is None:
-            return beside
-        return [*beside, self.shown]
+        if self.displayed is None or self.displayed.result is None:
+            return overlaid
+        return [*overlaid, self.displayed]
 
     def stop(self) -> Run | None:
         """Stop the active run at once and return it."""
@@ -249,13 +249,13 @@ class Runs:
             run.ask_to_stop()
         return run
 
-    def finish(self, run: Run, outcome: Outcome) -> bool:
+    def finish(self, run: Run, outcome: RunOutcome) -> bool:
         """Store a run's outcome. Returns False if the run was stopped before."""
         if run.state is not RunState.RUNNING:
             return False
         run.result, run.message = outcome.result, outcome.error
         run.state = RunState.DONE if outcome.result is not None else RunState.FAILED
-        run.growth = Growth()
+        run.partial = PartialTrajectory()
         return True
 
     def find(self, number: int) -> Run | None:

@@ -12,15 +12,15 @@ from fivtui.tui.chart import View
 
 from .editing import Editing
 from .fields import CONSIDERED, FIELDS
-from .report import Beside
+from .report import Coexisting
 from .runs import FMU_ENGINE, FMU_METHOD, Run, Runs, engine_of
 from .scene_differences import differences
-from .shown import Studies
 from .steps import number_text
+from .studies import DisplayedStudies
 
 if TYPE_CHECKING:
     from .command_lines import Origin
-    from .shown import KeptFile
+    from .studies import StoredResult
 
 MOST_RECENT: Final = 10
 _FIRST_METHOD: Final = next(iter(METHODS))
@@ -46,15 +46,15 @@ class Session(Editing):
         Recent scene files, last one first.
     tab : str
         Identifier of the current tab; empty for the first.
-    studies : Studies
+    studies : DisplayedStudies
         Results displayed in the tabs of studies.
     settings : dict of str to dict of str
         Stored settings by tab and name.
     views : dict of str to View
         Limits and scales of the charts by identifier.
-    unread : dict of str to KeptFile
+    unread : dict of str to StoredResult
         Results of the last session that are not read yet.
-    beside : Beside or None
+    coexisting : Coexisting or None
         Attractors beside the edited equilibrium, as far as known.
     """
 
@@ -64,11 +64,11 @@ class Session(Editing):
         self.reports: list[str] = []
         self.recent: tuple[str, ...] = ()
         self.tab = ""
-        self.studies = Studies()
+        self.studies = DisplayedStudies()
         self.settings: dict[str, dict[str, str]] = {}
         self.views: dict[str, View] = {}
-        self.unread: dict[str, KeptFile] = {}
-        self.beside: Beside | None = None
+        self.unread: dict[str, StoredResult] = {}
+        self.coexisting: Coexisting | None = None
         self._native_method = _FIRST_METHOD
         # The last result: several views ask for it at every key.
         self._stability: tuple[tuple[Parameters, bool], Stability] | None = None
@@ -109,20 +109,20 @@ class Session(Editing):
         found = {name: self.error(name) for name in FIELDS}
         return {name: message for name, message in found.items() if message}
 
-    def nudge(self, name: str, direction: int, *, fine: bool = False) -> bool:
+    def step_field(self, name: str, direction: int, *, fine: bool = False) -> bool:
         """Change a number by a step, or `fine` by a tenth. Returns False if that is impossible."""
         field = FIELDS[name]
-        if field.nudge is None:
+        if field.step_by is None:
             return False
         try:
             value = field.check(self.texts[name] or field.default)
             if not isinstance(value, float):
                 return False
-            text = number_text(field.nudge(value, direction, fine))
+            text = number_text(field.step_by(value, direction, fine))
             field.check(text)
         except InputError:
             return False
-        self._set(name, text, f"nudge {direction:+d}")
+        self._set(name, text, f"step {direction:+d}")
         return True
 
     @property

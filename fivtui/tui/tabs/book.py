@@ -58,18 +58,18 @@ class TabBook(TabbedContent):
         """The current pane, None before it is created."""
         return self._made.get(self.active)
 
-    def tell(self, what: Callable[[Pane], None]) -> None:
+    def update_pane(self, what: Callable[[Pane], None]) -> None:
         """Call a function with the current pane if it exists; others catch up when shown."""
         pane = self.pane
         if pane is not None and pane.is_mounted:
             what(pane)
 
-    def ask(self, what: Callable[[Pane], None]) -> None:
+    def when_ready(self, what: Callable[[Pane], None]) -> None:
         """Call a function with the current pane as soon as it exists."""
         self._waiting.append(what)
-        self._tell_waiting()
+        self._call_waiting()
 
-    def _tell_waiting(self) -> None:
+    def _call_waiting(self) -> None:
         pane = self.pane
         if pane is not None and pane.is_mounted:
             waiting, self._waiting = self._waiting, []
@@ -98,7 +98,7 @@ class TabBook(TabbedContent):
             self._made[name] = pane = spec.pane(self._session)
             await self.get_pane(name).mount(pane)
         self.catch_up()
-        self._tell_waiting()
+        self._call_waiting()
         if self._refocus and name == self.active:
             self._refocus = False
             inside = [widget for widget in self._made[name].query("*") if widget.focusable]
@@ -108,6 +108,6 @@ class TabBook(TabbedContent):
 
     def catch_up(self) -> None:
         """Bring the current pane up to date."""
-        self.tell(lambda pane: pane.scene_changed())
-        self.tell(lambda pane: pane.run_changed(self._session.runs.shown))
-        self.tell(lambda pane: pane.reported())
+        self.update_pane(lambda pane: pane.scene_changed())
+        self.update_pane(lambda pane: pane.run_changed(self._session.runs.displayed))
+        self.update_pane(lambda pane: pane.reported())

@@ -13,7 +13,7 @@ from matplotlib.figure import Figure
 from fivtui.io import write_table
 from fivtui.model import Column
 from fivtui.plotting import STYLE, WIDTH, new_figure
-from fivtui.tui.chart import Axis, Backdrop, Chart, Guide, Seen, Trace, View, reduced
+from fivtui.tui.chart import Axis, Backdrop, Chart, Guide, Trace, View, VisibleCharts, reduced
 from fivtui.tui.session import COLOURS
 
 # Markers per line, and columns that a long line is reduced to (several per pixel).
@@ -33,16 +33,16 @@ _NO_VALUE: Final = "0.85"
 _OFF_BELT: Final = "0.88"
 
 
-def seen_figure(seen: Seen, names: Mapping[str, str] | None = None) -> Figure:
+def charts_figure(charts: VisibleCharts, names: Mapping[str, str] | None = None) -> Figure:
     """A matplotlib figure of the displayed charts; `names` replaces legend entries."""
-    count = len(seen.panels)
-    rows, columns = (1, count) if seen.across else (count, 1)
-    height = _SQUARE if seen.across else max(_ROW * rows, _LEAST_HEIGHT)
+    count = len(charts.panels)
+    rows, columns = (1, count) if charts.across else (count, 1)
+    height = _SQUARE if charts.across else max(_ROW * rows, _LEAST_HEIGHT)
     with mpl.rc_context(STYLE):
         figure = new_figure(WIDTH, height)
         grid = figure.subplots(rows, columns, squeeze=False)
         panels = [axes for row in grid for axes in row]
-        for axes, (chart, view) in zip(panels, seen.panels, strict=True):
+        for axes, (chart, view) in zip(panels, charts.panels, strict=True):
             _draw(axes, chart, view, names or {})
         figure.align_ylabels()
         _add_legends(figure, panels)
@@ -66,7 +66,7 @@ def _draw(axes: Axes, chart: Chart, view: View, names: Mapping[str, str]) -> Non
             label="off the belt",
         )
     several = len(chart.traces) > 1
-    for index, trace in view.shown(chart):
+    for index, trace in view.visible(chart):
         look = _look(trace, index, several=several)
         across, up = reduced(trace, x, _COLUMNS)
         if several and trace.look == "line" and look["marker"]:
@@ -184,14 +184,14 @@ def _add_legends(figure: Figure, panels: Sequence[Axes]) -> None:
             text.set_parse_math(False)
 
 
-def save_seen(seen: Seen, path: Path, *, force: bool = False) -> None:
+def save_charts(charts: VisibleCharts, path: Path, *, force: bool = False) -> None:
     """Save the visible points of the displayed charts as CSV, NPZ or Parquet."""
     parts: list[tuple[float, float, np.ndarray[Any, np.dtype[np.float64]], Any]] = []
     panels = []
-    for number, (chart, view) in enumerate(seen.panels, start=1):
+    for number, (chart, view) in enumerate(charts.panels, start=1):
         x, y = view.axes(chart)
         names = {}
-        for index, trace in view.shown(chart):
+        for index, trace in view.visible(chart):
             inside = _inside(trace.x, x) & _inside(trace.y, y)
             parts.append((number, index + 1.0, trace.x[inside], trace.y[inside]))
             names[str(index + 1)] = trace.name or chart.note

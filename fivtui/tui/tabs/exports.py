@@ -15,7 +15,7 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
     from fivtui.transient import Transient
-    from fivtui.tui.chart import Seen
+    from fivtui.tui.chart import VisibleCharts
 
 FIGURE: Final = "figure"
 DATA: Final = "data"
@@ -73,33 +73,33 @@ def figure_export(of: str, stem: str, draw: "Callable[[], Figure]") -> Export:
     return Export(FIGURE, of, f"{_safe(stem)}.svg", (".png", ".svg", ".pdf"), check, write)
 
 
-def seen_export(
-    of: str, stem: str, seen: "Seen", names: "Callable[[], Mapping[str, str]]" = dict
+def charts_export(
+    of: str, stem: str, charts: "VisibleCharts", names: "Callable[[], Mapping[str, str]]" = dict
 ) -> Export:
-    """The displayed charts as a figure; arguments as in `figure_export` and `seen_figure`."""
+    """The displayed charts as a figure; arguments as in `figure_export` and `charts_figure`."""
 
     def draw() -> "Figure":
-        from .chart_figure import seen_figure
+        from .chart_figure import charts_figure
 
-        return seen_figure(seen, names())
+        return charts_figure(charts, names())
 
     return figure_export(of, stem, draw)
 
 
-def as_seen(whole: Export, seen: "Seen | None") -> Export:
+def as_displayed(whole: Export, charts: "VisibleCharts | None") -> Export:
     """A study's export, with its figure replaced by the displayed charts if there are any."""
-    if whole.what != FIGURE or seen is None:
+    if whole.what != FIGURE or charts is None:
         return whole
-    return seen_export(whole.of, Path(whole.proposal).stem, seen)
+    return charts_export(whole.of, Path(whole.proposal).stem, charts)
 
 
-def points_export(of: str, stem: str, seen: "Seen") -> Export:
+def points_export(of: str, stem: str, charts: "VisibleCharts") -> Export:
     """The points of the displayed charts as data."""
 
     def save(path: Path, force: bool) -> None:
-        from .chart_figure import save_seen
+        from .chart_figure import save_charts
 
-        save_seen(seen, path, force=force)
+        save_charts(charts, path, force=force)
 
     return data_export(of, stem, "chart's data", dict.fromkeys(FORMATS, save))
 

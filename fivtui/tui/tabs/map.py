@@ -23,7 +23,7 @@ from .charts.map import (
     point_words,
     values_in,
 )
-from .exports import Export, as_seen
+from .exports import Export, as_displayed
 from .job_pane import JobPane
 from .messages import PointOpened
 from .study_exports import map_export
@@ -185,7 +185,7 @@ class MapPane(JobPane):
         if result is None:
             raise InputError(_NOTHING)
         name = self.session.name if read is None else read.name
-        return as_seen(map_export(what, name, result), self.seen())
+        return as_displayed(map_export(what, name, result), self.visible_charts())
 
     def command_line(self) -> str:
         """The command that computes the map."""

@@ -8,7 +8,7 @@ from textual.message import Message
 
 from fivtui.scene import Scene
 from fivtui.transient import Transient
-from fivtui.tui.session import Job, Outcome, Run, Shown
+from fivtui.tui.session import DisplayedStudy, Job, Run, RunOutcome
 
 if TYPE_CHECKING:
     from fivtui.orbits import Coexistence
@@ -24,7 +24,7 @@ class FieldEdited(Message):
 
 
 @dataclass
-class FieldNudged(Message):
+class FieldStepped(Message):
     """The user changed a number by a step up (+1) or down (-1)."""
 
     name: str
@@ -40,7 +40,7 @@ class FieldFocused(Message):
 
 
 @dataclass
-class Searched(Message):
+class SearchUpdated(Message):
     """Result of an attractor search, perhaps outdated."""
 
     job: Job
@@ -50,7 +50,7 @@ class Searched(Message):
 
 
 @dataclass
-class RunAsked(Message):
+class RunRequested(Message):
     """The user wants to start a run or stop the active one."""
 
 
@@ -59,11 +59,11 @@ class RunEnded(Message):
     """A run's thread ended, perhaps after the run was stopped."""
 
     run: Run
-    outcome: Outcome
+    outcome: RunOutcome
 
 
 @dataclass
-class RunActed(Message):
+class RunActionRequested(Message):
     """The user wants an action on a run: `what` is a name in `run_control.ACTS`."""
 
     number: int
@@ -132,11 +132,11 @@ class StudyRead(Message):
     """A sweep, map or trade-off was read from a file; `kind` is the tab that shows it."""
 
     kind: str
-    shown: Shown[Any]
+    study: DisplayedStudy[Any]
 
 
 @dataclass
-class SessionAsked(Message):
+class SessionRequested(Message):
     """The user wants to open another saved session, by its number."""
 
     number: int

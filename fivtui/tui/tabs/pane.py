@@ -67,7 +67,7 @@ class Pane(Vertical):
         """
         from .exports import run_export
 
-        return run_export(what, self.session.runs.shown)
+        return run_export(what, self.session.runs.displayed)
 
     def command_line(self) -> str:
         """The shell command that computes the current contents.
@@ -79,7 +79,7 @@ class Pane(Vertical):
         """
         from fivtui.tui.session import transient_line
 
-        run = self.session.runs.shown
+        run = self.session.runs.displayed
         scene = self.session.scene() if run is None else run.scene
         return transient_line(scene, self.session.origin)
 

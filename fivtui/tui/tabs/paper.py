@@ -13,10 +13,10 @@ from fivtui.model import Cancelled, InputError
 from fivtui.tui.chart import ChartView
 from fivtui.tui.session import CLAIMS_LINE, Job, Session, figure_line
 
-from .exports import DATA, FIGURE, KINDS, Export, as_seen
+from .exports import DATA, FIGURE, KINDS, Export, as_displayed
 from .job_pane import JobPane
 from .list_table import ListTable
-from .messages import RunAsked, SceneLoaded
+from .messages import RunRequested, SceneLoaded
 from .study_exports import claims_export, paper_export
 
 if TYPE_CHECKING:
@@ -224,7 +224,7 @@ class PaperPane(JobPane):
         if key not in self._computed:
             which = f"Fig. {key} is not computed yet" if key else "no figure is selected yet"
             raise InputError(f"{which}: Enter in the list of figures computes it")
-        return as_seen(paper_export(what, key, self._source()), self.seen())
+        return as_displayed(paper_export(what, key, self._source()), self.visible_charts())
 
     def command_line(self) -> str:
         """The command for the selected figure, or the claims."""
@@ -251,4 +251,4 @@ class PaperPane(JobPane):
         panel = PANELS[self._shown]
         words = f"figure {panel.key}, {panel.along} = {event.point.x:g}"
         self.post_message(SceneLoaded(point_scene(panel, event.point), "", words))
-        self.post_message(RunAsked())
+        self.post_message(RunRequested())

@@ -113,7 +113,7 @@ class StabilityPane(ViewsPane):
     def draw(self) -> None:
         """Draw the current view."""
         if self.view == "facts":
-            rows = [] if self._now is None else stability_rows(*self._now, self.session.beside)
+            rows = [] if self._now is None else stability_rows(*self._now, self.session.coexisting)
             self.query_one("#facts", RowsView).show(rows, self._why)
         elif self.view == "plane":
             chart = None if self._now is None else plane_chart(self._now[1], self._scan)
@@ -141,7 +141,7 @@ class StabilityPane(ViewsPane):
 
     def export(self, what: str) -> "Export":
         """The displayed charts, or the modes over μ and eigenvalues as data."""
-        from .exports import as_seen
+        from .exports import as_displayed
         from .study_exports import stability_export
 
         if self._now is None:
@@ -149,7 +149,7 @@ class StabilityPane(ViewsPane):
         whole = stability_export(
             what, self.session.name, *self._now, separation=self.session.separation
         )
-        return as_seen(whole, self.seen())
+        return as_displayed(whole, self.visible_charts())
 
     def command_line(self) -> str:
         """The command for the edited parameters' stability."""

@@ -12,7 +12,7 @@ from textual.widgets import Input, Static
 
 from fivtui.model import PARAMETERS, InputError
 from fivtui.tui.chart import ChartView
-from fivtui.tui.session import Job, Session, Shown, sweep_line
+from fivtui.tui.session import DisplayedStudy, Job, Session, sweep_line
 
 from .charts.sweep import (
     EXAMPLE,
@@ -28,7 +28,7 @@ from .charts.sweep import (
     sweep_parts,
     sweep_request,
 )
-from .exports import Export, as_seen
+from .exports import Export, as_displayed
 from .job_pane import JobPane
 from .messages import PointOpened
 from .study_exports import sweep_export
@@ -57,7 +57,7 @@ class SweepPane(JobPane):
 
     def __init__(self, session: Session) -> None:
         super().__init__(session)
-        self._drawn: Shown[Sweep] | None = None
+        self._drawn: DisplayedStudy[Sweep] | None = None
         self._points: SweepPoints | None = None
 
     def compose_bar(self) -> ComposeResult:
@@ -87,21 +87,21 @@ class SweepPane(JobPane):
 
     def _show(self, result: "Sweep | None") -> None:
         name = self.session.name
-        self.session.studies.sweep = None if result is None else Shown(result, name)
+        self.session.studies.sweep = None if result is None else DisplayedStudy(result, name)
         self._catch_up()
 
     def _catch_up(self) -> None:
         # The session's sweep was computed here, read from a file, or restored.
-        shown = self.session.studies.sweep
-        if shown is not self._drawn:
-            if shown is not None and shown.source:
+        displayed = self.session.studies.sweep
+        if displayed is not self._drawn:
+            if displayed is not None and displayed.source:
                 self.stop()
-            self._drawn = shown
-            single = shown is not None and len(shown.value.study.design.axes) == 1
-            self._points = points_of(shown.value) if shown is not None and single else None
-            if shown is not None and self.job is None:
-                source = f", read from {shown.source}" if shown.source else ""
-                self.say(f"{count_words(shown.value)}{source}")
+            self._drawn = displayed
+            single = displayed is not None and len(displayed.value.study.design.axes) == 1
+            self._points = points_of(displayed.value) if displayed is not None and single else None
+            if displayed is not None and self.job is None:
+                source = f", read from {displayed.source}" if displayed.source else ""
+                self.say(f"{count_words(displayed.value)}{source}")
 
     @on(Input.Changed, "#vary")
     def _edited(self, event: Input.Changed) -> None:
@@ -136,16 +136,16 @@ class SweepPane(JobPane):
 
     def draw(self) -> None:
         """Draw the known members."""
-        view, shown = self.query_one(ChartView), self._drawn
-        if shown is None:
+        view, displayed = self.query_one(ChartView), self._drawn
+        if displayed is None:
             view.show(None)
             return
-        now = self._now(list(shown.value.study.design.axes))
+        now = self._now(list(displayed.value.study.design.axes))
         if self._points is not None:
             view.show(sweep_chart(self._points, None if now is None else now[0]))
         else:
             point = None if now is None else (now[0], now[1])
-            view.show(grid_chart(shown.value, self.session.separation, point))
+            view.show(grid_chart(displayed.value, self.session.separation, point))
 
     def _now(self, names: Sequence[str]) -> tuple[float, ...] | None:
         # The edited values of the swept parameters.
@@ -172,18 +172,20 @@ class SweepPane(JobPane):
 
     def export(self, what: str) -> Export:
         """The sweep if it is complete; its figure as displayed."""
-        shown = self.session.studies.sweep
-        if shown is None:
+        displayed = self.session.studies.sweep
+        if displayed is None:
             raise InputError(_NOTHING)
-        if len(shown.value.table.reasons) < shown.value.study.members:
+        if len(displayed.value.table.reasons) < displayed.value.study.members:
             raise InputError(_PARTIAL)
-        return as_seen(sweep_export(what, shown.name, shown.value), self.seen())
+        return as_displayed(
+            sweep_export(what, displayed.name, displayed.value), self.visible_charts()
+        )
 
     def command_line(self) -> str:
         """The command for the displayed sweep, or else the one to compute."""
-        shown = self.session.studies.sweep
-        if shown is None:
+        displayed = self.session.studies.sweep
+        if displayed is None:
             study = sweep_request(self.session.scene(), self.query_one("#vary", Input).value)
         else:
-            study = shown.value.study
+            study = displayed.value.study
         return sweep_line(study, self.session.origin)

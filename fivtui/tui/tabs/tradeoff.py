@@ -11,10 +11,10 @@ from textual.widgets import Button, Static
 from fivtui.model import InputError
 from fivtui.scene import Scene
 from fivtui.tui.chart import ChartView
-from fivtui.tui.session import Job, Session, Shown, tradeoff_line
+from fivtui.tui.session import DisplayedStudy, Job, Session, tradeoff_line
 
 from .charts.tradeoff import COLUMNS, TITLES, present_row, present_words, table_rows, tradeoff_chart
-from .exports import Export, as_seen
+from .exports import Export, as_displayed
 from .job_pane import JobPane
 from .list_table import ListTable
 from .study_exports import tradeoff_export
@@ -40,10 +40,10 @@ class TradeoffPane(JobPane):
         super().__init__(session)
         kept = self.setting(_QUANTITY, "")
         self._quantity = kept if kept in TITLES else next(iter(TITLES))
-        self._seen: Shown[Tradeoff] | None = None
+        self._last: DisplayedStudy[Tradeoff] | None = None
 
     def compose_bar(self) -> ComposeResult:
-        """The quantities whose error can be shown."""
+        """The quantities whose error can be displayed."""
         yield Static("error of", classes="words")
         for name, title in TITLES.items():
             classes = "quantity -active" if name == self._quantity else "quantity"
@@ -69,33 +69,33 @@ class TradeoffPane(JobPane):
 
     def take(self, result: "Tradeoff") -> None:
         """Display the measurement."""
-        self.session.studies.tradeoff = Shown(result, result.scene.name)
+        self.session.studies.tradeoff = DisplayedStudy(result, result.scene.name)
         self.scene_changed()
 
     @property
     def _result(self) -> "Tradeoff | None":
         # Measured here, read from a file, or restored.
-        shown = self.session.studies.tradeoff
-        return None if shown is None else shown.value
+        displayed = self.session.studies.tradeoff
+        return None if displayed is None else displayed.value
 
     def scene_changed(self) -> None:
         """Display what the edited setting delivers."""
-        shown = self.session.studies.tradeoff
-        if shown is not None:
-            if shown is not self._seen and shown.source:
+        displayed = self.session.studies.tradeoff
+        if displayed is not None:
+            if displayed is not self._last and displayed.source:
                 self.stop()
-            self._seen = shown
+            self._last = displayed
             scene = self._scene()
-            outdated = scene is None or not _same(scene, shown.value.scene)
+            outdated = scene is None or not _same(scene, displayed.value.scene)
             words = (
                 "the scene has changed since"
                 if outdated
                 else "measured for this scene on this machine"
             )
-            if shown.source:
-                words = f"{'another' if outdated else 'this'} scene, read from {shown.source}"
+            if displayed.source:
+                words = f"{'another' if outdated else 'this'} scene, read from {displayed.source}"
             if self.job is None:
-                self.say(f"{words}, {len(shown.value.rows)} rows")
+                self.say(f"{words}, {len(displayed.value.rows)} rows")
             self.draw()
 
     def _scene(self) -> Scene | None:
@@ -134,10 +134,12 @@ class TradeoffPane(JobPane):
 
     def export(self, what: str) -> Export:
         """The measurement; its chart as displayed."""
-        shown = self.session.studies.tradeoff
-        if shown is None:
+        displayed = self.session.studies.tradeoff
+        if displayed is None:
             raise InputError(_NOTHING)
-        return as_seen(tradeoff_export(what, shown.name, shown.value), self.seen())
+        return as_displayed(
+            tradeoff_export(what, displayed.name, displayed.value), self.visible_charts()
+        )
 
     def command_line(self) -> str:
         """The command for the displayed measurement, or else the edited scene."""

@@ -19,10 +19,10 @@ from fivtui.tui.chart import Axis, ChartView
 from fivtui.tui.session import Run, Session, remark, result_brief
 
 from .charts.transient import (
-    Motion,
+    PlottedRun,
     difference_chart,
-    motion_of,
     phase_chart,
+    plotted_run,
     second_half,
     separated_samples,
     spectrum_chart,
@@ -58,7 +58,7 @@ class TransientPane(ViewsPane):
 
     def __init__(self, session: Session) -> None:
         super().__init__(session)
-        self._motions: list[Motion] = []
+        self._plotted: list[PlottedRun] = []
 
     def compose(self) -> ComposeResult:
         """The views and the summary."""
@@ -89,18 +89,18 @@ class TransientPane(ViewsPane):
         lines = [first, *_remarks(run.result), *others]
         self.query_one("#summary", Static).update("\n".join(lines))
         drawn = reversed(list(self.session.runs.drawn))
-        self._show([motion for motion in map(_motion, drawn) if motion is not None])
+        self._show([each for each in map(_plotted_run, drawn) if each is not None])
 
     def run_progressed(self, run: Run) -> None:
         """Display the part of a run computed so far."""
-        trajectory = run.growth.trajectory()
+        trajectory = run.partial.trajectory()
         if trajectory is not None:
             separated = separated_samples(trajectory)
             name = f"run {run.number}"
             style = run.style
             self._show(
                 [
-                    Motion(
+                    PlottedRun(
                         name,
                         trajectory,
                         separated,
@@ -111,13 +111,13 @@ class TransientPane(ViewsPane):
                 ]
             )
 
-    def _show(self, motions: list[Motion]) -> None:
-        self._motions = motions
+    def _show(self, plotted: list[PlottedRun]) -> None:
+        self._plotted = plotted
         self.draw()
 
     def draw(self) -> None:
         """Draw the current view."""
-        if not self._motions:
+        if not self._plotted:
             return
         draw = {
             "time": self._draw_time,
@@ -133,24 +133,24 @@ class TransientPane(ViewsPane):
         for quantity, chart in zip(_QUANTITIES, charts, strict=True):
             if chart.display:
                 strip, x_axis = chart is visible[0], chart is visible[-1]
-                chart.show(time_chart(quantity, self._motions, strip=strip, x_axis=x_axis))
+                chart.show(time_chart(quantity, self._plotted, strip=strip, x_axis=x_axis))
 
     def _draw_phase(self) -> None:
         for quantity in ("y", "x"):
             chart = self.query_one(f"#phase-{quantity}", ChartView)
-            chart.show(phase_chart(quantity, self._motions, self._window))
+            chart.show(phase_chart(quantity, self._plotted, self._window))
 
     def _draw_spectrum(self) -> None:
         view = self.query_one("#plot-spectrum", ChartView)
         try:
-            view.show(spectrum_chart(self._motions, self._window))
+            view.show(spectrum_chart(self._plotted, self._window))
         except InputError as error:
             view.show(None, nothing=str(error))
 
     def _draw_difference(self) -> None:
         run = self.session.runs.baseline
-        baseline = None if run is None else _motion(run)
-        shown = self._motions[0]
+        baseline = None if run is None else _plotted_run(run)
+        shown = self._plotted[0]
         for quantity in ("y", "P"):
             chart = None
             if baseline is not None and baseline.name != shown.name:
@@ -162,24 +162,24 @@ class TransientPane(ViewsPane):
     def _window(self) -> tuple[float, float]:
         # The visible time window; of the whole run its second half.
         chosen = self.query_one("#plot-y", ChartView).view.x
-        reached = float(self._motions[0].trajectory.t[-1])
+        reached = float(self._plotted[0].trajectory.t[-1])
         return second_half(reached) if chosen is None else (chosen.low, chosen.high)
 
     def export(self, what: str) -> "Export":
         """The displayed charts; as data the trajectory, or the charts' points."""
-        from .exports import FIGURE, points_export, run_export, seen_export
+        from .exports import FIGURE, charts_export, points_export, run_export
 
-        run, seen = self.session.runs.shown, self.seen()
+        run, charts = self.session.runs.displayed, self.visible_charts()
         plain = run_export(what, run)
         if run is None or (what != FIGURE and self.view in ("time", "phase")):
             return plain
-        if seen is None:
+        if charts is None:
             raise InputError(_NO_BASELINE if self.view == "difference" else _NO_SPECTRUM)
         of = f"run {run.number}" if self.view == "time" else f"run {run.number}, {self.view}"
         stem = Path(plain.proposal).stem + ("" if self.view == "time" else f"-{self.view}")
         if what != FIGURE:
-            return points_export(of, stem, seen)
-        return seen_export(of, stem, seen, partial(_names, list(self.session.runs.drawn)))
+            return points_export(of, stem, charts)
+        return charts_export(of, stem, charts, partial(_names, list(self.session.runs.drawn)))
 
     # Room and views
 
@@ -206,19 +206,19 @@ class TransientPane(ViewsPane):
 
     def action_show_end(self) -> None:
         """Zoom to the last tenth of the run."""
-        if self._motions:
-            t_end = self._motions[0].t_end
+        if self._plotted:
+            t_end = self._plotted[0].t_end
             for name in _QUANTITIES:
                 chart = self.query_one(f"#plot-{name}", ChartView)
                 chart.view.x = Axis((1.0 - _LAST_PART) * t_end, t_end)
             self.draw()
 
 
-def _motion(run: Run) -> Motion | None:
+def _plotted_run(run: Run) -> PlottedRun | None:
     if run.result is None:
         return None
     style = run.style
-    return motion_of(run.result, f"run {run.number}", style.marker_sign, style.colour_code)
+    return plotted_run(run.result, f"run {run.number}", style.marker_sign, style.colour_code)
 
 
 def _names(drawn: Sequence[Run]) -> dict[str, str]:

@@ -11,7 +11,7 @@ from textual.containers import Horizontal
 from textual.widget import Widget
 from textual.widgets import Button, ContentSwitcher
 
-from fivtui.tui.chart import ChartView, Seen, View
+from fivtui.tui.chart import ChartView, View, VisibleCharts
 
 from .pane import Pane
 
@@ -86,7 +86,7 @@ class ViewsPane(Pane):
         names = list(self.VIEWS)
         self.show_view(names[(names.index(self.view) + 1) % len(names)])
 
-    def seen(self) -> Seen | None:
+    def visible_charts(self) -> VisibleCharts | None:
         """The visible charts, None if there are none."""
         shown = self.query_one(f"#{self.view}")
         panels = [
@@ -94,7 +94,7 @@ class ViewsPane(Pane):
             for chart in shown.query(ChartView)
             if chart.chart is not None and chart.display
         ]
-        return Seen(panels, across=isinstance(shown, Horizontal)) if panels else None
+        return VisibleCharts(panels, across=isinstance(shown, Horizontal)) if panels else None
 
     @on(Button.Pressed, ".view-button")
     def _pressed(self, event: Button.Pressed) -> None:

@@ -20,7 +20,7 @@ from textual.message import Message
 from textual.strip import Strip
 from textual.widget import Widget
 
-from fivtui.tui.chart.chart import Chart, Found, View, nearest
+from fivtui.tui.chart.chart import Chart, NearestPoint, View, nearest
 from fivtui.tui.chart.picture import MARGIN, Picture, Span, draw
 from fivtui.tui.chart.styles import CHART_STYLES, FOCUSED_STYLES
 
@@ -96,7 +96,7 @@ class ChartView(Widget, can_focus=True):
         """Posted when a point is opened."""
 
         view: "ChartView"
-        point: Found
+        point: NearestPoint
 
         @property
         def control(self) -> "ChartView":

@@ -6,7 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fivtui.model import PARAMETERS, InputError, Parameters
-from fivtui.tui.chart import Axis, Backdrop, Chart, Found, Trace
+from fivtui.tui.chart import Axis, Backdrop, Chart, NearestPoint, Trace
 from fivtui.tui.session import CONSIDERED, IGNORED, number_text
 
 if TYPE_CHECKING:
@@ -153,7 +153,7 @@ def _merged(
     return np.concatenate([one[0], other[0]]), np.concatenate([one[1], other[1]])
 
 
-def point_texts(result: "StabilityMap", point: Found) -> dict[str, str]:
+def point_texts(result: "StabilityMap", point: NearestPoint) -> dict[str, str]:
     """Field texts of a point of a map: all parameters and separation."""
     places = (float(f"{value:.{_DIGITS}g}") for value in (point.x, point.y))
     values = result.parameters.as_dict() | dict(zip(result.names, places, strict=True))
@@ -161,7 +161,7 @@ def point_texts(result: "StabilityMap", point: Found) -> dict[str, str]:
     return texts | {"separation": CONSIDERED if result.separation else IGNORED}
 
 
-def point_words(result: "StabilityMap", point: Found) -> str:
+def point_words(result: "StabilityMap", point: NearestPoint) -> str:
     """The coordinates of a point of a map in words."""
     texts = point_texts(result, point)
     return ", ".join(f"{name} = {texts[name]}" for name in result.names)

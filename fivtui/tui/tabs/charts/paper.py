@@ -9,7 +9,7 @@ import numpy as np
 from fivtui.model import PARAMETERS
 from fivtui.paper import DATA_COLUMNS, PANELS, SEPARATION, CheckedClaim, Claim, FigureData, Panel
 from fivtui.scene import Scene
-from fivtui.tui.chart import Chart, Found, Guide, Trace
+from fivtui.tui.chart import Chart, Guide, NearestPoint, Trace
 from fivtui.tui.session import paper_scenes
 
 FIGURE_COLUMNS: Final = ("figure", "lines", "what it shows")
@@ -117,7 +117,7 @@ def _trace(name: str, line: FigureData, names: Sequence[str]) -> Trace:
     return Trace(name, x, y, ordered=False)
 
 
-def point_scene(panel: Panel, point: Found) -> Scene:
+def point_scene(panel: Panel, point: NearestPoint) -> Scene:
     """The scene at a point of a panel's chart."""
     line = panel.lines[point.trace]
     if line.along in PARAMETERS:

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from fivtui.model import PARAMETERS, InputError
 from fivtui.scene import Scene
 from fivtui.transient import START_SPECS, resolve_start
-from fivtui.tui.chart import Backdrop, Chart, Found, Guide, Trace
+from fivtui.tui.chart import Backdrop, Chart, Guide, NearestPoint, Trace
 from fivtui.tui.session import CONSIDERED, FIELDS, IGNORED, base_scene, check_drawable
 
 from .map import graded
@@ -151,14 +151,14 @@ def _label(name: str, unit: str) -> str:
     return f"{name} / {unit}" if unit else name
 
 
-def case_of(study: "Study", points: SweepPoints | None, point: Found, case: bool) -> bool:
+def case_of(study: "Study", points: SweepPoints | None, point: NearestPoint, case: bool) -> bool:
     """Whether separation is considered at a point of a sweep's chart."""
     if points is not None:
         return list(points.values)[point.trace][1]
     return case if case in study.cases else study.cases[0]
 
 
-def point_scene(study: "Study", point: Found, case: bool) -> Scene:
+def point_scene(study: "Study", point: NearestPoint, case: bool) -> Scene:
     """The scene of a member of a sweep."""
     values = dict(zip(study.design.axes, (point.x, point.y), strict=False))
     parameters = {name: value for name, value in values.items() if name in PARAMETERS}

@@ -32,7 +32,7 @@ def label_of(quantity: str) -> str:
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Motion:
+class PlottedRun:
     """A trajectory and how it is plotted.
 
     Attributes
@@ -57,12 +57,14 @@ class Motion:
     colour: str = ""
 
 
-def motion_of(result: Transient, name: str = "", mark: str = "", colour: str = "") -> Motion | None:
+def plotted_run(
+    result: Transient, name: str = "", mark: str = "", colour: str = ""
+) -> PlottedRun | None:
     """A transient ready for plotting; None if it has no samples."""
     if result.trajectory is None:
         return None
     separated = result.separated_intervals
-    return Motion(name, result.trajectory, separated, result.t_end, mark, colour)
+    return PlottedRun(name, result.trajectory, separated, result.t_end, mark, colour)
 
 
 def separated_samples(trajectory: Trajectory) -> list[tuple[float, float]]:
@@ -73,48 +75,50 @@ def separated_samples(trajectory: Trajectory) -> list[tuple[float, float]]:
     return list(zip(times[::2], times[1::2], strict=True))
 
 
-def time_chart(quantity: str, motions: Sequence[Motion], *, strip: bool, x_axis: bool) -> Chart:
+def time_chart(quantity: str, runs: Sequence[PlottedRun], *, strip: bool, x_axis: bool) -> Chart:
     """A quantity over time, a trace per run, the first on top.
 
     `strip` marks when the first run is off the belt.
     """
     traces = tuple(
         Trace(
-            motion.name,
-            motion.trajectory.t,
-            getattr(motion.trajectory, quantity),
-            mark=motion.mark,
-            colour=motion.colour,
+            run.name,
+            run.trajectory.t,
+            getattr(run.trajectory, quantity),
+            mark=run.mark,
+            colour=run.colour,
         )
-        for motion in reversed(motions)
+        for run in reversed(runs)
     )
     return Chart(
         TIME_LABEL,
         label_of(quantity),
         traces,
         guides=(Guide(0.0, vertical=False),),
-        strip=motions[0].separated if strip else None,
+        strip=runs[0].separated if strip else None,
         x_axis=x_axis,
-        x_range=(0.0, max(motion.t_end for motion in motions)),
+        x_range=(0.0, max(run.t_end for run in runs)),
     )
 
 
-def difference_chart(quantity: str, motion: Motion, baseline: Motion, *, x_axis: bool) -> Chart:
+def difference_chart(
+    quantity: str, run: PlottedRun, baseline: PlottedRun, *, x_axis: bool
+) -> Chart:
     """Difference of a quantity between a run and a baseline over their common time.
 
     The baseline is interpolated linearly where the sample times differ.
     """
-    t, there = motion.trajectory.t, baseline.trajectory.t
+    t, there = run.trajectory.t, baseline.trajectory.t
     t = t[t <= there[-1]]
-    own = getattr(motion.trajectory, quantity)[: t.size]
+    own = getattr(run.trajectory, quantity)[: t.size]
     other = getattr(baseline.trajectory, quantity)
     same = np.array_equal(t, there[: t.size])
     values = own - (other[: t.size] if same else np.interp(t, there, other))
-    note = f"{motion.name} − {baseline.name}" + ("" if same else ", interpolated")
+    note = f"{run.name} − {baseline.name}" + ("" if same else ", interpolated")
     return Chart(
         TIME_LABEL,
         f"Δ{label_of(quantity)}",
-        (Trace("", t, values, colour=motion.colour),),
+        (Trace("", t, values, colour=run.colour),),
         guides=(Guide(0.0, vertical=False),),
         note=note,
         x_axis=x_axis,
@@ -136,19 +140,19 @@ def _span(window: tuple[float, float]) -> str:
     return f"t {window[0]:.4g} to {window[1]:.4g} s"
 
 
-def phase_chart(quantity: str, motions: Sequence[Motion], window: tuple[float, float]) -> Chart:
+def phase_chart(quantity: str, runs: Sequence[PlottedRun], window: tuple[float, float]) -> Chart:
     """Velocity against displacement within a time window, a trace per run."""
     traces = []
-    for motion in reversed(motions):
-        part = _part(motion.trajectory.t, window)
+    for run in reversed(runs):
+        part = _part(run.trajectory.t, window)
         traces.append(
             Trace(
-                motion.name,
-                getattr(motion.trajectory, quantity)[part],
-                getattr(motion.trajectory, f"v{quantity}")[part],
+                run.name,
+                getattr(run.trajectory, quantity)[part],
+                getattr(run.trajectory, f"v{quantity}")[part],
                 ordered=False,
-                mark=motion.mark,
-                colour=motion.colour,
+                mark=run.mark,
+                colour=run.colour,
             )
         )
     guides = (Guide(0.0, "y = 0"),) if quantity == "y" else ()
@@ -232,19 +236,19 @@ def _fundamental(amplitude: FloatArray, values: FloatArray) -> float:
     return highest + (0.5 * (below - above) / bend if bend < 0.0 else 0.0)
 
 
-def spectrum_of(motion: Motion, window: tuple[float, float]) -> Spectrum:
+def spectrum_of(run: PlottedRun, window: tuple[float, float]) -> Spectrum:
     """The spectrum of y within a time window."""
-    part = _part(motion.trajectory.t, window)
-    return spectrum(motion.trajectory.t[part], motion.trajectory.y[part])
+    part = _part(run.trajectory.t, window)
+    return spectrum(run.trajectory.t[part], run.trajectory.y[part])
 
 
-def spectrum_chart(motions: Sequence[Motion], window: tuple[float, float]) -> Chart:
+def spectrum_chart(runs: Sequence[PlottedRun], window: tuple[float, float]) -> Chart:
     """Spectra of y within a time window, with the first harmonics of the first run marked."""
-    spectra = [spectrum_of(motion, window) for motion in motions]
+    spectra = [spectrum_of(run, window) for run in runs]
     first = spectra[0]
     traces = tuple(
-        Trace(motion.name, found.frequency, found.amplitude, mark=motion.mark, colour=motion.colour)
-        for motion, found in reversed(list(zip(motions, spectra, strict=True)))
+        Trace(run.name, found.frequency, found.amplitude, mark=run.mark, colour=run.colour)
+        for run, found in reversed(list(zip(runs, spectra, strict=True)))
     )
     base, note = first.fundamental, f"{_span(window)}, no vibration"
     guides: tuple[Guide, ...] = ()

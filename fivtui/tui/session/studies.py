@@ -17,7 +17,7 @@ CHARTS: Final = {"sweep": "sweep-chart", "map": "map-chart", "trade-off": "error
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Shown(Generic[T]):
+class DisplayedStudy(Generic[T]):
     """A displayed result, the name of its scene or file, and the file it was read from."""
 
     value: T
@@ -26,31 +26,31 @@ class Shown(Generic[T]):
 
 
 @dataclass(slots=True)
-class Studies:
+class DisplayedStudies:
     """The displayed results; None where there is nothing.
 
     Attributes
     ----------
-    sweep : Shown of Sweep
+    sweep : DisplayedStudy of Sweep
         May be incomplete.
-    map : Shown of StabilityMap
+    map : DisplayedStudy of StabilityMap
         A map read from a file; the computed one follows the form.
-    tradeoff : Shown of Tradeoff
+    tradeoff : DisplayedStudy of Tradeoff
         Measured here or read from a file.
     """
 
-    sweep: "Shown[Sweep] | None" = None
-    map: "Shown[StabilityMap] | None" = None
-    tradeoff: "Shown[Tradeoff] | None" = None
+    sweep: "DisplayedStudy[Sweep] | None" = None
+    map: "DisplayedStudy[StabilityMap] | None" = None
+    tradeoff: "DisplayedStudy[Tradeoff] | None" = None
 
-    def put(self, kind: str, shown: "Shown[Any]") -> None:
+    def put(self, kind: str, study: "DisplayedStudy[Any]") -> None:
         """Display a result in a tab, such as ``trade-off``."""
-        setattr(self, kind.replace("-", ""), shown)
+        setattr(self, kind.replace("-", ""), study)
 
-    def get(self, kind: str) -> "Shown[Any] | None":
+    def get(self, kind: str) -> "DisplayedStudy[Any] | None":
         """The result displayed in a tab, such as ``trade-off``."""
-        shown: Shown[Any] | None = getattr(self, kind.replace("-", ""))
-        return shown
+        study: DisplayedStudy[Any] | None = getattr(self, kind.replace("-", ""))
+        return study
 
 
 def check_drawable(study: "Study") -> None:
@@ -64,8 +64,8 @@ def check_drawable(study: "Study") -> None:
 
 
 @dataclass(frozen=True, slots=True)
-class KeptFile:
-    """A stored result: the name of its file, and name and source as in `Shown`."""
+class StoredResult:
+    """A stored result: the name of its file, and name and source as in `DisplayedStudy`."""
 
     file: str
     name: str = ""
