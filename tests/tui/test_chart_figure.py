@@ -26,10 +26,10 @@ from fivtui.tui.chart.axis import Axis
 from fivtui.tui.chart.chart import Chart, Guide, Trace, View, VisibleCharts
 from fivtui.tui.chart.widget.chart_view import ChartView
 from fivtui.tui.lab.screen import LabScreen
-from fivtui.tui.tabs.chart_figure import charts_figure, save_charts
 from fivtui.tui.tabs.charts.map import map_chart
 from fivtui.tui.tabs.charts.transient import phase_chart, plotted_run, time_chart
-from fivtui.tui.tabs.exports import DATA, FIGURE
+from fivtui.tui.tabs.exports.chart_figure import charts_figure, save_charts
+from fivtui.tui.tabs.exports.export import DATA, FIGURE
 from fivtui.tui.tabs.transient import TransientPane
 from fivtui.tui.tabs.views_pane import ViewsPane
 from tests.support.laboratory import app_of, show_tab, until

@@ -9,7 +9,7 @@ from fivtui.tui.chart.chart import Backdrop, Chart, Guide, Trace, View, nearest
 from fivtui.tui.chart.picture import MARGIN, draw
 from fivtui.tui.chart.raster import Raster
 from fivtui.tui.chart.styles import CHART_STYLES
-from fivtui.tui.session.growth import PartialTrajectory
+from fivtui.tui.session.runs import PartialTrajectory
 from fivtui.tui.tabs.charts.transient import (
     difference_chart,
     phase_chart,

@@ -17,11 +17,19 @@ from fivtui.tui.session.report import (
     stability_rows,
     verdict,
 )
-from fivtui.tui.session.runs import MAX_RUNS, Run, RunOutcome, Runs, RunState, execute
-from fivtui.tui.session.sampling import sample_interval, sample_times
+from fivtui.tui.session.runs import (
+    MAX_RUNS,
+    Run,
+    RunOutcome,
+    Runs,
+    RunState,
+    execute,
+    sample_interval,
+    sample_times,
+)
 from fivtui.tui.session.scene_differences import base_scene
 from fivtui.tui.session.session import Session
-from fivtui.tui.tabs.exports import (
+from fivtui.tui.tabs.exports.export import (
     DATA,
     FIGURE,
     check_scene_path,

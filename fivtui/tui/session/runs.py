@@ -1,24 +1,31 @@
 """The runs of a session. Imports no Textual."""
 
+import math
 import threading
 import time
 from collections.abc import Iterable, Iterator
 from dataclasses import dataclass, field
 from enum import Enum
+from fractions import Fraction
 from typing import Final
 
-from fivtui.model import Cancelled, ComputationError, InputError
-from fivtui.scene import Scene, scene_transient
-from fivtui.transient import Transient, takes_step
+import numpy as np
+from numpy.typing import NDArray
 
-from .growth import PartialTrajectory
+from fivtui.model import Cancelled, ComputationError, InputError, equilibrium, tangent_stiffness
+from fivtui.scene import Scene, scene_transient
+from fivtui.transient import Trajectory, Transient, takes_step
+
 from .jobs import PRECEDENCE
 from .run_styles import RunStyle, usual_style
-from .sampling import sample_times
 
 MAX_RUNS: Final = 20
 FMU_METHOD: Final = "fmu"
 FMU_ENGINE: Final = "FMU"
+# Samples per shortest linear period, and limits of their number.
+_PER_PERIOD: Final = 64
+_FEWEST: Final = 1000
+_MOST: Final = 250_000
 
 
 def engine_of(method: str) -> str:
@@ -38,6 +45,34 @@ class RunState(Enum):
 
 # States without a result.
 _WITHOUT: Final = (RunState.STOPPED, RunState.FAILED, RunState.NOT_KEPT)
+
+
+class PartialTrajectory:
+    """Collects trajectory parts from the computing thread, for another thread to read."""
+
+    def __init__(self) -> None:
+        self._parts: list[Trajectory] = []
+        self._read: list[Trajectory] | None = None
+        self._count = 0
+        self._joined: Trajectory | None = None
+
+    def take(self, part: Trajectory) -> None:
+        """Append a part; one that does not follow the last part starts over."""
+        if self._parts and part.t[0] <= self._parts[-1].t[-1]:
+            self._parts = []
+        self._parts.append(part)
+
+    def trajectory(self) -> Trajectory | None:
+        """The trajectory so far; None before the first part."""
+        parts = self._parts
+        if parts is not self._read:
+            self._read, self._count, self._joined = parts, 0, None
+        new = parts[self._count :]
+        if new:
+            known = [] if self._joined is None else [self._joined]
+            self._joined = Trajectory.joined([*known, *new])
+            self._count += len(new)
+        return self._joined
 
 
 @dataclass(eq=False, slots=True)
@@ -134,6 +169,41 @@ class RunOutcome:
 
     result: Transient | None = None
     error: str = ""
+
+
+def sample_interval(scene: Scene) -> Fraction:
+    """A round interval, s, below 1/64 of the shortest linear period.
+
+    1, 2 or 5 times a power of ten, limited to 1000 to 250 000 samples.
+    """
+    p = scene.parameters
+    try:
+        y = equilibrium(p, separation=scene.separation).y
+    except ComputationError:
+        y = 0.0
+    # An upper bound of the natural frequencies: all springs on one mass.
+    stiffness = p.k1 + p.k3 + tangent_stiffness(p, y)
+    fitting = math.tau * math.sqrt(p.m / stiffness) / _PER_PERIOD
+    interval = _rounded(min(fitting, scene.t_end / _FEWEST), up=False)
+    shortest = scene.t_end / _MOST
+    return interval if interval >= shortest else _rounded(shortest, up=True)
+
+
+def sample_times(scene: Scene) -> NDArray[np.float64]:
+    """0, the multiples of `sample_interval`, and the end time, s."""
+    interval = sample_interval(scene)
+    count = math.floor(scene.t_end / interval) + 1
+    # Multiplying first gives exact decimal times.
+    times = np.arange(count) * float(interval.numerator) / float(interval.denominator)
+    return np.append(times[times < scene.t_end], scene.t_end)
+
+
+def _rounded(value: float, *, up: bool) -> Fraction:
+    decade = Fraction(10) ** math.floor(math.log10(value))
+    candidates = [decade * r for r in (Fraction(1, 2), 1, 2, 5, 10, 20)]
+    if up:
+        return min(c for c in candidates if c >= value)
+    return max(c for c in candidates if c <= value)
 
 
 def execute(run: Run) -> RunOutcome:

@@ -4,14 +4,13 @@ from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
     from .book import TabBook as TabBook
-    from .exports import (
+    from .exports.export import (
         KINDS as KINDS,
         Export as Export,
         check_scene_path as check_scene_path,
         save_scene_as as save_scene_as,
         write_export as write_export,
     )
-    from .list_table import ListTable as ListTable
     from .messages import (
         ExportEnded as ExportEnded,
         FieldEdited as FieldEdited,
@@ -32,7 +31,7 @@ if TYPE_CHECKING:
         StudyRead as StudyRead,
     )
     from .pane import Pane as Pane
-    from .table import grid as grid
+    from .tables import ListTable as ListTable, grid as grid
     from .tabs import TABS as TABS
 else:
     from fivtui.lazy import lazily

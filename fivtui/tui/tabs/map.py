@@ -23,10 +23,10 @@ from .charts.map import (
     point_words,
     values_in,
 )
-from .exports import Export, as_displayed
+from .exports.export import Export, as_displayed
+from .exports.studies import map_export
 from .job_pane import JobPane
 from .messages import PointOpened
-from .study_exports import map_export
 
 if TYPE_CHECKING:
     from fivtui.equilibrium import StabilityMap

@@ -7,7 +7,7 @@ from textual.containers import Vertical
 from fivtui.tui.session import Run, Session
 
 if TYPE_CHECKING:
-    from .exports import Export
+    from .exports.export import Export
 
 
 class Pane(Vertical):
@@ -65,7 +65,7 @@ class Pane(Vertical):
         InputError
             If there is nothing to export yet; the message says what to do.
         """
-        from .exports import run_export
+        from .exports.export import run_export
 
         return run_export(what, self.session.runs.displayed)
 

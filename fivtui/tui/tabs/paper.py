@@ -13,11 +13,11 @@ from fivtui.model import Cancelled, InputError
 from fivtui.tui.chart import ChartView
 from fivtui.tui.session import CLAIMS_LINE, Job, Session, figure_line
 
-from .exports import DATA, FIGURE, KINDS, Export, as_displayed
+from .exports.export import DATA, FIGURE, KINDS, Export, as_displayed
+from .exports.studies import claims_export, paper_export
 from .job_pane import JobPane
-from .list_table import ListTable
 from .messages import RunRequested, SceneLoaded
-from .study_exports import claims_export, paper_export
+from .tables import ListTable
 
 if TYPE_CHECKING:
     from fivtui.paper import CheckedClaim, FigureData, PaperResults

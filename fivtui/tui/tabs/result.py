@@ -5,7 +5,7 @@ from textual.app import ComposeResult
 from fivtui.tui.session import Row, Run, change_rows, result_rows
 
 from .pane import Pane
-from .table import RowsView
+from .tables import RowsView
 
 
 class ResultPane(Pane):

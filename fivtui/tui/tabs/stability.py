@@ -18,11 +18,11 @@ from fivtui.tui.session import Session, base_scene, number_text, stability_rows
 
 from .charts.stability import frequency_chart, growth_chart, plane_chart
 from .messages import PointOpened
-from .table import RowsView
+from .tables import RowsView
 from .views_pane import ViewsPane
 
 if TYPE_CHECKING:
-    from .exports import Export
+    from .exports.export import Export
 
 # Delay of the scan over μ after the last key, s.
 _PAUSE: Final = 0.05
@@ -141,8 +141,8 @@ class StabilityPane(ViewsPane):
 
     def export(self, what: str) -> "Export":
         """The displayed charts, or the modes over μ and eigenvalues as data."""
-        from .exports import as_displayed
-        from .study_exports import stability_export
+        from .exports.export import as_displayed
+        from .exports.studies import stability_export
 
         if self._now is None:
             raise InputError(f"no stability to export: {self._why}")

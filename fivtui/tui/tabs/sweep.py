@@ -28,10 +28,10 @@ from .charts.sweep import (
     sweep_parts,
     sweep_request,
 )
-from .exports import Export, as_displayed
+from .exports.export import Export, as_displayed
+from .exports.studies import sweep_export
 from .job_pane import JobPane
 from .messages import PointOpened
-from .study_exports import sweep_export
 
 if TYPE_CHECKING:
     from fivtui.sweeps import Rows, Sweep

@@ -14,10 +14,10 @@ from fivtui.tui.chart import ChartView
 from fivtui.tui.session import DisplayedStudy, Job, Session, tradeoff_line
 
 from .charts.tradeoff import COLUMNS, TITLES, present_row, present_words, table_rows, tradeoff_chart
-from .exports import Export, as_displayed
+from .exports.export import Export, as_displayed
+from .exports.studies import tradeoff_export
 from .job_pane import JobPane
-from .list_table import ListTable
-from .study_exports import tradeoff_export
+from .tables import ListTable
 
 if TYPE_CHECKING:
     from fivtui.tradeoffs import Tradeoff

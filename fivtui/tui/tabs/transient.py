@@ -31,7 +31,7 @@ from .charts.transient import (
 from .views_pane import ViewsPane
 
 if TYPE_CHECKING:
-    from .exports import Export
+    from .exports.export import Export
 
 # Time histories from the top, and by importance where there is little room.
 _QUANTITIES: Final = ("y", "x", "P")
@@ -167,7 +167,7 @@ class TransientPane(ViewsPane):
 
     def export(self, what: str) -> "Export":
         """The displayed charts; as data the trajectory, or the charts' points."""
-        from .exports import FIGURE, charts_export, points_export, run_export
+        from .exports.export import FIGURE, charts_export, points_export, run_export
 
         run, charts = self.session.runs.displayed, self.visible_charts()
         plain = run_export(what, run)

@@ -5,7 +5,7 @@ from rich.text import Text
 from textual.app import App, ComposeResult
 
 from fivtui.tui.app import FivtuiApp
-from fivtui.tui.tabs.list_table import ListTable
+from fivtui.tui.tabs.tables import ListTable
 from tests.support.laboratory import show_tab, text_of, until_shown
 
 COLUMNS = ("figure", "what it shows")

@@ -8,7 +8,7 @@ from fivtui.equilibrium import Stability
 from fivtui.io import FORMATS
 from fivtui.model import Parameters
 
-from .exports import FIGURE, Export, Save, data_export, figure_export, json_writer
+from .export import FIGURE, Export, Save, data_export, figure_export, json_writer
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure

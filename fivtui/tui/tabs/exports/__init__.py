@@ -1,0 +1,1 @@
+"""Exports of figures and data from the tabs. Imports no Textual."""
