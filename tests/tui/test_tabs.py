@@ -252,4 +252,4 @@ async def test_nothing_touches_and_no_title_is_cut(size: tuple[int, int]) -> Non
         await pilot.press("alt+4")
         await until_shown(pilot, "Growth μ_c Modes mu=0:1.5:121 F=5:120:9")
         await pilot.press("alt+6")
-        await until_shown(pilot, "Enter: figure, F10: check claims, o: load scene")
+        await until_shown(pilot, "Enter: figure, F10: claims, o: scene")

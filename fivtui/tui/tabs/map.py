@@ -136,7 +136,7 @@ class MapPane(JobPane):
     def take(self, result: "StabilityMap") -> None:
         """Display the map."""
         self._computed = result
-        self.say(f"{result.values.size} points; c: cursor, Enter: run the point")
+        self.say(f"{result.values.size} points; Enter: run one")
         self.draw()
 
     def draw(self) -> None:

@@ -35,7 +35,7 @@ class PaperPane(JobPane):
 
     NAME: ClassVar[str] = "paper"
     VERB: ClassVar[str] = "Check"
-    HINT: ClassVar[str] = "Enter: figure, F10: check claims, o: load scene"
+    HINT: ClassVar[str] = "Enter: figure, F10: claims, o: scene"
     VIEWS: ClassVar[Mapping[str, str]] = {
         "figures": "Figures",
         "claims": "Claims",

@@ -45,7 +45,7 @@ class SweepPane(JobPane):
 
     NAME: ClassVar[str] = "sweep"
     VERB: ClassVar[str] = "Sweep"
-    HINT: ClassVar[str] = "F10: compute; c: cursor, Enter: run the point"
+    HINT: ClassVar[str] = "F10: compute, Enter: run a point"
     VIEWS: ClassVar[Mapping[str, str]] = {"amplitudes": "Amplitudes"}
 
     @dataclass
