@@ -329,7 +329,7 @@ async def test_the_palette_opens_another_session_and_keeps_this_one(tmp_path: Pa
             await until(pilot, lambda: app.session.studies.map is not None)
             assert "base (changed)" in text_of(pilot)
             await pilot.press("alt+2")
-            await until_shown(pilot, "nothing to show yet")
+            await until_shown(pilot, "no run yet: press F5")
             assert len(app.screen_stack) == 1
     autosave, state = load(path)
     assert (autosave.number, said(autosave, state)) == (1, "11")

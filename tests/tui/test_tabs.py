@@ -221,7 +221,7 @@ def test_the_present_setting_and_what_would_do_as_well(measured: Tradeoff) -> No
     assert present_row(measured, asked) is None
     assert present_words(measured, asked, "final", None).startswith("peak to 0.001: ")
     rk4 = dataclasses.replace(BASE, method="rk4")
-    assert "give a step" in present_words(measured, rk4, "final", present_row(measured, rk4))
+    assert "enter a step" in present_words(measured, rk4, "final", present_row(measured, rk4))
 
 
 def test_claims_have_rows_and_words() -> None:
