@@ -37,7 +37,7 @@ BASE = PRESETS["base"]
 OTHER = """
 import sys
 from pathlib import Path
-from tests.tui.test_slots import a_state
+from tests.tui.persistence.test_slots import a_state
 from fivtui.tui.persistence.autosave import Autosave
 autosave = Autosave(Path(sys.argv[1]))
 autosave.load()
