@@ -1,4 +1,4 @@
-"""Scenes that break solvers, and what two methods make of them: right, refused or wrong.
+"""Stress tests of two methods, on scenes that break solvers: right, refused or wrong.
 
 Run it as ``python examples/extremes.py``, or with the names of scenes, such as ``base lifted``;
 ``fivtui extremes`` tries every method, in a minute.

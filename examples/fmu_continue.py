@@ -1,4 +1,4 @@
-"""Continuing a run: a state is saved as bytes, and two instances go on from it.
+"""Continue a run: save a state as bytes, and start several instances from it.
 
 Run it as ``python examples/fmu_continue.py``.
 """

@@ -1,4 +1,4 @@
-"""A master of one's own: slider-belt and brake actuator coupled through fmpy, step by step.
+"""A co-simulation master: slider-belt and brake actuator coupled through fmpy, step by step.
 
 Run it as ``python examples/fmu_coupled.py``.
 """

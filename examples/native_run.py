@@ -1,4 +1,4 @@
-"""A transient natively: what separation changes, and how far to trust the numbers.
+"""A transient with separation considered and ignored, and the digits to trust.
 
 Run it as ``python examples/native_run.py``.
 """
@@ -13,7 +13,7 @@ def main() -> None:
     print(f"growth rate {verdict.growth_rate:.4f} 1/s, critical mu {verdict.critical_mu[0].mu:.4f}")
     for separation in (True, False):
         run = simulate(p, t_end=100.0, separation=separation)
-        # The same run at a coarser tolerance shows which digits to believe.
+        # The same run at a coarser tolerance shows which digits to trust.
         coarse = simulate(p, t_end=100.0, separation=separation, tol=1e-9)
         doubt = abs(run.peak.y_abs - coarse.peak.y_abs)
         print(

@@ -15,7 +15,7 @@ from fmu_src.build.ssp import build_ssp
 
 
 def main() -> None:
-    """Raise the commanded force after 10 s and print what the pair does."""
+    """Raise the commanded force after 10 s and print the motion."""
     log_output_level(CosimLogLevel.ERROR)
     with tempfile.TemporaryDirectory() as folder:
         path = build_ssp(Path(folder) / "brake.ssp")

@@ -1,4 +1,4 @@
-"""Ranges of values as text: ``NAME=START:STOP:COUNT``, evenly or logarithmically spaced."""
+"""Ranges of a named quantity as text: ``NAME=START:STOP:COUNT[:log]``."""
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
@@ -16,20 +16,8 @@ _SPACING: Final = "log"
 
 
 @dataclass(frozen=True, slots=True)
-class Range:
-    """Values of a quantity from one end to the other, both included.
-
-    Attributes
-    ----------
-    name : str
-        What varies.
-    start, stop : float
-        First and last value; the last may be the smaller one.
-    count : int
-        How many values, 2 or more.
-    log : bool
-        Whether the values are evenly spaced on a logarithmic scale.
-    """
+class NamedRange:
+    """`count` values of a quantity from `start` to `stop`, with `log` spaced logarithmically."""
 
     name: str
     start: float
@@ -38,7 +26,7 @@ class Range:
     log: bool = False
 
     def values(self) -> NDArray[np.float64]:
-        """The values, shape (count,); the first and the last are `start` and `stop` exactly."""
+        """The values, shape (count,); the ends are exact."""
         space = np.geomspace if self.log else np.linspace
         values: NDArray[np.float64] = space(self.start, self.stop, self.count)
         return values
@@ -50,31 +38,25 @@ def parse_range(
     specs: Mapping[str, ParameterSpec] = PARAMETERS,
     *,
     counted: bool = True,
-) -> Range:
-    """Read a range.
+) -> NamedRange:
+    """Parse a range.
 
     Parameters
     ----------
     flag : str
-        The option that it was given to, named in messages, e.g. ``"--vary"``.
+        The option it was given to, for messages, e.g. ``"--vary"``.
     text : str
         ``NAME=START:STOP:COUNT``, or ``NAME=START:STOP:COUNT:log`` for logarithmic spacing.
     specs : mapping of str to ParameterSpec
-        What may vary, and within which bounds; the parameters of the model if not given.
+        Quantities that may vary, with their bounds; the model's parameters by default.
     counted : bool
-        Whether a count is part of the text; if not, the range has its two ends alone.
-
-    Returns
-    -------
-    Range
-        Both ends are within the bounds.
+        Whether the text has a count; if not, the range has its two ends alone.
 
     Raises
     ------
     InputError
-        If the text has another form, the name is unknown, an end is out of bounds, both ends are
-        the same, the count is not a whole number from 2 to 10 000 000, or a logarithmic range
-        does not stay above zero.
+        If the text has another form, the name is unknown, an end is out of bounds, the ends are
+        equal, the count is not from 2 to 10 000 000, or a logarithmic range is not above 0.
     """
     name, equals, rest = text.partition("=")
     name, parts = name.strip(), [part.strip() for part in rest.split(":")]
@@ -93,31 +75,13 @@ def parse_range(
         raise InputError(f"{flag} {text}: START and STOP must differ; --set gives a single value")
     if log and min(start, stop) <= 0.0:
         raise InputError(f"{flag} {text}: START and STOP must be above 0 in a logarithmic range")
-    return Range(name, start, stop, _count(flag, text, parts[2]), log)
+    return NamedRange(name, start, stop, _count(flag, text, parts[2]), log)
 
 
 def parse_ranges(
     flag: str, texts: Sequence[str], specs: Mapping[str, ParameterSpec] = PARAMETERS
-) -> tuple[Range, ...]:
-    """Read several ranges, each of another quantity.
-
-    Parameters
-    ----------
-    flag, specs
-        As in `parse_range`.
-    texts : sequence of str
-        The ranges.
-
-    Returns
-    -------
-    tuple of Range
-        In the order given.
-
-    Raises
-    ------
-    InputError
-        As `parse_range`, or if a name appears twice.
-    """
+) -> tuple[NamedRange, ...]:
+    """Parse several ranges as `parse_range`; `InputError` also if a name appears twice."""
     ranges = tuple(parse_range(flag, text, specs) for text in texts)
     names = [each.name for each in ranges]
     for name in names:

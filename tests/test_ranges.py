@@ -4,12 +4,12 @@ from hypothesis import given, strategies as st
 
 from fivtui.model.errors import InputError
 from fivtui.model.parameters import PARAMETERS
-from fivtui.ranges import Range, parse_range, parse_ranges
+from fivtui.ranges import NamedRange, parse_range, parse_ranges
 
 
 def test_a_range_is_evenly_spaced_and_holds_both_ends() -> None:
     found = parse_range("--vary", " F = 10 : 120 : 23 ")
-    assert found == Range("F", 10.0, 120.0, 23)
+    assert found == NamedRange("F", 10.0, 120.0, 23)
     assert np.diff(found.values()) == pytest.approx(np.full(22, 5.0))
 
 

@@ -1,4 +1,4 @@
-"""Work and precision of the methods as a publishable figure."""
+"""Figure of a trade-off: error against CPU time."""
 
 from collections.abc import Mapping, Sequence
 from typing import Any, Final
@@ -18,7 +18,7 @@ _PANELS: Final = {
     "peak": "Error of the peak of $|y|$ (1)",
     "events": "Error of the switch times (s)",
 }
-# Markers and dashes tell the methods apart without colour.
+# Markers and dashes distinguish the methods in black and white, too.
 _LOOKS: Final[Sequence[Mapping[str, Any]]] = (
     {"color": "#12803c", "marker": "o", "linestyle": "-"},
     {"color": "#00867d", "marker": "s", "linestyle": "--"},
@@ -29,23 +29,15 @@ _LOOKS: Final[Sequence[Mapping[str, Any]]] = (
     {"color": "0.35", "marker": "+", "linestyle": "--"},
     {"color": "black", "marker": "*", "linestyle": ":"},
 )
-# Where an error of zero is drawn.
+# An error of zero is drawn here.
 _LEAST: Final = 1e-16
 
 
 def tradeoff_figure(result: Tradeoff) -> Figure:
-    """Error against CPU time: final state, peak and switch times, a line a method.
+    """Error against CPU time: final state, peak and switch times, a line for each method.
 
-    Parameters
-    ----------
-    result : Tradeoff
-        What was measured.
-
-    Returns
-    -------
-    Figure
-        With an Agg canvas. Shaded are errors within the uncertainty of the reference; the grey line
-        joins the settings that no other beats.
+    Shaded are errors below the uncertainty of the reference; the grey line joins the settings that
+    no other beats. The figure has an Agg canvas.
     """
     by_method: dict[str, list[Row]] = {}
     for row in result.rows:

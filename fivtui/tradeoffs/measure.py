@@ -1,4 +1,4 @@
-"""The trade of speed for accuracy of a scene, measured on this machine in one run."""
+"""Measure error and CPU time of every method on a scene."""
 
 import math
 import tempfile
@@ -38,7 +38,7 @@ from .settings import Ladder, Row, Setting, ladders
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
-# CPU time of a whole measurement, s, and the share that the settings of one method may take.
+# CPU time of a whole measurement, s, and the share of each method.
 QUICK_S: Final = 7.0
 THOROUGH_S: Final = 120.0
 _SHARES: Final = {
@@ -50,13 +50,13 @@ _SHARES: Final = {
     "rk4-across": 0.1,
     "fmu": 0.15,
 }
-# The next setting costs about the inverse of the ladder's factor to this power.
+# Cost grows about as the setting to the power of minus this.
 _COST_EXPONENT: Final = {"tol": 0.1, "step": 0.7}
-# A run is repeated until it has taken this long, s, at most so often; the least time counts.
+# Runs are repeated up to this CPU time, s, and this number; the least time counts.
 _LONG_ENOUGH_S: Final = 0.02
 _MOST_REPEATS: Final = 15
 _POINTS: Final = 5001
-# Batches that measure what their members cost.
+# Batches measured, and members of each.
 _BATCHES: Final = 3
 _MEMBERS: Final = 64
 _REFERENCE_TOL: Final = TOL_RANGE[0]
@@ -65,14 +65,14 @@ _CHECK_TOL: Final = 10.0 * TOL_RANGE[0]
 
 @dataclass(frozen=True, slots=True)
 class Feature:
-    """What something that a scene requires costs.
+    """The cost of a feature of a scene.
 
     Attributes
     ----------
     name : str
         The feature.
     without_s, with_s : float or None
-        CPU time of a compiled run without and with it, s; None if that run cannot be finished.
+        CPU time of a compiled run without and with it, s; None if that run did not finish.
     without_steps, with_steps : int or None
         Integration steps of those runs.
     """
@@ -86,21 +86,22 @@ class Feature:
 
 @dataclass(frozen=True, slots=True, repr=False)
 class Tradeoff(Result):
-    """What was measured.
+    """Errors and CPU times of every method on a scene.
 
     Attributes
     ----------
     scene : Scene
         The scene.
     reference : Transient or None
-        What errors are held against: Taylor at the least tolerance. None if read from a file.
+        The run that errors are measured against: Taylor at the least tolerance. None if read from a
+        file.
     floor : Deviation
-        How far the reference is from the same at ten times the tolerance and by the other kernel:
-        smaller errors say nothing.
+        Uncertainty of the reference: its deviation from ten times the tolerance and from the other
+        kernel. Smaller errors say nothing.
     rows : list of Row
         Every setting, coarse to fine, method by method.
     features : list of Feature
-        The cost of each part of the scene.
+        The cost of each feature of the scene.
     """
 
     scene: Scene
@@ -132,13 +133,13 @@ class Tradeoff(Result):
         return tradeoff_to_dict(self)
 
     def to_columns(self) -> dict[str, NDArray[Any]]:
-        """An element a setting; NaN or empty text for what does not exist."""
+        """An element for each setting; NaN or empty text where there is no value."""
         from .files import tradeoff_columns
 
         return tradeoff_columns(self)
 
     def figure(self) -> "Figure":
-        """Error against CPU time, as a matplotlib figure."""
+        """Error against CPU time."""
         from .figure import tradeoff_figure
 
         return tradeoff_figure(self)
@@ -153,19 +154,19 @@ def tradeoff(
     thorough: bool = False,
     progress: Progress | None = None,
 ) -> Tradeoff:
-    """Measure what accuracy costs on this machine, for every method and setting.
+    """Measure error against CPU time for every method on this machine.
 
     Parameters
     ----------
     scene : Scene or Parameters, optional
-        A scene, or the parameters of one; the base set if not given. Its method, tolerance, step
-        and accuracy are not used.
+        A scene or parameters; the base set by default. Its method, tolerance, step and accuracy are
+        not used.
     t_end, separation, start : optional
-        As in `simulate`; in place of those of the scene where given.
+        As in `simulate`, in place of those of the scene.
     thorough : bool
-        Whether it may take about two minutes rather than seven seconds.
+        Whether to try more settings: about two minutes instead of seven seconds.
     progress : callable, optional
-        Called with the fraction done; the measurement is cancelled when it returns False.
+        Called with the fraction done; the measurement stops when it returns False.
 
     Returns
     -------
@@ -175,9 +176,9 @@ def tradeoff(
     Raises
     ------
     InputError
-        If the request is wrong.
+        If an argument is wrong.
     ComputationError
-        If the scene cannot be finished by the reference, or that cannot be verified.
+        If the reference cannot be computed or verified.
     Cancelled
         If `progress` returned False.
 
@@ -195,31 +196,10 @@ def tradeoff(
 def measure_tradeoff(
     scene: Scene, *, thorough: bool = False, progress: Progress | None = None
 ) -> Tradeoff:
-    """Run a scene with every method and setting, and hold each against the reference.
+    """Measure a scene as `tradeoff`.
 
-    Each method goes from coarse to fine settings until its errors are those of the reference or its
-    share of the CPU time is used up.
-
-    Parameters
-    ----------
-    scene : Scene
-        Its `method`, `tol`, `step` and `accuracy` are not used.
-    thorough : bool
-        Whether all may take about two minutes rather than seven seconds.
-    progress : callable, optional
-        Called with the fraction done; the measurement is cancelled when it returns False.
-
-    Returns
-    -------
-    Tradeoff
-        CPU times and errors.
-
-    Raises
-    ------
-    ComputationError
-        If the scene cannot be finished by the reference, or that cannot be verified.
-    Cancelled
-        If `progress` returned False.
+    Each method goes from coarse to fine settings until its errors are within the uncertainty of the
+    reference, or its share of the CPU time is used up.
     """
     report = progress or (lambda _fraction: True)
     budget = THOROUGH_S if thorough else QUICK_S
@@ -269,7 +249,7 @@ def _greatest(found: Iterator[Deviation]) -> Deviation:
 
 @dataclass(frozen=True, slots=True)
 class _Bench:
-    # Runs settings of one scene and holds them against its reference.
+    # Runs settings of a scene and compares them with its reference.
     scene: Scene
     reference: Observation
     floor: Deviation
@@ -323,7 +303,7 @@ class _Bench:
 
 
 def _through_fmu(scene: Scene, fmu: Path, step: float, go_on: Progress) -> tuple[Observation, int]:
-    # What a user of fmpy gets: peaks among the values recorded at communication points.
+    # As with fmpy: peaks are those of the values at communication points.
     x, vx, y, vy = resolve_start(scene.parameters, scene.start, separation=scene.separation)
     run = run_fmu(
         fmu,
@@ -364,7 +344,7 @@ def _native(scene: Scene, setting: Setting, report: Progress) -> Transient:
 
 
 def _features(scene: Scene, report: Progress) -> list[Feature]:
-    # Each part of the scene against the same scene without it.
+    # Cost of each feature of the scene, by the same scene without it.
     linear = scene.with_values({"k_nl": 0.0})
     samples = np.linspace(0.0, scene.t_end, _POINTS)
     pairs: list[tuple[str, tuple[Scene, Any], tuple[Scene, Any]]] = []

@@ -1,4 +1,4 @@
-"""What the command line prints of a trade-off."""
+"""Console output of a trade-off."""
 
 import math
 from collections.abc import Mapping
@@ -14,16 +14,8 @@ from .settings import Row, cheapest
 _MARKS: Final = {"final": "F", "peak": "P", "half_range": "H", "events": "E"}
 
 
-def print_tradeoff(result: Tradeoff, wishes: Mapping[str, float]) -> None:
-    """Print every setting with its cost and errors, what each feature costs, and what is asked.
-
-    Parameters
-    ----------
-    result : Tradeoff
-        What was measured.
-    wishes : mapping of str to float
-        Error allowed by quantity, for which the cheapest setting is named.
-    """
+def print_tradeoff(result: Tradeoff, error_targets: Mapping[str, float]) -> None:
+    """Print the settings, the cost of features, and the cheapest setting for each error target."""
     header = (
         "method",
         "setting",
@@ -46,14 +38,14 @@ def print_tradeoff(result: Tradeoff, wishes: Mapping[str, float]) -> None:
     notes = [
         (
             "best for",
-            "no other setting has less error in less time: final state, peak, half peak-to-peak "
-            "over the second half of the run, events",
+            "no other setting has less error in less time: F final state, P peak, H half "
+            "peak-to-peak over the second half of the run, E events",
         ),
         ("uncertainty of the errors", floor),
     ]
     print_list("", notes)
     print_rows(
-        "What a scene pays for (compiled Taylor, CPU ms)",
+        "Cost of features (compiled Taylor, CPU ms)",
         ("feature", "without", "with", "ratio"),
         [
             (
@@ -65,8 +57,9 @@ def print_tradeoff(result: Tradeoff, wishes: Mapping[str, float]) -> None:
             for f in result.features
         ],
     )
-    if wishes:
-        print_list("Cheapest setting", [_advice(result, *wish) for wish in wishes.items()])
+    if error_targets:
+        advice = [_advice(result, *target) for target in error_targets.items()]
+        print_list("Cheapest setting", advice)
 
 
 def _cells(row: Row, best: str) -> tuple[str, ...]:

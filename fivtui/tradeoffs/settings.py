@@ -1,4 +1,4 @@
-"""What an accuracy costs: settings of the methods, the Pareto front, the cheapest for an error."""
+"""Settings of the methods, their measured errors and CPU times, and the best of them."""
 
 import math
 from collections.abc import Iterable, Iterator, Sequence
@@ -10,7 +10,7 @@ from fivtui.transient import Deviation, check_quantity
 
 @dataclass(frozen=True, slots=True)
 class Setting:
-    """A method and how it is set.
+    """A method with a value of its setting.
 
     Attributes
     ----------
@@ -31,7 +31,7 @@ class Setting:
 
     @property
     def label(self) -> str:
-        """The method, with its kernel if it has a choice."""
+        """The method, with its kernel if it has two."""
         return f"{self.method} ({self.kernel})" if self.kernel else self.method
 
     @property
@@ -42,20 +42,20 @@ class Setting:
 
 @dataclass(frozen=True, slots=True)
 class Row:
-    """One setting, measured.
+    """A measured setting.
 
     Attributes
     ----------
     setting : Setting
         What was run.
     cpu_s : float
-        CPU time of one run, s; of what was spent, where the run did not finish.
+        CPU time of one run, s; the time spent, if the run did not finish.
     steps : int
         Integration steps; communication steps for the FMU.
     error : Deviation or None
-        Its errors; None if the run did not finish.
+        Errors against the reference; None if the run did not finish.
     failure : str
-        Why it did not; empty if it did.
+        Why it did not finish; empty if it did.
     """
 
     setting: Setting
@@ -67,17 +67,7 @@ class Row:
 
 @dataclass(frozen=True, slots=True)
 class Ladder:
-    """The settings of one method, from coarse to fine.
-
-    Attributes
-    ----------
-    method, kernel, knob
-        See `Setting`.
-    first, last : float
-        Coarsest and finest value of the knob.
-    factor : float
-        Between one value and the next, below 1.
-    """
+    """The settings of a method: from `first`, the coarsest, to `last` in ratios of `factor`."""
 
     method: str
     kernel: str
@@ -110,19 +100,9 @@ _STEPS: Final = (
 
 
 def ladders(time_scale: float, t_end: float) -> list[Ladder]:
-    """The settings that a trade-off tries.
+    """The settings to try, a ladder for each method and kernel.
 
-    Parameters
-    ----------
-    time_scale : float
-        √(m/stiffness) of the scene, s: fixed steps are fractions of it.
-    t_end : float
-        Horizon, s: no step is longer.
-
-    Returns
-    -------
-    list of Ladder
-        One for each method, and each kernel of a method that has two.
+    Fixed steps are fractions of `time_scale`, √(m/stiffness) in s, and at most `t_end`.
     """
     found = [Ladder(method, kernel, "tol", *values) for method, kernel, *values in _TOLERANCES]
     for method, first, last, factor in _STEPS:
@@ -132,7 +112,7 @@ def ladders(time_scale: float, t_end: float) -> list[Ladder]:
 
 
 def pareto(rows: Iterable[Row], quantity: str, floor: float = 0.0) -> list[Row]:
-    """The rows that no other beats both in CPU time and in the error of a quantity.
+    """The measured settings that no other beats both in CPU time and in error, cheapest first.
 
     Parameters
     ----------
@@ -141,17 +121,12 @@ def pareto(rows: Iterable[Row], quantity: str, floor: float = 0.0) -> list[Row]:
     quantity : str
         A name in `QUANTITIES`.
     floor : float
-        Uncertainty of the errors: those below it count as it.
-
-    Returns
-    -------
-    list of Row
-        The front, cheapest first.
+        Uncertainty of the errors; smaller errors count as this.
 
     Raises
     ------
     InputError
-        If there is no such quantity.
+        If the quantity is unknown.
     """
     check_quantity(quantity)
     finished = [
@@ -169,26 +144,9 @@ def pareto(rows: Iterable[Row], quantity: str, floor: float = 0.0) -> list[Row]:
 
 
 def cheapest(rows: Sequence[Row], quantity: str, error: float) -> Row | None:
-    """The setting that has a quantity to an error for the least CPU time.
+    """The setting of least CPU time among those with an error of at most `error`; None if none is.
 
-    Parameters
-    ----------
-    rows : sequence of Row
-        What was measured.
-    quantity : str
-        A name in `QUANTITIES`.
-    error : float
-        The error allowed, in the measure of the quantity.
-
-    Returns
-    -------
-    Row or None
-        None if none of the rows has it.
-
-    Raises
-    ------
-    InputError
-        If there is no such quantity.
+    `quantity` is a name in `QUANTITIES`; `InputError` if it is unknown.
     """
     return next((row for row in pareto(rows, quantity) if _error(row, quantity) <= error), None)
 

@@ -11,7 +11,7 @@ from fivtui.tui.session import CONSIDERED, IGNORED, number_text
 
 if TYPE_CHECKING:
     from fivtui.equilibrium import StabilityMap
-    from fivtui.ranges import Range
+    from fivtui.ranges import NamedRange
 
 FloatArray = NDArray[np.float64]
 
@@ -36,7 +36,7 @@ _LEVELS: Final = (" ", "·", "░", "▒", "▓", "█")
 _NO_VALUE: Final = ("?", "hidden")
 
 
-def map_request(text: str) -> "tuple[Range, Range]":
+def map_request(text: str) -> "tuple[NamedRange, NamedRange]":
     """Parse the two ranges of a map, such as ``mu=0:1.5:121 F=5:120:93``; the first is along x."""
     from fivtui.ranges import parse_ranges
 
@@ -52,7 +52,7 @@ def map_request(text: str) -> "tuple[Range, Range]":
     return first, second
 
 
-def values_in(given: "Range", axis: Axis | None) -> FloatArray:
+def values_in(given: "NamedRange", axis: Axis | None) -> FloatArray:
     """The values of a range, or as many between chosen axis limits."""
     if axis is None:
         return given.values()
