@@ -78,7 +78,7 @@ def fmu_check(fmu_file: Path, as_json: bool) -> None:
     else:
         put(f"{fmu_file}: no problems")
     if problems:
-        raise InputError(f"{fmu_file} is not a sound FMU: problems found: {len(problems)}")
+        raise InputError(f"{fmu_file}: not a valid FMU, problems found: {len(problems)}")
 
 
 @fmu.command("run")

@@ -1,4 +1,4 @@
-"""How a table is laid out on a width: in one block, or in several that repeat its keys."""
+"""Layout of a table on a width: one block, or several that repeat its key columns."""
 
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
@@ -8,24 +8,14 @@ from rich.cells import cell_len
 from rich.console import JustifyMethod
 from rich.text import Text
 
-# Between two columns; and the width at which running text can still be read.
+# Space between two columns, and the least width at which running text is readable.
 GAP: Final = 2
 READABLE: Final = 32
 
 
 @dataclass(frozen=True, slots=True)
-class Column:
-    """A column of a table.
-
-    Attributes
-    ----------
-    name : str
-        What stands above it.
-    cells : tuple of str or Text
-        One a row.
-    justify : str
-        How they are justified.
-    """
+class TableColumn:
+    """A column of a printed table: its heading, and a cell for each row."""
 
     name: str
     cells: tuple[str | Text, ...]
@@ -33,12 +23,12 @@ class Column:
 
     @property
     def natural(self) -> int:
-        """Its width with nothing wrapped."""
+        """Width with nothing wrapped."""
         return max(cell_len(self.name), self._widest)
 
     @property
     def least(self) -> int:
-        """Its width with the name wrapped at spaces, and no cell."""
+        """Width with the heading wrapped at spaces, and no cell wrapped."""
         return max(self._widest, *(cell_len(word) for word in self.name.split()), 0)
 
     @property
@@ -46,26 +36,15 @@ class Column:
         return max((cell_len(str(cell)) for cell in self.cells), default=0)
 
 
-Block = list[tuple[Column, int]]
+Block = list[tuple[TableColumn, int]]
 
 
-def blocks_of(columns: Sequence[Column], keys: int, width: int | None) -> list[Block]:
-    """The blocks in which a table is printed, one below the other.
+def blocks_of(columns: Sequence[TableColumn], keys: int, width: int | None) -> list[Block]:
+    """Split a table into blocks of at most `width` columns of text, to be printed one below the other.
 
-    Parameters
-    ----------
-    columns : sequence of Column
-        The table.
-    keys : int
-        How many columns, from the left, say what a row is of: every block has them. Where they
-        leave no room for others, numbers of the rows take their place.
-    width : int or None
-        What a block may take; None for no limit.
-
-    Returns
-    -------
-    list of list of (Column, int)
-        Columns with their widths. Every column is in a block; a cell that is wider is to be folded.
+    The first `keys` columns identify a row and are repeated in every block; where they leave no room,
+    row numbers take their place. Each block is a list of columns with their widths; wider cells are to
+    be folded. None is no limit.
     """
     natural = [(column, column.natural) for column in columns]
     if width is None or _taken(natural) <= width:
@@ -74,11 +53,13 @@ def blocks_of(columns: Sequence[Column], keys: int, width: int | None) -> list[B
     if _room(heads, width) < max((min(c.least, READABLE) for c in others), default=0):
         count = max((len(column.cells) for column in columns), default=0)
         numbers = tuple(str(number) for number in range(1, count + 1))
-        heads, others = [Column("row", numbers)], list(columns)
+        heads, others = [TableColumn("row", numbers)], list(columns)
     return list(_filled(heads, others, _room(heads, width)))
 
 
-def _filled(heads: Sequence[Column], others: Sequence[Column], room: int) -> Iterator[Block]:
+def _filled(
+    heads: Sequence[TableColumn], others: Sequence[TableColumn], room: int
+) -> Iterator[Block]:
     first: Block = [(column, column.least) for column in heads]
     block: Block = []
     for column in others:
@@ -90,9 +71,9 @@ def _filled(heads: Sequence[Column], others: Sequence[Column], room: int) -> Ite
     yield [*first, *block]
 
 
-def _room(heads: Sequence[Column], width: int) -> int:
+def _room(heads: Sequence[TableColumn], width: int) -> int:
     return width - sum(column.least + GAP for column in heads)
 
 
-def _taken(block: Sequence[tuple[Column, int]]) -> int:
+def _taken(block: Sequence[tuple[TableColumn, int]]) -> int:
     return sum(width for _, width in block) + GAP * max(len(block) - 1, 0)

@@ -1,4 +1,4 @@
-"""How the command line prints: tables on standard output, progress on standard error."""
+"""Console output: tables to stdout, progress to stderr."""
 
 import sys
 import time
@@ -15,22 +15,17 @@ from rich.text import Text
 
 from fivtui.model import Parameters
 
-from .layout import GAP, READABLE, Column, blocks_of
+from .layout import GAP, READABLE, TableColumn, blocks_of
 
-# A bar for less than this would only flicker.
+# A bar appears after this time.
 _PATIENCE_S: Final = 1.0
 _NO_LIMIT: Final = 1_000_000
 
 
 class Progress:
-    """A progress bar on standard error that appears only when a computation takes over a second.
+    """A progress bar on stderr that appears after a second.
 
-    Parameters
-    ----------
-    label : str
-        What is being done.
-    compiling : callable, optional
-        Whether it waits for a compiler.
+    `label` says what is being computed, `compiling` whether it waits for a compiler.
     """
 
     def __init__(self, label: str, compiling: Callable[[], bool] = lambda: False) -> None:
@@ -53,7 +48,7 @@ class Progress:
             self._bar.stop()
 
     def __call__(self, fraction: float) -> bool:
-        """Show the fraction done, 0 to 1; always asks to go on."""
+        """Show the fraction done, 0 to 1; always returns True."""
         if self._bar is None:
             if time.monotonic() - self._begin < _PATIENCE_S:
                 return True
@@ -77,20 +72,12 @@ class Progress:
 
 
 def number(value: float, digits: int = 6) -> str:
-    """A number for reading: a few significant digits."""
+    """A number with a few significant digits."""
     return f"{value:.{digits}g}"
 
 
 def print_list(title: str, rows: Sequence[tuple[str, str]]) -> None:
-    """Print names and what they stand for: side by side, or one below the other where it is narrow.
-
-    Parameters
-    ----------
-    title : str
-        Title of the list; empty for none.
-    rows : sequence of tuple of str
-        Name and text of each.
-    """
+    """Print names and texts side by side, or one below the other on a narrow terminal."""
     width = terminal_width()
     names = max((cell_len(name) for name, _ in rows), default=0)
     texts = max((cell_len(text) for _, text in rows), default=0)
@@ -109,17 +96,9 @@ def print_list(title: str, rows: Sequence[tuple[str, str]]) -> None:
 
 
 def print_titled(title: str, *parts: RenderableType) -> None:
-    """Print a title, if there is one, and what it is of, on standard output.
-
-    Parameters
-    ----------
-    title : str
-        The title.
-    *parts : renderable
-        What stands below it.
-    """
+    """Print a title, if it is not empty, and renderables below it to stdout."""
     width = terminal_width()
-    # Without a terminal nothing is wrapped or cut: the reader is a program.
+    # Without a terminal a program reads it: nothing is wrapped.
     console = Console(file=sys.stdout, width=width or _NO_LIMIT, highlight=False)
     with console.capture() as captured:
         if title:
@@ -131,7 +110,7 @@ def print_titled(title: str, *parts: RenderableType) -> None:
 
 
 def terminal_width() -> int | None:
-    """The columns of the terminal that standard output is; None if it is none."""
+    """Width of the terminal that stdout is; None if it is no terminal."""
     return Console(file=sys.stdout).width if sys.stdout.isatty() else None
 
 
@@ -148,23 +127,23 @@ def print_rows(
     keys: int = 1,
     justify: JustifyMethod = "right",
 ) -> None:
-    """Print a table; one that is wider than the terminal goes on below, with its keys again.
+    """Print a table; one wider than the terminal continues below.
 
     Parameters
     ----------
     title : str
         Its title.
     header : sequence of str
-        Column names.
+        Headings of the columns.
     rows : sequence of sequence of str or Text
-        As many texts each.
+        A cell for each heading.
     keys : int
-        How many columns, from the left, say what a row is of; see `layout.blocks_of`.
+        Number of columns from the left that identify a row; they are repeated below.
     justify : str
-        How all columns but the first are justified.
+        Justification of all columns but the first.
     """
     columns = [
-        Column(name, tuple(row[place] for row in rows), justify if place > 0 else "left")
+        TableColumn(name, tuple(row[place] for row in rows), justify if place > 0 else "left")
         for place, name in enumerate(header)
     ]
     tables: list[RenderableType] = []

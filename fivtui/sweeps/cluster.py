@@ -160,7 +160,7 @@ def _result(future: Any, address: str) -> tuple[dict[str, str], object, Any]:
         raise _lost(address) from None
     except KilledWorker as error:
         raise ComputationError(
-            f"a piece was lost with several workers: {error}",
+            f"several workers ended while computing a piece: {error}",
             f"see why they end (memory, time limit); {_AGAIN}",
         ) from None
     except ImportError as error:
@@ -185,5 +185,5 @@ def _check_arithmetic(there: object, own: Mapping[str, Any]) -> None:
         raise ComputationError(
             f"rows of a worker would differ in the last bits from those of this machine "
             f"({difference})",
-            f"take workers whose processors are of one kind with this machine's; {_AGAIN}",
+            f"use workers with the same kind of processor as this machine; {_AGAIN}",
         )

@@ -133,7 +133,9 @@ def find_pieces(folder: Path) -> StoredPieces:
     except (OSError, ValueError, KeyError, TypeError):
         raise InputError("not the folder of a sweep under way (FILE.parts)") from None
     if old:
-        raise InputError("an older fivtui began this sweep: its pieces do not say of which it is")
+        raise InputError(
+            "an older fivtui began this sweep: its pieces do not say which sweep they are of"
+        )
     if not sound:
         raise InputError("no member of this sweep is stored yet")
     pieces = [piece_of(number, study.members, size) for number in sound]

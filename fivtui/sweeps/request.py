@@ -69,7 +69,7 @@ def study_of(
     `Study`, or if the scene asks for another method than ``taylor``.
     """
     if scene.method != _METHOD:
-        raise InputError(f"method = {scene.method}: sweeps are computed by {_METHOD} alone")
+        raise InputError(f"method = {scene.method}: must be {_METHOD} for a sweep")
     if accuracy and tol is not None:
         raise InputError("--error: must be given without --tol, which follows from it")
     return Study(

@@ -81,7 +81,7 @@ class SweepStore:
         said = self._form.provenance(self._target)
         if said is None:
             raise InputError(
-                f"{self._out}: exists already, and is no sweep or damaged; choose another name or "
+                f"{self._out}: exists already, and is not a sweep or is damaged; choose another name or "
                 "force overwriting"
             )
         if _without_arithmetic(said) != self._described:
@@ -208,7 +208,7 @@ class SweepStore:
         rows = self._form.count(merged, self._study)
         if rows != self._study.members:
             raise ComputationError(
-                f"{merged}: {rows} of {self._study.members} rows came together", self.advice
+                f"{merged}: {rows} of {self._study.members} rows were merged", self.advice
             )
         check_output(self._out, force=self._force)
         merged.replace(self._target)
