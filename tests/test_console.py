@@ -7,7 +7,7 @@ import sys
 import numpy as np
 import pytest
 
-from fivtui.console.layout import GAP, Column, blocks_of
+from fivtui.console.layout import GAP, TableColumn, blocks_of
 from fivtui.console.printing import print_list, print_rows
 from fivtui.model.parameters import Parameters
 from fivtui.orbits.branches import BranchPoint, Continuation
@@ -69,7 +69,7 @@ def test_the_first_column_stands_in_every_block(monkeypatch: pytest.MonkeyPatch)
 
 
 def test_a_table_that_fits_is_one_block() -> None:
-    columns = [Column(f"c{place}", ("1", "2")) for place in range(5)]
+    columns = [TableColumn(f"c{place}", ("1", "2")) for place in range(5)]
     width = 5 * 2 + 4 * GAP
     assert len(blocks_of(columns, 1, width)) == 1
     assert len(blocks_of(columns, 1, width - 1)) == 2
@@ -77,8 +77,8 @@ def test_a_table_that_fits_is_one_block() -> None:
 
 
 def test_keys_that_leave_no_room_are_replaced_by_the_numbers_of_rows() -> None:
-    columns = [Column(f"key{place}", ("1234567890",) * 3) for place in range(4)]
-    columns.append(Column("value", ("1", "2", "3")))
+    columns = [TableColumn(f"key{place}", ("1234567890",) * 3) for place in range(4)]
+    columns.append(TableColumn("value", ("1", "2", "3")))
     blocks = blocks_of(columns, 4, 40)
     assert {block[0][0].name for block in blocks} == {"row"}
     assert [c.name for block in blocks for c, _ in block[1:]] == [c.name for c in columns]

@@ -40,11 +40,11 @@ Block = list[tuple[TableColumn, int]]
 
 
 def blocks_of(columns: Sequence[TableColumn], keys: int, width: int | None) -> list[Block]:
-    """Split a table into blocks of at most `width` columns of text, to be printed one below the other.
+    """Split a table into blocks of at most `width` characters, to be printed one below the other.
 
-    The first `keys` columns identify a row and are repeated in every block; where they leave no room,
-    row numbers take their place. Each block is a list of columns with their widths; wider cells are to
-    be folded. None is no limit.
+    The first `keys` columns identify a row and are repeated in every block; where they leave no
+    room, row numbers take their place. A block is a list of columns with their widths, to which
+    wider cells are to be folded. A `width` of None is no limit.
     """
     natural = [(column, column.natural) for column in columns]
     if width is None or _taken(natural) <= width:

@@ -81,8 +81,8 @@ class SweepStore:
         said = self._form.provenance(self._target)
         if said is None:
             raise InputError(
-                f"{self._out}: exists already, and is not a sweep or is damaged; choose another name or "
-                "force overwriting"
+                f"{self._out}: exists already, and is not a sweep or is damaged; choose another "
+                "name or force overwriting"
             )
         if _without_arithmetic(said) != self._described:
             return False
