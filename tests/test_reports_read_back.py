@@ -518,7 +518,7 @@ def test_a_printed_trade_off_has_milliseconds_and_every_error_in_its_column(
     features = [Feature("events", 0.001, 0.004, 10, 12), Feature("rest", None, 0.004, None, 12)]
     result = Tradeoff(PRESETS["base"], None, floor, rows, features)
     print_tradeoff(result, {"peak": 1e-4})
-    parts = re.split(r"\n(?=What a scene pays|Cheapest)", text_of(capsys))
+    parts = re.split(r"\n(?=Cost of features|Cheapest)", text_of(capsys))
     title, table = parts[0].split("\n", 1)
     assert title == "Trade-off: base, 100 s"
     shown = tabled(table.partition("\n\n")[0].partition("\nbest for")[0])
