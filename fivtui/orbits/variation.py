@@ -14,7 +14,7 @@ import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 from itertools import pairwise
-from typing import Final
+from typing import Final, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -29,6 +29,15 @@ _LOCAL_TOLERANCE: Final = 1e-16
 # Order of the series of deviations over a piece: 1/20! is below rounding.
 _DEGREE: Final = 20
 _MAX_SEGMENTS: Final = 200_000
+_PIECES_AT_ONCE: Final = 1024
+
+
+class _Piece(NamedTuple):
+    """A part of a segment: its constants, y as a polynomial on [0, 1], and its length, s."""
+
+    c: Constants
+    y: list[float]
+    duration: float
 
 
 @dataclass(frozen=True, slots=True)
@@ -48,12 +57,17 @@ def flow(p: Parameters, start: State, duration: float, *, separation: bool = Tru
     """
     stepper = TaylorStepper(p, start, separation=separation, tol=_LOCAL_TOLERANCE)
     total, state = np.eye(_SIZE), start
+    pieces: list[_Piece] = []
     for _ in range(_MAX_SEGMENTS):
         segment = stepper.advance()
         left = (duration - segment.start) - segment.start_remainder
         last = segment.duration >= left
         span = left if last else segment.duration
-        total = _segment_derivative(p, segment, span) @ total
+        pieces += _pieces(p, segment, span)
+        if last or len(pieces) >= _PIECES_AT_ONCE:
+            for derivative in _derivatives(pieces):
+                total = derivative @ total
+            pieces = []
         state = _state_within(segment, span) if last else segment.final
         if last:
             return Flow(state, velocity(p, state, separation=separation), total)
@@ -75,18 +89,17 @@ def _state_within(segment: Segment, span: float) -> State:
     return (x, vx / segment.duration, y, vy / segment.duration)
 
 
-def _segment_derivative(p: Parameters, segment: Segment, span: float) -> FloatArray:
+def _pieces(p: Parameters, segment: Segment, span: float) -> list[_Piece]:
     # A deviation oscillates at the system's frequency however slow the motion is: over pieces of
     # less than a radian its series converges.
     c = constants(p, segment.mode)
     end = span / segment.duration
     farthest = float(np.abs(segment.y) @ end ** np.arange(float(len(segment.y))))
-    pieces = math.ceil(_fastest(c, farthest) * span)
-    total = np.eye(_SIZE)
-    for left, right in pairwise(np.linspace(0.0, end, max(pieces, 1) + 1).tolist()):
-        piece = restricted(segment.y, left, right)
-        total = _piece_derivative(c, piece, (right - left) * segment.duration) @ total
-    return total
+    ends = np.linspace(0.0, end, max(math.ceil(_fastest(c, farthest) * span), 1) + 1).tolist()
+    return [
+        _Piece(c, restricted(segment.y, left, right), (right - left) * segment.duration)
+        for left, right in pairwise(ends)
+    ]
 
 
 def _fastest(c: Constants, y: float) -> float:
@@ -97,20 +110,27 @@ def _fastest(c: Constants, y: float) -> float:
     return math.sqrt(max(horizontal, vertical)) + max(abs(c.xvx), abs(c.yvy))
 
 
-def _piece_derivative(c: Constants, y: Sequence[float], duration: float) -> FloatArray:
-    # Four deviations at once, a column each, in θ = (time since the start)/duration.
-    square = np.zeros(_DEGREE + 1)
-    product = np.convolve(y, y)[: _DEGREE + 1]
-    square[: product.size] = product
-    stiffness = duration * duration * np.array([[c.xx, c.xy], [c.yx, c.yy]])
-    damping = duration * np.array([[c.xvx], [c.yvy]])
-    push = 3.0 * duration * duration * c.cubic * np.array([[c.friction], [1.0]])
-    z = np.zeros((_DEGREE + 1, 2, _SIZE))
-    z[0, 0, 0] = z[0, 1, 2] = 1.0
-    z[1, 0, 1] = z[1, 1, 3] = duration
+def _derivatives(pieces: Sequence[_Piece]) -> FloatArray:
+    # Of all pieces at once, shape (pieces, 4, 4): four deviations, a column each, in
+    # θ = (time since the start of the piece)/duration.
+    count = len(pieces)
+    y = np.zeros((count, _DEGREE + 1))
+    for row, piece in zip(y, pieces, strict=True):
+        known = piece.y[: _DEGREE + 1]
+        row[: len(known)] = known
+    square = np.zeros_like(y)
+    for n in range(_DEGREE + 1):
+        square[:, n:] += y[:, n, None] * y[:, : _DEGREE + 1 - n]
+    duration = np.array([piece.duration for piece in pieces])[:, None, None]
+    stiffness = duration**2 * np.array([[[p.c.xx, p.c.xy], [p.c.yx, p.c.yy]] for p in pieces])
+    damping = duration * np.array([[[p.c.xvx], [p.c.yvy]] for p in pieces])
+    push = 3.0 * duration**2 * np.array([[[p.c.cubic * p.c.friction], [p.c.cubic]] for p in pieces])
+    z = np.zeros((count, _DEGREE + 1, 2, _SIZE))
+    z[:, 0, 0, 0] = z[:, 0, 1, 2] = 1.0
+    z[:, 1, 0, 1] = z[:, 1, 1, 3] = duration[:, 0, 0]
     for n in range(_DEGREE - 1):
-        force = stiffness @ z[n] - push * (square[n::-1] @ z[: n + 1, 1])
-        z[n + 2] = (force / (n + 1) + damping * z[n + 1]) / (n + 2)
-    place = z.sum(axis=0)
-    speed = np.tensordot(np.arange(_DEGREE + 1.0), z, 1) / duration
-    return np.stack([place[0], speed[0], place[1], speed[1]])
+        force = stiffness @ z[:, n] - push * (square[:, None, n::-1] @ z[:, : n + 1, 1])
+        z[:, n + 2] = (force / (n + 1) + damping * z[:, n + 1]) / (n + 2)
+    place = z.sum(axis=1)
+    speed = np.einsum("n,pnij->pij", np.arange(_DEGREE + 1.0), z) / duration
+    return np.stack([place[:, 0], speed[:, 0], place[:, 1], speed[:, 1]], axis=1)

@@ -70,6 +70,8 @@ def minimum_maximum(c: Sequence[float]) -> tuple[float, float]:
 
 def restricted(c: Sequence[float], left: float, right: float) -> list[float]:
     """Coefficients on [left, right] in (t − left)/(right − left)."""
+    if left == 0.0:
+        return scaled(c, right)
     shifted = list(c)
     for start in range(len(shifted) - 1):
         for n in range(len(shifted) - 2, start - 1, -1):
