@@ -1,18 +1,24 @@
 """What motions end in: coexistence, basins, branches, against transients and eigenvalues."""
 
+import dataclasses
+from typing import Any
+
 import numpy as np
 import pytest
 from hypothesis import assume, given, settings, strategies as st
 
 from fivtui import Parameters, simulate, stability
-from fivtui.model.errors import Cancelled, InputError
+from fivtui.model.errors import Cancelled, ComputationError, InputError
 from fivtui.model.slider_belt import equilibrium
+from fivtui.orbits import explorer
 from fivtui.orbits.attractor_search import Coexistence, coexistence
 from fivtui.orbits.basins import EscapeOffset, basin, escape_offset
 from fivtui.orbits.branches import BranchPoint, Continuation, continuation
 from fivtui.orbits.decay import Attraction
 from fivtui.orbits.explorer import Attractor, Explorer, Kind, find_attractors
 from fivtui.orbits.files import warning_of
+from fivtui.orbits.shooting import PeriodicOrbit
+from fivtui.transient import Transient, integrate
 from tests.support.strategies import moderate_parameters
 
 COEXISTENCE = Parameters(F=120.0)
@@ -156,11 +162,11 @@ def test_up_and_down_a_parameter_coexistence_shows_as_hysteresis(
 
 
 def test_a_start_on_the_cycle_or_at_rest_reaches_what_it_is_on(found: Coexistence) -> None:
-    explorer = Explorer(COEXISTENCE)
+    known = Explorer(COEXISTENCE)
     cycle = found.attractors[1]
     assert cycle.orbit is not None
-    assert explorer.reach(cycle.orbit.start).same_as(cycle)
-    assert explorer.reach(explorer.rest) == Attractor(Kind.EQUILIBRIUM)
+    assert known.reach(cycle.orbit.start).same_as(cycle)
+    assert known.reach(known.rest) == Attractor(Kind.EQUILIBRIUM)
 
 
 @pytest.mark.parametrize(
@@ -201,6 +207,34 @@ def test_growth_without_bounds_beside_the_equilibrium_is_warned_of() -> None:
     said = warning_of(Coexistence(COEXISTENCE, True, pair, (1, 0), True, EscapeOffset(0.5, None)))
     assert said is not None
     assert "with unbounded growth; a release from rest 0.5 m above it" in said
+
+
+@pytest.mark.parametrize("fails", [True, False])
+def test_newton_is_asked_once_a_leg_where_it_fails_or_ends_elsewhere(
+    fails: bool, found: Coexistence, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    cycle = found.attractors[1].orbit
+    assert cycle is not None
+    elsewhere = dataclasses.replace(cycle, start=(1e3, 0.0, 0.0, 0.0))
+    legs: list[object] = []
+    asked: list[int] = []
+
+    def shoot(*_: object, **__: object) -> PeriodicOrbit:
+        asked.append(len(legs))
+        if fails:
+            raise ComputationError("no orbit", "none")
+        return elsewhere
+
+    def leg(*args: Any, **more: Any) -> Transient:
+        legs.append(None)
+        return integrate(*args, **more)
+
+    monkeypatch.setattr(explorer, "shoot", shoot)
+    monkeypatch.setattr(explorer, "integrate", leg)
+    monkeypatch.setattr(explorer, "_MOST_LEGS", 5)
+    # On the cycle every one of the last returns recurs.
+    assert Explorer(COEXISTENCE).reach(cycle.start) == Attractor(Kind.UNSETTLED)
+    assert asked == [1, 2, 3, 4, 5]
 
 
 def test_without_damping_nothing_settles() -> None:
