@@ -1,5 +1,6 @@
 """Settings of all tests."""
 
+import gc
 import os
 import subprocess
 import sys
@@ -16,6 +17,9 @@ settings.register_profile(
 )
 settings.load_profile("fivtui")
 
+# A third of a test of the laboratory would go into looking at what stays anyway.
+gc.set_threshold(50_000, 20, 50)
+
 
 _KERNELS = (
     "from fivtui import simulate; simulate(t_end=1.0, kernel='compiled')",
@@ -31,3 +35,8 @@ def pytest_sessionstart(session: pytest.Session) -> None:
         compiling = [subprocess.Popen([sys.executable, "-c", code]) for code in _KERNELS]
         for process in compiling:
             process.wait()
+
+
+def pytest_collection_finish() -> None:
+    """Leave what was imported to collect the tests out of every collection of garbage."""
+    gc.freeze()
