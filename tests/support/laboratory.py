@@ -2,11 +2,15 @@
 
 import asyncio
 import dataclasses
+import os
 import time
 from collections import Counter
 from collections.abc import Callable
 from typing import Any, Final
 
+from rich.console import RenderableType
+from textual._compositor import Compositor
+from textual._context import visible_screen_stack
 from textual.app import App
 from textual.pilot import Pilot
 from textual.screen import Screen
@@ -48,6 +52,30 @@ def _count_and_paint(self: App[Any], screen: Screen[Any], renderable: Any) -> No
 
 
 App._display = _count_and_paint  # type: ignore[method-assign]
+
+# Without a terminal a frame is thrown away as soon as it is rendered, and that takes half of the
+# time of a test: what the screen shows is rendered where a test looks. With this variable every
+# frame is.
+EVERY_FRAME: Final = "FIVTUI_TEST_EVERY_FRAME"
+every_frame = EVERY_FRAME in os.environ
+_render_update = Compositor.render_update
+
+
+def _render_where_looked_at(
+    self: Compositor,
+    full: bool = False,
+    screen_stack: list[Screen[Any]] | None = None,
+    simplify: bool = False,
+) -> RenderableType | None:
+    if every_frame or full or simplify:
+        return _render_update(self, full, screen_stack, simplify)
+    visible_screen_stack.set([] if screen_stack is None else screen_stack)
+    self._dirty_regions.clear()
+    return None
+
+
+Compositor.render_update = _render_where_looked_at  # type: ignore[method-assign]
+
 ENDLESS: Final = "1e6"
 
 

@@ -40,7 +40,10 @@ async def pilot() -> AsyncIterator[Pilot[None]]:
         yield started
 
 
-async def test_a_run_ends_in_plots_that_zoom_summary_and_tabs(pilot: Pilot[None]) -> None:
+async def test_a_run_ends_in_plots_that_zoom_summary_and_tabs(
+    pilot: Pilot[None], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr("tests.support.laboratory.every_frame", True)
     await until_shown(pilot, "μ_c 0.4394")
     await run_to_end(pilot)
     shown = text_of(pilot)

@@ -1,11 +1,14 @@
+import os
 import random
+import subprocess
+import sys
 from pathlib import Path
 
 import pytest
 
 from fivtui.tui.app import FivtuiApp
 from fivtui.tui.tabs.tabs import TABS
-from tests.support.laboratory import text_of
+from tests.support.laboratory import EVERY_FRAME, text_of
 
 KEYS = (
     *"0123456789jkhlgGirebsxcmn+-.",
@@ -22,6 +25,7 @@ async def test_typing_at_random_neither_crashes_nor_blocks(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.chdir(tmp_path)
+    monkeypatch.setattr("tests.support.laboratory.every_frame", True)
     # A FMU is built and loaded by libraries that are slow to come.
     monkeypatch.setattr("fivtui.fmu.integrate_fmu", _no_fmu)
     chosen = random.Random(7)
@@ -49,3 +53,15 @@ def _no_fmu(*_: object, **__: object) -> None:
     from fivtui.model.errors import ComputationError
 
     raise ComputationError("there is no FMU in this test", "another method")
+
+
+@pytest.mark.whole
+def test_every_frame_of_all_tests_of_the_laboratory_is_rendered() -> None:
+    done = subprocess.run(
+        [sys.executable, "-m", "pytest", "-q", "-n", "0", str(Path(__file__).parent)],
+        env=os.environ | {EVERY_FRAME: "1"},
+        capture_output=True,
+        text=True,
+        check=False,
+    )
+    assert done.returncode == 0, done.stdout
