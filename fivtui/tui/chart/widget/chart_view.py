@@ -193,6 +193,11 @@ class ChartView(Widget, can_focus=True):
             self._picture.lines[0][-1:] = controls
         return self._picture.lines
 
+    def _drawn(self) -> Picture | None:
+        # Keys and mouse may come before the frame; without a chart or room there is no picture.
+        self._lines()
+        return self._picture
+
     def _heading_end(self, width: int) -> list[Span]:
         wide = width >= _WIDE
         words = [control.words if wide else control.brief for control in _CONTROLS]
@@ -300,10 +305,10 @@ class ChartView(Widget, can_focus=True):
             self.redraw()
 
     def _step_cursor(self, right: int, up: int) -> None:
-        place = self._cursor_place()
-        if place is None or self._picture is None or self._chart is None:
+        place, picture = self._cursor_place(), self._drawn()
+        if place is None or picture is None or self._chart is None:
             return
-        _, _, columns, rows = self._picture.plot
+        _, _, columns, rows = picture.plot
         across, along = place[0] + right / columns, place[1] + up / rows
         if not 0.0 <= across <= 1.0:
             # Pan so that the cursor stays visible.
@@ -325,9 +330,10 @@ class ChartView(Widget, can_focus=True):
 
     def on_mouse_move(self, event: MouseMove) -> None:
         """Pan while dragging, else move the read-out."""
-        if self._picture is None or self._chart is None:
+        picture = self._drawn()
+        if picture is None or self._chart is None:
             return
-        _, _, columns, rows = self._picture.plot
+        _, _, columns, rows = picture.plot
         if self._held is not None:
             right, down = event.x - self._held[0], event.y - self._held[1]
             if right or down:
@@ -336,7 +342,7 @@ class ChartView(Widget, can_focus=True):
                 self.view.pan(self._chart, -right / columns, 0.0 if follows else down / rows)
                 self._moved()
         elif not self._steered:
-            place = self._picture.place(event.x, event.y)
+            place = picture.place(event.x, event.y)
             if all(0.0 <= part <= 1.0 for part in place):
                 self._put_cursor(place)
             elif self.view.cursor is not None:
@@ -350,7 +356,8 @@ class ChartView(Widget, can_focus=True):
     def on_mouse_down(self, event: MouseDown) -> None:
         """Start dragging."""
         self._dragged = False
-        if self._picture is not None and event.y >= self._picture.plot[1]:
+        picture = self._drawn()
+        if picture is not None and event.y >= picture.plot[1]:
             self._held = (event.x, event.y)
             self.capture_mouse()
 
@@ -368,24 +375,26 @@ class ChartView(Widget, can_focus=True):
         self._wheel(event, 1)
 
     def _wheel(self, event: MouseScrollUp | MouseScrollDown, direction: int) -> None:
-        if self._picture is not None:
+        picture = self._drawn()
+        if picture is not None:
             event.stop()
-            self._zoom(_WHEEL_STEP, direction, self._picture.place(event.x, event.y))
+            self._zoom(_WHEEL_STEP, direction, picture.place(event.x, event.y))
 
     async def on_click(self, event: Click) -> None:
         """Press a control, toggle a trace, place the cursor, or open a point (double click)."""
-        if self._chart is None or self._picture is None or self._dragged:
+        picture = self._drawn()
+        if picture is None or self._dragged:
             return
-        if event.y < self._picture.plot[1]:
+        if event.y < picture.plot[1]:
             for first, stop, action in self._controls:
                 if event.y == 0 and first <= event.x < stop:
                     await self.run_action(action)
                     return
-            index = _legend_index(self._picture.lines[event.y], event.x)
+            index = _legend_index(picture.lines[event.y], event.x)
             if index is not None:
                 self.action_trace(index + 1)
             return
-        place = self._picture.place(event.x, event.y)
+        place = picture.place(event.x, event.y)
         if not all(0.0 <= part <= 1.0 for part in place):
             return
         self._steered = True
