@@ -13,7 +13,6 @@ from fivtui.model.errors import Cancelled, InputError
 from fivtui.model.parameters import Parameters
 from fivtui.scene.presets import PRESETS
 from fivtui.simulation import simulate
-from fivtui.sweeps import rows as sweep
 from fivtui.sweeps.rows import compute_rows
 from fivtui.tui.app import FivtuiApp
 from fivtui.tui.chart.axis import Axis
@@ -208,7 +207,8 @@ async def test_a_sweep_runs_stops_and_opens_its_points(
     assert runs.displayed.scene.parameters.F > 80.0
     assert app_of(pilot).session.texts["F"] != "80"
     monkeypatch.setattr(
-        sweep, "compute_rows", lambda _s, _a, _b, progress: endless_simulate(progress=progress)
+        "fivtui.sweeps.compute_rows",
+        lambda _s, _a, _b, progress: endless_simulate(progress=progress),
     )
     await pilot.press("alt+3", "f10")
     await until_shown(pilot, "Stop")
