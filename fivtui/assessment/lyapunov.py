@@ -12,7 +12,7 @@ from dataclasses import dataclass
 from typing import Final
 
 from fivtui.kernel import loader
-from fivtui.model import Cancelled, ComputationError, State
+from fivtui.model import Cancelled, ComputationError, State, static_deflection, time_scale
 from fivtui.transient import Request, integrate
 
 # Distance of the neighbour, relative to the size of the motion.
@@ -73,9 +73,9 @@ def error_growth(
     be finished, and `Cancelled` if `progress`, called with the fraction done, returns False.
     """
     p = request.parameters
-    frequency = math.sqrt((p.k1 + p.k2 + p.k3) / p.m)
+    frequency = 1.0 / time_scale(p)
     stretch = request.t_end / _STRETCHES
-    deflection = abs(p.F) / (p.k1 + p.k2 + p.k3)
+    deflection = static_deflection(p)
 
     def after(state: State) -> State:
         try:

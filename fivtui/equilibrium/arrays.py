@@ -10,7 +10,7 @@ from typing import Final
 import numpy as np
 from numpy.typing import NDArray
 
-from fivtui.model import PARAMETERS, ComputationError, Parameters
+from fivtui.model import PARAMETERS, ComputationError, Parameters, spring_force, tangent_stiffness
 
 from .critical import boundary
 from .eigenvalues import ROUNDING, judge_growth
@@ -90,8 +90,7 @@ class StabilityPoints:
         )
 
     def _tangent(self, mu: FloatArray) -> FloatArray:
-        y = self._deflection(mu)
-        return self.k2 + 3.0 * self.k_nl * y * y
+        return tangent_stiffness(self, self._deflection(mu))
 
     def _coefficients(self, mu: FloatArray) -> tuple[FloatArray, FloatArray]:
         friction = 1.0 + mu * self.h / self.a
@@ -134,8 +133,8 @@ class StabilityPoints:
         # μ − boundary/(h k_t) and its derivative by μ; k_t follows μ by the equilibrium.
         y = self._deflection(mu)
         alpha, beta = self._coefficients(mu)
-        kt = self.k2 + 3.0 * self.k_nl * y * y
-        by_mu = -(self.h / self.a) * (self.k_nl * y * y + self.k2) * y
+        kt = tangent_stiffness(self, y)
+        by_mu = self.h / self.a * spring_force(self, y)
         turn = 6.0 * self.k_nl * y * by_mu / (3.0 * alpha * y * y + beta)
         spread = self.share * (1.0 - self.share)
         detuning = kt + self.h - self.a

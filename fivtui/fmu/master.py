@@ -4,7 +4,7 @@ import math
 from collections.abc import Callable
 from typing import Any, Final, NamedTuple
 
-from fivtui.model import ComputationError, Mode, State, unknown_name
+from fivtui.model import ComputationError, Mode, State, time_scale, unknown_name
 from fivtui.transient import Recorder, Request, segment_between
 
 from .instance import Messages
@@ -184,11 +184,9 @@ class Master:
     def _resolution(self, first: Point, last: Point) -> float:
         # The longest interval over which interpolation is accurate enough for the peaks, s.
         p = self._request.parameters
-        stiffness = p.k1 + p.k2 + p.k3
-        if p.k_nl > 0.0 and Mode.CONTACT in (first.mode, last.mode):
-            y = max(abs(first.state[2]), abs(last.state[2]))
-            stiffness += 3.0 * p.k_nl * y * y
-        return _RESOLUTION * math.sqrt(p.m / stiffness)
+        contact = Mode.CONTACT in (first.mode, last.mode)
+        y = max(abs(first.state[2]), abs(last.state[2])) if contact else 0.0
+        return _RESOLUTION * time_scale(p, y)
 
     def _include(self, first: Point, last: Point, *, switches: bool) -> None:
         self._recorder.include(

@@ -3,7 +3,6 @@
 import dataclasses
 import heapq
 import itertools
-import math
 import tempfile
 from collections.abc import Iterator, Sequence
 from contextlib import ExitStack
@@ -12,7 +11,7 @@ from typing import Final
 
 import numpy as np
 
-from fivtui.model import COLUMNS, Cancelled, ComputationError
+from fivtui.model import COLUMNS, Cancelled, ComputationError, time_scale
 from fivtui.transient import (
     OnSamples,
     Progress,
@@ -69,8 +68,7 @@ def integrate_fmu(
     Cancelled
         If `progress` returned False.
     """
-    p = request.parameters
-    step = request.step or _STEP * math.sqrt(p.m / (p.k1 + p.k2 + p.k3))
+    step = request.step or _STEP * time_scale(request.parameters)
     if request.t_end / step > _MAX_STEPS:
         raise ComputationError(
             f"{request.t_end / step:.3g} communication steps of {step:g} s are needed",

@@ -40,8 +40,11 @@ if TYPE_CHECKING:
         mode_of as mode_of,
         no_equilibrium_error as no_equilibrium_error,
         pull as pull,
+        spring_force as spring_force,
+        static_deflection as static_deflection,
         static_start as static_start,
         tangent_stiffness as tangent_stiffness,
+        time_scale as time_scale,
     )
 else:
     from fivtui.lazy import lazily

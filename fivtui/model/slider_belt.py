@@ -7,7 +7,7 @@ A state is (x, ẋ, y, ẏ) in m and m/s.
 import math
 from dataclasses import dataclass
 from enum import IntEnum
-from typing import Final
+from typing import Any, Final, Protocol, TypeVar
 
 from .errors import ComputationError
 from .parameters import Parameters
@@ -18,6 +18,20 @@ BALANCED: Final = 2.0**-49
 LEAST: Final = 1e-280
 State = tuple[float, float, float, float]
 Matrix = tuple[State, State, State, State]
+# A number, or an array of numbers.
+Number = TypeVar("Number")
+
+
+class ContactSpring(Protocol):
+    """Stiffnesses of the contact, N/m and N/m³: of one parameter set, or arrays of many."""
+
+    @property
+    def k2(self) -> Any:
+        """Linear stiffness."""
+
+    @property
+    def k_nl(self) -> Any:
+        """Cubic stiffness."""
 
 
 class Mode(IntEnum):
@@ -39,9 +53,13 @@ def contact_force(p: Parameters, y: float, mode: Mode) -> float:
     mode : Mode
         Contact or separated.
     """
-    if mode is Mode.SEPARATED:
-        return 0.0
-    return -p.k2 * y - p.k_nl * y * y * y
+    return 0.0 if mode is Mode.SEPARATED else spring_force(p, y)
+
+
+def spring_force(spring: ContactSpring, y: Number) -> Number:
+    """Force of the contact spring in N, P of Eq. 1 as if in contact; of numbers or arrays y, m."""
+    force: Number = -spring.k2 * y - spring.k_nl * y * y * y
+    return force
 
 
 def accelerations(p: Parameters, state: State, mode: Mode) -> tuple[float, float]:
@@ -224,9 +242,20 @@ def jacobian(p: Parameters, y: float, mode: Mode) -> Matrix:
     )
 
 
-def tangent_stiffness(p: Parameters, y: float) -> float:
-    """Tangent contact stiffness k_t = k2 + 3 k_nl y² in N/m, at y in m."""
-    return p.k2 + 3.0 * p.k_nl * y * y
+def tangent_stiffness(spring: ContactSpring, y: Number) -> Number:
+    """Tangent contact stiffness k_t = k2 + 3 k_nl y² in N/m; of numbers or arrays y, m."""
+    stiffness: Number = spring.k2 + 3.0 * spring.k_nl * y * y
+    return stiffness
+
+
+def time_scale(p: Parameters, y: float = 0.0) -> float:
+    """√(m/stiffness), s, with all springs in parallel: the scale of step sizes near y, m."""
+    return math.sqrt(p.m / (p.k1 + tangent_stiffness(p, y) + p.k3))
+
+
+def static_deflection(p: Parameters) -> float:
+    """|F|/stiffness, m, with all linear springs in parallel: the scale of displacements."""
+    return abs(p.F) / (p.k1 + p.k2 + p.k3)
 
 
 def mechanical_energy(p: Parameters, state: State, mode: Mode) -> float:

@@ -5,7 +5,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any, Final
 
-from fivtui.model import ComputationError
+from fivtui.model import ComputationError, time_scale
 from fivtui.simulation import compute
 from fivtui.transient import (
     QUANTITIES,
@@ -23,7 +23,6 @@ from fivtui.transient import (
     first_tol,
     observation,
     takes_step,
-    time_scale,
 )
 
 _FIRST_STEP: Final = 0.1

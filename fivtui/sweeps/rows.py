@@ -2,14 +2,14 @@
 
 from collections.abc import Callable, Collection, Mapping
 from dataclasses import dataclass
-from typing import Any, Final, Literal, cast
+from typing import Any, Final, Literal, NamedTuple, cast
 
 import numpy as np
 from numpy.typing import NDArray
 
 from fivtui.batch import Batch, BatchAmplitude, BatchPeak, Requirement, simulate_batch
 from fivtui.equilibrium import judge_growths
-from fivtui.model import PARAMETERS, Cancelled, ComputationError, Parameters
+from fivtui.model import PARAMETERS, Cancelled, ComputationError, Parameters, spring_force
 from fivtui.transient import (
     PARTED,
     START_SPECS,
@@ -38,6 +38,12 @@ _JUDGED: Final = 8192
 _FORCE_OVERFLOW: Final = (
     "the contact force grows out of the range of numbers; consider separation or a shorter horizon"
 )
+
+
+class _Springs(NamedTuple):
+    # The contact springs of members.
+    k2: Floats
+    k_nl: Floats
 
 
 @dataclass(frozen=True, slots=True)
@@ -308,9 +314,12 @@ class _Block:
 
     def _put_forces(self, places: Places, extremes: BatchPeak | BatchAmplitude) -> None:
         # P decreases with y, so its extremes are at those of y; separated, P = 0.
-        k2, k_nl = (
-            self.varied.get(name, np.full(len(self.reasons), getattr(self.study.parameters, name)))
-            for name in ("k2", "k_nl")
+        p, size = self.study.parameters, len(self.reasons)
+        springs = _Springs(
+            *(
+                self.varied.get(name, np.full(size, getattr(p, name)))[places]
+                for name in _Springs._fields
+            )
         )
         for name, extreme in (("P_min", "y_max"), ("P_max", "y_min")):
             if name not in self.results:
@@ -318,7 +327,7 @@ class _Block:
             y = getattr(extremes, extreme)
             y = np.where(self.separation[places], np.minimum(y, 0.0), y)
             with np.errstate(over="ignore", invalid="ignore"):
-                force = -k2[places] * y - k_nl[places] * y * y * y + 0.0
+                force = spring_force(springs, y) + 0.0
             self.results[name][places] = force
             for place in places[np.isinf(force)].tolist():
                 self.reasons[place] = self.reasons[place] or _FORCE_OVERFLOW

@@ -12,7 +12,14 @@ from typing import Final, NamedTuple
 
 from fivtui.model.errors import ComputationError, InputError
 from fivtui.model.parameters import Parameters
-from fivtui.model.slider_belt import Mode, State, mode_of, pull
+from fivtui.model.slider_belt import (
+    Mode,
+    State,
+    mode_of,
+    pull,
+    static_deflection,
+    time_scale,
+)
 
 from .polynomial import first_root
 from .segment import Segment
@@ -151,9 +158,8 @@ class TaylorStepper:
         }
         self._evaluate = state_function(self._degree)
         self._weights = tuple(n * (n - 1) / 8.0 for n in range(self._degree + 1))
-        stiffness = p.k1 + p.k2 + p.k3
-        self._deflection = abs(p.F) / stiffness
-        self._time_scale = math.sqrt(p.m / stiffness)
+        self._deflection = static_deflection(p)
+        self._time_scale = time_scale(p)
         self._time, self._remainder, self._state = t, 0.0, state
         self._stalled = 0
         self._mode = mode_of(p, state, separation=separation)

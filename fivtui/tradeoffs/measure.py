@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from fivtui.batch import Requirement, simulate_batch
 from fivtui.fmu import run_fmu
-from fivtui.model import Cancelled, ComputationError, Parameters, State
+from fivtui.model import Cancelled, ComputationError, Parameters, State, time_scale
 from fivtui.results import Result, scene_text
 from fivtui.scene import Scene, as_scene, runs_part
 from fivtui.simulation import compute
@@ -30,7 +30,6 @@ from fivtui.transient import (
     deviation,
     observation,
     resolve_start,
-    time_scale,
 )
 
 from .settings import Ladder, Row, Setting, ladders

@@ -30,7 +30,6 @@ if TYPE_CHECKING:
         check_takes_step as check_takes_step,
         fixed_step as fixed_step,
         takes_step as takes_step,
-        time_scale as time_scale,
     )
     from .native import check_has_kernels as check_has_kernels, integrate as integrate
     from .recorder import Recorder as Recorder

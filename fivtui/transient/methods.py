@@ -1,11 +1,10 @@
 """The native integration methods, as data."""
 
-import math
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from typing import Final
 
-from fivtui.model import InputError, Parameters
+from fivtui.model import InputError, time_scale
 from fivtui.taylor import Stepper, TaylorStepper, local_tolerance
 
 from .request import Request
@@ -45,11 +44,6 @@ def check_takes_step(method: str) -> None:
     """Raise `InputError` if a method chooses its own step; the FMU takes one."""
     if method in METHODS and not METHODS[method].fixed_step:
         raise InputError(f"step: the method {method} chooses its own; set tol instead")
-
-
-def time_scale(p: Parameters) -> float:
-    """√(m/stiffness), s, with all linear springs in parallel: the scale of fixed steps."""
-    return math.sqrt(p.m / (p.k1 + p.k2 + p.k3))
 
 
 def fixed_step(request: Request) -> float:

@@ -7,7 +7,16 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.integrate import DOP853, LSODA, OdeSolver, Radau
 
-from fivtui.model import ComputationError, Mode, Parameters, State, accelerations, jacobian, mode_of
+from fivtui.model import (
+    ComputationError,
+    Mode,
+    Parameters,
+    State,
+    accelerations,
+    jacobian,
+    mode_of,
+    static_deflection,
+)
 from fivtui.taylor import Segment, first_root
 
 # Degree to which the dense output of each solver is represented.
@@ -54,7 +63,7 @@ class ScipyStepper:
         self._t_end = t_end
         self._separation = separation
         self._tol = tol
-        size = max(abs(state[0]), abs(state[2]), abs(p.F) / (p.k1 + p.k2 + p.k3))
+        size = max(abs(state[0]), abs(state[2]), static_deflection(p))
         self._absolute = tol * (size if size > 0.0 else 1.0)
         nodes = 0.5 - 0.5 * np.cos(np.pi * np.arange(self._degree + 1) / self._degree)
         self._nodes: NDArray[np.float64] = nodes

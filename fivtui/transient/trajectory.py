@@ -7,7 +7,7 @@ from typing import Any, Self
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from fivtui.model import COLUMNS, Column, InputError, Mode, Parameters
+from fivtui.model import COLUMNS, Column, InputError, Mode, Parameters, spring_force
 from fivtui.results import Result
 from fivtui.taylor import Segment
 
@@ -180,7 +180,7 @@ def trajectory_of(
         The motion at those times.
     """
     x, vx, y, vy = states
-    force = np.where(mode == Mode.CONTACT, (-p.k2 - p.k_nl * y * y) * y, 0.0)
+    force = np.where(mode == Mode.CONTACT, spring_force(p, y), 0.0)
     return Trajectory(t, x, vx, y, vy, force, mode)
 
 

@@ -12,7 +12,7 @@ from typing import Final
 import numpy as np
 from numpy.typing import NDArray
 
-from fivtui.model import Cancelled, ComputationError, InputError, equilibrium, tangent_stiffness
+from fivtui.model import Cancelled, ComputationError, InputError, equilibrium, time_scale
 from fivtui.scene import Scene, scene_transient
 from fivtui.transient import Trajectory, Transient, takes_step
 
@@ -181,9 +181,8 @@ def sample_interval(scene: Scene) -> Fraction:
         y = equilibrium(p, separation=scene.separation).y
     except ComputationError:
         y = 0.0
-    # An upper bound of the natural frequencies: all springs on one mass.
-    stiffness = p.k1 + p.k3 + tangent_stiffness(p, y)
-    fitting = math.tau * math.sqrt(p.m / stiffness) / _PER_PERIOD
+    # All springs on one mass bound the natural frequencies from above.
+    fitting = math.tau * time_scale(p, y) / _PER_PERIOD
     interval = _rounded(min(fitting, scene.t_end / _FEWEST), up=False)
     shortest = scene.t_end / _MOST
     return interval if interval >= shortest else _rounded(shortest, up=True)

@@ -1,0 +1,136 @@
+"""Each rule of the model, held against every other place that states it."""
+
+import math
+
+import numpy as np
+import pytest
+from hypothesis import assume, given, settings, strategies as st
+
+from fivtui import Parameters, simulate
+from fivtui.equilibrium.arrays import StabilityPoints
+from fivtui.model.errors import ComputationError
+from fivtui.model.parameters import PARAMETERS
+from fivtui.model.slider_belt import (
+    Mode,
+    State,
+    accelerations,
+    contact_force,
+    equilibrium,
+    mode_of,
+    static_deflection,
+    tangent_stiffness,
+    time_scale,
+)
+from fivtui.sweeps.design import Design
+from fivtui.sweeps.rows import _Block
+from fivtui.sweeps.run import sweep
+from fivtui.sweeps.study import Study
+from fivtui.taylor.series import coefficient_function, constants, right_hand_side
+from fivtui.taylor.stepper import LONGEST_STEP, TaylorStepper, order_for, rough_exp2, rough_log2
+from fivtui.transient.rk4 import RungeKutta4
+from fivtui.transient.trajectory import trajectory_of
+from tests.support.strategies import magnitudes, moderate_parameters, states, wide_parameters
+
+
+@given(wide_parameters(), st.lists(st.floats(-1e3, 1e3), min_size=1), st.data())
+def test_the_force_of_a_trajectory_is_that_of_every_state(
+    p: Parameters, heights: list[float], data: st.DataObject
+) -> None:
+    modes = [data.draw(st.sampled_from(Mode)) for _ in heights]
+    y, zero = np.array(heights), np.zeros(len(heights))
+    found = trajectory_of(p, zero, (zero, zero, y, zero), np.array(modes, dtype=np.int8)).P
+    assert found.tolist() == [
+        contact_force(p, height, mode) for height, mode in zip(heights, modes, strict=True)
+    ]
+
+
+@pytest.mark.parametrize("separation", [True, False])
+def test_the_least_and_greatest_force_of_a_sweep_are_those_of_the_runs(separation: bool) -> None:
+    vary = {"k2": (40.0, 60.0), "k_nl": (0.0, 200.0)}
+    found = sweep(vary=vary, separation=separation, t_end=10.0, outputs=["P_min", "P_max"])
+    for k2, k_nl, *_, least, greatest, _, _ in found.rows:
+        run = simulate(Parameters(k2=k2, k_nl=k_nl), t_end=10.0, separation=separation)
+        assert (least, greatest) == pytest.approx(run.contact_force, rel=1e-9)
+
+
+@given(wide_parameters(), states(), st.sampled_from(Mode))
+def test_the_yardstick_has_the_accelerations_of_the_model(
+    p: Parameters, state: State, mode: Mode
+) -> None:
+    rk4 = RungeKutta4([p], [state], step=1.0)
+    found = rk4._derivatives(np.array(state)[:, None], np.array([mode is Mode.CONTACT]))[:, 0]
+    forces = np.abs([p.F, p.k1, p.k2, p.k3, p.k_nl, p.c1, p.c2]).sum() * (1.0 + p.mu) * 10.0
+    expected = accelerations(p, state, mode)
+    assert found[[1, 3]].tolist() == pytest.approx(expected, abs=1e-13 * forces / p.m)
+
+
+@given(wide_parameters(), st.floats(-1e4, 1e4), st.booleans())
+def test_the_equilibrium_on_arrays_is_that_of_every_set(
+    p: Parameters, preload: float, separation: bool
+) -> None:
+    p = p.with_values({"F": preload})
+    with np.errstate(all="ignore"):
+        points = StabilityPoints(p, {}, np.array([separation]))
+    try:
+        point = equilibrium(p, separation=separation)
+    except ComputationError:
+        assert points.nowhere.tolist() == [True]
+        return
+    assert points.nowhere.tolist() == [False]
+    stiffness = tangent_stiffness(p, point.y) if point.mode is Mode.CONTACT else 0.0
+    assert points.kt[0] == pytest.approx(stiffness, rel=1e-12)
+
+
+@given(moderate_parameters(), states(), st.sampled_from(["pushed", "at rest", "balanced"]))
+def test_the_mode_at_the_switch_is_the_sign_of_the_first_derivative_of_y_that_is_not_zero(
+    p: Parameters, state: State, kind: str
+) -> None:
+    x, vx, _, vy = state
+    h = 0.5 * p.k3
+    if kind != "pushed":
+        vy = 0.0
+    if kind == "balanced":
+        assume(h > 0.0 and abs(h * vx) > 1e-3)
+        x = p.F / h
+    else:
+        assume(vy != 0.0 or abs(h * x - p.F) > 1e-3)
+    start = (x, vx, 0.0, vy)
+    mode = mode_of(p, start, separation=True)
+    for field in Mode:
+        series = coefficient_function(right_hand_side(p, field), 4)(*start, *constants(p, field))
+        y = [0.0 if abs(c) < 1e-9 and kind == "balanced" else c for c in series[1]]
+        first = next(c for c in y if c != 0.0)
+        assert (first > 0.0) == (mode is Mode.SEPARATED)
+    assert TaylorStepper(p, start).advance().mode is mode
+
+
+@given(moderate_parameters(), states(), st.sampled_from([1e-15, 1e-12, 1e-8]))
+@settings(max_examples=50)
+def test_a_step_ends_where_the_last_terms_reach_the_tolerance(
+    p: Parameters, state: State, tol: float
+) -> None:
+    # The rule with exact powers and logarithms; the stepper's are rough, by a few per cent.
+    segment = TaylorStepper(p, state, separation=False, tol=tol).advance()
+    degree, field = order_for(tol) + 1, right_hand_side(p, Mode.CONTACT)
+    x, y = coefficient_function(field, degree - 1)(*state, *constants(p, Mode.CONTACT))
+    displacement = max(abs(state[0]), abs(state[2]), static_deflection(p))
+    speed = max(abs(state[1]), abs(state[3]), displacement / time_scale(p))
+    lasts = [(n, n * max(abs(x[n]), abs(y[n]))) for n in (degree, degree - 1)]
+    allowed = [(tol * speed / last) ** (1.0 / (n - 1)) for n, last in lasts if last > 0.0]
+    expected = min([LONGEST_STEP * time_scale(p), *allowed])
+    assert segment.duration == pytest.approx(expected, rel=0.06)
+
+
+@given(magnitudes(-300.0, 300.0), st.floats(-1000.0, 1000.0))
+def test_rough_powers_and_logarithms_are_as_good_as_stated(number: float, exponent: float) -> None:
+    assert 0.0 <= math.log2(number) - rough_log2(number) + 1e-12 <= 0.09
+    assert rough_exp2(exponent) == pytest.approx(2.0**exponent, rel=0.031)
+
+
+@given(st.lists(wide_parameters(), min_size=1, max_size=5))
+def test_the_time_scales_of_a_sweep_are_those_of_its_members(sets: list[Parameters]) -> None:
+    varied = {name: np.array([getattr(p, name) for p in sets]) for name in PARAMETERS}
+    study = Study(Design({"F": (1.0, 2.0)}), Parameters())
+    block = _Block(study, varied, np.ones(len(sets), dtype=bool), {}, [""] * len(sets))
+    found = block._time_scales(np.arange(len(sets)))
+    assert found.tolist() == pytest.approx([time_scale(p) for p in sets], rel=1e-15)
