@@ -135,8 +135,8 @@ def test_a_printed_stability_has_its_numbers_under_their_names(capsys: Printed) 
     assert meet.startswith("at friction coefficient ")
     assert numbers(meet) == [pytest.approx(high, rel=1e-4)]
     apart = sorted(v.imag for v in own if v.imag > 0.0)
-    assert known["distance of the frequencies"].endswith(" rad/s")
-    assert numbers(known["distance of the frequencies"])[0] == pytest.approx(
+    assert known["distance between the frequencies"].endswith(" rad/s")
+    assert numbers(known["distance between the frequencies"])[0] == pytest.approx(
         apart[1] - apart[0], rel=1e-2
     )
 
@@ -302,14 +302,14 @@ def test_a_printed_accuracy_has_units_and_digits(
     )
     print_accuracy(Accuracy(runs[0], "tol=1e-14", estimates, growth, None))
     title, text = text_of(capsys).split("\n", 1)
-    assert title == "Accuracy of 3 s by taylor, held against tol=1e-14"
+    assert title == "Accuracy of 3 s by taylor, compared with tol=1e-14"
     table, _, rest = text.partition("Growth of a small error")
     rows = {row["number"]: row for row in tabled(table.rstrip())}
     for place, (name, unit) in enumerate(names.items()):
         row, value = rows[name], 1.23456789 + place
         assert row["unit"] == unit
         assert float(row["difference"]) == 10.0 ** -(place + 1)
-        assert float(row["digits to believe"]) == pytest.approx(value, abs=0.6 * 10.0**-place)
+        assert float(row["reliable digits"]) == pytest.approx(value, abs=0.6 * 10.0**-place)
     assert numbers(rest.splitlines()[1])[:2] == [88.0, 7.5]
     assert "-0.0321 1/s  (zero within 0.0045)" in rest
     assert str(Fate.DECAYS) in rest
@@ -378,7 +378,7 @@ def test_printed_attractors_have_the_figures_of_their_orbits(capsys: Printed) ->
     ]  # fmt: skip
     assert [key for key in row if "half" not in key] == [
         "attractor", "period s", "y from .. to m", "separations", "off the belt s",
-        "belt faster than m/s", "multipliers, size",
+        "least belt speed m/s", "multipliers, size",
     ]  # fmt: skip
     both = (REST, SEPARATING)
     print_coexistence(
@@ -404,7 +404,7 @@ def test_attractors_along_a_parameter_are_printed_and_written_where_they_were_me
     result = continuation()
     print_continuation(result)
     rows = tabled(text_of(capsys).partition("\n")[2])
-    assert [(row["F"], row["attractor"], row["met on the way"]) for row in rows] == [
+    assert [(row["F"], row["attractor"], row["found going"]) for row in rows] == [
         ("10", "equilibrium", "up, down"),
         ("20", "separating limit cycle", "down"),
         ("40", "contact limit cycle", "up"),

@@ -65,15 +65,15 @@ class Accuracy(Result):
         run = self.run
         rows = [
             ("scene", scene_text(run.parameters, separation=run.separation)),
-            ("run", f"{run.t_end:g} s, {run.method}, held against {self.finer}"),
+            ("run", f"{run.t_end:g} s, {run.method}, compared with {self.finer}"),
             *(
-                (name, f"{believed_digits(entry)} ± {entry.difference:.1g}")
+                (name, f"{reliable_digits(entry)} ± {entry.difference:.1g}")
                 for name, entry in self.estimates.items()
             ),
             ("an error", str(self.growth.fate)),
         ]
         if self.parted is not None:
-            rows.append(("the runs part", f"at t = {self.parted.t:.6g} s"))
+            rows.append(("the runs diverge", f"at t = {self.parted.t:.6g} s"))
         return rows
 
     def to_dict(self) -> dict[str, Any]:
@@ -202,7 +202,7 @@ def accuracy_to_dict(found: Accuracy) -> dict[str, Any]:
     }
 
 
-def believed_digits(estimate: Estimate) -> str:
+def reliable_digits(estimate: Estimate) -> str:
     """A number with the digits that its difference leaves, at least one."""
     value, difference = abs(estimate.value), estimate.difference
     if value == 0.0 or difference == 0.0:

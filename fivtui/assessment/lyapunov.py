@@ -33,7 +33,7 @@ class Fate(enum.StrEnum):
     BOUNDED = "stays bounded"
     SENSITIVE = "grows: sensitive dependence"
     UNBOUNDED = "grows with the motion, which has not settled"
-    UNDECIDED = "not settled: ask for a longer horizon"
+    UNDECIDED = "not settled: use a longer run"
 
 
 @dataclass(frozen=True, slots=True)
@@ -91,7 +91,7 @@ def error_growth(
         except ComputationError as error:
             begin = (len(sizes) - 1) * stretch
             raise ComputationError(
-                f"in the stretch from t = {begin:.6g} s on: {error.why}", error.advice
+                f"in the interval from t = {begin:.6g} s on: {error.why}", error.advice
             ) from error
         return (final.x, final.vx, final.y, final.vy)
 

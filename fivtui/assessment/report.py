@@ -9,7 +9,7 @@ from rich.text import Text
 
 from fivtui.console import number, print_list, print_rows
 
-from .estimate import Accuracy, believed_digits
+from .estimate import Accuracy, reliable_digits
 
 if TYPE_CHECKING:
     from .stress_tests import StressResult
@@ -51,20 +51,20 @@ def print_accuracy(found: Accuracy) -> None:
     rows = [
         (
             name,
-            believed_digits(entry) if found.parted is None else "none",
+            reliable_digits(entry) if found.parted is None else "none",
             f"{entry.difference:.1e}",
             units.get(name, "m"),
         )
         for name, entry in found.estimates.items()
     ]
     print_rows(
-        f"Accuracy of {run.t_end:g} s by {run.method}, held against {found.finer}",
-        ("number", "digits to believe", "difference", "unit"),
+        f"Accuracy of {run.t_end:g} s by {run.method}, compared with {found.finer}",
+        ("number", "reliable digits", "difference", "unit"),
         rows,
     )
     parted = []
     if found.parted is not None:
-        parted = [("the runs part at", f"t = {found.parted.t:.6g} s: {found.parted.reason}")]
+        parted = [("the runs diverge at", f"t = {found.parted.t:.6g} s: {found.parted.reason}")]
     print_list(
         "Growth of a small error",
         [

@@ -121,12 +121,12 @@ STRESS_TESTS: Final[Mapping[str, StressTest]] = {
         StressTest("start-at-origin", "starts at y = ẏ = 0", Parameters(), 20.0, start=(0.0,) * 4),
         StressTest(
             "lifted",
-            "F = -20 N: comes off for good",
+            "F = -20 N: leaves the belt for good",
             Parameters(F=-20.0),
             20.0,
             start=(0.1, 0.0, -0.2, 1.0),
         ),
-        StressTest("long", "a horizon of 1e5 s", Parameters(), 1e5),
+        StressTest("long", "a run of 1e5 s", Parameters(), 1e5),
         StressTest(
             "linear-growth",
             "k_nl = 0, contact never breaks: overflow",

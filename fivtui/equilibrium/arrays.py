@@ -26,9 +26,9 @@ _CONVERGED: Final = 4.0 * np.finfo(float).eps
 class StabilityPoints:
     """Growth rate, boundary and critical μ of n parameter sets at their equilibria.
 
-    Compute under ``np.errstate(all="ignore")`` and check what is not finite. `nowhere` is True
-    where there is no equilibrium (F < 0 lifts the slider and k3 = 0 does not hold it); `kt` is the
-    tangent contact stiffness, N/m, 0 where the slider is lifted.
+    Compute under ``np.errstate(all="ignore")`` and check what is not finite. `no_equilibrium` is
+    True where F < 0 lifts the slider and k3 = 0 does not hold it; `kt` is the tangent contact
+    stiffness, N/m, 0 where the slider is lifted.
     """
 
     def __init__(
@@ -45,13 +45,13 @@ class StabilityPoints:
         self.lifted = (self.F < 0.0) & separation
         with np.errstate(all="ignore"):
             held = self.h * self.k1 / self.a
-            self.nowhere = self.lifted & ((held == 0.0) | ~np.isfinite(self.F / held))
+            self.no_equilibrium = self.lifted & ((held == 0.0) | ~np.isfinite(self.F / held))
             self.kt = np.where(self.lifted, 0.0, self._tangent(self.mu))
 
     def growth_rate(self) -> FloatArray:
         """Greatest real part of the eigenvalues, 1/s, shape (n,).
 
-        Meaningless where `nowhere`, not finite where a number overflows.
+        Meaningless where `no_equilibrium`, not finite where a number overflows.
         """
         b = self.kt + self.h
         # In units of this frequency every coefficient is of order one.
@@ -76,12 +76,12 @@ class StabilityPoints:
     def excess(self) -> FloatArray:
         """Relative excess of μ h k_t over its value on the stability boundary, shape (n,).
 
-        Negative where stable, −1 without friction coupling, NaN where `nowhere`.
+        Negative where stable, −1 without friction coupling, NaN where `no_equilibrium`.
         """
         left = self.mu * self.h * self.kt
         right = self._boundary(self.kt)
         relative = np.divide(left, right, out=np.zeros_like(left), where=right > 0.0) - 1.0
-        relative[self.nowhere] = np.nan
+        relative[self.no_equilibrium] = np.nan
         return relative
 
     def _boundary(self, kt: FloatArray) -> FloatArray:
@@ -172,7 +172,7 @@ def judge_growths(
         growth, stable = points.judged()
     reasons: dict[int, str] = {}
     # What overflows on arrays is computed again one by one, with scaled numbers.
-    for place in np.flatnonzero(points.nowhere | ~np.isfinite(growth)).tolist():
+    for place in np.flatnonzero(points.no_equilibrium | ~np.isfinite(growth)).tolist():
         values = p.with_values({name: float(column[place]) for name, column in varied.items()})
         try:
             growth[place], stable[place] = judge_growth(values, separation=bool(separation[place]))

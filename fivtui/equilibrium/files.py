@@ -145,7 +145,7 @@ def _from_columns(columns: Columns, said: Header) -> StabilityMap:
     shape = (columns[first].size // size, size)
     rows, line = columns[first].reshape(shape), columns[second].reshape(shape)
     if not (np.all(rows == rows[:, :1]) and np.all(line == line[:1])):
-        raise InputError("the points are not those of a grid")
+        raise InputError("the points do not form a grid")
     values = columns[last].reshape(shape)
     return _map((first, rows[:, 0]), (second, line[0]), value, values, said)
 

@@ -199,16 +199,16 @@ def _evaluated(points: StabilityPoints, value: str, excess: FloatArray) -> Float
         found = points.growth_rate()
     else:
         found = (excess > 0.0).astype(float)
-    found[points.nowhere] = np.nan
+    found[points.no_equilibrium] = np.nan
     return found
 
 
 def _check(points: StabilityPoints, value: str, found: FloatArray) -> None:
     # NaN means "none", so an overflow must raise.
-    if not np.all(np.isfinite(points.kt[~points.nowhere])) or (
-        value == "growth-rate" and not np.all(np.isfinite(found[~points.nowhere]))
+    if not np.all(np.isfinite(points.kt[~points.no_equilibrium])) or (
+        value == "growth-rate" and not np.all(np.isfinite(found[~points.no_equilibrium]))
     ):
         raise ComputationError(
-            "a number of the map is out of the range of numbers",
-            "use parameters of less extreme size",
+            "a number of the map overflows",
+            "use less extreme parameters",
         )

@@ -51,7 +51,7 @@ def print_stability(verdict: Stability, p: Parameters) -> None:
     near = verdict.coalescence
     meet = "nowhere" if near.mu is None else f"at friction coefficient {number(near.mu)}"
     rows += [
-        ("distance of the frequencies", f"{number(near.frequency_distance)} rad/s"),
+        ("distance between the frequencies", f"{number(near.frequency_distance)} rad/s"),
         ("undamped frequencies coalesce", meet),
     ]
     print_list("Stability", rows)

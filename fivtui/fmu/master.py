@@ -91,7 +91,7 @@ class Slave:
 
     def _failure(self, t: float) -> ComputationError:
         # The FMU logs a failed computation as its cause and its advice.
-        why, _, advice = (self._messages.last or "it says nothing").rpartition("; ")
+        why, _, advice = (self._messages.last or "it logged nothing").rpartition("; ")
         return ComputationError(
             f"the FMU stops at t = {t:.6g} s: {why or advice}",
             advice if why else "check the FMU: fivtui fmu check",
@@ -165,7 +165,7 @@ class Master:
         middle = 0.5 * (first.t + last.t)
         if not first.t < middle < last.t:
             raise ComputationError(
-                f"the motion at t = {first.t:.17g} s changes faster than the spacing of time",
+                f"at t = {first.t:.17g} s motion changes faster than floating-point time resolves",
                 "use a less stiff contact or the taylor method",
             )
         after = slave.save()

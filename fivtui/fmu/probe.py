@@ -66,7 +66,7 @@ def _problems_of_states(fmu: FmuFile, start: float, step: float) -> list[str]:
         after = _read(fmu, instance)
         instance.freeFMUState(saved)
         instance.terminate()
-    return [] if before == after else ["going back to a saved state and on gives other outputs"]
+    return [] if before == after else ["continuing from a saved state gives other outputs"]
 
 
 def _initialize(fmu: FmuFile, instance: Any, start: float) -> None:

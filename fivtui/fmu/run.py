@@ -237,7 +237,7 @@ def _simulate(
             raise Cancelled
         reached = float(table[TIME][-1])
         if reached < stop and not math.isclose(reached, stop):
-            why = messages.last or "it says nothing"
+            why = messages.last or "it logged nothing"
             raise ComputationError(
                 f"the FMU stops at t = {reached:.6g} s: {why}", "check its values and inputs"
             )

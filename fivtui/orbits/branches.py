@@ -23,7 +23,7 @@ Direction = Literal["up", "down"]
 DIRECTIONS: Final[tuple[Direction, ...]] = ("up", "down")
 # An equilibrium is followed with this offset, in characteristic lengths, so that motion can leave
 # it where it has become unstable.
-_NUDGE: Final = 1e-4
+_START_OFFSET: Final = 1e-4
 
 
 @dataclass(frozen=True, slots=True)
@@ -195,4 +195,4 @@ def _carried(explorer: Explorer, attractor: Attractor) -> State:
     if attractor.orbit is not None:
         return attractor.orbit.start
     x, vx, y, vy = explorer.rest
-    return (x, vx, y + _NUDGE * explorer.length, vy)
+    return (x, vx, y + _START_OFFSET * explorer.length, vy)

@@ -29,8 +29,8 @@ _NUMBERS: Final = (
     Column("half_range", "m", "half peak-to-peak of y"),
     Column("y_min", "m", "lowest point"),
     Column("y_max", "m", "highest point"),
-    Column("separations", "1", "separations a period"),
-    Column("separated_time", "s", "time off the belt a period"),
+    Column("separations", "1", "separations per period"),
+    Column("separated_time", "s", "time off the belt per period"),
     Column("vx_max", "m/s", "greatest horizontal velocity"),
     Column("force_max", "N", "greatest contact force"),
 )
@@ -87,14 +87,14 @@ def warning_of(result: Coexistence) -> str | None:
     ]
     beside = f"it coexists with {' and '.join(others)}"
     if result.escape is None:
-        return f"the equilibrium is reached from some starts alone: {beside}"
+        return f"the equilibrium is reached only from some starts: {beside}"
     offsets = [
         f"{value:.4g} m {where}"
         for where, value in (("above", result.escape.up), ("below", result.escape.down))
         if value is not None
     ]
     released = f"; a release from rest {' or '.join(offsets)} it leaves it" if offsets else ""
-    return f"the equilibrium is stable for small disturbances alone: {beside}{released}"
+    return f"the equilibrium is stable only for small disturbances: {beside}{released}"
 
 
 def warning_along(result: Continuation) -> str | None:
@@ -194,8 +194,8 @@ def save_continuation(result: Continuation, path: Path, *, force: bool = False) 
     written.
     """
     spec = PARAMETERS[result.name]
-    places = tuple(Column(name, "1", f"1 if met on the way {name}") for name in DIRECTIONS)
-    kind = Column("kind", "1", "place in kinds")
+    places = tuple(Column(name, "1", f"1 if found going {name}") for name in DIRECTIONS)
+    kind = Column("kind", "1", "index in kinds")
     columns = (Column(spec.name, spec.unit, spec.meaning), *places, kind, *_NUMBERS)
     header = {
         "parameters": _fixed(result.parameters, (result.name,)),
@@ -214,7 +214,7 @@ def save_basin(result: Basin, path: Path, *, force: bool = False) -> None:
     specs = [START_SPECS[name] for name in result.names]
     columns = (
         *(Column(spec.name, spec.unit, spec.meaning) for spec in specs),
-        Column("attractor", "1", "place in attractors"),
+        Column("attractor", "1", "index in attractors"),
     )
     header = _basin_provenance(result) | {
         "attractors": [describe(attractor) for attractor in result.attractors]

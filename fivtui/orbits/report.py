@@ -20,7 +20,7 @@ _HEADER = (
     "y from .. to m",
     "separations",
     "off the belt s",
-    "belt faster than m/s",
+    "least belt speed m/s",
     "multipliers, size",
 )
 _SHORT = 5
@@ -65,7 +65,7 @@ def _offset(value: float | None) -> str:
 
 def print_continuation(result: Continuation) -> None:
     """Print the attractors along a parameter, one row each."""
-    header = (result.name, *_HEADER[:6], "met on the way")
+    header = (result.name, *_HEADER[:6], "found going")
     rows = [
         (number(point.value), *_row(point.attractor)[:6], ", ".join(point.directions))
         for point in result.points

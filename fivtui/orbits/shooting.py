@@ -152,7 +152,7 @@ def shoot(
     state, time, there = best
     if np.abs(there.velocity).max() * time < _AT_REST * np.abs(state).max():
         raise ComputationError(
-            "shooting came to rest at the equilibrium", "start farther from the equilibrium"
+            "shooting converged to the equilibrium", "start farther from the equilibrium"
         )
     for parts in range(_MOST_PARTS, 1, -1):
         part = flow(p, _as_state(state), time / parts, separation=separation)

@@ -72,7 +72,7 @@ def flow(p: Parameters, start: State, duration: float, *, separation: bool = Tru
         if last:
             return Flow(state, velocity(p, state, separation=separation), total)
     raise ComputationError(
-        f"{_MAX_SEGMENTS} steps do not follow the motion over {duration:.6g} s",
+        f"the motion over {duration:.6g} s needs more than {_MAX_SEGMENTS} steps",
         "use a less stiff contact",
     )
 

@@ -154,7 +154,7 @@ def _mapped(scenes: Sequence[Scene], count: int) -> Iterator[Iterator[Amplitude]
         yield amplitudes
     except BrokenProcessPool:
         raise ComputationError(
-            "the worker processes ended before their work",
+            "a worker process ended before its work was done",
             'start a script\'s work under if __name__ == "__main__", or use one worker',
         ) from None
     finally:

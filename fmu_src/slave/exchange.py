@@ -18,7 +18,7 @@ from .guard import guarded, nothing
 from .instance_state import Phase
 from .motion import parameters_from, separation_in, start_state
 from .notices import Notices
-from .process_end import let_go_in_time
+from .process_end import release_at_exit
 from .variable import Role, Type, VariableTable
 from .variables import STATES, VARIABLES
 
@@ -35,7 +35,7 @@ class ExchangeModel:
 
     def __init__(self, **kwargs: Any) -> None:
         super().__init__(**kwargs)
-        let_go_in_time(kwargs.get("resources"))
+        release_at_exit(kwargs.get("resources"))
         self.time = 0.0
         self._table = EXCHANGE_TABLE
         self._phase = Phase.INSTANTIATED

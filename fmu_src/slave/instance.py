@@ -31,7 +31,7 @@ from .experiment import SAME_TIME, Experiment
 from .guard import guarded, nothing
 from .instance_state import InstanceState, Phase, from_bytes, to_bytes
 from .notices import Notices
-from .process_end import let_go_in_time
+from .process_end import release_at_exit
 from .variable import Role, Type, VariableTable
 
 # pythonfmu has no enumerations; the model description turns integers into them.
@@ -66,7 +66,7 @@ class Instance(Fmi2Slave):  # type: ignore[misc]
         # The wrapper, which passes its logger, adds the FMU's folder to the host's path each time.
         if "logger" in kwargs and self.resources in sys.path:
             sys.path.remove(self.resources)
-        let_go_in_time(self.resources)
+        release_at_exit(self.resources)
         self.author = "The fivtui developers"
         self.license = "MIT"
         self.description = description

@@ -13,7 +13,7 @@ from typing import Final
 LOGGER: Final = "fivtui.fmu"
 _PRINTED: Final = 20
 _DIFFERENT: Final = 1000
-_UNPRINTED: Final = "what else is refused is not printed here; switch the FMU's debug logging on"
+_UNPRINTED: Final = "further refusals are not printed here; switch on the FMU's debug logging"
 _UNTOLD: Final = f"refused, for another reason than the first {_DIFFERENT} that were logged"
 
 

@@ -17,7 +17,7 @@ _FOLDERS: Final = ("linux64", "x86_64-linux")
 _known: Final[set[str]] = set()
 
 
-def let_go_in_time(resources: str | None) -> None:
+def release_at_exit(resources: str | None) -> None:
     """Release the wrapper's libraries when the interpreter ends, once for each library.
 
     Those are beside the FMU's folder of resources; a library that is not loaded, or does not export

@@ -5,7 +5,7 @@ import json
 import pytest
 from click.testing import CliRunner
 
-from fivtui.assessment.estimate import Estimate, accuracy, believed_digits
+from fivtui.assessment.estimate import Estimate, accuracy, reliable_digits
 from fivtui.cli import commands
 from fivtui.model.errors import Cancelled
 from fivtui.scene.presets import PRESETS
@@ -49,13 +49,13 @@ def test_what_it_is_held_against() -> None:
     ],
 )
 def test_only_digits_to_believe_are_shown(value: float, difference: float, text: str) -> None:
-    assert believed_digits(Estimate(value, difference)) == text
+    assert reliable_digits(Estimate(value, difference)) == text
 
 
 def test_the_command_says_it_in_words_and_in_json() -> None:
     said = CliRunner().invoke(commands, ["accuracy", "--t-end", "20", "--tol", "1e-8"])
     assert said.exit_code == 0
-    assert "held against tol 1e-10" in said.output
+    assert "compared with tol 1e-10" in said.output
     assert "largest Lyapunov exponent" in said.output
     printed = CliRunner().invoke(
         commands, ["accuracy", "--set", "mu=0.2", "--t-end", "300", "--tol", "1e-8", "--json"]
@@ -71,7 +71,7 @@ def test_runs_that_part_leave_no_digit_to_believe() -> None:
     assert said.exit_code == 0
     rows = [line.split() for line in said.output.splitlines() if "e-" in line or "e+" in line]
     assert [row[1] for row in rows if row[0] in ("x", "peak_y_abs", "y_half_range")] == ["none"] * 3
-    assert "the runs part at" in said.output
+    assert "the runs diverge at" in said.output
     data = json.loads(CliRunner().invoke(commands, [*undamped, "--json"]).stdout)
     assert 0.0 < data["parted"]["t"] < 800.0
     assert "switches differ" in data["parted"]["reason"]

@@ -58,7 +58,7 @@ def test_a_horizon_that_is_too_short_decides_nothing() -> None:
 
 
 def test_failure_and_cancellation() -> None:
-    with pytest.raises(ComputationError, match=r"in the stretch from t = .* on: the motion grows"):
+    with pytest.raises(ComputationError, match=r"in the interval from t = .* on: the motion grows"):
         growth(Parameters(k2=186.0, k_nl=0.0, mu=2.0), 2000.0, separation=False)
     with pytest.raises(Cancelled):
         error_growth(Request(Parameters()), progress=lambda part: part < 0.1)

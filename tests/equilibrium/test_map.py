@@ -245,7 +245,7 @@ def test_a_wrong_request_is_refused(over: dict[str, list[float]], value: str, sa
 
 def test_an_overflow_is_no_missing_value() -> None:
     p = Parameters(m=5e-324, k1=5e-324, k2=1e12)
-    with pytest.raises(ComputationError, match="out of the range of numbers"):
+    with pytest.raises(ComputationError, match="of the map overflows"):
         stability_map(p, {"F": [1.0], "mu": [1.0]})
 
 

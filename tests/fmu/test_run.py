@@ -143,7 +143,7 @@ def test_another_fmu_runs_with_inputs_of_all_types(tmp_path: Path, table: Path) 
 @pytest.mark.parametrize(
     ("behaviour", "said"),
     [
-        ("return False", "the FMU stops at t = 0 s: it says nothing"),
+        ("return False", "the FMU stops at t = 0 s: it logged nothing"),
         ("raise ValueError('broken inside')", "broken inside"),
         ("self.total = float('inf')", "total of the FMU is not a finite number"),
     ],

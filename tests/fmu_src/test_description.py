@@ -55,7 +55,7 @@ ax      local     continuous m/s^2 -                       -    50   -    horizo
 ay      local     continuous m/s^2 -                       -    50   -    vertical acceleration
 """  # noqa: E501
 ACTUATOR: Final = """
-command input     continuous N     -1e9                    1e9  100  80   force that the contact is to have
+command input     continuous N     -1e9                    1e9  100  80   commanded contact force
 P       input     continuous N     -                       -    100  80   contact force, fed back
 tau     parameter fixed      s     2.2250738585072014e-308 1e6  0.05 0.05 time constant of the lag
 gain    parameter fixed      1     0                       1e3  0.1  0.1  gain of the feedback

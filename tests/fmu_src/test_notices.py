@@ -114,7 +114,7 @@ def test_thousands_of_refused_steps_take_no_memory_and_some_lines(
     assert max(grown) < 200
     assert len(errors[4]) == 21
     assert "step size = -1.0" in errors[4][0]
-    assert "switch the FMU's debug logging on" in errors[4][-1]
+    assert "switch on the FMU's debug logging" in errors[4][-1]
 
 
 def test_a_run_of_the_project_says_what_is_refused_once_in_its_error(

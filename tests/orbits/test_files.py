@@ -57,7 +57,7 @@ def test_every_column_has_its_unit_and_meaning(tmp_path: Path) -> None:
     units = {name: unit for name, (unit, _) in fields.items() if name != "mu"}
     assert units == {"up": "1", "down": "1", "kind": "1", "half_range": "m", **ORBIT_COLUMNS}
     assert all(meaning for _, meaning in fields.values())
-    assert fields["kind"][1] == "place in kinds"
+    assert fields["kind"][1] == "index in kinds"
 
 
 def test_kinds_have_the_names_that_files_keep() -> None:

@@ -188,7 +188,7 @@ def test_failures_are_those_of_the_interpreted_kernel(kernel: KernelChoice) -> N
     with pytest.raises(ComputationError, match=r"at t = \d+.* s .*unbounded"):
         simulate(growing, t_end=1e5, separation=False, kernel=kernel)
     stiff = Parameters(m=1e-12, k2=1e12, k_nl=0.0)
-    with pytest.raises(ComputationError, match=r"faster than the spacing of time|steps end"):
+    with pytest.raises(ComputationError, match=r"faster than floating-point time|steps end"):
         simulate(stiff, t_end=1e7, max_steps=10_000, start=(0.0, 0.0, 1.0, -1.0), kernel=kernel)
 
 
