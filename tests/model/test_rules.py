@@ -74,9 +74,9 @@ def test_the_equilibrium_on_arrays_is_that_of_every_set(
     try:
         point = equilibrium(p, separation=separation)
     except ComputationError:
-        assert points.nowhere.tolist() == [True]
+        assert points.no_equilibrium.tolist() == [True]
         return
-    assert points.nowhere.tolist() == [False]
+    assert points.no_equilibrium.tolist() == [False]
     stiffness = tangent_stiffness(p, point.y) if point.mode is Mode.CONTACT else 0.0
     assert points.kt[0] == pytest.approx(stiffness, rel=1e-12)
 
