@@ -15,12 +15,10 @@ from fivtui.model import InputError, unknown_name
 from fmu_src.slave import SUMMARY
 
 from .bundle import IMPORT_LOCK, Bundle
-from .component import Component
+from .component import Component, documentation, reference_files
 from .components import COMPONENTS, DEFAULT, EXCHANGE
 from .description import completed
-from .documentation import documentation
 from .exchange_description import exchange_description
-from .reference import reference_files
 
 SUFFIX: Final = ".fmu"
 _EXCHANGE: Final = "3"

@@ -1,12 +1,13 @@
-"""A component: all that the builder needs to make an FMU of it."""
+"""A component that FMUs are built of, its documentation and its reference run as files."""
 
+import html
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
-from typing import Final
+from importlib.metadata import distribution
+from pathlib import Path
+from typing import Final, NamedTuple
 
-from fmu_src.slave import VariableTable
-
-from .reference import Reference
+from fmu_src.slave import Role, VariableTable
 
 _PYTHON: Final = """\
 <p>The FMU needs Python 3.11 or newer in the process that loads it. On Linux a process never unloads
@@ -34,6 +35,26 @@ y. Inputs may vary continuously.</p>
 also on standard error, and changes nothing; the next update of the discrete states then asks to end
 the simulation. FMU states cannot be saved.</p>
 {_PYTHON}"""
+_TITLES: Final = {
+    Role.PARAMETER: "Parameters, fixed once the run has begun",
+    Role.INPUT: "Inputs, held from one communication point to the next",
+    Role.OUTPUT: "Outputs",
+    Role.LOCAL: "Local variables",
+}
+_EXTRA: Final = "extra"
+
+
+class Reference(NamedTuple):
+    """A run that any tool can repeat: times in s; inputs and outputs by name, each with ``time``.
+
+    Two rows of one time in the inputs are a jump; outputs are at all communication points.
+    """
+
+    stop_time: float
+    step: float
+    tol: float
+    inputs: Mapping[str, Sequence[float]]
+    outputs: Mapping[str, Sequence[float]]
 
 
 @dataclass(frozen=True, slots=True)
@@ -67,3 +88,61 @@ class Component:
     reference: Callable[[], Reference]
     rules: str = _RULES
     wrapper: str = "pythonfmu"
+
+
+def documentation(component: Component) -> dict[str, bytes]:
+    """The files below ``documentation/``: content by name in the FMU."""
+    return {
+        "documentation/index.html": _index(component).encode(),
+        f"documentation/licenses/{component.wrapper}.txt": _license_of(component.wrapper),
+    }
+
+
+def _index(component: Component) -> str:
+    parts = [
+        '<!DOCTYPE html>\n<html lang="en"><head><meta charset="utf-8">',
+        f"<title>{component.model}</title></head><body>\n<h1>{component.model}</h1>\n",
+        component.about,
+        component.rules,
+    ]
+    for role, title in _TITLES.items():
+        rows = "".join(
+            f"<tr><td>{v.name}</td><td>{v.unit}</td><td>{html.escape(v.meaning)}</td>"
+            f"<td>{html.escape(v.allowed)}</td></tr>\n"
+            for v in component.table.variables
+            if v.role is role
+        )
+        parts.append(f"<h2>{title}</h2>\n<table>\n{rows}</table>\n" if rows else "")
+    return "".join(parts) + "</body></html>\n"
+
+
+def _license_of(package: str) -> bytes:
+    for file in distribution(package).files or ():
+        if file.name == "LICENSE":
+            return Path(str(file.locate())).read_bytes()
+    raise LookupError(f"the installed {package} has no licence file")
+
+
+def reference_files(model: str, reference: Reference) -> dict[str, bytes]:
+    """A reference run as ``_in.csv``, ``_ref.csv`` and ``_ref.opt``: content by name in the FMU."""
+    options = {
+        "StartTime": 0.0,
+        "StopTime": reference.stop_time,
+        "StepSize": reference.step,
+        "RelTol": reference.tol,
+    }
+    texts = {
+        "in.csv": _table(reference.inputs),
+        "ref.csv": _table(reference.outputs),
+        "ref.opt": "".join(f"{name}, {value!r}\n" for name, value in options.items()),
+    }
+    return {f"{_EXTRA}/{model}_{name}": text.encode() for name, text in texts.items()}
+
+
+def _table(columns: Mapping[str, Sequence[float]]) -> str:
+    # Ten digits; further ones depend on the platform's mathematical library.
+    lines = [",".join(f'"{name}"' for name in columns)]
+    lines += [
+        ",".join(f"{value:.10g}" for value in row) for row in zip(*columns.values(), strict=True)
+    ]
+    return "\n".join(lines) + "\n"

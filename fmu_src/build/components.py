@@ -15,8 +15,7 @@ from fmu_src.slave import (
     start_state,
 )
 
-from .component import EXCHANGE_RULES, Component
-from .reference import Reference
+from .component import EXCHANGE_RULES, Component, Reference
 
 _INSTANCE: Final = (
     *("experiment", "guard", "instance", "instance_state", "notices", "process_end", "variable"),

@@ -26,7 +26,7 @@ from fivtui.model.slider_belt import Mode
 from fmu_src.build import bundle
 from fmu_src.build.builder import build_fmu
 from fmu_src.build.components import COMPONENTS
-from fmu_src.build.units import base_exponents, display_units
+from fmu_src.build.description import base_exponents, display_units
 from fmu_src.slave.variables import VARIABLES
 from tests.support.fmu_driver import Driver
 
