@@ -9,8 +9,9 @@ polynomial of Eq. 8 is
 form.
 """
 
+from collections.abc import Callable
 from dataclasses import dataclass
-from typing import Literal, TypeVar
+from typing import Final, Literal, TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -19,6 +20,8 @@ from fivtui.model import PARAMETERS, Parameters, equilibrium, tangent_stiffness
 
 Becomes = Literal["stable", "unstable"]
 Real = TypeVar("Real", float, NDArray[np.float64])
+_SECANTS: Final = 30
+_NEAR: Final = 1e-15
 
 
 @dataclass(frozen=True, slots=True)
@@ -69,12 +72,36 @@ def critical_mu(p: Parameters, *, separation: bool = True) -> tuple[CriticalMu, 
         kt = tangent_stiffness(p, equilibrium(p, separation=False, mu=mu).y)
         return mu * h * kt - _boundary(p, kt)
 
-    stable, unstable = 0.0, PARAMETERS["mu"].upper
-    if excess(stable) >= 0.0 or excess(unstable) < 0.0:
-        return ()
-    while stable < (middle := 0.5 * (stable + unstable)) < unstable:
-        stable, unstable = (middle, unstable) if excess(middle) < 0.0 else (stable, middle)
-    return (CriticalMu(unstable, "unstable"),)
+    mu_c = _least_nonnegative(excess, 0.0, PARAMETERS["mu"].upper)
+    return () if mu_c is None else (CriticalMu(mu_c, "unstable"),)
+
+
+def _least_nonnegative(function: Callable[[float], float], low: float, high: float) -> float | None:
+    # Where a growing function becomes nonnegative; None if it is so at `low`, or nowhere. Secants
+    # (Illinois) come near the crossing, looks a few bits to either side enclose it, and bisection
+    # finds its last bit.
+    below, above = function(low), function(high)
+    if below >= 0.0 or above < 0.0:
+        return None
+    last, guess = low, high
+    for _ in range(_SECANTS):
+        last, guess = guess, low - below * (high - low) / (above - below)
+        if not low < guess < high or abs(guess - last) <= _NEAR * guess:
+            break
+        value = function(guess)
+        if value < 0.0:
+            low, below, above = guess, value, above * (0.5 if last < guess else 1.0)
+        else:
+            high, above, below = guess, value, below * (0.5 if last > guess else 1.0)
+    width = _NEAR * guess
+    while width < 0.25 * (high - low):
+        for end in (guess - width, guess + width):
+            if low < end < high:
+                low, high = (end, high) if function(end) < 0.0 else (low, end)
+        width *= 16.0
+    while low < (middle := 0.5 * (low + high)) < high:
+        low, high = (middle, high) if function(middle) < 0.0 else (low, middle)
+    return high
 
 
 def coalescence_mu(p: Parameters, *, separation: bool = True) -> float | None:

@@ -5,6 +5,7 @@ import pytest
 from hypothesis import assume, example, given, settings, strategies as st
 
 from fivtui import Parameters, stability
+from fivtui.equilibrium.critical import _least_nonnegative
 from fivtui.equilibrium.eigenvalues import growth_rate
 from fivtui.model.slider_belt import equilibrium, jacobian, tangent_stiffness
 from tests.support.strategies import moderate_parameters, wide_parameters
@@ -103,6 +104,25 @@ def test_the_growth_rate_vanishes_at_a_critical_friction_coefficient(p: Paramete
         size = float(np.abs(verdict.eigenvalues).max())
         # The root moves by rounding; near coalescence the growth rate moves by its square root.
         assert abs(verdict.growth_rate) < 1e-5 * size
+
+
+@given(st.floats(1e-9, 99.0), st.sampled_from([0.5, 1.0, 3.0, 9.0]))
+def test_a_crossing_is_found_to_the_last_bit_whatever_the_function(
+    root: float, power: float
+) -> None:
+    looks: list[float] = []
+
+    def growing(mu: float) -> float:
+        looks.append(mu)
+        return mu**power - root**power
+
+    found = _least_nonnegative(growing, 0.0, 100.0)
+    assert found is not None
+    assert growing(found) >= 0.0
+    assert growing(float(np.nextafter(found, 0.0))) < 0.0
+    assert power != 1.0 or len(looks) < 30
+    assert _least_nonnegative(growing, 100.0, 200.0) is None
+    assert _least_nonnegative(growing, 0.0, 0.5 * root) is None
 
 
 @settings(max_examples=300)
