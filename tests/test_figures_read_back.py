@@ -32,7 +32,7 @@ from fivtui.sweeps.run import Sweep
 from fivtui.sweeps.study import Study
 from fivtui.tradeoffs.figure import tradeoff_figure
 from fivtui.tradeoffs.measure import Tradeoff
-from fivtui.tradeoffs.settings import Row, Setting
+from fivtui.tradeoffs.settings import MeasuredSetting, Setting
 from fivtui.transient.errors import Deviation
 from fivtui.transient.figure import transient_figure
 from fivtui.transient.result import Transient
@@ -383,15 +383,15 @@ def test_points_of_a_sweep_without_grid_stand_where_they_were_computed() -> None
 def measured() -> Tradeoff:
     def row(
         method: str, value: float, cpu_s: float, errors: tuple[float, float, float, float]
-    ) -> Row:
-        return Row(Setting(method, "", "tol", value), cpu_s, 7, Deviation(*errors, 0))
+    ) -> MeasuredSetting:
+        return MeasuredSetting(Setting(method, "", "tol", value), cpu_s, 7, Deviation(*errors, 0))
 
     rows = [
         row("taylor", 1e-6, 0.01, (1e-6, 2e-7, 3e-7, 4e-5)),
         row("taylor", 1e-9, 0.02, (1e-9, 2e-10, 3e-10, 4e-8)),
         row("rk4", 0.01, 0.3, (5e-4, 6e-5, 7e-5, float("inf"))),
         row("rk4", 0.001, 3.0, (5e-8, 0.0, 7e-9, 8e-7)),
-        Row(Setting("lost", "", "step", 1.0), 9.0, 7, None, "why"),
+        MeasuredSetting(Setting("lost", "", "step", 1.0), 9.0, 7, None, "why"),
     ]
     floor = Deviation(1e-13, 2e-14, 3e-14, 4e-12, 0)
     return Tradeoff(PRESETS["base"], None, floor, rows, [])

@@ -40,7 +40,7 @@ from fivtui.sweeps.report import print_sweep, progress_text
 from fivtui.tradeoffs.files import tradeoff_to_dict
 from fivtui.tradeoffs.measure import Feature, Tradeoff
 from fivtui.tradeoffs.report import print_tradeoff
-from fivtui.tradeoffs.settings import Row, Setting
+from fivtui.tradeoffs.settings import MeasuredSetting, Setting
 from fivtui.transient.errors import Deviation
 from fivtui.transient.result import Transient
 
@@ -505,14 +505,16 @@ def test_a_printed_trade_off_has_milliseconds_and_every_error_in_its_column(
     capsys: Printed,
 ) -> None:
     rows = [
-        Row(
+        MeasuredSetting(
             Setting("taylor", "", "step", 0.01),
             0.02,
             17,
             Deviation(1e-6, 2e-7, 3e-8, float("inf"), 2),
         ),
-        Row(Setting("rk4", "", "step", 0.01), 0.3, 17, Deviation(5e-4, 6e-5, 7e-6, 8e-3, 2)),
-        Row(Setting("lost", "", "step", 1.0), 0.5, 7, None, "gave up"),
+        MeasuredSetting(
+            Setting("rk4", "", "step", 0.01), 0.3, 17, Deviation(5e-4, 6e-5, 7e-6, 8e-3, 2)
+        ),
+        MeasuredSetting(Setting("lost", "", "step", 1.0), 0.5, 7, None, "gave up"),
     ]
     floor = Deviation(1e-13, 2e-14, 3e-15, 4e-12, 0)
     features = [Feature("events", 0.001, 0.004, 10, 12), Feature("rest", None, 0.004, None, 12)]

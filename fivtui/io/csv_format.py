@@ -1,4 +1,4 @@
-"""Tables as CSV: comment lines of JSON, names, rows; numbers without loss of precision."""
+"""Tables as CSV: comment lines of JSON, names, rows; floats without loss of precision."""
 
 import csv
 import io
@@ -42,7 +42,7 @@ def write_csv_numbers(
 
 
 def write_csv_head(file: BinaryIO, names: Iterable[str], header: Mapping[str, Any]) -> None:
-    """Write what stands above the rows: ``# key: JSON`` lines, and the names of the columns."""
+    """Write the lines above the rows: ``# key: JSON`` comments, and the names of columns."""
     lines = [f"# {key}: {json.dumps(value)}" for key, value in header.items()]
     file.write("\n".join([*lines, ",".join(names), ""]).encode())
 
@@ -73,7 +73,7 @@ def read_csv(
     *,
     missing: bool = False,
 ) -> dict[str, NDArray[Any]]:
-    """Read columns, see `tables.Format`; comment lines and empty lines may stand anywhere."""
+    """Read columns, see `tables.Format`; comments and empty lines may stand anywhere."""
     try:
         with io.TextIOWrapper(file, encoding="utf-8-sig", newline="") as text:
             return _columns(text, wanted, texts, _MISSING if missing else {})

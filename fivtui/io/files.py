@@ -1,4 +1,4 @@
-"""Output files: never overwritten unasked, never left half written, never what is read."""
+"""Output files: written whole or not at all, never overwritten unasked, never an input."""
 
 import json
 import os
@@ -11,32 +11,12 @@ from typing import Any, BinaryIO
 
 from fivtui.model import InputError
 
-# What a file is called in messages, such as ``--out``, and its name.
+# A file, after what it is called in messages, such as ``--out``.
 Named = tuple[str, Path]
 
 
 def check_suffix(path: Path, kind: str, allowed: Iterable[str]) -> str:
-    """Check that the name of a file says a format that is known.
-
-    Parameters
-    ----------
-    path : Path
-        The file.
-    kind : str
-        What it holds, named in the message, e.g. ``"figure"``.
-    allowed : iterable of str
-        The suffixes allowed, with their dots, in lower case.
-
-    Returns
-    -------
-    str
-        The suffix in lower case.
-
-    Raises
-    ------
-    InputError
-        If it is not among those allowed.
-    """
+    """The suffix of a file in lower case; `InputError` if it is not one of `allowed`."""
     suffix, known = path.suffix.lower(), tuple(allowed)
     if suffix not in known:
         raise InputError(f"{path}: the suffix of a {kind} file must be one of {', '.join(known)}")
@@ -44,20 +24,10 @@ def check_suffix(path: Path, kind: str, allowed: Iterable[str]) -> str:
 
 
 def check_output(path: Path, *, force: bool) -> None:
-    """Check that a file can be written, before the work that fills it.
+    """Raise `InputError` if a file cannot be written, before anything is computed.
 
-    Parameters
-    ----------
-    path : Path
-        The file.
-    force : bool
-        Whether a file that exists may be replaced.
-
-    Raises
-    ------
-    InputError
-        If the file exists and `force` is not given, if it is no regular file, if its folder is
-        missing, or if writing is not permitted.
+    That is if it exists (unless `force`), is not a regular file, has no folder, or writing is not
+    permitted.
     """
     try:
         _check_target(path, resolved(path), force=force)
@@ -85,24 +55,10 @@ def _check_target(path: Path, target: Path, *, force: bool) -> None:
 def check_apart(
     outputs: Sequence[Named], inputs: Sequence[Named] = (), folders: Sequence[Named] = ()
 ) -> None:
-    """Check that no file to be written is another one, or one that is read.
+    """Raise `InputError` if an output is the same file as another output or an input.
 
-    Two names are one file where links lead to it, hard or symbolic, and where the folder takes
-    capital letters for small ones.
-
-    Parameters
-    ----------
-    outputs : sequence of (str, Path)
-        Files to be written, each with what it is called in messages.
-    inputs : sequence of (str, Path)
-        Files that are read.
-    folders : sequence of (str, Path)
-        Folders for intermediate results: no other file may be in one of them.
-
-    Raises
-    ------
-    InputError
-        If two are the same, or a file is in such a folder.
+    Two names may be one file through hard or symbolic links, or where the folder ignores case. No
+    file may be in one of `folders`, which are for intermediate results.
     """
     for place, (name, path) in enumerate(outputs):
         for other, there in outputs[:place]:
@@ -128,7 +84,7 @@ def check_apart(
 
 
 def _same(one: Path, other: Path) -> bool:
-    # Whether two names without symbolic links stand for one file, be it there or not.
+    # Whether two resolved names are the same file, existing or not.
     if one == other:
         return True
     try:
@@ -153,28 +109,28 @@ def _ignores_case(folder: Path) -> bool:
 
 
 def parts_folder(out: Path) -> Path:
-    """Where pieces of a file are kept as long as it is not complete: ``FILE.parts``."""
+    """The folder for pieces of a file that is not complete: ``FILE.parts``."""
     target = resolved(out)
     return target.with_name(f"{target.name}.parts")
 
 
 def write_atomically(path: Path, write: Callable[[BinaryIO], None], *, force: bool = False) -> None:
-    """Write a whole file or nothing.
+    """Write a file whole or not at all.
 
     Parameters
     ----------
     path : Path
-        The file; what a symbolic link points to is written, not the link.
+        The file; of a symbolic link its target.
     write : callable
-        Writes the content to the binary file that it is given.
+        Writes the content to a binary file.
     force : bool
-        Whether a file that exists may be replaced.
+        Whether to overwrite an existing file.
 
     Raises
     ------
     InputError
-        As `check_output`, or if writing fails, with the reason. Whatever `write` raises besides
-        `OSError` passes through. In every case a file that existed stays as it was.
+        As `check_output`, or if writing fails. What else `write` raises passes through; an existing
+        file then stays as it was.
     """
     check_output(path, force=force)
     target = resolved(path)
@@ -184,7 +140,7 @@ def write_atomically(path: Path, write: Callable[[BinaryIO], None], *, force: bo
             write(file)
             file.flush()
             os.fsync(file.fileno())
-        # Writing may have taken long enough for another file to appear under this name.
+        # Another file may have appeared under this name meanwhile.
         check_output(path, force=force)
         if target.exists():
             shutil.copymode(target, temporary)
@@ -196,28 +152,13 @@ def write_atomically(path: Path, write: Callable[[BinaryIO], None], *, force: bo
 
 
 def save_json(data: Any, path: Path, *, force: bool = False) -> None:
-    """Write data as JSON.
-
-    Parameters
-    ----------
-    data : object
-        What JSON can hold.
-    path : Path
-        The file.
-    force : bool
-        Whether a file that exists may be replaced.
-
-    Raises
-    ------
-    InputError
-        As `write_atomically`.
-    """
+    """Write data as JSON, as `write_atomically`."""
     text = json.dumps(data, ensure_ascii=False, allow_nan=False, indent=2) + "\n"
     save_bytes(text.encode(), path, force=force)
 
 
 def save_bytes(content: bytes, path: Path, *, force: bool = False) -> None:
-    """Write bytes; parameters and errors as `write_atomically`."""
+    """Write bytes, as `write_atomically`."""
 
     def write(file: BinaryIO) -> None:
         file.write(content)
@@ -226,27 +167,11 @@ def save_bytes(content: bytes, path: Path, *, force: bool = False) -> None:
 
 
 def resolved(path: Path) -> Path:
-    """The file that a name stands for, symbolic links followed.
-
-    Parameters
-    ----------
-    path : Path
-        The name.
-
-    Returns
-    -------
-    Path
-        Absolute.
-
-    Raises
-    ------
-    InputError
-        If it cannot be the name of a file, or is a symbolic link that leads back to itself.
-    """
+    """The absolute path behind symbolic links; `InputError` if no file can have the name."""
     if "\0" in str(path):
         raise InputError(f"{str(path)!r}: not the name of a file")
     target = Path(os.path.realpath(path))
-    # Only what leads nowhere is still a link.
+    # Only a loop is still a link.
     if os.path.islink(target):  # noqa: PTH114, a name too long is no link
         raise InputError(
             f"{path}: is a symbolic link that leads back to itself; it must be a file, or a link "

@@ -1,4 +1,4 @@
-"""Numbers that leave the program are finite."""
+"""Checks that results are finite."""
 
 import math
 from collections.abc import Mapping
@@ -7,7 +7,7 @@ from fivtui.model import ComputationError
 
 
 def check_finite(data: object, name: str) -> None:
-    """Check that all numbers in nested data are finite; the error names the first that is not."""
+    """Raise `ComputationError` for the first number in nested data that is not finite."""
     if isinstance(data, Mapping):
         for key, value in data.items():
             check_finite(value, f"{name}.{key}".lstrip("."))

@@ -1,4 +1,4 @@
-"""A lock on a file that ends with the process that holds it, however that ends."""
+"""A file lock that ends with the process that holds it."""
 
 import os
 import sys
@@ -15,22 +15,7 @@ class Locked(InputError):
 
 @contextmanager
 def locked(path: Path, holder: str) -> Iterator[None]:
-    """Hold a lock.
-
-    Parameters
-    ----------
-    path : Path
-        The file that stands for the lock; it is made if it is missing.
-    holder : str
-        Who else may hold it, named in the message.
-
-    Raises
-    ------
-    Locked
-        If another process holds it.
-    InputError
-        If it cannot be locked.
-    """
+    """Hold a lock on a file; `Locked` if another process, in messages the `holder`, has it."""
     try:
         handle = os.open(path, os.O_RDWR | os.O_CREAT, 0o666)
     except OSError as error:

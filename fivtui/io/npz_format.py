@@ -1,4 +1,4 @@
-"""Tables as NPZ: an array a column, and one for each entry of the header."""
+"""Tables as NPZ: an array for each column and each entry of the header."""
 
 import zipfile
 import zlib
@@ -49,7 +49,7 @@ def _array(value: Any) -> NDArray[Any]:
 
 @contextmanager
 def npz_arrays(file: BinaryIO) -> Iterator["np.lib.npyio.NpzFile"]:
-    """The arrays of an NPZ file; `InputError` if it is none, damaged or lacks what is read."""
+    """The arrays of an NPZ file; `InputError` if it is another file or damaged."""
     try:
         found = np.load(file, allow_pickle=False)
         if not isinstance(found, np.lib.npyio.NpzFile):

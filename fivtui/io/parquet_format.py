@@ -1,4 +1,4 @@
-"""Tables as Parquet: header in the metadata of the schema, unit and meaning in those of a field."""
+"""Tables as Parquet: the header in the schema's metadata, units and meanings in the fields'."""
 
 import json
 from collections.abc import Collection, Mapping, Sequence
@@ -33,7 +33,7 @@ def write(
 def parquet_schema(
     columns: Sequence[Any], types: Sequence[Any], header: Mapping[str, Any], *, nullable: bool
 ) -> Any:
-    """The schema of columns that have name, unit and meaning, of these Arrow types."""
+    """An Arrow schema of columns with name, unit and meaning."""
     import pyarrow as pa
 
     fields = [

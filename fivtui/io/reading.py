@@ -1,4 +1,4 @@
-"""Files that are read: regular ones of bounded size, or one line that says why not."""
+"""Input files: regular ones of bounded size."""
 
 import os
 import stat
@@ -9,53 +9,21 @@ from typing import BinaryIO, Final
 
 from fivtui.model import InputError
 
-# What is read whole into memory: tables of results, and files written by hand.
+# Greatest sizes of tables, and of files written by hand, that are read whole into memory.
 MAX_TABLE: Final = 4 << 30
 MAX_TEXT: Final = 1 << 20
 _UNITS: Final = ((1 << 30, "GiB"), (1 << 20, "MiB"), (1, "bytes"))
 
 
 def check_regular(path: Path, *, limit: int = MAX_TABLE) -> None:
-    """Check that a file can be read, before a library opens it.
-
-    Parameters
-    ----------
-    path : Path
-        The file.
-    limit : int
-        Its greatest size, bytes.
-
-    Raises
-    ------
-    InputError
-        If there is none, it is no regular file (a folder, a pipe, a device), it is larger, or
-        reading is not permitted.
-    """
+    """Raise `InputError` unless a regular, readable file of at most `limit` bytes is there."""
     with opened(path, limit=limit):
         pass
 
 
 @contextmanager
 def opened(path: Path, *, limit: int = MAX_TABLE) -> Iterator[BinaryIO]:
-    """Open a regular file of bounded size for reading.
-
-    Parameters
-    ----------
-    path : Path
-        The file.
-    limit : int
-        Its greatest size, bytes.
-
-    Yields
-    ------
-    binary file
-        The open file. An `OSError` while it is read becomes an `InputError`.
-
-    Raises
-    ------
-    InputError
-        As `check_regular`.
-    """
+    """Open a regular file of at most `limit` bytes; failures, also of reading, are `InputError`."""
     try:
         with _open(path) as file:
             _check(path, os.fstat(file.fileno()), limit)
@@ -67,7 +35,7 @@ def opened(path: Path, *, limit: int = MAX_TABLE) -> Iterator[BinaryIO]:
 
 
 def _open(path: Path) -> BinaryIO:
-    # Without waiting: a pipe that nobody writes to would never open.
+    # Non-blocking: opening a pipe without a writer would wait for ever.
     def opener(name: str, flags: int) -> int:
         handle = os.open(name, flags | getattr(os, "O_NONBLOCK", 0))
         if stat.S_ISDIR(os.fstat(handle).st_mode):
@@ -96,7 +64,7 @@ def _too_large(path: Path, limit: int) -> InputError:
 
 
 def is_folder(path: Path) -> bool:
-    """Whether there is a folder of that name; a name that no file can have is none."""
+    """Whether there is a folder of that name."""
     try:
         return path.is_dir()
     except (OSError, ValueError):
@@ -104,7 +72,7 @@ def is_folder(path: Path) -> bool:
 
 
 def is_there(path: Path) -> bool:
-    """Whether there is anything of that name; a name that no file can have is none."""
+    """Whether there is anything of that name."""
     try:
         return path.exists()
     except (OSError, ValueError):
@@ -112,9 +80,9 @@ def is_there(path: Path) -> bool:
 
 
 def read_bytes(path: Path, *, limit: int = MAX_TABLE) -> bytes:
-    """The content of a regular file of bounded size; parameters and errors as `check_regular`."""
+    """The content of a regular file of at most `limit` bytes; errors as `opened`."""
     with opened(path, limit=limit) as file:
-        # Some files, those of /proc for instance, have more in them than their size says.
+        # Some files, such as those of /proc, have more content than their size says.
         content = file.read(limit + 1)
     if len(content) > limit:
         raise _too_large(path, limit)

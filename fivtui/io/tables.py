@@ -1,4 +1,4 @@
-"""Table files: named columns with units, and a header that says what they are of."""
+"""Table files: named columns with units under a header of provenance."""
 
 from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass
@@ -42,20 +42,20 @@ class _ReadHeader(Protocol):
 
 @dataclass(frozen=True, slots=True)
 class Format:
-    """A format of table files; what it reads and writes are binary files.
+    """A format of table files, with functions on binary files.
 
     Attributes
     ----------
     write : callable
-        Writes columns of numbers, equally long, and a header of JSON values.
+        Writes columns of numbers of equal length, and a header of JSON values.
     read : callable
-        Reads columns in the order of the file: all, or those `wanted` that are there. Those named
-        `texts` are arrays of str; all others must be numbers. With `missing`, NaN stands for no
-        value, 1 and 0 for true and false. InputError if the file is of another format or damaged.
+        Reads all columns, or those `wanted` that are there, in the order of the file. Columns in
+        `texts` become arrays of str, all others numbers; with `missing`, NaN for no value, and 1
+        and 0 for true and false. InputError if the file is of another format or damaged.
     header : callable
         Reads the header alone; InputError as `read`.
     package : str
-        Package that it needs besides those that fivtui always needs; empty if none.
+        Package that it needs beside fivtui's own dependencies; empty if none.
     extra : str
         The extra of fivtui that installs the package.
     """
@@ -67,7 +67,7 @@ class Format:
     extra: str = ""
 
     def check_installed(self) -> None:
-        """Raise `InputError` if a package is missing; the message says how to install it."""
+        """Raise `InputError` if its package is missing."""
         if self.package and find_spec(self.package) is None:
             raise InputError(f"this format needs {self.package}: install fivtui[{self.extra}]")
 
@@ -86,26 +86,9 @@ FORMATS: Final[Mapping[str, Format]] = {
 
 
 def table_format(path: Path, kind: str, allowed: Collection[str] = tuple(FORMATS)) -> Format:
-    """The format that the name of a file says.
+    """The format of a file by its suffix, one of `allowed`; `kind` names the file in messages.
 
-    Parameters
-    ----------
-    path : Path
-        The file.
-    kind : str
-        What it holds, named in messages, e.g. ``"trajectory"``.
-    allowed : collection of str
-        The suffixes allowed, keys of `FORMATS`.
-
-    Returns
-    -------
-    Format
-        Its format.
-
-    Raises
-    ------
-    InputError
-        If the suffix is not among those allowed, or a package that the format needs is missing.
+    Raises `InputError` if the suffix is another one, or the format's package is missing.
     """
     form = FORMATS[check_suffix(path, kind, allowed)]
     try:
@@ -118,20 +101,7 @@ def table_format(path: Path, kind: str, allowed: Collection[str] = tuple(FORMATS
 def check_table_path(
     path: Path, kind: str, allowed: Collection[str] = tuple(FORMATS), *, force: bool
 ) -> None:
-    """Check that a table can be written to a file, before it is computed.
-
-    Parameters
-    ----------
-    path, kind, allowed
-        As in `table_format`.
-    force : bool
-        Whether a file that exists may be replaced.
-
-    Raises
-    ------
-    InputError
-        As `table_format` and `check_output`.
-    """
+    """Raise `InputError` if a table could not be written, before it is computed."""
     table_format(path, kind, allowed)
     check_output(path, force=force)
 
@@ -145,7 +115,7 @@ def write_table(
     *,
     force: bool = False,
 ) -> None:
-    """Write a table of numbers; the same table always gives the same bytes.
+    """Write a table of numbers; equal tables give equal bytes.
 
     Parameters
     ----------
@@ -156,9 +126,9 @@ def write_table(
     values : mapping of str to ndarray, shape (n,)
         Values by name.
     header : mapping
-        What the file says beside them, as JSON can hold it; the version of fivtui comes first.
+        Provenance, as data for JSON; the version of fivtui is added.
     force : bool
-        Whether a file that exists may be replaced.
+        Whether to overwrite an existing file.
 
     Raises
     ------
@@ -181,25 +151,7 @@ def read_columns(
     *,
     missing: bool = False,
 ) -> Columns:
-    """Read the columns of a table file.
-
-    Parameters
-    ----------
-    path, kind
-        As in `table_format`.
-    wanted, texts, missing
-        As in `Format.read`.
-
-    Returns
-    -------
-    dict of str to ndarray, shape (n,)
-        Values by name.
-
-    Raises
-    ------
-    InputError
-        If the file cannot be read, is of another format than its name says, or damaged.
-    """
+    """Columns of a table file by name, see `Format.read`; `InputError` if it cannot be read."""
     form = table_format(path, kind)
     with opened(path) as file:
         try:
@@ -209,23 +161,7 @@ def read_columns(
 
 
 def read_header(path: Path, kind: str) -> dict[str, Any]:
-    """Read what a table file says beside its columns; empty if it says nothing.
-
-    Parameters
-    ----------
-    path, kind
-        As in `table_format`.
-
-    Returns
-    -------
-    dict
-        Values by key.
-
-    Raises
-    ------
-    InputError
-        As `read_columns`.
-    """
+    """The header of a table file, empty if it has none; `InputError` as `read_columns`."""
     form = table_format(path, kind)
     with opened(path) as file:
         try:

@@ -1,4 +1,4 @@
-"""Sweeps in files: written whole from memory, and read again without being told what they are."""
+"""Write and read complete sweeps, and read incomplete ones."""
 
 import tempfile
 from pathlib import Path
@@ -14,23 +14,10 @@ from .run import MAX_IN_MEMORY, Sweep
 
 
 def save_sweep(result: Sweep, path: Path, *, force: bool = False) -> None:
-    """Write the rows of a complete sweep; the file is that of `sweep_to_file`, to the last bit.
+    """Write a complete sweep; the file has the same bytes as that of `sweep_to_file`.
 
-    Of rows that were read from a file it says what that file said of their making.
-
-    Parameters
-    ----------
-    result : Sweep
-        The sweep.
-    path : Path
-        The file; its suffix ``.csv`` or ``.parquet`` says the format.
-    force : bool
-        Whether a file that exists may be replaced.
-
-    Raises
-    ------
-    InputError
-        If the file cannot be written, or the sweep is not complete.
+    Its provenance is that of the file it was read from, or of this machine. Raises `InputError` if
+    the file cannot be written, or the sweep is not complete.
     """
     form, study, members = sweep_format(path), result.study, len(result.table.reasons)
     if members != study.members:
@@ -52,22 +39,9 @@ def save_sweep(result: Sweep, path: Path, *, force: bool = False) -> None:
 
 
 def read_sweep(path: Path) -> Sweep:
-    """Read a sweep from its file, or from the folder of one that is not complete.
+    """Read a sweep from its file, or the rows stored so far from its ``FILE.parts``.
 
-    Parameters
-    ----------
-    path : Path
-        A file that `sweep_to_file` or `save_sweep` wrote, or its ``FILE.parts``.
-
-    Returns
-    -------
-    Sweep
-        Its rows: of a folder those that are stored.
-
-    Raises
-    ------
-    InputError
-        If it is none, is damaged, or has more than a million members.
+    Raises `InputError` if it is another file, is damaged, or has more than a million members.
     """
     form = None if is_folder(path) else sweep_format(path)
     if form is not None:

@@ -1,4 +1,4 @@
-"""The file formats of sweeps, as data: how rows become pieces, and pieces one file."""
+"""File formats of sweeps: rows are written as pieces, and pieces merged into one file."""
 
 import shutil
 from collections.abc import Callable, Iterable, Mapping
@@ -49,13 +49,13 @@ class SweepFormat:
     Attributes
     ----------
     table : Format
-        The format of the table that the whole file is.
+        Table format of the whole file.
     write_piece : callable
         Writes some rows of a study to a binary file.
     merge : callable
-        Writes pieces, in order, and what the file says of its making to a binary file.
+        Writes pieces, in order, and provenance to a binary file.
     count : callable
-        How many whole rows of a study a file has; 0 if it is not laid out as one.
+        Number of whole rows of a study in a file; 0 if its columns are others.
     """
 
     table: Format
@@ -64,7 +64,7 @@ class SweepFormat:
     count: Callable[[Path, Study], int]
 
     def provenance(self, path: Path) -> dict[str, Any] | None:
-        """What a file says of its making; None if it says nothing."""
+        """Provenance in a file; None if it has none."""
         with path.open("rb") as file:
             try:
                 return self.table.header(file) or None
@@ -85,23 +85,7 @@ class SweepFormat:
 
 
 def sweep_format(path: Path) -> SweepFormat:
-    """The format that the name of a file says.
-
-    Parameters
-    ----------
-    path : Path
-        The file.
-
-    Returns
-    -------
-    SweepFormat
-        Its format.
-
-    Raises
-    ------
-    InputError
-        If the suffix is not known, or a package is not installed.
-    """
+    """The format of a file by its suffix; `InputError` if unknown or its package is missing."""
     table_format(path, "sweep", SWEEP_FORMATS)
     return SWEEP_FORMATS[path.suffix.lower()]
 

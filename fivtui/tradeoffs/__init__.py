@@ -16,7 +16,12 @@ if TYPE_CHECKING:
         tradeoff as tradeoff,
     )
     from .report import print_tradeoff as print_tradeoff
-    from .settings import Row as Row, Setting as Setting, cheapest as cheapest, pareto as pareto
+    from .settings import (
+        MeasuredSetting as MeasuredSetting,
+        Setting as Setting,
+        cheapest as cheapest,
+        pareto as pareto,
+    )
 else:
     from fivtui.lazy import lazily
 

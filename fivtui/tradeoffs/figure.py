@@ -10,7 +10,7 @@ from fivtui.plotting import STYLE, WIDTH, new_figure
 
 from .files import fronts
 from .measure import Tradeoff
-from .settings import Row
+from .settings import MeasuredSetting
 
 _HEIGHT: Final = 3.9
 _PANELS: Final = {
@@ -39,7 +39,7 @@ def tradeoff_figure(result: Tradeoff) -> Figure:
     Shaded are errors below the uncertainty of the reference; the grey line joins the settings that
     no other beats. The figure has an Agg canvas.
     """
-    by_method: dict[str, list[Row]] = {}
+    by_method: dict[str, list[MeasuredSetting]] = {}
     for row in result.rows:
         if row.error is not None:
             by_method.setdefault(row.setting.label, []).append(row)
@@ -62,7 +62,7 @@ def tradeoff_figure(result: Tradeoff) -> Figure:
     return figure
 
 
-def _points(rows: Sequence[Row], name: str) -> tuple[list[float], list[float]]:
+def _points(rows: Sequence[MeasuredSetting], name: str) -> tuple[list[float], list[float]]:
     found = [(row.cpu_s, row.error.of(name)) for row in rows if row.error is not None]
     finite = [(cpu_s, max(error, _LEAST)) for cpu_s, error in found if error < float("inf")]
     return [cpu_s for cpu_s, _ in finite], [error for _, error in finite]

@@ -1,4 +1,4 @@
-"""A trade-off as plain data and as a table in a file, and what is best in it."""
+"""Trade-offs as data for JSON and as CSV files."""
 
 import json
 import math
@@ -27,28 +27,19 @@ from fivtui.transient import QUANTITIES, Deviation
 from fivtui.version import __version__
 
 from .measure import Feature, Tradeoff
-from .settings import Row, Setting, cheapest, pareto
+from .settings import MeasuredSetting, Setting, cheapest, pareto
 
 _KIND: Final = "trade-off"
 _TEXTS: Final = ("method", "kernel", "setting", "failure", "pareto")
 
 
 def tradeoff_to_dict(result: Tradeoff) -> dict[str, Any]:
-    """A trade-off as data that JSON can hold.
+    """A trade-off as data for JSON; null where there is no value.
 
-    Parameters
-    ----------
-    result : Tradeoff
-        What was measured.
-
-    Returns
-    -------
-    dict
-        ``parameters``, ``separation``, ``start``, ``t_end``, ``floor``, ``rows`` of ``method``,
-        ``kernel``, ``setting``, ``cpu_s``, ``steps``, ``error_final``, ``error_peak``,
-        ``error_half_range``, ``error_events`` (s), ``separations`` (too many or missing),
-        ``failure``, ``pareto`` (the quantities on whose front the row is), and ``features``. What
-        does not exist is null.
+    ``parameters``, ``separation``, ``start``, ``t_end``, ``floor``, ``rows`` of ``method``,
+    ``kernel``, ``setting``, ``cpu_s``, ``steps``, ``error_final``, ``error_peak``,
+    ``error_half_range``, ``error_events`` (s), ``separations`` (too many or missing), ``failure``,
+    ``pareto`` (quantities in which no other row beats it), and ``features``.
     """
     start = result.scene.start
     return {
@@ -63,7 +54,7 @@ def tradeoff_to_dict(result: Tradeoff) -> dict[str, Any]:
 
 
 def tradeoff_columns(result: Tradeoff) -> dict[str, NDArray[Any]]:
-    """The settings by column; NaN or empty text for what does not exist."""
+    """The measured settings by column; NaN or empty text where there is no value."""
     rows = _rows(result.rows, fronts(result))
     columns = {name: [row[name] for row in rows] for name in rows[0]}
     columns["pareto"] = [" ".join(names) for names in columns["pareto"]]
@@ -75,12 +66,14 @@ def tradeoff_columns(result: Tradeoff) -> dict[str, NDArray[Any]]:
     }
 
 
-def fronts(result: Tradeoff) -> dict[str, list[Row]]:
-    """The settings that no other beats, by quantity, cheapest first."""
+def fronts(result: Tradeoff) -> dict[str, list[MeasuredSetting]]:
+    """The Pareto front of each quantity, see `pareto`."""
     return {name: pareto(result.rows, name, result.floor.of(name)) for name in QUANTITIES}
 
 
-def _rows(rows: Sequence[Row], best: Mapping[str, Sequence[Row]]) -> list[dict[str, Any]]:
+def _rows(
+    rows: Sequence[MeasuredSetting], best: Mapping[str, Sequence[MeasuredSetting]]
+) -> list[dict[str, Any]]:
     return [
         {
             "method": row.setting.method,
@@ -97,26 +90,15 @@ def _rows(rows: Sequence[Row], best: Mapping[str, Sequence[Row]]) -> list[dict[s
     ]
 
 
-def cheapest_to_dict(result: Tradeoff, wishes: Mapping[str, float]) -> dict[str, Any]:
-    """The cheapest settings for errors asked for, as data that JSON can hold.
+def cheapest_to_dict(result: Tradeoff, error_targets: Mapping[str, float]) -> dict[str, Any]:
+    """The cheapest setting for each error target, as data for JSON; empty without targets.
 
-    Parameters
-    ----------
-    result : Tradeoff
-        What was measured.
-    wishes : mapping of str to float
-        Error allowed by quantity.
-
-    Returns
-    -------
-    dict
-        ``cheapest``, a list of ``quantity``, ``error`` and ``row`` (null if no setting reached the
-        error); empty if nothing is asked.
+    ``cheapest`` is a list of ``quantity``, ``error`` and ``row`` (null if no setting reached it).
     """
-    if not wishes:
+    if not error_targets:
         return {}
     found = []
-    for quantity, error in wishes.items():
+    for quantity, error in error_targets.items():
         row = cheapest(result.rows, quantity, error)
         (plain,) = _rows([row], fronts(result)) if row is not None else [None]
         found.append({"quantity": quantity, "error": error, "row": plain})
@@ -124,22 +106,7 @@ def cheapest_to_dict(result: Tradeoff, wishes: Mapping[str, float]) -> dict[str,
 
 
 def save_tradeoff(result: Tradeoff, path: Path, *, force: bool = False) -> None:
-    """Write all that was measured as CSV, a row a setting.
-
-    Parameters
-    ----------
-    result : Tradeoff
-        What was measured.
-    path : Path
-        The file.
-    force : bool
-        Whether a file that exists may be replaced.
-
-    Raises
-    ------
-    InputError
-        If the file cannot be written, see `write_atomically`.
-    """
+    """Write a trade-off as CSV, a row for each setting; errors as `write_atomically`."""
     data = tradeoff_to_dict(result)
     known = ("parameters", "separation", "start", "t_end", "floor", "features")
     header = {"fivtui": __version__, **{key: data[key] for key in known}}
@@ -153,22 +120,9 @@ def save_tradeoff(result: Tradeoff, path: Path, *, force: bool = False) -> None:
 
 
 def load_tradeoff(path: Path) -> Tradeoff:
-    """Read a trade-off from a file.
+    """Read what ``fivtui tradeoff`` wrote by ``--json`` or ``--out``, without the reference run.
 
-    Parameters
-    ----------
-    path : Path
-        What ``fivtui tradeoff --json`` printed (``.json``) or ``--out`` wrote (``.csv``).
-
-    Returns
-    -------
-    Tradeoff
-        What was measured, without the reference.
-
-    Raises
-    ------
-    InputError
-        If the file is no trade-off.
+    Raises `InputError` if the file is not a trade-off.
     """
     suffix = check_suffix(path, _KIND, (".csv", ".json"))
     if suffix == ".json":
@@ -210,7 +164,7 @@ def _tradeoff(name: str, data: Mapping[str, Any]) -> Tradeoff:
     )
 
 
-def _row(data: Mapping[str, Any]) -> Row:
+def _row(data: Mapping[str, Any]) -> MeasuredSetting:
     knob, _, value = str(data["setting"]).partition("=")
     setting = Setting(str(data["method"]), data["kernel"] or "", knob, float(value))
     failure = data["failure"] or ""
@@ -218,14 +172,14 @@ def _row(data: Mapping[str, Any]) -> Row:
     if not failure:
         errors = {name: _infinite(data[f"error_{name}"]) for name in QUANTITIES}
         error = Deviation(**errors, separations=int(data["separations"]))
-    return Row(setting, float(data["cpu_s"]), int(data["steps"]), error, failure)
+    return MeasuredSetting(setting, float(data["cpu_s"]), int(data["steps"]), error, failure)
 
 
 def _infinite(value: float | None) -> float:
     return math.inf if value is None or math.isnan(value) else value
 
 
-def _error(row: Row, quantity: str) -> float | None:
+def _error(row: MeasuredSetting, quantity: str) -> float | None:
     return None if row.error is None else _finite(row.error.of(quantity))
 
 

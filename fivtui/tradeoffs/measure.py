@@ -32,7 +32,7 @@ from fivtui.transient import (
     resolve_start,
 )
 
-from .settings import Ladder, Row, Setting, ladders
+from .settings import Ladder, MeasuredSetting, Setting, ladders
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -97,7 +97,7 @@ class Tradeoff(Result):
     floor : Deviation
         Uncertainty of the reference: its deviation from ten times the tolerance and from the other
         kernel. Smaller errors say nothing.
-    rows : list of Row
+    rows : list of MeasuredSetting
         Every setting, coarse to fine, method by method.
     features : list of Feature
         The cost of each feature of the scene.
@@ -106,7 +106,7 @@ class Tradeoff(Result):
     scene: Scene
     reference: Transient | None
     floor: Deviation
-    rows: list[Row]
+    rows: list[MeasuredSetting]
     features: list[Feature]
 
     def _summary(self) -> list[tuple[str, str]]:
@@ -217,7 +217,7 @@ def measure_tradeoff(
         if parted is not None:
             raise parted.error()
     floor = _greatest(deviation(observation(check), truth) for check in checks)
-    rows: list[Row] = []
+    rows: list[MeasuredSetting] = []
     steps = ladders(time_scale(scene.parameters), scene.t_end)
     with tempfile.TemporaryDirectory(prefix="fivtui-") as folder:
         fmu = _built(Path(folder))
@@ -254,8 +254,8 @@ class _Bench:
     floor: Deviation
     fmu: Path
 
-    def climb(self, ladder: Ladder, budget: float, report: Progress) -> list[Row]:
-        rows: list[Row] = []
+    def climb(self, ladder: Ladder, budget: float, report: Progress) -> list[MeasuredSetting]:
+        rows: list[MeasuredSetting] = []
         begin = time.thread_time()
         for setting in ladder.settings():
             left = budget - (time.thread_time() - begin)
@@ -267,7 +267,7 @@ class _Bench:
                 break
         return rows
 
-    def measure(self, setting: Setting, left: float, report: Progress) -> Row:
+    def measure(self, setting: Setting, left: float, report: Progress) -> MeasuredSetting:
         begin = time.thread_time()
         stopped = False
 
@@ -283,13 +283,15 @@ class _Bench:
                     break
                 cpu_s = min(cpu_s, self._timed(setting, go_on)[2])
         except ComputationError as error:
-            return Row(setting, time.thread_time() - begin, 0, None, error.why)
+            return MeasuredSetting(setting, time.thread_time() - begin, 0, None, error.why)
         except Cancelled:
             if not stopped:
                 raise
             spent = time.thread_time() - begin
-            return Row(setting, spent, 0, None, f"not finished within {left:.2g} s of CPU time")
-        return Row(setting, cpu_s, steps, deviation(seen, self.reference))
+            return MeasuredSetting(
+                setting, spent, 0, None, f"not finished within {left:.2g} s of CPU time"
+            )
+        return MeasuredSetting(setting, cpu_s, steps, deviation(seen, self.reference))
 
     def _timed(self, setting: Setting, go_on: Progress) -> tuple[Observation, int, float]:
         begin = time.thread_time()

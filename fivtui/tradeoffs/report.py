@@ -9,7 +9,7 @@ from fivtui.transient import QUANTITIES
 
 from .files import fronts
 from .measure import Tradeoff
-from .settings import Row, cheapest
+from .settings import MeasuredSetting, cheapest
 
 _MARKS: Final = {"final": "F", "peak": "P", "half_range": "H", "events": "E"}
 
@@ -62,7 +62,7 @@ def print_tradeoff(result: Tradeoff, error_targets: Mapping[str, float]) -> None
         print_list("Cheapest setting", advice)
 
 
-def _cells(row: Row, best: str) -> tuple[str, ...]:
+def _cells(row: MeasuredSetting, best: str) -> tuple[str, ...]:
     head = (row.setting.label, row.setting.text, f"{1e3 * row.cpu_s:.3g}")
     if row.error is None:
         return (*head, "", row.failure, *[""] * 5)

@@ -41,7 +41,7 @@ class Setting:
 
 
 @dataclass(frozen=True, slots=True)
-class Row:
+class MeasuredSetting:
     """A measured setting.
 
     Attributes
@@ -111,12 +111,14 @@ def ladders(time_scale: float, t_end: float) -> list[Ladder]:
     return found
 
 
-def pareto(rows: Iterable[Row], quantity: str, floor: float = 0.0) -> list[Row]:
+def pareto(
+    rows: Iterable[MeasuredSetting], quantity: str, floor: float = 0.0
+) -> list[MeasuredSetting]:
     """The measured settings that no other beats both in CPU time and in error, cheapest first.
 
     Parameters
     ----------
-    rows : iterable of Row
+    rows : iterable of MeasuredSetting
         What was measured.
     quantity : str
         A name in `QUANTITIES`.
@@ -134,7 +136,7 @@ def pareto(rows: Iterable[Row], quantity: str, floor: float = 0.0) -> list[Row]:
         for row in rows
         if row.error is not None
     ]
-    front: list[Row] = []
+    front: list[MeasuredSetting] = []
     least = math.inf
     for _, error, row in sorted(finished, key=lambda entry: entry[:2]):
         if error < least:
@@ -143,7 +145,9 @@ def pareto(rows: Iterable[Row], quantity: str, floor: float = 0.0) -> list[Row]:
     return front
 
 
-def cheapest(rows: Sequence[Row], quantity: str, error: float) -> Row | None:
+def cheapest(
+    rows: Sequence[MeasuredSetting], quantity: str, error: float
+) -> MeasuredSetting | None:
     """The setting of least CPU time among those with an error of at most `error`; None if none is.
 
     `quantity` is a name in `QUANTITIES`; `InputError` if it is unknown.
@@ -151,5 +155,5 @@ def cheapest(rows: Sequence[Row], quantity: str, error: float) -> Row | None:
     return next((row for row in pareto(rows, quantity) if _error(row, quantity) <= error), None)
 
 
-def _error(row: Row, quantity: str) -> float:
+def _error(row: MeasuredSetting, quantity: str) -> float:
     return math.inf if row.error is None else row.error.of(quantity)

@@ -14,7 +14,7 @@ from fivtui.scene.presets import PRESETS
 from fivtui.tradeoffs.figure import tradeoff_figure
 from fivtui.tradeoffs.files import save_tradeoff, tradeoff_to_dict
 from fivtui.tradeoffs.measure import Tradeoff, measure_tradeoff
-from fivtui.tradeoffs.settings import Row, Setting, cheapest, ladders, pareto
+from fivtui.tradeoffs.settings import MeasuredSetting, Setting, cheapest, ladders, pareto
 from fivtui.transient import integrate
 from fivtui.transient.errors import QUANTITIES, Deviation, deviation, observation
 from fivtui.transient.request import Request
@@ -23,9 +23,9 @@ from tests.references import REFERENCES
 SHORT = replace(PRESETS["base"], t_end=6.0)
 
 
-def row(cpu_s: float, error: float | None) -> Row:
+def row(cpu_s: float, error: float | None) -> MeasuredSetting:
     found = None if error is None else Deviation(error, error, error, error, 0)
-    return Row(Setting("rk4", "", "step", 0.1), cpu_s, 1, found)
+    return MeasuredSetting(Setting("rk4", "", "step", 0.1), cpu_s, 1, found)
 
 
 measured = st.lists(
@@ -34,10 +34,12 @@ measured = st.lists(
 
 
 @given(measured)
-def test_no_setting_beats_one_on_the_front_and_every_other_is_beaten(rows: list[Row]) -> None:
+def test_no_setting_beats_one_on_the_front_and_every_other_is_beaten(
+    rows: list[MeasuredSetting],
+) -> None:
     front = pareto(rows, "peak")
 
-    def beats(one: Row, other: Row) -> bool:
+    def beats(one: MeasuredSetting, other: MeasuredSetting) -> bool:
         assert one.error is not None
         assert other.error is not None
         return one.cpu_s <= other.cpu_s and one.error.peak <= other.error.peak
@@ -50,7 +52,7 @@ def test_no_setting_beats_one_on_the_front_and_every_other_is_beaten(rows: list[
 
 @given(measured, st.floats(1e-9, 1.0))
 def test_the_cheapest_setting_has_the_error_and_no_cheaper_one_has(
-    rows: list[Row], error: float
+    rows: list[MeasuredSetting], error: float
 ) -> None:
     fit = [each for each in rows if each.error is not None and each.error.peak <= error]
     best = cheapest(rows, "peak", error)
@@ -128,7 +130,7 @@ def short() -> Tradeoff:
 
 @pytest.mark.slow
 def test_every_method_is_measured_and_the_finer_setting_has_less_error(short: Tradeoff) -> None:
-    by_method: dict[str, list[Row]] = {}
+    by_method: dict[str, list[MeasuredSetting]] = {}
     for each in short.rows:
         by_method.setdefault(each.setting.label, []).append(each)
     assert len(by_method) == 8

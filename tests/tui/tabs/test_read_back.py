@@ -16,7 +16,7 @@ from fivtui.model.parameters import Parameters
 from fivtui.scene.presets import PRESETS
 from fivtui.simulation import simulate
 from fivtui.tradeoffs.measure import Tradeoff
-from fivtui.tradeoffs.settings import Row, Setting
+from fivtui.tradeoffs.settings import MeasuredSetting, Setting
 from fivtui.transient.errors import Deviation
 from fivtui.transient.result import Transient
 from fivtui.tui.chart.axis import Axis
@@ -683,8 +683,12 @@ def test_a_map_has_its_values_its_boundary_and_its_point_in_place() -> None:
 
 def test_a_trade_off_has_errors_over_seconds_and_rows_in_milliseconds() -> None:
     rows = [
-        Row(Setting("taylor", "", "tol", 1e-6), 0.02, 17, Deviation(1e-6, 2e-7, 3e-8, 4e-5, 2)),
-        Row(Setting("rk4", "", "tol", 1e-6), 0.3, 17, Deviation(5e-4, 6e-5, 7e-6, 8e-3, 2)),
+        MeasuredSetting(
+            Setting("taylor", "", "tol", 1e-6), 0.02, 17, Deviation(1e-6, 2e-7, 3e-8, 4e-5, 2)
+        ),
+        MeasuredSetting(
+            Setting("rk4", "", "tol", 1e-6), 0.3, 17, Deviation(5e-4, 6e-5, 7e-6, 8e-3, 2)
+        ),
     ]
     floor = Deviation(1e-13, 2e-14, 3e-15, 4e-12, 0)
     result = Tradeoff(PRESETS["base"], None, floor, rows, [])

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Final
 import numpy as np
 
 from fivtui.scene import Scene
-from fivtui.tradeoffs import Row, Setting, cheapest, pareto
+from fivtui.tradeoffs import MeasuredSetting, Setting, cheapest, pareto
 from fivtui.tui.chart import Chart, Guide, Look, Trace
 
 if TYPE_CHECKING:
@@ -30,14 +30,14 @@ _NAMES: Final = {"final": "final state", "half_range": "half peak-to-peak, 2nd h
 COLUMNS: Final = ("method", "setting", "CPU ms", "steps", "error", "separations", "")
 
 
-def _methods(result: "Tradeoff") -> dict[str, list[Row]]:
-    methods: dict[str, list[Row]] = {}
+def _methods(result: "Tradeoff") -> dict[str, list[MeasuredSetting]]:
+    methods: dict[str, list[MeasuredSetting]] = {}
     for row in result.rows:
         methods.setdefault(row.setting.label, []).append(row)
     return methods
 
 
-def tradeoff_chart(result: "Tradeoff", quantity: str, present: Row | None) -> Chart:
+def tradeoff_chart(result: "Tradeoff", quantity: str, present: MeasuredSetting | None) -> Chart:
     """Error of a quantity against CPU time, a line per method.
 
     Below the guide, errors are within the uncertainty of the reference.
@@ -60,14 +60,16 @@ def tradeoff_chart(result: "Tradeoff", quantity: str, present: Row | None) -> Ch
     )
 
 
-def _trace(name: str, rows: list[Row], quantity: str, look: Look, mark: str) -> Trace:
+def _trace(name: str, rows: list[MeasuredSetting], quantity: str, look: Look, mark: str) -> Trace:
     points = [(row.cpu_s, row.error.of(quantity)) for row in rows if row.error is not None]
     finite = [(cpu_s, max(error, _LEAST)) for cpu_s, error in points if math.isfinite(error)]
     x, y = np.array(finite, dtype=float).reshape(-1, 2).T
     return Trace(name, x, y, look=look, ordered=False, mark=mark)
 
 
-def table_rows(result: "Tradeoff", quantity: str, present: Row | None) -> list[tuple[str, ...]]:
+def table_rows(
+    result: "Tradeoff", quantity: str, present: MeasuredSetting | None
+) -> list[tuple[str, ...]]:
     """All settings as rows of `COLUMNS`."""
     best = pareto(result.rows, quantity, result.floor.of(quantity))
     rows: list[tuple[str, ...]] = []
@@ -85,7 +87,7 @@ def table_rows(result: "Tradeoff", quantity: str, present: Row | None) -> list[t
     return rows
 
 
-def present_row(result: "Tradeoff", scene: Scene) -> Row | None:
+def present_row(result: "Tradeoff", scene: Scene) -> MeasuredSetting | None:
     """The measured setting nearest to that of a scene.
 
     None if its method was not measured, or if error targets choose the setting.
@@ -111,7 +113,9 @@ def _knob(setting: Setting, scene: Scene) -> float | None:
     return scene.tol if setting.knob == "tol" else scene.step
 
 
-def present_words(result: "Tradeoff", scene: Scene, quantity: str, present: Row | None) -> str:
+def present_words(
+    result: "Tradeoff", scene: Scene, quantity: str, present: MeasuredSetting | None
+) -> str:
     """What a scene's setting delivers, and which setting is cheaper at the same accuracy."""
     if scene.accuracy:
         asked = dict(scene.accuracy)
@@ -136,7 +140,7 @@ def present_words(result: "Tradeoff", scene: Scene, quantity: str, present: Row 
     return f"{words}; as accurate, {ratio:.2g} times faster: {_words(better, quantity)}"
 
 
-def _words(row: Row | None, quantity: str) -> str:
+def _words(row: MeasuredSetting | None, quantity: str) -> str:
     if row is None or row.error is None:
         return "no setting measured"
     setting = row.setting
