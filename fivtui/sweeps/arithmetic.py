@@ -20,7 +20,7 @@ _DIGITS: Final = 32
 _TRANSIENT: Final = tuple(column.name for column in TRANSIENT)
 _STABILITY: Final = tuple(column.name for column in STABILITY)
 # Extremes of all quantities and of y alone are computed by different code.
-_TRIALS: Final[Mapping[str, tuple[tuple[str, ...], ...]]] = {
+_TRIED_OUTPUTS: Final[Mapping[str, tuple[tuple[str, ...], ...]]] = {
     "transients": (_TRANSIENT, ("y_abs",)),
     "stability": (_STABILITY,),
 }
@@ -65,13 +65,13 @@ def arithmetic_difference(there: object, here: Mapping[str, Any]) -> str:
     if there.get("fused") != here.get("fused"):
         one, other = ("fused" if each.get("fused") else "not fused" for each in (there, here))
         return f"products and sums are {one} there, {other} here"
-    return "trial members have other last bits there than here"
+    return "the same members have other last bits there than here"
 
 
 @lru_cache
 def _digest(kind: str) -> str:
     content = hashlib.sha256()
-    for outputs in _TRIALS[kind]:
+    for outputs in _TRIED_OUTPUTS[kind]:
         for design in _DESIGNS:
             parameters = Parameters() if "k_nl" in design.axes else _LINEAR
             study = Study(design, parameters, _BOTH_CASES, t_end=_T_END, outputs=outputs)

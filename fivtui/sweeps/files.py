@@ -22,7 +22,7 @@ def save_sweep(result: Sweep, path: Path, *, force: bool = False) -> None:
     form, study, members = sweep_format(path), result.study, len(result.table.reasons)
     if members != study.members:
         raise InputError(f"{path}: {members} of {study.members} members are computed, not all")
-    said = (
+    provenance = (
         provenance_of(study, form)
         if result.provenance is None
         else carried_over(result.provenance, form)
@@ -33,7 +33,7 @@ def save_sweep(result: Sweep, path: Path, *, force: bool = False) -> None:
             piece = Path(folder) / f"rows{path.suffix.lower()}"
             with piece.open("wb") as rows:
                 form.write_piece(rows, study, result.table)
-            form.merge(file, study, [piece], said)
+            form.merge(file, study, [piece], provenance)
 
     write_atomically(path, write, force=force)
 
@@ -58,12 +58,12 @@ def read_sweep(path: Path) -> Sweep:
 
 
 def _from_file(path: Path, form: SweepFormat) -> tuple[Sweep, int]:
-    said = form.provenance(path)
-    if said is None or "sweep" not in said:
+    provenance = form.provenance(path)
+    if provenance is None or "sweep" not in provenance:
         raise InputError("not a sweep that fivtui wrote")
-    study = study_from_dict(said["sweep"])
+    study = study_from_dict(provenance["sweep"])
     _check_size(study.members)
-    return Sweep(study, form.read(path, study), said), study.members
+    return Sweep(study, form.read(path, study), provenance), study.members
 
 
 def _from_folder(folder: Path) -> tuple[Sweep, int]:

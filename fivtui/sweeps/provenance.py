@@ -91,10 +91,10 @@ def provenance_of(study: Study, form: SweepFormat) -> dict[str, Any]:
     return {**described(study, form), ARITHMETIC: arithmetic_of(study)}
 
 
-def carried_over(said: Mapping[str, Any], form: SweepFormat) -> dict[str, Any]:
+def carried_over(provenance: Mapping[str, Any], form: SweepFormat) -> dict[str, Any]:
     """Provenance read from a file, with the versions that another format names."""
-    before = said.get("versions", {})
+    before = provenance.get("versions", {})
     named = {
         name: before.get(name, number) for name, number in versions(form.table.package).items()
     }
-    return {**said, "versions": named}
+    return {**provenance, "versions": named}

@@ -78,13 +78,13 @@ class SweepStore:
         # The file appeared whole under its name, but may have been damaged since.
         if self._force or not self._target.is_file():
             return False
-        said = self._form.provenance(self._target)
-        if said is None:
+        provenance = self._form.provenance(self._target)
+        if provenance is None:
             raise InputError(
                 f"{self._out}: exists already, and is not a sweep or is damaged; choose another "
                 "name or force overwriting"
             )
-        if _without_arithmetic(said) != self._described:
+        if _without_arithmetic(provenance) != self._described:
             return False
         rows = self._form.count(self._target, self._study)
         if rows != self._study.members:
@@ -316,8 +316,8 @@ def _of_file(manifest: dict[str, Any]) -> dict[str, Any]:
     return {key: manifest[key] for key in manifest if key not in (PIECE_MEMBERS, COLUMNS)}
 
 
-def _without_arithmetic(said: dict[str, Any]) -> dict[str, Any]:
-    return {key: value for key, value in said.items() if key != ARITHMETIC}
+def _without_arithmetic(provenance: dict[str, Any]) -> dict[str, Any]:
+    return {key: value for key, value in provenance.items() if key != ARITHMETIC}
 
 
 def _difference(there: Any, here: Any, name: str = "") -> str:
