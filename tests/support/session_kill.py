@@ -79,7 +79,7 @@ def look(path: Path) -> Session:
     return session
 
 
-def kill_keepers(folder: Path) -> int:
+def kill_sessions(folder: Path) -> int:
     before = folder / "before"
     go_on(before / "session.json")
 
@@ -151,7 +151,7 @@ async def use_lab(path: Path) -> None:
 def main() -> None:
     kind, folder, *times = sys.argv[1:]
     if kind == "autosave":
-        print(kill_keepers(Path(folder)))
+        print(kill_sessions(Path(folder)))
     else:
         print(kill_labs(Path(folder), int(*times)))
 

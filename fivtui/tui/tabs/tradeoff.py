@@ -90,7 +90,7 @@ class TradeoffPane(JobPane):
             words = (
                 "the scene has changed since"
                 if outdated
-                else "measured for this scene on this machine"
+                else "this scene, this machine"
             )
             if displayed.source:
                 words = f"{'another' if outdated else 'this'} scene, read from {displayed.source}"

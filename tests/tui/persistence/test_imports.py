@@ -177,7 +177,7 @@ async def test_sweeps_over_two_names_and_under_way_are_shown_as_far_as_they_are(
     await read(pilot, "part.csv.parts", "sweep read from part.csv.parts")
     await until_shown(pilot, "of 6 transients, read from part.csv.parts")
     await pilot.press("f7")
-    await until_told(pilot, "the sweep is not complete")
+    await until_told(pilot, "the sweep is incomplete")
 
 
 async def test_a_map_is_read_and_stays_until_another_is_asked_for(

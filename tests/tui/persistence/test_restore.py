@@ -67,7 +67,7 @@ SHOWN = {
     "transient": "2nd half of run",
     "sweep": "8 transients",
     "map": "35 points",
-    "trade-off": "measured for this scene on this machine",
+    "trade-off": "this scene, this machine",
 }
 
 

@@ -303,9 +303,9 @@ def test_at_the_end_it_is_said_what_is_not_kept(
 def test_a_run_that_leaves_the_list_is_said_to() -> None:
     told: list[Any] = []
     screen = SimpleNamespace(post_message=told.append, run_worker=lambda *_, **__: None)
-    desk = RunController(cast("Any", screen), Session())
+    controller = RunController(cast("Any", screen), Session())
     for _ in range(MAX_RUNS + 1):
-        desk.start()
+        controller.start()
     words = [message.words for message in told if isinstance(message, Reported)]
     assert words == [f"run 1 (the oldest) was deleted: the list holds {MAX_RUNS} runs"]
 
@@ -345,7 +345,7 @@ async def open_from_palette(pilot: Any, title: str) -> None:
 
 
 @pytest.mark.skipif(not hasattr(os, "fork"), reason="a kill in the midst needs a fork")
-def test_a_session_is_whole_wherever_its_keeper_is_killed(tmp_path: Path) -> None:
+def test_a_session_is_whole_wherever_its_process_is_killed(tmp_path: Path) -> None:
     assert int(killed("autosave", str(tmp_path))) > 20
 
 

@@ -338,7 +338,7 @@ def test_an_infinite_number_of_runs_is_damage(tmp_path: Path) -> None:
         load_state(path)
 
 
-def test_a_keeper_writes_only_what_differs_and_says_why_it_could_not(tmp_path: Path) -> None:
+def test_an_autosave_writes_only_what_differs_and_says_why_it_could_not(tmp_path: Path) -> None:
     path = tmp_path / "session.json"
     autosave = Autosave(path)
     session = Session()

@@ -200,7 +200,7 @@ async def test_a_trade_off_is_written_and_copied(
     await show_tab(pilot, "alt+5")
     await refused(pilot, "f7", "no trade-off to export yet: press F10")
     await pilot.press("f10")
-    await until_shown(pilot, "measured for this scene on this machine")
+    await until_shown(pilot, "this scene, this machine")
     assert is_picture(await write(pilot, "f6", "a.svg", "Export the figure of the trade-off"))
     await write(pilot, "f7", "a.json", "Export the data of the trade-off")
     await write(pilot, "f7", "a.csv", "Export the data of the trade-off")

@@ -150,7 +150,7 @@ async def test_the_trade_off_is_measured_and_shown(
     assert "the scene has changed since" in flat_text_of(pilot)
     assert "now taylor (compiled) tol=1e-12" in flat_text_of(pilot)
     await type_into(pilot, "t_end", "10")
-    await until_shown(pilot, "measured for this scene on this machine")
+    await until_shown(pilot, "this scene, this machine")
     await pilot.click("#quantity-events")
     await until_shown(pilot, "error of events / s")
     await pilot.click("#view-settings")
