@@ -87,11 +87,7 @@ class TradeoffPane(JobPane):
             self._last = displayed
             scene = self._scene()
             outdated = scene is None or not _same(scene, displayed.value.scene)
-            words = (
-                "the scene has changed since"
-                if outdated
-                else "this scene, this machine"
-            )
+            words = "the scene has changed since" if outdated else "this scene, this machine"
             if displayed.source:
                 words = f"{'another' if outdated else 'this'} scene, read from {displayed.source}"
             if self.job is None:
