@@ -1,3 +1,4 @@
+import math
 from itertools import pairwise
 
 import numpy as np
@@ -114,7 +115,7 @@ def test_a_crossing_is_found_to_the_last_bit_whatever_the_function(
 
     def growing(mu: float) -> float:
         looks.append(mu)
-        return mu**power - root**power
+        return math.pow(mu, power) - math.pow(root, power)
 
     found = _least_nonnegative(growing, 0.0, 100.0)
     assert found is not None
