@@ -327,12 +327,12 @@ def test_a_printed_sweep_has_every_output_in_its_column(capsys: Printed) -> None
     assert len(rows) == 4
     units = {"P_max": "N", "y_abs": "m", "vx_max": "m/s", "separated_time": "s"}
     for row in rows:
-        force, case = float(row["F N"]), row["separation"] == "yes"
+        force, case = float(row["F (N)"]), row["separation"] == "yes"
         assert row["mu"] == "0.5"
         for place, name in enumerate(outputs):
             expected = output_value(place, case, force, 0.5)
-            assert float(row[f"{name} {units[name]}"]) == pytest.approx(expected, rel=1e-5)
-    assert {(row["F N"], row["separation"]) for row in rows} == {
+            assert float(row[f"{name} ({units[name]})"]) == pytest.approx(expected, rel=1e-5)
+    assert {(row["F (N)"], row["separation"]) for row in rows} == {
         ("80", "yes"), ("80", "no"), ("20", "yes"), ("20", "no")
     }  # fmt: skip
 
@@ -342,10 +342,10 @@ def test_of_a_long_sweep_the_ends_are_printed_and_some_outputs(capsys: Printed) 
     print_sweep(result, chosen=False)
     printed = capsys.readouterr()
     rows = tabled(printed.out.partition("\n")[2])
-    assert [float(row["F N"]) for row in rows] == [*range(1, 21), *range(81, 101)]
-    assert "P_max N" not in rows[0]
-    assert float(rows[-1]["y_abs m"]) == pytest.approx(output_value(1, True, 100.0))
-    assert "first and the last 20" in printed.err
+    assert [float(row["F (N)"]) for row in rows] == [*range(1, 21), *range(81, 101)]
+    assert "P_max (N)" not in rows[0]
+    assert float(rows[-1]["y_abs (m)"]) == pytest.approx(output_value(1, True, 100.0))
+    assert "first and last 20" in printed.err
 
 
 def test_the_progress_of_a_sweep_counts_members_rate_and_time_left() -> None:

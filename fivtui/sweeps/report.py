@@ -95,7 +95,9 @@ def print_sweep(result: Sweep, *, chosen: bool) -> None:
     ]
     short = rows if len(rows) <= _ROWS else [*rows[: _ROWS // 2], *rows[-(_ROWS // 2) :]]
     cells = [[_cell(row[place], column) for place, column in shown] for row in short]
-    header = [f"{column.name} {column.unit}".rstrip() for _, column in shown]
+    header = [
+        f"{column.name} ({column.unit})" if column.unit else column.name for _, column in shown
+    ]
     keys = len(study.design.axes) + 1
     print_rows(f"Sweep: {len(rows)} members", header, cells, keys=keys)
     if len(short) < len(rows):

@@ -90,11 +90,11 @@ def test_sampled_designs_follow_their_seed(design: str, capsys: pytest.CaptureFi
 def test_rows_are_printed_as_a_table(capsys: pytest.CaptureFixture[str]) -> None:
     assert run(["sweep", "--vary=F=20:80:3", *SHORT]) == 0
     shown = capsys.readouterr().out
-    assert "y_half_range m" in shown
+    assert "y_half_range (m)" in shown
     assert "vx_max" not in shown
     assert run(["sweep", "--vary=F=20:80:100", "--output=vx_max", *SHORT]) == 0
     shown, said = capsys.readouterr()
-    assert "vx_max m/s" in shown
+    assert "vx_max (m/s)" in shown
     assert len(shown.splitlines()) == 42
     assert said == "only the first and last 20 rows are printed; --out and --json give all\n"
 
