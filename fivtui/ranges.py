@@ -1,5 +1,6 @@
 """Ranges of a named quantity as text: ``NAME=START:STOP:COUNT[:log]``."""
 
+import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Final
@@ -100,3 +101,22 @@ def _count(flag: str, text: str, part: str) -> int:
             f"{flag} {text}: COUNT = {part}: must be a whole number from 2 to {MAX_COUNT}"
         )
     return count
+
+
+def number_text(value: float) -> str:
+    """The shortest text of exactly this number, without a trailing ``.0``."""
+    if value == 0.0:
+        return "0"
+    brief = f"{value:.12g}"
+    return brief if float(brief) == value and math.isfinite(value) else repr(value)
+
+
+def range_text(name: str, values: NDArray[np.float64]) -> str:
+    """``START:STOP:COUNT`` of these values; `InputError` if they are not evenly spaced."""
+    first, last, count = float(values[0]), float(values[-1]), values.size
+    ends = f"{number_text(first)}:{number_text(last)}:{count}"
+    if np.array_equal(values, np.linspace(first, last, count)):
+        return ends
+    if min(first, last) > 0.0 and np.array_equal(values, np.geomspace(first, last, count)):
+        return f"{ends}:{_SPACING}"
+    raise InputError(f"{name}: its values are not evenly spaced; a command cannot say them")

@@ -1,9 +1,150 @@
-"""How results present themselves in a session: a few lines, or a table in a notebook."""
+"""What results have in common: how they are listed, stored, drawn, and said as a command."""
 
-from collections.abc import Sequence
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, field
 from html import escape
+from pathlib import Path
+from typing import Any, Final, NamedTuple
 
 from fivtui.model import PARAMETERS, Parameters
+
+PHYSICS: Final = (*PARAMETERS, "separation")
+
+
+class Row(NamedTuple):
+    """One line of a table: a label, its value with its unit, and a note."""
+
+    label: str
+    value: str
+    note: str = ""
+
+
+@dataclass(frozen=True, slots=True)
+class Command:
+    """A command of the command line, but for the scene that it begins with.
+
+    Attributes
+    ----------
+    name : str
+        The command, e.g. ``"map"``.
+    scene : mapping
+        Fields of the scene that it computes; all others are those of the base set.
+    said : sequence of str
+        Names of parameters and fields of a scene that its options can say.
+    words : sequence of str
+        Its other options.
+    needed : mapping
+        Fields that the scene that it begins with must have so: no option of it can change them.
+    """
+
+    name: str
+    scene: Mapping[str, Any] = field(default_factory=dict)
+    said: Sequence[str] = PHYSICS
+    words: Sequence[str] = ()
+    needed: Mapping[str, Any] = field(default_factory=dict)
+
+
+def _dict_of(result: Any) -> Any:
+    return result.to_dict()
+
+
+def _figure_of(result: Any) -> Any:
+    return result.figure()
+
+
+def _rows_of(result: Any) -> Sequence[Row]:
+    return [Row(*row) for row in result._summary()]
+
+
+def _no_file(_result: Any, path: Path, _force: bool) -> None:
+    raise TypeError(f"{path}: results of this kind have no file")
+
+
+def _no_warning(_result: Any) -> None:
+    return None
+
+
+@dataclass(frozen=True, slots=True)
+class Stored:
+    """How the laboratory keeps a result in a file of its own.
+
+    Attributes
+    ----------
+    suffix : str
+        Of the file.
+    save, load : callable
+        Write a result to a path, and read it.
+    size : callable
+        Approximate size of the file, bytes.
+    unfinished : callable
+        Why a result is not to be kept; empty if it is.
+    """
+
+    suffix: str
+    save: Callable[[Any, Path], None]
+    load: Callable[[Path], Any]
+    size: Callable[[Any], int] = lambda _result: 0
+    unfinished: Callable[[Any], str] = lambda _result: ""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class StudyKind:
+    """A kind of study: all that the command line and the laboratory do with its results.
+
+    Attributes
+    ----------
+    data : str
+        What a file holds, named in messages, e.g. ``"table of modes"``.
+    show : callable
+        Prints a result on standard output.
+    rows : callable
+        The figures of a result, as its table has them; those of its ``repr`` if not given.
+    to_dict : callable
+        A result as data that JSON can hold; its own ``to_dict()`` if not given.
+    figure : callable
+        A result as a matplotlib figure; its own ``figure()`` if not given.
+    warning : callable
+        What a result warns of, in one sentence, or None.
+    suffixes : tuple of str
+        Formats in which `save` writes it; empty if in none.
+    save : callable
+        Takes a result, a path and whether to replace a file.
+    as_json : bool
+        Whether the laboratory offers JSON beside them.
+    stem : callable
+        Ending of the file name that is proposed for a result, e.g. ``"map-F-mu"``.
+    load : callable or None
+        Reads a result from a file; InputError if it is none. None if it is not read.
+    load_suffixes, folders : tuple of str
+        Suffixes of what `load` reads, and those of them that are folders.
+    header, json_keys : frozenset of str
+        Keys by which a table, or JSON, is recognised as of this kind.
+    json_refusal : str
+        Why JSON of this kind cannot be read; empty if it can.
+    command : callable or None
+        The command that computes what it takes: a result, or what one is of.
+    stored : Stored or None
+        The file in which the laboratory keeps a result between two starts.
+    """
+
+    data: str
+    show: Callable[[Any], None]
+    rows: Callable[[Any], Sequence[Row]] = _rows_of
+    to_dict: Callable[[Any], Any] = _dict_of
+    figure: Callable[[Any], Any] = _figure_of
+    warning: Callable[[Any], str | None] = _no_warning
+    suffixes: tuple[str, ...] = ()
+    save: Callable[[Any, Path, bool], None] = _no_file
+    as_json: bool = False
+    stem: Callable[[Any], str] = str
+    load: Callable[[Path], Any] | None = None
+    load_suffixes: tuple[str, ...] = ()
+    folders: tuple[str, ...] = ()
+    header: frozenset[str] = frozenset()
+    json_keys: frozenset[str] = frozenset()
+    json_refusal: str = ""
+    command: Callable[[Any], Command] | None = None
+    stored: Stored | None = None
 
 
 class Result:
@@ -32,6 +173,12 @@ class Result:
             for name, text in self._summary()
         )
         return f"<table><caption>{type(self).__name__}</caption><tbody>{rows}</tbody></table>"
+
+
+def scene_fields(scene: Any, said: Sequence[str]) -> dict[str, Any]:
+    """The parameters and the fields named of a scene, or of what has attributes like one."""
+    names = [name for name in said if name not in PARAMETERS]
+    return {name: getattr(scene, name) for name in ("parameters", *names)}
 
 
 def scene_text(p: Parameters, *, separation: bool, without: Sequence[str] = ()) -> str:

@@ -87,7 +87,7 @@ def numbers(text: str) -> list[float]:
 def test_a_printed_stability_has_its_numbers_under_their_names(capsys: Printed) -> None:
     p = Parameters(F=100.0, k_nl=500.0, mu=1.1, c1=0.8)
     changes = {"F": 100.0, "k_nl": 500.0, "mu": 1.1, "c1": 0.8}
-    print_stability(stability(p), p)
+    print_stability(stability(p))
     rows = listed(capsys)
     known = dict(rows)
     x, y, force = own_slider.equilibrium(**changes)

@@ -1,20 +1,18 @@
 """Commands for stability, stability maps and attractors."""
 
-from functools import partial
 from typing import Any
 
 from .arguments import option
 from .completion import PARAMETER_VALUES, START_VALUES
+from .deliver import check_outputs, show, write
 from .group import commands
 from .options import (
-    check_outputs,
     force_option,
     ignore_option,
     json_option,
     output_option,
     print_json,
     progress_bar,
-    say,
     scene_argument,
     scene_of,
     set_option,
@@ -42,30 +40,16 @@ def stability(scene: str, assignments: tuple[str, ...], **given: Any) -> None:
     All are of the equilibrium, linearised there. A stable equilibrium may coexist with a large
     limit cycle: --attractors searches for it.
     """
-    from fivtui.equilibrium import print_stability, stability as judge, stability_to_dict
-    from fivtui.io import check_table_path
+    from fivtui.equilibrium import stability as judge
 
     chosen = scene_of(scene, assignments, ignore_separation=given["ignore_separation"])
     out, plot, force, as_json = (given[name] for name in ("out", "plot", "force", "as_json"))
-    check_outputs(out, plot, partial(check_table_path, kind="table of modes"), force=force)
-    p, separation = chosen.parameters, chosen.separation
-    verdict = judge(p, separation=separation)
-    data = stability_to_dict(verdict)
-    if out is not None or plot is not None:
-        from fivtui.equilibrium import modes_over_mu, save_modes
-
-        scan = modes_over_mu(p, verdict, separation=separation)
-        if out is not None:
-            save_modes(p, verdict, scan, out, separation=separation, force=force)
-            say(f"wrote {out}")
-        if plot is not None:
-            from fivtui.equilibrium import mode_figure
-            from fivtui.plotting import save_figure
-
-            save_figure(mode_figure(p, verdict, scan), plot, force=force)
-            say(f"wrote {plot}")
+    check_outputs("stability", out, plot, force=force)
+    result = judge(chosen.parameters, separation=chosen.separation)
+    data = result.to_dict()
+    write("stability", result, out, plot, force=force)
     if not as_json:
-        print_stability(verdict, p)
+        show("stability", result)
     if given["attractors"]:
         from .attractor_tasks import SEARCH, carry_out
 
@@ -144,14 +128,13 @@ def attractors(scene: str, assignments: tuple[str, ...], **given: Any) -> None:
 @json_option
 def stability_map(scene: str, assignments: tuple[str, ...], **given: Any) -> None:
     """Map the stability of the equilibrium over two parameters."""
-    from fivtui.equilibrium import map_to_dict, print_map, save_map, stability_map as compute
-    from fivtui.io import check_table_path
+    from fivtui.equilibrium import stability_map as compute
     from fivtui.ranges import parse_ranges
 
     chosen = scene_of(scene, assignments, ignore_separation=given["ignore_separation"])
     over = {each.name: each.values() for each in parse_ranges("--over", given["ranges"])}
     out, plot, force = given["out"], given["plot"], given["force"]
-    check_outputs(out, plot, partial(check_table_path, kind="map"), force=force)
+    check_outputs("map", out, plot, force=force)
     with progress_bar("map") as progress:
         result = compute(
             chosen.parameters,
@@ -160,16 +143,5 @@ def stability_map(scene: str, assignments: tuple[str, ...], **given: Any) -> Non
             separation=chosen.separation,
             progress=progress,
         )
-    if out is not None:
-        save_map(result, out, force=force)
-        say(f"wrote {out}")
-    if plot is not None:
-        from fivtui.equilibrium import map_figure
-        from fivtui.plotting import save_figure
-
-        save_figure(map_figure(result), plot, force=force)
-        say(f"wrote {plot}")
-    if given["as_json"]:
-        print_json(map_to_dict(result))
-    else:
-        print_map(result)
+    write("map", result, out, plot, force=force)
+    show("map", result, as_json=given["as_json"])

@@ -1,63 +1,29 @@
-"""The tasks of `fivtui attractors`: what each computes, prints, writes and draws."""
+"""The tasks of `fivtui attractors`: what each computes."""
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, Final
+from typing import Any, Final, NamedTuple
 
-import click
-
-from fivtui.io import check_table_path
 from fivtui.model import InputError
-from fivtui.orbits import (
-    Explorer,
-    attractor_to_dict,
-    basin,
-    basin_figure,
-    basin_to_dict,
-    coexistence,
-    coexistence_to_dict,
-    continuation,
-    continuation_figure,
-    continuation_to_dict,
-    print_attractors,
-    print_basin,
-    print_coexistence,
-    print_continuation,
-    save_basin,
-    save_continuation,
-    warning_along,
-    warning_in,
-    warning_of,
-)
-from fivtui.plotting import check_figure_path, save_figure
+from fivtui.orbits import Explorer, basin, coexistence, continuation
 from fivtui.ranges import parse_range, parse_ranges
 from fivtui.scene import Scene
+from fivtui.studies import study
 from fivtui.transient import START_SPECS, Start
 
+from .deliver import check_outputs, warn, write
 from .options import progress_bar
-
-if TYPE_CHECKING:
-    from matplotlib.figure import Figure
 
 Progress = Callable[[float], bool]
 
 _BASIN_RANGES: Final = 2
 
 
-@dataclass(frozen=True, slots=True)
-class Task:
-    """A computation of attractors, and functions that take its result.
+class Task(NamedTuple):
+    """A computation of attractors, and the kind of study that its result is of."""
 
-    `save` and `figure` are None where there is nothing to write or draw.
-    """
-
+    kind: str
     compute: Callable[[Scene, Progress], Any]
-    to_dict: Callable[[Any], dict[str, Any]]
-    show: Callable[[Any], None]
-    warning: Callable[[Any], str | None]
-    save: Callable[..., None] | None = None
-    figure: "Callable[[Any], Figure] | None" = None
 
 
 def choose_task(vary: str | None, ranges: Sequence[str], start: Start | None) -> Task:
@@ -83,14 +49,7 @@ def _along(text: str) -> Task:
             progress=progress,
         )
 
-    return Task(
-        compute,
-        continuation_to_dict,
-        print_continuation,
-        warning_along,
-        save_continuation,
-        continuation_figure,
-    )
+    return Task("branches", compute)
 
 
 def _slice(texts: Sequence[str], start: Start | None) -> Task:
@@ -104,21 +63,21 @@ def _slice(texts: Sequence[str], start: Start | None) -> Task:
             scene.parameters, over, separation=scene.separation, start=start, progress=progress
         )
 
-    return Task(compute, basin_to_dict, print_basin, warning_in, save_basin, basin_figure)
+    return Task("basin", compute)
 
 
 def _from(start: Start) -> Task:
     def compute(scene: Scene, _progress: Progress) -> Any:
         return Explorer(scene.parameters, separation=scene.separation).reach(start)
 
-    return Task(compute, attractor_to_dict, lambda found: print_attractors([found]), lambda _: None)
+    return Task("attractor", compute)
 
 
 def _search(scene: Scene, progress: Progress) -> Any:
     return coexistence(scene.parameters, separation=scene.separation, progress=progress)
 
 
-SEARCH: Final = Task(_search, coexistence_to_dict, print_coexistence, warning_of)
+SEARCH: Final = Task("attractors", _search)
 
 
 def carry_out(
@@ -131,22 +90,14 @@ def carry_out(
     quiet: bool = False,
 ) -> dict[str, Any]:
     """Compute, print, write and draw a task; return its result as data for JSON."""
-    if task.save is None and (out is not None or plot is not None):
+    if not study(task.kind).suffixes and (out is not None or plot is not None):
         raise InputError("--out and --plot: must be given with --vary or --basin")
-    if out is not None:
-        check_table_path(out, "attractor", force=force)
-    if plot is not None:
-        check_figure_path(plot, force=force)
+    check_outputs(task.kind, out, plot, force=force)
     with progress_bar("attractors") as progress:
         result = task.compute(scene, progress)
     if not quiet:
-        task.show(result)
-    if (warning := task.warning(result)) is not None:
-        click.echo(f"warning: {warning}", err=True)
-    if out is not None and task.save is not None:
-        task.save(result, out, force=force)
-        click.echo(f"wrote {out}", err=True)
-    if plot is not None and task.figure is not None:
-        save_figure(task.figure(result), plot, force=force)
-        click.echo(f"wrote {plot}", err=True)
-    return task.to_dict(result)
+        study(task.kind).show(result)
+    warn(task.kind, result)
+    write(task.kind, result, out, plot, force=force)
+    data: dict[str, Any] = study(task.kind).to_dict(result)
+    return data

@@ -3,7 +3,6 @@
 import json
 import sys
 from collections.abc import Callable, Sequence
-from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import click
@@ -118,18 +117,6 @@ def assigned(flag: str, assignments: Sequence[str], example: str) -> dict[str, s
             raise InputError(f"{flag} {name.strip()}=…: given twice; every name must be given once")
         values[name.strip()] = text.strip()
     return values
-
-
-def check_outputs(
-    out: Path | None, plot: Path | None, check_data: Callable[..., None], *, force: bool
-) -> None:
-    """Raise `InputError` if a file could not be written, before anything is computed."""
-    if out is not None:
-        check_data(out, force=force)
-    if plot is not None:
-        from fivtui.plotting import check_figure_path
-
-        check_figure_path(plot, force=force)
 
 
 def print_json(data: Any) -> None:

@@ -7,8 +7,9 @@ import click
 from fivtui.model import InputError
 
 from .arguments import option
+from .deliver import show
 from .group import commands
-from .options import folder_option, force_option, json_option, print_json, progress_bar, put, say
+from .options import folder_option, force_option, json_option, progress_bar, put, say
 
 
 @commands.command()
@@ -50,15 +51,13 @@ def claims(markdown: bool, as_json: bool) -> None:
 
     Lists section, stated value, computed value and verdict of each.
     """
-    from fivtui.paper import check_claims, claims_markdown, claims_to_list, print_claims
+    from fivtui.paper import check_claims, claims_markdown
 
     if markdown and as_json:
         raise InputError("--markdown: must be given without --json")
     with progress_bar("claims") as progress:
         checked = check_claims(progress=progress)
-    if as_json:
-        print_json(claims_to_list(checked))
-    elif markdown:
+    if markdown:
         put(claims_markdown(checked))
     else:
-        print_claims(checked)
+        show("claims", checked, as_json=as_json)

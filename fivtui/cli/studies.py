@@ -1,6 +1,5 @@
 """Commands for sweeps, trade-offs and stress tests."""
 
-from functools import partial
 from typing import TYPE_CHECKING, Any
 
 import click
@@ -9,9 +8,9 @@ from fivtui.model import InputError, Interval
 
 from .arguments import Whole, option
 from .completion import VARIED_VALUES
+from .deliver import check_outputs, show, write
 from .group import commands
 from .options import (
-    check_outputs,
     error_option,
     error_targets_of,
     force_option,
@@ -133,11 +132,10 @@ def sweep(**given: Any) -> None:
     out, plot, force, as_json = (given[name] for name in ("out", "plot", "force", "as_json"))
     if out is None or plot is not None or as_json:
         check_in_memory(study)
+    check_outputs("sweep", None, plot, force=force)
     if plot is not None:
-        from fivtui.plotting import check_figure_path
         from fivtui.sweeps import check_drawable
 
-        check_figure_path(plot, force=force)
         check_drawable(study)
     with ExitStack() as stack:
         engine = stack.enter_context(_engine(given["scheduler"], given["workers"]))
@@ -153,11 +151,7 @@ def sweep(**given: Any) -> None:
         if plot is not None or as_json:
             result = load_sweep(study, out)
     if plot is not None:
-        from fivtui.plotting import save_figure
-        from fivtui.sweeps import sweep_figure
-
-        save_figure(sweep_figure(result), plot, force=force)
-        say(f"wrote {plot}")
+        write("sweep", result, None, plot, force=force)
     if as_json:
         print_json(result.to_dict())
     elif out is None:
@@ -205,14 +199,7 @@ def tradeoff(scene: str, assignments: tuple[str, ...], **given: Any) -> None:
     """
     from dataclasses import replace
 
-    from fivtui.io import check_table_path
-    from fivtui.tradeoffs import (
-        cheapest_to_dict,
-        measure_tradeoff,
-        print_tradeoff,
-        save_tradeoff,
-        tradeoff_to_dict,
-    )
+    from fivtui.tradeoffs import cheapest_to_dict, measure_tradeoff, print_tradeoff
     from fivtui.transient import check_horizon
 
     out, plot, force = given["out"], given["plot"], given["force"]
@@ -222,21 +209,12 @@ def tradeoff(scene: str, assignments: tuple[str, ...], **given: Any) -> None:
         chosen = replace(chosen, t_end=check_horizon(given["t_end"]))
     if given["start"] is not None:
         chosen = replace(chosen, start=start_of(given["start"]))
-    check_data = partial(check_table_path, kind="trade-off", allowed=(".csv",))
-    check_outputs(out, plot, check_data, force=force)
+    check_outputs("trade-off", out, plot, force=force)
     with progress_bar("trade-off") as progress:
         result = measure_tradeoff(chosen, thorough=given["thorough"], progress=progress)
-    if out is not None:
-        save_tradeoff(result, out, force=force)
-        say(f"wrote {out}")
-    if plot is not None:
-        from fivtui.plotting import save_figure
-        from fivtui.tradeoffs import tradeoff_figure
-
-        save_figure(tradeoff_figure(result), plot, force=force)
-        say(f"wrote {plot}")
+    write("trade-off", result, out, plot, force=force)
     if given["as_json"]:
-        print_json({**tradeoff_to_dict(result), **cheapest_to_dict(result, targets)})
+        print_json({**result.to_dict(), **cheapest_to_dict(result, targets)})
     else:
         print_tradeoff(result, targets)
 
@@ -249,11 +227,8 @@ def extremes(as_json: bool) -> None:
     Each result is compared with a solution in quadruple precision: right, wrong, or refused where
     the method itself reports that it cannot go on or needs too many steps.
     """
-    from fivtui.assessment import print_stress_tests, run_stress_tests, stress_tests_to_dict
+    from fivtui.assessment import run_stress_tests
 
     with progress_bar("extremes") as progress:
         found = run_stress_tests(progress=progress)
-    if as_json:
-        print_json(stress_tests_to_dict(found))
-    else:
-        print_stress_tests(found)
+    show("extremes", found, as_json=as_json)

@@ -1,6 +1,5 @@
 """Commands that run one scene."""
 
-from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -8,9 +7,9 @@ from fivtui.model import InputError, Interval, parse_number
 
 from .arguments import Whole, option
 from .completion import METHOD_NAMES
+from .deliver import check_outputs, show, write
 from .group import commands
 from .options import (
-    check_outputs,
     error_option,
     error_targets_of,
     folder_option,
@@ -71,12 +70,11 @@ def simulate(**given: Any) -> None:
     """Compute one transient: peaks, separations, final state."""
     import numpy as np
 
-    from fivtui.io import check_table_path
     from fivtui.scene import print_run, scene_transient, verified_to_dict
 
     scene = _changed(scene_of(given["scene"], given["assignments"]), given)
     out, plot, force = given["out"], given["plot"], given["force"]
-    check_outputs(out, plot, partial(check_table_path, kind="trajectory"), force=force)
+    check_outputs("run", out, plot, force=force)
     stored = out is not None or plot is not None
     with progress_bar("transient") as progress:
         run = scene_transient(
@@ -86,22 +84,10 @@ def simulate(**given: Any) -> None:
         )
     result = run.transient
     _say_if_stiff(result)
-    if out is not None:
-        from fivtui.transient import save_trajectory
-
-        save_trajectory(result, out, force=force)
-        say(f"wrote {out}")
-    if plot is not None:
-        from fivtui.plotting import save_figure
-        from fivtui.transient import transient_figure
-
-        save_figure(transient_figure([result]), plot, force=force)
-        say(f"wrote {plot}")
+    write("run", result, out, plot, force=force)
     if given["as_json"]:
-        from fivtui.transient import transient_to_dict
-
         known = {} if run.verified is None else {"accuracy": verified_to_dict(run.verified)}
-        print_json({**transient_to_dict(result), **known})
+        print_json({**result.to_dict(), **known})
     else:
         print_run(result, run.verified)
 
@@ -152,10 +138,7 @@ def run(scene: str, out: Path | None, force: bool, as_json: bool, **given: Any) 
 
     They are its `outputs`: stability, transient and trajectory; nothing else is computed.
     """
-    from fivtui.equilibrium import print_stability, stability_to_dict
-    from fivtui.io import check_table_path
     from fivtui.scene import print_run, run_scene, verified_to_dict
-    from fivtui.transient import save_trajectory, transient_to_dict
 
     chosen = scene_of(scene, given["assignments"])
     if ("trajectory" in chosen.outputs) != (out is not None):
@@ -165,24 +148,22 @@ def run(scene: str, out: Path | None, force: bool, as_json: bool, **given: Any) 
             else "requires no trajectory; --out must not be given"
         )
         raise InputError(f"scene {chosen.name}: {wanted}")
-    check_outputs(out, None, partial(check_table_path, kind="trajectory"), force=force)
+    check_outputs("run", out, None, force=force)
     with progress_bar(chosen.name) as progress:
         result = run_scene(chosen, progress=progress)
     data: dict[str, Any] = {"scene": chosen.name}
     if result.stability is not None:
-        data["stability"] = stability_to_dict(result.stability)
+        data["stability"] = result.stability.to_dict()
     if result.run is not None:
-        data["transient"] = transient_to_dict(result.run.transient)
+        data["transient"] = result.run.transient.to_dict()
         if result.run.verified is not None:
             data["accuracy"] = verified_to_dict(result.run.verified)
-        if out is not None:
-            save_trajectory(result.run.transient, out, force=force)
-            say(f"wrote {out}")
+        write("run", result.run.transient, out, None, force=force)
     if as_json:
         print_json(data)
         return
     if result.stability is not None:
-        print_stability(result.stability, chosen.parameters)
+        show("stability", result.stability)
     if result.run is not None:
         print_run(result.run.transient, result.run.verified)
 
@@ -223,7 +204,7 @@ def accuracy(scene: str, assignments: tuple[str, ...], as_json: bool, **given: A
     """
     from dataclasses import replace
 
-    from fivtui.assessment import accuracy as judge, accuracy_to_dict, print_accuracy
+    from fivtui.assessment import accuracy as judge
 
     chosen = scene_of(scene, assignments)
     changes: dict[str, Any] = {
@@ -235,7 +216,4 @@ def accuracy(scene: str, assignments: tuple[str, ...], as_json: bool, **given: A
         changes["separation"] = False
     with progress_bar("accuracy") as progress:
         found = judge(replace(chosen, **changes), progress=progress)
-    if as_json:
-        print_json(accuracy_to_dict(found))
-    else:
-        print_accuracy(found)
+    show("accuracy", found, as_json=as_json)

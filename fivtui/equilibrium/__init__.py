@@ -10,17 +10,7 @@ if TYPE_CHECKING:
         growth_rate as growth_rate,
         stability as stability,
     )
-    from .figure import map_figure as map_figure, mode_figure as mode_figure
-    from .files import (
-        load_map as load_map,
-        map_to_dict as map_to_dict,
-        modes_over_mu as modes_over_mu,
-        save_map as save_map,
-        save_modes as save_modes,
-        stability_to_dict as stability_to_dict,
-    )
     from .map import StabilityMap as StabilityMap, stability_map as stability_map
-    from .report import print_map as print_map, print_stability as print_stability
     from .scan import ModeScan as ModeScan, mode_scan as mode_scan, scan_top as scan_top
 else:
     from fivtui.lazy import lazily

@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from fivtui.console import number, parameter_line, print_list
-from fivtui.model import PARAMETERS, Parameters
+from fivtui.model import PARAMETERS
 
 from .eigenvalues import Stability
 from .files import MAP_COLUMNS
@@ -16,11 +16,11 @@ if TYPE_CHECKING:
     from .modes import VibrationMode
 
 
-def print_stability(verdict: Stability, p: Parameters) -> None:
+def print_stability(verdict: Stability) -> None:
     """Print equilibrium, eigenvalues and critical friction coefficients."""
     point = verdict.equilibrium
     rows = [
-        ("parameters", parameter_line(p)),
+        ("parameters", parameter_line(verdict.parameters)),
         (
             "equilibrium",
             f"x={number(point.x)} m  y={number(point.y)} m  P={number(point.P)} N",

@@ -25,6 +25,7 @@ if TYPE_CHECKING:
     )
     from .finite import check_finite as check_finite, not_finite_error as not_finite_error
     from .locks import Locked as Locked, locked as locked
+    from .npz_format import npz_arrays as npz_arrays
     from .parquet_format import parquet_schema as parquet_schema
     from .reading import (
         MAX_TABLE as MAX_TABLE,

@@ -11,21 +11,16 @@ if TYPE_CHECKING:
     from .claims.check import (
         CLAIMS as CLAIMS,
         check_claims as check_claims,
-        claims_to_list as claims_to_list,
     )
     from .claims.claim import CheckedClaim as CheckedClaim, Claim as Claim
     from .claims.report import (
-        claims_csv as claims_csv,
         claims_markdown as claims_markdown,
-        print_claims as print_claims,
     )
     from .data import (
         DATA_COLUMNS as DATA_COLUMNS,
         FigureData as FigureData,
         FloatArray as FloatArray,
-        save_data as save_data,
     )
-    from .drawing import draw as draw
     from .export import (
         DEFAULT_FORMATS as DEFAULT_FORMATS,
         figure_numbers as figure_numbers,
@@ -33,6 +28,7 @@ if TYPE_CHECKING:
         save_figures as save_figures,
     )
     from .families import PANELS as PANELS, SEPARATION as SEPARATION, Panel as Panel
+    from .kinds import PanelOf as PanelOf
     from .results import PaperResults as PaperResults
     from .tables import critical_mu as critical_mu, modes as modes
 else:

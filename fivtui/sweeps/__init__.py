@@ -4,9 +4,8 @@ from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
     from .cluster import cluster_engine as cluster_engine
-    from .design import VARIABLES as VARIABLES, Axis as Axis, Design as Design, Range as Range
-    from .figure import check_drawable as check_drawable, sweep_figure as sweep_figure
-    from .files import read_sweep as read_sweep, save_sweep as save_sweep
+    from .design import VARIABLES as VARIABLES, Design as Design, Range as Range
+    from .figure import check_drawable as check_drawable
     from .report import SweepProgress as SweepProgress, print_sweep as print_sweep
     from .request import (
         parse_cases as parse_cases,
@@ -24,7 +23,7 @@ if TYPE_CHECKING:
         sweep_in_memory as sweep_in_memory,
         sweep_to_file as sweep_to_file,
     )
-    from .study import DEFAULT_OUTPUTS as DEFAULT_OUTPUTS, OUTPUTS as OUTPUTS, Study as Study
+    from .study import OUTPUTS as OUTPUTS, Study as Study
 else:
     from fivtui.lazy import lazily
 

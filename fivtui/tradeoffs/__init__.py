@@ -3,12 +3,8 @@
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
-    from .figure import tradeoff_figure as tradeoff_figure
     from .files import (
         cheapest_to_dict as cheapest_to_dict,
-        load_tradeoff as load_tradeoff,
-        save_tradeoff as save_tradeoff,
-        tradeoff_to_dict as tradeoff_to_dict,
     )
     from .measure import (
         Tradeoff as Tradeoff,

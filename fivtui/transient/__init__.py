@@ -19,10 +19,7 @@ if TYPE_CHECKING:
     )
     from .figure import run_labels as run_labels, transient_figure as transient_figure
     from .files import (
-        load_trajectory as load_trajectory,
-        save_trajectory as save_trajectory,
         trajectory_of as trajectory_of,
-        transient_to_dict as transient_to_dict,
     )
     from .hermite import segment_between as segment_between
     from .methods import (
@@ -59,12 +56,6 @@ if TYPE_CHECKING:
         resolve_start as resolve_start,
     )
     from .result import (
-        ContactForce as ContactForce,
-        Events as Events,
-        FinalState as FinalState,
-        Peak as Peak,
-        Stats as Stats,
-        Steady as Steady,
         Transient as Transient,
     )
     from .stiffness import (

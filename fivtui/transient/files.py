@@ -1,18 +1,34 @@
 """Results in files and as plain data, with units and provenance and without loss of precision."""
 
+import json
+from collections.abc import Mapping
 from dataclasses import asdict
 from pathlib import Path
-from typing import Any, Final
+from typing import Any, BinaryIO, Final
 
 import numpy as np
 
-from fivtui.io import Columns, check_finite, not_finite_error, read_columns, write_table
-from fivtui.model import InputError, Mode
+from fivtui.io import (
+    Columns,
+    check_finite,
+    not_finite_error,
+    npz_arrays,
+    opened,
+    read_columns,
+    read_header,
+    write_atomically,
+    write_table,
+)
+from fivtui.model import InputError, Mode, Parameters
 
-from .result import Transient
+from .methods import takes_step
+from .result import ContactForce, Events, FinalState, Peak, Stats, Steady, Transient
 from .trajectory import COLUMNS, Trajectory
 
 _KIND: Final = "trajectory"
+_SAID: Final = "transient"
+_SWITCHES: Final = "switch_times"
+_FIRST_MODE: Final = "first_mode"
 
 
 def transient_to_dict(transient: Transient) -> dict[str, Any]:
@@ -162,3 +178,134 @@ def _trajectory(columns: Columns) -> Trajectory:
         for name, values in columns.items()
     }
     return Trajectory(**arrays)
+
+
+def load_transient(path: Path) -> Transient:
+    """Read a transient from a trajectory file that fivtui wrote.
+
+    Parameters
+    ----------
+    path : Path
+        The file; it says what was computed.
+
+    Returns
+    -------
+    Transient
+        Its extremes are those of the samples; switching times are interpolated between them.
+
+    Raises
+    ------
+    InputError
+        If the file is not a trajectory, or does not say what was computed.
+    """
+    motion, known = load_trajectory(path), read_header(path, _KIND)
+    try:
+        return _from_samples(known, motion)
+    except InputError as error:
+        raise InputError(f"{path}: {error}") from None
+    except (KeyError, ValueError, TypeError, AttributeError):
+        raise InputError(
+            f"{path}: does not say what was computed; fivtui did not write it"
+        ) from None
+
+
+def _from_samples(known: Mapping[str, Any], motion: Trajectory) -> Transient:
+    off = motion.mode == Mode.SEPARATED
+    edges = np.flatnonzero(off[1:] != off[:-1])
+    switches = _crossings(motion, edges)
+    separations = int(np.count_nonzero(off[1:][edges]))
+    late = motion.y[motion.t >= 0.5 * motion.t[-1]]
+    y_max, y_min = float(motion.y.max()), float(motion.y.min())
+    first, last = (float(switches[0]), float(switches[-1])) if switches.size else (None, None)
+    bounds = np.concatenate(([motion.t[0]], switches, [motion.t[-1]]))
+    separated = np.diff(bounds)[0 if off[0] else 1 :: 2]
+    return Transient(
+        **_scene_of(known, _step_of(known)),
+        final=FinalState(
+            *(float(values[-1]) for values in (motion.t, motion.x, motion.vx, motion.y, motion.vy))
+        ),
+        peak=Peak(
+            y_abs=max(y_max, -y_min),
+            y_max=y_max,
+            y_min=y_min,
+            x_abs=float(np.abs(motion.x).max()),
+            vx_max=float(motion.vx.max()),
+        ),
+        steady=Steady(y_half_range=0.5 * float(late.max() - late.min())),
+        contact_force=ContactForce(min=float(motion.P.min()), max=float(motion.P.max())),
+        events=Events(
+            separations=separations,
+            reattachments=switches.size - separations,
+            separated_time=float(separated.sum()),
+            first=first,
+            last=last,
+        ),
+        stats=Stats(steps=motion.t.size - 1),
+        switch_times=switches,
+        first_mode=Mode.SEPARATED if off[0] else Mode.CONTACT,
+        trajectory=motion,
+    )
+
+
+def _step_of(known: Mapping[str, Any]) -> float | None:
+    method, step = str(known["method"]), known.get("step")
+    return step if method == "fmu" or takes_step(method) else None
+
+
+def _crossings(
+    motion: Trajectory, edges: np.ndarray[Any, np.dtype[np.intp]]
+) -> np.ndarray[Any, np.dtype[np.float64]]:
+    # Zero crossings of y between samples of different mode, by linear interpolation.
+    before, after = motion.y[edges], motion.y[edges + 1]
+    with np.errstate(divide="ignore", invalid="ignore"):
+        share = np.where(before == after, 0.5, before / (before - after))
+    times = motion.t[edges] + np.clip(share, 0.0, 1.0) * (motion.t[edges + 1] - motion.t[edges])
+    crossings: np.ndarray[Any, np.dtype[np.float64]] = times
+    return crossings
+
+
+def store_transient(transient: Transient, path: Path) -> None:
+    """Write all of a transient but its solution, exactly, to an ``.npz`` file; replaces a file."""
+    said = {**transient_to_dict(transient), _FIRST_MODE: int(transient.first_mode)}
+    arrays: dict[str, Any] = trajectory_of(transient).to_columns()
+    arrays |= {_SAID: np.array(json.dumps(said)), _SWITCHES: transient.switch_times}
+
+    def write(file: BinaryIO) -> None:
+        np.savez(file, **arrays)
+
+    write_atomically(path, write, force=True)
+
+
+def restore_transient(path: Path) -> Transient:
+    """Read what `store_transient` wrote; `InputError` if the file is damaged."""
+    try:
+        with opened(path) as file, npz_arrays(file) as archive:
+            arrays = {name: archive[name] for name in archive.files}
+        said = json.loads(str(arrays[_SAID]))
+        return Transient(
+            **_scene_of(said, said["step"]),
+            final=FinalState(**said["final"]),
+            peak=Peak(**said["peak"]),
+            steady=Steady(**said["steady"]),
+            contact_force=ContactForce(**said["contact_force"]),
+            events=Events(**said["events"]),
+            stats=Stats(**said["stats"]),
+            switch_times=arrays[_SWITCHES],
+            first_mode=Mode(said[_FIRST_MODE]),
+            trajectory=Trajectory(*(arrays[column.name] for column in COLUMNS)),
+        )
+    except (InputError, ValueError, KeyError, TypeError):
+        raise InputError(f"{path}: damaged") from None
+
+
+def _scene_of(said: Mapping[str, Any], step: float | None) -> dict[str, Any]:
+    x, vx, y, vy = (float(value) for value in said["start"])
+    return {
+        "parameters": Parameters().with_values(said["parameters"]),
+        "separation": bool(said["separation"]),
+        "start": (x, vx, y, vy),
+        "t_end": float(said["t_end"]),
+        "method": str(said["method"]),
+        "tol": float(said["tol"]),
+        "step": step,
+    }

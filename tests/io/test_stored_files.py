@@ -9,9 +9,11 @@ import pytest
 from fivtui.equilibrium.files import load_map
 from fivtui.io.csv_format import read_csv
 from fivtui.io.tables import FORMATS, read_columns, read_header
+from fivtui.model import InputError
+from fivtui.studies import kind_of, load_study
 from fivtui.sweeps.files import read_sweep
 from fivtui.tradeoffs.files import load_tradeoff, tradeoff_to_dict
-from fivtui.transient.files import load_trajectory
+from fivtui.transient.files import load_trajectory, restore_transient
 
 STORED = Path(__file__).parents[1] / "data" / "stored"
 
@@ -70,6 +72,34 @@ def test_a_stored_table_is_read(suffix: str, kind: str, columns: list[str], key:
     for name, values in read_columns(other, kind).items():
         np.testing.assert_array_equal(found[name], values)
     assert read_header(path, kind)[key] == read_header(other, kind)[key]
+
+
+def test_a_run_that_the_laboratory_kept_is_read() -> None:
+    found = restore_transient(STORED / "kept-run.npz")
+    assert found.method == "rk4"
+    assert found.stats.cpu_s == 0.125
+    assert found.trajectory is not None
+    assert found.trajectory.t.size == 31
+    assert found.final.t == 0.6
+
+
+@pytest.mark.parametrize(
+    ("stem", "kind"),
+    [("run", "run"), ("map", "map"), ("sweep", "sweep"), ("tradeoff", "trade-off")],
+)
+def test_a_stored_file_is_told_by_what_it_says(stem: str, kind: str) -> None:
+    paths = list(STORED.glob(f"{stem}.*"))
+    assert paths
+    for path in paths:
+        assert kind_of(path) == kind
+        assert type(load_study(kind, path)) is type(load_study(kind, paths[0]))
+
+
+@pytest.mark.parametrize("stem", ["modes", "branches", "basin", "figure"])
+def test_a_stored_file_that_is_not_read_is_refused(stem: str) -> None:
+    for path in STORED.glob(f"{stem}.*"):
+        with pytest.raises(InputError, match="not a run, sweep, trade-off or map"):
+            kind_of(path)
 
 
 def test_stored_outputs_and_events_of_an_fmu_are_read() -> None:

@@ -62,7 +62,7 @@ def go_on(path: Path) -> None:
     run = session.runs.start(BASE)
     session.runs.finish(run, RunOutcome(RESULT))
     over = {"mu": np.linspace(0.0, 1.0, 3), "F": np.linspace(10.0, 20.0, 2)}
-    session.studies.map = DisplayedStudy(stability_map(BASE.parameters, over), "base")
+    session.studies.put("map", DisplayedStudy(stability_map(BASE.parameters, over), "base"))
     autosave.save(state_of(session, ""))
     autosave.close(state_of(session, ""))
 
@@ -95,7 +95,7 @@ def kill_sessions(folder: Path) -> int:
         assert code in (0, -signal.SIGKILL), code
         session = look(path)
         assert [run.number for run in session.runs] in ([1], [], [2])
-        assert session.studies.map is not None
+        assert session.studies.get("map") is not None
         assert child(lambda: go_on(path)) == 0
         assert not list(path.parent.rglob("*.tmp"))
         return code != 0

@@ -9,7 +9,8 @@ from textual.screen import Screen
 from fivtui.io import check_apart
 from fivtui.model import InputError
 from fivtui.scene import Scene, load_scene, scene_file
-from fivtui.tui.persistence import RUN, check_readable, kind_of, load_run, load_study
+from fivtui.studies import check_readable, kind_of
+from fivtui.tui.persistence import load_run, load_study
 from fivtui.tui.session import DisplayedStudy, Session
 from fivtui.tui.tabs import (
     Export,
@@ -156,7 +157,7 @@ class FileController:
         def work() -> None:
             try:
                 kind = kind_of(path)
-                if kind == RUN:
+                if kind == "run":
                     message: Message = RunRead(path, *load_run(path))
                 else:
                     study = DisplayedStudy(load_study(kind, path), path.stem, str(path))

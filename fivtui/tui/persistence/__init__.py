@@ -4,13 +4,7 @@ from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
     from .autosave import Autosave as Autosave
-    from .imports import (
-        RUN as RUN,
-        check_readable as check_readable,
-        kind_of as kind_of,
-        load_run as load_run,
-        load_study as load_study,
-    )
+    from .imports import load_run as load_run, load_study as load_study
     from .slots import Slot as Slot
     from .snapshot import (
         restore_results as restore_results,

@@ -2,38 +2,26 @@
 
 import re
 import secrets
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from contextlib import suppress
-from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, Final
 
 from fivtui.model import ComputationError, InputError
+from fivtui.studies import STUDIES, study
 from fivtui.tui.session import DisplayedStudy, Run, StoredResult
 
-from .imports import MAP, SWEEP, TRADEOFF
 from .state_file import put_aside
 
 # Maximum size of a stored result, bytes: reads quickly.
 _MOST: Final = 20_000_000
-_NUMBER_BYTES: Final = 8
-_TEXT_BYTES: Final = 20
 _RUN: Final = "run"
-_OWN: Final = re.compile(r"(run|sweep|map|tradeoff)-[0-9a-f]{16}\.\w+")
+_OWN: Final = re.compile(r"([a-z]+)-[0-9a-f]{16}\.\w+")
 
 
 class _NotKept(InputError):
     # A result that is not stored on purpose.
     pass
-
-
-@dataclass(frozen=True, slots=True)
-class _Form:
-    # File format of a kind of result, and its approximate size in bytes.
-    suffix: str
-    size: Callable[[Any], int]
-    save: Callable[[Any, Path], None]
-    load: Callable[[Path], Any]
 
 
 class ResultStore:
@@ -97,7 +85,11 @@ class ResultStore:
 
     def _write(self, key: str, result: object) -> StoredResult:
         kind, value, name, source = _parts(result, key)
-        form = _FORMS[kind]
+        form = study(kind).stored
+        if form is None:
+            raise TypeError(f"{kind}: {type(value)}")
+        if why := form.unfinished(value):
+            raise _NotKept(why)
         size = form.size(value)
         if size > _MOST:
             raise _NotKept(f"it takes {size / 1e6:.0f} MB; the limit is {_MOST / 1e6:.0f} MB")
@@ -117,13 +109,16 @@ class ResultStore:
         kind = _kind(key)
         path = self.folder / kept.file
         try:
-            if _OWN.fullmatch(kept.file) is None:
+            if not _is_own(kept.file):
                 raise InputError("not the name of a file of this session")
-            value = _FORMS[kind].load(path)
+            form = study(kind).stored
+            if form is None:
+                raise InputError("no result that is kept")
+            value = form.load(path)
         except InputError as error:
             why = str(error).removeprefix(f"{path}: ")
             self._ours.discard(kept.file)
-            own = _OWN.fullmatch(kept.file) is not None
+            own = _is_own(kept.file)
             where = f"; {put_aside(path)}" if aside and own and path.exists() else ""
             raise InputError(
                 f"the {key.replace('-', ' ') if kind == _RUN else key} of the last session could "
@@ -137,10 +132,15 @@ class ResultStore:
     def remove_others(self, files: Mapping[str, StoredResult]) -> None:
         """Remove files of this session that are not in `files`."""
         for name in self._ours - {kept.file for kept in files.values()}:
-            if _OWN.fullmatch(name):
+            if _is_own(name):
                 with suppress(OSError):
                     (self.folder / name).unlink(missing_ok=True)
             self._ours.discard(name)
+
+
+def _is_own(name: str) -> bool:
+    found = _OWN.fullmatch(name)
+    return found is not None and found[1] in {kind.replace("-", "") for kind in STUDIES}
 
 
 def _kind(key: str) -> str:
@@ -153,73 +153,3 @@ def _parts(result: object, key: str) -> tuple[str, Any, str, str]:
     if not isinstance(result, DisplayedStudy):
         raise TypeError(f"{key}: {type(result)}")
     return key, result.value, result.name, result.source
-
-
-def _run_size(value: Any) -> int:
-    return 0 if value.trajectory is None else 7 * _NUMBER_BYTES * int(value.trajectory.t.size)
-
-
-def _save_run(value: Any, path: Path) -> None:
-    from .runs import save_kept_run
-
-    save_kept_run(value, path)
-
-
-def _load_run(path: Path) -> Any:
-    from .runs import load_kept_run
-
-    return load_kept_run(path)
-
-
-def _save_sweep(value: Any, path: Path) -> None:
-    from fivtui.sweeps import save_sweep
-
-    if len(value.table.reasons) < value.study.members:
-        raise _NotKept("it is incomplete")
-    save_sweep(value, path)
-
-
-def _load_sweep(path: Path) -> Any:
-    from fivtui.sweeps import read_sweep
-
-    return read_sweep(path)
-
-
-def _save_map(value: Any, path: Path) -> None:
-    from fivtui.equilibrium import save_map
-
-    save_map(value, path)
-
-
-def _load_map(path: Path) -> Any:
-    from fivtui.equilibrium import load_map
-
-    return load_map(path)
-
-
-def _save_tradeoff(value: Any, path: Path) -> None:
-    from fivtui.io import save_json
-    from fivtui.tradeoffs import tradeoff_to_dict
-
-    save_json(tradeoff_to_dict(value), path)
-
-
-def _load_tradeoff(path: Path) -> Any:
-    from fivtui.tradeoffs import load_tradeoff
-
-    return load_tradeoff(path)
-
-
-_FORMS: Final[Mapping[str, _Form]] = {
-    _RUN: _Form(".npz", _run_size, _save_run, _load_run),
-    SWEEP: _Form(
-        ".csv",
-        lambda value: _TEXT_BYTES * len(value.table.reasons) * len(value.columns),
-        _save_sweep,
-        _load_sweep,
-    ),
-    MAP: _Form(
-        ".npz", lambda value: 3 * _NUMBER_BYTES * int(value.values.size), _save_map, _load_map
-    ),
-    TRADEOFF: _Form(".json", lambda _: 0, _save_tradeoff, _load_tradeoff),
-}

@@ -9,7 +9,6 @@ from fivtui.tui.session import Run, RunState, RunStyle, Session, StoredResult
 from .state_file import SavedRun, SavedRuns, State
 
 _RUN: Final = "run-"
-_STUDIES: Final = ("sweep", "map", "trade-off")
 
 
 def state_of(session: Session, theme: str) -> State:
@@ -22,10 +21,8 @@ def state_of(session: Session, theme: str) -> State:
             results[key] = run
         elif key in session.unread:
             results[key] = session.unread[key]
-    for kind in _STUDIES:
-        known = session.studies.get(kind) or session.unread.get(kind)
-        if known is not None:
-            results[kind] = known
+    results |= {k: kept for k, kept in session.unread.items() if not k.startswith(_RUN)}
+    results |= session.studies.known
     return State(
         session.edited,
         session.recent,
@@ -82,7 +79,7 @@ def restore_results(session: Session, results: Mapping[str, Any]) -> None:
     """Give a session the results read from files; None for a result that could not be read."""
     for key, result in results.items():
         session.unread.pop(key, None)
-        if key in _STUDIES:
+        if not key.startswith(_RUN):
             # A result computed since the start is newer.
             if result is not None and session.studies.get(key) is None:
                 session.studies.put(key, result)

@@ -12,6 +12,7 @@ from typing import Any, Final
 from fivtui.io import save_json
 from fivtui.model import InputError
 from fivtui.scene import Scene, scene_from_dict, scene_to_dict
+from fivtui.studies import STUDIES
 from fivtui.tui.chart import Axis, View
 from fivtui.tui.session import FIELDS, Edited, RunState, StoredResult
 
@@ -240,7 +241,7 @@ def _state(data: Any) -> State:
         results={
             str(key): StoredResult(**kept)
             for key, kept in data["results"].items()
-            if re.fullmatch(r"run-[1-9][0-9]*|sweep|map|trade-off", key)
+            if re.fullmatch(r"run-[1-9][0-9]*", key) or (key in STUDIES and key != "run")
         },
         notes={str(key): str(note) for key, note in data["notes"].items()},
     )

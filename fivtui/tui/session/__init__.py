@@ -3,15 +3,7 @@
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
-    from .command_lines import (
-        CLAIMS_LINE as CLAIMS_LINE,
-        figure_line as figure_line,
-        map_line as map_line,
-        stability_line as stability_line,
-        sweep_line as sweep_line,
-        tradeoff_line as tradeoff_line,
-        transient_line as transient_line,
-    )
+    from .command_lines import study_line as study_line
     from .comparison import (
         change_rows as change_rows,
         changes as changes,
@@ -53,7 +45,6 @@ if TYPE_CHECKING:
     from .scene_differences import base_scene as base_scene, differences as differences
     from .scenes_of_paper import paper_scenes as paper_scenes
     from .session import Session as Session
-    from .steps import number_text as number_text
     from .studies import (
         CHARTS as CHARTS,
         DisplayedStudy as DisplayedStudy,

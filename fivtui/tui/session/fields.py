@@ -11,6 +11,7 @@ from fivtui.model import (
     parse_number,
     unknown_name,
 )
+from fivtui.ranges import number_text
 from fivtui.scene import Accuracy, Scene
 from fivtui.simulation import ALL_METHODS
 from fivtui.transient import (
@@ -30,7 +31,7 @@ from fivtui.transient import (
 )
 
 from .equations import equations_with
-from .steps import Step, by_decade, by_digit, number_text
+from .steps import Step, by_decade, by_digit
 
 CONSIDERED: Final = "considered"
 IGNORED: Final = "ignored"

@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING, Final, cast
 
 from fivtui.equilibrium import Stability, stability
 from fivtui.model import PARAMETERS, InputError, Parameters
+from fivtui.ranges import number_text
 from fivtui.scene import Accuracy, Scene
 from fivtui.transient import METHODS, Start, takes_step
 from fivtui.tui.chart import View
@@ -15,7 +16,6 @@ from .fields import CONSIDERED, FIELDS
 from .report import Coexisting
 from .runs import FMU_ENGINE, FMU_METHOD, Run, Runs, engine_of
 from .scene_differences import differences
-from .steps import number_text
 from .studies import DisplayedStudies
 
 if TYPE_CHECKING:
@@ -213,6 +213,6 @@ class Session(Editing):
 
     def command_line(self) -> str:
         """The command for the edited transient; raises `InputError` if a field is invalid."""
-        from .command_lines import transient_line
+        from .command_lines import study_line
 
-        return transient_line(self.scene(), self.origin)
+        return study_line("run", self.scene(), self.origin)

@@ -1,6 +1,5 @@
 """Steps by which keys change a number. Imports no Textual."""
 
-import math
 from collections.abc import Callable
 from decimal import Decimal
 
@@ -30,11 +29,3 @@ def by_digit(default: float) -> Step:
 def by_decade(value: float, direction: int, _fine: bool) -> float:
     """Steps by a factor of ten."""
     return float(Decimal(repr(value)).scaleb(direction))
-
-
-def number_text(value: float) -> str:
-    """The shortest text of exactly this number, without a trailing ``.0``."""
-    if value == 0.0:
-        return "0"
-    brief = f"{value:.12g}"
-    return brief if float(brief) == value and math.isfinite(value) else repr(value)

@@ -1,14 +1,12 @@
 """Results displayed in the tabs of studies. Imports no Textual."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any, Final, Generic, TypeVar
 
 from fivtui.model import InputError
 
 if TYPE_CHECKING:
-    from fivtui.equilibrium import StabilityMap
-    from fivtui.sweeps import Study, Sweep
-    from fivtui.tradeoffs import Tradeoff
+    from fivtui.sweeps import Study
 
 T = TypeVar("T")
 
@@ -27,30 +25,20 @@ class DisplayedStudy(Generic[T]):
 
 @dataclass(slots=True)
 class DisplayedStudies:
-    """The displayed results; None where there is nothing.
+    """The displayed results by kind of study; a sweep may be incomplete."""
 
-    Attributes
-    ----------
-    sweep : DisplayedStudy of Sweep
-        May be incomplete.
-    map : DisplayedStudy of StabilityMap
-        A map read from a file; the computed one follows the form.
-    tradeoff : DisplayedStudy of Tradeoff
-        Measured here or read from a file.
-    """
+    known: dict[str, DisplayedStudy[Any]] = field(default_factory=dict)
 
-    sweep: "DisplayedStudy[Sweep] | None" = None
-    map: "DisplayedStudy[StabilityMap] | None" = None
-    tradeoff: "DisplayedStudy[Tradeoff] | None" = None
+    def put(self, kind: str, study: DisplayedStudy[Any] | None) -> None:
+        """Display a result, or nothing, in the tab of a kind of study."""
+        if study is None:
+            self.known.pop(kind, None)
+        else:
+            self.known[kind] = study
 
-    def put(self, kind: str, study: "DisplayedStudy[Any]") -> None:
-        """Display a result in a tab, such as ``trade-off``."""
-        setattr(self, kind.replace("-", ""), study)
-
-    def get(self, kind: str) -> "DisplayedStudy[Any] | None":
-        """The result displayed in a tab, such as ``trade-off``."""
-        study: DisplayedStudy[Any] | None = getattr(self, kind.replace("-", ""))
-        return study
+    def get(self, kind: str) -> DisplayedStudy[Any] | None:
+        """The result displayed in the tab of a kind of study."""
+        return self.known.get(kind)
 
 
 def check_drawable(study: "Study") -> None:

@@ -11,7 +11,7 @@ from textual.widgets import Button, Input
 
 from fivtui.model import InputError, Parameters
 from fivtui.tui.chart import ChartView
-from fivtui.tui.session import Job, Session, map_line
+from fivtui.tui.session import Job, Session, study_line
 
 from .charts.map import (
     EXAMPLE,
@@ -23,8 +23,7 @@ from .charts.map import (
     point_words,
     values_in,
 )
-from .exports.export import Export, as_displayed
-from .exports.studies import map_export
+from .exports.export import Export, as_displayed, scene_study_export
 from .job_pane import JobPane
 from .messages import PointOpened
 
@@ -68,13 +67,13 @@ class MapPane(JobPane):
     @property
     def _result(self) -> "StabilityMap | None":
         # A map read from a file stays until another one is computed.
-        read = self.session.studies.map
+        read = self.session.studies.get("map")
         return self._computed if read is None else read.value
 
     def scene_changed(self) -> None:
         """Recompute the map if another parameter has changed."""
         self.draw()
-        read = self.session.studies.map
+        read = self.session.studies.get("map")
         if read is not None:
             self.stop()
             self.say(f"read from {read.source}; F10 maps the edited scene")
@@ -96,7 +95,7 @@ class MapPane(JobPane):
         self.scene_changed()
 
     def _again(self) -> None:
-        if self.session.studies.map is not None:
+        if self.session.studies.get("map") is not None:
             return
         try:
             self.begin()
@@ -130,7 +129,8 @@ class MapPane(JobPane):
 
             return stability_map(p, over, value, separation=separation, progress=job.report)
 
-        self._key, self.session.studies.map = key, None
+        self._key = key
+        self.session.studies.put("map", None)
         self.start(compute)
 
     def take(self, result: "StabilityMap") -> None:
@@ -181,15 +181,15 @@ class MapPane(JobPane):
 
     def export(self, what: str) -> Export:
         """The map; its figure as displayed."""
-        read, result = self.session.studies.map, self._result
+        read, result = self.session.studies.get("map"), self._result
         if result is None:
             raise InputError(_NOTHING)
         name = self.session.name if read is None else read.name
-        return as_displayed(map_export(what, name, result), self.visible_charts())
+        return as_displayed(scene_study_export(what, "map", result, name), self.visible_charts())
 
     def command_line(self) -> str:
         """The command that computes the map."""
         result = self._result
         if result is None:
             raise InputError(_NOTHING)
-        return map_line(result, self.session.origin)
+        return study_line("map", result, self.session.origin)

@@ -77,11 +77,11 @@ class Pane(Vertical):
         InputError
             If a field is invalid, or no command can compute this.
         """
-        from fivtui.tui.session import transient_line
+        from fivtui.tui.session import study_line
 
         run = self.session.runs.displayed
         scene = self.session.scene() if run is None else run.scene
-        return transient_line(scene, self.session.origin)
+        return study_line("run", scene, self.session.origin)
 
     def reported(self) -> None:
         """Called when `session.reports` has grown."""

@@ -10,17 +10,17 @@ from textual.containers import Vertical
 from textual.widgets import DataTable, Static
 
 from fivtui.model import Cancelled, InputError
+from fivtui.studies import study
 from fivtui.tui.chart import ChartView
-from fivtui.tui.session import CLAIMS_LINE, Job, Session, figure_line
+from fivtui.tui.session import Job, Session, study_line
 
-from .exports.export import DATA, FIGURE, KINDS, Export, as_displayed
-from .exports.studies import claims_export, paper_export
+from .exports.export import DATA, FIGURE, KINDS, Export, as_displayed, study_export
 from .job_pane import JobPane
 from .messages import RunRequested, SceneLoaded
 from .tables import ListTable
 
 if TYPE_CHECKING:
-    from fivtui.paper import CheckedClaim, FigureData, PaperResults
+    from fivtui.paper import CheckedClaim, FigureData, PanelOf, PaperResults
 
 
 _SHOWN: Final = "figure"
@@ -83,6 +83,11 @@ class PaperPane(JobPane):
         if self._study is None:
             self._study = PaperResults()
         return self._study
+
+    def _panel(self, key: str) -> "PanelOf":
+        from fivtui.paper import PanelOf
+
+        return PanelOf(key, self._source())
 
     # The lists
 
@@ -219,20 +224,25 @@ class PaperPane(JobPane):
                 raise InputError(f"claims have no figure: {KINDS[DATA]} exports them")
             if not self._checked:
                 raise InputError("no claims to export yet: press F10")
-            return claims_export(list(self._checked.values()))
+            return study_export(what, "claims", list(self._checked.values()), "claims")
         key = self._chosen
         if key not in self._computed:
             which = f"Fig. {key} is not computed yet" if key else "no figure is selected yet"
             raise InputError(f"{which}: Enter in the list of figures computes it")
-        return as_displayed(paper_export(what, key, self._source()), self.visible_charts())
+        panel = self._panel(key)
+        if what == FIGURE:
+            number = panel.number
+            whole = study_export(what, "figure", panel, f"fig-{number:02d}", f"Fig. {number}")
+            return as_displayed(whole, self.visible_charts())
+        return study_export(what, "figure", panel, study("figure").stem(panel), f"Fig. {key}")
 
     def command_line(self) -> str:
         """The command for the selected figure, or the claims."""
         if self.view == "claims":
-            return CLAIMS_LINE
+            return study_line("claims", None, self.session.origin)
         if not self._chosen:
             raise InputError("no figure is chosen yet: Enter in the list of figures computes one")
-        return figure_line(int(self._chosen.rstrip("ab")))
+        return study_line("figure", self._panel(self._chosen), self.session.origin)
 
     def action_open_scene_of(self) -> None:
         """Load the scene of the selected figure."""

@@ -13,8 +13,9 @@ from textual.worker import get_current_worker
 
 from fivtui.equilibrium import ModeScan, Stability, mode_scan, scan_top
 from fivtui.model import Cancelled, ComputationError, InputError, Parameters
+from fivtui.ranges import number_text
 from fivtui.tui.chart import ChartView
-from fivtui.tui.session import Session, base_scene, number_text, stability_rows
+from fivtui.tui.session import Session, base_scene, stability_rows
 
 from .charts.stability import frequency_chart, growth_chart, plane_chart
 from .messages import PointOpened
@@ -141,20 +142,17 @@ class StabilityPane(ViewsPane):
 
     def export(self, what: str) -> "Export":
         """The displayed charts, or the modes over μ and eigenvalues as data."""
-        from .exports.export import as_displayed
-        from .exports.studies import stability_export
+        from .exports.export import as_displayed, scene_study_export
 
         if self._now is None:
             raise InputError(f"no stability to export: {self._why}")
-        whole = stability_export(
-            what, self.session.name, *self._now, separation=self.session.separation
-        )
+        whole = scene_study_export(what, "stability", self._now[1], self.session.name)
         return as_displayed(whole, self.visible_charts())
 
     def command_line(self) -> str:
         """The command for the edited parameters' stability."""
-        from fivtui.tui.session import stability_line
+        from fivtui.tui.session import study_line
 
         p = self.session.parameters()
         scene = replace(base_scene(), parameters=p, separation=self.session.separation)
-        return stability_line(scene, self.session.origin)
+        return study_line("stability", scene, self.session.origin)

@@ -12,7 +12,7 @@ from textual.widgets import Input, Static
 
 from fivtui.model import PARAMETERS, InputError
 from fivtui.tui.chart import ChartView
-from fivtui.tui.session import DisplayedStudy, Job, Session, sweep_line
+from fivtui.tui.session import DisplayedStudy, Job, Session, study_line
 
 from .charts.sweep import (
     EXAMPLE,
@@ -28,8 +28,7 @@ from .charts.sweep import (
     sweep_parts,
     sweep_request,
 )
-from .exports.export import Export, as_displayed
-from .exports.studies import sweep_export
+from .exports.export import Export, as_displayed, scene_study_export
 from .job_pane import JobPane
 from .messages import PointOpened
 
@@ -87,12 +86,12 @@ class SweepPane(JobPane):
 
     def _show(self, result: "Sweep | None") -> None:
         name = self.session.name
-        self.session.studies.sweep = None if result is None else DisplayedStudy(result, name)
+        self.session.studies.put("sweep", None if result is None else DisplayedStudy(result, name))
         self._catch_up()
 
     def _catch_up(self) -> None:
         # The session's sweep was computed here, read from a file, or restored.
-        displayed = self.session.studies.sweep
+        displayed = self.session.studies.get("sweep")
         if displayed is not self._drawn:
             if displayed is not None and displayed.source:
                 self.stop()
@@ -172,20 +171,21 @@ class SweepPane(JobPane):
 
     def export(self, what: str) -> Export:
         """The sweep if it is complete; its figure as displayed."""
-        displayed = self.session.studies.sweep
+        displayed = self.session.studies.get("sweep")
         if displayed is None:
             raise InputError(_NOTHING)
         if len(displayed.value.table.reasons) < displayed.value.study.members:
             raise InputError(_PARTIAL)
         return as_displayed(
-            sweep_export(what, displayed.name, displayed.value), self.visible_charts()
+            scene_study_export(what, "sweep", displayed.value, displayed.name),
+            self.visible_charts(),
         )
 
     def command_line(self) -> str:
         """The command for the displayed sweep, or else the one to compute."""
-        displayed = self.session.studies.sweep
+        displayed = self.session.studies.get("sweep")
         if displayed is None:
             study = sweep_request(self.session.scene(), self.query_one("#vary", Input).value)
         else:
             study = displayed.value.study
-        return sweep_line(study, self.session.origin)
+        return study_line("sweep", study, self.session.origin)

@@ -11,11 +11,10 @@ from textual.widgets import Button, Static
 from fivtui.model import InputError
 from fivtui.scene import Scene
 from fivtui.tui.chart import ChartView
-from fivtui.tui.session import DisplayedStudy, Job, Session, tradeoff_line
+from fivtui.tui.session import DisplayedStudy, Job, Session, study_line
 
 from .charts.tradeoff import COLUMNS, TITLES, present_row, present_words, table_rows, tradeoff_chart
-from .exports.export import Export, as_displayed
-from .exports.studies import tradeoff_export
+from .exports.export import Export, as_displayed, scene_study_export
 from .job_pane import JobPane
 from .tables import ListTable
 
@@ -69,18 +68,18 @@ class TradeoffPane(JobPane):
 
     def take(self, result: "Tradeoff") -> None:
         """Display the measurement."""
-        self.session.studies.tradeoff = DisplayedStudy(result, result.scene.name)
+        self.session.studies.put("trade-off", DisplayedStudy(result, result.scene.name))
         self.scene_changed()
 
     @property
     def _result(self) -> "Tradeoff | None":
         # Measured here, read from a file, or restored.
-        displayed = self.session.studies.tradeoff
+        displayed = self.session.studies.get("trade-off")
         return None if displayed is None else displayed.value
 
     def scene_changed(self) -> None:
         """Display what the edited setting delivers."""
-        displayed = self.session.studies.tradeoff
+        displayed = self.session.studies.get("trade-off")
         if displayed is not None:
             if displayed is not self._last and displayed.source:
                 self.stop()
@@ -130,18 +129,19 @@ class TradeoffPane(JobPane):
 
     def export(self, what: str) -> Export:
         """The measurement; its chart as displayed."""
-        displayed = self.session.studies.tradeoff
+        displayed = self.session.studies.get("trade-off")
         if displayed is None:
             raise InputError(_NOTHING)
         return as_displayed(
-            tradeoff_export(what, displayed.name, displayed.value), self.visible_charts()
+            scene_study_export(what, "trade-off", displayed.value, displayed.name),
+            self.visible_charts(),
         )
 
     def command_line(self) -> str:
         """The command for the displayed measurement, or else the edited scene."""
         result = self._result
         scene = self.session.scene() if result is None else result.scene
-        return tradeoff_line(scene, self.session.origin)
+        return study_line("trade-off", scene, self.session.origin)
 
 
 def _same(one: Scene, other: Scene) -> bool:

@@ -13,20 +13,13 @@ from textual.widgets import Input
 from fivtui import cli
 from fivtui.model.errors import Cancelled, InputError
 from fivtui.scene.presets import PRESETS
+from fivtui.studies import check_readable, kind_of
 from fivtui.sweeps.request import parse_design, study_of
 from fivtui.sweeps.run import local_engine, sweep_to_file
 from fivtui.tradeoffs import measure as tradeoff
 from fivtui.tui.app import FivtuiApp
 from fivtui.tui.chart.widget.chart_view import ChartView
-from fivtui.tui.persistence.imports import (
-    MAP,
-    RUN,
-    SWEEP,
-    TRADEOFF,
-    check_readable,
-    kind_of,
-    load_study,
-)
+from fivtui.tui.persistence.imports import load_study
 from tests.support.laboratory import (
     app_of,
     flat_text_of,
@@ -92,20 +85,21 @@ async def read(pilot: Pilot[None], name: str, words: str) -> None:
 
 def test_files_are_told_apart(written: Path, printed: Any, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(tradeoff, "QUICK_S", 0.2)
-    kinds = {"run.csv": RUN, "sweep.csv": SWEEP, "sweep.parquet": SWEEP, "trade.csv": TRADEOFF}
-    kinds |= {f"map{suffix}": MAP for suffix in (".csv", ".npz", ".parquet")}
+    kinds = {"run.csv": "run", "trade.csv": "trade-off"}
+    kinds |= {f"sweep{suffix}": "sweep" for suffix in (".csv", ".parquet")}
+    kinds |= {f"map{suffix}": "map" for suffix in (".csv", ".npz", ".parquet")}
     for name, kind in kinds.items():
         assert kind_of(written / name) == kind
     for name in ("modes.csv", "fig-02a.csv"):
-        with pytest.raises(InputError, match="not a run, sweep, map or trade-off"):
+        with pytest.raises(InputError, match="not a run, sweep, trade-off or map"):
             kind_of(written / name)
     over = ("--over", "mu=0:1.5:3", "--over", "F=5:100:2")
-    assert kind_of(printed("map.json", "map", *over)) == MAP
-    assert kind_of(printed("trade.json", "tradeoff", "--t-end", "5")) == TRADEOFF
+    assert kind_of(printed("map.json", "map", *over)) == "map"
+    assert kind_of(printed("trade.json", "tradeoff", "--t-end", "5")) == "trade-off"
     for name, words, why in (
         ("sweep.json", ("sweep", "--vary", "F=1,2", "--output", "stable"), "sweep --out"),
         ("run.json", ("simulate", "--t-end", "2"), "simulate --out"),
-        ("stability.json", ("stability",), "not a sweep, map or trade-off"),
+        ("stability.json", ("stability",), "not a run, sweep, trade-off or map"),
     ):
         with pytest.raises(InputError, match=why):
             kind_of(printed(name, *words))
@@ -119,7 +113,7 @@ def test_files_are_told_apart(written: Path, printed: Any, monkeypatch: pytest.M
     many = [f"--vary={name}=1,2" for name in ("F", "mu", "k1")]
     command("sweep", *many, "--output=stable", "--out", str(written / "many.csv"))
     with pytest.raises(InputError, match=r"many\.csv: a product sweep over F, mu, k1: shown are"):
-        load_study(SWEEP, written / "many.csv")
+        load_study("sweep", written / "many.csv")
 
 
 async def test_a_sweep_is_read_shown_and_opened(pilot: Pilot[None], written: Path) -> None:
@@ -139,7 +133,7 @@ async def test_a_sweep_is_read_shown_and_opened(pilot: Pilot[None], written: Pat
     # All of the file's scene, not of what was edited.
     assert (scene.parameters.F, scene.t_end) == (60.0, 20.0)
     assert scene.parameters.mu in (0.6000000000000001, 0.6, 0.8)
-    sweep = app_of(pilot).session.studies.sweep
+    sweep = app_of(pilot).session.studies.get("sweep")
     assert sweep is not None
     place = np.flatnonzero(
         (sweep.value.table.numbers["mu"] == scene.parameters.mu)
@@ -200,7 +194,7 @@ async def test_a_map_is_read_and_stays_until_another_is_asked_for(
     await show_tab(pilot, "alt+4")
     await pilot.press("f10")
     await until_shown(pilot, "11253 points")
-    assert session.studies.map is None
+    assert session.studies.get("map") is None
 
 
 async def test_a_trade_off_is_read_and_shown(
@@ -220,7 +214,7 @@ async def test_a_trade_off_is_read_and_shown(
     await pilot.press("enter")
     await until_told(pilot, "map read from map.csv")
     await show_tab(pilot, "alt+5")
-    await read(pilot, "modes.csv", "modes.csv: not a run, sweep, map or trade-off")
+    await read(pilot, "modes.csv", "modes.csv: not a run, sweep, trade-off or map")
     data = json.dumps({"floor": {}, "rows": []})
     (written / "empty.json").write_text(data)
     await read(pilot, "empty.json", "empty.json: not a trade-off, or damaged")

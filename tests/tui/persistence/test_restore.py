@@ -17,11 +17,11 @@ from fivtui.scene.presets import PRESETS
 from fivtui.simulation import simulate
 from fivtui.sweeps.rows import compute_rows
 from fivtui.tradeoffs import measure as tradeoff
+from fivtui.transient.files import restore_transient, store_transient
 from fivtui.tui.app import FivtuiApp
 from fivtui.tui.chart.widget.chart_view import ChartView
 from fivtui.tui.persistence import results as result_store
 from fivtui.tui.persistence.results import ResultStore
-from fivtui.tui.persistence.runs import load_kept_run, save_kept_run
 from fivtui.tui.session.runs import RunState
 from fivtui.tui.session.studies import DisplayedStudy, StoredResult
 from fivtui.tui.tabs.charts.sweep import sweep_of, sweep_request
@@ -149,7 +149,9 @@ async def test_what_was_read_a_figure_of_the_paper_and_what_is_not_kept(tmp_path
         await pilot.pause()
         session = app_of(pilot).session
         study = sweep_request(BASE, "F=10:20:30")
-        session.studies.sweep = DisplayedStudy(sweep_of(study, [compute_rows(study, 0, 4)]), "base")
+        session.studies.put(
+            "sweep", DisplayedStudy(sweep_of(study, [compute_rows(study, 0, 4)]), "base")
+        )
         pilot.app.screen.post_message(StudyRead("map", a_map()))
         await until_shown(pilot, "read from mine.csv; F10 maps the edited scene")
         await show_tab(pilot, "alt+6")
@@ -171,7 +173,7 @@ async def test_what_was_read_a_figure_of_the_paper_and_what_is_not_kept(tmp_path
         await until_same(pilot, before)
         await show_tab(pilot, "alt+4")
         await until_shown(pilot, "read from mine.csv; F10 maps the edited scene")
-        read, written = app_of(pilot).session.studies.map, a_map()
+        read, written = app_of(pilot).session.studies.get("map"), a_map()
         assert read is not None
         np.testing.assert_array_equal(read.value.values, written.value.values)
 
@@ -206,8 +208,8 @@ def test_a_run_kept_is_the_run_to_the_last_bit(tmp_path: Path) -> None:
     path = tmp_path / "a.npz"
     for method, step in (("taylor", None), ("rk4", 0.01)):
         run = simulate(t_end=5.0, method=method, step=step, samples=np.linspace(0.0, 5.0, 501))
-        save_kept_run(run, path)
-        read = load_kept_run(path)
+        store_transient(run, path)
+        read = restore_transient(path)
         for field in dataclasses.fields(run):
             ours, theirs = getattr(read, field.name), getattr(run, field.name)
             if field.name == "switch_times":
@@ -219,7 +221,7 @@ def test_a_run_kept_is_the_run_to_the_last_bit(tmp_path: Path) -> None:
                 assert ours == theirs
     path.write_bytes(b"PK")
     with pytest.raises(InputError, match=r"a\.npz: damaged"):
-        load_kept_run(path)
+        restore_transient(path)
 
 
 def a_map() -> DisplayedStudy[Any]:

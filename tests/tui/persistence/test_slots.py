@@ -52,7 +52,7 @@ def a_state(F: str) -> State:
     session = Session()
     session.set_text("F", F)
     over = {"mu": np.linspace(0.0, 1.0, 3), "F": np.linspace(10.0, 20.0, 2)}
-    session.studies.map = DisplayedStudy(stability_map(BASE.parameters, over), F)
+    session.studies.put("map", DisplayedStudy(stability_map(BASE.parameters, over), F))
     return state_of(session, "")
 
 
@@ -326,7 +326,7 @@ async def test_the_palette_opens_another_session_and_keeps_this_one(tmp_path: Pa
             await open_from_palette(pilot, "Open session 1: scene base, map")
             await until_told(pilot, "session 1 opened")
             assert app_of(pilot).session.texts["F"] == "11"
-            await until(pilot, lambda: app.session.studies.map is not None)
+            await until(pilot, lambda: app.session.studies.get("map") is not None)
             assert "base (changed)" in text_of(pilot)
             await pilot.press("alt+2")
             await until_shown(pilot, "no run yet: press F5")

@@ -7,11 +7,12 @@ from hypothesis import given, strategies as st
 
 from fivtui.model.errors import ComputationError, InputError
 from fivtui.model.parameters import PARAMETERS, Parameters
+from fivtui.ranges import number_text
 from fivtui.scene.presets import PRESETS
 from fivtui.scene.scene import Scene
 from fivtui.tui.session.fields import FIELDS
 from fivtui.tui.session.session import Session
-from fivtui.tui.session.steps import by_decade, by_digit, number_text
+from fivtui.tui.session.steps import by_decade, by_digit
 
 
 def test_headless_modules_import_no_textual_and_nothing_slow() -> None:

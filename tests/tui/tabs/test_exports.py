@@ -29,11 +29,7 @@ from fivtui.tui.app import FivtuiApp
 from fivtui.tui.lab.screen import LabScreen
 from fivtui.tui.session.command_lines import (
     Origin,
-    map_line,
-    stability_line,
-    sweep_line,
-    tradeoff_line,
-    transient_line,
+    study_line,
 )
 from tests.support.laboratory import (
     app_of,
@@ -267,13 +263,16 @@ def line_words(line: str) -> list[str]:
 def test_lines_begin_with_the_scene_that_they_can_name() -> None:
     ignored = PRESETS["separation-ignored"]
     origin = Origin(ignored, "separation-ignored")
-    assert line_words(stability_line(ignored, origin)) == ["stability", "separation-ignored"]
-    assert line_words(transient_line(BASE, origin)) == ["simulate"]
+    assert line_words(study_line("stability", ignored, origin)) == [
+        "stability",
+        "separation-ignored",
+    ]
+    assert line_words(study_line("run", BASE, origin)) == ["simulate"]
     changed = dataclasses.replace(ignored.with_values({"F": 90.0}), t_end=7.0, method="rk4")
-    assert line_words(tradeoff_line(changed, origin)) == [
+    assert line_words(study_line("trade-off", changed, origin)) == [
         *("tradeoff", "separation-ignored", "--set", "F=90", "--t-end=7")
     ]
-    assert line_words(tradeoff_line(changed, Origin(BASE, "")))[-2:] == [
+    assert line_words(study_line("trade-off", changed, Origin(BASE, "")))[-2:] == [
         "--ignore-separation",
         "--t-end=7",
     ]
@@ -309,7 +308,7 @@ def test_the_line_of_a_sweep_is_read_as_the_sweep(
     monkeypatch.setattr("fivtui.sweeps.sweep_in_memory", keep)
     for name in ("", "separation-ignored", "coexistence"):
         origin = Origin(PRESETS[name or "base"], name)
-        line = sweep_line(study, origin)
+        line = study_line("sweep", study, origin)
         assert expected in line
         read.clear()
         with pytest.raises(AttributeError):
@@ -335,9 +334,9 @@ def test_the_lines_of_an_accuracy_ask_for_it_and_for_nothing_that_follows_from_i
     for origin in (Origin(BASE, ""), Origin(saved, str(path))):
         read.clear()
         with pytest.raises(AttributeError):
-            run_command(line_words(sweep_line(study, origin)))
+            run_command(line_words(study_line("sweep", study, origin)))
         assert read == [study]
-        words = line_words(transient_line(scene, origin))
+        words = line_words(study_line("run", scene, origin))
         run_command(words, "--json")
         data = json.loads(capsys.readouterr().out)
         assert set(data.get("accuracy", {}).get("asked", {})) == set(dict(accuracy))
@@ -349,4 +348,4 @@ def test_a_map_that_no_command_can_say_is_not_copied() -> None:
         BASE.parameters, True, ("F", "mu"), (axis, axis), "growth-rate", axis, axis
     )
     with pytest.raises(InputError, match="F: its values are not evenly spaced"):
-        map_line(uneven, Origin(BASE, ""))
+        study_line("map", uneven, Origin(BASE, ""))

@@ -6,8 +6,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fivtui.model import PARAMETERS, InputError, Parameters
+from fivtui.ranges import number_text
 from fivtui.tui.chart import Axis, Backdrop, Chart, NearestPoint, Trace
-from fivtui.tui.session import CONSIDERED, IGNORED, number_text
+from fivtui.tui.session import CONSIDERED, IGNORED
 
 if TYPE_CHECKING:
     from fivtui.equilibrium import StabilityMap

@@ -6,15 +6,15 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Final
 
-from fivtui.io import FORMATS, check_output, check_suffix, save_json
+from fivtui.io import FORMATS, check_output, check_suffix
 from fivtui.model import ComputationError, InputError
 from fivtui.scene import Scene, save_scene
+from fivtui.studies import save_study, study
 from fivtui.tui.session import Run
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
-    from fivtui.transient import Transient
     from fivtui.tui.chart import VisibleCharts
 
 FIGURE: Final = "figure"
@@ -123,15 +123,6 @@ def data_export(of: str, stem: str, kind: str, writers: Mapping[str, Save]) -> E
     return Export(DATA, of, f"{_safe(stem)}{suffixes[0]}", suffixes, check, write)
 
 
-def json_writer(data: Callable[[], Any]) -> Save:
-    """A writer of the JSON that `data` returns."""
-
-    def write(path: Path, force: bool) -> None:
-        save_json(data(), path, force=force)
-
-    return write
-
-
 def _safe(stem: str) -> str:
     return "".join(c if c.isalnum() or c in "-_" else "-" for c in stem)
 
@@ -140,22 +131,26 @@ def run_export(what: str, run: Run | None) -> Export:
     """A run's figure or trajectory. Raises `InputError` if there is no result."""
     if run is None or run.result is None:
         raise InputError(_NO_RUN)
-    result, of, stem = run.result, f"run {run.number}", f"{run.scene.name}-{run.number}"
+    stem = f"{run.scene.name}-{run.number}"
+    return study_export(what, "run", run.result, stem, of=f"run {run.number}")
+
+
+def study_export(what: str, kind: str, result: Any, stem: str, of: str = "") -> Export:
+    """The figure or the data of a study's result; `stem` is the suggested file name."""
+    entry, of = study(kind), of or f"the {kind}"
     if what == FIGURE:
-        return figure_export(of, stem, lambda: _run_figure(result))
+        return figure_export(of, stem, lambda: entry.figure(result))
 
     def write(path: Path, force: bool) -> None:
-        from fivtui.transient import save_trajectory
+        save_study(kind, result, path, force=force)
 
-        save_trajectory(result, path, force=force)
+    suffixes = (*entry.suffixes, *([".json"] if entry.as_json else []))
+    return data_export(of, stem, entry.data, dict.fromkeys(suffixes, write))
 
-    return data_export(of, stem, "trajectory", dict.fromkeys(FORMATS, write))
 
-
-def _run_figure(result: "Transient") -> "Figure":
-    from fivtui.transient import transient_figure
-
-    return transient_figure([result])
+def scene_study_export(what: str, kind: str, result: Any, name: str) -> Export:
+    """The figure or the data of a study of the scene `name`."""
+    return study_export(what, kind, result, f"{name}-{study(kind).stem(result)}")
 
 
 def write_export(export: Export, path: Path, *, force: bool) -> str:

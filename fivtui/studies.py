@@ -1,0 +1,171 @@
+"""The registry of studies: every kind of result that is written, read, drawn, listed or said."""
+
+import json
+from collections.abc import Iterator
+from importlib import import_module
+from pathlib import Path
+from typing import Any, Final, cast
+
+from fivtui.io import (
+    FORMATS,
+    check_output,
+    check_regular,
+    check_suffix,
+    is_folder,
+    read_bytes,
+    read_header,
+    save_json,
+    table_format,
+)
+from fivtui.model import InputError
+from fivtui.results import Command, StudyKind
+
+# Where the entry of every kind is. Files are recognised in this order: that of a map says least.
+STUDIES: Final[dict[str, str]] = {
+    "run": "fivtui.transient.kinds:RUN",
+    "sweep": "fivtui.sweeps.kinds:SWEEP",
+    "trade-off": "fivtui.tradeoffs.kinds:TRADEOFF",
+    "stability": "fivtui.equilibrium.kinds:STABILITY",
+    "attractors": "fivtui.orbits.kinds:ATTRACTORS",
+    "attractor": "fivtui.orbits.kinds:ATTRACTOR",
+    "branches": "fivtui.orbits.kinds:BRANCHES",
+    "basin": "fivtui.orbits.kinds:BASIN",
+    "accuracy": "fivtui.assessment.kinds:ACCURACY",
+    "extremes": "fivtui.assessment.kinds:EXTREMES",
+    "figure": "fivtui.paper.kinds:FIGURE",
+    "claims": "fivtui.paper.kinds:CLAIMS",
+    "map": "fivtui.equilibrium.kinds:MAP",
+}
+_JSON: Final = ".json"
+
+
+def study(name: str) -> StudyKind:
+    """The entry of a kind of study, such as ``"map"``; what it calls is imported when called."""
+    module, _, entry = STUDIES[name].partition(":")
+    return cast("StudyKind", getattr(import_module(module), entry))
+
+
+def studies() -> Iterator[tuple[str, StudyKind]]:
+    """Names and entries of all kinds, in the order in which files are recognised."""
+    return ((name, study(name)) for name in STUDIES)
+
+
+def check_study_path(name: str, path: Path, *, force: bool) -> None:
+    """Check that a result can be written to a file, before it is computed.
+
+    Parameters
+    ----------
+    name : str
+        Its kind, a key of `STUDIES`.
+    path : Path
+        The file; its suffix says the format.
+    force : bool
+        Whether a file that exists may be replaced.
+
+    Raises
+    ------
+    InputError
+        If the kind has no such format, a package is missing, or the file cannot be written.
+    """
+    kind = study(name)
+    if path.suffix.lower() in FORMATS and path.suffix.lower() in kind.suffixes:
+        table_format(path, kind.data)
+    check_suffix(path, kind.data, kind.suffixes)
+    check_output(path, force=force)
+
+
+def save_study(name: str, result: Any, path: Path, *, force: bool = False) -> None:
+    """Write a result to a file.
+
+    Parameters
+    ----------
+    name, path, force
+        As in `check_study_path`; besides, ``.json`` writes what the command line prints.
+    result : object
+        Of that kind.
+
+    Raises
+    ------
+    InputError
+        If the file cannot be written.
+    """
+    kind = study(name)
+    if path.suffix.lower() == _JSON and _JSON not in kind.suffixes:
+        save_json(kind.to_dict(result), path, force=force)
+    else:
+        kind.save(result, path, force)
+
+
+def check_readable(path: Path) -> None:
+    """Raise `InputError` unless there is a file, or a folder, of a name that a result may have."""
+    suffixes = dict.fromkeys(suffix for _, kind in studies() for suffix in kind.load_suffixes)
+    if path.suffix.lower() not in suffixes:
+        raise InputError(f"{path}: a result has one of the suffixes {', '.join(suffixes)}")
+    if not is_folder(path):
+        check_regular(path)
+
+
+def kind_of(path: Path) -> str:
+    """The kind of result that a file holds.
+
+    Parameters
+    ----------
+    path : Path
+        A file that fivtui wrote, or the folder of a sweep under way.
+
+    Returns
+    -------
+    str
+        A key of `STUDIES` that can be read.
+
+    Raises
+    ------
+    InputError
+        If it is none of these.
+    """
+    check_readable(path)
+    suffix = path.suffix.lower()
+    if is_folder(path):
+        found = next((name for name, kind in studies() if suffix in kind.folders), "")
+    elif suffix == _JSON:
+        found = _kind_of_json(path)
+    else:
+        header = read_header(path, "result").keys()
+        fitting = (name for name, kind in studies() if kind.header and header >= kind.header)
+        # A trajectory that another program wrote has no header.
+        found = next(fitting, "") if header else "run"
+    if not found or study(found).load is None:
+        known = [name for name, kind in studies() if kind.load is not None]
+        raise InputError(f"{path}: not a {', '.join(known[:-1])} or {known[-1]}")
+    return found
+
+
+def _kind_of_json(path: Path) -> str:
+    content = read_bytes(path)
+    try:
+        data = json.loads(content)
+    except (ValueError, RecursionError):
+        raise InputError(f"{path}: not JSON, or damaged") from None
+    keys = data.keys() if isinstance(data, dict) else set()
+    for name, kind in studies():
+        if kind.json_keys and keys >= kind.json_keys:
+            if kind.json_refusal:
+                raise InputError(f"{path}: {kind.json_refusal}")
+            return name
+    return ""
+
+
+def load_study(name: str, path: Path) -> Any:
+    """Read a result of a kind from a file, see `kind_of`; `InputError` if it cannot be read."""
+    load = study(name).load
+    if load is None:
+        raise InputError(f"{path}: {study(name).data} cannot be read")
+    return load(path)
+
+
+def command_of(name: str, of: Any) -> Command:
+    """The command that computes a study; `of` is its result or what it is of."""
+    command = study(name).command
+    if command is None:
+        raise InputError(f"{name}: no command says it")
+    return command(of)

@@ -1,0 +1,92 @@
+"""The sweep among the studies."""
+
+from pathlib import Path
+from typing import TYPE_CHECKING, Final
+
+from fivtui.model import PARAMETERS
+from fivtui.ranges import number_text
+from fivtui.results import Command, Stored, StudyKind, scene_fields
+
+if TYPE_CHECKING:
+    from .design import Axis
+    from .run import Sweep
+    from .study import Study
+
+_SAID: Final = (*PARAMETERS, "start", "t_end", "tol", "accuracy")
+_TEXT_BYTES: Final = 20
+
+
+def _show(result: "Sweep") -> None:
+    from .report import print_sweep
+
+    print_sweep(result, chosen=False)
+
+
+def _save(result: "Sweep", path: Path, force: bool) -> None:
+    from .files import save_sweep
+
+    save_sweep(result, path, force=force)
+
+
+def _load(path: Path) -> "Sweep":
+    from .files import read_sweep
+
+    return read_sweep(path)
+
+
+def _unfinished(result: "Sweep") -> str:
+    complete = len(result.table.reasons) >= result.study.members
+    return "" if complete else "it is incomplete"
+
+
+def _command(study: "Study") -> Command:
+    from .study import DEFAULT_OUTPUTS
+
+    design, both = study.design, len(study.cases) > 1
+    words = []
+    if both or not study.cases[0]:
+        words.append("--both" if both else "--ignore-separation")
+    for name, axis in design.axes.items():
+        words += ["--vary", f"{name}={_axis_text(axis)}"]
+    if design.kind != "product":
+        words += ["--design", design.kind]
+    if design.count is not None:
+        words += ["--count", str(design.count), "--seed", str(design.seed)]
+    if study.outputs != DEFAULT_OUTPUTS:
+        words += [word for name in study.outputs for word in ("--output", name)]
+    scene = {**scene_fields(study, _SAID), "separation": both or study.cases[0]}
+    needed = {"method": "taylor"} | ({} if both else {"separation": True})
+    return Command("sweep", scene, _SAID, words, needed)
+
+
+def _axis_text(axis: "Axis") -> str:
+    from .design import Range
+
+    if not isinstance(axis, Range):
+        return ",".join(map(number_text, axis))
+    parts = [number_text(axis.start), number_text(axis.stop)]
+    parts += [] if axis.count is None else [str(axis.count)]
+    return ":".join([*parts, "log"] if axis.log else parts)
+
+
+SWEEP: Final = StudyKind(
+    data="sweep",
+    show=_show,
+    suffixes=(".csv", ".parquet"),
+    save=_save,
+    stem=lambda result: f"sweep-{'-'.join(result.study.design.axes)}",
+    load=_load,
+    load_suffixes=(".csv", ".parquet", ".parts"),
+    folders=(".parts",),
+    header=frozenset({"sweep"}),
+    json_keys=frozenset({"columns", "rows"}),
+    json_refusal="does not say which sweep it is from; read the file of sweep --out",
+    command=_command,
+    stored=Stored(
+        ".csv",
+        lambda result, path: _save(result, path, False),
+        _load,
+        lambda result: _TEXT_BYTES * len(result.table.reasons) * len(result.columns),
+        _unfinished,
+    ),
+)
