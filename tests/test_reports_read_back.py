@@ -31,7 +31,7 @@ from fivtui.orbits.report import (
     print_coexistence,
     print_continuation,
 )
-from fivtui.scene.comparison import Comparison, Pair
+from fivtui.scene.comparison import CaseRuns, Comparison
 from fivtui.scene.presets import PRESETS
 from fivtui.scene.report import print_comparison, print_run
 from fivtui.scene.verified import Verified
@@ -258,7 +258,7 @@ def test_a_printed_comparison_has_each_path_of_each_case(
         dataclasses.replace(run, final=run.final._replace(x=run.final.x + 2e-5)) for run in runs
     ]
     pairs = [
-        Pair(run, fmu, 0.5 + place, 2.5 + place)
+        CaseRuns(run, fmu, 0.5 + place, 2.5 + place)
         for place, (run, fmu) in enumerate(zip(runs, other, strict=True))
     ]
     print_comparison(Comparison(pairs[0], pairs[1], 7.25, Path("a.fmu"), Path("a.png")))

@@ -1,4 +1,4 @@
-"""What is asked of a batch, checked: parameter sets, starts, modes."""
+"""Requests for a batch, checked: parameter sets, starts, cases."""
 
 from collections.abc import Mapping
 
@@ -14,24 +14,10 @@ from .result import Floats
 def columns(
     parameters: Mapping[str, ArrayLike] | ArrayLike, base: Parameters
 ) -> tuple[dict[str, Floats], int]:
-    """The parameter sets of a batch.
+    """The nine columns of parameters by name, without copies, and the number of members.
 
-    Parameters
-    ----------
-    parameters : mapping of str to array_like, or array_like of shape (n, 9)
-        As in `simulate_batch`.
-    base : Parameters
-        Where the values that a mapping does not name come from.
-
-    Returns
-    -------
-    dict of str to ndarray, int
-        Nine columns of equal length by name, without copies, and that length.
-
-    Raises
-    ------
-    InputError
-        If a name, a shape or a value is not allowed.
+    `parameters` is as in `simulate_batch`; `base` has the values that a mapping does not name.
+    Raises `InputError` if a name, a shape or a value is wrong.
     """
     if isinstance(parameters, Mapping):
         given = {name: _numbers(name, value) for name, value in parameters.items()}
@@ -83,25 +69,7 @@ def _check(name: str, column: Floats) -> None:
 
 
 def flags(separation: ArrayLike, size: int) -> NDArray[np.bool_]:
-    """Whether each member considers separation.
-
-    Parameters
-    ----------
-    separation : bool or array_like of bool, shape (n,)
-        As in `simulate_batch`.
-    size : int
-        Number of members.
-
-    Returns
-    -------
-    ndarray of bool, shape (n,)
-        One a member, perhaps a read-only view.
-
-    Raises
-    ------
-    InputError
-        If it is neither.
-    """
+    """Whether each member considers separation, shape (n,), perhaps a read-only view."""
     flags = np.asarray(separation)
     if flags.dtype != np.bool_ or flags.shape not in ((), (size,)):
         raise InputError(f"separation: must be a bool, or an array of {size}")
@@ -109,24 +77,9 @@ def flags(separation: ArrayLike, size: int) -> NDArray[np.bool_]:
 
 
 def starts(start: ArrayLike, size: int) -> Floats | None:
-    """The start states of a batch.
+    """The start states, shape (n, 4), perhaps a read-only view; None for static ones.
 
-    Parameters
-    ----------
-    start : "static" or array_like of shape (4,) or (n, 4)
-        As in `simulate_batch`.
-    size : int
-        Number of members.
-
-    Returns
-    -------
-    ndarray or None, shape (n, 4)
-        One a member, perhaps a read-only view; None for static ones.
-
-    Raises
-    ------
-    InputError
-        If it is none of these, or not finite.
+    Raises `InputError` if they have another shape or are not finite.
     """
     if isinstance(start, str) and start == "static":
         return None

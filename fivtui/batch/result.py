@@ -1,4 +1,4 @@
-"""The result of a batch: arrays with one element a member, and what stopped those that failed."""
+"""The result of a batch: arrays with one element a member, and why members failed."""
 
 from dataclasses import dataclass, field, fields
 from typing import Any, TypeVar
@@ -125,18 +125,7 @@ class Batch(Result):
         return self._failures[:, 0].astype(np.int64)
 
     def failure(self, member: int) -> ComputationError | None:
-        """What stopped a member.
-
-        Parameters
-        ----------
-        member : int
-            Its place, from 0.
-
-        Returns
-        -------
-        ComputationError or None
-            Why, when, and what to try; None if it is done.
-        """
+        """Why and when a member, counted from 0, failed and what to try; None if it is done."""
         status, t = Status(self.status[member]), float(self.t[member])
         if status is Status.DONE:
             return None
@@ -172,7 +161,7 @@ class Batch(Result):
         return {"t_end": self.t_end, "tol": self.tol, "columns": columns}
 
     def to_columns(self) -> dict[str, NDArray[Any]]:
-        """What was required of the batch, an element a member; NaN for members that failed."""
+        """The results as columns, an element a member; NaN for members that failed."""
         columns: dict[str, NDArray[Any]] = {"status": self.status, "t": self.t, "steps": self.steps}
         if self._final is not None:
             states = zip(("x_end", "vx_end", "y_end", "vy_end"), self._final.T, strict=True)

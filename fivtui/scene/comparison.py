@@ -1,4 +1,4 @@
-"""The main job: one scene natively and through the FMU, with separation considered and ignored."""
+"""One scene natively and through the FMU, with separation considered and ignored."""
 
 import dataclasses
 import time
@@ -25,16 +25,8 @@ _POINTS: Final = 10_001
 
 
 @dataclass(frozen=True, slots=True)
-class Pair:
-    """One case computed twice.
-
-    Attributes
-    ----------
-    native, fmu : Transient
-        The two results.
-    native_s, fmu_s : float
-        Wall-clock time of each, s.
-    """
+class CaseRuns:
+    """One case natively and through the FMU, with the wall-clock time of each, s."""
 
     native: Transient
     fmu: Transient
@@ -58,20 +50,10 @@ class Pair:
 
 @dataclass(frozen=True, slots=True)
 class Comparison:
-    """What the main job made.
+    """Both cases, the time of building the FMU, s, and the files written."""
 
-    Attributes
-    ----------
-    considered, ignored : Pair
-        The paper's Case 1 and Case 2.
-    build_s : float
-        Wall-clock time of building the FMU, s.
-    fmu, figure : Path
-        The files written.
-    """
-
-    considered: Pair
-    ignored: Pair
+    considered: CaseRuns
+    ignored: CaseRuns
     build_s: float
     fmu: Path
     figure: Path
@@ -94,18 +76,13 @@ def compare(
     Parameters
     ----------
     scene : Scene
-        Its `separation` and `method` are not used: both cases, native Taylor and FMU are run.
+        Its `separation` and `method` are not used.
     folder : Path
         Where the FMU and the picture go; made if it is missing.
     force : bool
         Whether files of these names may be replaced.
     progress : callable, optional
         Called with the fraction done; the job is cancelled when it returns False.
-
-    Returns
-    -------
-    Comparison
-        Results, times and files.
 
     Raises
     ------
@@ -128,13 +105,15 @@ def compare(
     begin = time.perf_counter()
     build_fmu(fmu, force=force)
     build_s = time.perf_counter() - begin
-    considered = _pair(scene, fmu, True, lambda fraction: report(0.5 * fraction))
-    ignored = _pair(scene, fmu, False, lambda fraction: report(0.5 + 0.5 * fraction))
+    considered = _case_runs(scene, fmu, True, lambda fraction: report(0.5 * fraction))
+    ignored = _case_runs(scene, fmu, False, lambda fraction: report(0.5 + 0.5 * fraction))
     save_figure(transient_figure([ignored.native, considered.native]), figure, force=force)
     return Comparison(considered, ignored, build_s, fmu, figure)
 
 
-def _pair(scene: Scene, fmu: Path, separation: bool, report: Callable[[float], bool]) -> Pair:
+def _case_runs(
+    scene: Scene, fmu: Path, separation: bool, report: Callable[[float], bool]
+) -> CaseRuns:
     samples = np.linspace(0.0, scene.t_end, _POINTS)
     begin = time.perf_counter()
     request = scene.request(separation=separation, method="taylor", step=None, samples=samples)
@@ -145,4 +124,4 @@ def _pair(scene: Scene, fmu: Path, separation: bool, report: Callable[[float], b
         progress=lambda fraction: report(0.1 + 0.9 * fraction),
         fmu=fmu,
     )
-    return Pair(native, through, middle - begin, time.perf_counter() - middle)
+    return CaseRuns(native, through, middle - begin, time.perf_counter() - middle)

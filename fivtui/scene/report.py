@@ -1,4 +1,4 @@
-"""What the command line prints of runs of scenes."""
+"""Console output of the runs of scenes."""
 
 from rich.text import Text
 
@@ -18,13 +18,7 @@ def print_run(result: Transient, verified: Verified | None) -> None:
 
 
 def print_comparison(result: Comparison) -> None:
-    """Print the table of the main job: both cases, native and through the FMU.
-
-    Parameters
-    ----------
-    result : Comparison
-        What `compare` returned.
-    """
+    """Print the table of both cases, native and through the FMU."""
     header = (
         "separation, path",
         "peak |y| m",

@@ -1,4 +1,4 @@
-"""What a scene requires, computed: that, and nothing else."""
+"""The computation of what a scene requires."""
 
 from dataclasses import dataclass
 from typing import Final
@@ -17,15 +17,7 @@ DEFAULT_POINTS: Final = 5001
 
 @dataclass(frozen=True, slots=True)
 class SceneTransient:
-    """The transient of a scene.
-
-    Attributes
-    ----------
-    transient : Transient
-        The result.
-    verified : Verified or None
-        What is known of its errors, if the scene states the accuracy that it needs.
-    """
+    """The transient of a scene, with its errors if the scene asks for an accuracy."""
 
     transient: Transient
     verified: Verified | None
@@ -33,15 +25,7 @@ class SceneTransient:
 
 @dataclass(frozen=True, slots=True)
 class SceneResult:
-    """What a scene requires.
-
-    Attributes
-    ----------
-    stability : Stability or None
-        If required.
-    run : SceneTransient or None
-        If a transient or a trajectory is required.
-    """
+    """What a scene requires; None for what it does not."""
 
     stability: Stability | None
     run: SceneTransient | None
@@ -50,21 +34,16 @@ class SceneResult:
 def run_scene(
     scene: Scene, *, points: int = DEFAULT_POINTS, progress: Progress | None = None
 ) -> SceneResult:
-    """Compute what a scene requires, nothing else.
+    """Compute what the `outputs` of a scene require, nothing else.
 
     Parameters
     ----------
     scene : Scene
-        Its `outputs` say what.
+        The scene.
     points : int
         Points of a trajectory, equally spaced.
     progress : callable, optional
-        See `simulate`.
-
-    Raises
-    ------
-    InputError, ComputationError, Cancelled
-        As `simulate`.
+        See `simulate`; errors are raised as there.
     """
     wanted = set(scene.outputs)
     verdict = None
@@ -86,20 +65,15 @@ def scene_transient(
     progress: Progress | None = None,
     on_samples: OnSamples | None = None,
 ) -> SceneTransient:
-    """Compute the transient of a scene, to its tolerance or to the accuracy that it states.
+    """Compute the transient of a scene, to its tolerance or to the accuracy that it asks for.
 
     Parameters
     ----------
     scene : Scene
         The scene.
     samples, progress, on_samples
-        See `simulate`; for a stated accuracy several runs hand out their samples, each from the
-        start.
-
-    Raises
-    ------
-    InputError, ComputationError, Cancelled
-        As `simulate` and `simulate_to`.
+        See `simulate`; errors are raised as there. For an accuracy several runs hand out their
+        samples, each from the start.
     """
     request = scene.request(samples=samples)
     if scene.accuracy:

@@ -144,23 +144,7 @@ class Scene:
         return Request(**asked)
 
     def with_values(self, values: Mapping[str, object]) -> Self:
-        """A copy with some parameters replaced.
-
-        Parameters
-        ----------
-        values : mapping of str to number or text
-            New values by parameter name.
-
-        Returns
-        -------
-        Scene
-            The checked copy.
-
-        Raises
-        ------
-        InputError
-            If a name is unknown or a value is not allowed.
-        """
+        """A checked copy with new values by parameter name; `InputError` as for `Parameters`."""
         return dataclasses.replace(self, parameters=self.parameters.with_values(values))
 
 
@@ -234,19 +218,7 @@ _KEYS: Final[Mapping[str, _Key]] = {
 
 
 def scene_to_dict(scene: Scene) -> dict[str, Any]:
-    """A scene in the layout of its file.
-
-    Parameters
-    ----------
-    scene : Scene
-        The scene.
-
-    Returns
-    -------
-    dict
-        Plain values by key, with the version of the format and the table ``parameters``; what is
-        not set has no key.
-    """
+    """A scene in the layout of its file: plain values by key; what is not set has no key."""
     fields = {key: getattr(scene, key) for key in _KEYS}
     if scene.step is None:
         del fields["step"]
@@ -260,24 +232,10 @@ def scene_to_dict(scene: Scene) -> dict[str, Any]:
 
 
 def scene_from_dict(data: Mapping[str, object], *, name: str | None = None) -> Scene:
-    """A scene from the layout of its file.
+    """A scene from the layout of its file, see `scene_to_dict`.
 
-    Parameters
-    ----------
-    data : mapping
-        Plain values by key, see `scene_to_dict`.
-    name : str, optional
-        Name for a scene whose layout has none.
-
-    Returns
-    -------
-    Scene
-        The checked scene.
-
-    Raises
-    ------
-    InputError
-        If a key is unknown or missing, or a value has the wrong type or is not allowed.
+    `name` is used where the layout has none. Raises `InputError` if a key is unknown or missing, or
+    a value has the wrong type or is out of range.
     """
     _check_version(data)
     known = (_VERSION_KEY, *_KEYS, "parameters")
@@ -320,7 +278,7 @@ def _parameters(table: object) -> Parameters:
 
 
 def as_scene(given: Scene | Parameters | None, **changes: object) -> Scene:
-    """The scene given, or one of the parameters given; with those changes that are not None."""
+    """The scene given, or one of the parameters given, with those changes that are not None."""
     if not isinstance(given, Scene):
         p = Parameters() if given is None else check_parameters(given)
         given = Scene(name="unnamed", description="", parameters=p)
@@ -339,13 +297,12 @@ def load_scene(path: str | Path) -> Scene:
     Returns
     -------
     Scene
-        The checked scene.
+        The checked scene; its name is that of the file if the file has none.
 
     Raises
     ------
     InputError
-        If the file cannot be read, is not TOML, or is not a scene; the message names the file, the
-        key and what is allowed.
+        If the file cannot be read, is not TOML, or is not a scene; the message names file and key.
 
     Examples
     --------
@@ -388,7 +345,7 @@ def _parsed(text: str) -> dict[str, Any]:
 
 
 def save_scene(scene: Scene, path: str | Path, *, force: bool = False) -> None:
-    """Write a scene to a TOML file, with units, meanings and allowed ranges as comments.
+    """Write a scene to a TOML file, with units, meanings and ranges as comments.
 
     Parameters
     ----------
@@ -397,7 +354,7 @@ def save_scene(scene: Scene, path: str | Path, *, force: bool = False) -> None:
     path : str or Path
         The file.
     force : bool
-        Whether a file that exists may be replaced.
+        Whether an existing file may be replaced.
 
     Raises
     ------
@@ -451,12 +408,7 @@ def find_scene(name_or_path: str) -> Scene:
     Parameters
     ----------
     name_or_path : str
-        Name of a preset, or else path of a TOML file. A preset wins over a file of its name.
-
-    Returns
-    -------
-    Scene
-        The scene.
+        Name of a preset, or else path of a TOML file.
 
     Raises
     ------

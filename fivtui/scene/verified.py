@@ -1,4 +1,4 @@
-"""Transients to a stated accuracy: the setting is chosen, and verified by a finer run."""
+"""Transients to an accuracy that is asked for, verified by a finer run."""
 
 import dataclasses
 from collections.abc import Mapping
@@ -42,10 +42,10 @@ class Verified:
     asked : mapping of str to float
         Errors allowed, by quantity.
     estimate : Deviation
-        How far the run before, at a coarser setting, is from it: an upper bound of its errors as
-        long as the method converges.
+        Errors of the run before, at a coarser setting, against the finest: an upper bound of the
+        finest run's errors as long as the method converges.
     runs : int
-        Runs that were needed.
+        Number of runs.
     """
 
     transient: Transient
@@ -117,7 +117,7 @@ def simulate_to(
 
 
 def runs_part(run: Transient, other: Transient) -> Divergence | None:
-    """Where two runs of one problem part, see `divergence`; None if they do not."""
+    """Where two runs of one request part, see `divergence`; None if they do not."""
     return divergence(
         observation(run),
         observation(other),
@@ -127,17 +127,9 @@ def runs_part(run: Transient, other: Transient) -> Divergence | None:
 
 
 def verified_to_dict(result: Verified) -> dict[str, Any]:
-    """What was asked and what is known of the errors, as data that JSON can hold.
+    """Errors asked for and estimated, and the number of runs, as data for JSON.
 
-    Parameters
-    ----------
-    result : Verified
-        The result.
-
-    Returns
-    -------
-    dict
-        ``asked`` and ``estimate`` by quantity (null: the numbers of switches differ), ``runs``.
+    An estimate is null where the numbers of switches differ.
     """
     estimate = {name: result.estimate.of(name) for name in QUANTITIES}
     return {

@@ -57,7 +57,7 @@ class Deviation:
 
 @dataclass(frozen=True, slots=True)
 class Observation:
-    """What of a run is compared.
+    """The numbers of a run that are compared.
 
     Attributes
     ----------
@@ -70,7 +70,7 @@ class Observation:
     switch_times : ndarray, shape (n,)
         Times of all switches, s.
     separations : int
-        How many of them left the belt.
+        Number of separations.
     """
 
     final: State
@@ -81,18 +81,7 @@ class Observation:
 
 
 def observation(run: Transient) -> Observation:
-    """What of a transient is compared.
-
-    Parameters
-    ----------
-    run : Transient
-        Any transient.
-
-    Returns
-    -------
-    Observation
-        Its final state, peak, half peak-to-peak and switches.
-    """
+    """The numbers of a transient that are compared."""
     return Observation(
         final=(run.final.x, run.final.vx, run.final.y, run.final.vy),
         peak=run.peak.y_abs,
@@ -103,20 +92,7 @@ def observation(run: Transient) -> Observation:
 
 
 def deviation(run: Observation, truth: Observation) -> Deviation:
-    """Compare a run with a better one of the same problem.
-
-    Parameters
-    ----------
-    run : Observation
-        Of the run to be judged.
-    truth : Observation
-        What it is held against.
-
-    Returns
-    -------
-    Deviation
-        Its errors.
-    """
+    """Errors of a run against a reference run of the same request."""
     apart = max(abs(a - b) for a, b in zip(run.final, truth.final, strict=True))
     missing = run.switch_times.size != truth.switch_times.size
     late = np.empty(0) if missing else np.abs(run.switch_times - truth.switch_times)
@@ -142,13 +118,13 @@ PARTED: Final = 0.01
 
 @dataclass(frozen=True, slots=True)
 class Divergence:
-    """When two runs part, s, and how that shows."""
+    """Time in s at which two runs of the same request part, and the difference found there."""
 
     t: float
     reason: str
 
     def error(self) -> ComputationError:
-        """What is to be said where a number was to be verified."""
+        """The error that refuses to verify numbers after this time."""
         return ComputationError(
             f"two runs at different accuracy part at t = {self.t:.6g} s: {self.reason}; nothing "
             "after that can be verified",
@@ -159,12 +135,12 @@ class Divergence:
 def divergence(
     run: Observation, truth: Observation, *, t_end: float, time_scale: float
 ) -> Divergence | None:
-    """Where two runs of the same problem part, if they do.
+    """The time at which two runs of the same request part; None if they do not.
 
     Parameters
     ----------
     run, truth : Observation
-        Of both runs, at different accuracy.
+        The runs, at different accuracy.
     t_end : float
         Their horizon, s.
     time_scale : float
@@ -173,8 +149,8 @@ def divergence(
     Returns
     -------
     Divergence or None
-        The first switch that only one of them makes, or that they make at different times; the
-        horizon, where their states are apart; None if neither is so.
+        At the first switch that only one of them makes or that they make at different times, or at
+        the horizon if their states differ there.
     """
     times, others = run.switch_times.tolist(), truth.switch_times.tolist()
     at = _first_difference(times, others, PARTED * time_scale)
@@ -209,7 +185,7 @@ _APART: Final = 10.0
 
 
 def check_accuracy(asked: Mapping[str, object]) -> dict[str, float]:
-    """Check errors that are asked for.
+    """Errors asked for, checked.
 
     Parameters
     ----------
@@ -225,87 +201,34 @@ def check_accuracy(asked: Mapping[str, object]) -> dict[str, float]:
     Raises
     ------
     InputError
-        If a quantity is unknown or an error not allowed.
+        If a quantity is unknown or an error out of range.
     """
     return {check_quantity(name): check_error(name, value) for name, value in asked.items()}
 
 
 def first_tol(asked: Mapping[str, float]) -> float:
-    """The tolerance of the first run.
-
-    Parameters
-    ----------
-    asked : mapping of str to float
-        Errors allowed, by quantity.
-
-    Returns
-    -------
-    float
-        A hundredth of the least error, and not the finest tolerance, so that there is a finer one.
-    """
-    wish = min(asked.values(), default=TOL_RANGE[1])
-    return min(max(wish / _MARGIN, TOL_RANGE[0] * _FINER), TOL_RANGE[1])
+    """Tolerance of the first run: a hundredth of the least error, but never the finest one."""
+    least = min(asked.values(), default=TOL_RANGE[1])
+    return min(max(least / _MARGIN, TOL_RANGE[0] * _FINER), TOL_RANGE[1])
 
 
 def finer_tol(tol: float) -> float:
-    """The tolerance of the run that verifies another.
+    """Tolerance of the run that verifies a run of this tolerance: a hundredth of it.
 
-    Parameters
-    ----------
-    tol : float
-        Of the other.
-
-    Returns
-    -------
-    float
-        A hundredth of it; the finest that is allowed if that is next to it, or beyond: two runs
-        at nearly the same tolerance tell nothing of each other.
+    The finest tolerance where a hundredth is next to it or beyond: two runs at nearly the same
+    tolerance tell nothing of each other.
     """
     finer, least = tol / _FINER, TOL_RANGE[0]
     return finer if finer > _APART * least else least
 
 
 def check_quantity(name: str) -> str:
-    """Check the name of a quantity that has an error.
-
-    Parameters
-    ----------
-    name : str
-        The name.
-
-    Returns
-    -------
-    str
-        The same.
-
-    Raises
-    ------
-    InputError
-        If it is not in `QUANTITIES`; the nearest is suggested.
-    """
+    """The name of a quantity in `QUANTITIES`; raises `InputError` if it is unknown."""
     if name not in QUANTITIES:
         raise unknown_name("quantity", name, QUANTITIES)
     return name
 
 
 def check_error(name: str, value: object) -> float:
-    """Check an error that is asked for.
-
-    Parameters
-    ----------
-    name : str
-        The quantity it is of, for the message.
-    value : float or str
-        The error.
-
-    Returns
-    -------
-    float
-        The same as a number.
-
-    Raises
-    ------
-    InputError
-        If it is not above zero and at most 1.
-    """
+    """An error asked of a quantity, as a number above 0 and at most 1; else `InputError`."""
     return Interval(0.0, 1.0, lower_open=True).check(f"error of {name}", value)

@@ -1,4 +1,4 @@
-"""Running extremes of the motion, exact to rounding: extrema of the polynomials, not of samples."""
+"""Running extremes of the motion: exact extrema of the polynomials, not of samples."""
 
 import math
 from collections.abc import Sequence
@@ -11,14 +11,9 @@ from fivtui.taylor import Segment, derivative, minimum_maximum, restricted
 
 
 class Extremes:
-    """Least and greatest x and y and greatest ẋ over the segments seen so far.
+    """Least and greatest x and y, m, and greatest ẋ, m/s, over the segments seen so far.
 
-    Attributes
-    ----------
-    x_min, x_max, y_min, y_max : float
-        Extreme displacements, m.
-    vx_max : float
-        Greatest ẋ, m/s: the least belt speed for which the model is valid.
+    The greatest ẋ is the least belt speed for which the model is valid.
     """
 
     def __init__(self) -> None:
@@ -27,55 +22,24 @@ class Extremes:
 
     @classmethod
     def of(cls, x_min: float, y_min: float, x_max: float, y_max: float, vx_max: float) -> Self:
-        """Extremes already known.
-
-        Parameters
-        ----------
-        x_min, y_min, x_max, y_max, vx_max : float
-            See the attributes.
-
-        Returns
-        -------
-        Extremes
-            These.
-        """
+        """Extremes that are known."""
         seen = cls.__new__(cls)
         seen.x_min, seen.y_min, seen.x_max, seen.y_max = x_min, y_min, x_max, y_max
         seen.vx_max = vx_max
         return seen
 
     def merge(self, other: Self) -> None:
-        """Take in what another has seen.
-
-        Parameters
-        ----------
-        other : Extremes
-            Of another part of the motion.
-        """
+        """Take in the extremes of another part of the motion."""
         self.x_min, self.x_max = min(self.x_min, other.x_min), max(self.x_max, other.x_max)
         self.y_min, self.y_max = min(self.y_min, other.y_min), max(self.y_max, other.y_max)
         self.vx_max = max(self.vx_max, other.vx_max)
 
     def include(self, segment: Segment) -> None:
-        """Take in a whole segment.
-
-        Parameters
-        ----------
-        segment : Segment
-            A piece of the motion.
-        """
+        """Take in a whole segment."""
         self._include(segment.x, segment.y, segment.final, segment.duration)
 
     def include_part(self, segment: Segment, start: float, end: float) -> None:
-        """Take in what lies between two times.
-
-        Parameters
-        ----------
-        segment : Segment
-            A piece of the motion.
-        start, end : float
-            Times, s, that cut the segment where they lie inside it.
-        """
+        """Take in the part of a segment between two times, s."""
         left, right = max(segment.fraction(start), 0.0), min(segment.fraction(end), 1.0)
         if left < right:
             x, y = restricted(segment.x, left, right), restricted(segment.y, left, right)

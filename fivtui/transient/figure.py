@@ -118,18 +118,10 @@ def transient_figure(
 
 
 def run_labels(runs: Sequence[Transient]) -> list[str]:
-    """What tells runs apart, for legends.
+    """Legend labels of runs, each different, in matplotlib's mathtext.
 
-    Parameters
-    ----------
-    runs : sequence of Transient
-        The runs.
-
-    Returns
-    -------
-    list of str
-        A label a run, each different, in matplotlib's mathtext: whether separation is considered,
-        then the parameters, method and start in which the runs differ.
+    Whether separation is considered, then the parameters, method and start in which the runs
+    differ.
     """
     varied = [n for n in PARAMETERS if len({getattr(run.parameters, n) for run in runs}) > 1]
     several = len({run.method for run in runs}) > 1

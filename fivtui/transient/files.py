@@ -1,4 +1,4 @@
-"""Results in files and as plain data, with units and provenance and without loss of precision."""
+"""Results as plain data and in files, with units and provenance and without loss of precision."""
 
 import json
 from collections.abc import Mapping
@@ -32,25 +32,9 @@ _FIRST_MODE: Final = "first_mode"
 
 
 def transient_to_dict(transient: Transient) -> dict[str, Any]:
-    """A transient without its trajectory, as data that JSON can hold.
+    """A transient without its trajectory, as data for JSON, in SI units.
 
-    Parameters
-    ----------
-    transient : Transient
-        The result.
-
-    Returns
-    -------
-    dict
-        What was computed (``parameters``, ``separation``, ``start``, ``t_end``, ``method``,
-        ``tol``, ``step``) and
-        what came out (``final``, ``peak``, ``steady``, ``contact_force``, ``events``, ``stats``),
-        in SI units.
-
-    Raises
-    ------
-    ComputationError
-        If a number is not finite.
+    Raises `ComputationError` if a number is not finite.
     """
     outcome = ("final", "peak", "steady", "contact_force", "events")
     data = {
@@ -77,22 +61,8 @@ def _request(transient: Transient) -> dict[str, Any]:
 def trajectory_of(transient: Transient) -> Trajectory:
     """The trajectory of a transient, checked.
 
-    Parameters
-    ----------
-    transient : Transient
-        A result computed with sample times.
-
-    Returns
-    -------
-    Trajectory
-        Its trajectory.
-
-    Raises
-    ------
-    InputError
-        If the transient was computed without sample times.
-    ComputationError
-        If a sample is not finite.
+    Raises `InputError` if the transient was computed without sample times, and `ComputationError`
+    if a sample is not finite.
     """
     trajectory = transient.trajectory
     if trajectory is None:

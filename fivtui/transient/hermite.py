@@ -16,25 +16,20 @@ def segment_between(
     *,
     switches: bool,
 ) -> Segment:
-    """Interpolate the motion between two states in one mode.
+    """The motion between two states in one mode, as polynomials of degree five.
 
     Parameters
     ----------
     p : Parameters
         The parameter set, for the accelerations.
     mode : Mode
-        The field that governs the motion between the states.
+        The mode between the states.
     times : tuple of float
         Start and end, s; start < end.
     states : tuple of State
         (x, ẋ, y, ẏ) at start and end.
     switches : bool
         Whether the mode changes at the end.
-
-    Returns
-    -------
-    Segment
-        With polynomials of degree five.
     """
     start, end = times
     duration = end - start

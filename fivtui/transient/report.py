@@ -7,17 +7,7 @@ from .result import Transient
 
 
 def print_transient(result: Transient, errors: Deviation | None = None, runs: int = 0) -> None:
-    """Print extremes, events and final state of a transient.
-
-    Parameters
-    ----------
-    result : Transient
-        Any transient.
-    errors : Deviation, optional
-        Its errors, shown beside the numbers.
-    runs : int
-        How many runs verified them.
-    """
+    """Print extremes, events and final state, with their errors as verified by `runs` runs."""
     peak, events, final = result.peak, result.events, result.final
 
     def error(quantity: str, unit: str = "relative") -> str:

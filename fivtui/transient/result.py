@@ -180,25 +180,13 @@ class Transient(Result):
         return transient_to_dict(self)
 
     def to_columns(self) -> dict[str, NDArray[Any]]:
-        """The trajectory as arrays ``t``, ``x``, ``vx``, ``y``, ``vy``, ``P`` and ``mode``.
-
-        Raises
-        ------
-        InputError
-            If the transient was computed without sample times.
-        """
+        """The trajectory as arrays by name; `InputError` if it has none."""
         from .files import trajectory_of
 
         return trajectory_of(self).to_columns()
 
     def figure(self) -> "Figure":
-        """Contact force and displacements over time, as a matplotlib figure.
-
-        Raises
-        ------
-        InputError
-            If the transient was computed without sample times.
-        """
+        """Contact force and displacements over time; `InputError` without a trajectory."""
         from .figure import transient_figure
 
         return transient_figure([self])
@@ -218,38 +206,11 @@ def assemble(
     trajectory: Trajectory | None,
     solution: DenseSolution | None,
 ) -> Transient:
-    """The result of a run from what was seen of it.
+    """The result of a run.
 
-    Parameters
-    ----------
-    request : Request
-        What was computed.
-    final : State
-        State at the horizon.
-    whole, second_half : Extremes
-        Over the run and over its second half.
-    switches : ndarray, shape (n,)
-        Times of all switches, s.
-    separations : int
-        How many of them left the belt.
-    separated_time : float
-        Time off the belt, s.
-    stats : Stats
-        Work done.
-    first_mode : Mode
-        Mode before the first switch.
-    trajectory, solution
-        As in `Transient`.
-
-    Returns
-    -------
-    Transient
-        Everything that a run reports.
-
-    Raises
-    ------
-    ComputationError
-        If the contact force is out of the range of numbers.
+    `whole` and `second_half` are the extremes over the run and its second half, `separated_time`
+    the time off the belt in s, `first_mode` the mode before the first switch. Raises
+    `ComputationError` if the contact force is out of the range of numbers.
     """
     p, considered, t_end = request.parameters, request.separation, request.t_end
     y_min, y_max = whole.y_min, whole.y_max

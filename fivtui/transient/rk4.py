@@ -26,8 +26,8 @@ _MAX_SWITCHES_PER_STEP: Final = 64
 
 
 @dataclass(frozen=True, slots=True)
-class Piece:
-    """What the parameter sets did over one part of a step; n is their number.
+class StepPart:
+    """What n parameter sets did over one part of a step.
 
     Attributes
     ----------
@@ -54,12 +54,10 @@ class RungeKutta4:
 
     Parameters
     ----------
-    parameters : sequence of Parameters
-        The n parameter sets.
-    starts : sequence of State
-        The n start states at t = 0.
+    parameters, starts : sequence of Parameters and of State
+        The n parameter sets and their states at t = 0.
     step : float
-        Step, s.
+        Step, s; positive.
     separation : bool
         Whether separation is considered.
     locate : bool
@@ -68,17 +66,10 @@ class RungeKutta4:
 
     Attributes
     ----------
-    t : float
-        Time reached, s: a whole number of steps.
     state : ndarray, shape (4, n)
         (x, ẋ, y, ẏ) of every set.
     contact : ndarray of bool, shape (n,)
         Mode of every set.
-
-    Raises
-    ------
-    InputError
-        If `step` is not positive.
     """
 
     def __init__(
@@ -111,26 +102,18 @@ class RungeKutta4:
         """Time reached, s."""
         return self.steps * self.step
 
-    def advance(self) -> list[Piece]:
-        """Take one step, in as many pieces as its switches need.
+    def advance(self) -> list[StepPart]:
+        """Take one step, in as many parts as its switches need.
 
-        Returns
-        -------
-        list of Piece
-            Together they cover the step for every parameter set.
-
-        Raises
-        ------
-        ComputationError
-            If the step is too large for the stiffness, the motion overflows, or a step holds more
-            switches than can be believed.
+        Raises `ComputationError` if the step is too large for the stiffness, the motion overflows,
+        or the step holds more switches than can be believed.
         """
         self._check_step()
-        pieces: list[Piece] = []
+        parts: list[StepPart] = []
         done = np.zeros(self.state.shape[1])
         left = np.full_like(done, self.step)
         while (left > 0.0).any():
-            if len(pieces) > _MAX_SWITCHES_PER_STEP:
+            if len(parts) > _MAX_SWITCHES_PER_STEP:
                 raise ComputationError(
                     f"over {_MAX_SWITCHES_PER_STEP} switches in the step at t = {self.t:.6g} s",
                     "use a smaller step, or the taylor method",
@@ -147,13 +130,13 @@ class RungeKutta4:
             if self.locate and crossed.any():
                 duration = np.where(crossed, self._bisect(first, left, crossed), left)
                 last = self._rk4(first, self.contact, duration)
-            pieces.append(Piece(self.contact, done, duration, first, last, crossed))
+            parts.append(StepPart(self.contact, done, duration, first, last, crossed))
             self.state = last
             self.contact = self.contact ^ crossed
             done = done + duration
             left = left - duration
         self.steps += 1
-        return pieces
+        return parts
 
     def _derivatives(self, state: FloatArray, contact: BoolArray) -> FloatArray:
         # Eqs. 2 and 5, solved for the accelerations.
@@ -211,19 +194,7 @@ class RungeKutta4:
 class ReferenceStepper:
     """One parameter set under `RungeKutta4`, as segments.
 
-    Parameters
-    ----------
-    p : Parameters
-        The parameter set.
-    state : State
-        (x, ẋ, y, ẏ) at t = 0.
-    step : float
-        Step, s.
-    separation : bool
-        Whether separation is considered.
-    locate : bool
-        Whether switches are located, see `RungeKutta4`. If not, they count at the end of the step
-        in which they lie.
+    Switches that are not located count at the end of the step in which they lie.
     """
 
     def __init__(
@@ -236,37 +207,29 @@ class ReferenceStepper:
         self._waiting: list[Segment] = []
 
     def advance(self) -> Segment:
-        """Compute the next segment: a step, or the part of it up to or after a switch.
+        """The next segment: a step, or the part of it up to or after a switch.
 
-        Returns
-        -------
-        Segment
-            Quintic interpolation between the states of the integrator.
-
-        Raises
-        ------
-        ComputationError
-            See `RungeKutta4.advance`.
+        Interpolated between the states of the integrator; raises as `RungeKutta4.advance`.
         """
         while not self._waiting:
             begin = self._integrator.t
-            for piece in self._integrator.advance():
-                start = begin + float(piece.begin[0])
-                # The last piece ends on the grid, so that no rounding accumulates.
-                complete = not (self._integrator.locate and bool(piece.switches[0]))
-                end = self._integrator.t if complete else start + float(piece.duration[0])
+            for part in self._integrator.advance():
+                start = begin + float(part.begin[0])
+                # The last part ends on the grid, so that no rounding accumulates.
+                complete = not (self._integrator.locate and bool(part.switches[0]))
+                end = self._integrator.t if complete else start + float(part.duration[0])
                 if end > start:
-                    self._waiting.append(self._segment(piece, (start, end)))
+                    self._waiting.append(self._segment(part, (start, end)))
             self._waiting.reverse()
         return self._waiting.pop()
 
-    def _segment(self, piece: Piece, times: tuple[float, float]) -> Segment:
-        x0, vx0, y0, vy0 = piece.first[:, 0].tolist()
-        x1, vx1, y1, vy1 = piece.last[:, 0].tolist()
+    def _segment(self, part: StepPart, times: tuple[float, float]) -> Segment:
+        x0, vx0, y0, vy0 = part.first[:, 0].tolist()
+        x1, vx1, y1, vy1 = part.last[:, 0].tolist()
         return segment_between(
             self._p,
-            Mode.CONTACT if piece.contact[0] else Mode.SEPARATED,
+            Mode.CONTACT if part.contact[0] else Mode.SEPARATED,
             times,
             ((x0, vx0, y0, vy0), (x1, vx1, y1, vy1)),
-            switches=bool(piece.switches[0]),
+            switches=bool(part.switches[0]),
         )

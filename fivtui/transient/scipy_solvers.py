@@ -30,22 +30,9 @@ _LARGEST: Final = 1e150
 
 
 class ScipyStepper:
-    """A SciPy solver, one instance per mode interval.
+    """A SciPy solver (``"DOP853"``, ``"Radau"`` or ``"LSODA"``), one instance per mode interval.
 
-    Parameters
-    ----------
-    p : Parameters
-        The parameter set.
-    state : State
-        (x, ẋ, y, ẏ) at t = 0.
-    solver : str
-        ``"DOP853"``, ``"Radau"`` or ``"LSODA"``.
-    t_end : float
-        Horizon, s; the last segment ends there.
-    separation : bool
-        Whether separation is considered.
-    tol : float
-        Relative tolerance; the absolute one is `tol` times the size of the start.
+    `tol` is the relative tolerance; the absolute one is `tol` times the size of the start.
     """
 
     def __init__(
@@ -96,17 +83,10 @@ class ScipyStepper:
         )
 
     def advance(self) -> Segment:
-        """Compute the next segment: one step of the solver, cut at the first root of y.
+        """The next segment: one step of the solver, cut at the first root of y.
 
-        Returns
-        -------
-        Segment
-            It begins where the last one ended.
-
-        Raises
-        ------
-        ComputationError
-            If the solver fails, the motion overflows, or switches stop advancing time.
+        Raises `ComputationError` if the solver fails, the motion overflows, or switches stop
+        advancing time.
         """
         solver, start = self._solver, float(self._solver.t)
         try:

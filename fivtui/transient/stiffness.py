@@ -1,4 +1,4 @@
-"""Stiffness: a motion that is slow beside the rates at which deviations from it die out."""
+"""Stiffness: deviations decay much faster than the motion changes."""
 
 from dataclasses import dataclass
 from typing import Final

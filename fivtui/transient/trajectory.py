@@ -38,18 +38,7 @@ class Trajectory(Result):
 
     @classmethod
     def joined(cls, parts: Sequence[Self]) -> Self:
-        """One trajectory from consecutive parts.
-
-        Parameters
-        ----------
-        parts : sequence of Trajectory
-            At least one.
-
-        Returns
-        -------
-        Trajectory
-            All their times in order.
-        """
+        """One trajectory from consecutive parts, at least one."""
         columns = (c.name for c in COLUMNS)
         return cls(*(np.concatenate([getattr(part, name) for part in parts]) for name in columns))
 
@@ -98,19 +87,9 @@ class DenseSolution:
     def from_arrays(cls, p: Parameters, rows: FloatArray, x: FloatArray, y: FloatArray) -> Self:
         """The same from n segments in arrays.
 
-        Parameters
-        ----------
-        p : Parameters
-            The parameter set.
-        rows : ndarray, shape (n, 5)
-            Start, what it lacks, duration and end, s, and mode of every segment.
-        x, y : ndarray, shape (degree + 1, n)
-            Coefficients in (time since the start)/duration, m.
-
-        Returns
-        -------
-        DenseSolution
-            The motion.
+        `rows`, shape (n, 5), has start, what it lacks, duration and end, s, and mode of each
+        segment; `x` and `y`, shape (degree + 1, n), coefficients in (time since the
+        start)/duration, m.
         """
         solution = cls.__new__(cls)
         solution._set(p, rows, x, y)
@@ -127,23 +106,7 @@ class DenseSolution:
         return f"<{type(self).__name__}, {span}, {self._start.size} segments>"
 
     def __call__(self, times: ArrayLike) -> Trajectory:
-        """Evaluate the motion.
-
-        Parameters
-        ----------
-        times : array_like, shape (n,)
-            Times in [t_start, t_end], s.
-
-        Returns
-        -------
-        Trajectory
-            The motion at those times.
-
-        Raises
-        ------
-        InputError
-            If a time lies outside.
-        """
+        """The motion at times in s, shape (n,); `InputError` if one lies outside."""
         t = np.atleast_1d(np.asarray(times, dtype=float))
         if t.size and not (t.min() >= self.t_start and t.max() <= self.t_end):
             raise InputError(f"times: must be from {self.t_start:g} to {self.t_end:g} s")
@@ -161,24 +124,7 @@ def trajectory_of(
     states: tuple[FloatArray, FloatArray, FloatArray, FloatArray],
     mode: NDArray[np.int8],
 ) -> Trajectory:
-    """A trajectory from states: adds the contact force.
-
-    Parameters
-    ----------
-    p : Parameters
-        The parameter set.
-    t : ndarray, shape (n,)
-        Times, s.
-    states : tuple of ndarray, shape (n,)
-        x, ẋ, y and ẏ, m and m/s.
-    mode : ndarray of int8, shape (n,)
-        See `Trajectory`.
-
-    Returns
-    -------
-    Trajectory
-        The motion at those times.
-    """
+    """A trajectory from times, states (x, ẋ, y, ẏ) and modes: adds the contact force."""
     x, vx, y, vy = states
     force = np.where(mode == Mode.CONTACT, spring_force(p, y), 0.0)
     return Trajectory(t, x, vx, y, vy, force, mode)

@@ -41,12 +41,8 @@ class LinearMotion:
 
     Attributes
     ----------
-    matrix : ndarray, shape (4, 4)
-        A, 1/s.
-    load : ndarray, shape (4,)
-        b, m/s.
-    rest : ndarray, shape (4,)
-        The equilibrium, m.
+    matrix, load, rest : ndarray, shapes (4, 4), (4,), (4,)
+        A, 1/s; b, m/s; the equilibrium, m.
     spans : ndarray, shape (n,)
         The spans, s, each twice the one before.
     base : int
@@ -116,38 +112,12 @@ class LinearMotion:
         return velocity
 
     def after(self, z: FloatArray, level: int) -> FloatArray:
-        """States one span later.
-
-        Parameters
-        ----------
-        z : ndarray, shape (n, 4)
-            States.
-        level : int
-            Index of the span.
-
-        Returns
-        -------
-        ndarray, shape (n, 4)
-            States.
-        """
+        """States, shape (n, 4), one span later; `level` is the index of the span."""
         later: FloatArray = z + self.velocity(z) @ self.integrals[level].T
         return later
 
     def at(self, z: FloatArray, times: FloatArray) -> FloatArray:
-        """States at times.
-
-        Parameters
-        ----------
-        z : ndarray, shape (4,)
-            The state at time zero.
-        times : ndarray, shape (n,)
-            Times, s, not beyond an overflow.
-
-        Returns
-        -------
-        ndarray, shape (n, 4)
-            States.
-        """
+        """States, shape (n, 4), at times in s after the state `z`, not beyond an overflow."""
         states, left = np.tile(z, (times.size, 1)), times.copy()
         for level in range(self.spans.size - 1, self.base - 1, -1):
             span = self.spans[level]
@@ -160,17 +130,9 @@ class LinearMotion:
         return total
 
     def series(self, z: FloatArray) -> FloatArray:
-        """Taylor coefficients of the motion from states.
+        """Taylor coefficients of the motion from states, shape (27, n, 4).
 
-        Parameters
-        ----------
-        z : ndarray, shape (n, 4)
-            States.
-
-        Returns
-        -------
-        ndarray, shape (27, n, 4)
-            Coefficients of powers of (time since)/(base span), over which they converge.
+        Of powers of (time since)/(base span), over which they converge.
         """
         span = self.spans[self.base]
         terms, scaled = [z, self.velocity(z) * span], self.matrix.T * span
@@ -180,46 +142,16 @@ class LinearMotion:
 
 
 class Walk:
-    """A walk along a linear motion in the longest spans that fit.
-
-    Parameters
-    ----------
-    motion : LinearMotion
-        The motion.
-    p : Parameters
-        Its parameter set.
-    start : State
-        (x, ẋ, y, ẏ) at time zero, m and m/s.
-
-    Attributes
-    ----------
-    t : float
-        Time reached, s.
-    z : ndarray, shape (1, 4)
-        State reached.
-    """
+    """A walk along a linear motion in the longest spans that fit; it is at time `t`, state `z`."""
 
     def __init__(self, motion: LinearMotion, p: Parameters, start: State) -> None:
         self._motion, self._stiffness = motion, p.k2
         self.t, self.z = 0.0, motion.scaled(start)[None, :]
 
     def to(self, t_end: float) -> list[tuple[int, FloatArray]]:
-        """Walk on.
+        """Walk on to a time; returns the index of every span and the state (1, 4) at its start.
 
-        Parameters
-        ----------
-        t_end : float
-            Where to, s.
-
-        Returns
-        -------
-        list of tuple
-            Index of every span and the state at its start, shape (1, 4).
-
-        Raises
-        ------
-        ComputationError
-            If the motion overflows on the way; it names the time.
+        Raises `ComputationError`, with the time, if the motion overflows on the way.
         """
         motion, left = self._motion, t_end - self.t
         taken, blocked = [], False

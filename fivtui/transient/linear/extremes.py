@@ -32,22 +32,9 @@ _DOUBT: Final = 2.0**-44
 
 
 class Search:
-    """Looks for the extremes of a linear motion.
+    """Looks for the extremes of a linear motion, in at most `max_steps` spans.
 
-    Parameters
-    ----------
-    motion : LinearMotion
-        The motion.
-    max_steps : int
-        Spans that may be looked at.
-    progress : callable, optional
-        Called with the part of the time that is dealt with, in seconds; the search is cancelled
-        when it returns False.
-
-    Attributes
-    ----------
-    steps : int
-        Spans looked at.
+    `progress` is called with the time dealt with, s, and cancels by returning False.
     """
 
     def __init__(
@@ -92,26 +79,11 @@ class Search:
         return np.array(bounds)
 
     def over(self, spans: Spans, end: FloatArray) -> Extremes:
-        """Extremes over consecutive spans; what was found before is kept.
+        """Extremes over consecutive spans and those before.
 
-        Parameters
-        ----------
-        spans : list of tuple
-            Index of every span and the state at its start, shape (1, 4).
-        end : ndarray, shape (1, 4)
-            State at their end.
-
-        Returns
-        -------
-        Extremes
-            Over these spans and those before.
-
-        Raises
-        ------
-        ComputationError
-            If too many spans must be looked at.
-        Cancelled
-            If the progress callback returned False.
+        `spans` has the index of every span and the state, shape (1, 4), at its start; `end` is the
+        state after the last. Raises `ComputationError` if too many spans must be looked at, and
+        `Cancelled`.
         """
         starts = [z for _, z in spans]
         self._see(np.concatenate([*starts, end]) @ _SOUGHT.T)
