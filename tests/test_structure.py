@@ -191,7 +191,7 @@ def test_an_unknown_name_of_a_package_is_refused_as_python_does_it() -> None:
 def test_rk4_takes_the_form_of_a_segment_from_taylor_and_nothing_else() -> None:
     taken = {
         one
-        for name in ("fivtui.transient.rk4", "fivtui.transient.hermite")
+        for name in ("fivtui.transient.rk4", "fivtui.transient.trajectory")
         for one in imported_names(name)
         if one[0].startswith("fivtui.taylor")
     }

@@ -91,7 +91,7 @@ class Batch(Result):
     _peak: BatchPeak | None = field(repr=False)
     _steady: BatchSteady | None = field(repr=False)
     _events: BatchEvents | None = field(repr=False)
-    # Of the members that failed: their place, the last state, and F.
+    # A row for each member that failed: its place, last state and F.
     _failures: Floats = field(repr=False)
 
     @property

@@ -96,7 +96,7 @@ def compare(
     try:
         folder.mkdir(parents=True, exist_ok=True)
     except OSError as error:
-        raise InputError(f"{folder}: cannot be made a folder: {error.strerror}") from None
+        raise InputError(f"{folder}: cannot create the folder: {error.strerror}") from None
     fmu, figure = comparison_files(folder)
     check_apart([("the FMU", fmu), ("the picture", figure)])
     check_output(fmu, force=force)

@@ -128,7 +128,7 @@ class Scene:
             "t_end": t_end,
             "tol": check_tolerance(self.tol),
             "step": None if self.step is None else check_step(self.step, t_end),
-            # Whether there is a static start is for the computation to say.
+            # A static start that does not exist is refused when the scene is computed.
             "start": check_start(self.start),
             "accuracy": tuple(check_accuracy(dict(self.accuracy)).items()),
         }
@@ -260,7 +260,7 @@ def _check_version(data: Mapping[str, object]) -> None:
     version = data[_VERSION_KEY]
     if isinstance(version, bool) or version != FORMAT_VERSION:
         raise InputError(
-            f"{_VERSION_KEY} = {version!r}: this fivtui reads version {FORMAT_VERSION} alone"
+            f"{_VERSION_KEY} = {version!r}: this fivtui reads version {FORMAT_VERSION} only"
         )
 
 

@@ -21,7 +21,6 @@ if TYPE_CHECKING:
     from .files import (
         trajectory_of as trajectory_of,
     )
-    from .hermite import segment_between as segment_between
     from .methods import (
         METHODS as METHODS,
         check_takes_step as check_takes_step,
@@ -62,7 +61,7 @@ if TYPE_CHECKING:
         find_stiffness as find_stiffness,
         step_limit_error as step_limit_error,
     )
-    from .trajectory import Trajectory as Trajectory
+    from .trajectory import Trajectory as Trajectory, segment_between as segment_between
 else:
     from fivtui.lazy import lazily
 

@@ -13,7 +13,7 @@ from fivtui.model import ComputationError, Interval, State, unknown_name
 from .request import TOL_RANGE
 from .result import Transient
 
-# What has an error, and in which measure.
+# The quantities that have an error, and how it is measured.
 QUANTITIES: Final[Mapping[str, str]] = {
     "final": "state at the end, relative to its greatest component",
     "peak": "peak of |y|, relative",
@@ -177,7 +177,7 @@ def _first_difference(
     return next(iter((*times[common:], *others[common:])), None)
 
 
-# What the first tolerance is below the least error asked for: errors of one run are up to twenty
+# The first tolerance is below the least error asked for by this: errors of a run are up to twenty
 # times its tolerance.
 _MARGIN: Final = 100.0
 _FINER: Final = 100.0

@@ -42,9 +42,9 @@ _SHADE: Final = "0.9"
 _ROW: Final = 1.85
 _ONLY_ROW: Final = 2.3
 _MARGIN: Final = 0.85
-# Enlarged are about this many last cycles, if the whole time has more than twice as many.
+# Number of last cycles enlarged, about, of a run that has more than twice as many.
 _CYCLES: Final = 8
-# Beyond this many cycles dashes and shading would only make patterns of their own.
+# Beyond this many cycles dashes and shading are too fine to be seen.
 _CROWDED: Final = 120
 # Groups of samples that a line is reduced to: several a pixel.
 _GROUPS: Final = 4000
@@ -68,7 +68,7 @@ def transient_figure(
     runs : sequence of Transient
         One or several results computed with sample times.
     title : str, optional
-        Title above the panels, shown as it is.
+        Title above the panels, in plain text.
     quantities : sequence of str
         What is drawn, a row of panels each: names in `COLUMNS`.
 
@@ -85,7 +85,7 @@ def transient_figure(
         If a sample is not finite.
     """
     if not runs:
-        raise InputError("figure: must be of one or more runs")
+        raise InputError("figure: there is no run to draw")
     known = [column.name for column in COLUMNS]
     for name in quantities:
         if name not in known:
@@ -137,7 +137,7 @@ def run_labels(runs: Sequence[Transient]) -> list[str]:
 
 
 def _told_apart(labels: Sequence[str], additions: Sequence[str]) -> list[str]:
-    # Adds to those labels that are not alone in their name, where the addition says anything.
+    # Adds to labels that occur more than once, where the additions differ.
     pairs = list(zip(labels, additions, strict=True))
     varied = {label for label in labels if len({more for same, more in pairs if same == label}) > 1}
     return [f"{label}, {more}" if label in varied else label for label, more in pairs]

@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 from fivtui.model import PARAMETERS, ComputationError, InputError, Mode, Parameters, State, mode_of
 from fivtui.taylor import Segment
 
-from .hermite import segment_between
+from .trajectory import segment_between
 
 FloatArray = NDArray[np.float64]
 BoolArray = NDArray[np.bool_]

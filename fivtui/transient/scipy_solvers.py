@@ -113,7 +113,7 @@ class ScipyStepper:
         self._stalled = self._stalled + 1 if end == start else 0
         if self._stalled > _MAX_STALLED:
             raise ComputationError(
-                f"SciPy's solver is stuck on the switch at t = {start:.6g} s",
+                f"SciPy's solver does not get past the switch at t = {start:.6g} s",
                 "use the taylor method",
             )
         switches = self._mode is not mode

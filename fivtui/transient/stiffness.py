@@ -11,7 +11,7 @@ from .request import Request
 
 # An explicit method of high order is unstable beyond about this decay times step.
 _REACH: Final = 9.0
-# Fewer forced steps than this are no burden; less between the rates is no stiffness.
+# A scene is stiff above this number of forced steps and this ratio of the rates.
 _BURDEN: Final = 20_000.0
 _RATIO: Final = 100.0
 

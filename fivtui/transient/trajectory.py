@@ -1,4 +1,4 @@
-"""The motion at given times, and the motion as a function of time."""
+"""The motion at given times, as a function of time, and between two states."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -7,7 +7,16 @@ from typing import Any, Self
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from fivtui.model import COLUMNS, Column, InputError, Mode, Parameters, spring_force
+from fivtui.model import (
+    COLUMNS,
+    Column,
+    InputError,
+    Mode,
+    Parameters,
+    State,
+    accelerations,
+    spring_force,
+)
 from fivtui.results import Result
 from fivtui.taylor import Segment
 
@@ -137,3 +146,61 @@ def _horner(c: FloatArray, t: FloatArray) -> tuple[FloatArray, FloatArray]:
         slope = slope * t + value
         value = value * t + row
     return value, slope
+
+
+def segment_between(
+    p: Parameters,
+    mode: Mode,
+    times: tuple[float, float],
+    states: tuple[State, State],
+    *,
+    switches: bool,
+) -> Segment:
+    """The motion between two states in one mode: quintic Hermite interpolation of order six.
+
+    Parameters
+    ----------
+    p : Parameters
+        The parameter set, for the accelerations.
+    mode : Mode
+        The mode between the states.
+    times : tuple of float
+        Start and end, s; start < end.
+    states : tuple of State
+        (x, ẋ, y, ẏ) at start and end.
+    switches : bool
+        Whether the mode changes at the end.
+    """
+    start, end = times
+    duration = end - start
+    first, last = states
+    ax0, ay0 = accelerations(p, first, mode)
+    ax1, ay1 = accelerations(p, last, mode)
+    return Segment(
+        mode=mode,
+        start=start,
+        start_remainder=0.0,
+        duration=duration,
+        end=end,
+        x=_quintic(duration, (first[0], first[1], ax0), (last[0], last[1], ax1)),
+        y=_quintic(duration, (first[2], first[3], ay0), (last[2], last[3], ay1)),
+        final=last,
+        switches=switches,
+    )
+
+
+def _quintic(
+    h: float, first: tuple[float, float, float], last: tuple[float, float, float]
+) -> tuple[float, ...]:
+    c0, c1, c2 = first[0], first[1] * h, 0.5 * first[2] * h * h
+    position = last[0] - (c0 + c1 + c2)
+    velocity = last[1] * h - (c1 + 2.0 * c2)
+    acceleration = last[2] * h * h - 2.0 * c2
+    return (
+        c0,
+        c1,
+        c2,
+        10.0 * position - 4.0 * velocity + 0.5 * acceleration,
+        -15.0 * position + 7.0 * velocity - acceleration,
+        6.0 * position - 3.0 * velocity + 0.5 * acceleration,
+    )

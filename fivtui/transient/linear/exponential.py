@@ -169,7 +169,7 @@ class Walk:
         if blocked:
             x, vx, y, vy = motion.states(self.z)[0].tolist()
             raise overflow_error(t_end - left, (x, vx, y, vy))
-        # What is left is so short that the chord will do.
+        # The rest is so short that the chord suffices.
         self.z = self.z + left * motion.velocity(self.z)
         self.t = t_end
         return taken

@@ -26,7 +26,7 @@ _CHUNK: Final = 1 << 15
 # Bounds are sampled at the base span over two to this power, this often at a time.
 _REFINEMENT: Final = 6
 _SAMPLES: Final = 1 << 10
-# What rounding does to a state, and how much of a doubt about an extreme is put down to it.
+# Relative rounding of a state, and the greatest relative doubt about an extreme.
 _NOISE: Final = 2.0**-46
 _DOUBT: Final = 2.0**-44
 
