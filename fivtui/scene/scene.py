@@ -410,6 +410,11 @@ def find_scene(name_or_path: str) -> Scene:
     name_or_path : str
         Name of a preset, or else path of a TOML file.
 
+    Returns
+    -------
+    Scene
+        The scene; a preset wins over a file of its name.
+
     Raises
     ------
     InputError

@@ -228,7 +228,7 @@ def test_even_the_longest_legend_stays_inside_the_figure() -> None:
 
 
 def test_without_run_or_trajectory_there_is_no_figure() -> None:
-    with pytest.raises(InputError, match="one or more runs"):
+    with pytest.raises(InputError, match="no run to draw"):
         transient_figure([])
     with pytest.raises(InputError, match="no trajectory"):
         transient_figure([simulate(t_end=1.0)])
