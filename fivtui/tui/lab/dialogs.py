@@ -14,7 +14,7 @@ from textual.screen import ModalScreen
 from textual.widgets import Button, Input, Label, Static
 
 from fivtui.model import InputError
-from fivtui.tui.session import Row
+from fivtui.results import Row
 from fivtui.tui.tabs import grid
 
 

@@ -22,7 +22,6 @@ if TYPE_CHECKING:
     from .report import (
         SECOND_HALF as SECOND_HALF,
         Coexisting as Coexisting,
-        Row as Row,
         quantity as quantity,
         remark as remark,
         result_brief as result_brief,

@@ -6,9 +6,10 @@ from typing import Final
 
 import numpy as np
 
+from fivtui.results import Row
 from fivtui.transient import Transient
 
-from .report import SECOND_HALF, Row, quantity
+from .report import SECOND_HALF, quantity
 
 _FIGURES: Final[tuple[tuple[str, str, Callable[[Transient], float]], ...]] = (
     ("peak |y|", "m", lambda r: r.peak.y_abs),

@@ -2,9 +2,10 @@
 
 from typing import Final
 
+from fivtui.results import Row
+
 from .equations import EQUATIONS
 from .fields import FormField
-from .report import Row
 
 KEYS: Final = (
     Row("Tab, Shift+Tab", "next and previous field, button, plot"),

@@ -9,19 +9,11 @@ import numpy as np
 from fivtui.equilibrium import Stability
 from fivtui.model import Mode, Parameters
 from fivtui.orbits import SEARCHING
+from fivtui.results import Row
 from fivtui.transient import Transient
 
 # Growth rates below this part of the largest eigenvalue count as zero.
 _NEUTRAL: Final = 1e-9
-
-
-@dataclass(frozen=True, slots=True)
-class Row:
-    """A line of a table: label, value, and a note."""
-
-    label: str
-    value: str
-    note: str = ""
 
 
 @dataclass(frozen=True, slots=True)

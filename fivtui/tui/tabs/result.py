@@ -2,7 +2,8 @@
 
 from textual.app import ComposeResult
 
-from fivtui.tui.session import Row, Run, change_rows, result_rows
+from fivtui.results import Row
+from fivtui.tui.session import Run, change_rows, result_rows
 
 from .pane import Pane
 from .tables import RowsView

@@ -11,7 +11,7 @@ from textual.binding import Binding, BindingType
 from textual.containers import VerticalScroll
 from textual.widgets import DataTable, Static
 
-from fivtui.tui.session import Row
+from fivtui.results import Row
 
 Cell = TypeVar("Cell", str, str | Text)
 
