@@ -237,26 +237,26 @@ def test_without_run_or_trajectory_there_is_no_figure() -> None:
 @pytest.mark.parametrize(
     ("suffix", "start"), [(".png", b"\x89PNG"), (".svg", b"<?xml"), (".pdf", b"%PDF")]
 )
-def test_a_figure_is_saved_in_the_format_of_its_suffix_with_the_same_bytes(
+def test_a_figure_is_saved_in_the_format_and_size_of_its_suffix_with_the_same_bytes(
     considered: Transient, tmp_path: Path, suffix: str, start: bytes
 ) -> None:
     paths = [tmp_path / f"{name}{suffix}" for name in "ab"]
-    for path in paths:
-        save_figure(transient_figure([considered]), path)
+    before = dict(mpl.rcParams)
+    figures = [transient_figure([considered]) for _ in paths]
+    for figure, path in zip(figures, paths, strict=True):
+        save_figure(figure, path)
+        assert isinstance(figure.canvas, FigureCanvasAgg)
+    assert dict(mpl.rcParams) == before
     first, second = (path.read_bytes() for path in paths)
     assert first.startswith(start)
     assert first == second
     # What SVG, PDF and PNG call it; less than whole names occurs in compressed data by chance.
     assert not re.search(rb"dc:date|CreationDate|Creation Time", first)
     with pytest.raises(InputError, match="exists already"):
-        save_figure(transient_figure([considered]), paths[0])
-
-
-def test_a_png_has_200_dots_per_inch(considered: Transient, tmp_path: Path) -> None:
-    figure, path = transient_figure([considered]), tmp_path / "run.png"
-    save_figure(figure, path)
-    size = [int.from_bytes(path.read_bytes()[at : at + 4]) for at in (16, 20)]
-    assert size == [round(200 * inches) for inches in figure.get_size_inches()]
+        save_figure(figures[0], paths[0])
+    if suffix == ".png":
+        size = [int.from_bytes(first[at : at + 4]) for at in (16, 20)]
+        assert size == [round(200 * inches) for inches in figures[0].get_size_inches()]
 
 
 def test_another_suffix_is_refused_with_those_allowed(
@@ -276,16 +276,6 @@ def test_a_full_disk_leaves_no_file(considered: Transient, tmp_path: Path, suffi
     with file_size_limit(10_000), pytest.raises(InputError, match="cannot be written"):
         save_figure(figure, tmp_path / f"run{suffix}")
     assert list(tmp_path.iterdir()) == []
-
-
-def test_drawing_and_saving_leave_the_settings_of_matplotlib_alone(
-    considered: Transient, tmp_path: Path
-) -> None:
-    before = dict(mpl.rcParams)
-    figure = transient_figure([considered])
-    save_figure(figure, tmp_path / "run.svg")
-    assert dict(mpl.rcParams) == before
-    assert isinstance(figure.canvas, FigureCanvasAgg)
 
 
 def test_pyplot_is_never_imported() -> None:
