@@ -13,7 +13,6 @@ from typing import Any
 import pytest
 
 from fivtui.model.errors import InputError
-from fivtui.tui import serve as serve_module
 from fivtui.tui.browser import serve
 from tests.support.laboratory import HANG_S
 
@@ -41,7 +40,7 @@ def reachable(port: int) -> bool:
 
 
 def test_without_the_extra_its_name_is_said(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(serve_module, "find_spec", lambda _name: None)
+    monkeypatch.setattr("fivtui.tui.browser.find_spec", lambda _name: None)
     with pytest.raises(InputError, match=r"install fivtui\[serve\]"):
         serve(say=print)
 
