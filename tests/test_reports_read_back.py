@@ -91,39 +91,42 @@ def test_a_printed_stability_has_its_numbers_under_their_names(capsys: Printed) 
     rows = listed(capsys)
     known = dict(rows)
     x, y, force = own_slider.equilibrium(**changes)
-    assert known["equilibrium"] == f"x={x:.6g} m  y={y:.6g} m  P={force:.6g} N"
+    assert known["equilibrium x"] == f"{x:.6g} m  Eq. 6"
+    assert known["equilibrium y"] == f"{y:.6g} m  negative: contact is compressed"
+    assert known["contact force"] == f"{force:.6g} N  in contact"
     own = own_slider.eigenvalues(**changes).tolist()
-    assert known["growth rate"] == f"{max(v.real for v in own):.6g} 1/s"
-    assert known["verdict"] == "stable"
+    rate = max(v.real for v in own)
+    halving = f"amplitude halves every {np.log(2.0) / -rate:.4g} s"
+    assert known["growth rate"] == f"{rate:+.6g} 1/s  {halving}"
+    assert known["verdict"] == "STABLE  small disturbances die out"
     assert known["parameters"].split()[0:2] == ["m=5", "k1=100"]
     assert known["parameters"].endswith("F=100  k_nl=500  mu=1.1")
-    shown = [text for name, text in rows if name == "eigenvalue"]
-    assert len(shown) == 4
+    shown = [text for name, text in rows if name.startswith("eigenvalue ")]
+    assert len(shown) == 2
     for text in shown:
-        real, imaginary = re.fullmatch(r"(\S+) (\S+)i 1/s", text).groups()  # type: ignore[union-attr]
+        real, imaginary = re.fullmatch(r"(\S+) ± (\S+)i 1/s", text).groups()  # type: ignore[union-attr]
         assert min(abs(v - complex(float(real), float(imaginary))) for v in own) < 1e-4
-    modes = [text for name, text in rows if name == "mode"]
+    modes = [text for name, text in rows if name.startswith("mode ")]
     assert len(modes) == 2
     for text in modes:
-        found = re.fullmatch(
-            r"(\S+) Hz  \((\S+) rad/s\)  damping ratio (\S+)  y/x (\S+), (\S+)°", text
-        )
+        found = re.fullmatch(r"(\S+) Hz  damping ratio (\S+), y/x (\S+), (\S+)°", text)
         assert found is not None
-        hertz, angular, damping, ratio, degrees = map(float, found.groups())
-        assert angular == pytest.approx(2.0 * np.pi * hertz, rel=1e-5)
+        hertz, damping, ratio, degrees = map(float, found.groups())
+        angular = 2.0 * np.pi * hertz
         value = min(own, key=lambda v: abs(v.imag - angular))
         assert value.imag == pytest.approx(angular, rel=1e-5)
-        assert damping == pytest.approx(-value.real / abs(value), rel=1e-5)
+        assert damping == pytest.approx(-value.real / abs(value), rel=1e-3)
         # From the vertical equation of motion: (m λ² + c2 λ + kt + h) y = h x.
         kt = 50.0 + 3.0 * 500.0 * y * y
         shape = 30.0 / ((5.0 * value + 0.32) * value + kt + 30.0)
-        assert ratio == pytest.approx(abs(shape), rel=1e-4)
+        assert ratio == pytest.approx(abs(shape), rel=1e-3)
         assert degrees == pytest.approx(np.degrees(np.angle(shape)), abs=0.02)
     critical = own_slider.critical_mu(**{k: v for k, v in changes.items() if k != "mu"})
     linear = own_slider.critical_mu(F=100.0, c1=0.8, k_nl=0.0)
-    assert known["critical friction coefficient"] == f"{critical:.6g}  (unstable above)"
-    assert known["margin in friction coefficient"] == f"{critical - 1.1:+.6g}"
-    assert numbers(known["of the linear system"]) == [pytest.approx(linear, rel=1e-5)]
+    part = 100.0 * (1.0 - 1.1 / critical)
+    margin = f"μ {part:.3g} % below, margin {critical - 1.1:+.6g}"
+    assert known["critical μ"] == f"{critical:.6g} (unstable above)  {margin}"
+    assert numbers(known["critical μ, linear"])[0] == pytest.approx(linear, rel=1e-5)
     # Where the undamped modes meet, by bisection of their eigenvalues.
     free = {name: value for name, value in changes.items() if name != "mu"} | {"c1": 0.0, "c2": 0.0}
     low, high = 0.0, 4.0
@@ -131,14 +134,11 @@ def test_a_printed_stability_has_its_numbers_under_their_names(capsys: Printed) 
         middle = (low + high) / 2.0
         flutters = own_slider.growth_rate(**free, mu=middle) > 1e-5
         low, high = (low, middle) if flutters else (middle, high)
-    meet = known["undamped frequencies coalesce"]
-    assert meet.startswith("at friction coefficient ")
-    assert numbers(meet) == [pytest.approx(high, rel=1e-4)]
+    distance, meet = known["frequency distance"].split("  undamped, the modes coalesce at μ ")
+    assert float(meet) == pytest.approx(high, rel=1e-4)
     apart = sorted(v.imag for v in own if v.imag > 0.0)
-    assert known["distance between the frequencies"].endswith(" rad/s")
-    assert numbers(known["distance between the frequencies"])[0] == pytest.approx(
-        apart[1] - apart[0], rel=1e-2
-    )
+    assert distance.endswith(" Hz")
+    assert numbers(distance)[0] == pytest.approx((apart[1] - apart[0]) / 2 / np.pi, rel=1e-2)
 
 
 def test_stability_as_data_has_hertz_and_radians_apart() -> None:
@@ -223,32 +223,34 @@ def test_a_printed_transient_has_its_numbers_under_their_names(
     t, own = own_slider.motion(3.0, separation=True)
     x, vx, y, _, force = own.T
     peak = rows["peak |y|"]
-    assert numbers(peak)[:3] == pytest.approx([np.abs(y).max(), y.min(), y.max()], rel=3e-3)
-    assert peak.endswith("m)  ± 0.0002 relative")
+    assert numbers(peak)[0] == pytest.approx(np.abs(y).max(), rel=3e-3)
+    assert peak.endswith(" m  ± 0.0002 relative")
+    assert numbers(rows["range of y"])[:2] == pytest.approx([y.min(), y.max()], rel=3e-3)
     assert numbers(rows["peak |x|"]) == [pytest.approx(np.abs(x).max(), rel=3e-3)]
     assert rows["peak |x|"].endswith(" m")
     (half,) = [text for name, text in rows.items() if "half" in name]
     assert numbers(half)[0] == pytest.approx(0.5 * np.ptp(y[t >= 1.5]), rel=3e-3)
-    assert half.endswith("± 3e-05 relative")
+    assert half.endswith("over the second half of the run, ± 3e-05 relative")
     assert numbers(rows["contact force"]) == pytest.approx([0.0, force.max()], rel=3e-3, abs=1e-9)
     assert rows["contact force"].endswith(" N")
     switches = np.diff((y > 0.0).astype(int))
     lifted, back = int((switches > 0).sum()), int((switches < 0).sum())
-    assert rows["separations"] == f"{lifted}  (reattachments {back})  ± 4e-06 s in their times"
+    assert rows["separations"] == f"{lifted}  ± 4e-06 s in their times"
+    assert rows["reattachments"] == str(back)
     off = float(np.mean(y > 0.0))
     time, share = numbers(rows["time off the belt"])
     assert time == pytest.approx(3.0 * off, rel=3e-2)
     assert share == pytest.approx(100.0 * off, abs=0.1)
-    assert re.fullmatch(r"\S+ s  \(\S+%\)", rows["time off the belt"])
-    assert numbers(rows["valid for belt speeds above"]) == [pytest.approx(vx.max(), rel=3e-3)]
-    assert rows["valid for belt speeds above"].endswith(" m/s")
-    final = re.fullmatch(
-        r"x=(\S+)  vx=(\S+)  y=(\S+)  vy=(\S+)  ± 0.001 relative", rows["final state, t = 3 s"]
-    )
-    assert final is not None
-    assert [float(each) for each in final.groups()] == pytest.approx(own[-1, :4].tolist(), rel=5e-3)
+    assert re.fullmatch(r"\S+ s  \S+% of the run", rows["time off the belt"])
+    assert numbers(rows["max ẋ"]) == [pytest.approx(vx.max(), rel=3e-3)]
+    assert rows["max ẋ"].endswith(" m/s  the model is valid for faster belts only")
+    final = [rows[f"final {name}"].split() for name in ("x", "ẋ", "y", "ẏ")]
+    assert [float(text[0]) for text in final] == pytest.approx(own[-1, :4].tolist(), rel=5e-3)
+    assert [text[1] for text in final] == ["m", "m/s", "m", "m/s"]
+    assert rows["final x"].endswith(" m  ± 0.001 relative, t = 3 s")
     assert rows["separation"] == "considered"
-    assert rows["method"] == f"taylor, {runs[0].stats.steps} steps, verified by 3 runs"
+    assert rows["method"] == "taylor  verified by 3 runs"
+    assert rows["steps"] == str(runs[0].stats.steps)
 
 
 def test_a_printed_comparison_has_each_path_of_each_case(

@@ -9,6 +9,7 @@ if TYPE_CHECKING:
         parameter_line as parameter_line,
         print_list as print_list,
         print_rows as print_rows,
+        print_rows_of as print_rows_of,
         print_titled as print_titled,
         terminal_width as terminal_width,
     )

@@ -95,6 +95,11 @@ def print_list(title: str, rows: Sequence[tuple[str, str]]) -> None:
     print_titled(title, table)
 
 
+def print_rows_of(title: str, rows: Sequence[tuple[str, str, str]]) -> None:
+    """Print the rows of a report: label, value and note."""
+    print_list(title, [(label, f"{value}  {note}".rstrip()) for label, value, note in rows])
+
+
 def print_titled(title: str, *parts: RenderableType) -> None:
     """Print a title, if it is not empty, and renderables below it to stdout."""
     width = terminal_width()

@@ -11,6 +11,12 @@ if TYPE_CHECKING:
         stability as stability,
     )
     from .map import StabilityMap as StabilityMap, stability_map as stability_map
+    from .report import (
+        critical_mu_text as critical_mu_text,
+        margin_text as margin_text,
+        stability_rows as stability_rows,
+        verdict as verdict,
+    )
     from .scan import ModeScan as ModeScan, mode_scan as mode_scan, scan_top as scan_top
 else:
     from fivtui.lazy import lazily

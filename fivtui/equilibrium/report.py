@@ -1,12 +1,13 @@
-"""Console output of stability and stability maps."""
+"""The rows of reports on stability, in the laboratory and on the command line."""
 
 import math
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Final
 
 import numpy as np
 
-from fivtui.console import number, parameter_line, print_list
-from fivtui.model import PARAMETERS
+from fivtui.console import number, parameter_line, print_list, print_rows_of
+from fivtui.model import PARAMETERS, Mode
+from fivtui.results import Row
 
 from .eigenvalues import Stability
 from .files import MAP_COLUMNS
@@ -16,45 +17,95 @@ if TYPE_CHECKING:
     from .modes import VibrationMode
 
 
-def print_stability(verdict: Stability) -> None:
-    """Print equilibrium, eigenvalues and critical friction coefficients."""
-    point = verdict.equilibrium
+# Growth rates below this part of the largest eigenvalue count as zero.
+_NEUTRAL: Final = 1e-9
+_CONSEQUENCE: Final = {
+    "STABLE": "small disturbances die out",
+    "UNSTABLE": "small disturbances grow (flutter)",
+    "NEUTRAL": "small disturbances neither grow nor die out",
+}
+
+
+def verdict(s: Stability) -> str:
+    """The stability of the equilibrium: ``STABLE``, ``UNSTABLE`` or ``NEUTRAL``."""
+    if s.stable:
+        return "STABLE"
+    return "NEUTRAL" if abs(s.growth_rate) <= _zero(s) else "UNSTABLE"
+
+
+def _zero(s: Stability) -> float:
+    return _NEUTRAL * float(np.abs(s.eigenvalues).max())
+
+
+def critical_mu_text(s: Stability, digits: int = 6) -> str:
+    """The critical friction coefficients, and what the equilibrium becomes above each."""
+    if not s.critical_mu:
+        return "none for μ > 0"
+    return ", ".join(f"{number(c.mu, digits)} ({c.becomes} above)" for c in s.critical_mu)
+
+
+def margin_text(s: Stability) -> str:
+    """How far μ is from the nearest critical value; empty if there is none."""
+    if not s.critical_mu:
+        return ""
+    mu = s.parameters.mu
+    part = mu / min((c.mu for c in s.critical_mu), key=lambda each: abs(each - mu)) - 1.0
+    return f"μ {100.0 * abs(part):.3g} % {'above' if part > 0.0 else 'below'}"
+
+
+def stability_rows(s: Stability) -> list[Row]:
+    """All results of a stability analysis: label, value with unit, and a note."""
+    point, near, linear = s.equilibrium, s.coalescence, s.linear_critical_mu
+    apart, left = near.frequency_distance, s.margin.mu
+    margin = "" if left is None else f"{margin_text(s)}, margin {left:+.6g}"
+    meet = "nowhere" if near.mu is None else f"at μ {number(near.mu)}"
     rows = [
-        ("parameters", parameter_line(verdict.parameters)),
-        (
-            "equilibrium",
-            f"x={number(point.x)} m  y={number(point.y)} m  P={number(point.P)} N",
+        Row("verdict", verdict(s), _CONSEQUENCE[verdict(s)]),
+        Row("growth rate", f"{s.growth_rate:+.6g} 1/s", _time_scale(s.growth_rate)),
+        Row("critical μ", critical_mu_text(s), margin),
+        Row(
+            "critical μ, linear",
+            "none" if linear is None else number(linear),
+            "of the system with k_nl = 0",
         ),
-        ("verdict", "stable" if verdict.stable else "unstable"),
-        ("growth rate", f"{number(verdict.growth_rate)} 1/s"),
+        Row("equilibrium x", f"{number(point.x)} m", "Eq. 6"),
+        Row("equilibrium y", f"{number(point.y)} m", "negative: contact is compressed"),
+        Row(
+            "contact force",
+            f"{number(point.P)} N",
+            "in contact" if point.mode is Mode.CONTACT else "separated: the preload lifts it off",
+        ),
+        Row(
+            "frequency distance",
+            "0: coalesced" if apart <= _zero(s) else f"{number(apart / math.tau)} Hz",
+            f"undamped, the modes coalesce {meet}",
+        ),
     ]
     rows += [
-        ("eigenvalue", f"{number(value.real)} {value.imag:+.6g}i 1/s")
-        for value in verdict.eigenvalues.tolist()
+        Row(f"eigenvalue {place}", _eigenvalue(value))
+        for place, value in enumerate((v for v in s.eigenvalues.tolist() if v.imag >= 0.0), 1)
     ]
     rows += [
-        (
-            "mode",
-            f"{number(mode.frequency)} Hz  ({number(mode.angular_frequency)} rad/s)  "
-            f"damping ratio {number(mode.damping_ratio)}  {_shape(mode)}",
+        Row(
+            f"mode {place}",
+            f"{number(mode.frequency)} Hz",
+            f"damping ratio {number(mode.damping_ratio, 4)}, {_shape(mode)}",
         )
-        for mode in verdict.modes
+        for place, mode in enumerate(s.modes, 1)
     ]
-    rows += [
-        ("critical friction coefficient", f"{number(c.mu)}  ({c.becomes} above)")
-        for c in verdict.critical_mu
-    ] or [("critical friction coefficient", "none")]
-    linear = verdict.linear_critical_mu
-    rows.append(("  of the linear system", "none" if linear is None else number(linear)))
-    left = verdict.margin.mu
-    rows.append(("margin in friction coefficient", "none" if left is None else f"{left:+.6g}"))
-    near = verdict.coalescence
-    meet = "nowhere" if near.mu is None else f"at friction coefficient {number(near.mu)}"
-    rows += [
-        ("distance between the frequencies", f"{number(near.frequency_distance)} rad/s"),
-        ("undamped frequencies coalesce", meet),
-    ]
-    print_list("Stability", rows)
+    return rows
+
+
+def _eigenvalue(value: complex) -> str:
+    imaginary = f" ± {value.imag:.6g}i" if value.imag else ""
+    return f"{value.real:+.6g}{imaginary} 1/s"
+
+
+def _time_scale(rate: float) -> str:
+    if rate == 0.0:
+        return ""
+    change = "doubles" if rate > 0.0 else "halves"
+    return f"amplitude {change} every {math.log(2.0) / abs(rate):.4g} s"
 
 
 def _shape(mode: "VibrationMode") -> str:
@@ -64,7 +115,13 @@ def _shape(mode: "VibrationMode") -> str:
         return "vertical motion alone"
     ratio = y / x
     degrees = round(math.degrees(math.atan2(ratio.imag, ratio.real)), 6) + 0.0
-    return f"y/x {number(abs(ratio))}, {number(degrees, 4)}°"
+    return f"y/x {number(abs(ratio), 4)}, {number(degrees, 4)}°"
+
+
+def print_stability(s: Stability) -> None:
+    """Print the report of a stability analysis."""
+    parameters = Row("parameters", parameter_line(s.parameters))
+    print_rows_of("Stability", [parameters, *stability_rows(s)])
 
 
 def print_map(result: "StabilityMap") -> None:

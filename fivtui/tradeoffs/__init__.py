@@ -3,9 +3,7 @@
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
-    from .files import (
-        cheapest_to_dict as cheapest_to_dict,
-    )
+    from .files import cheapest_to_dict as cheapest_to_dict
     from .measure import (
         Tradeoff as Tradeoff,
         measure_tradeoff as measure_tradeoff,

@@ -18,9 +18,7 @@ if TYPE_CHECKING:
         observation as observation,
     )
     from .figure import run_labels as run_labels, transient_figure as transient_figure
-    from .files import (
-        trajectory_of as trajectory_of,
-    )
+    from .files import trajectory_of as trajectory_of
     from .methods import (
         METHODS as METHODS,
         check_takes_step as check_takes_step,
@@ -29,7 +27,7 @@ if TYPE_CHECKING:
     )
     from .native import check_has_kernels as check_has_kernels, integrate as integrate
     from .recorder import Recorder as Recorder
-    from .report import print_transient as print_transient
+    from .report import print_transient as print_transient, transient_rows as transient_rows
     from .request import (
         DEFAULT_T_END as DEFAULT_T_END,
         DEFAULT_TOL as DEFAULT_TOL,
@@ -54,13 +52,8 @@ if TYPE_CHECKING:
         check_tolerance as check_tolerance,
         resolve_start as resolve_start,
     )
-    from .result import (
-        Transient as Transient,
-    )
-    from .stiffness import (
-        find_stiffness as find_stiffness,
-        step_limit_error as step_limit_error,
-    )
+    from .result import Transient as Transient
+    from .stiffness import find_stiffness as find_stiffness, step_limit_error as step_limit_error
     from .trajectory import Trajectory as Trajectory, segment_between as segment_between
 else:
     from fivtui.lazy import lazily

@@ -1,60 +1,81 @@
-"""What the command line prints of transients."""
+"""The rows of a transient's report, in the laboratory and on the command line."""
 
-from fivtui.console import number, parameter_line, print_list
+from fivtui.console import number, parameter_line, print_rows_of
+from fivtui.results import Row
 
 from .errors import Deviation
 from .result import Transient
 
 
-def print_transient(result: Transient, errors: Deviation | None = None, runs: int = 0) -> None:
-    """Print extremes, events and final state, with their errors as verified by `runs` runs."""
-    peak, events, final = result.peak, result.events, result.final
+def transient_rows(
+    result: Transient, accuracy: str = "", errors: Deviation | None = None
+) -> list[Row]:
+    """All results of a transient.
 
-    def error(quantity: str, unit: str = "relative") -> str:
-        return "" if errors is None else f"  ± {errors.of(quantity):.1g} {unit}"
+    Parameters
+    ----------
+    result : Transient
+        The transient.
+    accuracy : str
+        Its requested accuracy in words.
+    errors : Deviation, optional
+        Its verified errors, stated beside the values.
 
+    Returns
+    -------
+    list of Row
+        Label, value with unit, and a note.
+    """
+    peak, events, force, final = result.peak, result.events, result.contact_force, result.final
+
+    def note(quantity: str, otherwise: str = "", unit: str = "relative") -> str:
+        return otherwise if errors is None else f"± {errors.of(quantity):.1g} {unit}"
+
+    above = "above 0: off the belt" if result.separation else "above 0: contact in tension"
+    second = "over the second half of the run"
     share = events.separated_time / result.t_end
     rows = [
-        ("parameters", parameter_line(result.parameters)),
-        ("separation", "considered" if result.separation else "ignored"),
-        (
-            "method",
-            _work(result) + ("" if errors is None else f", verified by {runs} runs"),
-        ),
-        (
-            "peak |y|",
-            f"{number(peak.y_abs)} m  (y from {number(peak.y_min)} to {number(peak.y_max)} m)"
-            f"{error('peak')}",
-        ),
-        ("peak |x|", f"{number(peak.x_abs)} m"),
-        (
+        Row("separation", "considered" if result.separation else "ignored"),
+        Row("peak |y|", f"{number(peak.y_abs)} m", note("peak", "exact, between samples too")),
+        Row("range of y", f"{number(peak.y_min)} to {number(peak.y_max)} m", above),
+        Row("peak |x|", f"{number(peak.x_abs)} m"),
+        Row(
             "half peak-to-peak of y",
-            f"{number(result.steady.y_half_range)} m  over the second half of the run"
-            f"{error('half_range')}",
+            f"{number(result.steady.y_half_range)} m",
+            f"{second}{'' if errors is None else ', '}{note('half_range')}",
         ),
-        (
-            "contact force",
-            f"{number(result.contact_force.min)} to {number(result.contact_force.max)} N",
-        ),
-        (
-            "separations",
-            f"{events.separations}  (reattachments {events.reattachments})"
-            f"{error('events', 's in their times')}",
-        ),
-        ("time off the belt", f"{number(events.separated_time)} s  ({share:.1%})"),
-        ("valid for belt speeds above", f"{number(max(peak.vx_max, 0.0))} m/s"),
-        (
-            f"final state, t = {number(final.t)} s",
-            f"x={final.x:.13g}  vx={final.vx:.13g}  y={final.y:.13g}  vy={final.vy:.13g}"
-            f"{error('final')}",
-        ),
+        Row("contact force", f"{number(force.min)} to {number(force.max)} N"),
+        Row("separations", str(events.separations), note("events", unit="s in their times")),
+        Row("reattachments", str(events.reattachments)),
+        Row("time off the belt", f"{number(events.separated_time)} s", f"{share:.1%} of the run"),
+    ]
+    if events.first is not None and events.last is not None:
+        rows += [
+            Row("first switch", f"{number(events.first)} s"),
+            Row("last switch", f"{number(events.last)} s"),
+        ]
+    at_end = f"t = {number(final.t)} s"
+    rows += [
+        Row("max ẋ", f"{number(peak.vx_max)} m/s", "the model is valid for faster belts only"),
+        Row("final x", f"{final.x:.13g} m", note("final", at_end, f"relative, {at_end}")),
+        Row("final ẋ", f"{final.vx:.13g} m/s"),
+        Row("final y", f"{final.y:.13g} m"),
+        Row("final ẏ", f"{final.vy:.13g} m/s"),
+        Row("method", _method(result), accuracy),
+        Row("steps", str(result.stats.steps)),
     ]
     if result.stats.cpu_s is not None:
-        rows.append(("CPU time", f"{result.stats.cpu_s:.3g} s"))
-    print_list("Transient", rows)
+        rows.append(Row("CPU time", f"{result.stats.cpu_s:.3g} s"))
+    return rows
 
 
-def _work(result: Transient) -> str:
-    if result.stats.kernel == "exact":
-        return "matrix exponential: the scene is linear"
-    return f"{result.method}, {result.stats.steps} steps"
+def print_transient(result: Transient, errors: Deviation | None = None, runs: int = 0) -> None:
+    """Print the report of a transient, with its errors as verified by `runs` runs."""
+    verified = "" if errors is None else f"verified by {runs} runs"
+    rows = transient_rows(result, verified, errors)
+    print_rows_of("Transient", [Row("parameters", parameter_line(result.parameters)), *rows])
+
+
+def _method(result: Transient) -> str:
+    exact = result.stats.kernel == "exact"
+    return "matrix exponential: the scene is linear" if exact else result.method

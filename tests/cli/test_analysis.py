@@ -151,7 +151,7 @@ def test_basins_are_written_and_drawn(tmp_path: Path) -> None:
     )  # fmt: skip
     assert done.returncode == 0, done.stderr
     assert "of 8 starts" in done.stdout
-    data = np.load(tmp_path / "b.npz", allow_pickle=False)
-    assert data["attractor"].shape == (8,)
-    assert {"equilibrium"} < {str(text).partition(",")[0] for text in data["attractors"]}
+    with np.load(tmp_path / "b.npz", allow_pickle=False) as data:
+        assert data["attractor"].shape == (8,)
+        assert {"equilibrium"} < {str(text).partition(",")[0] for text in data["attractors"]}
     assert (tmp_path / "b.pdf").read_bytes().startswith(b"%PDF")

@@ -15,10 +15,11 @@ from textual.screen import Screen
 from textual.widgets import Static
 from textual.worker import Worker, WorkerState
 
+from fivtui.equilibrium import verdict
 from fivtui.model import ComputationError, InputError
 from fivtui.scene import PRESETS
 from fivtui.tui.persistence import Slot, restore_results
-from fivtui.tui.session import CHARTS, PRECEDENCE, Session, stability_brief, verdict, verdict_kind
+from fivtui.tui.session import CHARTS, PRECEDENCE, Session, stability_brief, verdict_kind
 from fivtui.tui.tabs import (
     TABS,
     ExportEnded,
@@ -204,9 +205,7 @@ class LabScreen(Screen[None]):
                 parameters, separation=self.session.separation, stable=verdict(found) == "STABLE"
             )
             self.session.coexisting = coexisting
-            view.show(
-                verdict_kind(found, coexisting), stability_brief(parameters, found, coexisting)
-            )
+            view.show(verdict_kind(found, coexisting), stability_brief(found, coexisting))
 
     @on(SearchUpdated)
     def _search_updated(self, event: SearchUpdated) -> None:

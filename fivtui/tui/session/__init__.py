@@ -25,10 +25,7 @@ if TYPE_CHECKING:
         quantity as quantity,
         remark as remark,
         result_brief as result_brief,
-        result_rows as result_rows,
         stability_brief as stability_brief,
-        stability_rows as stability_rows,
-        verdict as verdict,
         verdict_kind as verdict_kind,
     )
     from .run_styles import COLOURS as COLOURS, RunStyle as RunStyle

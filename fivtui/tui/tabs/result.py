@@ -3,7 +3,8 @@
 from textual.app import ComposeResult
 
 from fivtui.results import Row
-from fivtui.tui.session import Run, change_rows, result_rows
+from fivtui.transient import transient_rows
+from fivtui.tui.session import Run, change_rows
 
 from .pane import Pane
 from .tables import RowsView
@@ -22,7 +23,7 @@ class ResultPane(Pane):
         if run is None or run.result is None:
             view.show([], "no result yet: press F5")
             return
-        rows = result_rows(run.result, run.accuracy)
+        rows = transient_rows(run.result, run.accuracy)
         baseline = self.session.runs.baseline
         if baseline is not None and baseline is not run and baseline.result is not None:
             heading = Row(

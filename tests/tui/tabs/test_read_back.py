@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
+from fivtui.equilibrium import stability_rows
 from fivtui.equilibrium.eigenvalues import stability
 from fivtui.equilibrium.map import stability_map
 from fivtui.equilibrium.scan import mode_scan
@@ -17,6 +18,7 @@ from fivtui.scene.presets import PRESETS
 from fivtui.simulation import simulate
 from fivtui.tradeoffs.measure import Tradeoff
 from fivtui.tradeoffs.settings import MeasuredSetting, Setting
+from fivtui.transient import transient_rows
 from fivtui.transient.errors import Deviation
 from fivtui.transient.result import Transient
 from fivtui.tui.chart.axis import Axis
@@ -32,7 +34,7 @@ from fivtui.tui.chart.chart import (
 )
 from fivtui.tui.chart.picture import MARGIN, Picture, draw
 from fivtui.tui.session.comparison import change_rows, changes, percent_text
-from fivtui.tui.session.report import result_brief, result_rows, stability_brief, stability_rows
+from fivtui.tui.session.report import result_brief, stability_brief
 from fivtui.tui.tabs.charts.map import map_chart, point_texts
 from fivtui.tui.tabs.charts.stability import frequency_chart, growth_chart, plane_chart
 from fivtui.tui.tabs.charts.sweep import case_of, grid_chart, point_scene, points_of, sweep_chart
@@ -431,7 +433,7 @@ def number_of(text: str) -> float:
 
 
 def test_rows_of_the_equilibrium_say_what_they_are() -> None:
-    rows = {row.label: row for row in stability_rows(Parameters(), stability(Parameters()))}
+    rows = {row.label: row for row in stability_rows(stability(Parameters()))}
     x, y, force = own_slider.equilibrium()
     own = own_slider.eigenvalues()
     upper = sorted((v for v in own.tolist() if v.imag > 0.0), key=lambda v: v.imag)
@@ -450,7 +452,7 @@ def test_rows_of_the_equilibrium_say_what_they_are() -> None:
     doubling = np.log(2.0) / own.real.max()
     assert rows["growth rate"].note == f"amplitude doubles every {doubling:.4g} s"
     for number in (1, 2):
-        eigenvalue = rows[f"eigenvalue {number}"]
+        eigenvalue, mode = rows[f"eigenvalue {number}"], rows[f"mode {number}"]
         real, imaginary = map(
             float, re.findall(r"[-+]?\d+\.\d+", eigenvalue.value.replace("± ", ""))
         )
@@ -458,13 +460,14 @@ def test_rows_of_the_equilibrium_say_what_they_are() -> None:
             v for v in upper if abs(v.real - real) < 1e-5 and abs(v.imag - imaginary) < 1e-4
         ]
         assert eigenvalue.value.endswith("1/s")
-        assert number_of(eigenvalue.note) == pytest.approx(-match.real / abs(match), rel=5e-3)
-        hertz = rows[f"frequency {number}"].value
-        assert number_of(hertz) == pytest.approx(match.imag / (2.0 * np.pi), rel=1e-5)
-        assert hertz.endswith(" Hz")
+        damping = number_of(mode.note)
+        match = min(upper, key=lambda v: abs(-v.real / abs(v) - damping))  # noqa: B023
+        assert damping == pytest.approx(-match.real / abs(match), rel=5e-3)
+        assert number_of(mode.value) == pytest.approx(match.imag / (2.0 * np.pi), rel=1e-5)
+        assert mode.value.endswith(" Hz")
     # At μ = 0.7 the modes of the base scene have merged; below they are apart.
     low = Parameters(mu=0.2)
-    apart = {row.label: row for row in stability_rows(low, stability(low))}["frequency distance"]
+    apart = {row.label: row for row in stability_rows(stability(low))}["frequency distance"]
     free = [v.imag for v in own_slider.eigenvalues(mu=0.2, c1=0.0, c2=0.0).tolist() if v.imag > 0]
     assert number_of(apart.value) == pytest.approx(abs(free[0] - free[1]) / 2 / np.pi, rel=1e-3)
     assert apart.value.endswith(" Hz")
@@ -472,7 +475,7 @@ def test_rows_of_the_equilibrium_say_what_they_are() -> None:
 
 def test_the_verdict_in_brief_has_its_numbers_and_units() -> None:
     p = Parameters()
-    first, second, third, fourth = stability_brief(p, stability(p))
+    first, second, third, fourth = stability_brief(stability(p))
     own = own_slider.eigenvalues()
     leading = max((v for v in own.tolist() if v.imag > 0.0), key=lambda v: v.real)
     rate, hertz = f"{leading.real:+.4g} 1/s", f"{leading.imag / 2 / np.pi:.4g} Hz"
@@ -489,7 +492,7 @@ def test_the_verdict_in_brief_has_its_numbers_and_units() -> None:
         assert float(found[1]) == pytest.approx(value, rel=5e-4)
     assert hertz in fourth
     calm = Parameters(mu=0.2)
-    brief = stability_brief(calm, stability(calm))
+    brief = stability_brief(stability(calm))
     assert brief[0].startswith("STABLE")
     assert f"{100.0 * (1.0 - 0.2 / own_slider.critical_mu()):.3g} % below" in brief[1]
 
@@ -498,7 +501,7 @@ def test_the_verdict_in_brief_has_its_numbers_and_units() -> None:
 
 
 def test_rows_of_a_run_say_what_they_are(runs: tuple[Transient, Transient]) -> None:
-    rows = result_rows(runs[0], "asked")
+    rows = transient_rows(runs[0], "asked")
     t, own = own_slider.motion(3.0, separation=True)
     x, vx, y, vy, force = own.T
     second = y[t >= 1.5]
@@ -530,11 +533,13 @@ def test_rows_of_a_run_say_what_they_are(runs: tuple[Transient, Transient]) -> N
     assert number_of(by_label["last switch"].value) == pytest.approx(changes_[-1], abs=5e-3)
     assert by_label["reattachments"].value == str(changes_.size - lifted)
     off = float(np.mean(y > 0.0))
-    words = by_label["separation"].note
-    assert words.startswith(f"{lifted} separation")
-    assert re.search(r"(\S+) s \(", words) is not None
-    assert number_of(words.partition("belt ")[2]) == pytest.approx(3.0 * off, rel=2e-2)
-    assert number_of(words.partition("(")[2]) == pytest.approx(100.0 * off, rel=2e-2)
+    assert by_label["separations"].value == str(lifted)
+    time = by_label["time off the belt"]
+    assert time.value.endswith(" s")
+    assert number_of(time.value) == pytest.approx(3.0 * off, rel=2e-2)
+    assert number_of(time.note) == pytest.approx(100.0 * off, rel=2e-2)
+    assert time.note.endswith("% of the run")
+    assert by_label["method"] == ("method", "taylor", "asked")
     assert by_label["steps"].value == str(runs[0].stats.steps)
 
 
