@@ -461,7 +461,7 @@ def test_rows_of_the_equilibrium_say_what_they_are() -> None:
         ]
         assert eigenvalue.value.endswith("1/s")
         damping = number_of(mode.note)
-        match = min(upper, key=lambda v: abs(-v.real / abs(v) - damping))  # noqa: B023
+        match = min(upper, key=lambda v: abs(-v.real / abs(v) - damping))
         assert damping == pytest.approx(-match.real / abs(match), rel=5e-3)
         assert number_of(mode.value) == pytest.approx(match.imag / (2.0 * np.pi), rel=1e-5)
         assert mode.value.endswith(" Hz")
