@@ -45,10 +45,6 @@ def simulate(
 ) -> Transient:
     """Compute a transient.
 
-    Two identical calls in one process may differ in the last bits: the first is run by the
-    interpreted kernel, a later one by the compiled kernel, which has been loaded meanwhile. Name a
-    `kernel` where bits matter.
-
     Parameters
     ----------
     parameters : Parameters, optional
@@ -76,9 +72,9 @@ def simulate(
         Called now and then with the fraction done; the run is cancelled when it returns False.
     kernel : "auto", "compiled", "interpreted" or "exact"
         What runs the method ``taylor``. By default a linear scene (k_nl = 0, separation ignored)
-        is solved exactly, without steps; any other by the compiled kernel once that is loaded, by
-        the interpreted one before. ``stats.kernel`` says which it was, and they agree to rounding.
-        To ask for the compiled one is to wait for it.
+        is solved exactly, without steps; any other by the compiled kernel, or by the interpreted
+        one where that could not be compiled. ``stats.kernel`` says which it was, and they agree to
+        rounding.
     on_samples : callable, optional
         Called now and then with the next part of the trajectory, where sample times are given and
         steps are taken; in the computing thread.

@@ -4,6 +4,7 @@ import gc
 import os
 import subprocess
 import sys
+from pathlib import Path
 
 import pytest
 from hypothesis import HealthCheck, settings
@@ -21,20 +22,16 @@ settings.load_profile("fivtui")
 gc.set_threshold(50_000, 20, 50)
 
 
-_KERNELS = (
-    "from fivtui import simulate; simulate(t_end=1.0, kernel='compiled')",
-    "from fivtui import simulate_batch; simulate_batch({'F': [80.0]}, t_end=1.0)",
-)
+_ROOT = Path(__file__).parents[1]
+_STALE = "import sys; from fivtui.kernel import why_interpreted; sys.exit(bool(why_interpreted()))"
 
 
 def pytest_sessionstart(session: pytest.Session) -> None:
-    """Compile the kernels once, before several processes that run all tests need them at once."""
-    config = session.config
-    several = config.getoption("numprocesses", 0) and not hasattr(config, "workerinput")
-    if several and config.args_source is config.ArgsSource.TESTPATHS:
-        compiling = [subprocess.Popen([sys.executable, "-c", code]) for code in _KERNELS]
-        for process in compiling:
-            process.wait()
+    """Compile the kernel in the sources where its text has changed, once for all processes."""
+    if not hasattr(session.config, "workerinput"):
+        stale = subprocess.run([sys.executable, "-c", _STALE], cwd=_ROOT, check=False)
+        if stale.returncode:
+            subprocess.run([sys.executable, "hatch_build.py"], cwd=_ROOT, check=False)
 
 
 def pytest_collection_finish() -> None:

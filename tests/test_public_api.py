@@ -16,7 +16,7 @@ FUNCTIONS = [name for name in fivtui.__all__ if isinstance(getattr(fivtui, name)
 CLASSES_WITH_EXAMPLES = ["Design", "Range", "Scene"]
 SECTIONS = ["Parameters", "Returns", "Raises", "Examples"]
 # Imported on first use alone.
-HEAVY = ["numpy", "scipy", "matplotlib", "numba", "rich", "textual", "click", "fmpy", "tomlkit"]
+HEAVY = ["numpy", "scipy", "matplotlib", "rich", "textual", "click", "fmpy", "tomlkit"]
 WITHOUT_RESULT = ["save_scene"]
 
 

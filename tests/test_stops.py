@@ -1,14 +1,11 @@
 """Whatever takes long looks at whether to go on within every piece of work that it is made of."""
 
-import threading
 from collections.abc import Callable
 from typing import Any
 
 import numpy as np
 import pytest
 
-from fivtui.kernel import loader
-from fivtui.kernel.loader import KernelLoader
 from fivtui.model.errors import Cancelled
 from fivtui.model.parameters import Parameters
 from fivtui.orbits.attractor_search import coexistence
@@ -76,18 +73,3 @@ def test_an_exact_solution_is_cancelled_between_its_samples() -> None:
     with pytest.raises(Cancelled):
         simulate(p, t_end=100.0, separation=False, samples=times, progress=go_on)
     assert looks == sorted(looks)
-
-
-def test_a_run_that_waits_for_the_compiler_is_cancelled(monkeypatch: pytest.MonkeyPatch) -> None:
-    released = threading.Event()
-
-    class Slow(KernelLoader):
-        def _imported(self) -> None:
-            released.wait()
-
-    monkeypatch.setattr(loader, "single", Slow("single"))
-    try:
-        with pytest.raises(Cancelled):
-            simulate(kernel="compiled", progress=lambda _fraction: False)
-    finally:
-        released.set()

@@ -282,7 +282,6 @@ KNOWN_TO: Final = {
     "distributed": r"fivtui\.sweeps\.cluster",
     "fmpy": r"fivtui\.fmu\..+|fmu_src\.build\..+",
     "matplotlib": r"fivtui\.(plotting|\w+\.figure|paper\.drawing|tui\.tabs\.exports\.chart_figure)",
-    "numba": r"fivtui\.kernel\..+",
     "rich": r"fivtui\.(console\..+|(\w+\.)+report|tui\.(chart\.widget|lab|tabs)\..+)",
     "textual": r"fivtui\.tui\.(app|lab\..+|tabs\.(?!charts\b).+|chart\.widget\..+)",
     "textual_serve": r"fivtui\.tui\.browser",

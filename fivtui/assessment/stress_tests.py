@@ -12,7 +12,6 @@ from functools import cache
 from importlib.resources import files
 from typing import Final
 
-from fivtui.kernel import loader
 from fivtui.model import Cancelled, ComputationError, InputError, Parameters, unknown_name
 from fivtui.simulation import simulate
 from fivtui.transient import KernelChoice, Progress, Start, Transient
@@ -176,12 +175,7 @@ def truth(test: StressTest) -> Truth | None:
 
 
 def run_stress_test(test: StressTest, method: MethodUnderTest) -> StressResult:
-    """Run one method on one test.
-
-    Raises `ComputationError` if the compiled kernels cannot be loaded.
-    """
-    if method.name == "taylor" and method.kernel == "auto":
-        loader.single.module()
+    """Run one method on one test."""
     looks = iter(range(_LOOKS)) if method.name == "fmu" else None
     try:
         run = simulate(

@@ -6,7 +6,7 @@ from typing import Any, TypeVar
 import numpy as np
 from numpy.typing import NDArray
 
-from fivtui.kernel.status import Status
+from fivtui.kernel import Status
 from fivtui.model import ComputationError, InputError, no_equilibrium_error
 from fivtui.results import Result
 from fivtui.taylor import overflow_error, stall_error

@@ -4,16 +4,14 @@ import os
 import threading
 from collections.abc import Callable, Collection, Mapping
 from concurrent.futures import Future, ThreadPoolExecutor, wait
-from types import SimpleNamespace
-from typing import Any, Final, Literal, cast
+from typing import Any, Final, Literal
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from fivtui.kernel import loader
-from fivtui.kernel.status import Status
-from fivtui.model import Cancelled, InputError, Mode, Parameters, check_parameters, unknown_name
-from fivtui.taylor import LONGEST_STEP, constants, local_tolerance, order_for
+from fivtui.kernel import Kernel, Outcome, Status, load_kernel, why_interpreted
+from fivtui.model import Cancelled, InputError, Parameters, check_parameters, unknown_name
+from fivtui.taylor import local_tolerance, order_for
 from fivtui.transient import (
     DEFAULT_T_END,
     DEFAULT_TOL,
@@ -23,6 +21,7 @@ from fivtui.transient import (
     check_tolerance,
 )
 
+from .interpreted import Members, interpreted_results, interpreted_starts
 from .request import columns, flags, starts
 from .result import Batch, BatchAmplitude, BatchEvents, BatchPeak, BatchSteady, Floats
 
@@ -55,7 +54,7 @@ def simulate_batch(
     workers: int | None = None,
     progress: Progress | None = None,
 ) -> Batch:
-    """Compute many transients with the compiled kernel; waits for it if it is not loaded.
+    """Compute many transients with the compiled kernel, or interpreted where there is none.
 
     Parameters
     ----------
@@ -85,16 +84,15 @@ def simulate_batch(
     Returns
     -------
     Batch
-        Agrees with single runs to rounding. A member's numbers do not depend, to the last bit, on
-        its neighbours, its place or the number of workers.
+        Each member has the same bits as the single run by the same kernel, whatever its
+        neighbours, its place, the number of workers and what else is required.
 
     Raises
     ------
     InputError
         If the request is wrong.
     ComputationError
-        If the kernel cannot be loaded. Members that cannot be finished do not raise: see
-        `Batch.failure`.
+        Never for a member that cannot be finished: see `Batch.failure`.
     Cancelled
         If `progress` returned False.
 
@@ -124,10 +122,8 @@ def simulate_batch(
         max_steps=max_steps,
     )
     report = progress or (lambda _fraction: True)
-    while not loader.lanes.wait(_REPORT_S):
-        if not report(0.0):
-            raise Cancelled
-    work.run(loader.lanes.module(), workers or os.cpu_count() or 1, report)
+    kernel = load_kernel() if why_interpreted() is None else None
+    work.run(kernel, workers or os.cpu_count() or 1, report)
     return work.result()
 
 
@@ -172,7 +168,7 @@ class _Work:
         self._next, self._done = 0, 0.0
         self._stop = False
 
-    def run(self, lanes: Any, workers: int, report: Progress) -> None:
+    def run(self, kernel: Kernel | None, workers: int, report: Progress) -> None:
         """Compute all members."""
         workers = min(workers, -(-self._size // _LEAST_CHUNK))
         running: set[Future[None]] = set()
@@ -190,9 +186,9 @@ class _Work:
             try:
                 # This thread is one of the workers.
                 running |= {
-                    pool.submit(self._worker, lanes, workers, _nothing) for _ in range(workers - 1)
+                    pool.submit(self._worker, kernel, workers, _nothing) for _ in range(workers - 1)
                 }
-                self._worker(lanes, workers, look)
+                self._worker(kernel, workers, look)
                 while wait(running, timeout=_REPORT_S).not_done:
                     look()
                 look()
@@ -201,8 +197,7 @@ class _Work:
                 pool.shutdown(cancel_futures=True)
         report(1.0)
 
-    def _worker(self, lanes: Any, workers: int, look: Callable[[], None]) -> None:
-        work = np.empty(lanes.rows.WORK_SIZE)
+    def _worker(self, kernel: Kernel | None, workers: int, look: Callable[[], None]) -> None:
         share = 1 if workers == 1 else 2 * workers
         while not self._stop:
             with self._lock:
@@ -212,91 +207,65 @@ class _Work:
                 self._next = last = min(last, self._size)
             if first == last:
                 return
-            self._compute(lanes, slice(first, last), work, look)
+            self._compute(kernel, slice(first, last), look)
 
-    def _compute(self, lanes: Any, where: slice, work: Floats, look: Callable[[], None]) -> None:
-        p = {name: column[where] for name, column in self._columns.items()}
-        members = self._members(lanes, p, where)
-        outcomes = np.empty((len(members), lanes.rows.OUTCOME_COLUMNS))
-        # A member's field is its own: what is linear cannot overflow in a square.
-        cubic = p["k_nl"] > 0.0
-        for field in (True, False):
-            places = np.flatnonzero(cubic == field)
-            if places.size == len(members):
-                self._advance(lanes, members, outcomes, work, look, cubic=field)
-            elif places.size > 0:
-                some = np.empty((places.size, lanes.rows.OUTCOME_COLUMNS))
-                self._advance(lanes, members[places], some, work, look, cubic=field)
-                outcomes[places] = some
-            if self._stop:
-                return
-        self._keep(lanes.rows.Outcome(*outcomes.T), p["F"], where)
+    def _compute(self, kernel: Kernel | None, where: slice, look: Callable[[], None]) -> None:
+        parameters = np.column_stack([column[where] for column in self._columns.values()])
+        separation = np.array(self._separation[where])
+        if self._start is not None:
+            start = np.array(self._start[where])
+        elif kernel is None:
+            start = interpreted_starts(parameters, separation)
+        else:
+            start = kernel.static_starts(parameters, separation)
+        members = parameters, separation, start
+        if kernel is None:
+            results = self._interpret(members, look)
+        else:
+            results = np.empty((len(parameters), len(Outcome._fields)))
+            # What is linear cannot overflow in a square: such members are run apart.
+            cubic = self._columns["k_nl"][where] > 0.0
+            for kind in (True, False):
+                places = np.flatnonzero(cubic == kind)
+                if places.size:
+                    some = parameters[places], separation[places], start[places]
+                    results[places] = self._advance(kernel, some, look)
+                if self._stop:
+                    return
+        if not self._stop:
+            self._keep(Outcome(*results.T), self._columns["F"][where], where)
 
-    def _advance(
-        self,
-        lanes: Any,
-        members: Floats,
-        outcomes: Floats,
-        work: Floats,
-        look: Callable[[], None],
-        *,
-        cubic: bool,
-    ) -> None:
-        work.fill(0.0)
-        cursor = np.zeros(lanes.CURSOR_SIZE, np.int64)
+    def _advance(self, kernel: Kernel, members: Members, look: Callable[[], None]) -> Floats:
+        parameters, separation, starts = members
         tol = local_tolerance(self._tol)
-        order, reported = order_for(tol), 0.0
         peak, steady = "peak" in self._require, "steady" in self._require
-        observed = peak or "amplitude" in self._require, peak, steady
-        limit = float(self._max_steps)
-        while cursor[lanes.ENDED] < len(members) and not self._stop:
-            done = lanes.advance(
-                members,
-                outcomes,
-                work,
-                cursor,
-                self._t_end,
-                tol,
-                order,
-                cubic,
-                *observed,
-                limit,
-                _BUDGET,
-            )
+        work = kernel.work(
+            parameters=parameters,
+            separation=separation,
+            starts=starts,
+            t_end=self._t_end,
+            tol=tol,
+            order=order_for(tol),
+            max_steps=self._max_steps,
+            observed=(peak or "amplitude" in self._require, peak, steady),
+        )
+        reported = 0.0
+        while not work.done and not self._stop:
+            done = work.advance(_BUDGET)
             with self._lock:
                 self._done += done - reported
             reported = done
             look()
+        return work.results
 
-    def _members(self, lanes: Any, columns: dict[str, Floats], where: slice) -> Floats:
-        # The problems as the kernel takes them; `constants` does on arrays what it does on numbers.
-        p = cast("Parameters", SimpleNamespace(**columns))
-        separation = np.array(self._separation[where])
-        if self._start is None:
-            start = np.empty((separation.size, 4))
-            lanes.static_starts(np.column_stack(list(columns.values())), separation, start)
-        else:
-            start = self._start[where]
-        stiffness = p.k1 + p.k2 + p.k3
-        off = constants(p, Mode.SEPARATED)
-        members = np.empty((separation.size, lanes.rows.MEMBER_COLUMNS))
-        with np.errstate(all="ignore"):
-            frequency = 1.0 / np.sqrt(p.m / stiffness)
-            values = lanes.rows.Member(
-                *constants(p, Mode.CONTACT),
-                xy_off=off.xy,
-                yy_off=off.yy,
-                coupling=0.5 * p.k3,
-                preload=p.F,
-                deflection=abs(p.F) / stiffness,
-                frequency=frequency,
-                longest=LONGEST_STEP / frequency,
-                separation=separation,
-                **dict(zip(("x", "vx", "y", "vy"), start.T, strict=True)),
-            )
-        for column, value in enumerate(values):
-            members[:, column] = value
-        return members
+    def _interpret(self, members: Members, look: Callable[[], None]) -> Floats:
+        def go_on() -> bool:
+            with self._lock:
+                self._done += 1.0
+            look()
+            return not self._stop
+
+        return interpreted_results(members, self._t_end, self._tol, self._max_steps, go_on)
 
     def _keep(self, seen: Any, force: Floats, where: slice) -> None:
         # Take the results of a chunk into those of the batch.

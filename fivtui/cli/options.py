@@ -3,6 +3,7 @@
 import json
 import sys
 from collections.abc import Callable, Sequence
+from functools import cache
 from typing import TYPE_CHECKING, Any
 
 import click
@@ -136,8 +137,17 @@ def say(message: str) -> None:
 
 
 def progress_bar(label: str) -> "Progress":
-    """A progress bar that also says when the batch kernel is being compiled."""
+    """A progress bar; says before it, once, why what is computed is not compiled, if it is not."""
     from fivtui.console import Progress
-    from fivtui.kernel import loader
 
-    return Progress(label, lambda: loader.lanes.loading)
+    _say_why_interpreted()
+    return Progress(label)
+
+
+@cache
+def _say_why_interpreted() -> None:
+    from fivtui.kernel import why_interpreted
+
+    why = why_interpreted()
+    if why is not None:
+        say(f"Runs are interpreted, which takes about a hundred times as long: {why}")

@@ -2,7 +2,7 @@
 
 import sys
 import time
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from types import TracebackType
 from typing import Final, Self
 
@@ -25,12 +25,11 @@ _NO_LIMIT: Final = 1_000_000
 class Progress:
     """A progress bar on stderr that appears after a second.
 
-    `label` says what is being computed, `compiling` whether it waits for a compiler.
+    `label` says what is being computed.
     """
 
-    def __init__(self, label: str, compiling: Callable[[], bool] = lambda: False) -> None:
+    def __init__(self, label: str) -> None:
         self._label = label
-        self._compiling = compiling
         self._bar: Bar | None = None
         self._task: TaskID | None = None
         self._begin = time.monotonic()
@@ -64,11 +63,8 @@ class Progress:
             self._bar.start()
             self._task = self._bar.add_task(self._label, total=1.0)
         if self._task is not None:
-            self._bar.update(self._task, completed=fraction, description=self._description())
+            self._bar.update(self._task, completed=fraction)
         return True
-
-    def _description(self) -> str:
-        return f"{self._label}: compiling, once" if self._compiling() else self._label
 
 
 def number(value: float, digits: int = 6) -> str:

@@ -1,13 +1,23 @@
-"""The compiled kernels: everything here needs numba and is imported by `compiled` alone.
+"""The compiled kernel: the same integrator as `fivtui.taylor` in C, one run or many side by side.
 
-`jit` compiles and caches; `vectors` adds SIMD vectors to numba; `expansion` turns the recurrences
-into machine code, one set or eight sets at a time; `linear_tables` does without them where the
-motion is linear; `polynomials` isolates roots, of which `bounds` spares most; `single` runs one
-transient, `lanes` many, with its parts in the modules `lane_…` and its memory in `rows`.
+`native` loads it. The text in C: `vector.h` (one run or LANES of them), `expansion.h` (the
+recurrences), `polynomial.h` and `roots.h` (bounds, roots), `motion.h` (a step and its mode),
+`search.h` (first switches, extremes), `problem.h`, and the two loops `single.c` and `lanes.c`.
 """
 
-import os
+from typing import TYPE_CHECKING
 
-# Where colorama is installed numba would colour its messages, and for that exchange sys.stdout in
-# the middle of compiling, which other threads are writing to.
-os.environ.setdefault("NUMBA_DISABLE_ERROR_MESSAGE_HIGHLIGHTING", "1")
+if TYPE_CHECKING:
+    from .native import (
+        SAMPLE_COLUMNS as SAMPLE_COLUMNS,
+        SEGMENT_HEAD as SEGMENT_HEAD,
+        Kernel as Kernel,
+        Outcome as Outcome,
+        load_kernel as load_kernel,
+        why_interpreted as why_interpreted,
+    )
+    from .status import Status as Status
+else:
+    from fivtui.lazy import lazily
+
+    __getattr__, __dir__ = lazily(__name__)

@@ -18,6 +18,8 @@ class Status(IntEnum):
         It took too many steps.
     NO_START
         F < 0 and no equilibrium to start from.
+    RUNNING
+        It has not ended.
     """
 
     DONE = 0
@@ -25,3 +27,4 @@ class Status(IntEnum):
     STALLED = 2
     STEP_LIMIT = 3
     NO_START = 4
+    RUNNING = 5

@@ -28,8 +28,6 @@ if TYPE_CHECKING:
         unknown_name as unknown_name,
     )
     from .slider_belt import (
-        BALANCED as BALANCED,
-        LEAST as LEAST,
         Equilibrium as Equilibrium,
         Mode as Mode,
         State as State,
@@ -39,7 +37,6 @@ if TYPE_CHECKING:
         jacobian as jacobian,
         mode_of as mode_of,
         no_equilibrium_error as no_equilibrium_error,
-        pull as pull,
         spring_force as spring_force,
         static_deflection as static_deflection,
         static_start as static_start,

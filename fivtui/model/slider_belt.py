@@ -113,7 +113,7 @@ def mode_of(p: Parameters, state: State, *, separation: bool) -> Mode:
 def pull(h: float, force: float, x: float) -> float:
     """Force (k3/2) x − F in N that lifts a slider at rest at y = 0; 0 if within rounding.
 
-    Takes plain numbers, so that numba can compile it: `h` = k3/2 in N/m, `force` = F in N, x in m.
+    `h` = k3/2 in N/m, `force` = F in N, x in m.
     """
     held = h * x
     difference = held - force
@@ -132,10 +132,10 @@ class Equilibrium:
 
 
 def equilibrium(p: Parameters, *, separation: bool = True, mu: float | None = None) -> Equilibrium:
-    """The unique equilibrium (Eq. 6), in closed form and polished by one Newton step.
+    """The unique equilibrium (Eq. 6).
 
     Eliminating x gives the monotone cubic α y³ + β y + F = 0 with α = (1 + μ h/a) k_nl and
-    β = (1 + μ h/a) k2 + h k1/a; its one real root is a hyperbolic sine.
+    β = (1 + μ h/a) k2 + h k1/a.
 
     Parameters
     ----------
@@ -168,7 +168,7 @@ def resting_height(
 ) -> float:
     """Height y of the equilibrium in m; not finite if the slider is lifted and not held.
 
-    Takes plain numbers, so that numba can compile it: `h` = k3/2, `k` = (k1, k2, k_nl).
+    `h` = k3/2, `k` = (k1, k2, k_nl).
     """
     k1, k2, k_nl = k
     a = k1 + h
@@ -178,11 +178,16 @@ def resting_height(
     friction = 1.0 + mu * h / a
     alpha, beta = friction * k_nl, friction * k2 + h * k1 / a
     y = -force / beta
-    scale = math.sqrt(3.0 * alpha / beta)
-    if scale * abs(y) > 1e-4:
-        # Below this the root is -F/β to rounding after the polish, and 1/scale may overflow.
-        y = -2.0 / scale * math.sinh(math.asinh(1.5 * force / beta * scale) / 3.0)
-    return y - (alpha * y * y * y + beta * y + force) / (3.0 * alpha * y * y + beta)
+    if alpha > 0.0:
+        bound = max(1.0, abs(force) / alpha)
+        y = min(max(y, -bound), bound)
+    # Newton's method from beyond the root, until it comes no nearer: by arithmetic alone, which has
+    # the same bits everywhere.
+    while True:
+        new = y - (alpha * y * y * y + beta * y + force) / (3.0 * alpha * y * y + beta)
+        if not abs(new) < abs(y):
+            return y
+        y = new
 
 
 def no_equilibrium_error(force: float) -> ComputationError:

@@ -1,7 +1,8 @@
 """Fingerprint of a machine's floating-point arithmetic, which decides the last bits of a row.
 
-Fused multiply-add and the mathematical library change last bits; the width of vector registers does
-not. A fixed set of members is computed, and the digest of their rows identifies the arithmetic.
+Transients have the same bits with every instruction set, but not compiled and interpreted; linear
+motions and eigenvalues depend on the mathematical library. A fixed set of members is computed, and
+the digest of their rows identifies the arithmetic.
 """
 
 import hashlib
@@ -10,6 +11,7 @@ from collections.abc import Mapping
 from functools import lru_cache
 from typing import Any, Final
 
+from fivtui.kernel import why_interpreted
 from fivtui.model import Parameters
 
 from .design import Design, Range
@@ -39,16 +41,13 @@ _T_END: Final = 20.0
 def arithmetic_of(study: Study) -> dict[str, Any]:
     """The arithmetic of this machine as far as a study uses it.
 
-    ``machine`` is the kind of processor, ``fused`` whether multiply-add is fused; ``transients``
+    ``machine`` is the kind of processor, ``kernel`` what runs transients; ``transients``
     and ``stability`` are digests of trial rows. Machines with equal values compute equal rows.
-    Raises `ComputationError` if the compiled kernel cannot be loaded.
     """
     found: dict[str, Any] = {"machine": platform.machine()}
     if study.accuracy or not set(study.outputs).isdisjoint(_TRANSIENT):
         found["transients"] = _digest("transients")
-        from fivtui.kernel.target import fuses
-
-        found["fused"] = fuses()
+        found["kernel"] = "compiled" if why_interpreted() is None else "interpreted"
     if not set(study.outputs).isdisjoint(_STABILITY):
         found["stability"] = _digest("stability")
     return found
@@ -62,9 +61,8 @@ def arithmetic_difference(there: object, here: Mapping[str, Any]) -> str:
         return "an older fivtui began it, which did not record the arithmetic"
     if there.get("machine") != here["machine"]:
         return f"processors are {there.get('machine')} there, {here['machine']} here"
-    if there.get("fused") != here.get("fused"):
-        one, other = ("fused" if each.get("fused") else "not fused" for each in (there, here))
-        return f"products and sums are {one} there, {other} here"
+    if there.get("kernel") != here.get("kernel"):
+        return f"transients are {there.get('kernel')} there, {here.get('kernel')} here"
     return "the same members have other last bits there than here"
 
 

@@ -15,7 +15,7 @@ from .study import Study
 FORMAT_VERSION: Final = 1
 ARITHMETIC: Final = "arithmetic"
 # Packages that decide the last bits of a result.
-_PACKAGES: Final = ("numpy", "scipy", "numba", "llvmlite")
+_PACKAGES: Final = ("numpy", "scipy")
 
 
 def versions(package: str = "") -> dict[str, str]:

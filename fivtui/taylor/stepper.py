@@ -84,9 +84,13 @@ def overflow_error(t: float, state: State) -> ComputationError:
     )
 
 
-def stall_error(t: float) -> ComputationError:
+class StallError(ComputationError):
+    """The motion changes faster than the spacing of floats."""
+
+
+def stall_error(t: float) -> StallError:
     """The error for a motion that changes faster than floats resolve time, at t in s."""
-    return ComputationError(
+    return StallError(
         f"at t = {t:.17g} s the motion changes faster than floating-point time resolves",
         "use a less stiff contact, more damping or a later start",
     )

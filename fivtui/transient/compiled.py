@@ -1,22 +1,13 @@
 """Single runs by the compiled kernel."""
 
-import math
-from typing import Any, Final
+from typing import Final
 
 import numpy as np
 from numpy.typing import NDArray
 
-from fivtui.kernel import loader
-from fivtui.model import Cancelled, Mode, Parameters, mode_of
-from fivtui.taylor import (
-    RightHandSide,
-    constants,
-    local_tolerance,
-    order_for,
-    overflow_error,
-    right_hand_side,
-    stall_error,
-)
+from fivtui.kernel import SAMPLE_COLUMNS, SEGMENT_HEAD, Outcome, Status, load_kernel
+from fivtui.model import Cancelled, Parameters, mode_of
+from fivtui.taylor import local_tolerance, order_for, overflow_error, stall_error
 
 from .extremes import Extremes
 from .request import OnSamples, Progress, Request
@@ -32,117 +23,100 @@ _SWITCHES: Final = 256
 _SEGMENTS: Final = 512
 # Samples that are handed out together.
 _PART: Final = 1024
-# Time between two looks at the progress callback while the kernel is being loaded, s.
-_WAIT_S: Final = 0.02
 _NO_TIMES: Final = np.empty(0)
 _NO_ROWS: Final = np.empty((0, 0))
+_ENDED_EARLY: Final = (Status.OVERFLOW, Status.STALLED)
 
 
 def run(
     request: Request, progress: Progress | None, on_samples: OnSamples | None = None
 ) -> Transient:
-    """Compute a transient with the compiled kernel; waits for it if it is not loaded.
-
-    Agrees with the interpreted kernel to rounding.
-    """
-    single = _loaded(progress)
+    """Compute a transient with the compiled kernel: the interpreted one's, to rounding."""
+    kernel = load_kernel()
     p, t_end = request.parameters, request.t_end
-    order = order_for(local_tolerance(request.tol))
+    tol = local_tolerance(request.tol)
+    order = order_for(tol)
     first_mode = mode_of(p, request.initial, separation=request.separation)
     times, dense, max_steps = request.times, request.dense, request.max_steps
-    block = _begun(request, single, order, first_mode)
-    switches = np.empty(_SWITCHES)
+    under_way = kernel.begin(
+        np.array([*p.as_dict().values()]),
+        np.array(request.initial),
+        separation=request.separation,
+        t_end=t_end,
+        tol=tol,
+        order=order,
+    )
+    switches = _Buffer(_SWITCHES)
     moments = _NO_TIMES if times is None else times
-    states = _NO_ROWS if times is None else np.empty((times.size, single.SAMPLE_COLUMNS))
-    segments = np.empty((_SEGMENTS, single.segment_columns(order))) if dense else _NO_ROWS
-    switched: list[NDArray[np.float64]] = []
-    stored: list[NDArray[np.float64]] = []
+    states = _NO_ROWS if times is None else np.empty((times.size, SAMPLE_COLUMNS))
+    segments = _Buffer(_SEGMENTS if dense else 0, SEGMENT_HEAD + 2 * (order + 2))
     portion = _PAUSE if progress is None and on_samples is None else _REPORT
-    reached, steps, given_out, ending = 0.0, 0, 0, single.PAUSED
-    arrived: tuple[float, ...] = ()
-    while ending != single.DONE:
+    reached, steps, given_out = 0.0, 0, 0
+    status = Status.RUNNING
+    while status is not Status.DONE:
         if progress is not None and not progress(reached / t_end):
             raise Cancelled
         budget = min(portion, max_steps - steps)
         if budget <= 0:
             raise step_limit_error(max_steps, reached, t_end, stiffness_of(request))
-        ending = single.advance(block, switches, moments, states, segments, dense, budget)
-        arrived = single.ARRIVED.unpack_from(block, single.RUN_BYTES)
-        here = single.Run(*arrived[: single.RUN_SIZE])
+        status = under_way.advance(
+            switches.room, moments, states, segments.room if dense else None, budget
+        )
+        here = under_way.outcome
         reached, steps = here.t, int(here.steps)
         if on_samples is not None:
-            part = slice(given_out, int(here.samples))
+            part = slice(given_out, under_way.samples)
             given_out = _hand_out(p, moments, states, on_samples, part)
-        if ending in (single.DONE, single.FULL):
-            switched.append(switches[: int(here.switches)])
-            if dense:
-                stored.append(segments[: int(here.segments)])
-            if ending == single.FULL:
-                switches, segments = np.empty_like(switches), np.empty_like(segments)
-                block[single.SWITCHES] = block[single.SEGMENTS] = 0.0
-        elif ending != single.PAUSED:
-            overflow = ending == single.OVERFLOW
+        if status in _ENDED_EARLY:
+            overflow = status is Status.OVERFLOW
             raise overflow_error(reached, here[:4]) if overflow else stall_error(reached)
+        switches.take(under_way.switches)
+        segments.take(under_way.segments)
     if progress is not None:
         progress(1.0)
-    whole, second_half = _extremes(*arrived[single.RUN_SIZE :])
+    whole, second_half = _extremes(here)
     return assemble(
         request,
         final=here[:4],
         whole=whole,
         second_half=second_half,
-        switches=switched[0] if len(switched) == 1 else np.concatenate(switched),
+        switches=switches.content(),
         separations=int(here.separations),
         separated_time=here.separated,
         stats=Stats(steps, None, "compiled"),
         first_mode=first_mode,
         trajectory=None if times is None else _trajectory(p, times, states),
-        solution=_solution(p, np.concatenate(stored), order + 1) if dense else None,
+        solution=_solution(p, segments.content(), order + 1) if dense else None,
     )
 
 
-def _loaded(progress: Progress | None) -> Any:
-    # The kernels; who can cancel the run need not wait for them.
-    while progress is not None and not loader.single.wait(_WAIT_S):
-        if not progress(0.0):
-            raise Cancelled
-    return loader.single.module()
+class _Buffer:
+    # Rows that are filled piece by piece, in as many arrays as it takes.
+
+    def __init__(self, *shape: int) -> None:
+        self._full: list[NDArray[np.float64]] = []
+        self._rows, self._filled = np.empty(shape), 0
+
+    @property
+    def room(self) -> NDArray[np.float64]:
+        return self._rows[self._filled :]
+
+    def take(self, count: int) -> None:
+        self._filled += count
+        if count and self._filled == len(self._rows):
+            self._full.append(self._rows)
+            self._rows, self._filled = np.empty_like(self._rows), 0
+
+    def content(self) -> NDArray[np.float64]:
+        last = self._rows[: self._filled]
+        return np.concatenate([*self._full, last]) if self._full else last
 
 
-def _begun(request: Request, single: Any, order: int, first_mode: Mode) -> NDArray[np.float64]:
-    # What is asked, and a run that has not begun, as the kernel reads them.
-    p = request.parameters
-    stiffness = p.k1 + p.k2 + p.k3
-    block = np.empty(single.BLOCK_SIZE)
-    single.BEGIN.pack_into(
-        block,
-        0,
-        request.t_end,
-        local_tolerance(request.tol),
-        0.5 * p.k3,
-        p.F,
-        abs(p.F) / stiffness,
-        1.0 / math.sqrt(p.m / stiffness),
-        order,
-        request.separation,
-        right_hand_side(p, Mode.CONTACT) is RightHandSide.CUBIC,
-        *constants(p, Mode.SEPARATED),
-        *constants(p, Mode.CONTACT),
-        *request.initial,
-        first_mode,
-        *single.NOT_BEGUN,
-        *single.NOTHING_SEEN,
-    )
-    return block
-
-
-def _extremes(
-    x_min: float, y_min: float, x_max: float, y_max: float, vx_max: float, *later: float
-) -> tuple[Extremes, Extremes]:
-    # Over the whole run and over its second half, from a row of each half.
-    second_half = Extremes.of(*later)
-    whole = Extremes.of(x_min, y_min, x_max, y_max, vx_max)
-    whole.merge(second_half)
+def _extremes(here: Outcome) -> tuple[Extremes, Extremes]:
+    # Over the whole run, and those of y over its second half.
+    whole = Extremes.of(here.x_min, here.y_min, here.x_max, here.y_max, here.vx_max)
+    second_half = Extremes()
+    second_half.y_min, second_half.y_max = here.y_low, here.y_high
     return whole, second_half
 
 
@@ -163,11 +137,11 @@ def _hand_out(
 def _trajectory(
     p: Parameters, times: NDArray[np.float64], states: NDArray[np.float64]
 ) -> Trajectory:
-    x, y, vx, vy, mode, _ = states.T.copy()
+    x, vx, y, vy, mode = states.T.copy()
     return trajectory_of(p, times, (x, vx, y, vy), mode.astype(np.int8))
 
 
 def _solution(p: Parameters, stored: NDArray[np.float64], degree: int) -> DenseSolution:
-    head, size = len(loader.single.module().SEGMENT_COLUMNS), degree + 1
-    x, y = stored[:, head : head + size], stored[:, head + size + 1 : head + 2 * size + 1]
-    return DenseSolution.from_arrays(p, stored[:, :head], x.T.copy(), y.T.copy())
+    middle = SEGMENT_HEAD + degree + 1
+    x, y = stored[:, SEGMENT_HEAD:middle], stored[:, middle:]
+    return DenseSolution.from_arrays(p, stored[:, :SEGMENT_HEAD], x.T.copy(), y.T.copy())

@@ -28,12 +28,6 @@ class Extremes:
         seen.vx_max = vx_max
         return seen
 
-    def merge(self, other: Self) -> None:
-        """Take in the extremes of another part of the motion."""
-        self.x_min, self.x_max = min(self.x_min, other.x_min), max(self.x_max, other.x_max)
-        self.y_min, self.y_max = min(self.y_min, other.y_min), max(self.y_max, other.y_max)
-        self.vx_max = max(self.vx_max, other.vx_max)
-
     def include(self, segment: Segment) -> None:
         """Take in a whole segment."""
         self._include(segment.x, segment.y, segment.final, segment.duration)

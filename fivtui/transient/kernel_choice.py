@@ -2,7 +2,7 @@
 
 from typing import Final
 
-from fivtui.kernel import loader
+from fivtui.kernel import why_interpreted
 from fivtui.model import InputError, unknown_name
 
 from . import compiled
@@ -13,16 +13,10 @@ from .request import OnSamples, Progress, Request
 from .result import Transient
 
 KERNELS: Final = ("auto", "compiled", "interpreted", "exact")
-# Below this progress, restarting compiled is faster than finishing interpreted.
-_EARLY: Final = 0.5
 
 
 def run(request: Request, progress: Progress | None, on_samples: OnSamples | None) -> Transient:
-    """Compute a transient by the method ``taylor``; the same to rounding whatever runs it.
-
-    Until the compiled kernel is loaded, which this starts in the background, the interpreted one
-    runs, and hands over if the compiled one is ready early in the run, which then begins anew.
-    """
+    """Compute a transient by the method ``taylor``; the same to rounding whatever runs it."""
     kernel = request.kernel
     if kernel not in KERNELS:
         raise unknown_name("kernel", kernel, KERNELS)
@@ -33,15 +27,8 @@ def run(request: Request, progress: Progress | None, on_samples: OnSamples | Non
         )
     if solvable and kernel in ("auto", "exact"):
         return linear.run(request, progress)
-    if kernel == "interpreted":
+    if kernel == "interpreted" or (kernel == "auto" and why_interpreted() is not None):
         return _interpreted(request, progress, on_samples)
-    if kernel == "auto" and not loader.single.ready:
-        loader.single.start()
-        try:
-            watch = _Overtaken.by_compiled(progress)
-            return _interpreted(request, watch, on_samples)
-        except _Overtaken as overtaken:
-            progress = overtaken.progress
     return compiled.run(request, progress, on_samples)
 
 
@@ -51,20 +38,3 @@ def _interpreted(
     recorder = Recorder(request, on_samples)
     recorder.follow(METHODS["taylor"].stepper(request), progress)
     return recorder.result("interpreted")
-
-
-class _Overtaken(Exception):
-    # The compiled kernel is ready; `progress` never falls behind what was reported before.
-
-    def __init__(self, progress: Progress | None) -> None:
-        super().__init__()
-        self.progress = progress
-
-    @classmethod
-    def by_compiled(cls, progress: Progress | None) -> Progress:
-        def watch(fraction: float) -> bool:
-            if loader.single.ready and fraction < _EARLY:
-                raise cls(progress and (lambda part: progress(max(part, fraction))))
-            return progress is None or progress(fraction)
-
-        return watch

@@ -9,6 +9,7 @@ from textual.app import App
 from textual.binding import Binding, BindingType
 from textual.command import Provider
 from textual.events import Event, InputEvent, Key, MouseMove
+from textual.screen import Screen
 from textual.timer import Timer
 
 from fivtui.model import InputError
@@ -40,6 +41,14 @@ def _read_results(autosave: Autosave, unread: Mapping[str, StoredResult]) -> Res
             results[key] = None
             errors.append(str(error))
     return ResultsRestored(results, errors)
+
+
+def _report_interpreted(lab: Screen[object]) -> None:
+    from fivtui.kernel import why_interpreted
+
+    why = why_interpreted()
+    if why is not None:
+        lab.post_message(Reported(f"runs are interpreted, which takes long: {why}"))
 
 
 class FivtuiApp(App[None]):
@@ -185,6 +194,8 @@ class FivtuiApp(App[None]):
         for report in self._reports:
             lab.post_message(report)
         self._reports.clear()
+        # After the first frame, too: it loads the kernel.
+        self.call_after_refresh(_report_interpreted, lab)
         if self.session.unread:
             autosave, unread = self._autosave, dict(self.session.unread)
             # After the first frame: reading files may be slow.

@@ -13,16 +13,14 @@ import time
 from collections.abc import Awaitable, Callable, Mapping
 from dataclasses import dataclass
 from typing import Any, Final
-from unittest import mock
 
 import numpy as np
 
-from fivtui.kernel import loader
-from fivtui.kernel.loader import KernelLoader
 from fivtui.simulation import simulate
 from fivtui.tui.app import FivtuiApp
 from fivtui.tui.chart.widget.chart_view import ChartView
 from fivtui.tui.tabs.job_pane import JobPane
+from tests.support.kernels import INTERPRETED
 
 from .tui_terminal import LOADS, answers, starts
 
@@ -140,10 +138,9 @@ async def stop_job(repeats: int, what: str, key: str, fields: Mapping[str, str])
 
 
 async def _stops(repeats: int) -> list[Measured]:
-    # The interpreted kernel, with which every session begins, holds the interpreter.
-    with mock.patch.object(loader, "single", KernelLoader("none")):
+    # The interpreted kernel holds the interpreter.
+    with INTERPRETED:
         found = [await stop_run(repeats, "a run, interpreted", {"t_end": "1e6"})]
-    loader.single.module()
     return [
         *found,
         await stop_run(repeats, "a run, compiled", {"t_end": "1e7"}),

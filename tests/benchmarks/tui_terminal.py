@@ -197,7 +197,7 @@ class Load:
     setting: str = ""
 
 
-_INTERPRETED: Final = "loader.single = KernelLoader('none')"
+_INTERPRETED: Final = "from tests.support.kernels import INTERPRETED; INTERPRETED.start()"
 LOADS: Final = (
     Load("nothing"),
     Load("a run, interpreted", b"\x1b[15~", "left", "t_end=1e6", _INTERPRETED),
@@ -214,8 +214,6 @@ LOADS: Final = (
 )
 _CHILD: Final = """
 import dataclasses
-from fivtui.kernel import loader
-from fivtui.kernel.loader import KernelLoader
 from fivtui.scene.presets import PRESETS
 from fivtui.tui.start import run
 {setting}

@@ -236,7 +236,7 @@ def test_help_imports_nothing_heavy() -> None:
         "import sys\n"
         "from fivtui.cli import run\n"
         "assert run(['--help']) == 0\n"
-        "heavy = {'numpy', 'scipy', 'matplotlib', 'textual', 'rich', 'fmpy', 'numba'}\n"
+        "heavy = {'numpy', 'scipy', 'matplotlib', 'textual', 'rich', 'fmpy'}\n"
         "print(sorted(heavy & set(sys.modules)), file=sys.stderr)\n"
     )
     done = subprocess.run(

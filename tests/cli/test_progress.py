@@ -1,6 +1,5 @@
 """What a command computes tells its progress bar how far it is, from the beginning to the end."""
 
-from collections.abc import Callable
 from pathlib import Path
 
 import pytest
@@ -18,8 +17,8 @@ LINES = {
 class Told(printing.Progress):
     """Stands where the bar is: keeps what it is told."""
 
-    def __init__(self, label: str, compiling: Callable[[], bool] = lambda: False) -> None:
-        super().__init__(label, compiling)
+    def __init__(self, label: str) -> None:
+        super().__init__(label)
         self.fractions: list[float] = []
         bars.append(self)
 
@@ -37,7 +36,7 @@ def test_the_progress_of_a_command_rises_from_zero_to_one(
 ) -> None:
     bars.clear()
     monkeypatch.chdir(tmp_path)
-    monkeypatch.setattr(printing, "Progress", Told)
+    monkeypatch.setattr("fivtui.console.Progress", Told)
     Path("own.toml").write_text("fivtui_scene = 1\nt_end = 5.0\n[parameters]\nF = 60.0\n")
     assert run(LINES[name]) == 0, capsys.readouterr().err
     (bar,) = bars

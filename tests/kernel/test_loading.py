@@ -1,176 +1,192 @@
-"""Loading of the compiled kernels: lazily, in the background, from a cache that cannot be stale."""
+"""The compiled kernel is there from the first run on, or the program says why it is not."""
 
+import math
 import os
+import re
 import shutil
 import subprocess
 import sys
+import zipfile
 from pathlib import Path
 
+import numpy as np
 import pytest
 
 import fivtui
-from fivtui import simulate
-from fivtui.kernel import loader as kernel_loader
-from fivtui.kernel.loader import KernelLoader
-from fivtui.model.errors import ComputationError
+import hatch_build
+from fivtui import Parameters, simulate, simulate_batch
+from fivtui.cli import options, run
+from fivtui.kernel import Kernel, native, why_interpreted
+from fivtui.model import ComputationError
+from tests.support.kernels import INTERPRETED, WHY
 
 PACKAGE = Path(fivtui.__file__).parent
+KERNEL = PACKAGE / "kernel"
 
 
-def python(
-    code: str, *, cache: Path | None = None, path: Path = PACKAGE.parent
-) -> subprocess.CompletedProcess[str]:
-    environment = {**os.environ, "PYTHONPATH": str(path)}
-    if cache is not None:
-        environment["NUMBA_CACHE_DIR"] = str(cache)
-    return subprocess.run(
-        [sys.executable, "-W", "error", "-c", code],
-        env=environment,
-        cwd=path,
+@pytest.fixture
+def anew(monkeypatch: pytest.MonkeyPatch) -> None:
+    """What was loaded is forgotten, before and after."""
+    monkeypatch.setattr(native, "_loaded", native._loaded.__wrapped__)
+
+
+def test_the_first_run_of_a_process_is_compiled() -> None:
+    done = subprocess.run(
+        [sys.executable, "-c", "import fivtui; print(fivtui.simulate(t_end=1.0).stats.kernel)"],
+        env={**os.environ, "PYTHONPATH": str(PACKAGE.parent)},
         capture_output=True,
         text=True,
         check=False,
-        timeout=300.0,
     )
+    assert (done.stdout, done.stderr) == ("compiled\n", "")
 
 
-def test_neither_the_package_nor_a_first_run_imports_the_compiler() -> None:
-    done = python(
-        "import sys, fivtui\n"
-        "kernel = fivtui.simulate(t_end=1e-3).stats.kernel\n"
-        "print(kernel, 'numba' in sys.modules)"
+def test_a_pause_or_a_full_buffer_changes_no_bit() -> None:
+    plain, paused = (
+        simulate(t_end=400.0, samples=999, progress=progress)
+        for progress in (None, lambda _fraction: True)
     )
-    assert (done.stdout, done.stderr, done.returncode) == ("interpreted False\n", "", 0)
+    assert plain.final == paused.final
+    assert plain.peak == paused.peak
+    assert plain.events == paused.events
+    assert plain.events.separations > 256
+    assert plain.trajectory is not None
+    assert paused.trajectory is not None
+    other = paused.trajectory.to_columns()
+    for name, values in plain.trajectory.to_columns().items():
+        assert (values == other[name]).all(), name
 
 
-def test_a_later_run_is_compiled() -> None:
-    done = python(
-        "from fivtui import simulate\n"
-        "from fivtui.kernel import loader\n"
-        "first = simulate(t_end=1.0).stats.kernel\n"
-        "loader.single.module()\n"
-        "print(first, simulate(t_end=1.0).stats.kernel)"
-    )
-    assert (done.stdout, done.stderr, done.returncode) == ("interpreted compiled\n", "", 0)
+def test_what_is_kept_of_a_run_changes_no_bit() -> None:
+    runs = [simulate(t_end=300.0, samples=samples) for samples in ("none", "dense", 7)]
+    assert all(one.final == runs[0].final and one.peak == runs[0].peak for one in runs)
+    solution, sampled = runs[1].solution, runs[2].trajectory
+    assert solution is not None
+    assert sampled is not None
+    found = solution(sampled.t)
+    assert found.y == pytest.approx(sampled.y, rel=1e-12, abs=1e-12)
+    assert found.vx == pytest.approx(sampled.vx, rel=1e-11, abs=1e-11)
 
 
-def test_compiling_leaves_standard_output_alone_where_colorama_is_installed(
-    tmp_path: Path,
+@pytest.mark.usefixtures("anew")
+def test_without_a_library_the_reason_is_said_and_runs_are_interpreted(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    fake = tmp_path / "fake" / "colorama.py"
-    fake.parent.mkdir()
-    fake.write_text(
-        "import sys\n"
-        "__version__ = '9.0.0'\n"
-        "class Fore:\n    def __getattr__(self, name): return ''\n"
-        "Fore = Style = Fore()\n"
-        "def init(): sys.stdout = sys.stderr\n"
-        "reinit = deinit = init\n"
-    )
-    done = python(
-        f"import sys; sys.path.insert(0, {str(fake.parent)!r})\n"
-        "from fivtui.kernel import loader\n"
-        "kernel = loader.single.module()\n"
-        "from numba.core.errors import termcolor\n"
-        "import colorama\n"
-        "termcolor().errmsg('coloured')\n"
-        "print(colorama.__version__)",
-    )
-    assert (done.stdout, done.stderr, done.returncode) == ("9.0.0\n", "", 0)
-
-
-@pytest.mark.parametrize("seconds", [0.0, 0.3, 0.7, 1.5, 2.5, 4.0])
-def test_the_end_of_the_process_stops_the_compiler(seconds: float, tmp_path: Path) -> None:
-    done = python(
-        f"import time; from fivtui import simulate; simulate(t_end=1.0); time.sleep({seconds})",
-        cache=tmp_path,
-    )
-    assert (done.stdout, done.stderr, done.returncode) == ("", "", 0)
-
-
-def test_a_failure_to_load_is_reported_and_single_runs_go_on(
-    monkeypatch: pytest.MonkeyPatch,
-) -> None:
-    def broken(name: str) -> object:
-        raise OSError(f"no {name}\nand more")
-
-    loader = KernelLoader("single")
-    monkeypatch.setattr(kernel_loader, "import_module", broken)
-    monkeypatch.setattr(kernel_loader, "single", loader)
-    with pytest.raises(ComputationError, match=r"cannot be loaded: OSError: no .*single; use the"):
-        simulate(t_end=1.0, kernel="compiled")
-    assert loader.failure == "OSError: no fivtui.kernel.single"
+    reason = tmp_path / "reason.txt"
+    monkeypatch.setattr(native, "_LIBRARY", tmp_path / "none.so")
+    monkeypatch.setattr(native, "_REASON", reason)
+    assert why_interpreted() == "the kernel is not compiled: not installed"
+    reason.write_text("there is no compiler\n", encoding="utf-8")
+    assert why_interpreted() == "the kernel is not compiled: there is no compiler"
     assert simulate(t_end=1.0).stats.kernel == "interpreted"
+    with pytest.raises(ComputationError, match=r"there is no compiler; install fivtui anew"):
+        simulate(t_end=1.0, kernel="compiled")
 
 
-@pytest.mark.parametrize(("looks", "kernel"), [(16, "compiled"), (120, "interpreted")])
-def test_an_interpreted_run_hands_over_to_the_compiled_kernel_if_that_is_ready_early(
-    monkeypatch: pytest.MonkeyPatch, looks: int, kernel: str
+@pytest.mark.usefixtures("anew")
+def test_a_library_of_another_text_is_not_loaded(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    class Late(KernelLoader):
-        seen = 0
-
-        @property
-        def ready(self) -> bool:
-            self.seen += 1
-            return self.seen > looks
-
-    fractions: list[float] = []
-
-    def note(fraction: float) -> bool:
-        fractions.append(fraction)
-        return True
-
-    expected = simulate(t_end=400.0, tol=1e-9, kernel=kernel)  # type: ignore[arg-type]
-    monkeypatch.setattr(kernel_loader, "single", Late("single"))
-    run = simulate(t_end=400.0, tol=1e-9, progress=note)
-    assert run.stats.kernel == kernel
-    assert run.final == expected.final
-    assert fractions == sorted(fractions)
-    assert fractions[-1] == 1.0
+    for path in (*KERNEL.glob("*.c"), *KERNEL.glob("*.h")):
+        shutil.copy(path, tmp_path)
+    monkeypatch.setattr(native, "_FOLDER", tmp_path)
+    assert why_interpreted() is None
+    with (tmp_path / "search.h").open("a") as file:
+        file.write("\n")
+    assert why_interpreted() == "the compiled kernel is of another text than its sources"
 
 
-def test_a_kernel_is_stored_under_a_name_that_follows_from_all_of_its_sources(
-    monkeypatch: pytest.MonkeyPatch,
+def test_what_is_no_library_is_said(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    broken = tmp_path / "broken.so"
+    broken.write_text("nothing")
+    monkeypatch.setattr(native, "_LIBRARY", broken)
+    with pytest.raises(ComputationError, match="cannot be loaded"):
+        Kernel()
+
+
+def test_an_instruction_set_that_the_processor_lacks_is_refused() -> None:
+    with pytest.raises(ComputationError, match="'vliw': this processor has baseline"):
+        Kernel("vliw")
+
+
+def test_the_command_line_says_once_why_runs_are_interpreted(
+    capsys: pytest.CaptureFixture[str],
 ) -> None:
-    import numba
-
-    from fivtui.kernel import jit
-    from fivtui.taylor import series
-
-    def stored_as(text: str) -> str:
-        def double(x: float) -> float:
-            return 2.0 * x
-
-        monkeypatch.setattr(jit, "_source", lambda module: text if module is series else "")
-        compiled_double = jit.kernel(numba.float64(numba.float64), series)(double)
-        assert compiled_double(3.0) == 6.0
-        return double.__qualname__
-
-    assert stored_as("square * 3.0") == stored_as("square * 3.0") != stored_as("square * 2.0")
+    options._say_why_interpreted.cache_clear()
+    with INTERPRETED:
+        assert run(["simulate", "--t-end", "1"]) == 0
+        assert run(["simulate", "--t-end", "1"]) == 0
+    options._say_why_interpreted.cache_clear()
+    assert capsys.readouterr().err.count(WHY) == 1
 
 
-@pytest.mark.whole
-def test_kernels_are_compiled_anew_when_a_source_of_theirs_changes(tmp_path: Path) -> None:
-    shutil.copytree(PACKAGE, tmp_path / "fivtui", ignore=shutil.ignore_patterns("__pycache__"))
-    source = tmp_path / "fivtui" / "taylor" / "series.py"
-    before, cache = source.stat(), tmp_path / "cache"
-    code = (
-        "from fivtui import simulate\n"
-        "print([simulate(t_end=1.0, kernel=k).final.y for k in ('compiled', 'interpreted')])"
+def test_static_starts_of_batches_are_those_of_single_runs() -> None:
+    rng = np.random.default_rng(5)
+    forces = rng.uniform(-60.0, 300.0, 300)
+    stiff = 10.0 ** rng.uniform(-3.0, 9.0, 300)
+    batch = simulate_batch({"F": forces, "k_nl": stiff}, t_end=1e-300, require={"final"})
+    for place in range(300):
+        p = Parameters(F=forces[place], k_nl=stiff[place])
+        final = simulate(p, t_end=1e-300).final
+        assert batch.final[place].tolist() == [final.x, final.vx, final.y, final.vy]
+
+
+def numbers_of(table: str) -> np.ndarray:
+    text = (KERNEL / "tables.h").read_text(encoding="utf-8")
+    found = re.search(rf"double {table}\S* = (.*?);", text, re.DOTALL)
+    assert found is not None
+    return np.array([float(number) for number in re.findall(r"-?\d\S*?\d*(?=[,\s}}]|$)", found[1])])
+
+
+def test_bounds_hold_and_are_the_least() -> None:
+    theta = np.linspace(0.0, 1.0, 20_001)[1:]
+    cubic, slope = numbers_of("CUBIC_BOUND"), numbers_of("CUBIC_SLOPE_BOUND")
+    assert (numbers_of("CURVATURE_BOUND") == [n * (n - 2.0) for n in range(2, 22)]).all()
+    shares = []
+    for n in range(4, 22):
+        off = theta**n - theta**2 * ((3.0 - 2.0 * theta) + n * (theta - 1.0))
+        off_slope = (
+            n * theta ** (n - 1) - 6.0 * theta * (1.0 - theta) - n * theta * (3.0 * theta - 2.0)
+        )
+        for bound, leaving in ((cubic, off), (slope, off_slope)):
+            assert 0.999 * bound[n - 2] < np.abs(leaving).max() <= bound[n - 2]
+        shares.append(np.abs(off / theta).max() / cubic[n - 2])
+    (sharing,) = numbers_of("SHARING")
+    assert 0.999 * sharing < max(shares) <= sharing
+
+
+def test_the_table_of_bernstein_coefficients() -> None:
+    table = numbers_of("TO_BERNSTEIN").reshape(22, 24)
+    for n in range(22):
+        expected = [math.comb(i, n) / math.comb(21, n) for i in range(22)]
+        assert table[n].tolist() == [*expected, 0.0, 0.0]
+
+
+@pytest.mark.slow
+@pytest.mark.host
+@pytest.mark.parametrize("compiles", [True, False])
+def test_a_wheel_has_the_library_or_the_reason_why_it_has_none(
+    compiles: bool, tmp_path: Path
+) -> None:
+    source = tmp_path / "source"
+    ignored = shutil.ignore_patterns(".venv", ".git", "libfivtui*", "__pycache__", ".*_cache")
+    shutil.copytree(PACKAGE.parent, source, ignore=ignored)
+    if compiles and not hatch_build._compilers():
+        pytest.skip("there is no compiler")
+    if not compiles:
+        (source / "fivtui" / "kernel" / "motion.h").write_text("#error broken\n")
+    subprocess.run(
+        [sys.executable, "-m", "hatchling", "build", "-t", "wheel", "-d", str(tmp_path)],
+        cwd=source,
+        check=True,
+        capture_output=True,
     )
-    old = python(code, cache=cache, path=tmp_path)
-    text = source.read_text(encoding="utf-8")
-    changed = text.replace("square * 3.0", "square * 2.0")
-    assert changed != text
-    assert len(changed) == len(text)
-    source.write_text(changed, encoding="utf-8")
-    # Neither its size nor its date tells of the change, nor do Python's own caches.
-    os.utime(source, ns=(before.st_atime_ns, before.st_mtime_ns))
-    for folder in (tmp_path / "fivtui").rglob("__pycache__"):
-        shutil.rmtree(folder)
-    new = python(code, cache=cache, path=tmp_path)
-    assert (old.stderr, new.stderr) == ("", "")
-    assert new.stdout != old.stdout
-    one, other = map(float, new.stdout.strip("[]\n").split(","))
-    assert one == pytest.approx(other, rel=1e-9)
+    (wheel,) = tmp_path.glob("*.whl")
+    with zipfile.ZipFile(wheel) as archive:
+        names = {name.rpartition("/")[2] for name in archive.namelist()}
+        assert (native._LIBRARY.name in names) == compiles
+        assert (native._REASON.name in names) != compiles
+        if not compiles:
+            assert b"broken" in archive.read("fivtui/kernel/libfivtui.txt")
+    assert re.search(r"-py[23.py]+-none-any" if not compiles else r"-py3-none-(?!any)", wheel.name)
+    assert not list((source / "fivtui" / "kernel").glob("libfivtui*"))

@@ -18,8 +18,6 @@ from unittest import mock
 import numpy as np
 
 from fivtui.equilibrium.map import stability_map
-from fivtui.kernel import loader
-from fivtui.kernel.loader import KernelLoader
 from fivtui.scene.presets import PRESETS
 from fivtui.simulation import simulate
 from fivtui.tui import app as app_module
@@ -28,6 +26,7 @@ from fivtui.tui.persistence.snapshot import restore_results, restore_session, st
 from fivtui.tui.session.runs import RunOutcome, RunState
 from fivtui.tui.session.session import Session
 from fivtui.tui.session.studies import DisplayedStudy
+from tests.support.kernels import INTERPRETED
 
 from .sweep_kill import child, kill_at
 
@@ -107,8 +106,8 @@ def kill_labs(folder: Path, times: int) -> int:
     """Each goes on from what the one before has left."""
     path = folder / "session.json"
     chosen = random.Random(SEED)
-    # Nobody waits for a compiler, nor long for the session to be kept.
-    mock.patch.object(loader, "single", KernelLoader("none")).start()
+    # Runs are interpreted, and nobody waits long for the session to be kept.
+    INTERPRETED.start()
     mock.patch.object(app_module, "_SAVE_PERIOD", 0.01).start()
     known: set[int] = set()
     killed = 0

@@ -36,7 +36,7 @@ HEAVIER = dataclasses.replace(STUDY, parameters=Parameters(m=6.0))
 MEMBERS = 20
 SUFFIXES = pytest.mark.parametrize("suffix", [".csv", ".parquet"])
 OTHER: dict[str, dict[str, Any]] = {
-    "fused": {"fused": False},
+    "interpreted": {"kernel": "interpreted"},
     "processors": {"machine": "other"},
     "last bits": {"transients": "0" * 32},
 }
@@ -225,7 +225,7 @@ def test_a_finished_file_says_its_arithmetic_and_is_complete_anywhere(
     said = sweep_format(out).provenance(out)
     assert said is not None
     assert said["arithmetic"] == arithmetic_of(STUDY)
-    elsewhere(monkeypatch, OTHER["fused"])
+    elsewhere(monkeypatch, OTHER["interpreted"])
     assert run(out).failed is None
     assert out.read_bytes() == right[suffix, "lighter"]
 
@@ -354,9 +354,9 @@ def test_what_is_not_computed_is_not_tried(monkeypatch: pytest.MonkeyPatch) -> N
     static = dataclasses.replace(STUDY, outputs=("stable",))
     assert set(arithmetic_of(static)) == {"machine", "stability"}
     moving = dataclasses.replace(STUDY, outputs=("x_end",))
-    assert set(arithmetic_of(moving)) == {"machine", "transients", "fused"}
+    assert set(arithmetic_of(moving)) == {"machine", "transients", "kernel"}
     verified = dataclasses.replace(static, accuracy=(("peak", 1e-4),))
-    assert set(arithmetic_of(verified)) == {"machine", "stability", "transients", "fused"}
+    assert set(arithmetic_of(verified)) == {"machine", "stability", "transients", "kernel"}
 
 
 def test_the_manifest_keeps_the_names_that_older_sweeps_are_resumed_by(tmp_path: Path) -> None:

@@ -14,7 +14,6 @@ from scipy.stats import qmc
 import fivtui.sweeps.rows as sweep_module
 from fivtui import Parameters, simulate, stability, sweep
 from fivtui.batch.run import simulate_batch
-from fivtui.kernel import loader
 from fivtui.model.errors import Cancelled, ComputationError, InputError
 from fivtui.scene.verified import simulate_to
 from fivtui.sweeps.design import Design, Kind, Range
@@ -347,17 +346,6 @@ def test_a_sweep_is_cancelled_by_its_progress() -> None:
     study = Study(DESIGNS[1], Parameters(), t_end=1.0)
     with pytest.raises(Cancelled):
         compute_rows(study, 0, 9, lambda _fraction: False)
-
-
-def test_a_kernel_that_cannot_be_had_is_no_failure_of_the_members(
-    monkeypatch: pytest.MonkeyPatch,
-) -> None:
-    def fail() -> Any:
-        raise ComputationError("no kernel", "mend numba")
-
-    monkeypatch.setattr(loader.lanes, "module", fail)
-    with pytest.raises(ComputationError, match="no kernel"):
-        sweep(vary={"F": (1.0,)}, t_end=1.0)
 
 
 def test_what_does_not_fit_into_memory_is_refused() -> None:

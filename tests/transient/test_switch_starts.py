@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from fivtui import Parameters, simulate, simulate_batch
-from fivtui.kernel.status import Status
+from fivtui.kernel import Status
 from fivtui.model.slider_belt import Mode, State, mode_of
 from fivtui.taylor.stepper import TaylorStepper
 

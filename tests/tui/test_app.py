@@ -1,15 +1,14 @@
-from collections.abc import AsyncIterator
+from collections.abc import AsyncIterator, Iterator
 
 import pytest
 from textual.pilot import Pilot
 
-from fivtui.kernel import loader
-from fivtui.kernel.loader import KernelLoader
 from fivtui.tui.app import FivtuiApp
 from fivtui.tui.chart.widget.chart_view import ChartView
 from fivtui.tui.session.runs import RunState
 from fivtui.tui.tabs.book import TabBook
 from fivtui.tui.tabs.tabs import TABS
+from tests.support.kernels import INTERPRETED
 from tests.support.laboratory import (
     ENDLESS,
     app_of,
@@ -28,9 +27,10 @@ USUAL = (80, 24)
 
 
 @pytest.fixture(autouse=True)
-def _interpreted(monkeypatch: pytest.MonkeyPatch) -> None:
-    # A long run stays long, whatever has been compiled by then.
-    monkeypatch.setattr(loader, "single", KernelLoader("none"))
+def _interpreted() -> Iterator[None]:
+    # A long run stays long.
+    with INTERPRETED:
+        yield
 
 
 @pytest.fixture

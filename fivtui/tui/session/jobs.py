@@ -5,8 +5,6 @@ import time
 from dataclasses import dataclass, field
 from typing import Final
 
-from fivtui.kernel import loader
-
 # Longest time reserved for the answer to a key, s.
 _ANSWER: Final = 0.06
 # Polling interval, s.
@@ -62,10 +60,6 @@ def _duration(seconds: float) -> str:
     return f"{minutes} min {rest:02d} s" if minutes else f"{seconds:.1f} s"
 
 
-def _waits_for_kernels() -> bool:
-    return loader.single.awaited or loader.lanes.awaited
-
-
 @dataclass(eq=False, slots=True)
 class Job:
     """A computation in progress; `fraction` (0 to 1) is written by the computing thread."""
@@ -91,8 +85,6 @@ class Job:
 
     @property
     def words(self) -> str:
-        """Progress and remaining time, or that a kernel is being compiled."""
-        if self.fraction == 0.0 and _waits_for_kernels():
-            return "compiling, once"
+        """Progress and remaining time."""
         elapsed, done = time.monotonic() - self._begin, self.fraction
         return progress_words(done, elapsed * (1.0 - done) / done if done > 0.0 else None)

@@ -10,8 +10,6 @@ import pytest
 from textual.events import Key
 from textual.pilot import Pilot
 
-from fivtui.kernel import loader as kernel_loader
-from fivtui.kernel.loader import KernelLoader
 from fivtui.tui.app import FivtuiApp
 from fivtui.tui.lab.key_bar import KeyBar
 from fivtui.tui.session import jobs
@@ -87,37 +85,9 @@ async def test_a_key_has_precedence_until_its_frame(
     assert "base (changed)" in text_of(pilot)
 
 
-async def test_what_waits_for_the_compiler_says_so_and_can_be_stopped(
-    pilot: Pilot[None], monkeypatch: pytest.MonkeyPatch
-) -> None:
-    compiling = threading.Event()
-
-    class Slow(KernelLoader):
-        def _imported(self) -> None:
-            compiling.wait()
-            raise ImportError("there is no compiler in this test")
-
-    monkeypatch.setattr(kernel_loader, "lanes", Slow("lanes"))
-    try:
-        await pilot.press("alt+3", "f10")
-        await until_shown(pilot, "compiling, once")
-        await pilot.press("f10")
-        await until_shown(pilot, "stopped at 0 %")
-        workers = pilot.app.workers
-        await until(pilot, lambda: not any(w.is_running for w in workers if w.group == "job"))
-        await pilot.press("f10")
-        await until_shown(pilot, "compiling, once")
-    finally:
-        compiling.set()
-    await until_shown(pilot, "the compiled kernels cannot be loaded")
-
-
-def test_a_job_that_has_begun_speaks_of_its_progress(monkeypatch: pytest.MonkeyPatch) -> None:
-    job, loader = Job(), KernelLoader("lanes")
-    monkeypatch.setattr(kernel_loader, "lanes", loader)
+def test_a_job_that_has_begun_speaks_of_its_progress() -> None:
+    job = Job()
     assert job.words == "0 %"
-    monkeypatch.setattr(KernelLoader, "awaited", True)
-    assert job.words == "compiling, once"
     job.report(0.5)
     assert job.words.startswith("50 %, ")
 

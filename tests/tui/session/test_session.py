@@ -24,7 +24,7 @@ def test_headless_modules_import_no_textual_and_nothing_slow() -> None:
         "    for module in pkgutil.iter_modules(package.__path__, package.__name__ + '.'):\n"
         "        if not module.ispkg:\n"
         "            importlib.import_module(module.name)\n"
-        "heavy = ('textual', 'matplotlib', 'scipy', 'fmpy', 'numba')\n"
+        "heavy = ('textual', 'matplotlib', 'scipy', 'fmpy')\n"
         "modules = sum(name.startswith('fivtui.tui.') for name in sys.modules)\n"
         "print(modules > 25, [name for name in heavy if name in sys.modules])\n"
     )
@@ -33,7 +33,7 @@ def test_headless_modules_import_no_textual_and_nothing_slow() -> None:
 
 
 def test_the_app_itself_starts_without_the_slow_libraries() -> None:
-    heavy = ("matplotlib", "scipy", "fmpy", "numba")
+    heavy = ("matplotlib", "scipy", "fmpy")
     code = f"import sys, fivtui.tui.app; print([n for n in {heavy} if n in sys.modules])"
     shown = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
     assert shown.stdout.strip() == "[]"

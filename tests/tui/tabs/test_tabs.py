@@ -9,8 +9,6 @@ import pytest
 from textual.pilot import Pilot
 
 from fivtui.equilibrium.scan import mode_scan, scan_top
-from fivtui.kernel import loader
-from fivtui.kernel.loader import KernelLoader
 from fivtui.paper.claims.check import CLAIMS
 from fivtui.paper.claims.claim import check
 from fivtui.paper.results import PaperResults
@@ -22,6 +20,7 @@ from fivtui.tui.chart.widget.chart_view import ChartView
 from fivtui.tui.session import runs
 from fivtui.tui.tabs.charts.paper import claim_rows, claim_words
 from fivtui.tui.tabs.charts.tradeoff import present_row, present_words, table_rows, tradeoff_chart
+from tests.support.kernels import INTERPRETED
 from tests.support.laboratory import (
     app_of,
     flat_text_of,
@@ -107,10 +106,10 @@ async def test_the_transient_has_views_and_every_plot_its_keys(
     await until(pilot, lambda: view.view.x is None)
 
 
+@INTERPRETED
 async def test_a_run_grows_in_the_plot_until_it_is_stopped(
-    pilot: Pilot[None], monkeypatch: pytest.MonkeyPatch
+    pilot: Pilot[None],
 ) -> None:
-    monkeypatch.setattr(loader, "single", KernelLoader("none"))
     await type_into(pilot, "t_end", "1e5")
     await pilot.press("f5")
     active = app_of(pilot).session.runs.active

@@ -1,0 +1,97 @@
+"""Members of a batch by the interpreted kernel, where there is no compiled one."""
+
+from collections.abc import Callable
+
+import numpy as np
+from numpy.typing import NDArray
+
+from fivtui.kernel import Outcome, Status
+from fivtui.model import PARAMETERS, ComputationError, Parameters, static_start
+from fivtui.taylor import StallError, TaylorStepper, local_tolerance
+from fivtui.transient import Recorder, Request
+
+from .result import Floats
+
+# Parameter sets (n, 9), whether each considers separation, starts (n, 4).
+Members = tuple[Floats, NDArray[np.bool_], Floats]
+
+
+def _parameters(row: Floats) -> Parameters:
+    return Parameters(**dict(zip(PARAMETERS, row.tolist(), strict=True)))
+
+
+def interpreted_starts(parameters: Floats, separation: NDArray[np.bool_]) -> Floats:
+    """Static starts, shape (n, 4), infinite where there is none."""
+    starts = np.full((len(parameters), 4), np.inf)
+    for place, (row, considered) in enumerate(zip(parameters, separation, strict=True)):
+        try:
+            starts[place] = static_start(_parameters(row), separation=bool(considered))
+        except ComputationError:
+            continue
+    return starts
+
+
+def interpreted_results(
+    members: Members, t_end: float, tol: float, max_steps: int, go_on: Callable[[], bool]
+) -> Floats:
+    """Rows of `Outcome`; `go_on` is called after every member and stops the batch if False."""
+    results = np.full((len(members[0]), len(Outcome._fields)), np.nan)
+    for place, (row, separation, start) in enumerate(zip(*members, strict=True)):
+        if np.isfinite(start).all():
+            p = _parameters(row)
+            request = Request(
+                p, t_end=t_end, tol=tol, separation=bool(separation), start=start.tolist()
+            )
+            results[place] = _result(request, max_steps)
+        else:
+            # No step: that is how a batch knows that there is no start.
+            results[place, :9] = *start, 0.0, Status.OVERFLOW, 0.0, 0.0, 0.0
+        if not go_on():
+            break
+    return results
+
+
+def _result(request: Request, max_steps: int) -> Outcome:
+    recorder = Recorder(request)
+    stepper = TaylorStepper(
+        request.parameters,
+        request.initial,
+        separation=request.separation,
+        tol=local_tolerance(request.tol),
+    )
+    steps, status = 0, Status.STEP_LIMIT
+    try:
+        while steps < max_steps and status is not Status.DONE:
+            recorder.include(stepper.advance())
+            steps += 1
+            if recorder.t >= request.t_end:
+                status = Status.DONE
+        run = recorder.result("interpreted") if status is Status.DONE else None
+    except ComputationError as error:
+        run, status = None, Status.STALLED if isinstance(error, StallError) else Status.OVERFLOW
+    if run is None:
+        here = stepper.snapshot
+        missing = [np.nan] * (len(Outcome._fields) - 9)
+        return Outcome(*here.state, here.t, status, steps, 0, 0, *missing)
+    peak, events, final = run.peak, run.events, run.final
+    return Outcome(
+        x=final.x,
+        vx=final.vx,
+        y=final.y,
+        vy=final.vy,
+        t=request.t_end,
+        status=status,
+        steps=steps,
+        separations=events.separations,
+        reattachments=events.reattachments,
+        separated=events.separated_time,
+        first=np.nan if events.first is None else events.first,
+        last=np.nan if events.last is None else events.last,
+        x_min=-peak.x_abs,
+        y_min=peak.y_min,
+        x_max=peak.x_abs,
+        y_max=peak.y_max,
+        vx_max=peak.vx_max,
+        y_low=0.0,
+        y_high=2.0 * run.steady.y_half_range,
+    )

@@ -1,0 +1,384 @@
+"""The kernel in C as Python calls it: compiled when fivtui is installed, loaded when first used."""
+
+import ctypes
+import hashlib
+import os
+import sys
+from functools import lru_cache
+from pathlib import Path
+from typing import Any, Final, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from fivtui.model import ComputationError
+
+from .status import Status
+
+Floats = NDArray[np.float64]
+
+_FOLDER: Final = Path(__file__).parent
+_LIBRARY: Final = _FOLDER / (
+    "libfivtui" + {"win32": ".dll", "darwin": ".dylib"}.get(sys.platform, ".so")
+)
+_REASON: Final = _FOLDER / "libfivtui.txt"
+# By what `fivtui_instruction_set` returns.
+INSTRUCTION_SETS: Final = ("baseline", "avx2", "avx512")
+# What chooses another one than the best there is.
+_CHOICE: Final = "FIVTUI_INSTRUCTION_SET"
+_LINE: Final = 64
+# Columns of samples: x, ẋ, y, ẏ, mode; of segments before their coefficients in θ = time/duration.
+SAMPLE_COLUMNS: Final = 5
+SEGMENT_HEAD: Final = 5
+
+_int, _float, _pointer = ctypes.c_int64, ctypes.c_double, ctypes.c_void_p
+_FUNCTIONS: Final[dict[str, tuple[Any, list[Any]]]] = {
+    "run_size": (_int, []),
+    "run_begin": (None, [_pointer, _pointer, _int, _pointer, _float, _float, _int]),
+    "run_advance": (
+        _int,
+        [_pointer, _pointer, _int, _pointer, _pointer, _int, _pointer, _int, _int, _pointer],
+    ),
+    "batch_size": (_int, []),
+    "batch_advance": (
+        _float,
+        [*([_pointer] * 5), _int, _float, _float, _float, *([_int] * 6)],
+    ),
+    "batch_ended": (_int, [_pointer]),
+    "static_starts": (None, [_pointer, _pointer, _pointer, _int]),
+}
+
+
+class Outcome(NamedTuple):
+    """Columns of a result, SI units.
+
+    `y_low` and `y_high` are of the second half of the run; `first` and `last`, the times of
+    switches, are NaN where there is none.
+    """
+
+    x: Any
+    vx: Any
+    y: Any
+    vy: Any
+    t: Any
+    status: Any
+    steps: Any
+    separations: Any
+    reattachments: Any
+    separated: Any
+    first: Any
+    last: Any
+    x_min: Any
+    y_min: Any
+    x_max: Any
+    y_max: Any
+    vx_max: Any
+    y_low: Any
+    y_high: Any
+
+
+_COLUMNS: Final = len(Outcome._fields)
+
+
+class Kernel:
+    """The kernel for one instruction set.
+
+    Parameters
+    ----------
+    instruction_set : str, optional
+        ``"baseline"``, ``"avx2"`` (x86-64-v3) or ``"avx512"`` (x86-64-v4); the best that the
+        processor has if not given. Results have the same bits with each.
+
+    Raises
+    ------
+    ComputationError
+        If there is no library, it is of another text than that beside it, or the processor lacks
+        the instruction set.
+    """
+
+    def __init__(self, instruction_set: str | None = None) -> None:
+        library = _library()
+        best = library.fivtui_instruction_set()
+        allowed = INSTRUCTION_SETS[: best + 1]
+        chosen = instruction_set or os.environ.get(_CHOICE) or allowed[-1]
+        if chosen not in allowed:
+            raise ComputationError(
+                f"instruction set {chosen!r}: this processor has {', '.join(allowed)}",
+                f"do not set {_CHOICE}",
+            )
+        self.instruction_set = chosen
+        self.compiler = str(library.fivtui_compiler().decode())
+        functions: dict[str, Any] = {}
+        self._functions = functions
+        for name, (result, arguments) in _FUNCTIONS.items():
+            function = getattr(library, f"fivtui_{name}_{chosen}")
+            function.restype, function.argtypes = result, arguments
+            functions[name] = function
+        self._run_size = functions["run_size"]() // 8
+        self._work_size = functions["batch_size"]() // 8
+
+    def begin(
+        self,
+        parameters: Floats,
+        start: Floats,
+        *,
+        separation: bool,
+        t_end: float,
+        tol: float,
+        order: int,
+    ) -> "Run":
+        """Begin a run.
+
+        Parameters
+        ----------
+        parameters : ndarray, shape (9,)
+            In the order of `Parameters`.
+        start : ndarray, shape (4,)
+            (x, ẋ, y, ẏ) in m and m/s.
+        separation : bool
+            Whether separation is considered.
+        t_end : float
+            Horizon, s.
+        tol, order
+            Local tolerance, and the order of expansion: 8, 12, 16 or 20.
+
+        Returns
+        -------
+        Run
+            At its start.
+        """
+        memory = np.empty(self._run_size)
+        self._functions["run_begin"](
+            memory.ctypes.data,
+            parameters.ctypes.data,
+            separation,
+            start.ctypes.data,
+            t_end,
+            tol,
+            order,
+        )
+        return Run(self._functions["run_advance"], memory)
+
+    def work(self, **asked: Any) -> "Work":
+        """Begin a chunk of a batch: see `Work`."""
+        return Work(self._functions, self._work_size, **asked)
+
+    def static_starts(self, parameters: Floats, separation: NDArray[np.bool_]) -> Floats:
+        """The states at rest at the equilibria of μ = 0: `slider_belt.static_start` of arrays.
+
+        Parameters
+        ----------
+        parameters : ndarray, shape (n, 9)
+            Parameter sets, in the order of `Parameters`.
+        separation : ndarray of bool, shape (n,)
+            Whether separation is considered.
+
+        Returns
+        -------
+        ndarray, shape (n, 4)
+            (x, 0, y, 0) in m and m/s, infinite where there is none.
+        """
+        starts = np.empty((len(parameters), 4))
+        flags = separation.astype(np.uint8)
+        self._functions["static_starts"](
+            parameters.ctypes.data, flags.ctypes.data, starts.ctypes.data, len(parameters)
+        )
+        return starts
+
+
+class Run:
+    """A run under way.
+
+    Attributes
+    ----------
+    outcome : Outcome
+        As far as it came.
+    switches, segments, samples : int
+        How many are in the buffers.
+    """
+
+    def __init__(self, function: Any, memory: Floats) -> None:
+        self._function, self._memory = function, memory
+        self._result = np.empty(_COLUMNS + 3)
+        self.switches = self.segments = self.samples = 0
+
+    def advance(
+        self,
+        switches: Floats,
+        times: Floats,
+        samples: Floats,
+        segments: Floats | None,
+        budget: int,
+    ) -> Status:
+        """Go on until the run is ended, a buffer is full or the budget is spent.
+
+        Parameters
+        ----------
+        switches : ndarray, shape (n,)
+            Receives the times of switches, from the beginning in every call, s.
+        times : ndarray, shape (m,)
+            Ascending sample times, s.
+        samples : ndarray, shape (m, SAMPLE_COLUMNS)
+            Receives the states at these times.
+        segments : ndarray, shape (k, SEGMENT_HEAD + 2 (order + 2)), optional
+            Receives the segments, from the beginning in every call.
+        budget : int
+            Steps after which to pause.
+
+        Returns
+        -------
+        Status
+            ``RUNNING`` where it is to go on.
+        """
+        result = self._result
+        status = self._function(
+            self._memory.ctypes.data,
+            switches.ctypes.data,
+            switches.size,
+            times.ctypes.data,
+            samples.ctypes.data,
+            times.size,
+            None if segments is None else segments.ctypes.data,
+            0 if segments is None else len(segments),
+            budget,
+            result.ctypes.data,
+        )
+        columns = result.tolist()
+        self.outcome = Outcome(*columns[:_COLUMNS])
+        self.switches, self.segments, self.samples = map(int, columns[_COLUMNS:])
+        return Status(status)
+
+
+class Work:
+    """A chunk of a batch under way.
+
+    Parameters
+    ----------
+    functions, size
+        From `Kernel.work`.
+    parameters : ndarray, shape (n, 9)
+        Parameter sets, all with k_nl > 0 or all with k_nl = 0.
+    separation : ndarray of bool, shape (n,)
+        Whether separation is considered.
+    starts : ndarray, shape (n, 4)
+        States (x, ẋ, y, ẏ), m and m/s.
+    t_end : float
+        Horizon, s.
+    tol, order
+        Local tolerance and order of expansion.
+    max_steps : int
+        Steps after which a run is given up.
+    observed : tuple of bool
+        Whether extremes of y, all extremes, and those of y after half the horizon are wanted.
+    """
+
+    def __init__(
+        self,
+        functions: dict[str, Any],
+        size: int,
+        *,
+        parameters: Floats,
+        separation: NDArray[np.bool_],
+        starts: Floats,
+        t_end: float,
+        tol: float,
+        order: int,
+        max_steps: int,
+        observed: tuple[bool, bool, bool],
+    ) -> None:
+        self._functions = functions
+        self._parameters = np.ascontiguousarray(parameters)
+        self._starts = np.ascontiguousarray(starts)
+        self._separation = np.ascontiguousarray(separation, dtype=np.uint8)
+        self._count = count = len(parameters)
+        self.results = np.empty((count, _COLUMNS))
+        self._memory = np.zeros(size + _LINE // 8)
+        self._place = -(-self._memory.ctypes.data // _LINE) * _LINE
+        cubic = bool(count) and bool(self._parameters[0, _K_NL] > 0.0)
+        self._asked = (t_end, tol, float(max_steps), order, cubic, *observed)
+
+    def advance(self, budget: int) -> float:
+        """Go on until all are ended or the budget, steps of all lanes, is spent.
+
+        Returns
+        -------
+        float
+            Runs ended, those under way counted by the part of the horizon behind them.
+        """
+        return float(
+            self._functions["batch_advance"](
+                self._place,
+                self._parameters.ctypes.data,
+                self._separation.ctypes.data,
+                self._starts.ctypes.data,
+                self.results.ctypes.data,
+                self._count,
+                *self._asked,
+                budget,
+            )
+        )
+
+    @property
+    def done(self) -> bool:
+        """Whether all are ended."""
+        return bool(self._functions["batch_ended"](self._place) == self._count)
+
+
+_K_NL: Final = 7
+
+
+def sources_digest(folder: Path) -> str:
+    """The digest of the text in C that is in a folder: as in the build hook."""
+    content = hashlib.sha256()
+    for path in sorted([*folder.glob("*.c"), *folder.glob("*.h")]):
+        content.update(path.name.encode() + b"\0" + path.read_bytes().replace(b"\r\n", b"\n"))
+    return content.hexdigest()[:32]
+
+
+def _library() -> Any:
+    advice = "install fivtui anew; until then the interpreted kernel runs"
+    if not _LIBRARY.is_file():
+        why = _REASON.read_text(encoding="utf-8").strip() if _REASON.is_file() else "not installed"
+        raise ComputationError(f"the kernel is not compiled: {why}", advice)
+    try:
+        library = ctypes.CDLL(str(_LIBRARY))
+    except OSError as error:
+        raise ComputationError(f"the compiled kernel cannot be loaded: {error}", advice) from error
+    library.fivtui_instruction_set.restype = ctypes.c_int64
+    library.fivtui_sources.restype = library.fivtui_compiler.restype = ctypes.c_char_p
+    if library.fivtui_sources().decode() != sources_digest(_FOLDER):
+        raise ComputationError("the compiled kernel is of another text than its sources", advice)
+    return library
+
+
+@lru_cache(maxsize=1)
+def _loaded() -> Kernel | ComputationError:
+    try:
+        return Kernel()
+    except ComputationError as error:
+        return error
+
+
+def load_kernel() -> Kernel:
+    """The kernel for this processor, loaded on first use.
+
+    Returns
+    -------
+    Kernel
+        One for all.
+
+    Raises
+    ------
+    ComputationError
+        If it cannot be had, with the reason.
+    """
+    found = _loaded()
+    if isinstance(found, ComputationError):
+        raise ComputationError(found.why, found.advice)
+    return found
+
+
+def why_interpreted() -> str | None:
+    """Why there is no compiled kernel; None where there is one."""
+    found = _loaded()
+    return found.why if isinstance(found, ComputationError) else None

@@ -1,0 +1,19 @@
+/* The names by which the loader finds the functions of one instruction set. */
+
+#ifndef FIVTUI_VARIANT_H
+#define FIVTUI_VARIANT_H
+
+#ifndef VARIANT
+#define VARIANT baseline
+#endif
+#define JOINED(name, variant) fivtui_##name##_##variant
+#define EXPANDED(name, variant) JOINED(name, variant)
+#define NAME(name) EXPANDED(name, VARIANT)
+
+#ifdef _WIN32
+#define EXPORT __declspec(dllexport)
+#else
+#define EXPORT __attribute__((visibility("default")))
+#endif
+
+#endif

@@ -1,0 +1,187 @@
+"""A member of a batch, the single run and every instruction set give the same bits."""
+
+import os
+import shutil
+import subprocess
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import fivtui
+import hatch_build
+from fivtui.kernel import Kernel, Outcome, Status, load_kernel, native
+from fivtui.model import ComputationError
+
+COLUMNS = len(Outcome._fields)
+EVERYTHING = (True, True, True)
+Members = tuple[np.ndarray, np.ndarray, np.ndarray]
+
+
+def members(count: int, seed: int) -> Members:
+    """Random parameter sets, whether they consider separation, and starts, some on the switch."""
+    rng = np.random.default_rng(seed)
+
+    def around(value: float, factor: float = 3.0) -> np.ndarray:
+        return value * factor ** rng.uniform(-1.0, 1.0, count)
+
+    linear = rng.random(count) < 0.15
+    sets = [around(5.0), around(100.0), around(50.0), 60.0 * rng.uniform(0.0, 2.0, count)]
+    sets += [0.32 * rng.uniform(0.0, 3.0, count), 0.32 * rng.uniform(0.0, 3.0, count)]
+    sets += [rng.uniform(-50.0, 300.0, count), np.where(linear, 0.0, around(100.0, 10.0))]
+    parameters = np.column_stack([*sets, rng.uniform(0.0, 1.5, count)])
+    starts = rng.normal(0.0, 1.0, (count, 4)) * np.array([1.0, 3.0, 1.0, 3.0])
+    # On the switch, and where the forces there balance to rounding.
+    starts[rng.random(count) < 0.2, 2] = 0.0
+    balanced = (rng.random(count) < 0.1) & (parameters[:, 3] > 0.0)
+    starts[balanced, 2] = 0.0
+    starts[balanced, 3] *= rng.choice([0.0, 1e-16, 1.0], balanced.sum())
+    starts[balanced, 0] = parameters[balanced, 6] / (0.5 * parameters[balanced, 3])
+    return parameters, rng.random(count) < 0.9, starts
+
+
+def in_lanes(
+    kernel: Kernel, given: Members, t_end: float, order: int, observed: tuple[bool, bool, bool]
+) -> np.ndarray:
+    parameters, separation, starts = given
+    results = np.empty((len(parameters), COLUMNS))
+    for cubic in (True, False):
+        here = np.flatnonzero((parameters[:, 7] > 0.0) == cubic)
+        work = kernel.work(
+            parameters=parameters[here],
+            separation=separation[here],
+            starts=starts[here],
+            t_end=t_end,
+            tol=10.0 ** (-0.75 * order),
+            order=order,
+            max_steps=20_000,
+            observed=observed,
+        )
+        while not work.done:
+            work.advance(777)
+        results[here] = work.results
+    return results
+
+
+def alone(kernel: Kernel, given: Members, t_end: float, order: int) -> np.ndarray:
+    results = np.empty((len(given[0]), COLUMNS))
+    switches, none = np.empty(50), np.empty(0)
+    for place, (parameters, separation, start) in enumerate(zip(*given, strict=True)):
+        run = kernel.begin(
+            np.array(parameters),
+            np.array(start),
+            separation=bool(separation),
+            t_end=t_end,
+            tol=10.0 ** (-0.75 * order),
+            order=order,
+        )
+        status = Status.RUNNING
+        while status is Status.RUNNING:
+            status = run.advance(switches, none, none, None, 701)
+            assert run.outcome.steps < 20_000
+        results[place] = run.outcome
+    return results
+
+
+def assert_same(one: np.ndarray, other: np.ndarray, columns: list[int] | None = None) -> None:
+    chosen = slice(None) if columns is None else columns
+    differing = one[:, chosen].view(np.int64) != other[:, chosen].view(np.int64)
+    # A zero may have either sign, and what is not a number any bits.
+    differing &= ~((one == 0.0) & (other == 0.0))[:, chosen]
+    differing &= ~(np.isnan(one) & np.isnan(other))[:, chosen]
+    assert not differing.any(), np.argwhere(differing)[:5]
+
+
+def processor_has(instruction_set: str) -> bool:
+    try:
+        Kernel(instruction_set)
+    except ComputationError:
+        return False
+    return True
+
+
+@pytest.mark.parametrize("order", [8, 12, 16, 20])
+def test_a_member_of_a_batch_is_the_single_run_to_the_last_bit(order: int) -> None:
+    given = members(500, order)
+    kernel = load_kernel()
+    single = alone(kernel, given, 30.0, order)
+    assert (single[:, Outcome._fields.index("status")] == Status.DONE).all()
+    assert_same(in_lanes(kernel, given, 30.0, order, EVERYTHING), single)
+
+
+@pytest.mark.whole
+@pytest.mark.parametrize("seed", range(5))
+def test_thousands_of_members_are_the_single_run_to_the_last_bit(seed: int) -> None:
+    given = members(4000, seed)
+    kernel = load_kernel()
+    single = alone(kernel, given, 60.0, 20)
+    assert_same(in_lanes(kernel, given, 60.0, 20, EVERYTHING), single)
+
+
+def test_what_is_required_besides_changes_no_bit() -> None:
+    given = members(300, 3)
+    kernel = load_kernel()
+    whole = in_lanes(kernel, given, 30.0, 20, EVERYTHING)
+    state = list(range(12))
+    low, high = map(Outcome._fields.index, ("y_min", "y_max"))
+    assert_same(in_lanes(kernel, given, 30.0, 20, (False, False, False)), whole, state)
+    assert_same(in_lanes(kernel, given, 30.0, 20, (True, False, False)), whole, [*state, low, high])
+    late = [*state, COLUMNS - 2, COLUMNS - 1]
+    assert_same(in_lanes(kernel, given, 30.0, 20, (False, False, True)), whole, late)
+
+
+@pytest.mark.parametrize("instruction_set", native.INSTRUCTION_SETS[:-1])
+def test_instruction_sets_give_the_same_bits(instruction_set: str) -> None:
+    if not processor_has(instruction_set):
+        pytest.skip(f"this processor lacks {instruction_set}")
+    given = members(100, 4)
+    kernel, best = Kernel(instruction_set), load_kernel()
+    expected = alone(best, given, 10.0, 20)
+    assert_same(in_lanes(kernel, given, 10.0, 20, EVERYTHING), expected)
+    assert_same(alone(kernel, given, 10.0, 20), expected)
+    separation = np.ones(len(given[0]), bool)
+    starts = kernel.static_starts(given[0], separation)
+    assert_same(starts, best.static_starts(given[0], separation))
+
+
+@pytest.mark.host
+def test_another_compiler_gives_the_same_bits(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    if shutil.which("gcc") is None:
+        pytest.skip("there is no gcc")
+    folder = Path(fivtui.__file__).parent / "kernel"
+    monkeypatch.setattr(hatch_build, "_compilers", lambda: [("gcc", ["gcc"])])
+    assert hatch_build.compile_kernel(folder, tmp_path / native._LIBRARY.name) == "gcc"
+    given = members(100, 5)
+    expected = alone(load_kernel(), given, 10.0, 20)
+    monkeypatch.setattr(native, "_LIBRARY", tmp_path / native._LIBRARY.name)
+    kernel = Kernel()
+    assert kernel.compiler == "gcc"
+    assert_same(alone(kernel, given, 10.0, 20), expected)
+    assert_same(in_lanes(kernel, given, 10.0, 20, EVERYTHING), expected)
+
+
+@pytest.mark.host
+def test_nothing_undefined_happens(tmp_path: Path) -> None:
+    if shutil.which("gcc") is None:
+        pytest.skip("there is no gcc")
+    folder = Path(fivtui.__file__).parent / "kernel"
+    program = tmp_path / "attack"
+    options = ["-std=c11", "-O1", "-g", "-march=native", "-Wno-psabi", "-fno-strict-aliasing"]
+    checks = ["-fsanitize=address,undefined", "-fno-sanitize-recover=all", "-ffp-contract=off"]
+    sources = [folder / "single.c", folder / "lanes.c", Path(__file__).with_name("attack.c")]
+    built = subprocess.run(
+        ["gcc", *options, *checks, f"-I{folder}", *map(str, sources), "-o", str(program), "-lm"],
+        capture_output=True,
+        text=True,
+        check=False,
+    )
+    if built.returncode != 0 and "sanitize" in built.stderr:
+        pytest.skip("gcc has no sanitizers here")
+    assert built.returncode == 0, built.stderr
+    environment = os.environ | {"ASAN_OPTIONS": "detect_leaks=0"}
+    done = subprocess.run(
+        [str(program)], env=environment, capture_output=True, text=True, check=False, timeout=300.0
+    )
+    assert (done.returncode, done.stderr) == (0, "")

@@ -1,0 +1,16 @@
+"""Stands in for an installation without a compiled kernel."""
+
+from unittest import mock
+
+from fivtui.kernel import native
+from fivtui.model import ComputationError
+
+WHY = "the kernel is not compiled: there is no compiler here"
+
+
+def _missing() -> ComputationError:
+    return ComputationError(WHY, "install one")
+
+
+# A context manager, and a decorator; `.start()` is for good.
+INTERPRETED = mock.patch.object(native, "_loaded", _missing)
