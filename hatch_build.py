@@ -90,7 +90,9 @@ def _compile(folder: Path, target: Path, name: str, command: Sequence[str]) -> N
     with tempfile.TemporaryDirectory() as scratch:
         environment = dict(os.environ)
         if name == "ziglang":
-            environment |= {f"ZIG_{cache}_CACHE_DIR": scratch for cache in ("GLOBAL", "LOCAL")}
+            # Nothing is left behind, unless a cache is asked for.
+            for cache in ("GLOBAL", "LOCAL"):
+                environment.setdefault(f"ZIG_{cache}_CACHE_DIR", scratch)
 
         def run(*arguments: str) -> None:
             subprocess.run(  # noqa: S603, a compiler

@@ -1,12 +1,18 @@
 """Transients by any native method: what everything above the methods calls."""
 
+from typing import Final
+
+from fivtui.kernel import why_interpreted
 from fivtui.model import ComputationError, InputError, unknown_name
 
-from . import kernel_choice
+from . import compiled
+from .linear import run as linear
 from .methods import METHODS, check_takes_step, fixed_step
 from .recorder import Recorder
 from .request import OnSamples, Progress, Request
 from .result import Transient
+
+_KERNELS: Final = ("auto", "compiled", "interpreted", "exact")
 
 
 def integrate(
@@ -41,13 +47,32 @@ def integrate(
     if request.step is not None:
         check_takes_step(request.method)
     if request.method == "taylor":
-        return kernel_choice.run(request, progress, on_samples)
+        return _taylor(request, progress, on_samples)
     check_has_kernels(request)
     if method.fixed_step:
         _check_count(request)
     recorder = Recorder(request, on_samples)
     recorder.follow(method.stepper(request), progress)
     return recorder.result()
+
+
+def _taylor(request: Request, progress: Progress | None, on_samples: OnSamples | None) -> Transient:
+    # The exact solution, compiled code or interpreted code; the same to rounding whatever runs.
+    kernel = request.kernel
+    if kernel not in _KERNELS:
+        raise unknown_name("kernel", kernel, _KERNELS)
+    solvable = linear.is_linear(request)
+    if kernel == "exact" and not solvable:
+        raise InputError(
+            "kernel = 'exact': the scene must be linear (k_nl = 0, separation ignored)"
+        )
+    if solvable and kernel in ("auto", "exact"):
+        return linear.run(request, progress)
+    if kernel == "interpreted" or (kernel == "auto" and why_interpreted() is not None):
+        recorder = Recorder(request, on_samples)
+        recorder.follow(METHODS["taylor"].stepper(request), progress)
+        return recorder.result("interpreted")
+    return compiled.run(request, progress, on_samples)
 
 
 def _check_count(request: Request) -> None:

@@ -36,7 +36,7 @@ def transient_rows(
     share = events.separated_time / result.t_end
     rows = [
         Row("separation", "considered" if result.separation else "ignored"),
-        Row("peak |y|", f"{number(peak.y_abs)} m", note("peak", "exact, between samples too")),
+        Row("peak |y|", f"{number(peak.y_abs)} m", note("peak", "exact")),
         Row("range of y", f"{number(peak.y_min)} to {number(peak.y_max)} m", above),
         Row("peak |x|", f"{number(peak.x_abs)} m"),
         Row(
@@ -56,7 +56,7 @@ def transient_rows(
         ]
     at_end = f"t = {number(final.t)} s"
     rows += [
-        Row("max ẋ", f"{number(peak.vx_max)} m/s", "the model is valid for faster belts only"),
+        Row("max ẋ", f"{number(peak.vx_max)} m/s", "valid for faster belts"),
         Row("final x", f"{final.x:.13g} m", note("final", at_end, f"relative, {at_end}")),
         Row("final ẋ", f"{final.vx:.13g} m/s"),
         Row("final y", f"{final.y:.13g} m"),

@@ -164,7 +164,7 @@ def test_the_table_of_bernstein_coefficients() -> None:
 
 @pytest.mark.slow
 @pytest.mark.host
-@pytest.mark.parametrize("compiles", [True, False])
+@pytest.mark.parametrize("compiles", [pytest.param(True, marks=pytest.mark.whole), False])
 def test_a_wheel_has_the_library_or_the_reason_why_it_has_none(
     compiles: bool, tmp_path: Path
 ) -> None:

@@ -144,6 +144,7 @@ def test_instruction_sets_give_the_same_bits(instruction_set: str) -> None:
     assert_same(starts, best.static_starts(given[0], separation))
 
 
+@pytest.mark.whole
 @pytest.mark.host
 def test_another_compiler_gives_the_same_bits(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
@@ -162,6 +163,7 @@ def test_another_compiler_gives_the_same_bits(
     assert_same(in_lanes(kernel, given, 10.0, 20, EVERYTHING), expected)
 
 
+@pytest.mark.whole
 @pytest.mark.host
 def test_nothing_undefined_happens(tmp_path: Path) -> None:
     if shutil.which("gcc") is None:

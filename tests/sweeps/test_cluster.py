@@ -91,12 +91,12 @@ def test_workers_whose_rows_have_other_bits_are_refused(
     cluster: Cluster, monkeypatch: pytest.MonkeyPatch, tmp_path: Path
 ) -> None:
     own, out = arithmetic_of(STUDY), tmp_path / "out.csv"
-    monkeypatch.setattr(
-        cluster_module, "arithmetic_of", lambda _: own | {"fused": not own["fused"]}
-    )
+    monkeypatch.setattr(cluster_module, "arithmetic_of", lambda _: own | {"kernel": "interpreted"})
     with (
         cluster_engine(cluster.address) as engine,
-        pytest.raises(ComputationError, match=r"a worker would differ in the last bits.* fused"),
+        pytest.raises(
+            ComputationError, match=r"a worker would differ in the last bits.*compiled there"
+        ),
     ):
         sweep_to_file(STUDY, out, engine, size=SIZE)
     assert not list(tmp_path.glob("out.csv.parts/0*"))

@@ -100,11 +100,11 @@ async def test_a_run_ends_in_plots_that_zoom_summary_and_tabs(
     assert sorted(passed) == sorted(tab.id for tab in TABS)
     assert pilot.app.screen.query_one(TabBook).active == "transient"
     await pilot.press("alt+8")
-    await until_shown(pilot, "range of y -2.685 to 10.50 m")
+    await until_shown(pilot, "range of y -2.68537 to")
     await pilot.press("alt+9")
     await until_shown(pilot, "run 1 done; peak |y| 10.50 m")
     await pilot.press("shift+f2")
-    await until_shown(pilot, "range of y -2.685 to 10.50 m")
+    await until_shown(pilot, "range of y -2.68537 to")
     await pilot.press("alt+1")
     await type_into(pilot, "F", "100")
     await until_shown(pilot, "μ_c 0.597")
