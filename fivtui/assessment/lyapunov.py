@@ -11,7 +11,7 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from typing import Final
 
-from fivtui.kernel import why_interpreted
+from fivtui.kernel import stepping_kernel
 from fivtui.model import Cancelled, ComputationError, State, static_deflection, time_scale
 from fivtui.transient import Request, integrate
 
@@ -85,7 +85,7 @@ def error_growth(
                 tol=request.tol,
                 separation=request.separation,
                 start=state,
-                kernel="compiled" if why_interpreted() is None else "interpreted",
+                kernel=stepping_kernel(),
             )
             final = integrate(part).final
         except ComputationError as error:

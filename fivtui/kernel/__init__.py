@@ -14,6 +14,7 @@ if TYPE_CHECKING:
         Kernel as Kernel,
         Outcome as Outcome,
         load_kernel as load_kernel,
+        stepping_kernel as stepping_kernel,
         why_interpreted as why_interpreted,
     )
     from .status import Status as Status

@@ -6,7 +6,7 @@ import os
 import sys
 from functools import lru_cache
 from pathlib import Path
-from typing import Any, Final, NamedTuple
+from typing import Any, Final, Literal, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -382,3 +382,8 @@ def why_interpreted() -> str | None:
     """Why there is no compiled kernel; None where there is one."""
     found = _loaded()
     return found.why if isinstance(found, ComputationError) else None
+
+
+def stepping_kernel() -> Literal["compiled", "interpreted"]:
+    """The kernel that takes steps here: the compiled one, or the interpreted one without it."""
+    return "compiled" if why_interpreted() is None else "interpreted"

@@ -128,7 +128,7 @@ def coexistence(
     p: Parameters,
     *,
     separation: bool = True,
-    kernel: Kernel = "compiled",
+    kernel: Kernel | None = None,
     progress: Progress | None = None,
     found: Callable[[Coexistence], None] = lambda _: None,
 ) -> Coexistence:

@@ -99,7 +99,7 @@ def basin(
     *,
     separation: bool = True,
     start: Start | None = None,
-    kernel: Kernel = "compiled",
+    kernel: Kernel | None = None,
     progress: Progress | None = None,
 ) -> Basin:
     """Find which attractor is reached from each start in a plane.
@@ -114,8 +114,8 @@ def basin(
         Whether separation is considered.
     start : "static" or sequence of four floats, optional
         The components of the start that do not vary; those of the equilibrium if not given.
-    kernel : "compiled" or "interpreted"
-        Implementation of the integrator.
+    kernel : "compiled" or "interpreted", optional
+        Implementation of the integrator; the compiled one where there is one, if not given.
     progress : callable, optional
         Called with the fraction done; cancels the work by returning False.
 
@@ -198,7 +198,7 @@ def escape_offset(
     p: Parameters,
     *,
     separation: bool = True,
-    kernel: Kernel = "compiled",
+    kernel: Kernel | None = None,
     progress: Progress | None = None,
 ) -> EscapeOffset | None:
     """The smallest vertical offsets that leave the basin of a stable equilibrium.

@@ -110,7 +110,7 @@ def continuation(
     values: Sequence[float] | NDArray[np.float64],
     *,
     separation: bool = True,
-    kernel: Kernel = "compiled",
+    kernel: Kernel | None = None,
     progress: Progress | None = None,
 ) -> Continuation:
     """Follow attractors along a parameter, up and then down.
@@ -129,8 +129,8 @@ def continuation(
         Its values, two or more, either ascending or descending.
     separation : bool
         Whether separation is considered.
-    kernel : "compiled" or "interpreted"
-        Implementation of the integrator.
+    kernel : "compiled" or "interpreted", optional
+        Implementation of the integrator; the compiled one where there is one, if not given.
     progress : callable, optional
         Called with the fraction done; cancels the work by returning False.
 

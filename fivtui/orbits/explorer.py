@@ -8,6 +8,7 @@ from typing import Final
 import numpy as np
 from numpy.typing import NDArray
 
+from fivtui.kernel import stepping_kernel
 from fivtui.model import (
     Cancelled,
     ComputationError,
@@ -103,8 +104,9 @@ class Explorer:
         The parameter set.
     separation : bool
         Whether separation is considered.
-    kernel : "compiled" or "interpreted"
-        Implementation of the integrator; both give reproducible results.
+    kernel : "compiled" or "interpreted", optional
+        Implementation of the integrator; the compiled one where there is one, if not given. Both
+        give reproducible results.
     go_on : callable
         Called repeatedly during a motion; cancels `reach` by returning False.
 
@@ -127,10 +129,10 @@ class Explorer:
         p: Parameters,
         *,
         separation: bool = True,
-        kernel: Kernel = "compiled",
+        kernel: Kernel | None = None,
         go_on: Callable[[], bool] = lambda: True,
     ) -> None:
-        self._p, self._separation, self._kernel = p, separation, kernel
+        self._p, self._separation, self._kernel = p, separation, kernel or stepping_kernel()
         self._go_on = go_on
         point = equilibrium(p, separation=separation)
         self._attraction = Attraction(p, point, separation=separation)
@@ -312,7 +314,7 @@ def find_attractors(
     *,
     separation: bool = True,
     starts: Iterable[Start] | None = None,
-    kernel: Kernel = "compiled",
+    kernel: Kernel | None = None,
     progress: Progress | None = None,
 ) -> tuple[Attractor, ...]:
     """The attractors reached from several starts, by default `starts_around` the equilibrium.
@@ -342,7 +344,7 @@ def search(
     *,
     separation: bool = True,
     starts: Iterable[Start] | None = None,
-    kernel: Kernel = "compiled",
+    kernel: Kernel | None = None,
     progress: Progress | None = None,
 ) -> FoundAttractors:
     """As `find_attractors`, with the attractor that each start reaches."""

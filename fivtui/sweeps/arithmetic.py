@@ -11,7 +11,7 @@ from collections.abc import Mapping
 from functools import lru_cache
 from typing import Any, Final
 
-from fivtui.kernel import why_interpreted
+from fivtui.kernel import stepping_kernel
 from fivtui.model import Parameters
 
 from .design import Design, Range
@@ -47,7 +47,7 @@ def arithmetic_of(study: Study) -> dict[str, Any]:
     found: dict[str, Any] = {"machine": platform.machine()}
     if study.accuracy or not set(study.outputs).isdisjoint(_TRANSIENT):
         found["transients"] = _digest("transients")
-        found["kernel"] = "compiled" if why_interpreted() is None else "interpreted"
+        found["kernel"] = stepping_kernel()
     if not set(study.outputs).isdisjoint(_STABILITY):
         found["stability"] = _digest("stability")
     return found

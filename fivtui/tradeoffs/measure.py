@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 
 from fivtui.batch import Requirement, simulate_batch
 from fivtui.fmu import run_fmu
+from fivtui.kernel import stepping_kernel
 from fivtui.model import Cancelled, ComputationError, Parameters, State, time_scale
 from fivtui.results import Result, scene_text
 from fivtui.scene import Scene, as_scene, runs_part
@@ -206,11 +207,12 @@ def measure_tradeoff(
     def alive(_fraction: float) -> bool:
         return report(0.0)
 
-    reference = _native(scene, Setting("taylor", "compiled", "tol", _REFERENCE_TOL), alive)
+    here = stepping_kernel()
+    reference = _native(scene, Setting("taylor", here, "tol", _REFERENCE_TOL), alive)
     truth = observation(reference)
     checks = [
         _native(scene, Setting("taylor", kernel, "tol", tol), alive)
-        for kernel, tol in (("compiled", _CHECK_TOL), ("interpreted", _REFERENCE_TOL))
+        for kernel, tol in ((here, _CHECK_TOL), ("interpreted", _REFERENCE_TOL))
     ]
     for check in checks:
         parted = runs_part(check, reference)
@@ -218,7 +220,11 @@ def measure_tradeoff(
             raise parted.error()
     floor = _greatest(deviation(observation(check), truth) for check in checks)
     rows: list[MeasuredSetting] = []
-    steps = ladders(time_scale(scene.parameters), scene.t_end)
+    steps = [
+        ladder
+        for ladder in ladders(time_scale(scene.parameters), scene.t_end)
+        if ladder.kernel in ("", "interpreted", here)
+    ]
     with tempfile.TemporaryDirectory(prefix="fivtui-") as folder:
         fmu = _built(Path(folder))
         bench = _Bench(scene, truth, floor, fmu)
@@ -400,7 +406,7 @@ def _cost_in_batch(
 
 def _cost(scene: Scene, samples: Any, report: Progress) -> tuple[float | None, int | None]:
     request = scene.request(
-        method="taylor", step=None, tol=DEFAULT_TOL, samples=samples, kernel="compiled"
+        method="taylor", step=None, tol=DEFAULT_TOL, samples=samples, kernel=stepping_kernel()
     )
     least, steps, begin = math.inf, 0, time.thread_time()
     for _ in range(_MOST_REPEATS):

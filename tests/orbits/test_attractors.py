@@ -19,6 +19,7 @@ from fivtui.orbits.explorer import Attractor, Explorer, Kind, find_attractors
 from fivtui.orbits.files import warning_of
 from fivtui.orbits.shooting import PeriodicOrbit
 from fivtui.transient import Transient, integrate
+from tests.support.kernels import INTERPRETED
 from tests.support.strategies import moderate_parameters
 
 COEXISTENCE = Parameters(F=120.0)
@@ -82,6 +83,12 @@ def test_both_kernels_find_the_same() -> None:
         for kernel in ("compiled", "interpreted")
     )
     assert one.same_as(other)
+
+
+def test_without_a_compiled_kernel_motions_are_followed_interpreted() -> None:
+    calm = Parameters(F=120.0, mu=0.2)
+    with INTERPRETED:
+        assert find_attractors(calm, starts=["static"]) == (Attractor(Kind.EQUILIBRIUM),)
 
 
 def test_a_linear_contact_that_never_breaks_grows_without_bounds_or_dies_out() -> None:

@@ -11,6 +11,7 @@ from fivtui.cli import run
 from fivtui.model.errors import Cancelled, ComputationError, InputError
 from fivtui.model.parameters import Parameters
 from fivtui.scene.presets import PRESETS
+from fivtui.tradeoffs import measure
 from fivtui.tradeoffs.figure import tradeoff_figure
 from fivtui.tradeoffs.files import save_tradeoff, tradeoff_to_dict
 from fivtui.tradeoffs.measure import Tradeoff, measure_tradeoff
@@ -19,6 +20,7 @@ from fivtui.transient import integrate
 from fivtui.transient.errors import QUANTITIES, Deviation, deviation, observation
 from fivtui.transient.request import Request
 from tests.references import REFERENCES
+from tests.support.kernels import INTERPRETED
 
 SHORT = replace(PRESETS["base"], t_end=6.0)
 
@@ -126,6 +128,16 @@ def test_ladders_go_from_coarse_to_fine_within_bounds() -> None:
 @pytest.fixture(scope="module")
 def short() -> Tradeoff:
     return measure_tradeoff(SHORT)
+
+
+@pytest.mark.whole
+def test_without_a_compiled_kernel_the_interpreted_one_is_measured(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    monkeypatch.setattr(measure, "QUICK_S", 0.1)
+    with INTERPRETED:
+        found = measure_tradeoff(replace(SHORT, t_end=2.0))
+    assert {one.setting.kernel for one in found.rows} == {"", "interpreted"}
 
 
 @pytest.mark.slow
