@@ -126,7 +126,7 @@ class Kernel:
         t_end: float,
         tol: float,
         order: int,
-    ) -> "Run":
+    ) -> "KernelRun":
         """Begin a run.
 
         Parameters
@@ -144,7 +144,7 @@ class Kernel:
 
         Returns
         -------
-        Run
+        KernelRun
             At its start.
         """
         memory = np.empty(self._run_size)
@@ -157,7 +157,7 @@ class Kernel:
             tol,
             order,
         )
-        return Run(self._functions["run_advance"], memory)
+        return KernelRun(self._functions["run_advance"], memory)
 
     def work(self, **asked: Any) -> "Work":
         """Begin a chunk of a batch: see `Work`."""
@@ -186,7 +186,7 @@ class Kernel:
         return starts
 
 
-class Run:
+class KernelRun:
     """A run under way.
 
     Attributes
