@@ -1,7 +1,6 @@
 """What the tests of the terminal UI share."""
 
 import asyncio
-import dataclasses
 import os
 import time
 from collections import Counter
@@ -17,13 +16,9 @@ from textual.screen import Screen
 from textual.widgets import Input
 
 from fivtui.model.errors import Cancelled
-from fivtui.scene.presets import PRESETS
-from fivtui.simulation import simulate
-from fivtui.sweeps.rows import compute_rows
 from fivtui.tui.app import FivtuiApp
 from fivtui.tui.lab.form import FieldRow
 from fivtui.tui.tabs.book import TabBook
-from fivtui.tui.tabs.charts.sweep import sweep_request
 
 # A test waits for as long as something may still come. It gives up after so many looks in a row at
 # an application that computes nothing, each soon after the one before: a machine that is busy with
@@ -140,13 +135,6 @@ def app_of(pilot: Pilot[None]) -> FivtuiApp:
     app = pilot.app
     assert isinstance(app, FivtuiApp)
     return app
-
-
-def compile_kernels() -> None:
-    """Compile what runs and sweeps need, which may take longer than `until` waits."""
-    simulate(t_end=1.0, kernel="compiled")
-    study = sweep_request(dataclasses.replace(PRESETS["base"], t_end=1.0), "F=20,80")
-    compute_rows(study, 0, study.members)
 
 
 async def show_tab(pilot: Pilot[None], key: str) -> None:

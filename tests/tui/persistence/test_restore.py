@@ -28,7 +28,6 @@ from fivtui.tui.tabs.charts.sweep import sweep_of, sweep_request
 from fivtui.tui.tabs.messages import RunActionRequested, StudyRead
 from tests.support.laboratory import (
     app_of,
-    compile_kernels,
     run_to_end,
     show_tab,
     text_of,
@@ -40,11 +39,6 @@ from tests.support.laboratory import (
 
 SIZE = (100, 40)
 BASE = PRESETS["base"]
-
-
-@pytest.fixture(scope="module", autouse=True)
-def compiled() -> None:
-    compile_kernels()
 
 
 # Ends of scroll bars: Textual lays these out before or after a neighbouring bar is hidden.

@@ -33,7 +33,6 @@ from fivtui.tui.session.command_lines import (
 )
 from tests.support.laboratory import (
     app_of,
-    compile_kernels,
     flat_text_of,
     show_tab,
     text_of,
@@ -43,11 +42,6 @@ from tests.support.laboratory import (
 )
 
 BASE = PRESETS["base"]
-
-
-@pytest.fixture(scope="module", autouse=True)
-def compiled() -> None:
-    compile_kernels()
 
 
 EDITED = {"F": "60", "t_end": "20", "start": "0, 0, -0.5, 0"}
