@@ -18,6 +18,7 @@ from fivtui.plotting import (
     WIDTH,
     math_symbol,
     new_figure,
+    parameter_line,
     quantity_label,
     value_label,
 )
@@ -48,13 +49,17 @@ _MERGED: Final = 1e-6
 
 
 def draw(number: int, results: PaperResults) -> Figure:
-    """Draw a figure of the paper, 2 to 16, on an Agg canvas without window."""
-    panels = panels_of(number)
-    if panels[0].kind == "transient":
-        return transient_figure(results.runs(panels[0]), quantities=[panels[0].shown])
-    tables = [results.table(panel.key) for panel in panels]
+    """Draw a figure of the paper, 2 to 16, under its fixed parameters; no window."""
+    first, *others = panels_of(number)
     with mpl.rc_context(STYLE):
-        return _DRAWINGS[panels[0].kind](tables)
+        if first.kind == "transient":
+            figure = transient_figure(results.runs(first), quantities=[first.shown])
+        else:
+            tables = [results.table(panel.key) for panel in (first, *others)]
+            figure = _DRAWINGS[first.kind](tables)
+        varied = [name for name in PARAMETERS if name not in first.fixed]
+        figure.suptitle(parameter_line(first.lines[0].scene.parameters, varied), fontsize=7.5)
+    return figure
 
 
 def _new_figure(panels: int) -> tuple[Figure, list[Axes]]:

@@ -80,6 +80,15 @@ class Panel:
         """The parameter along which the lines are drawn."""
         return self.lines[0].along
 
+    @property
+    def fixed(self) -> dict[str, float]:
+        """Parameters that all points share, without μ where it varies or is what is found."""
+        varied = {self.by, self.along}
+        if self.kind in {"eigenvalues", "critical mu"}:
+            varied.add("mu")
+        values = self.lines[0].scene.parameters.as_dict()
+        return {name: value for name, value in values.items() if name not in varied}
+
     def scenes(self) -> list[Scene]:
         """The scenes of all points, line by line."""
         return [scene for line in self.lines for scene in line.scenes()]

@@ -12,7 +12,7 @@ from fivtui.equilibrium import (
     growth_rate,
     stability,
 )
-from fivtui.model import PARAMETERS, ComputationError, Parameters, equilibrium
+from fivtui.model import ComputationError, Parameters, equilibrium
 from fivtui.scene import Scene
 from fivtui.transient import Transient, trajectory_of
 
@@ -141,9 +141,4 @@ def _value(scene: Scene, name: str) -> float:
 
 
 def _provenance(panel: Panel, **shared: Any) -> dict[str, Any]:
-    varied = {panel.by, panel.along}
-    if panel.kind in {"eigenvalues", "critical mu"}:
-        varied.add("mu")
-    values = panel.lines[0].scene.parameters.as_dict()
-    parameters = {name: values[name] for name in PARAMETERS if name not in varied}
-    return {"parameters": parameters, **shared, "choice": panel.choice}
+    return {"parameters": panel.fixed, **shared, "choice": panel.choice}

@@ -265,6 +265,28 @@ def test_figs_13_to_16_have_both_amplitudes_of_both_cases(key: str, results: Pap
             assert line.is_dashed() == case
 
 
+SAID: Final = {
+    "m": "m = {:g} kg", "k1": "k_1 = {:g} N/m", "k2": "k_2 = {:g} N/m", "k3": "k_3 = {:g} N/m",
+    "c1": "c_1 = {:g} N s/m", "c2": "c_2 = {:g} N s/m", "F": "F = {:g} N",
+    "k_nl": "k_nl = {:g} N/m^3", "mu": "μ = {:g}",
+}  # fmt: skip
+
+
+@pytest.mark.parametrize("number", range(2, 17))
+def test_figures_name_their_fixed_parameters(number: int, results: PaperResults) -> None:
+    varied: set[str] = {"mu"} if 3 <= number <= 9 else set()
+    shared: Mapping[str, float] = {}
+    if number not in (10, 11, 12):
+        (along, *_), by, _, shared = FIGURES["2a" if number == 2 else str(number)]
+        varied |= {along, by}
+    title = draw(number, results).get_suptitle()
+    assert plain(title.replace("\n", ", ")).split(", ") == [
+        SAID[name].format(value)
+        for name, value in {**own_slider.BASE, **shared}.items()
+        if name not in varied
+    ]
+
+
 # In the terminal
 
 Y_LABELS: Final = {
@@ -408,3 +430,6 @@ def test_captions_say_what_their_axes_show(results: PaperResults) -> None:
         assert word in caption.partition(" against ")[2], key
         assert plain(caption) == caption
         assert PANELS[key].by == (by or "separation")
+    for key in ("3", "4", "8", "9"):
+        for name, value in FIGURES[key][3].items():
+            assert SAID[name].format(value).replace("_", "") in results.table(key).caption
