@@ -1,4 +1,4 @@
-"""Names of a package that are imported on first use, so that importing a package costs nothing."""
+"""Names of a package that are imported on first use, so that importing it costs nothing."""
 
 import ast
 import sys
@@ -38,6 +38,25 @@ def lazily(package: str) -> tuple[Callable[[str], object], Callable[[], list[str
         return value
 
     return get, lambda: sorted(exported())
+
+
+class Later:
+    """The functions of a module, which is imported when one of them is called."""
+
+    def __init__(self, module: str) -> None:
+        self._module = module
+
+    def __getattr__(self, name: str) -> Callable[..., object]:
+        def call(*given: object, **named: object) -> object:
+            return getattr(import_module(self._module), name)(*given, **named)
+
+        return call
+
+
+def later(user: str, *names: str) -> tuple[Later, ...]:
+    """Modules beside the module `user`, by their names, for functions that it calls late."""
+    package = user.rpartition(".")[0]
+    return tuple(Later(f"{package}.{name}") for name in names)
 
 
 def _homes(path: Path) -> dict[str, str]:

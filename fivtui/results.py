@@ -56,7 +56,7 @@ def _rows_of(result: Any) -> Sequence[Row]:
     return [Row(*row) for row in result._summary()]
 
 
-def _no_file(_result: Any, path: Path, _force: bool) -> None:
+def _no_file(_result: Any, path: Path, *, force: bool) -> None:  # noqa: ARG001
     raise TypeError(f"{path}: results of this kind have no file")
 
 
@@ -108,7 +108,7 @@ class StudyKind:
     suffixes : tuple of str
         Formats in which `save` writes it; empty if in none.
     save : callable
-        Takes a result, a path and whether to replace a file.
+        Takes a result, a path and, by keyword, `force`: whether to replace a file.
     as_json : bool
         Whether the laboratory offers JSON beside them.
     stem : callable
@@ -134,7 +134,7 @@ class StudyKind:
     figure: Callable[[Any], Any] = _figure_of
     warning: Callable[[Any], str | None] = _no_warning
     suffixes: tuple[str, ...] = ()
-    save: Callable[[Any, Path, bool], None] = _no_file
+    save: Callable[..., None] = _no_file
     as_json: bool = False
     stem: Callable[[Any], str] = str
     load: Callable[[Path], Any] | None = None

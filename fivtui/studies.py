@@ -23,6 +23,7 @@ from fivtui.results import Command, StudyKind
 # Where the entry of every kind is. Files are recognised in this order: that of a map says least.
 STUDIES: Final[dict[str, str]] = {
     "run": "fivtui.transient.kinds:RUN",
+    "simulation": "fivtui.scene.kinds:SIMULATION",
     "sweep": "fivtui.sweeps.kinds:SWEEP",
     "trade-off": "fivtui.tradeoffs.kinds:TRADEOFF",
     "stability": "fivtui.equilibrium.kinds:STABILITY",
@@ -93,7 +94,7 @@ def save_study(name: str, result: Any, path: Path, *, force: bool = False) -> No
     if path.suffix.lower() == _JSON and _JSON not in kind.suffixes:
         save_json(kind.to_dict(result), path, force=force)
     else:
-        kind.save(result, path, force)
+        kind.save(result, path, force=force)
 
 
 def check_readable(path: Path) -> None:

@@ -112,7 +112,7 @@ def test_sweep_and_attractors_keep_their_first_columns(monkeypatch: pytest.Monke
     branch = Continuation(p, True, "mu", np.array([0.7]), (BranchPoint(0.7, ("up",), found),))
     for width in (40, 60, 80, 120, None):
         out = shown(monkeypatch, width)
-        print_sweep(result, chosen=True)
+        print_sweep(result)
         print_attractors([found])
         print_continuation(branch)
         lines = out.getvalue().splitlines()

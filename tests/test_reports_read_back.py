@@ -34,9 +34,11 @@ from fivtui.orbits.report import (
 from fivtui.scene.comparison import CaseRuns, Comparison
 from fivtui.scene.presets import PRESETS
 from fivtui.scene.report import print_comparison, print_run
+from fivtui.scene.run import SceneTransient
 from fivtui.scene.verified import Verified
 from fivtui.simulation import simulate
 from fivtui.sweeps.report import print_sweep, progress_text
+from fivtui.sweeps.study import DEFAULT_OUTPUTS
 from fivtui.tradeoffs.files import tradeoff_to_dict
 from fivtui.tradeoffs.measure import Feature, Tradeoff
 from fivtui.tradeoffs.report import print_tradeoff
@@ -218,7 +220,7 @@ def test_a_printed_transient_has_its_numbers_under_their_names(
     runs: tuple[Transient, Transient], capsys: Printed
 ) -> None:
     estimate = Deviation(1e-3, 2e-4, 3e-5, 4e-6, 0)
-    print_run(runs[0], Verified(runs[0], {}, estimate, 3))
+    print_run(SceneTransient(runs[0], Verified(runs[0], {}, estimate, 3)))
     rows = dict(listed(capsys))
     t, own = own_slider.motion(3.0, separation=True)
     x, vx, y, _, force = own.T
@@ -322,7 +324,7 @@ def test_a_printed_accuracy_has_units_and_digits(
 
 def test_a_printed_sweep_has_every_output_in_its_column(capsys: Printed) -> None:
     outputs = ("P_max", "y_abs", "vx_max", "separated_time")
-    print_sweep(made_up({"F": (80.0, 20.0), "mu": (0.5,)}, outputs), chosen=True)
+    print_sweep(made_up({"F": (80.0, 20.0), "mu": (0.5,)}, outputs))
     title, text = text_of(capsys).split("\n", 1)
     assert title == "Sweep: 4 members"
     rows = tabled(text)
@@ -340,13 +342,13 @@ def test_a_printed_sweep_has_every_output_in_its_column(capsys: Printed) -> None
 
 
 def test_of_a_long_sweep_the_ends_are_printed_and_some_outputs(capsys: Printed) -> None:
-    result = made_up({"F": tuple(range(1, 101))}, ("P_max", "y_abs"), (True,))
-    print_sweep(result, chosen=False)
+    result = made_up({"F": tuple(range(1, 101))}, DEFAULT_OUTPUTS, (True,))
+    print_sweep(result)
     printed = capsys.readouterr()
     rows = tabled(printed.out.partition("\n")[2])
     assert [float(row["F (N)"]) for row in rows] == [*range(1, 21), *range(81, 101)]
     assert "P_max (N)" not in rows[0]
-    assert float(rows[-1]["y_abs (m)"]) == pytest.approx(output_value(1, True, 100.0))
+    assert float(rows[-1]["y_abs (m)"]) == pytest.approx(output_value(0, True, 100.0))
     assert "first and last 20" in printed.err
 
 
@@ -520,8 +522,8 @@ def test_a_printed_trade_off_has_milliseconds_and_every_error_in_its_column(
     ]
     floor = Deviation(1e-13, 2e-14, 3e-15, 4e-12, 0)
     features = [Feature("events", 0.001, 0.004, 10, 12), Feature("rest", None, 0.004, None, 12)]
-    result = Tradeoff(PRESETS["base"], None, floor, rows, features)
-    print_tradeoff(result, {"peak": 1e-4})
+    result = Tradeoff(PRESETS["base"], None, floor, rows, features, {"peak": 1e-4})
+    print_tradeoff(result)
     parts = re.split(r"\n(?=Cost of features|Cheapest)", text_of(capsys))
     title, table = parts[0].split("\n", 1)
     assert title == "Trade-off: base, 100 s"

@@ -46,7 +46,7 @@ class Bounce(Result):
         return figure
 
 
-def save(result: Bounce, path: Path, force: bool) -> None:
+def save(result: Bounce, path: Path, *, force: bool = False) -> None:
     header = {"bounce_of": result.parameters.as_dict(), "separation": result.separation}
     heights = {"height": np.array(result.heights)}
     write_table(
@@ -72,7 +72,7 @@ BOUNCE = StudyKind(
     load_suffixes=(".csv", ".npz", ".parquet"),
     header=frozenset({"bounce_of"}),
     command=lambda result: Command("bounce", scene_fields(result, ("F", "separation"))),
-    stored=Stored(".npz", lambda result, path: save(result, path, False), load),
+    stored=Stored(".npz", save, load),
 )
 RESULT = Bounce(Parameters(F=60.0), True, (0.5, 0.25, 1.0 / 3.0))
 

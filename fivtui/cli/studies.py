@@ -17,7 +17,6 @@ from .options import (
     ignore_option,
     json_option,
     output_option,
-    print_json,
     progress_bar,
     say,
     scene_argument,
@@ -112,7 +111,6 @@ def sweep(**given: Any) -> None:
         load_sweep,
         parse_cases,
         parse_design,
-        print_sweep,
         study_of,
         sweep_in_memory,
         sweep_to_file,
@@ -152,10 +150,8 @@ def sweep(**given: Any) -> None:
             result = load_sweep(study, out)
     if plot is not None:
         write("sweep", result, None, plot, force=force)
-    if as_json:
-        print_json(result.to_dict())
-    elif out is None:
-        print_sweep(result, chosen=bool(given["outputs"]))
+    if as_json or out is None:
+        show("sweep", result, as_json=as_json)
 
 
 def _engine(scheduler: str | None, workers: int | None) -> "AbstractContextManager[Engine]":
@@ -199,7 +195,7 @@ def tradeoff(scene: str, assignments: tuple[str, ...], **given: Any) -> None:
     """
     from dataclasses import replace
 
-    from fivtui.tradeoffs import cheapest_to_dict, measure_tradeoff, print_tradeoff
+    from fivtui.tradeoffs import measure_tradeoff
     from fivtui.transient import check_horizon
 
     out, plot, force = given["out"], given["plot"], given["force"]
@@ -211,12 +207,10 @@ def tradeoff(scene: str, assignments: tuple[str, ...], **given: Any) -> None:
         chosen = replace(chosen, start=start_of(given["start"]))
     check_outputs("trade-off", out, plot, force=force)
     with progress_bar("trade-off") as progress:
-        result = measure_tradeoff(chosen, thorough=given["thorough"], progress=progress)
+        measured = measure_tradeoff(chosen, thorough=given["thorough"], progress=progress)
+    result = replace(measured, targets=targets)
     write("trade-off", result, out, plot, force=force)
-    if given["as_json"]:
-        print_json({**result.to_dict(), **cheapest_to_dict(result, targets)})
-    else:
-        print_tradeoff(result, targets)
+    show("trade-off", result, as_json=given["as_json"])
 
 
 @commands.command()

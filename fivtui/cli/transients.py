@@ -70,7 +70,7 @@ def simulate(**given: Any) -> None:
     """Compute one transient: peaks, separations, final state."""
     import numpy as np
 
-    from fivtui.scene import print_run, scene_transient, verified_to_dict
+    from fivtui.scene import scene_transient
 
     scene = _changed(scene_of(given["scene"], given["assignments"]), given)
     out, plot, force = given["out"], given["plot"], given["force"]
@@ -82,14 +82,9 @@ def simulate(**given: Any) -> None:
             samples=np.linspace(0.0, scene.t_end, given["points"]) if stored else "none",
             progress=progress,
         )
-    result = run.transient
-    _say_if_stiff(result)
-    write("run", result, out, plot, force=force)
-    if given["as_json"]:
-        known = {} if run.verified is None else {"accuracy": verified_to_dict(run.verified)}
-        print_json({**result.to_dict(), **known})
-    else:
-        print_run(result, run.verified)
+    _say_if_stiff(run.transient)
+    write("run", run.transient, out, plot, force=force)
+    show("simulation", run, as_json=given["as_json"])
 
 
 def _changed(scene: "Scene", given: dict[str, Any]) -> "Scene":
@@ -138,7 +133,7 @@ def run(scene: str, out: Path | None, force: bool, as_json: bool, **given: Any) 
 
     They are its `outputs`: stability, transient and trajectory; nothing else is computed.
     """
-    from fivtui.scene import print_run, run_scene, verified_to_dict
+    from fivtui.scene import run_scene
 
     chosen = scene_of(scene, given["assignments"])
     if ("trajectory" in chosen.outputs) != (out is not None):
@@ -157,7 +152,7 @@ def run(scene: str, out: Path | None, force: bool, as_json: bool, **given: Any) 
     if result.run is not None:
         data["transient"] = result.run.transient.to_dict()
         if result.run.verified is not None:
-            data["accuracy"] = verified_to_dict(result.run.verified)
+            data["accuracy"] = result.run.verified.to_dict()
         write("run", result.run.transient, out, None, force=force)
     if as_json:
         print_json(data)
@@ -165,7 +160,7 @@ def run(scene: str, out: Path | None, force: bool, as_json: bool, **given: Any) 
     if result.stability is not None:
         show("stability", result.stability)
     if result.run is not None:
-        print_run(result.run.transient, result.run.verified)
+        show("simulation", result.run)
 
 
 @commands.command()

@@ -2,15 +2,22 @@
 
 from collections.abc import Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, Final, NamedTuple
+from typing import TYPE_CHECKING, Final, NamedTuple
 
+from fivtui.io import save_bytes
 from fivtui.results import Command, StudyKind
 
 if TYPE_CHECKING:
-    from matplotlib.figure import Figure
-
+    from . import data, drawing
+    from .claims import check, report
     from .claims.claim import CheckedClaim
     from .results import PaperResults
+else:
+    from fivtui.lazy import later
+
+    data, drawing, check, report = later(
+        __name__, "data", "drawing", "claims.check", "claims.report"
+    )
 
 
 class PanelOf(NamedTuple):
@@ -30,18 +37,6 @@ class PanelOf(NamedTuple):
         return self.key.lstrip("0123456789")
 
 
-def _save_panel(panel: PanelOf, path: Path, force: bool) -> None:
-    from .data import save_data
-
-    save_data(panel.results.table(panel.key), path, force=force)
-
-
-def _draw(panel: PanelOf) -> "Figure":
-    from .drawing import draw
-
-    return draw(panel.number, panel.results)
-
-
 def _show_panel(panel: PanelOf) -> None:
     from fivtui.console import print_rows
 
@@ -50,15 +45,17 @@ def _show_panel(panel: PanelOf) -> None:
     print_rows(f"Fig. {panel.key}", list(columns), rows)
 
 
-def _panel_to_dict(panel: PanelOf) -> dict[str, Any]:
-    return {name: v.tolist() for name, v in panel.results.table(panel.key).columns.items()}
+def _save_panel(panel: PanelOf, path: Path, *, force: bool) -> None:
+    data.save_data(panel.results.table(panel.key), path, force=force)
 
 
 FIGURE: Final = StudyKind(
     data="figure's data",
     show=_show_panel,
-    to_dict=_panel_to_dict,
-    figure=_draw,
+    to_dict=lambda panel: {
+        name: values.tolist() for name, values in panel.results.table(panel.key).columns.items()
+    },
+    figure=lambda panel: drawing.draw(panel.number, panel.results),
     suffixes=(".csv", ".npz", ".parquet"),
     save=_save_panel,
     stem=lambda panel: f"fig-{panel.number:02d}{panel.letter}",
@@ -67,32 +64,17 @@ FIGURE: Final = StudyKind(
 )
 
 
-def _show_claims(checked: "Sequence[CheckedClaim]") -> None:
-    from .claims.report import print_claims
-
-    print_claims(checked)
-
-
-def _claims_to_list(checked: "Sequence[CheckedClaim]") -> Any:
-    from .claims.check import claims_to_list
-
-    return claims_to_list(checked)
-
-
-def _save_claims(checked: "Sequence[CheckedClaim]", path: Path, force: bool) -> None:
-    from fivtui.io import save_bytes
-
-    from .claims.report import claims_csv, claims_markdown
-
-    as_table = path.suffix.lower() == ".csv"
-    text = claims_csv(checked) if as_table else f"{claims_markdown(checked)}\n"
-    save_bytes(text.encode(), path, force=force)
+def _save_claims(checked: "Sequence[CheckedClaim]", path: Path, *, force: bool) -> None:
+    if path.suffix.lower() == ".csv":
+        report.save_claims(checked, path, force=force)
+    else:
+        save_bytes(f"{report.claims_markdown(checked)}\n".encode(), path, force=force)
 
 
 CLAIMS: Final = StudyKind(
     data="claims",
-    show=_show_claims,
-    to_dict=_claims_to_list,
+    show=report.print_claims,
+    to_dict=check.claims_to_list,
     suffixes=(".md", ".csv"),
     save=_save_claims,
     as_json=True,

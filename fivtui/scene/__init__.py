@@ -5,7 +5,7 @@ from typing import TYPE_CHECKING
 if TYPE_CHECKING:
     from .comparison import compare as compare, comparison_files as comparison_files
     from .presets import DEFAULT_PRESET as DEFAULT_PRESET, PRESETS as PRESETS
-    from .report import print_comparison as print_comparison, print_run as print_run
+    from .report import print_comparison as print_comparison
     from .run import run_scene as run_scene, scene_transient as scene_transient
     from .scene import (
         Accuracy as Accuracy,
@@ -18,7 +18,7 @@ if TYPE_CHECKING:
         scene_from_dict as scene_from_dict,
         scene_to_dict as scene_to_dict,
     )
-    from .verified import runs_part as runs_part, verified_to_dict as verified_to_dict
+    from .verified import runs_part as runs_part
 else:
     from fivtui.lazy import lazily
 

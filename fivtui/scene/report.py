@@ -3,18 +3,18 @@
 from rich.text import Text
 
 from fivtui.console import number, parameter_line, print_rows, print_titled
-from fivtui.transient import Transient, print_transient
+from fivtui.transient import print_transient
 
 from .comparison import Comparison
-from .verified import Verified
+from .run import SceneTransient
 
 
-def print_run(result: Transient, verified: Verified | None) -> None:
+def print_run(run: SceneTransient) -> None:
     """Print a transient, with its errors where they were verified."""
-    if verified is None:
-        print_transient(result)
+    if run.verified is None:
+        print_transient(run.transient)
     else:
-        print_transient(result, verified.estimate, verified.runs)
+        print_transient(run.transient, run.verified.estimate, run.verified.runs)
 
 
 def print_comparison(result: Comparison) -> None:

@@ -1,7 +1,7 @@
 """The computation of what a scene requires."""
 
 from dataclasses import dataclass
-from typing import Final
+from typing import Any, Final
 
 import numpy as np
 
@@ -21,6 +21,11 @@ class SceneTransient:
 
     transient: Transient
     verified: Verified | None
+
+    def to_dict(self) -> dict[str, Any]:
+        """The object that ``fivtui simulate --json`` prints."""
+        accuracy = {} if self.verified is None else {"accuracy": self.verified.to_dict()}
+        return {**self.transient.to_dict(), **accuracy}
 
 
 @dataclass(frozen=True, slots=True)

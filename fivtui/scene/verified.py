@@ -1,6 +1,7 @@
 """Transients to an accuracy that is asked for, verified by a finer run."""
 
 import dataclasses
+import math
 from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any, Final
@@ -52,6 +53,18 @@ class Verified:
     asked: Mapping[str, float]
     estimate: Deviation
     runs: int
+
+    def to_dict(self) -> dict[str, Any]:
+        """Errors asked for and estimated, and the number of runs, as data for JSON.
+
+        An estimate is null where the numbers of switches differ.
+        """
+        estimate = {name: self.estimate.of(name) for name in QUANTITIES}
+        return {
+            "asked": dict(self.asked),
+            "estimate": {name: None if e == math.inf else e for name, e in estimate.items()},
+            "runs": self.runs,
+        }
 
 
 def simulate_to(
@@ -124,16 +137,3 @@ def runs_part(run: Transient, other: Transient) -> Divergence | None:
         t_end=other.t_end,
         time_scale=time_scale(other.parameters),
     )
-
-
-def verified_to_dict(result: Verified) -> dict[str, Any]:
-    """Errors asked for and estimated, and the number of runs, as data for JSON.
-
-    An estimate is null where the numbers of switches differ.
-    """
-    estimate = {name: result.estimate.of(name) for name in QUANTITIES}
-    return {
-        "asked": dict(result.asked),
-        "estimate": {k: None if v == float("inf") else v for k, v in estimate.items()},
-        "runs": result.runs,
-    }

@@ -6,7 +6,7 @@ if TYPE_CHECKING:
     from .cluster import cluster_engine as cluster_engine
     from .design import VARIABLES as VARIABLES, Design as Design, Range as Range
     from .figure import check_drawable as check_drawable
-    from .report import SweepProgress as SweepProgress, print_sweep as print_sweep
+    from .report import SweepProgress as SweepProgress
     from .request import (
         parse_cases as parse_cases,
         parse_design as parse_design,

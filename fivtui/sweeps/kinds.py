@@ -1,6 +1,5 @@
 """The sweep among the studies."""
 
-from pathlib import Path
 from typing import TYPE_CHECKING, Final
 
 from fivtui.model import PARAMETERS
@@ -8,30 +7,17 @@ from fivtui.ranges import number_text
 from fivtui.results import Command, Stored, StudyKind, scene_fields
 
 if TYPE_CHECKING:
+    from . import files, report
     from .design import Axis
     from .run import Sweep
     from .study import Study
+else:
+    from fivtui.lazy import later
+
+    files, report = later(__name__, "files", "report")
 
 _SAID: Final = (*PARAMETERS, "start", "t_end", "tol", "accuracy")
 _TEXT_BYTES: Final = 20
-
-
-def _show(result: "Sweep") -> None:
-    from .report import print_sweep
-
-    print_sweep(result, chosen=False)
-
-
-def _save(result: "Sweep", path: Path, force: bool) -> None:
-    from .files import save_sweep
-
-    save_sweep(result, path, force=force)
-
-
-def _load(path: Path) -> "Sweep":
-    from .files import read_sweep
-
-    return read_sweep(path)
 
 
 def _unfinished(result: "Sweep") -> str:
@@ -71,11 +57,11 @@ def _axis_text(axis: "Axis") -> str:
 
 SWEEP: Final = StudyKind(
     data="sweep",
-    show=_show,
+    show=report.print_sweep,
     suffixes=(".csv", ".parquet"),
-    save=_save,
+    save=files.save_sweep,
     stem=lambda result: f"sweep-{'-'.join(result.study.design.axes)}",
-    load=_load,
+    load=files.read_sweep,
     load_suffixes=(".csv", ".parquet", ".parts"),
     folders=(".parts",),
     header=frozenset({"sweep"}),
@@ -84,8 +70,8 @@ SWEEP: Final = StudyKind(
     command=_command,
     stored=Stored(
         ".csv",
-        lambda result, path: _save(result, path, False),
-        _load,
+        files.save_sweep,
+        files.read_sweep,
         lambda result: _TEXT_BYTES * len(result.table.reasons) * len(result.columns),
         _unfinished,
     ),

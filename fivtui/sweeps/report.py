@@ -10,7 +10,7 @@ from rich.progress import BarColumn, Progress as Bar, TextColumn
 from fivtui.console import number, print_rows
 
 from .run import Sweep
-from .study import ERRORS, SweepColumn
+from .study import DEFAULT_OUTPUTS, ERRORS, SweepColumn
 
 # A bar appears after this time; without a terminal, a line is printed at this interval.
 _PATIENCE_S: Final = 1.0
@@ -83,10 +83,10 @@ def _duration(seconds: float) -> str:
     return f"{seconds:.0f} s"
 
 
-def print_sweep(result: Sweep, *, chosen: bool) -> None:
-    """Print the first and last rows of a sweep; all outputs if they were `chosen`."""
-    study = result.study
-    rows = result.rows
+def print_sweep(result: Sweep) -> None:
+    """Print the first and last rows of a sweep; all outputs if others than the default ones."""
+    study, rows = result.study, result.rows
+    chosen = study.outputs != DEFAULT_OUTPUTS
     shown = [
         (place, column)
         for place, column in enumerate(study.columns)

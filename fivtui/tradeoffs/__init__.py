@@ -3,13 +3,11 @@
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
-    from .files import cheapest_to_dict as cheapest_to_dict
     from .measure import (
         Tradeoff as Tradeoff,
         measure_tradeoff as measure_tradeoff,
         tradeoff as tradeoff,
     )
-    from .report import print_tradeoff as print_tradeoff
     from .settings import (
         MeasuredSetting as MeasuredSetting,
         Setting as Setting,

@@ -39,7 +39,8 @@ def tradeoff_to_dict(result: Tradeoff) -> dict[str, Any]:
     ``parameters``, ``separation``, ``start``, ``t_end``, ``floor``, ``rows`` of ``method``,
     ``kernel``, ``setting``, ``cpu_s``, ``steps``, ``error_final``, ``error_peak``,
     ``error_half_range``, ``error_events`` (s), ``separations`` (too many or missing), ``failure``,
-    ``pareto`` (quantities in which no other row beats it), and ``features``.
+    ``pareto`` (quantities in which no other row beats it), and ``features``; with targets
+    also ``cheapest``, a list of ``quantity``, ``error`` and ``row`` (null if none reached it).
     """
     start = result.scene.start
     return {
@@ -50,6 +51,7 @@ def tradeoff_to_dict(result: Tradeoff) -> dict[str, Any]:
         "floor": {name: _finite(result.floor.of(name)) for name in QUANTITIES},
         "rows": _rows(result.rows, fronts(result)),
         "features": [asdict(feature) for feature in result.features],
+        **({"cheapest": _cheapest(result)} if result.targets else {}),
     }
 
 
@@ -90,19 +92,13 @@ def _rows(
     ]
 
 
-def cheapest_to_dict(result: Tradeoff, error_targets: Mapping[str, float]) -> dict[str, Any]:
-    """The cheapest setting for each error target, as data for JSON; empty without targets.
-
-    ``cheapest`` is a list of ``quantity``, ``error`` and ``row`` (null if no setting reached it).
-    """
-    if not error_targets:
-        return {}
+def _cheapest(result: Tradeoff) -> list[dict[str, Any]]:
     found = []
-    for quantity, error in error_targets.items():
+    for quantity, error in result.targets.items():
         row = cheapest(result.rows, quantity, error)
         (plain,) = _rows([row], fronts(result)) if row is not None else [None]
         found.append({"quantity": quantity, "error": error, "row": plain})
-    return {"cheapest": found}
+    return found
 
 
 def save_tradeoff(result: Tradeoff, path: Path, *, force: bool = False) -> None:

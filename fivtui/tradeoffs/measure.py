@@ -3,8 +3,8 @@
 import math
 import tempfile
 import time
-from collections.abc import Iterator
-from dataclasses import dataclass, replace
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Final, cast
 
@@ -102,6 +102,8 @@ class Tradeoff(Result):
         Every setting, coarse to fine, method by method.
     features : list of Feature
         The cost of each feature of the scene.
+    targets : mapping of str to float
+        Errors for which the cheapest setting is named, by quantity.
     """
 
     scene: Scene
@@ -109,6 +111,7 @@ class Tradeoff(Result):
     floor: Deviation
     rows: list[MeasuredSetting]
     features: list[Feature]
+    targets: Mapping[str, float] = field(default_factory=dict)
 
     def _summary(self) -> list[tuple[str, str]]:
         p, separation = self.scene.parameters, self.scene.separation

@@ -1,7 +1,6 @@
 """Console output of a trade-off."""
 
 import math
-from collections.abc import Mapping
 from typing import Final
 
 from fivtui.console import number, print_list, print_rows
@@ -14,7 +13,7 @@ from .settings import MeasuredSetting, cheapest
 _MARKS: Final = {"final": "F", "peak": "P", "half_range": "H", "events": "E"}
 
 
-def print_tradeoff(result: Tradeoff, error_targets: Mapping[str, float]) -> None:
+def print_tradeoff(result: Tradeoff) -> None:
     """Print the settings, the cost of features, and the cheapest setting for each error target."""
     header = (
         "method",
@@ -57,8 +56,8 @@ def print_tradeoff(result: Tradeoff, error_targets: Mapping[str, float]) -> None
             for f in result.features
         ],
     )
-    if error_targets:
-        advice = [_advice(result, *target) for target in error_targets.items()]
+    if result.targets:
+        advice = [_advice(result, *target) for target in result.targets.items()]
         print_list("Cheapest setting", advice)
 
 

@@ -1,17 +1,17 @@
-"""The paper's claims as console output, Markdown and CSV."""
+"""The paper's claims as console output, Markdown and CSV file."""
 
-import csv
-import io
 import re
 from collections import Counter
 from collections.abc import Sequence
-from typing import TYPE_CHECKING, Final
+from pathlib import Path
+from typing import TYPE_CHECKING, BinaryIO, Final
 
 from rich.console import Console, Group
 from rich.table import Table
 from rich.text import Text
 
 from fivtui.console import print_titled, terminal_width
+from fivtui.io import csv_cell, write_atomically, write_csv_head, write_csv_rows
 
 if TYPE_CHECKING:
     from .claim import CheckedClaim
@@ -21,15 +21,7 @@ _CLAIM_COLUMNS: Final = {"section": 2, "statement": 6, "stated": 4, "computed": 
 # Least width for columns, and the width without a terminal.
 _BESIDE: Final = 100
 _WIDTH_OF_FILE: Final = 200
-_CLAIM_HEADER: Final = (
-    "id",
-    "section",
-    "statement",
-    "stated",
-    "computed",
-    "verdict",
-    "reason",
-)
+_CLAIM_HEADER: Final = ("id", "section", "statement", "stated", "computed", "verdict", "reason")
 _VERDICT_STYLES: Final = {"does not hold": "bold", "not testable": "dim"}
 
 
@@ -81,13 +73,15 @@ def claims_markdown(checked: Sequence["CheckedClaim"]) -> str:
     return "\n".join(f"| {' | '.join(map(_markdown_cell, row))} |" for row in rows)
 
 
-def claims_csv(checked: Sequence["CheckedClaim"]) -> str:
-    """The paper's claims as CSV, one row each."""
-    text = io.StringIO()
-    table = csv.writer(text, lineterminator="\n")
-    table.writerow(_CLAIM_HEADER)
-    table.writerows((entry.claim.id, *_claim_cells(entry)) for entry in checked)
-    return text.getvalue()
+def save_claims(checked: Sequence["CheckedClaim"], path: Path, *, force: bool = False) -> None:
+    """Write the paper's claims as CSV, one row each; errors as `write_atomically`."""
+    rows = [(entry.claim.id, *_claim_cells(entry)) for entry in checked]
+
+    def write(file: BinaryIO) -> None:
+        write_csv_head(file, _CLAIM_HEADER, {})
+        write_csv_rows(file, (map(csv_cell, column) for column in zip(*rows, strict=True)))
+
+    write_atomically(path, write, force=force)
 
 
 def _claim_cells(entry: "CheckedClaim") -> tuple[str, ...]:
