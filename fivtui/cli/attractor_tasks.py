@@ -9,12 +9,10 @@ from fivtui.orbits import Explorer, basin, coexistence, continuation
 from fivtui.ranges import parse_range, parse_ranges
 from fivtui.scene import Scene
 from fivtui.studies import study
-from fivtui.transient import START_SPECS, Start
+from fivtui.transient import START_SPECS, Progress, Start
 
 from .deliver import check_outputs, warn, write
 from .options import progress_bar
-
-Progress = Callable[[float], bool]
 
 _BASIN_RANGES: Final = 2
 

@@ -6,12 +6,10 @@ from typing import Any, Final
 
 from fivtui.model import Cancelled, Parameters
 from fivtui.results import Result, scene_text
-from fivtui.transient import Kernel
+from fivtui.transient import Kernel, Progress
 
 from .basins import EscapeOffset, escape_offset
 from .explorer import Attractor, Kind, search
-
-Progress = Callable[[float], bool]
 
 # Share of the search for attractors in the work.
 _SEARCH: Final = 0.3

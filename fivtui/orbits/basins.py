@@ -10,14 +10,12 @@ from numpy.typing import NDArray
 
 from fivtui.model import InputError, Parameters, State, unknown_name
 from fivtui.results import Result, scene_text
-from fivtui.transient import START_SPECS, Kernel, Start, resolve_start
+from fivtui.transient import START_SPECS, Kernel, Progress, Start, resolve_start
 
 from .explorer import Attractor, Explorer, Kind, Watch, add_new
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
-
-Progress = Callable[[float], bool]
 
 MAX_STARTS: Final = 1_000_000
 # Offsets that are tried, in characteristic lengths: from, to, and their number.

@@ -1,7 +1,7 @@
 """Attractors along a parameter, followed by transients upwards and downwards."""
 
 from collections import Counter
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, Final, Literal
 
@@ -10,14 +10,13 @@ from numpy.typing import NDArray
 
 from fivtui.model import InputError, Parameters, State, parameter_spec
 from fivtui.results import Result, scene_text
-from fivtui.transient import Kernel
+from fivtui.transient import Kernel, Progress
 
 from .explorer import Attractor, Explorer, Kind, Watch, add_new, starts_around
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
-Progress = Callable[[float], bool]
 Direction = Literal["up", "down"]
 
 DIRECTIONS: Final[tuple[Direction, ...]] = ("up", "down")

@@ -18,12 +18,10 @@ from fivtui.model import (
     equilibrium,
     static_start,
 )
-from fivtui.transient import Kernel, Request, Start, Transient, integrate, resolve_start
+from fivtui.transient import Kernel, Progress, Request, Start, Transient, integrate, resolve_start
 
 from .decay import Attraction
 from .shooting import PeriodicOrbit, Section, shoot
-
-Progress = Callable[[float], bool]
 
 # Periods of the slowest linear mode in one leg of a run; a motion is given up after this many
 # legs or steps.

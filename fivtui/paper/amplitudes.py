@@ -6,7 +6,7 @@ Taylor scenes run as a batch; runs by other methods are distributed among proces
 import os
 import signal
 import threading
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Iterator, Sequence
 from concurrent.futures import ProcessPoolExecutor
 from concurrent.futures.process import BrokenProcessPool
 from contextlib import contextmanager
@@ -21,13 +21,11 @@ from fivtui.batch import simulate_batch
 from fivtui.model import Cancelled, ComputationError, InputError
 from fivtui.scene import Scene
 from fivtui.simulation import compute
-from fivtui.transient import resolve_start
+from fivtui.transient import Progress, resolve_start
 
 # Starting a process takes as long as some runs.
 _RUNS_A_WORKER: Final = 16
 _CHUNK: Final = 4
-
-Progress = Callable[[float], bool]
 
 
 @dataclass(frozen=True, slots=True)

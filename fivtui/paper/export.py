@@ -9,8 +9,8 @@ from typing import Final
 from fivtui.io import check_apart, check_output
 from fivtui.model import Cancelled, InputError, unknown_name
 from fivtui.plotting import FORMATS, save_figure
+from fivtui.transient import Progress
 
-from .amplitudes import Progress
 from .data import save_data
 from .drawing import draw
 from .families import FIRST_FIGURE, LAST_FIGURE, panels_of

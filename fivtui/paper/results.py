@@ -8,9 +8,9 @@ import numpy as np
 from fivtui.model import Cancelled
 from fivtui.scene import Scene
 from fivtui.simulation import compute
-from fivtui.transient import Transient
+from fivtui.transient import Progress, Transient
 
-from .amplitudes import Amplitude, Progress, measure_all
+from .amplitudes import Amplitude, measure_all
 from .data import FigureData
 from .families import PANELS, Panel
 from .tables import PLAIN_TABLES, amplitude_table, transient_table

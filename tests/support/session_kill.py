@@ -23,7 +23,8 @@ from fivtui.simulation import simulate
 from fivtui.tui import app as app_module
 from fivtui.tui.persistence.autosave import Autosave
 from fivtui.tui.persistence.snapshot import restore_results, restore_session, state_of
-from fivtui.tui.session.runs import RunOutcome, RunState
+from fivtui.tui.session.jobs import Outcome
+from fivtui.tui.session.runs import RunState
 from fivtui.tui.session.session import Session
 from fivtui.tui.session.studies import DisplayedStudy
 from tests.support.kernels import INTERPRETED
@@ -59,7 +60,7 @@ def go_on(path: Path) -> None:
         session.runs.remove(run)
     autosave.save(state_of(session, ""))
     run = session.runs.start(BASE)
-    session.runs.finish(run, RunOutcome(RESULT))
+    session.runs.finish(run, Outcome(RESULT))
     over = {"mu": np.linspace(0.0, 1.0, 3), "F": np.linspace(10.0, 20.0, 2)}
     session.studies.put("map", DisplayedStudy(stability_map(BASE.parameters, over), "base"))
     autosave.save(state_of(session, ""))

@@ -151,9 +151,9 @@ async def test_the_button_works_and_failures_are_told_and_logged(
     runs = app_of(pilot).session.runs
     with monkeypatch.context() as patched:
         patched.setattr("fivtui.scene.run.compute", endless_simulate)
-        await pilot.click("#run-button")
+        await pilot.click("RunBar Button")
         await until(pilot, lambda: runs.active is not None)
-        await pilot.click("#run-button")
+        await pilot.click("RunBar Button")
         await until(pilot, lambda: runs.active is None)
         assert runs.newest is not None
         assert runs.newest.state is RunState.STOPPED

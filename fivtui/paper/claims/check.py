@@ -4,7 +4,8 @@ from collections.abc import Sequence
 from typing import Final
 
 from fivtui.model import Cancelled, unknown_name
-from fivtui.paper import PANELS, PaperResults, Progress
+from fivtui.paper import PANELS, PaperResults
+from fivtui.transient import Progress
 
 from .amplitude import AMPLITUDES
 from .attractor import ATTRACTORS

@@ -1,43 +1,27 @@
 """Run button, progress and state of the last run."""
 
 from textual import on
-from textual.app import ComposeResult
-from textual.containers import Horizontal
-from textual.widgets import Button, ProgressBar, Static
+from textual.widgets import Button
 
-from fivtui.tui.session import FMU_ENGINE, Run, RunState, progress_words
-from fivtui.tui.tabs import RunRequested
+from fivtui.tui.session import FMU_ENGINE, Run, RunState
+from fivtui.tui.tabs import JobBar, RunRequested
 
 
-class RunBar(Horizontal):
-    """One line: the button, a progress bar during a run, and the state in words."""
+class RunBar(JobBar):
+    """The button that starts and stops runs, and the progress or state of the newest one."""
 
-    def compose(self) -> ComposeResult:
-        """Button, progress bar, status."""
-        yield Button("Run", id="run-button", compact=True, variant="primary")
-        yield ProgressBar(total=1.0, show_percentage=False, show_eta=False)
-        yield Static("no run yet: press F5", id="run-status", markup=False)
+    def __init__(self) -> None:
+        super().__init__("Run", "no run yet: press F5")
 
-    @on(Button.Pressed, "#run-button")
+    @on(Button.Pressed)
     def _press(self, event: Button.Pressed) -> None:
         event.stop()
         self.post_message(RunRequested())
 
-    def show(self, run: Run, *, outdated: bool) -> None:
+    def show_run(self, run: Run, *, outdated: bool) -> None:
         """Display the state of a run; `outdated` if the inputs have changed since."""
         running = run.state is RunState.RUNNING
-        button = self.query_one("#run-button", Button)
-        if running is not self.has_class("-running"):
-            button.label = "Stop" if running else "Run"
-            button.variant = "error" if running else "primary"
-            self.set_class(running, "-running")
-        self.query_one(ProgressBar).update(progress=run.fraction)
-        words = (
-            progress_words(run.fraction, run.remaining)
-            if running
-            else _end_words(run, outdated=outdated)
-        )
-        self.query_one("#run-status", Static).update(words, layout=False)
+        self.show(run if running else None, _end_words(run, outdated=outdated))
 
 
 def _end_words(run: Run, *, outdated: bool) -> str:

@@ -12,9 +12,10 @@ from fivtui.scene import Scene
 from fivtui.tui.session import (
     FMU_ENGINE,
     MAX_RUNS,
+    Outcome,
     Run,
-    RunOutcome,
     Session,
+    crash_words,
     engine_words,
     execute,
     result_brief,
@@ -84,8 +85,7 @@ class RunController:
         run = self._session.runs.stop()
         if run is not None:
             self._tell(RunsChanged())
-            done = f"{100.0 * run.fraction:.0f} %"
-            self._tell(Reported(f"run {run.number} stopped at {done}"))
+            self._tell(Reported(f"run {run.number} {run.stop_words}"))
 
     def ended(self, event: RunEnded) -> None:
         """Store the outcome of a run, unless it was stopped before."""
@@ -120,8 +120,7 @@ class RunController:
             return False
         run = self._session.runs.find(int(worker.name))
         if run is not None:
-            words = f"unexpected {type(worker.error).__name__}: {worker.error}"
-            self._tell(RunEnded(run, RunOutcome(error=words)))
+            self._tell(RunEnded(run, Outcome(error=crash_words(worker.error))))
         return True
 
     def read(self, event: RunRead) -> None:

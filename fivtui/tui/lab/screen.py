@@ -19,7 +19,14 @@ from fivtui.equilibrium import verdict
 from fivtui.model import ComputationError, InputError
 from fivtui.scene import PRESETS
 from fivtui.tui.persistence import Slot, restore_results
-from fivtui.tui.session import CHARTS, PRECEDENCE, Session, stability_brief, verdict_kind
+from fivtui.tui.session import (
+    CHARTS,
+    PRECEDENCE,
+    Session,
+    crash_words,
+    stability_brief,
+    verdict_kind,
+)
 from fivtui.tui.tabs import (
     TABS,
     ExportEnded,
@@ -222,7 +229,7 @@ class LabScreen(Screen[None]):
     def _show_newest(self) -> None:
         newest = self.session.runs.newest
         if newest is not None:
-            self.query_one(RunBar).show(newest, outdated=self.session.outdated(newest))
+            self.query_one(RunBar).show_run(newest, outdated=self.session.outdated(newest))
 
     def _show_progress(self) -> None:
         self._show_newest()
@@ -291,8 +298,8 @@ class LabScreen(Screen[None]):
             not self._run_controller.thread_failed(event.worker)
             and event.state is WorkerState.ERROR
         ):
-            words = f"unexpected {type(event.worker.error).__name__}: {event.worker.error}"
-            self.post_message(Reported(f"{event.worker.name}: {words}", error=True))
+            words = f"{event.worker.name}: {crash_words(event.worker.error)}"
+            self.post_message(Reported(words, error=True))
 
     # Actions
 

@@ -6,8 +6,8 @@ from typing import TYPE_CHECKING, Final
 from textual.screen import Screen
 from textual.timer import Timer
 
-from fivtui.model import Cancelled, ComputationError, Parameters
-from fivtui.tui.session import Coexisting, Job
+from fivtui.model import Parameters
+from fivtui.tui.session import Coexisting, Job, outcome_of
 from fivtui.tui.tabs import SearchUpdated
 
 if TYPE_CHECKING:
@@ -70,14 +70,13 @@ class SearchController:
         def search() -> None:
             from fivtui.orbits import coexistence
 
-            try:
-                found = coexistence(p, separation=separation, progress=job.report, found=tell)
-            except Cancelled:
-                return
-            except ComputationError as error:
-                self._screen.post_message(SearchUpdated(job, error=str(error)))
-                return
-            tell(found, done=True)
+            ended = outcome_of(
+                lambda: coexistence(p, separation=separation, progress=job.report, found=tell)
+            )
+            if ended.error:
+                self._screen.post_message(SearchUpdated(job, error=ended.error))
+            elif ended.result is not None:
+                tell(ended.result, done=True)
 
         self._screen.run_worker(
             search, name="search for limit cycles", group=_GROUP, thread=True, exit_on_error=False

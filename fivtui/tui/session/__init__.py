@@ -18,7 +18,13 @@ if TYPE_CHECKING:
     )
     from .help import field_help as field_help, general_help as general_help
     from .history import Edited as Edited
-    from .jobs import PRECEDENCE as PRECEDENCE, Job as Job, progress_words as progress_words
+    from .jobs import (
+        PRECEDENCE as PRECEDENCE,
+        Job as Job,
+        Outcome as Outcome,
+        crash_words as crash_words,
+        outcome_of as outcome_of,
+    )
     from .report import (
         SECOND_HALF as SECOND_HALF,
         Coexisting as Coexisting,
@@ -33,7 +39,6 @@ if TYPE_CHECKING:
         FMU_ENGINE as FMU_ENGINE,
         MAX_RUNS as MAX_RUNS,
         Run as Run,
-        RunOutcome as RunOutcome,
         Runs as Runs,
         RunState as RunState,
         execute as execute,

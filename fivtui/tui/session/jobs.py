@@ -2,8 +2,11 @@
 
 import threading
 import time
+from collections.abc import Callable
 from dataclasses import dataclass, field
-from typing import Final
+from typing import Final, Generic, TypeVar
+
+from fivtui.model import Cancelled, ComputationError, InputError
 
 # Longest time reserved for the answer to a key, s.
 _ANSWER: Final = 0.06
@@ -46,12 +49,6 @@ class Precedence:
 PRECEDENCE: Final = Precedence()
 
 
-def progress_words(fraction: float, remaining: float | None) -> str:
-    """Progress in words, such as ``40 %, 2.5 s left``."""
-    words = f"{100.0 * fraction:.0f} %"
-    return words if remaining is None else f"{words}, {_duration(remaining)} left"
-
-
 def _duration(seconds: float) -> str:
     minutes, rest = divmod(round(seconds), 60)
     hours, minutes = divmod(minutes, 60)
@@ -60,7 +57,7 @@ def _duration(seconds: float) -> str:
     return f"{minutes} min {rest:02d} s" if minutes else f"{seconds:.1f} s"
 
 
-@dataclass(eq=False, slots=True)
+@dataclass(eq=False, slots=True, kw_only=True)
 class Job:
     """A computation in progress; `fraction` (0 to 1) is written by the computing thread."""
 
@@ -85,6 +82,42 @@ class Job:
 
     @property
     def words(self) -> str:
-        """Progress and remaining time."""
-        elapsed, done = time.monotonic() - self._begin, self.fraction
-        return progress_words(done, elapsed * (1.0 - done) / done if done > 0.0 else None)
+        """Progress and remaining time, such as ``40 %, 2.5 s left``."""
+        done, elapsed = self.fraction, time.monotonic() - self._begin
+        left = f", {_duration(elapsed * (1.0 - done) / done)} left" if done > 0.0 else ""
+        return f"{_percent(done)}{left}"
+
+    @property
+    def stop_words(self) -> str:
+        """Where it was stopped."""
+        return f"stopped at {_percent(self.fraction)}"
+
+
+def _percent(fraction: float) -> str:
+    return f"{100.0 * fraction:.0f} %"
+
+
+Value = TypeVar("Value")
+
+
+@dataclass(frozen=True, slots=True)
+class Outcome(Generic[Value]):
+    """How a computation ended: a result, an error, or neither if stopped."""
+
+    result: Value | None = None
+    error: str = ""
+
+
+def outcome_of(compute: Callable[[], Value]) -> Outcome[Value]:
+    """Call a function in a computing thread; what it cannot compute is an outcome, too."""
+    try:
+        return Outcome(compute())
+    except Cancelled:
+        return Outcome()
+    except (InputError, ComputationError) as error:
+        return Outcome(error=str(error))
+
+
+def crash_words(error: BaseException | None) -> str:
+    """What to say of a thread that an unexpected error ended."""
+    return f"unexpected {type(error).__name__}: {error}"

@@ -1,8 +1,6 @@
 """The runs of a session. Imports no Textual."""
 
 import math
-import threading
-import time
 from collections.abc import Iterable, Iterator
 from dataclasses import dataclass, field
 from enum import Enum
@@ -12,11 +10,11 @@ from typing import Final
 import numpy as np
 from numpy.typing import NDArray
 
-from fivtui.model import Cancelled, ComputationError, InputError, equilibrium, time_scale
+from fivtui.model import ComputationError, equilibrium, time_scale
 from fivtui.scene import Scene, scene_transient
 from fivtui.transient import Trajectory, Transient, takes_step
 
-from .jobs import PRECEDENCE
+from .jobs import Job, Outcome, outcome_of
 from .run_styles import RunStyle, usual_style
 
 MAX_RUNS: Final = 20
@@ -76,7 +74,7 @@ class PartialTrajectory:
 
 
 @dataclass(eq=False, slots=True)
-class Run:
+class Run(Job):
     """A transient of a session.
 
     Attributes
@@ -87,8 +85,6 @@ class Run:
         The computed scene.
     state : RunState
         Set by the screen's thread only.
-    fraction : float
-        Progress, 0 to 1; written by the computing thread.
     result : Transient or None
         The result.
     message : str
@@ -108,7 +104,6 @@ class Run:
     number: int
     scene: Scene
     state: RunState = RunState.RUNNING
-    fraction: float = 0.0
     result: Transient | None = None
     message: str = ""
     edited: Scene | None = None
@@ -116,8 +111,6 @@ class Run:
     overlaid: bool = False
     style: RunStyle = field(init=False)
     partial: PartialTrajectory = field(default_factory=PartialTrajectory)
-    _begin: float = field(default_factory=time.monotonic)
-    _stop: threading.Event = field(default_factory=threading.Event)
 
     def __post_init__(self) -> None:
         self.style = usual_style(self.number)
@@ -128,26 +121,9 @@ class Run:
         return "file" if self.source else engine_of(self.scene.method)
 
     def report(self, fraction: float) -> bool:
-        """Record progress. Returns False to stop. Called by the computing thread."""
-        self.fraction = fraction
-        PRECEDENCE.give_way()
-        return not self._stop.is_set()
-
-    def ask_to_stop(self) -> None:
-        """Ask the computing thread to stop."""
-        self._stop.set()
-
-    @property
-    def elapsed(self) -> float:
-        """Seconds since the start."""
-        return time.monotonic() - self._begin
-
-    @property
-    def remaining(self) -> float | None:
-        """Estimated seconds left; None at the start."""
-        if self.fraction <= 0.0:
-            return None
-        return self.elapsed * (1.0 - self.fraction) / self.fraction
+        """As `Job.report`, but each of the runs that verify an accuracy begins anew."""
+        self.fraction = min(self.fraction, fraction)
+        return Job.report(self, fraction)
 
     @property
     def accuracy(self) -> str:
@@ -161,14 +137,6 @@ class Run:
             step = "default step" if scene.step is None else f"step {scene.step:g} s"
             return f"{step}, error not controlled"
         return f"tol {scene.tol:g}"
-
-
-@dataclass(frozen=True, slots=True)
-class RunOutcome:
-    """How a run ended: a result, an error, or neither if stopped."""
-
-    result: Transient | None = None
-    error: str = ""
 
 
 def sample_interval(scene: Scene) -> Fraction:
@@ -205,21 +173,19 @@ def _rounded(value: float, *, up: bool) -> Fraction:
     return max(c for c in candidates if c <= value)
 
 
-def execute(run: Run) -> RunOutcome:
+def execute(run: Run) -> Outcome[Transient]:
     """Compute a run in the calling thread, writing its progress only; see `Runs.finish`."""
     scene = run.scene
-    try:
-        result = scene_transient(
-            scene,
-            samples=sample_times(scene),
-            progress=run.report,
-            on_samples=run.partial.take,
-        ).transient
-    except Cancelled:
-        return RunOutcome()
-    except (InputError, ComputationError) as error:
-        return RunOutcome(error=str(error))
-    return RunOutcome(result)
+    return outcome_of(
+        lambda: (
+            scene_transient(
+                scene,
+                samples=sample_times(scene),
+                progress=run.report,
+                on_samples=run.partial.take,
+            ).transient
+        )
+    )
 
 
 class Runs:
@@ -315,10 +281,10 @@ class Runs:
         run = self.active
         if run is not None:
             run.state = RunState.STOPPED
-            run.ask_to_stop()
+            run.stop()
         return run
 
-    def finish(self, run: Run, outcome: RunOutcome) -> bool:
+    def finish(self, run: Run, outcome: Outcome[Transient]) -> bool:
         """Store a run's outcome. Returns False if the run was stopped before."""
         if run.state is not RunState.RUNNING:
             return False

@@ -11,8 +11,8 @@ from textual.message import Message
 from textual.widgets import Button, ProgressBar, Static
 from textual.worker import Worker, WorkerState
 
-from fivtui.model import Cancelled, ComputationError, InputError
-from fivtui.tui.session import PRECEDENCE, Job, Session
+from fivtui.model import InputError
+from fivtui.tui.session import PRECEDENCE, Job, Outcome, Session, crash_words, outcome_of
 
 from .messages import Reported
 from .views_pane import ViewsPane
@@ -21,17 +21,17 @@ _PERIOD: Final = 0.1
 
 
 class JobBar(Horizontal):
-    """One line: start/stop button, progress bar, words."""
+    """One line: start/stop button, progress bar, words; at first `hint`."""
 
-    def __init__(self, verb: str) -> None:
+    def __init__(self, verb: str, hint: str = "") -> None:
         super().__init__(classes="job-bar")
-        self._verb = verb
+        self._verb, self._hint = verb, hint
 
     def compose(self) -> ComposeResult:
         """Button, progress bar, words."""
         yield Button(self._verb, classes="job-button", compact=True, variant="primary")
         yield ProgressBar(total=1.0, show_percentage=False, show_eta=False)
-        yield Static("", classes="job-words", markup=False)
+        yield Static(self._hint, classes="job-words", markup=False)
 
     def show(self, job: Job | None, words: str) -> None:
         """Display a running job's progress, or else some words."""
@@ -63,11 +63,10 @@ class JobPane(ViewsPane):
 
     @dataclass
     class Ended(Message):
-        """Posted when a thread ends: with a result, with an error, or stopped."""
+        """Posted when a thread ends."""
 
         job: Job
-        result: object = None
-        error: str = ""
+        outcome: Outcome[object]
 
     def __init__(self, session: Session) -> None:
         super().__init__(session)
@@ -106,12 +105,7 @@ class JobPane(ViewsPane):
         self.job = job = Job()
 
         def run() -> None:
-            try:
-                self.post_message(self.Ended(job, compute(job)))
-            except Cancelled:
-                self.post_message(self.Ended(job))
-            except (InputError, ComputationError) as error:
-                self.post_message(self.Ended(job, error=str(error)))
+            self.post_message(self.Ended(job, outcome_of(lambda: compute(job))))
 
         # A group of its own: a stopped thread may take a moment to end.
         self.run_worker(run, group="job", name=self.VERB, thread=True, exit_on_error=False)
@@ -121,7 +115,7 @@ class JobPane(ViewsPane):
     def stop(self) -> None:
         """Stop the job; its result is dropped."""
         if self.job is not None:
-            self.words = f"stopped at {100.0 * self.job.fraction:.0f} %"
+            self.words = self.job.stop_words
             self.job.stop()
             self.job = None
 
@@ -151,22 +145,22 @@ class JobPane(ViewsPane):
             return
         self.job = None
         self._ticker.pause()
-        if event.error:
-            self.words = event.error
-            self.post_message(Reported(event.error, error=True))
-        elif event.result is not None:
+        outcome = event.outcome
+        if outcome.error:
+            self.words = outcome.error
+            self.post_message(Reported(outcome.error, error=True))
+        elif outcome.result is not None:
             self.words = ""
-            self.take(event.result)
+            self.take(outcome.result)
         self._show_bar()
 
     @on(Worker.StateChanged)
     def _thread_failed(self, event: Worker.StateChanged) -> None:
         if event.state is WorkerState.ERROR and event.worker.group == "job":
             event.stop()
-            error = event.worker.error
-            words = f"unexpected {type(error).__name__}: {error}"
             if self.job is not None:
-                self.post_message(self.Ended(self.job, error=words))
+                failed = Outcome[object](error=crash_words(event.worker.error))
+                self.post_message(self.Ended(self.job, failed))
 
     def say(self, words: str) -> None:
         """Display words in the bar while no job is running."""

@@ -8,7 +8,7 @@ from textual.message import Message
 
 from fivtui.scene import Scene
 from fivtui.transient import Transient
-from fivtui.tui.session import DisplayedStudy, Job, Run, RunOutcome
+from fivtui.tui.session import DisplayedStudy, Job, Outcome, Run
 
 if TYPE_CHECKING:
     from fivtui.orbits import Coexistence
@@ -59,7 +59,7 @@ class RunEnded(Message):
     """A run's thread ended, perhaps after the run was stopped."""
 
     run: Run
-    outcome: RunOutcome
+    outcome: Outcome[Transient]
 
 
 @dataclass

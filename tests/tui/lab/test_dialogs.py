@@ -107,7 +107,7 @@ async def test_help_tells_about_the_field_in_focus_or_about_keys(pilot: Pilot[No
     assert "Eq. 1 P = −k2 y − k_nl y³" in shown
     await pilot.press("escape")
     await until(pilot, lambda: not pilot.app.screen.query("#dialog"))
-    pilot.app.screen.query_one("#run-button").focus()
+    pilot.app.screen.query_one("RunBar Button").focus()
     await pilot.press("f1")
     await until_shown(pilot, "start a run, or stop it")
     await pilot.press("q")

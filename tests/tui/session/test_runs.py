@@ -1,4 +1,5 @@
 import dataclasses
+import re
 from pathlib import Path
 
 import numpy as np
@@ -10,11 +11,11 @@ from fivtui.scene.presets import PRESETS
 from fivtui.scene.scene import Scene, load_scene
 from fivtui.simulation import simulate
 from fivtui.transient import transient_rows
+from fivtui.tui.session.jobs import Outcome
 from fivtui.tui.session.report import remark, result_brief, stability_brief
 from fivtui.tui.session.runs import (
     MAX_RUNS,
     Run,
-    RunOutcome,
     Runs,
     RunState,
     execute,
@@ -76,7 +77,7 @@ def test_a_stopped_computation_ends_without_result() -> None:
     runs = Runs()
     run = runs.start(dataclasses.replace(SHORT, t_end=1e6))
     runs.stop()
-    assert execute(run) == RunOutcome()
+    assert execute(run) == Outcome()
 
 
 def test_a_new_run_replaces_the_one_that_goes_on() -> None:
@@ -85,8 +86,8 @@ def test_a_new_run_replaces_the_one_that_goes_on() -> None:
     assert (first.number, second.number) == (1, 2)
     assert first.state is RunState.STOPPED
     assert runs.active is second
-    assert not runs.finish(first, RunOutcome(error="late"))
-    assert runs.finish(second, RunOutcome(error="why"))
+    assert not runs.finish(first, Outcome(error="late"))
+    assert runs.finish(second, Outcome(error="why"))
     assert (second.state, second.message) == (RunState.FAILED, "why")
 
 
@@ -101,11 +102,15 @@ def test_old_runs_are_forgotten_but_numbers_never_used_again() -> None:
 
 def test_the_time_left_follows_from_the_part_done() -> None:
     run = Run(1, SHORT)
-    assert run.remaining is None
+    assert run.words == "0 %"
+    run._begin -= 10.0
     run.report(0.25)
-    left = run.remaining
-    assert left is not None
-    assert left == pytest.approx(3.0 * run.elapsed, rel=0.5, abs=0.1)
+    words = re.fullmatch(r"25 %, ([\d.]+) s left", run.words)
+    assert words is not None
+    assert float(words[1]) >= 30.0
+    # The finer run that verifies it begins anew.
+    run.report(0.1)
+    assert run.words.startswith("10 %, ")
 
 
 def test_a_run_is_outdated_once_a_field_differs() -> None:

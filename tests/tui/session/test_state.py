@@ -22,8 +22,9 @@ from fivtui.tui.persistence.state_file import (
     state_path,
 )
 from fivtui.tui.session.comparison import change_rows, changes, engine_words, percent_text
+from fivtui.tui.session.jobs import Outcome
 from fivtui.tui.session.run_styles import usual_style
-from fivtui.tui.session.runs import MAX_RUNS, Run, RunOutcome, Runs, execute
+from fivtui.tui.session.runs import MAX_RUNS, Run, Runs, execute
 from fivtui.tui.session.scene_differences import base_scene
 from fivtui.tui.session.scenes_of_paper import paper_scenes
 from fivtui.tui.session.session import MOST_RECENT, Session
@@ -181,7 +182,7 @@ def test_old_runs_go_but_not_the_one_shown_nor_the_baseline() -> None:
     base, shown = finished(runs), finished(runs)
     runs.baseline, runs.displayed = base, shown
     for _ in range(MAX_RUNS):
-        runs.finish(runs.start(SHORT), RunOutcome(error="not computed"))
+        runs.finish(runs.start(SHORT), Outcome(error="not computed"))
     assert len(list(runs)) == MAX_RUNS
     assert list(runs)[:2] == [base, shown]
 
