@@ -18,9 +18,10 @@ from .trajectory import DenseSolution, Trajectory, trajectory_of
 # Steps between two looks at the progress callback, and at the keyboard if there is none.
 _REPORT: Final = 256
 _PAUSE: Final = 65536
-# Lengths of the buffers; a longer run empties them on its way.
+# Lengths of the buffers; a longer run empties them on its way. So large a room for segments is kept
+# by the allocator from run to run: given back to the system, its pages cost more than the run.
 _SWITCHES: Final = 256
-_SEGMENTS: Final = 512
+_SEGMENTS: Final = 2048
 # Samples that are handed out together.
 _PART: Final = 1024
 _NO_TIMES: Final = np.empty(0)
@@ -144,4 +145,4 @@ def _trajectory(
 def _solution(p: Parameters, stored: NDArray[np.float64], degree: int) -> DenseSolution:
     middle = SEGMENT_HEAD + degree + 1
     x, y = stored[:, SEGMENT_HEAD:middle], stored[:, middle:]
-    return DenseSolution.from_arrays(p, stored[:, :SEGMENT_HEAD], x.T.copy(), y.T.copy())
+    return DenseSolution.from_arrays(p, stored[:, :SEGMENT_HEAD].copy(), x.T.copy(), y.T.copy())
