@@ -62,7 +62,8 @@ def arithmetic_difference(there: object, here: Mapping[str, Any]) -> str:
     if there.get("machine") != here["machine"]:
         return f"processors are {there.get('machine')} there, {here['machine']} here"
     if there.get("kernel") != here.get("kernel"):
-        return f"transients are {there.get('kernel')} there, {here.get('kernel')} here"
+        kernel = there.get("kernel", "of a kernel compiled by numba")
+        return f"transients are {kernel} there, {here.get('kernel')} here"
     return "the same members have other last bits there than here"
 
 

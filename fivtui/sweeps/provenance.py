@@ -14,6 +14,7 @@ from .study import Study
 
 FORMAT_VERSION: Final = 1
 ARITHMETIC: Final = "arithmetic"
+VERSIONS: Final = "versions"
 # Packages that decide the last bits of a result.
 _PACKAGES: Final = ("numpy", "scipy")
 
@@ -82,7 +83,7 @@ def described(study: Study, form: SweepFormat) -> dict[str, Any]:
     return {
         "fivtui_sweep": FORMAT_VERSION,
         "sweep": study_to_dict(study),
-        "versions": versions(form.table.package),
+        VERSIONS: versions(form.table.package),
     }
 
 
@@ -93,8 +94,8 @@ def provenance_of(study: Study, form: SweepFormat) -> dict[str, Any]:
 
 def carried_over(provenance: Mapping[str, Any], form: SweepFormat) -> dict[str, Any]:
     """Provenance read from a file, with the versions that another format names."""
-    before = provenance.get("versions", {})
+    before = provenance.get(VERSIONS, {})
     named = {
         name: before.get(name, number) for name, number in versions(form.table.package).items()
     }
-    return {**provenance, "versions": named}
+    return {**provenance, VERSIONS: named}

@@ -30,7 +30,7 @@ from .pieces import (
     piece_name,
     piece_of,
 )
-from .provenance import ARITHMETIC, described, provenance_of
+from .provenance import ARITHMETIC, VERSIONS, described, provenance_of
 from .rows import Rows
 from .study import Study
 
@@ -146,7 +146,7 @@ class SweepStore:
                 size, self._asked_size or size, "members of a piece"
             )
         if difference:
-            return f"holds another sweep ({difference}); finish that one, choose another --out"
+            return _not_continued(difference)
         here = self._provenance[ARITHMETIC]
         difference = arithmetic_difference(arithmetic, here)
         if difference:
@@ -333,5 +333,16 @@ def _difference(there: Any, here: Any, name: str = "") -> str:
     return f"{name}: {_brief(there)} there, {_brief(here)} here"
 
 
+def _not_continued(difference: str) -> str:
+    if difference.startswith(VERSIONS):
+        return (
+            f"was begun by other versions, whose last bits may differ ({difference}); finish it "
+            "with those, choose another --out"
+        )
+    return f"holds another sweep ({difference}); finish that one, choose another --out"
+
+
 def _brief(value: Any) -> str:
+    if value is None:
+        return "none"
     return textwrap.shorten(json.dumps(value, ensure_ascii=False), _BRIEF, placeholder=" …")
