@@ -34,8 +34,7 @@ from fivtui.orbits.report import (
 from fivtui.scene.comparison import CaseRuns, Comparison
 from fivtui.scene.presets import PRESETS
 from fivtui.scene.report import print_comparison, print_run
-from fivtui.scene.run import SceneTransient
-from fivtui.scene.verified import Verified
+from fivtui.scene.verified import SceneTransient, Verified
 from fivtui.simulation import simulate
 from fivtui.sweeps.report import print_sweep, progress_text
 from fivtui.sweeps.study import DEFAULT_OUTPUTS

@@ -1,5 +1,6 @@
 """Commands that run one scene."""
 
+from contextlib import contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -31,6 +32,8 @@ from .options import (
 from .paths import check_in_folder
 
 if TYPE_CHECKING:
+    from collections.abc import Iterator
+
     from fivtui.scene import Scene
     from fivtui.transient import Transient
 
@@ -67,7 +70,11 @@ if TYPE_CHECKING:
 @force_option
 @json_option
 def simulate(**given: Any) -> None:
-    """Compute one transient: peaks, separations, final state."""
+    """Compute one transient: peaks, separations, final state.
+
+    Where two runs that verify an error target part, the command fails (exit status 3), but prints
+    what is verified up to then.
+    """
     import numpy as np
 
     from fivtui.scene import scene_transient
@@ -76,7 +83,7 @@ def simulate(**given: Any) -> None:
     out, plot, force = given["out"], given["plot"], given["force"]
     check_outputs("run", out, plot, force=force)
     stored = out is not None or plot is not None
-    with progress_bar("transient") as progress:
+    with progress_bar("transient") as progress, _shown_before_parting(as_json=given["as_json"]):
         run = scene_transient(
             scene,
             samples=np.linspace(0.0, scene.t_end, given["points"]) if stored else "none",
@@ -85,6 +92,19 @@ def simulate(**given: Any) -> None:
     _say_if_stiff(run.transient)
     write("run", run.transient, out, plot, force=force)
     show("simulation", run, as_json=given["as_json"])
+
+
+@contextmanager
+def _shown_before_parting(*, as_json: bool) -> "Iterator[None]":
+    # Of two runs that part, what is verified before they do is printed.
+    from fivtui.scene import PartedError
+
+    try:
+        yield
+    except PartedError as error:
+        if error.before is not None:
+            show("simulation", error.before, as_json=as_json)
+        raise
 
 
 def _changed(scene: "Scene", given: dict[str, Any]) -> "Scene":
@@ -144,7 +164,7 @@ def run(scene: str, out: Path | None, force: bool, as_json: bool, **given: Any) 
         )
         raise InputError(f"scene {chosen.name}: {wanted}")
     check_outputs("run", out, None, force=force)
-    with progress_bar(chosen.name) as progress:
+    with progress_bar(chosen.name) as progress, _shown_before_parting(as_json=as_json):
         result = run_scene(chosen, progress=progress)
     data: dict[str, Any] = {"scene": chosen.name}
     if result.stability is not None:

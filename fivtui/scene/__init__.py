@@ -18,7 +18,7 @@ if TYPE_CHECKING:
         scene_from_dict as scene_from_dict,
         scene_to_dict as scene_to_dict,
     )
-    from .verified import runs_part as runs_part
+    from .verified import PartedError as PartedError, runs_part as runs_part
 else:
     from fivtui.lazy import lazily
 

@@ -6,15 +6,17 @@ from fivtui.console import number, parameter_line, print_rows, print_titled
 from fivtui.transient import print_transient
 
 from .comparison import Comparison
-from .run import SceneTransient
+from .verified import SceneTransient
 
 
 def print_run(run: SceneTransient) -> None:
     """Print a transient, with its errors where they were verified."""
     if run.verified is None:
         print_transient(run.transient)
-    else:
-        print_transient(run.transient, run.verified.estimate, run.verified.runs)
+        return
+    until = f", verified up to t = {number(run.transient.t_end)} s" if run.parted else ""
+    title = f"Transient{until}"
+    print_transient(run.transient, run.verified.estimate, run.verified.runs, title=title)
 
 
 def print_comparison(result: Comparison) -> None:

@@ -1,31 +1,18 @@
 """The computation of what a scene requires."""
 
 from dataclasses import dataclass
-from typing import Any, Final
+from typing import Final
 
 import numpy as np
 
 from fivtui.equilibrium import Stability, stability
 from fivtui.simulation import compute
-from fivtui.transient import OnSamples, Progress, Samples, Transient
+from fivtui.transient import OnSamples, Progress, Samples
 
 from .scene import Scene
-from .verified import Verified, simulate_to
+from .verified import SceneTransient, simulate_to
 
 DEFAULT_POINTS: Final = 5001
-
-
-@dataclass(frozen=True, slots=True)
-class SceneTransient:
-    """The transient of a scene, with its errors if the scene asks for an accuracy."""
-
-    transient: Transient
-    verified: Verified | None
-
-    def to_dict(self) -> dict[str, Any]:
-        """The object that ``fivtui simulate --json`` prints."""
-        accuracy = {} if self.verified is None else {"accuracy": self.verified.to_dict()}
-        return {**self.transient.to_dict(), **accuracy}
 
 
 @dataclass(frozen=True, slots=True)

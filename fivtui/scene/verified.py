@@ -1,10 +1,12 @@
 """Transients to an accuracy that is asked for, verified by a finer run."""
 
-import dataclasses
 import math
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import asdict, dataclass, replace
 from typing import Any, Final
+
+import numpy as np
+from numpy.typing import NDArray
 
 from fivtui.model import ComputationError, time_scale
 from fivtui.simulation import compute
@@ -67,6 +69,33 @@ class Verified:
         }
 
 
+@dataclass(frozen=True, slots=True)
+class SceneTransient:
+    """The transient of a scene, with its errors if the scene asks for an accuracy.
+
+    With `parted`, two runs part at that time, and the transient ends before.
+    """
+
+    transient: Transient
+    verified: Verified | None
+    parted: Divergence | None = None
+
+    def to_dict(self) -> dict[str, Any]:
+        """The object that ``fivtui simulate --json`` prints."""
+        accuracy = {} if self.verified is None else {"accuracy": self.verified.to_dict()}
+        found = {**self.transient.to_dict(), **accuracy}
+        return found if self.parted is None else {"parted": asdict(self.parted), "before": found}
+
+
+class PartedError(ComputationError):
+    """Two runs part on their way; `before` is what is verified before they do, if anything."""
+
+    def __init__(self, parted: Divergence, before: SceneTransient | None) -> None:
+        error = parted.error()
+        super().__init__(error.why, error.advice)
+        self.before = before
+
+
 def simulate_to(
     asked: Mapping[str, float],
     request: Request,
@@ -94,22 +123,34 @@ def simulate_to(
     InputError
         If the request is wrong.
     ComputationError
-        If a run cannot be finished, the errors cannot be had, or the finest runs part.
+        If a run cannot be finished, or the errors cannot be had.
+    PartedError
+        If the finest runs part.
     Cancelled
         If `progress` returned False.
     """
     targets = check_accuracy(asked)
     scale, by_step = time_scale(request.parameters), takes_step(request.method)
 
-    def run(setting: float) -> Transient:
+    def run(setting: float, asked: Request = request) -> Transient:
         changes: dict[str, Any] = {"step": setting} if by_step else {"tol": setting, "step": None}
-        changed = dataclasses.replace(request, **changes)
-        return compute(changed, progress=progress, on_samples=on_samples)
+        hand_out = on_samples if asked is request else None
+        return compute(replace(asked, **changes), progress=progress, on_samples=hand_out)
+
+    def before(parted: Divergence, until: float, *settings: float) -> SceneTransient | None:
+        # The same two settings up to a time at which both runs are still one motion.
+        shorter = replace(request, t_end=until, samples="none")
+        one, other = (run(each, shorter) for each in settings)
+        if runs_part(one, other) is not None:
+            return None
+        found = deviation(observation(one), observation(other))
+        return SceneTransient(other, Verified(other, targets, found, len(settings)), parted)
 
     setting = _FIRST_STEP * scale if by_step else first_tol(targets)
     least = _LEAST_STEP * scale if by_step else TOL_RANGE[0]
     coarse, runs = run(setting), 1
     while True:
+        last = setting
         setting = max(setting * _FINER_STEP, least) if by_step else finer_tol(setting)
         fine, runs = run(setting), runs + 1
         found = deviation(observation(coarse), observation(fine))
@@ -119,7 +160,8 @@ def simulate_to(
             return Verified(fine, targets, found, runs)
         if setting <= least:
             if parted is not None:
-                raise parted.error()
+                until = _shared_until(parted, fine.switch_times)
+                raise PartedError(parted, before(parted, until, last, setting))
             name = missed[0]
             raise ComputationError(
                 f"the error of {name} is about {found.of(name):.1e} at the finest setting of the "
@@ -127,6 +169,12 @@ def simulate_to(
                 "allow a larger error, take a shorter horizon or the method taylor",
             )
         coarse = fine
+
+
+def _shared_until(parted: Divergence, switch_times: NDArray[np.float64]) -> float:
+    """A time before two runs part, between the last two switches that both make."""
+    shared = [0.0, *switch_times[switch_times < parted.t].tolist()]
+    return 0.5 * sum(shared[-2:]) if len(shared) > 2 else 0.5 * parted.t
 
 
 def runs_part(run: Transient, other: Transient) -> Divergence | None:

@@ -128,7 +128,7 @@ class Divergence:
         return ComputationError(
             f"two runs at different accuracy part at t = {self.t:.6g} s: {self.reason}; nothing "
             "after that can be verified",
-            "take a horizon before that time",
+            f"shorten the run to less than {self.t:.6g} s",
         )
 
 

@@ -69,11 +69,17 @@ def transient_rows(
     return rows
 
 
-def print_transient(result: Transient, errors: Deviation | None = None, runs: int = 0) -> None:
+def print_transient(
+    result: Transient,
+    errors: Deviation | None = None,
+    runs: int = 0,
+    *,
+    title: str = "Transient",
+) -> None:
     """Print the report of a transient, with its errors as verified by `runs` runs."""
     verified = "" if errors is None else f"verified by {runs} runs"
     rows = transient_rows(result, verified, errors)
-    print_rows_of("Transient", [Row("parameters", parameter_line(result.parameters)), *rows])
+    print_rows_of(title, [Row("parameters", parameter_line(result.parameters)), *rows])
 
 
 def _method(result: Transient) -> str:

@@ -15,7 +15,7 @@ from fivtui.model.parameters import Parameters
 from fivtui.scene.presets import PRESETS
 from fivtui.scene.run import run_scene, scene_transient
 from fivtui.scene.scene import load_scene, save_scene
-from fivtui.scene.verified import simulate_to
+from fivtui.scene.verified import PartedError, simulate_to
 from fivtui.simulation import simulate
 from fivtui.transient.errors import Observation, check_accuracy, divergence, finer_tol, first_tol
 from fivtui.transient.request import TOL_RANGE, Request
@@ -73,6 +73,31 @@ def test_numbers_after_two_runs_part_are_refused_with_the_time_and_the_reason(wi
     assert before.estimate.half_range <= wish
 
 
+def test_what_is_fixed_before_two_runs_part_is_printed_all_the_same(
+    capsys: pytest.CaptureFixture[str],
+) -> None:
+    args = ["simulate", "--set=c1=0", "--set=c2=0", "--t-end=1000", "--error=peak=1e-6"]
+    assert run([*args, "--json"]) == 3
+    printed = capsys.readouterr()
+    data = json.loads(printed.out)
+    assert list(data) == ["parted", "before"]
+    assert f"part at t = {data['parted']['t']:.6g} s: {data['parted']['reason']}" in printed.err
+    before = data["before"]
+    assert 0.0 < before["t_end"] < data["parted"]["t"]
+    error = before["accuracy"]["estimate"]
+    assert error["peak"] <= 1e-6
+    own = simulate(UNDAMPED, t_end=before["t_end"], tol=3e-13)
+    assert before["peak"]["y_abs"] == pytest.approx(own.peak.y_abs, rel=1e-6)
+    assert before["events"]["separations"] == own.events.separations > 100
+    assert before["events"]["first"] == pytest.approx(own.events.first, abs=1e-9)
+    assert before["events"]["last"] == pytest.approx(own.events.last, abs=10.0 * error["events"])
+    assert run(args) == 3
+    printed = capsys.readouterr()
+    title, *_ = printed.out.splitlines()
+    assert title == f"Transient, verified up to t = {before['t_end']:.6g} s"
+    assert printed.err.count("\n") == 1
+
+
 def test_agreement_by_chance_is_no_agreement(monkeypatch: pytest.MonkeyPatch) -> None:
     # Every number agrees but the state at the end, at all settings.
     true = simulate(Parameters(), t_end=10.0)
@@ -84,8 +109,9 @@ def test_agreement_by_chance_is_no_agreement(monkeypatch: pytest.MonkeyPatch) ->
         return dataclasses.replace(true, final=final)
 
     monkeypatch.setattr("fivtui.scene.verified.compute", by_chance)
-    with pytest.raises(ComputationError, match=r"part at t = 10 s: .*% of the amplitude"):
+    with pytest.raises(PartedError, match=r"part at t = 10 s: .*% of the amplitude") as caught:
         simulate_to({"peak": 1.0}, Request(Parameters(), t_end=10.0))
+    assert caught.value.before is None
 
 
 def observed(final: float, *times: float) -> Observation:
