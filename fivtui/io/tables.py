@@ -1,6 +1,7 @@
 """Table files: named columns with units under a header of provenance."""
 
-from collections.abc import Collection, Mapping, Sequence
+from collections.abc import Collection, Iterator, Mapping, Sequence
+from contextlib import contextmanager
 from dataclasses import dataclass
 from importlib.util import find_spec
 from pathlib import Path
@@ -153,18 +154,21 @@ def read_columns(
 ) -> Columns:
     """Columns of a table file by name, see `Format.read`; `InputError` if it cannot be read."""
     form = table_format(path, kind)
-    with opened(path) as file:
-        try:
-            return form.read(file, wanted, texts, missing=missing)
-        except InputError as error:
-            raise InputError(f"{path}: {error}") from None
+    with _read(path, kind) as file:
+        return form.read(file, wanted, texts, missing=missing)
 
 
 def read_header(path: Path, kind: str) -> dict[str, Any]:
     """The header of a table file, empty if it has none; `InputError` as `read_columns`."""
     form = table_format(path, kind)
+    with _read(path, kind) as file:
+        return form.header(file)
+
+
+@contextmanager
+def _read(path: Path, kind: str) -> Iterator[BinaryIO]:
     with opened(path) as file:
         try:
-            return form.header(file)
+            yield file
         except InputError as error:
-            raise InputError(f"{path}: {error}") from None
+            raise InputError(f"{path}: not a {kind}: {error}") from None

@@ -60,6 +60,10 @@ class ParameterSpec:
         return self._interval.check(self.name, value)
 
 
+# Share of the letters that a name has in common with the one suggested in its place.
+_NEAR: Final = 0.6
+
+
 def unknown_name(kind: str, name: str, known: Iterable[str]) -> InputError:
     """The error for an unknown name; it suggests the nearest known one.
 
@@ -73,8 +77,13 @@ def unknown_name(kind: str, name: str, known: Iterable[str]) -> InputError:
         The known names.
     """
     names = list(known)
-    folded = {candidate.casefold(): candidate for candidate in names}
-    near = difflib.get_close_matches(name.casefold(), folded, n=1, cutoff=0.5)
+    # A single letter is like every short name that has it.
+    folded = {
+        candidate.casefold(): candidate
+        for candidate in names
+        if len(candidate) > 1 or candidate.casefold() == name.casefold()
+    }
+    near = difflib.get_close_matches(name.casefold(), folded, n=1, cutoff=_NEAR)
     hint = f"; did you mean {folded[near[0]]}?" if near else ""
     return InputError(f"unknown {kind} {name!r}{hint} (known: {', '.join(names)})")
 

@@ -63,3 +63,9 @@ def test_text_that_reads_as_a_number_is_taken() -> None:
 def test_an_unknown_name_suggests_the_nearest(wrong: str, near: str) -> None:
     with pytest.raises(InputError, match=rf"did you mean {near}\?"):
         parameter_spec(wrong)
+
+
+@pytest.mark.parametrize("far", ["foo", "fo", "preload", "kg", "mass", "x"])
+def test_a_name_that_is_like_none_gets_no_suggestion(far: str) -> None:
+    with pytest.raises(InputError, match=rf"^unknown parameter '{far}' \(known: m, k1, "):
+        parameter_spec(far)

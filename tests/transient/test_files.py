@@ -206,8 +206,8 @@ HEADER = "# a comment\nt,x,vx,y,vy,P,mode\n"
         ("", "not a trajectory: no column t, x, vx, y, vy, P, mode"),
         ("t,x,vx,y,vy\n0,0,0,0,0\n", "not a trajectory: no column P, mode"),
         (HEADER, "t: must be as many numbers as there are times, at least one"),
-        (HEADER + "0,0,0,0,0,0,1\n0,0,0\n", "line 4: 3 values under 7 columns"),
-        (HEADER + "0,0,0,zero,0,0,1\n", "line 3: y = 'zero' is not a number"),
+        (HEADER + "0,0,0,0,0,0,1\n0,0,0\n", "not a trajectory: line 4: 3 values under 7 columns"),
+        (HEADER + "0,0,0,zero,0,0,1\n", "not a trajectory: line 3: y = 'zero' is not a number"),
         (HEADER + "0,0,0,nan,0,0,1\n", "y: must be finite numbers"),
         (HEADER + "0,0,0,0,0,0,2\n", "mode: must be 1 (in contact) or 0 (separated)"),
         (HEADER + "1,0,0,0,0,0,1\n0,0,0,0,0,0,1\n", "t: must be ascending times"),
@@ -241,13 +241,19 @@ ZEROS = {name: np.zeros(3) for name in NAMES}
 @pytest.mark.parametrize(
     ("content", "message"),
     [
-        (b"", "not an NPZ file"),
-        (b"text", "not an NPZ file"),
-        (npy(np.zeros(3)), "not an NPZ file"),
-        (npz(**ZEROS)[:500], "not an NPZ file, or damaged"),
-        (npz(**ZEROS).replace(b"\0" * 24, b"\1" * 24), "not an NPZ file, or damaged"),
+        (b"", "not a trajectory: not an NPZ file"),
+        (b"text", "not a trajectory: not an NPZ file"),
+        (npy(np.zeros(3)), "not a trajectory: not an NPZ file"),
+        (npz(**ZEROS)[:500], "not a trajectory: not an NPZ file, or damaged"),
+        (
+            npz(**ZEROS).replace(b"\0" * 24, b"\1" * 24),
+            "not a trajectory: not an NPZ file, or damaged",
+        ),
         (npz(t=np.zeros(3)), "not a trajectory: no column x"),
-        (npz(**(ZEROS | {"x": np.array([None] * 3)})), "not an NPZ file, or damaged"),
+        (
+            npz(**(ZEROS | {"x": np.array([None] * 3)})),
+            "not a trajectory: not an NPZ file, or damaged",
+        ),
         (npz(**(ZEROS | {"x": np.array(["a"] * 3)})), "x: must be as many numbers"),
         (npz(**(ZEROS | {"x": np.zeros(2)})), "x: must be as many numbers as there are times"),
     ],
@@ -266,7 +272,9 @@ def test_what_cannot_be_read_gives_one_line(tmp_path: Path, suffix: str) -> None
     with pytest.raises(InputError, match="there is no such file"):
         load_trajectory(path)
     path.write_bytes(b"\xff" * 100)
-    with pytest.raises(InputError, match=rf"run\{suffix}: not an? (CSV|NPZ|Parquet) file"):
+    with pytest.raises(
+        InputError, match=rf"run\{suffix}: not a trajectory: not an? (CSV|NPZ|Parquet) file"
+    ):
         load_trajectory(path)
     path.unlink()
     path.mkdir()
