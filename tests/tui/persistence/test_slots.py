@@ -219,7 +219,7 @@ def test_without_a_lock_a_session_is_read_and_nothing_changed(
         assert said(autosave, state) == "11"
         result.write_bytes(b"PK")
         with pytest.raises(
-            InputError, match=r"could not be restored \(not an NPZ file, or damaged\)$"
+            InputError, match=r"could not be restored \(not a map: not an NPZ file, or damaged\)$"
         ):
             said(autosave, state)
         result.write_bytes(before[result])
