@@ -52,8 +52,8 @@ def simulate(
     t_end : float
         Horizon, s; at most 1e7.
     tol : float
-        Relative tolerance of the variable-step methods, 1e-13 to 1e-2. For ``taylor`` and ``fmu``
-        it is the relative error to expect of the end state after about a hundred periods.
+        Relative tolerance of the variable-step methods, 1e-13 to 1e-2. What it promises of the
+        methods ``taylor`` and ``fmu`` is said in ``examples/trust.md``.
     separation : bool
         Whether separation is considered (the paper's Case 1) or ignored (Case 2).
     start : "static" or sequence of four floats

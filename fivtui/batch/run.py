@@ -66,7 +66,7 @@ def simulate_batch(
     t_end : float
         Horizon of all, s; at most 1e7.
     tol : float
-        Relative error to expect of the end states after about a hundred periods, 1e-13 to 1e-2.
+        Relative tolerance, 1e-13 to 1e-2; what it promises is said in ``examples/trust.md``.
     separation : bool or array_like of bool, shape (n,)
         Whether separation is considered (the paper's Case 1) or ignored (Case 2).
     start : "static" or array_like of shape (4,) or (n, 4)

@@ -18,6 +18,7 @@ enum { DONE, OVERFLOW, STALLED, STEP_LIMIT, NO_START, RUNNING };
 #define LONGEST_STEP 1e3
 #define SHORTEST_FLIGHT 0x1p-30
 #define MAX_STALLED 64.0
+#define LEAST_SHARE 0x1p-30
 #define EXP2_BIAS 0.043
 #define BALANCED 0x1p-49
 #define LEAST 1e-280
@@ -43,22 +44,26 @@ typedef struct {
 /* The rows of a block that a problem and where it stands consist of. */
 #define KEPT_ROWS (offsetof(Block, h) / sizeof(V))
 
-/* The lengths of the next steps (Jorba and Zou's rule, from the last two coefficients); the horizon
-   ends the last. */
+/* The lengths of the next steps: Jorba and Zou's rule, from the last two coefficients, for x and y
+   each relative to a scale of its own; the horizon ends the last. */
 INLINE void set_length(Block *w, double t_end, double tol, int groups)
 {
     const V *x = w->xs, *y = w->ys;
-    V place = greatest(greatest(absolute(x[0]), absolute(y[0])), w->deflection);
-    V speed = greatest(absolute(x[1]), absolute(y[1]));
-    V allowed = greatest(speed, place * w->frequency) * tol;
+    V own_x = greatest(absolute(x[1]), absolute(x[0]) * w->frequency);
+    V own_y = greatest(absolute(y[1]), absolute(y[0]) * w->frequency);
+    V both = greatest(greatest(own_x, own_y), w->deflection * w->frequency);
+    V floor = both * LEAST_SHARE;
+    V allowed_x = greatest(own_x, floor) * tol, allowed_y = greatest(own_y, floor) * tol;
+    M some_x = allowed_x > 0.0, some_y = allowed_y > 0.0;
     const double none = 200.0 * 0x1p52;
     V exponent = splat(none);
     for (int n = 4 * groups + 1; n >= 4 * groups; n--) {
-        V last = greatest(absolute(x[n]), absolute(y[n])) * (double)n;
-        V share = bit_difference(allowed, last) * (1.0 / (n - 1));
-        exponent = least(exponent, choose(last > 0.0, share, splat(none)));
+        V last_x = absolute(x[n]) * (double)n, last_y = absolute(y[n]) * (double)n;
+        V share_x = bit_difference(allowed_x, last_x) * (1.0 / (n - 1));
+        V share_y = bit_difference(allowed_y, last_y) * (1.0 / (n - 1));
+        exponent = least(exponent, choose((last_x > 0.0) & some_x, share_x, splat(none)));
+        exponent = least(exponent, choose((last_y > 0.0) & some_y, share_y, splat(none)));
     }
-    exponent = choose(allowed > 0.0, exponent, splat(none));
     /* Where the coefficients overflow the end of the step is not finite either. */
     exponent = choose(exponent > -1000.0 * 0x1p52, exponent, splat(-1000.0 * 0x1p52));
     V h = from_bits_beyond_one(exponent, (1023LL << 52) - (int64_t)(EXP2_BIAS * 0x1p52));

@@ -25,10 +25,10 @@ from .polynomial import first_root
 from .segment import Segment
 from .series import coefficient_function, constants, right_hand_side, state_function
 
-# Relative error of the final state to aim at, and its allowed range.
+# What `tol` promises is said in `examples/trust.md`; its allowed range.
 DEFAULT_TOL: Final = 1e-12
 TOL_RANGE: Final = (1e-13, 1e-2)
-# Local tolerance over `tol`: local errors add up and grow along the run.
+# Local tolerance over `tol`: local errors add up along the run.
 _LOCAL_TOLERANCE: Final = 1e-3
 
 MIN_TOLERANCE: Final = 1e-16
@@ -38,6 +38,8 @@ MAX_ORDER: Final = 20
 ORDER_STEP: Final = 4
 # Longest step over √(m/stiffness), reached at rest.
 LONGEST_STEP: Final = 1e3
+# Least scale of a coordinate, over that of both.
+LEAST_SHARE: Final = 2.0**-30
 # Centres the error of `rough_exp2`, which is a straight line between powers of two.
 EXP2_BIAS: Final = 0.043
 # A step that a switch ends before this many times √(m/stiffness) does not advance the motion, and
@@ -61,7 +63,7 @@ class StepperSnapshot(NamedTuple):
 
 
 def local_tolerance(tol: float) -> float:
-    """Local tolerance for a relative error `tol` of the state after about a hundred periods."""
+    """Local tolerance by which a run keeps what `tol` promises."""
     return tol * _LOCAL_TOLERANCE
 
 
@@ -126,7 +128,7 @@ class TaylorStepper:
     separation : bool
         Whether separation is considered.
     tol : float
-        Local tolerance: last Taylor term of the velocities relative to the speed.
+        Local tolerance: last Taylor terms of each velocity relative to the scale of its own.
     order : int, optional
         Order of expansion; chosen from `tol` if not given.
 
@@ -225,19 +227,21 @@ class TaylorStepper:
         return (*y[:2], half, sixth, *y[4:])
 
     def _step_size(self, x: tuple[float, ...], y: tuple[float, ...]) -> float:
-        # The last two terms of the velocities stay below the tolerance relative to the speed, or
-        # to displacement or static deflection per time scale.
-        displacement = max(abs(x[0]), abs(y[0]), self._deflection)
-        speed = max(abs(x[1]), abs(y[1]), displacement / self._time_scale)
-        allowed = self._tol * speed
+        # The last two terms of either velocity stay below the tolerance relative to its scale, be
+        # the other coordinate ever so large; but a coordinate that is next to zero at the moment
+        # has a share of the scale of both, with the static deflection.
+        own = [max(abs(z[1]), abs(z[0]) / self._time_scale) for z in (x, y)]
+        least = LEAST_SHARE * max(*own, self._deflection / self._time_scale)
         longest = LONGEST_STEP * self._time_scale
         exponent = math.inf
-        for n in (self._degree, self._degree - 1):
-            last = n * max(abs(x[n]), abs(y[n]))
-            if not math.isfinite(last):
-                raise overflow_error(self._time, self._state)
-            if last > 0.0 and allowed > 0.0:
-                exponent = min(exponent, (rough_log2(allowed) - rough_log2(last)) / (n - 1))
+        for z, size in zip((x, y), own, strict=True):
+            allowed = self._tol * max(size, least)
+            for n in (self._degree, self._degree - 1):
+                last = n * abs(z[n])
+                if not math.isfinite(last):
+                    raise overflow_error(self._time, self._state)
+                if last > 0.0 and allowed > 0.0:
+                    exponent = min(exponent, (rough_log2(allowed) - rough_log2(last)) / (n - 1))
         return longest if exponent == math.inf else min(longest, rough_exp2(exponent))
 
     def _first_root(self, y: tuple[float, ...], final: float) -> float | None:

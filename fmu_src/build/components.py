@@ -103,8 +103,7 @@ Impact at reattachment is not modelled.</p>
 _LOCATED: Final = """\
 <p>State events (separation and reattachment at y = 0) are located inside a communication step to
 rounding. An event is counted at the first communication point that is not before it.</p>
-<p>The relative tolerance of the experiment is the relative error to expect of the state after about
-a hundred periods.</p>
+<p>What the relative tolerance of the experiment promises is said in fivtui, examples/trust.md.</p>
 """
 _ACTUATOR_ABOUT: Final = """\
 <p>A brake actuator: the preload F follows a commanded contact force with a first-order lag; the

@@ -49,8 +49,8 @@ class MotionState(NamedTuple):
 class SliderBeltMotion:
     """A motion that is moved on step by step, with inputs held over each step.
 
-    The inputs F and μ of `p` are the first ones; `tol` is the relative error of the state to aim at
-    after about a hundred periods. `current` is the state of the motion.
+    The inputs F and μ of `p` are the first ones; `examples/trust.md` says what `tol` promises.
+    `current` is the state of the motion.
     """
 
     def __init__(

@@ -26,7 +26,14 @@ from fivtui.sweeps.rows import _Block
 from fivtui.sweeps.run import sweep
 from fivtui.sweeps.study import Study
 from fivtui.taylor.series import coefficient_function, constants, right_hand_side
-from fivtui.taylor.stepper import LONGEST_STEP, TaylorStepper, order_for, rough_exp2, rough_log2
+from fivtui.taylor.stepper import (
+    LEAST_SHARE,
+    LONGEST_STEP,
+    TaylorStepper,
+    order_for,
+    rough_exp2,
+    rough_log2,
+)
 from fivtui.transient.rk4 import RungeKutta4
 from fivtui.transient.trajectory import trajectory_of
 from tests.support.strategies import magnitudes, moderate_parameters, states, wide_parameters
@@ -113,10 +120,14 @@ def test_a_step_ends_where_the_last_terms_reach_the_tolerance(
     segment = TaylorStepper(p, state, separation=False, tol=tol).advance()
     degree, field = order_for(tol) + 1, right_hand_side(p, Mode.CONTACT)
     x, y = coefficient_function(field, degree - 1)(*state, *constants(p, Mode.CONTACT))
-    displacement = max(abs(state[0]), abs(state[2]), static_deflection(p))
-    speed = max(abs(state[1]), abs(state[3]), displacement / time_scale(p))
-    lasts = [(n, n * max(abs(x[n]), abs(y[n]))) for n in (degree, degree - 1)]
-    allowed = [(tol * speed / last) ** (1.0 / (n - 1)) for n, last in lasts if last > 0.0]
+    own = [max(abs(z[1]), abs(z[0]) / time_scale(p)) for z in (x, y)]
+    least = LEAST_SHARE * max(*own, static_deflection(p) / time_scale(p))
+    allowed = [
+        (tol * max(size, least) / (n * abs(z[n]))) ** (1.0 / (n - 1))
+        for z, size in zip((x, y), own, strict=True)
+        for n in (degree, degree - 1)
+        if z[n] != 0.0
+    ]
     expected = min([LONGEST_STEP * time_scale(p), *allowed])
     assert segment.duration == pytest.approx(expected, rel=0.06)
 

@@ -1,4 +1,4 @@
-"""Stored high-precision transients (see ``make.py``)."""
+"""Stored high-precision transients (see ``make.py`` and ``make_promise.py``)."""
 
 import json
 from dataclasses import dataclass
@@ -22,6 +22,36 @@ class Reference:
     separations: int
     separated_time: float
     switch_times: list[float]
+
+
+@dataclass(frozen=True)
+class RandomScene:
+    """A random scene: its end and peaks to 25 digits, as doubles, and what an error is measured by.
+
+    `scales` are those of x, ẋ, y, ẏ and `growth` and `fast_periods` G and N of `examples/trust.md`.
+    """
+
+    parameters: Parameters
+    separation: bool
+    start: State
+    t_end: float
+    final: State
+    peaks: tuple[float, float]
+    scales: State
+    growth: float
+    fast_periods: float
+
+
+PROMISE_FILE = "promise.json"
+
+
+def random_scenes() -> list[RandomScene]:
+    """All random scenes."""
+    text = Path(__file__).with_name(PROMISE_FILE).read_text(encoding="utf-8")
+    return [
+        RandomScene(**entry | {"parameters": Parameters(**entry["parameters"])})
+        for entry in json.loads(text)
+    ]
 
 
 def _state(texts: list[str]) -> State:

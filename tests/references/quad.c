@@ -76,6 +76,28 @@ static quad greatest(const quad *c, quad h, quad best)
     return best;
 }
 
+/* The first time after 0 at which y is on the other side; h if there is none. A step of an order so
+   high may hold a whole flight between two samples, so that its extremum is looked at as well. */
+static quad first_switch(const quad *y, quad h, int contact, int *switched)
+{
+    quad low = 0, before = slope(y, 0);
+    for (int i = 1; i <= SAMPLES; i++) {
+        quad at = h * i / SAMPLES, now = slope(y, at), ends[2] = {at, at};
+        if ((before > 0) != (now > 0))
+            ends[0] = root(slope, y, low, at, now > 0);
+        for (int j = 0; j < 2; j++) {
+            quad there = value(y, ends[j]);
+            if (contact ? there > 0 : there < 0) {
+                *switched = 1;
+                return root(value, y, low > 0 ? low : ends[j] * 1e-12Q, ends[j], contact);
+            }
+            low = ends[j];
+        }
+        before = now;
+    }
+    return h;
+}
+
 static int in_contact(const quad *s)
 {
     quad h = k3 / 2, signs[5] = {s[2], s[3], h * s[0] - F, h * s[1], -h * s[0]};
@@ -110,16 +132,8 @@ int main(void)
                     h = fminq(h, powq(1e-32Q * size / last, 1.0Q / n));
             }
             int switched = 0;
-            quad low = 0;
-            for (int i = 1; separation && i <= SAMPLES; i++) {
-                quad at = h * i / SAMPLES, now = value(y, at);
-                if (contact ? now > 0 : now < 0) {
-                    h = root(value, y, low > 0 ? low : at * 1e-12Q, at, contact);
-                    switched = 1;
-                    break;
-                }
-                low = at;
-            }
+            if (separation)
+                h = first_switch(y, h, contact, &switched);
             peak_x = greatest(x, h, peak_x), peak_y = greatest(y, h, peak_y);
             if (!contact)
                 off += h;

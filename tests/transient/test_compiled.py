@@ -162,7 +162,8 @@ def test_a_horizon_on_a_switch_counts_it() -> None:
     for kernel in KERNELS:
         r = simulate(Parameters(), t_end=first, kernel=kernel)
         assert r.final.y == pytest.approx(0.0, abs=1e-12)
-        assert r.events.separated_time == 0.0
+        # The horizon is the switch to the spacing of floats.
+        assert r.events.separated_time == pytest.approx(0.0, abs=2e-15)
 
 
 def test_progress_rises_to_one_and_can_cancel() -> None:

@@ -228,7 +228,7 @@ _OF_THE_RUN: Final = (
         step_by=by_decade,
         details=(
             ("use", "methods with variable step, unless accuracy is given"),
-            ("taylor, fmu", "relative error of the end state after about a hundred periods"),
+            ("taylor, fmu", "what it promises is said in examples/trust.md"),
         ),
     ),
     FormField(

@@ -1,0 +1,153 @@
+"""Make ``promise.json``: random scenes, their ends in quadruple precision, the growth of errors.
+
+Run it as ``python -m tests.references.make_promise``; it needs gcc and takes two minutes.
+"""
+
+import json
+import math
+import subprocess
+import sys
+import tempfile
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
+from fivtui import Parameters, simulate
+from fivtui.model import PARAMETERS, ComputationError, State, static_start, time_scale
+
+from . import PROMISE_FILE
+
+SOURCE = Path(__file__).with_name("quad.c")
+COUNT = 400
+SEED = 2026
+# Scenes in which perturbations grow more than this are left out.
+MOST_GROWTH = 300.0
+# Times of a run between which the growth of perturbations is measured, and the perturbation.
+TIMES, PERTURBATION = 24, 1e-6
+Floats = NDArray[np.float64]
+
+
+def scene(rng: np.random.Generator) -> tuple[Parameters, bool, State, float]:
+    """A random scene: masses, springs and sizes over orders of magnitude, in short numbers."""
+    wide = rng.random() < 0.5
+
+    def number(low: float, high: float) -> float:
+        return float(f"{math.exp(rng.uniform(math.log(low), math.log(high))):.4g}")
+
+    def or_none(share: float, low: float, high: float) -> float:
+        return 0.0 if rng.random() < share else number(low, high)
+
+    low, high = (1.0, 1e4) if wide else (10.0, 1000.0)
+    m = number(0.01, 100.0) if wide else number(0.05, 50.0)
+    k1, k2, k3 = number(low, high), number(low, high), or_none(0.08, 0.01 * low, high)
+    stiffness = k1 + k2 + k3
+    c1, c2 = (or_none(0.12, 2e-4, 0.6) * math.sqrt(k * m) for k in (k1, k2))
+    force = or_none(0.2, *((0.01, 1e4) if wide else (1.0, 300.0)))
+    force = -force if rng.random() < 0.1 else force
+    size = number(1e-3, 10.0) if force == 0.0 else abs(force) / stiffness * number(0.1, 10.0)
+    cubic = or_none(0.15, 1e-3, 1e4 if wide else 3.0) * k2 / size**2
+    cubic = min(cubic, 1e15)
+    short = [float(f"{value:.4g}") for value in (c1, c2, cubic)]
+    values = (m, k1, k2, k3, *short[:2], force, short[2], round(rng.uniform(0.0, 1.5), 3))
+    p = Parameters(**dict(zip(PARAMETERS, values, strict=True)))
+    separation = bool(rng.random() < 0.85)
+    t_end = float(f"{rng.uniform(2.0, 60.0) * 2.0 * math.pi * time_scale(p):.4g}")
+
+    def part(unit: float) -> float:
+        if rng.random() < 0.2:
+            return 0.0
+        return float(f"{rng.normal() * 10.0 ** rng.uniform(-5.0, 0.0) * size * unit:.4g}")
+
+    speed = 1.0 / time_scale(p)
+    start = (part(1.0), part(speed), part(1.0), part(speed))
+    if rng.random() < 0.2 and force > 0.0:
+        start = static_start(p, separation=separation)
+    return p, separation, start, t_end
+
+
+def ends(p: Parameters, start: Floats, separation: bool, t_end: float) -> Floats:
+    run = simulate(p, t_end=t_end, start=start.tolist(), separation=separation, tol=1e-12)
+    return np.array([run.final.x, run.final.vx, run.final.y, run.final.vy])
+
+
+def scales(p: Parameters, start: State, separation: bool, t_end: float) -> Floats:
+    """Greatest |x| and |ẋ|/ω of a run, that times ω, and the same of y."""
+    run = simulate(p, t_end=t_end, start=start, separation=separation, samples=3000)
+    assert run.trajectory is not None
+    motion, omega = run.trajectory, 1.0 / time_scale(p)
+    x = max(run.peak.x_abs, float(np.abs(motion.vx).max()) / omega)
+    y = max(run.peak.y_abs, float(np.abs(motion.vy).max()) / omega)
+    return np.array([x, x * omega, y, y * omega])
+
+
+def growth(p: Parameters, start: State, separation: bool, t_end: float, units: Floats) -> float:
+    """The greatest factor by which a perturbation grows from one time to another, in `units`."""
+    state, maps = np.array(start), []
+    weights = np.where(units > 0.0, units, 1.0)
+    for _ in range(TIMES):
+        after = ends(p, state, separation, t_end / TIMES)
+        columns = []
+        for place in range(4):
+            moved = state.copy()
+            moved[place] += PERTURBATION * weights[place]
+            share = (moved[place] - state[place]) / weights[place]
+            columns.append((ends(p, moved, separation, t_end / TIMES) - after) / weights / share)
+        maps.append(np.column_stack(columns))
+        state = after
+    greatest = 1.0
+    for first in range(TIMES):
+        total = np.eye(4)
+        for one in maps[first:]:
+            total = one @ total
+            greatest = max(greatest, float(np.abs(total).sum(axis=1).max()))
+    return greatest
+
+
+def main() -> None:
+    rng = np.random.default_rng(SEED)
+    entries: list[str] = []
+    with tempfile.TemporaryDirectory() as folder:
+        program = Path(folder) / "quad"
+        command = ["gcc", "-O2", "-o", str(program), str(SOURCE), "-lquadmath", "-lm"]
+        subprocess.run(command, check=True)
+        while len(entries) < COUNT:
+            p, separation, start, t_end = scene(rng)
+            try:
+                run = simulate(p, t_end=t_end, start=start, separation=separation, max_steps=3000)
+                units = scales(p, start, separation, t_end)
+                grown = growth(p, start, separation, t_end, units)
+            except ComputationError:
+                continue
+            if not grown < MOST_GROWTH:
+                continue
+            given = [*p.as_dict().values(), float(separation), t_end, *start]
+            done = subprocess.run(
+                [str(program)],
+                input=" ".join(map(repr, map(float, given))),
+                capture_output=True,
+                text=True,
+                check=True,
+            )
+            x, vx, y, vy, y_abs, x_abs, *_ = map(float, done.stdout.split())
+            deepest = run.peak.y_min if separation else run.peak.y_abs
+            period = 2.0 * math.pi * time_scale(p, min(deepest, 0.0) if separation else deepest)
+            entry = {
+                "parameters": p.as_dict(),
+                "separation": separation,
+                "start": start,
+                "t_end": t_end,
+                "final": [x, vx, y, vy],
+                "peaks": [x_abs, y_abs],
+                "scales": [float(f"{unit:.3g}") for unit in units],
+                "growth": float(f"{grown:.3g}"),
+                "fast_periods": float(f"{t_end / period:.3g}"),
+            }
+            entries.append(json.dumps(entry))
+            print(len(entries), entry["growth"], entry["fast_periods"], file=sys.stderr, flush=True)
+    text = "[\n" + ",\n".join(entries) + "\n]\n"
+    Path(__file__).with_name(PROMISE_FILE).write_text(text, encoding="utf-8")
+
+
+if __name__ == "__main__":
+    main()

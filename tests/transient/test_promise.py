@@ -1,0 +1,48 @@
+"""What `tol` promises (`examples/trust.md`) is kept on random scenes, against 25 digits."""
+
+import numpy as np
+import pytest
+
+from fivtui import simulate
+from fivtui.transient.request import Kernel
+from tests.references import RandomScene, random_scenes
+
+SCENES = random_scenes()
+TOLERANCES = (1e-2, 1e-3, 1e-4, 1e-6, 1e-8, 1e-10, 1e-11, 1e-12, 1e-13)
+
+
+def share(scene: RandomScene, tol: float, kernel: Kernel) -> float:
+    """The greatest error of a run over what is promised."""
+    p, options = scene.parameters, {"start": scene.start, "separation": scene.separation}
+    run = simulate(p, t_end=scene.t_end, tol=tol, kernel=kernel, **options)  # type: ignore[arg-type]
+    found = (run.final.x, run.final.vx, run.final.y, run.final.vy, run.peak.x_abs, run.peak.y_abs)
+    true = (*scene.final, *scene.peaks)
+    scales = np.array([*scene.scales, scene.scales[0], scene.scales[2]])
+    promised = tol * max(1.0, scene.growth / 10.0) * max(1.0, scene.fast_periods / 100.0) * scales
+    errors = np.abs(np.subtract(found, true))
+    return float(np.max(errors / np.where(promised > 0.0, promised, np.finfo(float).tiny)))
+
+
+def test_the_scenes_are_hundreds_and_unlike() -> None:
+    assert len(SCENES) >= 300
+    ratios = np.array([scene.scales[0] / scene.scales[2] for scene in SCENES if scene.scales[2]])
+    assert (ratios > 100.0).sum() > 10
+    assert (ratios < 0.01).sum() > 10
+    assert sum(scene.growth < 10.0 for scene in SCENES) > 100
+    assert sum(scene.fast_periods > 100.0 for scene in SCENES) > 20
+
+
+@pytest.mark.parametrize("tol", TOLERANCES)
+def test_errors_are_below_what_is_promised(tol: float) -> None:
+    assert max(share(scene, tol, "compiled") for scene in SCENES) < 1.0
+
+
+@pytest.mark.parametrize("tol", [1e-4, 1e-12])
+def test_errors_of_interpreted_runs_are_below_what_is_promised(tol: float) -> None:
+    assert max(share(scene, tol, "interpreted") for scene in SCENES[::20]) < 1.0
+
+
+@pytest.mark.whole
+@pytest.mark.parametrize("tol", TOLERANCES)
+def test_errors_of_all_interpreted_runs_are_below_what_is_promised(tol: float) -> None:
+    assert max(share(scene, tol, "interpreted") for scene in SCENES) < 1.0
