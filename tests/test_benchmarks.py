@@ -1,6 +1,8 @@
 """The harness of the benchmarks in miniature: what it measures is right; no time is judged."""
 
 import math
+import subprocess
+import sys
 from collections.abc import Sequence
 from pathlib import Path
 
@@ -10,6 +12,7 @@ from fivtui.model.slider_belt import State
 
 from .benchmarks.peers import missing, peers
 from .benchmarks.solvers import COMPILED, OWN, Run, Solver
+from .benchmarks.tui_terminal import LOADS
 from .benchmarks.work_precision import Measurement, cheapest, draw, measure, ratio_to, table
 from .references import REFERENCES, Reference
 
@@ -30,6 +33,13 @@ def test_every_solver_that_is_here_computes_the_scene(tmp_path: Path) -> None:
     draw(measured, "miniature", tmp_path / "picture.png")
     assert (tmp_path / "picture.png").stat().st_size > 10_000
     assert len(missing()) + len({m.solver for m in measured} - {s.name for s in own}) >= 4
+
+
+def test_every_benchmark_of_the_laboratory_sets_what_there_is() -> None:
+    for setting in filter(None, (load.setting for load in LOADS)):
+        # A module that is set must know the name before.
+        code = setting.replace("its.EXAMPLE =", "assert its.EXAMPLE; its.EXAMPLE =")
+        subprocess.run([sys.executable, "-c", code], check=True)
 
 
 def test_a_solver_that_fails_is_left_out_and_said() -> None:

@@ -282,7 +282,7 @@ KNOWN_TO: Final = {
     "rich": r"fivtui\.(console\..+|(\w+\.)+report|tui\.(chart\.widget|lab|tabs)\..+)",
     "textual": r"fivtui\.tui\.(app|lab\..+|tabs\.(?!charts\b).+|chart\.widget\..+)",
     "textual_serve": r"fivtui\.tui\.browser",
-    "tomlkit": r"fivtui\.scene\.scene",
+    "tomlkit": r"fivtui\.scene\.files",
 }
 
 

@@ -4,13 +4,7 @@ from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
     from .comparison import compare as compare, comparison_files as comparison_files
-    from .presets import DEFAULT_PRESET as DEFAULT_PRESET, PRESETS as PRESETS
-    from .report import print_comparison as print_comparison
-    from .run import run_scene as run_scene, scene_transient as scene_transient
-    from .scene import (
-        Accuracy as Accuracy,
-        Scene as Scene,
-        as_scene as as_scene,
+    from .files import (
         find_scene as find_scene,
         load_scene as load_scene,
         save_scene as save_scene,
@@ -18,6 +12,10 @@ if TYPE_CHECKING:
         scene_from_dict as scene_from_dict,
         scene_to_dict as scene_to_dict,
     )
+    from .presets import DEFAULT_PRESET as DEFAULT_PRESET, PRESETS as PRESETS
+    from .report import print_comparison as print_comparison
+    from .run import run_scene as run_scene, scene_transient as scene_transient
+    from .scene import Accuracy as Accuracy, Scene as Scene, as_scene as as_scene
     from .verified import PartedError as PartedError, runs_part as runs_part
 else:
     from fivtui.lazy import lazily

@@ -208,7 +208,8 @@ LOADS: Final = (
         "a map at every key",
         b"\x1b4",
         "1000000 points",
-        setting="from fivtui.tui import map_view; map_view.EXAMPLE = 'mu=0:1.5:1000 F=5:120:1000'",
+        setting="from fivtui.tui.tabs.charts import map as its; "
+        "its.EXAMPLE = 'mu=0:1.5:1000 F=5:120:1000'",
     ),
     Load("a trade-off", b"\x1b5" + COMPUTE, "left", "t_end=1e3"),
 )

@@ -9,7 +9,7 @@ import pytest
 
 from fivtui import Parameters, stability
 from fivtui.cli.attractor_tasks import SEARCH, carry_out
-from fivtui.scene.scene import find_scene
+from fivtui.scene.files import find_scene
 
 from .test_cli import fivtui
 

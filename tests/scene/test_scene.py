@@ -11,16 +11,9 @@ from hypothesis import given, strategies as st
 from fivtui.equilibrium.eigenvalues import stability
 from fivtui.model.errors import InputError
 from fivtui.model.parameters import PARAMETERS, Parameters
+from fivtui.scene.files import find_scene, load_scene, save_scene, scene_from_dict, scene_to_dict
 from fivtui.scene.presets import DEFAULT_PRESET, PRESETS
-from fivtui.scene.scene import (
-    OUTPUTS,
-    Scene,
-    find_scene,
-    load_scene,
-    save_scene,
-    scene_from_dict,
-    scene_to_dict,
-)
+from fivtui.scene.scene import OUTPUTS, Scene
 from fivtui.simulation import ALL_METHODS, simulate
 from fivtui.transient.errors import QUANTITIES
 from fivtui.transient.methods import METHODS

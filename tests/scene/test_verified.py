@@ -12,9 +12,9 @@ from fivtui import simulation
 from fivtui.cli import run
 from fivtui.model.errors import ComputationError, InputError
 from fivtui.model.parameters import Parameters
+from fivtui.scene.files import load_scene, save_scene
 from fivtui.scene.presets import PRESETS
 from fivtui.scene.run import run_scene, scene_transient
-from fivtui.scene.scene import load_scene, save_scene
 from fivtui.scene.verified import PartedError, simulate_to
 from fivtui.simulation import simulate
 from fivtui.transient.errors import Observation, check_accuracy, divergence, finer_tol, first_tol

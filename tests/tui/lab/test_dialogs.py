@@ -5,7 +5,7 @@ import pytest
 from textual.pilot import Pilot
 from textual.widgets import Input
 
-from fivtui.scene.scene import load_scene
+from fivtui.scene.files import load_scene
 from fivtui.transient.files import load_trajectory
 from fivtui.tui.app import FivtuiApp
 from tests.support.laboratory import (

@@ -7,8 +7,9 @@ import pytest
 
 from fivtui.equilibrium import stability, stability_rows, verdict
 from fivtui.model.parameters import Parameters
+from fivtui.scene.files import load_scene
 from fivtui.scene.presets import PRESETS
-from fivtui.scene.scene import Scene, load_scene
+from fivtui.scene.scene import Scene
 from fivtui.simulation import simulate
 from fivtui.transient import transient_rows
 from fivtui.tui.session.jobs import Outcome

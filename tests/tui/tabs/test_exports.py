@@ -20,8 +20,8 @@ from fivtui.model.errors import InputError
 from fivtui.paper.claims.check import CLAIMS
 from fivtui.paper.claims.claim import check
 from fivtui.paper.results import PaperResults
+from fivtui.scene.files import save_scene
 from fivtui.scene.presets import PRESETS
-from fivtui.scene.scene import save_scene
 from fivtui.sweeps.request import parse_design, study_of
 from fivtui.tradeoffs import measure as tradeoff
 from fivtui.tradeoffs.files import load_tradeoff
