@@ -111,7 +111,7 @@ def _compile(folder: Path, target: Path, name: str, command: Sequence[str]) -> N
             spelled = processor.replace("-", "_") if name == "ziglang" else processor
             options = [f"-march={spelled}"] if processor else []
             options += ["-mprefer-vector-width=512"] if variant == "avx512" else []
-            for unit in ("single", "lanes"):
+            for unit in ("single", "lanes", "vary"):
                 source = str(folder / f"{unit}.c")
                 parts[f"{unit}_{variant}.o"] = [*options, f"-DVARIANT={variant}", source]
         objects = [str(Path(scratch, part)) for part in parts]

@@ -10,9 +10,9 @@ from fivtui.assessment.lyapunov import error_growth
 from fivtui.model.errors import ComputationError
 from fivtui.model.slider_belt import State
 from fivtui.orbits.shooting import PeriodicOrbit, Section, shoot
-from fivtui.orbits.variation import flow
 from fivtui.taylor.polynomial import roots
 from fivtui.transient.request import Request
+from fivtui.transient.variation import START_SEEDS, vary
 
 # F = 80 N: where the separating cycle is born, and its lift-off and period there, by a
 # continuation with other code.
@@ -90,7 +90,7 @@ def test_errors_grow_as_the_derivative_of_the_flow_says(
     request = Request(p, t_end=20.0, separation=separation, tol=1e-12, start=start)
     frequency = math.sqrt((p.k1 + p.k2 + p.k3) / p.m)
     weights = np.array([1.0, frequency, 1.0, frequency])
-    end = flow(p, request.initial, 20.0, separation=separation).derivative @ weights
+    end = vary(request, START_SEEDS).derivatives @ weights
     grown = float(np.linalg.norm(end / weights)) / 2.0
     assert error_growth(request).final == pytest.approx(grown, rel=2e-5)
 
@@ -98,7 +98,8 @@ def test_errors_grow_as_the_derivative_of_the_flow_says(
 def test_the_derivative_of_the_flow_contracts_volume_to_rounding() -> None:
     # Liouville; the trace of the matrix is the divergence everywhere, −(c1 + c2)/m.
     p = Parameters()
-    derivative = flow(p, (0.3, 1.0, -0.5, 2.0), 3.0).derivative
+    request = Request(p, t_end=3.0, tol=1e-13, start=(0.3, 1.0, -0.5, 2.0))
+    derivative = vary(request, START_SEEDS).derivatives
     contraction = math.exp(-(p.c1 + p.c2) / p.m * 3.0)
     assert np.linalg.det(derivative) == pytest.approx(contraction, rel=1e-13)
 

@@ -2,17 +2,21 @@
 
 `native` loads it. The text in C: `vector.h` (one run or LANES of them), `expansion.h` (the
 recurrences), `polynomial.h` and `roots.h` (bounds, roots), `motion.h` (a step and its mode),
-`search.h` (first switches, extremes), `problem.h`, and the two loops `single.c` and `lanes.c`.
+`search.h` (first switches, extremes), `problem.h`, `run.h` (a step of one run), `deviations.h`
+(the variational equations), and three loops: `single.c`, `vary.c` (one run with its derivatives)
+and `lanes.c`.
 """
 
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
     from .native import (
+        CROSSING_HEAD as CROSSING_HEAD,
         SAMPLE_COLUMNS as SAMPLE_COLUMNS,
         SEGMENT_HEAD as SEGMENT_HEAD,
         Kernel as Kernel,
         Outcome as Outcome,
+        VariedRun as VariedRun,
         load_kernel as load_kernel,
         stepping_kernel as stepping_kernel,
         why_interpreted as why_interpreted,

@@ -12,7 +12,7 @@
 #include "polynomial.h"
 
 /* How a run ends: `fivtui.kernel.status.Status`; it goes on while that is RUNNING. */
-enum { DONE, OVERFLOW, STALLED, STEP_LIMIT, NO_START, RUNNING };
+enum { DONE, OVERFLOW, STALLED, STEP_LIMIT, NO_START, RUNNING, UNBOUNDED };
 
 /* As in `fivtui.taylor.stepper` and `fivtui.model.slider_belt`. */
 #define LONGEST_STEP 1e3

@@ -11,7 +11,7 @@ from typing import Any, Final, Literal, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from fivtui.model import ComputationError
+from fivtui.model import ComputationError, State
 
 from .status import Status
 
@@ -30,6 +30,12 @@ _LINE: Final = 64
 # Columns of samples: x, ẋ, y, ẏ, mode; of segments before their coefficients in θ = time/duration.
 SAMPLE_COLUMNS: Final = 5
 SEGMENT_HEAD: Final = 5
+# Most numbers to derive by, extremes that are derived, columns of crossings before derivatives, and
+# how many crossings a call gives back.
+MOST_SEEDS: Final = 16
+EXTREMES: Final = 7
+CROSSING_HEAD: Final = 6
+_CROSSINGS: Final = 64
 
 _int, _float, _pointer = ctypes.c_int64, ctypes.c_double, ctypes.c_void_p
 _FUNCTIONS: Final[dict[str, tuple[Any, list[Any]]]] = {
@@ -45,6 +51,12 @@ _FUNCTIONS: Final[dict[str, tuple[Any, list[Any]]]] = {
         [*([_pointer] * 5), _int, _float, _float, _float, *([_int] * 6)],
     ),
     "batch_ended": (_int, [_pointer]),
+    "vary_size": (_int, []),
+    "vary_begin": (
+        None,
+        [_pointer, _pointer, _int, _pointer, _pointer, _int, _float, _float, _int],
+    ),
+    "vary_advance": (_int, [_pointer, _pointer, _int, _int, _pointer, _pointer, _pointer]),
     "static_starts": (None, [_pointer, _pointer, _pointer, _int]),
 }
 
@@ -116,6 +128,7 @@ class Kernel:
             functions[name] = function
         self._run_size = functions["run_size"]() // 8
         self._work_size = functions["batch_size"]() // 8
+        self._varied_size = functions["vary_size"]() // 8
 
     def begin(
         self,
@@ -158,6 +171,48 @@ class Kernel:
             order,
         )
         return KernelRun(self._functions["run_advance"], memory)
+
+    def vary(
+        self,
+        parameters: Floats,
+        start: Floats,
+        seeds: Floats,
+        *,
+        separation: bool,
+        t_end: float,
+        tol: float,
+        order: int,
+    ) -> "VariedRun":
+        """Begin a run with its derivatives: that of `begin` to the last bit.
+
+        Parameters
+        ----------
+        parameters, start, separation, t_end, tol, order
+            As for `begin`.
+        seeds : ndarray, shape (k, 13)
+            How (x, ẋ, y, ẏ) at the start and the parameters change with each of the k numbers to
+            derive by, `MOST_SEEDS` at most.
+
+        Returns
+        -------
+        VariedRun
+            At its start.
+        """
+        if not 0 < len(seeds) <= MOST_SEEDS:
+            raise ValueError(f"{len(seeds)} seeds: must be 1 to {MOST_SEEDS}")
+        memory, given = np.empty(self._varied_size), np.ascontiguousarray(seeds)
+        self._functions["vary_begin"](
+            memory.ctypes.data,
+            parameters.ctypes.data,
+            separation,
+            start.ctypes.data,
+            given.ctypes.data,
+            len(given),
+            t_end,
+            tol,
+            order,
+        )
+        return VariedRun(self._functions["vary_advance"], memory, len(given))
 
     def work(self, **asked: Any) -> "Work":
         """Begin a chunk of a batch: see `Work`."""
@@ -246,6 +301,57 @@ class KernelRun:
         columns = result.tolist()
         self.outcome = Outcome(*columns[:_COLUMNS])
         self.switches, self.segments, self.samples = map(int, columns[_COLUMNS:])
+        return Status(status)
+
+
+class VariedRun:
+    """A run with its derivatives, under way.
+
+    Attributes
+    ----------
+    outcome : Outcome
+        As far as it came.
+    rate : State
+        (ẋ, ẍ, ẏ, ÿ) there, m/s and m/s².
+    derivatives : ndarray, shape (k, 4)
+        Derivatives of (x, ẋ, y, ẏ) there by each of the k numbers.
+    extremes : ndarray, shape (7, 1 + k)
+        Of the least and greatest x, those of y, the greatest ẋ, the least and greatest y of the
+        second half: its time, s, and its derivative by each number.
+    crossings : ndarray, shape (n, CROSSING_HEAD + 4 k)
+        The switches of the last call: time, x, ẋ, y, ẏ, mode after it, and the derivatives of
+        (x, ẋ, y, ẏ) at this time by each number.
+    """
+
+    def __init__(self, function: Any, memory: Floats, count: int) -> None:
+        self._function, self._memory = function, memory
+        self._result = np.empty(_COLUMNS + 3)
+        self._crossings = np.empty((_CROSSINGS, CROSSING_HEAD + 4 * count))
+        self.derivatives = np.empty((count, 4))
+        self.extremes = np.empty((EXTREMES, 1 + count))
+
+    def advance(self, budget: int) -> Status:
+        """Go on until the run is ended, the budget, in steps, is spent or many crossings are found.
+
+        Returns
+        -------
+        Status
+            ``RUNNING`` where it is to go on.
+        """
+        status = self._function(
+            self._memory.ctypes.data,
+            self._crossings.ctypes.data,
+            _CROSSINGS,
+            budget,
+            self._result.ctypes.data,
+            self.derivatives.ctypes.data,
+            self.extremes.ctypes.data,
+        )
+        columns = self._result.tolist()
+        self.outcome = here = Outcome(*columns[:_COLUMNS])
+        count, ax, ay = columns[_COLUMNS:]
+        self.rate: State = (here.vx, ax, here.vy, ay)
+        self.crossings = self._crossings[: int(count)]
         return Status(status)
 
 

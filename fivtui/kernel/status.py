@@ -20,6 +20,8 @@ class Status(IntEnum):
         F < 0 and no equilibrium to start from.
     RUNNING
         It has not ended.
+    UNBOUNDED
+        Its derivatives cannot be followed on: they leave the range of numbers or change too fast.
     """
 
     DONE = 0
@@ -28,3 +30,4 @@ class Status(IntEnum):
     STEP_LIMIT = 3
     NO_START = 4
     RUNNING = 5
+    UNBOUNDED = 6

@@ -1,7 +1,7 @@
 """Periodic orbits by shooting: Newton's method on the return map, with Floquet multipliers.
 
 Unknowns are the state on a Poincaré section and the period. The derivative of the return map comes
-from the variational equations (`variation`): Newton's method converges quadratically and the
+from the variational equations: Newton's method converges quadratically and the
 multipliers are those of the orbit itself.
 """
 
@@ -14,14 +14,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fivtui.model import Cancelled, ComputationError, Parameters, State
-from fivtui.transient import Request, integrate
-
-from .variation import Flow, flow
+from fivtui.transient import START_SEEDS, Request, Variation, integrate, vary
 
 _MOST_ITERATIONS: Final = 10
 _CONVERGED: Final = 1e-11
-# Tolerance of the run over one period that measures the orbit.
+# Tolerance of the runs over one period, and of the one that measures the orbit.
+_FLOW_TOL: Final = 1e-13
 _TOL: Final = 1e-12
+_MOST_STEPS: Final = 200_000
 # A period that leaves this range around its estimate belongs to another orbit.
 _PERIOD_RANGE: Final = (0.5, 2.0)
 # Velocity and acceleration times period, relative to the displacement: less than this is rest.
@@ -150,12 +150,12 @@ def shoot(
             "follow the motion longer, or start nearer to the orbit",
         )
     state, time, there = best
-    if np.abs(there.velocity).max() * time < _AT_REST * np.abs(state).max():
+    if np.abs(there.rate).max() * time < _AT_REST * np.abs(state).max():
         raise ComputationError(
             "shooting converged to the equilibrium", "start farther from the equilibrium"
         )
     for parts in range(_MOST_PARTS, 1, -1):
-        part = flow(p, _as_state(state), time / parts, separation=separation)
+        part = _flow(p, state, time / parts, go_on, separation=separation)
         if np.abs((np.array(part.final) - state) / _sizes(state, time)).max() < _PART_CLOSES:
             time, there = time / parts, part
             break
@@ -169,19 +169,27 @@ def _flow(
     go_on: Callable[[], bool],
     *,
     separation: bool,
-) -> Flow:
+) -> Variation:
     if not go_on():
         raise Cancelled
-    return flow(p, _as_state(state), time, separation=separation)
+    request = Request(
+        p,
+        t_end=time,
+        tol=_FLOW_TOL,
+        separation=separation,
+        start=state.tolist(),
+        max_steps=_MOST_STEPS,
+    )
+    return vary(request, START_SEEDS)
 
 
 def _newton(
-    there: Flow, missed: NDArray[np.float64], fixed: int, off: float
+    there: Variation, missed: NDArray[np.float64], fixed: int, off: float
 ) -> NDArray[np.float64]:
     # The change of state and period that closes the orbit and puts its start on the section.
     system = np.zeros((5, 5))
-    system[:4, :4] = there.derivative - np.eye(4)
-    system[:4, 4] = there.velocity
+    system[:4, :4] = there.derivatives - np.eye(4)
+    system[:4, 4] = there.rate
     system[4, fixed] = 1.0
     change: NDArray[np.float64] = np.linalg.solve(system, -np.append(missed, off))
     return change
@@ -191,7 +199,7 @@ def _measured(
     p: Parameters,
     state: NDArray[np.float64],
     period: float,
-    found: tuple[Section, float, Flow],
+    found: tuple[Section, float, Variation],
     *,
     separation: bool,
 ) -> PeriodicOrbit:
@@ -204,14 +212,13 @@ def _measured(
         tol=_TOL,
         separation=separation,
         start=state.tolist(),
-        kernel="interpreted",
     )
     run = integrate(request)
     return PeriodicOrbit(
         section=section,
         start=_as_state(state),
         period=float(period),
-        multipliers=_nontrivial(np.linalg.eigvals(there.derivative)),
+        multipliers=_nontrivial(np.linalg.eigvals(there.derivatives)),
         y_min=run.peak.y_min,
         y_max=run.peak.y_max,
         x_abs=run.peak.x_abs,

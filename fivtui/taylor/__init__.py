@@ -5,9 +5,11 @@ from typing import TYPE_CHECKING
 if TYPE_CHECKING:
     from .polynomial import (
         derivative as derivative,
+        evaluate as evaluate,
         first_root as first_root,
         minimum_maximum as minimum_maximum,
         restricted as restricted,
+        roots as roots,
     )
     from .segment import Segment as Segment, Stepper as Stepper
     from .series import (
@@ -24,6 +26,11 @@ if TYPE_CHECKING:
         order_for as order_for,
         overflow_error as overflow_error,
         stall_error as stall_error,
+    )
+    from .variation import (
+        Deviations as Deviations,
+        Seed as Seed,
+        unbounded_error as unbounded_error,
     )
 else:
     from fivtui.lazy import lazily

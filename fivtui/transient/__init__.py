@@ -55,6 +55,7 @@ if TYPE_CHECKING:
     from .result import Transient as Transient
     from .stiffness import find_stiffness as find_stiffness, step_limit_error as step_limit_error
     from .trajectory import Trajectory as Trajectory, segment_between as segment_between
+    from .variation import START_SEEDS as START_SEEDS, Variation as Variation, vary as vary
 else:
     from fivtui.lazy import lazily
 

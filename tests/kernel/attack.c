@@ -10,6 +10,10 @@ void fivtui_run_begin_baseline(void *, const double *, int64_t, const double *, 
                                int64_t);
 int64_t fivtui_run_advance_baseline(void *, double *, int64_t, const double *, double *, int64_t,
                                     double *, int64_t, int64_t, double *);
+int64_t fivtui_vary_size_baseline(void);
+void fivtui_vary_begin_baseline(void *, const double *, int64_t, const double *, const double *,
+                                int64_t, double, double, int64_t);
+int64_t fivtui_vary_advance_baseline(void *, double *, int64_t, int64_t, double *, double *, double *);
 int64_t fivtui_batch_size_baseline(void);
 double fivtui_batch_advance_baseline(void *, const double *, const uint8_t *, const double *,
                                      double *, int64_t, double, double, double, int64_t, int64_t,
@@ -38,6 +42,9 @@ int main(void)
 {
     double switches[3], times[4] = {0.0, 0.1, 0.1, 2.0}, samples[4 * 5], result[22];
     void *run = malloc((size_t)fivtui_run_size_baseline());
+    void *varied = malloc((size_t)fivtui_vary_size_baseline());
+    double *seeds = malloc(16 * 13 * sizeof(double)), *derived = malloc(16 * 4 * sizeof(double));
+    double *extremes = malloc(7 * 17 * sizeof(double)), *crossings = malloc(2 * 70 * sizeof(double));
     void *work = aligned_alloc(64, (size_t)fivtui_batch_size_baseline());
     double *segments = malloc(2 * (5 + 2 * 22) * sizeof(double));
     double *parameters = malloc(MEMBERS * 9 * sizeof(double));
@@ -58,6 +65,14 @@ int main(void)
             for (int call = 0; call < 200 && status == 5; call++)
                 status = fivtui_run_advance_baseline(run, switches, call % 4, times, samples, 4,
                                                      call % 2 ? segments : NULL, call % 3, 7, result);
+            int64_t count = 1 + i % 16;
+            for (int n = 0; n < 13 * count; n++)
+                seeds[n] = chance() < 0.02 ? odd_number() : 2.0 * chance() - 1.0;
+            fivtui_vary_begin_baseline(varied, p, separation[i], start, seeds, count, 1.0, 1e-15, order);
+            status = 5;
+            for (int call = 0; call < 100 && status == 5; call++)
+                status = fivtui_vary_advance_baseline(varied, crossings, call % 3, 7, result, derived,
+                                                      extremes);
         }
         for (size_t n = 0; n < (size_t)fivtui_batch_size_baseline(); n++)
             ((char *)work)[n] = 0;
@@ -74,5 +89,6 @@ int main(void)
     }
     fivtui_batch_advance_baseline(work, NULL, NULL, NULL, NULL, 0, 1.0, 1e-15, 10.0, 20, 1, 1, 1, 1, 5);
     free(run), free(work), free(segments), free(parameters), free(starts), free(results);
+    free(varied), free(seeds), free(derived), free(extremes), free(crossings);
     return 0;
 }

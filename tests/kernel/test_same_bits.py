@@ -172,9 +172,10 @@ def test_nothing_undefined_happens(tmp_path: Path) -> None:
     program = tmp_path / "attack"
     options = ["-std=c11", "-O1", "-g", "-march=native", "-Wno-psabi", "-fno-strict-aliasing"]
     checks = ["-fsanitize=address,undefined", "-fno-sanitize-recover=all", "-ffp-contract=off"]
-    sources = [folder / "single.c", folder / "lanes.c", Path(__file__).with_name("attack.c")]
+    units = [str(folder / f"{unit}.c") for unit in ("single", "vary", "lanes")]
+    attack = str(Path(__file__).with_name("attack.c"))
     built = subprocess.run(
-        ["gcc", *options, *checks, f"-I{folder}", *map(str, sources), "-o", str(program), "-lm"],
+        ["gcc", *options, *checks, f"-I{folder}", *units, attack, "-o", str(program), "-lm"],
         capture_output=True,
         text=True,
         check=False,

@@ -1,16 +1,12 @@
-"""The flow's derivative and periodic orbits, against identities, differences and transients."""
+"""Periodic orbits, against identities and transients."""
 
 import numpy as np
 import pytest
-from hypothesis import assume, example, given, settings, strategies as st
-from numpy.typing import NDArray
 
 from fivtui import Parameters, simulate
 from fivtui.model.errors import ComputationError
 from fivtui.model.slider_belt import State, static_start
 from fivtui.orbits.shooting import PeriodicOrbit, Section, shoot
-from fivtui.orbits.variation import flow
-from tests.support.strategies import moderate_parameters, states
 
 COEXISTENCE = Parameters(F=120.0)
 
@@ -22,11 +18,6 @@ def last_lift_off(p: Parameters, t_end: float) -> tuple[State, float]:
     one, other = run.switch_times[::2][-2:]
     there = run.solution([one])
     return (float(there.x[0]), float(there.vx[0]), 0.0, float(there.vy[0])), float(other - one)
-
-
-def as_state(values: NDArray[np.float64]) -> State:
-    x, vx, y, vy = values.tolist()
-    return (x, vx, y, vy)
 
 
 @pytest.fixture(scope="module")
@@ -89,42 +80,6 @@ def test_the_product_of_the_multipliers_is_the_contraction_of_volume(p: Paramete
     orbit = shoot(p, guess, float(other - one), Section.LIFT_OFF)
     contraction = np.exp(-(p.c1 + p.c2) / p.m * orbit.period)
     assert np.prod(orbit.multipliers) == pytest.approx(contraction, rel=1e-11)
-
-
-@settings(max_examples=25)
-@given(moderate_parameters(), states(), st.floats(0.1, 5.0), st.booleans())
-@example(Parameters(F=0.0), (0.0, 0.0, 0.0, 0.0), 5.0, True)
-@example(Parameters(F=0.0, mu=0.0), (0.0, 0.0, -1e-9, 0.0), 5.0, True)
-def test_volume_shrinks_by_the_divergence_along_every_flow(
-    p: Parameters, start: State, duration: float, separation: bool
-) -> None:
-    derivative = flow(p, start, duration, separation=separation).derivative
-    # Elimination loses the digits by which the entries exceed the determinant.
-    contraction = np.exp(-(p.c1 + p.c2) / p.m * duration)
-    assume(np.linalg.cond(derivative) < 1e5)
-    assert np.linalg.det(derivative) == pytest.approx(contraction, rel=1e-10)
-
-
-@pytest.mark.parametrize("seed", range(6))
-def test_the_derivative_of_the_flow_is_that_of_differences(seed: int) -> None:
-    rng = np.random.default_rng(seed)
-    p = Parameters(F=rng.uniform(20.0, 120.0), mu=rng.uniform(0.0, 1.0), c1=rng.uniform(0.0, 1.0))
-    start = rng.uniform(-2.0, 2.0, 4)
-    derivative = flow(p, as_state(start), 3.0).derivative
-    step = 1e-6
-    ends = [
-        [flow(p, as_state(start + sign * away), 3.0).final for away in step * np.eye(4)]
-        for sign in (1.0, -1.0)
-    ]
-    difference = np.subtract(*np.array(ends)).T / (2.0 * step) - derivative
-    assert np.abs(difference).max() < 1e-6 * np.abs(derivative).max()
-
-
-def test_the_flow_ends_where_a_transient_does() -> None:
-    p = Parameters()
-    run = simulate(p, t_end=7.3, tol=1e-13, kernel="interpreted")
-    final = flow(p, static_start(p), 7.3).final
-    assert final == pytest.approx((run.final.x, run.final.vx, run.final.y, run.final.vy), rel=1e-11)
 
 
 def test_an_orbit_run_through_twice_is_found_once(base_orbit: PeriodicOrbit) -> None:

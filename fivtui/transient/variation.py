@@ -1,0 +1,243 @@
+"""A transient with its derivatives by whatever its start and parameters depend on."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Final
+
+import numpy as np
+from numpy.typing import NDArray
+
+from fivtui.kernel import CROSSING_HEAD, Status, VariedRun, load_kernel, why_interpreted
+from fivtui.model import PARAMETERS, Cancelled, State, accelerations, mode_of
+from fivtui.taylor import (
+    Deviations,
+    Seed,
+    Segment,
+    TaylorStepper,
+    derivative,
+    evaluate,
+    local_tolerance,
+    order_for,
+    overflow_error,
+    roots,
+    stall_error,
+    unbounded_error,
+)
+
+from .request import Progress, Request
+from .stiffness import step_limit_error, stiffness_of
+
+FloatArray = NDArray[np.float64]
+
+# Extremes over the whole run, and of y over its second half.
+EXTREMES: Final = ("x_min", "x_max", "y_min", "y_max", "vx_max", "y_low", "y_high")
+# Derivatives by x, ẋ, y and ẏ at the start.
+START_SEEDS: Final = (
+    Seed((1.0, 0.0, 0.0, 0.0)),
+    Seed((0.0, 1.0, 0.0, 0.0)),
+    Seed((0.0, 0.0, 1.0, 0.0)),
+    Seed((0.0, 0.0, 0.0, 1.0)),
+)
+# Steps between two looks at the progress callback, compiled and interpreted.
+_REPORT: Final = 256
+_REPORT_INTERPRETED: Final = 8
+
+
+@dataclass(frozen=True, slots=True)
+class Variation:
+    """A motion and its derivatives by k numbers that its start and parameters depend on.
+
+    Attributes
+    ----------
+    final : State
+        (x, ẋ, y, ẏ) at the horizon, m and m/s.
+    rate : ndarray, shape (4,)
+        Its derivative by time, (ẋ, ẍ, ẏ, ÿ).
+    derivatives : ndarray, shape (4, k)
+        Its derivatives by the numbers, at fixed time.
+    moments : ndarray, shape (7,)
+        Times of `EXTREMES`, s; the first where one is taken more than once.
+    extremes : ndarray, shape (7,)
+        Their values, m and m/s.
+    extreme_derivatives : ndarray, shape (7, k)
+        Their derivatives, which are those of the motion at that time: at an extreme the
+        motion has no velocity, or it is at an end of the run, which stays where it is.
+    switch_times : ndarray, shape (n,)
+        Times of separation and reattachment, s.
+    switch_states, switch_derivatives : ndarray, shapes (n, 4) and (n, 4, k)
+        States there and their derivatives at fixed time; the time itself changes by −∂y/ẏ.
+    """
+
+    final: State
+    rate: FloatArray
+    derivatives: FloatArray
+    moments: FloatArray
+    extremes: FloatArray
+    extreme_derivatives: FloatArray
+    switch_times: FloatArray
+    switch_states: FloatArray
+    switch_derivatives: FloatArray
+
+
+def vary(request: Request, seeds: Sequence[Seed], *, progress: Progress | None = None) -> Variation:
+    """Compute a transient with its derivatives, by the variational equations.
+
+    Both right-hand sides agree at y = 0, so that no derivative jumps at a switch. The steps are
+    those of the method ``taylor``, also where the scene is linear.
+
+    Parameters
+    ----------
+    request : Request
+        The transient; what it says of samples is not used.
+    seeds : sequence of Seed
+        What to derive by: one to sixteen.
+    progress : callable, optional
+        See `fivtui.simulate`.
+
+    Raises
+    ------
+    ComputationError
+        If the run cannot be finished, or its derivatives cannot be followed.
+    Cancelled
+        If `progress` returned False.
+    """
+    if request.kernel == "interpreted" or why_interpreted() is not None:
+        return _interpreted(request, seeds, progress)
+    return _compiled(request, seeds, progress)
+
+
+def _compiled(request: Request, seeds: Sequence[Seed], progress: Progress | None) -> Variation:
+    tol = local_tolerance(request.tol)
+    given = np.zeros((len(seeds), 4 + len(PARAMETERS)))
+    for row, seed in zip(given, seeds, strict=True):
+        row[:4] = seed.start
+        row[4:] = [seed.parameters.get(name, 0.0) for name in PARAMETERS]
+    run = load_kernel().vary(
+        np.array([*request.parameters.as_dict().values()]),
+        np.array(request.initial),
+        given,
+        separation=request.separation,
+        t_end=request.t_end,
+        tol=tol,
+        order=order_for(tol),
+    )
+    crossings = _follow(run, request, progress)
+    count = len(seeds)
+    return Variation(
+        run.outcome[:4],
+        np.array(run.rate),
+        run.derivatives.T.copy(),
+        run.extremes[:, 0].copy(),
+        np.array([getattr(run.outcome, name) for name in EXTREMES]),
+        run.extremes[:, 1:].copy(),
+        crossings[:, 0].copy(),
+        crossings[:, 1:5].copy(),
+        crossings[:, CROSSING_HEAD:].reshape(-1, count, 4).transpose(0, 2, 1).copy(),
+    )
+
+
+def _follow(run: VariedRun, request: Request, progress: Progress | None) -> FloatArray:
+    # To its end; returns its crossings.
+    crossings: list[FloatArray] = []
+    reached, steps, t_end = 0.0, 0, request.t_end
+    status = Status.RUNNING
+    while status is not Status.DONE:
+        if progress is not None and not progress(reached / t_end):
+            raise Cancelled
+        budget = min(_REPORT, request.max_steps - steps)
+        if budget <= 0:
+            raise step_limit_error(request.max_steps, reached, t_end, stiffness_of(request))
+        status = run.advance(budget)
+        reached, steps = run.outcome.t, int(run.outcome.steps)
+        if status is Status.OVERFLOW:
+            raise overflow_error(reached, run.outcome[:4])
+        if status is Status.STALLED:
+            raise stall_error(reached)
+        if status is Status.UNBOUNDED:
+            raise unbounded_error(reached)
+        crossings.append(run.crossings.copy())
+    return np.concatenate(crossings)
+
+
+def _interpreted(request: Request, seeds: Sequence[Seed], progress: Progress | None) -> Variation:
+    p, t_end, separation = request.parameters, request.t_end, request.separation
+    tol = local_tolerance(request.tol)
+    stepper = TaylorStepper(p, request.initial, separation=separation, tol=tol)
+    deviations, extremes = Deviations(p, seeds), _Extremes(0.5 * t_end, len(seeds))
+    switches: list[tuple[float, State, FloatArray]] = []
+    t, state = 0.0, request.initial
+    for count in range(request.max_steps):
+        if progress is not None and count % _REPORT_INTERPRETED == 0 and not progress(t / t_end):
+            raise Cancelled
+        segment = stepper.advance()
+        last = segment.end >= t_end
+        end = min(segment.fraction(t_end), 1.0) if segment.end > t_end else 1.0
+        extremes.follow(segment, end, deviations)
+        t, state = segment.end, segment.final if end == 1.0 else segment.state(t_end)
+        if segment.switches and end == 1.0:
+            switches.append((t, state, _columns(deviations.now)))
+        if last:
+            break
+    else:
+        raise step_limit_error(request.max_steps, t, t_end, stiffness_of(request))
+    ax, ay = accelerations(p, state, mode_of(p, state, separation=separation))
+    return Variation(
+        state,
+        np.array([state[1], ax, state[3], ay]),
+        _columns(deviations.now),
+        extremes.moments,
+        extremes.values,
+        extremes.by,
+        np.array([one for one, _, _ in switches]),
+        np.array([one for _, one, _ in switches]).reshape(-1, 4),
+        np.array([one for _, _, one in switches]).reshape(-1, 4, len(seeds)),
+    )
+
+
+def _columns(now: Sequence[State]) -> FloatArray:
+    return np.array(now).T
+
+
+class _Extremes:
+    # The extremes of a motion as it goes on, where they are, and their derivatives.
+
+    def __init__(self, half: float, count: int) -> None:
+        self._half = half
+        self._best = [-np.inf] * len(EXTREMES)
+        self.values = np.zeros(len(EXTREMES))
+        self.moments = np.zeros(len(EXTREMES))
+        self.by = np.zeros((len(EXTREMES), count))
+
+    def follow(self, segment: Segment, end: float, deviations: Deviations) -> None:
+        """Carry deviations along a segment as far as θ = end, and note them at new extremes."""
+        place, component = {}, {}
+        for index, (sign, polynomial, quantity, begin) in enumerate(self._sought(segment)):
+            if begin > 0.0 and begin >= end:
+                continue
+            turns = roots(derivative(polynomial))
+            places = [begin, *(turn for turn in turns if begin < turn < end), end]
+            values = [sign * evaluate(polynomial, one) for one in places]
+            greatest = max(values)
+            if greatest > self._best[index]:
+                self._best[index], self.values[index] = greatest, sign * greatest
+                place[index], component[index] = places[values.index(greatest)], quantity
+        found = deviations.advance(segment, end, list(place.values()))
+        for index, there in zip(place, found, strict=True):
+            self.moments[index] = segment.start + (
+                segment.start_remainder + place[index] * segment.duration
+            )
+            self.by[index] = [deviation[component[index]] for deviation in there]
+
+    def _sought(self, segment: Segment) -> list[tuple[float, Sequence[float], int, float]]:
+        # Sign, polynomial, component of the state, and θ from which on, in the order of EXTREMES.
+        speed = [coefficient / segment.duration for coefficient in derivative(segment.x)]
+        late = max(segment.fraction(self._half), 0.0)
+        return [
+            (-1.0, segment.x, 0, 0.0),
+            (1.0, segment.x, 0, 0.0),
+            (-1.0, segment.y, 2, 0.0),
+            (1.0, segment.y, 2, 0.0),
+            (1.0, speed, 1, 0.0),
+            (-1.0, segment.y, 2, late),
+            (1.0, segment.y, 2, late),
+        ]

@@ -1,0 +1,108 @@
+"""A run with its derivatives is the plain run to the last bit, with every instruction set."""
+
+import shutil
+import subprocess
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import fivtui
+from fivtui.kernel import Kernel, Status, VariedRun, load_kernel, native
+from fivtui.taylor.variation import past_switch
+
+from .test_same_bits import Members, alone, assert_same, members, processor_has
+
+
+def varied(
+    kernel: Kernel, given: Members, t_end: float, order: int, count: int, budget: int = 5000
+) -> list[VariedRun]:
+    """Runs with derivatives by random directions in starts and parameters, to their ends."""
+    seeds = np.random.default_rng(count).normal(size=(count, 13))
+    runs = []
+    for parameters, separation, start in zip(*given, strict=True):
+        run = kernel.vary(
+            np.array(parameters),
+            np.array(start),
+            seeds,
+            separation=bool(separation),
+            t_end=t_end,
+            tol=10.0 ** (-0.75 * order),
+            order=order,
+        )
+        while run.advance(budget) is Status.RUNNING:
+            pass
+        runs.append(run)
+    return runs
+
+
+def numbers(runs: list[VariedRun]) -> np.ndarray:
+    """All derivatives."""
+    parts = [[run.derivatives.ravel(), run.extremes.ravel(), np.array(run.rate)] for run in runs]
+    return np.array([np.concatenate(part) for part in parts])
+
+
+@pytest.mark.parametrize(("order", "count"), [(8, 1), (12, 8), (16, 9), (20, 16)])
+def test_derivatives_change_no_bit_of_a_run(order: int, count: int) -> None:
+    given = members(40, order)
+    kernel = load_kernel()
+    runs = varied(kernel, given, 10.0, order, count)
+    outcomes = np.array([run.outcome for run in runs])
+    assert_same(outcomes, alone(kernel, given, 10.0, order))
+
+
+def test_a_pause_changes_no_bit() -> None:
+    given = members(10, 7)
+    kernel = load_kernel()
+    paused = varied(kernel, given, 5.0, 20, 5, budget=3)
+    assert_same(numbers(paused), numbers(varied(kernel, given, 5.0, 20, 5)))
+
+
+@pytest.mark.parametrize("instruction_set", native.INSTRUCTION_SETS[:-1])
+def test_instruction_sets_give_the_same_derivatives(instruction_set: str) -> None:
+    if not processor_has(instruction_set):
+        pytest.skip(f"this processor lacks {instruction_set}")
+    given = members(12, 9)
+    one = varied(Kernel(instruction_set), given, 4.0, 20, 13)
+    assert_same(numbers(one), numbers(varied(load_kernel(), given, 4.0, 20, 13)))
+
+
+def test_more_seeds_than_there_is_room_for_are_refused() -> None:
+    given = members(1, 1)
+    for count in (0, native.MOST_SEEDS + 1):
+        with pytest.raises(ValueError, match="seeds: must be 1 to 16"):
+            varied(load_kernel(), given, 1.0, 20, count)
+
+
+PASS_SWITCH = """
+#define LANES 1
+#include "deviations.h"
+#include <stdio.h>
+
+int main(void)
+{
+    const double jump[4] = {0.5, -1.0, 0.25, 2.0}, gradient[4] = {1.0, -0.5, 2.0, 0.125};
+    Deviation d = {{0.0}, {0.0}, {0.0}, {0.0}};
+    Eight change = {0.0};
+    d.x[3] = 1.5, d.vx[3] = -2.0, d.y[3] = 0.75, d.vy[3] = 4.0, change[3] = 0.3;
+    pass_switch(&d, jump, gradient, change, 1.25);
+    printf("%.17g %.17g %.17g %.17g", d.x[3], d.vx[3], d.y[3], d.vy[3]);
+    return 0;
+}
+"""
+
+
+@pytest.mark.host
+def test_deviations_pass_a_switch_of_any_field_as_those_in_python(tmp_path: Path) -> None:
+    if shutil.which("gcc") is None:
+        pytest.skip("there is no gcc")
+    source, program = tmp_path / "pass.c", tmp_path / "pass"
+    source.write_text(PASS_SWITCH, encoding="utf-8")
+    folder = Path(fivtui.__file__).parent / "kernel"
+    options = ["-std=c11", "-O0", "-Wno-psabi", f"-I{folder}", str(source), "-o", str(program)]
+    subprocess.run(["gcc", *options, "-lm"], check=True, capture_output=True)
+    done = subprocess.run([str(program)], check=True, capture_output=True, text=True)
+    expected = past_switch(
+        (1.5, -2.0, 0.75, 4.0), (0.5, -1.0, 0.25, 2.0), (1.0, -0.5, 2.0, 0.125), 0.3, 1.25
+    )
+    assert [*map(float, done.stdout.split())] == pytest.approx(expected, rel=1e-15)

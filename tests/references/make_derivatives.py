@@ -1,0 +1,162 @@
+"""Make ``derivatives.json``: derivatives of transients, from differences of 25-digit runs.
+
+Central differences over 1e-12 of runs by the integrator of ``make.py``: the derivatives are good to
+15 digits. Run it as ``python -m tests.references.make_derivatives``; it takes a quarter of an hour.
+"""
+
+import json
+import sys
+from functools import partial
+from itertools import pairwise
+from pathlib import Path
+
+from mpmath import mpf
+
+from .make import (
+    BASE,
+    ORDER,
+    TOLERANCE,
+    Number,
+    Table,
+    expand,
+    in_contact,
+    number,
+    root_of_increasing,
+    slope,
+    static_start,
+    value,
+)
+
+NUDGE = mpf(10) ** -12
+SAMPLES = 16
+START = ("x0", "vx0", "y0", "vy0")
+QUANTITIES = (
+    *("x", "vx", "y", "vy"),
+    *("y_abs", "y_max", "y_min", "x_abs", "vx_max"),
+    *("y_half_range", "force_min", "force_max"),
+)
+# Changes to the base set, whether separation is considered, the horizon, the start unless static.
+SCENES: dict[str, tuple[Table, bool, float, tuple[str, ...]]] = {
+    "base": ({}, True, 20, ()),
+    "separation-ignored": ({}, False, 8, ()),
+    "linear-contact": ({"k_nl": 0, "mu": "0.9"}, True, 8, ()),
+    "lifted": ({"F": -20}, True, 6, ()),
+    "drawn-1": (
+        {"m": "3.1", "k1": "141", "k2": "82", "k3": "33", "c1": "0.71", "c2": "0.18", "F": "47"}
+        | {"k_nl": "212", "mu": "0.93"},
+        True,
+        8,
+        ("0.35", "-2.1", "0.62", "1.7"),
+    ),
+    "drawn-2": (
+        {"m": "7.9", "k1": "58", "k2": "31", "k3": "104", "c1": "0.05", "c2": "1.2", "F": "131"}
+        | {"k_nl": "37", "mu": "0.41"},
+        True,
+        10,
+        ("-1.2", "0.8", "-1.9", "-3.3"),
+    ),
+    "drawn-3": (
+        {"m": "1.6", "k1": "77", "k2": "119", "k3": "71", "c1": "0.44", "c2": "0.09", "F": "26"}
+        | {"k_nl": "340", "mu": "1.3"},
+        True,
+        5,
+        (),
+    ),
+}
+
+
+def turning_values(c: list[Number], duration: Number) -> list[Number]:
+    """Values at both ends and wherever the slope changes its sign."""
+    d = slope(c)
+    grid = [duration * i / SAMPLES for i in range(SAMPLES + 1)]
+    signs = [value(d, t) for t in grid]
+    found = [value(c, grid[0]), value(c, grid[-1])]
+    for (left, right), (s0, s1) in zip(pairwise(grid), pairwise(signs), strict=True):
+        if s0 * s1 < 0:
+            rising = d if s1 > 0 else [-coefficient for coefficient in d]
+            found.append(value(c, root_of_increasing(partial(value, rising), left, right)))
+    return found
+
+
+def first_root(y: list[Number], h: Number, contact: bool) -> Number | None:
+    beyond = y if contact else [-coefficient for coefficient in y]
+    previous = mpf(0)
+    for i in range(1, SAMPLES + 1):
+        at = h * i / SAMPLES
+        if value(beyond, at) > 0:
+            low = previous if previous > 0 else at * mpf(10) ** -12
+            return root_of_increasing(partial(value, beyond), low, at)
+        previous = at
+    return None
+
+
+def observed(p: Table, state: list[Number], t_end: Number) -> list[Number]:
+    """The `QUANTITIES` of a run."""
+    t, contact, half = mpf(0), in_contact(p, state), t_end / 2
+    xs: list[Number] = []
+    ys: list[Number] = []
+    speeds: list[Number] = []
+    late: list[Number] = []
+    while t < t_end:
+        x, y = expand(p, state, contact)
+        size = max(abs(s) for s in (*state, p["F"] / (p["k1"] + p["k2"])))
+        steps = [(half if t < half else t_end) - t, mpf(1)]
+        for n in (ORDER + 1, ORDER):
+            last = max(abs(x[n]), abs(y[n]))
+            if last > 0:
+                steps.append((TOLERANCE * size / last) ** (mpf(1) / n))
+        h = min(steps)
+        root = first_root(y, h, contact) if p["separation"] else None
+        h = h if root is None else root
+        xs += turning_values(x, h)
+        speeds += turning_values(slope(x), h)
+        ys += turning_values(y, h)
+        if t >= half:
+            late += turning_values(y, h)
+        state = [value(x, h), value(slope(x), h), value(y, h), value(slope(y), h)]
+        t += h
+        if root is not None:
+            state[2] = mpf(0)
+            contact = not contact
+    low, high = min(ys), max(ys)
+    weak, strong = (min(high, 0), min(low, 0)) if p["separation"] else (high, low)
+    forces = [-p["k2"] * one - p["k_nl"] * one**3 for one in (weak, strong)]
+    range_of_x = max(map(abs, xs))
+    swing = (max(late) - min(late)) / 2
+    return [*state, max(high, -low), high, low, range_of_x, max(speeds), swing, *forces]
+
+
+def derivatives(name: str, p: Table, start: list[Number], t_end: Number) -> list[float]:
+    ends = []
+    for sign in (1, -1):
+        changed, begin = dict(p), list(start)
+        if name in START:
+            begin[START.index(name)] += sign * NUDGE
+        else:
+            changed[name] += sign * NUDGE
+        ends.append(observed(changed, begin or static_start(changed), t_end))
+    return [float((one - other) / (2 * NUDGE)) for one, other in zip(*ends, strict=True)]
+
+
+def main() -> None:
+    target = Path(__file__).with_name("derivatives.json")
+    result: Table = {}
+    for scene, (changes, separation, t_end, start) in SCENES.items():
+        given = BASE | changes
+        p = {key: number(entry) for key, entry in given.items()} | {"separation": separation}
+        names = [*given, *(START if start else ())]
+        begin = [number(one) for one in start]
+        result[scene] = {
+            "parameters": {key: float(entry) for key, entry in given.items()},
+            "separation": separation,
+            "start": [float(one) for one in start] if start else "static",
+            "t_end": t_end,
+            "quantities": QUANTITIES,
+            "by": {name: derivatives(name, p, begin, mpf(t_end)) for name in names},
+        }
+        print(scene, file=sys.stderr, flush=True)
+        target.write_text(json.dumps(result, indent=1) + "\n", encoding="utf-8")
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,58 @@
+"""Deviations: changes of coefficients against differences, switches against a solved example."""
+
+import dataclasses
+from typing import Any
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+
+from fivtui.model.parameters import PARAMETERS, Parameters
+from fivtui.model.slider_belt import Mode
+from fivtui.taylor.series import constants
+from fivtui.taylor.variation import change_of, past_switch
+from tests.support.strategies import moderate_parameters
+
+
+def factors(p: Parameters, mode: Mode) -> np.ndarray:
+    c = constants(p, mode)
+    cubic = (-c.friction * c.cubic, -c.cubic)
+    return np.array([c.xx, c.xy, c.yx, c.yy, c.xvx, c.yvy, *cubic, c.load])
+
+
+@settings(max_examples=10)
+@given(moderate_parameters())
+@pytest.mark.parametrize("mode", Mode)
+@pytest.mark.parametrize("name", PARAMETERS)
+def test_changes_of_the_coefficients_are_their_differences(
+    mode: Mode, name: str, p: Parameters
+) -> None:
+    value = getattr(p, name)
+    nudge = 1e-6 * (1.0 + value)
+    more = dataclasses.replace(p, **{name: value + nudge})
+    difference = (factors(more, mode) - factors(p, mode)) / nudge
+    change = np.array(change_of(p, mode, {name: 1.0}))
+    assert change == pytest.approx(difference, rel=1e-4, abs=1e-7)
+
+
+def test_a_deviation_passes_a_switch_of_any_field() -> None:
+    # A state that moves with constant rates before and after the plane where n·z = 1 + q.
+    rng = np.random.default_rng(1)
+    start, normal, before, after = rng.normal(size=(4, 4))
+    horizon, start_change, guard_change = 5.0, rng.normal(size=4), -1.0
+
+    def end(q: float) -> Any:
+        z = start + q * start_change
+        crossing = (1.0 + q - normal @ z) / (normal @ before)
+        return z + before * crossing + after * (horizon - crossing)
+
+    difference = (end(1e-3) - end(-1e-3)) / 2e-3
+    x, vx, y, vy = start_change.tolist()
+    rate = float(normal @ before)
+    found = past_switch((x, vx, y, vy), after - before, normal, guard_change, rate)
+    assert found == pytest.approx(difference, rel=1e-10)
+
+
+def test_where_no_rate_jumps_a_deviation_passes_unchanged_even_along_the_switch() -> None:
+    deviation = (1.0, -2.0, 3.0, 0.5)
+    assert past_switch(deviation, (0.0,) * 4, (0.0, 0.0, 1.0, 0.0), 0.0, 0.0) == deviation

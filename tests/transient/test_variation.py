@@ -1,0 +1,172 @@
+"""Derivatives of transients, against differences of 25-digit runs, identities and each other."""
+
+import json
+import math
+from pathlib import Path
+from typing import Any, Final
+
+import numpy as np
+import pytest
+from hypothesis import assume, example, given, settings, strategies as st
+from scipy.linalg import expm
+
+import tests.references
+from fivtui import Parameters, simulate
+from fivtui.model.errors import Cancelled, ComputationError
+from fivtui.model.parameters import PARAMETERS
+from fivtui.model.slider_belt import Mode, State, equilibrium, jacobian
+from fivtui.taylor.variation import Seed
+from fivtui.transient.request import Kernel, Request
+from fivtui.transient.variation import EXTREMES, START_SEEDS, Variation, vary
+from tests.support.strategies import moderate_parameters, states
+
+REFERENCES: Final[dict[str, Any]] = json.loads(
+    Path(tests.references.__file__).with_name("derivatives.json").read_text(encoding="utf-8")
+)
+KERNELS: Final[tuple[Kernel, ...]] = ("compiled", "interpreted")
+AT_REST: Final[State] = (0.0, 0.0, 0.0, 0.0)
+PARAMETER_SEEDS: Final = tuple(Seed(AT_REST, {name: 1.0}) for name in PARAMETERS)
+
+
+def flow(p: Parameters, start: State, duration: float, *, separation: bool = True) -> Variation:
+    request = Request(p, t_end=duration, tol=1e-13, separation=separation, start=start)
+    return vary(request, START_SEEDS)
+
+
+@pytest.mark.parametrize("kernel", KERNELS)
+@pytest.mark.parametrize("name", ["drawn-1", "drawn-2"])
+def test_derivatives_are_differences_of_25_digit_runs(name: str, kernel: Kernel) -> None:
+    reference = REFERENCES[name]
+    names = reference["quantities"]
+    request = Request(
+        Parameters(**reference["parameters"]),
+        t_end=reference["t_end"],
+        tol=1e-13,
+        start=reference["start"],
+        kernel=kernel,
+    )
+    found = vary(request, [*PARAMETER_SEEDS, *START_SEEDS])
+    expected = np.array(list(reference["by"].values())).T
+    assert list(reference["by"]) == [*PARAMETERS, "x0", "vx0", "y0", "vy0"]
+    scale = np.abs(expected[:4]).max(axis=0)
+    assert (np.abs(found.derivatives - expected[:4]) < 1e-11 * scale).all()
+    for one in ("y_min", "y_max", "vx_max"):
+        there = found.extreme_derivatives[EXTREMES.index(one)]
+        assert (np.abs(there - expected[names.index(one)]) < 1e-11 * scale).all(), one
+
+
+@settings(max_examples=8)
+@given(moderate_parameters(), states(), st.floats(0.1, 3.0), st.booleans())
+def test_both_kernels_give_the_same_derivatives(
+    p: Parameters, start: State, duration: float, separation: bool
+) -> None:
+    one, other = (
+        vary(
+            Request(p, t_end=duration, separation=separation, start=start, kernel=kernel),
+            [*START_SEEDS, Seed((0.5, 0.0, -0.1, 0.0), {"mu": 1.0, "m": -0.3, "F": 2.0})],
+        )
+        for kernel in KERNELS
+    )
+    assume(one.switch_times.size == other.switch_times.size)
+    scale = np.abs(other.derivatives).max()
+    assert np.abs(one.derivatives - other.derivatives).max() < 1e-10 * scale
+    assert one.rate == pytest.approx(other.rate, rel=1e-9, abs=1e-9)
+    same = np.abs(one.moments - other.moments) < 1e-6
+    assert (
+        np.abs(one.extreme_derivatives - other.extreme_derivatives)[same].max(initial=0.0)
+        < 1e-7 * scale
+    )
+    assert one.switch_times == pytest.approx(other.switch_times, abs=1e-9)
+    for name in ("switch_states", "switch_derivatives"):
+        difference = np.abs(getattr(one, name) - getattr(other, name)).max(initial=0.0)
+        assert difference < 1e-7 * scale
+
+
+@settings(max_examples=25)
+@given(moderate_parameters(), states(), st.floats(0.1, 5.0), st.booleans())
+@example(Parameters(F=0.0), AT_REST, 5.0, True)
+@example(Parameters(F=0.0, mu=0.0), (0.0, 0.0, -1e-9, 0.0), 5.0, True)
+def test_volume_shrinks_by_the_divergence_along_every_flow(
+    p: Parameters, start: State, duration: float, separation: bool
+) -> None:
+    derivatives = flow(p, start, duration, separation=separation).derivatives
+    # Elimination loses the digits by which the entries exceed the determinant.
+    contraction = np.exp(-(p.c1 + p.c2) / p.m * duration)
+    assume(np.linalg.cond(derivatives) < 1e5)
+    assert np.linalg.det(derivatives) == pytest.approx(contraction, rel=1e-10)
+
+
+@settings(max_examples=10)
+@given(moderate_parameters(), states(), st.floats(0.2, 3.0), st.floats(0.1, 0.9))
+def test_the_flow_over_two_times_is_that_over_one_after_the_other(
+    p: Parameters, start: State, duration: float, part: float
+) -> None:
+    whole = flow(p, start, duration)
+    first = flow(p, start, part * duration)
+    second = flow(p, first.final, duration - part * duration)
+    scale = np.abs(second.derivatives) @ np.abs(first.derivatives)
+    product = second.derivatives @ first.derivatives
+    assert (np.abs(product - whole.derivatives) <= 1e-9 * (scale.max() + 1.0)).all()
+    # The field is carried along by its own flow.
+    rate = flow(p, start, 1e-9).rate
+    assert whole.derivatives @ rate == pytest.approx(whole.rate, abs=1e-6 * (scale.max() + 1.0))
+
+
+@pytest.mark.parametrize("kernel", KERNELS)
+@pytest.mark.parametrize("t_end", [0.01, 60.0])
+def test_at_rest_the_flow_is_the_exponential_of_the_jacobian(kernel: Kernel, t_end: float) -> None:
+    # The motion takes one step to the end; what deviates from it oscillates.
+    p = Parameters(mu=0.3)
+    rest = equilibrium(p)
+    request = Request(p, t_end=t_end, tol=1e-13, start=(rest.x, 0.0, rest.y, 0.0), kernel=kernel)
+    expected = expm(np.array(jacobian(p, rest.y, Mode.CONTACT)) * t_end)
+    found = vary(request, START_SEEDS).derivatives
+    assert np.abs(found - expected).max() < 1e-11 * np.abs(expected).max()
+
+
+def test_the_flow_ends_where_a_transient_does_and_switches_when_it_does() -> None:
+    run = simulate(t_end=7.3, tol=1e-13)
+    found = vary(Request(Parameters(), t_end=7.3, tol=1e-13), START_SEEDS)
+    assert found.final == (run.final.x, run.final.vx, run.final.y, run.final.vy)
+    assert found.switch_times.tolist() == run.switch_times.tolist()
+
+
+def test_a_switch_moves_as_its_derivatives_say() -> None:
+    p = Parameters()
+    start = np.array([0.3, 1.0, -0.5, 2.0])
+    found = flow(p, tuple(start.tolist()), 6.0)
+    for place, nudge in enumerate(1e-6 * np.eye(4)):
+        one, other = (
+            flow(p, tuple((start + sign * nudge).tolist()), 6.0).switch_times for sign in (1, -1)
+        )
+        moved = -found.switch_derivatives[:, 2, place] / found.switch_states[:, 3]
+        assert moved == pytest.approx((one - other) / 2e-6, rel=1e-6, abs=1e-6)
+
+
+@pytest.mark.parametrize("kernel", KERNELS)
+def test_what_cannot_be_finished_says_why(kernel: Kernel) -> None:
+    growing = Parameters(k_nl=0.0, mu=3.0)
+    endless = Request(growing, t_end=5000.0, separation=False, kernel=kernel)
+    with pytest.raises(ComputationError, match="cannot be followed beyond t = 208"):
+        vary(endless, START_SEEDS)
+    # Deviations get there before the motion does.
+    huge = [Seed((1e300, 0.0, 0.0, 0.0))]
+    with pytest.raises(ComputationError, match="deviations from the motion cannot be followed"):
+        vary(Request(growing, t_end=100.0, separation=False, kernel=kernel), huge)
+    with pytest.raises(ComputationError, match="steps"):
+        vary(Request(Parameters(), max_steps=10, kernel=kernel), START_SEEDS)
+    with pytest.raises(Cancelled):
+        vary(Request(Parameters(), kernel=kernel), START_SEEDS, progress=lambda done: done < 0.1)
+
+
+def test_numbers_of_every_size_end_in_an_answer_or_a_reason() -> None:
+    rng = np.random.default_rng(5)
+    for _ in range(60):
+        m, k1, k2, k3 = 10.0 ** rng.uniform(-6.0, 6.0, 4)
+        p = Parameters(m=m, k1=k1, k2=k2, k3=k3, k_nl=10.0 ** rng.uniform(-6.0, 15.0))
+        request = Request(p, t_end=float(3.0 * math.sqrt(m / k2)), max_steps=3000)
+        try:
+            found = vary(request, [*START_SEEDS, *PARAMETER_SEEDS])
+        except ComputationError:
+            continue
+        assert np.isfinite(found.derivatives).all()
