@@ -38,6 +38,7 @@ def _quantities() -> Iterable[str]:
 
 
 PARAMETER_VALUES: Final = names_of(lambda: PARAMETERS, "=")
+PARAMETER_NAMES: Final = names_of(lambda: PARAMETERS)
 START_VALUES: Final = names_of(_starts, "=")
 VARIED_VALUES: Final = names_of(lambda: (*PARAMETERS, *_starts()), "=")
 ERROR_VALUES: Final = names_of(_quantities, "=")

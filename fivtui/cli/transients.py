@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 from fivtui.model import InputError, Interval, parse_number
 
 from .arguments import Whole, option
-from .completion import METHOD_NAMES
+from .completion import METHOD_NAMES, PARAMETER_NAMES
 from .deliver import check_outputs, show, write
 from .group import commands
 from .options import (
@@ -58,6 +58,14 @@ if TYPE_CHECKING:
 )
 @start_option("Start state, m and m/s; static: at rest at the equilibrium of mu = 0.")
 @option(
+    "--sensitivity",
+    "sensitivities",
+    multiple=True,
+    metavar="NAME",
+    help="Add derivatives of final state and peaks by this parameter; may be repeated.",
+    shell_complete=PARAMETER_NAMES,
+)
+@option(
     "--points",
     type=Whole(Interval(2, 10_000_000)),
     metavar="N",
@@ -88,6 +96,7 @@ def simulate(**given: Any) -> None:
             scene,
             samples=np.linspace(0.0, scene.t_end, given["points"]) if stored else "none",
             progress=progress,
+            sensitivities=given["sensitivities"],
         )
     _say_if_stiff(run.transient)
     write("run", run.transient, out, plot, force=force)

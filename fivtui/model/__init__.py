@@ -40,6 +40,7 @@ if TYPE_CHECKING:
         spring_force as spring_force,
         static_deflection as static_deflection,
         static_start as static_start,
+        static_start_change as static_start_change,
         tangent_stiffness as tangent_stiffness,
         time_scale as time_scale,
     )

@@ -225,6 +225,43 @@ def static_start(p: Parameters, *, separation: bool = True) -> State:
     return (h * y / (p.k1 + h), 0.0, y, 0.0)
 
 
+def static_start_change(p: Parameters, name: str, *, separation: bool = True) -> State:
+    """The derivative of the static start by a parameter.
+
+    Parameters
+    ----------
+    p : Parameters
+        The parameter set.
+    name : str
+        Name of the parameter.
+    separation : bool
+        Whether separation is considered.
+
+    Returns
+    -------
+    State
+        (∂x, 0, ∂y, 0), m per unit of the parameter; towards greater F at F = 0.
+
+    Raises
+    ------
+    ComputationError
+        If there is no such start.
+    """
+    _, _, y, _ = static_start(p, separation=separation)
+    h = 0.5 * p.k3
+    a = p.k1 + h
+    off = separation and p.F < 0.0
+    k2, k_nl = (0.0, 0.0) if off else (p.k2, p.k_nl)
+    by_h = 0.5 if name == "k3" else 0.0
+    by_k1 = 1.0 if name == "k1" else 0.0
+    # Of the force balance k_nl y³ + (k2 + h k1/a) y + F = 0, and of x = h y/a.
+    push = {"F": 1.0, "k2": 0.0 if off else y, "k_nl": 0.0 if off else y * y * y}.get(name, 0.0)
+    push += y * (by_h * p.k1 * p.k1 + by_k1 * h * h) / (a * a)
+    dy = -push / (3.0 * k_nl * y * y + k2 + h * p.k1 / a)
+    dx = h * dy / a + y * (by_h * p.k1 - by_k1 * h) / (a * a)
+    return (dx, 0.0, dy, 0.0)
+
+
 def jacobian(p: Parameters, y: float, mode: Mode) -> Matrix:
     """Jacobian (4 × 4, SI units) of the first-order system (Eq. 8) in (x, ẋ, y, ẏ).
 

@@ -1,5 +1,6 @@
 """The computation of what a scene requires."""
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Final
 
@@ -56,6 +57,7 @@ def scene_transient(
     samples: Samples = "none",
     progress: Progress | None = None,
     on_samples: OnSamples | None = None,
+    sensitivities: Sequence[str] = (),
 ) -> SceneTransient:
     """Compute the transient of a scene, to its tolerance or to the accuracy that it asks for.
 
@@ -63,11 +65,11 @@ def scene_transient(
     ----------
     scene : Scene
         The scene.
-    samples, progress, on_samples
+    samples, progress, on_samples, sensitivities
         See `simulate`; errors are raised as there. For an accuracy several runs hand out their
         samples, each from the start.
     """
-    request = scene.request(samples=samples)
+    request = scene.request(samples=samples, sensitivities=sensitivities)
     if scene.accuracy:
         verified = simulate_to(
             dict(scene.accuracy), request, progress=progress, on_samples=on_samples

@@ -12,11 +12,6 @@ if TYPE_CHECKING:
         roots as roots,
     )
     from .segment import Segment as Segment, Stepper as Stepper
-    from .series import (
-        Constants as Constants,
-        constants as constants,
-        state_function as state_function,
-    )
     from .stepper import (
         DEFAULT_TOL as DEFAULT_TOL,
         TOL_RANGE as TOL_RANGE,

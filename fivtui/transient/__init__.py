@@ -25,7 +25,7 @@ if TYPE_CHECKING:
         fixed_step as fixed_step,
         takes_step as takes_step,
     )
-    from .native import check_has_kernels as check_has_kernels, integrate as integrate
+    from .native import check_taylor_options as check_taylor_options, integrate as integrate
     from .recorder import Recorder as Recorder
     from .report import print_transient as print_transient, transient_rows as transient_rows
     from .request import (

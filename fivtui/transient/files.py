@@ -23,12 +23,14 @@ from fivtui.model import InputError, Mode, Parameters
 
 from .methods import takes_step
 from .result import ContactForce, Events, FinalState, Peak, Stats, Steady, Transient
+from .sensitivity import Sensitivities
 from .trajectory import COLUMNS, Trajectory
 
 _KIND: Final = "trajectory"
 _SAID: Final = "transient"
 _SWITCHES: Final = "switch_times"
 _FIRST_MODE: Final = "first_mode"
+_SENSITIVITIES: Final = "sensitivities"
 
 
 def transient_to_dict(transient: Transient) -> dict[str, Any]:
@@ -42,6 +44,8 @@ def transient_to_dict(transient: Transient) -> dict[str, Any]:
         **{name: getattr(transient, name)._asdict() for name in outcome},
         "stats": asdict(transient.stats),
     }
+    if transient.sensitivities is not None:
+        data[_SENSITIVITIES] = transient.sensitivities.to_dict()
     check_finite(data, "")
     return data
 
@@ -252,6 +256,7 @@ def restore_transient(path: Path) -> Transient:
         with opened(path) as file, npz_arrays(file) as archive:
             arrays = {name: archive[name] for name in archive.files}
         said = json.loads(str(arrays[_SAID]))
+        derived = said.get(_SENSITIVITIES)
         return Transient(
             **_scene_of(said, said["step"]),
             final=FinalState(**said["final"]),
@@ -263,6 +268,7 @@ def restore_transient(path: Path) -> Transient:
             switch_times=arrays[_SWITCHES],
             first_mode=Mode(said[_FIRST_MODE]),
             trajectory=Trajectory(*(arrays[column.name] for column in COLUMNS)),
+            sensitivities=Sensitivities.from_dict(derived) if derived is not None else None,
         )
     except (InputError, ValueError, KeyError, TypeError):
         raise InputError(f"{path}: damaged") from None

@@ -1,5 +1,6 @@
 """Transients by any native method: what everything above the methods calls."""
 
+import dataclasses
 from typing import Final
 
 from fivtui.kernel import why_interpreted
@@ -11,6 +12,7 @@ from .methods import METHODS, check_takes_step, fixed_step
 from .recorder import Recorder
 from .request import OnSamples, Progress, Request
 from .result import Transient
+from .sensitivity import sensitivities_of
 
 _KERNELS: Final = ("auto", "compiled", "interpreted", "exact")
 
@@ -46,14 +48,23 @@ def integrate(
     method = METHODS[request.method]
     if request.step is not None:
         check_takes_step(request.method)
+    if request.method == "taylor" and request.sensitivities:
+        transient = _taylor(request, _part_of(progress, 0), on_samples)
+        found = sensitivities_of(request, transient, _part_of(progress, 1))
+        return dataclasses.replace(transient, sensitivities=found)
     if request.method == "taylor":
         return _taylor(request, progress, on_samples)
-    check_has_kernels(request)
+    check_taylor_options(request)
     if method.fixed_step:
         _check_count(request)
     recorder = Recorder(request, on_samples)
     recorder.follow(method.stepper(request), progress)
     return recorder.result()
+
+
+def _part_of(progress: Progress | None, part: int) -> Progress | None:
+    # The progress of the first or the second of two runs, from that of both.
+    return None if progress is None else lambda done: progress(0.5 * (part + done))
 
 
 def _taylor(request: Request, progress: Progress | None, on_samples: OnSamples | None) -> Transient:
@@ -85,8 +96,12 @@ def _check_count(request: Request) -> None:
         )
 
 
-def check_has_kernels(request: Request) -> None:
-    """Raise `InputError` if a method other than ``taylor`` is asked for a certain kernel."""
+def check_taylor_options(request: Request) -> None:
+    """Raise `InputError` if another method is asked for what ``taylor`` alone has."""
+    if request.sensitivities:
+        raise InputError(
+            f"sensitivities: the method {request.method} has none; the method must be taylor"
+        )
     if request.kernel != "auto":
         raise InputError(
             f"kernel = {request.kernel!r}: the method {request.method} has no choice of kernels"

@@ -1,10 +1,30 @@
 """The rows of a transient's report, in the laboratory and on the command line."""
 
-from fivtui.console import number, parameter_line, print_rows_of
+from typing import Final
+
+from fivtui.console import number, parameter_line, print_rows, print_rows_of
+from fivtui.model import parameter_spec
 from fivtui.results import Row
 
 from .errors import Deviation
 from .result import Transient
+from .sensitivity import Sensitivities
+
+# What sensitivities are printed of: label, part of a sensitivity, and its name there.
+_DERIVED: Final = (
+    ("peak |y|, m", "peak", "y_abs"),
+    ("greatest y, m", "peak", "y_max"),
+    ("least y, m", "peak", "y_min"),
+    ("peak |x|, m", "peak", "x_abs"),
+    ("max ẋ, m/s", "peak", "vx_max"),
+    ("half peak-to-peak of y, m", "steady", "y_half_range"),
+    ("least contact force, N", "contact_force", "min"),
+    ("greatest contact force, N", "contact_force", "max"),
+    ("final x, m", "final", "x"),
+    ("final ẋ, m/s", "final", "vx"),
+    ("final y, m", "final", "y"),
+    ("final ẏ, m/s", "final", "vy"),
+)
 
 
 def transient_rows(
@@ -80,6 +100,21 @@ def print_transient(
     verified = "" if errors is None else f"verified by {runs} runs"
     rows = transient_rows(result, verified, errors)
     print_rows_of(title, [Row("parameters", parameter_line(result.parameters)), *rows])
+    if result.sensitivities is not None:
+        _print_sensitivities(result.sensitivities, result.tol)
+
+
+def _print_sensitivities(found: Sensitivities, tol: float) -> None:
+    # Results down, parameters across.
+    units = [parameter_spec(name).unit for name in found]
+    header = [f"{name}, {unit}" if unit else name for name, unit in zip(found, units, strict=True)]
+    rows = [
+        [label, *(number(getattr(getattr(one, part), name)) for one in found.values())]
+        for label, part, name in _DERIVED
+    ]
+    growth = f"small deviations grow {number(found.growth, 3)} times until the end"
+    heading = f"Sensitivities; {growth}, where about {found.digits(tol)} digits hold"
+    print_rows(heading, ["derivative of, by", *header], rows)
 
 
 def _method(result: Transient) -> str:

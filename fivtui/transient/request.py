@@ -14,6 +14,7 @@ from fivtui.model import (
     ParameterSpec,
     State,
     check_parameters,
+    parameter_spec,
     parse_number,
     static_start,
     unknown_name,
@@ -89,6 +90,8 @@ class Request:
         Steps after which the run is given up.
     kernel : str
         What runs the method ``taylor``.
+    sensitivities : sequence of str
+        Names of the parameters to derive the results by.
     initial : State
         (x, ẋ, y, ẏ) at t = 0, m and m/s.
     times : ndarray or None
@@ -112,6 +115,7 @@ class Request:
     samples: Samples = "none"
     max_steps: int = MAX_STEPS
     kernel: KernelChoice = "auto"
+    sensitivities: Sequence[str] = ()
     initial: State = field(init=False)
     times: NDArray[np.float64] | None = field(init=False)
 
@@ -122,6 +126,7 @@ class Request:
         put(self, "tol", check_tolerance(self.tol))
         if self.step is not None:
             put(self, "step", check_step(self.step, self.t_end))
+        put(self, "sensitivities", check_sensitivities(self.sensitivities))
         put(self, "initial", resolve_start(p, self.start, separation=self.separation))
         put(self, "times", _sample_times(self.samples, self.t_end))
 
@@ -166,6 +171,17 @@ def check_start(start: Start) -> Literal["static"] | State:
     numbers = (parse_number("start", value, START_FORM) for value in given.tolist())
     x, vx, y, vy = (0.0 if abs(number) < LEAST_START else number for number in numbers)
     return (x, vx, y, vy)
+
+
+def check_sensitivities(names: Sequence[str]) -> tuple[str, ...]:
+    """Names of parameters to derive by; raises `InputError` if one is unknown or given twice."""
+    if isinstance(names, str):
+        raise InputError(f"sensitivities = {names!r}: must be a list of names, such as [{names!r}]")
+    for place, name in enumerate(names):
+        parameter_spec(name)
+        if name in names[:place]:
+            raise InputError(f"sensitivities: {name} is given twice; every name must be given once")
+    return tuple(names)
 
 
 def check_horizon(t_end: float | str) -> float:

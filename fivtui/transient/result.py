@@ -19,6 +19,8 @@ from .trajectory import DenseSolution, Trajectory
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
+    from .sensitivity import Sensitivities
+
 
 class FinalState(NamedTuple):
     """State at the end: t in s, x and y in m, vx and vy in m/s."""
@@ -124,6 +126,8 @@ class Transient(Result):
     solution : DenseSolution or None
         The motion as a function of time, where ``"dense"`` was asked for: called with times it
         returns a `Trajectory`.
+    sensitivities : Sensitivities or None
+        Derivatives of final state and extremes by the parameters asked for.
     """
 
     parameters: Parameters
@@ -143,6 +147,7 @@ class Transient(Result):
     first_mode: Mode
     trajectory: Trajectory | None = None
     solution: DenseSolution | None = None
+    sensitivities: "Sensitivities | None" = None
 
     @property
     def separated_intervals(self) -> list[tuple[float, float]]:
@@ -171,6 +176,8 @@ class Transient(Result):
             rows.append(("trajectory", f"{self.trajectory.t.size} samples"))
         if self.solution is not None:
             rows.append(("solution", "solution(times) is the motion at those times"))
+        if self.sensitivities is not None:
+            rows.append(("sensitivities", ", ".join(self.sensitivities)))
         return rows
 
     def to_dict(self) -> dict[str, Any]:

@@ -22,6 +22,7 @@ SANE = {
     "--step": ("0.01",),
     "--method": ("taylor", "rk4"),
     "--start": ("static", "0,0,-0.5,0"),
+    "--sensitivity": ("mu", "F"),
     "--points": ("11", "2"),
     "--out": ("a.csv", "b.npz", "c.json", "d.CSV", "mine.csv"),
     "--plot": ("p.gif", "mine.csv"),

@@ -1,0 +1,162 @@
+"""Sensitivities of a transient: derivatives of its results by parameters."""
+
+import math
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass
+from typing import Any, Final, NamedTuple, Self
+
+import numpy as np
+
+from fivtui.model import (
+    static_start_change,
+    tangent_stiffness,
+    time_scale,
+)
+from fivtui.taylor import Seed
+
+from .request import Progress, Request
+from .result import ContactForce, Peak, Steady, Transient
+from .variation import EXTREMES, START_SEEDS, Variation, vary
+
+_AT_REST: Final = (0.0, 0.0, 0.0, 0.0)
+
+
+class FinalChange(NamedTuple):
+    """Derivatives of the state at the end."""
+
+    x: float
+    vx: float
+    y: float
+    vy: float
+
+
+@dataclass(frozen=True, slots=True)
+class Sensitivity:
+    """Derivatives of the results of a transient by a parameter, each in its unit per that of it.
+
+    An extreme has the derivative of the motion at the time where it is taken, the first if it is
+    taken more than once: then that holds to one side alone, where the first is the one that stays.
+    The least contact force of a slider that comes off the belt is zero and stays so.
+
+    Attributes
+    ----------
+    final : FinalChange
+        Of the state at the end.
+    peak, steady, contact_force
+        Of the numbers with these names in `Transient`.
+    """
+
+    final: FinalChange
+    peak: Peak
+    steady: Steady
+    contact_force: ContactForce
+
+
+@dataclass(frozen=True, slots=True)
+class Sensitivities(Mapping[str, Sensitivity]):
+    """Sensitivities by the name of the parameter.
+
+    Attributes
+    ----------
+    by : dict
+        The sensitivities.
+    growth : float
+        By how much small deviations of the start grow at most until the end, displacements beside
+        velocities times √(m/stiffness). Derivatives hold for changes that are small against its
+        inverse, and have lost the digits that `tol` times it takes.
+    """
+
+    by: dict[str, Sensitivity]
+    growth: float
+
+    def __getitem__(self, name: str) -> Sensitivity:
+        return self.by[name]
+
+    def __iter__(self) -> Iterator[str]:
+        return iter(self.by)
+
+    def __len__(self) -> int:
+        return len(self.by)
+
+    def to_dict(self) -> dict[str, Any]:
+        """All as data for JSON: ``growth``, and ``by`` parameter the derivatives by name."""
+        parts = ("final", "peak", "steady", "contact_force")
+        by = {
+            name: {part: getattr(one, part)._asdict() for part in parts}
+            for name, one in self.by.items()
+        }
+        return {"growth": self.growth, "by": by}
+
+    @classmethod
+    def from_dict(cls, said: Mapping[str, Any]) -> Self:
+        """What `to_dict` returned."""
+        by = {
+            name: Sensitivity(
+                FinalChange(**one["final"]),
+                Peak(**one["peak"]),
+                Steady(**one["steady"]),
+                ContactForce(**one["contact_force"]),
+            )
+            for name, one in said["by"].items()
+        }
+        return cls(by, float(said["growth"]))
+
+    def digits(self, tol: float) -> int:
+        """How many digits of the derivatives of the final state to believe at a tolerance."""
+        return max(math.floor(-math.log10(tol * max(self.growth, 1.0))), 0)
+
+
+def sensitivities_of(
+    request: Request, transient: Transient, progress: Progress | None
+) -> Sensitivities:
+    """The sensitivities that are asked for of a transient; see `simulate`."""
+    p, names = request.parameters, request.sensitivities
+    static = isinstance(request.start, str)
+    seeds = [
+        Seed(
+            static_start_change(p, name, separation=request.separation) if static else _AT_REST,
+            {name: 1.0},
+        )
+        for name in names
+    ]
+    found = vary(request, [*START_SEEDS, *seeds], progress=progress)
+    count = len(START_SEEDS)
+    weights = np.array([1.0, time_scale(p), 1.0, time_scale(p)])
+    flow = found.derivatives[:, :count] * weights[:, None] / weights
+    by = {
+        name: _sensitivity(transient, name, found, place)
+        for place, name in enumerate(names, start=count)
+    }
+    return Sensitivities(by, float(np.linalg.norm(flow, 2)))
+
+
+def _sensitivity(transient: Transient, name: str, found: Variation, place: int) -> Sensitivity:
+    p, considered = transient.parameters, transient.separation
+    value: dict[str, float] = dict(zip(EXTREMES, found.extremes.tolist(), strict=True))
+    change: dict[str, float] = dict(
+        zip(EXTREMES, found.extreme_derivatives[:, place].tolist(), strict=True)
+    )
+    x, vx, y, vy = found.derivatives[:, place].tolist()
+
+    def size(low: str, high: str) -> float:
+        return change[high] if value[high] >= -value[low] else -change[low]
+
+    def force(height: str) -> float:
+        y = value[height]
+        if considered and y >= 0.0:
+            return 0.0
+        spring = {"k2": y, "k_nl": y * y * y}.get(name, 0.0)
+        return -tangent_stiffness(p, y) * change[height] - spring
+
+    return Sensitivity(
+        FinalChange(x, vx, y, vy),
+        Peak(
+            size("y_min", "y_max"),
+            change["y_max"],
+            change["y_min"],
+            size("x_min", "x_max"),
+            change["vx_max"],
+        ),
+        Steady(0.5 * (change["y_high"] - change["y_low"])),
+        ContactForce(force("y_max"), force("y_min")),
+    )

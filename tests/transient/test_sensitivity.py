@@ -1,0 +1,165 @@
+"""Sensitivities, against differences of 25-digit runs and of runs, in Python and on the line."""
+
+import dataclasses
+import json
+from pathlib import Path
+from typing import Any, Final
+
+import numpy as np
+import pytest
+from click.testing import CliRunner
+from hypothesis import given, settings
+
+import tests.references
+from fivtui import Parameters, simulate
+from fivtui.cli import commands
+from fivtui.model.errors import ComputationError, InputError
+from fivtui.model.parameters import PARAMETERS
+from fivtui.model.slider_belt import static_start, static_start_change
+from fivtui.transient.files import restore_transient, store_transient
+from fivtui.transient.request import Kernel
+from fivtui.transient.sensitivity import Sensitivity
+from tests.support.strategies import moderate_parameters
+
+REFERENCES: Final[dict[str, Any]] = json.loads(
+    Path(tests.references.__file__).with_name("derivatives.json").read_text(encoding="utf-8")
+)
+
+
+def flat(found: Sensitivity) -> np.ndarray:
+    """The derivatives in the order of the quantities of a reference."""
+    return np.array([*found.final, *found.peak, *found.steady, *found.contact_force])
+
+
+@pytest.mark.parametrize("name", REFERENCES)
+def test_sensitivities_are_differences_of_25_digit_runs(name: str) -> None:
+    reference = REFERENCES[name]
+    run = simulate(
+        Parameters(**reference["parameters"]),
+        t_end=reference["t_end"],
+        tol=1e-13,
+        separation=reference["separation"],
+        start=reference["start"],
+        sensitivities=list(PARAMETERS),
+    )
+    assert run.sensitivities is not None
+    assert list(run.sensitivities) == list(PARAMETERS)
+    for parameter, found in run.sensitivities.items():
+        expected = np.array(reference["by"][parameter])
+        # Of the state and heights as a whole; each contact force of its own.
+        scale = np.concatenate([np.full(10, np.abs(expected[:10]).max()), np.abs(expected[10:])])
+        assert (np.abs(flat(found) - expected) <= 1e-11 * scale + 1e-13).all(), parameter
+
+
+@pytest.mark.parametrize("kernel", ["compiled", "interpreted"])
+@pytest.mark.parametrize("separation", [True, False])
+def test_both_kernels_agree(kernel: Kernel, separation: bool) -> None:
+    asked: dict[str, Any] = {"t_end": 6.0, "separation": separation, "sensitivities": ["mu", "k3"]}
+    run, auto = simulate(kernel=kernel, **asked), simulate(**asked)
+    assert run.sensitivities is not None
+    assert auto.sensitivities is not None
+    assert run.sensitivities.growth == pytest.approx(auto.sensitivities.growth, rel=1e-10)
+    for name in ("mu", "k3"):
+        one, other = flat(run.sensitivities[name]), flat(auto.sensitivities[name])
+        assert one == pytest.approx(other, rel=1e-9, abs=1e-9)
+
+
+@settings(max_examples=20)
+@given(moderate_parameters())
+def test_the_static_start_changes_as_differences_say(p: Parameters) -> None:
+    for separation in (True, False):
+        for name in PARAMETERS:
+            nudge = 1e-6 * (1.0 + abs(getattr(p, name)))
+            ends = [
+                static_start(
+                    dataclasses.replace(p, **{name: getattr(p, name) + place * nudge}),
+                    separation=separation,
+                )
+                for place in (0, 1, 2)
+            ]
+            difference = (4.0 * np.array(ends[1]) - 3.0 * np.array(ends[0]) - ends[2]) / 2 / nudge
+            found = static_start_change(p, name, separation=separation)
+            assert found == pytest.approx(difference, rel=1e-5, abs=1e-7), name
+
+
+def test_a_start_in_numbers_does_not_depend_on_parameters() -> None:
+    # Over a time in which nothing moves, the derivatives are those of the start.
+    p = Parameters()
+    start = static_start(p)
+    of_numbers = simulate(p, t_end=1e-9, start=start, sensitivities=["F", "k1"]).sensitivities
+    static = simulate(p, t_end=1e-9, sensitivities=["F", "k1"]).sensitivities
+    assert of_numbers is not None
+    assert static is not None
+    for name in ("F", "k1"):
+        assert of_numbers[name].final == pytest.approx((0.0,) * 4, abs=1e-9)
+        assert static[name].final == pytest.approx(static_start_change(p, name), abs=1e-9)
+
+
+def test_growth_is_what_costs_digits() -> None:
+    fine = simulate(t_end=20.0, tol=1e-13, sensitivities=["F"]).sensitivities
+    coarse = simulate(t_end=20.0, tol=1e-6, sensitivities=["F"]).sensitivities
+    assert fine is not None
+    assert coarse is not None
+    missed = np.abs(np.array(coarse["F"].final) / np.array(fine["F"].final) - 1.0).max()
+    assert fine.growth == pytest.approx(68.687397, rel=1e-6)
+    assert (fine.digits(1e-13), coarse.digits(1e-6)) == (11, 4)
+    assert missed < 10.0 ** -coarse.digits(1e-6)
+
+
+def test_progress_goes_on_through_both_runs() -> None:
+    seen: list[float] = []
+
+    def progress(done: float) -> bool:
+        seen.append(done)
+        return True
+
+    plain = simulate(t_end=50.0)
+    run = simulate(t_end=50.0, sensitivities=["mu"], progress=progress)
+    assert seen == sorted(seen)
+    assert seen[-1] > 0.5
+    assert run.final == plain.final
+    assert run.stats.kernel == plain.stats.kernel
+
+
+@pytest.mark.parametrize("method", ["rk4", "scipy-dop853", "fmu"])
+def test_a_method_without_sensitivities_says_so(method: str) -> None:
+    with pytest.raises(
+        InputError, match=f"the method {method} has none; the method must be taylor"
+    ):
+        simulate(t_end=1.0, method=method, sensitivities=["mu"])
+
+
+def test_names_that_are_none_are_refused() -> None:
+    with pytest.raises(InputError, match="did you mean k_nl"):
+        simulate(sensitivities=["knl"])
+    with pytest.raises(InputError, match="every name must be given once"):
+        simulate(sensitivities=["mu", "mu"])
+    with pytest.raises(InputError, match=r"must be a list of names, such as \['mu'\]"):
+        simulate(sensitivities="mu")
+
+
+def test_an_unbounded_motion_has_no_sensitivities() -> None:
+    growing = Parameters(k_nl=0.0, mu=3.0)
+    with pytest.raises(ComputationError, match="out of the range of numbers"):
+        simulate(growing, t_end=5000.0, separation=False, sensitivities=["mu"])
+
+
+def test_a_stored_transient_keeps_its_sensitivities(tmp_path: Path) -> None:
+    run = simulate(t_end=1.0, samples=3, sensitivities=["mu"])
+    store_transient(run, tmp_path / "run.npz")
+    assert restore_transient(tmp_path / "run.npz").sensitivities == run.sensitivities
+
+
+def test_the_command_prints_them_in_a_table_and_as_data() -> None:
+    words = ["simulate", "--t-end", "20", "--sensitivity", "mu", "--sensitivity", "F"]
+    table = CliRunner().invoke(commands, words).stdout
+    assert "small deviations grow 68.7 times until the end, where about 10 digits hold" in table
+    row = next(line for line in table.splitlines() if line.startswith("peak |y|, m"))
+    assert row.split()[-2:] == ["10.6029", "0.347463"]
+    data = json.loads(CliRunner().invoke(commands, [*words, "--json"]).stdout)
+    assert set(data["sensitivities"]["by"]) == {"mu", "F"}
+    assert data["sensitivities"]["by"]["F"]["peak"]["y_abs"] == pytest.approx(0.347462548667)
+    assert set(data["sensitivities"]["by"]["F"]["final"]) == {"x", "vx", "y", "vy"}
+    assert "sensitivities" not in json.loads(
+        CliRunner().invoke(commands, [*words[:3], "--json"]).stdout
+    )
