@@ -14,12 +14,14 @@ from fivtui.model import PARAMETERS, ComputationError, Parameters, spring_force,
 
 from .critical import boundary
 from .eigenvalues import ROUNDING, judge_growth
-from .quartic import rightmost_real_part
+from .quartic import cube_root_bound, rightmost_real_part
 
 FloatArray = NDArray[np.float64]
 BoolArray = NDArray[np.bool_]
 
 _MOST_ITERATIONS: Final = 200
+# Steps of Newton's method that square what is amiss, from a start of the same order.
+_APPROACH: Final = 7
 _CONVERGED: Final = 4.0 * np.finfo(float).eps
 
 
@@ -97,14 +99,16 @@ class StabilityPoints:
         return friction * self.k_nl, friction * self.k2 + self.h * self.k1 / self.a
 
     def _deflection(self, mu: FloatArray) -> FloatArray:
-        # The cubic of `model.equilibrium`, on arrays.
+        # As `model.resting_height`: the cubic by Newton's method from beyond the root, at most 2.2
+        # times too far.
         alpha, beta = self._coefficients(mu)
-        scale = np.sqrt(3.0 * alpha / beta)
-        linear = -self.F / beta
-        curved = scale * np.abs(linear) > 1e-4
-        cubic = -2.0 / scale * np.sinh(np.arcsinh(1.5 * self.F / beta * scale) / 3.0)
-        y = np.where(curved, cubic, linear)
-        return y - (alpha * y * y * y + beta * y + self.F) / (3.0 * alpha * y * y + beta)
+        force = np.abs(self.F)
+        linear = force / beta
+        y = np.fmin(linear, cube_root_bound(force / alpha))
+        y = np.where((force > 0.0) & (alpha > 0.0), y, linear)
+        for _ in range(_APPROACH):
+            y = y - (alpha * y * y * y + beta * y - force) / (3.0 * alpha * y * y + beta)
+        return np.copysign(y, -self.F)
 
     def critical_mu(self) -> FloatArray:
         """The μ above which the equilibrium is unstable, shape (n,); NaN if none is in range."""

@@ -1,18 +1,34 @@
-"""The rightmost root of the characteristic quartic, on arrays."""
+"""The rightmost root of the characteristic quartic, on arrays.
 
-from typing import Any, Final
+By arithmetic and square roots alone, which IEEE 754 defines to the last bit: a growth rate does not
+depend on the machine, as it would by a mathematical library or LAPACK. Complex numbers are pairs of
+arrays, real and imaginary part: NumPy fuses products and sums of complex numbers where it can.
+"""
+
+from typing import Final
 
 import numpy as np
 from numpy.typing import NDArray
 
 FloatArray = NDArray[np.float64]
-ComplexArray = NDArray[np.complex128]
+Complex = tuple[FloatArray, FloatArray]
+# (c1, a), (c2, b) and d of (s² + c1 s + a)(s² + c2 s + b) − d.
+Quartic = tuple[tuple[FloatArray, FloatArray], tuple[FloatArray, FloatArray], FloatArray]
 
 _POLISHES: Final = 3
 _DESCENT: Final = 8
 _AMISS: Final = 4e-8
 # If the slope at a root is less than this part of its terms, another root is close.
 _COALESCING: Final = 1e-3
+# Steps of Newton's method, which square what is amiss, from at most 2.2 times too far, and for two
+# roots that are close.
+_APPROACH: Final = 9
+_SEPARATIONS: Final = 6
+_ROUNDING: Final = 2.0**-50
+# A third of the bits of a number, read as an integer, and this are the bits of its cube root to
+# 3.3 %.
+_CUBE_ROOT_BITS: Final = 0x2A9F7893_00000000
+_CUBE_ROOT_MARGIN: Final = 1.034
 
 
 def rightmost_real_part(
@@ -24,8 +40,8 @@ def rightmost_real_part(
     z² + u z + v and z² − u z + w, where u² is the greatest root of the resolvent cubic (Descartes'
     solution). Equal dampings give u = 0 or a double root of the cubic, so the coefficients are
     formed from the two factors, without the cancellation of the expanded quartic. Where another
-    root is close to the one found, the closed form loses accuracy: for these few points the
-    eigenvalues of a matrix are computed.
+    root is close to the one found, the closed form loses accuracy: both are found anew from the
+    point between them at which the slope vanishes.
 
     Coefficients are arrays of equal shape, scaled to the order of one, with c1, c2 ≥ 0. Accurate to
     rounding of the greatest |s|, and to its root where roots coincide.
@@ -48,90 +64,191 @@ def rightmost_real_part(
     apart = np.copysign(np.sqrt(np.maximum(total, 0.0)), q)
     apart = np.divide(0.5 * q, u, out=apart, where=cancelled & (u > 0.0))
     near, far = (
-        -0.5 * sign * u + np.sqrt(0.25 * square - (mean - sign * apart) + 0.0j)
-        for sign in (1.0, -1.0)
+        _of_factor(-0.5 * sign * u, 0.25 * square - (mean - sign * apart)) for sign in (1.0, -1.0)
     )
-    root = np.where(near.real >= far.real, near, far) - g
-    root = _polished(root, (c1, a), (c2, b), d)
-    found: FloatArray = root.real
-    close = np.flatnonzero(_coalescing(root, (c1, a), (c2, b)))
+    root = _where(near[0] >= far[0], near, far)
+    quartic = (c1, a), (c2, b), d
+    root = _polished((root[0] - g, root[1]), quartic)
+    found = root[0]
+    close = np.flatnonzero(_coalescing(root, quartic))
     if close.size > 0:
-        found[close] = _greatest(c1[close], a[close], c2[close], b[close], d[close])
+        some = (c1[close], a[close]), (c2[close], b[close]), d[close]
+        found[close] = _rightmost_of_two((root[0][close], root[1][close]), some)
     return found
 
 
-def _coalescing(
-    root: ComplexArray, first: tuple[FloatArray, FloatArray], second: tuple[FloatArray, FloatArray]
-) -> NDArray[np.bool_]:
+def cube_root_bound(value: FloatArray) -> FloatArray:
+    """A number that is at most 7 % above the cube root of a positive one, and not below."""
+    bits = value.view(np.int64) // 3 + _CUBE_ROOT_BITS
+    return _CUBE_ROOT_MARGIN * bits.view(np.float64)
+
+
+def _of_factor(middle: FloatArray, inner: FloatArray) -> Complex:
+    # middle + √inner
+    return middle + np.sqrt(np.maximum(inner, 0.0)), np.sqrt(np.maximum(-inner, 0.0))
+
+
+def _coalescing(root: Complex, quartic: Quartic) -> NDArray[np.bool_]:
     # Where the slope of the quartic is small beside its terms.
-    (c1, a), (c2, b) = first, second
-
-    def slope(s: Any) -> Any:
-        return (2.0 * s + c1) * ((s + c2) * s + b) + ((s + c1) * s + a) * (2.0 * s + c2)
-
-    close: NDArray[np.bool_] = np.abs(slope(root)) < _COALESCING * slope(np.abs(root))
+    (c1, a), (c2, b), _ = quartic
+    slope, s = _size(_value_and_slope(root, quartic)[1]), _size(root)
+    terms = (2.0 * s + c1) * ((s + c2) * s + b) + ((s + c1) * s + a) * (2.0 * s + c2)
+    close: NDArray[np.bool_] = slope < _COALESCING * terms
     return close
 
 
-def _greatest(
-    c1: FloatArray, a: FloatArray, c2: FloatArray, b: FloatArray, d: FloatArray
-) -> FloatArray:
-    # The two oscillators with a coupling whose product is d.
-    matrices = np.zeros((d.size, 4, 4))
-    matrices[:, 0, 1] = matrices[:, 2, 3] = 1.0
-    matrices[:, 1, 0], matrices[:, 1, 1] = -a, -c1
-    matrices[:, 3, 2], matrices[:, 3, 3] = -b, -c2
-    matrices[:, 3, 0] = np.sqrt(np.abs(d))
-    matrices[:, 1, 2] = np.copysign(matrices[:, 3, 0], d)
-    finite = np.isfinite(matrices).all(axis=(1, 2))
-    greatest = np.full(d.size, np.nan)
-    greatest[finite] = np.linalg.eigvals(matrices[finite]).real.max(axis=1)
-    return greatest
-
-
-def _polished(
-    root: ComplexArray,
-    first: tuple[FloatArray, FloatArray],
-    second: tuple[FloatArray, FloatArray],
-    d: FloatArray,
-) -> ComplexArray:
+def _polished(root: Complex, quartic: Quartic) -> Complex:
     # Newton's method on the product, where it reduces the residual: with strong damping the
     # shift has cancelled digits.
-    (c1, a), (c2, b) = first, second
-
-    def residual(s: ComplexArray) -> tuple[ComplexArray, ComplexArray]:
-        one, other = (s + c1) * s + a, (s + c2) * s + b
-        return one * other - d, (2.0 * s + c1) * other + one * (2.0 * s + c2)
-
-    value, slope = residual(root)
+    value, slope = _value_and_slope(root, quartic)
     for _ in range(_POLISHES):
-        new = root - np.divide(value, slope, out=np.zeros_like(root), where=slope != 0.0)
-        new_value, new_slope = residual(new)
-        better = np.abs(new_value) < np.abs(value)
-        root = np.where(better, new, root)
-        value, slope = np.where(better, new_value, value), np.where(better, new_slope, slope)
+        new = _difference(root, _ratio(value, slope))
+        new_value, new_slope = _value_and_slope(new, quartic)
+        better = _size(new_value) < _size(value)
+        root = _where(better, new, root)
+        value, slope = _where(better, new_value, value), _where(better, new_slope, slope)
     return root
 
 
+def _rightmost_of_two(root: Complex, quartic: Quartic) -> FloatArray:
+    # The greater real part of a root and the one next to it: c + δ, with c where the slope
+    # vanishes, solves (bend + third δ + δ²) δ² + slope δ + value = 0.
+    centre = root
+    for _ in range(_SEPARATIONS):
+        _, slope = _value_and_slope(centre, quartic)
+        bend, _ = _bend_and_third(centre, quartic)
+        centre = _difference(centre, _ratio(_scaled(0.5, slope), bend))
+    value, slope = _value_and_slope(centre, quartic)
+    bend, third = _bend_and_third(centre, quartic)
+    both = []
+    for sign in (1.0, -1.0):
+        apart = _scaled(0.0, centre)
+        for _ in range(_SEPARATIONS):
+            head = _sum(bend, _product(_sum(third, apart), apart))
+            half = _scaled(0.5, _ratio(slope, head))
+            inner = _difference(_product(half, half), _ratio(value, head))
+            apart = _difference(_scaled(sign, _square_root(inner)), half)
+        both.append(_sum(centre, apart))
+    amiss = np.maximum(*(_size(_value_and_slope(each, quartic)[0]) for each in both))
+    allowed = _size(_value_and_slope(root, quartic)[0]) + _ROUNDING * _terms(root, quartic)
+    return np.where(amiss <= allowed, np.maximum(both[0][0], both[1][0]), root[0])
+
+
+def _terms(s: Complex, quartic: Quartic) -> FloatArray:
+    # The size of what the value at s is summed from.
+    (c1, a), (c2, b), d = quartic
+    size = _size(s)
+    return ((size + c1) * size + a) * ((size + c2) * size + b) + np.abs(d)
+
+
+def _value_and_slope(s: Complex, quartic: Quartic) -> tuple[Complex, Complex]:
+    one, other, one_slope, other_slope = _factors(s, quartic)
+    real, imaginary = _product(one, other)
+    slope = _sum(_product(one_slope, other), _product(one, other_slope))
+    return (real - quartic[2], imaginary), slope
+
+
+def _bend_and_third(s: Complex, quartic: Quartic) -> tuple[Complex, Complex]:
+    # Half the second derivative, and a sixth of the third.
+    one, other, one_slope, other_slope = _factors(s, quartic)
+    bend = _sum(_sum(one, other), _product(one_slope, other_slope))
+    return bend, _sum(one_slope, other_slope)
+
+
+def _factors(s: Complex, quartic: Quartic) -> tuple[Complex, Complex, Complex, Complex]:
+    # Both quadratic factors, and their slopes.
+    (c1, a), (c2, b), _ = quartic
+    one, other = (_product((s[0] + damping, s[1]), s) for damping in (c1, c2))
+    slopes = [(2.0 * s[0] + damping, 2.0 * s[1]) for damping in (c1, c2)]
+    return (one[0] + a, one[1]), (other[0] + b, other[1]), slopes[0], slopes[1]
+
+
 def _resolvent(p: FloatArray, gap: FloatArray, q: FloatArray) -> FloatArray:
-    # Greatest root U ≥ 0 of U³ + 2 p U² + gap U − q², by Newton's method from the closed form.
+    # Greatest root U ≥ 0 of U³ + 2 p U² + gap U − q², by Newton's method from near it. With
+    # U = t − 2 p/3 it is that of t³ − 3 slope t − 2 value.
     third = -2.0 * p / 3.0
     slope = third * third - gap / 3.0
     value = third * third * third - 0.5 * third * gap + 0.5 * q * q
-    radius = np.sqrt(np.maximum(slope, 0.0))
-    cosine = np.clip(value / np.where(radius > 0.0, radius**3, 1.0), -1.0, 1.0)
-    three = third + 2.0 * radius * np.cos(np.arccos(cosine) / 3.0)
-    root = np.sqrt(np.maximum(value * value - slope * slope * slope, 0.0))
-    large = np.cbrt(value + np.copysign(root, value))
-    one = third + large + np.divide(slope, large, out=np.zeros_like(large), where=large != 0.0)
+    outer = _outer_root(slope, np.abs(value))
     single = value * value > slope * slope * slope
-    # The closed form is wrong by the root of rounding where roots meet. From a start that lies
-    # right of the greatest one, Newton's method converges to it from above.
-    found = np.where(single, one, three)
-    found = np.maximum(found, 0.0) + _AMISS * (np.abs(third) + radius)
+    # Of three roots the others are those of t² − outer t + outer² − 3 slope, where value < 0.
+    inner = 0.5 * (outer + np.sqrt(np.maximum(12.0 * slope - 3.0 * outer * outer, 0.0)))
+    greatest = np.where(value >= 0.0, outer, np.where(single, -outer, inner))
+    # That is wrong by the root of rounding where roots meet. From a start that lies right of the
+    # greatest one, Newton's method converges to it from above.
+    found = np.maximum(third + greatest, 0.0) + _AMISS * (np.abs(third) + outer)
     for _ in range(_DESCENT):
         residual = ((found + 2.0 * p) * found + gap) * found - q * q
         steepness = (3.0 * found + 4.0 * p) * found + gap
         step = np.divide(residual, steepness, out=np.zeros_like(found), where=steepness > 0.0)
         found = np.maximum(found - step, 0.0)
     return found
+
+
+def _outer_root(slope: FloatArray, value: FloatArray) -> FloatArray:
+    # Greatest root of t³ − 3 slope t − 2 value for value ≥ 0, by Newton's method from above, where
+    # the cubic is convex.
+    t = 2.0 * np.maximum(np.sqrt(np.maximum(slope, 0.0)), cube_root_bound(value))
+    linear = np.divide(value, -1.5 * slope, out=np.full_like(t, np.inf), where=slope < 0.0)
+    t = np.minimum(t, linear)
+    for _ in range(_APPROACH):
+        residual = (t * t - 3.0 * slope) * t - 2.0 * value
+        steepness = 3.0 * (t * t - slope)
+        step = np.divide(residual, steepness, out=np.zeros_like(t), where=steepness > 0.0)
+        t = np.maximum(t - np.maximum(step, 0.0), 0.0)
+    return t
+
+
+def _size(x: Complex) -> FloatArray:
+    size: FloatArray = np.maximum(np.abs(x[0]), np.abs(x[1]))
+    return size
+
+
+def _where(condition: NDArray[np.bool_], x: Complex, y: Complex) -> Complex:
+    return np.where(condition, x[0], y[0]), np.where(condition, x[1], y[1])
+
+
+def _scaled(factor: float, x: Complex) -> Complex:
+    return factor * x[0], factor * x[1]
+
+
+def _sum(x: Complex, y: Complex) -> Complex:
+    return x[0] + y[0], x[1] + y[1]
+
+
+def _difference(x: Complex, y: Complex) -> Complex:
+    return x[0] - y[0], x[1] - y[1]
+
+
+def _product(x: Complex, y: Complex) -> Complex:
+    return x[0] * y[0] - x[1] * y[1], x[0] * y[1] + x[1] * y[0]
+
+
+def _ratio(x: Complex, y: Complex) -> Complex:
+    # Zero where the divisor is.
+    size = _size(y)
+    real, imaginary = _direction(y, size)
+    divisor = size * (real * real + imaginary * imaginary)
+    above = x[0] * real + x[1] * imaginary, x[1] * real - x[0] * imaginary
+    first, second = (
+        np.divide(part, divisor, out=np.zeros_like(divisor), where=divisor > 0.0) for part in above
+    )
+    return first, second
+
+
+def _square_root(x: Complex) -> Complex:
+    # The one whose real part is not negative.
+    size = _size(x)
+    real, imaginary = _direction(x, size)
+    length = np.sqrt(real * real + imaginary * imaginary)
+    larger = np.sqrt(0.5 * (length + np.abs(real)))
+    smaller = np.divide(0.5 * imaginary, larger, out=np.zeros_like(size), where=larger > 0.0)
+    turned = np.abs(smaller), np.copysign(larger, imaginary)
+    first, second = _where(real >= 0.0, (larger, smaller), turned)
+    return first * np.sqrt(size), second * np.sqrt(size)
+
+
+def _direction(x: Complex, size: FloatArray) -> Complex:
+    # Scaled by their size, small numbers do not vanish in their squares.
+    first, second = (np.divide(part, size, out=np.zeros_like(size), where=size > 0.0) for part in x)
+    return first, second
