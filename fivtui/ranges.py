@@ -1,8 +1,10 @@
-"""Ranges of a named quantity as text: ``NAME=START:STOP:COUNT[:log]``."""
+"""Ranges of a named quantity as text: ``NAME=START:STOP:COUNT[:log]``; and their values."""
 
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from decimal import Context, Decimal
+from functools import lru_cache
 from typing import Final
 
 import numpy as np
@@ -14,6 +16,15 @@ MAX_COUNT: Final = 10_000_000
 _FORM: Final = "NAME=START:STOP:COUNT or NAME=START:STOP:COUNT:log"
 _FORM_OF_ENDS: Final = "NAME=START:STOP or NAME=START:STOP:log"
 _SPACING: Final = "log"
+# Fractions of a power of two in the table: the series then needs few terms.
+_PARTS: Final = 64
+_TERMS: Final = 7
+_DIGITS: Final = Context(prec=50)
+_LN2: Final = _DIGITS.ln(Decimal(2))
+# Veltkamp's constant: it splits a number into two halves of its bits.
+_SPLITTER: Final = 2.0**27 + 1.0
+
+Floats = NDArray[np.float64]
 
 
 @dataclass(frozen=True, slots=True)
@@ -26,11 +37,9 @@ class NamedRange:
     count: int
     log: bool = False
 
-    def values(self) -> NDArray[np.float64]:
+    def values(self) -> Floats:
         """The values, shape (count,); the ends are exact."""
-        space = np.geomspace if self.log else np.linspace
-        values: NDArray[np.float64] = space(self.start, self.stop, self.count)
-        return values
+        return _spaced(self.start, self.stop, self.count, log=self.log)
 
 
 def parse_range(
@@ -111,12 +120,84 @@ def number_text(value: float) -> str:
     return brief if float(brief) == value and math.isfinite(value) else repr(value)
 
 
-def range_text(name: str, values: NDArray[np.float64]) -> str:
+def range_text(name: str, values: Floats) -> str:
     """``START:STOP:COUNT`` of these values; `InputError` if they are not evenly spaced."""
     first, last, count = float(values[0]), float(values[-1]), values.size
     ends = f"{number_text(first)}:{number_text(last)}:{count}"
-    if np.array_equal(values, np.linspace(first, last, count)):
+    if np.array_equal(values, _spaced(first, last, count, log=False)):
         return ends
-    if min(first, last) > 0.0 and np.array_equal(values, np.geomspace(first, last, count)):
+    if min(first, last) > 0.0 and np.array_equal(values, _spaced(first, last, count, log=True)):
         return f"{ends}:{_SPACING}"
     raise InputError(f"{name}: its values are not evenly spaced; a command cannot say them")
+
+
+def _spaced(start: float, stop: float, count: int, *, log: bool) -> Floats:
+    if not log:
+        return np.linspace(start, stop, count)
+    values = log_spaced(start, stop, np.arange(count, dtype=float), count - 1)
+    values[0], values[-1] = start, stop
+    return values
+
+
+def log_spaced(start: float, stop: float, places: Floats, parts: int = 1) -> Floats:
+    """Values start (stop/start)^(place/parts), with the same bits on every machine.
+
+    Powers by a mathematical library differ in their last bits from one processor to the next; this
+    takes sums, products and roundings alone, which IEEE 754 defines.
+
+    Parameters
+    ----------
+    start, stop : float
+        Ends, above 0.
+    places : ndarray
+        Places on the way, 0 to `parts`.
+    parts : int
+        Number of parts of the way.
+    """
+    first, last = (_DIGITS.multiply(_log2(end), Decimal(_PARTS)) for end in (start, stop))
+    begin = _pair(first)
+    span = _pair(_DIGITS.divide(_DIGITS.subtract(last, first), Decimal(parts)))
+    product, lacks = _exact_product(span[0], places)
+    total = begin[0] + product
+    # What the sum lacks (Knuth), then all that is smaller.
+    other = total - begin[0]
+    lacks = (begin[0] - (total - other)) + (product - other) + (lacks + places * span[1] + begin[1])
+    whole = np.rint(total)
+    rest = ((total - whole) + lacks) * (float(_LN2) / _PARTS)
+    places = whole.astype(np.int64)
+    high, low = _powers()
+    part = places % _PARTS
+    # e^rest − 1
+    series = np.zeros_like(rest)
+    for n in range(_TERMS, 0, -1):
+        series = (series + 1.0) * rest / n
+    value = high[part] + (low[part] + high[part] * series)
+    spaced: Floats = np.ldexp(value, places // _PARTS)
+    return spaced
+
+
+def _log2(number: float) -> Decimal:
+    return _DIGITS.divide(_DIGITS.ln(Decimal(number)), _LN2)
+
+
+def _pair(number: Decimal) -> tuple[float, float]:
+    # A number of more than 53 bits: one of 53 bits and what it lacks.
+    high = float(number)
+    return high, float(_DIGITS.subtract(number, Decimal(high)))
+
+
+@lru_cache(maxsize=1)
+def _powers() -> tuple[Floats, Floats]:
+    # 2^(part/_PARTS)
+    exact = [_DIGITS.power(Decimal(2), Decimal(n) / Decimal(_PARTS)) for n in range(_PARTS)]
+    pairs = np.array([_pair(power) for power in exact])
+    return pairs[:, 0], pairs[:, 1]
+
+
+def _exact_product(a: float, b: Floats) -> tuple[Floats, Floats]:
+    # The product and what it lacks (Dekker).
+    product = a * b
+    a_high, b_high = (_SPLITTER * x - (_SPLITTER * x - x) for x in (a, b))
+    a_low, b_low = a - a_high, b - b_high
+    lacks = a_low * b_low - (((product - a_high * b_high) - a_low * b_high) - a_high * b_low)
+    return product, lacks

@@ -1,12 +1,10 @@
-"""Fingerprint of a machine's floating-point arithmetic, which decides the last bits of a row.
+"""Fingerprint of the arithmetic that decides the last bits of a row.
 
-Transients have the same bits with every instruction set, but not compiled and interpreted; linear
-motions and eigenvalues depend on the mathematical library. A fixed set of members is computed, and
-the digest of their rows identifies the arithmetic.
+Rows have the same bits on every machine where the kernel is compiled; interpreted, transients have
+others. A fixed set of members is computed, and the digest of their rows shows whether that holds.
 """
 
 import hashlib
-import platform
 from collections.abc import Mapping
 from functools import lru_cache
 from typing import Any, Final
@@ -41,10 +39,10 @@ _T_END: Final = 20.0
 def arithmetic_of(study: Study) -> dict[str, Any]:
     """The arithmetic of this machine as far as a study uses it.
 
-    ``machine`` is the kind of processor, ``kernel`` what runs transients; ``transients``
-    and ``stability`` are digests of trial rows. Machines with equal values compute equal rows.
+    ``kernel`` is what runs transients, ``transients`` and ``stability`` are digests of trial rows.
+    Where they are equal, rows are.
     """
-    found: dict[str, Any] = {"machine": platform.machine()}
+    found: dict[str, Any] = {}
     if study.accuracy or not set(study.outputs).isdisjoint(_TRANSIENT):
         found["transients"] = _digest("transients")
         found["kernel"] = stepping_kernel()
@@ -55,12 +53,10 @@ def arithmetic_of(study: Study) -> dict[str, Any]:
 
 def arithmetic_difference(there: object, here: Mapping[str, Any]) -> str:
     """Why rows computed `there` differ in last bits from rows computed `here`; empty if not."""
-    if there == here:
-        return ""
     if not isinstance(there, Mapping):
         return "an older fivtui began it, which did not record the arithmetic"
-    if there.get("machine") != here["machine"]:
-        return f"processors are {there.get('machine')} there, {here['machine']} here"
+    if all(there.get(key) == value for key, value in here.items()):
+        return ""
     if there.get("kernel") != here.get("kernel"):
         kernel = there.get("kernel", "of a kernel compiled by numba")
         return f"transients are {kernel} there, {here.get('kernel')} here"

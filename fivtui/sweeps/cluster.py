@@ -185,5 +185,5 @@ def _check_arithmetic(there: object, own: Mapping[str, Any]) -> None:
         raise ComputationError(
             f"rows of a worker would differ in the last bits from those of this machine "
             f"({difference})",
-            f"use workers with the same kind of processor as this machine; {_AGAIN}",
+            f"install fivtui on the workers as here; {_AGAIN}",
         )

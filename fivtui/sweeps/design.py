@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fivtui.model import PARAMETERS, InputError, ParameterSpec, unknown_name
+from fivtui.ranges import log_spaced
 from fivtui.transient import START_SPECS
 
 Kind = Literal["product", "list", "random", "sobol"]
@@ -74,19 +75,19 @@ class Range:
         count = "" if self.count is None else f":{self.count}"
         return f"{self.start:g}:{self.stop:g}{count}{':log' if self.log else ''}"
 
-    def between(self, share: NDArray[np.float64]) -> NDArray[np.float64]:
-        """Values at fractions 0 to 1 of the way from `start` to `stop`, shape (n,)."""
+    def between(self, places: NDArray[np.float64], parts: int = 1) -> NDArray[np.float64]:
+        """Values at places 0 to `parts` of the way from `start` to `stop`, shape (n,)."""
         if self.log:
-            values = self.start * (self.stop / self.start) ** share
+            values = log_spaced(self.start, self.stop, places, parts)
         else:
-            values = self.start + (self.stop - self.start) * share
+            values = self.start + (self.stop - self.start) * (places / parts)
         low, high = sorted((self.start, self.stop))
         return np.clip(values, low, high)
 
     def at(self, places: NDArray[np.int64]) -> NDArray[np.float64]:
         """Values at indices 0 to count - 1, shape (n,); the ends are exact."""
         last = max((self.count or 1) - 1, 1)
-        values = self.between(places / last)
+        values = self.between(places.astype(float), last)
         values[places == 0] = self.start
         values[places == last] = self.stop
         return values

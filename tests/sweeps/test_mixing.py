@@ -37,7 +37,6 @@ MEMBERS = 20
 SUFFIXES = pytest.mark.parametrize("suffix", [".csv", ".parquet"])
 OTHER: dict[str, dict[str, Any]] = {
     "interpreted": {"kernel": "interpreted"},
-    "processors": {"machine": "other"},
     "last bits": {"transients": "0" * 32},
 }
 
@@ -277,7 +276,7 @@ def test_rows_that_were_read_keep_what_their_file_says(
     monkeypatch: pytest.MonkeyPatch,
     tmp_path: Path,
 ) -> None:
-    elsewhere(monkeypatch, OTHER["processors"])
+    elsewhere(monkeypatch, OTHER["last bits"])
     there = tmp_path / "there.csv"
     run(there)
     monkeypatch.undo()
@@ -285,7 +284,7 @@ def test_rows_that_were_read_keep_what_their_file_says(
     save_sweep(read_sweep(there), again)
     said = sweep_format(again).provenance(again)
     assert said is not None
-    assert said["arithmetic"]["machine"] == "other"
+    assert said["arithmetic"]["transients"] == "0" * 32
     assert run(again).failed is None
     here = tmp_path / "here.csv"
     here.write_bytes(right[".csv", "lighter"])
@@ -352,11 +351,11 @@ def test_one_last_bit_of_one_trial_member_tells_machines_apart(
 
 def test_what_is_not_computed_is_not_tried(monkeypatch: pytest.MonkeyPatch) -> None:
     static = dataclasses.replace(STUDY, outputs=("stable",))
-    assert set(arithmetic_of(static)) == {"machine", "stability"}
+    assert set(arithmetic_of(static)) == {"stability"}
     moving = dataclasses.replace(STUDY, outputs=("x_end",))
-    assert set(arithmetic_of(moving)) == {"machine", "transients", "kernel"}
+    assert set(arithmetic_of(moving)) == {"transients", "kernel"}
     verified = dataclasses.replace(static, accuracy=(("peak", 1e-4),))
-    assert set(arithmetic_of(verified)) == {"machine", "stability", "transients", "kernel"}
+    assert set(arithmetic_of(verified)) == {"stability", "transients", "kernel"}
 
 
 def test_the_manifest_keeps_the_names_that_older_sweeps_are_resumed_by(tmp_path: Path) -> None:

@@ -1,0 +1,69 @@
+"""Rows of a sweep have the same bits whatever the processor and the mathematical library can do."""
+
+import hashlib
+import os
+import subprocess
+import sys
+from pathlib import Path
+
+import numpy as np
+import pytest
+from numpy._core import _multiarray_umath
+
+from fivtui.equilibrium.arrays import judge_growths
+from fivtui.kernel import why_interpreted
+from fivtui.model import Parameters
+from fivtui.ranges import log_spaced
+from fivtui.sweeps.arithmetic import _DESIGNS
+from fivtui.sweeps.rows import compute_rows
+from fivtui.sweeps.study import STABILITY, TRANSIENT, Study
+
+ROOT = Path(__file__).parents[2]
+SETS = 20_000
+
+
+def digests() -> str:
+    """Digests of rows with all outputs, of growth rates, and of logarithmic spacings."""
+    found = []
+    for design in _DESIGNS:
+        outputs = tuple(column.name for column in (*TRANSIENT, *STABILITY))
+        study = Study(design, Parameters(), (True, False), t_end=10.0, outputs=outputs)
+        rows = compute_rows(study, 0, study.members)
+        found += [values.tobytes() for values in rows.numbers.values()]
+    rng = np.random.default_rng(2)
+    varied = {"F": rng.uniform(-50.0, 300.0, SETS), "mu": rng.uniform(0.0, 1.5, SETS)}
+    varied["k_nl"] = rng.uniform(0.0, 500.0, SETS) * (rng.random(SETS) < 0.9)
+    # Equal, nearly equal and different dampings: with the first, modes coalesce.
+    varied["c1"] = rng.choice([0.32, 0.32 * (1.0 + 1e-9), 0.8, 0.0], SETS)
+    found.append(judge_growths(Parameters(), varied, np.ones(SETS, dtype=bool))[0].tobytes())
+    found.append(log_spaced(0.3, 700.0, rng.random(SETS)).tobytes())
+    return " ".join(hashlib.sha256(content).hexdigest()[:16] for content in found)
+
+
+def without_extensions() -> dict[str, str]:
+    dispatched = [
+        name
+        for name in _multiarray_umath.__cpu_dispatch__
+        if _multiarray_umath.__cpu_features__.get(name)
+    ]
+    if not dispatched:
+        pytest.skip("NumPy has no faster code for this processor than its baseline")
+    return {
+        "NPY_DISABLE_CPU_FEATURES": " ".join(dispatched),
+        "GLIBC_TUNABLES": "glibc.cpu.hwcaps=-AVX2,-FMA,-AVX512F",
+        "OPENBLAS_CORETYPE": "Nehalem",
+    }
+
+
+@pytest.mark.skipif(why_interpreted() is not None, reason="the kernel is not compiled")
+def test_rows_do_not_depend_on_the_processor_or_the_mathematical_library() -> None:
+    plain = subprocess.run(
+        [sys.executable, "-c", f"from {__name__} import digests; print(digests())"],
+        cwd=ROOT,
+        env=os.environ | without_extensions(),
+        capture_output=True,
+        text=True,
+        check=False,
+    )
+    assert plain.returncode == 0, plain.stderr
+    assert plain.stdout.strip() == digests()
