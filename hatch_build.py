@@ -14,11 +14,12 @@ import subprocess
 import sys
 import sysconfig
 import tempfile
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from concurrent.futures import ThreadPoolExecutor
+from importlib import import_module
 from importlib.util import find_spec
 from pathlib import Path
-from typing import Any, Final
+from typing import Any, Final, NamedTuple
 
 from hatchling.builders.hooks.plugin.interface import BuildHookInterface
 
@@ -26,7 +27,12 @@ FOLDER: Final = Path("fivtui", "kernel")
 # What is read instead of the library where there is none.
 REASON: Final = "libfivtui.txt"
 _SUFFIXES: Final = {"win32": ".dll", "darwin": ".dylib"}
-LIBRARY: Final = "libfivtui" + _SUFFIXES.get(sys.platform, ".so")
+LIBRARY_SUFFIX: Final = _SUFFIXES.get(sys.platform, ".so")
+LIBRARY: Final = f"libfivtui{LIBRARY_SUFFIX}"
+# The same of the binaries that native FMUs are made with.
+FMU_FOLDER: Final = Path("fmu_src", "native")
+FMU_REASON: Final = "native.txt"
+FMU_MODELS: Final = ("SliderBelt", "BrakeActuator")
 # Instruction sets by name, and what chooses them; the machine's own where there is no choice.
 _X86: Final = {"baseline": "x86-64", "avx2": "x86-64-v3", "avx512": "x86-64-v4"}
 # The bits of a run are decided by what is written: no product and sum is fused by the compiler.
@@ -58,10 +64,44 @@ def compile_kernel(folder: Path, target: Path) -> str:
     CompilerError
         If no compiler can.
     """
+    return _compiled([lambda compiler, _: _kernel_plan(folder, target, compiler)])
+
+
+def compile_all(root: Path, kernel: Path, fmus: Path) -> tuple[str, str | None]:
+    """Compile the kernel below `root` into the folder `kernel`, the FMUs' binaries into `fmus`.
+
+    Returns which compiler did, and why there are no binaries of FMUs, None if there are.
+
+    Raises
+    ------
+    CompilerError
+        If no compiler can compile the kernel.
+    """
+
+    def for_kernel(compiler: str, _: Path) -> "_Plan":
+        return _kernel_plan(root / FOLDER, kernel / LIBRARY, compiler)
+
+    headers = _fmi_headers()
+    if headers is None:
+        return _compiled([for_kernel]), "fmpy, which has the headers of FMI, is not installed"
+    try:
+        plans = [for_kernel, lambda *given: _fmu_plan(root, fmus, headers, *given)]
+        return _compiled(plans), None
+    except CompilerError as error:
+        return _compiled([for_kernel]), str(error)
+
+
+# What to compile: arguments by object file; and of which objects a library is made.
+class _Plan(NamedTuple):
+    objects: dict[str, list[str]]
+    libraries: dict[Path, list[str]]
+
+
+def _compiled(plans: Sequence[Callable[[str, Path], _Plan]]) -> str:
     failures = []
     for name, command in _compilers():
         try:
-            _compile(folder, target, name, command)
+            _compile(plans, name, command)
         except (OSError, subprocess.SubprocessError) as error:
             output = getattr(error, "stderr", None) or str(error)
             lines = [line for line in output.strip().splitlines() if "error" in line.lower()]
@@ -85,14 +125,80 @@ def _compilers() -> list[tuple[str, list[str]]]:
     return found
 
 
-def _compile(folder: Path, target: Path, name: str, command: Sequence[str]) -> None:
+def _variants(compiler: str) -> dict[str, list[str]]:
+    # Arguments that choose an instruction set, by its name.
     x86 = platform.machine().lower() in ("x86_64", "amd64")
-    with tempfile.TemporaryDirectory() as scratch:
+    found = {}
+    for variant, processor in (_X86 if x86 else {"baseline": ""}).items():
+        # zig spells processors in its own way.
+        spelled = processor.replace("-", "_") if compiler == "ziglang" else processor
+        options = [f"-march={spelled}"] if processor else []
+        options += ["-mprefer-vector-width=512"] if variant == "avx512" else []
+        found[variant] = [*options, f"-DVARIANT={variant}"]
+    return found
+
+
+def _kernel_plan(folder: Path, target: Path, compiler: str) -> _Plan:
+    about = [f'-DSOURCES="{sources_digest(folder)}"', f'-DCOMPILER="{compiler}"']
+    objects = {"loading": [*about, str(folder / "loading.c")]}
+    for variant, options in _variants(compiler).items():
+        for unit in ("single", "lanes", "vary"):
+            objects[f"{unit}_{variant}"] = [*options, str(folder / f"{unit}.c")]
+    return _Plan(objects, {target: list(objects)})
+
+
+def _fmi_headers() -> Path | None:
+    # Found without importing the package, which loads others.
+    package = find_spec("fmpy")
+    folder = Path(str(package.origin)).parent / "c-code" if package is not None else None
+    return folder if folder is not None and (folder / "fmi2Functions.h").is_file() else None
+
+
+def _fmu_plan(root: Path, home: Path, headers: Path, compiler: str, scratch: Path) -> _Plan:
+    text = _native_text(root)
+    for name, content in text.sources().items():
+        if name.endswith("_table.h"):
+            (scratch / name).write_text(content, encoding="utf-8")
+    native = root / FMU_FOLDER
+    given = [*(f"-I{folder}" for folder in (native, root / FOLDER, scratch, headers))]
+    given.append(f'-DSOURCES="{text.build_name()}"')
+    objects, libraries = {}, {}
+    shared = list(text.SHARED_UNITS)
+    for unit in text.SHARED_UNITS:
+        objects[unit] = [*given, "-O2", str(native / f"{unit}.c")]
+    stepping = []
+    # Wider registers than those of AVX2 are of no use to one run.
+    for variant, options in [*_variants(compiler).items()][:2]:
+        stepping.append(f"{text.STEPPING_UNIT}_{variant}")
+        objects[stepping[-1]] = [*given, *options, str(native / f"{text.STEPPING_UNIT}.c")]
+    for model, units in text.UNITS.items():
+        guid = f'-DGUID="{text.guid_of(model)}"'
+        for unit in units:
+            objects[unit] = [*given, "-O2", guid, str(native / f"{unit}.c")]
+        needed = [*shared, *units, *(stepping if "processor" in units else ())]
+        libraries[home / f"{model}{LIBRARY_SUFFIX}"] = needed
+    return _Plan(objects, libraries)
+
+
+def _native_text(root: Path) -> Any:
+    # The tables of variables, which need nothing but the standard library.
+    sys.path.insert(0, str(root))
+    try:
+        return import_module("fmu_src.build.native_text")
+    finally:
+        sys.path.remove(str(root))
+
+
+def _compile(
+    plans: Sequence[Callable[[str, Path], _Plan]], name: str, command: Sequence[str]
+) -> None:
+    with tempfile.TemporaryDirectory() as folder:
+        scratch = Path(folder)
         environment = dict(os.environ)
         if name == "ziglang":
             # Nothing is left behind, unless a cache is asked for.
             for cache in ("GLOBAL", "LOCAL"):
-                environment.setdefault(f"ZIG_{cache}_CACHE_DIR", scratch)
+                environment.setdefault(f"ZIG_{cache}_CACHE_DIR", folder)
 
         def run(*arguments: str) -> None:
             subprocess.run(  # noqa: S603, a compiler
@@ -104,31 +210,24 @@ def _compile(folder: Path, target: Path, name: str, command: Sequence[str]) -> N
                 timeout=_TIMEOUT_S,
             )
 
-        about = [f'-DSOURCES="{sources_digest(folder)}"', f'-DCOMPILER="{name}"']
-        parts = {"loading.o": [*about, str(folder / "loading.c")]}
-        for variant, processor in (_X86 if x86 else {"baseline": ""}).items():
-            # zig spells processors in its own way.
-            spelled = processor.replace("-", "_") if name == "ziglang" else processor
-            options = [f"-march={spelled}"] if processor else []
-            options += ["-mprefer-vector-width=512"] if variant == "avx512" else []
-            for unit in ("single", "lanes", "vary"):
-                source = str(folder / f"{unit}.c")
-                parts[f"{unit}_{variant}.o"] = [*options, f"-DVARIANT={variant}", source]
-        objects = [str(Path(scratch, part)) for part in parts]
+        made = [plan(name, scratch) for plan in plans]
+        objects = {part: given for plan in made for part, given in plan.objects.items()}
         with ThreadPoolExecutor(os.cpu_count()) as pool:
             list(
                 pool.map(
-                    lambda made, given: run(*_FLAGS, *given, "-c", "-o", made),
+                    lambda part: run(*_FLAGS, *objects[part], "-c", "-o", f"{folder}/{part}.o"),
                     objects,
-                    parts.values(),
                 )
             )
-        made = str(Path(scratch, target.name))
-        run("-shared", "-s", *objects, "-o", made, *([] if sys.platform == "win32" else ["-lm"]))
-        # A library in use is replaced, not overwritten.
-        new = target.with_name(f"{target.name}.{os.getpid()}")
-        shutil.copyfile(made, new)
-        new.replace(target)
+        for target, parts in (pair for plan in made for pair in plan.libraries.items()):
+            library = scratch / target.name
+            linked = [f"{folder}/{part}.o" for part in parts]
+            libraries = [] if sys.platform == "win32" else ["-lm"]
+            run("-shared", "-s", *linked, "-o", str(library), *libraries)
+            # A library in use is replaced, not overwritten.
+            new = target.with_name(f"{target.name}.{os.getpid()}")
+            shutil.copyfile(library, new)
+            new.replace(target)
 
 
 def _platform_tag(compiler: str) -> str:
@@ -143,31 +242,37 @@ class KernelBuildHook(BuildHookInterface):  # type: ignore[type-arg, unused-igno
     PLUGIN_NAME = "custom"
 
     def initialize(self, version: str, build_data: dict[str, Any]) -> None:
-        """Compile, and add the library or the reason why there is none."""
+        """Compile, and add the libraries or the reasons why there are none."""
         if self.target_name != "wheel":
             return
         root = Path(self.root)
-        folder = root / FOLDER
         editable = version == "editable"
         self._made = None if editable else tempfile.TemporaryDirectory()
-        home = folder if self._made is None else Path(self._made.name)
-        library, reason = home / LIBRARY, home / REASON
-        for old in (library, reason):
-            old.unlink(missing_ok=True)
+        homes = {
+            folder: root / folder if self._made is None else Path(self._made.name) / folder
+            for folder in (FOLDER, FMU_FOLDER)
+        }
+        for folder, home in homes.items():
+            home.mkdir(parents=True, exist_ok=True)
+            _remove_made(root / folder if editable else home)
         try:
-            compiler = compile_kernel(folder, library)
+            compiler, why = compile_all(root, *homes.values())
         except CompilerError as error:
-            reason.write_text(f"{error}\n", encoding="utf-8")
+            why = str(error)
+            (homes[FOLDER] / REASON).write_text(f"{error}\n", encoding="utf-8")
             self.app.display_warning(f"The kernel is not compiled: {error}")
-            made = reason
         else:
-            made = library
             build_data["pure_python"] = False
             build_data["tag"] = f"py3-none-{_platform_tag(compiler)}"
             if compiler != "ziglang":
                 self.app.display_warning(f"The kernel is compiled by {compiler}, not by ziglang")
-        if not editable:
-            build_data["force_include"][str(made)] = str(FOLDER / made.name)
+        if why is not None:
+            (homes[FMU_FOLDER] / FMU_REASON).write_text(f"{why}\n", encoding="utf-8")
+            self.app.display_warning(f"There will be no native FMU: {why}")
+        if self._made is not None:
+            for folder, home in homes.items():
+                for file in home.iterdir():
+                    build_data["force_include"][str(file)] = str(folder / file.name)
 
     def finalize(self, version: str, build_data: dict[str, Any], artifact_path: str) -> None:  # noqa: ARG002
         """Remove what was compiled outside the sources."""
@@ -176,8 +281,22 @@ class KernelBuildHook(BuildHookInterface):  # type: ignore[type-arg, unused-igno
             made.cleanup()
 
 
+def _remove_made(folder: Path) -> None:
+    made = (LIBRARY, REASON, FMU_REASON, *(f"{model}{LIBRARY_SUFFIX}" for model in FMU_MODELS))
+    for name in made:
+        (folder / name).unlink(missing_ok=True)
+
+
+def main() -> None:
+    """Compile in place, for those who work on the kernel."""
+    root = Path(__file__).parent
+    for folder in (FOLDER, FMU_FOLDER):
+        _remove_made(root / folder)
+    compiler, why = compile_all(root, root / FOLDER, root / FMU_FOLDER)
+    if why is not None:
+        (root / FMU_FOLDER / FMU_REASON).write_text(f"{why}\n", encoding="utf-8")
+    sys.stdout.write(f"compiled by {compiler}\n" + (f"no native FMU: {why}\n" if why else ""))
+
+
 if __name__ == "__main__":
-    # In place, for those who work on the kernel.
-    _folder = Path(__file__).parent / FOLDER
-    (_folder / REASON).unlink(missing_ok=True)
-    sys.stdout.write(f"compiled by {compile_kernel(_folder, _folder / LIBRARY)}\n")
+    main()

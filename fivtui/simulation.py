@@ -8,6 +8,7 @@ from .model import Parameters, unknown_name
 from .transient import (
     DEFAULT_T_END,
     DEFAULT_TOL,
+    FMU_FLAVOURS,
     MAX_STEPS,
     METHODS,
     KernelChoice,
@@ -23,7 +24,8 @@ from .transient import (
 
 ALL_METHODS: Final[Mapping[str, str]] = {
     **{name: method.meaning for name, method in METHODS.items()},
-    "fmu": "the FMU, run by fmpy",
+    "fmu": "the Python FMU, run by fmpy",
+    "fmu-native": "the native FMU, run by fmpy",
 }
 _BASE: Final = Parameters()
 
@@ -54,7 +56,7 @@ def simulate(
         Horizon, s; at most 1e7.
     tol : float
         Relative tolerance of the variable-step methods, 1e-13 to 1e-2. What it promises of the
-        methods ``taylor`` and ``fmu`` is said in ``examples/trust.md``.
+        methods ``taylor``, ``fmu`` and ``fmu-native`` is said in ``examples/trust.md``.
     separation : bool
         Whether separation is considered (the paper's Case 1) or ignored (Case 2).
     start : "static" or sequence of four floats
@@ -62,7 +64,7 @@ def simulate(
     method : str
         A name in `ALL_METHODS`.
     step : float, optional
-        Step of ``rk4``, communication step of ``fmu``, s.
+        Step of ``rk4``, communication step of ``fmu`` and ``fmu-native``, s.
     samples : "none", "dense", int or sequence of float
         What is kept of the trajectory: nothing; everything, then ``solution`` of the result is a
         function of time; its values at so many evenly spaced times from 0 to `t_end`, both
@@ -139,7 +141,7 @@ def compute(
         raise unknown_name("method", request.method, ALL_METHODS)
     begin = time.thread_time()
     result: Transient
-    if request.method == "fmu":
+    if request.method in FMU_FLAVOURS:
         from .fmu import integrate_fmu
 
         check_taylor_options(request)

@@ -15,7 +15,7 @@ from fivtui.simulation import ALL_METHODS
 from fivtui.sweeps.formats import SWEEP_FORMATS
 from fivtui.tradeoffs import measure, settings
 from fivtui.transient import integrate
-from fivtui.transient.methods import METHODS
+from fivtui.transient.methods import FMU_FLAVOURS, METHODS
 from fivtui.transient.request import Request
 from fivtui.tui.lab.keys import LAB_KEYS
 from fivtui.tui.session.fields import FIELDS
@@ -112,10 +112,11 @@ def test_a_line_more_of_methods_is_a_method_more(monkeypatch: pytest.MonkeyPatch
 
 def test_the_tables_of_methods_know_the_same_methods() -> None:
     compared = [row[0] for row in (*settings._TOLERANCES, *settings._STEPS)]
-    assert set(ALL_METHODS) == {*METHODS, "fmu"} == set(compared) == set(measure._SHARES)
+    assert set(ALL_METHODS) == {*METHODS, *FMU_FLAVOURS} == set(compared) == set(measure._SHARES)
     assert FIELDS["method"].choices == ALL_METHODS
     assert {entry.name for entry in METHODS_UNDER_TEST.values()} == set(ALL_METHODS) - {
-        "rk4-across"
+        "rk4-across",
+        "fmu-native",
     }
 
 

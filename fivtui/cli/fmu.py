@@ -20,10 +20,17 @@ from .options import (
     say,
 )
 
+flavour_option = option(
+    "--flavour",
+    default="python",
+    metavar="NAME",
+    help="python or native.  [default: python]",
+)
+
 
 @commands.group(cls=CommandGroup)
 def fmu() -> None:
-    """Build, check and run the FMU (FMI 2.0 co-simulation)."""
+    """Build, check and run the FMU (FMI 2.0)."""
 
 
 @fmu.command("build")
@@ -38,25 +45,31 @@ def fmu() -> None:
     "--fmi",
     default="2",
     metavar="2|3",
-    help="FMI 2.0 for co-simulation, or 3.0 for model exchange (experimental).",
+    help="FMI 2.0, or 3.0 for model exchange (experimental, Python flavour).",
 )
+@flavour_option
 @force_option
-def fmu_build(out: Path, component: str, fmi: str, force: bool) -> None:
-    """Export the slider-belt or the brake actuator as an FMU."""
+def fmu_build(out: Path, component: str, fmi: str, flavour: str, force: bool) -> None:
+    """Export the slider-belt or the brake actuator as an FMU.
+
+    The native flavour needs no Python where it runs, and offers model exchange, too; it runs on a
+    platform such as this one.
+    """
     from fmu_src.build import build_fmu
 
-    build_fmu(out, component=component, fmi=fmi, force=force)
+    build_fmu(out, component=component, fmi=fmi, flavour=flavour, force=force)
     say(f"wrote {out}")
 
 
 @fmu.command("system")
 @output_option("--out", "FILE.ssp", "The archive to write.", required=True)
+@flavour_option
 @force_option
-def fmu_system(out: Path, force: bool) -> None:
+def fmu_system(out: Path, flavour: str, force: bool) -> None:
     """Export slider-belt and brake actuator, coupled, as SSP."""
     from fmu_src.build import build_ssp
 
-    build_ssp(out, force=force)
+    build_ssp(out, flavour=flavour, force=force)
     say(f"wrote {out}")
 
 

@@ -13,6 +13,7 @@ import numpy as np
 
 from fivtui.model import COLUMNS, Cancelled, ComputationError, time_scale
 from fivtui.transient import (
+    FMU_FLAVOURS,
     OnSamples,
     Progress,
     Recorder,
@@ -44,14 +45,16 @@ def integrate_fmu(
     Parameters
     ----------
     request : Request
-        What to compute, by the method ``fmu``. Its step, the communication step, changes no
-        result: if it is too coarse for the peaks, the master goes back and takes smaller steps.
-        Sample times are communication points and have the FMU's own outputs; "dense" interpolates
+        What to compute, by the method ``fmu`` or ``fmu-native``. Its step, the communication step,
+        changes no result: if it is too coarse for the peaks, the master goes back and takes smaller
+        steps. Sample times are communication points and have the FMU's own outputs; "dense"
+        interpolates
         between communication points.
     progress, on_samples : callable, optional
         See `fivtui.simulate`.
     fmu : Path, optional
-        An FMU built by `build_fmu`; a new one in a temporary folder if not given.
+        An FMU built by `build_fmu`; a new one of the method's flavour in a temporary folder if not
+        given.
 
     Returns
     -------
@@ -62,7 +65,7 @@ def integrate_fmu(
     Raises
     ------
     InputError
-        If `fmu` is not an FMU of this model.
+        If `fmu` is not an FMU of this model, or the native FMU is not compiled.
     ComputationError
         If the FMU fails, with its log, or the step is too small for the run.
     Cancelled
@@ -84,7 +87,8 @@ def integrate_fmu(
             from fmu_src.build import build_fmu
 
             folder = stack.enter_context(tempfile.TemporaryDirectory(prefix="fivtui-"))
-            fmu = build_fmu(Path(folder) / "slider_belt.fmu")
+            flavour = FMU_FLAVOURS[request.method]
+            fmu = build_fmu(Path(folder) / "slider_belt.fmu", flavour=flavour)
         file = stack.enter_context(extracted(fmu))
         instance, messages = stack.enter_context(instantiated(file))
         report = progress or (lambda _fraction: True)

@@ -7,6 +7,7 @@
 
 #define LANES 8
 #include "problem.h"
+#include "rest.h"
 #include "search.h"
 #include "variant.h"
 
@@ -280,22 +281,6 @@ INLINE void step(Work *work, const Request *asked, int groups)
     }
 }
 
-/* The root of α y³ + β y + F: Newton's method from beyond it, until it comes no nearer. */
-static double resting_height(double alpha, double beta, double force)
-{
-    double y = -force / beta;
-    if (alpha > 0.0) {
-        double bound = larger(1.0, __builtin_fabs(force) / alpha);
-        y = smaller(larger(y, -bound), bound);
-    }
-    for (;;) {
-        double new = y - (alpha * y * y * y + beta * y + force) / (3.0 * alpha * y * y + beta);
-        if (!(__builtin_fabs(new) < __builtin_fabs(y)))
-            return y;
-        y = new;
-    }
-}
-
 /* Bytes of the work; it has to be zero at first, and begin at a multiple of 64 bytes. */
 EXPORT int64_t NAME(batch_size)(void) { return sizeof(Work); }
 
@@ -331,21 +316,10 @@ EXPORT double NAME(batch_advance)(Work *work, const double *parameters, const ui
 /* Whether all are ended. */
 EXPORT int64_t NAME(batch_ended)(const Work *work) { return work->ended; }
 
-/* The states at rest at the equilibria of μ = 0 (Eq. 6), infinite where there is none; operation by
-   operation `fivtui.model.slider_belt.static_start`, without functions of a library. */
+/* The states at rest at the equilibria of μ = 0, infinite where there is none. */
 EXPORT void NAME(static_starts)(const double *parameters, const uint8_t *separation,
                                 double *starts, int64_t count)
 {
-    for (int64_t i = 0; i < count; i++) {
-        const double *p = parameters + i * PARAMETERS;
-        double k1 = p[P_K1], h = 0.5 * p[P_K3], force = p[P_F], a = k1 + h, y;
-        if (separation[i] && force < 0.0) {
-            double held = h * k1 / a;
-            y = held > 0.0 ? -force / held : INFINITE;
-        } else {
-            y = resting_height(p[P_KNL], p[P_K2] + h * k1 / a, force);
-        }
-        starts[4 * i] = h * y / (k1 + h), starts[4 * i + 1] = 0.0;
-        starts[4 * i + 2] = y, starts[4 * i + 3] = 0.0;
-    }
+    for (int64_t i = 0; i < count; i++)
+        resting_state(parameters + i * PARAMETERS, separation[i], starts + 4 * i);
 }

@@ -4,40 +4,8 @@
 #include <stdint.h>
 
 #define VARIANT loading
+#include "processor.h"
 #include "variant.h"
-
-#if defined(__x86_64__) || defined(_M_X64)
-#include <cpuid.h>
-
-static unsigned enabled_registers(void)
-{
-    unsigned low, high;
-    __asm__ volatile("xgetbv" : "=a"(low), "=d"(high) : "c"(0));
-    (void)high;
-    return low;
-}
-
-#define HAS(word, bits) (((word) & (bits)) == (bits))
-
-/* 0: the basis alone, 1: x86-64-v3 (AVX2 and fused operations), 2: x86-64-v4 (AVX-512). */
-static int instruction_set(void)
-{
-    /* FMA, MOVBE, OSXSAVE, AVX, F16C; AVX2, BMI1, BMI2; LZCNT; AVX-512 F, DQ, CD, BW, VL. */
-    const unsigned basis = 1u << 12 | 1u << 22 | 1u << 27 | 1u << 28 | 1u << 29;
-    const unsigned wide = 1u << 5 | 1u << 3 | 1u << 8, counting = 1u << 5;
-    const unsigned widest = 1u << 16 | 1u << 17 | 1u << 28 | 1u << 30 | 1u << 31;
-    unsigned a, b, c, d, more_b;
-    if (!__get_cpuid(1, &a, &b, &c, &d) || !HAS(c, basis) || !HAS(enabled_registers(), 0x6u))
-        return 0;
-    if (!__get_cpuid_count(7, 0, &a, &more_b, &c, &d) || !HAS(more_b, wide))
-        return 0;
-    if (!__get_cpuid(0x80000001u, &a, &b, &c, &d) || !HAS(c, counting))
-        return 0;
-    return HAS(more_b, widest) && HAS(enabled_registers(), 0xe6u) ? 2 : 1;
-}
-#else
-static int instruction_set(void) { return 0; }
-#endif
 
 EXPORT int64_t fivtui_instruction_set(void) { return instruction_set(); }
 EXPORT const char *fivtui_sources(void) { return SOURCES; }

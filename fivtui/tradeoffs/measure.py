@@ -20,6 +20,8 @@ from fivtui.scene import Scene, as_scene, runs_part
 from fivtui.simulation import compute
 from fivtui.transient import (
     DEFAULT_TOL,
+    FMU_FLAVOURS,
+    METHODS,
     QUANTITIES,
     TOL_RANGE,
     Deviation,
@@ -48,7 +50,8 @@ _SHARES: Final = {
     "scipy-radau": 0.1,
     "rk4": 0.25,
     "rk4-across": 0.1,
-    "fmu": 0.15,
+    "fmu": 0.1,
+    "fmu-native": 0.05,
 }
 # Cost grows about as the setting to the power of minus this.
 _COST_EXPONENT: Final = {"tol": 0.1, "step": 0.7}
@@ -229,8 +232,9 @@ def measure_tradeoff(
         if ladder.kernel in ("", "interpreted", here)
     ]
     with tempfile.TemporaryDirectory(prefix="fivtui-") as folder:
-        fmu = _built(Path(folder))
-        bench = _Bench(scene, truth, floor, fmu)
+        fmus = _built(Path(folder))
+        steps = [each for each in steps if each.method in {*METHODS, *fmus}]
+        bench = _Bench(scene, truth, floor, fmus)
         for done, ladder in enumerate(steps):
             share = 0.05 + 0.85 * done / len(steps)
 
@@ -243,10 +247,15 @@ def measure_tradeoff(
     return Tradeoff(scene, reference, floor, rows, features)
 
 
-def _built(folder: Path) -> Path:
-    from fmu_src.build import build_fmu
+def _built(folder: Path) -> dict[str, Path]:
+    # FMUs by method; without the native one where it is not compiled.
+    from fmu_src.build import build_fmu, why_no_native
 
-    return build_fmu(folder / "slider_belt.fmu")
+    return {
+        method: build_fmu(folder / f"{method}.fmu", flavour=flavour)
+        for method, flavour in FMU_FLAVOURS.items()
+        if flavour != "native" or why_no_native() is None
+    }
 
 
 def _greatest(found: Iterator[Deviation]) -> Deviation:
@@ -261,7 +270,7 @@ class _Bench:
     scene: Scene
     reference: Observation
     floor: Deviation
-    fmu: Path
+    fmus: Mapping[str, Path]
 
     def climb(self, ladder: Ladder, budget: float, report: Progress) -> list[MeasuredSetting]:
         rows: list[MeasuredSetting] = []
@@ -304,8 +313,9 @@ class _Bench:
 
     def _timed(self, setting: Setting, go_on: Progress) -> tuple[Observation, int, float]:
         begin = time.thread_time()
-        if setting.method == "fmu":
-            seen, steps = _through_fmu(self.scene, self.fmu, setting.value, go_on)
+        if setting.method in self.fmus:
+            fmu = self.fmus[setting.method]
+            seen, steps = _through_fmu(self.scene, fmu, setting.value, go_on)
         else:
             run = _native(self.scene, setting, go_on)
             seen, steps = observation(run), run.stats.steps

@@ -20,6 +20,7 @@ if TYPE_CHECKING:
     from .figure import run_labels as run_labels, transient_figure as transient_figure
     from .files import trajectory_of as trajectory_of
     from .methods import (
+        FMU_FLAVOURS as FMU_FLAVOURS,
         METHODS as METHODS,
         check_takes_step as check_takes_step,
         fixed_step as fixed_step,

@@ -21,7 +21,7 @@ from fivtui.io import (
 )
 from fivtui.model import InputError, Mode, Parameters
 
-from .methods import takes_step
+from .methods import FMU_FLAVOURS, takes_step
 from .result import ContactForce, Events, FinalState, Peak, Stats, Steady, Transient
 from .sensitivity import Sensitivities
 from .trajectory import COLUMNS, Trajectory
@@ -223,7 +223,7 @@ def _from_samples(known: Mapping[str, Any], motion: Trajectory) -> Transient:
 
 def _step_of(known: Mapping[str, Any]) -> float | None:
     method, step = str(known["method"]), known.get("step")
-    return step if method == "fmu" or takes_step(method) else None
+    return step if method in FMU_FLAVOURS or takes_step(method) else None
 
 
 def _crossings(

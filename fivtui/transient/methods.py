@@ -35,6 +35,10 @@ class Method:
     stepper: Callable[[Request], Stepper]
 
 
+# Flavours of the FMU by the methods that run it; the step of these is the communication step.
+FMU_FLAVOURS: Final[Mapping[str, str]] = {"fmu": "python", "fmu-native": "native"}
+
+
 def takes_step(method: str) -> bool:
     """Whether a native method takes a step rather than a tolerance."""
     return method in METHODS and METHODS[method].fixed_step

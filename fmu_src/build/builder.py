@@ -1,10 +1,11 @@
-"""Building an FMU: pythonfmu's export, completed, compressed and reproducible to the byte."""
+"""Building an FMU: pythonfmu's export completed, or the native one; reproducible to the byte."""
 
 import sys
 import tempfile
 import zipfile
 from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
+from dataclasses import replace
 from importlib import import_module
 from importlib.util import find_spec
 from pathlib import Path
@@ -12,15 +13,18 @@ from typing import BinaryIO, Final
 
 from fivtui.io import check_output, check_suffix, write_atomically
 from fivtui.model import InputError, unknown_name
-from fmu_src.slave import SUMMARY
 
 from .bundle import IMPORT_LOCK, Bundle
-from .component import Component, documentation, reference_files
+from .component import NATIVE_RULES, Component, documentation, reference_files
 from .components import COMPONENTS, DEFAULT, EXCHANGE
 from .description import completed
 from .exchange_description import exchange_description
+from .native import native_binary, native_description
 
 SUFFIX: Final = ".fmu"
+PYTHON: Final = "python"
+NATIVE: Final = "native"
+FLAVOURS: Final = (PYTHON, NATIVE)
 _EXCHANGE: Final = "3"
 _DESCRIPTION: Final = "modelDescription.xml"
 ZIP_DATE: Final = (1980, 1, 1, 0, 0, 0)
@@ -33,7 +37,12 @@ _OPTIONS: Final = {
 
 
 def build_fmu(
-    path: str | Path, *, component: str = DEFAULT, fmi: str = "2", force: bool = False
+    path: str | Path,
+    *,
+    component: str = DEFAULT,
+    fmi: str = "2",
+    flavour: str = PYTHON,
+    force: bool = False,
 ) -> Path:
     """Build the FMU of a component.
 
@@ -44,8 +53,12 @@ def build_fmu(
     component : str
         One of `COMPONENTS`; the slider-belt model if not given.
     fmi : "2" or "3"
-        FMI 2.0 for co-simulation, or FMI 3.0 for model exchange, which needs pythonfmu3 and exists
-        for the slider-belt model alone.
+        FMI 2.0, or FMI 3.0 for model exchange, which needs pythonfmu3 and exists for the Python
+        flavour of the slider-belt model alone.
+    flavour : "python" or "native"
+        Python code for co-simulation, which needs Python where it runs and runs on Linux and
+        Windows alike; or compiled code for co-simulation and model exchange, which needs nothing
+        and runs on a platform such as this one.
     force : bool
         Whether to replace an existing file.
 
@@ -57,9 +70,10 @@ def build_fmu(
     Raises
     ------
     InputError
-        If there is no such component, pythonfmu3 is needed and not installed, the name does not
-        end in ``.fmu``, the folder is missing or cannot be written, or the file exists and `force`
-        is not set.
+        If there is no such component or flavour, pythonfmu3 is needed and not installed, the
+        binary of the native flavour was not compiled at installation, the name does not end in
+        ``.fmu``, the folder is missing or cannot be written, or the file exists and `force` is not
+        set.
 
     Examples
     --------
@@ -67,20 +81,39 @@ def build_fmu(
     >>> build_fmu("slider_belt.fmu").name
     'slider_belt.fmu'
     """
+    if flavour not in FLAVOURS:
+        raise unknown_name("flavour", flavour, FLAVOURS)
+    if flavour == NATIVE and fmi != "2":
+        raise InputError(f"FMI {fmi}: the native flavour is of FMI 2")
     made_of = _component(component, fmi)
     target = Path(path)
     check_suffix(target, "FMU", (SUFFIX,))
     check_output(target, force=force)
+    content = _native(made_of) if flavour == NATIVE else _python(made_of, fmi)
+    write_atomically(target, lambda file: _write_archive(file, content), force=force)
+    return target
+
+
+def _native(component: Component) -> dict[str, bytes]:
+    content = native_binary(component)
+    content |= documentation(replace(component, rules=NATIVE_RULES, wrapper=""))
+    content |= reference_files(component.model, component.reference())
+    content[_DESCRIPTION] = native_description(component)
+    return content
+
+
+def _python(made_of: Component, fmi: str) -> dict[str, bytes]:
     with tempfile.TemporaryDirectory(prefix="fivtui-build-") as folder:
         content = _exported(Path(folder), made_of, fmi)
     content |= documentation(made_of) | reference_files(made_of.model, made_of.reference())
     description = content.pop(_DESCRIPTION)
     if fmi == _EXCHANGE:
-        content[_DESCRIPTION] = exchange_description(description, content, made_of.table, SUMMARY)
+        content[_DESCRIPTION] = exchange_description(
+            description, content, made_of.table, made_of.description
+        )
     else:
         content[_DESCRIPTION] = completed(description, content, made_of.table)
-    write_atomically(target, lambda file: _write_archive(file, content), force=force)
-    return target
+    return content
 
 
 def _component(name: str, fmi: str) -> Component:

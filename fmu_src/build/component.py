@@ -35,6 +35,19 @@ y. Inputs may vary continuously.</p>
 also on standard error, and changes nothing; the next update of the discrete states then asks to end
 the simulation. FMU states cannot be saved.</p>
 {_PYTHON}"""
+NATIVE_RULES: Final = """\
+<h2>Rules</h2>
+<p>Co-simulation: inputs are held from one communication point to the next, or follow the first
+derivatives given for the next step; after it they are held where they came to. Results do not
+depend on the communication step.</p>
+<p>Model exchange: the importer integrates, and finds separation and reattachment as zeros of the
+event indicator. At every switch the states are reported as changed. Directional derivatives are
+exact.</p>
+<p>What is refused returns fmi2Discard (a value or a step that is not possible) or fmi2Error (a call
+that is not allowed), is logged, and changes nothing. A tolerance out of range is replaced by the
+nearest possible one, with fmi2Warning.</p>
+<p>The FMU needs nothing but the C library.</p>
+"""
 _TITLES: Final = {
     Role.PARAMETER: "Parameters, fixed once the run has begun",
     Role.INPUT: "Inputs, held from one communication point to the next",
@@ -72,18 +85,21 @@ class Component:
         each other alone.
     table : VariableTable
         Its variables.
+    description : str
+        One sentence on the model.
     about, rules : str
         Documentation of the model and of its calls, in HTML.
     reference : callable
         Computes a reference run.
     wrapper : str
-        The package that exports the FMU.
+        The package that exports the FMU; empty if none does.
     """
 
     model: str
     entry: str
     modules: Mapping[str, Sequence[str]]
     table: VariableTable
+    description: str
     about: str
     reference: Callable[[], Reference]
     rules: str = _RULES
@@ -92,10 +108,11 @@ class Component:
 
 def documentation(component: Component) -> dict[str, bytes]:
     """The files below ``documentation/``: content by name in the FMU."""
-    return {
-        "documentation/index.html": _index(component).encode(),
-        f"documentation/licenses/{component.wrapper}.txt": _license_of(component.wrapper),
-    }
+    files = {"documentation/index.html": _index(component).encode()}
+    if component.wrapper:
+        name = f"documentation/licenses/{component.wrapper}.txt"
+        files[name] = _license_of(component.wrapper)
+    return files
 
 
 def _index(component: Component) -> str:

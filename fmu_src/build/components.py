@@ -7,9 +7,11 @@ from typing import Any, Final
 from fivtui.model import Parameters
 from fivtui.taylor import DEFAULT_TOL
 from fmu_src.slave import (
+    ACTUATOR_SUMMARY,
     ACTUATOR_TABLE,
     EXCHANGE_TABLE,
     SLIDER_BELT_TABLE,
+    SUMMARY,
     VARIABLES,
     SliderBeltMotion,
     start_state,
@@ -123,6 +125,7 @@ COMPONENTS: Final[Mapping[str, Component]] = {
             "fmu_src.slave": (*_INSTANCE, "motion", "slider_belt", "variables"),
         },
         table=SLIDER_BELT_TABLE,
+        description=SUMMARY,
         about=_SLIDER_BELT_ABOUT + _LOCATED,
         reference=_slider_belt_reference,
     ),
@@ -134,6 +137,7 @@ COMPONENTS: Final[Mapping[str, Component]] = {
             "fmu_src.slave": (*_INSTANCE, "actuator", "actuator_variables"),
         },
         table=ACTUATOR_TABLE,
+        description=ACTUATOR_SUMMARY,
         about=_ACTUATOR_ABOUT,
         reference=_actuator_reference,
     ),
@@ -160,6 +164,7 @@ EXCHANGE: Final = Component(
         ),
     },
     table=EXCHANGE_TABLE,
+    description=SUMMARY,
     about=_SLIDER_BELT_ABOUT,
     reference=_slider_belt_reference,
     rules=EXCHANGE_RULES,

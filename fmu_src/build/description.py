@@ -4,7 +4,7 @@ import hashlib
 import math
 import uuid
 from collections import Counter
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from typing import Final
 from xml.etree import ElementTree as ET
 
@@ -45,18 +45,23 @@ def completed(xml: bytes, content: Mapping[str, bytes], table: VariableTable) ->
     root.set("generationDateAndTime", TIMESTAMP)
     root.set("generationTool", f"fivtui with {root.get('generationTool')}")
     root.insert(1, unit_definitions(table))
-    types = _type_definitions(table)
+    types = type_definitions(table)
     if len(types):
         root.insert(2, types)
     for element, variable in zip(_child(root, "ModelVariables"), table.variables, strict=True):
-        _complete_variable(element, variable, table)
+        complete_variable(element, variable, table)
     root.remove(_child(root, "ModelStructure"))
-    root.append(_model_structure(table))
+    root.append(model_structure(table, lambda v: v.depends_on))
     root.set("guid", "")
     digest = hashlib.sha256(ET.tostring(root))
     for name in sorted(content):
         digest.update(f"\0{name}\0".encode() + content[name])
     root.set("guid", f"{{{uuid.uuid5(uuid.NAMESPACE_OID, digest.hexdigest())}}}")
+    return as_text(root)
+
+
+def as_text(root: ET.Element) -> bytes:
+    """A model description as the bytes of its file, indented."""
     for element in root.iter():
         element.text = element.tail = None
     ET.indent(root)
@@ -83,7 +88,8 @@ def unit_definitions(table: VariableTable) -> ET.Element:
     return definitions
 
 
-def _type_definitions(table: VariableTable) -> ET.Element:
+def type_definitions(table: VariableTable) -> ET.Element:
+    """``TypeDefinitions`` of the enumerations; FMI 2.0."""
     definitions = ET.Element("TypeDefinitions")
     for variable in table.variables:
         if variable.items:
@@ -99,7 +105,8 @@ def _type_of(variable: Variable) -> str:
     return f"{variable.name}_type"
 
 
-def _complete_variable(element: ET.Element, variable: Variable, table: VariableTable) -> None:
+def complete_variable(element: ET.Element, variable: Variable, table: VariableTable) -> None:
+    """Add type, unit, bounds, derivative and start to a ``ScalarVariable``; FMI 2.0."""
     typed = _child(element, (Type.INTEGER if variable.items else variable.type).value)
     typed.tag = variable.type.value
     if variable.items:
@@ -128,12 +135,15 @@ def _index(table: VariableTable, name: str) -> str:
     return str(table.references[name] + 1)
 
 
-def _model_structure(table: VariableTable) -> ET.Element:
+def model_structure(
+    table: VariableTable, known_of_output: Callable[[Variable], Sequence[str]]
+) -> ET.Element:
+    """``ModelStructure`` of FMI 2.0; `known_of_output` says what an output depends on."""
     structure = ET.Element("ModelStructure")
     outputs = [v for v in table.variables if v.role is Role.OUTPUT]
     derivatives = [v for v in table.variables if v.derivative_of]
     unknowns = [v for v in table.variables if v.role is Role.OUTPUT or v.derivative_of]
-    _add_unknowns(structure, "Outputs", [(v, v.depends_on) for v in outputs], table)
+    _add_unknowns(structure, "Outputs", [(v, known_of_output(v)) for v in outputs], table)
     _add_unknowns(structure, "Derivatives", [(v, v.varies_with) for v in derivatives], table)
     _add_unknowns(structure, "InitialUnknowns", [(v, v.starts_from) for v in unknowns], table)
     return structure

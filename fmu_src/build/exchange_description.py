@@ -3,7 +3,7 @@
 import hashlib
 import math
 import uuid
-from collections.abc import Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from typing import Final
 from xml.etree import ElementTree as ET
 
@@ -107,9 +107,7 @@ def _model_structure(table: VariableTable) -> ET.Element:
 
     outputs = [v for v in table.variables if v.role is Role.OUTPUT]
     for variable in outputs:
-        # Unlike in co-simulation, states are known to the importer.
-        own = (variable.name,) if variable.name in states else _FROM_STATES.get(variable.name, ())
-        add("Output", variable, (*own, *variable.depends_on))
+        add("Output", variable, known_in_exchange(variable, states))
     # Derivatives in the order in which the slave exchanges states.
     derivatives = [v for v in table.variables if v.derivative_of]
     for variable in sorted(derivatives, key=lambda v: STATES.index(v.derivative_of)):
@@ -120,6 +118,12 @@ def _model_structure(table: VariableTable) -> ET.Element:
     indicator = table.variables[table.references[_INDICATOR]]
     add("EventIndicator", indicator, ("y",))
     return structure
+
+
+def known_in_exchange(output: Variable, states: Collection[str]) -> tuple[str, ...]:
+    """States and inputs that an output depends on where the importer knows the states, too."""
+    own = (output.name,) if output.name in states else _FROM_STATES.get(output.name, ())
+    return (*own, *output.depends_on)
 
 
 _FROM_STATES: Final = {

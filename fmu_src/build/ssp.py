@@ -8,7 +8,7 @@ from xml.etree import ElementTree as ET
 
 from fivtui.io import check_output, check_suffix, write_atomically
 
-from .builder import ZIP_DATE, build_fmu
+from .builder import PYTHON, ZIP_DATE, build_fmu
 from .components import COMPONENTS
 
 SUFFIX: Final = ".ssp"
@@ -29,13 +29,15 @@ _LINKS: Final = (
 )
 
 
-def build_ssp(path: str | Path, *, force: bool = False) -> Path:
+def build_ssp(path: str | Path, *, flavour: str = PYTHON, force: bool = False) -> Path:
     """Build an SSP archive of the slider-belt coupled with the brake actuator.
 
     Parameters
     ----------
     path : str or Path
         The ``.ssp`` file to write.
+    flavour : "python" or "native"
+        That of both FMUs; see `build_fmu`.
     force : bool
         Whether to replace an existing file.
 
@@ -47,8 +49,8 @@ def build_ssp(path: str | Path, *, force: bool = False) -> Path:
     Raises
     ------
     InputError
-        If the name does not end in ``.ssp``, the folder is missing or cannot be written, or the
-        file exists and `force` is not set.
+        If there is no such flavour or no compiled binary of it, the name does not end in ``.ssp``,
+        the folder is missing or cannot be written, or the file exists and `force` is not set.
 
     Examples
     --------
@@ -62,7 +64,8 @@ def build_ssp(path: str | Path, *, force: bool = False) -> Path:
     content = {"SystemStructure.ssd": _structure()}
     with tempfile.TemporaryDirectory(prefix="fivtui-build-") as folder:
         for component in COMPONENTS:
-            fmu = build_fmu(Path(folder) / _file_of(component), component=component)
+            file = Path(folder) / _file_of(component)
+            fmu = build_fmu(file, component=component, flavour=flavour)
             content[_source_of(component)] = fmu.read_bytes()
 
     def write(file: BinaryIO) -> None:

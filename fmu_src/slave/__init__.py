@@ -3,7 +3,10 @@
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
-    from .actuator_variables import ACTUATOR_TABLE as ACTUATOR_TABLE
+    from .actuator_variables import (
+        ACTUATOR_SUMMARY as ACTUATOR_SUMMARY,
+        ACTUATOR_TABLE as ACTUATOR_TABLE,
+    )
     from .exchange import EXCHANGE_TABLE as EXCHANGE_TABLE, TIME_REFERENCE as TIME_REFERENCE
     from .motion import SliderBeltMotion as SliderBeltMotion, start_state as start_state
     from .variable import (

@@ -7,24 +7,20 @@ does not depend on the step.
 """
 
 import math
-from typing import Any, Final, NamedTuple
+from typing import Any, NamedTuple
 
 from pythonfmu import DefaultExperiment
 
 from fivtui.model.errors import ComputationError
 from fivtui.taylor.stepper import DEFAULT_TOL
 
-from .actuator_variables import ACTUATOR_TABLE
+from .actuator_variables import ACTUATOR_SUMMARY, ACTUATOR_TABLE
 from .experiment import Experiment
 from .instance import Instance
 
 _COMMAND, _FEEDBACK, _TAU, _GAIN, _F_START, _F, _RATE = (
     ACTUATOR_TABLE.references[name]
     for name in ("command", "P", "tau", "gain", "F_start", "F", "F_rate")
-)
-_DESCRIPTION: Final = (
-    "Brake actuator: a force command becomes a preload, with a first-order lag and with feedback "
-    "of the contact force"
 )
 
 
@@ -40,7 +36,7 @@ class BrakeActuator(Instance):
 
     def __init__(self, **kwargs: Any) -> None:
         default = DefaultExperiment(0.0, 100.0, 0.01, DEFAULT_TOL)
-        super().__init__(ACTUATOR_TABLE, _DESCRIPTION, default, **kwargs)
+        super().__init__(ACTUATOR_TABLE, ACTUATOR_SUMMARY, default, **kwargs)
         self._at = Preload(0.0, 0.0)
 
     def _begin_motion(self, experiment: Experiment) -> None:

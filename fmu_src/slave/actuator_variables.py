@@ -8,6 +8,10 @@ from fivtui.model.parameters import PARAMETERS
 
 from .variable import Role, Type, Variable, VariableTable
 
+ACTUATOR_SUMMARY: Final = (
+    "Brake actuator: a force command becomes a preload, with a first-order lag and with feedback "
+    "of the contact force"
+)
 _ANY_FORCE: Final = "a finite number of N"
 _LONGEST_LAG: Final = 1e6
 _GREATEST_GAIN: Final = 1e3

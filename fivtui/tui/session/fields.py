@@ -259,7 +259,7 @@ _OF_THE_RUN: Final = (
         when_empty="default",
         details=(
             ("rk4", "the integration step"),
-            ("fmu", "the communication step"),
+            ("fmu, fmu-native", "the communication step"),
             ("others", "choose their own step; leave this empty"),
         ),
     ),

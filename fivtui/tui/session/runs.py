@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from fivtui.model import ComputationError, equilibrium, time_scale
 from fivtui.scene import Scene, scene_transient
-from fivtui.transient import Trajectory, Transient, takes_step
+from fivtui.transient import FMU_FLAVOURS, Trajectory, Transient, takes_step
 
 from .jobs import Job, Outcome, outcome_of
 from .run_styles import RunStyle, usual_style
@@ -28,7 +28,7 @@ _MOST: Final = 250_000
 
 def engine_of(method: str) -> str:
     """The engine of a method: ``native`` or ``FMU``."""
-    return FMU_ENGINE if method == FMU_METHOD else "native"
+    return FMU_ENGINE if method in FMU_FLAVOURS else "native"
 
 
 class RunState(Enum):

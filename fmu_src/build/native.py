@@ -1,0 +1,148 @@
+"""What a native FMU holds: the binary that installation compiled, and its model description."""
+
+import platform
+import sys
+from collections.abc import Mapping
+from typing import Final
+from xml.etree import ElementTree as ET
+
+from fivtui.model import InputError
+from fivtui.taylor import DEFAULT_TOL
+from fmu_src.slave import Type, Variable, VariableTable
+
+from .component import Component
+from .description import (
+    TIMESTAMP,
+    as_text,
+    complete_variable,
+    model_structure,
+    type_definitions,
+    unit_definitions,
+)
+from .exchange_description import known_in_exchange
+from .native_text import MODELS, NATIVE, build_name, guid_of
+
+_REASON: Final = NATIVE / "native.txt"
+# Suffix of binaries and folder in the FMU, by `sys.platform`.
+_PLATFORMS: Final[Mapping[str, tuple[str, str]]] = {
+    "linux": (".so", "linux64"),
+    "darwin": (".dylib", "darwin64"),
+    "win32": (".dll", "win64"),
+}
+# FMI 2.0 has names for these processors alone.
+_PROCESSORS: Final = ("x86_64", "amd64")
+_LOG_CATEGORIES: Final = {
+    "logStatusWarning": "Log messages with fmi2Warning status.",
+    "logStatusDiscard": "Log messages with fmi2Discard status.",
+    "logStatusError": "Log messages with fmi2Error status.",
+    "logAll": "Log all messages.",
+}
+_SHARED: Final = {
+    "needsExecutionTool": "false",
+    "canBeInstantiatedOnlyOncePerProcess": "false",
+    "canNotUseMemoryManagementFunctions": "true",
+    "canGetAndSetFMUstate": "true",
+    "canSerializeFMUstate": "true",
+}
+_INTERFACES: Final[Mapping[str, Mapping[str, str]]] = {
+    "ModelExchange": {
+        "completedIntegratorStepNotNeeded": "true",
+        "providesDirectionalDerivative": "true",
+    },
+    "CoSimulation": {
+        "canHandleVariableCommunicationStepSize": "true",
+        "canInterpolateInputs": "true",
+    },
+}
+# Switches are zeros of one event indicator.
+_INDICATORS: Final[Mapping[str, int]] = {"SliderBelt": 1, "BrakeActuator": 0}
+
+
+def why_no_native() -> str | None:
+    """Why no native FMU can be built here; None if one can."""
+    try:
+        for model in MODELS:
+            _binary(model)
+    except InputError as error:
+        return str(error)
+    return None
+
+
+def native_binary(component: Component) -> dict[str, bytes]:
+    """The binary of a component for this platform: content by name in the FMU.
+
+    Raises `InputError` where there is none, or it was compiled from another text.
+    """
+    return _binary(component.model)
+
+
+def _binary(model: str) -> dict[str, bytes]:
+    advice = "install fivtui anew, or build the Python flavour"
+    suffix, folder = _PLATFORMS.get(sys.platform, ("", ""))
+    if not suffix or platform.machine().lower() not in _PROCESSORS:
+        raise InputError(
+            f"a native FMU for {sys.platform}, {platform.machine()}: FMI 2.0 names no such "
+            "platform; build the Python flavour"
+        )
+    file = NATIVE / f"{model}{suffix}"
+    if not file.is_file():
+        why = _REASON.read_text(encoding="utf-8").strip() if _REASON.is_file() else "not installed"
+        raise InputError(f"the native FMU is not compiled: {why}; {advice}")
+    binary = file.read_bytes()
+    if build_name().encode() not in binary:
+        raise InputError(f"the native FMU is compiled from another text; {advice}")
+    return {f"binaries/{folder}/{file.name}": binary}
+
+
+def native_description(component: Component) -> bytes:
+    """The model description of a native FMU: co-simulation and model exchange, FMI 2.0."""
+    table = component.table
+    states = {v.derivative_of for v in table.variables if v.derivative_of}
+    root = ET.Element(
+        "fmiModelDescription",
+        fmiVersion="2.0",
+        modelName=component.model,
+        guid=guid_of(component.model),
+        generationTool="fivtui",
+        generationDateAndTime=TIMESTAMP,
+        variableNamingConvention="structured",
+        numberOfEventIndicators=str(_INDICATORS[component.model]),
+        description=component.description,
+        author="The fivtui developers",
+        license="MIT",
+    )
+    for interface, capabilities in _INTERFACES.items():
+        given = {**_SHARED, **capabilities}
+        ET.SubElement(root, interface, given, modelIdentifier=component.model)
+    root.append(unit_definitions(table))
+    types = type_definitions(table)
+    if len(types):
+        root.append(types)
+    categories = ET.SubElement(root, "LogCategories")
+    for name, description in _LOG_CATEGORIES.items():
+        ET.SubElement(categories, "Category", name=name, description=description)
+    experiment = {"startTime": 0.0, "stopTime": 100.0, "stepSize": 0.01, "tolerance": DEFAULT_TOL}
+    ET.SubElement(root, "DefaultExperiment", {n: repr(v) for n, v in experiment.items()})
+    variables = ET.SubElement(root, "ModelVariables")
+    for reference, variable in enumerate(table.variables):
+        _add_variable(variables, reference, variable, table)
+    root.append(model_structure(table, lambda v: known_in_exchange(v, states)))
+    return as_text(root)
+
+
+def _add_variable(
+    variables: ET.Element, reference: int, variable: Variable, table: VariableTable
+) -> None:
+    attributes = {
+        "name": variable.name,
+        "valueReference": str(reference),
+        "description": variable.meaning,
+        "causality": variable.role.value,
+        "variability": variable.variability,
+    }
+    if variable.initial is not None:
+        attributes["initial"] = variable.initial
+    element = ET.SubElement(variables, "ScalarVariable", attributes)
+    kind = Type.INTEGER if variable.items else variable.type
+    ET.SubElement(element, kind.value)
+    complete_variable(element, variable, table)

@@ -1,0 +1,94 @@
+"""The text in C of the native FMU: its files, and tables made from those of `fmu_src.slave`.
+
+Imported by the build hook, so that it needs the standard library alone.
+"""
+
+import hashlib
+import uuid
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Final
+
+from fivtui.model import PARAMETERS
+from fmu_src.slave import ACTUATOR_TABLE, SLIDER_BELT_TABLE, Role, Type, Variable, VariableTable
+
+# Names of the binaries, which are the model identifiers, and their tables.
+MODELS: Final[Mapping[str, VariableTable]] = {
+    "SliderBelt": SLIDER_BELT_TABLE,
+    "BrakeActuator": ACTUATOR_TABLE,
+}
+# The text of each in C beside what they share.
+UNITS: Final[Mapping[str, tuple[str, ...]]] = {
+    "SliderBelt": ("slider_belt", "processor"),
+    "BrakeActuator": ("brake_actuator",),
+}
+SHARED_UNITS: Final = ("cosimulation", "exchange", "experiment", "instance", "state", "values")
+# Compiled for each instruction set.
+STEPPING_UNIT: Final = "stepping"
+_HERE: Final = Path(__file__).parents[1]
+NATIVE: Final = _HERE / "native"
+KERNEL: Final = _HERE.parent / "fivtui" / "kernel"
+_KINDS: Final = {
+    Type.REAL: "REAL",
+    Type.INTEGER: "INTEGER",
+    Type.ENUMERATION: "INTEGER",
+    Type.BOOLEAN: "BOOLEAN",
+}
+
+
+def sources() -> dict[str, str]:
+    """All text in C by file name: of the FMU, of the kernel's headers, and the tables."""
+    files = [*NATIVE.glob("*.[ch]"), *KERNEL.glob("*.h")]
+    texts = {file.name: file.read_text(encoding="utf-8") for file in files}
+    for model, table in MODELS.items():
+        texts[f"{UNITS[model][0]}_table.h"] = _table(table)
+    return dict(sorted(texts.items()))
+
+
+def build_name() -> str:
+    """32 letters that name the text: binaries and saved states of another one are refused."""
+    content = "\0".join(f"{name}\0{text}" for name, text in sources().items())
+    return hashlib.sha256(content.encode()).hexdigest()[:32]
+
+
+def guid_of(model: str) -> str:
+    """The GUID of a model's FMU, which follows from the text."""
+    return f"{{{uuid.uuid5(uuid.NAMESPACE_OID, f'{model} {build_name()}')}}}"
+
+
+def _table(table: VariableTable) -> str:
+    names = [f"    V_{variable.name}," for variable in table.variables]
+    rows = [_row(variable) for variable in table.variables]
+    return "\n".join(
+        (
+            "/* Made from the table of variables in fmu_src/slave. */",
+            "",
+            '#include "component.h"',
+            "",
+            "enum {",
+            *names,
+            "    VARIABLE_COUNT",
+            "};",
+            "",
+            "static const Variable TABLE[VARIABLE_COUNT] = {",
+            *rows,
+            "};",
+            "",
+        )
+    )
+
+
+def _row(v: Variable) -> str:
+    lower, above = v.lower, False
+    if v.name in PARAMETERS and v.role in (Role.PARAMETER, Role.INPUT):
+        lower, above = PARAMETERS[v.name].lower, PARAMETERS[v.name].lower_open
+    numbers = [_number(value) for value in (v.start, lower, v.upper)]
+    parts = (f'"{v.name}"', _KINDS[v.type], v.role.name, *numbers, str(int(above)))
+    return f'    {{{", ".join(parts)}, "{v.allowed}", {_number(v.nominal or 1.0)}}},'
+
+
+def _number(value: float) -> str:
+    number = float(value)
+    if number in (float("inf"), float("-inf")):
+        return "__builtin_inf()" if number > 0.0 else "-__builtin_inf()"
+    return repr(number)

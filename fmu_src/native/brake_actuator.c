@@ -1,0 +1,89 @@
+/* The brake actuator: τ dF/dt = command + gain (command − P) − F, solved exactly over a step. */
+
+#include <math.h>
+
+#include "brake_actuator_table.h"
+#include "instance.h"
+
+static const uint32_t STATE_REFERENCES[] = {V_F};
+static const uint32_t DERIVATIVE_REFERENCES[] = {V_F_rate};
+
+_Static_assert(VARIABLE_COUNT <= MOST_VARIABLES, "there is no room for the values");
+
+static double goal(const double *v)
+{
+    return v[V_command] + v[V_gain] * (v[V_command] - v[V_P]);
+}
+
+static const char *begin_motion(Instance *i)
+{
+    i->s.states[0] = i->s.values[V_F_start];
+    return NULL;
+}
+
+static const char *move_on(Instance *i, double from, double t)
+{
+    const double *v = i->s.values, *slopes = i->s.slopes;
+    const double rise = slopes[V_command] + v[V_gain] * (slopes[V_command] - slopes[V_P]);
+    /* What F follows, a lag behind. */
+    const double first = goal(v) - v[V_tau] * rise, last = first + rise * (t - from);
+    const double force = last + (i->s.states[0] - first) * exp((from - t) / v[V_tau]);
+    if (!isfinite(force))
+        return because(i, "the preload grows out of the range of numbers at t = %g s; use a "
+                          "smaller gain or contact force", t);
+    i->s.states[0] = force;
+    return NULL;
+}
+
+static void publish(Instance *i)
+{
+    double *v = i->s.values;
+    v[V_F] = i->s.states[0];
+    v[V_F_rate] = (goal(v) - v[V_F]) / v[V_tau];
+}
+
+static void indicate(const Instance *i, double *indicators) { (void)i, (void)indicators; }
+
+static int settle(Instance *i)
+{
+    (void)i;
+    return 0;
+}
+
+static double partial(const Instance *i, uint32_t unknown, uint32_t known)
+{
+    const double *v = i->s.values;
+    if (unknown != V_F_rate)
+        return known == unknown;
+    return (known == V_command ? 1.0 + v[V_gain]
+            : known == V_P     ? -v[V_gain]
+            : known == V_F     ? -1.0
+                               : 0.0)
+           / v[V_tau];
+}
+
+static void pack(const Instance *i, double *numbers) { (void)i, (void)numbers; }
+
+static int unpack(Instance *i, const double *numbers)
+{
+    (void)i, (void)numbers;
+    return 1;
+}
+
+const Component COMPONENT = {
+    .guid = GUID,
+    .variables = TABLE,
+    .variable_count = VARIABLE_COUNT,
+    .states = STATE_REFERENCES,
+    .derivatives = DERIVATIVE_REFERENCES,
+    .state_count = 1,
+    .indicator_count = 0,
+    .begin = begin_motion,
+    .move = move_on,
+    .publish = publish,
+    .indicate = indicate,
+    .settle = settle,
+    .partial = partial,
+    .pack = pack,
+    .unpack = unpack,
+};

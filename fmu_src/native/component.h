@@ -1,0 +1,54 @@
+/* What a component is to the FMI functions: its variables, its motion, its equations. */
+
+#ifndef FIVTUI_FMU_COMPONENT_H
+#define FIVTUI_FMU_COMPONENT_H
+
+#include <stdint.h>
+
+typedef enum { REAL, INTEGER, BOOLEAN } Kind;
+typedef enum { PARAMETER, INPUT, OUTPUT, LOCAL } Role;
+
+/* A row of the table that the builder makes of `fmu_src.slave`'s; `allowed` is the range in words. */
+typedef struct {
+    const char *name;
+    Kind kind;
+    Role role;
+    double start, lower, upper;
+    int above_lower;
+    const char *allowed;
+    double nominal;
+} Variable;
+
+static inline int is_settable(const Variable *v) { return v->role == PARAMETER || v->role == INPUT; }
+
+struct Instance;
+
+/* Functions that return text say why they refuse, NULL if they do not. */
+typedef struct {
+    const char *guid;
+    const Variable *variables;
+    uint32_t variable_count;
+    /* References of the states and of their derivatives, in the order of the model description. */
+    const uint32_t *states, *derivatives;
+    uint32_t state_count, indicator_count;
+    /* Begins the motion of the values, at the start time. */
+    const char *(*begin)(struct Instance *i);
+    /* Moves on to t; the input ramps begin at `from`. */
+    const char *(*move)(struct Instance *i, double from, double t);
+    /* Computes the outputs from the motion or, in model exchange, from the states. */
+    void (*publish)(struct Instance *i);
+    /* Model exchange: the event indicators, and the switch of the mode; whether it has switched. */
+    void (*indicate)(const struct Instance *i, double *indicators);
+    int (*settle)(struct Instance *i);
+    /* ∂unknown/∂known at constant other states and inputs. */
+    double (*partial)(const struct Instance *i, uint32_t unknown, uint32_t known);
+    /* The motion as MOTION_NUMBERS numbers and back; whether they are those of a motion. */
+    void (*pack)(const struct Instance *i, double *numbers);
+    int (*unpack)(struct Instance *i, const double *numbers);
+} Component;
+
+#define MOTION_NUMBERS 32
+
+extern const Component COMPONENT;
+
+#endif

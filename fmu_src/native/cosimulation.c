@@ -1,0 +1,146 @@
+/* Co-simulation: communication steps, input derivatives, and what an asynchronous slave would offer. */
+
+#include <math.h>
+
+#include "instance.h"
+
+/* Times of importer and FMU are the same up to this, s, and up to rounding. */
+#define SAME_TIME 1e-9
+#define ROUNDING 0x1p-50
+
+static int is_same(double one, double other)
+{
+    return fabs(one - other) <= fmax(SAME_TIME, ROUNDING * fabs(other));
+}
+
+/* Inputs at the end of a step that they are not held over; whether they are in their ranges. */
+static const char *extrapolate(Instance *i, double h, double *ends)
+{
+    for (uint32_t r = 0; r < COMPONENT.variable_count; r++) {
+        const Variable *v = COMPONENT.variables + r;
+        ends[r] = i->s.values[r] + i->s.slopes[r] * h;
+        if (v->role == INPUT && !(ends[r] >= v->lower && ends[r] <= v->upper))
+            return because(i, "%s = %g at the end of the step: must be %s", v->name, ends[r],
+                           v->allowed);
+    }
+    return NULL;
+}
+
+static fmi2Status give_up(Instance *i, const char *why)
+{
+    return i->last_step = refuse(i, fmi2Discard, "%s", why);
+}
+
+fmi2Status fmi2DoStep(fmi2Component c, fmi2Real current, fmi2Real h, fmi2Boolean no_way_back)
+{
+    Instance *i = c;
+    (void)no_way_back;
+    ALLOWED("do_step", fmi2CoSimulation, IN(STEPPING));
+    State *s = &i->s;
+    const double end = current + h;
+    double ends[MOST_VARIABLES];
+    if (!is_same(current, s->t))
+        return give_up(i, because(i, "current time = %s s: the FMU is at %s s",
+                                  number(current).text, number(s->t).text));
+    if (!(h > 0.0 && h < INFINITY && end > s->t))
+        return give_up(i, because(i, "step size = %s: must be a positive number of seconds that "
+                                     "changes the time", number(h).text));
+    if (end > s->stop_time && !is_same(end, s->stop_time))
+        return give_up(i, because(i, "the step ends at %s s, after the stop time %s s",
+                                  number(end).text, number(s->stop_time).text));
+    const char *why = s->is_sloped ? extrapolate(i, end - s->t, ends) : NULL;
+    why = why ? why : COMPONENT.move(i, s->t, end);
+    if (why)
+        return give_up(i, why);
+    if (s->is_sloped)
+        for (uint32_t r = 0; r < COMPONENT.variable_count; r++)
+            s->values[r] = ends[r], s->slopes[r] = 0.0;
+    s->t = end, s->published = s->is_sloped = 0;
+    return i->last_step = fmi2OK;
+}
+
+/* The slopes of inputs over the next step; after it they are held, unless given again. */
+fmi2Status fmi2SetRealInputDerivatives(fmi2Component c, const fmi2ValueReference r[], size_t count,
+                                       const fmi2Integer order[], const fmi2Real value[])
+{
+    Instance *i = c;
+    ALLOWED("set_real_input_derivatives", fmi2CoSimulation, IN(INITIALIZATION) | IN(STEPPING));
+    if (count > 0 && (!r || !order || !value))
+        return refuse(i, fmi2Error, "value references, orders and values must be given");
+    for (size_t n = 0; n < count; n++) {
+        const int is_input =
+            r[n] < COMPONENT.variable_count && COMPONENT.variables[r[n]].role == INPUT;
+        if (!is_input)
+            return refuse(i, fmi2Error, "value reference %u: must be that of an input", r[n]);
+        if (order[n] != 1)
+            return refuse(i, fmi2Error, "order of an input derivative = %d: must be 1", order[n]);
+        if (!isfinite(value[n]))
+            return refuse(i, fmi2Discard, "derivative of %s: must be a finite number",
+                          COMPONENT.variables[r[n]].name);
+    }
+    for (size_t n = 0; n < count; n++)
+        i->s.slopes[r[n]] = value[n];
+    i->s.is_sloped = 0;
+    for (uint32_t reference = 0; reference < COMPONENT.variable_count; reference++)
+        i->s.is_sloped |= i->s.slopes[reference] != 0.0;
+    return fmi2OK;
+}
+
+fmi2Status fmi2GetRealOutputDerivatives(fmi2Component c, const fmi2ValueReference r[], size_t count,
+                                        const fmi2Integer order[], fmi2Real value[])
+{
+    Instance *i = c;
+    (void)r, (void)count, (void)order, (void)value;
+    return i ? refuse(i, fmi2Error, "derivatives of outputs are not provided") : fmi2Error;
+}
+
+fmi2Status fmi2CancelStep(fmi2Component c)
+{
+    Instance *i = c;
+    return i ? refuse(i, fmi2Error, "cancel_step: steps are not asynchronous") : fmi2Error;
+}
+
+static fmi2Status no_status(fmi2Component c)
+{
+    Instance *i = c;
+    ALLOWED("get_status", fmi2CoSimulation, IN(STEPPING) | IN(TERMINATED));
+    return refuse(i, fmi2Discard, "get_status: there is no such status");
+}
+
+fmi2Status fmi2GetStatus(fmi2Component c, const fmi2StatusKind kind, fmi2Status *value)
+{
+    Instance *i = c;
+    if (!i || !value || kind != fmi2DoStepStatus)
+        return no_status(c);
+    *value = i->last_step;
+    return fmi2OK;
+}
+
+fmi2Status fmi2GetRealStatus(fmi2Component c, const fmi2StatusKind kind, fmi2Real *value)
+{
+    Instance *i = c;
+    if (!i || !value || kind != fmi2LastSuccessfulTime)
+        return no_status(c);
+    *value = i->s.t;
+    return fmi2OK;
+}
+
+fmi2Status fmi2GetBooleanStatus(fmi2Component c, const fmi2StatusKind kind, fmi2Boolean *value)
+{
+    if (!c || !value || kind != fmi2Terminated)
+        return no_status(c);
+    *value = fmi2False;
+    return fmi2OK;
+}
+
+fmi2Status fmi2GetIntegerStatus(fmi2Component c, const fmi2StatusKind kind, fmi2Integer *value)
+{
+    (void)kind, (void)value;
+    return no_status(c);
+}
+
+fmi2Status fmi2GetStringStatus(fmi2Component c, const fmi2StatusKind kind, fmi2String *value)
+{
+    (void)kind, (void)value;
+    return no_status(c);
+}

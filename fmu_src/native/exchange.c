@@ -1,0 +1,175 @@
+/* Model exchange: the importer integrates, and stops at the zeros of the event indicators. */
+
+#include <math.h>
+#include <string.h>
+
+#include "instance.h"
+
+#define UNDER_WAY (IN(EVENTS) | IN(CONTINUOUS))
+#define READABLE (IN(INITIALIZATION) | UNDER_WAY | IN(TERMINATED))
+
+fmi2Status fmi2EnterEventMode(fmi2Component c)
+{
+    Instance *i = c;
+    ALLOWED("enter_event_mode", fmi2ModelExchange, UNDER_WAY);
+    i->s.phase = EVENTS;
+    return fmi2OK;
+}
+
+fmi2Status fmi2NewDiscreteStates(fmi2Component c, fmi2EventInfo *info)
+{
+    Instance *i = c;
+    ALLOWED("new_discrete_states", fmi2ModelExchange, IN(EVENTS));
+    if (!info)
+        return refuse(i, fmi2Error, "new_discrete_states: a place for the result must be given");
+    memset(info, 0, sizeof *info);
+    /* An importer that goes on with old values in its solver is wrong: at every switch they change. */
+    info->valuesOfContinuousStatesChanged = COMPONENT.settle(i) ? fmi2True : fmi2False;
+    i->s.published = 0;
+    return fmi2OK;
+}
+
+fmi2Status fmi2EnterContinuousTimeMode(fmi2Component c)
+{
+    Instance *i = c;
+    ALLOWED("enter_continuous_time_mode", fmi2ModelExchange, IN(EVENTS));
+    i->s.phase = CONTINUOUS;
+    return fmi2OK;
+}
+
+fmi2Status fmi2CompletedIntegratorStep(fmi2Component c, fmi2Boolean no_way_back,
+                                       fmi2Boolean *enter_event_mode, fmi2Boolean *terminate)
+{
+    Instance *i = c;
+    (void)no_way_back;
+    ALLOWED("completed_integrator_step", fmi2ModelExchange, IN(CONTINUOUS));
+    if (!enter_event_mode || !terminate)
+        return refuse(i, fmi2Error, "completed_integrator_step: places for the results must be given");
+    *enter_event_mode = *terminate = fmi2False;
+    return fmi2OK;
+}
+
+fmi2Status fmi2SetTime(fmi2Component c, fmi2Real time)
+{
+    Instance *i = c;
+    ALLOWED("set_time", fmi2ModelExchange, UNDER_WAY);
+    if (!isfinite(time))
+        return refuse(i, fmi2Error, "time = %g: must be a finite number of seconds", time);
+    i->s.t = time, i->s.published = 0;
+    return fmi2OK;
+}
+
+static fmi2Status check_count(Instance *i, const void *place, size_t count, uint32_t right)
+{
+    if (count == right && (place || count == 0))
+        return fmi2OK;
+    return refuse(i, fmi2Error, "%zu numbers are asked for: there are %u", count, right);
+}
+
+fmi2Status fmi2SetContinuousStates(fmi2Component c, const fmi2Real x[], size_t count)
+{
+    Instance *i = c;
+    ALLOWED("set_continuous_states", fmi2ModelExchange, UNDER_WAY);
+    fmi2Status status = check_count(i, x, count, COMPONENT.state_count);
+    for (size_t n = 0; n < count && status == fmi2OK; n++)
+        if (!isfinite(x[n]))
+            status = refuse(i, fmi2Discard, "%s = %g: must be a finite number",
+                            COMPONENT.variables[COMPONENT.states[n]].name, x[n]);
+    if (status != fmi2OK)
+        return status;
+    memcpy(i->s.states, x, count * sizeof *x);
+    i->s.published = 0;
+    return fmi2OK;
+}
+
+fmi2Status fmi2GetContinuousStates(fmi2Component c, fmi2Real x[], size_t count)
+{
+    Instance *i = c;
+    ALLOWED("get_continuous_states", fmi2ModelExchange, READABLE);
+    fmi2Status status = check_count(i, x, count, COMPONENT.state_count);
+    status = status == fmi2OK ? ready(i) : status;
+    if (status == fmi2OK)
+        memcpy(x, i->s.states, count * sizeof *x);
+    return status;
+}
+
+fmi2Status fmi2GetNominalsOfContinuousStates(fmi2Component c, fmi2Real x[], size_t count)
+{
+    Instance *i = c;
+    ALLOWED("get_nominals_of_continuous_states", fmi2ModelExchange, IN(INSTANTIATED) | READABLE);
+    fmi2Status status = check_count(i, x, count, COMPONENT.state_count);
+    for (size_t n = 0; n < count && status == fmi2OK; n++)
+        x[n] = COMPONENT.variables[COMPONENT.states[n]].nominal;
+    return status;
+}
+
+fmi2Status fmi2GetDerivatives(fmi2Component c, fmi2Real derivatives[], size_t count)
+{
+    Instance *i = c;
+    ALLOWED("get_derivatives", fmi2ModelExchange, READABLE);
+    fmi2Status status = check_count(i, derivatives, count, COMPONENT.state_count);
+    status = status == fmi2OK ? ready(i) : status;
+    for (size_t n = 0; n < count && status == fmi2OK; n++) {
+        derivatives[n] = i->s.values[COMPONENT.derivatives[n]];
+        if (!isfinite(derivatives[n]))
+            status = refuse(i, fmi2Discard, "%s grows out of the range of numbers",
+                            COMPONENT.variables[COMPONENT.derivatives[n]].name);
+    }
+    return status;
+}
+
+fmi2Status fmi2GetEventIndicators(fmi2Component c, fmi2Real indicators[], size_t count)
+{
+    Instance *i = c;
+    ALLOWED("get_event_indicators", fmi2ModelExchange, READABLE);
+    fmi2Status status = check_count(i, indicators, count, COMPONENT.indicator_count);
+    status = status == fmi2OK ? ready(i) : status;
+    if (status == fmi2OK)
+        COMPONENT.indicate(i, indicators);
+    return status;
+}
+
+static int is_known(uint32_t reference)
+{
+    if (reference < COMPONENT.variable_count && COMPONENT.variables[reference].role == INPUT)
+        return 1;
+    for (uint32_t n = 0; n < COMPONENT.state_count; n++)
+        if (COMPONENT.states[n] == reference)
+            return 1;
+    return 0;
+}
+
+static int is_unknown(uint32_t reference)
+{
+    if (reference >= COMPONENT.variable_count || COMPONENT.variables[reference].kind != REAL)
+        return 0;
+    const Role role = COMPONENT.variables[reference].role;
+    return role == OUTPUT || role == LOCAL;
+}
+
+/* From the Jacobian in closed form. */
+fmi2Status fmi2GetDirectionalDerivative(fmi2Component c, const fmi2ValueReference unknowns[],
+                                        size_t unknown_count, const fmi2ValueReference knowns[],
+                                        size_t known_count, const fmi2Real given[],
+                                        fmi2Real result[])
+{
+    Instance *i = c;
+    ALLOWED("get_directional_derivative", fmi2ModelExchange, READABLE);
+    if ((unknown_count > 0 && (!unknowns || !result)) || (known_count > 0 && (!knowns || !given)))
+        return refuse(i, fmi2Error, "value references and values must be given");
+    for (size_t n = 0; n < unknown_count; n++)
+        if (!is_unknown(unknowns[n]))
+            return refuse(i, fmi2Error, "value reference %u: must be that of an output or derivative",
+                          unknowns[n]);
+    for (size_t n = 0; n < known_count; n++)
+        if (!is_known(knowns[n]))
+            return refuse(i, fmi2Error, "value reference %u: must be that of a state or input",
+                          knowns[n]);
+    fmi2Status status = ready(i);
+    for (size_t n = 0; n < unknown_count && status == fmi2OK; n++) {
+        result[n] = 0.0;
+        for (size_t k = 0; k < known_count; k++)
+            result[n] += COMPONENT.partial(i, unknowns[n], knowns[k]) * given[k];
+    }
+    return status;
+}

@@ -1,0 +1,54 @@
+/* The experiment that an importer sets up, and the initialization. */
+
+#include <math.h>
+
+#include "instance.h"
+
+/* `TOL_RANGE` in `fivtui.taylor.stepper`. */
+#define LEAST_TOLERANCE 1e-13
+#define GREATEST_TOLERANCE 1e-2
+
+fmi2Status fmi2SetupExperiment(fmi2Component c, fmi2Boolean with_tolerance, fmi2Real tolerance,
+                               fmi2Real start, fmi2Boolean with_stop, fmi2Real stop)
+{
+    Instance *i = c;
+    ALLOWED("setup_experiment", EITHER, IN(INSTANTIATED));
+    State *s = &i->s;
+    if (!isfinite(start))
+        return refuse(i, fmi2Error, "start time = %g: must be a finite number of seconds", start);
+    if (with_stop && !(isfinite(stop) && stop >= start))
+        return refuse(i, fmi2Error, "stop time = %g: must be at least %g s", stop, start);
+    if (with_tolerance && isnan(tolerance))
+        return refuse(i, fmi2Error, "tolerance = nan: must be from %g to %g", LEAST_TOLERANCE,
+                      GREATEST_TOLERANCE);
+    s->start_time = start, s->stop_time = with_stop ? stop : INFINITY;
+    s->is_set_up = 1, s->begun = 0;
+    if (!with_tolerance)
+        return fmi2OK;
+    s->tolerance = fmin(fmax(tolerance, LEAST_TOLERANCE), GREATEST_TOLERANCE);
+    if (s->tolerance == tolerance)
+        return fmi2OK;
+    return refuse(i, fmi2Warning, "tolerance = %g: must be from %g to %g, %g is used", tolerance,
+                  LEAST_TOLERANCE, GREATEST_TOLERANCE, s->tolerance);
+}
+
+fmi2Status fmi2EnterInitializationMode(fmi2Component c)
+{
+    Instance *i = c;
+    ALLOWED("enter_initialization_mode", EITHER, IN(INSTANTIATED));
+    if (!i->s.is_set_up)
+        return refuse(i, fmi2Error,
+                      "enter_initialization_mode is not allowed before setup_experiment");
+    i->s.phase = INITIALIZATION;
+    return fmi2OK;
+}
+
+fmi2Status fmi2ExitInitializationMode(fmi2Component c)
+{
+    Instance *i = c;
+    ALLOWED("exit_initialization_mode", EITHER, IN(INITIALIZATION));
+    fmi2Status status = ready(i);
+    if (status == fmi2OK)
+        i->s.phase = i->type == fmi2CoSimulation ? STEPPING : EVENTS;
+    return status;
+}

@@ -1,0 +1,69 @@
+/* An instance, and how its calls are checked, refused and logged. */
+
+#ifndef FIVTUI_FMU_INSTANCE_H
+#define FIVTUI_FMU_INSTANCE_H
+
+#include "component.h"
+#include "fmi2Functions.h"
+
+enum { MOST_VARIABLES = 48, MOST_STATES = 4, MOTION_ROOM = 176, TEXT = 320 };
+
+typedef enum { INSTANTIATED, INITIALIZATION, STEPPING, EVENTS, CONTINUOUS, TERMINATED } Phase;
+
+/* Categories of messages, as the model description names them. */
+typedef enum { WARNINGS, DISCARDS, ERRORS, CATEGORIES } Category;
+
+/* All that decides what comes next. `t` is the time reached, s; `begun` says that the motion is of
+   the values, `published` that the outputs are of the motion. `slopes` are those of the inputs over
+   the next communication step; `states` are the importer's in model exchange. */
+typedef struct {
+    Phase phase;
+    int is_set_up, begun, published, is_sloped;
+    double start_time, stop_time, tolerance, t;
+    double values[MOST_VARIABLES], slopes[MOST_VARIABLES], states[MOST_STATES];
+    double motion[MOTION_ROOM];
+} State;
+
+typedef struct Instance {
+    State s;
+    fmi2Type type;
+    fmi2CallbackFunctions callbacks;
+    char *name;
+    int logging[CATEGORIES];
+    fmi2Status last_step;
+    /* The component's choice for this processor. */
+    const void *stepping;
+    char why[TEXT];
+} Instance;
+
+/* Back to how an instance begins. */
+void clear_state(State *s);
+
+/* Log why a call is refused; returns its status. */
+fmi2Status refuse(Instance *i, fmi2Status status, const char *format, ...)
+    __attribute__((format(printf, 3, 4)));
+
+/* Put a text together in `i->why`, for functions that return one. */
+const char *because(Instance *i, const char *format, ...) __attribute__((format(printf, 2, 3)));
+
+/* Shortest text that reads back as the number, as Python writes it. */
+typedef struct {
+    char text[40];
+} Number;
+Number number(double value);
+
+/* Refuse a call unless the instance is of a type and in one of some phases. */
+#define IN(phase) (1u << (phase))
+#define ALLOWED(call, type, phases)                          \
+    do {                                                     \
+        fmi2Status status_ = allow(c, call, type, phases);   \
+        if (status_ != fmi2OK)                               \
+            return status_;                                  \
+    } while (0)
+enum { EITHER = -1 };
+fmi2Status allow(Instance *i, const char *call, int type, unsigned phases);
+
+/* Bring motion and outputs up to date. */
+fmi2Status ready(Instance *i);
+
+#endif

@@ -1,0 +1,147 @@
+/* Values of variables: what may be read, what may be set, and when. */
+
+#include <math.h>
+
+#include "instance.h"
+
+/* Variables of any type can be read as any: there are importers that read all as Real. */
+static fmi2Status read(Instance *i, const fmi2ValueReference *references, size_t count,
+                       const void *into)
+{
+    if (!i)
+        return fmi2Error;
+    if (count > 0 && (!references || !into))
+        return refuse(i, fmi2Error, "value references and values must be given");
+    for (size_t n = 0; n < count; n++)
+        if (references[n] >= COMPONENT.variable_count)
+            return refuse(i, fmi2Error, "value reference %u: there is no such variable",
+                          references[n]);
+    return ready(i);
+}
+
+fmi2Status fmi2GetReal(fmi2Component c, const fmi2ValueReference r[], size_t count,
+                       fmi2Real values[])
+{
+    Instance *i = c;
+    fmi2Status status = read(i, r, count, values);
+    for (size_t n = 0; n < count && values; n++)
+        values[n] = status == fmi2OK ? i->s.values[r[n]] : NAN;
+    return status;
+}
+
+fmi2Status fmi2GetInteger(fmi2Component c, const fmi2ValueReference r[], size_t count,
+                          fmi2Integer values[])
+{
+    Instance *i = c;
+    fmi2Status status = read(i, r, count, values);
+    for (size_t n = 0; n < count && status == fmi2OK; n++)
+        values[n] = (fmi2Integer)fmin(fmax(i->s.values[r[n]], -0x1p31), 0x1p31 - 1.0);
+    return status;
+}
+
+fmi2Status fmi2GetBoolean(fmi2Component c, const fmi2ValueReference r[], size_t count,
+                          fmi2Boolean values[])
+{
+    Instance *i = c;
+    fmi2Status status = read(i, r, count, values);
+    for (size_t n = 0; n < count && status == fmi2OK; n++)
+        values[n] = i->s.values[r[n]] != 0.0;
+    return status;
+}
+
+fmi2Status fmi2GetString(fmi2Component c, const fmi2ValueReference r[], size_t count,
+                         fmi2String values[])
+{
+    (void)r, (void)values;
+    if (!c)
+        return fmi2Error;
+    return count == 0 ? fmi2OK : refuse(c, fmi2Error, "no variable is of type String");
+}
+
+static const char *const KIND_NAMES[] = {"Real", "Integer", "Boolean"};
+
+/* Whether a value can be set now; the refusal is logged. */
+static fmi2Status check(Instance *i, fmi2ValueReference reference, Kind kind, double value)
+{
+    if (reference >= COMPONENT.variable_count)
+        return refuse(i, fmi2Error, "value reference %u: must be from 0 to %u", reference,
+                      COMPONENT.variable_count - 1);
+    const Variable *v = COMPONENT.variables + reference;
+    const Phase phase = i->s.phase;
+    if (!is_settable(v))
+        return refuse(i, fmi2Error, "%s is an output and cannot be set", v->name);
+    if (v->kind != kind)
+        return refuse(i, fmi2Error, "%s is of type %s, not %s", v->name, KIND_NAMES[v->kind],
+                      KIND_NAMES[kind]);
+    int fixed = v->role == PARAMETER && phase != INSTANTIATED && phase != INITIALIZATION;
+    if (fixed || phase == TERMINATED)
+        return refuse(i, fmi2Error, "%s cannot be set %s", v->name,
+                      phase == TERMINATED  ? "after termination"
+                      : phase == STEPPING  ? "while stepping"
+                      : phase == EVENTS    ? "in event mode"
+                                           : "in continuous-time mode");
+    if (kind != REAL)
+        return fmi2OK;
+    if (!isfinite(value))
+        return refuse(i, fmi2Discard, "%s = %s: not a finite number; must be %s", v->name,
+                      isnan(value) ? "nan" : value > 0.0 ? "inf" : "-inf", v->allowed);
+    if (value > v->upper || (v->above_lower ? value <= v->lower : value < v->lower))
+        return refuse(i, fmi2Discard, "%s = %g: must be %s", v->name, value, v->allowed);
+    return fmi2OK;
+}
+
+/* Sets all values or none. */
+static fmi2Status set(Instance *i, const fmi2ValueReference *r, size_t count, Kind kind,
+                      const fmi2Real *reals, const int *wholes)
+{
+    if (!i)
+        return fmi2Error;
+    if (count > 0 && (!r || (!reals && !wholes)))
+        return refuse(i, fmi2Error, "value references and values must be given");
+    fmi2Status worst = fmi2OK;
+    for (size_t n = 0; n < count; n++) {
+        fmi2Status status = check(i, r[n], kind, reals ? reals[n] : wholes[n]);
+        worst = status > worst ? status : worst;
+    }
+    if (worst != fmi2OK)
+        return worst;
+    State *s = &i->s;
+    const int begins = s->phase == INSTANTIATED || s->phase == INITIALIZATION;
+    for (size_t n = 0; n < count; n++) {
+        double value = reals ? reals[n] : kind == BOOLEAN ? wholes[n] != 0 : wholes[n];
+        if (s->values[r[n]] == value)
+            continue;
+        s->values[r[n]] = value;
+        s->published = 0;
+        if (begins)
+            s->begun = 0;
+    }
+    return fmi2OK;
+}
+
+fmi2Status fmi2SetReal(fmi2Component c, const fmi2ValueReference r[], size_t count,
+                       const fmi2Real values[])
+{
+    return set(c, r, count, REAL, values, NULL);
+}
+
+fmi2Status fmi2SetInteger(fmi2Component c, const fmi2ValueReference r[], size_t count,
+                          const fmi2Integer values[])
+{
+    return set(c, r, count, INTEGER, NULL, values);
+}
+
+fmi2Status fmi2SetBoolean(fmi2Component c, const fmi2ValueReference r[], size_t count,
+                          const fmi2Boolean values[])
+{
+    return set(c, r, count, BOOLEAN, NULL, values);
+}
+
+fmi2Status fmi2SetString(fmi2Component c, const fmi2ValueReference r[], size_t count,
+                         const fmi2String values[])
+{
+    (void)r, (void)values;
+    if (!c)
+        return fmi2Error;
+    return count == 0 ? fmi2OK : refuse(c, fmi2Error, "no variable is of type String");
+}
