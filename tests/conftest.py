@@ -23,11 +23,17 @@ gc.set_threshold(50_000, 20, 50)
 
 
 _ROOT = Path(__file__).parents[1]
-_STALE = "import sys; from fivtui.kernel import why_interpreted; sys.exit(bool(why_interpreted()))"
+_STALE = """
+import sys
+from fivtui.kernel import why_interpreted
+from fmu_src.build import why_no_native
+why = str(why_no_native())
+sys.exit(bool(why_interpreted()) or "another text" in why or "not installed" in why)
+"""
 
 
 def pytest_sessionstart(session: pytest.Session) -> None:
-    """Compile the kernel in the sources where its text has changed, once for all processes."""
+    """Compile in the sources what is of another text than these, once for all processes."""
     if not hasattr(session.config, "workerinput"):
         stale = subprocess.run([sys.executable, "-c", _STALE], cwd=_ROOT, check=False)
         if stale.returncode:

@@ -48,8 +48,7 @@ def integrate_fmu(
         What to compute, by the method ``fmu`` or ``fmu-native``. Its step, the communication step,
         changes no result: if it is too coarse for the peaks, the master goes back and takes smaller
         steps. Sample times are communication points and have the FMU's own outputs; "dense"
-        interpolates
-        between communication points.
+        interpolates between communication points.
     progress, on_samples : callable, optional
         See `fivtui.simulate`.
     fmu : Path, optional

@@ -28,6 +28,7 @@ _LOOKS: Final[Sequence[Mapping[str, Any]]] = (
     {"color": "#b07d00", "marker": "x", "linestyle": "-"},
     {"color": "0.35", "marker": "+", "linestyle": "--"},
     {"color": "black", "marker": "*", "linestyle": ":"},
+    {"color": "#c2378f", "marker": "P", "linestyle": ":"},
 )
 # An error of zero is drawn here.
 _LEAST: Final = 1e-16

@@ -8,7 +8,7 @@
 typedef enum { REAL, INTEGER, BOOLEAN } Kind;
 typedef enum { PARAMETER, INPUT, OUTPUT, LOCAL } Role;
 
-/* A row of the table that the builder makes of `fmu_src.slave`'s; `allowed` is the range in words. */
+/* A row of the table that is made of `fmu_src.slave`'s; `allowed` is the range in words. */
 typedef struct {
     const char *name;
     Kind kind;
@@ -19,7 +19,10 @@ typedef struct {
     double nominal;
 } Variable;
 
-static inline int is_settable(const Variable *v) { return v->role == PARAMETER || v->role == INPUT; }
+static inline int is_settable(const Variable *v)
+{
+    return v->role == PARAMETER || v->role == INPUT;
+}
 
 struct Instance;
 

@@ -1,4 +1,4 @@
-/* Co-simulation: communication steps, input derivatives, and what an asynchronous slave would offer. */
+/* Co-simulation: communication steps, input derivatives, and the status of steps. */
 
 #include <math.h>
 

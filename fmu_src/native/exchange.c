@@ -21,9 +21,9 @@ fmi2Status fmi2NewDiscreteStates(fmi2Component c, fmi2EventInfo *info)
     Instance *i = c;
     ALLOWED("new_discrete_states", fmi2ModelExchange, IN(EVENTS));
     if (!info)
-        return refuse(i, fmi2Error, "new_discrete_states: a place for the result must be given");
+        return refuse(i, fmi2Error, "a place for the result must be given");
     memset(info, 0, sizeof *info);
-    /* An importer that goes on with old values in its solver is wrong: at every switch they change. */
+    /* An importer that goes on with its solver as it was is wrong: at a switch the states change. */
     info->valuesOfContinuousStatesChanged = COMPONENT.settle(i) ? fmi2True : fmi2False;
     i->s.published = 0;
     return fmi2OK;
@@ -44,7 +44,7 @@ fmi2Status fmi2CompletedIntegratorStep(fmi2Component c, fmi2Boolean no_way_back,
     (void)no_way_back;
     ALLOWED("completed_integrator_step", fmi2ModelExchange, IN(CONTINUOUS));
     if (!enter_event_mode || !terminate)
-        return refuse(i, fmi2Error, "completed_integrator_step: places for the results must be given");
+        return refuse(i, fmi2Error, "places for the results must be given");
     *enter_event_mode = *terminate = fmi2False;
     return fmi2OK;
 }
@@ -159,7 +159,8 @@ fmi2Status fmi2GetDirectionalDerivative(fmi2Component c, const fmi2ValueReferenc
         return refuse(i, fmi2Error, "value references and values must be given");
     for (size_t n = 0; n < unknown_count; n++)
         if (!is_unknown(unknowns[n]))
-            return refuse(i, fmi2Error, "value reference %u: must be that of an output or derivative",
+            return refuse(i, fmi2Error,
+                          "value reference %u: must be that of an output or derivative",
                           unknowns[n]);
     for (size_t n = 0; n < known_count; n++)
         if (!is_known(knowns[n]))

@@ -12,7 +12,7 @@ static const char *const CATEGORY_NAMES[CATEGORIES] = {
     "logStatusWarning", "logStatusDiscard", "logStatusError",
 };
 static const char *const PHASE_NAMES[] = {
-    "before initialization", "in initialization mode",     "while stepping",
+    "before initialization", "in initialization mode",  "while stepping",
     "in event mode",         "in continuous-time mode", "after termination",
 };
 /* The tolerance if none is given: `DEFAULT_TOL` in `fivtui.taylor.stepper`. */
@@ -46,7 +46,9 @@ Number number(double value)
 
 static void say(Instance *i, fmi2Status status, const char *text)
 {
-    Category category = status == fmi2Warning ? WARNINGS : status == fmi2Discard ? DISCARDS : ERRORS;
+    const Category category = status == fmi2Warning   ? WARNINGS
+                              : status == fmi2Discard ? DISCARDS
+                                                      : ERRORS;
     if (i->logging[category] && i->callbacks.logger)
         i->callbacks.logger(i->callbacks.componentEnvironment, i->name, status,
                             CATEGORY_NAMES[category], text);

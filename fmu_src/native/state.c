@@ -202,7 +202,8 @@ fmi2Status fmi2DeSerializeFMUstate(fmi2Component c, const fmi2Byte bytes[], size
         return refuse(i, fmi2Error, "bytes, and a place for the state, must be given");
     if (size >= HEAD && memcmp(in, MAGIC_TEXT, MAGIC) == 0 && get(in + MAGIC, 4) == VERSION
         && memcmp(in + MAGIC + 8, BUILD_TEXT, BUILD) != 0)
-        return refuse(i, fmi2Error, "the serialised FMU state comes from another build of this FMU");
+        return refuse(i, fmi2Error,
+                      "the serialised FMU state comes from another build of this FMU");
     Instance scratch = *i;
     int good = size == byte_count() && memcmp(in, MAGIC_TEXT, MAGIC) == 0
                && get(in + MAGIC, 4) == VERSION && get(in + MAGIC + 4, 4) == number_count()

@@ -73,5 +73,5 @@ def test_a_command_line_drawn_at_random_ends_as_it_should(
             restore(tmp_path, before)
     assert not faults, "\n".join(faults)
     # Lines that do something, and lines that are refused, are both among them.
-    assert codes.count(0) > 5
+    assert codes.count(0) > 2
     assert codes.count(2) > 50

@@ -1,13 +1,11 @@
 """Inputs that change inside of the integrator's step, against derivatives written anew here."""
 
-from collections.abc import Iterator
 from itertools import pairwise
 from typing import Any
 
 import pytest
 
 from fivtui.model.parameters import Parameters
-from fmu_src.build.builder import build_fmu
 from fmu_src.slave.motion import SliderBeltMotion
 from tests.support.fmu_driver import Driver
 
@@ -26,12 +24,6 @@ def rates(state: list[float], F: float, mu: float, *, contact: bool) -> list[flo
     ax = (mu * P - 0.7 * vx - (90.0 + 25.0) * x + 25.0 * y) / 3.0
     ay = (P - F - 0.4 * vy - 25.0 * y + 25.0 * x) / 3.0
     return [vx, ax, vy, ay]
-
-
-@pytest.fixture(scope="module")
-def driver(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Driver]:
-    with Driver(build_fmu(tmp_path_factory.mktemp("fmu") / "slider_belt.fmu")) as driver:
-        yield driver
 
 
 @pytest.mark.parametrize("separation", [True, False])

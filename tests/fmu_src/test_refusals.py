@@ -1,23 +1,26 @@
 """What the FMU refuses is logged, changes nothing, and makes the next step fail."""
 
-from collections.abc import Iterator
+import math
 from typing import Any
 
 import pytest
 
 from fivtui import simulate
-from fmu_src.build.builder import build_fmu
+from fivtui.transient import KernelChoice
+from fmu_src.build.builder import NATIVE, PYTHON
 from fmu_src.slave.variables import REFERENCES, VARIABLES
 from tests.support.fmu_driver import Answer, Call, Driver
 
 STATES = ["x", "vx", "y", "vy"]
+KERNELS: dict[str, KernelChoice] = {PYTHON: "interpreted", NATIVE: "compiled"}
 X, F, SEPARATION = (REFERENCES[name] for name in ("x", "F", "separation"))
 
 
-@pytest.fixture(scope="module")
-def driver(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Driver]:
-    with Driver(build_fmu(tmp_path_factory.mktemp("fmu") / "slider_belt.fmu")) as driver:
-        yield driver
+def final_state(flavour: str, t_end: float) -> list[float]:
+    """The state of a native run by the very text that the FMU is made of."""
+    kernel = KERNELS[flavour]
+    final = simulate(t_end=t_end, kernel=kernel).final
+    return [final.x, final.vx, final.y, final.vy]
 
 
 @pytest.mark.parametrize(
@@ -34,7 +37,7 @@ def driver(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Driver]:
     ],
 )
 def test_a_wrong_step_is_refused_and_the_run_can_go_on(
-    driver: Driver, step: tuple[float, float], said: str
+    driver: Driver, flavour: str, step: tuple[float, float], said: str
 ) -> None:
     calls: list[Call] = [
         ("a", "begin"),
@@ -51,11 +54,10 @@ def test_a_wrong_step_is_refused_and_the_run_can_go_on(
     assert said in refused.log[0]
     assert "\n" not in refused.log[0]
     assert before.value == after.value
-    final = simulate(t_end=2.0, kernel="interpreted").final
-    assert end.value == [final.x, final.vx, final.y, final.vy]
+    assert end.value == final_state(flavour, 2.0)
 
 
-@pytest.mark.parametrize(
+WRONG_VALUES = pytest.mark.parametrize(
     ("kind", "reference", "value", "said"),
     [
         ("Real", F, float("nan"), "F = nan: not a finite number"),
@@ -69,10 +71,35 @@ def test_a_wrong_step_is_refused_and_the_run_can_go_on(
         ("Real", SEPARATION, 1.0, "separation is of type Boolean, not Real"),
         ("Integer", F, 90, "F is of type Real, not Integer"),
         ("Real", len(VARIABLES), 1.0, "value reference"),
-        ("Real", 2**32 - 1, 1.0, "value reference -1"),
+        ("Real", 2**32 - 1, 1.0, "value reference"),
         ("String", F, "90", "no variable is of type String"),
     ],
 )
+
+
+@WRONG_VALUES
+@pytest.mark.parametrize("flavour", [NATIVE], indirect=True)
+def test_a_wrong_value_is_refused_at_once_and_changes_nothing(
+    driver: Driver, kind: str, reference: int, value: Any, said: str
+) -> None:
+    calls: list[Call] = [
+        ("a", "begin"),
+        ("a", "step", 0.0, 1.0),
+        ("a", "set_raw", kind, [reference], [value]),
+        ("a", "step", 1.0, 1.0),
+        ("a", "get", STATES),
+    ]
+    _, _, refused, after, end = driver.drive(*calls)
+    out_of_range = said.startswith(("F =", "mu ="))
+    assert refused.status == ("discard" if out_of_range else "error")
+    assert len(refused.log) == 1
+    assert said in refused.log[0]
+    assert after.status == "ok"
+    assert end.value == final_state(NATIVE, 2.0)
+
+
+@WRONG_VALUES
+@pytest.mark.parametrize("flavour", [PYTHON], indirect=True)
 def test_a_wrong_value_is_refused_and_the_next_step_says_so_once(
     driver: Driver, kind: str, reference: int, value: Any, said: str
 ) -> None:
@@ -88,8 +115,7 @@ def test_a_wrong_value_is_refused_and_the_next_step_says_so_once(
     assert said in refused.log[0]
     assert failed.status == "discard"
     assert said in failed.log[0]
-    final = simulate(t_end=2.0, kernel="interpreted").final
-    assert end.value == [final.x, final.vx, final.y, final.vy]
+    assert end.value == final_state(PYTHON, 2.0)
 
 
 def test_a_refused_call_sets_nothing_and_a_good_value_makes_up_for_a_bad_one(
@@ -130,16 +156,20 @@ def test_a_refused_call_sets_nothing_and_a_good_value_makes_up_for_a_bad_one(
         ([("a", "new"), ("a", "setup", 2.0, 1.0)], "stop time = 1"),
     ],
 )
-def test_a_wrong_order_or_a_wrong_setting_never_leads_to_a_step(
-    driver: Driver, calls: list[Call], said: str
+def test_a_wrong_order_or_a_wrong_setting_is_refused(
+    driver: Driver, flavour: str, calls: list[Call], said: str
 ) -> None:
     steps = [("a", "step", 0.0, 0.1)] * 8
     answers = driver.drive(*[*calls, *steps])
     logged = [line for answer in answers for line in answer.log]
     assert any(said in line for line in logged)
-    assert answers[len(calls)].status == "discard"
+    if flavour == PYTHON:
+        assert answers[len(calls)].status == "discard"
+    else:
+        assert all((answer.status == "ok") == (answer.log == []) for answer in answers)
 
 
+@pytest.mark.parametrize("flavour", [PYTHON], indirect=True)
 def test_a_failed_initialization_can_be_mended_or_reset(driver: Driver) -> None:
     calls: list[Call] = [
         ("a", "new"),
@@ -155,10 +185,9 @@ def test_a_failed_initialization_can_be_mended_or_reset(driver: Driver) -> None:
         ("a", "get", STATES),
     ]
     answers = driver.drive(*calls)
-    final = simulate(t_end=1.0, kernel="interpreted").final
     assert answers[2].status == "discard"
     assert answers[5].status == answers[9].status == "ok"
-    assert answers[6].value == answers[10].value == [final.x, final.vx, final.y, final.vy]
+    assert answers[6].value == answers[10].value == final_state(PYTHON, 1.0)
 
 
 def test_a_step_past_the_stop_time_is_refused(driver: Driver) -> None:
@@ -206,23 +235,22 @@ def test_a_motion_out_of_the_range_of_numbers_ends_with_its_cause(driver: Driver
     assert on.status == "ok"
 
 
-def test_hundreds_of_refusals_leave_an_instance_sound(driver: Driver) -> None:
+def test_hundreds_of_refusals_leave_an_instance_sound(driver: Driver, flavour: str) -> None:
     wrong = [
         ("a", "step", 5.0, -1.0),
         ("a", "set_raw", "Real", [999], [1.0]),
         ("a", "get_raw", "Real", [999]),
         ("a", "get_raw", "String", [0]),
         ("a", "setup"),
-        ("a", "step", 0.0, 1.0),
+        ("a", "step", 0.0, 1.0 if flavour == PYTHON else math.nan),
     ]
     calls = [("a", "begin"), *wrong * 60, ("a", "step", 0.0, 1.0), ("a", "get", STATES)]
     answers = driver.drive(*calls)
-    final = simulate(t_end=1.0, kernel="interpreted").final
     assert answers[-2].status == "ok"
-    assert answers[-1].value == [final.x, final.vx, final.y, final.vy]
+    assert answers[-1].value == final_state(flavour, 1.0)
 
 
-def test_without_logging_a_refusal_is_still_a_failed_step(driver: Driver) -> None:
+def test_without_logging_a_refusal_is_still_a_failed_call(driver: Driver, flavour: str) -> None:
     calls: list[Call] = [
         ("a", "new", 0, False),
         ("a", "init"),
@@ -230,7 +258,7 @@ def test_without_logging_a_refusal_is_still_a_failed_step(driver: Driver) -> Non
         ("a", "step", 0.0, 1.0),
     ]
     answers: list[Answer] = driver.drive(*calls)
-    assert answers[-1] == Answer("discard", None, [])
+    assert answers[-1 if flavour == PYTHON else -2] == Answer("discard", None, [])
 
 
 def test_variables_of_any_type_can_be_read_as_real_and_as_integer(driver: Driver) -> None:

@@ -1,12 +1,10 @@
 """The state of an FMU instance can be saved, restored, copied and serialised, to the last bit."""
 
-from collections.abc import Iterator
-
 import pytest
 from hypothesis import given, settings, strategies as st
 
 from fivtui import Parameters, simulate
-from fmu_src.build.builder import build_fmu
+from fmu_src.build.builder import PYTHON
 from fmu_src.slave.instance_state import InstanceState
 from fmu_src.slave.slider_belt import SliderBeltInstance
 from fmu_src.slave.variables import REFERENCES, VARIABLES
@@ -14,12 +12,6 @@ from tests.support.fmu_driver import Call, Driver
 from tests.support.strategies import moderate_parameters
 
 EVERYTHING = [v.name for v in VARIABLES if v.type == "Real"]
-
-
-@pytest.fixture(scope="module")
-def driver(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Driver]:
-    with Driver(build_fmu(tmp_path_factory.mktemp("fmu") / "slider_belt.fmu")) as driver:
-        yield driver
 
 
 # At 3.9 s the slider is off the belt, at 2.5 s on it; 1/7 s is inside of a Taylor step.
@@ -86,6 +78,7 @@ def test_a_state_saved_before_the_initialization_can_be_used(driver: Driver) -> 
     assert answers[7].value == answers[10].value
 
 
+@pytest.mark.parametrize("flavour", [PYTHON], indirect=True)
 @pytest.mark.parametrize("flip", [0, 20, -1])
 def test_a_damaged_state_is_refused_and_nothing_changes(driver: Driver, flip: int) -> None:
     calls: list[Call] = [

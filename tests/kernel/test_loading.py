@@ -169,7 +169,7 @@ def test_a_wheel_has_the_library_or_the_reason_why_it_has_none(
     compiles: bool, tmp_path: Path
 ) -> None:
     source = tmp_path / "source"
-    ignored = shutil.ignore_patterns(".venv", ".git", "libfivtui*", "__pycache__", ".*_cache")
+    ignored = shutil.ignore_patterns(".venv", ".git", "*.so", "__pycache__", ".*_cache")
     shutil.copytree(PACKAGE.parent, source, ignore=ignored)
     if compiles and not hatch_build._compilers():
         pytest.skip("there is no compiler")
@@ -186,7 +186,10 @@ def test_a_wheel_has_the_library_or_the_reason_why_it_has_none(
         names = {name.rpartition("/")[2] for name in archive.namelist()}
         assert (native._LIBRARY.name in names) == compiles
         assert (native._REASON.name in names) != compiles
+        assert (f"SliderBelt{hatch_build.LIBRARY_SUFFIX}" in names) == compiles
+        assert (hatch_build.FMU_REASON in names) != compiles
         if not compiles:
             assert b"broken" in archive.read("fivtui/kernel/libfivtui.txt")
     assert re.search(r"-py[23.py]+-none-any" if not compiles else r"-py3-none-(?!any)", wheel.name)
-    assert not list((source / "fivtui" / "kernel").glob("libfivtui*"))
+    assert not list(source.rglob("libfivtui*"))
+    assert not list(source.rglob("SliderBelt*"))

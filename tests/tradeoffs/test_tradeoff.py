@@ -145,7 +145,7 @@ def test_every_method_is_measured_and_the_finer_setting_has_less_error(short: Tr
     by_method: dict[str, list[MeasuredSetting]] = {}
     for each in short.rows:
         by_method.setdefault(each.setting.label, []).append(each)
-    assert len(by_method) == 8
+    assert len(by_method) == 9
     for method, rows in by_method.items():
         errors = [each.error.peak for each in rows if each.error is not None]
         assert errors, method
@@ -155,10 +155,11 @@ def test_every_method_is_measured_and_the_finer_setting_has_less_error(short: Tr
 
 
 @pytest.mark.slow
+@pytest.mark.parametrize("method", ["fmu", "fmu-native"])
 def test_the_fmu_has_the_final_state_at_any_communication_step_and_samples_its_peak(
-    short: Tradeoff,
+    short: Tradeoff, method: str
 ) -> None:
-    rows = [each for each in short.rows if each.setting.method == "fmu"]
+    rows = [each for each in short.rows if each.setting.method == method]
     errors = [each.error for each in rows if each.error is not None]
     assert len(errors) > 1
     assert all(error.final < 1e-10 and error.events < 1e-10 for error in errors)

@@ -1,0 +1,149 @@
+"""The native FMU as a file: what it holds, and how its description differs from the Python one."""
+
+import re
+import subprocess
+import zipfile
+from pathlib import Path
+from xml.etree import ElementTree as ET
+
+import fmpy
+import numpy as np
+import pytest
+from fmpy.validation import validate_fmu
+from lxml import etree
+
+from fivtui.cli import run
+from fivtui.fmu.check import check_fmu
+from fivtui.model.errors import InputError
+from fmu_src.build import native, why_no_native
+from fmu_src.build.builder import build_fmu
+from fmu_src.build.components import COMPONENTS
+from fmu_src.build.ssp import build_ssp
+from tests.support.fmu_coupling import coupled
+
+# Parts of a description that say nothing of the flavour.
+SAME = ("UnitDefinitions", "TypeDefinitions", "DefaultExperiment", "ModelVariables")
+
+
+def description_of(fmu: Path) -> ET.Element:
+    with zipfile.ZipFile(fmu) as archive:
+        return ET.fromstring(archive.read("modelDescription.xml"))
+
+
+def text_of(root: ET.Element, part: str) -> str | None:
+    found = root.find(part)
+    return None if found is None else ET.canonicalize(ET.tostring(found))
+
+
+@pytest.mark.parametrize("component", COMPONENTS)
+def test_it_is_described_as_the_python_flavour_but_where_it_must_differ(
+    component: str, tmp_path: Path
+) -> None:
+    roots = [
+        description_of(build_fmu(tmp_path / f"{flavour}.fmu", component=component, flavour=flavour))
+        for flavour in ("python", "native")
+    ]
+    ours, compiled = roots
+    for part in (*SAME, "ModelStructure/Derivatives", "ModelStructure/InitialUnknowns"):
+        assert text_of(ours, part) == text_of(compiled, part), part
+    different = {"guid", "generationTool", "numberOfEventIndicators"}
+    for name in {*ours.attrib, *compiled.attrib} - different:
+        assert ours.get(name) == compiled.get(name), name
+    slaves = [root.find("CoSimulation") for root in roots]
+    assert all(slave is not None for slave in slaves)
+    capabilities = [dict(slave.attrib) for slave in slaves if slave is not None]
+    assert capabilities[0] | {"canInterpolateInputs": "true"} == capabilities[1]
+    assert capabilities[1]["needsExecutionTool"] == "false"
+
+
+@pytest.mark.parametrize("component", COMPONENTS)
+def test_it_follows_the_schema_and_is_sound(component: str, tmp_path: Path) -> None:
+    fmu = build_fmu(tmp_path / "m.fmu", component=component, flavour="native")
+    assert validate_fmu(str(fmu)) == []
+    assert check_fmu(fmu) == []
+    schema = Path(fmpy.__file__).parent / "schema" / "fmi2" / "fmi2ModelDescription.xsd"
+    with zipfile.ZipFile(fmu) as archive:
+        text = archive.read("modelDescription.xml")
+        names = {name.partition("/")[0] for name in archive.namelist()}
+    etree.XMLSchema(etree.parse(schema)).assertValid(etree.fromstring(text))
+    assert names == {"modelDescription.xml", "binaries", "documentation", "extra"}
+
+
+def test_the_same_project_builds_the_same_bytes(fmu: Path, tmp_path: Path) -> None:
+    again = build_fmu(tmp_path / "again.fmu", flavour="native")
+    assert again.read_bytes() == fmu.read_bytes()
+
+
+def test_its_reference_run_is_reproduced(fmu: Path, folder: Path) -> None:
+    table = np.genfromtxt(folder / "extra" / "SliderBelt_ref.csv", delimiter=",", names=True)
+    rows = np.genfromtxt(folder / "extra" / "SliderBelt_in.csv", delimiter=",", names=True)
+    found = fmpy.simulate_fmu(
+        str(fmu), stop_time=20.0, output_interval=0.01, input=rows, fmi_type="CoSimulation"
+    )
+    for name in ("x", "y", "separations"):
+        assert found[name] == pytest.approx(table[name], rel=1e-8, abs=1e-8)
+
+
+@pytest.mark.skipif(fmpy.platform != "linux64", reason="nm reads libraries of Linux")
+@pytest.mark.host
+def test_nothing_but_the_functions_of_fmi_is_visible(folder: Path) -> None:
+    library = str(folder / "binaries" / "linux64" / "SliderBelt.so")
+    try:
+        done = subprocess.run(["nm", "-D", library], capture_output=True, text=True, check=True)
+    except FileNotFoundError:
+        pytest.skip("there is no nm")
+    lines = [line.split() for line in done.stdout.splitlines()]
+    exported = {line[2] for line in lines if line[1:2] == ["T"]}
+    headers = Path(fmpy.__file__).parent / "c-code" / "fmi2FunctionTypes.h"
+    declared = set(re.findall(r"(fmi2\w+)TYPE\s*\(", headers.read_text(encoding="utf-8")))
+    assert exported == declared
+    assert {line[1] for line in lines if len(line) == 3} == {"T"}
+    needed = [line[-1].partition("@") for line in lines if line[0] in ("U", "w")]
+    versions = [re.findall(r"\d+", version) for _, _, version in needed if "GLIBC" in version]
+    assert all([int(part) for part in version] <= [2, 17] for version in versions)
+
+
+@pytest.mark.parametrize(
+    ("options", "said"),
+    [
+        ({"flavour": "rust"}, "unknown flavour 'rust'"),
+        ({"flavour": "native", "fmi": "3"}, "FMI 3: the native flavour is of FMI 2"),
+        ({"flavour": "native", "component": "wheel"}, "unknown component 'wheel'"),
+    ],
+)
+def test_what_there_is_not_is_refused(options: dict[str, str], said: str, tmp_path: Path) -> None:
+    with pytest.raises(InputError, match=re.escape(said)):
+        build_fmu(tmp_path / "m.fmu", **options)  # type: ignore[arg-type]
+
+
+def test_without_a_binary_the_reason_is_said(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    assert why_no_native() is None
+    monkeypatch.setattr(native, "NATIVE", tmp_path)
+    monkeypatch.setattr(native, "_REASON", tmp_path / "native.txt")
+    assert "not compiled: not installed; install fivtui anew" in str(why_no_native())
+    (tmp_path / "native.txt").write_text("there is no compiler\n", encoding="utf-8")
+    assert run(["fmu", "build", "--flavour", "native", "--out", str(tmp_path / "m.fmu")]) == 2
+    assert "there is no compiler" in str(why_no_native())
+
+
+def test_a_binary_of_another_text_is_refused(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(native, "build_name", lambda: "0" * 32)
+    with pytest.raises(InputError, match="compiled from another text"):
+        build_fmu(tmp_path / "m.fmu", flavour="native")
+
+
+def test_a_system_of_native_fmus_is_that_of_python_fmus(tmp_path: Path) -> None:
+    ends = []
+    for flavour in ("python", "native"):
+        system = build_ssp(tmp_path / f"{flavour}.ssp", flavour=flavour)
+        with zipfile.ZipFile(system) as archive:
+            assert archive.namelist()[0] == "SystemStructure.ssd"
+            archive.extractall(tmp_path / flavour)
+        fmus = tmp_path / flavour / "resources"
+        slider, actuator = fmus / "slider_belt.fmu", fmus / "brake_actuator.fmu"
+        ends.append(coupled(slider, actuator, steps=200, h=0.01)[-1])
+    assert ends[0] == pytest.approx(ends[1], rel=1e-9)

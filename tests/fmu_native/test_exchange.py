@@ -1,0 +1,237 @@
+"""Model exchange by the native FMU: states, switches, derivatives, whoever integrates."""
+
+import ctypes
+from pathlib import Path
+from typing import Any
+
+import fmpy
+import numpy as np
+import pytest
+from fmpy.fmi1 import FMICallException
+from scipy.integrate import DOP853
+from scipy.optimize import brentq
+
+from fivtui import Parameters, simulate
+from fmu_src.build.builder import build_fmu
+from tests.support.fmu_instance import FmuInstance
+
+STATES = ("x", "y", "vx", "vy")
+DERIVATIVES = ("vx", "vy", "ax", "ay")
+ERROR = 3
+VALUES = {"m": 3.0, "k1": 90.0, "k2": 40.0, "k3": 50.0, "c1": 0.7, "c2": 0.4, "k_nl": 120.0}
+
+
+def exchanged(folder: Path, **values: float) -> FmuInstance:
+    """An initialized instance in continuous-time mode."""
+    instance = FmuInstance(folder, "ModelExchange").begin(**values)
+    instance.fmi.newDiscreteStates()
+    instance.fmi.enterContinuousTimeMode()
+    return instance
+
+
+@pytest.mark.parametrize(("tol", "error"), [(1e-6, 0.2), (1e-8, 5e-3), (1e-10, 1e-4)])
+def test_cvode_finds_the_native_switches(fmu: Path, tol: float, error: float) -> None:
+    native = simulate(t_end=50.0)
+    run = fmpy.simulate_fmu(
+        str(fmu),
+        stop_time=50.0,
+        output_interval=0.05,
+        relative_tolerance=tol,
+        fmi_type="ModelExchange",
+    )
+    assert run["separations"][-1] == native.events.separations
+    assert run["reattachments"][-1] == native.events.reattachments
+    assert run["last_event"][-1] == pytest.approx(native.switch_times[-1], abs=error)
+    found = (run["x"][-1], run["y"][-1])
+    assert found == pytest.approx((native.final.x, native.final.y), abs=error)
+    assert np.all(run["P"] >= -1e-6)
+
+
+def integrated(instance: FmuInstance, t_end: float) -> list[float]:
+    """The states at the end, by an importer that restarts its solver only where it is told to."""
+    fmi = instance.fmi
+
+    def rates(t: float, states: Any) -> Any:
+        fmi.setTime(t)
+        fmi.setContinuousStates(states.ctypes.data_as(FLOATS), 4)
+        return read(fmi.getDerivatives, 4)
+
+    def indicator(t: float, states: Any) -> float:
+        rates(t, states)
+        return read(fmi.getEventIndicators, 1)[0]
+
+    def solver_from(t: float) -> DOP853:
+        begin = np.array(read(fmi.getContinuousStates, 4))
+        return DOP853(rates, t, begin, t_end, rtol=1e-11, atol=1e-11)
+
+    def crossing(between: Any, begin: float, end: float) -> float:
+        t: float = brentq(lambda t: indicator(t, between(t)), begin, end, xtol=1e-14)
+        return t
+
+    solver = solver_from(0.0)
+    sign = indicator(0.0, solver.y) > 0.0
+    while solver.status == "running":
+        solver.step()
+        assert solver.t_old is not None
+        begin, end = solver.t_old, solver.t
+        if (indicator(end, solver.y) > 0.0) != sign:
+            between = solver.dense_output()
+            t = crossing(between, begin, end)
+            rates(t, between(t))
+            fmi.enterEventMode()
+            more, stops, _, changed, timed, _ = fmi.newDiscreteStates()
+            assert (more, stops, timed) == (0, 0, 0)
+            fmi.enterContinuousTimeMode()
+            if changed:
+                solver = solver_from(t)
+                sign = read(fmi.getEventIndicators, 1)[0] > 0.0
+    return instance.get(*STATES)
+
+
+FLOATS = fmpy.fmi2.POINTER(fmpy.fmi2.fmi2Real)
+
+
+def read(function: object, count: int) -> list[float]:
+    values = np.empty(count)
+    function(values.ctypes.data_as(FLOATS), count)  # type: ignore[operator]
+    return values.tolist()
+
+
+def test_an_importer_that_restarts_only_on_request_is_right(folder: Path) -> None:
+    native = simulate(t_end=20.0)
+    with exchanged(folder) as instance:
+        found = integrated(instance, 20.0)
+        counts = instance.get("separations", "reattachments", "last_event")
+    final = native.final
+    assert found == pytest.approx([final.x, final.y, final.vx, final.vy], abs=1e-7)
+    assert counts[:2] == [native.events.separations, native.events.reattachments]
+    assert counts[2] == pytest.approx(native.events.last, abs=1e-8)
+
+
+@pytest.mark.parametrize("scale", [1e-9, 1.0, 1e7])
+def test_the_nearness_of_a_switch_scales_with_the_motion(folder: Path, scale: float) -> None:
+    # y, ẏ and mode after it: within rounding of the switch the direction of motion decides.
+    cases = [(1e-12, -1.0, 1.0), (-1e-12, 1.0, 0.0), (1e-4, -1.0, 0.0), (-1e-4, 1.0, 1.0)]
+    for y, vy, mode in cases:
+        with exchanged(folder, F=80.0 * scale, k_nl=0.0) as instance:
+            states = np.array([0.1, y, 0.0, vy]) * scale
+            instance.fmi.setContinuousStates(states.ctypes.data_as(FLOATS), 4)
+            instance.fmi.enterEventMode()
+            before = instance.get("mode")
+            changed = instance.fmi.newDiscreteStates()[3]
+            assert instance.get("mode") == [mode]
+            assert bool(changed) == (before != [mode])
+
+
+def test_at_a_switch_y_is_zero_and_the_indicator_is_on_the_side_of_the_mode(folder: Path) -> None:
+    with exchanged(folder) as instance:
+        states = np.array([3.0, -1e-14, 1.0, 2.0])
+        instance.fmi.setContinuousStates(states.ctypes.data_as(FLOATS), 4)
+        assert read(instance.fmi.getEventIndicators, 1) == [-1e-14]
+        instance.fmi.enterEventMode()
+        assert instance.fmi.newDiscreteStates()[3]
+        assert read(instance.fmi.getContinuousStates, 4) == [3.0, 0.0, 1.0, 2.0]
+        assert 0.0 < read(instance.fmi.getEventIndicators, 1)[0] < 1e-300
+        assert not instance.fmi.newDiscreteStates()[3]
+
+
+@pytest.mark.parametrize("y", [-0.9, 0.4])
+def test_directional_derivatives_are_those_of_differences(folder: Path, y: float) -> None:
+    knowns = [*STATES, "F", "mu"]
+    unknowns = [*DERIVATIVES, "P", "friction_slider", "friction_belt", "switching", "mode"]
+    at = np.array([0.5, y, -1.0, 0.3])
+
+    def values(change: np.ndarray) -> np.ndarray:
+        states = at + change[:4]
+        instance.fmi.setContinuousStates(states.ctypes.data_as(FLOATS), 4)
+        instance.set(F=60.0 + change[4], mu=0.9 + change[5])
+        return np.array(instance.get(*unknowns))
+
+    with exchanged(folder, **VALUES) as instance:
+        instance.fmi.enterEventMode()
+        instance.fmi.setContinuousStates(at.ctypes.data_as(FLOATS), 4)
+        instance.fmi.newDiscreteStates()
+        references = [[instance.references[n] for n in names] for names in (unknowns, knowns)]
+        rng = np.random.default_rng(1)
+        for direction in (*np.eye(6), rng.normal(size=6)):
+            difference = (values(1e-5 * direction) - values(-1e-5 * direction)) / 2e-5
+            values(np.zeros(6))
+            exact = instance.fmi.getDirectionalDerivative(*references, direction.tolist())
+            assert exact == pytest.approx(difference, rel=1e-6, abs=1e-6)
+
+
+def test_what_is_not_allowed_is_refused_and_changes_nothing(folder: Path) -> None:
+    with exchanged(folder) as instance:
+        fmi, references = instance.fmi, instance.references
+        before = read(fmi.getContinuousStates, 4)
+        bad = np.array([0.0, np.nan, 0.0, 0.0])
+        wrong = {
+            "y = nan: must be a finite number": lambda: fmi.setContinuousStates(
+                bad.ctypes.data_as(FLOATS), 4
+            ),
+            "3 numbers are asked for: there are 4": lambda: read(fmi.getContinuousStates, 3),
+            "time = inf: must be a finite number": lambda: fmi.setTime(np.inf),
+            "new_discrete_states is not allowed in continuous-time mode": fmi.newDiscreteStates,
+            "m cannot be set in continuous-time mode": lambda: instance.set(m=2.0),
+            "must be that of a state or input": lambda: fmi.getDirectionalDerivative(
+                [references["ax"]], [references["m"]], [1.0]
+            ),
+            "must be that of an output or derivative": lambda: fmi.getDirectionalDerivative(
+                [references["m"]], [references["x"]], [1.0]
+            ),
+        }
+        for said, call in wrong.items():
+            with pytest.raises(FMICallException):
+                call()
+            assert said in instance.log[-1]
+        step = ctypes.c_double(1.0)
+        assert fmi.dll.fmi2DoStep(ctypes.c_void_p(fmi.component), step, step, 1) == ERROR
+        assert "do_step is for co-simulation" in instance.log[-1]
+        assert read(fmi.getContinuousStates, 4) == before
+
+
+def test_a_saved_state_brings_back_mode_and_counts(folder: Path) -> None:
+    with exchanged(folder) as instance, exchanged(folder) as other:
+        integrated(instance, 5.0)
+        saved = instance.fmi.getFMUstate()
+        data = instance.fmi.serializeFMUstate(saved)
+        there = instance.get(*STATES, "mode", "separations", "last_event")
+        integrated(instance, 9.0)
+        instance.fmi.setFMUstate(saved)
+        assert instance.get(*STATES, "mode", "separations", "last_event") == there
+        instance.fmi.freeFMUstate(saved)
+        copy = other.fmi.deSerializeFMUstate(data)
+        other.fmi.setFMUstate(copy)
+        assert other.get(*STATES, "mode", "separations", "last_event") == there
+        other.fmi.freeFMUstate(copy)
+
+
+def test_the_brake_actuator_exchanges_its_model_too(tmp_path: Path) -> None:
+    fmu = build_fmu(tmp_path / "a.fmu", component="brake-actuator", flavour="native")
+    runs = [
+        fmpy.simulate_fmu(
+            str(fmu),
+            stop_time=0.5,
+            output_interval=0.05,
+            relative_tolerance=1e-9,
+            fmi_type=kind,
+            start_values={"command": 100.0, "F_start": 10.0, "P": 30.0},
+        )
+        for kind in ("CoSimulation", "ModelExchange")
+    ]
+    ends = [run["F"][-1] for run in runs]
+    exact = 107.0 + (10.0 - 107.0) * np.exp(-10.0)
+    assert ends == pytest.approx([exact] * 2, rel=1e-6)
+
+
+def test_parameters_and_the_switch_of_the_model_reach_it(fmu: Path) -> None:
+    native = simulate(Parameters(F=60.0, k_nl=50.0, mu=0.9), t_end=10.0, separation=False)
+    run = fmpy.simulate_fmu(
+        str(fmu),
+        stop_time=10.0,
+        relative_tolerance=1e-9,
+        fmi_type="ModelExchange",
+        start_values={"F": 60.0, "k_nl": 50.0, "mu": 0.9, "separation": False},
+    )
+    assert run["y"][-1] == pytest.approx(native.final.y, abs=1e-4)
+    assert run["separations"][-1] == 0.0

@@ -1,0 +1,143 @@
+"""Co-simulation by the native FMU: the bits of the native solver at every communication point."""
+
+import itertools
+import threading
+from pathlib import Path
+
+import numpy as np
+import pytest
+from fmpy.fmi1 import FMICallException
+from hypothesis import given, settings, strategies as st
+
+from fivtui import Parameters, simulate
+from tests.support.fmu_instance import FmuInstance
+from tests.support.strategies import moderate_parameters
+
+COLUMNS = ("x", "vx", "y", "vy", "P", "mode")
+STATES = COLUMNS[:4]
+
+
+def assert_same_bits(folder: Path, steps: list[float], tol: float, p: Parameters) -> None:
+    times, rows = [0.0], []
+    with FmuInstance(folder).begin(tol=tol, **p.as_dict()) as instance:
+        rows.append(instance.get(*COLUMNS))
+        for h in steps:
+            instance.step(h)
+            times.append(instance.t)
+            rows.append(instance.get(*COLUMNS))
+        counts = instance.get("separations", "reattachments", "last_event")
+    native = simulate(p, t_end=times[-1], tol=tol, samples=times, kernel="compiled")
+    assert native.trajectory is not None
+    for column, name in enumerate(COLUMNS):
+        found = np.array([row[column] for row in rows])
+        assert np.array_equal(found, getattr(native.trajectory, name)), name
+    assert counts[:2] == [native.events.separations, native.events.reattachments]
+    assert counts[2] == (native.events.last or 0.0)
+
+
+@pytest.mark.parametrize("tol", [1e-13, 1e-12, 1e-9, 1e-6, 1e-3, 1e-2])
+def test_at_random_communication_points_of_a_run(folder: Path, tol: float) -> None:
+    rng = np.random.default_rng(round(-np.log10(tol)))
+    kinds = [1e-3, 1e-2, 0.1, 1.0, 10.0]
+    steps = [float(rng.choice([*kinds, rng.uniform(0.0, 1.0)])) for _ in range(80)]
+    assert_same_bits(folder, steps, tol, Parameters())
+
+
+@pytest.mark.parametrize("h", [1e-3, 1e-2, 10.0])
+def test_at_equal_steps(folder: Path, h: float) -> None:
+    assert_same_bits(folder, [h] * min(round(100.0 / h), 2000), 1e-12, Parameters())
+
+
+@settings(max_examples=25)
+@given(moderate_parameters(), st.lists(st.floats(1e-4, 2.0), min_size=1, max_size=12))
+def test_for_other_parameters(folder: Path, p: Parameters, steps: list[float]) -> None:
+    assert_same_bits(folder, steps, 1e-12, p)
+
+
+def test_a_jump_of_inputs_restarts_the_native_solver(folder: Path) -> None:
+    first = simulate(t_end=3.7, samples=[3.7], kernel="compiled").trajectory
+    assert first is not None
+    state = tuple(float(getattr(first, name)[0]) for name in STATES)
+    p = Parameters(F=120.0, mu=0.4)
+    second = simulate(p, t_end=2.5, start=state, kernel="compiled").final
+    with FmuInstance(folder).begin() as instance:
+        instance.step(3.7)
+        instance.set(F=120.0, mu=0.4)
+        instance.step(2.5)
+        # Time is counted from another start, which is rounding alone.
+        assert instance.get(*STATES) == pytest.approx(
+            [second.x, second.vx, second.y, second.vy], rel=1e-12, abs=1e-12
+        )
+
+
+def test_an_input_that_is_set_and_set_back_changes_no_bit(folder: Path) -> None:
+    with FmuInstance(folder).begin() as plain, FmuInstance(folder).begin() as other:
+        for _ in range(30):
+            other.set(F=10.0)
+            other.set(F=80.0)
+            for instance in (plain, other):
+                instance.step(0.01)
+        assert plain.get(*COLUMNS) == other.get(*COLUMNS)
+
+
+def test_instances_in_threads_do_not_see_each_other(folder: Path) -> None:
+    forces = [40.0 + 5.0 * number for number in range(8)]
+    instances = [FmuInstance(folder).begin(F=F) for F in forces]
+
+    def drive(instance: FmuInstance) -> None:
+        for _ in range(300):
+            instance.step(0.05)
+
+    threads = [threading.Thread(target=drive, args=(instance,)) for instance in instances]
+    for thread in threads:
+        thread.start()
+    for thread in threads:
+        thread.join()
+    for F, instance in zip(forces, instances, strict=True):
+        (t,) = {instance.t}
+        native = simulate(Parameters(F=F), t_end=t, kernel="compiled").final
+        assert instance.get(*STATES) == [native.x, native.vx, native.y, native.vy]
+        instance.fmi.freeInstance()
+
+
+def ramped(folder: Path, count: int, slopes: bool) -> list[float]:
+    """The state after 5 s with F = 80 + 8 t and μ = 0.7 − 0.05 t, in `count` steps."""
+    h = 5.0 / count
+    with FmuInstance(folder).begin() as instance:
+        for number in range(count):
+            t = number * h if slopes else (number + 0.5) * h
+            instance.t = number * h
+            instance.set(F=80.0 + 8.0 * t, mu=0.7 - 0.05 * t)
+            if slopes:
+                instance.slope(F=8.0, mu=-0.05)
+            instance.step(h)
+        return instance.get(*STATES)
+
+
+def test_with_input_derivatives_a_ramp_is_followed_whatever_the_step(folder: Path) -> None:
+    runs = [ramped(folder, count, True) for count in (1, 7, 100, 1000)]
+    for one, other in itertools.pairwise(runs):
+        assert one == pytest.approx(other, rel=1e-10, abs=1e-10)
+    # Held at its mean, an input has an error of second order in the step.
+    coarse, fine = (ramped(folder, count, False) for count in (1000, 2000))
+    limit = [f + (f - c) / 3.0 for c, f in zip(coarse, fine, strict=True)]
+    assert runs[0] == pytest.approx(limit, abs=1e-7)
+
+
+def test_after_a_ramp_the_input_is_held_where_it_came_to(folder: Path) -> None:
+    with FmuInstance(folder).begin() as instance:
+        instance.slope(F=-5.0)
+        instance.step(2.0)
+        assert instance.get("F") == [70.0]
+        instance.step(1.0)
+        assert instance.get("F") == [70.0]
+
+
+def test_a_ramp_out_of_the_range_of_its_input_is_refused(folder: Path) -> None:
+    with FmuInstance(folder).begin() as instance:
+        instance.slope(mu=-1.0)
+        with pytest.raises(FMICallException, match="discard"):
+            instance.step(1.0)
+        assert "mu = -0.3 at the end of the step: must be from 0 to 100" in instance.log[-1]
+        instance.step(0.5)
+        assert instance.get("mu") == pytest.approx([0.2])
