@@ -77,7 +77,8 @@ def test_the_tree_has_every_package() -> None:
     there = {
         str(path.parent.relative_to(ROOT))
         for package in ("fivtui", "fmu_src")
-        for path in (ROOT / package).glob("*/__init__.py")
+        for pattern in ("*/__init__.py", "*/*.c")
+        for path in (ROOT / package).glob(pattern)
     }
     assert sorted(tree) == sorted(there)
 
