@@ -18,6 +18,7 @@ from fivtui.transient import (
     MAX_STEPS,
     Progress,
     check_horizon,
+    check_max_steps,
     check_tolerance,
 )
 
@@ -109,8 +110,6 @@ def simulate_batch(
             raise unknown_name("requirement", name, REQUIREMENTS)
     if workers is not None and workers < 1:
         raise InputError(f"workers = {workers}: must be at least 1")
-    if max_steps < 1:
-        raise InputError(f"max_steps = {max_steps}: must be at least 1")
     work = _Work(
         table,
         size,
@@ -119,7 +118,7 @@ def simulate_batch(
         t_end=check_horizon(t_end),
         tol=check_tolerance(tol),
         require=frozenset(require),
-        max_steps=max_steps,
+        max_steps=check_max_steps(max_steps),
     )
     report = progress or (lambda _fraction: True)
     kernel = load_kernel() if why_interpreted() is None else None

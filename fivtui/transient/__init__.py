@@ -48,6 +48,7 @@ if TYPE_CHECKING:
         Samples as Samples,
         Start as Start,
         check_horizon as check_horizon,
+        check_max_steps as check_max_steps,
         check_start as check_start,
         check_step as check_step,
         check_tolerance as check_tolerance,

@@ -124,6 +124,7 @@ class Request:
         put = object.__setattr__
         put(self, "t_end", check_horizon(self.t_end))
         put(self, "tol", check_tolerance(self.tol))
+        put(self, "max_steps", check_max_steps(self.max_steps))
         if self.step is not None:
             put(self, "step", check_step(self.step, self.t_end))
         put(self, "sensitivities", check_sensitivities(self.sensitivities))
@@ -192,6 +193,17 @@ def check_horizon(t_end: float | str) -> float:
 def check_tolerance(tol: float | str) -> float:
     """A relative tolerance, as number or text; raises `InputError` if outside `TOL_RANGE`."""
     return TOL_INTERVAL.check("tol", tol)
+
+
+def check_max_steps(max_steps: object) -> int:
+    """A number of steps; raises `InputError` unless it is whole and at least 1."""
+    if (
+        isinstance(max_steps, int | np.integer)
+        and not isinstance(max_steps, bool)
+        and max_steps > 0
+    ):
+        return int(max_steps)
+    raise InputError(f"max_steps = {max_steps}: must be a whole number, at least 1")
 
 
 def check_step(step: float | str, t_end: float) -> float:

@@ -337,7 +337,8 @@ def test_memory_is_that_of_the_inputs_and_outputs() -> None:
         ({"tol": 1.0}, "tol = 1: must be from"),
         ({"t_end": -1.0}, "t_end = -1: must be above"),
         ({"workers": 0}, "workers = 0"),
-        ({"max_steps": 0}, "max_steps = 0"),
+        ({"max_steps": 0}, "max_steps = 0: must be a whole number, at least 1"),
+        ({"max_steps": 0.5}, "max_steps = 0.5: must be a whole number"),
         ({"require": {"peaks"}}, "did you mean peak"),
     ],
 )

@@ -160,6 +160,19 @@ def test_a_long_horizon_costs_no_more() -> None:
     assert run.steady.y_half_range < 1e-13
 
 
+@pytest.mark.parametrize(
+    ("damping", "t_end", "error"),
+    [(0.32, 1e7, 1e-15), (1e-4, 1e7, 1e-15), (1e-4, 1e5, 1e-11), (0.0, 1e4, 1e-11)],
+)
+def test_a_long_motion_is_that_of_the_matrix_exponential_in_fifty_digits(
+    damping: float, t_end: float, error: float
+) -> None:
+    run = simulate(linear(c1=damping, c2=damping), t_end=t_end, start=START, separation=False)
+    x, _, y, _ = truth(run.parameters, t_end, START)
+    displacement, _ = sizes(run)
+    assert [run.final.x, run.final.y] == pytest.approx([x, y], abs=error * displacement)
+
+
 def test_overflow_is_diagnosed_with_its_time() -> None:
     p = linear(k2=186.0, mu=2.0)
     growth = np.linalg.eigvals(LinearMotion(p, 1.0).matrix).real.max()

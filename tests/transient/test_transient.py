@@ -212,3 +212,10 @@ def test_unbounded_growth_never_ends_in_nan(method: str, start: Start) -> None:
     p = Parameters(k2=186.0, k_nl=0.0, mu=2.0)
     with pytest.raises(ComputationError):
         simulate(p, t_end=1e4, tol=1e-6, separation=False, method=method, start=start)
+
+
+@pytest.mark.parametrize("method", METHODS)
+@pytest.mark.parametrize("max_steps", [0, -1, 0.5, True, math.nan, "7", None])
+def test_a_number_of_steps_below_one_is_refused_by_one_line(method: str, max_steps: Any) -> None:
+    with pytest.raises(InputError, match=f"^max_steps = {max_steps}: must be a whole number, at"):
+        simulate(t_end=1.0, method=method, max_steps=max_steps)
