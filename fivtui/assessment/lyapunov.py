@@ -1,8 +1,9 @@
 """Growth of small errors along a motion, and the largest Lyapunov exponent.
 
-Benettin's method (Meccanica 15, 1980): a neighbour of the motion is followed and pulled back to a
-small distance at regular intervals. The right-hand side is continuous at separation and
-reattachment, so a neighbour stays one. Distances are in (x, ẋ/ω, y, ẏ/ω), ω² = (k1 + k2 + k3)/m.
+Benettin's method (Meccanica 15, 1980): a deviation from the motion is followed by the variational
+equations and pulled back to its length at regular intervals. The right-hand side is continuous at
+separation and reattachment, where deviations therefore do not jump. They are measured in
+(x, ẋ/ω, y, ẏ/ω), ω² = (k1 + k2 + k3)/m.
 """
 
 import enum
@@ -11,12 +12,10 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from typing import Final
 
-from fivtui.kernel import stepping_kernel
-from fivtui.model import Cancelled, ComputationError, State, static_deflection, time_scale
-from fivtui.transient import Request, integrate
+from fivtui.model import Cancelled, ComputationError, State, time_scale
+from fivtui.taylor import Seed
+from fivtui.transient import Request, vary
 
-# Distance of the neighbour, relative to the size of the motion.
-_DISTANCE: Final = 1e-7
 _STRETCHES: Final = 400
 # A periodic motion stretches a distance by less than this factor over a cycle or two.
 _BOUNDED: Final = 1e3
@@ -67,7 +66,7 @@ class ErrorGrowth:
 def error_growth(
     request: Request, *, progress: Callable[[float], bool] | None = None
 ) -> ErrorGrowth:
-    """Follow a neighbour of a motion over its length and measure how their distance grows.
+    """Follow a deviation from a motion over its length and measure how it grows.
 
     Uses the Taylor method at the request's tolerance. Raises `ComputationError` if the run cannot
     be finished, and `Cancelled` if `progress`, called with the fraction done, returns False.
@@ -75,50 +74,35 @@ def error_growth(
     p = request.parameters
     frequency = 1.0 / time_scale(p)
     stretch = request.t_end / _STRETCHES
-    deflection = static_deflection(p)
 
-    def after(state: State) -> State:
+    def after(state: State, deviation: State) -> tuple[State, State]:
         try:
             part = Request(
-                p,
-                t_end=stretch,
-                tol=request.tol,
-                separation=request.separation,
-                start=state,
-                kernel=stepping_kernel(),
+                p, t_end=stretch, tol=request.tol, separation=request.separation, start=state
             )
-            final = integrate(part).final
+            found = vary(part, [Seed(deviation)])
         except ComputationError as error:
             begin = (len(sizes) - 1) * stretch
             raise ComputationError(
                 f"in the interval from t = {begin:.6g} s on: {error.why}", error.advice
             ) from error
-        return (final.x, final.vx, final.y, final.vy)
+        dx, dvx, dy, dvy = found.derivatives[:, 0].tolist()
+        return found.final, (dx, dvx, dy, dvy)
 
     def size(state: State) -> float:
         x, vx, y, vy = state
         return math.hypot(x, vx / frequency, y, vy / frequency)
 
     state = request.initial
-    distance = _DISTANCE * (max(size(state), deflection) or 1.0)
-    offset: State = (
-        0.5 * distance,
-        0.5 * distance * frequency,
-        0.5 * distance,
-        0.5 * distance * frequency,
-    )
+    deviation: State = (0.5, 0.5 * frequency, 0.5, 0.5 * frequency)
     growth, sizes = [0.0], [size(state)]
     for count in range(_STRETCHES):
         if progress is not None and not progress(count / _STRETCHES):
             raise Cancelled
-        neighbour = after(_sum(state, offset, 1.0))
-        state = after(state)
-        difference = _sum(neighbour, state, -1.0)
-        apart = size(difference)
-        growth.append(growth[-1] + math.log(max(apart, 1e-300) / size(offset)))
-        # Scaled to the motion again, so that rounding stays far below the distance.
-        distance = _DISTANCE * (max(size(state), deflection) or 1.0)
-        offset = _sum((0.0,) * 4, difference, distance / apart) if apart > 0.0 else offset
+        state, (dx, dvx, dy, dvy) = after(state, deviation)
+        length = max(size((dx, dvx, dy, dvy)), 1e-300)
+        growth.append(growth[-1] + math.log(length))
+        deviation = (dx / length, dvx / length, dy / length, dvy / length)
         sizes.append(size(state))
     half = _STRETCHES // 2
     duration = request.t_end - half * stretch
@@ -142,8 +126,3 @@ def _fate(growth: Sequence[float], gained: float, larger: float) -> Fate:
     if gained > bound:
         return Fate.UNBOUNDED if larger > _GROWTH else Fate.SENSITIVE
     return Fate.BOUNDED if max(growth) < 2.0 * bound else Fate.UNDECIDED
-
-
-def _sum(one: State, other: State, factor: float) -> State:
-    x, vx, y, vy = (a + factor * b for a, b in zip(one, other, strict=True))
-    return (x, vx, y, vy)

@@ -101,11 +101,11 @@ INLINE void multiply(const double *a, const double *b, double *product)
     memcpy(product + PADDED, sums, sizeof sums);
 }
 
-/* Continue the motion from its first two coefficients, with y² and y³ in contact. */
-APART void expand_motion(Motion *m, const Field *f, int contact)
+/* Continue the motion from its first two coefficients, with y² and y³ if these play a part. */
+APART void expand_motion(Motion *m, const Field *f, int cubic)
 {
     memset(m->y, 0, PADDED * sizeof *m->y);
-    if (contact) {
+    if (cubic) {
         expand(m->x, m->y + PADDED, f, MAX_ORDER, 1);
         m->y[PADDED + ROWS] = m->y[PADDED + ROWS + 1] = 0.0;
         multiply(m->y, m->y, m->square);
@@ -116,9 +116,18 @@ APART void expand_motion(Motion *m, const Field *f, int contact)
     }
 }
 
+/* Whether the motion is far enough within the range of numbers. */
+INLINE int is_finite(const Motion *m)
+{
+    double size = 0.0;
+    for (int n = 0; n < ROWS; n++)
+        size += (n + 1.0) * (__builtin_fabs(m->x[n]) + __builtin_fabs(m->y[PADDED + n]));
+    return finite_number(size);
+}
+
 /* The Taylor coefficients of deviations; the newest of them comes last into the sums. */
 APART void expand_deviations(Series *s, const Deviation *start, const Motion *m, const Field *f,
-                             const Change *c, int contact)
+                             const Change *c, int cubic)
 {
     const Eight none = {0.0};
     const double *ys = m->y + PADDED, *square = m->square + PADDED, *cube = m->cube + PADDED;
@@ -133,7 +142,7 @@ APART void expand_deviations(Series *s, const Deviation *start, const Motion *m,
         push_y = eight_fma_by(c->damping_y, vy, eight_fma_by(c->d_y, -cube[n], push_y));
         push_x = eight_fma_by(s->x[n], f->a_x, eight_fma_by(s->y[n], f->b_x, push_x));
         push_y = eight_fma_by(s->x[n], f->a_y, eight_fma_by(s->y[n], f->b_y, push_y));
-        if (contact) {
+        if (cubic) {
             Eight product = s->y[0] * square[n];
             for (int i = 1; i <= n; i++)
                 product = eight_fma_by(s->y[i], square[n - i], product);
@@ -207,9 +216,8 @@ APART double piece_length(const Series *s, int eights, double left)
 /* The acceleration of a state in a field (Eqs. 2 and 5). */
 INLINE Pair acceleration_of(const Field *f, double x, double vx, double y, double vy)
 {
-    double cube = y * y * y;
-    double ax = FUSED(f->a_x, x, FUSED(f->b_x, y, FUSED(f->damping_x, vx, -(f->d_x * cube))));
-    double ay = FUSED(f->a_y, x, FUSED(f->b_y, y, FUSED(f->damping_y, vy, -(f->d_y * cube))));
+    double ax = FUSED(f->a_x, x, FUSED(f->b_x, y, FUSED(f->damping_x, vx, -(f->d_x * y * y * y))));
+    double ay = FUSED(f->a_y, x, FUSED(f->b_y, y, FUSED(f->damping_y, vy, -(f->d_y * y * y * y))));
     return pair_of(ax, ay - f->load);
 }
 

@@ -13,10 +13,11 @@ static const int QUANTITY[] = {OF_X, OF_X, OF_Y, OF_Y, OF_VX, OF_Y, OF_Y};
 static const double SIGN[] = {-1.0, 1.0, -1.0, 1.0, 1.0, -1.0, 1.0};
 #define FIRST_LATE 5
 
-/* `now` are the deviations, `moments` the times of the extremes so far and `by` their derivatives. */
+/* `cubic` is whether y³ plays a part in contact; `now` are the deviations, `moments` the times of the
+   extremes so far, and `by` their derivatives. */
 typedef struct {
     Run run;
-    int64_t count, eights;
+    int64_t count, eights, cubic;
     Change contact[EIGHTS], off[EIGHTS];
     Deviation now[EIGHTS];
     double moments[sizeof(Extremes) / sizeof(V)];
@@ -73,12 +74,13 @@ static unsigned changed_extremes(const Varied *v, const Extremes *before, double
     return changed;
 }
 
-/* Carry the deviations over the step, and note them at the `wanted` places. Returns whether
-   that can be done. */
+/* Carry the deviations over the step, and note them at the `wanted` places. Returns RUNNING if that
+   can be done. */
 static int carry(Varied *v, unsigned wanted, const double *places)
 {
     const Block *w = &v->run.w;
-    const int groups = (int)v->run.order / 4, eights = (int)v->eights, contact = w->side < 0.0;
+    const int groups = (int)v->run.order / 4, eights = (int)v->eights;
+    const int contact = w->side < 0.0, cubic = contact && v->cubic;
     const Change *change = contact ? v->contact : v->off;
     double done = 0.0;
     for (int last = 0; !last;) {
@@ -87,12 +89,12 @@ static int carry(Varied *v, unsigned wanted, const double *places)
         Tangent x = tangent_at(w->xs, groups, done), y = tangent_at(w->ys, groups, done);
         m.x[0] = x.value, m.x[1] = x.slope;
         m.y[PADDED] = y.value, m.y[PADDED + 1] = y.slope;
-        expand_motion(&m, &w->field, contact);
+        expand_motion(&m, &w->field, cubic);
         for (int g = 0; g < eights; g++)
-            expand_deviations(s + g, v->now + g, &m, &w->field, change + g, contact);
+            expand_deviations(s + g, v->now + g, &m, &w->field, change + g, cubic);
         double left = w->h - done, piece = piece_length(s, eights, left);
         if (piece == 0.0)
-            return 0;
+            return is_finite(&m) ? UNBOUNDED : OVERFLOW;
         last = piece == left;
         for (int i = 0; i < EXTREMES; i++) {
             if (!(wanted >> i & 1) || !(last || places[i] <= done + piece))
@@ -108,7 +110,7 @@ static int carry(Varied *v, unsigned wanted, const double *places)
             v->now[g] = deviation_at(s + g, piece);
         done += piece;
     }
-    return 1;
+    return RUNNING;
 }
 
 /* End a step that is `cut` where y = 0: there the guard is y, and no parameter is in it. */
@@ -149,10 +151,11 @@ EXPORT void NAME(vary_begin)(Varied *v, const double *parameters, int64_t separa
 {
     memset(v, 0, sizeof *v);
     begin_run(&v->run, parameters, separation, start, t_end, tol, order);
-    v->count = count, v->eights = (count + 7) / 8;
+    v->count = count, v->eights = (count + 7) / 8, v->cubic = v->run.cubic;
     for (int64_t i = 0; i < count; i++) {
         const double *seed = seeds + i * (STATE + PARAMETERS);
         Deviation *d = v->now + i / 8;
+        v->cubic |= seed[STATE + P_KNL] != 0.0;
         d->x[i % 8] = seed[0], d->vx[i % 8] = seed[1];
         d->y[i % 8] = seed[2], d->vy[i % 8] = seed[3];
         put_change(v->contact + i / 8, i % 8, parameters, seed + STATE, 1);
@@ -181,10 +184,8 @@ EXPORT int64_t NAME(vary_advance)(Varied *v, double *crossings, int64_t room, in
             status = OVERFLOW;
             break;
         }
-        if (!carry(v, changed_extremes(v, &before, places), places)) {
-            status = UNBOUNDED;
+        if ((status = carry(v, changed_extremes(v, &before, places), places)) != RUNNING)
             break;
-        }
         double switches = w->lifts + w->landings;
         status = pass(v, &ending, cut);
         if (w->lifts + w->landings != switches) {

@@ -27,11 +27,13 @@ from .series import (
     right_hand_side,
     state_function,
 )
+from .stepper import overflow_error
 
 _ORDER: Final = 20
 # The last terms of a piece over the greatest of its first ones, and how many these are.
 _NEGLIGIBLE: Final = 2.0**-54
 _FIRST_TERMS: Final = 9
+_NOTHING: Final = (0.0,) * (_ORDER + 2)
 _SHORTENED: Final = 0.8
 _MOST_SHORTENINGS: Final = 64
 
@@ -143,6 +145,12 @@ class Deviations:
         self._changes = {
             mode: [change_of(p, mode, seed.parameters) for seed in seeds] for mode in Mode
         }
+        # Where y³ plays no part it may overflow.
+        self._cubic = {
+            mode: any(one.yyyy or one.xyyy for one in self._changes[mode])
+            or self._constants[mode].cubic > 0.0
+            for mode in Mode
+        }
         self.now: list[State] = [seed.start for seed in seeds]
 
     def advance(
@@ -167,7 +175,7 @@ class Deviations:
         Raises
         ------
         ComputationError
-            If they cannot be followed on.
+            If motion or deviations cannot be followed on.
         """
         mode, span = segment.mode, end * segment.duration
         moments = [place * segment.duration for place in places]
@@ -183,7 +191,13 @@ class Deviations:
             left = span - done
             length = _length(series, left)
             if length == 0.0:
-                raise unbounded_error(segment.start + done)
+                t = segment.start + done
+                size = sum(n * abs(one) for z in piece[:2] for n, one in enumerate(z, 1))
+                raise (
+                    unbounded_error(t)
+                    if math.isfinite(size)
+                    else overflow_error(t, segment.state(t))
+                )
             while waiting and (length == left or moments[waiting[-1]] <= done + length):
                 place = waiting.pop()
                 found[place] = [_at(one, moments[place] - done) for one in series]
@@ -199,6 +213,8 @@ class Deviations:
         x, vx, y, vy = evaluate(segment.x, segment.y, since / duration)
         expand = coefficient_function(right_hand_side(self._p, mode), _ORDER)
         xs, ys = expand(x, vx / duration, y, vy / duration, *self._constants[mode])
+        if not self._cubic[mode]:
+            return _Piece(xs, ys, _NOTHING, _NOTHING)
         square = _product(ys, ys)
         return _Piece(xs, ys, square, _product(ys, square))
 

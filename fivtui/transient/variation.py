@@ -38,6 +38,7 @@ START_SEEDS: Final = (
     Seed((0.0, 0.0, 1.0, 0.0)),
     Seed((0.0, 0.0, 0.0, 1.0)),
 )
+_PLACES: Final = {name: place for place, name in enumerate(PARAMETERS)}
 # Steps between two looks at the progress callback, compiled and interpreted.
 _REPORT: Final = 256
 _REPORT_INTERPRETED: Final = 8
@@ -111,7 +112,8 @@ def _compiled(request: Request, seeds: Sequence[Seed], progress: Progress | None
     given = np.zeros((len(seeds), 4 + len(PARAMETERS)))
     for row, seed in zip(given, seeds, strict=True):
         row[:4] = seed.start
-        row[4:] = [seed.parameters.get(name, 0.0) for name in PARAMETERS]
+        for name, change in seed.parameters.items():
+            row[4 + _PLACES[name]] = change
     run = load_kernel().vary(
         np.array([*request.parameters.as_dict().values()]),
         np.array(request.initial),
@@ -126,13 +128,13 @@ def _compiled(request: Request, seeds: Sequence[Seed], progress: Progress | None
     return Variation(
         run.outcome[:4],
         np.array(run.rate),
-        run.derivatives.T.copy(),
-        run.extremes[:, 0].copy(),
+        run.derivatives.T,
+        run.extremes[:, 0],
         np.array([getattr(run.outcome, name) for name in EXTREMES]),
-        run.extremes[:, 1:].copy(),
-        crossings[:, 0].copy(),
-        crossings[:, 1:5].copy(),
-        crossings[:, CROSSING_HEAD:].reshape(-1, count, 4).transpose(0, 2, 1).copy(),
+        run.extremes[:, 1:],
+        crossings[:, 0],
+        crossings[:, 1:5],
+        crossings[:, CROSSING_HEAD:].reshape(-1, count, 4).transpose(0, 2, 1),
     )
 
 
