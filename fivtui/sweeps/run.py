@@ -322,8 +322,8 @@ def local_engine(workers: int | None = None) -> Engine:
                     if not running:
                         return
                     done, running = wait(running, return_when=FIRST_COMPLETED)
-                    for future in done:
-                        yield future.result()
+                    results = [future.result() for future in done]
+                    yield from sorted(results, key=lambda result: result[0].number)
             finally:
                 stopped.set()
 
