@@ -3,6 +3,7 @@
 from pathlib import Path
 from typing import TYPE_CHECKING, Final
 
+from fivtui.io import FORMATS
 from fivtui.ranges import range_text
 from fivtui.results import PHYSICS, Command, Stored, StudyKind, scene_fields
 
@@ -15,7 +16,7 @@ else:
 
     figure, files, report = later(__name__, "figure", "files", "report")
 
-_FORMATS: Final = (".csv", ".npz", ".parquet")
+_FORMATS: Final = tuple(FORMATS)
 _BYTES: Final = 8
 _DEFAULT_VALUE: Final = "growth-rate"
 

@@ -87,7 +87,7 @@ def mode_of(p: Parameters, state: State, *, separation: bool) -> Mode:
     """The mode in which the motion continues from a state (Eqs. 3 and 4).
 
     At y = 0 the first nonzero time derivative of y decides; it is the same in both modes. A second
-    derivative within rounding counts as zero (see `pull`). A slider at rest at y = 0 is in contact.
+    derivative within rounding counts as zero (see `lift`). A slider at rest at y = 0 is in contact.
 
     Parameters
     ----------
@@ -105,19 +105,16 @@ def mode_of(p: Parameters, state: State, *, separation: bool) -> Mode:
         return Mode.SEPARATED if y > 0.0 else Mode.CONTACT
     h = 0.5 * p.k3
     push = h * vx if abs(h * vx) > LEAST else 0.0
-    derivatives = (vy, pull(h, p.F, x), push, -h * x)
+    derivatives = (vy, lift(p, x), push, -h * x)
     direction = next((value for value in derivatives if value != 0.0), -1.0)
     return Mode.SEPARATED if direction > 0.0 else Mode.CONTACT
 
 
-def pull(h: float, force: float, x: float) -> float:
-    """Force (k3/2) x − F in N that lifts a slider at rest at y = 0; 0 if within rounding.
-
-    `h` = k3/2 in N/m, `force` = F in N, x in m.
-    """
-    held = h * x
-    difference = held - force
-    known = abs(difference) > max(BALANCED * (abs(held) + abs(force)), LEAST)
+def lift(p: Parameters, x: float) -> float:
+    """Force (k3/2) x − F in N that lifts a slider at rest at y = 0; 0 if within rounding."""
+    held, load = 0.5 * p.k3 * x, p.F
+    difference = held - load
+    known = abs(difference) > max(BALANCED * (abs(held) + abs(load)), LEAST)
     return difference if known else 0.0
 
 

@@ -2,6 +2,7 @@
 
 from typing import TYPE_CHECKING, Final
 
+from fivtui.io import FORMATS
 from fivtui.results import StudyKind
 
 if TYPE_CHECKING:
@@ -11,7 +12,7 @@ else:
 
     files, report = later(__name__, "files", "report")
 
-_FORMATS: Final = (".csv", ".npz", ".parquet")
+_FORMATS: Final = tuple(FORMATS)
 
 ATTRACTOR: Final = StudyKind(
     data="attractor",

@@ -4,7 +4,7 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Final, NamedTuple
 
-from fivtui.io import save_bytes
+from fivtui.io import FORMATS, save_bytes
 from fivtui.results import Command, StudyKind
 
 if TYPE_CHECKING:
@@ -56,7 +56,7 @@ FIGURE: Final = StudyKind(
         name: values.tolist() for name, values in panel.results.table(panel.key).columns.items()
     },
     figure=lambda panel: drawing.draw(panel.number, panel.results),
-    suffixes=(".csv", ".npz", ".parquet"),
+    suffixes=tuple(FORMATS),
     save=_save_panel,
     stem=lambda panel: f"fig-{panel.number:02d}{panel.letter}",
     header=frozenset({"figure"}),

@@ -15,8 +15,8 @@ from fivtui.model.parameters import Parameters
 from fivtui.model.slider_belt import (
     Mode,
     State,
+    lift,
     mode_of,
-    pull,
     static_deflection,
     time_scale,
 )
@@ -219,7 +219,7 @@ class TaylorStepper:
         # On the switch, where the forces balance to rounding, the acceleration is that of the
         # damper: with a random sign the motion would seem to cross again and again.
         x, vx, _, vy = self._state
-        if pull(0.5 * self._p.k3, self._p.F, x) != 0.0:
+        if lift(self._p, x) != 0.0:
             return y
         given = self._constants[self._mode]
         half = 0.5 * given.yvy * vy

@@ -2,6 +2,7 @@
 
 from typing import TYPE_CHECKING, Final
 
+from fivtui.io import FORMATS
 from fivtui.results import PHYSICS, Command, Stored, StudyKind, scene_fields
 
 if TYPE_CHECKING:
@@ -24,10 +25,10 @@ def _size(result: "Transient") -> int:
 RUN: Final = StudyKind(
     data="trajectory",
     show=report.print_transient,
-    suffixes=(".csv", ".npz", ".parquet"),
+    suffixes=tuple(FORMATS),
     save=files.save_trajectory,
     load=files.load_transient,
-    load_suffixes=(".csv", ".npz", ".parquet"),
+    load_suffixes=tuple(FORMATS),
     header=frozenset({"method", "t_end"}),
     json_keys=frozenset({"final", "peak"}),
     json_refusal="has no motion over time; read the file of simulate --out",

@@ -15,7 +15,7 @@ from typing import Final
 import numpy as np
 from numpy.typing import NDArray
 
-from fivtui.model import ComputationError, Mode, Parameters, State, jacobian
+from fivtui.model import ComputationError, Mode, Parameters, State, accelerations, jacobian
 from fivtui.taylor import overflow_error
 
 FloatArray = NDArray[np.float64]
@@ -61,7 +61,8 @@ class LinearMotion:
         self._scale = np.array([1.0, frequency, 1.0, frequency])
         with np.errstate(all="ignore"):
             matrix = np.array(jacobian(p, 0.0, Mode.CONTACT)) * self._scale / self._scale[:, None]
-            self.load = np.array([0.0, 0.0, 0.0, -p.F / p.m]) / self._scale
+            x, y = accelerations(p, (0.0, 0.0, 0.0, 0.0), Mode.CONTACT)
+            self.load = np.array([0.0, x, 0.0, y]) / self._scale
             size = float(np.abs(matrix).sum(axis=1).max())
         if not (math.isfinite(size) and np.all(np.isfinite(self.load))):
             raise ComputationError(

@@ -1,0 +1,409 @@
+"""What CONTRIBUTING says of adding something is done to a copy of the sources, as it is said."""
+
+import os
+import re
+import shutil
+import subprocess
+import sys
+from collections.abc import Iterable
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Final
+
+import pytest
+
+ROOT: Final = Path(__file__).parents[1]
+CONTRIBUTING: Final = (ROOT / "CONTRIBUTING.md").read_text(encoding="utf-8")
+
+
+@dataclass(frozen=True)
+class Edit:
+    """A change of a file: everywhere `old`, a regular expression, is `new`; or a file is new."""
+
+    path: str
+    old: str
+    new: str
+
+    def make(self, root: Path) -> None:
+        path = root / self.path
+        if not self.old:
+            assert not path.exists(), self.path
+            path.write_text(self.new, encoding="utf-8")
+            return
+        text, count = re.subn(self.old, self.new, path.read_text(encoding="utf-8"))
+        assert count > 0, (self.path, self.old)
+        path.write_text(text, encoding="utf-8")
+
+
+def said(subject: str) -> str:
+    """The paragraph on adding something."""
+    (text,) = re.findall(rf"^\*\*{subject}\.\*\*.*?\n\n", CONTRIBUTING, re.MULTILINE | re.DOTALL)
+    assert text.count("\n") <= 10
+    return str(text)
+
+
+def add(subject: str, edits: Iterable[Edit], root: Path) -> None:
+    """Make changes of files that the paragraph names, or of new files in folders that it names."""
+    text = said(subject)
+    for edit in edits:
+        folder = edit.path.rpartition("/")[0]
+        assert f"`{edit.path}`" in text or (not edit.old and f"`{folder}/" in text), edit.path
+        edit.make(root)
+    for path in re.findall(r"`((?:fivtui|fmu_src)/[\w/]+\.\w+)`", text):
+        if subject != "A tab":
+            assert (root / path).exists(), path
+
+
+# A parameter: gravity presses the slider onto the belt.
+FORCE: Final = "(p.F + p.m * p.g)"
+CHANGE: Final = '(by.get("F", 0.0) + by.get("m", 0.0) * p.g + p.m * by.get("g", 0.0))'
+PARAMETER: Final = (
+    Edit(
+        "fivtui/model/parameters.py",
+        r"    mu: float = _spec\(.*\n",
+        r'\g<0>    g: float = _spec("g", "m/s^2", 0.0, (0.0, 1e3), "gravity towards the belt")\n',
+    ),
+    Edit("fivtui/model/slider_belt.py", r"\bp\.F\b", FORCE),
+    Edit("fivtui/model/slider_belt.py", r'\{"F": 1\.0,', '{"F": 1.0, "m": p.g, "g": p.m,'),
+    Edit("fivtui/taylor/series.py", r"\bp\.F\b", FORCE),
+    Edit("fivtui/transient/rk4.py", r'p\["F"\]', '(p["F"] + p["m"] * p["g"])'),
+    Edit("fivtui/equilibrium/critical.py", r"\bp\.F\b", FORCE),
+    Edit("fivtui/equilibrium/arrays.py", r"self\.mu = \(", "self.mu, self.g = ("),
+    Edit(
+        "fivtui/equilibrium/arrays.py",
+        r"        self\.h = ",
+        r"        self.F = self.F + self.m * self.g\n\g<0>",
+    ),
+    Edit("fivtui/kernel/problem.h", r"P_MU, PARAMETERS", "P_MU, P_G, PARAMETERS"),
+    Edit("fivtui/kernel/problem.h", r"p\[P_F\]", "(p[P_F] + p[P_M] * p[P_G])"),
+    Edit("fivtui/kernel/rest.h", r"p\[P_F\]", "(p[P_F] + p[P_M] * p[P_G])"),
+    Edit("fivtui/taylor/variation.py", r"by\.get\(\"F\", 0\.0\)", CHANGE),
+    Edit("fivtui/kernel/deviations.h", r"KNL, MU \}", "KNL, MU, G_ }"),
+    Edit(
+        "fivtui/kernel/deviations.h",
+        r"q\[F_\] - p\[F_\]",
+        "q[F_] + dm * p[G_] + m * q[G_] - (p[F_] + m * p[G_])",
+    ),
+    Edit("fmu_src/native/slider_belt.c", r"V_k_nl, V_mu,", "V_k_nl, V_mu, V_g,"),
+    Edit("fmu_src/native/slider_belt.c", r"- v\[V_F\]", "- v[V_F] - v[V_m] * v[V_g]"),
+    Edit("fivtui/tui/session/equations.py", r"= P − F\"", '= P − F − m g"'),
+)
+# What a preload that is more by 10 N changes is changed alike.
+WITH_PARAMETER: Final = """
+import math
+from fivtui import *
+from fivtui.cli import run
+from fivtui.tui.session.equations import equations_with
+from fivtui.tui.session.fields import FIELDS
+from fivtui.model.parameters import PARAMETERS
+
+def same(one, other):
+    for a, b in zip(one, other, strict=True):
+        assert math.isclose(a, b, rel_tol=1e-9, abs_tol=1e-9), (one, other)
+
+light, heavy = Parameters(g=2.0), Parameters(F=90.0)
+for method in ("taylor", "rk4", "scipy-dop853"):
+    one, other = (simulate(p, t_end=4.0, method=method) for p in (light, heavy))
+    same(one.final, other.final)
+    assert one.events.separations == other.events.separations > 0
+names = ["F", "m", "g"]
+one, other = (simulate(p, t_end=2.0, sensitivities=names).sensitivities for p in (light, heavy))
+same(one["F"].final, other["F"].final)
+same(one["g"].final, [5.0 * by_F for by_F in other["F"].final])
+same(one["m"].final, [m + 2.0 * F for m, F in zip(other["m"].final, other["F"].final)])
+linear = [p.with_values({"k_nl": 0.0}) for p in (light, heavy)]
+one, other = (simulate(p, t_end=2.0, separation=False) for p in linear)
+assert one.stats.kernel == "exact"
+same(one.final, other.final)
+one, other = (stability(p) for p in (light, heavy))
+same([one.growth_rate, one.critical_mu[0].mu], [other.growth_rate, other.critical_mu[0].mu])
+found = stability_map(Parameters(), {"g": [0.0, 2.0], "mu": [0.7]})
+same([found.values[1, 0]], [other.growth_rate])
+batch = simulate_batch({"g": [0.0, 2.0]}, t_end=2.0)
+same([batch.final[1, 2]], [simulate(heavy, t_end=2.0).final.y])
+rows = sweep(vary={"g": (0.0, 2.0)}, t_end=2.0, outputs=["y_end"]).rows
+same([rows[1][2]], [batch.final[1, 2]])
+assert run(["simulate", "--set", "g=2", "--t-end", "2", "--json"]) == 0
+save_scene(Scene(name="mine", description="", parameters=light), "mine.toml")
+assert load_scene("mine.toml").parameters == light
+assert FIELDS["g"].meaning and equations_with(PARAMETERS["g"])
+for flavour in FLAVOURS:
+    fmu = build_fmu(f"{flavour}.fmu", flavour=flavour)
+    driven = run_fmu(fmu, t_end=1.0, start_values={"g": 2.0}, outputs=["y", "ay"])
+    alike = run_fmu(fmu, t_end=1.0, start_values={"F": 90.0}, outputs=["y", "ay"])
+    same(driven.columns["y"], alike.columns["y"])
+    same(driven.columns["ay"], alike.columns["ay"])
+"""
+
+
+# A method: the explicit midpoint rule.
+MIDPOINT: Final = '''"""The explicit midpoint rule."""
+
+from .request import Request
+from .rk4 import FloatArray, ReferenceStepper, RungeKutta4
+
+
+class MidpointSteps(RungeKutta4):
+    """Second-order steps of fixed length."""
+
+    def _rk4(self, state: FloatArray, contact, step: FloatArray) -> FloatArray:
+        half = state + 0.5 * step * self._derivatives(state, contact)
+        return state + step * self._derivatives(half, contact)
+
+
+class MidpointStepper(ReferenceStepper):
+    """A request by the midpoint rule; `advance` yields its segments."""
+
+    def __init__(self, request: Request) -> None:
+        p, start = request.parameters, request.initial
+        step, separation = request.step or 1e-3, request.separation
+        super().__init__(p, start, step=step, separation=separation)
+        self._integrator = MidpointSteps([p], [start], step=step, separation=separation)
+'''
+METHOD: Final = (
+    Edit("fivtui/transient/midpoint.py", "", MIDPOINT),
+    Edit(
+        "fivtui/transient/methods.py",
+        r"from \.request",
+        "from .midpoint import MidpointStepper\n\\g<0>",
+    ),
+    Edit(
+        "fivtui/transient/methods.py",
+        r' +Method\("rk4", .*\n',
+        r'\g<0>        Method("midpoint", "explicit midpoint rule", True, MidpointStepper),\n',
+    ),
+    Edit(
+        "fivtui/tradeoffs/settings.py",
+        r'    \("rk4", .*\n',
+        r'\g<0>    ("midpoint", 0.1, 0.1 / 2.0**9, 0.5),\n',
+    ),
+    Edit("fivtui/tradeoffs/measure.py", r'    "rk4": 0.25,\n', r'\g<0>    "midpoint": 0.05,\n'),
+    Edit(
+        "fivtui/assessment/stress_tests.py",
+        r'    "rk4": MethodUnderTest.*\n',
+        r'\g<0>    "midpoint": MethodUnderTest("midpoint", 20_000),\n',
+    ),
+)
+WITH_METHOD: Final = """
+from fivtui import *
+from fivtui.assessment.stress_tests import METHODS_UNDER_TEST
+from fivtui.cli import run
+from fivtui.tradeoffs.measure import _SHARES
+from fivtui.tradeoffs.settings import ladders
+from fivtui.tui.session.fields import FIELDS
+
+truth = simulate(t_end=4.0).final.y
+errors = [
+    abs(simulate(t_end=4.0, method="midpoint", step=step).final.y - truth) for step in (4e-3, 2e-3)
+]
+# Of second order.
+assert 3.0 < errors[0] / errors[1] < 5.0 and errors[1] < 1e-3, errors
+assert run(["methods"]) == 0
+assert run(["simulate", "--method", "midpoint", "--t-end", "1"]) == 0
+scene = Scene(name="mine", description="", parameters=Parameters(), method="midpoint")
+save_scene(scene, "midpoint.toml")
+assert load_scene("midpoint.toml") == scene
+assert "midpoint" in FIELDS["method"].choices
+tried = {ladder.method for ladder in ladders(0.1, 10.0)}
+assert "midpoint" in tried and tried == set(_SHARES)
+assert "midpoint" in {entry.name for entry in METHODS_UNDER_TEST.values()}
+"""
+
+# A tab: the parameters, as a command says them.
+HELLO: Final = '''"""The words tab."""
+
+from textual.app import ComposeResult
+from textual.widgets import Static
+
+from .pane import Pane
+
+
+class WordsPane(Pane):
+    """The preload in words."""
+
+    def compose(self) -> ComposeResult:
+        """The words."""
+        yield Static("", id="words")
+
+    def scene_changed(self) -> None:
+        """Say the preload."""
+        self.query_one("#words", Static).update(f"a preload of {self.session.texts['F']} newtons")
+'''
+TAB: Final = (
+    Edit("fivtui/tui/tabs/words.py", "", HELLO),
+    Edit(
+        "fivtui/tui/tabs/tabs.py",
+        r' +TabSpec\("result".*\n',
+        r'    TabSpec("words", "Words", "alt+7", _of("words", "WordsPane")),\n\g<0>',
+    ),
+)
+WITH_TAB: Final = """
+import asyncio
+from fivtui.tui.app import FivtuiApp
+from tests.support.laboratory import until_shown, type_into
+
+async def look():
+    async with FivtuiApp().run_test(size=(100, 30)) as pilot:
+        await pilot.pause()
+        await pilot.press("alt+7")
+        await until_shown(pilot, "a preload of 80 newtons")
+        await type_into(pilot, "F", "60")
+        await until_shown(pilot, "a preload of 60 newtons")
+
+asyncio.run(look())
+"""
+
+# A file format: a line of JSON a row, below one of the header.
+LINES: Final = '''"""Tables as lines of JSON: the header, the names with their units, the rows."""
+
+import json
+
+import numpy as np
+
+from fivtui.model import InputError
+
+
+def write(file, columns, values, header):
+    """Write a table of numbers, its header and the units of its columns."""
+    names = {column.name: column.unit for column in columns}
+    rows = zip(*(values[name].tolist() for name in names), strict=True)
+    file.write("".join(json.dumps(line) + "\\n" for line in (dict(header), names, *rows)).encode())
+
+
+def read(file, wanted=None, texts=(), *, missing=False):
+    """Read columns, see `tables.Format`."""
+    try:
+        _, names, *rows = map(json.loads, file.read().decode().splitlines())
+    except ValueError:
+        raise InputError("not lines of JSON") from None
+    columns = dict(zip(names, zip(*rows, strict=True), strict=True))
+    return {
+        name: np.array(columns[name], dtype=object if name in texts else float)
+        for name in (columns if wanted is None else wanted)
+        if name in columns
+    }
+
+
+def header(file):
+    """Read the header alone."""
+    try:
+        return json.loads(file.readline())
+    except ValueError:
+        raise InputError("not lines of JSON") from None
+'''
+SWEEP_LINES: Final = """
+def _write_lines(file, study, rows) -> None:
+    cells = (rows.values(column) for column in study.columns)
+    file.write("".join(json.dumps(row) + "\\\\n" for row in zip(*cells, strict=True)).encode())
+
+
+def _merge_lines(file, study, pieces, provenance) -> None:
+    units = {column.name: column.unit for column in study.columns}
+    file.write((json.dumps(dict(provenance)) + "\\\\n" + json.dumps(units) + "\\\\n").encode())
+    for piece in pieces:
+        file.write(piece.read_bytes())
+
+
+def _count_lines(path, study) -> int:
+    return path.read_bytes().count(b"\\\\n") - 2
+
+
+_LINES: Final = _write_lines, _merge_lines, _count_lines
+SWEEP_FORMATS"""
+FORMAT: Final = (
+    Edit("fivtui/io/lines_format.py", "", LINES),
+    Edit("fivtui/io/tables.py", r"from \. import csv_format", r"\g<0>, lines_format"),
+    Edit(
+        "fivtui/io/tables.py",
+        r'    "\.npz": Format.*\n',
+        r'\g<0>    ".jsonl": Format(lines_format.write, lines_format.read, lines_format.header),\n',
+    ),
+    Edit("fivtui/sweeps/formats.py", r"import shutil\n", r"import json\n\g<0>"),
+    Edit("fivtui/sweeps/formats.py", r"\nSWEEP_FORMATS", SWEEP_LINES),
+    Edit(
+        "fivtui/sweeps/formats.py",
+        r'    "\.csv": SweepFormat.*\n',
+        r'\g<0>    ".jsonl": SweepFormat(FORMATS[".jsonl"], *_LINES),\n',
+    ),
+    Edit("fivtui/sweeps/kinds.py", r'\(".csv", ".parquet"', '(".csv", ".jsonl", ".parquet"'),
+)
+WITH_FORMAT: Final = """
+from pathlib import Path
+from fivtui import *
+from fivtui.cli import run
+from fivtui.studies import STUDIES, kind_of, load_study, study
+
+tables = {name for name in STUDIES if ".npz" in study(name).suffixes}
+assert len(tables) >= 6
+assert {name for name in STUDIES if ".jsonl" in study(name).suffixes} == {*tables, "sweep"}
+for command, kind in (
+    (["simulate", "--t-end=1", "--points=11"], "run"),
+    (["map", "--over=F=10:20:3", "--over=mu=0.1:0.7:2"], "map"),
+    (["sweep", "--vary=F=10:20:3", "--t-end=1", "--piece=2"], "sweep"),
+):
+    paths = [Path(f"{kind}{suffix}") for suffix in (".csv", ".jsonl")]
+    for path in paths:
+        assert run([*command, f"--out={path}"]) == 0
+        assert kind_of(path) == kind
+    one, other = (load_study(kind, path) for path in paths)
+    assert repr(one) == repr(other)
+Path("bad.jsonl").write_text("{")
+assert run(["sweep", "--vary=F=10:20:3", "--out=bad.jsonl"]) == 2
+"""
+
+
+@pytest.fixture
+def tree(tmp_path: Path) -> Path:
+    root = tmp_path / "tree"
+    for package in ("fivtui", "fmu_src"):
+        ignored = shutil.ignore_patterns("__pycache__")
+        shutil.copytree(ROOT / package, root / package, ignore=ignored)
+    return root
+
+
+def try_out(root: Path, code: str) -> str:
+    """What a program prints that runs on a tree."""
+    done = subprocess.run(
+        [sys.executable, "-c", code],
+        cwd=root,
+        env=os.environ | {"PYTHONPATH": str(root), "PYTHONDONTWRITEBYTECODE": "1"},
+        capture_output=True,
+        text=True,
+        check=False,
+    )
+    assert done.returncode == 0, done.stderr
+    return done.stdout
+
+
+def test_a_parameter(tree: Path) -> None:
+    add("A parameter", PARAMETER, tree)
+    # What is compiled is of another text.
+    try_out(tree, f"FLAVOURS = ['python']\n{WITH_PARAMETER}")
+
+
+@pytest.mark.slow
+@pytest.mark.whole
+@pytest.mark.host
+def test_a_parameter_where_all_is_compiled_anew(tree: Path) -> None:
+    pytest.importorskip("ziglang")
+    add("A parameter", PARAMETER, tree)
+    shutil.copy(ROOT / "hatch_build.py", tree)
+    try_out(tree, "import runpy; runpy.run_path('hatch_build.py', run_name='__main__')")
+    compiled = "from fivtui.kernel import stepping_kernel; assert stepping_kernel() == 'compiled'"
+    try_out(tree, f"{compiled}\nFLAVOURS = ['python', 'native']\n{WITH_PARAMETER}")
+
+
+def test_a_method(tree: Path) -> None:
+    add("A method", METHOD, tree)
+    assert "midpoint" in try_out(tree, WITH_METHOD)
+
+
+def test_a_tab(tree: Path) -> None:
+    add("A tab", TAB, tree)
+    (tree / "tests").symlink_to(ROOT / "tests")
+    try_out(tree, WITH_TAB)
+
+
+def test_a_file_format(tree: Path) -> None:
+    add("A file format", FORMAT, tree)
+    try_out(tree, WITH_FORMAT)
