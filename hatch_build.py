@@ -156,25 +156,23 @@ def _fmi_headers() -> Path | None:
 
 def _fmu_plan(root: Path, home: Path, headers: Path, compiler: str, scratch: Path) -> _Plan:
     text = _native_text(root)
-    for name, content in text.sources().items():
-        if name.endswith("_table.h"):
-            (scratch / name).write_text(content, encoding="utf-8")
+    for name, content in text.generated().items():
+        (scratch / name).write_text(content, encoding="utf-8")
     native = root / FMU_FOLDER
     given = [*(f"-I{folder}" for folder in (native, root / FOLDER, scratch, headers))]
-    given.append(f'-DSOURCES="{text.build_name()}"')
     objects, libraries = {}, {}
     shared = list(text.SHARED_UNITS)
     for unit in text.SHARED_UNITS:
         objects[unit] = [*given, "-O2", str(native / f"{unit}.c")]
-    stepping = []
+    stepping: list[str] = []
     # Wider registers than those of AVX2 are of no use to one run.
     for variant, options in [*_variants(compiler).items()][:2]:
         stepping.append(f"{text.STEPPING_UNIT}_{variant}")
         objects[stepping[-1]] = [*given, *options, str(native / f"{text.STEPPING_UNIT}.c")]
+    chosen = ["-DWITH_AVX2"] if "stepping_avx2" in stepping else []
     for model, units in text.UNITS.items():
-        guid = f'-DGUID="{text.guid_of(model)}"'
         for unit in units:
-            objects[unit] = [*given, "-O2", guid, str(native / f"{unit}.c")]
+            objects[unit] = [*given, "-O2", *chosen, str(native / f"{unit}.c")]
         needed = [*shared, *units, *(stepping if "processor" in units else ())]
         libraries[home / f"{model}{LIBRARY_SUFFIX}"] = needed
     return _Plan(objects, libraries)

@@ -36,8 +36,15 @@ _KINDS: Final = {
 }
 
 
-def sources() -> dict[str, str]:
-    """All text in C by file name: of the FMU, of the kernel's headers, and the tables."""
+def sources(model: str) -> dict[str, str]:
+    """All text in C that the binary of a model is made of, by file name."""
+    others = {unit for other in UNITS for unit in UNITS[other]} - {*UNITS[model]}
+    left_out = {f"{unit}{end}" for unit in others for end in (".c", "_table.h")}
+    texts = {**_sources(), **generated()}
+    return {name: text for name, text in sorted(texts.items()) if name not in left_out}
+
+
+def _sources() -> dict[str, str]:
     files = [*NATIVE.glob("*.[ch]"), *KERNEL.glob("*.h")]
     texts = {file.name: file.read_text(encoding="utf-8") for file in files}
     for model, table in MODELS.items():
@@ -45,9 +52,21 @@ def sources() -> dict[str, str]:
     return dict(sorted(texts.items()))
 
 
+def generated() -> dict[str, str]:
+    """The files that are not there: the tables, and the names by which binaries know themselves."""
+    names = {"BUILD_NAME": build_name()}
+    names |= {f"{units[0].upper()}_GUID": guid_of(model) for model, units in UNITS.items()}
+    lines = [f'#define {name} "{value}"\n' for name, value in names.items()]
+    return {
+        **{name: text for name, text in _sources().items() if name.endswith("_table.h")},
+        "build.h": "/* Names of the text that the binaries are compiled from. */\n\n"
+        + "".join(lines),
+    }
+
+
 def build_name() -> str:
     """32 letters that name the text: binaries and saved states of another one are refused."""
-    content = "\0".join(f"{name}\0{text}" for name, text in sources().items())
+    content = "\0".join(f"{name}\0{text}" for name, text in _sources().items())
     return hashlib.sha256(content.encode()).hexdigest()[:32]
 
 

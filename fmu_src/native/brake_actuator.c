@@ -3,12 +3,13 @@
 #include <math.h>
 
 #include "brake_actuator_table.h"
+#include "build.h"
 #include "instance.h"
 
 static const uint32_t STATE_REFERENCES[] = {V_F};
 static const uint32_t DERIVATIVE_REFERENCES[] = {V_F_rate};
 
-_Static_assert(VARIABLE_COUNT <= MOST_VARIABLES, "there is no room for the values");
+_Static_assert(VARIABLE_COUNT <= (int)MOST_VARIABLES, "there is no room for the values");
 
 static double goal(const double *v)
 {
@@ -71,7 +72,7 @@ static int unpack(Instance *i, const double *numbers)
 }
 
 const Component COMPONENT = {
-    .guid = GUID,
+    .guid = BRAKE_ACTUATOR_GUID,
     .variables = TABLE,
     .variable_count = VARIABLE_COUNT,
     .states = STATE_REFERENCES,

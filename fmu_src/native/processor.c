@@ -1,12 +1,13 @@
 /* The choice of an instruction set; each gives the same bits. */
 
+#ifdef WITH_AVX2
 #include "processor.h"
-
+#endif
 #include "stepping.h"
 
 const Stepping *stepping(void)
 {
-#if defined(__x86_64__) || defined(_M_X64)
+#ifdef WITH_AVX2
     if (instruction_set() > 0)
         return &stepping_avx2;
 #endif

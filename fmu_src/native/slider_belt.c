@@ -3,6 +3,7 @@
 #include <float.h>
 #include <math.h>
 
+#include "build.h"
 #include "instance.h"
 #include "stepping.h"
 #include "rest.h"
@@ -24,7 +25,7 @@ typedef struct {
 } Content;
 
 _Static_assert(sizeof(Content) <= sizeof(double) * MOTION_ROOM, "there is no room for the motion");
-_Static_assert(VARIABLE_COUNT <= MOST_VARIABLES, "there is no room for the values");
+_Static_assert(VARIABLE_COUNT <= (int)MOST_VARIABLES, "there is no room for the values");
 
 static Content *content_of(Instance *i) { return (Content *)i->s.motion; }
 static const Content *content_in(const Instance *i) { return (const Content *)i->s.motion; }
@@ -240,7 +241,7 @@ static int unpack(Instance *i, const double *n)
 }
 
 const Component COMPONENT = {
-    .guid = GUID,
+    .guid = SLIDER_BELT_GUID,
     .variables = TABLE,
     .variable_count = VARIABLE_COUNT,
     .states = STATE_REFERENCES,

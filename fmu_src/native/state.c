@@ -8,6 +8,7 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "build.h"
 #include "instance.h"
 
 #define VERSION 1
@@ -16,7 +17,7 @@ enum { MAGIC = 8, BUILD = 32, HEAD = MAGIC + 8 + BUILD, TAIL = 4 };
 enum { N_TYPE, N_PHASE, N_SET_UP, N_BEGUN, N_SLOPED, N_START, N_STOP, N_TOLERANCE, N_T, FIXED };
 
 static const char MAGIC_TEXT[MAGIC + 1] = "fivtuiFM";
-static const char BUILD_TEXT[BUILD + 1] = SOURCES;
+static const char BUILD_TEXT[BUILD + 1] = BUILD_NAME;
 
 typedef struct {
     fmi2Type type;

@@ -3,11 +3,16 @@
 #include "stepping.h"
 #include "search.h"
 
+#ifndef VARIANT
+#define VARIANT baseline
+#endif
 #define JOINED(name, variant) name##_##variant
 #define EXPANDED(name, variant) JOINED(name, variant)
 
 /* Taylor steps after which one communication step is given up. */
+#ifndef MOST_STEPS
 #define MOST_STEPS 100000000
+#endif
 
 /* As `expand`, for inputs that change with time: plain recurrences of Eqs. 2 and 5. */
 static void expand_driven(Motion *m, int order)

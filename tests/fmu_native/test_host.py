@@ -1,0 +1,128 @@
+"""The native FMU in processes without Python, and its text in C under attack."""
+
+import os
+import re
+import shutil
+import subprocess
+import sys
+from importlib.util import find_spec
+from pathlib import Path
+
+import fmpy
+import pytest
+
+from fivtui import simulate
+from fmu_src.build.native_text import sources
+from tests.support.fmu_instance import FmuInstance
+
+pytestmark = [
+    pytest.mark.host,
+    pytest.mark.skipif(fmpy.platform != "linux64", reason="the hosts in C are for Linux"),
+]
+ROOT = Path(__file__).parents[2]
+HEADERS = Path(fmpy.__file__).parent / "c-code"
+# The bits of a run are decided by what is written.
+OPTIONS = ("-std=c11", "-Wall", "-Wno-psabi", "-ffp-contract=off", f"-I{HEADERS}")
+
+
+@pytest.fixture(scope="module")
+def compiler() -> list[str]:
+    """A compiler of C."""
+    if shutil.which("cc") is not None:
+        return ["cc"]
+    if find_spec("ziglang") is not None:
+        return [sys.executable, "-m", "ziglang", "cc"]
+    pytest.skip("there is no compiler")
+
+
+def built(program: Path, compiler: list[str], *arguments: str) -> Path:
+    done = subprocess.run(
+        [*compiler, *OPTIONS, *arguments, "-o", str(program)],
+        capture_output=True,
+        text=True,
+        check=False,
+    )
+    if done.returncode != 0 and "libasan" in done.stderr:
+        pytest.skip("there are no sanitizers here")
+    assert (done.returncode, done.stderr) == (0, "")
+    return program
+
+
+def attacked(folder: Path, compiler: list[str], *arguments: str) -> Path:
+    """A program of the FMU's text and the attack on it."""
+    for name, text in sources("SliderBelt").items():
+        folder.joinpath(name).write_text(text, encoding="utf-8")
+    units = [str(path) for path in folder.glob("*.c")]
+    attack = str(Path(__file__).with_name("attack.c"))
+    given = [f"-I{folder}", "-DMOST_STEPS=3000", *arguments, *units, attack, "-lm"]
+    return built(folder / "attack", compiler, *given)
+
+
+def run(program: Path, *arguments: object) -> str:
+    environment = {name: value for name, value in os.environ.items() if "PYTHON" not in name}
+    done = subprocess.run(
+        [str(program), *map(str, arguments)],
+        env=environment,
+        cwd=program.parent,
+        capture_output=True,
+        text=True,
+        check=False,
+        timeout=600.0,
+    )
+    assert (done.returncode, done.stderr) == (0, "")
+    return done.stdout
+
+
+def test_a_host_in_c_gets_the_native_bits_without_python(
+    folder: Path, compiler: list[str], tmp_path: Path
+) -> None:
+    source = ROOT / "examples" / "host.c"
+    assert len(source.read_text(encoding="utf-8").splitlines()) <= 75
+    program = built(tmp_path / "host", compiler, str(source), "-ldl")
+    libraries = subprocess.run(["ldd", str(program)], capture_output=True, text=True, check=False)
+    assert "python" not in libraries.stdout
+    printed = re.match(r"y = (\S+) m, separations: (\d+)", run(program, folder))
+    assert printed is not None
+    # Where its last step ends.
+    native = simulate(t_end=9999 * 0.01 + 0.01, kernel="compiled")
+    assert float.fromhex(printed[1]) == native.final.y
+    assert int(printed[2]) == native.events.separations
+
+
+@pytest.mark.parametrize("name", ["wärme", "a#b", "50%", "with a space", "%20"])
+def test_it_runs_from_any_folder(fmu: Path, tmp_path: Path, name: str) -> None:
+    fmpy.extract(str(fmu), str(tmp_path / name))
+    with FmuInstance(tmp_path / name).begin() as instance:
+        instance.step(1.0)
+        assert instance.get("y") == [simulate(t_end=1.0, kernel="compiled").final.y]
+
+
+def test_its_library_is_unloaded(fmu: Path, tmp_path: Path) -> None:
+    maps = Path("/proc/self/maps")
+    for number in range(20):
+        folder = tmp_path / f"copy{number}"
+        fmpy.extract(str(fmu), str(folder))
+        with FmuInstance(folder).begin() as instance:
+            instance.step(0.1)
+            assert str(folder) in maps.read_text()
+        assert str(folder) not in maps.read_text()
+
+
+@pytest.mark.parametrize(
+    ("steps", "instances", "rounds"),
+    [(30_000, 300, 100), pytest.param(1_000_000, 10_000, 3000, marks=pytest.mark.whole)],
+)
+def test_nothing_harms_it_and_its_memory_does_not_grow(
+    compiler: list[str], tmp_path: Path, steps: int, instances: int, rounds: int
+) -> None:
+    program = attacked(tmp_path, compiler, "-O1")
+    pages = [int(line) for line in run(program, steps, instances, rounds).splitlines()]
+    assert len(pages) == 2
+    assert max(pages) < 25
+
+
+@pytest.mark.whole
+def test_the_sanitizers_find_nothing(compiler: list[str], tmp_path: Path) -> None:
+    checks = ["-fsanitize=address,undefined", "-fno-sanitize-recover=all", "-O1", "-g"]
+    program = attacked(tmp_path, compiler, *checks, "-fno-strict-aliasing")
+    run(program, 1000, 100, 300)
