@@ -48,16 +48,17 @@ def fmu() -> None:
     help="FMI 2.0, or 3.0 for model exchange (experimental, Python flavour).",
 )
 @flavour_option
+@option("--sources", is_flag=True, help="Add the C files of the native flavour.")
 @force_option
-def fmu_build(out: Path, component: str, fmi: str, flavour: str, force: bool) -> None:
+def fmu_build(out: Path, force: bool, **given: Any) -> None:
     """Export the slider-belt or the brake actuator as an FMU.
 
     The native flavour needs no Python where it runs, and offers model exchange, too; it runs on a
-    platform such as this one.
+    platform such as this one, and on others after `fmpy compile` of one with --sources.
     """
     from fmu_src.build import build_fmu
 
-    build_fmu(out, component=component, fmi=fmi, flavour=flavour, force=force)
+    build_fmu(out, force=force, **given)
     say(f"wrote {out}")
 
 

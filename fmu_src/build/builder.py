@@ -19,7 +19,7 @@ from .component import NATIVE_RULES, Component, documentation, reference_files
 from .components import COMPONENTS, DEFAULT, EXCHANGE
 from .description import completed
 from .exchange_description import exchange_description
-from .native import native_binary, native_description
+from .native import native_binary, native_description, native_sources
 
 SUFFIX: Final = ".fmu"
 PYTHON: Final = "python"
@@ -42,6 +42,7 @@ def build_fmu(
     component: str = DEFAULT,
     fmi: str = "2",
     flavour: str = PYTHON,
+    sources: bool = False,
     force: bool = False,
 ) -> Path:
     """Build the FMU of a component.
@@ -59,6 +60,8 @@ def build_fmu(
         Python code for co-simulation, which needs Python where it runs and runs on Linux and
         Windows alike; or compiled code for co-simulation and model exchange, which needs nothing
         and runs on a platform such as this one.
+    sources : bool
+        Whether to add the C files of the native flavour, for other platforms.
     force : bool
         Whether to replace an existing file.
 
@@ -85,20 +88,24 @@ def build_fmu(
         raise unknown_name("flavour", flavour, FLAVOURS)
     if flavour == NATIVE and fmi != "2":
         raise InputError(f"FMI {fmi}: the native flavour is of FMI 2")
+    if flavour != NATIVE and sources:
+        raise InputError(f"sources: the {flavour} flavour has no C files")
     made_of = _component(component, fmi)
     target = Path(path)
     check_suffix(target, "FMU", (SUFFIX,))
     check_output(target, force=force)
-    content = _native(made_of) if flavour == NATIVE else _python(made_of, fmi)
+    content = _native(made_of, with_sources=sources) if flavour == NATIVE else _python(made_of, fmi)
     write_atomically(target, lambda file: _write_archive(file, content), force=force)
     return target
 
 
-def _native(component: Component) -> dict[str, bytes]:
+def _native(component: Component, *, with_sources: bool) -> dict[str, bytes]:
     content = native_binary(component)
+    if with_sources:
+        content |= native_sources(component)
     content |= documentation(replace(component, rules=NATIVE_RULES, wrapper=""))
     content |= reference_files(component.model, component.reference())
-    content[_DESCRIPTION] = native_description(component)
+    content[_DESCRIPTION] = native_description(component, with_sources=with_sources)
     return content
 
 

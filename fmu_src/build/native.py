@@ -20,7 +20,7 @@ from .description import (
     unit_definitions,
 )
 from .exchange_description import known_in_exchange
-from .native_text import MODELS, NATIVE, build_name, guid_of
+from .native_text import MODELS, NATIVE, build_name, guid_of, sources
 
 _REASON: Final = NATIVE / "native.txt"
 # Suffix of binaries and folder in the FMU, by `sys.platform`.
@@ -94,8 +94,16 @@ def _binary(model: str) -> dict[str, bytes]:
     return {f"binaries/{folder}/{file.name}": binary}
 
 
-def native_description(component: Component) -> bytes:
-    """The model description of a native FMU: co-simulation and model exchange, FMI 2.0."""
+def native_sources(component: Component) -> dict[str, bytes]:
+    """The text in C of a component's binary: content by name in the FMU."""
+    return {f"sources/{name}": text.encode() for name, text in sources(component.model).items()}
+
+
+def native_description(component: Component, *, with_sources: bool = False) -> bytes:
+    """The model description of a native FMU: co-simulation and model exchange, FMI 2.0.
+
+    With sources it names the files to compile.
+    """
     table = component.table
     states = {v.derivative_of for v in table.variables if v.derivative_of}
     root = ET.Element(
@@ -113,7 +121,12 @@ def native_description(component: Component) -> bytes:
     )
     for interface, capabilities in _INTERFACES.items():
         given = {**_SHARED, **capabilities}
-        ET.SubElement(root, interface, given, modelIdentifier=component.model)
+        element = ET.SubElement(root, interface, given, modelIdentifier=component.model)
+        if with_sources:
+            files = ET.SubElement(element, "SourceFiles")
+            for name in sources(component.model):
+                if name.endswith(".c"):
+                    ET.SubElement(files, "File", name=name)
     root.append(unit_definitions(table))
     types = type_definitions(table)
     if len(types):

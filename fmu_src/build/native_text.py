@@ -57,11 +57,9 @@ def generated() -> dict[str, str]:
     names = {"BUILD_NAME": build_name()}
     names |= {f"{units[0].upper()}_GUID": guid_of(model) for model, units in UNITS.items()}
     lines = [f'#define {name} "{value}"\n' for name, value in names.items()]
-    return {
-        **{name: text for name, text in _sources().items() if name.endswith("_table.h")},
-        "build.h": "/* Names of the text that the binaries are compiled from. */\n\n"
-        + "".join(lines),
-    }
+    head = "/* Names of the text that the binaries are compiled from. */\n\n"
+    tables = {name: text for name, text in _sources().items() if name.endswith("_table.h")}
+    return {**tables, "build.h": head + "".join(lines)}
 
 
 def build_name() -> str:

@@ -108,6 +108,7 @@ def test_nothing_but_the_functions_of_fmi_is_visible(folder: Path) -> None:
     [
         ({"flavour": "rust"}, "unknown flavour 'rust'"),
         ({"flavour": "native", "fmi": "3"}, "FMI 3: the native flavour is of FMI 2"),
+        ({"sources": "yes"}, "sources: the python flavour has no C files"),
         ({"flavour": "native", "component": "wheel"}, "unknown component 'wheel'"),
     ],
 )

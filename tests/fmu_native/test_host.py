@@ -5,13 +5,17 @@ import re
 import shutil
 import subprocess
 import sys
+import zipfile
 from importlib.util import find_spec
 from pathlib import Path
 
 import fmpy
 import pytest
+from fmpy.validation import validate_fmu
 
 from fivtui import simulate
+from fmu_src.build.builder import build_fmu
+from fmu_src.build.components import COMPONENTS
 from fmu_src.build.native_text import sources
 from tests.support.fmu_instance import FmuInstance
 
@@ -87,6 +91,27 @@ def test_a_host_in_c_gets_the_native_bits_without_python(
     native = simulate(t_end=9999 * 0.01 + 0.01, kernel="compiled")
     assert float.fromhex(printed[1]) == native.final.y
     assert int(printed[2]) == native.events.separations
+
+
+@pytest.mark.whole
+@pytest.mark.parametrize("component", COMPONENTS)
+def test_its_sources_compile_to_the_same_bits(component: str, tmp_path: Path) -> None:
+    if shutil.which("cmake") is None:
+        pytest.skip("there is no cmake")
+    fmu = tmp_path / "sources.fmu"
+    build_fmu(fmu, component=component, flavour="native", sources=True)
+    assert validate_fmu(str(fmu)) == []
+    runs = [fmpy.simulate_fmu(str(fmu), stop_time=10.0, fmi_type="CoSimulation")]
+    with zipfile.ZipFile(fmu) as archive:
+        left = {n: archive.read(n) for n in archive.namelist() if not n.startswith("binaries")}
+    with zipfile.ZipFile(fmu, "w") as archive:
+        for name, content in left.items():
+            archive.writestr(name, content)
+    command = [sys.executable, "-m", "fmpy", "compile", str(fmu)]
+    done = subprocess.run(command, capture_output=True, text=True, check=False)
+    assert done.returncode == 0, done.stdout + done.stderr
+    runs.append(fmpy.simulate_fmu(str(fmu), stop_time=10.0, fmi_type="CoSimulation"))
+    assert runs[0].tolist() == runs[1].tolist()
 
 
 @pytest.mark.parametrize("name", ["wärme", "a#b", "50%", "with a space", "%20"])
