@@ -155,6 +155,13 @@ APART void expand_deviations(Series *s, const Deviation *start, const Motion *m,
     }
 }
 
+/* Next to nothing is nothing, lest it creep towards the least of numbers, with which all is slow. */
+INLINE Eight settled(Eight a)
+{
+    typedef long long Mask8 __attribute__((vector_size(64), aligned(8), may_alias));
+    return (Eight)((Mask8)a & (eight_size(a, a) > LEAST - (Eight){0}));
+}
+
 /* Deviations at the time t of a piece. */
 INLINE Deviation deviation_at(const Series *s, double t)
 {
@@ -163,7 +170,7 @@ INLINE Deviation deviation_at(const Series *s, double t)
         at.vx = eight_fma_by(at.vx, t, at.x), at.vy = eight_fma_by(at.vy, t, at.y);
         at.x = eight_fma_by(at.x, t, s->x[n]), at.y = eight_fma_by(at.y, t, s->y[n]);
     }
-    return at;
+    return (Deviation){settled(at.x), settled(at.vx), settled(at.y), settled(at.vy)};
 }
 
 INLINE int all_finite(Eight a)

@@ -274,4 +274,10 @@ def _is_short(size: Sequence[float], length: float) -> bool:
 
 
 def _at(series: _Series, t: float) -> State:
-    return state_function(_ORDER + 1)(series[0], series[1], t)
+    # Next to nothing is nothing.
+    x, vx, y, vy = state_function(_ORDER + 1)(series[0], series[1], t)
+    return (_settled(x), _settled(vx), _settled(y), _settled(vy))
+
+
+def _settled(value: float) -> float:
+    return value if abs(value) > LEAST else 0.0

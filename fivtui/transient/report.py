@@ -113,7 +113,9 @@ def _print_sensitivities(found: Sensitivities, tol: float) -> None:
         for label, part, name in _DERIVED
     ]
     growth = f"small deviations grow {number(found.growth, 3)} times until the end"
-    heading = f"Sensitivities; {growth}, where about {found.digits(tol)} digits hold"
+    digits = found.digits(tol)
+    trust = f"about {digits} digits hold" if digits else "no digit holds"
+    heading = f"Sensitivities; {growth}, where {trust}"
     print_rows(heading, ["derivative of, by", *header], rows)
 
 

@@ -35,7 +35,9 @@ class Sensitivity:
     """Derivatives of the results of a transient by a parameter, each in its unit per that of it.
 
     An extreme has the derivative of the motion at the time where it is taken, the first if it is
-    taken more than once: then that holds to one side alone, where the first is the one that stays.
+    taken more than once: then that holds to one side alone, and of a slider that rests, which is at
+    its extremes all the time, it is the derivative of the start. What has a kink, as a size at zero
+    or the contact force where the slider just touches, has the derivative towards greater values.
     The least contact force of a slider that comes off the belt is zero and stays so.
 
     Attributes
@@ -139,11 +141,13 @@ def _sensitivity(transient: Transient, name: str, found: Variation, place: int) 
     x, vx, y, vy = found.derivatives[:, place].tolist()
 
     def size(low: str, high: str) -> float:
-        return change[high] if value[high] >= -value[low] else -change[low]
+        if value[high] == -value[low]:
+            return max(change[high], -change[low])
+        return change[high] if value[high] > -value[low] else -change[low]
 
     def force(height: str) -> float:
         y = value[height]
-        if considered and y >= 0.0:
+        if considered and (y > 0.0 or (y == 0.0 and change[height] >= 0.0)):
             return 0.0
         spring = {"k2": y, "k_nl": y * y * y}.get(name, 0.0)
         return -tangent_stiffness(p, y) * change[height] - spring

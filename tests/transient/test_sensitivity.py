@@ -15,7 +15,7 @@ from fivtui import Parameters, simulate
 from fivtui.cli import commands
 from fivtui.model.errors import ComputationError, InputError
 from fivtui.model.parameters import PARAMETERS
-from fivtui.model.slider_belt import static_start, static_start_change
+from fivtui.model.slider_belt import equilibrium, static_start, static_start_change
 from fivtui.transient.files import restore_transient, store_transient
 from fivtui.transient.request import Kernel
 from fivtui.transient.sensitivity import Sensitivity
@@ -104,6 +104,28 @@ def test_growth_is_what_costs_digits() -> None:
     assert fine.growth == pytest.approx(68.687397, rel=1e-6)
     assert (fine.digits(1e-13), coarse.digits(1e-6)) == (11, 4)
     assert missed < 10.0 ** -coarse.digits(1e-6)
+
+
+def test_at_a_kink_the_derivatives_are_those_towards_greater_values() -> None:
+    # At rest on the switch without preload; a preload presses the slider down.
+    run = simulate(Parameters(F=0.0, mu=0.0), t_end=2.0, sensitivities=["F"])
+    more = simulate(Parameters(F=1e-6, mu=0.0), t_end=2.0)
+    assert run.sensitivities is not None
+    found = run.sensitivities["F"]
+    assert run.peak.y_abs == run.contact_force.min == 0.0
+    assert found.peak.y_abs == pytest.approx(more.peak.y_abs / 1e-6, rel=1e-3)
+    assert found.contact_force.min == pytest.approx(more.contact_force.min / 1e-6, rel=1e-3)
+    assert found.contact_force.max > 0.0
+
+
+def test_what_has_decayed_is_nothing_and_costs_nothing() -> None:
+    # A thousand seconds take 1e-320 of a deviation of the start.
+    run = simulate(Parameters(m=1e-3, mu=0.2), t_end=10.0, sensitivities=["mu"])
+    assert run.sensitivities is not None
+    assert run.sensitivities.growth == 0.0
+    rest, more = equilibrium(run.parameters), equilibrium(Parameters(m=1e-3, mu=0.2 + 1e-6))
+    expected = ((more.x - rest.x) / 1e-6, 0.0, (more.y - rest.y) / 1e-6, 0.0)
+    assert run.sensitivities["mu"].final == pytest.approx(expected, rel=1e-5, abs=1e-9)
 
 
 def test_progress_goes_on_through_both_runs() -> None:

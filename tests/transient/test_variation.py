@@ -145,7 +145,7 @@ def test_a_switch_moves_as_its_derivatives_say() -> None:
 
 @pytest.mark.parametrize("kernel", KERNELS)
 def test_what_cannot_be_finished_says_why(kernel: Kernel) -> None:
-    growing = Parameters(k_nl=0.0, mu=3.0)
+    growing = Parameters(k_nl=0.0, mu=100.0)
     endless = Request(growing, t_end=5000.0, separation=False, kernel=kernel)
     with pytest.raises(ComputationError, match=r"out of the range of numbers|cannot be followed"):
         vary(endless, START_SEEDS)
@@ -161,7 +161,7 @@ def test_what_cannot_be_finished_says_why(kernel: Kernel) -> None:
 
 def test_numbers_of_every_size_end_in_an_answer_or_a_reason() -> None:
     rng = np.random.default_rng(5)
-    for _ in range(60):
+    for _ in range(30):
         m, k1, k2, k3 = 10.0 ** rng.uniform(-6.0, 6.0, 4)
         p = Parameters(m=m, k1=k1, k2=k2, k3=k3, k_nl=10.0 ** rng.uniform(-6.0, 15.0))
         request = Request(p, t_end=float(3.0 * math.sqrt(m / k2)), max_steps=3000)
