@@ -36,7 +36,7 @@ _PARTS: Final = 8
 # Members judged between two calls of `progress`.
 _JUDGED: Final = 8192
 _FORCE_OVERFLOW: Final = (
-    "the contact force grows out of the range of numbers; consider separation or a shorter horizon"
+    "the contact force grows beyond the floating-point range; consider separation or a shorter run"
 )
 
 

@@ -80,9 +80,9 @@ def overflow_error(t: float, state: State) -> ComputationError:
     """The error for a motion that overflows; its last finite time, s, and state are given."""
     x, _, y, _ = state
     return ComputationError(
-        f"the motion grows out of the range of numbers at t = {t:.6g} s "
+        f"the motion grows beyond the floating-point range at t = {t:.6g} s "
         f"(x = {x:.3g} m, y = {y:.3g} m)",
-        "it is unbounded: consider separation, use a cubic contact, or end before that time",
+        "it is unbounded: consider separation, use a cubic contact, or shorten the run",
     )
 
 

@@ -127,7 +127,7 @@ class Recorder:
     def result(self, kernel: Kernel | None = None) -> Transient:
         """The result of the run, without CPU time.
 
-        Raises `ComputationError` if the contact force is out of the range of numbers.
+        Raises `ComputationError` if the contact force is beyond the floating-point range.
         """
         if self._times is not None and self._kept:
             self._sample(self._times)

@@ -217,7 +217,7 @@ def assemble(
 
     `whole` and `second_half` are the extremes over the run and its second half, `separated_time`
     the time off the belt in s, `first_mode` the mode before the first switch. Raises
-    `ComputationError` if the contact force is out of the range of numbers.
+    `ComputationError` if the contact force is beyond the floating-point range.
     """
     p, considered, t_end = request.parameters, request.separation, request.t_end
     y_min, y_max = whole.y_min, whole.y_max

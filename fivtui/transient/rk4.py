@@ -122,8 +122,8 @@ class RungeKutta4:
             last = self._rk4(first, self.contact, left)
             if not np.isfinite(last).all():
                 raise ComputationError(
-                    f"the motion grows out of the range of numbers at t = {self.t:.6g} s",
-                    "use a smaller step, consider separation, or end before that time",
+                    f"the motion grows beyond the floating-point range at t = {self.t:.6g} s",
+                    "use a smaller step, consider separation, or shorten the run",
                 )
             crossed = self._crossed(last, self.contact)
             duration = left

@@ -97,7 +97,7 @@ class ScipyStepper:
         if solver.status == "failed":
             raise self._failure(start, message or "no reason given")
         if not np.abs(solver.y).max() < _LARGEST:
-            raise self._failure(start, "the motion grows out of the range of numbers")
+            raise self._failure(start, "the motion grows beyond the floating-point range")
         dense = solver.dense_output()
         end, mode = float(solver.t), self._mode
         x, y = self._polynomials(dense(start + (end - start) * self._nodes))

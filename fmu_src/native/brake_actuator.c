@@ -30,7 +30,7 @@ static const char *move_on(Instance *i, double from, double t)
     const double first = goal(v) - v[V_tau] * rise, last = first + rise * (t - from);
     const double force = last + (i->s.states[0] - first) * exp((from - t) / v[V_tau]);
     if (!isfinite(force))
-        return because(i, "the preload grows out of the range of numbers at t = %g s; use a "
+        return because(i, "the preload grows beyond the floating-point range at t = %g s; use a "
                           "smaller gain or contact force", t);
     i->s.states[0] = force;
     return NULL;

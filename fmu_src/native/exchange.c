@@ -112,7 +112,7 @@ fmi2Status fmi2GetDerivatives(fmi2Component c, fmi2Real derivatives[], size_t co
     for (size_t n = 0; n < count && status == fmi2OK; n++) {
         derivatives[n] = i->s.values[COMPONENT.derivatives[n]];
         if (!isfinite(derivatives[n]))
-            status = refuse(i, fmi2Discard, "%s grows out of the range of numbers",
+            status = refuse(i, fmi2Discard, "%s grows beyond the floating-point range",
                             COMPONENT.variables[COMPONENT.derivatives[n]].name);
     }
     return status;

@@ -74,9 +74,9 @@ static const char *move_on(Instance *i, double from, double t)
     const Ramp force = {s->values[V_F], s->slopes[V_F]}, mu = {s->values[V_mu], s->slopes[V_mu]};
     switch (stepping_of(i)->move(m, from, t, force, mu)) {
     case OVERFLOW:
-        return because(i, "the motion grows out of the range of numbers at t = %g s; it is "
-                          "unbounded: consider separation, use a cubic contact, or end before that "
-                          "time", m->failed_at);
+        return because(i, "the motion grows beyond the floating-point range at t = %g s; it is "
+                          "unbounded: consider separation, use a cubic contact, or shorten the run",
+                       m->failed_at);
     case STALLED:
         return because(i, "at t = %.17g s the motion changes faster than floating-point time "
                           "resolves; use a less stiff contact, more damping or a later start",

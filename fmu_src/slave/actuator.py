@@ -48,7 +48,7 @@ class BrakeActuator(Instance):
         force = goal + (self._at.F - goal) * faded
         if not math.isfinite(force):
             raise ComputationError(
-                f"the preload grows out of the range of numbers at t = {end:.6g} s",
+                f"the preload grows beyond the floating-point range at t = {end:.6g} s",
                 "use a smaller gain or contact force",
             )
         self._at = Preload(end, force)

@@ -230,7 +230,7 @@ def test_a_motion_out_of_the_range_of_numbers_ends_with_its_cause(driver: Driver
     ]
     _, _, before, failed, after, on = driver.drive(*calls)
     assert failed.status == "discard"
-    assert "grows out of the range of numbers" in failed.log[0]
+    assert "grows beyond the floating-point range" in failed.log[0]
     assert before.value == after.value
     assert on.status == "ok"
 

@@ -196,7 +196,7 @@ def test_failures_are_those_of_the_interpreted_kernel(kernel: KernelChoice) -> N
 def test_a_contact_force_out_of_range_is_refused() -> None:
     p = Parameters(k_nl=0.0, k2=1e12, mu=0.0, F=0.0)
     for kernel in KERNELS:
-        with pytest.raises(ComputationError, match="range of numbers"):
+        with pytest.raises(ComputationError, match="floating-point range"):
             simulate(p, t_end=1e-9, start=(0.0, 0.0, -1e300, 0.0), kernel=kernel)
 
 

@@ -53,7 +53,7 @@ class LinearMotion:
     Raises
     ------
     ComputationError
-        If a coefficient is out of the range of numbers.
+        If a coefficient is beyond the floating-point range.
     """
 
     def __init__(self, p: Parameters, t_end: float) -> None:
@@ -66,7 +66,7 @@ class LinearMotion:
             size = float(np.abs(matrix).sum(axis=1).max())
         if not (math.isfinite(size) and np.all(np.isfinite(self.load))):
             raise ComputationError(
-                "the accelerations are out of the range of numbers",
+                "the accelerations are beyond the floating-point range",
                 "use parameters of less extreme size",
             )
         self.matrix = matrix
