@@ -1,6 +1,7 @@
 """The harness of the benchmarks in miniature: what it measures is right; no time is judged."""
 
 import math
+import shutil
 import subprocess
 import sys
 from collections.abc import Sequence
@@ -10,6 +11,7 @@ import pytest
 
 from fivtui.model.slider_belt import State
 
+from .benchmarks import fmu_host
 from .benchmarks.peers import missing, peers
 from .benchmarks.solvers import COMPILED, OWN, Run, Solver
 from .benchmarks.tui_terminal import LOADS
@@ -67,3 +69,16 @@ def test_the_cheapest_setting_that_reaches_an_error_counts() -> None:
     assert ratio_to(measured, "other", [1e-4, 1e-6, 1e-7]) == pytest.approx(math.sqrt(4.0 * 2.0))
     assert ratio_to(measured, "hopeless", [1e-4]) is None
     assert table(measured, [1e-4, 1e-7])[2] == ["hopeless", "–", "–", "–"]
+
+
+@pytest.mark.host
+@pytest.mark.skipif(
+    fmu_host.fmpy.platform != "linux64" or shutil.which("cc") is None,
+    reason="the host is for Linux, and needs a compiler",
+)
+def test_a_host_in_c_steps_every_fmu_that_is_here(tmp_path: Path) -> None:
+    host = fmu_host.compiled(tmp_path, "fmu_host.c", "-ldl")
+    fmus = fmu_host.fmus_in(tmp_path)
+    assert {"bouncing ball in C", "native"} <= set(fmus)
+    for fmu in fmus.values():
+        assert min(fmu_host.cost(host, fmu, 1e-3, count=50, rounds=1)) > 0.0

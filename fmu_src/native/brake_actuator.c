@@ -36,6 +36,8 @@ static const char *move_on(Instance *i, double from, double t)
     return NULL;
 }
 
+static double known_until(const Instance *i) { return i->s.t; }
+
 static void publish(Instance *i)
 {
     double *v = i->s.values;
@@ -81,6 +83,7 @@ const Component COMPONENT = {
     .indicator_count = 0,
     .begin = begin_motion,
     .move = move_on,
+    .known_until = known_until,
     .publish = publish,
     .indicate = indicate,
     .settle = settle,

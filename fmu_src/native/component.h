@@ -38,6 +38,8 @@ typedef struct {
     const char *(*begin)(struct Instance *i);
     /* Moves on to t; the input ramps begin at `from`. */
     const char *(*move)(struct Instance *i, double from, double t);
+    /* The time up to which moving on under the same inputs, held, needs no computation. */
+    double (*known_until)(const struct Instance *i);
     /* Computes the outputs from the motion or, in model exchange, from the states. */
     void (*publish)(struct Instance *i);
     /* Model exchange: the event indicators, and the switch of the mode; whether it has switched. */

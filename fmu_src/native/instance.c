@@ -24,7 +24,7 @@ const char *fmi2GetVersion(void) { return fmi2Version; }
 void clear_state(State *s)
 {
     memset(s, 0, sizeof *s);
-    s->stop_time = INFINITY, s->tolerance = DEFAULT_TOLERANCE;
+    s->stop_time = INFINITY, s->tolerance = DEFAULT_TOLERANCE, s->free_until = -INFINITY;
     for (uint32_t r = 0; r < COMPONENT.variable_count; r++)
         s->values[r] = COMPONENT.variables[r].start;
 }
@@ -171,7 +171,7 @@ fmi2Status fmi2Terminate(fmi2Component c)
     Instance *i = c;
     if (!i)
         return fmi2Error;
-    i->s.phase = TERMINATED;
+    i->s.phase = TERMINATED, i->s.free_until = -INFINITY;
     return fmi2OK;
 }
 

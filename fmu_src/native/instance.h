@@ -13,13 +13,14 @@ typedef enum { INSTANTIATED, INITIALIZATION, STEPPING, EVENTS, CONTINUOUS, TERMI
 /* Categories of messages, as the model description names them. */
 typedef enum { WARNINGS, DISCARDS, ERRORS, CATEGORIES } Category;
 
-/* All that decides what comes next. `t` is the time reached, s; `begun` says that the motion is of
-   the values, `published` that the outputs are of the motion. `slopes` are those of the inputs over
-   the next communication step; `states` are the importer's in model exchange. */
+/* All that decides what comes next. `t` is the time reached, s; up to `free_until` a step needs no
+   computation, and is allowed; `begun` says that the motion is of the values, `published` that the
+   outputs are of the motion. `slopes` are those of the inputs over the next communication step;
+   `states` are the importer's in model exchange. */
 typedef struct {
     Phase phase;
     int is_set_up, begun, published, is_sloped;
-    double start_time, stop_time, tolerance, t;
+    double start_time, stop_time, tolerance, t, free_until;
     double values[MOST_VARIABLES], slopes[MOST_VARIABLES], states[MOST_STATES];
     double motion[MOTION_ROOM];
 } State;

@@ -89,6 +89,13 @@ static const char *move_on(Instance *i, double from, double t)
     }
 }
 
+static double known_until(const Instance *i)
+{
+    const Motion *m = &content_in(i)->motion;
+    /* After a ramp the inputs are held: another motion. */
+    return m->force.slope != 0.0 || m->friction.slope != 0.0 ? -INFINITY : m->end;
+}
+
 /* The state at the time reached, its mode, and the switches so far. */
 static void look(Instance *i)
 {
@@ -250,6 +257,7 @@ const Component COMPONENT = {
     .indicator_count = 1,
     .begin = begin_motion,
     .move = move_on,
+    .known_until = known_until,
     .publish = publish,
     .indicate = indicate,
     .settle = settle,

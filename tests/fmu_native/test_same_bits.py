@@ -133,6 +133,19 @@ def test_after_a_ramp_the_input_is_held_where_it_came_to(folder: Path) -> None:
         assert instance.get("F") == [70.0]
 
 
+@pytest.mark.parametrize("count", [1, 50])
+def test_after_a_ramp_the_motion_is_that_under_held_inputs(folder: Path, count: int) -> None:
+    with FmuInstance(folder).begin() as instance:
+        instance.slope(F=-500.0, mu=2.0)
+        instance.step(1.0 / 1024.0)
+        state, (F, mu) = instance.get(*STATES), instance.get("F", "mu")
+        for _ in range(count):
+            instance.step(0.0625 / count)
+        found = instance.get(*STATES)
+    held = simulate(Parameters(F=F, mu=mu), t_end=0.0625, start=state, kernel="compiled").final
+    assert found == pytest.approx([held.x, held.vx, held.y, held.vy], rel=1e-13, abs=1e-14)
+
+
 def test_a_ramp_out_of_the_range_of_its_input_is_refused(folder: Path) -> None:
     with FmuInstance(folder).begin() as instance:
         instance.slope(mu=-1.0)
