@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 
 import fivtui
+import hatch_build
 from fivtui.kernel import Kernel, Status, VariedRun, load_kernel, native
 from fivtui.taylor.variation import past_switch
 
@@ -65,6 +66,24 @@ def test_instruction_sets_give_the_same_derivatives(instruction_set: str) -> Non
     given = members(12, 9)
     one = varied(Kernel(instruction_set), given, 4.0, 20, 13)
     assert_same(numbers(one), numbers(varied(load_kernel(), given, 4.0, 20, 13)))
+
+
+@pytest.mark.whole
+@pytest.mark.host
+def test_another_compiler_gives_the_same_derivatives(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    if shutil.which("gcc") is None:
+        pytest.skip("there is no gcc")
+    given = members(12, 9)
+    expected = numbers(varied(load_kernel(), given, 4.0, 20, 13))
+    monkeypatch.setattr(hatch_build, "_compilers", lambda: [("gcc", ["gcc"])])
+    folder = Path(fivtui.__file__).parent / "kernel"
+    hatch_build.compile_kernel(folder, tmp_path / native._LIBRARY.name)
+    monkeypatch.setattr(native, "_LIBRARY", tmp_path / native._LIBRARY.name)
+    kernel = Kernel()
+    assert kernel.compiler == "gcc"
+    assert_same(numbers(varied(kernel, given, 4.0, 20, 13)), expected)
 
 
 def test_more_seeds_than_there_is_room_for_are_refused() -> None:
