@@ -7,6 +7,7 @@ from fivtui import Parameters, simulate
 from fivtui.model.errors import ComputationError
 from fivtui.model.slider_belt import State, static_start
 from fivtui.orbits.shooting import PeriodicOrbit, Section, shoot
+from tests.support.kernels import INTERPRETED
 
 COEXISTENCE = Parameters(F=120.0)
 
@@ -32,6 +33,13 @@ def test_the_base_scene_settles_on_the_known_cycle(base_orbit: PeriodicOrbit) ->
     assert base_orbit.residual < 1e-11
     assert base_orbit.separations == 1
     assert base_orbit.stable
+
+
+def test_without_a_compiled_kernel_the_orbit_is_the_same(base_orbit: PeriodicOrbit) -> None:
+    with INTERPRETED:
+        found = shoot(Parameters(), base_orbit.start, base_orbit.period, Section.LIFT_OFF)
+    assert found.period == pytest.approx(base_orbit.period, rel=1e-12)
+    assert found.multipliers == pytest.approx(base_orbit.multipliers, abs=1e-9)
 
 
 def test_the_orbit_is_what_a_long_transient_ends_in(base_orbit: PeriodicOrbit) -> None:

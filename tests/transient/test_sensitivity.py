@@ -19,6 +19,7 @@ from fivtui.model.slider_belt import equilibrium, static_start, static_start_cha
 from fivtui.transient.files import restore_transient, store_transient
 from fivtui.transient.request import Kernel
 from fivtui.transient.sensitivity import Sensitivity
+from tests.support.kernels import INTERPRETED
 from tests.support.strategies import moderate_parameters
 
 REFERENCES: Final[dict[str, Any]] = json.loads(
@@ -62,6 +63,17 @@ def test_both_kernels_agree(kernel: Kernel, separation: bool) -> None:
     for name in ("mu", "k3"):
         one, other = flat(run.sensitivities[name]), flat(auto.sensitivities[name])
         assert one == pytest.approx(other, rel=1e-9, abs=1e-9)
+
+
+def test_without_a_compiled_kernel_they_are_interpreted() -> None:
+    compiled = simulate(t_end=1.0, sensitivities=["mu"])
+    with INTERPRETED:
+        run = simulate(t_end=1.0, sensitivities=["mu"])
+    assert run.stats.kernel == "interpreted"
+    assert run.sensitivities is not None
+    assert compiled.sensitivities is not None
+    one, other = flat(run.sensitivities["mu"]), flat(compiled.sensitivities["mu"])
+    assert one == pytest.approx(other, rel=1e-9, abs=1e-12)
 
 
 @settings(max_examples=20)
