@@ -7,10 +7,12 @@ import subprocess
 import sys
 from importlib.util import find_spec
 from pathlib import Path
+from typing import Literal
 
 import pytest
 from hypothesis import given, strategies as st
 
+from fivtui import simulate, stability
 from fivtui.model import Mode, Parameters, State, accelerations
 from tests.support.strategies import magnitudes, moderate_parameters, states
 
@@ -62,6 +64,27 @@ def test_scaled_parameters_have_the_same_motion_in_other_units(
     largest = max(map(abs, (*true, p.F / p.m, p.k1 / p.m, p.k_nl / p.m)))
     for one, another in zip(found, true, strict=True):
         assert one * time**2 / length == pytest.approx(another, rel=1e-12, abs=1e-13 * largest)
+
+
+@pytest.mark.parametrize("length", [1e-6, 2e-8])
+@pytest.mark.parametrize("kernel", ["compiled", "interpreted", "rk4"])
+def test_a_motion_of_micrometres_has_the_digits_of_one_of_metres(
+    length: float, kernel: Literal["compiled", "interpreted", "rk4"]
+) -> None:
+    scaled = runpy.run_path(str(ROOT / "examples" / "brake_scale.py"))["scaled"]
+    base, time = Parameters(), 5e-4
+    pad = scaled(base, 0.1, length, time)
+    if kernel == "rk4":
+        one = simulate(base, t_end=5.0, method="rk4", step=2e-3)
+        other = simulate(pad, t_end=5.0 * time, method="rk4", step=2e-3 * time)
+    else:
+        one = simulate(base, t_end=20.0, kernel=kernel)
+        other = simulate(pad, t_end=20.0 * time, kernel=kernel)
+    assert other.events.separations == one.events.separations > 1
+    assert other.final.y / length == pytest.approx(one.final.y, rel=1e-9)
+    assert other.peak.y_abs / length == pytest.approx(one.peak.y_abs, rel=1e-12)
+    growth = stability(pad).growth_rate * time
+    assert growth == pytest.approx(stability(base).growth_rate, rel=1e-12)
 
 
 def test_the_pad_moves_as_the_base_set_in_its_units(capsys: pytest.CaptureFixture[str]) -> None:

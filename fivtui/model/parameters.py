@@ -141,7 +141,7 @@ class Parameters:
     c1: float = _spec("c_1", "N s/m", 0.32, (0.0, 1e9), "horizontal damping")
     c2: float = _spec("c_2", "N s/m", 0.32, (0.0, 1e9), "vertical damping")
     F: float = _spec("F", "N", 80.0, (-1e9, 1e9), "preload, positive towards the belt")
-    k_nl: float = _spec("k_nl", "N/m^3", 100.0, (0.0, 1e15), "cubic contact stiffness")
+    k_nl: float = _spec("k_nl", "N/m^3", 100.0, (0.0, 1e24), "cubic contact stiffness")
     mu: float = _spec("μ", "", 0.7, (0.0, 100.0), "friction coefficient")
 
     def __post_init__(self) -> None:

@@ -31,7 +31,7 @@ k3      parameter fixed      N/m   0                       1e12 60   60   coupli
 c1      parameter fixed      N·s/m 0                       1e9  0.32 0.32 horizontal damping
 c2      parameter fixed      N·s/m 0                       1e9  0.32 0.32 vertical damping
 F       input     continuous N     -1e9                    1e9  80   80   preload, positive towards the belt
-k_nl    parameter fixed      N/m^3 0                       1e15 100  100  cubic contact stiffness
+k_nl    parameter fixed      N/m^3 0                       1e24 100  100  cubic contact stiffness
 mu      input     continuous 1     0                       100  0.7  0.7  friction coefficient
 x_start  parameter fixed     m     -                       -    1    0    horizontal displacement at the start
 vx_start parameter fixed     m/s   -                       -    10   0    horizontal velocity at the start
