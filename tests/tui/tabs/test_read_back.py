@@ -1,15 +1,11 @@
-"""Charts of the terminal read back: where curves pass, by the ticks beside them, and the words."""
+"""Charts of the tabs read back: what stands under which name, in which unit."""
 
 import dataclasses
-import re
-from collections.abc import Callable, Sequence
-from typing import Any
 
 import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from fivtui.equilibrium import stability_rows
 from fivtui.equilibrium.eigenvalues import stability
 from fivtui.equilibrium.map import stability_map
 from fivtui.equilibrium.scan import mode_scan
@@ -18,23 +14,14 @@ from fivtui.scene.presets import PRESETS
 from fivtui.simulation import simulate
 from fivtui.tradeoffs.measure import Tradeoff
 from fivtui.tradeoffs.settings import MeasuredSetting, Setting
-from fivtui.transient import transient_rows
 from fivtui.transient.errors import Deviation
 from fivtui.transient.result import Transient
-from fivtui.tui.chart.axis import Axis
 from fivtui.tui.chart.chart import (
-    MOST_JOINED,
-    Backdrop,
-    Chart,
-    Guide,
     NearestPoint,
-    Trace,
     View,
     nearest,
 )
-from fivtui.tui.chart.picture import MARGIN, Picture, draw
-from fivtui.tui.session.comparison import change_rows, changes, percent_text
-from fivtui.tui.session.report import result_brief, stability_brief
+from fivtui.tui.chart.picture import draw
 from fivtui.tui.tabs.charts.map import map_chart, point_texts
 from fivtui.tui.tabs.charts.stability import frequency_chart, growth_chart, plane_chart
 from fivtui.tui.tabs.charts.sweep import case_of, grid_chart, point_scene, points_of, sweep_chart
@@ -48,223 +35,10 @@ from fivtui.tui.tabs.charts.transient import (
     time_chart,
 )
 from tests.support import own_slider
+from tests.support.reading_charts import Reading
 from tests.test_figures_read_back import made_up, output_value
 
 FloatArray = NDArray[np.float64]
-BITS = np.array([[0x01, 0x08], [0x02, 0x10], [0x04, 0x20], [0x40, 0x80]])
-
-
-class Reading:
-    """A drawn chart as its user reads it: places by the labels of the ticks next to them."""
-
-    def __init__(self, picture: Picture, *, log_x: bool = False, log_y: bool = False) -> None:
-        self.lines = picture.text().splitlines()
-        left, top, columns, rows = picture.plot
-        assert left == MARGIN
-        self.cells = [line[left : left + columns] for line in self.lines[top : top + rows]]
-        beside = [
-            (row + 0.5, float(line[: MARGIN - 1]))
-            for row, line in enumerate(self.lines[top : top + rows])
-            if line[MARGIN - 1] == "┤"
-        ]
-        below = [
-            (0.5 * (word.start() + word.end()), float(word[0]))
-            for word in re.finditer(r"\S+", self.lines[-1][MARGIN:])
-            # A label at an edge is moved inwards.
-            if re.fullmatch(r"[-+.e\d]+", word[0]) and word.start() > 0 and word.end() < columns
-        ]
-        self.x, self.x_per_column = self._scale(below, log_x)
-        self.y, self.y_per_row = self._scale(beside, log_y)
-
-    @staticmethod
-    def _scale(
-        ticks: list[tuple[float, float]], log: bool
-    ) -> tuple[Callable[[float], float], float]:
-        assert len(ticks) > 1
-        places, values = np.array(ticks).T
-        slope, start = np.polyfit(places, np.log10(values) if log else values, 1).tolist()
-        # Every tick stands in its cell.
-        off = start + slope * places - (np.log10(values) if log else values)
-        assert np.abs(off).max() <= 1.1 * abs(slope)
-        return lambda place: start + slope * place, abs(slope)
-
-    def dots(self) -> list[tuple[float, float]]:
-        """Where the dots are, in the scales of the axes: logarithms where those are."""
-        found = []
-        for row, cells in enumerate(self.cells):
-            for column, cell in enumerate(cells):
-                if 0x2800 <= ord(cell) < 0x2900:
-                    down, right = np.nonzero(BITS & (ord(cell) - 0x2800))
-                    found += [
-                        (self.x(column + 0.25 + 0.5 * r), self.y(row + 0.125 + 0.25 * d))
-                        for d, r in zip(down.tolist(), right.tolist(), strict=True)
-                    ]
-        return found
-
-    def marks(self, character: str) -> list[tuple[float, float]]:
-        """Where a character stands."""
-        return [
-            (self.x(column + 0.5), self.y(row + 0.5))
-            for row, cells in enumerate(self.cells)
-            for column, cell in enumerate(cells)
-            if cell == character
-        ]
-
-    def near(self, found: tuple[float, float], expected: tuple[float, float]) -> bool:
-        """Whether a place is another but for a cell or so."""
-        return (
-            abs(found[0] - expected[0]) <= 1.6 * self.x_per_column
-            and abs(found[1] - expected[1]) <= 1.6 * self.y_per_row
-        )
-
-
-def function_chart(y: Callable[[FloatArray], FloatArray], low: float, high: float) -> Chart:
-    x = np.linspace(low, high, 501)
-    return Chart("x / s", "y / m", (Trace("", x, y(x)),))
-
-
-@pytest.mark.parametrize(
-    "function",
-    [lambda x: 5.0 + 2.0 * x, lambda x: 40.0 - 3.0 * x, lambda x: 10.0 + 4.0 * np.sin(0.7 * x)],
-)
-def test_a_curve_passes_where_its_ticks_say(function: Callable[[FloatArray], FloatArray]) -> None:
-    chart = function_chart(function, 10.0, 20.0)
-    read = Reading(draw(chart, View(), 70, 24))
-    dots = read.dots()
-    x = np.array([at for at, _ in dots])
-    assert x.min() == pytest.approx(10.0, abs=2 * read.x_per_column)
-    assert x.max() == pytest.approx(20.0, abs=2 * read.x_per_column)
-    steepest = 4.0 * read.x_per_column
-    for at, up in dots:
-        assert up == pytest.approx(function(np.array(at)), abs=1.6 * read.y_per_row + steepest)
-    columns = {round(at / read.x_per_column) for at, _ in dots}
-    assert len(columns) > 55
-
-
-def test_logarithmic_scales_straighten_powers() -> None:
-    x = np.geomspace(1e-3, 1e2, 400)
-    chart = Chart("x / s", "y / 1", (Trace("", x, 2e3 * x**-1.5),))
-    read = Reading(draw(chart, View(log_x=True, log_y=True), 80, 30), log_x=True, log_y=True)
-    for at, up in read.dots():
-        expected = np.log10(2e3) - 1.5 * at
-        assert up == pytest.approx(expected, abs=1.6 * (read.y_per_row + 1.5 * read.x_per_column))
-    assert min(at for at, _ in read.dots()) == pytest.approx(-3.0, abs=2 * read.x_per_column)
-    assert max(at for at, _ in read.dots()) == pytest.approx(2.0, abs=2 * read.x_per_column)
-
-
-def test_points_guides_and_shades_stand_at_their_coordinates() -> None:
-    here = Trace("now", np.array([7.0]), np.array([210.0]), look="points", ordered=False, mark="◆")
-    line = Trace("line", np.array([5.0, 9.0]), np.array([100.0, 400.0]), ordered=False)
-    guides = (Guide(6.0, "at six"), Guide(300.0, "three hundred", vertical=False))
-    read = Reading(draw(Chart("a / N", "b / m", (line, here), guides=guides), View(), 80, 30))
-    (mark,) = read.marks("◆")
-    assert read.near(mark, (7.0, 210.0))
-    for at in ((6.5, 212.5), (8.0, 325.0)):
-        assert any(read.near(dot, at) for dot in read.dots())
-    assert not any(read.near(dot, (5.0, 350.0)) for dot in read.dots())
-    vertical = [at for at in read.marks("│") if at[1] < 290.0]
-    assert vertical
-    assert all(abs(at[0] - 6.0) <= 1.1 * read.x_per_column for at in vertical)
-    horizontal = read.marks("─")
-    assert len(horizontal) > 40
-    assert all(abs(at[1] - 300.0) <= 1.1 * read.y_per_row for at in horizontal)
-    (named,) = [row for row, cells in enumerate(read.cells) if "three hundred" in cells]
-    assert read.y(named + 0.5) == pytest.approx(300.0, abs=1.1 * read.y_per_row)
-    (beside,) = [cells.index("at six") for cells in read.cells if "at six" in cells]
-    assert read.x(beside - 0.5) == pytest.approx(6.0, abs=1.1 * read.x_per_column)
-
-
-def test_of_a_long_orbit_the_latest_points_alone_are_joined() -> None:
-    # 20 corners far apart, the first of many points; then two points, joined.
-    x = np.concatenate([np.tile([0.0, 10.0], 10), np.full(MOST_JOINED - 2, 2.0), [2.0, 8.0]])
-    y = np.concatenate([np.tile([0.0, 10.0], 10), np.full(MOST_JOINED - 2, 9.0), [9.0, 9.0]])
-    chart = Chart("a / m", "b / m", (Trace("", x, y, ordered=False),), tight=False)
-    read = Reading(draw(chart, View(), 80, 30))
-    dots = read.dots()
-    assert any(read.near(dot, (5.0, 9.0)) for dot in dots)
-    assert not any(read.near(dot, (5.0, 5.0)) for dot in dots)
-    for corner in ((0.0, 0.0), (10.0, 10.0)):
-        assert any(read.near(dot, corner) for dot in dots)
-
-
-def test_shades_lie_over_their_own_axes() -> None:
-    x, y = np.linspace(0.0, 10.0, 41), np.linspace(100.0, 300.0, 31)
-    levels = ((x[:, None] > 6.0) & (y[None, :] < 160.0)).astype(np.intp)
-    shades = ((" ", "plot"), ("█", "plot"))
-    backdrop = Backdrop(x, y, levels, shades, np.add.outer(x, y), "sum / N")
-    chart = Chart("a / m", "b / kg", (), backdrop=backdrop)
-    read = Reading(draw(chart, View(), 80, 30))
-    shaded = read.marks("█")
-    assert min(at for at, _ in shaded) == pytest.approx(6.0, abs=0.3 + read.x_per_column)
-    assert max(at for at, _ in shaded) == pytest.approx(10.0, abs=0.3 + read.x_per_column)
-    assert max(up for _, up in shaded) == pytest.approx(160.0, abs=8.0 + read.y_per_row)
-    assert min(up for _, up in shaded) == pytest.approx(100.0, abs=8.0 + read.y_per_row)
-    told = draw(chart, View(cursor=(7.6, 199.0)), 80, 30).text()
-    assert told.startswith("a 7.5  b 200  sum 207.5 N")
-
-
-def test_coarse_shades_fill_their_range_to_its_ends_and_nothing_beyond() -> None:
-    x, y, levels = np.array([2.0, 4.0, 6.0]), np.array([100.0, 200.0, 300.0]), np.zeros((3, 3))
-    backdrop = Backdrop(x, y, levels.astype(np.intp), (("█", "plot"),), levels, "one")
-    view = View(x=Axis(0.0, 8.0), y=Axis(0.0, 400.0))
-    read = Reading(draw(Chart("a / m", "b / kg", (), backdrop=backdrop), view, 90, 30))
-    shaded = np.array(read.marks("█"))
-    for place, ends, cell in ((0, (2.0, 6.0), read.x_per_column), (1, (100, 300), read.y_per_row)):
-        assert shaded[:, place].min() == pytest.approx(ends[0], abs=1.5 * cell)
-        assert shaded[:, place].max() == pytest.approx(ends[1], abs=1.5 * cell)
-
-
-def test_the_strip_marks_its_intervals_under_their_times() -> None:
-    chart = dataclasses.replace(
-        function_chart(np.sin, 0.0, 50.0), strip=[(10.0, 20.0), (30.0, 32.5)]
-    )
-    picture = draw(chart, View(), 88, 20)
-    read = Reading(picture)
-    strip = read.lines[-2]
-    assert strip.startswith("off belt")
-    full = [column for column, cell in enumerate(strip[MARGIN:]) if cell == "█"]
-    inside = [read.x(column + 0.5) for column in full]
-    assert [at for at in inside if at < 25.0] == pytest.approx(
-        np.linspace(10.0, 20.0, 17)[:-1] + 0.3, abs=0.7
-    )
-    assert min(at for at in inside if at > 25.0) >= 30.0 - 0.7
-    assert max(inside) <= 32.5 + 0.7
-    blank = [read.x(c + 0.5) for c, cell in enumerate(strip[MARGIN:]) if cell == " "]
-    assert not any(10.7 < at < 19.3 for at in blank)
-    zoomed = Reading(draw(chart, View(x=Axis(28.0, 36.0)), 88, 20))
-    marked = [zoomed.x(c + 0.5) for c, cell in enumerate(zoomed.lines[-2][MARGIN:]) if cell == "█"]
-    assert min(marked) == pytest.approx(30.0, abs=2 * zoomed.x_per_column)
-    assert max(marked) == pytest.approx(32.5, abs=2 * zoomed.x_per_column)
-
-
-def test_a_hidden_curve_is_struck_out_and_leaves_no_dot() -> None:
-    x = np.linspace(0.0, 1.0, 101)
-    chart = Chart("t / s", "y / m", (Trace("low", x, 0.0 * x), Trace("high", x, 0.0 * x + 9.0)))
-    view = View(y=Axis(-1.0, 10.0))
-    assert {round(up) for _, up in Reading(draw(chart, view, 60, 24)).dots()} == {0, 9}
-    view.toggle_trace(chart, 1)
-    picture = draw(chart, view, 60, 24)
-    assert {round(up) for _, up in Reading(picture).dots()} == {0}
-    styles = dict(picture.lines[0])
-    assert styles[" 2─high"] == "hidden"
-    assert styles[" 1─low"] == "trace-1"
-
-
-def test_the_cursor_stands_at_the_sample_that_it_reads() -> None:
-    chart = function_chart(lambda x: 5.0 + 2.0 * x, 10.0, 20.0)
-    view = View(cursor=(16.0, 0.0))
-    picture = draw(chart, view, 70, 24)
-    read = Reading(picture)
-    assert picture.text().startswith("x 16  y 37")
-    (mark,) = read.marks("◆")
-    assert read.near(mark, (16.0, 37.0))
-    # The middle of that cell is that place again.
-    column = next(c.index("◆") for c in read.cells if "◆" in c)
-    row = next(r for r, c in enumerate(read.cells) if "◆" in c)
-    across, up = picture.place(MARGIN + column, picture.plot[1] + row)
-    x, y = view.axes(chart)
-    assert x.value(across) == pytest.approx(16.0, abs=read.x_per_column)
-    assert y.value(up) == pytest.approx(37.0, abs=read.y_per_row)
 
 
 # The motion
@@ -426,173 +200,6 @@ def test_eigenvalues_lie_in_the_plane_with_growth_to_the_right() -> None:
     for value in own:
         assert any(read.near(mark, (value.real, value.imag)) for mark in marks)
     assert any("unstable →" in cells for cells in read.cells)
-
-
-def number_of(text: str) -> float:
-    return float(re.findall(r"[-+]?\d+\.?\d*(?:e[-+]?\d+)?", text)[0])
-
-
-def test_rows_of_the_equilibrium_say_what_they_are() -> None:
-    rows = {row.label: row for row in stability_rows(stability(Parameters()))}
-    x, y, force = own_slider.equilibrium()
-    own = own_slider.eigenvalues()
-    upper = sorted((v for v in own.tolist() if v.imag > 0.0), key=lambda v: v.imag)
-    expected = {
-        "growth rate": (own.real.max(), "1/s"),
-        "critical μ": (own_slider.critical_mu(), "(unstable above)"),
-        "critical μ, linear": (own_slider.critical_mu(k_nl=0.0), ""),
-        "equilibrium x": (x, "m"),
-        "equilibrium y": (y, "m"),
-        "contact force": (force, "N"),
-    }
-    for label, (value, unit) in expected.items():
-        assert number_of(rows[label].value) == pytest.approx(value, rel=5e-4), label
-        assert rows[label].value.endswith(unit)
-    assert rows["verdict"].value == "UNSTABLE"
-    doubling = np.log(2.0) / own.real.max()
-    assert rows["growth rate"].note == f"amplitude doubles every {doubling:.4g} s"
-    for number in (1, 2):
-        eigenvalue, mode = rows[f"eigenvalue {number}"], rows[f"mode {number}"]
-        real, imaginary = map(
-            float, re.findall(r"[-+]?\d+\.\d+", eigenvalue.value.replace("± ", ""))
-        )
-        (match,) = [
-            v for v in upper if abs(v.real - real) < 1e-5 and abs(v.imag - imaginary) < 1e-4
-        ]
-        assert eigenvalue.value.endswith("1/s")
-        damping = number_of(mode.note)
-        match = min(upper, key=lambda v: abs(-v.real / abs(v) - damping))
-        assert damping == pytest.approx(-match.real / abs(match), rel=5e-3)
-        assert number_of(mode.value) == pytest.approx(match.imag / (2.0 * np.pi), rel=1e-5)
-        assert mode.value.endswith(" Hz")
-    # At μ = 0.7 the modes of the base scene have merged; below they are apart.
-    low = Parameters(mu=0.2)
-    apart = {row.label: row for row in stability_rows(stability(low))}["frequency distance"]
-    free = [v.imag for v in own_slider.eigenvalues(mu=0.2, c1=0.0, c2=0.0).tolist() if v.imag > 0]
-    assert number_of(apart.value) == pytest.approx(abs(free[0] - free[1]) / 2 / np.pi, rel=1e-3)
-    assert apart.value.endswith(" Hz")
-
-
-def test_the_verdict_in_brief_has_its_numbers_and_units() -> None:
-    p = Parameters()
-    first, second, third, fourth = stability_brief(stability(p))
-    own = own_slider.eigenvalues()
-    leading = max((v for v in own.tolist() if v.imag > 0.0), key=lambda v: v.real)
-    rate, hertz = f"{leading.real:+.4g} 1/s", f"{leading.imag / 2 / np.pi:.4g} Hz"
-    assert first.startswith("UNSTABLE")
-    assert rate in first
-    assert hertz in first
-    above = 100.0 * (0.7 / own_slider.critical_mu() - 1.0)
-    assert "0.4394" in second
-    assert f"{above:.3g} % above" in second
-    x, y, force = own_slider.equilibrium()
-    for part, value, unit in (("x_e", x, "m"), ("y_e", y, "m"), ("P_e", force, "N")):
-        found = re.search(rf"{part} (\S+) {unit}\b", third)
-        assert found is not None
-        assert float(found[1]) == pytest.approx(value, rel=5e-4)
-    assert hertz in fourth
-    calm = Parameters(mu=0.2)
-    brief = stability_brief(stability(calm))
-    assert brief[0].startswith("STABLE")
-    assert f"{100.0 * (1.0 - 0.2 / own_slider.critical_mu()):.3g} % below" in brief[1]
-
-
-# What came out of a run
-
-
-def test_rows_of_a_run_say_what_they_are(runs: tuple[Transient, Transient]) -> None:
-    rows = transient_rows(runs[0], "asked")
-    t, own = own_slider.motion(3.0, separation=True)
-    x, vx, y, vy, force = own.T
-    second = y[t >= 1.5]
-    units = {"m": 2e-3, "m/s": 5e-3, "N": 5e-3, "s": 5e-3}
-    expected = {
-        "peak |y|": (np.abs(y).max(), "m"),
-        "peak |x|": (np.abs(x).max(), "m"),
-        "max ẋ": (vx.max(), "m/s"),
-        "final x": (x[-1], "m"),
-        "final ẋ": (vx[-1], "m/s"),
-        "final y": (y[-1], "m"),
-        "final ẏ": (vy[-1], "m/s"),
-    }
-    by_label = {row.label: row for row in rows}
-    for label, (value, unit) in expected.items():
-        assert number_of(by_label[label].value) == pytest.approx(value, rel=units[unit]), label
-        assert by_label[label].value.split()[-1] == unit
-    (half,) = [row for row in rows if "half" in row.label]
-    assert number_of(half.value) == pytest.approx(0.5 * np.ptp(second), rel=2e-3)
-    low, high = by_label["range of y"].value.split(" to ")
-    assert (float(low), number_of(high)) == pytest.approx((y.min(), y.max()), rel=2e-3)
-    low, high = by_label["contact force"].value.split(" to ")
-    assert float(low) == pytest.approx(0.0, abs=1e-9)
-    assert number_of(high) == pytest.approx(force.max(), rel=2e-3)
-    assert high.endswith(" N")
-    changes_ = t[1:][np.diff(y > 0.0)]
-    lifted = int((np.diff((y > 0.0).astype(int)) > 0).sum())
-    assert number_of(by_label["first switch"].value) == pytest.approx(changes_[0], abs=5e-3)
-    assert number_of(by_label["last switch"].value) == pytest.approx(changes_[-1], abs=5e-3)
-    assert by_label["reattachments"].value == str(changes_.size - lifted)
-    off = float(np.mean(y > 0.0))
-    assert by_label["separations"].value == str(lifted)
-    time = by_label["time off the belt"]
-    assert time.value.endswith(" s")
-    assert number_of(time.value) == pytest.approx(3.0 * off, rel=2e-2)
-    assert number_of(time.note) == pytest.approx(100.0 * off, rel=2e-2)
-    assert time.note.endswith("% of the run")
-    assert by_label["method"] == ("method", "taylor", "asked")
-    assert by_label["steps"].value == str(runs[0].stats.steps)
-
-
-def test_a_run_in_brief_has_its_numbers_and_units(runs: tuple[Transient, Transient]) -> None:
-    t, own = own_slider.motion(3.0, separation=True)
-    first, _, third, fourth = result_brief(runs[0])
-    peak, steady = first.split(" · ")
-    assert number_of(peak.replace("|y|", "")) == pytest.approx(np.abs(own[:, 2]).max(), rel=2e-3)
-    assert peak.endswith(" m")
-    half = 0.5 * np.ptp(own[t >= 1.5, 2])
-    assert number_of(steady.partition("±")[2]) == pytest.approx(half, rel=2e-3)
-    assert re.search(r"\d m\b", steady)
-    force, across = third.split(" · ")
-    assert number_of(force.partition(" to ")[2]) == pytest.approx(own[:, 4].max(), rel=2e-3)
-    assert force.endswith(" N")
-    assert number_of(across.partition("|x| ")[2]) == pytest.approx(
-        np.abs(own[:, 0]).max(), rel=2e-3
-    )
-    assert number_of(fourth) == pytest.approx(own[:, 1].max(), rel=5e-3)
-    assert fourth.endswith(" m/s")
-
-
-def test_a_run_beside_a_baseline_has_differences_of_the_same_figures(
-    runs: tuple[Transient, Transient],
-) -> None:
-    one, other = (own_slider.motion(3.0, separation=case)[1] for case in (True, False))
-    found = {change.label: change for change in changes(*runs)}
-    figures: Sequence[tuple[str, str, Callable[[FloatArray], Any]]] = (
-        ("peak |y|", "m", lambda r: np.abs(r[:, 2]).max()),
-        ("peak |x|", "m", lambda r: np.abs(r[:, 0]).max()),
-        ("contact force max", "N", lambda r: r[:, 4].max()),
-        ("max ẋ", "m/s", lambda r: r[:, 1].max()),
-        ("final x", "m", lambda r: r[-1, 0]),
-        ("final ẋ", "m/s", lambda r: r[-1, 1]),
-        ("final y", "m", lambda r: r[-1, 2]),
-        ("final ẏ", "m/s", lambda r: r[-1, 3]),
-    )
-    for label, unit, of in figures:
-        change = found[label]
-        assert change.unit == unit
-        assert (change.value, change.baseline) == pytest.approx(
-            (float(of(one)), float(of(other))), rel=5e-3
-        )
-        assert change.difference == change.value - change.baseline
-        assert float(percent_text(change)) == pytest.approx(
-            100.0 * (change.value - change.baseline) / abs(change.baseline), rel=6e-3
-        )
-    (half,) = [change for label, change in found.items() if "half" in label]
-    assert half.value == pytest.approx(0.5 * np.ptp(one[750:, 2]), rel=5e-3)
-    row = next(row for row in change_rows(*runs) if row.label == "peak |y|")
-    assert number_of(row.value) == pytest.approx(found["peak |y|"].difference, rel=1e-3)
-    assert row.note.startswith("from ")
-    assert number_of(row.note) == pytest.approx(found["peak |y|"].baseline, rel=1e-3)
 
 
 # Sweeps, maps, trade-offs

@@ -1,0 +1,74 @@
+"""Reads charts of the terminal back: where dots and marks are, by the ticks beside them."""
+
+import re
+from collections.abc import Callable
+
+import numpy as np
+
+from fivtui.tui.chart.picture import MARGIN, Picture
+
+BITS = np.array([[0x01, 0x08], [0x02, 0x10], [0x04, 0x20], [0x40, 0x80]])
+
+
+class Reading:
+    """A drawn chart as its user reads it: places by the labels of the ticks next to them."""
+
+    def __init__(self, picture: Picture, *, log_x: bool = False, log_y: bool = False) -> None:
+        self.lines = picture.text().splitlines()
+        left, top, columns, rows = picture.plot
+        assert left == MARGIN
+        self.cells = [line[left : left + columns] for line in self.lines[top : top + rows]]
+        beside = [
+            (row + 0.5, float(line[: MARGIN - 1]))
+            for row, line in enumerate(self.lines[top : top + rows])
+            if line[MARGIN - 1] == "┤"
+        ]
+        below = [
+            (0.5 * (word.start() + word.end()), float(word[0]))
+            for word in re.finditer(r"\S+", self.lines[-1][MARGIN:])
+            # A label at an edge is moved inwards.
+            if re.fullmatch(r"[-+.e\d]+", word[0]) and word.start() > 0 and word.end() < columns
+        ]
+        self.x, self.x_per_column = self._scale(below, log_x)
+        self.y, self.y_per_row = self._scale(beside, log_y)
+
+    @staticmethod
+    def _scale(
+        ticks: list[tuple[float, float]], log: bool
+    ) -> tuple[Callable[[float], float], float]:
+        assert len(ticks) > 1
+        places, values = np.array(ticks).T
+        slope, start = np.polyfit(places, np.log10(values) if log else values, 1).tolist()
+        # Every tick stands in its cell.
+        off = start + slope * places - (np.log10(values) if log else values)
+        assert np.abs(off).max() <= 1.1 * abs(slope)
+        return lambda place: start + slope * place, abs(slope)
+
+    def dots(self) -> list[tuple[float, float]]:
+        """Where the dots are, in the scales of the axes: logarithms where those are."""
+        found = []
+        for row, cells in enumerate(self.cells):
+            for column, cell in enumerate(cells):
+                if 0x2800 <= ord(cell) < 0x2900:
+                    down, right = np.nonzero(BITS & (ord(cell) - 0x2800))
+                    found += [
+                        (self.x(column + 0.25 + 0.5 * r), self.y(row + 0.125 + 0.25 * d))
+                        for d, r in zip(down.tolist(), right.tolist(), strict=True)
+                    ]
+        return found
+
+    def marks(self, character: str) -> list[tuple[float, float]]:
+        """Where a character stands."""
+        return [
+            (self.x(column + 0.5), self.y(row + 0.5))
+            for row, cells in enumerate(self.cells)
+            for column, cell in enumerate(cells)
+            if cell == character
+        ]
+
+    def near(self, found: tuple[float, float], expected: tuple[float, float]) -> bool:
+        """Whether a place is another but for a cell or so."""
+        return (
+            abs(found[0] - expected[0]) <= 1.6 * self.x_per_column
+            and abs(found[1] - expected[1]) <= 1.6 * self.y_per_row
+        )
