@@ -106,7 +106,8 @@ fmi2Component fmi2Instantiate(fmi2String name, fmi2Type type, fmi2String guid, f
                               const fmi2CallbackFunctions *callbacks, fmi2Boolean visible,
                               fmi2Boolean logging)
 {
-    (void)resources, (void)visible;
+    /* There is nothing to say for debugging: refusals are told without it. */
+    (void)resources, (void)visible, (void)logging;
     if (!callbacks || (type != fmi2CoSimulation && type != fmi2ModelExchange))
         return NULL;
     const char *given = name ? name : "";
@@ -121,7 +122,7 @@ fmi2Component fmi2Instantiate(fmi2String name, fmi2Type type, fmi2String guid, f
     }
     strcpy(i->name, given);
     for (int category = 0; category < CATEGORIES; category++)
-        i->logging[category] = logging != 0;
+        i->logging[category] = 1;
     if (!*given || !guid || strcmp(guid, COMPONENT.guid) != 0) {
         if (!*given)
             refuse(i, fmi2Error, "the name of the instance is empty");

@@ -250,7 +250,9 @@ def test_hundreds_of_refusals_leave_an_instance_sound(driver: Driver, flavour: s
     assert answers[-1].value == final_state(flavour, 1.0)
 
 
-def test_without_logging_a_refusal_is_still_a_failed_call(driver: Driver, flavour: str) -> None:
+def test_without_logging_a_refusal_is_a_failed_call_and_the_native_flavour_says_why(
+    driver: Driver, flavour: str
+) -> None:
     calls: list[Call] = [
         ("a", "new", 0, False),
         ("a", "init"),
@@ -258,7 +260,12 @@ def test_without_logging_a_refusal_is_still_a_failed_call(driver: Driver, flavou
         ("a", "step", 0.0, 1.0),
     ]
     answers: list[Answer] = driver.drive(*calls)
-    assert answers[-1 if flavour == PYTHON else -2] == Answer("discard", None, [])
+    if flavour == PYTHON:
+        assert answers[-1] == Answer("discard", None, [])
+    else:
+        refused = answers[-2]
+        assert (refused.status, len(refused.log)) == ("discard", 1)
+        assert "mu = -1: must be" in refused.log[0]
 
 
 def test_variables_of_any_type_can_be_read_as_real_and_as_integer(driver: Driver) -> None:
