@@ -1,8 +1,6 @@
 """A member of a batch, the single run and every instruction set give the same bits."""
 
-import os
 import shutil
-import subprocess
 from pathlib import Path
 
 import numpy as np
@@ -161,30 +159,3 @@ def test_another_compiler_gives_the_same_bits(
     assert kernel.compiler == "gcc"
     assert_same(alone(kernel, given, 10.0, 20), expected)
     assert_same(in_lanes(kernel, given, 10.0, 20, EVERYTHING), expected)
-
-
-@pytest.mark.whole
-@pytest.mark.host
-def test_nothing_undefined_happens(tmp_path: Path) -> None:
-    if shutil.which("gcc") is None:
-        pytest.skip("there is no gcc")
-    folder = Path(fivtui.__file__).parent / "kernel"
-    program = tmp_path / "attack"
-    options = ["-std=c11", "-O1", "-g", "-march=native", "-Wno-psabi", "-fno-strict-aliasing"]
-    checks = ["-fsanitize=address,undefined", "-fno-sanitize-recover=all", "-ffp-contract=off"]
-    units = [str(folder / f"{unit}.c") for unit in ("single", "vary", "lanes")]
-    attack = str(Path(__file__).with_name("attack.c"))
-    built = subprocess.run(
-        ["gcc", *options, *checks, f"-I{folder}", *units, attack, "-o", str(program), "-lm"],
-        capture_output=True,
-        text=True,
-        check=False,
-    )
-    if built.returncode != 0 and "sanitize" in built.stderr:
-        pytest.skip("gcc has no sanitizers here")
-    assert built.returncode == 0, built.stderr
-    environment = os.environ | {"ASAN_OPTIONS": "detect_leaks=0"}
-    done = subprocess.run(
-        [str(program)], env=environment, capture_output=True, text=True, check=False, timeout=300.0
-    )
-    assert (done.returncode, done.stderr) == (0, "")

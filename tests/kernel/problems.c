@@ -1,0 +1,124 @@
+/* Calls every function of the kernel with problems read from standard input, in buffers of exactly the
+   size that each needs; answers each problem by one byte. */
+
+#include <stdint.h>
+#include <stdio.h>
+#include <stdlib.h>
+
+int64_t fivtui_run_size_baseline(void);
+void fivtui_run_begin_baseline(void *, const double *, int64_t, const double *, double, double,
+                               int64_t);
+int64_t fivtui_run_advance_baseline(void *, double *, int64_t, const double *, double *, int64_t,
+                                    double *, int64_t, int64_t, double *);
+int64_t fivtui_vary_size_baseline(void);
+void fivtui_vary_begin_baseline(void *, const double *, int64_t, const double *, const double *,
+                                int64_t, double, double, int64_t);
+int64_t fivtui_vary_advance_baseline(void *, double *, int64_t, int64_t, double *, double *, double *);
+int64_t fivtui_batch_size_baseline(void);
+double fivtui_batch_advance_baseline(void *, const double *, const uint8_t *, const double *,
+                                     double *, int64_t, double, double, double, int64_t, int64_t,
+                                     int64_t, int64_t, int64_t, int64_t);
+int64_t fivtui_batch_ended_baseline(const void *);
+void fivtui_static_starts_baseline(const double *, const uint8_t *, double *, int64_t);
+
+enum { PARAMETERS = 9, STATE = 4, RESULTS = 19, MORE = 3, EXTREMES = 7, RUNNING = 5, CALLS = 20 };
+enum { SAMPLE = 5, SEGMENT_HEAD = 5, CROSSING_HEAD = 6, SINGLE_RUNS = 3 };
+
+/* As `Problem` of `test_sanitized.py` packs it. */
+typedef struct {
+    int64_t order, members, cubic, amplitude, peak, steady, budget, switches, times, segments, seeds,
+        crossings;
+    double t_end, tol, max_steps;
+} Problem;
+
+static void *room(int64_t count, size_t size)
+{
+    void *memory = malloc((size_t)count * size);
+    if (!memory && count)
+        exit(3);
+    return memory;
+}
+
+static void *taken(int64_t count, size_t size)
+{
+    void *memory = room(count, size);
+    if (fread(memory, size, (size_t)count, stdin) != (size_t)count)
+        exit(4);
+    return memory;
+}
+
+static void run_alone(const Problem *p, const double *parameters, int64_t separation,
+                      const double *start, const double *times)
+{
+    void *run = malloc((size_t)fivtui_run_size_baseline());
+    double *switches = room(p->switches, sizeof(double));
+    double *samples = room(p->times * SAMPLE, sizeof(double));
+    int64_t columns = SEGMENT_HEAD + 2 * (p->order + 2);
+    double *segments = p->segments < 0 ? NULL : room(p->segments * columns, sizeof(double));
+    double *result = room(RESULTS + MORE, sizeof(double));
+    fivtui_run_begin_baseline(run, parameters, separation, start, p->t_end, p->tol, p->order);
+    int64_t status = RUNNING;
+    for (int call = 0; call < CALLS && status == RUNNING; call++)
+        status = fivtui_run_advance_baseline(run, switches, p->switches, times, samples, p->times,
+                                             segments, p->segments, p->budget, result);
+    free(run), free(switches), free(samples), free(segments), free(result);
+}
+
+static void run_varied(const Problem *p, const double *parameters, int64_t separation,
+                       const double *start, const double *seeds)
+{
+    void *run = malloc((size_t)fivtui_vary_size_baseline());
+    int64_t columns = CROSSING_HEAD + STATE * p->seeds;
+    double *crossings = room(p->crossings * columns, sizeof(double));
+    double *result = room(RESULTS + MORE, sizeof(double));
+    double *deviations = room(p->seeds * STATE, sizeof(double));
+    double *extremes = room(EXTREMES * (1 + p->seeds), sizeof(double));
+    fivtui_vary_begin_baseline(run, parameters, separation, start, seeds, p->seeds, p->t_end, p->tol,
+                               p->order);
+    int64_t status = RUNNING;
+    for (int call = 0; call < CALLS && status == RUNNING; call++)
+        status = fivtui_vary_advance_baseline(run, crossings, p->crossings, p->budget, result,
+                                              deviations, extremes);
+    free(run), free(crossings), free(result), free(deviations), free(extremes);
+}
+
+static void run_batch(const Problem *p, const double *parameters, const uint8_t *separation,
+                      const double *starts)
+{
+    size_t size = (size_t)fivtui_batch_size_baseline();
+    void *work = aligned_alloc(64, size);
+    double *results = room(p->members * RESULTS, sizeof(double));
+    for (size_t n = 0; n < size; n++)
+        ((char *)work)[n] = 0;
+    for (int call = 0; call < CALLS && fivtui_batch_ended_baseline(work) < p->members; call++)
+        fivtui_batch_advance_baseline(work, parameters, separation, starts, results, p->members,
+                                      p->t_end, p->tol, p->max_steps, p->order, p->cubic,
+                                      p->amplitude, p->peak, p->steady, p->budget);
+    free(work), free(results);
+}
+
+int main(void)
+{
+    Problem p;
+    while (fread(&p, sizeof p, 1, stdin) == 1) {
+        double *parameters = taken(p.members * PARAMETERS, sizeof(double));
+        double *starts = taken(p.members * STATE, sizeof(double));
+        uint8_t *separation = taken(p.members, 1);
+        double *times = taken(p.times, sizeof(double));
+        double *seeds = taken(p.seeds * (STATE + PARAMETERS), sizeof(double));
+        for (int64_t i = 0; i < p.members && i < SINGLE_RUNS; i++) {
+            const double *one = parameters + i * PARAMETERS, *start = starts + i * STATE;
+            run_alone(&p, one, separation[i], start, times);
+            /* A step that no tolerance bounds holds millions of the pieces that deviations take. */
+            if (p.tol > 0.0 && p.tol < 0.1 && !(p.t_end > 100.0))
+                run_varied(&p, one, separation[i], start, seeds);
+        }
+        run_batch(&p, parameters, separation, starts);
+        fivtui_static_starts_baseline(parameters, separation, starts, p.members);
+        run_batch(&p, parameters, separation, starts);
+        free(parameters), free(starts), free(separation), free(times), free(seeds);
+        putchar('.');
+        fflush(stdout);
+    }
+    return 0;
+}

@@ -1,0 +1,218 @@
+"""Nothing undefined happens in the kernel: random problems under gcc's sanitizers."""
+
+import os
+import select
+import shutil
+import struct
+import subprocess
+from collections.abc import Iterator
+from dataclasses import astuple, dataclass, fields
+from pathlib import Path
+from typing import Final
+
+import numpy as np
+import pytest
+from hypothesis import HealthCheck, given, settings, strategies as st
+
+import fivtui
+from fivtui.model import Parameters
+
+KERNEL = Path(fivtui.__file__).parent / "kernel"
+OPTIONS = ("-std=c11", "-O1", "-g1", "-march=native", "-Wno-psabi", "-fno-strict-aliasing")
+CHECKS = (
+    "-fsanitize=address,undefined,float-cast-overflow",
+    "-fno-sanitize-recover=all",
+    "-ffp-contract=off",
+)
+# A problem takes milliseconds; one that takes this long, s, hangs.
+PATIENCE: Final = 60.0
+
+
+@dataclass(frozen=True)
+class Problem:
+    """A problem for `problems.c`: numbers of things, room for results, and what is asked."""
+
+    order: int
+    members: int
+    cubic: int
+    amplitude: int
+    peak: int
+    steady: int
+    budget: int
+    switches: int
+    times: int
+    segments: int
+    seeds: int
+    crossings: int
+    t_end: float
+    tol: float
+    max_steps: float
+
+
+@dataclass(frozen=True)
+class Numbers:
+    """What belongs to a problem: rows are repeated until there are as many as it says."""
+
+    parameters: list[list[float]]
+    starts: list[list[float]]
+    separation: list[bool]
+    times: list[float]
+    seeds: list[list[float]]
+
+
+class Sanitized:
+    """The kernel under the sanitizers, one problem after the other; started anew when it dies."""
+
+    def __init__(self, program: Path) -> None:
+        self._program = program
+        self._process: subprocess.Popen[bytes] | None = None
+
+    def solve(self, problem: Problem, numbers: Numbers) -> None:
+        """Solve a problem; `AssertionError` with the sanitizer's report if that goes wrong."""
+        process = self._running()
+        assert process.stdin is not None
+        assert process.stdout is not None
+        try:
+            process.stdin.write(packed(problem, numbers))
+            process.stdin.flush()
+        except BrokenPipeError:
+            pass
+        ready, _, _ = select.select([process.stdout], [], [], PATIENCE)
+        if not ready:
+            self.close()
+            raise AssertionError("the kernel hangs")
+        if process.stdout.read(1) != b".":
+            assert process.stderr is not None
+            report = process.stderr.read().decode(errors="replace")
+            self.close()
+            raise AssertionError(report)
+
+    def close(self) -> None:
+        """End the process."""
+        if self._process is not None:
+            self._process.kill()
+            self._process.communicate()
+            self._process = None
+
+    def _running(self) -> subprocess.Popen[bytes]:
+        if self._process is None:
+            self._process = subprocess.Popen(
+                [str(self._program)],
+                stdin=subprocess.PIPE,
+                stdout=subprocess.PIPE,
+                stderr=subprocess.PIPE,
+                env=os.environ | {"ASAN_OPTIONS": "detect_leaks=0"},
+            )
+        return self._process
+
+
+def packed(problem: Problem, numbers: Numbers) -> bytes:
+    """The bytes that `problems.c` reads."""
+    kinds = "".join("q" if field.type is int else "d" for field in fields(Problem))
+
+    def rows(values: list[list[float]], count: int, width: int) -> bytes:
+        return np.resize(np.array(values, dtype=float), (count, width)).tobytes()
+
+    separation = np.resize(np.array(numbers.separation, dtype=np.uint8), problem.members)
+    return b"".join(
+        [
+            struct.pack(f"={kinds}", *astuple(problem)),
+            rows(numbers.parameters, problem.members, 9),
+            rows(numbers.starts, problem.members, 4),
+            separation.tobytes(),
+            np.array(numbers.times, dtype=float).tobytes(),
+            rows(numbers.seeds, problem.seeds, 13),
+        ]
+    )
+
+
+ANY = st.one_of(
+    st.sampled_from([0.0, -0.0, 1.0, -1.0, 5e-324, -1e-300, 1e15, 1e300, -1.7e308]),
+    st.sampled_from([float("inf"), float("-inf"), float("nan")]),
+    st.floats(),
+)
+
+
+def mostly(usual: st.SearchStrategy[float]) -> st.SearchStrategy[float]:
+    """Usual numbers, now and then any."""
+    return st.integers(0, 9).flatmap(lambda chance: ANY if chance == 0 else usual)
+
+
+BASE = list(Parameters().as_dict().values())
+PARAMETERS = st.tuples(*(mostly(st.floats(0.0, 2.0 * value)) for value in BASE)).map(list)
+STARTS = st.lists(mostly(st.one_of(st.just(0.0), st.floats(-2.0, 2.0))), min_size=4, max_size=4)
+SEEDS = st.lists(mostly(st.floats(-1.0, 1.0)), min_size=13, max_size=13)
+
+
+@st.composite
+def problems(draw: st.DrawFn) -> tuple[Problem, Numbers]:
+    """Problems with every number that an input can be, and rooms from none on."""
+    flag = st.integers(0, 1)
+    times = draw(st.lists(mostly(st.floats(0.0, 2.0)), max_size=5).map(sorted) | st.lists(ANY))
+    problem = Problem(
+        order=draw(st.sampled_from([8, 12, 16, 20])),
+        members=draw(st.one_of(st.integers(0, 3), st.integers(0, 120))),
+        cubic=draw(flag),
+        amplitude=draw(flag),
+        peak=draw(flag),
+        steady=draw(flag),
+        budget=draw(st.integers(-1, 40)),
+        switches=draw(st.integers(0, 3)),
+        times=len(times),
+        segments=draw(st.integers(-1, 3)),
+        seeds=draw(st.integers(1, 16)),
+        crossings=draw(st.integers(0, 3)),
+        t_end=draw(mostly(st.floats(1e-3, 5.0))),
+        tol=draw(mostly(st.floats(-16.0, -2.0).map(lambda exponent: 10.0**exponent))),
+        max_steps=draw(mostly(st.floats(1.0, 500.0))),
+    )
+    numbers = Numbers(
+        draw(st.lists(PARAMETERS, min_size=1, max_size=4)),
+        draw(st.lists(STARTS, min_size=1, max_size=4)),
+        draw(st.lists(st.booleans(), min_size=1, max_size=4)),
+        times,
+        draw(st.lists(SEEDS, min_size=1, max_size=3)),
+    )
+    return problem, numbers
+
+
+@pytest.fixture(scope="module")
+def sanitized(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Sanitized]:
+    if shutil.which("gcc") is None:
+        pytest.skip("there is no gcc")
+    program = tmp_path_factory.mktemp("sanitized") / "problems"
+    units = [str(KERNEL / f"{unit}.c") for unit in ("single", "vary", "lanes")]
+    driver = str(Path(__file__).with_name("problems.c"))
+    built = subprocess.run(
+        ["gcc", *OPTIONS, *CHECKS, f"-I{KERNEL}", *units, driver, "-o", str(program), "-lm"],
+        capture_output=True,
+        text=True,
+        check=False,
+    )
+    if built.returncode != 0 and "sanitize" in built.stderr:
+        pytest.skip("gcc has no sanitizers here")
+    assert built.returncode == 0, built.stderr
+    kernel = Sanitized(program)
+    yield kernel
+    kernel.close()
+
+
+@pytest.mark.whole
+@pytest.mark.host
+@settings(max_examples=1500, deadline=None, suppress_health_check=list(HealthCheck))
+@given(problems())
+def test_nothing_undefined_happens_in_any_problem(
+    sanitized: Sanitized, problem: tuple[Problem, Numbers]
+) -> None:
+    sanitized.solve(*problem)
+
+
+@pytest.mark.whole
+@pytest.mark.host
+def test_the_sanitizers_see_a_room_that_is_too_small(sanitized: Sanitized) -> None:
+    numbers = Numbers([BASE], [[0.0] * 4], [True], [], [[0.0] * 13])
+    right = Problem(20, 1, 1, 1, 1, 1, 9, 1, 0, 0, 1, 1, 1.0, 1e-15, 100.0)
+    sanitized.solve(right, numbers)
+    # Eighteen derivatives have no room in a run.
+    with pytest.raises(AssertionError, match=r"runtime error|AddressSanitizer"):
+        sanitized.solve(Problem(**{**vars(right), "seeds": 18}), numbers)
