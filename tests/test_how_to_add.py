@@ -5,7 +5,7 @@ import re
 import shutil
 import subprocess
 import sys
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from importlib.util import find_spec
 from pathlib import Path
@@ -136,6 +136,111 @@ for flavour in FLAVOURS:
     same(driven.columns["ay"], alike.columns["ay"])
 """
 
+
+# A mode: off the belt a slider that is lifted, F < 0, has twice the damping.
+DRAG: Final = '''def off_belt(p: Parameters) -> Mode:
+    """The mode of a slider off the belt."""
+    return Mode.LIFTED if p.F < 0.0 else Mode.SEPARATED
+
+
+def drag(p: Parameters, mode: Mode) -> float:
+    """Vertical damping in N s/m."""
+    return 2.0 * p.c2 if mode is Mode.LIFTED else p.c2
+
+
+def accelerations'''
+TWICE: Final = "(2.0 if mode is Mode.LIFTED else 1.0)"
+MODE: Final = (
+    Edit("fivtui/model/slider_belt.py", r"    CONTACT = 1\n", r"\g<0>    LIFTED = 2\n"),
+    Edit(
+        "fivtui/model/slider_belt.py", r"p\.c2 \* vy \+ coupling", "drag(p, mode) * vy + coupling"
+    ),
+    Edit("fivtui/model/slider_belt.py", r"-p\.c2 / p\.m", "-drag(p, mode) / p.m"),
+    Edit("fivtui/model/slider_belt.py", r"(return|mode=)( ?)Mode\.SEPARATED", r"\1\2off_belt(p)"),
+    Edit("fivtui/model/slider_belt.py", r"def accelerations", DRAG),
+    Edit("fivtui/taylor/series.py", r"-p\.c2 / m", f"-{TWICE} * p.c2 / m"),
+    Edit(
+        "fivtui/transient/rk4.py",
+        r"        ay = .*",
+        r'        twice = ~contact & (p["F"] < 0.0)\n\g<0>',
+    ),
+    Edit("fivtui/transient/rk4.py", r'p\["c2"\] \* vy', 'p["c2"] * np.where(twice, 2.0, 1.0) * vy'),
+    Edit("fivtui/transient/rk4.py", r"else Mode\.SEPARATED", "else mode_of_flight(self._p)"),
+    Edit(
+        "fivtui/transient/rk4.py",
+        r"class ReferenceStepper",
+        "def mode_of_flight(p: Parameters) -> Mode:\n"
+        "    return Mode.LIFTED if p.F < 0.0 else Mode.SEPARATED\n\n\n\\g<0>",
+    ),
+    Edit("fivtui/kernel/motion.h", r"V coupling, preload,", "V drag, coupling, preload,"),
+    Edit(
+        "fivtui/kernel/motion.h",
+        r"    w->field\.d_x = .*\n",
+        r"\g<0>    V twice = choose(off & (w->preload < 0.0), splat(2.0), splat(1.0));\n"
+        r"    w->field.damping_y = w->drag * twice;\n",
+    ),
+    Edit(
+        "fivtui/taylor/variation.py",
+        r"other = Mode\.SEPARATED",
+        "other = (Mode.LIFTED if self._p.F < 0.0 else Mode.SEPARATED)",
+    ),
+    Edit(
+        "fivtui/kernel/problem.h",
+        r"OF\(w, field\.damping_y, lane\) =",
+        r"OF(w, drag, lane) = \g<0>",
+    ),
+    Edit("fivtui/taylor/variation.py", r'-by\.get\("c2", 0\.0\)', f'-{TWICE} * by.get("c2", 0.0)'),
+    Edit(
+        "fivtui/kernel/deviations.h",
+        r"\(-q\[C2\] \+ p\[C2\] / m \* dm\) / m",
+        r"(!contact && p[F_] < 0.0 ? 2.0 : 1.0) * \g<0>",
+    ),
+    Edit(
+        "fivtui/kernel/single.c",
+        r"row\[4\] = w->side < 0\.0;",
+        "row[4] = w->side < 0.0 ? 1.0 : w->preload < 0.0 ? 2.0 : 0.0;",
+    ),
+    Edit("fmu_src/slave/variables.py", r"bounds=\(0\.0, 1\.0\)", "bounds=(0.0, 2.0)"),
+)
+# Off the belt it is what twice the damping gives without the mode, and in contact what it was.
+WITH_MODE: Final = """
+import math
+import numpy as np
+from fivtui import *
+from fivtui.model import Mode
+from fivtui.model.slider_belt import jacobian, drag, mode_of
+
+def same(one, other):
+    for a, b in zip(one, other, strict=True):
+        assert math.isclose(a, b, rel_tol=1e-7, abs_tol=1e-8), (one, other)
+
+p, start = Parameters(F=-5.0), (0.5, 0.0, 0.4, -2.0)
+runs = {
+    method: simulate(p, t_end=8.0, start=start, method=method, samples=np.linspace(0.0, 8.0, 81))
+    for method in ("taylor", "rk4", "scipy-dop853")
+}
+first = runs["taylor"]
+assert first.events.reattachments > 1 and first.events.separations > 1
+assert set(first.trajectory.mode.tolist()) == {Mode.CONTACT, Mode.LIFTED}
+for run in runs.values():
+    same(run.final, first.final)
+    same(run.trajectory.P, first.trajectory.P)
+    assert run.trajectory.mode.tolist() == first.trajectory.mode.tolist()
+    assert (run.events.separations, run.first_mode) == (first.events.separations, Mode.LIFTED)
+assert jacobian(p, 1.0, Mode.LIFTED)[3][3] == 2.0 * jacobian(p, 1.0, Mode.SEPARATED)[3][3]
+rates = simulate(p, t_end=2.0, start=start, sensitivities=["c2"]).sensitivities["c2"]
+step = 1e-5
+ends = [
+    simulate(p.with_values({"c2": 0.32 + by}), t_end=2.0, start=start).final.y
+    for by in (-step, step)
+]
+assert math.isclose(rates.final.y, (ends[1] - ends[0]) / (2 * step), rel_tol=1e-5)
+fmu = build_fmu("lifted.fmu")
+values = dict(F=-5.0, x_start=0.5, y_start=0.4, vy_start=-2.0, start_static=False)
+driven = run_fmu(fmu, t_end=8.0, start_values=values, outputs=["y", "mode"])
+same([driven.columns["y"][-1]], [first.final.y])
+assert set(driven.columns["mode"].tolist()) == {1.0, 2.0}
+"""
 
 # A method: the explicit midpoint rule.
 MIDPOINT: Final = '''"""The explicit midpoint rule."""
@@ -385,14 +490,25 @@ def test_a_parameter(tree: Path) -> None:
 @pytest.mark.slow
 @pytest.mark.whole
 @pytest.mark.host
-def test_a_parameter_where_all_is_compiled_anew(tree: Path) -> None:
+@pytest.mark.parametrize(
+    ("subject", "edits", "code"),
+    [("A parameter", PARAMETER, WITH_PARAMETER), ("A mode", MODE, WITH_MODE)],
+)
+def test_what_is_added_to_the_kernel_too(
+    subject: str, edits: Sequence[Edit], code: str, tree: Path
+) -> None:
     if find_spec("ziglang") is None and shutil.which("cc") is None:
         pytest.skip("there is no compiler")
-    add("A parameter", PARAMETER, tree)
+    add(subject, edits, tree)
     shutil.copy(ROOT / "hatch_build.py", tree)
     try_out(tree, "import runpy; runpy.run_path('hatch_build.py', run_name='__main__')")
     compiled = "from fivtui.kernel import stepping_kernel; assert stepping_kernel() == 'compiled'"
-    try_out(tree, f"{compiled}\nFLAVOURS = ['python', 'native']\n{WITH_PARAMETER}")
+    try_out(tree, f"{compiled}\nFLAVOURS = ['python', 'native']\n{code}")
+
+
+def test_a_mode(tree: Path) -> None:
+    add("A mode", MODE, tree)
+    try_out(tree, WITH_MODE)
 
 
 def test_a_method(tree: Path) -> None:

@@ -53,7 +53,7 @@ def contact_force(p: Parameters, y: float, mode: Mode) -> float:
     mode : Mode
         Contact or separated.
     """
-    return 0.0 if mode is Mode.SEPARATED else spring_force(p, y)
+    return spring_force(p, y) if mode is Mode.CONTACT else 0.0
 
 
 def spring_force(spring: ContactSpring, y: Number) -> Number:

@@ -184,7 +184,7 @@ def load_transient(path: Path) -> Transient:
 
 
 def _from_samples(known: Mapping[str, Any], motion: Trajectory) -> Transient:
-    off = motion.mode == Mode.SEPARATED
+    off = motion.mode != Mode.CONTACT
     edges = np.flatnonzero(off[1:] != off[:-1])
     switches = _crossings(motion, edges)
     separations = int(np.count_nonzero(off[1:][edges]))
@@ -216,7 +216,7 @@ def _from_samples(known: Mapping[str, Any], motion: Trajectory) -> Transient:
         ),
         stats=Stats(steps=motion.t.size - 1),
         switch_times=switches,
-        first_mode=Mode.SEPARATED if off[0] else Mode.CONTACT,
+        first_mode=Mode(int(motion.mode[0])),
         trajectory=motion,
     )
 

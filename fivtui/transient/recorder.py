@@ -105,7 +105,7 @@ class Recorder:
                 self._second_half.include(segment)
             else:
                 self._second_half.include_part(segment, self._half, t_end)
-        if segment.mode is Mode.SEPARATED:
+        if segment.mode is not Mode.CONTACT:
             self._separated.append(duration)
         if self._times is not None:
             self._kept.append(segment)

@@ -153,7 +153,7 @@ class Transient(Result):
     def separated_intervals(self) -> list[tuple[float, float]]:
         """Start and end of every interval off the belt, s."""
         edges = [0.0, *self.switch_times.tolist(), self.t_end]
-        first = 0 if self.first_mode is Mode.SEPARATED else 1
+        first = 1 if self.first_mode is Mode.CONTACT else 0
         pairs = list(pairwise(edges))
         return [pair for pair in pairs[first::2] if pair[1] > pair[0]]
 

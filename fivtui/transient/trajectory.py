@@ -64,7 +64,7 @@ class Trajectory(Result):
                     if column.name != "mode"
                 )
             ),
-            ("off the belt", f"{np.count_nonzero(self.mode == Mode.SEPARATED)} samples"),
+            ("off the belt", f"{np.count_nonzero(self.mode != Mode.CONTACT)} samples"),
         ]
 
     def to_columns(self) -> dict[str, NDArray[Any]]:

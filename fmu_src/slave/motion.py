@@ -164,7 +164,7 @@ class SliderBeltMotion:
 def _counted(current: MotionState, mode: Mode, t: float) -> MotionState:
     if mode is current.mode:
         return current
-    separates = mode is Mode.SEPARATED
+    separates = mode is not Mode.CONTACT
     return current._replace(
         mode=mode,
         separations=current.separations + separates,

@@ -69,7 +69,7 @@ def plotted_run(
 
 def separated_samples(trajectory: Trajectory) -> list[tuple[float, float]]:
     """Intervals off the belt, s, as far as the samples of a trajectory resolve them."""
-    off = np.concatenate(([False], trajectory.mode == Mode.SEPARATED, [False]))
+    off = np.concatenate(([False], trajectory.mode != Mode.CONTACT, [False]))
     changes = np.flatnonzero(np.diff(off))
     times = np.append(trajectory.t, trajectory.t[-1])[changes].tolist()
     return list(zip(times[::2], times[1::2], strict=True))
