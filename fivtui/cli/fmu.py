@@ -45,7 +45,7 @@ def fmu() -> None:
     "--fmi",
     default="2",
     metavar="2|3",
-    help="FMI 2.0, or 3.0 for model exchange (experimental, Python flavour).",
+    help="FMI 2.0 or 3.0 (in the Python flavour experimental, model exchange alone).",
 )
 @flavour_option
 @option("--sources", is_flag=True, help="Add the C files of the native flavour.")

@@ -19,7 +19,7 @@ from .component import NATIVE_RULES, Component, documentation, reference_files
 from .components import COMPONENTS, DEFAULT, EXCHANGE
 from .description import completed
 from .exchange_description import exchange_description
-from .native import native_binary, native_description, native_sources
+from .native import native_content
 
 SUFFIX: Final = ".fmu"
 PYTHON: Final = "python"
@@ -54,8 +54,8 @@ def build_fmu(
     component : str
         One of `COMPONENTS`; the slider-belt model if not given.
     fmi : "2" or "3"
-        FMI 2.0, or FMI 3.0 for model exchange, which needs pythonfmu3 and exists for the Python
-        flavour of the slider-belt model alone.
+        FMI 2.0 or FMI 3.0. In the Python flavour FMI 3.0 is model exchange alone, needs pythonfmu3
+        and exists for the slider-belt model.
     flavour : "python" or "native"
         Python code for co-simulation, which needs Python where it runs and runs on Linux and
         Windows alike; or compiled code for co-simulation and model exchange, which needs nothing
@@ -86,26 +86,23 @@ def build_fmu(
     """
     if flavour not in FLAVOURS:
         raise unknown_name("flavour", flavour, FLAVOURS)
-    if flavour == NATIVE and fmi != "2":
-        raise InputError(f"FMI {fmi}: the native flavour is of FMI 2")
     if flavour != NATIVE and sources:
         raise InputError(f"sources: the {flavour} flavour has no C files")
-    made_of = _component(component, fmi)
+    made_of = _component(component, fmi, flavour)
     target = Path(path)
     check_suffix(target, "FMU", (SUFFIX,))
     check_output(target, force=force)
-    content = _native(made_of, with_sources=sources) if flavour == NATIVE else _python(made_of, fmi)
+    content = (
+        _native(made_of, fmi, with_sources=sources) if flavour == NATIVE else _python(made_of, fmi)
+    )
     write_atomically(target, lambda file: _write_archive(file, content), force=force)
     return target
 
 
-def _native(component: Component, *, with_sources: bool) -> dict[str, bytes]:
-    content = native_binary(component)
-    if with_sources:
-        content |= native_sources(component)
+def _native(component: Component, fmi: str, *, with_sources: bool) -> dict[str, bytes]:
+    content = native_content(component, fmi, with_sources=with_sources)
     content |= documentation(replace(component, rules=NATIVE_RULES, wrapper=""))
     content |= reference_files(component.model, component.reference())
-    content[_DESCRIPTION] = native_description(component, with_sources=with_sources)
     return content
 
 
@@ -123,13 +120,13 @@ def _python(made_of: Component, fmi: str) -> dict[str, bytes]:
     return content
 
 
-def _component(name: str, fmi: str) -> Component:
+def _component(name: str, fmi: str, flavour: str) -> Component:
     if name not in COMPONENTS:
         raise unknown_name("component", name, COMPONENTS)
-    if fmi == "2":
-        return COMPONENTS[name]
-    if fmi != _EXCHANGE:
+    if fmi not in ("2", _EXCHANGE):
         raise InputError(f"FMI {fmi}: must be 2 or 3")
+    if fmi == "2" or flavour == NATIVE:
+        return COMPONENTS[name]
     if name != DEFAULT:
         raise InputError(f"{name} in FMI 3: must be {DEFAULT}, or in FMI 2")
     if find_spec("pythonfmu3") is None:

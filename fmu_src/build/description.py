@@ -93,14 +93,15 @@ def type_definitions(table: VariableTable) -> ET.Element:
     definitions = ET.Element("TypeDefinitions")
     for variable in table.variables:
         if variable.items:
-            simple = ET.SubElement(definitions, "SimpleType", name=_type_of(variable))
+            simple = ET.SubElement(definitions, "SimpleType", name=type_of(variable))
             enumeration = ET.SubElement(simple, "Enumeration")
             for value, name in enumerate(variable.items):
                 ET.SubElement(enumeration, "Item", name=name, value=str(value))
     return definitions
 
 
-def _type_of(variable: Variable) -> str:
+def type_of(variable: Variable) -> str:
+    """Name of the type of an enumeration."""
     # A type must not have the name of a variable.
     return f"{variable.name}_type"
 
@@ -110,7 +111,7 @@ def complete_variable(element: ET.Element, variable: Variable, table: VariableTa
     typed = _child(element, (Type.INTEGER if variable.items else variable.type).value)
     typed.tag = variable.type.value
     if variable.items:
-        typed.set("declaredType", _type_of(variable))
+        typed.set("declaredType", type_of(variable))
     if variable.unit:
         typed.set("unit", variable.unit)
         typed.set("displayUnit", variable.unit)

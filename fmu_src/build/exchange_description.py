@@ -9,9 +9,14 @@ from xml.etree import ElementTree as ET
 
 from fmu_src.slave import STATES, TIME_REFERENCE, Role, Type, Variable, VariableTable
 
-from .description import TIMESTAMP, unit_definitions
+from .description import TIMESTAMP, type_of, unit_definitions
 
-_TAGS: Final = {Type.REAL: "Float64", Type.BOOLEAN: "Boolean"}
+_TAGS: Final = {
+    Type.REAL: "Float64",
+    Type.INTEGER: "Int32",
+    Type.ENUMERATION: "Enumeration",
+    Type.BOOLEAN: "Boolean",
+}
 _INDICATOR: Final = "switching"
 
 
@@ -44,17 +49,9 @@ def exchange_description(
     ET.SubElement(root, "DefaultExperiment", startTime="0.0", stopTime="100.0", tolerance="1e-10")
     variables = ET.SubElement(root, "ModelVariables")
     for reference, variable in enumerate(table.variables):
-        _add_variable(variables, reference, variable, table)
-    ET.SubElement(
-        variables,
-        "Float64",
-        name="time",
-        valueReference=str(TIME_REFERENCE),
-        causality="independent",
-        variability="continuous",
-        unit="s",
-    )
-    root.append(_model_structure(table))
+        add_variable(variables, reference, variable, table)
+    add_time(variables, TIME_REFERENCE)
+    root.append(model_structure_3(table, table.references[_INDICATOR]))
     digest = hashlib.sha256(ET.tostring(root))
     for name in sorted(content):
         digest.update(f"\0{name}\0".encode() + content[name])
@@ -65,9 +62,23 @@ def exchange_description(
     return text + b"\n"
 
 
-def _add_variable(
+def add_time(variables: ET.Element, reference: int) -> None:
+    """Add the independent variable; FMI 3.0."""
+    ET.SubElement(
+        variables,
+        "Float64",
+        name="time",
+        valueReference=str(reference),
+        causality="independent",
+        variability="continuous",
+        unit="s",
+    )
+
+
+def add_variable(
     variables: ET.Element, reference: int, variable: Variable, table: VariableTable
 ) -> None:
+    """Add a variable of a table; FMI 3.0."""
     attributes = {
         "name": variable.name,
         "valueReference": str(reference),
@@ -81,7 +92,7 @@ def _add_variable(
         attributes |= {"unit": variable.unit, "displayUnit": variable.unit}
     for name, bound in (("min", variable.lower), ("max", variable.upper)):
         if math.isfinite(bound):
-            attributes[name] = repr(bound)
+            attributes[name] = repr(bound) if variable.type is Type.REAL else str(int(bound))
     if variable.nominal is not None:
         attributes["nominal"] = repr(variable.nominal)
     if variable.derivative_of:
@@ -89,10 +100,18 @@ def _add_variable(
     if variable.settable:
         boolean = variable.type is Type.BOOLEAN
         attributes["start"] = str(variable.start).lower() if boolean else repr(variable.start)
+    if variable.items:
+        attributes["declaredType"] = type_of(variable)
     ET.SubElement(variables, _TAGS[variable.type], attributes)
 
 
-def _model_structure(table: VariableTable) -> ET.Element:
+def model_structure_3(
+    table: VariableTable, indicator: int | None, order: Sequence[str] = STATES
+) -> ET.Element:
+    """``ModelStructure`` of FMI 3.0; `indicator` is the reference of the event indicator.
+
+    `order` is that in which states are exchanged.
+    """
     structure = ET.Element("ModelStructure")
     states = {v.derivative_of for v in table.variables if v.derivative_of}
 
@@ -110,13 +129,14 @@ def _model_structure(table: VariableTable) -> ET.Element:
         add("Output", variable, known_in_exchange(variable, states))
     # Derivatives in the order in which the slave exchanges states.
     derivatives = [v for v in table.variables if v.derivative_of]
-    for variable in sorted(derivatives, key=lambda v: STATES.index(v.derivative_of)):
+    for variable in sorted(derivatives, key=lambda v: order.index(v.derivative_of)):
         add("ContinuousStateDerivative", variable, variable.varies_with)
     for variable in table.variables:
         if variable.role is Role.OUTPUT or variable.derivative_of:
             add("InitialUnknown", variable, variable.starts_from)
-    indicator = table.variables[table.references[_INDICATOR]]
-    add("EventIndicator", indicator, ("y",))
+    if indicator is not None:
+        known = {"dependencies": str(table.references["y"]), "dependenciesKind": "dependent"}
+        ET.SubElement(structure, "EventIndicator", known, valueReference=str(indicator))
     return structure
 
 

@@ -20,17 +20,24 @@ from .description import (
     unit_definitions,
 )
 from .exchange_description import known_in_exchange
+from .native_fmi3 import build_description, native_description_3
 from .native_text import MODELS, NATIVE, build_name, guid_of, sources
 
+_DESCRIPTION: Final = "modelDescription.xml"
 _REASON: Final = NATIVE / "native.txt"
-# Suffix of binaries and folder in the FMU, by `sys.platform`.
-_PLATFORMS: Final[Mapping[str, tuple[str, str]]] = {
-    "linux": (".so", "linux64"),
-    "darwin": (".dylib", "darwin64"),
-    "win32": (".dll", "win64"),
+# Suffix of binaries, and names of the system in FMI 2.0 and 3.0, by `sys.platform`.
+_PLATFORMS: Final[Mapping[str, tuple[str, str, str]]] = {
+    "linux": (".so", "linux64", "linux"),
+    "darwin": (".dylib", "darwin64", "darwin"),
+    "win32": (".dll", "win64", "windows"),
 }
-# FMI 2.0 has names for these processors alone.
-_PROCESSORS: Final = ("x86_64", "amd64")
+# Names of processors in FMI 3.0; FMI 2.0 has one for the first alone.
+_PROCESSORS: Final = {
+    "x86_64": "x86_64",
+    "amd64": "x86_64",
+    "aarch64": "aarch64",
+    "arm64": "aarch64",
+}
 _LOG_CATEGORIES: Final = {
     "logStatusWarning": "Log messages with fmi2Warning status.",
     "logStatusDiscard": "Log messages with fmi2Discard status.",
@@ -62,28 +69,40 @@ def why_no_native() -> str | None:
     """Why no native FMU can be built here; None if one can."""
     try:
         for model in MODELS:
-            _binary(model)
+            _binary(model, "2")
     except InputError as error:
         return str(error)
     return None
 
 
-def native_binary(component: Component) -> dict[str, bytes]:
-    """The binary of a component for this platform: content by name in the FMU.
+def native_content(component: Component, fmi: str, *, with_sources: bool) -> dict[str, bytes]:
+    """The binary, the text in C if asked for, and the model description: content by name.
 
-    Raises `InputError` where there is none, or it was compiled from another text.
+    Raises `InputError` where there is no binary, or it was compiled from another text.
     """
-    return _binary(component.model)
+    content = _binary(component.model, fmi)
+    if with_sources:
+        for name, text in sources(component.model).items():
+            content[f"sources/{name}"] = text.encode()
+    if fmi == "2":
+        content[_DESCRIPTION] = native_description(component, with_sources=with_sources)
+        return content
+    if with_sources:
+        content["sources/buildDescription.xml"] = build_description(component)
+    content[_DESCRIPTION] = native_description_3(component, _LOG_CATEGORIES)
+    return content
 
 
-def _binary(model: str) -> dict[str, bytes]:
+def _binary(model: str, fmi: str) -> dict[str, bytes]:
     advice = "install fivtui anew, or build the Python flavour"
-    suffix, folder = _PLATFORMS.get(sys.platform, ("", ""))
-    if not suffix or platform.machine().lower() not in _PROCESSORS:
+    suffix, *systems = _PLATFORMS.get(sys.platform, ("", ""))
+    processor = _PROCESSORS.get(platform.machine().lower())
+    if not suffix or processor is None or (fmi == "2" and processor != "x86_64"):
         raise InputError(
-            f"a native FMU for {sys.platform}, {platform.machine()}: FMI 2.0 names no such "
+            f"a native FMU for {sys.platform}, {platform.machine()}: FMI {fmi} names no such "
             "platform; build the Python flavour"
         )
+    folder = systems[0] if fmi == "2" else f"{processor}-{systems[1]}"
     file = NATIVE / f"{model}{suffix}"
     if not file.is_file():
         why = _REASON.read_text(encoding="utf-8").strip() if _REASON.is_file() else "not installed"
@@ -92,11 +111,6 @@ def _binary(model: str) -> dict[str, bytes]:
     if build_name().encode() not in binary:
         raise InputError(f"the native FMU is compiled from another text; {advice}")
     return {f"binaries/{folder}/{file.name}": binary}
-
-
-def native_sources(component: Component) -> dict[str, bytes]:
-    """The text in C of a component's binary: content by name in the FMU."""
-    return {f"sources/{name}": text.encode() for name, text in sources(component.model).items()}
 
 
 def native_description(component: Component, *, with_sources: bool = False) -> bytes:

@@ -22,7 +22,10 @@ UNITS: Final[Mapping[str, tuple[str, ...]]] = {
     "SliderBelt": ("slider_belt", "processor"),
     "BrakeActuator": ("brake_actuator",),
 }
-SHARED_UNITS: Final = ("cosimulation", "exchange", "experiment", "instance", "state", "values")
+SHARED_UNITS: Final = (
+    *("cosimulation", "exchange", "experiment", "instance", "state", "values"),
+    *("fmi3", "fmi3_values", "fmi3_absent"),
+)
 # Compiled for each instruction set.
 STEPPING_UNIT: Final = "stepping"
 _HERE: Final = Path(__file__).parents[1]

@@ -22,8 +22,10 @@ static const char *begin_motion(Instance *i)
     return NULL;
 }
 
-static const char *move_on(Instance *i, double from, double t)
+static const char *move_on(Instance *i, double from, double *end, int *switched)
 {
+    (void)switched;
+    const double t = *end;
     const double *v = i->s.values, *slopes = i->s.slopes;
     const double rise = slopes[V_command] + v[V_gain] * (slopes[V_command] - slopes[V_P]);
     /* What F follows, a lag behind. */

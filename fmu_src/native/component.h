@@ -36,8 +36,8 @@ typedef struct {
     uint32_t state_count, indicator_count;
     /* Begins the motion of the values, at the start time. */
     const char *(*begin)(struct Instance *i);
-    /* Moves on to t; the input ramps begin at `from`. */
-    const char *(*move)(struct Instance *i, double from, double t);
+    /* Moves on to t, or with `switched` to the first switch not after it; ramps begin at `from`. */
+    const char *(*move)(struct Instance *i, double from, double *t, int *switched);
     /* The time up to which moving on under the same inputs, held, needs no computation. */
     double (*known_until)(const struct Instance *i);
     /* Computes the outputs from the motion or, in model exchange, from the states. */

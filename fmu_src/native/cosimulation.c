@@ -32,12 +32,12 @@ static fmi2Status give_up(Instance *i, const char *why)
 }
 
 /* A step that is not free. */
-static fmi2Status do_step(Instance *c, double current, double h)
+static fmi2Status do_step(Instance *c, double current, double h, int *switched)
 {
     Instance *i = c;
     ALLOWED("do_step", fmi2CoSimulation, IN(STEPPING));
     State *s = &i->s;
-    const double end = current + h;
+    double end = current + h;
     double ends[MOST_VARIABLES];
     if (!is_same(current, s->t))
         return give_up(i, because(i, "current time = %s s: the FMU is at %s s",
@@ -49,9 +49,10 @@ static fmi2Status do_step(Instance *c, double current, double h)
         return give_up(i, because(i, "the step ends at %s s, after the stop time %s s",
                                   number(end).text, number(s->stop_time).text));
     const char *why = s->is_sloped ? extrapolate(i, end - s->t, ends) : NULL;
-    why = why ? why : COMPONENT.move(i, s->t, end);
+    why = why ? why : COMPONENT.move(i, s->t, &end, switched);
     if (why)
         return give_up(i, why);
+    s->is_pending = switched && *switched;
     if (s->is_sloped)
         for (uint32_t r = 0; r < COMPONENT.variable_count; r++)
             s->values[r] = ends[r], s->slopes[r] = 0.0;
@@ -60,18 +61,22 @@ static fmi2Status do_step(Instance *c, double current, double h)
     return i->last_step = fmi2OK;
 }
 
-fmi2Status fmi2DoStep(fmi2Component c, fmi2Real current, fmi2Real h, fmi2Boolean no_way_back)
+fmi2Status take_communication_step(Instance *i, double current, double h, int *switched)
 {
-    Instance *i = c;
-    (void)no_way_back;
     const double end = current + h;
     /* Most steps end within one of the motion: nothing is computed until outputs are read. */
     if (i && end > i->s.t && end < i->s.free_until && h > 0.0
         && fabs(current - i->s.t) <= SAME_TIME) {
-        i->s.t = end, i->s.published = 0;
+        i->s.t = end, i->s.published = i->s.is_pending = 0;
         return i->last_step = fmi2OK;
     }
-    return do_step(i, current, h);
+    return do_step(i, current, h, switched);
+}
+
+fmi2Status fmi2DoStep(fmi2Component c, fmi2Real current, fmi2Real h, fmi2Boolean no_way_back)
+{
+    (void)no_way_back;
+    return take_communication_step(c, current, h, NULL);
 }
 
 /* The slopes of inputs over the next step; after it they are held, unless given again. */

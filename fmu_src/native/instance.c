@@ -49,7 +49,11 @@ static void say(Instance *i, fmi2Status status, const char *text)
     const Category category = status == fmi2Warning   ? WARNINGS
                               : status == fmi2Discard ? DISCARDS
                                                       : ERRORS;
-    if (i->logging[category] && i->callbacks.logger)
+    if (!i->logging[category])
+        return;
+    if (i->log)
+        i->log(i->environment, (fmi3Status)status, CATEGORY_NAMES[category], text);
+    else if (i->callbacks.logger)
         i->callbacks.logger(i->callbacks.componentEnvironment, i->name, status,
                             CATEGORY_NAMES[category], text);
 }
@@ -102,19 +106,13 @@ fmi2Status ready(Instance *i)
     return fmi2OK;
 }
 
-fmi2Component fmi2Instantiate(fmi2String name, fmi2Type type, fmi2String guid, fmi2String resources,
-                              const fmi2CallbackFunctions *callbacks, fmi2Boolean visible,
-                              fmi2Boolean logging)
+Instance *make_instance(const Instance *like, const char *name, const char *guid)
 {
-    /* There is nothing to say for debugging: refusals are told without it. */
-    (void)resources, (void)visible, (void)logging;
-    if (!callbacks || (type != fmi2CoSimulation && type != fmi2ModelExchange))
-        return NULL;
     const char *given = name ? name : "";
     Instance *i = calloc(1, sizeof *i);
     if (!i)
         return NULL;
-    i->callbacks = *callbacks, i->type = type, i->last_step = fmi2OK;
+    *i = *like;
     i->name = malloc(strlen(given) + 1);
     if (!i->name) {
         free(i);
@@ -133,6 +131,18 @@ fmi2Component fmi2Instantiate(fmi2String name, fmi2Type type, fmi2String guid, f
     }
     clear_state(&i->s);
     return i;
+}
+
+fmi2Component fmi2Instantiate(fmi2String name, fmi2Type type, fmi2String guid, fmi2String resources,
+                              const fmi2CallbackFunctions *callbacks, fmi2Boolean visible,
+                              fmi2Boolean logging)
+{
+    /* There is nothing to say for debugging: refusals are told without it. */
+    (void)resources, (void)visible, (void)logging;
+    if (!callbacks || (type != fmi2CoSimulation && type != fmi2ModelExchange))
+        return NULL;
+    const Instance like = {.type = type, .callbacks = *callbacks};
+    return make_instance(&like, name, guid);
 }
 
 void fmi2FreeInstance(fmi2Component c)

@@ -5,6 +5,7 @@
 
 #include "component.h"
 #include "fmi2Functions.h"
+#include "fmi3Functions.h"
 
 enum { MOST_VARIABLES = 48, MOST_STATES = 4, MOTION_ROOM = 176, TEXT = 320 };
 
@@ -16,10 +17,11 @@ typedef enum { WARNINGS, DISCARDS, ERRORS, CATEGORIES } Category;
 /* All that decides what comes next. `t` is the time reached, s; up to `free_until` a step needs no
    computation, and is allowed; `begun` says that the motion is of the values, `published` that the
    outputs are of the motion. `slopes` are those of the inputs over the next communication step;
-   `states` are the importer's in model exchange. */
+   `is_pending`: a switch has been reached, and its event mode not entered; `states` are the
+   importer's in model exchange. */
 typedef struct {
     Phase phase;
-    int is_set_up, begun, published, is_sloped;
+    int is_set_up, begun, published, is_sloped, is_pending;
     double start_time, stop_time, tolerance, t, free_until;
     double values[MOST_VARIABLES], slopes[MOST_VARIABLES], states[MOST_STATES];
     double motion[MOTION_ROOM];
@@ -31,11 +33,22 @@ typedef struct Instance {
     fmi2CallbackFunctions callbacks;
     char *name;
     int logging[CATEGORIES];
+    /* FMI 3.0: the logger, whether there is an event mode in co-simulation, and whether steps end
+       at switches for it. */
+    fmi3LogMessageCallback log;
+    fmi3InstanceEnvironment environment;
+    int uses_events, announces;
     fmi2Status last_step;
     /* The component's choice for this processor. */
     const void *stepping;
     char why[TEXT];
 } Instance;
+
+/* An instance, NULL with a message if the name or the GUID are wrong; `like` has its loggers. */
+Instance *make_instance(const Instance *like, const char *name, const char *guid);
+
+/* A communication step; with `switched` it may end at a switch, and says so. */
+fmi2Status take_communication_step(Instance *i, double current, double h, int *switched);
 
 /* Back to how an instance begins. */
 void clear_state(State *s);

@@ -67,12 +67,12 @@ static const char *begin_motion(Instance *i)
     return NULL;
 }
 
-static const char *move_on(Instance *i, double from, double t)
+static const char *move_on(Instance *i, double from, double *t, int *switched)
 {
     const State *s = &i->s;
     Motion *m = &content_of(i)->motion;
     const Ramp force = {s->values[V_F], s->slopes[V_F]}, mu = {s->values[V_mu], s->slopes[V_mu]};
-    switch (stepping_of(i)->move(m, from, t, force, mu)) {
+    switch (stepping_of(i)->move(m, from, t, switched, force, mu)) {
     case OVERFLOW:
         return because(i, "the motion grows beyond the floating-point range at t = %g s; it is "
                           "unbounded: consider separation, use a cubic contact, or shorten the run",
@@ -96,7 +96,7 @@ static double known_until(const Instance *i)
     return m->force.slope != 0.0 || m->friction.slope != 0.0 ? -INFINITY : m->end;
 }
 
-/* The state at the time reached, its mode, and the switches so far. */
+/* The state at the time reached; its mode and the switches so far, unless one is still pending. */
 static void look(Instance *i)
 {
     State *s = &i->s;
@@ -106,6 +106,8 @@ static void look(Instance *i)
     stepping_of(i)->state(&at->motion, s->t, state);
     s->states[X] = state[0], s->states[VX] = state[1];
     s->states[Y] = state[2], s->states[VY] = state[3];
+    if (s->is_pending)
+        return;
     at->side = w->side, at->last_event = w->last;
     at->separations = w->lifts, at->reattachments = w->landings;
 }

@@ -138,16 +138,17 @@ static void change_inputs(Motion *m, double t, Ramp force, Ramp friction)
 
 static int is_same(Ramp a, Ramp b) { return a.value == b.value && a.slope == b.slope; }
 
-static int move(Motion *m, double from, double t, Ramp force, Ramp friction)
+static int move(Motion *m, double from, double *t, int *switched, Ramp force, Ramp friction)
 {
     if (is_same(force, m->force) && is_same(friction, m->friction) && m->stepped != 0.0
-        && t < m->end && (!is_driven(m) || from == m->since))
+        && *t < m->end && (!is_driven(m) || from == m->since))
         return RUNNING;
     Motion on = *m;
     if (!is_same(force, m->force) || !is_same(friction, m->friction)
         || (is_driven(m) && from != m->since))
         change_inputs(&on, from, force, friction);
-    for (int count = 0; on.stepped == 0.0 || on.end <= t; count++) {
+    for (int count = 0; on.stepped == 0.0 || on.end <= *t; count++) {
+        const double switches = on.w.lifts + on.w.landings, end = on.end;
         int status = count == MOST_STEPS ? STEP_LIMIT : RUNNING;
         if (status == RUNNING && on.stepped != 0.0)
             status = go_over(&on);
@@ -156,6 +157,10 @@ static int move(Motion *m, double from, double t, Ramp force, Ramp friction)
         if (status != RUNNING) {
             m->failed_at = on.w.t;
             return status;
+        }
+        if (switched && on.w.lifts + on.w.landings != switches) {
+            *t = end, *switched = 1;
+            break;
         }
     }
     *m = on;

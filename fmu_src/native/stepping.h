@@ -29,8 +29,9 @@ typedef struct {
 typedef struct {
     void (*begin)(Motion *m, const double *p, int separation, const double *state, double t,
                   double tol);
-    /* Moves on to t under inputs that are given from the last t on; the status, RUNNING if well. */
-    int (*move)(Motion *m, double from, double t, Ramp force, Ramp friction);
+    /* Moves on to t under inputs that are given from the last t on; with `switched`, to the first
+       switch not after t, and says whether there is one. Returns the status, RUNNING if well. */
+    int (*move)(Motion *m, double from, double *t, int *switched, Ramp force, Ramp friction);
     void (*state)(const Motion *m, double t, double *state);
     /* Computes the step again from where it starts: its polynomials are not saved. */
     int (*again)(Motion *m);

@@ -10,6 +10,7 @@
 
 #include "build.h"
 #include "fmi2Functions.h"
+#include "fmi3Functions.h"
 
 #define CHECK(what)                                                     \
     do {                                                                \
@@ -133,10 +134,25 @@ static void attack_states(int rounds)
     fmi2FreeInstance(c);
 }
 
-/* Any call in any phase, with anything: no harm. */
-static void attack_calls(fmi2Type type, int rounds)
+static void quiet_3(void *host, fmi3Status status, fmi3String category, fmi3String message)
 {
-    fmi2Component c = begun(type);
+    (void)host;
+    CHECK(status > fmi3OK && *category && *message);
+}
+
+/* An instance of FMI 3.0 for co-simulation with events. */
+static fmi2Component begun_3(void)
+{
+    fmi3Instance c = fmi3InstantiateCoSimulation("attacked", SLIDER_BELT_GUID, NULL, 0, 1, 1, 1, NULL,
+                                                 0, NULL, quiet_3, NULL);
+    CHECK(c && fmi3EnterInitializationMode(c, 0, 0.0, 0.0, 0, 0.0) == fmi3OK);
+    CHECK(fmi3ExitInitializationMode(c) == fmi3OK && fmi3EnterStepMode(c) == fmi3OK);
+    return c;
+}
+
+/* Any call in any phase, with anything: no harm. */
+static void attack_calls(fmi2Component c, int rounds)
+{
     fmi2FMUstate state = NULL;
     for (int round = 0; round < rounds; round++) {
         const fmi2ValueReference r[2] = {chance(40), chance(4) ? chance(40) : UINT32_MAX};
@@ -148,7 +164,9 @@ static void attack_calls(fmi2Type type, int rounds)
         fmi2EventInfo info;
         const size_t two = chance(3), four = chance(4) ? 4 : chance(5);
         const fmi2String category = chance(2) ? "logStatusError" : "nonsense";
-        switch (chance(26)) {
+        fmi3Boolean set[6];
+        fmi3Int64 long_number[2];
+        switch (chance(36)) {
         case 0: fmi2SetupExperiment(c, booleans[0], reals[0], reals[1], 0, reals[2]); break;
         case 1: fmi2EnterInitializationMode(c); break;
         case 2: fmi2ExitInitializationMode(c); break;
@@ -174,6 +192,16 @@ static void attack_calls(fmi2Type type, int rounds)
         case 22: fmi2NewDiscreteStates(c, &info); break;
         case 23: fmi2EnterContinuousTimeMode(c); break;
         case 24: fmi2GetDirectionalDerivative(c, r, two, r, two, reals, read); break;
+        case 25: fmi3EnterEventMode(c); break;
+        case 26: fmi3EnterStepMode(c); break;
+        case 27: fmi3UpdateDiscreteStates(c, set, set + 1, set + 2, set + 3, set + 4, read); break;
+        case 28: fmi3DoStep(c, reals[0], fmin(reals[1], 10.0), 1, set, set + 1, set + 2, read); break;
+        case 29: fmi3GetFloat64(c, r, two, read, chance(8) ? two : 3); break;
+        case 30: fmi3GetInt64(c, r, two, long_number, two); break;
+        case 31: fmi3SetFloat64(c, r, two, reals, two); break;
+        case 32: fmi3GetBoolean(c, r, two, set, two); break;
+        case 33: fmi3GetAdjointDerivative(c, r, two, r, two, reals, two, read, two); break;
+        case 34: fmi3EnterInitializationMode(c, 1, reals[0], reals[1], 1, reals[2]); break;
         default: fmi2SetDebugLogging(c, booleans[0], chance(2), &category); break;
         }
     }
@@ -226,8 +254,9 @@ int main(int count, char **arguments)
     CHECK(fmi2DoStep(NULL, 0.0, 1.0, 1) == fmi2Error);
     fmi2FreeInstance(NULL);
     attack_states(rounds);
-    attack_calls(fmi2CoSimulation, 20 * rounds);
-    attack_calls(fmi2ModelExchange, 20 * rounds);
+    attack_calls(begun(fmi2CoSimulation), 20 * rounds);
+    attack_calls(begun(fmi2ModelExchange), 20 * rounds);
+    attack_calls(begun_3(), 20 * rounds);
     measure_memory(atoi(arguments[1]), atoi(arguments[2]));
     return 0;
 }

@@ -1,0 +1,247 @@
+/* FMI 3.0: instances, modes, steps and states; what is common with FMI 2.0 is done by its functions.
+
+   Where an importer uses the event mode and allows early return, a step of co-simulation ends at
+   every switch, and mode and counts change in the event mode that follows; elsewhere a step goes
+   over switches. Both give the same motion. */
+
+#include "instance.h"
+
+#define GIVEN(place)                                                                       \
+    do {                                                                                   \
+        if (!(place))                                                                      \
+            return (fmi3Status)refuse(i, fmi2Error, "places for results must be given");   \
+    } while (0)
+#define ALLOWED3(call, type, phases)                              \
+    do {                                                          \
+        fmi2Status status_ = allow(i, call, type, phases);        \
+        if (status_ != fmi2OK)                                    \
+            return (fmi3Status)status_;                           \
+    } while (0)
+
+const char *fmi3GetVersion(void) { return fmi3Version; }
+
+fmi3Instance fmi3InstantiateModelExchange(fmi3String name, fmi3String token, fmi3String resources,
+                                          fmi3Boolean visible, fmi3Boolean logging,
+                                          fmi3InstanceEnvironment environment,
+                                          fmi3LogMessageCallback log)
+{
+    (void)resources, (void)visible, (void)logging;
+    const Instance like = {.type = fmi2ModelExchange, .log = log, .environment = environment};
+    return make_instance(&like, name, token);
+}
+
+fmi3Instance fmi3InstantiateCoSimulation(fmi3String name, fmi3String token, fmi3String resources,
+                                         fmi3Boolean visible, fmi3Boolean logging,
+                                         fmi3Boolean event_mode, fmi3Boolean early_return,
+                                         const fmi3ValueReference intermediate[], size_t count,
+                                         fmi3InstanceEnvironment environment,
+                                         fmi3LogMessageCallback log,
+                                         fmi3IntermediateUpdateCallback update)
+{
+    (void)resources, (void)visible, (void)logging, (void)intermediate, (void)count, (void)update;
+    const Instance like = {.type = fmi2CoSimulation, .log = log, .environment = environment,
+                           .uses_events = event_mode, .announces = event_mode && early_return};
+    return make_instance(&like, name, token);
+}
+
+fmi3Instance fmi3InstantiateScheduledExecution(fmi3String name, fmi3String token,
+                                               fmi3String resources, fmi3Boolean visible,
+                                               fmi3Boolean logging,
+                                               fmi3InstanceEnvironment environment,
+                                               fmi3LogMessageCallback log,
+                                               fmi3ClockUpdateCallback update,
+                                               fmi3LockPreemptionCallback lock,
+                                               fmi3UnlockPreemptionCallback unlock)
+{
+    (void)name, (void)token, (void)resources, (void)visible, (void)logging;
+    (void)update, (void)lock, (void)unlock;
+    if (log)
+        log(environment, fmi3Error, "logStatusError", "there is no scheduled execution");
+    return NULL;
+}
+
+void fmi3FreeInstance(fmi3Instance c) { fmi2FreeInstance(c); }
+
+fmi3Status fmi3SetDebugLogging(fmi3Instance c, fmi3Boolean on, size_t count,
+                               const fmi3String categories[])
+{
+    return (fmi3Status)fmi2SetDebugLogging(c, on, count, categories);
+}
+
+fmi3Status fmi3EnterInitializationMode(fmi3Instance c, fmi3Boolean with_tolerance,
+                                       fmi3Float64 tolerance, fmi3Float64 start,
+                                       fmi3Boolean with_stop, fmi3Float64 stop)
+{
+    const fmi2Status status =
+        fmi2SetupExperiment(c, with_tolerance, tolerance, start, with_stop, stop);
+    if (status > fmi2Warning)
+        return (fmi3Status)status;
+    const fmi2Status entered = fmi2EnterInitializationMode(c);
+    return (fmi3Status)(entered == fmi2OK ? status : entered);
+}
+
+fmi3Status fmi3ExitInitializationMode(fmi3Instance c)
+{
+    Instance *i = c;
+    const fmi2Status status = fmi2ExitInitializationMode(c);
+    if (status == fmi2OK && i->uses_events)
+        i->s.phase = EVENTS;
+    return (fmi3Status)status;
+}
+
+fmi3Status fmi3EnterEventMode(fmi3Instance c)
+{
+    Instance *i = c;
+    if (!i || i->type == fmi2ModelExchange)
+        return (fmi3Status)fmi2EnterEventMode(c);
+    ALLOWED3("enter_event_mode", EITHER, IN(STEPPING));
+    if (!i->uses_events)
+        return (fmi3Status)refuse(i, fmi2Error, "enter_event_mode: it is not used");
+    i->s.phase = EVENTS, i->s.is_pending = i->s.published = 0;
+    return (fmi3Status)ready(i);
+}
+
+fmi3Status fmi3EnterStepMode(fmi3Instance c)
+{
+    Instance *i = c;
+    ALLOWED3("enter_step_mode", fmi2CoSimulation, IN(EVENTS));
+    i->s.phase = STEPPING;
+    return fmi3OK;
+}
+
+fmi3Status fmi3UpdateDiscreteStates(fmi3Instance c, fmi3Boolean *more, fmi3Boolean *terminate,
+                                    fmi3Boolean *nominals, fmi3Boolean *values,
+                                    fmi3Boolean *with_time, fmi3Float64 *time)
+{
+    Instance *i = c;
+    ALLOWED3("update_discrete_states", EITHER, IN(EVENTS));
+    GIVEN(more && terminate && nominals && values && with_time && time);
+    fmi2EventInfo info = {0};
+    if (i->type == fmi2ModelExchange)
+        fmi2NewDiscreteStates(c, &info);
+    *more = *terminate = *nominals = *with_time = fmi3False;
+    *values = info.valuesOfContinuousStatesChanged;
+    *time = 0.0;
+    return fmi3OK;
+}
+
+fmi3Status fmi3EvaluateDiscreteStates(fmi3Instance c)
+{
+    Instance *i = c;
+    ALLOWED3("evaluate_discrete_states", EITHER, IN(INITIALIZATION) | IN(EVENTS));
+    return fmi3OK;
+}
+
+fmi3Status fmi3DoStep(fmi3Instance c, fmi3Float64 current, fmi3Float64 h, fmi3Boolean no_way_back,
+                      fmi3Boolean *event, fmi3Boolean *terminate, fmi3Boolean *early,
+                      fmi3Float64 *reached)
+{
+    Instance *i = c;
+    (void)no_way_back;
+    if (!i)
+        return fmi3Error;
+    GIVEN(event && terminate && early && reached);
+    int switched = 0;
+    const fmi2Status status =
+        take_communication_step(i, current, h, i->announces ? &switched : NULL);
+    *event = *early = switched != 0, *terminate = fmi3False;
+    *reached = i->s.t;
+    return (fmi3Status)status;
+}
+
+fmi3Status fmi3Terminate(fmi3Instance c) { return (fmi3Status)fmi2Terminate(c); }
+fmi3Status fmi3Reset(fmi3Instance c) { return (fmi3Status)fmi2Reset(c); }
+
+fmi3Status fmi3EnterContinuousTimeMode(fmi3Instance c)
+{
+    return (fmi3Status)fmi2EnterContinuousTimeMode(c);
+}
+
+fmi3Status fmi3CompletedIntegratorStep(fmi3Instance c, fmi3Boolean no_way_back, fmi3Boolean *event,
+                                       fmi3Boolean *terminate)
+{
+    Instance *i = c;
+    fmi2Boolean flags[2] = {0};
+    if (!i)
+        return fmi3Error;
+    GIVEN(event && terminate);
+    const fmi2Status status = fmi2CompletedIntegratorStep(c, no_way_back, flags, flags + 1);
+    *event = flags[0] != 0, *terminate = flags[1] != 0;
+    return (fmi3Status)status;
+}
+
+fmi3Status fmi3SetTime(fmi3Instance c, fmi3Float64 t) { return (fmi3Status)fmi2SetTime(c, t); }
+
+fmi3Status fmi3SetContinuousStates(fmi3Instance c, const fmi3Float64 x[], size_t count)
+{
+    return (fmi3Status)fmi2SetContinuousStates(c, x, count);
+}
+
+fmi3Status fmi3GetContinuousStates(fmi3Instance c, fmi3Float64 x[], size_t count)
+{
+    return (fmi3Status)fmi2GetContinuousStates(c, x, count);
+}
+
+fmi3Status fmi3GetNominalsOfContinuousStates(fmi3Instance c, fmi3Float64 x[], size_t count)
+{
+    return (fmi3Status)fmi2GetNominalsOfContinuousStates(c, x, count);
+}
+
+fmi3Status fmi3GetContinuousStateDerivatives(fmi3Instance c, fmi3Float64 rates[], size_t count)
+{
+    return (fmi3Status)fmi2GetDerivatives(c, rates, count);
+}
+
+fmi3Status fmi3GetEventIndicators(fmi3Instance c, fmi3Float64 indicators[], size_t count)
+{
+    return (fmi3Status)fmi2GetEventIndicators(c, indicators, count);
+}
+
+fmi3Status fmi3GetNumberOfEventIndicators(fmi3Instance c, size_t *count)
+{
+    Instance *i = c;
+    ALLOWED3("get_number_of_event_indicators", fmi2ModelExchange, ~0u);
+    GIVEN(count);
+    *count = COMPONENT.indicator_count;
+    return fmi3OK;
+}
+
+fmi3Status fmi3GetNumberOfContinuousStates(fmi3Instance c, size_t *count)
+{
+    Instance *i = c;
+    ALLOWED3("get_number_of_continuous_states", fmi2ModelExchange, ~0u);
+    GIVEN(count);
+    *count = COMPONENT.state_count;
+    return fmi3OK;
+}
+
+fmi3Status fmi3GetFMUState(fmi3Instance c, fmi3FMUState *state)
+{
+    return (fmi3Status)fmi2GetFMUstate(c, state);
+}
+
+fmi3Status fmi3SetFMUState(fmi3Instance c, fmi3FMUState state)
+{
+    return (fmi3Status)fmi2SetFMUstate(c, state);
+}
+
+fmi3Status fmi3FreeFMUState(fmi3Instance c, fmi3FMUState *state)
+{
+    return (fmi3Status)fmi2FreeFMUstate(c, state);
+}
+
+fmi3Status fmi3SerializedFMUStateSize(fmi3Instance c, fmi3FMUState state, size_t *size)
+{
+    return (fmi3Status)fmi2SerializedFMUstateSize(c, state, size);
+}
+
+fmi3Status fmi3SerializeFMUState(fmi3Instance c, fmi3FMUState state, fmi3Byte bytes[], size_t size)
+{
+    return (fmi3Status)fmi2SerializeFMUstate(c, state, (fmi2Byte *)bytes, size);
+}
+
+fmi3Status fmi3DeserializeFMUState(fmi3Instance c, const fmi3Byte bytes[], size_t size,
+                                   fmi3FMUState *state)
+{
+    return (fmi3Status)fmi2DeSerializeFMUstate(c, (const fmi2Byte *)bytes, size, state);
+}

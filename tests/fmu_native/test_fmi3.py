@@ -1,0 +1,222 @@
+"""The native FMU of FMI 3.0: events announced, or not, and the same motion either way."""
+
+import ctypes
+import zipfile
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from typing import Any
+
+import fmpy
+import numpy as np
+import pytest
+from fmpy.fmi1 import FMICallException
+from fmpy.validation import validate_fmu
+from lxml import etree
+
+from fivtui import simulate
+from fivtui.fmu.check import check_fmu
+from fmu_src.build.builder import build_fmu
+from fmu_src.build.components import COMPONENTS
+from fmu_src.slave.variables import REFERENCES, VARIABLES
+
+STATES = ("x", "vx", "y", "vy")
+COUNTS = ("mode", "separations", "reattachments", "last_event")
+TIME, INDICATOR = len(VARIABLES), len(VARIABLES) + 1
+
+
+@pytest.fixture(scope="module")
+def fmu(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    folder = tmp_path_factory.mktemp("fmu")
+    return build_fmu(folder / "slider_belt_3.fmu", flavour="native", fmi="3")
+
+
+@pytest.fixture(scope="module")
+def folder(fmu: Path, tmp_path_factory: pytest.TempPathFactory) -> Path:
+    extracted = tmp_path_factory.mktemp("extracted")
+    fmpy.extract(str(fmu), str(extracted))
+    return extracted
+
+
+@contextmanager
+def instance(folder: Path, *, events: bool, kind: str = "CoSimulation") -> Iterator[Any]:
+    """An initialized instance, in step mode or event mode."""
+    log: list[str] = []
+    made = fmpy.instantiate_fmu(
+        str(folder),
+        fmpy.read_model_description(str(folder)),
+        fmi_type=kind,
+        debug_logging=True,
+        logger=lambda *args: log.append(args[-1].decode()),
+        event_mode_used=events,
+        early_return_allowed=events,
+    )
+    made.enterInitializationMode(tolerance=None, startTime=0.0, stopTime=None)
+    made.exitInitializationMode()
+    made.log = log
+    yield made
+    made.freeInstance()
+
+
+def read(made: Any, *names: str) -> list[float]:
+    values: list[float] = made.getFloat64([REFERENCES[name] for name in names])
+    return values
+
+
+@pytest.mark.parametrize("component", COMPONENTS)
+def test_it_follows_the_schema_and_is_sound(component: str, tmp_path: Path) -> None:
+    fmu = build_fmu(tmp_path / "m.fmu", component=component, flavour="native", fmi="3")
+    assert validate_fmu(str(fmu)) == []
+    assert check_fmu(fmu) == []
+    schema = Path(fmpy.__file__).parent / "schema" / "fmi3" / "fmi3ModelDescription.xsd"
+    with zipfile.ZipFile(fmu) as archive:
+        text = archive.read("modelDescription.xml")
+    etree.XMLSchema(etree.parse(schema)).assertValid(etree.fromstring(text))
+
+
+def test_the_event_indicator_is_a_local_variable_of_its_own(folder: Path) -> None:
+    description = fmpy.read_model_description(str(folder))
+    (indicator,) = (unknown.variable for unknown in description.eventIndicators)
+    assert (indicator.name, indicator.causality) == ("event_indicator", "local")
+    assert indicator.valueReference == INDICATOR
+    names = [v.name for v in description.modelVariables]
+    assert names == [*(v.name for v in VARIABLES), "time", "event_indicator"]
+    with instance(folder, events=False, kind="ModelExchange") as made:
+        (value,) = made.getFloat64([INDICATOR])
+        given = (ctypes.c_double * 1)()
+        made.getEventIndicators(given, 1)
+        assert value == read(made, "y")[0] == given[0]
+
+
+@pytest.mark.parametrize("h", [0.01, 1.0])
+def test_every_switch_is_announced_at_its_time(fmu: Path, h: float) -> None:
+    native = simulate(kernel="compiled")
+    run = fmpy.simulate_fmu(
+        str(fmu),
+        stop_time=100.0,
+        output_interval=h,
+        fmi_type="CoSimulation",
+        use_event_mode=True,
+        early_return_allowed=True,
+        output=["x", "y", *COUNTS],
+    )
+    switched = run["time"][1:][np.diff(run["mode"]) != 0.0]
+    assert (switched.size, native.events.separations, native.events.reattachments) == (147, 74, 73)
+    assert np.abs(switched - native.switch_times).max() <= 1e-12
+    assert list(run[-1])[1:3] == [native.final.x, native.final.y]
+    assert [run[name][-1] for name in COUNTS[1:3]] == [74.0, 73.0]
+
+
+@pytest.mark.parametrize("events", [False, True])
+def test_whoever_knows_events_or_not_gets_the_native_bits(folder: Path, events: bool) -> None:
+    times = [0.37 * number for number in range(1, 100)]
+    native = simulate(t_end=times[-1], samples=times, kernel="compiled").trajectory
+    assert native is not None
+    t, rows, early_returns = 0.0, [], 0
+    with instance(folder, events=events) as made:
+        if events:
+            made.enterStepMode()
+        for end in times:
+            while t < end:
+                event, stops, early, t = made.doStep(t, end - t)
+                assert not stops
+                assert event == early or t == end
+                early_returns += early
+                if event:
+                    made.enterEventMode()
+                    made.updateDiscreteStates()
+                    made.enterStepMode()
+            assert made.getFloat64([TIME]) == [t]
+            rows.append(read(made, *STATES, "P", "mode"))
+    assert (early_returns > 10) == events
+    for row, t_row, *exact in zip(
+        rows, times, *(getattr(native, name) for name in (*STATES, "P", "mode")), strict=True
+    ):
+        # A step from a switch may end one rounding beside the point.
+        assert row == pytest.approx(exact, rel=1e-13, abs=1e-13), t_row
+    if not events:
+        assert [row[0] for row in rows] == pytest.approx(native.x.tolist(), rel=1e-13)
+
+
+def test_mode_and_counts_change_in_the_event_mode(folder: Path) -> None:
+    native = simulate(t_end=5.0, kernel="compiled")
+    first = float(native.switch_times[0])
+    with instance(folder, events=True) as made:
+        made.enterStepMode()
+        assert made.doStep(0.0, 5.0) == (True, False, True, first)
+        state = made.getFMUState()
+        data = made.serializeFMUState(state)
+        assert read(made, *COUNTS) == [1.0, 0.0, 0.0, 0.0]
+        assert read(made, "y")[0] == pytest.approx(0.0, abs=1e-13)
+        made.enterEventMode()
+        assert read(made, *COUNTS) == [0.0, 1.0, 0.0, first]
+        made.updateDiscreteStates()
+        made.enterStepMode()
+        made.setFMUState(state)
+        made.freeFMUState(state)
+        assert read(made, *COUNTS) == [1.0, 0.0, 0.0, 0.0]
+        with instance(folder, events=True) as other:
+            copy = other.deserializeFMUState(data)
+            other.setFMUState(copy)
+            other.freeFMUState(copy)
+            assert read(other, *COUNTS) == [1.0, 0.0, 0.0, 0.0]
+            other.enterEventMode()
+            assert read(other, *COUNTS) == [0.0, 1.0, 0.0, first]
+        # A step that passes over the event mode is right, too.
+        made.doStep(first, 0.01)
+        assert read(made, *COUNTS) == [0.0, 1.0, 0.0, first]
+
+
+@pytest.mark.parametrize(("tol", "error"), [(1e-6, 0.2), (1e-10, 1e-4)])
+def test_cvode_finds_the_native_switches(fmu: Path, tol: float, error: float) -> None:
+    native = simulate(t_end=50.0)
+    run = fmpy.simulate_fmu(
+        str(fmu),
+        stop_time=50.0,
+        output_interval=0.05,
+        relative_tolerance=tol,
+        fmi_type="ModelExchange",
+    )
+    assert run["separations"][-1] == native.events.separations
+    assert run["reattachments"][-1] == native.events.reattachments
+    assert run["y"][-1] == pytest.approx(native.final.y, abs=error)
+
+
+def test_adjoint_and_directional_derivatives_are_of_one_jacobian(folder: Path) -> None:
+    unknowns = [REFERENCES[name] for name in ("vx", "vy", "ax", "ay", "P", "friction_slider")]
+    knowns = [REFERENCES[name] for name in (*STATES, "F", "mu")]
+    with instance(folder, events=False, kind="ModelExchange") as made:
+        matrix = np.array(
+            [made.getDirectionalDerivative(unknowns, knowns, row.tolist()) for row in np.eye(6)]
+        ).T
+        adjoint = np.array(
+            [made.getAdjointDerivative(unknowns, knowns, row.tolist()) for row in np.eye(6)]
+        )
+    assert np.array_equal(matrix, adjoint)
+    assert np.count_nonzero(matrix) == 13
+
+
+def test_variables_are_read_by_their_types(folder: Path) -> None:
+    with instance(folder, events=False) as made:
+        assert made.getInt32([REFERENCES["mode_integer"]]) == [1]
+        assert made.getInt64([REFERENCES["mode_enumeration"]]) == [1]
+        assert made.getBoolean([REFERENCES["separation"]]) == [True]
+
+
+def test_what_there_is_not_is_refused(folder: Path) -> None:
+    with instance(folder, events=False) as made:
+        wrong = {
+            "no variable is of type Float32": lambda: made.getFloat32([0]),
+            "no variable of type UInt16 can be set": lambda: made.setUInt16([0], [1]),
+            "there are no clocks": lambda: made.getClock([0]),
+            "enter_event_mode: it is not used": made.enterEventMode,
+            "enter_step_mode is not allowed while stepping": made.enterStepMode,
+            "m cannot be set while stepping": lambda: made.setFloat64([0], [2.0]),
+            "there are no structural parameters": made.enterConfigurationMode,
+            "mu = -1: must be from 0 to 100": lambda: made.setFloat64([REFERENCES["mu"]], [-1.0]),
+        }
+        for said, call in wrong.items():
+            with pytest.raises(FMICallException):
+                call()
+            assert said in made.log[-1]
+        assert made.doStep(0.0, 1.0) == (False, False, False, 1.0)
