@@ -97,16 +97,18 @@ from fivtui.cli import run
 from fivtui.tui.session.equations import equations_with
 from fivtui.tui.session.fields import FIELDS
 from fivtui.model.parameters import PARAMETERS
+from fivtui.model.slider_belt import Mode, accelerations
 
-def same(one, other):
+def same(one, other, tol=1e-9):
     for a, b in zip(one, other, strict=True):
-        assert math.isclose(a, b, rel_tol=1e-9, abs_tol=1e-9), (one, other)
+        assert math.isclose(a, b, rel_tol=tol, abs_tol=tol), (one, other)
 
 light, heavy = Parameters(g=2.0), Parameters(F=90.0)
+run_of_heavy = simulate(heavy, t_end=3.5)
 for method in ("taylor", "rk4", "scipy-dop853"):
-    one, other = (simulate(p, t_end=4.0, method=method) for p in (light, heavy))
-    same(one.final, other.final)
-    assert one.events.separations == other.events.separations > 0
+    run_of_light = simulate(light, t_end=3.5, method=method)
+    same(run_of_light.final, run_of_heavy.final, 1e-6)
+    assert run_of_light.events.separations == run_of_heavy.events.separations > 0
 names = ["F", "m", "g"]
 one, other = (simulate(p, t_end=2.0, sensitivities=names).sensitivities for p in (light, heavy))
 same(one["F"].final, other["F"].final)
@@ -130,10 +132,10 @@ assert load_scene("mine.toml").parameters == light
 assert FIELDS["g"].meaning and equations_with(PARAMETERS["g"])
 for flavour in FLAVOURS:
     fmu = build_fmu(f"{flavour}.fmu", flavour=flavour)
-    driven = run_fmu(fmu, t_end=1.0, start_values={"g": 2.0}, outputs=["y", "ay"])
-    alike = run_fmu(fmu, t_end=1.0, start_values={"F": 90.0}, outputs=["y", "ay"])
-    same(driven.columns["y"], alike.columns["y"])
-    same(driven.columns["ay"], alike.columns["ay"])
+    driven = run_fmu(fmu, t_end=0.5, start_values={"g": 2.0}, outputs=["x", "vx", "y", "vy", "ay"])
+    *state, ay = (driven.columns[name][-1] for name in ("x", "vx", "y", "vy", "ay"))
+    same(state, simulate(heavy, t_end=0.5).final[1:])
+    same([ay], [accelerations(heavy, state, Mode.CONTACT)[1]])
 """
 
 
@@ -216,7 +218,7 @@ def same(one, other):
 
 p, start = Parameters(F=-5.0), (0.5, 0.0, 0.4, -2.0)
 runs = {
-    method: simulate(p, t_end=8.0, start=start, method=method, samples=np.linspace(0.0, 8.0, 81))
+    method: simulate(p, t_end=5.0, start=start, method=method, samples=np.linspace(0.0, 5.0, 51))
     for method in ("taylor", "rk4", "scipy-dop853")
 }
 first = runs["taylor"]
@@ -237,7 +239,7 @@ ends = [
 assert math.isclose(rates.final.y, (ends[1] - ends[0]) / (2 * step), rel_tol=1e-5)
 fmu = build_fmu("lifted.fmu")
 values = dict(F=-5.0, x_start=0.5, y_start=0.4, vy_start=-2.0, start_static=False)
-driven = run_fmu(fmu, t_end=8.0, start_values=values, outputs=["y", "mode"])
+driven = run_fmu(fmu, t_end=5.0, start_values=values, outputs=["y", "mode"])
 same([driven.columns["y"][-1]], [first.final.y])
 assert set(driven.columns["mode"].tolist()) == {1.0, 2.0}
 """

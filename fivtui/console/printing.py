@@ -9,7 +9,7 @@ from typing import Final, Self
 from rich.cells import cell_len
 from rich.console import Console, JustifyMethod, RenderableType
 from rich.padding import Padding
-from rich.progress import BarColumn, Progress as Bar, TaskID, TextColumn, TimeRemainingColumn
+from rich.progress import BarColumn, Progress as Bar, TextColumn, TimeRemainingColumn
 from rich.table import Table
 from rich.text import Text
 
@@ -25,13 +25,12 @@ _NO_LIMIT: Final = 1_000_000
 class Progress:
     """A progress bar on stderr that appears after a second.
 
-    `label` says what is being computed.
+    `label` says what is being computed, `remaining` whether the time left is shown.
     """
 
-    def __init__(self, label: str) -> None:
-        self._label = label
+    def __init__(self, label: str, *, remaining: bool = True) -> None:
+        self._label, self._remaining = label, remaining
         self._bar: Bar | None = None
-        self._task: TaskID | None = None
         self._begin = time.monotonic()
 
     def __enter__(self) -> Self:
@@ -48,23 +47,23 @@ class Progress:
 
     def __call__(self, fraction: float) -> bool:
         """Show the fraction done, 0 to 1; always returns True."""
+        self.show(fraction, self._label)
+        return True
+
+    def show(self, fraction: float, words: str) -> None:
+        """Show the fraction done beside some words."""
         if self._bar is None:
             if time.monotonic() - self._begin < _PATIENCE_S:
-                return True
+                return
             console = Console(stderr=True)
-            columns = (
-                TextColumn("{task.description}", markup=False),
-                BarColumn(),
-                TimeRemainingColumn(),
-            )
+            columns = [TextColumn("{task.description}", markup=False), BarColumn()]
+            left = [TimeRemainingColumn()] if self._remaining else []
             self._bar = Bar(
-                *columns, console=console, transient=True, disable=not console.is_terminal
+                *columns, *left, console=console, transient=True, disable=not console.is_terminal
             )
             self._bar.start()
-            self._task = self._bar.add_task(self._label, total=1.0)
-        if self._task is not None:
-            self._bar.update(self._task, completed=fraction)
-        return True
+            self._bar.add_task(words, total=1.0)
+        self._bar.update(self._bar.task_ids[0], completed=fraction, description=words)
 
 
 def number(value: float, digits: int = 6) -> str:

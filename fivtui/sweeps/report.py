@@ -1,19 +1,16 @@
 """Console output of a sweep: rows to stdout, progress to stderr."""
 
 import time
-from types import TracebackType
-from typing import Any, Final, Self
+from typing import Any, Final
 
 from rich.console import Console
-from rich.progress import BarColumn, Progress as Bar, TextColumn
 
-from fivtui.console import number, print_rows
+from fivtui.console import Progress, number, print_rows
 
 from .run import Sweep
 from .study import DEFAULT_OUTPUTS, ERRORS, SweepColumn
 
-# A bar appears after this time; without a terminal, a line is printed at this interval.
-_PATIENCE_S: Final = 1.0
+# Without a terminal, a line is printed at this interval.
 _LINE_EVERY_S: Final = 30.0
 # Outputs printed unless outputs were chosen, and the number of rows printed.
 _FOR_READING: Final = ("y_abs", "y_half_range", "separations", "separated_time")
@@ -21,27 +18,15 @@ _ROWS: Final = 40
 _UNITS_OF_TIME: Final = ((86400.0, "d"), (3600.0, "h"), (60.0, "min"))
 
 
-class SweepProgress:
+class SweepProgress(Progress):
     """Progress of a sweep on stderr: members done, rate and time left."""
 
     def __init__(self, members: int) -> None:
+        super().__init__("", remaining=False)
         self._members = members
         self._console = Console(stderr=True, highlight=False)
-        self._bar: Bar | None = None
         self._first: tuple[float, float] | None = None
         self._shown = time.monotonic()
-
-    def __enter__(self) -> Self:
-        return self
-
-    def __exit__(
-        self,
-        kind: type[BaseException] | None,
-        error: BaseException | None,
-        traceback: TracebackType | None,
-    ) -> None:
-        if self._bar is not None:
-            self._bar.stop()
 
     def __call__(self, fraction: float) -> bool:
         """Show the fraction done, 0 to 1; always returns True."""
@@ -53,14 +38,7 @@ class SweepProgress:
             self._members, fraction, fraction - self._first[1], now - self._first[0]
         )
         if self._console.is_terminal:
-            if self._bar is None and now - self._shown >= _PATIENCE_S:
-                columns = (BarColumn(), TextColumn("{task.description}", markup=False))
-                self._bar = Bar(*columns, console=self._console, transient=True)
-                self._bar.add_task("", total=1.0)
-                self._bar.start()
-            if self._bar is not None:
-                task = self._bar.task_ids[0]
-                self._bar.update(task, completed=fraction, description=text)
+            self.show(fraction, text)
         elif now - self._shown >= _LINE_EVERY_S:
             self._shown = now
             self._console.print(f"fivtui: {text}", soft_wrap=True)
