@@ -48,17 +48,25 @@ def fmu() -> None:
     help="FMI 2.0 or 3.0 (in the Python flavour experimental, model exchange alone).",
 )
 @flavour_option
+@option(
+    "--platform",
+    "platform",
+    metavar="NAMES",
+    help="Platforms of the native flavour, of linux64,win64,darwin64.  [default: this one]",
+)
 @option("--sources", is_flag=True, help="Add the C files of the native flavour.")
 @force_option
-def fmu_build(out: Path, force: bool, **given: Any) -> None:
+def fmu_build(out: Path, force: bool, platform: str | None, **given: Any) -> None:
     """Export the slider-belt or the brake actuator as an FMU.
 
     The native flavour needs no Python where it runs, and offers model exchange, too; it runs on a
-    platform such as this one, and on others after `fmpy compile` of one with --sources.
+    platform such as this one, on those of --platform (with the extra cross), and on others after
+    `fmpy compile` of one with --sources.
     """
     from fmu_src.build import build_fmu
 
-    build_fmu(out, force=force, **given)
+    platforms = [] if platform is None else platform.split(",")
+    build_fmu(out, platforms=platforms, force=force, **given)
     say(f"wrote {out}")
 
 

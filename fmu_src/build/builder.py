@@ -3,7 +3,7 @@
 import sys
 import tempfile
 import zipfile
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import replace
 from importlib import import_module
@@ -42,6 +42,7 @@ def build_fmu(
     component: str = DEFAULT,
     fmi: str = "2",
     flavour: str = PYTHON,
+    platforms: Sequence[str] = (),
     sources: bool = False,
     force: bool = False,
 ) -> Path:
@@ -60,6 +61,9 @@ def build_fmu(
         Python code for co-simulation, which needs Python where it runs and runs on Linux and
         Windows alike; or compiled code for co-simulation and model exchange, which needs nothing
         and runs on a platform such as this one.
+    platforms : sequence of str
+        Platforms of the native flavour: ``"linux64"``, ``"win64"``, ``"darwin64"``; this one if not
+        given. Others need the package ziglang.
     sources : bool
         Whether to add the C files of the native flavour, for other platforms.
     force : bool
@@ -88,19 +92,24 @@ def build_fmu(
         raise unknown_name("flavour", flavour, FLAVOURS)
     if flavour != NATIVE and sources:
         raise InputError(f"sources: the {flavour} flavour has no C files")
+    if flavour != NATIVE and platforms:
+        raise InputError(f"platforms: the {flavour} flavour is for Linux and Windows alike")
     made_of = _component(component, fmi, flavour)
     target = Path(path)
     check_suffix(target, "FMU", (SUFFIX,))
     check_output(target, force=force)
-    content = (
-        _native(made_of, fmi, with_sources=sources) if flavour == NATIVE else _python(made_of, fmi)
-    )
+    if flavour == NATIVE:
+        content = _native(made_of, fmi, platforms, with_sources=sources)
+    else:
+        content = _python(made_of, fmi)
     write_atomically(target, lambda file: _write_archive(file, content), force=force)
     return target
 
 
-def _native(component: Component, fmi: str, *, with_sources: bool) -> dict[str, bytes]:
-    content = native_content(component, fmi, with_sources=with_sources)
+def _native(
+    component: Component, fmi: str, platforms: Sequence[str], *, with_sources: bool
+) -> dict[str, bytes]:
+    content = native_content(component, fmi, platforms, with_sources=with_sources)
     content |= documentation(replace(component, rules=NATIVE_RULES, wrapper=""))
     content |= reference_files(component.model, component.reference())
     return content

@@ -2,15 +2,16 @@
 
 import platform
 import sys
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from typing import Final
 from xml.etree import ElementTree as ET
 
-from fivtui.model import InputError
+from fivtui.model import InputError, unknown_name
 from fivtui.taylor import DEFAULT_TOL
 from fmu_src.slave import Type, Variable, VariableTable
 
 from .component import Component
+from .cross import TARGETS, compiled_for
 from .description import (
     TIMESTAMP,
     as_text,
@@ -75,12 +76,26 @@ def why_no_native() -> str | None:
     return None
 
 
-def native_content(component: Component, fmi: str, *, with_sources: bool) -> dict[str, bytes]:
-    """The binary, the text in C if asked for, and the model description: content by name.
+def native_content(
+    component: Component, fmi: str, platforms: Sequence[str], *, with_sources: bool
+) -> dict[str, bytes]:
+    """The binaries, the text in C if asked for, and the model description: content by name.
 
-    Raises `InputError` where there is no binary, or it was compiled from another text.
+    The binary that installation compiled serves this platform, which is meant by no `platforms`;
+    for others they are compiled now. Raises `InputError` where there is no binary, or it was
+    compiled from another text, and `ComputationError` if one cannot be compiled.
     """
-    content = _binary(component.model, fmi)
+    content = {} if platforms else _binary(component.model, fmi)
+    for name in platforms:
+        if name not in TARGETS:
+            raise unknown_name("platform", name, TARGETS)
+        target = TARGETS[name]
+        if name == _here():
+            content |= _binary(component.model, fmi)
+        else:
+            folder = target.folders[0 if fmi == "2" else 1]
+            file = f"binaries/{folder}/{component.model}{target.suffix}"
+            content[file] = compiled_for(component.model, name)
     if with_sources:
         for name, text in sources(component.model).items():
             content[f"sources/{name}"] = text.encode()
@@ -91,6 +106,13 @@ def native_content(component: Component, fmi: str, *, with_sources: bool) -> dic
         content["sources/buildDescription.xml"] = build_description(component)
     content[_DESCRIPTION] = native_description_3(component, _LOG_CATEGORIES)
     return content
+
+
+def _here() -> str:
+    # This platform among `TARGETS`; empty if it is none of them.
+    if _PROCESSORS.get(platform.machine().lower()) != "x86_64":
+        return ""
+    return _PLATFORMS.get(sys.platform, ("", "", ""))[1]
 
 
 def _binary(model: str, fmi: str) -> dict[str, bytes]:

@@ -1,7 +1,6 @@
 /* The slider-belt model: its motion in co-simulation, its equations in model exchange. */
 
 #include <float.h>
-#include <math.h>
 
 #include "build.h"
 #include "instance.h"
@@ -55,7 +54,7 @@ static const char *begin_motion(Instance *i)
     parameters_of(s, p);
     if (v[V_start_static] != 0.0)
         resting_state(p, separation, state);
-    if (!isfinite(state[2]))
+    if (!finite_number(state[2]))
         return because(i, "no equilibrium: F = %g N lifts the slider and no spring holds it "
                           "vertically; use F >= 0, a larger k3, or ignore separation", p[P_F]);
     stepping_of(i)->begin(&at->motion, p, separation, state, s->start_time,
@@ -93,7 +92,7 @@ static double known_until(const Instance *i)
 {
     const Motion *m = &content_in(i)->motion;
     /* After a ramp the inputs are held: another motion. */
-    return m->force.slope != 0.0 || m->friction.slope != 0.0 ? -INFINITY : m->end;
+    return m->force.slope != 0.0 || m->friction.slope != 0.0 ? -INFINITE : m->end;
 }
 
 /* The state at the time reached; its mode and the switches so far, unless one is still pending. */
@@ -148,9 +147,9 @@ static int settle(Instance *i)
     Block w;
     parameters_of(s, p);
     begin(&w, 0, p, s->values[V_separation] != 0.0, state);
-    const double speed = largest(fabs(state[1]), fabs(state[3])) / w.frequency;
-    const double place = largest(fabs(state[0]), fabs(state[2]));
-    const int near = fabs(state[2]) <= AT_SWITCH * largest(w.deflection, largest(place, speed));
+    const double speed = largest(absolute(state[1]), absolute(state[3])) / w.frequency;
+    const double place = largest(absolute(state[0]), absolute(state[2]));
+    const int near = absolute(state[2]) <= AT_SWITCH * largest(w.deflection, largest(place, speed));
     if (near) {
         /* The sign of y is rounding; the direction of the motion decides. */
         state[2] = 0.0;

@@ -4,6 +4,7 @@ import re
 import subprocess
 import zipfile
 from pathlib import Path
+from typing import Any
 from xml.etree import ElementTree as ET
 
 import fmpy
@@ -110,13 +111,15 @@ def test_nothing_but_the_functions_of_fmi_is_visible(folder: Path) -> None:
     [
         ({"flavour": "rust"}, "unknown flavour 'rust'"),
         ({"flavour": "native", "fmi": "1"}, "FMI 1: must be 2 or 3"),
+        ({"platforms": ["win64"]}, "platforms: the python flavour is for Linux and Windows alike"),
+        ({"flavour": "native", "platforms": ["vax"]}, "unknown platform 'vax'"),
         ({"sources": "yes"}, "sources: the python flavour has no C files"),
         ({"flavour": "native", "component": "wheel"}, "unknown component 'wheel'"),
     ],
 )
-def test_what_there_is_not_is_refused(options: dict[str, str], said: str, tmp_path: Path) -> None:
+def test_what_there_is_not_is_refused(options: dict[str, Any], said: str, tmp_path: Path) -> None:
     with pytest.raises(InputError, match=re.escape(said)):
-        build_fmu(tmp_path / "m.fmu", **options)  # type: ignore[arg-type]
+        build_fmu(tmp_path / "m.fmu", **options)
 
 
 def test_without_a_binary_the_reason_is_said(

@@ -1,0 +1,84 @@
+"""Binaries of native FMUs for other platforms, compiled by ziglang when an FMU is built."""
+
+import os
+import subprocess
+import sys
+import tempfile
+from collections.abc import Mapping
+from importlib.util import find_spec
+from pathlib import Path
+from typing import Final, NamedTuple
+
+from fivtui.model import ComputationError, InputError
+
+from .native_text import FLAGS, STEPPING_UNIT, sources
+
+_TIMEOUT_S: Final = 600.0
+
+
+class Target(NamedTuple):
+    """A platform: the compiler's name of it, suffix of binaries, and its folder in FMI 2.0, 3.0."""
+
+    triple: str
+    suffix: str
+    folders: tuple[str, str]
+
+
+TARGETS: Final[Mapping[str, Target]] = {
+    "linux64": Target("x86_64-linux-gnu.2.17", ".so", ("linux64", "x86_64-linux")),
+    "win64": Target("x86_64-windows-gnu", ".dll", ("win64", "x86_64-windows")),
+    "darwin64": Target("x86_64-macos", ".dylib", ("darwin64", "x86_64-darwin")),
+}
+_STEPPINGS: Final[Mapping[str, str]] = {"baseline": "x86_64", "avx2": "x86_64_v3"}
+
+
+def compiled_for(model: str, platform: str) -> bytes:
+    """The binary of a model for one of `TARGETS`.
+
+    Raises `InputError` where ziglang is not installed, `ComputationError` if it fails.
+    """
+    if find_spec("ziglang") is None:
+        raise InputError(f"platform {platform}: needs the package ziglang, of the extra cross")
+    from fmpy import __file__ as fmpy_file
+
+    target = TARGETS[platform]
+    with tempfile.TemporaryDirectory(prefix="fivtui-build-") as name:
+        folder = Path(name)
+        for file, text in sources(model).items():
+            (folder / file).write_text(text, encoding="utf-8")
+        headers = Path(str(fmpy_file)).parent / "c-code"
+        flags = [flag for flag in FLAGS if (flag, target.suffix) != ("-fPIC", ".dll")]
+        given = ["-target", target.triple, *flags, f"-I{folder}", f"-I{headers}"]
+        units = [str(path) for path in folder.glob("*.c") if path.stem != STEPPING_UNIT]
+        if (folder / f"{STEPPING_UNIT}.c").is_file():
+            for variant, processor in _STEPPINGS.items():
+                units.append(str(folder / f"{variant}.o"))
+                chosen = [f"-march={processor}", f"-DVARIANT={variant}", "-c", "-o", units[-1]]
+                _run(folder, *given, *chosen, str(folder / f"{STEPPING_UNIT}.c"))
+            given.append("-DWITH_AVX2")
+        library = folder / f"{model}{target.suffix}"
+        _run(folder, *given, "-O2", "-shared", "-s", *sorted(units), "-o", str(library))
+        return library.read_bytes()
+
+
+def _run(folder: Path, *arguments: str) -> None:
+    # Nothing is left behind, unless a cache is asked for.
+    environment = dict(os.environ)
+    for cache in ("GLOBAL", "LOCAL"):
+        environment.setdefault(f"ZIG_{cache}_CACHE_DIR", str(folder))
+    try:
+        subprocess.run(  # noqa: S603, a compiler
+            [sys.executable, "-m", "ziglang", "cc", *arguments],
+            env=environment,
+            check=True,
+            capture_output=True,
+            text=True,
+            timeout=_TIMEOUT_S,
+        )
+    except (OSError, subprocess.SubprocessError) as error:
+        output = getattr(error, "stderr", None) or str(error)
+        lines = [line for line in output.splitlines() if "error" in line.lower()]
+        raise ComputationError(
+            f"ziglang cannot compile the FMU: {(lines or [output.strip()])[0][:200]}",
+            "build it for this platform alone",
+        ) from None
