@@ -21,6 +21,7 @@ from fivtui.io import (
 )
 from fivtui.model import InputError, Mode, Parameters
 
+from .digits import final_digits
 from .methods import FMU_FLAVOURS, takes_step
 from .result import ContactForce, Events, FinalState, Peak, Stats, Steady, Transient
 from .sensitivity import Sensitivities
@@ -30,6 +31,7 @@ _KIND: Final = "trajectory"
 _SAID: Final = "transient"
 _SWITCHES: Final = "switch_times"
 _FIRST_MODE: Final = "first_mode"
+_DIGITS: Final = "final_digits"
 _SENSITIVITIES: Final = "sensitivities"
 
 
@@ -47,6 +49,8 @@ def transient_to_dict(transient: Transient) -> dict[str, Any]:
     if transient.sensitivities is not None:
         data[_SENSITIVITIES] = transient.sensitivities.to_dict()
     check_finite(data, "")
+    digits = final_digits(transient)
+    data[_DIGITS] = None if digits is None else digits._asdict()
     return data
 
 

@@ -6,6 +6,7 @@ from fivtui.console import number, parameter_line, print_rows, print_rows_of
 from fivtui.model import parameter_spec
 from fivtui.results import Row
 
+from .digits import MOST_DIGITS, FinalDigits, final_digits
 from .errors import Deviation
 from .result import Transient
 from .sensitivity import Sensitivities
@@ -75,18 +76,32 @@ def transient_rows(
             Row("last switch", f"{number(events.last)} s"),
         ]
     at_end = f"t = {number(final.t)} s"
+    digits = final_digits(result)
+    printed = at_end if digits is None else f"{at_end}, the digits that hold"
     rows += [
         Row("max ẋ", f"{number(peak.vx_max)} m/s", "valid for faster belts"),
-        Row("final x", f"{final.x:.13g} m", note("final", at_end, f"relative, {at_end}")),
-        Row("final ẋ", f"{final.vx:.13g} m/s"),
-        Row("final y", f"{final.y:.13g} m"),
-        Row("final ẏ", f"{final.vy:.13g} m/s"),
+        *_final_rows(result, digits, note("final", printed, f"relative, {at_end}")),
         Row("method", _method(result), accuracy),
         Row("steps", str(result.stats.steps)),
     ]
     if result.stats.cpu_s is not None:
         rows.append(Row("CPU time", f"{result.stats.cpu_s:.3g} s"))
     return rows
+
+
+def _final_rows(result: Transient, digits: FinalDigits | None, note: str) -> list[Row]:
+    # The state at the end by the digits that hold, if these are known.
+    held, final = digits or (MOST_DIGITS,) * 4, result.final
+    names, units = ("x", "ẋ", "y", "ẏ"), ("m", "m/s", "m", "m/s")
+    notes = (note, "", "", "")
+    return [
+        Row(
+            f"final {name}",
+            f"{value:.{max(count, 1)}g} {unit}",
+            said if count else "no digit holds",
+        )
+        for name, value, count, unit, said in zip(names, final[1:], held, units, notes, strict=True)
+    ]
 
 
 def print_transient(

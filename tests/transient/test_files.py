@@ -304,6 +304,7 @@ def test_a_transient_as_data_has_the_documented_keys(transient: Transient) -> No
             ("separations", "reattachments", "separated_time", "first", "last"), ...
         ),
         "stats": {"steps": ..., "cpu_s": ..., "kernel": ...},
+        "final_digits": dict.fromkeys(("x", "vx", "y", "vy"), ...),
     }
     assert data["final"]["y"] == transient.final.y
     assert json.loads(json.dumps(data, allow_nan=False)) == data

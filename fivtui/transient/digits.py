@@ -1,0 +1,112 @@
+"""How many digits of the state at the end of a run hold, by how the motion magnifies errors."""
+
+import math
+from functools import lru_cache
+from typing import Final, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from fivtui.kernel import why_interpreted
+from fivtui.model import ComputationError, Parameters, State, time_scale
+
+from .request import Request
+from .result import Transient
+from .variation import START_SEEDS, vary
+
+FloatArray = NDArray[np.float64]
+
+# Digits of a state that are printed, if they hold.
+MOST_DIGITS: Final = 13
+# Deviations are followed through so many parts of a run, over so many steps, and so many times
+# √(m/stiffness), as the steps of a slider at rest are long: for some twenty milliseconds.
+_PARTS: Final = 8
+_MOST_STEPS, _MOST_TIMES = 20_000, 12_000.0
+# Errors made by rounding, for the root of the number of steps, and by the tolerance.
+_ROUNDING: Final = 2.0**-51
+_OF_TOL: Final = 6e-3
+# Deviations that grow more than this in half of the time grow exponentially.
+_EXPONENTIAL: Final = 8.0
+
+
+class FinalDigits(NamedTuple):
+    """How many digits hold of the state at the end; 0 where errors have grown to its size."""
+
+    x: int
+    vx: int
+    y: int
+    vy: int
+
+
+def final_digits(run: Transient) -> FinalDigits | None:
+    """How many digits of x, ẋ, y, ẏ at the end of a transient hold, by estimate.
+
+    A run makes errors by rounding and by its tolerance, and these grow until its end as deviations
+    from the motion do. In a run that is too long to be followed, they are taken to have grown as
+    deviations do behind its end.
+
+    Parameters
+    ----------
+    run : Transient
+        The transient.
+
+    Returns
+    -------
+    FinalDigits or None
+        None for other steps than those of the compiled kernel, and where deviations cannot be
+        followed.
+    """
+    if run.stats.kernel != "compiled" or run.stats.steps == 0 or why_interpreted() is not None:
+        return None
+    _, *state = run.final
+    time = time_scale(run.parameters)
+    share = min(_MOST_STEPS / run.stats.steps, _MOST_TIMES * time / run.t_end, 1.0)
+    x, vx, y, vy = run.start if share == 1.0 else state
+    span = run.t_end * share / _PARTS
+    try:
+        flows = _flows(run.parameters, (x, vx, y, vy), run.separation, span, run.tol)
+    except ComputationError:
+        return None
+    made = _ROUNDING * math.sqrt(run.stats.steps) + _OF_TOL * run.tol
+    errors = made * _magnified(flows, _scales(run), share)
+    return FinalDigits(*map(_digits, state, errors.tolist()))
+
+
+def _digits(value: float, error: float) -> int:
+    if error == 0.0:
+        return MOST_DIGITS
+    return min(math.floor(math.log10(abs(value) / error)), MOST_DIGITS) if error < abs(value) else 0
+
+
+def _scales(run: Transient) -> FloatArray:
+    # Sizes that errors of x, ẋ, y, ẏ are relative to.
+    frequency, final = 1.0 / time_scale(run.parameters), run.final
+    x, y = run.peak.x_abs, run.peak.y_abs
+    return np.array([x, max(x * frequency, abs(final.vx)), y, max(y * frequency, abs(final.vy))])
+
+
+def _magnified(flows: tuple[FloatArray, ...], scales: FloatArray, share: float) -> FloatArray:
+    # Errors of these sizes made at the worst time, at the end; `flows` are of a share of the run.
+    total, grown = np.eye(4), [scales]
+    for flow in reversed(flows):
+        total = total @ flow
+        grown.append(np.abs(total) @ scales)
+    greatest: FloatArray = np.max(grown, axis=0)
+    if share == 1.0:
+        return greatest
+    recent = np.max(grown[: len(grown) // 2 + 1], axis=0)
+    return np.where(greatest <= _EXPONENTIAL * recent, greatest / share, math.inf)
+
+
+@lru_cache(maxsize=64)
+def _flows(
+    p: Parameters, start: State, separation: bool, span: float, tol: float
+) -> tuple[FloatArray, ...]:
+    # How deviations are carried over each part of a motion.
+    flows = []
+    for _ in range(_PARTS):
+        request = Request(p, t_end=span, tol=tol, separation=separation, start=start)
+        found = vary(request, START_SEEDS)
+        flows.append(found.derivatives)
+        start = found.final
+    return tuple(flows)

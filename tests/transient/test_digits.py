@@ -1,0 +1,95 @@
+"""The digits of a final state that are printed hold, against 25 digits and finer runs."""
+
+import math
+from typing import Any
+
+import numpy as np
+import pytest
+
+from fivtui import Parameters, simulate
+from fivtui.transient import Transient, transient_rows
+from fivtui.transient.digits import final_digits
+from tests.references import RandomScene, random_scenes
+
+UNDAMPED = Parameters(c1=0.0, c2=0.0)
+
+
+def state_of(run: Transient) -> list[float]:
+    return [run.final.x, run.final.vx, run.final.y, run.final.vy]
+
+
+def beyond(scene: RandomScene, tol: float) -> list[float]:
+    """By how many digits what is said to hold exceeds what holds, of each number of the state."""
+    run = simulate(
+        scene.parameters,
+        t_end=scene.t_end,
+        start=scene.start,
+        separation=scene.separation,
+        tol=tol,
+        kernel="compiled",
+    )
+    digits = final_digits(run)
+    assert digits is not None
+    return [
+        count - math.log10(abs(true / (value - true)))
+        for count, value, true in zip(digits, state_of(run), scene.final, strict=True)
+        if count and true not in (0.0, value)
+    ]
+
+
+@pytest.mark.parametrize("tol", [1e-4, 1e-8, 1e-12])
+def test_digits_of_random_scenes_hold(tol: float) -> None:
+    found = np.concatenate([beyond(scene, tol) for scene in random_scenes()[::2]])
+    assert found.max() < 1.0
+    assert (found > 0.0).mean() < 0.005
+    # They are not fewer than need be.
+    assert np.median(found) > -4.0
+
+
+@pytest.mark.parametrize("t_end", [100.0, 5000.0])
+def test_digits_of_a_short_and_of_a_long_run_hold(t_end: float) -> None:
+    run, finer = simulate(t_end=t_end), simulate(t_end=t_end, tol=1e-13)
+    digits = final_digits(run)
+    assert digits is not None
+    for count, one, other in zip(digits, state_of(run), state_of(finer), strict=True):
+        assert 8 <= count <= 13
+        assert abs(one - other) < abs(one) * 10.0**-count
+
+
+@pytest.mark.parametrize("t_end", [1000.0, 5000.0])
+def test_no_digit_holds_where_errors_grow_exponentially(t_end: float) -> None:
+    run = simulate(UNDAMPED, t_end=t_end)
+    assert final_digits(run) == (0, 0, 0, 0)
+    rows = {row.label: row for row in transient_rows(run)}
+    for name in ("x", "ẋ", "y", "ẏ"):
+        assert rows[f"final {name}"].note == "no digit holds"
+        assert len(rows[f"final {name}"].value.split()[0].lstrip("-")) <= 5
+
+
+def test_reports_and_data_say_the_digits_that_hold() -> None:
+    run = simulate()
+    digits = final_digits(run)
+    assert digits is not None
+    rows = {row.label: row for row in transient_rows(run)}
+    assert rows["final x"].value == f"{run.final.x:.{digits.x}g} m"
+    assert rows["final x"].note == "t = 100 s, the digits that hold"
+    said = run.to_dict()
+    assert said["final_digits"] == digits._asdict()
+    assert said["final"]["x"] == run.final.x
+
+
+@pytest.mark.parametrize(
+    "options",
+    [{"method": "rk4"}, {"kernel": "interpreted"}, {"method": "scipy-dop853"}],
+)
+def test_what_is_not_known_is_not_said(options: dict[str, Any]) -> None:
+    run = simulate(t_end=2.0, **options)
+    assert final_digits(run) is None
+    assert run.to_dict()["final_digits"] is None
+    rows = {row.label: row for row in transient_rows(run)}
+    assert rows["final x"].value == f"{run.final.x:.13g} m"
+
+
+def test_all_digits_of_rest_hold() -> None:
+    run = simulate(Parameters(F=0.0), t_end=5.0, start=(0.0,) * 4)
+    assert final_digits(run) == (13, 13, 13, 13)
