@@ -1,4 +1,4 @@
-from collections.abc import AsyncIterator, Iterator
+from collections.abc import Iterator
 
 import pytest
 from textual.pilot import Pilot
@@ -23,7 +23,7 @@ from tests.support.laboratory import (
     until_told,
 )
 
-USUAL = (80, 24)
+SIZE = (80, 24)
 
 
 @pytest.fixture(autouse=True)
@@ -31,13 +31,6 @@ def _interpreted() -> Iterator[None]:
     # A long run stays long.
     with INTERPRETED:
         yield
-
-
-@pytest.fixture
-async def pilot() -> AsyncIterator[Pilot[None]]:
-    async with FivtuiApp().run_test(size=USUAL, notifications=True) as started:
-        await started.pause()
-        yield started
 
 
 async def test_a_run_ends_in_plots_that_zoom_summary_and_tabs(
@@ -137,7 +130,7 @@ async def test_a_long_run_is_stopped_and_the_next_one_works(pilot: Pilot[None]) 
 
 async def test_quitting_does_not_wait_for_a_long_run() -> None:
     app = FivtuiApp()
-    async with app.run_test(size=USUAL, notifications=True) as pilot:
+    async with app.run_test(size=SIZE, notifications=True) as pilot:
         await type_into(pilot, "t_end", ENDLESS)
         await pilot.press("f5")
         await until(pilot, lambda: app.session.runs.active is not None)
@@ -210,7 +203,7 @@ async def test_without_colour_all_is_said_in_words(monkeypatch: pytest.MonkeyPat
     monkeypatch.setenv("NO_COLOR", "1")
     app = FivtuiApp()
     assert app.no_color
-    async with app.run_test(size=USUAL, notifications=True) as pilot:
+    async with app.run_test(size=SIZE, notifications=True) as pilot:
         await run_to_end(pilot)
         assert "UNSTABLE" in text_of(pilot)
         await type_into(pilot, "mu", "-")

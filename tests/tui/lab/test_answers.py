@@ -4,7 +4,6 @@ import asyncio
 import gc
 import threading
 import time
-from collections.abc import AsyncIterator
 
 import pytest
 from textual.events import Key
@@ -17,12 +16,7 @@ from fivtui.tui.session.jobs import PRECEDENCE, Job, Precedence
 from fivtui.tui.tabs.tabs import TABS
 from tests.support.laboratory import HANG_S, app_of, text_of, until, until_shown
 
-
-@pytest.fixture
-async def pilot() -> AsyncIterator[Pilot[None]]:
-    async with FivtuiApp().run_test(size=(80, 24), notifications=True) as started:
-        await started.pause()
-        yield started
+SIZE = (80, 24)
 
 
 def test_who_computes_gives_way_until_the_answer_is_there(

@@ -1,4 +1,3 @@
-from collections.abc import AsyncIterator
 from pathlib import Path
 
 import pytest
@@ -7,7 +6,6 @@ from textual.widgets import Input
 
 from fivtui.scene.files import load_scene
 from fivtui.transient.files import load_trajectory
-from fivtui.tui.app import FivtuiApp
 from tests.support.laboratory import (
     app_of,
     endless_simulate,
@@ -21,15 +19,7 @@ from tests.support.laboratory import (
     until_told,
 )
 
-USUAL = (100, 30)
-
-
-@pytest.fixture
-async def pilot(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> AsyncIterator[Pilot[None]]:
-    monkeypatch.chdir(tmp_path)
-    async with FivtuiApp().run_test(size=USUAL, notifications=True) as started:
-        await started.pause()
-        yield started
+SIZE = (100, 30)
 
 
 async def answer(pilot: Pilot[None], path: Path | str) -> None:

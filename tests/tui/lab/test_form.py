@@ -1,5 +1,4 @@
 import re
-from collections.abc import AsyncIterator
 
 import pytest
 from textual._xterm_parser import XTermParser
@@ -22,14 +21,7 @@ from tests.support.laboratory import (
     until_shown,
 )
 
-USUAL = (80, 24)
-
-
-@pytest.fixture
-async def pilot() -> AsyncIterator[Pilot[None]]:
-    async with FivtuiApp().run_test(size=USUAL, notifications=True) as started:
-        await started.pause()
-        yield started
+SIZE = (80, 24)
 
 
 async def test_the_first_screen_has_scene_fields_verdict_and_keys(pilot: Pilot[None]) -> None:
@@ -52,7 +44,7 @@ async def test_the_first_screen_has_scene_fields_verdict_and_keys(pilot: Pilot[N
 
 async def test_a_form_with_a_scene_shows_that_scene() -> None:
     app = FivtuiApp(PRESETS["stiff-contact"], "stiff-contact")
-    async with app.run_test(size=USUAL, notifications=True) as pilot:
+    async with app.run_test(size=SIZE, notifications=True) as pilot:
         await pilot.pause()
         assert "stiff-contact" in text_of(pilot)
         assert (await focus(pilot, "k_nl")).value == "300"

@@ -1,6 +1,5 @@
 import dataclasses
 import json
-from collections.abc import AsyncIterator
 from pathlib import Path
 
 import pytest
@@ -29,14 +28,6 @@ from tests.support.laboratory import (
 )
 
 SIZE = (140, 40)
-
-
-@pytest.fixture
-async def pilot(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> AsyncIterator[Pilot[None]]:
-    monkeypatch.chdir(tmp_path)
-    async with FivtuiApp().run_test(size=SIZE, notifications=True) as started:
-        await started.pause()
-        yield started
 
 
 async def test_runs_are_listed_drawn_compared_loaded_and_deleted(

@@ -1,6 +1,5 @@
 """The tabs of sweeps and maps: what they compute, and one start of the app each."""
 
-from collections.abc import AsyncIterator
 from dataclasses import replace
 
 import numpy as np
@@ -14,7 +13,6 @@ from fivtui.model.parameters import Parameters
 from fivtui.scene.presets import PRESETS
 from fivtui.simulation import simulate
 from fivtui.sweeps.rows import compute_rows
-from fivtui.tui.app import FivtuiApp
 from fivtui.tui.chart.axis import Axis
 from fivtui.tui.chart.chart import View, nearest
 from fivtui.tui.chart.picture import draw
@@ -48,13 +46,6 @@ from tests.support.laboratory import (
 )
 
 BASE = PRESETS["base"]
-
-
-@pytest.fixture
-async def pilot() -> AsyncIterator[Pilot[None]]:
-    async with FivtuiApp().run_test(size=(100, 30), notifications=True) as started:
-        await started.pause()
-        yield started
 
 
 def test_a_sweep_gives_what_single_runs_give_point_by_point() -> None:

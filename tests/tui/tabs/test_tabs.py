@@ -1,7 +1,6 @@
 """What the tabs show and do: one start of the app a tab."""
 
 import dataclasses
-from collections.abc import AsyncIterator
 from typing import Any
 
 import numpy as np
@@ -32,14 +31,7 @@ from tests.support.laboratory import (
 )
 
 BASE = PRESETS["base"]
-USUAL = (100, 30)
-
-
-@pytest.fixture
-async def pilot() -> AsyncIterator[Pilot[None]]:
-    async with FivtuiApp().run_test(size=USUAL, notifications=True) as started:
-        await started.pause()
-        yield started
+SIZE = (100, 30)
 
 
 def chart(pilot: Pilot[None], name: str) -> ChartView:

@@ -1,0 +1,21 @@
+"""What tests of the laboratory have in common."""
+
+from collections.abc import AsyncIterator
+from pathlib import Path
+
+import pytest
+from textual.pilot import Pilot
+
+from fivtui.tui.app import FivtuiApp
+
+
+@pytest.fixture
+async def pilot(
+    request: pytest.FixtureRequest, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> AsyncIterator[Pilot[None]]:
+    """A laboratory that has begun, in a terminal of the size that the module says."""
+    monkeypatch.chdir(tmp_path)
+    size = getattr(request.module, "SIZE", (100, 30))
+    async with FivtuiApp().run_test(size=size, notifications=True) as started:
+        await started.pause()
+        yield started
