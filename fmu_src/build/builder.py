@@ -1,5 +1,6 @@
 """Building an FMU: pythonfmu's export completed, or the native one; reproducible to the byte."""
 
+import re
 import sys
 import tempfile
 import zipfile
@@ -29,6 +30,9 @@ _EXCHANGE: Final = "3"
 _DESCRIPTION: Final = "modelDescription.xml"
 ZIP_DATE: Final = (1980, 1, 1, 0, 0, 0)
 _UNIX: Final = 3
+_WRAPPER: Final = "resources/pythonfmu/"
+_OF_BUILDER: Final = ("__main__", "builder", "csvbuilder", "deploy", "osutil")
+_IMPORT_OF_BUILDER: Final = re.compile(rb"^from \.builder import .*\n", re.MULTILINE)
 _OPTIONS: Final = {
     "needsExecutionTool": False,
     "canGetAndSetFMUstate": True,
@@ -162,7 +166,17 @@ def _exported(folder: Path, component: Component, fmi: str) -> dict[str, bytes]:
     with zipfile.ZipFile(exported) as archive:
         # pythonfmu3 adds C++ sources of its wrapper that cannot be built as they are.
         names = [name for name in archive.namelist() if not name.startswith("sources/")]
-        return {name: archive.read(name) for name in names}
+        return _without_builder({name: archive.read(name) for name in names})
+
+
+def _without_builder(content: dict[str, bytes]) -> dict[str, bytes]:
+    # What pythonfmu builds FMUs with is not run in one, and is most of the time of its import.
+    head = f"{_WRAPPER}__init__.py"
+    if head in content:
+        for name in _OF_BUILDER:
+            del content[f"{_WRAPPER}{name}.py"]
+        content[head] = _IMPORT_OF_BUILDER.sub(b"", content[head])
+    return content
 
 
 @contextmanager

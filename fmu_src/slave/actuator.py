@@ -9,7 +9,7 @@ does not depend on the step.
 import math
 from typing import Any, NamedTuple
 
-from pythonfmu import DefaultExperiment
+from pythonfmu.default_experiment import DefaultExperiment
 
 from fivtui.model.errors import ComputationError
 from fivtui.taylor.stepper import DEFAULT_TOL
@@ -34,9 +34,11 @@ class Preload(NamedTuple):
 class BrakeActuator(Instance):
     """One instance of the brake actuator."""
 
+    TABLE = ACTUATOR_TABLE
+
     def __init__(self, **kwargs: Any) -> None:
         default = DefaultExperiment(0.0, 100.0, 0.01, DEFAULT_TOL)
-        super().__init__(ACTUATOR_TABLE, ACTUATOR_SUMMARY, default, **kwargs)
+        super().__init__(ACTUATOR_SUMMARY, default, **kwargs)
         self._at = Preload(0.0, 0.0)
 
     def _begin_motion(self, experiment: Experiment) -> None:

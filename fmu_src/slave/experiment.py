@@ -8,8 +8,9 @@ from fivtui.model.errors import InputError
 from fivtui.model.numbers import Interval, parse_number
 from fivtui.taylor.stepper import DEFAULT_TOL, TOL_RANGE
 
-# Times of host and FMU may differ by rounding up to this, s or relative.
+# Times of host and FMU may differ by this, s, and by rounding.
 SAME_TIME: Final = 1e-9
+_ROUNDING: Final = 2.0**-50
 
 
 class Experiment(NamedTuple):
@@ -73,4 +74,4 @@ class Experiment(NamedTuple):
 
 
 def _same(one: float, other: float) -> bool:
-    return math.isclose(one, other, rel_tol=SAME_TIME, abs_tol=SAME_TIME)
+    return math.isclose(one, other, rel_tol=_ROUNDING, abs_tol=SAME_TIME)

@@ -11,19 +11,12 @@ import sys
 import traceback
 from abc import abstractmethod
 from collections.abc import Sequence
-from typing import Any, Final
+from typing import Any, ClassVar, Final
 
-from pythonfmu import (
-    Boolean,
-    DefaultExperiment,
-    Fmi2Causality,
-    Fmi2Initial,
-    Fmi2Slave,
-    Fmi2Variability,
-    Integer,
-    Real,
-)
-from pythonfmu.enums import Fmi2Status
+from pythonfmu.default_experiment import DefaultExperiment
+from pythonfmu.enums import Fmi2Causality, Fmi2Initial, Fmi2Status, Fmi2Variability
+from pythonfmu.fmi2slave import Fmi2Slave
+from pythonfmu.variables import Boolean, Integer, Real
 
 from fivtui.model.errors import InputError
 
@@ -53,15 +46,15 @@ _REPORTED_AT_ONCE: Final = {
 
 
 class Instance(Fmi2Slave):  # type: ignore[misc]
-    """One instance of a component.
+    """One instance of a component, whose variables are `TABLE`.
 
     `description` is one sentence, `default` the experiment that it suggests, `kwargs` those of the
     wrapper.
     """
 
-    def __init__(
-        self, table: VariableTable, description: str, default: DefaultExperiment, **kwargs: Any
-    ) -> None:
+    TABLE: ClassVar[VariableTable]
+
+    def __init__(self, description: str, default: DefaultExperiment, **kwargs: Any) -> None:
         super().__init__(**kwargs)
         # The wrapper, which passes its logger, adds the FMU's folder to the host's path each time.
         if "logger" in kwargs and self.resources in sys.path:
@@ -71,7 +64,7 @@ class Instance(Fmi2Slave):  # type: ignore[misc]
         self.license = "MIT"
         self.description = description
         self.default_experiment = default
-        self._table = table
+        table = self.TABLE
         self._phase = Phase.INSTANTIATED
         self._experiment: Experiment | None = None
         self._values: dict[int, float | bool] = {}
@@ -279,7 +272,7 @@ class Instance(Fmi2Slave):  # type: ignore[misc]
     @classmethod
     def _fmu_state_from_bytes(cls, state: bytes) -> InstanceState | str:
         try:
-            return from_bytes(state, cls._from_json)
+            return from_bytes(state, cls.TABLE, cls._from_json)
         except InputError as error:
             return str(error)
         except BaseException:  # noqa: BLE001
@@ -329,8 +322,8 @@ class Instance(Fmi2Slave):  # type: ignore[misc]
             self._publish_now()
 
     def _checked(self, reference: int, kind: Type, value: object) -> float | bool:
-        checked = self._table.check_settable(reference, kind, value)
-        variable = self._table.variables[reference]
+        checked = self.TABLE.check_settable(reference, kind, value)
+        variable = self.TABLE.variables[reference]
         fixed = variable.role is Role.PARAMETER and self._phase is Phase.STEPPING
         if fixed or self._phase is Phase.TERMINATED:
             raise InputError(f"{variable.name} cannot be set {self._phase.value}")

@@ -1,17 +1,19 @@
 """The state of an FMU instance as one immutable value, and as bytes."""
 
-import json
-import zlib
+import math
 from collections.abc import Callable
 from enum import StrEnum
 from typing import Any, Final, NamedTuple
 
 from fivtui.model.errors import InputError
+from fivtui.taylor.stepper import TOL_RANGE
 
 from .experiment import Experiment
+from .variable import VariableTable
 
 # The build of the FMU: the bundled package is named by a hash of its content.
 _BUILD: Final = __name__.partition(".")[0]
+_DAMAGED: Final = "the serialised FMU state is damaged"
 
 
 class Phase(StrEnum):
@@ -37,26 +39,63 @@ class InstanceState(NamedTuple):
 
 def to_bytes(state: InstanceState, to_json: Callable[[Any], Any]) -> bytes:
     """Serialise a state: a checksum and JSON, from which floats read back bit for bit."""
+    # Imported when used: a host's search path may hide what few hosts need.
+    import json
+    import zlib
+
     motion_state = None if state.motion_state is None else to_json(state.motion_state)
     text = json.dumps({"build": _BUILD, **state._asdict(), "motion_state": motion_state}).encode()
     return b"%08x" % zlib.crc32(text) + text
 
 
-def from_bytes(data: bytes, from_json: Callable[[Any], Any]) -> InstanceState:
-    """Read a state written by `to_bytes`.
+def from_bytes(data: bytes, table: VariableTable, from_json: Callable[[Any], Any]) -> InstanceState:
+    """Read a state of an instance with these variables, written by `to_bytes`.
 
     Raises `InputError` if the bytes are damaged or come from another build of the FMU.
     """
+    import json
+    import zlib
+
     checksum, text = data[:8], data[8:]
     if checksum != b"%08x" % zlib.crc32(text):
-        raise InputError("the serialised FMU state is damaged")
-    content = json.loads(text)
-    if content.pop("build") != _BUILD:
+        raise InputError(_DAMAGED)
+    try:
+        content = json.loads(text)
+        build = content.pop("build")
+        state = _read(content, table, from_json) if build == _BUILD else None
+    except (LookupError, TypeError, ValueError, AttributeError, RecursionError) as error:
+        raise InputError(_DAMAGED) from error
+    if state is None:
         raise InputError("the serialised FMU state comes from another build of this FMU")
-    motion_state, experiment = content["motion_state"], content["experiment"]
+    return state
+
+
+def _read(content: Any, table: VariableTable, from_json: Callable[[Any], Any]) -> InstanceState:
+    # Raises one of many errors where it is not that of a state.
+    motion_state, experiment, values = (
+        content[name] for name in ("motion_state", "experiment", "values")
+    )
+    if not (_all_finite(motion_state) and len(values) == len(table.variables)):
+        raise ValueError
+    for reference, (variable, value) in enumerate(zip(table.variables, values, strict=True)):
+        if variable.settable:
+            table.check_settable(reference, variable.type, value)
     return InstanceState(
         Phase(content["phase"]),
-        None if experiment is None else Experiment(*experiment),
-        tuple(content["values"]),
+        None if experiment is None else _experiment(*experiment),
+        tuple(values),
         None if motion_state is None else from_json(motion_state),
     )
+
+
+def _experiment(start: float, stop: float, tol: float) -> Experiment:
+    lowest, highest = TOL_RANGE
+    if not (math.isfinite(start) and stop >= start and lowest <= tol <= highest):
+        raise ValueError
+    return Experiment(start, stop, tol)
+
+
+def _all_finite(content: Any) -> bool:
+    if isinstance(content, dict | list):
+        return all(map(_all_finite, content.values() if isinstance(content, dict) else content))
+    return content is None or (isinstance(content, int | float) and math.isfinite(content))

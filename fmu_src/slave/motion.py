@@ -7,6 +7,7 @@ input changes, so the result does not depend on the communication points.
 from collections.abc import Mapping
 from typing import Final, NamedTuple
 
+from fivtui.model.errors import ComputationError
 from fivtui.model.parameters import PARAMETERS, Parameters
 from fivtui.model.slider_belt import (
     Mode,
@@ -23,6 +24,8 @@ from .variable import Role
 from .variables import REFERENCES, STATES, VARIABLES
 
 Values = Mapping[int, float | bool]
+# Taylor steps after which a communication step is given up: about a quarter of a minute.
+_MOST_STEPS: Final = 500_000
 _FIXED: Final = [r for r, v in enumerate(VARIABLES) if v.role is Role.PARAMETER]
 
 
@@ -137,8 +140,15 @@ class SliderBeltMotion:
 
     def _advance(self, t: float) -> None:
         current, segment = self.current, self.current.segment
-        state = None
+        state, steps = None, 0
         while segment is None or segment.end <= t:
+            if steps == _MOST_STEPS:
+                raise ComputationError(
+                    f"the step needs more than {_MOST_STEPS} Taylor steps, it is given up at "
+                    f"t = {current.segment.end if current.segment else current.t:g} s",
+                    "use shorter communication steps, or the native FMU",
+                )
+            steps += 1
             following = self._stepper.advance()
             if segment is not None:
                 state = segment.final if segment.end == t else None

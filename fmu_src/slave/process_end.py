@@ -6,7 +6,6 @@ release function that the wrapper exports before that is harmless, also more tha
 """
 
 import atexit
-import ctypes
 import os
 import sys
 from pathlib import Path
@@ -26,6 +25,9 @@ def release_at_exit(resources: str | None) -> None:
     # Without arguments the interpreter is embedded, and the wrapper itself releases it in time.
     if resources is None or sys.platform != "linux" or not sys.orig_argv:
         return
+    # Imported here: an embedded interpreter may not find it, and does not need it.
+    import ctypes
+
     binaries = Path(resources).parent / "binaries"
     for library in (found for folder in _FOLDERS for found in (binaries / folder).glob("*.so")):
         path = os.path.realpath(library)

@@ -3,9 +3,9 @@
 from dataclasses import astuple
 from typing import Any
 
-from pythonfmu import DefaultExperiment
+from pythonfmu.default_experiment import DefaultExperiment
 
-from fivtui.model.slider_belt import Mode
+from fivtui.model.slider_belt import Mode, State
 from fivtui.taylor.segment import Segment
 from fivtui.taylor.stepper import DEFAULT_TOL, StepperSnapshot
 
@@ -30,10 +30,11 @@ _SEPARATIONS, _REATTACHMENTS, _LAST_EVENT = (
 class SliderBeltInstance(Instance):
     """One instance of the slider-belt model."""
 
+    TABLE = SLIDER_BELT_TABLE
+
     def __init__(self, **kwargs: Any) -> None:
         default = DefaultExperiment(0.0, 100.0, 0.01, DEFAULT_TOL)
-        super().__init__(SLIDER_BELT_TABLE, SUMMARY, default, **kwargs)
-        self.modelName = "SliderBelt"
+        super().__init__(SUMMARY, default, **kwargs)
         self.modelName = "SliderBelt"
         self._motion: SliderBeltMotion
         # Tolerance and fixed parameters of the motion.
@@ -84,14 +85,14 @@ class SliderBeltInstance(Instance):
 
     @staticmethod
     def _from_json(content: Any) -> MotionState:
-        t, remainder, state, mode, stalled = content["stepper"]
+        t, remainder, ahead, mode, stalled = content["stepper"]
         segment = content["segment"]
         return MotionState(
             **{
                 **content,
-                "state": tuple(content["state"]),
+                "state": _state(content["state"]),
                 "mode": Mode(content["mode"]),
-                "stepper": StepperSnapshot(t, remainder, tuple(state), Mode(mode), stalled),
+                "stepper": StepperSnapshot(t, remainder, _state(ahead), Mode(mode), stalled),
                 "segment": None if segment is None else _segment(segment),
             }
         )
@@ -104,5 +105,10 @@ def _made_of(values: Values, experiment: Experiment) -> tuple[float, ...]:
 def _segment(content: list[Any]) -> Segment:
     mode, start, remainder, duration, end, x, y, final, switches = content
     return Segment(
-        Mode(mode), start, remainder, duration, end, tuple(x), tuple(y), tuple(final), switches
+        Mode(mode), start, remainder, duration, end, tuple(x), tuple(y), _state(final), switches
     )
+
+
+def _state(content: list[float]) -> State:
+    x, vx, y, vy = content
+    return (x, vx, y, vy)

@@ -1,11 +1,13 @@
 """Building the FMU: what it holds, that it is always the same, and how it fails."""
 
 import ast
+import inspect
 import os
 import re
 import subprocess
 import sys
 import zipfile
+from importlib import import_module
 from pathlib import Path, PurePosixPath
 from xml.etree import ElementTree as ET
 
@@ -365,3 +367,18 @@ def test_a_build_that_fails_leaves_the_old_file_and_no_trace(
     assert target.read_text() == "old"
     assert list(tmp_path.iterdir()) == [target]
     assert (sys.path, set(sys.modules)) == (path, modules)
+
+
+def test_what_builds_fmus_is_not_in_one_and_the_wrapper_is_as_it_is(tmp_path: Path) -> None:
+    with zipfile.ZipFile(build_fmu(tmp_path / "slider_belt.fmu")) as archive:
+        wrapper = {
+            Path(name).stem: archive.read(name).decode()
+            for name in archive.namelist()
+            if name.startswith("resources/pythonfmu/")
+        }
+    assert "builder" not in wrapper
+    assert "builder" not in wrapper["__init__"]
+    for name in ("fmi2slave", "variables", "enums", "default_experiment"):
+        assert wrapper[name] == inspect.getsource(import_module(f"pythonfmu.{name}"))
+    whole = inspect.getsource(import_module("pythonfmu")).splitlines()
+    assert set(whole) - set(wrapper["__init__"].splitlines()) == {"from .builder import FmuBuilder"}

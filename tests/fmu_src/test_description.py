@@ -377,7 +377,7 @@ def made(which: str) -> Instance:
 def values_after(which: str, values: Mapping[str, Any], later: Mapping[str, Any]) -> dict[str, Any]:
     """All values of an instance initialized with some, after some others are set."""
     instance = made(which)
-    references = instance._table.references
+    references = instance.TABLE.references
 
     def put(given: Mapping[str, Any]) -> None:
         for name, value in given.items():
@@ -497,7 +497,7 @@ def test_what_an_importer_integrates_depends_on_states_and_inputs(
 
     claimed = dependencies("exchange", root, "Output")
     model = Exchange(instance_name="test")
-    references = model._table.references
+    references = model.TABLE.references
     model.enter_initialization_mode()
     model.exit_initialization_mode()
     found: dict[str, set[str]] = {name: set() for name in claimed}

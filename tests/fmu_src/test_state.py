@@ -1,10 +1,18 @@
 """The state of an FMU instance can be saved, restored, copied and serialised, to the last bit."""
 
+import json
+import math
+import zlib
+from collections.abc import Callable
+from typing import Any
+
 import pytest
 from hypothesis import given, settings, strategies as st
 
 from fivtui import Parameters, simulate
+from fivtui.model.errors import InputError
 from fmu_src.build.builder import PYTHON
+from fmu_src.slave.experiment import Experiment
 from fmu_src.slave.instance_state import InstanceState
 from fmu_src.slave.slider_belt import SliderBeltInstance
 from fmu_src.slave.variables import REFERENCES, VARIABLES
@@ -108,6 +116,65 @@ def test_a_state_of_another_build_is_refused(monkeypatch: pytest.MonkeyPatch) ->
     assert "another build" in str(refused)
     instance.slave._set_fmu_state(refused)
     assert instance.read() == before
+
+
+@pytest.mark.parametrize(
+    "damage",
+    [
+        lambda c: c.pop("phase"),
+        lambda c: c.update(phase="asleep"),
+        lambda c: c["values"].pop(),
+        lambda c: c["values"].__setitem__(REFERENCES["m"], -1.0),
+        lambda c: c["values"].__setitem__(REFERENCES["mu"], "much"),
+        lambda c: c.update(experiment=[0.0, -1.0, 1e-9]),
+        lambda c: c.update(motion_state=[]),
+        lambda c: c["motion_state"]["state"].pop(),
+        lambda c: c["motion_state"]["stepper"][2].append(0.0),
+        lambda c: c["motion_state"].update(mode=7),
+        lambda c: c["motion_state"].update(t=math.nan),
+        lambda c: c["motion_state"]["segment"][6].__setitem__(0, "text"),
+        lambda c: c["motion_state"]["segment"].pop(),
+    ],
+)
+def test_a_state_that_is_none_is_refused_in_a_line_when_it_is_set(
+    damage: Callable[[Any], object], caplog: pytest.LogCaptureFixture
+) -> None:
+    instance = slave()
+    instance.step(1.0)
+    before = instance.read()
+    text = SliderBeltInstance._fmu_state_to_bytes(instance.saved_state())[8:]
+    content = json.loads(text)
+    damage(content)
+    text = json.dumps(content).encode()
+    refused = SliderBeltInstance._fmu_state_from_bytes(b"%08x" % zlib.crc32(text) + text)
+    assert refused == "the serialised FMU state is damaged"
+    instance.slave._set_fmu_state(refused)
+    assert caplog.messages == ["test: the serialised FMU state is damaged"]
+    assert instance.read() == before
+    assert not instance.slave.do_step(1.0, 1.0)
+    assert instance.slave.do_step(1.0, 1.0)
+
+
+def test_a_step_of_too_many_taylor_steps_is_given_up_with_the_reason(
+    caplog: pytest.LogCaptureFixture, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr("fmu_src.slave.motion._MOST_STEPS", 100)
+    instance = slave()
+    assert not instance.slave.do_step(0.0, 1e6)
+    (said,) = caplog.messages
+    assert "needs more than 100 Taylor steps, it is given up at t = " in said
+    assert "use shorter communication steps, or the native FMU" in said
+    assert instance.slave.do_step(0.0, 1.0)
+
+
+def test_times_are_the_same_up_to_rounding_after_weeks() -> None:
+    experiment = Experiment(stop_time=2e6)
+    late = 1e6 + 0.1
+    assert experiment.end_of_step(late, math.nextafter(late, 0.0), 1e-3) > late
+    with pytest.raises(InputError, match="the FMU is at"):
+        experiment.end_of_step(late, late + 1e-6, 1e-3)
+    with pytest.raises(InputError, match="after the stop time"):
+        experiment.end_of_step(2e6 - 1.0, 2e6 - 1.0, 1.0 + 1e-6)
 
 
 class Instance:
