@@ -497,7 +497,7 @@ def test_what_an_importer_integrates_depends_on_states_and_inputs(
 
     claimed = dependencies("exchange", root, "Output")
     model = Exchange(instance_name="test")
-    references = model.TABLE.references
+    references = model._table.references
     model.enter_initialization_mode()
     model.exit_initialization_mode()
     found: dict[str, set[str]] = {name: set() for name in claimed}
