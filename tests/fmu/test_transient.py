@@ -17,7 +17,7 @@ from fivtui.fmu.instance import interrupts_deferred
 from fivtui.fmu.run import run_fmu
 from fivtui.fmu.transient import integrate_fmu
 from fivtui.model.errors import Cancelled, ComputationError, InputError
-from fivtui.transient.request import Request
+from fivtui.transient.request import KernelChoice, Request
 from fivtui.transient.result import Transient
 from fmu_src.build.builder import build_fmu
 from tests.support.fmu_tools import altered, interpreted, other_fmu
@@ -45,12 +45,13 @@ def assert_same(through: Transient, native: Transient, rel: float = 1e-9) -> Non
 
 @pytest.mark.parametrize("separation", [True, False])
 @pytest.mark.parametrize("step", [None, 0.003, 0.1, 1.0, 20.0])
+@pytest.mark.parametrize(("method", "kernel"), [("fmu", "interpreted"), ("fmu-native", "compiled")])
 def test_the_result_is_native_at_every_communication_step(
-    step: float | None, separation: bool
+    method: str, kernel: KernelChoice, step: float | None, separation: bool
 ) -> None:
-    through = simulate(separation=separation, t_end=20.0, method="fmu", step=step)
-    assert_same(through, interpreted(separation=separation, t_end=20.0))
-    assert through.method == "fmu"
+    through = simulate(separation=separation, t_end=20.0, method=method, step=step)
+    assert_same(through, simulate(separation=separation, t_end=20.0, kernel=kernel))
+    assert through.method == method
     assert through.stats.steps > 0
 
 

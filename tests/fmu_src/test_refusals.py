@@ -204,6 +204,20 @@ def test_a_step_past_the_stop_time_is_refused(driver: Driver) -> None:
     assert "after the stop time 1.0 s" in answers[-2].log[0]
 
 
+def test_times_are_the_same_to_rounding_alone_however_late(driver: Driver) -> None:
+    calls: list[Call] = [
+        ("a", "new"),
+        ("a", "setup", 1e6),
+        ("a", "enter"),
+        ("a", "exit"),
+        ("a", "step", 1e6 + 1e-4, 1e-3),
+        ("a", "step", 1e6 + 2e-10, 1e-3),
+    ]
+    answers = driver.drive(*calls)
+    assert [answer.status for answer in answers[-2:]] == ["discard", "ok"]
+    assert "the FMU is at 1000000.0 s" in answers[-2].log[0]
+
+
 def test_a_short_step_past_the_stop_time_is_refused_too(driver: Driver) -> None:
     calls: list[Call] = [
         ("a", "new"),
