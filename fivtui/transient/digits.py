@@ -19,7 +19,7 @@ FloatArray = NDArray[np.float64]
 # Digits of a state that are printed, if they hold.
 MOST_DIGITS: Final = 13
 # Deviations are followed through so many parts of a run, over so many steps, and so many times
-# √(m/stiffness), as the steps of a slider at rest are long: for some twenty milliseconds.
+# √(m/stiffness) or m/c, as the steps of a slider at rest are long: for some twenty milliseconds.
 _PARTS: Final = 8
 _MOST_STEPS, _MOST_TIMES = 20_000, 12_000.0
 # Errors made by rounding, for the root of the number of steps, and by the tolerance.
@@ -59,16 +59,20 @@ def final_digits(run: Transient) -> FinalDigits | None:
     if run.stats.kernel != "compiled" or run.stats.steps == 0 or why_interpreted() is not None:
         return None
     _, *state = run.final
-    time = time_scale(run.parameters)
-    share = min(_MOST_STEPS / run.stats.steps, _MOST_TIMES * time / run.t_end, 1.0)
+    scales = _scales(run)
+    if not scales.any():
+        return FinalDigits(*[MOST_DIGITS] * 4)
+    p = run.parameters
+    fastest = max(1.0 / time_scale(p), p.c1 / p.m, p.c2 / p.m)
+    share = min(_MOST_STEPS / run.stats.steps, _MOST_TIMES / (fastest * run.t_end), 1.0)
     x, vx, y, vy = run.start if share == 1.0 else state
     span = run.t_end * share / _PARTS
     try:
-        flows = _flows(run.parameters, (x, vx, y, vy), run.separation, span, run.tol)
+        flows = _flows(p, (x, vx, y, vy), run.separation, span, run.tol)
     except ComputationError:
         return None
     made = _ROUNDING * math.sqrt(run.stats.steps) + _OF_TOL * run.tol
-    errors = made * _magnified(flows, _scales(run), share)
+    errors = made * _magnified(flows, scales, share)
     return FinalDigits(*map(_digits, state, errors.tolist()))
 
 
@@ -88,9 +92,10 @@ def _scales(run: Transient) -> FloatArray:
 def _magnified(flows: tuple[FloatArray, ...], scales: FloatArray, share: float) -> FloatArray:
     # Errors of these sizes made at the worst time, at the end; `flows` are of a share of the run.
     total, grown = np.eye(4), [scales]
-    for flow in reversed(flows):
-        total = total @ flow
-        grown.append(np.abs(total) @ scales)
+    with np.errstate(over="ignore", invalid="ignore"):
+        for flow in reversed(flows):
+            total = total @ flow
+            grown.append(np.abs(total) @ scales)
     greatest: FloatArray = np.max(grown, axis=0)
     if share == 1.0:
         return greatest
