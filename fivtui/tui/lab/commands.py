@@ -11,7 +11,7 @@ from textual.command import DiscoveryHit, Hit, Hits, Provider
 from fivtui.model import InputError
 from fivtui.scene import PRESETS, Scene
 from fivtui.tui.persistence import Slot, load_state
-from fivtui.tui.session import FIELDS, FMU_ENGINE, Run, paper_scenes
+from fivtui.tui.session import FIELDS, Run, paper_scenes
 from fivtui.tui.tabs import (
     KINDS,
     TABS,
@@ -36,14 +36,15 @@ class PaletteEntry:
 def _commands(lab: LabScreen) -> Iterator[PaletteEntry]:
     if lab.session.runs.active is None:
         yield PaletteEntry("Run the transient", "F5", lab.action_run)
-        both = "F9: native, then FMU, then compare"
-        yield PaletteEntry("Run with both engines", both, lab.action_run_both)
+        both = "F9: native solver, then FMU, then compare"
+        yield PaletteEntry("Run with native solver and FMU", both, lab.action_run_both)
     else:
         yield PaletteEntry("Stop the run", "F5", lab.action_stop)
     yield from _tab_commands(lab)
     session = lab.session
-    other = "native" if session.engine == FMU_ENGINE else FMU_ENGINE
-    yield PaletteEntry(f"Engine: {other}", f"F4; now {session.engine}", lab.action_switch_engine)
+    yield PaletteEntry(
+        f"Engine: {session.next_engine}", f"F4; now {session.engine}", lab.action_switch_engine
+    )
     yield PaletteEntry("Open a scene or result…", "Ctrl+O", lab.action_open_scene)
     yield PaletteEntry("Save the scene", "Ctrl+S", lab.action_save_scene)
     yield PaletteEntry("Save the scene as…", "Alt+S", lab.action_save_scene_as)

@@ -14,7 +14,7 @@ LAB_KEYS: Final = (
     Binding("shift+f2", "turn_tab(-1)", "Previous tab", show=False),
     Binding("f3", "list_runs", "Runs", key_display="F3"),
     Binding("f4", "switch_engine", "Engine", key_display="F4"),
-    Binding("f9", "run_both", "Run both engines", show=False),
+    Binding("f9", "run_both", "Compare with the FMU", show=False),
     Binding("f10,ctrl+g", "work", "Compute", key_display="F10", show=False),
     Binding("f6", "export('figure')", "Figure…", key_display="F6"),
     Binding("f7", "export('data')", "Data…", key_display="F7"),

@@ -3,7 +3,7 @@
 from textual import on
 from textual.widgets import Button
 
-from fivtui.tui.session import FMU_ENGINE, Run, RunState
+from fivtui.tui.session import SOLVER, Run, RunState
 from fivtui.tui.tabs import JobBar, RunRequested
 
 
@@ -29,6 +29,6 @@ def _end_words(run: Run, *, outdated: bool) -> str:
     if outdated:
         return f"{words}, inputs changed since"
     if run.result is not None and run.result.stats.cpu_s is not None:
-        engine = f", {FMU_ENGINE}" if run.engine == FMU_ENGINE else ""
+        engine = "" if run.engine == SOLVER else f", {run.engine}"
         words += f" in {run.result.stats.cpu_s:.2g} s{engine}, {run.accuracy}"
     return words

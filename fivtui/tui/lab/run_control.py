@@ -10,8 +10,8 @@ from textual.worker import Worker, WorkerState
 from fivtui.model import InputError
 from fivtui.scene import Scene
 from fivtui.tui.session import (
-    FMU_ENGINE,
     MAX_RUNS,
+    SOLVER,
     Outcome,
     Run,
     Session,
@@ -54,7 +54,7 @@ class RunController:
         return True
 
     def start_both(self) -> bool:
-        """Start a run with the native engine, then with the FMU. Returns False if invalid."""
+        """Start a run with the native solver, then with an FMU. Returns False if invalid."""
         try:
             edited = self._session.scene()
             native, fmu = self._session.engine_pair()
@@ -103,13 +103,13 @@ class RunController:
         self._tell(RunsChanged())
 
     def _go_on(self, run: Run) -> None:
-        # Of two engines the FMU follows the native one; then they are compared.
+        # The FMU follows the native solver; then they are compared.
         if self._next is not None:
             scene, self._next, self._partner = self._next, None, run
             self._begin(scene, run.edited)
         elif self._partner is not None:
             native, self._partner = self._partner, None
-            if native.result is not None and run.result is not None and run.engine == FMU_ENGINE:
+            if native.result is not None and run.result is not None and run.engine != SOLVER:
                 native.overlaid = True
                 self._session.runs.baseline = native
                 self._tell(Reported(engine_words(native.result, run.result)))

@@ -405,14 +405,14 @@ class LabScreen(Screen[None]):
             self.app.bell()
 
     def action_switch_engine(self) -> None:
-        """Switch between the native engine and the FMU."""
+        """Switch to the next engine: native solver, Python FMU, native FMU."""
         self.session.switch_engine()
         self.show_inputs()
         words = f"engine {self.session.engine}: method {self.session.texts['method']}"
         self.post_message(Reported(words))
 
     def action_run_both(self) -> None:
-        """Run the edited scene with both engines and compare them."""
+        """Run the edited scene by the native solver and an FMU, and compare them."""
         if self._run_controller.start_both():
             self.show_tab("transient")
 

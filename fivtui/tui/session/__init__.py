@@ -36,8 +36,8 @@ if TYPE_CHECKING:
     )
     from .run_styles import COLOURS as COLOURS, RunStyle as RunStyle
     from .runs import (
-        FMU_ENGINE as FMU_ENGINE,
         MAX_RUNS as MAX_RUNS,
+        SOLVER as SOLVER,
         Run as Run,
         Runs as Runs,
         RunState as RunState,

@@ -10,6 +10,7 @@ from fivtui.results import Row
 from fivtui.transient import Transient
 
 from .report import SECOND_HALF, quantity
+from .runs import engine_of
 
 _FIGURES: Final[tuple[tuple[str, str, Callable[[Transient], float]], ...]] = (
     ("peak |y|", "m", lambda r: r.peak.y_abs),
@@ -79,7 +80,8 @@ def engine_words(native: Transient, fmu: Transient) -> str:
     ]
     state = max(abs(one - other) for one, other in parts)
     peak = abs(native.peak.y_abs - fmu.peak.y_abs)
-    words = f"FMU against {native.method}: final state {state:.2g} (m, m/s), peak |y| {peak:.2g} m"
+    words = f"{engine_of(fmu.method)} against {native.method}: "
+    words += f"final state {state:.2g} (m, m/s), peak |y| {peak:.2g} m"
     one, other = native.trajectory, fmu.trajectory
     if one is not None and other is not None and np.array_equal(one.t, other.t):
         words += f", y at any time {float(np.abs(one.y - other.y).max()):.2g} m"

@@ -15,7 +15,7 @@ KEYS: Final = (
     Row("F2", "next tab; Shift+F2: previous tab; Alt+1, Alt+2, …: tab by number"),
     Row("F3", "go to the run list, and back"),
     Row("F5", "start a run, or stop it"),
-    Row("F4, F9", "switch between native engine and FMU; run both and compare"),
+    Row("F4, F9", "native solver, Python FMU or native FMU; run solver and FMU and compare"),
     Row("F6, F7", "export the displayed charts as a figure; the data of the current tab"),
     Row("F8", "reset the focused field; Shift+F8: reset all"),
     Row("Ctrl+Z, Ctrl+Y", "undo and redo edits"),

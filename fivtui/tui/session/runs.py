@@ -18,8 +18,12 @@ from .jobs import Job, Outcome, outcome_of
 from .run_styles import RunStyle, usual_style
 
 MAX_RUNS: Final = 20
-FMU_METHOD: Final = "fmu"
-FMU_ENGINE: Final = "FMU"
+# Engines: that of all other methods, and those of the methods that run an FMU.
+SOLVER: Final = "native"
+FMU_ENGINES: Final = {
+    method: f"{flavour.capitalize() if flavour == 'python' else flavour} FMU"
+    for method, flavour in FMU_FLAVOURS.items()
+}
 # Samples per shortest linear period, and limits of their number.
 _PER_PERIOD: Final = 64
 _FEWEST: Final = 1000
@@ -27,8 +31,8 @@ _MOST: Final = 250_000
 
 
 def engine_of(method: str) -> str:
-    """The engine of a method: ``native`` or ``FMU``."""
-    return FMU_ENGINE if method in FMU_FLAVOURS else "native"
+    """The engine of a method: ``native``, ``Python FMU`` or ``native FMU``."""
+    return FMU_ENGINES.get(method, SOLVER)
 
 
 class RunState(Enum):
@@ -117,7 +121,7 @@ class Run(Job):
 
     @property
     def engine(self) -> str:
-        """``native``, ``FMU``, or ``file`` if it was read."""
+        """As `engine_of`, or ``file`` if it was read."""
         return "file" if self.source else engine_of(self.scene.method)
 
     def report(self, fraction: float) -> bool:

@@ -14,7 +14,7 @@ from fivtui.tui.chart import View
 from .editing import Editing
 from .fields import CONSIDERED, FIELDS
 from .report import Coexisting
-from .runs import FMU_ENGINE, FMU_METHOD, Run, Runs, engine_of
+from .runs import FMU_ENGINES, Run, Runs, engine_of
 from .scene_differences import differences
 from .studies import DisplayedStudies
 
@@ -69,7 +69,8 @@ class Session(Editing):
         self.views: dict[str, View] = {}
         self.unread: dict[str, StoredResult] = {}
         self.coexisting: Coexisting | None = None
-        self._native_method = _FIRST_METHOD
+        # What the engines return to, and what F9 compares.
+        self._native_method, self._fmu_method = _FIRST_METHOD, next(iter(FMU_ENGINES))
         # The last result: several views ask for it at every key.
         self._stability: tuple[tuple[Parameters, bool], Stability] | None = None
 
@@ -127,26 +128,43 @@ class Session(Editing):
 
     @property
     def engine(self) -> str:
-        """The engine of the edited scene: ``native`` or ``FMU``."""
+        """The engine of the edited scene: native solver, Python FMU or native FMU."""
         return engine_of(self.texts["method"])
 
+    @property
+    def next_engine(self) -> str:
+        """The engine that `switch_engine` switches to."""
+        return engine_of(self._next_method())
+
     def switch_engine(self) -> None:
-        """Switch to the FMU, or back to the last native method."""
-        if self.engine == FMU_ENGINE:
-            self._set("method", self._native_method, "engine")
-        else:
+        """Switch to the next engine: one FMU after the other, then the last native method."""
+        method = self._next_method()
+        if self.texts["method"] not in FMU_ENGINES:
             self._native_method = self.texts["method"]
-            self._set("method", FMU_METHOD, "engine")
+        if method in FMU_ENGINES:
+            self._fmu_method = method
+        self._set("method", method, "engine")
         self.close_step()
 
+    def _next_method(self) -> str:
+        fmus, method = list(FMU_ENGINES), self.texts["method"]
+        if method not in fmus:
+            return fmus[0]
+        return (*fmus, self._native_method)[fmus.index(method) + 1]
+
     def engine_pair(self) -> tuple[Scene, Scene]:
-        """The edited scene for the native engine and for the FMU; raises `InputError`."""
+        """The edited scene for the native solver and for an FMU; raises `InputError`.
+
+        The FMU is that of the scene, or the last one.
+        """
         scene = self.scene()
-        method = self._native_method if self.engine == FMU_ENGINE else scene.method
+        is_fmu = scene.method in FMU_ENGINES
+        method = self._native_method if is_fmu else scene.method
+        fmu_method = scene.method if is_fmu else self._fmu_method
         step = scene.step if takes_step(method) else None
         return (
             dataclasses.replace(scene, method=method, step=step),
-            dataclasses.replace(scene, method=FMU_METHOD, step=None),
+            dataclasses.replace(scene, method=fmu_method, step=None),
         )
 
     def parameters(self) -> Parameters:

@@ -95,16 +95,18 @@ async def test_the_engine_is_switched_and_both_are_compared(
     app = app_of(pilot)
     runs = app.session.runs
     await pilot.press("f4")
-    await until_told(pilot, "engine FMU: method fmu")
+    await until_told(pilot, "engine Python FMU: method fmu")
     await pilot.press("f9")
     await until(pilot, lambda: runs.baseline is not None)
     native, fmu = runs
-    assert (native.engine, fmu.engine) == ("native", "FMU")
+    assert (native.engine, fmu.engine) == ("native", "Python FMU")
     assert runs.baseline is native
     assert runs.drawn == [native, fmu]
-    await until_told(pilot, "FMU against taylor: final state")
+    await until_told(pilot, "Python FMU against taylor: final state")
     assert "inputs changed" not in text_of(pilot)
-    await until_shown(pilot, "■ 2 shown FMU 10.50")
+    await until_shown(pilot, "■ 2 shown Python FMU 10.50")
+    await pilot.press("f4")
+    await until_told(pilot, "engine native FMU: method fmu-native")
     await pilot.press("f4")
     await until_told(pilot, "engine native: method taylor")
 

@@ -111,15 +111,19 @@ def test_undo_goes_back_beyond_saving_but_keeps_the_file() -> None:
 # Engines
 
 
-def test_the_engine_is_switched_to_the_fmu_and_back_to_the_method_before() -> None:
+def test_the_engine_is_switched_to_either_fmu_and_back_to_the_method_before() -> None:
     session = Session()
     session.set_text("method", "scipy-dop853")
-    session.switch_engine()
-    assert (session.engine, session.texts["method"]) == ("FMU", "fmu")
-    native, fmu = session.engine_pair()
-    assert (native.method, fmu.method) == ("scipy-dop853", "fmu")
+    for engine, method in (("Python FMU", "fmu"), ("native FMU", "fmu-native")):
+        assert session.next_engine == engine
+        session.switch_engine()
+        assert (session.engine, session.texts["method"]) == (engine, method)
+        solver, fmu = session.engine_pair()
+        assert (solver.method, fmu.method) == ("scipy-dop853", method)
     session.switch_engine()
     assert (session.engine, session.texts["method"]) == ("native", "scipy-dop853")
+    # The FMU to compare with is the last one.
+    assert session.engine_pair()[1].method == "fmu-native"
 
 
 def test_a_pair_of_engines_keeps_a_step_only_where_the_method_takes_one() -> None:
