@@ -13,7 +13,7 @@ if TYPE_CHECKING:
     from .equilibrium import stability, stability_map
     from .fmu import check_fmu, run_fmu
     from .model import Cancelled, ComputationError, InputError, Parameters
-    from .orbits import attractors, basin, continuation
+    from .orbits import attractors, basin, branch, continuation
     from .paper import figures
     from .paper.claims import claims
     from .scene import PRESETS, Scene, find_scene, load_scene, save_scene
@@ -39,6 +39,7 @@ __all__ = [
     "accuracy",
     "attractors",
     "basin",
+    "branch",
     "build_fmu",
     "build_ssp",
     "check_fmu",

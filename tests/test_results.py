@@ -54,6 +54,7 @@ MADE: Final[dict[str, Callable[[], Result]]] = {
     ),
     "attractors": lambda: fivtui.attractors(Parameters(mu=0.2)),
     "continuation": lambda: fivtui.continuation(None, "mu", [0.2, 0.5]),
+    "branch": lambda: fivtui.branch(None, "mu", low=0.25, high=0.6),
     "basin": lambda: fivtui.basin(_P, {"y0": [-0.8, 0.0], "vy0": [0.0, 1.0]}),
     "accuracy": lambda: fivtui.accuracy(_P, t_end=10.0),
     "tradeoff": lambda: fivtui.tradeoff(t_end=1.0),
@@ -61,7 +62,16 @@ MADE: Final[dict[str, Callable[[], Result]]] = {
 }
 PLAIN: Final = [name for name in MADE if name not in ("trajectory", "modes")]
 TABULAR: Final = [name for name in MADE if name not in ("dense", "stability", "attractors")]
-DRAWN: Final = ["transient", "stability", "map", "sweep", "continuation", "basin", "tradeoff"]
+DRAWN: Final = [
+    "transient",
+    "stability",
+    "map",
+    "sweep",
+    "continuation",
+    "branch",
+    "basin",
+    "tradeoff",
+]
 
 
 @cache

@@ -11,6 +11,7 @@ from fivtui.model.parameters import Parameters
 from fivtui.orbits.attractor_search import coexistence
 from fivtui.orbits.basins import basin, escape_offset
 from fivtui.orbits.branches import continuation
+from fivtui.orbits.cycle_branches import branch
 from fivtui.orbits.explorer import find_attractors
 from fivtui.simulation import simulate
 from fivtui.transient import integrate
@@ -28,6 +29,19 @@ SEARCHES: dict[str, Callable[[Go], Any]] = {
         P, "F", [110.0, 120.0], kernel="interpreted", progress=go
     ),
 }
+
+
+def test_a_branch_is_cancelled_between_two_motions() -> None:
+    looks: list[float] = []
+
+    def look(fraction: float) -> bool:
+        looks.append(fraction)
+        return len(looks) < 20
+
+    with pytest.raises(Cancelled):
+        branch(P, "mu", progress=look)
+    assert len(looks) == 20
+    assert looks == sorted(looks)
 
 
 @pytest.mark.parametrize("name", SEARCHES)

@@ -4,7 +4,11 @@ from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
     from .arrays import judge_growths as judge_growths
-    from .critical import CriticalMu as CriticalMu, critical_mu as critical_mu
+    from .critical import (
+        CriticalMu as CriticalMu,
+        critical_mu as critical_mu,
+        flutter_margin as flutter_margin,
+    )
     from .eigenvalues import (
         Stability as Stability,
         growth_rate as growth_rate,

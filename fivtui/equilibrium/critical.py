@@ -16,7 +16,7 @@ from typing import Final, Literal, TypeVar
 import numpy as np
 from numpy.typing import NDArray
 
-from fivtui.model import PARAMETERS, Parameters, equilibrium, tangent_stiffness
+from fivtui.model import PARAMETERS, Mode, Parameters, equilibrium, tangent_stiffness
 
 Becomes = Literal["stable", "unstable"]
 Real = TypeVar("Real", float, NDArray[np.float64])
@@ -74,6 +74,19 @@ def critical_mu(p: Parameters, *, separation: bool = True) -> tuple[CriticalMu, 
 
     mu_c = _least_nonnegative(excess, 0.0, PARAMETERS["mu"].upper)
     return () if mu_c is None else (CriticalMu(mu_c, "unstable"),)
+
+
+def flutter_margin(p: Parameters, *, separation: bool = True) -> float | None:
+    """By how much μ h k_t is below the Hopf boundary, N²/m²; None for an equilibrium off the belt.
+
+    Negative where the equilibrium is unstable, zero at a Hopf point. Raises `ComputationError` if
+    there is no equilibrium.
+    """
+    point = equilibrium(p, separation=separation)
+    if point.mode is Mode.SEPARATED:
+        return None
+    kt = tangent_stiffness(p, point.y)
+    return _boundary(p, kt) - p.mu * 0.5 * p.k3 * kt
 
 
 def _least_nonnegative(function: Callable[[float], float], low: float, high: float) -> float | None:

@@ -39,6 +39,18 @@ BRANCHES: Final = StudyKind(
     json_keys=frozenset({"points", "coexisting"}),
 )
 
+BRANCH: Final = StudyKind(
+    data="branch",
+    show=report.print_branch,
+    warning=files.warning_on,
+    suffixes=_FORMATS,
+    save=files.save_branch,
+    as_json=True,
+    stem=lambda result: f"branch-{result.name}",
+    header=frozenset({"event_kinds"}),
+    json_keys=frozenset({"parameter", "points", "events"}),
+)
+
 BASIN: Final = StudyKind(
     data="attractor",
     show=report.print_basin,

@@ -76,6 +76,13 @@ def test_a_map_is_written_in_the_format_of_its_suffix(name: str, tmp_path: Path)
         (["attractors", "--start=1,2"], "start"),
         (["attractors", "--out=a.csv"], "with --vary or --basin"),
         (["attractors", "--vary=F=1:2:3", "--out=a.txt"], "suffix of a attractor file"),
+        (["branch"], "--vary"),
+        (["branch", "--vary=nu"], "unknown parameter 'nu'"),
+        (["branch", "--vary=mu=1"], "must be NAME or NAME=LOW:HIGH"),
+        (["branch", "--vary=mu=1:2:3"], "must be NAME or NAME=LOW:HIGH"),
+        (["branch", "--vary=mu=1:x"], "must be from 0 to 100"),
+        (["branch", "--vary=mu", "--from=file"], "--from file: must be hopf or cycle"),
+        (["branch", "--vary=mu", "--out=b.txt"], "suffix of a branch file"),
     ],
 )
 def test_wrong_input_is_one_line_and_exit_2(args: list[str], said: str, tmp_path: Path) -> None:
@@ -129,6 +136,31 @@ def test_attractors_in_words_show_what_leaves_the_equilibrium(
 def test_what_a_start_reaches() -> None:
     done = fivtui("attractors", "coexistence", "--start=0.29,0,-0.7,0", "--json")
     assert json.loads(done.stdout) == {"kind": "equilibrium", "half_range": 0.0}
+
+
+def test_a_branch_is_printed_written_and_drawn(tmp_path: Path) -> None:
+    line = ("branch", "--set=F=120", "--vary=mu=0.2:1", "--out=b.csv", "--plot=b.svg")
+    done = fivtui(*line, "--json", cwd=tmp_path)
+    assert done.returncode == 0, done.stderr
+    data = json.loads(done.stdout)
+    assert data["parameter"] == "mu"
+    keys = {"value", "period", "y_min", "y_max", "stable", "multipliers"}
+    assert all(keys <= set(point) for point in data["points"])
+    assert [event["kind"] for event in data["events"]] == ["hopf", "touch", "fold"]
+    assert data["events"][2]["value"] == pytest.approx(0.277935093, abs=1e-8)
+    rows = rows_of(tmp_path / "b.csv")
+    assert [float(row["mu"]) for row in rows] == [point["value"] for point in data["points"]]
+    assert (tmp_path / "b.svg").read_text(encoding="utf-8").count("<svg") == 1
+    told = fivtui(*line[:3])
+    assert "hopf, subcritical" in told.stdout
+    assert "0.2779350934" in told.stdout
+    assert told.stderr == ""
+
+
+def test_a_branch_that_does_not_begin_is_exit_3() -> None:
+    done = fivtui("branch", "--vary=mu=1:2")
+    assert (done.returncode, done.stdout) == (3, "")
+    assert len(done.stderr.splitlines()) == 1
 
 
 def test_branches_are_written_and_drawn(tmp_path: Path) -> None:

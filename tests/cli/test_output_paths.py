@@ -46,6 +46,7 @@ ALL = list(commands_in(commands))
 NEEDED: dict[tuple[str, ...], list[str]] = {
     ("stability",): [],
     ("attractors",): ["--vary=F=20:80:2"],
+    ("branch",): ["--vary=mu=0.3:0.5"],
     ("map",): ["--over=F=20:80:2", "--over=mu=0.1:1:2"],
     ("simulate",): [],
     ("run",): [],

@@ -28,6 +28,7 @@ SANE = {
     "--plot": ("p.gif", "mine.csv"),
     "--error": ("peak=1e-2",),
     "--vary": ("F=20:40:2", "mu=0.1,0.2", "y0=-1:0:2"),
+    "--from": ("hopf", "cycle"),
     "--design": ("product", "list"),
     "--output": ("stable", "growth_rate"),
     "--over": ("F=1:2:2", "mu=0:1:3"),
