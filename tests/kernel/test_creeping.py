@@ -9,7 +9,7 @@ from fivtui.kernel import Kernel, Status, load_kernel
 from fivtui.model import Parameters, State, time_scale
 from tests.kernel.test_same_bits import members
 from tests.references import random_scenes
-from tests.transient.test_switch_starts import cases
+from tests.transient.test_switch_starts import FOUND, cases
 
 # Steps between two looks, and the least mean step there over √(m/stiffness) at the deepest contact;
 # half of it is the least that was seen.
@@ -25,7 +25,7 @@ def watched(seed: int, count: int) -> Iterator[Watched]:
         p = Parameters(**dict(zip(names, values.tolist(), strict=True)))
         x, vx, y, vy = start.tolist()
         yield p, bool(separation), (x, vx, y, vy)
-    for p, state in cases(seed, count):
+    for p, state in [*FOUND, *cases(seed, count)]:
         yield p, True, state
     for scene in random_scenes()[seed::10]:
         yield scene.parameters, scene.separation, scene.start
