@@ -143,27 +143,28 @@ static int move(Motion *m, double from, double *t, int *switched, Ramp force, Ra
     if (is_same(force, m->force) && is_same(friction, m->friction) && m->stepped != 0.0
         && *t < m->end && (!is_driven(m) || from == m->since))
         return RUNNING;
-    Motion on = *m;
+    const Motion before = *m;
     if (!is_same(force, m->force) || !is_same(friction, m->friction)
         || (is_driven(m) && from != m->since))
-        change_inputs(&on, from, force, friction);
-    for (int count = 0; on.stepped == 0.0 || on.end <= *t; count++) {
-        const double switches = on.w.lifts + on.w.landings, end = on.end;
+        change_inputs(m, from, force, friction);
+    for (int count = 0; m->stepped == 0.0 || m->end <= *t; count++) {
+        const double switches = m->w.lifts + m->w.landings, end = m->end;
         int status = count == MOST_STEPS ? STEP_LIMIT : RUNNING;
-        if (status == RUNNING && on.stepped != 0.0)
-            status = go_over(&on);
+        if (status == RUNNING && m->stepped != 0.0)
+            status = go_over(m);
         if (status == RUNNING)
-            status = take_step(&on);
+            status = take_step(m);
         if (status != RUNNING) {
-            m->failed_at = on.w.t;
+            const double failed_at = m->w.t;
+            *m = before;
+            m->failed_at = failed_at;
             return status;
         }
-        if (switched && on.w.lifts + on.w.landings != switches) {
+        if (switched && m->w.lifts + m->w.landings != switches) {
             *t = end, *switched = 1;
             break;
         }
     }
-    *m = on;
     return RUNNING;
 }
 
