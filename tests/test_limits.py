@@ -11,8 +11,8 @@ from fivtui.model.errors import ComputationError
 from fivtui.model.slider_belt import State
 from fivtui.orbits.shooting import PeriodicOrbit, Section, shoot
 from fivtui.taylor.polynomial import roots
+from fivtui.transient.derivatives.variation import START_SEEDS, vary
 from fivtui.transient.request import Request
-from fivtui.transient.variation import START_SEEDS, vary
 
 # F = 80 N: where the separating cycle is born, and its lift-off and period there, by a
 # continuation with other code.

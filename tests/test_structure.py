@@ -7,6 +7,7 @@ import shutil
 import subprocess
 import sys
 import tomllib
+from collections import Counter
 from functools import cache
 from importlib import import_module
 from importlib.util import resolve_name
@@ -301,3 +302,18 @@ def test_what_the_python_fmu_carries_imports_the_standard_library_and_its_wrappe
         for name, path in SOURCES.items()
         if walled.fullmatch(name) and imported_by(path) - known
     }
+
+
+def test_no_folder_is_too_wide_to_be_read_at_a_glance() -> None:
+    modules = Counter(path.parent for path in SOURCES.values() if path.name != "__init__.py")
+    assert max(modules.values()) <= 16
+
+
+def test_a_class_name_has_one_meaning() -> None:
+    classes = Counter(
+        node.name
+        for path in SOURCES.values()
+        for node in ast.walk(ast.parse(path.read_text(encoding="utf-8")))
+        if isinstance(node, ast.ClassDef)
+    )
+    assert [name for name, count in classes.items() if count > 1] == []

@@ -5,7 +5,7 @@ from collections.abc import Callable
 import numpy as np
 from numpy.typing import NDArray
 
-from fivtui.kernel import Outcome, Status
+from fivtui.kernel import RunColumns, Status
 from fivtui.model import PARAMETERS, ComputationError, Parameters, static_start
 from fivtui.taylor import StallError, TaylorStepper, local_tolerance
 from fivtui.transient import Recorder, Request
@@ -34,8 +34,8 @@ def interpreted_starts(parameters: Floats, separation: NDArray[np.bool_]) -> Flo
 def interpreted_results(
     members: Members, t_end: float, tol: float, max_steps: int, go_on: Callable[[], bool]
 ) -> Floats:
-    """Rows of `Outcome`; `go_on` is called after every member and stops the batch if False."""
-    results = np.full((len(members[0]), len(Outcome._fields)), np.nan)
+    """Rows of `RunColumns`; `go_on` is called after every member and stops the batch if False."""
+    results = np.full((len(members[0]), len(RunColumns._fields)), np.nan)
     for place, (row, separation, start) in enumerate(zip(*members, strict=True)):
         if np.isfinite(start).all():
             p = _parameters(row)
@@ -51,7 +51,7 @@ def interpreted_results(
     return results
 
 
-def _result(request: Request, max_steps: int) -> Outcome:
+def _result(request: Request, max_steps: int) -> RunColumns:
     recorder = Recorder(request)
     stepper = TaylorStepper(
         request.parameters,
@@ -71,10 +71,10 @@ def _result(request: Request, max_steps: int) -> Outcome:
         run, status = None, Status.STALLED if isinstance(error, StallError) else Status.OVERFLOW
     if run is None:
         here = stepper.snapshot
-        missing = [np.nan] * (len(Outcome._fields) - 9)
-        return Outcome(*here.state, here.t, status, steps, 0, 0, *missing)
+        missing = [np.nan] * (len(RunColumns._fields) - 9)
+        return RunColumns(*here.state, here.t, status, steps, 0, 0, *missing)
     peak, events, final = run.peak, run.events, run.final
-    return Outcome(
+    return RunColumns(
         x=final.x,
         vx=final.vx,
         y=final.y,

@@ -9,7 +9,7 @@ from typing import Any, Final, Literal
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from fivtui.kernel import Kernel, Outcome, Status, load_kernel, why_interpreted
+from fivtui.kernel import Kernel, RunColumns, Status, load_kernel, why_interpreted
 from fivtui.model import Cancelled, InputError, Parameters, check_parameters, unknown_name
 from fivtui.taylor import local_tolerance, order_for
 from fivtui.transient import (
@@ -221,7 +221,7 @@ class _Work:
         if kernel is None:
             results = self._interpret(members, look)
         else:
-            results = np.empty((len(parameters), len(Outcome._fields)))
+            results = np.empty((len(parameters), len(RunColumns._fields)))
             # What is linear cannot overflow in a square: such members are run apart.
             cubic = self._columns["k_nl"][where] > 0.0
             for kind in (True, False):
@@ -232,7 +232,7 @@ class _Work:
                 if self._stop:
                     return
         if not self._stop:
-            self._keep(Outcome(*results.T), self._columns["F"][where], where)
+            self._keep(RunColumns(*results.T), self._columns["F"][where], where)
 
     def _advance(self, kernel: Kernel, members: Members, look: Callable[[], None]) -> Floats:
         parameters, separation, starts = members

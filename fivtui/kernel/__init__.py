@@ -15,7 +15,7 @@ if TYPE_CHECKING:
         SAMPLE_COLUMNS as SAMPLE_COLUMNS,
         SEGMENT_HEAD as SEGMENT_HEAD,
         Kernel as Kernel,
-        Outcome as Outcome,
+        RunColumns as RunColumns,
         VariedRun as VariedRun,
         load_kernel as load_kernel,
         stepping_kernel as stepping_kernel,

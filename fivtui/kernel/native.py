@@ -61,7 +61,7 @@ _FUNCTIONS: Final[dict[str, tuple[Any, list[Any]]]] = {
 }
 
 
-class Outcome(NamedTuple):
+class RunColumns(NamedTuple):
     """Columns of a result, SI units.
 
     `y_low` and `y_high` are of the second half of the run; `first` and `last`, the times of
@@ -89,7 +89,7 @@ class Outcome(NamedTuple):
     y_high: Any
 
 
-_COLUMNS: Final = len(Outcome._fields)
+_COLUMNS: Final = len(RunColumns._fields)
 
 
 class Kernel:
@@ -246,7 +246,7 @@ class KernelRun:
 
     Attributes
     ----------
-    outcome : Outcome
+    outcome : RunColumns
         As far as it came.
     switches, segments, samples : int
         How many are in the buffers.
@@ -299,7 +299,7 @@ class KernelRun:
             result.ctypes.data,
         )
         columns = result.tolist()
-        self.outcome = Outcome(*columns[:_COLUMNS])
+        self.outcome = RunColumns(*columns[:_COLUMNS])
         self.switches, self.segments, self.samples = map(int, columns[_COLUMNS:])
         return Status(status)
 
@@ -309,7 +309,7 @@ class VariedRun:
 
     Attributes
     ----------
-    outcome : Outcome
+    outcome : RunColumns
         As far as it came.
     rate : State
         (ẋ, ẍ, ẏ, ÿ) there, m/s and m/s².
@@ -348,7 +348,7 @@ class VariedRun:
             self.extremes.ctypes.data,
         )
         columns = self._result.tolist()
-        self.outcome = here = Outcome(*columns[:_COLUMNS])
+        self.outcome = here = RunColumns(*columns[:_COLUMNS])
         count, ax, ay = columns[_COLUMNS:]
         self.rate: State = (here.vx, ax, here.vy, ay)
         self.crossings = self._crossings[: int(count)]

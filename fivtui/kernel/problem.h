@@ -10,7 +10,7 @@
 /* Columns of `fivtui.model.parameters.Parameters`. */
 enum { P_M, P_K1, P_K2, P_K3, P_C1, P_C2, P_F, P_KNL, P_MU, PARAMETERS };
 
-/* Columns of a result: `fivtui.kernel.native.Outcome`. */
+/* Columns of a result: `fivtui.kernel.native.RunColumns`. */
 enum {
     R_X, R_VX, R_Y, R_VY, R_T, R_STATUS, R_STEPS, R_SEPARATIONS, R_REATTACHMENTS, R_SEPARATED,
     R_FIRST, R_LAST, R_X_MIN, R_Y_MIN, R_X_MAX, R_Y_MAX, R_VX_MAX, R_Y_LOW, R_Y_HIGH, RESULTS

@@ -45,7 +45,7 @@ class Seed(NamedTuple):
     parameters: Mapping[str, float] = {}
 
 
-class Change(NamedTuple):
+class FieldChange(NamedTuple):
     """Derivatives of the factors of x, y, ẋ, ẏ and y³ in ẍ and ÿ, and of F/m, by a number."""
 
     xx: float
@@ -70,7 +70,7 @@ class _Piece(NamedTuple):
 _Series = tuple[list[float], list[float]]
 
 
-def change_of(p: Parameters, mode: Mode, by: Mapping[str, float]) -> Change:
+def change_of(p: Parameters, mode: Mode, by: Mapping[str, float]) -> FieldChange:
     """How the equations of motion change with parameters that change as `by` says."""
     c = constants(p, mode)
     relative = by.get("m", 0.0) / p.m
@@ -79,7 +79,7 @@ def change_of(p: Parameters, mode: Mode, by: Mapping[str, float]) -> Change:
     k2, dk2 = touching * p.k2, touching * by.get("k2", 0.0)
     k_nl, dk_nl = touching * p.k_nl, touching * by.get("k_nl", 0.0)
     dmu = by.get("mu", 0.0)
-    return Change(
+    return FieldChange(
         -(by.get("k1", 0.0) + dh) / p.m - c.xx * relative,
         (dh - dmu * k2 - p.mu * dk2) / p.m - c.xy * relative,
         dh / p.m - c.yx * relative,
@@ -232,7 +232,7 @@ def _product(a: Sequence[float], b: Sequence[float]) -> list[float]:
     return [sum(map(mul, a[: n + 1], b[n::-1])) for n in range(len(a))]
 
 
-def _deviation(c: Constants, change: Change, start: State, motion: _Piece) -> _Series:
+def _deviation(c: Constants, change: FieldChange, start: State, motion: _Piece) -> _Series:
     # Its Taylor coefficients.
     x, y = [start[0], start[1]], [start[2], start[3]]
     push_x, push_y = 3.0 * c.friction * c.cubic, 3.0 * c.cubic

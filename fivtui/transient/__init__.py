@@ -3,6 +3,11 @@
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
+    from .derivatives.variation import (
+        START_SEEDS as START_SEEDS,
+        Variation as Variation,
+        vary as vary,
+    )
     from .errors import (
         PARTED as PARTED,
         QUANTITIES as QUANTITIES,
@@ -57,7 +62,6 @@ if TYPE_CHECKING:
     from .result import Transient as Transient
     from .stiffness import find_stiffness as find_stiffness, step_limit_error as step_limit_error
     from .trajectory import Trajectory as Trajectory, segment_between as segment_between
-    from .variation import START_SEEDS as START_SEEDS, Variation as Variation, vary as vary
 else:
     from fivtui.lazy import lazily
 

@@ -5,7 +5,7 @@ from typing import Final
 import numpy as np
 from numpy.typing import NDArray
 
-from fivtui.kernel import SAMPLE_COLUMNS, SEGMENT_HEAD, Outcome, Status, load_kernel
+from fivtui.kernel import SAMPLE_COLUMNS, SEGMENT_HEAD, RunColumns, Status, load_kernel
 from fivtui.model import Cancelled, Parameters, mode_of
 from fivtui.taylor import local_tolerance, order_for, overflow_error, stall_error
 
@@ -113,7 +113,7 @@ class _Buffer:
         return np.concatenate([*self._full, last]) if self._full else last
 
 
-def _extremes(here: Outcome) -> tuple[Extremes, Extremes]:
+def _extremes(here: RunColumns) -> tuple[Extremes, Extremes]:
     # Over the whole run, and those of y over its second half.
     whole = Extremes.of(here.x_min, here.y_min, here.x_max, here.y_max, here.vx_max)
     second_half = Extremes()

@@ -21,10 +21,10 @@ from fivtui.io import (
 )
 from fivtui.model import InputError, Mode, Parameters
 
-from .digits import final_digits
+from .derivatives.digits import final_digits
+from .derivatives.sensitivity import Sensitivities
 from .methods import FMU_FLAVOURS, takes_step
 from .result import ContactForce, Events, FinalState, Peak, Stats, Steady, Transient
-from .sensitivity import Sensitivities
 from .trajectory import COLUMNS, Trajectory
 
 _KIND: Final = "trajectory"

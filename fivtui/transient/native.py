@@ -7,12 +7,12 @@ from fivtui.kernel import why_interpreted
 from fivtui.model import ComputationError, InputError, unknown_name
 
 from . import compiled
+from .derivatives.sensitivity import sensitivities_of
 from .linear import run as linear
 from .methods import METHODS, check_takes_step, fixed_step
 from .recorder import Recorder
 from .request import OnSamples, Progress, Request
 from .result import Transient
-from .sensitivity import sensitivities_of
 
 _KERNELS: Final = ("auto", "compiled", "interpreted", "exact")
 

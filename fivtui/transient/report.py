@@ -6,10 +6,10 @@ from fivtui.console import number, parameter_line, print_rows, print_rows_of
 from fivtui.model import parameter_spec
 from fivtui.results import Row
 
-from .digits import MOST_DIGITS, FinalDigits, final_digits
+from .derivatives.digits import MOST_DIGITS, FinalDigits, final_digits
+from .derivatives.sensitivity import Sensitivities
 from .errors import Deviation
 from .result import Transient
-from .sensitivity import Sensitivities
 
 # What sensitivities are printed of: label, part of a sensitivity, and its name there.
 _DERIVED: Final = (

@@ -19,7 +19,7 @@ from .trajectory import DenseSolution, Trajectory
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
-    from .sensitivity import Sensitivities
+    from .derivatives.sensitivity import Sensitivities
 
 
 class FinalState(NamedTuple):

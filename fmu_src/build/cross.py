@@ -16,7 +16,7 @@ from .native_text import FLAGS, STEPPING_UNIT, sources
 _TIMEOUT_S: Final = 600.0
 
 
-class Target(NamedTuple):
+class Platform(NamedTuple):
     """A platform: the compiler's name of it, suffix of binaries, and its folder in FMI 2.0, 3.0."""
 
     triple: str
@@ -24,10 +24,10 @@ class Target(NamedTuple):
     folders: tuple[str, str]
 
 
-TARGETS: Final[Mapping[str, Target]] = {
-    "linux64": Target("x86_64-linux-gnu.2.17", ".so", ("linux64", "x86_64-linux")),
-    "win64": Target("x86_64-windows-gnu", ".dll", ("win64", "x86_64-windows")),
-    "darwin64": Target("x86_64-macos", ".dylib", ("darwin64", "x86_64-darwin")),
+TARGETS: Final[Mapping[str, Platform]] = {
+    "linux64": Platform("x86_64-linux-gnu.2.17", ".so", ("linux64", "x86_64-linux")),
+    "win64": Platform("x86_64-windows-gnu", ".dll", ("win64", "x86_64-windows")),
+    "darwin64": Platform("x86_64-macos", ".dylib", ("darwin64", "x86_64-darwin")),
 }
 _STEPPINGS: Final[Mapping[str, str]] = {"baseline": "x86_64", "avx2": "x86_64_v3"}
 

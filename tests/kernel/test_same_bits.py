@@ -8,10 +8,10 @@ import pytest
 
 import fivtui
 import hatch_build
-from fivtui.kernel import Kernel, Outcome, Status, load_kernel, native
+from fivtui.kernel import Kernel, RunColumns, Status, load_kernel, native
 from fivtui.model import ComputationError
 
-COLUMNS = len(Outcome._fields)
+COLUMNS = len(RunColumns._fields)
 EVERYTHING = (True, True, True)
 Members = tuple[np.ndarray, np.ndarray, np.ndarray]
 
@@ -103,7 +103,7 @@ def test_a_member_of_a_batch_is_the_single_run_to_the_last_bit(order: int) -> No
     given = members(500, order)
     kernel = load_kernel()
     single = alone(kernel, given, 30.0, order)
-    assert (single[:, Outcome._fields.index("status")] == Status.DONE).all()
+    assert (single[:, RunColumns._fields.index("status")] == Status.DONE).all()
     assert_same(in_lanes(kernel, given, 30.0, order, EVERYTHING), single)
 
 
@@ -121,7 +121,7 @@ def test_what_is_required_besides_changes_no_bit() -> None:
     kernel = load_kernel()
     whole = in_lanes(kernel, given, 30.0, 20, EVERYTHING)
     state = list(range(12))
-    low, high = map(Outcome._fields.index, ("y_min", "y_max"))
+    low, high = map(RunColumns._fields.index, ("y_min", "y_max"))
     assert_same(in_lanes(kernel, given, 30.0, 20, (False, False, False)), whole, state)
     assert_same(in_lanes(kernel, given, 30.0, 20, (True, False, False)), whole, [*state, low, high])
     late = [*state, COLUMNS - 2, COLUMNS - 1]

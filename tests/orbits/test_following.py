@@ -6,7 +6,7 @@ import pytest
 from fivtui.model.parameters import Parameters
 from fivtui.orbits.arclength import PERIOD, VALUE, FloatArray, OrbitCurve, OrbitOnCurve
 from fivtui.orbits.following import End, EventKind, Followed, Follower
-from fivtui.transient.variation import Variation
+from fivtui.transient.derivatives.variation import Variation
 
 
 class Circle(OrbitCurve):

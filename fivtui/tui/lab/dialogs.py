@@ -19,14 +19,14 @@ from fivtui.tui.tabs import grid
 
 
 @dataclass(frozen=True, slots=True)
-class Target:
+class ChosenFile:
     """A path to write, and whether an existing file may be overwritten."""
 
     path: Path
     force: bool
 
 
-class PathDialog(ModalScreen[Target | None]):
+class PathDialog(ModalScreen[ChosenFile | None]):
     """Asks for a path; overwriting an existing file takes a second confirmation.
 
     `check` takes path and overwrite flag and raises `InputError` if the path is refused. It runs
@@ -76,7 +76,7 @@ class PathDialog(ModalScreen[Target | None]):
         if not self.is_current:
             return
         if not error:
-            self.dismiss(Target(path, force))
+            self.dismiss(ChosenFile(path, force))
         elif text and not force and not await asyncio.to_thread(self._error, path, True):
             # The only objection is that the file exists.
             self._confirmed = text

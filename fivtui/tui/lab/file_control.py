@@ -25,7 +25,7 @@ from fivtui.tui.tabs import (
     write_export,
 )
 
-from .dialogs import PathDialog, Target
+from .dialogs import ChosenFile, PathDialog
 
 _READABLE: Final = (
     "A file written by fivtui: run, sweep or map (.csv, .npz, .parquet), map or trade-off (.json), "
@@ -43,7 +43,7 @@ class FileController:
     def export(self, export: Export) -> None:
         """Ask for a path and write an export there."""
 
-        def write(target: Target | None) -> None:
+        def write(target: ChosenFile | None) -> None:
             if target is not None:
                 self._write(export, target)
 
@@ -59,7 +59,7 @@ class FileController:
         dialog = PathDialog(title, export.proposal, export.hint, check)
         self._screen.app.push_screen(dialog, write)
 
-    def _write(self, export: Export, target: Target) -> None:
+    def _write(self, export: Export, target: ChosenFile) -> None:
         def work() -> None:
             error = write_export(export, target.path, force=target.force)
             self._screen.post_message(ExportEnded(export.what, target.path, error))
@@ -69,7 +69,7 @@ class FileController:
     def open_scene(self) -> None:
         """Ask for a scene or result file and open it."""
 
-        def load(target: Target | None) -> None:
+        def load(target: ChosenFile | None) -> None:
             if target is not None and _is_scene(target.path):
                 self.open_path(target.path)
             elif target is not None:
@@ -109,10 +109,10 @@ class FileController:
             return
         own = self._own_file()
         if own is not None and not ask and self._unchanged(own):
-            self._save(scene, Target(own, force=True))
+            self._save(scene, ChosenFile(own, force=True))
             return
 
-        def save(target: Target | None) -> None:
+        def save(target: ChosenFile | None) -> None:
             if target is not None:
                 self._save(scene, target)
 
@@ -132,7 +132,7 @@ class FileController:
         except InputError:
             return False
 
-    def _save(self, scene: Scene, target: Target) -> None:
+    def _save(self, scene: Scene, target: ChosenFile) -> None:
         try:
             named = save_scene_as(scene, target.path, force=target.force)
         except InputError as error:
@@ -143,7 +143,7 @@ class FileController:
     def read_result(self) -> None:
         """Ask for a result file and read it."""
 
-        def read(target: Target | None) -> None:
+        def read(target: ChosenFile | None) -> None:
             if target is not None:
                 self._read(target.path)
 

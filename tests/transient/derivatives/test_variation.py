@@ -16,8 +16,8 @@ from fivtui.model.errors import Cancelled, ComputationError
 from fivtui.model.parameters import PARAMETERS
 from fivtui.model.slider_belt import Mode, State, equilibrium, jacobian
 from fivtui.taylor.variation import Seed
+from fivtui.transient.derivatives.variation import EXTREMES, START_SEEDS, Variation, vary
 from fivtui.transient.request import Kernel, Request
-from fivtui.transient.variation import EXTREMES, START_SEEDS, Variation, vary
 from tests.support.strategies import moderate_parameters, states
 
 REFERENCES: Final[dict[str, Any]] = json.loads(

@@ -13,9 +13,9 @@ from fivtui.model import (
     time_scale,
 )
 from fivtui.taylor import Seed
+from fivtui.transient.request import Progress, Request
+from fivtui.transient.result import ContactForce, Peak, Steady, Transient
 
-from .request import Progress, Request
-from .result import ContactForce, Peak, Steady, Transient
 from .variation import EXTREMES, START_SEEDS, Variation, vary
 
 _AT_REST: Final = (0.0, 0.0, 0.0, 0.0)

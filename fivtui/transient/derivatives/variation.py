@@ -23,9 +23,8 @@ from fivtui.taylor import (
     stall_error,
     unbounded_error,
 )
-
-from .request import Progress, Request
-from .stiffness import step_limit_error, stiffness_of
+from fivtui.transient.request import Progress, Request
+from fivtui.transient.stiffness import step_limit_error, stiffness_of
 
 FloatArray = NDArray[np.float64]
 

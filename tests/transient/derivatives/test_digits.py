@@ -8,7 +8,7 @@ import pytest
 
 from fivtui import Parameters, simulate
 from fivtui.transient import Transient, transient_rows
-from fivtui.transient.digits import final_digits
+from fivtui.transient.derivatives.digits import final_digits
 from tests.references import RandomScene, random_scenes
 
 UNDAMPED = Parameters(c1=0.0, c2=0.0)

@@ -16,9 +16,9 @@ from fivtui.cli import commands
 from fivtui.model.errors import ComputationError, InputError
 from fivtui.model.parameters import PARAMETERS
 from fivtui.model.slider_belt import equilibrium, static_start, static_start_change
+from fivtui.transient.derivatives.sensitivity import Sensitivity
 from fivtui.transient.files import restore_transient, store_transient
 from fivtui.transient.request import Kernel
-from fivtui.transient.sensitivity import Sensitivity
 from tests.support.kernels import INTERPRETED
 from tests.support.strategies import moderate_parameters
 

@@ -9,9 +9,9 @@ from numpy.typing import NDArray
 
 from fivtui.kernel import why_interpreted
 from fivtui.model import ComputationError, Parameters, State, time_scale
+from fivtui.transient.request import Request
+from fivtui.transient.result import Transient
 
-from .request import Request
-from .result import Transient
 from .variation import START_SEEDS, vary
 
 FloatArray = NDArray[np.float64]

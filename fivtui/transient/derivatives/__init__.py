@@ -1,0 +1,1 @@
+"""Derivatives of transients by start and parameters, and how many digits they leave."""
