@@ -17,7 +17,6 @@ from textual.worker import Worker, WorkerState
 
 from fivtui.equilibrium import verdict
 from fivtui.model import ComputationError, InputError
-from fivtui.scene import PRESETS
 from fivtui.tui.persistence import Slot, restore_results
 from fivtui.tui.session import (
     CHARTS,
@@ -49,6 +48,7 @@ from fivtui.tui.tabs import (
     TabBook,
 )
 
+from .edit_control import EditController
 from .form import Form, field_of
 from .key_bar import KeyBar
 from .keys import LAB_KEYS
@@ -76,6 +76,7 @@ class LabScreen(Screen[None]):
         super().__init__()
         self.session = session
         self.other_sessions = other_sessions
+        self._editor = EditController(self, session)
         self._run_controller = RunController(self, session)
         self._search = SearchController(self)
         self._tab_behind = False
@@ -134,13 +135,7 @@ class LabScreen(Screen[None]):
 
     @on(FieldEdited)
     def _edited(self, event: FieldEdited) -> None:
-        # Drop the edit if an undo or reset has replaced the text since, or if nothing changed.
-        known = self.session.texts[event.name] == event.text
-        if not known and (
-            not event.typed or self.query_one(Form).text_of(event.name) == event.text
-        ):
-            self.session.set_text(event.name, event.text)
-            self.show_inputs()
+        self._editor.edited(event)
 
     @on(FieldFocused)
     def _field_focused(self) -> None:
@@ -148,36 +143,20 @@ class LabScreen(Screen[None]):
 
     @on(FieldStepped)
     def _stepped(self, event: FieldStepped) -> None:
-        if self.session.step_field(event.name, event.direction, fine=event.fine):
-            self.show_inputs()
-        else:
-            self.app.bell()
+        self._editor.stepped(event)
 
     @on(SceneLoaded)
     def _loaded(self, event: SceneLoaded) -> None:
-        self.session.load(event.scene, event.source)
-        self._remember(event.source)
-        self.show_inputs()
-        self.post_message(Reported(event.words))
+        self._editor.loaded(event)
 
     @on(PointOpened)
     def _point_opened(self, event: PointOpened) -> None:
-        for name, text in event.texts.items():
-            self.session.set_text(name, text)
-        self.show_inputs()
-        self.post_message(Reported(event.words, routine=True))
+        self._editor.point_opened(event)
         self.action_run()
 
     @on(SceneSaved)
     def _saved(self, event: SceneSaved) -> None:
-        self.session.saved(event.scene, str(event.path))
-        self._remember(str(event.path))
-        self.show_inputs()
-        self.post_message(Reported(f"scene {event.scene.name} saved: {event.path}"))
-
-    def _remember(self, source: str) -> None:
-        if source and source not in PRESETS:
-            self.session.remember(source)
+        self._editor.saved(event)
 
     def show_inputs(self) -> None:
         """Display the fields, their errors and the verdict."""
@@ -392,24 +371,15 @@ class LabScreen(Screen[None]):
 
     def action_undo(self) -> None:
         """Undo the last edit."""
-        self._turned(self.session.undo())
+        self._editor.undo()
 
     def action_redo(self) -> None:
         """Redo the last undone edit."""
-        self._turned(self.session.redo())
-
-    def _turned(self, done: bool) -> None:
-        if done:
-            self.show_inputs()
-        else:
-            self.app.bell()
+        self._editor.redo()
 
     def action_switch_engine(self) -> None:
         """Switch to the next engine: native solver, Python FMU, native FMU."""
-        self.session.switch_engine()
-        self.show_inputs()
-        words = f"engine {self.session.engine}: method {self.session.texts['method']}"
-        self.post_message(Reported(words))
+        self._editor.switch_engine()
 
     def action_run_both(self) -> None:
         """Run the edited scene by the native solver and an FMU, and compare them."""
@@ -418,17 +388,11 @@ class LabScreen(Screen[None]):
 
     def action_reset(self) -> None:
         """Reset the focused field to the scene's value."""
-        field = field_of(self.focused)
-        if field is None:
-            self.app.bell()
-        else:
-            self.session.reset(field.name)
-            self.show_inputs()
+        self._editor.reset()
 
     def action_reset_all(self) -> None:
         """Reset all fields to the scene's values."""
-        self.session.reset_all()
-        self.show_inputs()
+        self._editor.reset_all()
 
     def action_help(self) -> None:
         """Show help on the focused field, or general help."""

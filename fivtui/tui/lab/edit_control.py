@@ -1,0 +1,99 @@
+"""Edits the session's fields: typing, steps, scenes, undo and reset."""
+
+from typing import TYPE_CHECKING
+
+from fivtui.scene import PRESETS
+from fivtui.tui.session import Session
+from fivtui.tui.tabs import (
+    FieldEdited,
+    FieldStepped,
+    PointOpened,
+    Reported,
+    SceneLoaded,
+    SceneSaved,
+)
+
+from .form import Form, field_of
+
+if TYPE_CHECKING:
+    from .screen import LabScreen
+
+
+class EditController:
+    """Carries out edits of a session for the screen, which displays them."""
+
+    def __init__(self, screen: "LabScreen", session: Session) -> None:
+        self._screen = screen
+        self._session = session
+
+    def edited(self, event: FieldEdited) -> None:
+        """Take what was typed, unless undo or reset has replaced it since, or nothing changed."""
+        known = self._session.texts[event.name] == event.text
+        form = self._screen.query_one(Form)
+        if not known and (not event.typed or form.text_of(event.name) == event.text):
+            self._session.set_text(event.name, event.text)
+            self._screen.show_inputs()
+
+    def stepped(self, event: FieldStepped) -> None:
+        """Change a number by a step."""
+        self._turned(self._session.step_field(event.name, event.direction, fine=event.fine))
+
+    def loaded(self, event: SceneLoaded) -> None:
+        """Edit a scene in place of the present one."""
+        self._session.load(event.scene, event.source)
+        self._remember(event.source)
+        self._screen.show_inputs()
+        self._tell(event.words)
+
+    def point_opened(self, event: PointOpened) -> None:
+        """Put a point of a chart into the fields."""
+        for name, text in event.texts.items():
+            self._session.set_text(name, text)
+        self._screen.show_inputs()
+        self._screen.post_message(Reported(event.words, routine=True))
+
+    def saved(self, event: SceneSaved) -> None:
+        """Take a file as that of the edited scene."""
+        self._session.saved(event.scene, str(event.path))
+        self._remember(str(event.path))
+        self._screen.show_inputs()
+        self._tell(f"scene {event.scene.name} saved: {event.path}")
+
+    def undo(self) -> None:
+        """Undo the last edit."""
+        self._turned(self._session.undo())
+
+    def redo(self) -> None:
+        """Redo the last undone edit."""
+        self._turned(self._session.redo())
+
+    def reset(self) -> None:
+        """Reset the focused field to the scene's value."""
+        field = field_of(self._screen.focused)
+        if field is not None:
+            self._session.reset(field.name)
+        self._turned(field is not None)
+
+    def reset_all(self) -> None:
+        """Reset all fields to the scene's values."""
+        self._session.reset_all()
+        self._screen.show_inputs()
+
+    def switch_engine(self) -> None:
+        """Switch to the next engine: native solver, Python FMU, native FMU."""
+        self._session.switch_engine()
+        self._screen.show_inputs()
+        self._tell(f"engine {self._session.engine}: method {self._session.texts['method']}")
+
+    def _turned(self, done: bool) -> None:
+        if done:
+            self._screen.show_inputs()
+        else:
+            self._screen.app.bell()
+
+    def _remember(self, source: str) -> None:
+        if source and source not in PRESETS:
+            self._session.remember(source)
+
+    def _tell(self, words: str) -> None:
+        self._screen.post_message(Reported(words))
