@@ -4,6 +4,7 @@ import ctypes
 import hashlib
 import os
 import sys
+from collections.abc import Iterable
 from functools import lru_cache
 from pathlib import Path
 from typing import Any, Final, Literal, NamedTuple
@@ -90,6 +91,8 @@ class RunColumns(NamedTuple):
 
 
 _COLUMNS: Final = len(RunColumns._fields)
+_STATUSES: Final = tuple(Status)
+_Parameters, _Start, _Result = _float * 9, _float * 4, _float * (_COLUMNS + 3)
 
 
 class Kernel:
@@ -126,14 +129,14 @@ class Kernel:
             function = getattr(library, f"fivtui_{name}_{chosen}")
             function.restype, function.argtypes = result, arguments
             functions[name] = function
-        self._run_size = functions["run_size"]() // 8
+        self._run_memory = _float * (functions["run_size"]() // 8)
         self._work_size = functions["batch_size"]() // 8
         self._varied_size = functions["vary_size"]() // 8
 
     def begin(
         self,
-        parameters: Floats,
-        start: Floats,
+        parameters: Iterable[float],
+        start: Iterable[float],
         *,
         separation: bool,
         t_end: float,
@@ -144,9 +147,9 @@ class Kernel:
 
         Parameters
         ----------
-        parameters : ndarray, shape (9,)
+        parameters : iterable of 9 floats
             In the order of `Parameters`.
-        start : ndarray, shape (4,)
+        start : iterable of 4 floats
             (x, ẋ, y, ẏ) in m and m/s.
         separation : bool
             Whether separation is considered.
@@ -160,15 +163,10 @@ class Kernel:
         KernelRun
             At its start.
         """
-        memory = np.empty(self._run_size)
+        # Arrays of ctypes: what a short run costs is their making and passing.
+        memory, first = self._run_memory(), _Start(*start)
         self._functions["run_begin"](
-            memory.ctypes.data,
-            parameters.ctypes.data,
-            separation,
-            start.ctypes.data,
-            t_end,
-            tol,
-            order,
+            memory, _Parameters(*parameters), separation, first, t_end, tol, order
         )
         return KernelRun(self._functions["run_advance"], memory)
 
@@ -252,9 +250,9 @@ class KernelRun:
         How many are in the buffers.
     """
 
-    def __init__(self, function: Any, memory: Floats) -> None:
+    def __init__(self, function: Any, memory: Any) -> None:
         self._function, self._memory = function, memory
-        self._result = np.empty(_COLUMNS + 3)
+        self._result = _Result()
         self.switches = self.segments = self.samples = 0
 
     def advance(
@@ -286,22 +284,22 @@ class KernelRun:
             ``RUNNING`` where it is to go on.
         """
         result = self._result
-        status = self._function(
-            self._memory.ctypes.data,
+        status: int = self._function(
+            self._memory,
             switches.ctypes.data,
             switches.size,
-            times.ctypes.data,
-            samples.ctypes.data,
+            times.ctypes.data if times.size else None,
+            samples.ctypes.data if times.size else None,
             times.size,
             None if segments is None else segments.ctypes.data,
             0 if segments is None else len(segments),
             budget,
-            result.ctypes.data,
+            result,
         )
-        columns = result.tolist()
+        columns = result[:]
         self.outcome = RunColumns(*columns[:_COLUMNS])
         self.switches, self.segments, self.samples = map(int, columns[_COLUMNS:])
-        return Status(status)
+        return _STATUSES[status]
 
 
 class VariedRun:

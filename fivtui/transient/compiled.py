@@ -40,8 +40,8 @@ def run(
     first_mode = mode_of(p, request.initial, separation=request.separation)
     times, dense, max_steps = request.times, request.dense, request.max_steps
     under_way = kernel.begin(
-        np.array([*p.as_dict().values()]),
-        np.array(request.initial),
+        p.as_dict().values(),
+        request.initial,
         separation=request.separation,
         t_end=t_end,
         tol=tol,
@@ -50,7 +50,7 @@ def run(
     switches = _Buffer(_SWITCHES)
     moments = _NO_TIMES if times is None else times
     states = _NO_ROWS if times is None else np.empty((times.size, SAMPLE_COLUMNS))
-    segments = _Buffer(_SEGMENTS if dense else 0, SEGMENT_HEAD + 2 * (order + 2))
+    segments = _Buffer(_SEGMENTS, SEGMENT_HEAD + 2 * (order + 2)) if dense else None
     portion = _PAUSE if progress is None and on_samples is None else _REPORT
     reached, steps, given_out = 0.0, 0, 0
     status = Status.RUNNING
@@ -61,7 +61,7 @@ def run(
         if budget <= 0:
             raise step_limit_error(max_steps, reached, t_end, stiffness_of(request))
         status = under_way.advance(
-            switches.room, moments, states, segments.room if dense else None, budget
+            switches.room, moments, states, None if segments is None else segments.room, budget
         )
         here = under_way.outcome
         reached, steps = here.t, int(here.steps)
@@ -72,7 +72,8 @@ def run(
             overflow = status is Status.OVERFLOW
             raise overflow_error(reached, here[:4]) if overflow else stall_error(reached)
         switches.take(under_way.switches)
-        segments.take(under_way.segments)
+        if segments is not None:
+            segments.take(under_way.segments)
     if progress is not None:
         progress(1.0)
     whole, second_half = _extremes(here)
@@ -87,7 +88,7 @@ def run(
         stats=Stats(steps, None, "compiled"),
         first_mode=first_mode,
         trajectory=None if times is None else _trajectory(p, times, states),
-        solution=_solution(p, segments.content(), order + 1) if dense else None,
+        solution=None if segments is None else _solution(p, segments.content(), order + 1),
     )
 
 
