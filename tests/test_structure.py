@@ -296,7 +296,7 @@ def test_a_package_is_known_to_its_modules_alone(package: str) -> None:
 
 def test_what_the_python_fmu_carries_imports_the_standard_library_and_its_wrapper() -> None:
     walled = re.compile(r"fivtui\.(model|taylor)(\..+)?|fmu_src\.slave(\..+)?")
-    known = {*sys.stdlib_module_names, *PACKAGES, "pythonfmu", "pythonfmu3"}
+    known = {*sys.stdlib_module_names, *PACKAGES, "pythonfmu"}
     assert not {
         name: imported_by(path) - known
         for name, path in SOURCES.items()

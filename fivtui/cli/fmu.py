@@ -45,7 +45,7 @@ def fmu() -> None:
     "--fmi",
     default="2",
     metavar="2|3",
-    help="FMI 2.0 or 3.0 (in the Python flavour experimental, model exchange alone).",
+    help="FMI 2.0, or 3.0 in the native flavour.",
 )
 @flavour_option
 @option(

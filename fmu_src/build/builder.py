@@ -7,8 +7,6 @@ import zipfile
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import replace
-from importlib import import_module
-from importlib.util import find_spec
 from pathlib import Path
 from typing import BinaryIO, Final
 
@@ -17,16 +15,15 @@ from fivtui.model import InputError, unknown_name
 
 from .bundle import IMPORT_LOCK, Bundle
 from .component import NATIVE_RULES, Component, documentation, reference_files
-from .components import COMPONENTS, DEFAULT, EXCHANGE
+from .components import COMPONENTS, DEFAULT
 from .description import completed
-from .exchange_description import exchange_description
 from .native import native_content
 
 SUFFIX: Final = ".fmu"
 PYTHON: Final = "python"
 NATIVE: Final = "native"
 FLAVOURS: Final = (PYTHON, NATIVE)
-_EXCHANGE: Final = "3"
+_VERSIONS: Final = ("2", "3")
 _DESCRIPTION: Final = "modelDescription.xml"
 ZIP_DATE: Final = (1980, 1, 1, 0, 0, 0)
 _UNIX: Final = 3
@@ -59,8 +56,7 @@ def build_fmu(
     component : str
         One of `COMPONENTS`; the slider-belt model if not given.
     fmi : "2" or "3"
-        FMI 2.0 or FMI 3.0. In the Python flavour FMI 3.0 is model exchange alone, needs pythonfmu3
-        and exists for the slider-belt model.
+        FMI 2.0, or FMI 3.0 in the native flavour.
     flavour : "python" or "native"
         Python code for co-simulation, which needs Python where it runs and runs on Linux and
         Windows alike; or compiled code for co-simulation and model exchange, which needs nothing
@@ -81,7 +77,7 @@ def build_fmu(
     Raises
     ------
     InputError
-        If there is no such component or flavour, pythonfmu3 is needed and not installed, the
+        If there is no such component or flavour, or FMI 3.0 is asked of the Python one, the
         binary of the native flavour was not compiled at installation, the name does not end in
         ``.fmu``, the folder is missing or cannot be written, or the file exists and `force` is not
         set.
@@ -105,7 +101,7 @@ def build_fmu(
     if flavour == NATIVE:
         content = _native(made_of, fmi, platforms, with_sources=sources)
     else:
-        content = _python(made_of, fmi)
+        content = _python(made_of)
     write_atomically(target, lambda file: _write_archive(file, content), force=force)
     return target
 
@@ -114,42 +110,33 @@ def _native(
     component: Component, fmi: str, platforms: Sequence[str], *, with_sources: bool
 ) -> dict[str, bytes]:
     content = native_content(component, fmi, platforms, with_sources=with_sources)
-    content |= documentation(replace(component, rules=NATIVE_RULES, wrapper=""))
+    content |= documentation(replace(component, rules=NATIVE_RULES, has_wrapper=False))
     content |= reference_files(component.model, component.reference())
     return content
 
 
-def _python(made_of: Component, fmi: str) -> dict[str, bytes]:
+def _python(made_of: Component) -> dict[str, bytes]:
     with tempfile.TemporaryDirectory(prefix="fivtui-build-") as folder:
-        content = _exported(Path(folder), made_of, fmi)
+        content = _exported(Path(folder), made_of)
     content |= documentation(made_of) | reference_files(made_of.model, made_of.reference())
-    description = content.pop(_DESCRIPTION)
-    if fmi == _EXCHANGE:
-        content[_DESCRIPTION] = exchange_description(
-            description, content, made_of.table, made_of.description
-        )
-    else:
-        content[_DESCRIPTION] = completed(description, content, made_of.table)
+    content[_DESCRIPTION] = completed(content.pop(_DESCRIPTION), content, made_of.table)
     return content
 
 
 def _component(name: str, fmi: str, flavour: str) -> Component:
     if name not in COMPONENTS:
         raise unknown_name("component", name, COMPONENTS)
-    if fmi not in ("2", _EXCHANGE):
-        raise InputError(f"FMI {fmi}: must be 2 or 3")
-    if fmi == "2" or flavour == NATIVE:
-        return COMPONENTS[name]
-    if name != DEFAULT:
-        raise InputError(f"{name} in FMI 3: must be {DEFAULT}, or in FMI 2")
-    if find_spec("pythonfmu3") is None:
-        raise InputError("FMI 3 needs the package pythonfmu3, of the extra fmi3")
-    return EXCHANGE
+    if fmi not in _VERSIONS:
+        raise InputError(f"FMI {fmi}: must be {' or '.join(_VERSIONS)}")
+    if fmi != _VERSIONS[0] and flavour != NATIVE:
+        raise InputError(f"FMI {fmi} in the {flavour} flavour: must be in the {NATIVE} flavour")
+    return COMPONENTS[name]
 
 
-def _exported(folder: Path, component: Component, fmi: str) -> dict[str, bytes]:
-    # Files by name of the FMU that pythonfmu or pythonfmu3 exports from the bundled sources.
-    builder = import_module(component.wrapper).FmuBuilder
+def _exported(folder: Path, component: Component) -> dict[str, bytes]:
+    # Files by name of the FMU that pythonfmu exports from the bundled sources.
+    from pythonfmu.builder import FmuBuilder
+
     bundle = Bundle.collected(component)
     sources = folder / "sources"
     for name, text in bundle.sources.items():
@@ -157,25 +144,22 @@ def _exported(folder: Path, component: Component, fmi: str) -> dict[str, bytes]:
         file.parent.mkdir(parents=True, exist_ok=True)
         file.write_text(text, encoding="utf-8", newline="\n")
     with IMPORT_LOCK, _imports_restored(bundle):
-        exported = builder.build_FMU(
+        exported = FmuBuilder.build_FMU(
             sources / f"{bundle.entry}.py",
-            dest=folder / ("exported" if fmi == _EXCHANGE else f"exported{SUFFIX}"),
+            dest=folder / f"exported{SUFFIX}",
             project_files=[sources / bundle.package],
-            **({"needsExecutionTool": False} if fmi == _EXCHANGE else _OPTIONS),
+            **_OPTIONS,
         )
     with zipfile.ZipFile(exported) as archive:
-        # pythonfmu3 adds C++ sources of its wrapper that cannot be built as they are.
-        names = [name for name in archive.namelist() if not name.startswith("sources/")]
-        return _without_builder({name: archive.read(name) for name in names})
+        return _without_builder({name: archive.read(name) for name in archive.namelist()})
 
 
 def _without_builder(content: dict[str, bytes]) -> dict[str, bytes]:
     # What pythonfmu builds FMUs with is not run in one, and is most of the time of its import.
     head = f"{_WRAPPER}__init__.py"
-    if head in content:
-        for name in _OF_BUILDER:
-            del content[f"{_WRAPPER}{name}.py"]
-        content[head] = _IMPORT_OF_BUILDER.sub(b"", content[head])
+    for name in _OF_BUILDER:
+        del content[f"{_WRAPPER}{name}.py"]
+    content[head] = _IMPORT_OF_BUILDER.sub(b"", content[head])
     return content
 
 

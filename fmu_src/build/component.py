@@ -27,14 +27,6 @@ logged, also on standard error, and changes nothing; the next step then returns 
 are NaN where the initialization was refused. A tolerance out of range is replaced by the nearest
 possible one, with a warning.</p>
 {_PYTHON}{_FOLDER}"""
-EXCHANGE_RULES: Final = f"""\
-<h2>Rules</h2>
-<p>The importer integrates, and finds separation and reattachment as zeros of the event indicator
-y. Inputs may vary continuously.</p>
-<p>What is refused (a value out of its range, a fixed parameter in continuous time) is logged,
-also on standard error, and changes nothing; the next update of the discrete states then asks to end
-the simulation. FMU states cannot be saved.</p>
-{_PYTHON}"""
 NATIVE_RULES: Final = """\
 <h2>Rules</h2>
 <p>Co-simulation: inputs are held from one communication point to the next, or follow the first
@@ -91,8 +83,8 @@ class Component:
         Documentation of the model and of its calls, in HTML.
     reference : callable
         Computes a reference run.
-    wrapper : str
-        The package that exports the FMU; empty if none does.
+    has_wrapper : bool
+        Whether pythonfmu exports the FMU.
     """
 
     model: str
@@ -103,15 +95,14 @@ class Component:
     about: str
     reference: Callable[[], Reference]
     rules: str = _RULES
-    wrapper: str = "pythonfmu"
+    has_wrapper: bool = True
 
 
 def documentation(component: Component) -> dict[str, bytes]:
     """The files below ``documentation/``: content by name in the FMU."""
     files = {"documentation/index.html": _index(component).encode()}
-    if component.wrapper:
-        name = f"documentation/licenses/{component.wrapper}.txt"
-        files[name] = _license_of(component.wrapper)
+    if component.has_wrapper:
+        files["documentation/licenses/pythonfmu.txt"] = _license_of("pythonfmu")
     return files
 
 

@@ -9,7 +9,6 @@ from fivtui.taylor import DEFAULT_TOL
 from fmu_src.slave import (
     ACTUATOR_SUMMARY,
     ACTUATOR_TABLE,
-    EXCHANGE_TABLE,
     SLIDER_BELT_TABLE,
     SUMMARY,
     VARIABLES,
@@ -17,7 +16,7 @@ from fmu_src.slave import (
     start_state,
 )
 
-from .component import EXCHANGE_RULES, Component, Reference
+from .component import Component, Reference
 
 _INSTANCE: Final = (
     *("experiment", "guard", "instance", "instance_state", "notices", "process_end", "variable"),
@@ -143,30 +142,3 @@ COMPONENTS: Final[Mapping[str, Component]] = {
     ),
 }
 DEFAULT: Final = "slider-belt"
-
-# The slider-belt for FMI 3.0 model exchange.
-EXCHANGE: Final = Component(
-    model="SliderBelt",
-    entry="exchange_entry",
-    modules={
-        **_MODEL,
-        "fmu_src.slave": (
-            *(
-                "exchange",
-                "experiment",
-                "guard",
-                "instance_state",
-                "motion",
-                "notices",
-                "process_end",
-            ),
-            *("variable", "variables"),
-        ),
-    },
-    table=EXCHANGE_TABLE,
-    description=SUMMARY,
-    about=_SLIDER_BELT_ABOUT,
-    reference=_slider_belt_reference,
-    rules=EXCHANGE_RULES,
-    wrapper="pythonfmu3",
-)

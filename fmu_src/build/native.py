@@ -20,7 +20,7 @@ from .description import (
     type_definitions,
     unit_definitions,
 )
-from .exchange_description import known_in_exchange
+from .description_3 import known_in_exchange
 from .native_fmi3 import build_description, native_description_3
 from .native_text import MODELS, NATIVE, build_name, guid_of, sources
 

@@ -8,7 +8,7 @@ from fivtui.taylor import DEFAULT_TOL
 
 from .component import Component
 from .description import TIMESTAMP, as_text, type_of, unit_definitions
-from .exchange_description import add_time, add_variable, model_structure_3
+from .description_3 import add_time, add_variable, model_structure_3
 from .native_text import guid_of, sources
 
 _SHARED: Final = {

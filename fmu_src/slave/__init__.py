@@ -7,7 +7,6 @@ if TYPE_CHECKING:
         ACTUATOR_SUMMARY as ACTUATOR_SUMMARY,
         ACTUATOR_TABLE as ACTUATOR_TABLE,
     )
-    from .exchange import EXCHANGE_TABLE as EXCHANGE_TABLE, TIME_REFERENCE as TIME_REFERENCE
     from .motion import SliderBeltMotion as SliderBeltMotion, start_state as start_state
     from .variable import (
         Role as Role,

@@ -1,7 +1,7 @@
 """Makes the wrapper release the interpreter before the host's process ends.
 
-At the end of a process, the wrappers of pythonfmu and pythonfmu3 destroy the counter of their uses
-of the interpreter, and then decrement it in freed memory, which may abort the host. Calling the
+At the end of a process, the wrapper of pythonfmu destroys the counter of its uses
+of the interpreter, and then decrements it in freed memory, which may abort the host. Calling the
 release function that the wrapper exports before that is harmless, also more than once.
 """
 
@@ -11,8 +11,6 @@ import sys
 from pathlib import Path
 from typing import Final
 
-# Folders of the binaries in FMI 2.0 and 3.0.
-_FOLDERS: Final = ("linux64", "x86_64-linux")
 _known: Final[set[str]] = set()
 
 
@@ -28,8 +26,7 @@ def release_at_exit(resources: str | None) -> None:
     # Imported here: an embedded interpreter may not find it, and does not need it.
     import ctypes
 
-    binaries = Path(resources).parent / "binaries"
-    for library in (found for folder in _FOLDERS for found in (binaries / folder).glob("*.so")):
+    for library in Path(resources).parent.glob("binaries/linux64/*.so"):
         path = os.path.realpath(library)
         if path in _known:
             continue

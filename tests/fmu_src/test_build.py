@@ -382,3 +382,17 @@ def test_what_builds_fmus_is_not_in_one_and_the_wrapper_is_as_it_is(tmp_path: Pa
         assert wrapper[name] == inspect.getsource(import_module(f"pythonfmu.{name}"))
     whole = inspect.getsource(import_module("pythonfmu")).splitlines()
     assert set(whole) - set(wrapper["__init__"].splitlines()) == {"from .builder import FmuBuilder"}
+
+
+@pytest.mark.parametrize(
+    ("options", "said"),
+    [
+        ({"fmi": "1"}, "FMI 1: must be 2 or 3"),
+        ({"fmi": "3"}, "FMI 3 in the python flavour: must be in the native flavour"),
+    ],
+)
+def test_a_version_that_there_is_not_is_refused(
+    options: dict[str, str], said: str, tmp_path: Path
+) -> None:
+    with pytest.raises(InputError, match=said):
+        build_fmu(tmp_path / "m.fmu", fmi=options["fmi"])

@@ -9,7 +9,6 @@ import re
 import zipfile
 from collections.abc import Callable, Iterator, Mapping
 from fractions import Fraction
-from importlib.util import find_spec
 from typing import Any, Final, NamedTuple
 from xml.etree import ElementTree as ET
 
@@ -69,16 +68,14 @@ FLAGS: Final = {
 }
 DERIVATIVE_OF: Final = {"vx": "x", "ax": "vx", "vy": "y", "ay": "vy", "F_rate": "F"}
 STATES: Final = ("x", "vx", "y", "vy")
-FMUS: Final = ("slider-belt", "brake-actuator", "exchange")
+FMUS: Final = ("slider-belt", "brake-actuator")
 REALS: Final = {
     "slider-belt": PARAMETERS + OUTPUTS,
     "brake-actuator": ACTUATOR,
-    "exchange": PARAMETERS + OUTPUTS,
 }
 EXPERIMENTS: Final = {
     "slider-belt": {"startTime": 0.0, "stopTime": 100.0, "stepSize": 0.01, "tolerance": 1e-12},
     "brake-actuator": {"startTime": 0.0, "stopTime": 100.0, "stepSize": 0.01, "tolerance": 1e-12},
-    "exchange": {"startTime": 0.0, "stopTime": 100.0, "tolerance": 1e-10},
 }
 
 
@@ -106,12 +103,7 @@ def rows_of(which: str) -> list[Row]:
 def descriptions(tmp_path_factory: pytest.TempPathFactory) -> dict[str, ET.Element]:
     folder, roots = tmp_path_factory.mktemp("fmu"), {}
     for which in FMUS:
-        if which == "exchange":
-            if find_spec("pythonfmu3") is None:
-                continue
-            fmu = build_fmu(folder / f"{which}.fmu", fmi="3")
-        else:
-            fmu = build_fmu(folder / f"{which}.fmu", component=which)
+        fmu = build_fmu(folder / f"{which}.fmu", component=which)
         with zipfile.ZipFile(fmu) as archive:
             roots[which] = ET.fromstring(archive.read("modelDescription.xml"))
     return roots
@@ -120,8 +112,6 @@ def descriptions(tmp_path_factory: pytest.TempPathFactory) -> dict[str, ET.Eleme
 @pytest.fixture(params=FMUS)
 def described(request: pytest.FixtureRequest, descriptions: Any) -> tuple[str, ET.Element]:
     """Each FMU with its model description."""
-    if request.param not in descriptions:
-        pytest.skip("pythonfmu3 is not installed (extra fmi3)")
     return request.param, descriptions[request.param]
 
 
@@ -156,23 +146,6 @@ def test_every_real_variable_is_what_the_table_says(described: tuple[str, ET.Ele
         assert row.said in v["description"], name
         assert "quantity" not in v, name
         assert "declaredType" not in v, name
-
-
-def test_time_is_the_independent_variable_of_the_importer(
-    descriptions: dict[str, ET.Element],
-) -> None:
-    if "exchange" not in descriptions:
-        pytest.skip("pythonfmu3 is not installed (extra fmi3)")
-    *others, last = variables_of(descriptions["exchange"])
-    assert "independent" not in {v["causality"] for v in others}
-    assert last == {
-        "name": "time",
-        "valueReference": str(len(others)),
-        "causality": "independent",
-        "variability": "continuous",
-        "unit": "s",
-        "type": "Real",
-    }
 
 
 def test_the_flags_are_true_and_fixed(described: tuple[str, ET.Element]) -> None:
@@ -214,13 +187,13 @@ def test_the_other_types_of_the_mode_are_discrete_and_local(
 def test_the_value_references_count_up_and_derivatives_point_to_states(
     described: tuple[str, ET.Element],
 ) -> None:
-    which, root = described
+    _, root = described
     variables = variables_of(root)
     assert [int(v["valueReference"]) for v in variables] == list(range(len(variables)))
     names = [v["name"] for v in variables]
     assert len(set(names)) == len(names)
     # FMI 2.0 points to places, counted from one, FMI 3.0 to value references.
-    first = 0 if which == "exchange" else 1
+    first = 1
     derivatives = {
         v["name"]: names[int(v["derivative"]) - first] for v in variables if "derivative" in v
     }
@@ -231,8 +204,8 @@ def test_the_model_and_its_experiment_are_named(described: tuple[str, ET.Element
     which, root = described
     model = "BrakeActuator" if which == "brake-actuator" else "SliderBelt"
     assert root.get("modelName") == model
-    assert root.get("fmiVersion") == ("3.0" if which == "exchange" else "2.0")
-    kind = root.find("ModelExchange" if which == "exchange" else "CoSimulation")
+    assert root.get("fmiVersion") == "2.0"
+    kind = root.find("CoSimulation")
     assert kind is not None
     assert kind.get("modelIdentifier") == model
     assert (root.get("author"), root.get("license")) == ("The fivtui developers", "MIT")
@@ -397,16 +370,10 @@ def changed(before: Mapping[str, Any], after: Mapping[str, Any]) -> Iterator[str
     return (name for name in before if abs(before[name] - after[name]) > 1e-9)
 
 
-def dependencies(which: str, root: ET.Element, tag: str) -> dict[str, set[str]]:
+def dependencies(root: ET.Element, tag: str) -> dict[str, set[str]]:
     names = [v["name"] for v in variables_of(root)]
-    if which == "exchange":
-        unknowns = root.iterfind(f"ModelStructure/{tag}")
-        key, first = "valueReference", 0
-    else:
-        unknowns = root.iterfind(f"ModelStructure/{tag}/Unknown")
-        key, first = "index", 1
-    found = {}
-    for unknown in unknowns:
+    found, key, first = {}, "index", 1
+    for unknown in root.iterfind(f"ModelStructure/{tag}/Unknown"):
         known = str(unknown.get("dependencies")).split()
         assert str(unknown.get("dependenciesKind")).split() == ["dependent"] * len(known)
         found[names[int(str(unknown.get(key))) - first]] = {names[int(k) - first] for k in known}
@@ -417,7 +384,7 @@ def dependencies(which: str, root: ET.Element, tag: str) -> dict[str, set[str]]:
 def test_initial_values_depend_on_what_changes_them(
     which: str, descriptions: dict[str, ET.Element]
 ) -> None:
-    claimed = dependencies(which, descriptions[which], "InitialUnknowns")
+    claimed = dependencies(descriptions[which], "InitialUnknowns")
     unknowns = {
         r.name for r in rows_of(which) if r.causality == "output" or r.name in DERIVATIVE_OF
     }
@@ -442,15 +409,13 @@ def test_initial_values_depend_on_what_changes_them(
     if which == "slider-belt":
         assert claimed["P"] == claimed["mode"] == claimed["friction_belt"] - {"mu"}
         assert claimed["friction_belt"] == claimed["friction_slider"]
-    if which == "slider-belt" and "exchange" in descriptions:
-        assert dependencies("exchange", descriptions["exchange"], "InitialUnknown") == claimed
 
 
 @pytest.mark.parametrize("which", ["slider-belt", "brake-actuator"])
 def test_outputs_depend_at_a_communication_point_on_the_inputs_that_change_them(
     which: str, descriptions: dict[str, ET.Element]
 ) -> None:
-    claimed = dependencies(which, descriptions[which], "Outputs")
+    claimed = dependencies(descriptions[which], "Outputs")
     assert list(claimed) == [row.name for row in rows_of(which) if row.causality == "output"]
     inputs = [row.name for row in rows_of(which) if row.causality == "input"]
     found: dict[str, set[str]] = {name: set() for name in claimed}
@@ -467,7 +432,7 @@ def test_outputs_depend_at_a_communication_point_on_the_inputs_that_change_them(
 def test_derivatives_depend_on_the_states_and_inputs_that_change_them(
     descriptions: dict[str, ET.Element],
 ) -> None:
-    claimed = dependencies("slider-belt", descriptions["slider-belt"], "Derivatives")
+    claimed = dependencies(descriptions["slider-belt"], "Derivatives")
     assert claimed.keys() == {"vx", "vy", "ax", "ay"}
     found: dict[str, set[str]] = {name: set() for name in claimed}
     for point in POINTS["slider-belt"][2:4]:
@@ -479,52 +444,6 @@ def test_derivatives_depend_on_the_states_and_inputs_that_change_them(
                 if derivative in found:
                     found[derivative].add(known)
     assert found == claimed
-    assert dependencies("brake-actuator", descriptions["brake-actuator"], "Derivatives") == {
+    assert dependencies(descriptions["brake-actuator"], "Derivatives") == {
         "F_rate": {"F", "command", "P"}
     }
-    if "exchange" in descriptions:
-        root = descriptions["exchange"]
-        assert dependencies("exchange", root, "ContinuousStateDerivative") == claimed
-
-
-def test_what_an_importer_integrates_depends_on_states_and_inputs(
-    descriptions: dict[str, ET.Element],
-) -> None:
-    if "exchange" not in descriptions:
-        pytest.skip("pythonfmu3 is not installed (extra fmi3)")
-    root = descriptions["exchange"]
-    from fmu_src.slave.exchange_entry import SliderBelt as Exchange
-
-    claimed = dependencies("exchange", root, "Output")
-    model = Exchange(instance_name="test")
-    references = model._table.references
-    model.enter_initialization_mode()
-    model.exit_initialization_mode()
-    found: dict[str, set[str]] = {name: set() for name in claimed}
-
-    def read() -> dict[str, float]:
-        return dict(zip(references, model.get_float64(list(references.values())), strict=True))
-
-    for y, mode in ((-0.5, 1.0), (0.5, 0.0)):
-        state = [0.2, -0.3, y, 0.4]
-        model.set_continuous_states(state)
-        model.update_discrete_states()
-        start = read()
-        assert (start["mode"], model.get_event_indicators()) == (mode, [y])
-        for place, known in enumerate(STATES):
-            model.set_continuous_states([s + 0.01 * (i == place) for i, s in enumerate(state)])
-            for output in changed(start, read()):
-                if output in found:
-                    found[output].add(known)
-            model.set_continuous_states(state)
-        for known in ("F", "mu"):
-            model.set_float64([references[known]], [start[known] + PUSHED[known]])
-            for output in changed(start, read()):
-                if output in found:
-                    found[output].add(known)
-            model.set_float64([references[known]], [start[known]])
-    assert found == claimed
-    assert dependencies("exchange", root, "EventIndicator") == {"switching": {"y"}}
-    nominal = {row.name: float(row.nominal) for row in rows_of("exchange")}
-    assert model.get_nominals_of_continuous_states(4) == [nominal[name] for name in STATES]
-    assert not model.log_queue

@@ -78,39 +78,3 @@ def test_the_motion_goes_on_in_the_same_step_under_the_inputs_it_has_changed_to(
     assert (at.F, at.mu) == (30.0, 0.2)
     motion.move_to(0.03, F=30.0, mu=0.2)
     assert motion.current.segment is at.segment
-
-
-def test_the_importer_gets_the_derivatives_of_the_inputs_that_it_has_set() -> None:
-    pytest.importorskip("pythonfmu3")
-    from fmu_src.slave.exchange_entry import SliderBelt
-
-    model: Any = SliderBelt(instance_name="test")
-    references = model._table.references
-
-    def put(values: dict[str, float]) -> None:
-        model.set_float64([references[name] for name in values], list(values.values()))
-
-    put({**VALUES, "x_start": 0.5, "vx_start": -1.0, "y_start": -0.9, "vy_start": 0.3})
-    model.set_boolean([references["start_static"]], [False])
-    model.setup_experiment(2.0)
-    model.enter_initialization_mode()
-    model.exit_initialization_mode()
-    assert model.get_continuous_states() == [0.5, -1.0, -0.9, 0.3]
-    switches = [0.0, 0.0]
-    for number, y in enumerate((-0.9, 0.4, -0.2, 0.7)):
-        (F, mu), state = PUSHES[number], [0.5, -1.0, y, 0.3]
-        put({"F": F, "mu": mu})
-        model.set_time(2.0 + number)
-        model.set_continuous_states(state)
-        model.update_discrete_states()
-        switches[y < 0.0] += number > 0
-        contact = y < 0.0
-        exact = rates(state, F, mu, contact=contact)
-        assert model.get_continuous_state_derivatives() == pytest.approx(exact, rel=1e-12)
-        names = [*STATES, *OTHERS, "separations", "reattachments", "last_event"]
-        read = model.get_float64([references[name] for name in names])
-        P = -40.0 * y - 120.0 * y**3 if contact else 0.0
-        right = [*state, P, mu * P, -mu * P, float(contact), y, *exact[1::2], F, mu]
-        assert read == pytest.approx([*right, *switches, 2.0 + number], rel=1e-12)
-        assert model.get_float64([len(references)]) == [2.0 + number]
-    assert not model.log_queue

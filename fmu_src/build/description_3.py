@@ -1,15 +1,13 @@
-"""The model description of the model-exchange FMU (FMI 3.0), from the table of variables."""
+"""Variables and structure of a model description of FMI 3.0, from the table of variables."""
 
-import hashlib
 import math
-import uuid
-from collections.abc import Collection, Mapping, Sequence
+from collections.abc import Collection, Sequence
 from typing import Final
 from xml.etree import ElementTree as ET
 
-from fmu_src.slave import STATES, TIME_REFERENCE, Role, Type, Variable, VariableTable
+from fmu_src.slave import STATES, Role, Type, Variable, VariableTable
 
-from .description import TIMESTAMP, type_of, unit_definitions
+from .description import type_of
 
 _TAGS: Final = {
     Type.REAL: "Float64",
@@ -17,49 +15,6 @@ _TAGS: Final = {
     Type.ENUMERATION: "Enumeration",
     Type.BOOLEAN: "Boolean",
 }
-_INDICATOR: Final = "switching"
-
-
-def exchange_description(
-    xml: bytes, content: Mapping[str, bytes], table: VariableTable, description: str
-) -> bytes:
-    """Complete the model description that pythonfmu3 wrote.
-
-    The instantiation token follows from `content`, the other files of the FMU by name;
-    `description` is one sentence on the model.
-    """
-    given = ET.fromstring(xml).attrib  # noqa: S314
-    model = given["modelName"]
-    root = ET.Element(
-        "fmiModelDescription",
-        fmiVersion="3.0",
-        modelName=model,
-        instantiationToken="",
-        description=description,
-        author="The fivtui developers",
-        license="MIT",
-        generationTool=f"fivtui with {given['generationTool']}",
-        generationDateAndTime=TIMESTAMP,
-        variableNamingConvention="structured",
-    )
-    ET.SubElement(root, "ModelExchange", modelIdentifier=model)
-    root.append(unit_definitions(table))
-    log = ET.SubElement(root, "LogCategories")
-    ET.SubElement(log, "Category", name="logStatusError", description="Calls that are refused.")
-    ET.SubElement(root, "DefaultExperiment", startTime="0.0", stopTime="100.0", tolerance="1e-10")
-    variables = ET.SubElement(root, "ModelVariables")
-    for reference, variable in enumerate(table.variables):
-        add_variable(variables, reference, variable, table)
-    add_time(variables, TIME_REFERENCE)
-    root.append(model_structure_3(table, table.references[_INDICATOR]))
-    digest = hashlib.sha256(ET.tostring(root))
-    for name in sorted(content):
-        digest.update(f"\0{name}\0".encode() + content[name])
-    token = uuid.uuid5(uuid.NAMESPACE_OID, digest.hexdigest())
-    root.set("instantiationToken", f"{{{token}}}")
-    ET.indent(root)
-    text: bytes = ET.tostring(root, encoding="UTF-8", xml_declaration=True)
-    return text + b"\n"
 
 
 def add_time(variables: ET.Element, reference: int) -> None:
