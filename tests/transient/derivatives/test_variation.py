@@ -98,12 +98,17 @@ def test_volume_shrinks_by_the_divergence_along_every_flow(
 
 @settings(max_examples=10)
 @given(moderate_parameters(), states(), st.floats(0.2, 3.0), st.floats(0.1, 0.9))
+@example(Parameters(k3=0.0, c1=0.0, c2=0.0, F=1.0, mu=0.0), (1.0, 0.0, 0.0, 0.0), 2.5, 0.5)
 def test_the_flow_over_two_times_is_that_over_one_after_the_other(
     p: Parameters, start: State, duration: float, part: float
 ) -> None:
     whole = flow(p, start, duration)
     first = flow(p, start, part * duration)
     second = flow(p, first.final, duration - part * duration)
+    # Where y = 0 is but touched, as without damping, rounding decides whether it is crossed.
+    switches = [*first.switch_times, *(part * duration + second.switch_times)]
+    assume(len(switches) == whole.switch_times.size)
+    assume(np.all(np.diff(switches) > 1e-3))
     scale = np.abs(second.derivatives) @ np.abs(first.derivatives)
     product = second.derivatives @ first.derivatives
     assert (np.abs(product - whole.derivatives) <= 1e-9 * (scale.max() + 1.0)).all()
