@@ -42,6 +42,9 @@ _EVENT_MARKERS: Final = {
     EventKind.TORUS: "v",
     EventKind.BRANCH: "X",
 }
+# Unstable cycles so many times larger than the stable ones leave the figure.
+_TOWERING: Final = 2.0
+_MARGIN: Final = 0.05
 _SHADE: Final = "0.92"
 _PLAIN: Final = "white"
 _FILLS: Final = ("#a8c8a0", "#8fa8e0", "#e0b080", "#c090c8", "#80c0c0", "#d0c060", "0.6")
@@ -113,7 +116,11 @@ def branch_figure(result: CycleBranch) -> Figure:
                 )
         axes.set_xlabel(quantity_label(PARAMETERS[result.name]))
         axes.set_ylabel("Half peak-to-peak of $y$ (m)")
-        axes.set_ylim(bottom=min(0.0, axes.get_ylim()[0]))
+        top = max(point.half_range for point in result.points)
+        met = max((point.half_range for point in result.points if point.stable), default=top)
+        # A branch that grows without bounds would flatten all that can be met.
+        top = min(top, _TOWERING * met)
+        axes.set_ylim(-_MARGIN * top, (1.0 + _MARGIN) * top)
         axes.set_title(parameter_line(result.parameters, (result.name,)), fontsize=7.5)
         figure.legend(loc="outside lower center", ncols=4, frameon=False)
     return figure

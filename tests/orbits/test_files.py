@@ -115,6 +115,14 @@ def test_a_branch_is_drawn_full_where_it_is_stable_and_dashed_where_it_is_not() 
         assert (x, y) == (event.value, 0.5 * (event.y_max - event.y_min))
 
 
+def test_a_branch_that_grows_without_bounds_leaves_the_figure_and_not_the_rest() -> None:
+    result = branch(None, "mu")
+    assert max(point.half_range for point in result.points) > 1000.0
+    stable = max(point.half_range for point in result.points if point.stable)
+    (axes,) = branch_figure(result).axes
+    assert axes.get_ylim() == pytest.approx((-0.1 * stable, 2.1 * stable))
+
+
 def test_a_branch_that_was_cut_short_warns_of_it() -> None:
     whole = branch(None, "mu", low=0.25, high=0.6)
     assert warning_on(whole) is None
