@@ -25,6 +25,8 @@ _LIBRARY: Final = _FOLDER / (
 _REASON: Final = _FOLDER / "libfivtui.txt"
 # By what `fivtui_instruction_set` returns.
 INSTRUCTION_SETS: Final = ("baseline", "avx2", "avx512")
+# Functions that gain nothing by wider registers than those of AVX2.
+_OF_ONE_RUN: Final = ("run_", "vary_")
 # What chooses another one than the best there is.
 _CHOICE: Final = "FIVTUI_INSTRUCTION_SET"
 _LINE: Final = 64
@@ -125,8 +127,10 @@ class Kernel:
         self.compiler = str(library.fivtui_compiler().decode())
         functions: dict[str, Any] = {}
         self._functions = functions
+        one_run = "avx2" if chosen == "avx512" else chosen
         for name, (result, arguments) in _FUNCTIONS.items():
-            function = getattr(library, f"fivtui_{name}_{chosen}")
+            variant = one_run if name.startswith(_OF_ONE_RUN) else chosen
+            function = getattr(library, f"fivtui_{name}_{variant}")
             function.restype, function.argtypes = result, arguments
             functions[name] = function
         self._run_memory = _float * (functions["run_size"]() // 8)
