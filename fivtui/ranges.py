@@ -21,6 +21,8 @@ _PARTS: Final = 64
 _TERMS: Final = 7
 _DIGITS: Final = Context(prec=50)
 _LN2: Final = _DIGITS.ln(Decimal(2))
+# What values spaced by a mathematical library may differ by, relative.
+_LIBRARY: Final = 1e-13
 # Veltkamp's constant: it splits a number into two halves of its bits.
 _SPLITTER: Final = 2.0**27 + 1.0
 
@@ -126,7 +128,10 @@ def range_text(name: str, values: Floats) -> str:
     ends = f"{number_text(first)}:{number_text(last)}:{count}"
     if np.array_equal(values, _spaced(first, last, count, log=False)):
         return ends
-    if min(first, last) > 0.0 and np.array_equal(values, _spaced(first, last, count, log=True)):
+    # Files may have values whose powers a mathematical library has rounded.
+    if min(first, last) > 0.0 and np.allclose(
+        values, _spaced(first, last, count, log=True), rtol=_LIBRARY, atol=0.0
+    ):
         return f"{ends}:{_SPACING}"
     raise InputError(f"{name}: its values are not evenly spaced; a command cannot say them")
 
@@ -153,6 +158,11 @@ def log_spaced(start: float, stop: float, places: Floats, parts: int = 1) -> Flo
         Places on the way, 0 to `parts`.
     parts : int
         Number of parts of the way.
+
+    Returns
+    -------
+    ndarray
+        The values, of the shape of `places`, within 0.51 units in the last place.
     """
     first, last = (_DIGITS.multiply(_log2(end), Decimal(_PARTS)) for end in (start, stop))
     begin = _pair(first)
@@ -164,15 +174,15 @@ def log_spaced(start: float, stop: float, places: Floats, parts: int = 1) -> Flo
     lacks = (begin[0] - (total - other)) + (product - other) + (lacks + places * span[1] + begin[1])
     whole = np.rint(total)
     rest = ((total - whole) + lacks) * (float(_LN2) / _PARTS)
-    places = whole.astype(np.int64)
+    power = whole.astype(np.int64)
     high, low = _powers()
-    part = places % _PARTS
+    part = power % _PARTS
     # e^rest − 1
     series = np.zeros_like(rest)
     for n in range(_TERMS, 0, -1):
         series = (series + 1.0) * rest / n
     value = high[part] + (low[part] + high[part] * series)
-    spaced: Floats = np.ldexp(value, places // _PARTS)
+    spaced: Floats = np.ldexp(value, power // _PARTS)
     return spaced
 
 

@@ -1,10 +1,13 @@
+import math
+
+import mpmath
 import numpy as np
 import pytest
 from hypothesis import given, strategies as st
 
 from fivtui.model.errors import InputError
 from fivtui.model.parameters import PARAMETERS
-from fivtui.ranges import NamedRange, parse_range, parse_ranges
+from fivtui.ranges import NamedRange, log_spaced, parse_range, parse_ranges, range_text
 
 
 def test_a_range_is_evenly_spaced_and_holds_both_ends() -> None:
@@ -14,8 +17,32 @@ def test_a_range_is_evenly_spaced_and_holds_both_ends() -> None:
 
 
 def test_a_logarithmic_range_has_equal_ratios() -> None:
-    values = parse_range("--vary", "k_nl=1:1e4:5:log").values()
-    assert values == pytest.approx([1.0, 10.0, 100.0, 1e3, 1e4])
+    values = parse_range("--vary", "k_nl=1e-3:1e3:7:log").values()
+    assert values.tolist() == [1e-3, 1e-2, 0.1, 1.0, 10.0, 100.0, 1e3]
+
+
+@given(
+    st.floats(1e-300, 1e300),
+    st.floats(1e-300, 1e300),
+    st.integers(1, 1000),
+    st.integers(0, 2**32 - 1),
+)
+def test_values_spaced_logarithmically_are_rounded_to_the_last_bit(
+    start: float, stop: float, parts: int, seed: int
+) -> None:
+    places = np.random.default_rng(seed).integers(0, parts, 5, endpoint=True).astype(float)
+    found = log_spaced(start, stop, places, parts)
+    with mpmath.workdps(60):
+        ratio = mpmath.mpf(stop) / mpmath.mpf(start)
+        for place, value in zip(places.tolist(), found.tolist(), strict=True):
+            exact = mpmath.mpf(start) * ratio ** (mpmath.mpf(place) / parts)
+            assert abs(exact - value) <= 0.51 * math.ulp(value)
+
+
+def test_a_range_that_a_mathematical_library_has_spaced_is_said_as_such() -> None:
+    assert range_text("k_nl", np.geomspace(1.0, 500.0, 1001)) == "1:500:1001:log"
+    with pytest.raises(InputError, match="not evenly spaced"):
+        range_text("k_nl", np.geomspace(1.0, 500.0, 1001) * (1.0 + 1e-9 * np.arange(1001)))
 
 
 def test_a_range_may_fall_and_may_be_negative() -> None:
