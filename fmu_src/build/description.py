@@ -8,6 +8,7 @@ from collections.abc import Callable, Mapping, Sequence
 from typing import Final
 from xml.etree import ElementTree as ET
 
+from fivtui.taylor import DEFAULT_TOL
 from fmu_src.slave import Role, Type, Variable, VariableTable
 
 # A fixed date, so that equal content gives equal bytes.
@@ -104,6 +105,29 @@ def type_of(variable: Variable) -> str:
     """Name of the type of an enumeration."""
     # A type must not have the name of a variable.
     return f"{variable.name}_type"
+
+
+def identity_of(variable: Variable, reference: int) -> dict[str, str]:
+    """Attributes that a variable has in every version of FMI, but for its type's."""
+    attributes = {
+        "name": variable.name,
+        "valueReference": str(reference),
+        "description": variable.meaning,
+        "causality": variable.role.value,
+        "variability": variable.variability,
+    }
+    if variable.initial is not None:
+        attributes["initial"] = variable.initial
+    return attributes
+
+
+def add_log_and_experiment(root: ET.Element, categories: Mapping[str, str]) -> None:
+    """Add the categories of messages, with what they are, and the default experiment."""
+    log = ET.SubElement(root, "LogCategories")
+    for name, description in categories.items():
+        ET.SubElement(log, "Category", name=name, description=description)
+    experiment = {"startTime": 0.0, "stopTime": 100.0, "stepSize": 0.01, "tolerance": DEFAULT_TOL}
+    ET.SubElement(root, "DefaultExperiment", {n: repr(v) for n, v in experiment.items()})
 
 
 def complete_variable(element: ET.Element, variable: Variable, table: VariableTable) -> None:

@@ -7,7 +7,7 @@ from xml.etree import ElementTree as ET
 
 from fmu_src.slave import STATES, Role, Type, Variable, VariableTable
 
-from .description import type_of
+from .description import identity_of, type_of
 
 _TAGS: Final = {
     Type.REAL: "Float64",
@@ -34,15 +34,7 @@ def add_variable(
     variables: ET.Element, reference: int, variable: Variable, table: VariableTable
 ) -> None:
     """Add a variable of a table; FMI 3.0."""
-    attributes = {
-        "name": variable.name,
-        "valueReference": str(reference),
-        "description": variable.meaning,
-        "causality": variable.role.value,
-        "variability": variable.variability,
-    }
-    if variable.initial is not None:
-        attributes["initial"] = variable.initial
+    attributes = identity_of(variable, reference)
     if variable.unit:
         attributes |= {"unit": variable.unit, "displayUnit": variable.unit}
     for name, bound in (("min", variable.lower), ("max", variable.upper)):

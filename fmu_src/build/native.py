@@ -7,15 +7,16 @@ from typing import Final
 from xml.etree import ElementTree as ET
 
 from fivtui.model import InputError, unknown_name
-from fivtui.taylor import DEFAULT_TOL
 from fmu_src.slave import Type, Variable, VariableTable
 
 from .component import Component
 from .cross import TARGETS, compiled_for
 from .description import (
     TIMESTAMP,
+    add_log_and_experiment,
     as_text,
     complete_variable,
+    identity_of,
     model_structure,
     type_definitions,
     unit_definitions,
@@ -167,11 +168,7 @@ def native_description(component: Component, *, with_sources: bool = False) -> b
     types = type_definitions(table)
     if len(types):
         root.append(types)
-    categories = ET.SubElement(root, "LogCategories")
-    for name, description in _LOG_CATEGORIES.items():
-        ET.SubElement(categories, "Category", name=name, description=description)
-    experiment = {"startTime": 0.0, "stopTime": 100.0, "stepSize": 0.01, "tolerance": DEFAULT_TOL}
-    ET.SubElement(root, "DefaultExperiment", {n: repr(v) for n, v in experiment.items()})
+    add_log_and_experiment(root, _LOG_CATEGORIES)
     variables = ET.SubElement(root, "ModelVariables")
     for reference, variable in enumerate(table.variables):
         _add_variable(variables, reference, variable, table)
@@ -182,16 +179,7 @@ def native_description(component: Component, *, with_sources: bool = False) -> b
 def _add_variable(
     variables: ET.Element, reference: int, variable: Variable, table: VariableTable
 ) -> None:
-    attributes = {
-        "name": variable.name,
-        "valueReference": str(reference),
-        "description": variable.meaning,
-        "causality": variable.role.value,
-        "variability": variable.variability,
-    }
-    if variable.initial is not None:
-        attributes["initial"] = variable.initial
-    element = ET.SubElement(variables, "ScalarVariable", attributes)
+    element = ET.SubElement(variables, "ScalarVariable", identity_of(variable, reference))
     kind = Type.INTEGER if variable.items else variable.type
     ET.SubElement(element, kind.value)
     complete_variable(element, variable, table)

@@ -4,10 +4,14 @@ from collections.abc import Mapping
 from typing import Final
 from xml.etree import ElementTree as ET
 
-from fivtui.taylor import DEFAULT_TOL
-
 from .component import Component
-from .description import TIMESTAMP, as_text, type_of, unit_definitions
+from .description import (
+    TIMESTAMP,
+    add_log_and_experiment,
+    as_text,
+    type_of,
+    unit_definitions,
+)
 from .description_3 import add_time, add_variable, model_structure_3
 from .native_text import guid_of, sources
 
@@ -62,11 +66,7 @@ def native_description_3(component: Component, categories: Mapping[str, str]) ->
                 ET.SubElement(kind, "Item", name=name, value=str(value))
     if len(types):
         root.append(types)
-    log = ET.SubElement(root, "LogCategories")
-    for name, description in categories.items():
-        ET.SubElement(log, "Category", name=name, description=description)
-    experiment = {"startTime": 0.0, "stopTime": 100.0, "stepSize": 0.01, "tolerance": DEFAULT_TOL}
-    ET.SubElement(root, "DefaultExperiment", {n: repr(v) for n, v in experiment.items()})
+    add_log_and_experiment(root, categories)
     variables = ET.SubElement(root, "ModelVariables")
     for reference, variable in enumerate(table.variables):
         add_variable(variables, reference, variable, table)
