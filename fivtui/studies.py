@@ -30,7 +30,7 @@ STUDIES: Final[dict[str, str]] = {
     "attractors": "fivtui.orbits.kinds:ATTRACTORS",
     "attractor": "fivtui.orbits.kinds:ATTRACTOR",
     "branches": "fivtui.orbits.kinds:BRANCHES",
-    "branch": "fivtui.orbits.kinds:BRANCH",
+    "branch": "fivtui.orbits.curves.kinds:BRANCH",
     "basin": "fivtui.orbits.kinds:BASIN",
     "accuracy": "fivtui.assessment.kinds:ACCURACY",
     "extremes": "fivtui.assessment.kinds:EXTREMES",

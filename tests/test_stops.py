@@ -11,7 +11,7 @@ from fivtui.model.parameters import Parameters
 from fivtui.orbits.attractor_search import coexistence
 from fivtui.orbits.basins import basin, escape_offset
 from fivtui.orbits.branches import continuation
-from fivtui.orbits.cycle_branches import branch
+from fivtui.orbits.curves.cycle_branches import branch
 from fivtui.orbits.explorer import find_attractors
 from fivtui.simulation import simulate
 from fivtui.transient import integrate

@@ -279,7 +279,8 @@ KNOWN_TO: Final = {
     "click": r"fivtui\.cli(\..+)?",
     "distributed": r"fivtui\.sweeps\.cluster",
     "fmpy": r"fivtui\.fmu\..+|fmu_src\.build\..+",
-    "matplotlib": r"fivtui\.(plotting|\w+\.figure|paper\.drawing|tui\.tabs\.exports\.chart_figure)",
+    "matplotlib": r"fivtui\.(plotting|(\w+\.)+figure|paper\.drawing"
+    r"|tui\.tabs\.exports\.chart_figure)",
     "rich": r"fivtui\.(console\..+|(\w+\.)+report|tui\.(chart\.widget|lab|tabs)\..+)",
     "textual": r"fivtui\.tui\.(app|lab\..+|tabs\.(?!charts\b).+|chart\.widget\..+)",
     "textual_serve": r"fivtui\.tui\.browser",

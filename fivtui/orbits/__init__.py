@@ -10,7 +10,7 @@ if TYPE_CHECKING:
     )
     from .basins import basin as basin
     from .branches import continuation as continuation
-    from .cycle_branches import ORIGINS as ORIGINS, branch as branch
+    from .curves.cycle_branches import ORIGINS as ORIGINS, branch as branch
     from .explorer import Explorer as Explorer
     from .files import warning_of as warning_of
     from .words import SEARCHING as SEARCHING, coexistence_words as coexistence_words

@@ -1,4 +1,4 @@
-"""Attractors, branches and basins as JSON data and as files, with units and provenance."""
+"""Attractors, continuations and basins as JSON data and as files, with units and provenance."""
 
 from collections.abc import Sequence
 from dataclasses import asdict
@@ -15,13 +15,10 @@ from fivtui.transient import START_SPECS
 from .attractor_search import Coexistence
 from .basins import Basin
 from .branches import DIRECTIONS, Continuation
-from .cycle_branches import BranchEvent, CycleBranch
 from .explorer import Attractor, Kind
-from .following import End, EventKind
 
 # What a file is called in messages.
 KIND: Final = "attractor"
-BRANCH: Final = "branch"
 KINDS: Final = tuple(Kind)
 _OTHERS: Final = {
     Kind.UNBOUNDED: "unbounded growth",
@@ -37,25 +34,6 @@ _NUMBERS: Final = (
     Column("vx_max", "m/s", "greatest horizontal velocity"),
     Column("force_max", "N", "greatest contact force"),
 )
-_MULTIPLIERS: Final = 3
-_CYCLE: Final = (
-    Column("period", "s", "period of the limit cycle"),
-    Column("y_min", "m", "lowest point"),
-    Column("y_max", "m", "highest point"),
-    Column("stable", "1", "1 if stable"),
-    *(
-        Column(f"multiplier_{place}_{part}", "1", f"Floquet multiplier {place}, {words} part")
-        for place in range(1, _MULTIPLIERS + 1)
-        for part, words in (("re", "real"), ("im", "imaginary"))
-    ),
-    *(
-        Column(spec.name, spec.unit, f"{spec.meaning}: of a state on the cycle")
-        for spec in START_SPECS.values()
-    ),
-    Column("event", "1", "index in events"),
-)
-_MEASURES: Final = ("period", "y_min", "y_max")
-EVENTS: Final = ("none", *EventKind)
 
 
 def attractor_to_dict(attractor: Attractor) -> dict[str, Any]:
@@ -208,88 +186,6 @@ def basin_columns(result: Basin) -> dict[str, NDArray[Any]]:
     return dict(zip((*result.names, "attractor"), arrays, strict=True))
 
 
-def branch_to_dict(result: CycleBranch) -> dict[str, Any]:
-    """A branch of limit cycles as JSON data.
-
-    Keys are ``parameter`` (the one that varies) and ``unit``, ``parameters`` (the others),
-    ``separation``, ``range``, ``from``, ``points`` (``value``, ``period``, ``y_min``, ``y_max``,
-    ``stable``, ``multipliers`` as pairs of real and imaginary part, ``start``), ``events``
-    (``kind``, ``value``, ``period``, ``y_min``, ``y_max``, and of a Hopf point ``direction``) and
-    ``ends``: why the branch ends at the first and at the last point.
-    """
-    return {
-        "parameter": result.name,
-        "unit": PARAMETERS[result.name].unit,
-        **_branch_provenance(result),
-        "points": [
-            asdict(point)
-            | {
-                "start": list(point.start),
-                "multipliers": [[value.real, value.imag] for value in point.multipliers],
-            }
-            for point in result.points
-        ],
-        "events": [
-            {name: value for name, value in asdict(event).items() if value != ""}
-            for event in result.events
-        ],
-    }
-
-
-def branch_columns(result: CycleBranch) -> dict[str, NDArray[Any]]:
-    """A branch of limit cycles by column, as in its file; ``event`` is an index in `EVENTS`."""
-    points = result.points
-    met = {(event.value, event.period): EVENTS.index(event.kind) for event in result.events}
-    multipliers = np.array([point.multipliers for point in points]).T
-    states = np.array([point.start for point in points]).T
-    return {
-        result.name: np.array([point.value for point in points]),
-        **{name: np.array([getattr(p, name) for p in points]) for name in _MEASURES},
-        "stable": np.array([int(point.stable) for point in points]),
-        **{
-            f"multiplier_{place}_{part}": values
-            for place, each in enumerate(multipliers, start=1)
-            for part, values in (("re", each.real), ("im", each.imag))
-        },
-        **dict(zip(START_SPECS, states, strict=True)),
-        "event": np.array([met.get((point.value, point.period), 0) for point in points]),
-    }
-
-
-def save_branch(result: CycleBranch, path: Path, *, force: bool = False) -> None:
-    """Write a branch of limit cycles as ``.csv``, ``.npz`` or ``.parquet``: a row per cycle.
-
-    The column ``event`` is an index in ``event_kinds``, which the file lists; beside them what
-    happens along the branch, Hopf points included, with values and periods.
-    Raises `InputError` as `save_continuation` does.
-    """
-    spec = PARAMETERS[result.name]
-    columns = (Column(spec.name, spec.unit, spec.meaning), *_CYCLE)
-    header = _branch_provenance(result) | {
-        "event_kinds": [str(each) for each in EVENTS],
-        "events": [event_words(event) for event in result.events],
-        "event_values": [event.value for event in result.events],
-        "event_periods": [event.period for event in result.events],
-    }
-    write_table(path, BRANCH, columns, branch_columns(result), header, force=force)
-
-
-def event_words(event: BranchEvent) -> str:
-    """An event of a branch in words, e.g. ``"hopf, subcritical"``."""
-    return f"{event.kind}, {event.direction}" if event.direction else str(event.kind)
-
-
-def warning_on(result: CycleBranch) -> str | None:
-    """Warning of a branch, in one sentence, if it was not followed to an end of its own."""
-    places = zip(result.ends, (result.points[0], result.points[-1]), strict=True)
-    cut = [
-        f"{end} at {result.name} = {point.value:.6g}"
-        for end, point in places
-        if end in (End.LOST, End.LONG)
-    ]
-    return f"the branch {' and '.join(cut)}" if cut else None
-
-
 def save_continuation(result: Continuation, path: Path, *, force: bool = False) -> None:
     """Write a continuation as ``.csv``, ``.npz`` or ``.parquet``: a row per attractor and value.
 
@@ -324,16 +220,6 @@ def save_basin(result: Basin, path: Path, *, force: bool = False) -> None:
         "attractors": [describe(attractor) for attractor in result.attractors]
     }
     write_table(path, KIND, columns, basin_columns(result), header, force=force)
-
-
-def _branch_provenance(result: CycleBranch) -> dict[str, Any]:
-    return {
-        "parameters": _fixed(result.parameters, (result.name,)),
-        "separation": result.separation,
-        "range": [result.low, result.high],
-        "from": result.origin,
-        "ends": [str(end) for end in result.ends],
-    }
 
 
 def _value(attractor: Attractor, name: str) -> float:

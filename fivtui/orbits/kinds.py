@@ -1,4 +1,4 @@
-"""Attractors, their branches and their basins among the studies."""
+"""Attractors, their continuations and their basins among the studies."""
 
 from typing import TYPE_CHECKING, Final
 
@@ -37,18 +37,6 @@ BRANCHES: Final = StudyKind(
     stem=lambda result: f"branches-{result.name}",
     header=frozenset({"kinds"}),
     json_keys=frozenset({"points", "coexisting"}),
-)
-
-BRANCH: Final = StudyKind(
-    data="branch",
-    show=report.print_branch,
-    warning=files.warning_on,
-    suffixes=_FORMATS,
-    save=files.save_branch,
-    as_json=True,
-    stem=lambda result: f"branch-{result.name}",
-    header=frozenset({"event_kinds"}),
-    json_keys=frozenset({"parameter", "points", "events"}),
 )
 
 BASIN: Final = StudyKind(

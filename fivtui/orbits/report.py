@@ -9,9 +9,8 @@ from fivtui.console import number, print_list, print_rows
 from .attractor_search import Coexistence
 from .basins import Basin
 from .branches import Continuation
-from .cycle_branches import CycleBranch
 from .explorer import Attractor
-from .files import describe, event_words
+from .files import describe
 from .words import coexistence_words
 
 _HEADER = (
@@ -72,36 +71,6 @@ def print_continuation(result: Continuation) -> None:
         for point in result.points
     ]
     print_rows("Attractors, followed up and down", header, rows, keys=2)
-
-
-def print_branch(result: CycleBranch) -> None:
-    """Print a branch of limit cycles, one row each, and what happens along it."""
-    name = result.name
-    rows = [
-        (
-            number(point.value, 8),
-            number(point.period, 8),
-            f"{number(point.y_min, _SHORT)} .. {number(point.y_max, _SHORT)}",
-            "stable" if point.stable else "unstable",
-            "  ".join(number(abs(value), 3) for value in point.multipliers),
-        )
-        for point in result.points
-    ]
-    header = (name, "period s", "y from .. to m", "limit cycle", "multipliers, size")
-    print_rows("Branch of limit cycles", header, rows)
-    events = [
-        (
-            event_words(event),
-            number(event.value, 10),
-            number(event.period, 8),
-            f"{number(event.y_min, _SHORT)} .. {number(event.y_max, _SHORT)}",
-        )
-        for event in result.events
-    ]
-    print_rows("Events", ("event", *header[:3]), events)
-    print_list(
-        "", [("the branch begins where it", result.ends[0]), ("it ends where it", result.ends[1])]
-    )
 
 
 def print_basin(result: Basin) -> None:

@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 
 from fivtui.model.parameters import Parameters
-from fivtui.orbits.arclength import PERIOD, VALUE, FloatArray, OrbitCurve, OrbitOnCurve
-from fivtui.orbits.following import End, EventKind, Followed, Follower
+from fivtui.orbits.curves.arclength import PERIOD, VALUE, FloatArray, OrbitCurve, OrbitOnCurve
+from fivtui.orbits.curves.following import End, EventKind, Followed, Follower
 from fivtui.transient.derivatives.variation import Variation
 
 

@@ -8,9 +8,9 @@ import pytest
 
 from fivtui import ComputationError, InputError, Parameters, branch, simulate, stability
 from fivtui.equilibrium import critical_mu
-from fivtui.orbits.cycle_branches import CycleBranch, CyclePoint
-from fivtui.orbits.following import End, EventKind
-from fivtui.orbits.hopf import hopf_point, hopf_values
+from fivtui.orbits.curves.following import End, EventKind
+from fivtui.orbits.curves.hopf import hopf_point, hopf_values
+from fivtui.orbits.curves.result import CycleBranch, CyclePoint
 
 # Hopf point, first touch of y = 0, fold and its period, computed by a prototype on another way.
 KNOWN = {

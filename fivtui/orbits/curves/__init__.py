@@ -1,0 +1,1 @@
+"""Curves of limit cycles, stable and unstable, by pseudo-arclength continuation."""

@@ -1,0 +1,40 @@
+"""Console output of branches of limit cycles."""
+
+from typing import Final
+
+from fivtui.console import number, print_list, print_rows
+
+from .files import event_words
+from .result import CycleBranch
+
+_SHORT: Final = 5
+
+
+def print_branch(result: CycleBranch) -> None:
+    """Print a branch of limit cycles, one row each, and what happens along it."""
+    name = result.name
+    rows = [
+        (
+            number(point.value, 8),
+            number(point.period, 8),
+            f"{number(point.y_min, _SHORT)} .. {number(point.y_max, _SHORT)}",
+            "stable" if point.stable else "unstable",
+            "  ".join(number(abs(value), 3) for value in point.multipliers),
+        )
+        for point in result.points
+    ]
+    header = (name, "period s", "y from .. to m", "limit cycle", "multipliers, size")
+    print_rows("Branch of limit cycles", header, rows)
+    events = [
+        (
+            event_words(event),
+            number(event.value, 10),
+            number(event.period, 8),
+            f"{number(event.y_min, _SHORT)} .. {number(event.y_max, _SHORT)}",
+        )
+        for event in result.events
+    ]
+    print_rows("Events", ("event", *header[:3]), events)
+    print_list(
+        "", [("the branch begins where it", result.ends[0]), ("it ends where it", result.ends[1])]
+    )
