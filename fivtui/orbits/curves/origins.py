@@ -6,7 +6,15 @@ from typing import Final
 
 import numpy as np
 
-from fivtui.model import ComputationError, InputError, Parameters, equilibrium
+from fivtui.model import (
+    ComputationError,
+    InputError,
+    Parameters,
+    State,
+    accelerations,
+    equilibrium,
+    mode_of,
+)
 from fivtui.orbits.explorer import Explorer, Watch, starts_around
 from fivtui.orbits.shooting import PeriodicOrbit
 
@@ -75,13 +83,25 @@ def from_cycle(
         )
     explorer = Explorer(p, separation=separation, go_on=watch.go_on)
     orbit = _first_cycle(p, explorer, separation=separation)
-    curve, follower = _follower(
-        p, name, (bounds, explorer.length, orbit.period), watch, separation=separation
-    )
-    guess = np.array([*orbit.start, orbit.period, getattr(p, name)]) / curve.scales
-    fixed = np.eye(6)[VALUE]
-    section = np.eye(6)[orbit.section.value]
-    start = curve.solve(guess, section, fixed)
+    return through(p, name, bounds, watch, (orbit.start, orbit.period), separation=separation)
+
+
+def through(
+    p: Parameters,
+    name: str,
+    bounds: tuple[float, float],
+    watch: Watch,
+    cycle: tuple[State, float],
+    *,
+    separation: bool,
+) -> Begun:
+    """The branch through a limit cycle, given by a state and its period, followed both ways."""
+    state, period = cycle
+    length = Explorer(p, separation=separation).length
+    curve, follower = _follower(p, name, (bounds, length, period), watch, separation=separation)
+    guess = np.array([*state, period, getattr(p, name)]) / curve.scales
+    across = across_motion(p, state, curve.scales, separation=separation)
+    start = curve.solve(guess, across, np.eye(6)[VALUE])
     if start is None:
         raise ComputationError(
             f"the limit cycle at {name} = {getattr(p, name):g} cannot be followed",
@@ -103,6 +123,17 @@ def from_cycle(
     return tuple(points), tuple(events), (down.end, up.end)
 
 
+def across_motion(
+    p: Parameters, state: State, scales: FloatArray, *, separation: bool
+) -> FloatArray:
+    """Normal of the plane across the motion at a state, in scaled unknowns."""
+    ax, ay = accelerations(p, state, mode_of(p, state, separation=separation))
+    across = np.zeros(6)
+    across[:4] = np.array([state[1], ax, state[3], ay]) / scales[:4]
+    normal: FloatArray = across / np.linalg.norm(across)
+    return normal
+
+
 def _first_cycle(p: Parameters, explorer: Explorer, *, separation: bool) -> PeriodicOrbit:
     starts = starts_around(explorer, p, separation=separation)
     for start in starts:
@@ -115,6 +146,23 @@ def _first_cycle(p: Parameters, explorer: Explorer, *, separation: bool) -> Peri
     )
 
 
+def scaled_curve(
+    p: Parameters,
+    name: str,
+    measures: tuple[tuple[float, float], float, float],
+    watch: Watch,
+    *,
+    separation: bool,
+) -> OrbitCurve:
+    """The equations of periodic orbits, scaled by the parameter's range, a length and a period."""
+    (low, high), length, period = measures
+    speed = 2.0 * math.pi * length / period
+    # A power of two scales without rounding.
+    value = 2.0 ** math.floor(math.log2(max(abs(getattr(p, name)), (high - low) / 64.0)))
+    scales = np.array([length, speed, length, speed, period, value])
+    return OrbitCurve(p, name, scales, separation=separation, go_on=watch.go_on)
+
+
 def _follower(
     p: Parameters,
     name: str,
@@ -123,12 +171,9 @@ def _follower(
     *,
     separation: bool,
 ) -> tuple[OrbitCurve, Follower]:
-    (low, high), length, period = measures
-    speed = 2.0 * math.pi * length / period
-    # A power of two scales without rounding.
-    value = 2.0 ** math.floor(math.log2(max(abs(getattr(p, name)), (high - low) / 64.0)))
-    scales = np.array([length, speed, length, speed, period, value])
-    curve = OrbitCurve(p, name, scales, separation=separation, go_on=watch.go_on)
+    low, high = measures[0]
+    curve = scaled_curve(p, name, measures, watch, separation=separation)
+    value = float(curve.scales[VALUE])
     follower = Follower(
         curve,
         low / value,
@@ -143,7 +188,7 @@ def _follower(
 def _told(
     curve: OrbitCurve, start: OrbitOnCurve, found: Followed
 ) -> tuple[list[CyclePoint], list[BranchEvent]]:
-    points = [_point(curve, orbit) for orbit in (start, *found.orbits)]
+    points = [point_of(curve, orbit) for orbit in (start, *found.orbits)]
     events = [
         BranchEvent(kind, one.value, one.period, one.y_min, one.y_max)
         for place, kind in found.events.items()
@@ -152,7 +197,8 @@ def _told(
     return points, events
 
 
-def _point(curve: OrbitCurve, orbit: OrbitOnCurve) -> CyclePoint:
+def point_of(curve: OrbitCurve, orbit: OrbitOnCurve) -> CyclePoint:
+    """An orbit of a curve as a limit cycle."""
     unknowns: FloatArray = orbit.unknowns * curve.scales
     x, vx, y, vy = unknowns[:4].tolist()
     multipliers = orbit.multipliers
