@@ -39,6 +39,7 @@ _X86: Final = {"baseline": "x86-64", "avx2": "x86-64-v3", "avx512": "x86-64-v4"}
 _FLAGS: Final = [
     *("-std=c11", "-O3", "-g0", "-fPIC", "-fvisibility=hidden", "-Wall", "-Wno-psabi"),
     *("-ffp-contract=off", "-fno-math-errno", "-fno-trapping-math", "-fno-strict-aliasing"),
+    "-fomit-frame-pointer",
 ]
 _GLIBC: Final = "2.17"
 _TIMEOUT_S: Final = 600.0

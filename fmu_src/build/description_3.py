@@ -73,17 +73,18 @@ def model_structure_3(
 
     outputs = [v for v in table.variables if v.role is Role.OUTPUT]
     for variable in outputs:
-        add("Output", variable, known_in_exchange(variable, states))
+        add("Output", variable, (*known_in_exchange(variable, states), *_parameters_of(variable)))
     # Derivatives in the order in which the slave exchanges states.
     derivatives = [v for v in table.variables if v.derivative_of]
     for variable in sorted(derivatives, key=lambda v: order.index(v.derivative_of)):
-        add("ContinuousStateDerivative", variable, variable.varies_with)
+        known = (*variable.varies_with, *_parameters_of(variable))
+        add("ContinuousStateDerivative", variable, known)
     for variable in table.variables:
         if variable.role is Role.OUTPUT or variable.derivative_of:
             add("InitialUnknown", variable, variable.starts_from)
     if indicator is not None:
-        known = {"dependencies": str(table.references["y"]), "dependenciesKind": "dependent"}
-        ET.SubElement(structure, "EventIndicator", known, valueReference=str(indicator))
+        given = {"dependencies": str(table.references["y"]), "dependenciesKind": "dependent"}
+        ET.SubElement(structure, "EventIndicator", given, valueReference=str(indicator))
     return structure
 
 
@@ -93,9 +94,22 @@ def known_in_exchange(output: Variable, states: Collection[str]) -> tuple[str, .
     return (*own, *output.depends_on)
 
 
+def _parameters_of(variable: Variable) -> tuple[str, ...]:
+    """Parameters that an output or derivative depends on directly: known in FMI 3.0 alone."""
+    return _FROM_PARAMETERS.get(variable.name, ())
+
+
 _FROM_STATES: Final = {
     "P": ("y",),
     "friction_slider": ("y",),
     "friction_belt": ("y",),
     "switching": ("y",),
+}
+_FROM_PARAMETERS: Final = {
+    "P": ("k2", "k_nl"),
+    "friction_slider": ("k2", "k_nl"),
+    "friction_belt": ("k2", "k_nl"),
+    "ax": ("m", "k1", "k2", "k3", "c1", "k_nl"),
+    "ay": ("m", "k2", "k3", "c2", "k_nl"),
+    "F_rate": ("tau", "gain"),
 }

@@ -52,11 +52,11 @@ _SHARED: Final = {
     "canNotUseMemoryManagementFunctions": "true",
     "canGetAndSetFMUstate": "true",
     "canSerializeFMUstate": "true",
+    "providesDirectionalDerivative": "true",
 }
 _INTERFACES: Final[Mapping[str, Mapping[str, str]]] = {
     "ModelExchange": {
         "completedIntegratorStepNotNeeded": "true",
-        "providesDirectionalDerivative": "true",
     },
     "CoSimulation": {
         "canHandleVariableCommunicationStepSize": "true",

@@ -20,11 +20,11 @@ _SHARED: Final = {
     "canBeInstantiatedOnlyOncePerProcess": "false",
     "canGetAndSetFMUState": "true",
     "canSerializeFMUState": "true",
+    "providesDirectionalDerivatives": "true",
+    "providesAdjointDerivatives": "true",
 }
 _INTERFACES: Final[Mapping[str, Mapping[str, str]]] = {
     "ModelExchange": {
-        "providesDirectionalDerivatives": "true",
-        "providesAdjointDerivatives": "true",
         "needsCompletedIntegratorStep": "false",
     },
     "CoSimulation": {

@@ -23,13 +23,14 @@ UNITS: Final[Mapping[str, tuple[str, ...]]] = {
     "BrakeActuator": ("brake_actuator",),
 }
 SHARED_UNITS: Final = (
-    *("cosimulation", "exchange", "experiment", "instance", "state", "values"),
+    *("cosimulation", "derivatives", "exchange", "experiment", "instance", "state", "values"),
     *("fmi3", "fmi3_values", "fmi3_absent"),
 )
 # The bits of a run are decided by what is written: as in the build hook.
 FLAGS: Final = (
     *("-std=c11", "-O3", "-g0", "-fPIC", "-fvisibility=hidden", "-Wall", "-Wno-psabi"),
     *("-ffp-contract=off", "-fno-math-errno", "-fno-trapping-math", "-fno-strict-aliasing"),
+    "-fomit-frame-pointer",
 )
 # Compiled for each instruction set.
 STEPPING_UNIT: Final = "stepping"

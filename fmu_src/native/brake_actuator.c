@@ -55,16 +55,18 @@ static int settle(Instance *i)
     return 0;
 }
 
-static double partial(const Instance *i, uint32_t unknown, uint32_t known)
+static void differentiate(const Instance *i, double *d)
 {
     const double *v = i->s.values;
-    if (unknown != V_F_rate)
-        return known == unknown;
-    return (known == V_command ? 1.0 + v[V_gain]
-            : known == V_P     ? -v[V_gain]
-            : known == V_F     ? -1.0
-                               : 0.0)
-           / v[V_tau];
+    const double rise = d[V_command] + v[V_gain] * (d[V_command] - d[V_P])
+                        + d[V_gain] * (v[V_command] - v[V_P]);
+    d[V_F_rate] = (rise - d[V_F] - v[V_F_rate] * d[V_tau]) / v[V_tau];
+}
+
+static void differentiate_start(const Instance *i, double *d)
+{
+    (void)i;
+    d[V_F] = d[V_F_start];
 }
 
 static void pack(const Instance *i, double *numbers) { (void)i, (void)numbers; }
@@ -89,7 +91,8 @@ const Component COMPONENT = {
     .publish = publish,
     .indicate = indicate,
     .settle = settle,
-    .partial = partial,
+    .differentiate = differentiate,
+    .differentiate_start = differentiate_start,
     .pack = pack,
     .unpack = unpack,
 };

@@ -45,8 +45,10 @@ typedef struct {
     /* Model exchange: the event indicators, and the switch of the mode; whether it has switched. */
     void (*indicate)(const struct Instance *i, double *indicators);
     int (*settle)(struct Instance *i);
-    /* ∂unknown/∂known at constant other states and inputs. */
-    double (*partial)(const struct Instance *i, uint32_t unknown, uint32_t known);
+    /* By value reference: given the changes of parameters, inputs and states, those of outputs and
+       of derivatives of states; given those of parameters and inputs, those of states at the start. */
+    void (*differentiate)(const struct Instance *i, double *changes);
+    void (*differentiate_start)(const struct Instance *i, double *changes);
     /* The motion as MOTION_NUMBERS numbers and back; whether they are those of a motion. */
     void (*pack)(const struct Instance *i, double *numbers);
     int (*unpack)(struct Instance *i, const double *numbers);

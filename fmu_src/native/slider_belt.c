@@ -162,37 +162,42 @@ static int settle(Instance *i)
     return 1;
 }
 
-static double partial(const Instance *i, uint32_t unknown, uint32_t known)
+static void differentiate(const Instance *i, double *d)
 {
-    const double *v = i->s.values, y = v[V_y], h = 0.5 * v[V_k3];
-    const double stiffness =
-        content_in(i)->side < 0.0 ? v[V_k2] + 3.0 * v[V_k_nl] * y * y : 0.0;
-    const double force = known == V_y ? -stiffness : 0.0;
-    const double friction = v[V_mu] * force + (known == V_mu ? v[V_P] : 0.0);
-    const double coupling = known == V_x ? h : known == V_y ? -h : 0.0;
-    switch (unknown) {
-    case V_x:
-    case V_vx:
-    case V_y:
-    case V_vy:
-        return known == unknown;
-    case V_switching:
-        return known == V_y;
-    case V_P:
-        return force;
-    case V_friction_slider:
-        return friction;
-    case V_friction_belt:
-        return -friction;
-    case V_ax:
-        return (friction - (known == V_vx ? v[V_c1] : 0.0) - (known == V_x ? v[V_k1] : 0.0)
-                - coupling)
-               / v[V_m];
-    case V_ay:
-        return (force - (known == V_F) - (known == V_vy ? v[V_c2] : 0.0) + coupling) / v[V_m];
-    default:
-        return 0.0;
-    }
+    const double *v = i->s.values, y = v[V_y];
+    double force = 0.0;
+    if (content_in(i)->side < 0.0)
+        force = -(v[V_k2] + 3.0 * v[V_k_nl] * y * y) * d[V_y] - d[V_k2] * y
+                - d[V_k_nl] * y * y * y;
+    const double friction = v[V_mu] * force + d[V_mu] * v[V_P];
+    const double coupling =
+        0.5 * (v[V_k3] * (d[V_x] - d[V_y]) + d[V_k3] * (v[V_x] - y));
+    const double push_x = friction - v[V_c1] * d[V_vx] - d[V_c1] * v[V_vx] - v[V_k1] * d[V_x]
+                          - d[V_k1] * v[V_x] - coupling;
+    const double push_y = force - d[V_F] - v[V_c2] * d[V_vy] - d[V_c2] * v[V_vy] + coupling;
+    d[V_P] = force, d[V_switching] = d[V_y];
+    d[V_friction_slider] = friction, d[V_friction_belt] = -friction;
+    d[V_ax] = (push_x - v[V_ax] * d[V_m]) / v[V_m];
+    d[V_ay] = (push_y - v[V_ay] * d[V_m]) / v[V_m];
+}
+
+/* As `static_start_change` in `fivtui.model.slider_belt`. */
+static void differentiate_start(const Instance *i, double *d)
+{
+    const double *v = i->s.values;
+    d[V_x] = d[V_x_start], d[V_vx] = d[V_vx_start];
+    d[V_y] = d[V_y_start], d[V_vy] = d[V_vy_start];
+    if (v[V_start_static] == 0.0)
+        return;
+    const double y = v[V_y], h = 0.5 * v[V_k3], dh = 0.5 * d[V_k3], a = v[V_k1] + h;
+    const int off = v[V_separation] != 0.0 && v[V_F] < 0.0;
+    const double k2 = off ? 0.0 : v[V_k2], dk2 = off ? 0.0 : d[V_k2];
+    const double k_nl = off ? 0.0 : v[V_k_nl], dk_nl = off ? 0.0 : d[V_k_nl];
+    const double push = d[V_F] + dk2 * y + dk_nl * y * y * y
+                        + y * (dh * v[V_k1] * v[V_k1] + d[V_k1] * h * h) / (a * a);
+    d[V_y] = -push / (3.0 * k_nl * y * y + k2 + h * v[V_k1] / a);
+    d[V_x] = h * d[V_y] / a + y * (dh * v[V_k1] - d[V_k1] * h) / (a * a);
+    d[V_vx] = d[V_vy] = 0.0;
 }
 
 enum {
@@ -262,7 +267,8 @@ const Component COMPONENT = {
     .publish = publish,
     .indicate = indicate,
     .settle = settle,
-    .partial = partial,
+    .differentiate = differentiate,
+    .differentiate_start = differentiate_start,
     .pack = pack,
     .unpack = unpack,
 };

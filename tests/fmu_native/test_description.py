@@ -53,7 +53,8 @@ def test_it_is_described_as_the_python_flavour_but_where_it_must_differ(
     slaves = [root.find("CoSimulation") for root in roots]
     assert all(slave is not None for slave in slaves)
     capabilities = [dict(slave.attrib) for slave in slaves if slave is not None]
-    assert capabilities[0] | {"canInterpolateInputs": "true"} == capabilities[1]
+    more = {"canInterpolateInputs": "true", "providesDirectionalDerivative": "true"}
+    assert capabilities[0] | more == capabilities[1]
     assert capabilities[1]["needsExecutionTool"] == "false"
 
 

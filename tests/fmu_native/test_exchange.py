@@ -173,8 +173,8 @@ def test_what_is_not_allowed_is_refused_and_changes_nothing(folder: Path) -> Non
             "time = inf: must be a finite number": lambda: fmi.setTime(np.inf),
             "new_discrete_states is not allowed in continuous-time mode": fmi.newDiscreteStates,
             "m cannot be set in continuous-time mode": lambda: instance.set(m=2.0),
-            "must be that of a state or input": lambda: fmi.getDirectionalDerivative(
-                [references["ax"]], [references["m"]], [1.0]
+            "must be that of an input, state or Real": lambda: fmi.getDirectionalDerivative(
+                [references["ax"]], [references["P"]], [1.0]
             ),
             "must be that of an output or derivative": lambda: fmi.getDirectionalDerivative(
                 [references["m"]], [references["x"]], [1.0]

@@ -1,0 +1,239 @@
+"""Directional derivatives by the native FMU, in co-simulation and in initialization mode."""
+
+from collections.abc import Iterator, Mapping
+from contextlib import contextmanager
+from pathlib import Path
+from typing import Any, Final
+from xml.etree import ElementTree as ET
+
+import fmpy
+import numpy as np
+import pytest
+from fmpy.fmi1 import FMICallException
+
+from fivtui import Parameters
+from fivtui.model.slider_belt import Mode, jacobian, static_start_change
+from fmu_src.build.builder import build_fmu
+from fmu_src.slave.slider_belt import SliderBeltInstance
+from fmu_src.slave.variable import Role, Type
+from fmu_src.slave.variables import REFERENCES, VARIABLES
+from tests.support.fmu_instance import FmuInstance
+
+STATES: Final = ("x", "vx", "y", "vy")
+INPUTS: Final = ("F", "mu")
+PARAMETERS: Final = ("m", "k1", "k2", "k3", "c1", "c2", "k_nl")
+KNOWNS: Final = (*STATES, *INPUTS, *PARAMETERS)
+UNKNOWNS: Final = tuple(
+    v.name
+    for v in VARIABLES
+    if v.type is Type.REAL and v.role in (Role.OUTPUT, Role.LOCAL) and not v.discrete
+)
+P: Final = Parameters(m=3.0, k1=90.0, k2=40.0, k3=50.0, c1=0.7, c2=0.4, F=60.0, k_nl=120.0, mu=0.9)
+VALUES: Final = P.as_dict()
+
+
+@pytest.fixture(scope="module", params=["2", "3"])
+def extracted(request: pytest.FixtureRequest, tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """The FMU's folder, by version of FMI."""
+    folder = tmp_path_factory.mktemp("derivatives")
+    fmu = build_fmu(folder / "m.fmu", flavour="native", fmi=request.param)
+    fmpy.extract(str(fmu), str(folder / "m"))
+    return folder / "m"
+
+
+class Slave:
+    """An instance in co-simulation, by FMI 2.0 and FMI 3.0 alike, in initialization mode."""
+
+    def __init__(self, folder: Path, values: Mapping[str, float | bool]) -> None:
+        self.log: list[str] = []
+        self.fmi: Any = fmpy.instantiate_fmu(
+            str(folder),
+            fmpy.read_model_description(str(folder)),
+            fmi_type="CoSimulation",
+            debug_logging=True,
+            logger=lambda *args: self.log.append(args[-1].decode()),
+        )
+        self._is_3 = hasattr(self.fmi, "fmi3DoStep")
+        self.set(values)
+        if not self._is_3:
+            self.fmi.setupExperiment(startTime=0.0)
+        self.fmi.enterInitializationMode()
+
+    def set(self, values: Mapping[str, float | bool]) -> None:
+        for name, value in values.items():
+            kind = "Boolean" if isinstance(value, bool) else "Float64" if self._is_3 else "Real"
+            getattr(self.fmi, f"set{kind}")([REFERENCES[name]], [value])
+
+    def get(self, *names: str) -> list[float]:
+        read = self.fmi.getFloat64 if self._is_3 else self.fmi.getReal
+        values: list[float] = read([REFERENCES[name] for name in names])
+        return values
+
+    def derivatives(self, knowns: tuple[str, ...], given: Any) -> list[float]:
+        references = [[REFERENCES[name] for name in names] for names in (UNKNOWNS, knowns)]
+        found: list[float] = self.fmi.getDirectionalDerivative(*references, list(given))
+        return found
+
+    def matrix(self, knowns: tuple[str, ...]) -> Any:
+        return np.array([self.derivatives(knowns, row) for row in np.eye(len(knowns))]).T
+
+
+@contextmanager
+def slave(folder: Path, **values: float | bool) -> Iterator[Slave]:
+    made = Slave(folder, values)
+    yield made
+    made.fmi.freeInstance()
+
+
+def interpreted(values: Mapping[str, float | bool]) -> Any:
+    """The unknowns at the start by the Python flavour's model."""
+    instance = SliderBeltInstance(instance_name="twin")
+    for name, value in values.items():
+        if isinstance(value, bool):
+            instance.set_boolean([REFERENCES[name]], [value])
+        else:
+            instance.set_real([REFERENCES[name]], [value])
+    instance.setup_experiment(0.0, None, None)
+    instance.enter_initialization_mode()
+    instance.exit_initialization_mode()
+    assert not instance.log_queue
+    return np.array(instance.get_real([REFERENCES[name] for name in UNKNOWNS]))
+
+
+def difference(at: Mapping[str, float | bool], name: str) -> Any:
+    """The derivative of the unknowns by a start value or parameter, by central differences."""
+    h = 1e-5 * max(abs(at[name]), 1.0)
+    ends = [interpreted({**at, name: at[name] + sign * h}) for sign in (1.0, -1.0)]
+    return (ends[0] - ends[1]) / (2.0 * h)
+
+
+@pytest.mark.parametrize("t", [0.4, 2.5])
+def test_at_a_communication_point_they_are_those_of_the_interpreted_model(
+    extracted: Path, t: float
+) -> None:
+    with slave(extracted, **VALUES) as made:
+        made.fmi.exitInitializationMode()
+        made.fmi.doStep(0.0, t)
+        there = dict(zip(STATES, made.get(*STATES), strict=True))
+        found = made.matrix(KNOWNS)
+        mixed = np.arange(1.0, len(KNOWNS) + 1.0)
+        assert made.derivatives(KNOWNS, mixed) == pytest.approx((found @ mixed).tolist())
+        for column, name in enumerate(INPUTS, start=len(STATES)):
+            # Outputs follow an input at once.
+            ends = []
+            for sign in (1.0, -1.0):
+                made.set({name: VALUES[name] + sign * 1e-3})
+                ends.append(np.array(made.get(*UNKNOWNS)))
+            made.set({name: VALUES[name]})
+            assert found[:, column] == pytest.approx((ends[0] - ends[1]) / 2e-3, abs=1e-9), name
+    starts = {f"{name}_start": value for name, value in there.items()}
+    at = {**VALUES, **starts, "start_static": False}
+    for column, name in enumerate(KNOWNS):
+        exact = difference(at, f"{name}_start" if name in STATES else name)
+        assert found[:, column] == pytest.approx(exact, rel=1e-6, abs=1e-6), name
+    mode = Mode.CONTACT if there["y"] < 0.0 else Mode.SEPARATED
+    assert (mode is Mode.CONTACT) == (t == 0.4)
+    rows = [UNKNOWNS.index(name) for name in ("vx", "ax", "vy", "ay")]
+    by_states = jacobian(P, there["y"], mode)
+    assert found[rows, :4] == pytest.approx(np.array(by_states))
+
+
+@pytest.mark.parametrize("force", [60.0, -20.0])
+def test_in_initialization_mode_they_are_those_of_the_initial_values(
+    extracted: Path, force: float
+) -> None:
+    knowns = (*INPUTS, *PARAMETERS)
+    values = {**VALUES, "F": force}
+    with slave(extracted, **values) as made:
+        found = made.matrix(knowns)
+    for column, name in enumerate(knowns):
+        exact = difference(values, name)
+        assert found[:, column] == pytest.approx(exact, rel=1e-6, abs=1e-6), name
+        change = static_start_change(Parameters(**values), name)
+        at = [UNKNOWNS.index(state) for state in STATES]
+        assert found[at, column] == pytest.approx(change, rel=1e-12), name
+
+
+def test_given_start_values_are_knowns_of_the_initial_values(extracted: Path) -> None:
+    starts = {"x_start": 0.2, "vx_start": -1.0, "y_start": -0.7, "vy_start": 0.3}
+    values = {**VALUES, **starts, "start_static": False}
+    knowns = (*starts, *INPUTS, *PARAMETERS)
+    with slave(extracted, **values) as made:
+        found = made.matrix(knowns)
+        with pytest.raises(FMICallException):
+            made.derivatives(("x",), [1.0])
+        assert "must be that of an input or Real parameter" in made.log[-1]
+    for column, name in enumerate(knowns):
+        exact = difference(values, name)
+        assert found[:, column] == pytest.approx(exact, rel=1e-6, abs=1e-6), name
+
+
+def dependencies(folder: Path, tag: str) -> dict[str, set[str]]:
+    root = ET.parse(folder / "modelDescription.xml").getroot()
+    names = [v.name for v in VARIABLES]
+    if root.get("fmiVersion") == "2.0":
+        group, key, first = root.find(f"ModelStructure/{tag}s"), "index", 1
+        unknowns = [] if group is None else list(group)
+    else:
+        tag = tag if tag != "Derivative" else "ContinuousStateDerivative"
+        unknowns, key, first = list(root.iterfind(f"ModelStructure/{tag}")), "valueReference", 0
+    return {
+        names[int(unknown.attrib[key]) - first]: {
+            names[int(number) - first] for number in unknown.attrib["dependencies"].split()
+        }
+        for unknown in unknowns
+    }
+
+
+def test_the_description_says_which_derivatives_there_are(extracted: Path) -> None:
+    claimed = {**dependencies(extracted, "Output"), **dependencies(extracted, "Derivative")}
+    is_3 = 'fmiVersion="3.0"' in (extracted / "modelDescription.xml").read_text()
+    knowns = KNOWNS if is_3 else (*STATES, *INPUTS)
+    with slave(extracted, **VALUES) as made:
+        made.fmi.exitInitializationMode()
+        made.fmi.doStep(0.0, 0.4)
+        found = made.matrix(knowns)
+    for row, unknown in zip(found, UNKNOWNS, strict=True):
+        there = {name for name, value in zip(knowns, row, strict=True) if value}
+        # vx is a derivative and, as an output, a state.
+        assert there == claimed[unknown], unknown
+
+
+def test_what_has_no_derivative_is_refused(extracted: Path) -> None:
+    with slave(extracted, **VALUES) as made:
+        made.fmi.exitInitializationMode()
+        for knowns, given, said in (
+            (("separation",), [1.0], "must be that of an input, state or Real parameter"),
+            (("P",), [1.0], "must be that of an input, state or Real parameter"),
+            (("y",), [np.inf], "the derivative of y is no finite number"),
+            (("mu",), [np.nan], "is no finite number"),
+        ):
+            with pytest.raises(FMICallException):
+                made.derivatives(knowns, given)
+            assert said in made.log[-1]
+
+
+def test_those_of_the_brake_actuator_are_of_its_equation(tmp_path: Path) -> None:
+    fmu = build_fmu(tmp_path / "a.fmu", component="brake-actuator", flavour="native")
+    fmpy.extract(str(fmu), str(tmp_path / "a"))
+    values = {"command": 100.0, "P": 30.0, "tau": 0.2, "gain": 0.5, "F_start": 10.0}
+    with FmuInstance(tmp_path / "a") as actuator:
+        rate = [actuator.references["F_rate"]]
+
+        def by(name: str) -> float:
+            found: list[float] = actuator.fmi.getDirectionalDerivative(
+                rate, [actuator.references[name]], [1.0]
+            )
+            return found[0]
+
+        actuator.set(**values)
+        actuator.fmi.setupExperiment()
+        actuator.fmi.enterInitializationMode()
+        assert by("F_start") == pytest.approx(-5.0)
+        actuator.fmi.exitInitializationMode()
+        actuator.step(0.1)
+        force, slope = actuator.get("F", "F_rate")
+        goal = 100.0 + 0.5 * (100.0 - 30.0)
+        assert slope == pytest.approx((goal - force) / 0.2)
+        assert [by("command"), by("P"), by("F")] == pytest.approx([7.5, -2.5, -5.0])
+        assert [by("gain"), by("tau")] == pytest.approx([350.0, -slope / 0.2])
