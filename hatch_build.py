@@ -144,7 +144,7 @@ def _kernel_plan(folder: Path, target: Path, compiler: str) -> _Plan:
     objects = {"loading": [*about, str(folder / "loading.c")]}
     for variant, options in _variants(compiler).items():
         # Registers wider than those of AVX2 slow one run down.
-        for unit in ("lanes",) if variant == "avx512" else ("single", "lanes", "vary"):
+        for unit in ("lanes",) if variant == "avx512" else ("single", "lanes", "vary", "orbit"):
             objects[f"{unit}_{variant}"] = [*options, str(folder / f"{unit}.c")]
     return _Plan(objects, {target: list(objects)})
 

@@ -4,7 +4,7 @@
 recurrences), `polynomial.h` and `roots.h` (bounds, roots), `motion.h` (a step and its mode),
 `search.h` (first switches, extremes), `problem.h`, `run.h` (a step of one run), `deviations.h`
 (the variational equations), and three loops: `single.c`, `vary.c` (one run with its derivatives)
-and `lanes.c`.
+and `lanes.c`; `orbit.c` closes runs to periodic orbits.
 """
 
 from typing import TYPE_CHECKING
@@ -21,6 +21,7 @@ if TYPE_CHECKING:
         stepping_kernel as stepping_kernel,
         why_interpreted as why_interpreted,
     )
+    from .orbits import OrbitSearch as OrbitSearch, Varied as Varied
     from .status import Status as Status
 else:
     from fivtui.lazy import lazily

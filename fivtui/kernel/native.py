@@ -14,6 +14,7 @@ from numpy.typing import NDArray
 
 from fivtui.model import ComputationError, State
 
+from .orbits import OrbitSearch
 from .status import Status
 
 Floats = NDArray[np.float64]
@@ -26,7 +27,7 @@ _REASON: Final = _FOLDER / "libfivtui.txt"
 # By what `fivtui_instruction_set` returns.
 INSTRUCTION_SETS: Final = ("baseline", "avx2", "avx512")
 # Functions that gain nothing by wider registers than those of AVX2.
-_OF_ONE_RUN: Final = ("run_", "vary_")
+_OF_ONE_RUN: Final = ("run_", "vary_", "orbit_")
 # What chooses another one than the best there is.
 _CHOICE: Final = "FIVTUI_INSTRUCTION_SET"
 _LINE: Final = 64
@@ -60,6 +61,7 @@ _FUNCTIONS: Final[dict[str, tuple[Any, list[Any]]]] = {
         [_pointer, _pointer, _int, _pointer, _pointer, _int, _float, _float, _int],
     ),
     "vary_advance": (_int, [_pointer, _pointer, _int, _int, _pointer, _pointer, _pointer]),
+    "orbit_solve": (_int, [*([_pointer] * 5), _int, _pointer]),
     "static_starts": (None, [_pointer, _pointer, _pointer, _int]),
 }
 
@@ -215,6 +217,10 @@ class Kernel:
             order,
         )
         return VariedRun(self._functions["vary_advance"], memory, len(given))
+
+    def orbits(self, **asked: Any) -> OrbitSearch:
+        """Begin a search of periodic orbits: see `OrbitSearch`."""
+        return OrbitSearch(self._functions["orbit_solve"], self._varied_size, **asked)
 
     def work(self, **asked: Any) -> "Work":
         """Begin a chunk of a batch: see `Work`."""

@@ -1,33 +1,27 @@
 """Curves of periodic orbits along a parameter, by pseudo-arclength continuation over shooting.
 
-Unknowns are a state on the orbit, the period and the parameter. The phase is fixed by a plane
-across the orbit before, so that no section of the motion is needed and lift-off changes nothing.
+Unknowns are a state on the orbit, the period and the parameters that vary, each in a unit of its
+own. The phase is fixed by a plane across the orbit before, so that no section of the motion is
+needed and lift-off changes nothing.
 """
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from typing import Final
 
 import numpy as np
 from numpy.typing import NDArray
 
-from fivtui.model import (
-    Cancelled,
-    ComputationError,
-    InputError,
-    Parameters,
-    equilibrium,
-)
-from fivtui.taylor import Seed
-from fivtui.transient import START_SEEDS, Request, Variation, vary
+from fivtui.kernel import OrbitSearch, Varied, load_kernel, why_interpreted
+from fivtui.model import PARAMETERS, Cancelled
+from fivtui.taylor import local_tolerance, order_for
+from fivtui.transient import MAX_T_END
 
-FloatArray = NDArray[np.float64]
+from .flow import FLOW_TOL, MOST_STEPS, FloatArray, Flow, Return, SliderBeltFlow
 
-# Places of the unknowns.
-PERIOD: Final = 4
-VALUE: Final = 5
-_FLOW_TOL: Final = 1e-13
-_MOST_STEPS: Final = 20_000
+# Places of the unknowns, from the last: of one parameter that varies.
+VALUE: Final = -1
+PERIOD: Final = -2
 _MOST_ITERATIONS: Final = 8
 # A residual below the first is not improved; one above the second, relative to the state, is none.
 _EXACT: Final = 2e-13
@@ -40,17 +34,17 @@ class OrbitOnCurve:
 
     Attributes
     ----------
-    unknowns : ndarray, shape (6,)
-        State, period and parameter, in units of the scales of the curve.
-    flow : Variation
-        One period of the motion from the state.
-    across : ndarray, shape (6,)
-        Normal of the plane in which the next orbit is looked for.
-    tangent : ndarray, shape (6,)
+    unknowns : ndarray, shape (n + 1 + q,)
+        State, period and parameters, in units of the scales of the curve.
+    tangent : ndarray, shape (n + 1 + q,)
         Unit tangent of the curve.
-    monodromy : ndarray, shape (3, 3)
+    across : ndarray, shape (n,)
+        Normal of the plane in which the next orbit is looked for.
+    monodromy : ndarray, shape (n - 1, n - 1)
         The return map's derivative across the orbit, in scaled coordinates: its eigenvalues are the
         Floquet multipliers but for the one along the orbit.
+    extremes : ndarray
+        Of the motion, see `Return`.
     determinant : float
         Of the scaled equations with the tangent; zero at a branch point, not at a fold.
     iterations : int
@@ -58,10 +52,10 @@ class OrbitOnCurve:
     """
 
     unknowns: FloatArray
-    flow: Variation
-    across: FloatArray
     tangent: FloatArray
+    across: FloatArray
     monodromy: FloatArray
+    extremes: FloatArray
     determinant: float
     iterations: int
 
@@ -73,145 +67,162 @@ class OrbitOnCurve:
 
 
 class OrbitCurve:
-    """The equations of the periodic orbits of a parameter set along a parameter.
+    """The equations of the periodic orbits of a flow along the parameters that vary.
 
     Parameters
     ----------
-    p : Parameters
-        The parameter set.
-    name : str
-        The parameter that varies.
-    scales : ndarray, shape (6,)
-        Units of state, period and parameter in which distances along the curve are measured.
-    separation : bool
-        Whether separation is considered.
+    flow : Flow
+        The flow.
+    scales : ndarray, shape (n + 1 + q,)
+        Units of state, period and parameters in which distances along the curve are measured.
     go_on : callable
-        Called before every motion; cancels the work by returning False.
+        Called before every search; cancels the work by returning False.
     """
 
     def __init__(
-        self,
-        p: Parameters,
-        name: str,
-        scales: FloatArray,
-        *,
-        separation: bool = True,
-        go_on: Callable[[], bool] = lambda: True,
+        self, flow: Flow, scales: FloatArray, *, go_on: Callable[[], bool] = lambda: True
     ) -> None:
-        self._p, self._name, self.scales = p, name, scales
-        self._separation, self._go_on = separation, go_on
-        self._seeds = [*START_SEEDS, Seed((0.0, 0.0, 0.0, 0.0), {name: 1.0})]
-
-    def parameters(self, unknowns: FloatArray) -> Parameters:
-        """The parameter set of an orbit."""
-        return self._p.with_values({self._name: float(unknowns[VALUE] * self.scales[VALUE])})
-
-    def from_rest(self, unknowns: FloatArray) -> float:
-        """Scaled distance of the state from the equilibrium."""
-        point = equilibrium(self.parameters(unknowns), separation=self._separation)
-        rest = np.array([point.x, 0.0, point.y, 0.0]) / self.scales[:4]
-        return float(np.linalg.norm(unknowns[:4] - rest))
+        self._flow, self.scales, self._go_on = flow, scales, go_on
+        self._states, self._count = flow.states, len(scales)
+        self._search = _compiled(flow, scales) if isinstance(flow, SliderBeltFlow) else None
 
     def solve(
         self,
         guess: FloatArray,
-        across: FloatArray,
-        along: FloatArray,
-        tangent: FloatArray | None = None,
+        planes: FloatArray,
+        along: FloatArray | None = None,
+        *,
+        turning: bool = True,
     ) -> OrbitOnCurve | None:
         """The periodic orbit near a guess; None if Newton's method finds none.
 
         Parameters
         ----------
-        guess : ndarray, shape (6,)
+        guess : ndarray, shape (n + 1 + q,)
             Scaled unknowns.
-        across, along : ndarray, shape (6,)
-            Normals of the two planes through the guess in which it is looked for.
-        tangent : ndarray, shape (6,), optional
-            Direction along the curve that the new tangent is to have; `along` if not given.
+        planes : ndarray, shape (1 + q, n + 1 + q)
+            Normals of the planes through the guess in which it is looked for.
+        along : ndarray, shape (n + 1 + q,), optional
+            Direction along the curve that the new tangent is to have; the last plane's if not
+            given.
+        turning : bool
+            Whether the tangent is in the plane across the orbit found instead of in the first.
 
         Raises
         ------
         Cancelled
             If `go_on` returned False.
         """
+        if not self._go_on():
+            raise Cancelled
+        if not np.isfinite(guess).all():
+            return None
+        way = planes[-1] if along is None else along
+        if self._search is not None:
+            found = self._search.solve(guess, planes, way, turning=turning)
+            return None if found is None else OrbitOnCurve(*found)
+        return self._newton(guess, planes, way, turning=turning)
+
+    def _newton(
+        self, guess: FloatArray, planes: FloatArray, along: FloatArray, *, turning: bool
+    ) -> OrbitOnCurve | None:
+        # As `orbit_solve` in the compiled kernel does it.
+        states = self._states
         unknowns = guess.copy()
-        system = np.zeros((6, 6))
-        system[4], system[5] = across, along
-        least, best = np.inf, None
+        system = np.zeros((self._count, self._count))
+        system[states:] = planes
+        least, best, size = np.inf, None, 0.0
         for iteration in range(_MOST_ITERATIONS):
-            flow = self._flow(unknowns)
-            if flow is None:
+            there = self._return(unknowns)
+            if there is None:
                 break
-            self._fill(system, flow)
-            missed = np.zeros(6)
-            missed[:4] = np.array(flow.final) / self.scales[:4] - unknowns[:4]
-            away = unknowns - guess
-            missed[4:] = across @ away, along @ away
-            residual = float(np.abs(missed).max())
-            size = float(np.abs(unknowns[:4]).max())
+            self._fill(system, there)
+            missed = np.zeros(self._count)
+            missed[:states] = there.final / self.scales[:states] - unknowns[:states]
+            missed[states:] = planes @ (unknowns - guess)
+            residual, here = float(np.abs(missed).max()), float(np.abs(unknowns[:states]).max())
             if residual < least:
-                least, best = residual, (unknowns, flow, iteration)
+                least, best, size = residual, (unknowns, there, iteration), here
             elif least < _CONVERGED * size:
                 break
-            if residual < _EXACT * size:
+            if residual < _EXACT * here:
                 break
             try:
                 unknowns = unknowns - np.linalg.solve(system, missed)
             except np.linalg.LinAlgError:
                 break
-        if best is None or not least < _CONVERGED * float(np.abs(best[0][:4]).max()):
+        if best is None or not least < _CONVERGED * size:
             return None
-        return self._completed(best, along if tangent is None else tangent)
+        return self._completed(best, planes, along, turning=turning)
 
     def _completed(
-        self, found: tuple[FloatArray, Variation, int], along: FloatArray
+        self,
+        found: tuple[FloatArray, Return, int],
+        planes: FloatArray,
+        along: FloatArray,
+        *,
+        turning: bool,
     ) -> OrbitOnCurve | None:
-        unknowns, flow, iterations = found
-        system = np.zeros((6, 6))
-        self._fill(system, flow)
-        rate = flow.rate / self.scales[:4]
-        speed = float(np.linalg.norm(rate))
-        across = np.zeros(6)
-        across[:4] = rate / speed
-        system[4], system[5] = across, along
+        (unknowns, there, iterations), states = found, self._states
+        system = np.zeros((self._count, self._count))
+        self._fill(system, there)
+        system[states:], system[-1] = planes, along
+        rate = there.rate / self.scales[:states]
+        across = rate / np.linalg.norm(rate)
+        if turning:
+            system[states] = 0.0
+            system[states, :states] = across
         try:
-            tangent = np.linalg.solve(system, np.eye(6)[5])
+            tangent = np.linalg.solve(system, np.eye(self._count)[-1])
         except np.linalg.LinAlgError:
             return None
         tangent = tangent / np.linalg.norm(tangent)
-        system[5] = tangent
-        # The directions across the orbit: what is left of an orthonormal basis that begins with the
-        # motion's own.
-        others = np.linalg.qr(np.column_stack([across[:4], np.eye(4)]))[0][:, 1:4]
-        monodromy = others.T @ (system[:4, :4] + np.eye(4)) @ others
+        system[-1] = tangent
+        # Directions across the orbit: the columns of a reflection of the first axis to its own.
+        turn = across.copy()
+        turn[0] += -1.0 if across[0] < 0.0 else 1.0
+        basis = (np.eye(states) - np.outer(turn, 2.0 / (turn @ turn) * turn))[:, 1:]
+        monodromy = basis.T @ (system[:states, :states] + np.eye(states)) @ basis
+        determinant = float(np.linalg.det(system))
         return OrbitOnCurve(
-            unknowns, flow, across, tangent, monodromy, float(np.linalg.det(system)), iterations
+            unknowns, tangent, across, monodromy, there.extremes, determinant, iterations
         )
 
-    def _flow(self, unknowns: FloatArray) -> Variation | None:
-        # One period; None if there is none.
-        if not self._go_on():
-            raise Cancelled
-        if not np.isfinite(unknowns).all():
+    def _return(self, unknowns: FloatArray) -> Return | None:
+        values = unknowns * self.scales
+        period = float(values[self._states])
+        if not np.isfinite(values).all() or not period > 0.0:
             return None
-        state, period = unknowns[:4] * self.scales[:4], unknowns[PERIOD] * self.scales[PERIOD]
-        try:
-            request = Request(
-                self.parameters(unknowns),
-                t_end=float(period),
-                tol=_FLOW_TOL,
-                separation=self._separation,
-                start=state.tolist(),
-                max_steps=_MOST_STEPS,
-            )
-            return vary(request, self._seeds)
-        except (InputError, ComputationError):
-            # A guess out of the range of the parameters, or that runs away.
-            return None
+        return self._flow.follow(values[: self._states], period, values[self._states + 1 :])
 
-    def _fill(self, system: FloatArray, flow: Variation) -> None:
-        scales = self.scales
-        system[:4, :4] = flow.derivatives[:, :4] * scales[:4] / scales[:4, None] - np.eye(4)
-        system[:4, PERIOD] = flow.rate * scales[PERIOD] / scales[:4]
-        system[:4, VALUE] = flow.derivatives[:, 4] * scales[VALUE] / scales[:4]
+    def _fill(self, system: FloatArray, there: Return) -> None:
+        n, scales = self._states, self.scales
+        units = scales[:n, None]
+        system[:n, :n] = there.derivatives[:, :n] * scales[:n] / units - np.eye(n)
+        system[:n, n] = there.rate * scales[n] / scales[:n]
+        system[:n, n + 1 :] = there.derivatives[:, n:] * scales[n + 1 :] / units
+
+
+def _compiled(flow: SliderBeltFlow, scales: FloatArray) -> OrbitSearch | None:
+    if why_interpreted() is not None:
+        return None
+    tol = local_tolerance(FLOW_TOL)
+    places: Mapping[str, int] = {name: place for place, name in enumerate(PARAMETERS)}
+    specs = (PARAMETERS[name] for name in flow.names)
+    return load_kernel().orbits(
+        parameters=[*flow.p.as_dict().values()],
+        varied=[
+            Varied(
+                places[spec.name],
+                float(np.nextafter(spec.lower, np.inf)) if spec.lower_open else spec.lower,
+                spec.upper,
+            )
+            for spec in specs
+        ],
+        scales=scales,
+        separation=flow.separation,
+        tol=tol,
+        order=order_for(tol),
+        longest=MAX_T_END,
+        budget=MOST_STEPS,
+    )

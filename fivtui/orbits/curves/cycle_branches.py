@@ -1,17 +1,27 @@
 """Branches of limit cycles along a parameter, stable and unstable."""
 
+from collections.abc import Sequence
+from dataclasses import replace
 from typing import Final
 
-from fivtui.model import InputError, Parameters, parameter_spec
+import numpy as np
+
+from fivtui.model import InputError, Parameters, State, parameter_spec
 from fivtui.orbits.explorer import Watch
 from fivtui.transient import Progress
 
-from .origins import from_cycle, from_hopf
-from .result import CycleBranch, Origin
+from .arclength import OrbitOnCurve
+from .branch_curve import BranchCurve
+from .events import MOST_POINTS, End
+from .following import Followed, Follower
+from .origins import Beginning, from_cycle, from_hopf, nearest_hopf, through
+from .result import BranchEvent, CycleBranch, CyclePoint, Origin
 
 ORIGINS: Final[tuple[Origin, ...]] = ("hopf", "cycle")
 # Bounds of the parameter, if not given: its value over and times this.
 _SPAN: Final = 10.0
+# Amplitude relative to the characteristic length at which a branch has returned to the equilibrium.
+_RETURNED: Final = 4e-3
 
 
 def branch(
@@ -76,13 +86,112 @@ def branch(
     if not separation and p.k_nl == 0.0 and name != "k_nl":
         raise InputError("k_nl = 0: must be above 0 where separation is ignored: it is linear")
     watch = Watch(progress)
+    given = (p, name, (bottom, top), watch)
     if origin == "hopf":
-        begun = from_hopf(p, name, (bottom, top), watch, separation=separation)
+        beginning = from_hopf(*given, separation=separation)
     else:
-        begun = from_cycle(p, name, (bottom, top), watch, separation=separation)
+        beginning = from_cycle(*given, separation=separation)
+    points, events, ends = _followed(*given, beginning, separation=separation)
     if progress is not None:
         progress(1.0)
-    return CycleBranch(p, separation, name, bottom, top, origin, *begun)
+    return CycleBranch(p, separation, name, bottom, top, origin, points, events, ends)
+
+
+def branch_through(
+    p: Parameters,
+    name: str,
+    cycle: tuple[State, float],
+    bounds: tuple[float, float],
+    *,
+    separation: bool = True,
+    progress: Progress | None = None,
+) -> CycleBranch:
+    """The branch through a limit cycle of a parameter set, followed both ways.
+
+    Parameters
+    ----------
+    p, name, separation, progress
+        As in `branch`.
+    cycle : tuple of State and float
+        A state near the cycle, m and m/s, and its period, s.
+    bounds : tuple of float
+        Range of the parameter, in which its value in `p` is.
+
+    Raises
+    ------
+    ComputationError
+        If there is no such cycle.
+    Cancelled
+        If `progress` returned False.
+    """
+    watch = Watch(progress)
+    beginning = through(p, name, bounds, watch, cycle, separation=separation)
+    parts = _followed(p, name, bounds, watch, beginning, separation=separation)
+    low, high = bounds
+    return CycleBranch(p, separation, name, low, high, "cycle", *parts)
+
+
+_Parts = tuple[tuple[CyclePoint, ...], tuple[BranchEvent, ...], tuple[End, End]]
+
+
+def _followed(
+    p: Parameters,
+    name: str,
+    bounds: tuple[float, float],
+    watch: Watch,
+    beginning: Beginning,
+    *,
+    separation: bool,
+) -> _Parts:
+    # Both ways, or away from a Hopf point.
+    curve, start = beginning.curve, beginning.start
+    follower = Follower(curve, _RETURNED, lambda count: watch.tell(count / MOST_POINTS))
+    ahead = follower.follow(start)
+    points, events = _told(curve, start, ahead)
+    ends = (End.EQUILIBRIUM if beginning.hopf is not None else ahead.end, ahead.end)
+    if beginning.hopf is not None:
+        events = [beginning.hopf, *events]
+    elif ahead.end is not End.CLOSED:
+        turned = replace(start, tangent=-start.tangent, determinant=-start.determinant)
+        back = follower.follow(turned)
+        before, events_before = _told(curve, start, back)
+        points, events = [*before[:0:-1], *points], [*events_before[::-1], *events]
+        ends = (back.end, ahead.end)
+        if back.end is End.EQUILIBRIUM:
+            first = nearest_hopf(p, name, bounds, points[0].value, separation=separation)
+            events = [*first, *events]
+    if ahead.end is End.EQUILIBRIUM:
+        events += nearest_hopf(p, name, bounds, points[-1].value, separation=separation)
+    return tuple(points), tuple(events), ends
+
+
+def points_of(curve: BranchCurve, orbits: Sequence[OrbitOnCurve]) -> list[CyclePoint]:
+    """Orbits of a curve as limit cycles."""
+    multipliers = np.linalg.eigvals(np.array([orbit.monodromy for orbit in orbits]))
+    sizes = np.abs(multipliers)
+    order = np.argsort(-sizes, axis=1, kind="stable")
+    chosen = np.take_along_axis(multipliers.astype(np.complex128), order, axis=1).tolist()
+    unknowns = (np.array([orbit.unknowns for orbit in orbits]) * curve.scales).tolist()
+    extremes = np.array([orbit.extremes for orbit in orbits]).tolist()
+    stable = (sizes.max(axis=1) < 1.0).tolist()
+    return [
+        CyclePoint(value, period, (x, vx, y, vy), low, high, steady, tuple(each))
+        for (x, vx, y, vy, period, value), (_, _, low, high, *_), steady, each in zip(
+            unknowns, extremes, stable, chosen, strict=True
+        )
+    ]
+
+
+def _told(
+    curve: BranchCurve, start: OrbitOnCurve, found: Followed[OrbitOnCurve]
+) -> tuple[list[CyclePoint], list[BranchEvent]]:
+    points = points_of(curve, (start, *found.points))
+    events = [
+        BranchEvent(kind, one.value, one.period, one.y_min, one.y_max)
+        for place, kind in found.events.items()
+        for one in [points[place + 1]]
+    ]
+    return points, events
 
 
 def _range(p: Parameters, name: str, low: float | None, high: float | None) -> tuple[float, float]:

@@ -8,7 +8,7 @@ from matplotlib.figure import Figure
 from fivtui.model import PARAMETERS
 from fivtui.plotting import STYLE, new_figure, parameter_line, quantity_label
 
-from .following import EventKind
+from .events import EventKind
 from .result import CycleBranch, CyclePoint
 
 _SIZE: Final = (4.8, 3.9)

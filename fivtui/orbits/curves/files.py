@@ -11,7 +11,7 @@ from fivtui.io import write_table
 from fivtui.model import PARAMETERS, Column
 from fivtui.transient import START_SPECS
 
-from .following import End, EventKind
+from .events import End, EventKind
 from .result import BranchEvent, CycleBranch
 
 # What a file is called in messages.

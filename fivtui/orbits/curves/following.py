@@ -1,18 +1,18 @@
-"""Following a curve of periodic orbits: step control, events on the way, and where it ends."""
+"""Following a curve: step control, events on the way, and where it ends."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
-from enum import StrEnum
-from typing import Final
+from typing import Final, Generic, NamedTuple, Protocol, TypeVar
 
 import numpy as np
 
-from .arclength import VALUE, FloatArray, OrbitCurve, OrbitOnCurve
+from .arclength import VALUE
+from .events import MOST_POINTS, End, EventKind
+from .flow import FloatArray
 
-MOST_POINTS: Final = 2000
 # Distances along the curve are in units of its scales. A step is at most this part of the distance
 # from the equilibrium, for a large orbit at most the second, and passes at most the fourth of the
-# range of the parameter; it turns the tangent by at most this angle, rad. The last is given up.
+# range of a parameter; it turns the tangent by at most this angle, rad. The last is given up.
 _PART: Final = 0.4
 _PART_OF_LARGE: Final = 0.1
 _LONGEST: Final = 0.25
@@ -25,97 +25,111 @@ _GROWTH: Final = 1.5
 _EASY: Final = 4
 # The part of its distance from the equilibrium that an orbit may lose in a step.
 _KEPT: Final = 0.3
-# Derivatives of the parameter along the curve below this are rounding.
+# Components of the tangent below this are rounding.
 _LEVEL: Final = 1e-9
+# The bend of the curve is that of the step before unless this was shorter than this part of it.
+_BENT: Final = 0.2
 # Orbits closer to the curve than this part of a step are on it, and the same if that close.
 _NEAR: Final = 0.1
 _SAME: Final = 1e-6
-_ON_CIRCLE: Final = 1e-6
 
 
-class EventKind(StrEnum):
-    """What happens at a point of a branch."""
+class PointOnCurve(Protocol):
+    """A point of a curve: scaled unknowns, unit tangent, and how many iterations it took."""
 
-    HOPF = "hopf"
-    TOUCH = "touch"
-    FOLD = "fold"
-    PERIOD_DOUBLING = "period-doubling"
-    TORUS = "torus"
-    BRANCH = "branch"
+    @property
+    def unknowns(self) -> FloatArray:
+        """Scaled unknowns."""
+        ...
+
+    @property
+    def tangent(self) -> FloatArray:
+        """Unit tangent."""
+        ...
+
+    @property
+    def iterations(self) -> int:
+        """Iterations of Newton's method."""
+        ...
 
 
-class End(StrEnum):
-    """Why a branch ends."""
+P = TypeVar("P", bound=PointOnCurve)
 
-    EQUILIBRIUM = "returns to the equilibrium"
-    BOUND = "leaves the range"
-    CLOSED = "is closed"
-    UNBOUNDED = "grows without bounds"
-    LOST = "cannot be followed farther"
-    LONG = f"has more than {MOST_POINTS} points"
+
+class Bound(NamedTuple):
+    """The scaled range of one of the unknowns."""
+
+    place: int
+    low: float
+    high: float
+
+
+class Curve(Protocol[P]):
+    """A curve that can be followed."""
+
+    @property
+    def bounds(self) -> Sequence[Bound]:
+        """Ranges in which it is followed."""
+        ...
+
+    @property
+    def tests(self) -> Mapping[EventKind, Callable[[P], float]]:
+        """Functions that change their sign at events."""
+        ...
+
+    def correct(
+        self, guess: FloatArray, here: P, along: FloatArray, tangent: FloatArray | None = None
+    ) -> P | None:
+        """The point near a guess in the plane through it with the normal `along`.
+
+        `here` is a point nearby; `tangent` is the direction that the new one is to have, `along` if
+        not given. None if there is none.
+        """
+        ...
+
+    def size(self, point: P) -> float:
+        """Scaled distance from where the curve begins and ends, such as the equilibrium."""
+        ...
+
+    def features(self, point: P) -> FloatArray:
+        """What two points have in common if they are the same."""
+        ...
+
+    def confirmed(self, kind: EventKind, point: P) -> bool:
+        """Whether an event is what its test looked for."""
+        ...
 
 
 @dataclass(frozen=True, slots=True)
-class Followed:
-    """A part of a branch: its orbits after the first, the events at some of them, and its end."""
+class Followed(Generic[P]):
+    """A part of a curve: its points after the first, the events at some of them, and its end."""
 
-    orbits: tuple[OrbitOnCurve, ...]
+    points: tuple[P, ...]
     events: dict[int, EventKind]
     end: End
 
 
-_Test = Callable[[OrbitOnCurve], float]
-
-
-def _touch(orbit: OrbitOnCurve) -> float:
-    # Zero where the highest or the lowest point is at y = 0; positive if the cycle crosses it.
-    low, high = orbit.flow.extremes[2:4].tolist()
-    return float(-low * high)
-
-
-def _level(orbit: OrbitOnCurve) -> float:
-    change = float(orbit.tangent[VALUE])
-    return change if abs(change) > _LEVEL else 0.0
-
-
-def _flip(orbit: OrbitOnCurve) -> float:
-    return float(np.linalg.det(orbit.monodromy + np.eye(3)))
-
-
-def _pairs(orbit: OrbitOnCurve) -> float:
-    # Zero where the product of two multipliers is 1.
-    one, two, three = np.linalg.eigvals(orbit.monodromy).tolist()
-    return float(((one * two - 1.0) * (one * three - 1.0) * (two * three - 1.0)).real)
-
-
-_TESTS: Final[dict[EventKind, _Test]] = {
-    EventKind.TOUCH: _touch,
-    EventKind.FOLD: _level,
-    EventKind.PERIOD_DOUBLING: _flip,
-    EventKind.TORUS: _pairs,
-    EventKind.BRANCH: lambda orbit: orbit.determinant,
-}
-
-
 @dataclass(frozen=True, slots=True)
-class _Place:
-    # An orbit, what the tests say of it, and its scaled distance from the equilibrium.
-    orbit: OrbitOnCurve
+class _Place(Generic[P]):
+    # A point, what the tests say of it, its size, and what makes it known.
+    point: P
     values: dict[EventKind, float]
-    distance: float
+    size: float
+    features: FloatArray
 
 
-def _angle(one: _Place, other: _Place) -> float:
-    return float(np.arccos(np.clip(one.orbit.tangent @ other.orbit.tangent, -1.0, 1.0)))
+def _angle(one: PointOnCurve, other: PointOnCurve) -> float:
+    return float(np.arccos(min(max(float(one.tangent @ other.tangent), -1.0), 1.0)))
 
 
-def _missed_folds(here: _Place, there: _Place) -> bool:
+def _missed_folds(here: _Place[P], there: _Place[P]) -> bool:
     # Whether the parabola through the slopes of the parameter at both ends, and with its mean over
     # the step, has two zeros in between.
-    one, other = here.values[EventKind.FOLD], there.values[EventKind.FOLD]
+    one = here.values.get(EventKind.FOLD, 0.0)
+    other = there.values.get(EventKind.FOLD, 0.0)
     if not one * other > 0.0:
         return False
-    change = there.orbit.unknowns - here.orbit.unknowns
+    change = there.point.unknowns - here.point.unknowns
     mean = float(change[VALUE]) / float(np.linalg.norm(change))
     sign = np.sign(one)
     one, other, mean = one * sign, other * sign, mean * sign
@@ -127,163 +141,192 @@ def _missed_folds(here: _Place, there: _Place) -> bool:
     return bool(0.0 < turn < 1.0 and one - 0.25 * slope * slope / bend < 0.0)
 
 
-class Follower:
-    """Follows a curve from an orbit to its end.
+class Follower(Generic[P]):
+    """Follows a curve from a point to its end.
 
     Parameters
     ----------
-    curve : OrbitCurve
+    curve : Curve
         The curve.
-    low, high : float
-        Bounds of the parameter, scaled.
     nearest : float
-        Scaled distance from the equilibrium at which the branch has returned to it.
+        Size at which the curve has returned to where it began.
     tell : callable
         Called with the number of points after every step.
-    touches : bool
-        Whether y = 0 means anything: whether separation is considered.
+    most : int
+        Points after which the curve is too long.
     """
 
     def __init__(
         self,
-        curve: OrbitCurve,
-        low: float,
-        high: float,
+        curve: Curve[P],
         nearest: float,
         tell: Callable[[int], None],
         *,
-        touches: bool,
+        most: int = MOST_POINTS,
     ) -> None:
-        self._curve, self._low, self._high, self._nearest = curve, low, high, nearest
-        self._tell = tell
-        self._tests = {
-            kind: test for kind, test in _TESTS.items() if touches or kind is not EventKind.TOUCH
-        }
+        self._curve, self._nearest, self._tell, self._most = curve, nearest, tell, most
 
-    def follow(self, start: OrbitOnCurve) -> Followed:
-        """Follow the curve from an orbit, in the direction of its tangent."""
-        orbits: list[OrbitOnCurve] = []
+    def follow(
+        self, start: P, *, step: float | None = None, until: EventKind | None = None
+    ) -> Followed[P]:
+        """Follow the curve from a point, in the direction of its tangent.
+
+        Parameters
+        ----------
+        start : P
+            The point.
+        step : float, optional
+            Length of the first step.
+        until : EventKind, optional
+            An event at which to end.
+        """
+        points: list[P] = []
         events: dict[int, EventKind] = {}
-        here = self._place(start)
-        step = _PART * here.distance
-        outward = self._high if start.tangent[VALUE] > 0.0 else self._low
-        end = End.BOUND if start.unknowns[VALUE] == outward else None
+        first = here = self._place(start)
+        before: _Place[P] | None = None
+        step = _PART * here.size if step is None else step
+        end = End.BOUND if self._leaves(start) else None
         while end is None:
-            self._tell(len(orbits))
+            self._tell(len(points))
             step = min(step, self._longest(here))
             if step < _SHORTEST:
                 end = End.LOST
                 continue
-            there, event = self._next(here, step)
+            there, event = self._next(here, before, step)
             if there is None:
                 step *= 0.5
                 continue
-            if orbits and self._closes(start, here.orbit, there.orbit):
-                there, event, end = self._place(start), None, End.CLOSED
+            if points and self._closes(first, here, there):
+                there, event, end = first, None, End.CLOSED
             else:
-                end = self._end(here, there, len(orbits))
+                end = self._end(here, there, len(points))
+            before = here
             if event is not None:
                 there.values[event] = 0.0
-                events[len(orbits)] = event
+                events[len(points)] = event
                 step *= 0.5
-            elif there.orbit.iterations <= _EASY and _angle(here, there) < 0.5 * _TURN:
+                end = End.EVENT if event is until else end
+            elif there.point.iterations <= _EASY and _angle(here.point, there.point) < 0.5 * _TURN:
                 step *= _GROWTH
-            orbits.append(there.orbit)
+            points.append(there.point)
             here = there
-        return Followed(tuple(orbits), events, end)
+        return Followed(tuple(points), events, end)
 
-    def _place(self, orbit: OrbitOnCurve) -> _Place:
-        values = {kind: test(orbit) for kind, test in self._tests.items()}
-        return _Place(orbit, values, self._curve.from_rest(orbit.unknowns))
+    def _place(self, point: P) -> _Place[P]:
+        values = {kind: test(point) for kind, test in self._curve.tests.items()}
+        return _Place(point, values, self._curve.size(point), self._curve.features(point))
 
-    def _longest(self, here: _Place) -> float:
-        level = abs(float(here.orbit.tangent[VALUE])) + _LEVEL
-        return min(
-            _PART * here.distance,
-            max(_LONGEST, _PART_OF_LARGE * here.distance),
-            _PART_OF_RANGE * (self._high - self._low) / level,
+    def _leaves(self, start: P) -> bool:
+        return any(
+            start.unknowns[each.place] == (each.high if start.tangent[each.place] > 0 else each.low)
+            for each in self._curve.bounds
         )
 
-    def _next(self, here: _Place, step: float) -> tuple[_Place | None, EventKind | None]:
-        # The next orbit, or the first event before it; no orbit if the step is too long.
-        guess = here.orbit.unknowns + step * here.orbit.tangent
-        orbit = self._curve.solve(guess, here.orbit.across, here.orbit.tangent)
-        if orbit is None or not self._low <= orbit.unknowns[VALUE] <= self._high:
-            orbit = self._at_bound(here.orbit, guess if orbit is None else orbit.unknowns)
-        if orbit is None:
+    def _longest(self, here: _Place[P]) -> float:
+        tangent = here.point.tangent
+        return min(
+            _PART * here.size,
+            max(_LONGEST, _PART_OF_LARGE * here.size),
+            *(
+                _PART_OF_RANGE * (high - low) / (abs(float(tangent[place])) + _LEVEL)
+                for place, low, high in self._curve.bounds
+            ),
+        )
+
+    def _next(
+        self, here: _Place[P], before: _Place[P] | None, step: float
+    ) -> tuple[_Place[P] | None, EventKind | None]:
+        # The next point, or the first event before it; none if the step is too long.
+        one = here.point
+        guess = one.unknowns + step * one.tangent
+        if before is not None:
+            distance = float(np.linalg.norm(one.unknowns - before.point.unknowns))
+            if distance > _BENT * step:
+                guess += 0.5 * step * step / distance * (one.tangent - before.point.tangent)
+        other = self._curve.correct(guess, one, one.tangent)
+        if other is None or self._outside(other.unknowns):
+            other = self._at_bound(one, guess if other is None else other.unknowns)
+        if other is None:
             return None, None
-        there = self._place(orbit)
-        lost = there.distance < _KEPT * here.distance
-        if lost or _angle(here, there) > _TURN or _missed_folds(here, there):
+        there = self._place(other)
+        lost = there.size < _KEPT * here.size
+        if lost or _angle(one, other) > _TURN or _missed_folds(here, there):
             return None, None
         event = self._first_event(here, there)
         return (there, None) if event is None else (self._place(event[1]), event[0])
 
-    def _end(self, here: _Place, there: _Place, before: int) -> End | None:
-        if not self._low < there.orbit.unknowns[VALUE] < self._high:
+    def _outside(self, unknowns: FloatArray) -> bool:
+        return not all(low <= unknowns[place] <= high for place, low, high in self._curve.bounds)
+
+    def _end(self, here: _Place[P], there: _Place[P], before: int) -> End | None:
+        unknowns = there.point.unknowns
+        if not all(low < unknowns[place] < high for place, low, high in self._curve.bounds):
             return End.BOUND
-        if there.distance < min(self._nearest, here.distance):
+        if there.size < min(self._nearest, here.size):
             return End.EQUILIBRIUM
-        if there.distance > _LARGEST:
+        if there.size > _LARGEST:
             return End.UNBOUNDED
-        return End.LONG if before + 1 >= MOST_POINTS else None
+        return End.LONG if before + 1 >= self._most else None
 
-    def _at_bound(self, here: OrbitOnCurve, target: FloatArray) -> OrbitOnCurve | None:
-        # The orbit at the bound between an orbit and the unknowns of one beyond it.
+    def _at_bound(self, here: P, target: FloatArray) -> P | None:
+        # The point at the first bound between a point and the unknowns of one beyond it.
         change = target - here.unknowns
-        bound = self._high if change[VALUE] > 0.0 else self._low
-        if not (here.unknowns[VALUE] - bound) * (target[VALUE] - bound) < 0.0:
+        reached = []
+        for place, low, high in self._curve.bounds:
+            bound = high if change[place] > 0.0 else low
+            if (here.unknowns[place] - bound) * (target[place] - bound) < 0.0:
+                reached.append(((bound - here.unknowns[place]) / change[place], place, bound))
+        if not reached:
             return None
-        guess = here.unknowns + change * (bound - here.unknowns[VALUE]) / change[VALUE]
-        guess[VALUE] = bound
-        return self._curve.solve(guess, here.across, np.eye(6)[VALUE], here.tangent)
+        share, place, bound = min(reached)
+        guess = here.unknowns + change * share
+        guess[place] = bound
+        return self._curve.correct(guess, here, np.eye(len(guess))[place], here.tangent)
 
-    def _first_event(self, here: _Place, there: _Place) -> tuple[EventKind, OrbitOnCurve] | None:
-        found: list[tuple[float, EventKind, OrbitOnCurve]] = []
-        for kind, test in self._tests.items():
+    def _first_event(self, here: _Place[P], there: _Place[P]) -> tuple[EventKind, P] | None:
+        found: list[tuple[float, EventKind, P]] = []
+        for kind, test in self._curve.tests.items():
             if here.values[kind] * there.values[kind] < 0.0:
-                located = self._locate(here.orbit, there.orbit, test, here.values[kind])
-                if located is not None and _confirmed(kind, located[1]):
+                located = self._locate(here.point, there.point, test, here.values[kind])
+                if located is not None and self._curve.confirmed(kind, located[1]):
                     found.append((located[0], kind, located[1]))
         if not found:
             return None
-        _, kind, orbit = min(found, key=lambda one: one[0])
-        return kind, orbit
+        _, kind, point = min(found, key=lambda one: one[0])
+        return kind, point
 
     def _locate(
-        self, here: OrbitOnCurve, there: OrbitOnCurve, test: _Test, begin: float
-    ) -> tuple[float, OrbitOnCurve] | None:
-        # The orbit at which a test is zero, and its distance along the tangent.
+        self, here: P, there: P, test: Callable[[P], float], begin: float
+    ) -> tuple[float, P] | None:
+        # The point at which a test is zero, and its distance along the tangent.
         from scipy.optimize import brentq
 
         step = float(here.tangent @ (there.unknowns - here.unknowns))
-        orbits = {0.0: here, step: there}
+        points = {0.0: here, step: there}
 
         def value(at: float) -> float:
             if at == 0.0:
                 return begin
-            if at not in orbits:
-                low = max(one for one in orbits if one < at)
-                high = min(one for one in orbits if one > at)
-                share = (at - low) / (high - low)
-                ends = orbits[low].unknowns, orbits[high].unknowns
-                guess = ends[0] + share * (ends[1] - ends[0])
-                orbit = self._curve.solve(guess, here.across, here.tangent)
-                if orbit is None:
+            if at not in points:
+                low = max(one for one in points if one < at)
+                high = min(one for one in points if one > at)
+                guess = _between(points[low], points[high], here.tangent, (at - low) / (high - low))
+                point = self._curve.correct(guess, here, here.tangent)
+                if point is None:
                     raise _NotFoundError
-                orbits[at] = orbit
-            return test(orbits[at])
+                points[at] = point
+            return test(points[at])
 
         try:
             place = float(brentq(value, 0.0, step, xtol=1e-14 * step + 1e-15, rtol=1e-14))
         except _NotFoundError:
             return None
         value(place)
-        return place, orbits[place]
+        return place, points[place]
 
-    def _closes(self, start: OrbitOnCurve, here: OrbitOnCurve, there: OrbitOnCurve) -> bool:
-        # Whether the branch passes the orbit that it began with, in the same direction.
-        first, one, other = (self._features(orbit) for orbit in (start, here, there))
+    def _closes(self, start: _Place[P], here: _Place[P], there: _Place[P]) -> bool:
+        # Whether the curve passes the point that it began with, in the same direction.
+        first, one, other = start.features, here.features, there.features
         way = other - one
         length = float(np.linalg.norm(way))
         share = float((first - one) @ way) / (length * length) if length > 0.0 else -1.0
@@ -291,27 +334,26 @@ class Follower:
             return False
         if float(np.linalg.norm(first - one - share * way)) > _NEAR * length:
             return False
-        guess = here.unknowns + share * (there.unknowns - here.unknowns)
-        guess[VALUE] = start.unknowns[VALUE]
-        found = self._curve.solve(guess, here.across, np.eye(6)[VALUE], here.tangent)
+        place = self._curve.bounds[0].place
+        guess = here.point.unknowns + share * (there.point.unknowns - here.point.unknowns)
+        guess[place] = start.point.unknowns[place]
+        normal = np.eye(len(guess))[place]
+        found = self._curve.correct(guess, here.point, normal, here.point.tangent)
         return found is not None and bool(
-            np.abs(self._features(found) - first).max() < _SAME * np.abs(first).max()
+            np.abs(self._curve.features(found) - first).max() < _SAME * np.abs(first).max()
         )
 
-    def _features(self, orbit: OrbitOnCurve) -> FloatArray:
-        # What does not depend on the phase.
-        extremes = orbit.flow.extremes[:4] / self._curve.scales[[0, 0, 2, 2]]
-        return np.concatenate([orbit.unknowns[4:], extremes])
+
+def _between(one: PointOnCurve, other: PointOnCurve, along: FloatArray, share: float) -> FloatArray:
+    # The cubic through two points with their tangents, at a share of the way along a direction.
+    change = other.unknowns - one.unknowns
+    length = float(along @ change)
+    begin, end = (each.tangent * (length / float(along @ each.tangent)) for each in (one, other))
+    left = 1.0 - share
+    bend = share * left * (left * (begin - change) - share * (end - change))
+    guess: FloatArray = one.unknowns + share * change + bend
+    return guess
 
 
 class _NotFoundError(Exception):
-    """No orbit was found where an event is looked for."""
-
-
-def _confirmed(kind: EventKind, orbit: OrbitOnCurve) -> bool:
-    # A product of two real multipliers that is 1 is no torus.
-    if kind is not EventKind.TORUS:
-        return True
-    values = orbit.multipliers
-    turning = values[np.abs(values.imag) > _ON_CIRCLE]
-    return bool(turning.size and np.abs(np.abs(turning) - 1.0).min() < _ON_CIRCLE)
+    """No point was found where an event is looked for."""

@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 from fivtui.model import Parameters, State
 from fivtui.results import Result, scene_text
 
-from .following import End, EventKind
+from .events import End, EventKind
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure

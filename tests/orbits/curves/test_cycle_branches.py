@@ -8,7 +8,7 @@ import pytest
 
 from fivtui import ComputationError, InputError, Parameters, branch, simulate, stability
 from fivtui.equilibrium import critical_mu
-from fivtui.orbits.curves.following import End, EventKind
+from fivtui.orbits.curves.events import End, EventKind
 from fivtui.orbits.curves.hopf import hopf_point, hopf_values
 from fivtui.orbits.curves.result import CycleBranch, CyclePoint
 

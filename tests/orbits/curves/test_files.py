@@ -9,9 +9,9 @@ import pytest
 from fivtui import branch
 from fivtui.io.tables import read_columns, read_header
 from fivtui.model.parameters import Parameters
+from fivtui.orbits.curves.events import End
 from fivtui.orbits.curves.figure import branch_figure
 from fivtui.orbits.curves.files import save_branch, warning_on
-from fivtui.orbits.curves.following import End
 
 
 @pytest.mark.parametrize("suffix", [".csv", ".npz", ".parquet"])

@@ -1,0 +1,153 @@
+"""Periodic orbits by the compiled kernel: Newton's method on shooting, without leaving it."""
+
+import ctypes
+from collections.abc import Sequence
+from typing import Any, Final, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+Floats = NDArray[np.float64]
+
+_STATE: Final = 4
+_MOST_VARIED: Final = 2
+_UNKNOWNS: Final = _STATE + 1 + _MOST_VARIED
+_EXTREMES: Final = 7
+_double, _int = ctypes.c_double, ctypes.c_int64
+
+
+class _Asked(ctypes.Structure):
+    # `Asked` in orbit.c.
+    _fields_ = (
+        ("parameters", _double * 9),
+        ("scales", _double * _UNKNOWNS),
+        ("low", _double * _MOST_VARIED),
+        ("high", _double * _MOST_VARIED),
+        ("tol", _double),
+        ("longest", _double),
+        ("places", _int * _MOST_VARIED),
+        ("varied", _int),
+        ("separation", _int),
+        ("order", _int),
+        ("budget", _int),
+    )
+
+
+# `Orbit` in orbit.c: where its parts end.
+_PARTS: Final = np.cumsum([_UNKNOWNS, _UNKNOWNS, _STATE, 9, _EXTREMES]).tolist()
+_FOUND: Final = _PARTS[-1] + 2
+
+
+class FoundOrbit(NamedTuple):
+    """A periodic orbit: scaled unknowns, and what `fivtui.orbits` keeps of it beside them."""
+
+    unknowns: Floats
+    tangent: Floats
+    across: Floats
+    monodromy: Floats
+    extremes: Floats
+    determinant: float
+    iterations: int
+
+
+class Varied(NamedTuple):
+    """A parameter that varies: its place among all, and its bounds."""
+
+    place: int
+    low: float
+    high: float
+
+
+class OrbitSearch:
+    """A search of periodic orbits of a parameter set of which one or two parameters vary.
+
+    Parameters
+    ----------
+    function, size
+        From `Kernel.orbits`.
+    parameters : sequence of 9 floats
+        In the order of `Parameters`.
+    varied : sequence of Varied
+        One or two.
+    scales : ndarray, shape (5 + number varied,)
+        Units of state, period and varied parameters.
+    separation : bool
+        Whether separation is considered.
+    tol, order, longest, budget
+        Local tolerance, order of expansion, greatest period, s, and most steps of a motion.
+    """
+
+    def __init__(
+        self,
+        function: Any,
+        size: int,
+        *,
+        parameters: Sequence[float],
+        varied: Sequence[Varied],
+        scales: Floats,
+        separation: bool,
+        tol: float,
+        order: int,
+        longest: float,
+        budget: int,
+    ) -> None:
+        self._function, self._memory = function, np.empty(size)
+        count = len(varied)
+        self._asked = _Asked(
+            tuple(parameters),
+            tuple(scales),
+            tuple(each.low for each in varied),
+            tuple(each.high for each in varied),
+            tol,
+            longest,
+            tuple(each.place for each in varied),
+            count,
+            separation,
+            order,
+            budget,
+        )
+        self._count = _STATE + 1 + count
+
+    def solve(
+        self, guess: Floats, planes: Floats, along: Floats, *, turning: bool
+    ) -> FoundOrbit | None:
+        """The orbit near a guess; None if Newton's method finds none.
+
+        Parameters
+        ----------
+        guess : ndarray, shape (n,)
+            Scaled unknowns.
+        planes : ndarray, shape (n - 4, n)
+            Normals of planes through the guess in which it is looked for.
+        along : ndarray, shape (n,)
+            Direction along the curve of orbits that the new tangent is to have.
+        turning : bool
+            Whether the tangent is in the plane across the orbit found instead of in the first.
+        """
+        found = np.empty(_FOUND)
+        given = np.concatenate([guess, along, planes.ravel()])
+        start, item = given.ctypes.data, given.itemsize
+        if not self._function(
+            self._memory.ctypes.data,
+            ctypes.addressof(self._asked),
+            start,
+            start + 2 * item * self._count,
+            start + item * self._count,
+            turning,
+            found.ctypes.data,
+        ):
+            return None
+        determinant, iterations = found[_PARTS[-1] :].tolist()
+        unknowns, tangent, across, monodromy, extremes = (
+            found[begin:end] for begin, end in zip([0, *_PARTS], _PARTS, strict=False)
+        )
+        count = self._count
+        return FoundOrbit(
+            unknowns[:count],
+            tangent[:count],
+            across,
+            monodromy.reshape(3, 3),
+            extremes,
+            determinant,
+            int(iterations),
+        )

@@ -1,0 +1,111 @@
+"""The curve of limit cycles along one parameter, as it is followed."""
+
+import math
+from collections.abc import Callable, Mapping
+from typing import Final
+
+import numpy as np
+
+from fivtui.model import Parameters
+
+from .arclength import VALUE, OrbitCurve, OrbitOnCurve
+from .events import ORBIT_TESTS, EventKind, OrbitTest, confirmed
+from .flow import FloatArray, Flow, SliderBeltFlow
+from .following import Bound
+
+
+class BranchCurve:
+    """Periodic orbits of a flow along one parameter.
+
+    Parameters
+    ----------
+    flow : Flow
+        The flow, with one parameter that varies.
+    scales : ndarray, shape (n + 2,)
+        Units of state, period and parameter.
+    low, high : float
+        Range of the parameter.
+    length : tuple of float
+        Units of the first and the second displacement.
+    go_on : callable
+        Called before every search; cancels the work by returning False.
+    touches : bool
+        Whether y = 0 means anything: whether separation is considered.
+    """
+
+    def __init__(
+        self,
+        flow: Flow,
+        scales: FloatArray,
+        low: float,
+        high: float,
+        lengths: tuple[float, float],
+        *,
+        go_on: Callable[[], bool] = lambda: True,
+        touches: bool,
+    ) -> None:
+        self.scales = scales
+        self.orbits = OrbitCurve(flow, scales, go_on=go_on)
+        value = float(scales[VALUE])
+        self.bounds = (Bound(len(scales) - 1, low / value, high / value),)
+        self.tests: Mapping[EventKind, OrbitTest] = {
+            kind: test
+            for kind, test in ORBIT_TESTS.items()
+            if touches or kind is not EventKind.TOUCH
+        }
+        self._lengths = np.repeat(lengths, 2)
+        self._states = flow.states
+
+    def correct(
+        self,
+        guess: FloatArray,
+        here: OrbitOnCurve,
+        along: FloatArray,
+        tangent: FloatArray | None = None,
+    ) -> OrbitOnCurve | None:
+        """The orbit near a guess in the plane with the normal `along`: see `Curve`."""
+        planes = np.zeros((2, len(guess)))
+        planes[0, : self._states], planes[1] = here.across, along
+        return self.orbits.solve(guess, planes, tangent)
+
+    def size(self, point: OrbitOnCurve) -> float:
+        """Amplitude of both displacements, scaled."""
+        x_min, x_max, y_min, y_max = (point.extremes[:4] / self._lengths).tolist()
+        return 0.5 * math.hypot(x_max - x_min, y_max - y_min)
+
+    def features(self, point: OrbitOnCurve) -> FloatArray:
+        """What does not depend on the phase."""
+        return np.concatenate([point.unknowns[-2:], point.extremes[:4] / self._lengths])
+
+    def confirmed(self, kind: EventKind, point: OrbitOnCurve) -> bool:
+        """Whether an event is what its test looked for."""
+        return confirmed(kind, point)
+
+
+# A unit of the parameter is at least its range over this; a power of two scales without rounding.
+_LEAST_UNIT: Final = 64.0
+
+
+def slider_belt_curve(
+    p: Parameters,
+    name: str,
+    bounds: tuple[float, float],
+    length: float,
+    period: float,
+    *,
+    separation: bool,
+    go_on: Callable[[], bool],
+) -> BranchCurve:
+    """The curve of the slider-belt model, in units of a length, a period, and about p's value."""
+    low, high = bounds
+    speed = 2.0 * math.pi * length / period
+    value = 2.0 ** math.floor(math.log2(max(abs(getattr(p, name)), (high - low) / _LEAST_UNIT)))
+    return BranchCurve(
+        SliderBeltFlow(p, (name,), separation=separation),
+        np.array([length, speed, length, speed, period, value]),
+        low,
+        high,
+        (length, length),
+        go_on=go_on,
+        touches=separation,
+    )

@@ -1,0 +1,95 @@
+"""What happens along a curve of limit cycles, and the functions that vanish there."""
+
+from collections.abc import Callable
+from enum import StrEnum
+from itertools import combinations
+from typing import Final
+
+import numpy as np
+
+from .arclength import VALUE, OrbitOnCurve
+
+MOST_POINTS: Final = 2000
+# Derivatives of the parameter along the curve below this are rounding.
+_LEVEL: Final = 1e-9
+_ON_CIRCLE: Final = 1e-6
+
+
+class EventKind(StrEnum):
+    """What happens at a point of a branch."""
+
+    HOPF = "hopf"
+    TOUCH = "touch"
+    FOLD = "fold"
+    PERIOD_DOUBLING = "period-doubling"
+    TORUS = "torus"
+    BRANCH = "branch"
+
+
+class End(StrEnum):
+    """Why a branch ends."""
+
+    EQUILIBRIUM = "returns to the equilibrium"
+    BOUND = "leaves the range"
+    CLOSED = "is closed"
+    UNBOUNDED = "grows without bounds"
+    LOST = "cannot be followed farther"
+    EVENT = "reaches an event"
+    LONG = f"has more than {MOST_POINTS} points"
+
+
+OrbitTest = Callable[[OrbitOnCurve], float]
+
+
+def touch(orbit: OrbitOnCurve) -> float:
+    """Zero where the highest or the lowest point is at y = 0; positive if the cycle crosses it."""
+    low, high = orbit.extremes[2:4].tolist()
+    return float(-low * high)
+
+
+def level(orbit: OrbitOnCurve) -> float:
+    """The derivative of the parameter along the curve; zero at a fold."""
+    change = float(orbit.tangent[VALUE])
+    return change if abs(change) > _LEVEL else 0.0
+
+
+def flip(orbit: OrbitOnCurve) -> float:
+    """Zero where a multiplier is -1."""
+    return float(np.linalg.det(orbit.monodromy + np.eye(len(orbit.monodromy))))
+
+
+def pairs(orbit: OrbitOnCurve) -> float:
+    """Zero where the product of two multipliers is 1.
+
+    The products are the eigenvalues of the matrix of all minors of two rows and columns.
+    """
+    rows = orbit.monodromy.tolist()
+    chosen = list(combinations(range(len(rows)), 2))
+    minors = [
+        [rows[i][k] * rows[j][n] - rows[i][n] * rows[j][k] - (i == k and j == n) for k, n in chosen]
+        for i, j in chosen
+    ]
+    return float(np.linalg.det(minors)) if chosen else 1.0
+
+
+def crossing(orbit: OrbitOnCurve) -> float:
+    """Zero where another branch crosses."""
+    return orbit.determinant
+
+
+ORBIT_TESTS: Final[dict[EventKind, OrbitTest]] = {
+    EventKind.TOUCH: touch,
+    EventKind.FOLD: level,
+    EventKind.PERIOD_DOUBLING: flip,
+    EventKind.TORUS: pairs,
+    EventKind.BRANCH: crossing,
+}
+
+
+def confirmed(kind: EventKind, orbit: OrbitOnCurve) -> bool:
+    """Whether an event is what its test looked for: a product of real multipliers is no torus."""
+    if kind is not EventKind.TORUS:
+        return True
+    values = orbit.multipliers
+    turning = values[np.abs(values.imag) > _ON_CIRCLE]
+    return bool(turning.size and np.abs(np.abs(turning) - 1.0).min() < _ON_CIRCLE)
