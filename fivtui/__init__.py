@@ -10,12 +10,14 @@ if TYPE_CHECKING:
 
     from .assessment import accuracy
     from .batch import simulate_batch
+    from .distributions import Distribution
     from .equilibrium import stability, stability_map
     from .fmu import check_fmu, run_fmu
     from .model import Cancelled, ComputationError, InputError, Parameters
     from .orbits import attractors, basin, branch, continuation
     from .paper import figures
     from .paper.claims import claims
+    from .reliability import uncertainty
     from .scene import PRESETS, Scene, find_scene, load_scene, save_scene
     from .simulation import simulate
     from .sweeps import Design, Range, sweep
@@ -31,6 +33,7 @@ __all__ = [
     "Cancelled",
     "ComputationError",
     "Design",
+    "Distribution",
     "InputError",
     "Parameters",
     "Range",
@@ -56,4 +59,5 @@ __all__ = [
     "stability_map",
     "sweep",
     "tradeoff",
+    "uncertainty",
 ]

@@ -24,6 +24,7 @@ from fivtui.results import Command, StudyKind
 STUDIES: Final[dict[str, str]] = {
     "run": "fivtui.transient.kinds:RUN",
     "simulation": "fivtui.scene.kinds:SIMULATION",
+    "uncertainty": "fivtui.reliability.kinds:UNCERTAINTY",
     "sweep": "fivtui.sweeps.kinds:SWEEP",
     "trade-off": "fivtui.tradeoffs.kinds:TRADEOFF",
     "stability": "fivtui.equilibrium.kinds:STABILITY",

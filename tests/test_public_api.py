@@ -13,7 +13,7 @@ import pytest
 import fivtui
 
 FUNCTIONS = [name for name in fivtui.__all__ if isinstance(getattr(fivtui, name), FunctionType)]
-CLASSES_WITH_EXAMPLES = ["Design", "Range", "Scene"]
+CLASSES_WITH_EXAMPLES = ["Design", "Distribution", "Range", "Scene"]
 SECTIONS = ["Parameters", "Returns", "Raises", "Examples"]
 # Imported on first use alone.
 HEAVY = ["numpy", "scipy", "matplotlib", "rich", "textual", "click", "fmpy", "tomlkit"]
@@ -38,8 +38,8 @@ def test_dir_lists_every_public_name_and_each_is_there() -> None:
 def test_what_the_command_line_can_do_is_public() -> None:
     assert {
         "simulate", "simulate_batch", "stability", "stability_map", "attractors", "basin",
-        "branch", "continuation", "sweep", "tradeoff", "accuracy", "figures", "claims",
-        "build_fmu", "build_ssp",
+        "branch", "continuation", "sweep", "tradeoff", "uncertainty", "accuracy",
+        "figures", "claims", "build_fmu", "build_ssp",
         "run_fmu", "check_fmu", "load_scene", "find_scene", "save_scene",
     } == set(FUNCTIONS)  # fmt: skip
 

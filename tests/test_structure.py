@@ -65,6 +65,7 @@ FREE: Final = {
         "orbits",
         "paper",
         "plotting",
+        "reliability",
         "sweeps",
         "tradeoffs",
         "transient",

@@ -9,7 +9,7 @@ import click
 
 from fivtui.model import Cancelled, ComputationError, InputError, one_line
 
-from . import analysis, browser, fmu, lists, paper, studies, transients
+from . import analysis, browser, fmu, lists, paper, reliability, studies, transients
 from .group import commands
 from .options import say
 from .streams import ReaderGone, guarded_streams
@@ -22,6 +22,7 @@ __all__ = [
     "lists",
     "main",
     "paper",
+    "reliability",
     "run",
     "studies",
     "transients",

@@ -136,7 +136,7 @@ def sweep(**given: Any) -> None:
 
         check_drawable(study)
     with ExitStack() as stack:
-        engine = stack.enter_context(_engine(given["scheduler"], given["workers"]))
+        engine = stack.enter_context(engine_of(given["scheduler"], given["workers"]))
         progress = stack.enter_context(SweepProgress(study.members))
         if out is None:
             result = sweep_in_memory(study, engine, progress=progress)
@@ -154,7 +154,8 @@ def sweep(**given: Any) -> None:
         show("sweep", result, as_json=as_json)
 
 
-def _engine(scheduler: str | None, workers: int | None) -> "AbstractContextManager[Engine]":
+def engine_of(scheduler: str | None, workers: int | None) -> "AbstractContextManager[Engine]":
+    """The engine of ``--scheduler`` or ``--workers``."""
     if scheduler is not None:
         from fivtui.sweeps import cluster_engine
 

@@ -3,7 +3,7 @@
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
-    from .arrays import judge_growths as judge_growths
+    from .arrays import critical_mus as critical_mus, judge_growths as judge_growths
     from .critical import (
         CriticalMu as CriticalMu,
         critical_mu as critical_mu,

@@ -119,6 +119,7 @@ class StabilityPoints:
         without |= (self._excess(low)[0] >= 0.0) | (self._excess(high)[0] < 0.0)
         with np.errstate(all="ignore"):
             mu = np.clip(self._boundary(self.k2) / (self.h * self.k2), 0.0, high)
+        moving = ~without
         for _ in range(_MOST_ITERATIONS):
             value, slope = self._excess(mu)
             below = value < 0.0
@@ -128,8 +129,10 @@ class StabilityPoints:
             middle = np.where(low > 0.0, np.sqrt(low * high), 0.5 * (low + high))
             new = np.where(outside, middle, new)
             moved = np.abs(new - mu) > _CONVERGED * mu
-            mu = new
-            if not np.any(moved & (high - low > _CONVERGED * high) & ~without):
+            # Each by itself: what is found does not depend on the others.
+            mu = np.where(moving, new, mu)
+            moving &= moved & (high - low > _CONVERGED * high)
+            if not moving.any():
                 break
         return np.where(without, np.nan, mu)
 
@@ -146,6 +149,24 @@ class StabilityPoints:
         by_kt = 2.0 * spread * detuning + self.share * self.c1 * self.c2 / self.m
         left = self.h * kt
         return mu - bound / left, 1.0 - (by_kt - bound / kt) / left * turn
+
+
+def critical_mus(
+    p: Parameters, varied: Mapping[str, FloatArray], separation: BoolArray
+) -> FloatArray:
+    """Critical friction coefficients of n parameter sets, shape (n,); NaN where there is none.
+
+    Parameters
+    ----------
+    p : Parameters
+        The parameters that do not vary.
+    varied : mapping of str to ndarray, shape (n,)
+        The others, by name; μ is not used.
+    separation : ndarray of bool, shape (n,)
+        Whether separation is considered.
+    """
+    with np.errstate(all="ignore"):
+        return StabilityPoints(p, varied, separation).critical_mu()
 
 
 def judge_growths(

@@ -19,7 +19,7 @@ from fivtui.simulation import ALL_METHODS
 from fivtui.transient import QUANTITIES, T_END_INTERVAL, TOL_INTERVAL
 
 from .presets import PRESETS
-from .scene import OUTPUTS, Accuracy, Scene
+from .scene import OUTPUTS, Accuracy, Correlation, Scene
 
 FORMAT_VERSION: Final = 1
 _VERSION_KEY: Final = "fivtui_scene"
@@ -60,6 +60,16 @@ def _outputs(key: str, value: object) -> tuple[str, ...]:
     return tuple(_text(f"{key}[{index}]", entry) for index, entry in enumerate(value))
 
 
+def _correlation(key: str, value: object) -> Correlation:
+    if not isinstance(value, Mapping) or not all(isinstance(v, Mapping) for v in value.values()):
+        raise InputError(f"{key} = {value!r}: must be a table such as {{mu = {{F = -0.3}}}}")
+    return tuple(
+        (str(one), str(other), _number(f"{key}.{one}.{other}", number))
+        for one, row in value.items()
+        for other, number in row.items()
+    )
+
+
 def _start(key: str, value: object) -> str | tuple[float, ...]:
     if isinstance(value, str):
         return value
@@ -86,6 +96,7 @@ _KEYS: Final[Mapping[str, _Key]] = {
     "step": _Key(_number, "step of rk4 or communication step of fmu; above 0 and at most t_end, s"),
     "accuracy": _Key(_accuracy, f"errors allowed, in place of tol: {', '.join(QUANTITIES)}"),
     "outputs": _Key(_outputs, f"what is required: {', '.join(OUTPUTS)}"),
+    "correlation": _Key(_correlation, "of the normal scores of scattered quantities, by name"),
 }
 
 
@@ -96,6 +107,11 @@ def scene_to_dict(scene: Scene) -> dict[str, Any]:
         del fields["step"]
     fields["outputs"] = list(scene.outputs)
     fields["accuracy"] = dict(scene.accuracy)
+    rows: dict[str, dict[str, float]] = {}
+    for one, other, value in fields.pop("correlation"):
+        rows.setdefault(one, {})[other] = value
+    if rows:
+        fields["correlation"] = rows
     for unused in ("tol", "step") if scene.accuracy else ("accuracy",):
         fields.pop(unused, None)
     if not isinstance(scene.start, str):

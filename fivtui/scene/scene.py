@@ -5,11 +5,12 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any, Final, Self
 
-from fivtui.model import InputError, Parameters, check_parameters, unknown_name
+from fivtui.model import PARAMETERS, InputError, Parameters, check_parameters, unknown_name
 from fivtui.simulation import ALL_METHODS
 from fivtui.transient import (
     DEFAULT_T_END,
     DEFAULT_TOL,
+    START_SPECS,
     Request,
     Start,
     check_accuracy,
@@ -22,12 +23,16 @@ from fivtui.transient import (
 
 # Errors allowed, by quantity.
 Accuracy = tuple[tuple[str, float], ...]
+# Correlations of scattered quantities, by their names.
+Correlation = tuple[tuple[str, str, float], ...]
 
 _LONGEST_NAME: Final = 255
 _LONGEST_DESCRIPTION: Final = 2000
 
 # The fields that a scene shares with a request.
 _OF_REQUEST: Final = ("parameters", "t_end", "tol", "separation", "start", "method", "step")
+
+_CORRELATED: Final = (*PARAMETERS, *START_SPECS)
 
 # What a scene can require.
 OUTPUTS: Final = {
@@ -64,6 +69,8 @@ class Scene:
         then follow from them and are not used.
     outputs : tuple of str
         What the scene requires, names in `OUTPUTS`: nothing else is computed or stored.
+    correlation : tuple of (str, str, float)
+        Correlations of the normal scores of two quantities where they are scattered.
 
     Raises
     ------
@@ -88,6 +95,7 @@ class Scene:
     step: float | None = None
     accuracy: Accuracy = ()
     outputs: tuple[str, ...] = ("stability", "transient")
+    correlation: Correlation = ()
 
     def __post_init__(self) -> None:
         _check_line("name", self.name, _LONGEST_NAME)
@@ -108,6 +116,8 @@ class Scene:
             "start": check_start(self.start),
             "accuracy": tuple(check_accuracy(dict(self.accuracy)).items()),
         }
+        for one, other, correlated in self.correlation:
+            _check_correlation(one, other, correlated)
         for name in self.outputs:
             if name not in OUTPUTS:
                 raise unknown_name("output", name, OUTPUTS)
@@ -122,6 +132,16 @@ class Scene:
     def with_values(self, values: Mapping[str, object]) -> Self:
         """A checked copy with new values by parameter name; `InputError` as for `Parameters`."""
         return dataclasses.replace(self, parameters=self.parameters.with_values(values))
+
+
+def _check_correlation(one: str, other: str, value: float) -> None:
+    for name in (one, other):
+        if name not in _CORRELATED:
+            raise unknown_name("correlated name", name, _CORRELATED)
+    if one == other or not -1.0 < value < 1.0:
+        raise InputError(
+            f"correlation of {one} and {other} = {value:g}: must be of two names, between -1 and 1"
+        )
 
 
 def _check_line(key: str, text: str, longest: int) -> None:

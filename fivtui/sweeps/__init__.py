@@ -6,6 +6,12 @@ if TYPE_CHECKING:
     from .cluster import cluster_engine as cluster_engine
     from .design import VARIABLES as VARIABLES, Design as Design, Range as Range
     from .figure import check_drawable as check_drawable
+    from .files import (
+        begun_studies as begun_studies,
+        read_sweep as read_sweep,
+        save_sweep as save_sweep,
+    )
+    from .pieces import SweepPiece as SweepPiece
     from .report import SweepProgress as SweepProgress
     from .request import (
         parse_cases as parse_cases,
@@ -22,6 +28,11 @@ if TYPE_CHECKING:
         sweep as sweep,
         sweep_in_memory as sweep_in_memory,
         sweep_to_file as sweep_to_file,
+    )
+    from .scatter import (
+        Correlations as Correlations,
+        Scatter as Scatter,
+        ScatterKind as ScatterKind,
     )
     from .study import OUTPUTS as OUTPUTS, Study as Study
 else:

@@ -9,12 +9,15 @@ from collections.abc import Mapping
 from functools import lru_cache
 from typing import Any, Final
 
+import numpy as np
+
 from fivtui.kernel import stepping_kernel
 from fivtui.model import Parameters
 
 from .design import Design, Range
 from .rows import compute_rows
-from .study import STABILITY, TRANSIENT, Study
+from .scatter import Scatter
+from .study import CRITICAL, STABILITY, TRANSIENT, Study
 
 _DIGITS: Final = 32
 _TRANSIENT: Final = tuple(column.name for column in TRANSIENT)
@@ -23,7 +26,10 @@ _STABILITY: Final = tuple(column.name for column in STABILITY)
 _TRIED_OUTPUTS: Final[Mapping[str, tuple[tuple[str, ...], ...]]] = {
     "transients": (_TRANSIENT, ("y_abs",)),
     "stability": (_STABILITY,),
+    "critical": ((CRITICAL.name,),),
 }
+# Scattered members whose values are tried.
+_SAMPLES: Final = 256
 _BOTH_CASES: Final = (True, False)
 _LOAD: Final = Range(10.0, 120.0)
 _FRICTION: Final = Range(0.1, 1.5, log=True)
@@ -39,8 +45,8 @@ _T_END: Final = 20.0
 def arithmetic_of(study: Study) -> dict[str, Any]:
     """The arithmetic of this machine as far as a study uses it.
 
-    ``kernel`` is what runs transients, ``transients`` and ``stability`` are digests of trial rows.
-    Where they are equal, rows are.
+    ``kernel`` is what runs transients, ``transients``, ``stability`` and ``critical`` are digests
+    of trial rows, ``samples`` of the first scattered values. Where they are equal, rows are.
     """
     found: dict[str, Any] = {}
     if study.accuracy or not set(study.outputs).isdisjoint(_TRANSIENT):
@@ -48,6 +54,13 @@ def arithmetic_of(study: Study) -> dict[str, Any]:
         found["kernel"] = stepping_kernel()
     if not set(study.outputs).isdisjoint(_STABILITY):
         found["stability"] = _digest("stability")
+    if CRITICAL.name in study.outputs:
+        found["critical"] = _digest("critical")
+    if isinstance(study.design, Scatter):
+        # Quantiles are by a mathematical library.
+        first = study.design.columns(np.arange(min(_SAMPLES, study.design.size)))
+        content = hashlib.sha256(b"".join(values.tobytes() for values in first.values()))
+        found["samples"] = content.hexdigest()[:_DIGITS]
     return found
 
 

@@ -22,8 +22,10 @@ KINDS: Final[Mapping[str, str]] = {
 
 MAX_MEMBERS: Final = 2**62
 # Bits of a coordinate of a Sobol point, and with them the number of points.
-_SOBOL_BITS: Final = 32
-MAX_SOBOL: Final = 2**_SOBOL_BITS
+SOBOL_BITS: Final = 32
+MAX_SOBOL: Final = 2**SOBOL_BITS
+# Sequences whose directions are kept.
+_KEPT: Final = 128
 # Numbers of 64 bits that one step of Philox gives, and the bits of a number that a double keeps.
 _PHILOX_WORDS: Final = 4
 _MANTISSA: Final = 53
@@ -203,8 +205,8 @@ class Design:
         size, seed = len(self.axes), self.seed or 0
         if self.kind == "sobol":
             # Directions for these points alone: each takes time to find.
-            directions = _sobol_directions(size, seed, (self.size - 1).bit_length())
-            return _sobol_points(directions, first, last)
+            directions = sobol_directions(size, seed, (self.size - 1).bit_length())
+            return sobol_points(directions, first, last)
         return _random_points(seed, size, first, last)
 
 
@@ -244,17 +246,18 @@ def _random_points(seed: int, size: int, first: int, last: int) -> NDArray[np.fl
     return units.reshape(last - first, size)
 
 
-@lru_cache(maxsize=4)
-def _sobol_directions(size: int, seed: int, bits: int) -> NDArray[np.uint64]:
+@lru_cache(maxsize=_KEPT)
+def sobol_directions(size: int, seed: int, bits: int) -> NDArray[np.uint64]:
+    """Scrambled directions of the first 2^`bits` points of a Sobol sequence, for `sobol_points`."""
     # Point i is point 0 XOR the directions at the set bits of the Gray code of i, so points 0, 1,
     # 2, 4, 8, … give all directions. Row 0 holds point 0, row k + 1 direction k.
     from scipy.stats import qmc
 
-    engine = qmc.Sobol(size, scramble=True, bits=_SOBOL_BITS, rng=seed)
+    engine = qmc.Sobol(size, scramble=True, bits=SOBOL_BITS, rng=seed)
 
     def draw() -> NDArray[np.uint64]:
         point: NDArray[np.float64] = engine.random(1)[0]
-        return (point * 2.0**_SOBOL_BITS).astype(np.uint64)
+        return (point * 2.0**SOBOL_BITS).astype(np.uint64)
 
     origin = draw()
     rows = [origin]
@@ -266,11 +269,12 @@ def _sobol_directions(size: int, seed: int, bits: int) -> NDArray[np.uint64]:
     return np.array(rows)
 
 
-def _sobol_points(directions: NDArray[np.uint64], first: int, last: int) -> NDArray[np.float64]:
+def sobol_points(directions: NDArray[np.uint64], first: int, last: int) -> NDArray[np.float64]:
+    """Points `first` to `last` - 1 of a Sobol sequence, multiples of 2^-32 from 0, a row each."""
     index = np.arange(first, last, dtype=np.uint64)
     gray = index ^ (index >> np.uint64(1))
     points = np.repeat(directions[:1], last - first, axis=0)
     for bit, direction in enumerate(directions[1:]):
         chosen = (gray >> np.uint64(bit) & np.uint64(1)).astype(bool)
         points[chosen] ^= direction
-    return points.astype(np.float64) * 2.0**-_SOBOL_BITS
+    return points.astype(np.float64) * 2.0**-SOBOL_BITS

@@ -1,16 +1,18 @@
 """Write and read complete sweeps, and read incomplete ones."""
 
+import json
 import tempfile
 from pathlib import Path
-from typing import BinaryIO
+from typing import Any, BinaryIO
 
-from fivtui.io import check_regular, is_folder, write_atomically
+from fivtui.io import check_regular, is_folder, parts_folder, write_atomically
 from fivtui.model import InputError
 
 from .formats import SweepFormat, sweep_format
-from .pieces import find_pieces
+from .pieces import MANIFEST, find_pieces
 from .provenance import carried_over, provenance_of, study_from_dict
-from .run import MAX_IN_MEMORY, Sweep
+from .run import Sweep, check_in_memory
+from .study import Study
 
 
 def save_sweep(result: Sweep, path: Path, *, force: bool = False) -> None:
@@ -57,26 +59,43 @@ def read_sweep(path: Path) -> Sweep:
     return result
 
 
+def begun_studies(out: Path) -> tuple[Study | None, Study | None]:
+    """The studies of a complete file, and of the pieces beside it; None where there is none."""
+    form = sweep_format(out)
+    stored = under_way = None
+    if out.is_file() and (said := form.provenance(out)) is not None:
+        stored = _study_in(said)
+    manifest = parts_folder(out) / MANIFEST
+    if manifest.is_file():
+        try:
+            under_way = _study_in(json.loads(manifest.read_bytes()))
+        except (OSError, ValueError):
+            under_way = None
+    return stored, under_way
+
+
+def _study_in(said: Any) -> Study | None:
+    try:
+        return study_from_dict(said["sweep"])
+    except (InputError, KeyError, TypeError):
+        return None
+
+
 def _from_file(path: Path, form: SweepFormat) -> tuple[Sweep, int]:
     provenance = form.provenance(path)
     if provenance is None or "sweep" not in provenance:
         raise InputError("not a sweep that fivtui wrote")
     study = study_from_dict(provenance["sweep"])
-    _check_size(study.members)
+    check_in_memory(study)
     return Sweep(study, form.read(path, study), provenance), study.members
 
 
 def _from_folder(folder: Path) -> tuple[Sweep, int]:
     pieces = find_pieces(folder)
-    _check_size(pieces.members)
+    check_in_memory(pieces.study, pieces.members)
     with tempfile.TemporaryDirectory(prefix="fivtui-") as scratch:
         whole = Path(scratch) / folder.stem
         with whole.open("wb") as file:
             pieces.form.merge(file, pieces.study, pieces.paths, {})
         rows = pieces.form.read(whole, pieces.study)
         return Sweep(pieces.study, rows, pieces.provenance), pieces.members
-
-
-def _check_size(members: int) -> None:
-    if members > MAX_IN_MEMORY:
-        raise InputError(f"{members} members are too many to hold; must be at most {MAX_IN_MEMORY}")

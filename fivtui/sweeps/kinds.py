@@ -2,7 +2,7 @@
 
 from typing import TYPE_CHECKING, Final
 
-from fivtui.model import PARAMETERS
+from fivtui.model import PARAMETERS, InputError
 from fivtui.ranges import number_text
 from fivtui.results import Command, Stored, StudyKind, scene_fields
 
@@ -26,9 +26,12 @@ def _unfinished(result: "Sweep") -> str:
 
 
 def _command(study: "Study") -> Command:
+    from .design import Design
     from .study import DEFAULT_OUTPUTS
 
     design, both = study.design, len(study.cases) > 1
+    if not isinstance(design, Design):
+        raise InputError("a scattered sweep: fivtui uncertainty computes it")
     words = []
     if both or not study.cases[0]:
         words.append("--both" if both else "--ignore-separation")

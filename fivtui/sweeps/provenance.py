@@ -4,17 +4,21 @@ from collections.abc import Mapping
 from importlib.metadata import version
 from typing import Any, Final
 
+from fivtui.distributions import Distribution
 from fivtui.model import InputError, Parameters
 from fivtui.version import __version__
 
 from .arithmetic import arithmetic_of
 from .design import Axis, Design, Range
 from .formats import SweepFormat
+from .scatter import Scatter, StudyDesign
 from .study import Study
 
 FORMAT_VERSION: Final = 1
 ARITHMETIC: Final = "arithmetic"
 VERSIONS: Final = "versions"
+# Names that are scattered, in the file of a scattered sweep alone.
+SCATTERED: Final = "scattered"
 # Packages that decide the last bits of a result.
 _PACKAGES: Final = ("numpy", "scipy")
 
@@ -27,7 +31,6 @@ def versions(package: str = "") -> dict[str, str]:
 
 def study_to_dict(study: Study) -> dict[str, Any]:
     """A study as data for JSON: everything that decides its rows."""
-    design = study.design
     return {
         "parameters": study.parameters.as_dict(),
         "start": study.start if isinstance(study.start, str) else list(study.start),
@@ -35,17 +38,46 @@ def study_to_dict(study: Study) -> dict[str, Any]:
         "tol": study.tol,
         "accuracy": dict(study.accuracy),
         "separation": list(study.cases),
-        "design": {
-            "kind": design.kind,
-            "count": design.count,
-            "seed": design.seed,
-            "axes": [[name, _axis_to_data(axis)] for name, axis in design.axes.items()],
-        },
+        "design": _design_to_data(study.design),
         "outputs": list(study.outputs),
     }
 
 
-def _axis_to_data(axis: Axis) -> Any:
+def _design_to_data(design: StudyDesign) -> dict[str, Any]:
+    data: dict[str, Any] = {"kind": design.kind, "count": design.count, "seed": design.seed}
+    if isinstance(design, Scatter):
+        data |= {
+            "repeats": design.repeats,
+            "indices": design.indices,
+            "correlations": [list(each) for each in design.correlations],
+        }
+    return data | {"axes": [[name, _axis_to_data(axis)] for name, axis in design.axes.items()]}
+
+
+def _design_from_data(data: Any) -> StudyDesign:
+    axes = {str(name): _axis_from_data(axis) for name, axis in data["axes"]}
+    if "repeats" not in data:
+        seed = data["seed"] if data["kind"] in ("random", "sobol") else None
+        return Design(axes, data["kind"], data["count"], seed)
+    return Scatter(
+        axes,
+        data["kind"],
+        count=int(data["count"]),
+        seed=int(data["seed"]),
+        repeats=int(data["repeats"]),
+        indices=bool(data["indices"]),
+        correlations=tuple((str(a), str(b), float(r)) for a, b, r in data["correlations"]),
+    )
+
+
+def _axis_to_data(axis: Axis | Distribution) -> Any:
+    if isinstance(axis, Distribution):
+        return {
+            "distribution": axis.name,
+            "numbers": list(axis.numbers),
+            "low": axis.low,
+            "high": axis.high,
+        }
     if isinstance(axis, Range):
         return {"start": axis.start, "stop": axis.stop, "count": axis.count, "log": axis.log}
     return list(axis)
@@ -54,14 +86,9 @@ def _axis_to_data(axis: Axis) -> Any:
 def study_from_dict(data: Any) -> Study:
     """The study in data of `study_to_dict`; `InputError` if they are none."""
     try:
-        design, start = data["design"], data["start"]
+        start = data["start"]
         return Study(
-            design=Design(
-                {str(name): _axis_from_data(axis) for name, axis in design["axes"]},
-                design["kind"],
-                design["count"],
-                design["seed"] if design["kind"] in ("random", "sobol") else None,
-            ),
+            design=_design_from_data(data["design"]),
             parameters=Parameters().with_values(data["parameters"]),
             cases=tuple(bool(case) for case in data["separation"]),
             start="static" if start == "static" else [float(value) for value in start],
@@ -74,14 +101,20 @@ def study_from_dict(data: Any) -> Study:
         raise InputError("does not say which sweep it is of") from None
 
 
-def _axis_from_data(data: Any) -> Axis:
+def _axis_from_data(data: Any) -> Any:
+    if isinstance(data, dict) and "distribution" in data:
+        return Distribution(
+            data["distribution"], tuple(data["numbers"]), float(data["low"]), float(data["high"])
+        )
     return Range(**data) if isinstance(data, dict) else tuple(float(value) for value in data)
 
 
 def described(study: Study, form: SweepFormat) -> dict[str, Any]:
     """Format version, study and versions, as data for JSON."""
+    scattered = isinstance(study.design, Scatter)
     return {
         "fivtui_sweep": FORMAT_VERSION,
+        **({SCATTERED: list(study.design.axes)} if scattered else {}),
         "sweep": study_to_dict(study),
         VERSIONS: versions(form.table.package),
     }

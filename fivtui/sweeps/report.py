@@ -37,12 +37,15 @@ class SweepProgress(Progress):
         text = progress_text(
             self._members, fraction, fraction - self._first[1], now - self._first[0]
         )
+        self._say(fraction, text, now)
+        return True
+
+    def _say(self, fraction: float, text: str, now: float) -> None:
         if self._console.is_terminal:
             self.show(fraction, text)
         elif now - self._shown >= _LINE_EVERY_S:
             self._shown = now
             self._console.print(f"fivtui: {text}", soft_wrap=True)
-        return True
 
 
 def progress_text(members: int, fraction: float, newly: float, elapsed: float) -> str:

@@ -10,6 +10,7 @@ from fivtui.scene import Scene
 from fivtui.transient import Start, check_horizon, check_tolerance
 
 from .design import VARIABLES, Axis, Design, Kind, Range
+from .scatter import StudyDesign
 from .study import DEFAULT_OUTPUTS, Study
 
 _METHOD: Final = "taylor"
@@ -54,7 +55,7 @@ def parse_cases(*, ignored: bool, both: bool) -> tuple[bool, ...] | None:
 
 def study_of(
     scene: Scene,
-    design: Design,
+    design: StudyDesign,
     *,
     cases: tuple[bool, ...] | None = None,
     start: Start | None = None,

@@ -1,6 +1,6 @@
 """Rows of a sweep, computed in batches by the compiled kernel."""
 
-from collections.abc import Callable, Collection, Mapping
+from collections.abc import Callable, Collection, Iterator, Mapping
 from dataclasses import dataclass
 from typing import Any, Final, Literal, NamedTuple, cast
 
@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fivtui.batch import Batch, BatchAmplitude, BatchPeak, Requirement, simulate_batch
-from fivtui.equilibrium import judge_growths
+from fivtui.equilibrium import critical_mus, judge_growths
 from fivtui.model import PARAMETERS, Cancelled, ComputationError, Parameters, spring_force
 from fivtui.transient import (
     PARTED,
@@ -20,7 +20,7 @@ from fivtui.transient import (
     resolve_start,
 )
 
-from .study import DONE, ERRORS, FAILED, STABILITY, TRANSIENT, Study, SweepColumn
+from .study import CRITICAL, DONE, ERRORS, FAILED, STABILITY, TRANSIENT, Study, SweepColumn
 
 Seen = Literal["peak", "amplitude"]
 Places = NDArray[np.int64]
@@ -68,6 +68,11 @@ class Rows:
     def failed(self) -> int:
         """Number of failed members."""
         return sum(map(bool, self.reasons))
+
+    def part(self, first: int, last: int) -> "Rows":
+        """The rows `first` to `last` - 1."""
+        numbers = {name: values[first:last] for name, values in self.numbers.items()}
+        return Rows(numbers, self.separation[first:last], self.reasons[first:last])
 
     def values(self, column: SweepColumn) -> list[Any]:
         """A column as plain float, int, bool or str; None where a member has no value."""
@@ -149,6 +154,8 @@ def compute_rows(study: Study, first: int, last: int, progress: Progress | None 
         block.integrate(progress)
     if any(column.name in study.outputs for column in STABILITY):
         block.judge(progress)
+    if CRITICAL.name in study.outputs:
+        block.find_critical(progress)
     return Rows({**block.varied, **block.results}, block.separation, tuple(block.reasons))
 
 
@@ -332,20 +339,29 @@ class _Block:
             for place in places[np.isinf(force)].tolist():
                 self.reasons[place] = self.reasons[place] or _FORCE_OVERFLOW
 
-    def judge(self, progress: Progress | None) -> None:
+    def _parts(self, progress: Progress | None) -> Iterator[tuple[slice, dict[str, Floats]]]:
+        # Some members after the other, with the parameters that vary.
         parameters = {name: c for name, c in self.varied.items() if name in PARAMETERS}
         size = len(self.reasons)
         for first in range(0, size, _JUDGED):
             if progress is not None and not progress(first / size):
                 raise Cancelled
             some = slice(first, first + _JUDGED)
+            yield some, {name: column[some] for name, column in parameters.items()}
+
+    def find_critical(self, progress: Progress | None) -> None:
+        for some, parameters in self._parts(progress):
+            self.results[CRITICAL.name][some] = critical_mus(
+                self.study.parameters, parameters, self.separation[some]
+            )
+
+    def judge(self, progress: Progress | None) -> None:
+        for some, parameters in self._parts(progress):
             growth, stable, reasons = judge_growths(
-                self.study.parameters,
-                {name: column[some] for name, column in parameters.items()},
-                self.separation[some],
+                self.study.parameters, parameters, self.separation[some]
             )
             for place, reason in reasons.items():
-                self.reasons[first + place] = self.reasons[first + place] or reason
+                self.reasons[some.start + place] = self.reasons[some.start + place] or reason
             verdicts = np.where(np.isnan(growth), np.nan, stable)
             for name, values in (("growth_rate", growth), ("stable", verdicts)):
                 if name in self.results:

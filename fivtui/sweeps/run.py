@@ -22,6 +22,7 @@ from .design import Axis, Design, Kind
 from .formats import sweep_format
 from .pieces import SweepPiece, piece_count, piece_of
 from .rows import Rows, compute_rows, joined
+from .scatter import Scatter
 from .store import default_piece_size, open_store
 from .study import DEFAULT_OUTPUTS, Study
 
@@ -38,6 +39,8 @@ CASES: Final[Mapping[Cases, tuple[bool, ...]]] = {
     "both": (True, False),
 }
 MAX_IN_MEMORY: Final = 1_000_000
+# Of scattered sweeps, whose rows are not printed.
+_MAX_SCATTERED: Final = 20_000_000
 # Columns in the summary of a sweep.
 _SHOWN: Final = 8
 # At least this many pieces, so that all threads have some.
@@ -218,11 +221,21 @@ def sweep_in_memory(study: Study, engine: Engine, *, progress: Progress | None =
     return Sweep(study, joined([parts[number] for number in range(count)]))
 
 
-def check_in_memory(study: Study) -> None:
-    """Raise `InputError` if a sweep has more than a million members."""
-    if study.members > MAX_IN_MEMORY:
+def check_in_memory(study: Study, members: int | None = None) -> None:
+    """Raise `InputError` if a sweep, or `members` of it, is too large to be held in memory.
+
+    That is a million members, 20 million if it is scattered.
+    """
+    count = study.members if members is None else members
+    if isinstance(study.design, Scatter):
+        if count > _MAX_SCATTERED:
+            raise InputError(
+                f"{count} members: must be at most {_MAX_SCATTERED}; take fewer samples, or no "
+                "Sobol indices"
+            )
+    elif count > MAX_IN_MEMORY:
         raise InputError(
-            f"{study.members} members: must be at most {MAX_IN_MEMORY} to be held in memory; "
+            f"{count} members: must be at most {MAX_IN_MEMORY} to be held in memory; "
             "write them to a file (--out), and draw and print parts of it"
         )
 

@@ -16,7 +16,8 @@ from fivtui.transient import (
     check_tolerance,
 )
 
-from .design import VARIABLES, Design
+from .design import VARIABLES
+from .scatter import StudyDesign
 
 ColumnKind = Literal["number", "count", "truth", "text"]
 DONE: Final = "done"
@@ -57,8 +58,9 @@ STABILITY: Final = (
     SweepColumn("growth_rate", "1/s", "greatest real part of the eigenvalues"),
     SweepColumn("stable", "", "whether the equilibrium is stable", "truth"),
 )
+CRITICAL: Final = SweepColumn("critical_mu", "", "critical friction coefficient")
 OUTPUTS: Final[Mapping[str, SweepColumn]] = {
-    column.name: column for column in (*TRANSIENT, *STABILITY)
+    column.name: column for column in (*TRANSIENT, *STABILITY, CRITICAL)
 }
 DEFAULT_OUTPUTS: Final = tuple(column.name for column in TRANSIENT)
 # By quantity; rows keep no times of switches, hence no error of events.
@@ -80,7 +82,7 @@ class Study:
 
     Parameters
     ----------
-    design : Design
+    design : Design or Scatter
         What varies. A component of the start that varies replaces that component of `start`.
     parameters : Parameters
         The other parameters.
@@ -100,7 +102,7 @@ class Study:
         If a value is out of bounds or a name unknown.
     """
 
-    design: Design
+    design: StudyDesign
     parameters: Parameters
     cases: tuple[bool, ...] = (True,)
     start: Start = "static"

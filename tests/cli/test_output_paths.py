@@ -52,6 +52,7 @@ NEEDED: dict[tuple[str, ...], list[str]] = {
     ("run",): [],
     ("sweep",): ["--vary=F=20:80:2"],
     ("tradeoff",): [],
+    ("uncertainty",): ["--vary=mu~uniform:0:1", "--samples=64", "--output=critical_mu"],
     ("fmu", "build"): [],
     ("fmu", "system"): [],
     ("fmu", "run"): [],

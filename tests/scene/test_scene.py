@@ -64,6 +64,7 @@ def scenes(draw: st.DrawFn) -> Scene:
         step=draw(steps) if with_step(method) and not accuracy else None,
         accuracy=accuracy,
         outputs=tuple(draw(st.lists(st.sampled_from(sorted(OUTPUTS)), unique=True))),
+        correlation=draw(st.sampled_from([(), (("mu", "F", -0.25), ("mu", "y0", 0.5))])),
     )
 
 

@@ -12,7 +12,7 @@ from fivtui.cli import commands
 
 # What takes long, or serves, is given something that is wrong for certain.
 HEAVY = {"attractors", "claims", "compare", "extremes", "figures", "serve", "tradeoff", "build"}
-HEAVY |= {"system", "accuracy", "methods"}
+HEAVY |= {"system", "accuracy", "methods", "uncertainty"}
 WRONG = ("--colour", "--colour=red", "-q", "--force=3", "--\x00")
 
 SANE = {
@@ -27,7 +27,7 @@ SANE = {
     "--out": ("a.csv", "b.npz", "c.json", "d.CSV", "mine.csv"),
     "--plot": ("p.gif", "mine.csv"),
     "--error": ("peak=1e-2",),
-    "--vary": ("F=20:40:2", "mu=0.1,0.2", "y0=-1:0:2"),
+    "--vary": ("F=20:40:2", "mu=0.1,0.2", "y0=-1:0:2", "mu~uniform:0:1"),
     "--from": ("hopf", "cycle"),
     "--design": ("product", "list"),
     "--output": ("stable", "growth_rate"),

@@ -213,6 +213,7 @@ class Session(Editing):
             step=self._step(),
             accuracy=cast("Accuracy", FIELDS["accuracy"].check(self.texts["accuracy"])),
             outputs=self._loaded.outputs,
+            correlation=self._loaded.correlation,
         )
 
     def outdated(self, run: Run) -> bool:

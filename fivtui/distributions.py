@@ -1,0 +1,226 @@
+"""Distributions of a named quantity as text: ``NAME~normal:80:8``; and their quantiles."""
+
+import math
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, replace
+from functools import lru_cache
+from typing import Any, Final, Self
+
+import numpy as np
+from numpy.typing import NDArray
+
+from .model import PARAMETERS, InputError, ParameterSpec, parse_number, unknown_name
+from .ranges import number_text
+
+Floats = NDArray[np.float64]
+
+_FORM: Final = "NAME~DISTRIBUTION:NUMBER:…"
+_EXAMPLE: Final = "F~normal:80:8"
+# Quantiles from which the moments of a truncated distribution are taken.
+_QUANTILES: Final = 1 << 14
+
+
+@dataclass(frozen=True, slots=True)
+class _Known:
+    # A distribution in engineers' terms: its numbers in words, what they must be, and how it is
+    # made from `scipy.stats`.
+    words: tuple[str, ...]
+    rule: str
+    allows: Callable[..., bool]
+    make: Callable[..., Any]
+
+
+def _uniform(low: float, high: float) -> Any:
+    from scipy import stats
+
+    return stats.uniform(low, high - low)
+
+
+def _normal(mean: float, sd: float) -> Any:
+    from scipy import stats
+
+    return stats.norm(mean, sd)
+
+
+def _lognormal(mean: float, sd: float) -> Any:
+    from scipy import stats
+
+    spread = math.log1p((sd / mean) ** 2)
+    return stats.lognorm(math.sqrt(spread), scale=mean * math.exp(-0.5 * spread))
+
+
+def _triangular(low: float, mode: float, high: float) -> Any:
+    from scipy import stats
+
+    return stats.triang((mode - low) / (high - low), low, high - low)
+
+
+def _beta(low: float, high: float, a: float, b: float) -> Any:
+    from scipy import stats
+
+    return stats.beta(a, b, low, high - low)
+
+
+KNOWN: Final[Mapping[str, _Known]] = {
+    "uniform": _Known(
+        ("LOW", "HIGH"), "LOW must be below HIGH", lambda low, high: low < high, _uniform
+    ),
+    "normal": _Known(("MEAN", "SD"), "SD must be above 0", lambda _mean, sd: sd > 0.0, _normal),
+    "lognormal": _Known(
+        ("MEAN", "SD"),
+        "MEAN and SD, both of the quantity itself, must be above 0",
+        lambda mean, sd: mean > 0.0 and sd > 0.0,
+        _lognormal,
+    ),
+    "triangular": _Known(
+        ("LOW", "MODE", "HIGH"),
+        "LOW, MODE and HIGH must ascend, and LOW be below HIGH",
+        lambda low, mode, high: low <= mode <= high and low < high,
+        _triangular,
+    ),
+    "beta": _Known(
+        ("LOW", "HIGH", "A", "B"),
+        "LOW must be below HIGH, and A and B above 0",
+        lambda low, high, a, b: low < high and a > 0.0 and b > 0.0,
+        _beta,
+    ),
+}
+
+
+@dataclass(frozen=True, slots=True)
+class Distribution:
+    """A continuous distribution, maybe truncated.
+
+    Parameters
+    ----------
+    name : str
+        ``uniform`` (low, high), ``normal`` (mean, SD), ``lognormal`` (mean and SD of the quantity
+        itself), ``triangular`` (low, mode, high) or ``beta`` (low, high, a, b); or the name of
+        another continuous distribution in `scipy.stats`.
+    numbers : tuple of float
+        Its numbers, in that order; those of `scipy.stats` are its shapes, then loc and scale.
+    low, high : float
+        Bounds at which it is truncated: its density between them is scaled to an area of 1.
+
+    Raises
+    ------
+    InputError
+        If the name is unknown, the numbers are not allowed, or nothing is left by truncation.
+
+    Examples
+    --------
+    >>> from fivtui import Distribution
+    >>> Distribution("normal", (80.0, 8.0)).at([0.5]).tolist()
+    [80.0]
+    """
+
+    name: str
+    numbers: tuple[float, ...]
+    low: float = -math.inf
+    high: float = math.inf
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "numbers", tuple(float(each) for each in self.numbers))
+        if not all(math.isfinite(each) for each in self.numbers):
+            raise InputError(f"{self}: its numbers must be finite")
+        if self.name in KNOWN:
+            known = KNOWN[self.name]
+            if len(self.numbers) != len(known.words):
+                raise InputError(f"{self}: must be {self.name}:{':'.join(known.words)}")
+            if not known.allows(*self.numbers):
+                raise InputError(f"{self}: {known.rule}")
+        else:
+            _check_of_scipy(self)
+        begin, end = self._ends()
+        if not end > begin:
+            raise InputError(f"{self}: must have values from {self.low:g} to {self.high:g}")
+
+    def __str__(self) -> str:
+        return ":".join([self.name, *map(number_text, self.numbers)])
+
+    def within(self, low: float, high: float) -> Self:
+        """The distribution truncated at these bounds, too."""
+        return replace(self, low=max(low, self.low), high=min(high, self.high))
+
+    @property
+    def cut(self) -> float:
+        """The share of its values that truncation leaves out, 0 to 1."""
+        frozen = _frozen(self.name, self.numbers)
+        return float(frozen.cdf(self.low) + frozen.sf(self.high))
+
+    def at(self, shares: Floats | Sequence[float]) -> Floats:
+        """Quantiles at shares between 0 and 1, of the same shape."""
+        begin, end = self._ends()
+        inside = begin + (end - begin) * np.asarray(shares, dtype=float)
+        values: Floats = np.asarray(_frozen(self.name, self.numbers).ppf(inside))
+        return np.clip(values, self.low, self.high)
+
+    def moments(self) -> tuple[float, float]:
+        """Mean and standard deviation, from 16,384 quantiles."""
+        values = self.at((np.arange(_QUANTILES) + 0.5) / _QUANTILES)
+        return float(values.mean()), float(values.std())
+
+    def _ends(self) -> tuple[float, float]:
+        frozen = _frozen(self.name, self.numbers)
+        return float(frozen.cdf(self.low)), float(frozen.cdf(self.high))
+
+
+@lru_cache(maxsize=64)
+def _frozen(name: str, numbers: tuple[float, ...]) -> Any:
+    if name in KNOWN:
+        return KNOWN[name].make(*numbers)
+    from scipy import stats
+
+    return getattr(stats, name)(*numbers)
+
+
+def _check_of_scipy(given: Distribution) -> None:
+    from scipy import stats
+
+    found = getattr(stats, given.name, None)
+    if not isinstance(found, stats.rv_continuous):
+        raise InputError(
+            f"unknown distribution {given.name!r}: must be {', '.join(KNOWN)}, or a continuous one "
+            "of scipy.stats"
+        )
+    shapes = [each.strip() for each in (found.shapes or "").split(",") if each.strip()]
+    words = [each.upper() for each in (*shapes, "loc", "scale")]
+    if not len(shapes) <= len(given.numbers) <= len(words):
+        raise InputError(f"{given}: must be {given.name}:{':'.join(words)}; LOC and SCALE may lack")
+    if not math.isfinite(float(found(*given.numbers).ppf(0.5))):
+        raise InputError(f"{given}: its numbers must be such as scipy.stats.{given.name} allows")
+
+
+def parse_distribution(text: str) -> Distribution:
+    """The distribution in a text such as ``normal:80:8``; `InputError` as `Distribution`."""
+    name, *parts = (part.strip() for part in text.split(":"))
+    return Distribution(
+        name, tuple(parse_number(text, part, "DISTRIBUTION:NUMBER:…") for part in parts)
+    )
+
+
+def parse_scattered(
+    flag: str, text: str, specs: Mapping[str, ParameterSpec] = PARAMETERS
+) -> tuple[str, Distribution]:
+    """Parse a quantity and its distribution.
+
+    Parameters
+    ----------
+    flag : str
+        The option it was given to, for messages, e.g. ``"--vary"``.
+    text : str
+        ``NAME~DISTRIBUTION:NUMBER:…``, e.g. ``F~normal:80:8``.
+    specs : mapping of str to ParameterSpec
+        Quantities that may be scattered; the model's parameters by default.
+
+    Raises
+    ------
+    InputError
+        If the text has another form, the name is unknown, or as `Distribution`.
+    """
+    name, tilde, rest = (part.strip() for part in text.partition("~"))
+    if not tilde or not name or not rest:
+        raise InputError(f"{flag} {text}: must be {_FORM}, e.g. {flag} {_EXAMPLE}")
+    if name not in specs:
+        raise unknown_name("parameter", name, specs)
+    return name, parse_distribution(rest)

@@ -1,0 +1,198 @@
+"""Figures of uncertainty studies: histograms by region, Sobol indices, scatter matrix."""
+
+import textwrap
+from typing import Any, Final
+
+import matplotlib as mpl
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure, SubFigure
+from matplotlib.patches import Patch
+from numpy.typing import NDArray
+
+from fivtui.plotting import STYLE, WIDTH, math_symbol, math_unit, new_figure, parameter_line
+from fivtui.sweeps import OUTPUTS, VARIABLES
+
+from .result import REGIONS, Uncertainty
+from .statistics import ranked
+
+# Fill, hatching and marker of each region.
+_LOOKS: Final = {
+    "stable": ("#a8c8a0", "", "o"),
+    "unstable": ("#8fa8e0", "///", "^"),
+}
+_BINS: Final = 40
+_ACROSS: Final = 3
+# Letters of a line of a panel's title.
+_TITLE: Final = 30
+_ROW_HEIGHT: Final = 1.75
+_BAR_HEIGHT: Final = 0.19
+_CELL: Final = 1.35
+# Points of a panel of the scatter matrix, and inputs that it has at most.
+_DOTS: Final = 400
+_MOST_INPUTS: Final = 6
+_SMALL: Final = 7.5
+
+
+def uncertainty_figure(result: Uncertainty) -> Figure:
+    """Draw histograms of outputs by region, Sobol indices with intervals, and inputs by region.
+
+    Agg canvas, no window.
+    """
+    outputs = [name for name, found in result.quantiles.items() if found]
+    inputs = list(result.inputs)[:_MOST_INPUTS]
+    heights = [_ROW_HEIGHT * _rows(len(outputs))]
+    if result.indices:
+        heights.append((0.85 + _BAR_HEIGHT * len(result.inputs)) * _rows(len(result.indices)))
+    heights.append(_CELL * max(len(inputs), 1.3))
+    with mpl.rc_context(STYLE | {"hatch.linewidth": 0.3, "axes.titlesize": 8.0}):
+        figure = new_figure(WIDTH, sum(heights) + 0.7)
+        grid: Any = figure.subfigures(len(heights), 1, height_ratios=heights, squeeze=False)
+        parts = list(grid.ravel())
+        _draw_histograms(parts[0], result, outputs)
+        if result.indices:
+            _draw_tornado(parts[1], result)
+        _draw_matrix(parts[-1], result, inputs)
+        handles = [
+            Patch(
+                facecolor=_LOOKS[name][0],
+                hatch=_LOOKS[name][1],
+                edgecolor="black",
+                linewidth=0.5,
+                label=name,
+            )
+            for name in REGIONS
+        ]
+        figure.legend(handles=handles, loc="outside lower center", ncols=3, frameon=False)
+        figure.suptitle(
+            parameter_line(result.study.parameters, tuple(result.inputs)), fontsize=_SMALL
+        )
+    return figure
+
+
+def _rows(panels: int) -> int:
+    return -(-panels // _ACROSS)
+
+
+def _panels(part: SubFigure, count: int) -> list[Axes]:
+    # Four panels are two and two.
+    across = min(_ACROSS, -(-count // _rows(count)))
+    grid = part.subplots(_rows(count), across, squeeze=False).ravel().tolist()
+    for axes in grid[count:]:
+        axes.set_axis_off()
+    return grid[:count]
+
+
+def _draw_histograms(part: SubFigure, result: Uncertainty, outputs: list[str]) -> None:
+    regions = result.regions()
+    for axes, name in zip(_panels(part, len(outputs)), outputs, strict=True):
+        values, column = result.samples(name), OUTPUTS[name]
+        known = ~np.isnan(values)
+        low, high = float(values[known].min()), float(values[known].max())
+        if low == high:
+            low, high = low - 0.5 * abs(low) - 1e-9, high + 0.5 * abs(high) + 1e-9
+        bottom: NDArray[Any] = np.zeros(_BINS)
+        for place, region in enumerate(REGIONS):
+            counts, edges = np.histogram(
+                values[known & (regions == place)], bins=_BINS, range=(low, high)
+            )
+            share = counts / known.sum()
+            fill, hatch, _ = _LOOKS[region]
+            axes.bar(
+                edges[:-1],
+                share,
+                width=np.diff(edges),
+                bottom=bottom,
+                align="edge",
+                color=fill,
+                hatch=hatch,
+                edgecolor="0.35",
+                linewidth=0.2,
+            )
+            bottom = bottom + share
+        unit = f" ({math_unit(column.unit)})" if column.unit else ""
+        axes.set_xlabel(f"{column.meaning[0].upper()}{column.meaning[1:]}{unit}", fontsize=_SMALL)
+        axes.tick_params(labelsize=_SMALL)
+    part.supylabel("Share of samples", fontsize=_SMALL)
+
+
+def _draw_tornado(part: SubFigure, result: Uncertainty) -> None:
+    for axes, (output, indices) in zip(
+        _panels(part, len(result.indices)), result.indices.items(), strict=True
+    ):
+        rows = list(reversed(ranked(indices)))
+        places = np.arange(len(rows))
+        for shift, kind, fill in ((0.2, "first", "#1f4fd8"), (-0.2, "total", "0.75")):
+            found = [getattr(index, kind) for _, index in rows]
+            axes.barh(
+                places + shift,
+                [each.value for each in found],
+                0.36,
+                xerr=[each.error for each in found],
+                color=fill,
+                edgecolor="black",
+                linewidth=0.4,
+                error_kw={"linewidth": 0.8, "capsize": 1.5},
+                label="alone" if kind == "first" else "with others",
+            )
+        axes.set_yticks(places, [math_symbol(VARIABLES[name].symbol) for name, _ in rows])
+        axes.set_xlim(min(0.0, axes.get_xlim()[0]), max(1.0, axes.get_xlim()[1]))
+        title = textwrap.fill(f"Sobol indices of: {output_words(output)}", _TITLE)
+        axes.set_title(title, fontsize=_SMALL)
+        axes.tick_params(labelsize=_SMALL)
+        axes.grid(visible=False, axis="y")
+        if output == next(iter(result.indices)):
+            axes.legend(frameon=False, fontsize=6.5, loc="lower right")
+
+
+def output_words(name: str) -> str:
+    """An output, or what has a probability, in words."""
+    return OUTPUTS[name].meaning if name in OUTPUTS else name.replace("_", " ")
+
+
+def _draw_matrix(part: SubFigure, result: Uncertainty, inputs: list[str]) -> None:
+    count = len(inputs)
+    panels = part.subplots(count, count, squeeze=False, sharex="col")
+    regions = result.regions()
+    chosen = np.linspace(0, regions.size - 1, min(_DOTS, regions.size)).astype(int)
+    columns = {name: result.samples(name) for name in inputs}
+    for row, vertical in enumerate(inputs):
+        for column, horizontal in enumerate(inputs):
+            axes = panels[row, column]
+            if column > row:
+                axes.set_axis_off()
+                continue
+            _draw_cell(axes, columns[horizontal], columns[vertical], regions, chosen)
+            axes.tick_params(labelsize=6.5)
+            if row == count - 1:
+                axes.set_xlabel(_axis_words(horizontal), fontsize=_SMALL)
+            if column == 0 and row > 0:
+                axes.set_ylabel(_axis_words(vertical), fontsize=_SMALL)
+            if row == column:
+                axes.set_yticks([])
+
+
+def _draw_cell(
+    axes: Axes,
+    x: NDArray[np.float64],
+    y: NDArray[np.float64],
+    regions: NDArray[np.int64],
+    chosen: NDArray[np.int64],
+) -> None:
+    if x is y:
+        shown = [x[regions == place] for place in range(len(REGIONS))]
+        fills = [_LOOKS[region][0] for region in REGIONS]
+        axes.hist(shown, bins=_BINS // 2, stacked=True, color=fills)
+        return
+    for place, region in enumerate(REGIONS):
+        here = chosen[regions[chosen] == place]
+        fill, _, marker = _LOOKS[region]
+        axes.scatter(
+            x[here], y[here], s=5.0, marker=marker, color=fill, edgecolor="0.3", linewidth=0.2
+        )
+
+
+def _axis_words(name: str) -> str:
+    spec = VARIABLES[name]
+    unit = f" ({math_unit(spec.unit)})" if spec.unit else ""
+    return f"{math_symbol(spec.symbol)}{unit}"

@@ -1,0 +1,117 @@
+"""Console output of uncertainty studies."""
+
+import math
+
+from fivtui.console import number, print_list, print_rows
+from fivtui.results import Row
+from fivtui.sweeps import OUTPUTS, SweepProgress
+
+from .request import truncations
+from .result import MEANINGS, Uncertainty
+from .statistics import SampleEstimate, ranked
+
+_LEVELS = ("0.05", "0.5", "0.95")
+_DIGITS = 4
+
+
+class UncertaintyProgress(SweepProgress):
+    """Progress of a study on stderr, with the present probabilities and their errors."""
+
+    def __init__(self, members: int) -> None:
+        super().__init__(members)
+        self._words = ""
+
+    def tell(self, members: int, words: str) -> None:
+        """Say these words from now on; other members than before begin a new count."""
+        if members != self._members:
+            self._members, self._first = members, None
+        self._words = words
+
+    def _say(self, fraction: float, text: str, now: float) -> None:
+        super()._say(fraction, f"{self._words}; {text}" if self._words else text, now)
+
+
+def estimate_words(found: SampleEstimate, digits: int = _DIGITS) -> str:
+    """An estimate with those digits that its error leaves, and the error."""
+    if found.error > 0.0 and found.value != 0.0:
+        places = math.floor(math.log10(abs(found.value))) - math.floor(math.log10(found.error))
+        digits = max(2, min(places + 2, 10))
+    return f"{number(found.value, digits)} ± {number(found.error, 2)}"
+
+
+def uncertainty_rows(result: Uncertainty) -> list[Row]:
+    """Probabilities, and what drives them, as rows of a table."""
+    rows = [
+        Row(f"P({name})", estimate_words(each), MEANINGS[name])
+        for name, each in result.probabilities.items()
+    ]
+    for name, found in result.quantiles.items():
+        if found:
+            low, middle, high = (number(found[level].value, _DIGITS) for level in _LEVELS)
+            column = OUTPUTS[name]
+            value = f"{middle} ({low} .. {high}) {column.unit}".rstrip()
+            rows.append(Row(name, value, f"{column.meaning}: median, 5 and 95 %"))
+    for name, indices in result.indices.items():
+        words = ", ".join(f"{key} {number(each.total.value, 2)}" for key, each in ranked(indices))
+        rows.append(Row(f"what drives {name}", words, "total Sobol indices"))
+    return rows
+
+
+def print_uncertainty(result: Uncertainty) -> None:
+    """Print probabilities, quantiles and Sobol indices of a study."""
+    scatter = result.scatter
+    inputs = [(name, str(each)) for name, each in result.inputs.items()]
+    inputs += [
+        (f"{one}, {other}", f"correlation {number(value)}")
+        for one, other, value in scatter.correlations
+    ]
+    inputs += [
+        ("samples", f"{scatter.samples} in {scatter.repeats} scramblings ({scatter.kind})"),
+        ("members", f"{result.study.members}, {result.sweep.table.failed} failed"),
+    ]
+    print_list("Uncertainty", inputs)
+    print_rows(
+        "Probabilities, with 95 % intervals",
+        ("", "probability", "from", "to"),
+        [
+            (MEANINGS[name], *(number(each, 6) for each in (found.value, found.low, found.high)))
+            for name, found in result.probabilities.items()
+        ],
+    )
+    quantiles = [(name, found) for name, found in result.quantiles.items() if found]
+    if quantiles:
+        levels = list(quantiles[0][1])
+        print_rows(
+            "Quantiles",
+            ("output", "unit", "mean", *(f"{float(level):.0%}" for level in levels)),
+            [
+                (
+                    OUTPUTS[name].meaning,
+                    OUTPUTS[name].unit,
+                    number(result.means[name].value, _DIGITS),
+                    *(number(found[level].value, _DIGITS) for level in levels),
+                )
+                for name, found in quantiles
+            ],
+        )
+    for name, indices in result.indices.items():
+        print_rows(
+            f"What drives {name}: Sobol indices, with 95 % intervals",
+            ("input", "alone", "with others"),
+            [
+                (key, estimate_words(each.first, 2), estimate_words(each.total, 2))
+                for key, each in ranked(indices)
+            ],
+        )
+
+
+def warning_of(result: Uncertainty) -> str | None:
+    """What a study warns of, in one sentence; None if nothing."""
+    parts = truncations(result.study)
+    parts += [
+        f"{count} members have no {name}: they do not count, and there are no Sobol indices of it"
+        if result.scatter.indices
+        else f"{count} members have no {name}: they do not count"
+        for name, count in result.missing.items()
+    ]
+    return "; ".join(parts) or None

@@ -1,0 +1,118 @@
+"""What an uncertainty study is asked for, as the study of a scattered sweep."""
+
+from collections.abc import Mapping, Sequence
+from typing import Final
+
+from fivtui.distributions import Distribution, parse_distribution, parse_scattered
+from fivtui.model import InputError, Interval, parse_number
+from fivtui.scene import Scene
+from fivtui.sweeps import (
+    OUTPUTS as OF_SWEEPS,
+    VARIABLES,
+    Correlations,
+    Scatter,
+    ScatterKind,
+    Study,
+    study_of,
+)
+from fivtui.transient import Start
+
+DEFAULT_SAMPLES: Final = 1 << 14
+# With an error wanted, samples begin with this number.
+FIRST_SAMPLES: Final = 1 << 10
+DEFAULT_REPEATS: Final = 16
+MOST_SAMPLES: Final = 1 << 24
+# Of these, probabilities are told.
+JUDGED: Final = ("growth_rate", "stable")
+DEFAULT_OUTPUTS: Final = ("growth_rate", "critical_mu", "y_half_range", "P_max")
+OUTPUTS: Final = tuple(name for name, column in OF_SWEEPS.items() if column.kind != "truth")
+_UNTIL: Final = Interval(0.0, 1.0, lower_open=True)
+
+
+def parse_inputs(texts: Sequence[str]) -> dict[str, Distribution]:
+    """Distributions by name from the texts of ``--vary``, ``NAME~DISTRIBUTION:NUMBER:…``."""
+    found: dict[str, Distribution] = {}
+    for text in texts:
+        name, distribution = parse_scattered("--vary", text, VARIABLES)
+        if name in found:
+            raise InputError(f"--vary {text}: {name} is given twice")
+        found[name] = distribution
+    return found
+
+
+def as_inputs(given: Mapping[str, Distribution | str]) -> dict[str, Distribution]:
+    """Distributions by name, where some may be texts such as ``normal:80:8``."""
+    return {
+        name: parse_distribution(each) if isinstance(each, str) else each
+        for name, each in given.items()
+    }
+
+
+def check_until(value: object) -> float:
+    """Return a wanted error of probabilities; `InputError` unless above 0 and at most 1."""
+    return _UNTIL.check("until", value)
+
+
+def scattered_study(
+    scene: Scene,
+    inputs: Mapping[str, Distribution],
+    *,
+    correlations: Correlations | None = None,
+    design: ScatterKind = "sobol",
+    samples: int = DEFAULT_SAMPLES,
+    seed: int = 0,
+    repeats: int = DEFAULT_REPEATS,
+    indices: bool | None = None,
+    outputs: Sequence[str] = DEFAULT_OUTPUTS,
+    t_end: float | str | None = None,
+    tol: float | str | None = None,
+    start: Start | None = None,
+) -> Study:
+    """The scattered sweep of a scene, see `uncertainty`.
+
+    `samples` are rounded up to a power of two in every scrambling; without `indices` said, they
+    are computed unless inputs are correlated.
+    """
+    if not 1 <= samples <= MOST_SAMPLES:
+        raise InputError(f"samples = {samples}: must be from 1 to {MOST_SAMPLES}")
+    for name in outputs:
+        if name not in OUTPUTS and name in OF_SWEEPS:
+            raise InputError(f"output {name}: must be a number; its probability is always told")
+    if correlations is None:
+        correlations = scene.correlation
+    with_indices = not correlations if indices is None else indices
+    of_each = max(repeats, 1) * (2 if with_indices else 1)
+    scatter = Scatter(
+        inputs,
+        design,
+        count=1 << (-(-samples // of_each) - 1).bit_length(),
+        seed=seed,
+        repeats=repeats,
+        indices=with_indices,
+        correlations=correlations,
+    )
+    return study_of(
+        scene,
+        scatter,
+        start=start,
+        t_end=t_end,
+        tol=tol,
+        outputs=tuple(dict.fromkeys((*JUDGED, *outputs))),
+    )
+
+
+def truncations(study: Study) -> list[str]:
+    """What of the distributions of a scattered sweep is cut off at bounds, in words."""
+    found = []
+    for name, axis in study.design.axes.items():
+        if isinstance(axis, Distribution) and axis.cut > 0.0:
+            found.append(
+                f"{name}~{axis}: truncated to {axis.low:g} to {axis.high:g}, which leaves out "
+                f"{axis.cut:.2g} of its values"
+            )
+    return found
+
+
+def wanted_error(value: object) -> float | None:
+    """The wanted error of an option, or None if it was not given."""
+    return None if value is None else check_until(parse_number("until", value, _UNTIL))

@@ -1,0 +1,188 @@
+"""The result of an uncertainty study: probabilities, quantiles and Sobol indices of its rows."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any, Final
+
+import numpy as np
+from numpy.typing import NDArray
+
+from fivtui.distributions import Distribution
+from fivtui.model import PARAMETERS, InputError
+from fivtui.results import Result, scene_text
+from fivtui.sweeps import OUTPUTS, Scatter, Study, Sweep
+
+from .request import truncations
+from .statistics import (
+    SampleEstimate,
+    SobolIndex,
+    dicts,
+    mean_of,
+    probability_of,
+    quantiles_of,
+    ranked,
+    sobol_of,
+)
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+Floats = NDArray[np.float64]
+
+UNSTABLE: Final = "unstable"
+MEANINGS: Final = {UNSTABLE: "the equilibrium is unstable"}
+# Regions of samples, from the safest on.
+REGIONS: Final = ("stable", "unstable")
+
+
+@dataclass(frozen=True, slots=True, repr=False)
+class Uncertainty(Result):
+    """Probabilities and distributions of a scattered scene, and what drives them.
+
+    Attributes
+    ----------
+    sweep : Sweep
+        The members computed, see `Scatter` for their order.
+    probabilities : mapping of str to SampleEstimate
+        Of ``unstable``: the equilibrium is unstable.
+    means : mapping of str to SampleEstimate
+        Mean values of outputs.
+    quantiles : mapping of str to mapping of str to SampleEstimate
+        Quantiles of outputs, by level.
+    indices : mapping of str to mapping of str to SobolIndex
+        Sobol indices of outputs and of what has a probability, by input.
+    missing : mapping of str to int
+        Members without a value of an output, where there are such.
+    """
+
+    sweep: Sweep
+    probabilities: Mapping[str, SampleEstimate]
+    means: Mapping[str, SampleEstimate]
+    quantiles: Mapping[str, Mapping[str, SampleEstimate]]
+    indices: Mapping[str, Mapping[str, SobolIndex]]
+    missing: Mapping[str, int]
+
+    @property
+    def study(self) -> Study:
+        """What was computed."""
+        return self.sweep.study
+
+    @property
+    def scatter(self) -> Scatter:
+        """The scattered design."""
+        return scatter_of(self.study)
+
+    @property
+    def inputs(self) -> dict[str, Distribution]:
+        """Distributions by name."""
+        return dict(self.scatter.axes)
+
+    @property
+    def error(self) -> float:
+        """The greatest error of a probability: half the width of its 95 % interval."""
+        return max((each.error for each in self.probabilities.values()), default=np.inf)
+
+    def samples(self, name: str) -> Floats:
+        """Values of an input or output that follow the distributions; NaN where there is none."""
+        values = self.scatter.samples_of(self.sweep.table.numbers[name])
+        return np.asarray(values, dtype=float).ravel()
+
+    def regions(self) -> NDArray[np.int64]:
+        """The region of each sample, a place in `REGIONS`."""
+        unstable = self.samples("stable") == 0.0
+        return np.where(unstable, REGIONS.index("unstable"), REGIONS.index("stable"))
+
+    def _summary(self) -> list[tuple[str, str]]:
+        study = self.study
+        rows = [
+            (
+                "scene",
+                scene_text(study.parameters, separation=study.cases[0], without=tuple(self.inputs)),
+            ),
+            *((name, str(each)) for name, each in self.inputs.items()),
+            ("samples", f"{self.scatter.samples}, {self.sweep.table.failed} members failed"),
+            *(
+                (f"P({name})", f"{each.value:.6g} ± {each.error:.2g}")
+                for name, each in self.probabilities.items()
+            ),
+        ]
+        for name, found in self.indices.items():
+            first = ", ".join(f"{key} {each.total.value:.2f}" for key, each in ranked(found)[:4])
+            rows.append((f"drives {name}", first))
+        return rows
+
+    def to_dict(self) -> dict[str, Any]:
+        """The object that ``fivtui uncertainty --json`` prints."""
+        study, scatter = self.study, self.scatter
+        fixed = study.parameters.as_dict()
+        return {
+            "parameters": {name: fixed[name] for name in PARAMETERS if name not in scatter.axes},
+            "separation": study.cases[0],
+            "t_end": study.t_end,
+            "inputs": {name: str(each) for name, each in scatter.axes.items()},
+            "truncated": truncations(study),
+            "correlations": [list(each) for each in scatter.correlations],
+            "design": scatter.kind,
+            "samples": scatter.samples,
+            "members": study.members,
+            "failed": self.sweep.table.failed,
+            "seeds": scatter.seeds,
+            "probabilities": dicts(self.probabilities),
+            "means": dicts(self.means),
+            "quantiles": {name: dicts(each) for name, each in self.quantiles.items()},
+            "indices": {name: dicts(each) for name, each in self.indices.items()},
+            "missing": dict(self.missing),
+        }
+
+    def to_columns(self) -> dict[str, NDArray[Any]]:
+        """The members by column, as in the file."""
+        return self.sweep.to_columns()
+
+    def figure(self) -> "Figure":
+        """Histograms with their regions, Sobol indices, and scatter of inputs and outputs."""
+        from .figure import uncertainty_figure
+
+        return uncertainty_figure(self)
+
+
+def scatter_of(study: Study) -> Scatter:
+    """The design of a scattered sweep; `InputError` if it is another one."""
+    if not isinstance(study.design, Scatter):
+        raise InputError("a sweep that is not scattered: fivtui sweep --vary NAME=… computed it")
+    return study.design
+
+
+def events_of(study: Study, numbers: Mapping[str, Floats]) -> dict[str, Floats]:
+    """What has a probability, by name: 1 where it holds, 0 where not, NaN where unknown."""
+    found = {}
+    if "stable" in study.outputs:
+        found[UNSTABLE] = 1.0 - numbers["stable"]
+    return found
+
+
+def judged(sweep: Sweep) -> Uncertainty:
+    """Probabilities, quantiles and indices of a scattered sweep."""
+    study, scatter = sweep.study, scatter_of(sweep.study)
+    events = events_of(study, sweep.table.numbers)
+    outputs = {
+        name: sweep.table.numbers[name] for name in study.outputs if OUTPUTS[name].kind != "truth"
+    }
+    samples = {
+        name: np.asarray(scatter.samples_of(values), dtype=float)
+        for name, values in (outputs | events).items()
+    }
+    probabilities = {name: probability_of(samples[name]) for name in events}
+    means = {name: mean_of(samples[name]) for name in outputs}
+    missing = {name: int(np.isnan(values).sum()) for name, values in outputs.items()}
+    return Uncertainty(
+        sweep,
+        {name: each for name, each in probabilities.items() if each is not None},
+        {name: each for name, each in means.items() if each is not None},
+        {name: quantiles_of(samples[name]) for name in outputs},
+        {
+            name: found
+            for name, values in (events | outputs).items()
+            if scatter.indices and (found := sobol_of(scatter, values))
+        },
+        {name: count for name, count in missing.items() if count},
+    )

@@ -1,0 +1,62 @@
+"""Estimates and Sobol indices against what is known exactly."""
+
+import numpy as np
+import pytest
+
+from fivtui.distributions import Distribution
+from fivtui.reliability.statistics import estimate, probability, probability_of, sobol_of
+from fivtui.sweeps.scatter import Scatter
+
+ANGLE = Distribution("uniform", (-np.pi, np.pi))
+# Ishigami's function with a = 7, b = 0.1: variance, and the parts of it.
+ISHIGAMI = {"x0": (0.3139, 0.5576), "vx0": (0.4424, 0.4424), "y0": (0.0, 0.2437)}
+
+
+@pytest.mark.parametrize("kind", ["sobol", "lhs"])
+def test_the_indices_of_ishigami(kind: str) -> None:
+    count = 1024 if kind == "sobol" else 8192
+    scatter = Scatter(dict.fromkeys(ISHIGAMI, ANGLE), kind, count=count)  # type: ignore[arg-type]
+    x, y, z = scatter.columns(np.arange(scatter.size)).values()
+    found = sobol_of(scatter, np.sin(x) + 7.0 * np.sin(y) ** 2 + 0.1 * z**4 * np.sin(x))
+    for name, (first, total) in ISHIGAMI.items():
+        assert found[name].first.value == pytest.approx(first, abs=0.01)
+        assert found[name].total.value == pytest.approx(total, abs=0.01)
+        assert found[name].first.error < 0.01
+        assert found[name].total.error < 0.01
+    data = found["x0"].to_dict()
+    assert data["low"] < data["first"] < data["high"]
+
+
+def test_one_input_explains_all_and_a_constant_has_no_variance() -> None:
+    scatter = Scatter({"mu": Distribution("uniform", (0.0, 1.0))}, count=256, repeats=2)
+    (values,) = scatter.columns(np.arange(scatter.size)).values()
+    found = sobol_of(scatter, values)["mu"]
+    assert found.first.value == pytest.approx(1.0, abs=0.01)
+    assert found.total.value == pytest.approx(1.0, abs=0.01)
+    assert sobol_of(scatter, np.ones(scatter.size))["mu"].total.value == 0.0
+    values[3] = np.nan
+    assert sobol_of(scatter, values) == {}
+
+
+def test_intervals_cover_as_often_as_they_say() -> None:
+    draws = np.random.default_rng(5).normal(2.0, 1.0, (4000, 8))
+    found = [estimate(row) for row in draws]
+    covered = np.mean([each.low <= 2.0 <= each.high for each in found])
+    assert covered == pytest.approx(0.95, abs=0.012)
+
+
+def test_what_never_happened_is_not_impossible() -> None:
+    none = probability(np.zeros(4), np.full(4, 250.0))
+    assert (none.value, none.low) == (0.0, 0.0)
+    assert none.high == pytest.approx(1.0 - 0.05 ** (1.0 / 1000.0))
+    every = probability(np.full(4, 250.0), np.full(4, 250.0))
+    assert (every.value, every.high) == (1.0, 1.0)
+    assert every.low == pytest.approx(1.0 - none.high)
+
+
+def test_unknown_members_do_not_count() -> None:
+    nan = np.nan
+    found = probability_of(np.array([[1.0, 0.0, nan, nan], [1.0, 1.0, 0.0, 0.0]]))
+    assert found is not None
+    assert found.value == 0.5
+    assert probability_of(np.array([[nan, nan], [1.0, 0.0]])) is None

@@ -1,0 +1,213 @@
+"""Uncertainty studies: against closed forms, stored and continued, on the command line."""
+
+import json
+import tomllib
+from collections.abc import Generator, Iterable
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from fivtui import Parameters, Scene, find_scene, stability, uncertainty
+from fivtui.cli import run
+from fivtui.model.errors import Cancelled, InputError
+from fivtui.reliability.request import parse_inputs, scattered_study, truncations
+from fivtui.reliability.result import Uncertainty, judged
+from fivtui.reliability.run import Place, measured
+from fivtui.scene.files import scene_from_dict
+from fivtui.studies import command_of, kind_of, load_study
+from fivtui.sweeps.pieces import SweepPiece
+from fivtui.sweeps.rows import Rows
+from fivtui.sweeps.run import Engine, local_engine, sweep
+from fivtui.sweeps.study import Study
+
+MU_C = 0.439387619
+BASE = find_scene("base")
+VARY = ["mu~uniform:0.2:0.8", "F~normal:80:8"]
+
+
+def study_of(samples: int = 512, *, outputs: tuple[str, ...] = ("critical_mu",)) -> Study:
+    return scattered_study(BASE, parse_inputs(VARY), samples=samples, outputs=outputs)
+
+
+def check_unstable(found: Uncertainty, error: float) -> None:
+    told = found.probabilities["unstable"]
+    assert told.low <= 1.0 - MU_C <= told.high
+    assert told.error < error
+
+
+def test_the_probability_of_instability_where_friction_is_uniform() -> None:
+    found = uncertainty(
+        vary={"mu": "uniform:0:1"}, samples=2**17, indices=False, outputs=("growth_rate",)
+    )
+    check_unstable(found, 4e-5)
+    assert found.scatter.samples == 2**17
+
+
+@pytest.mark.whole
+def test_the_probability_of_instability_of_a_million_samples() -> None:
+    found = uncertainty(
+        vary={"mu": "uniform:0:1"}, samples=10**6, indices=False, outputs=("growth_rate",)
+    )
+    check_unstable(found, 5e-6)
+
+
+def test_what_drives_the_critical_friction_coefficient() -> None:
+    base = Parameters().as_dict()
+    names = ("k1", "k2", "k3", "c1", "c2", "F", "k_nl")
+    found = uncertainty(
+        vary={name: f"uniform:{0.9 * base[name]}:{1.1 * base[name]}" for name in names},
+        outputs=("critical_mu",),
+        samples=4096,
+    )
+    indices = found.indices["critical_mu"]
+    for name, share in (("k1", 0.45), ("F", 0.395), ("k_nl", 0.10), ("k3", 0.05)):
+        assert indices[name].first.value == pytest.approx(share, abs=0.03)
+    assert sum(index.first.value for index in indices.values()) == pytest.approx(1.0, abs=0.03)
+
+
+def test_samples_are_members_that_follow_the_distributions() -> None:
+    found = uncertainty(vary={"mu": "uniform:0.2:0.8", "F": "normal:80:8"}, samples=1024,
+                        outputs=("critical_mu", "P_max"), t_end=1.0)  # fmt: skip
+    assert found.samples("F").std() == pytest.approx(8.0, rel=0.02)
+    critical, mu, force = (found.samples(name) for name in ("critical_mu", "mu", "F"))
+    share = found.probabilities["unstable"].value
+    assert share == pytest.approx(np.mean(mu > critical))
+    at = stability(Parameters(F=float(force[5]))).critical_mu[0].mu
+    assert critical[5] == pytest.approx(at, rel=1e-12)
+    assert found.quantiles["P_max"]["0.5"].value == pytest.approx(
+        np.median(found.samples("P_max")), rel=0.02
+    )
+    assert set(found.indices) == {"unstable", "growth_rate", "critical_mu", "P_max"}
+
+
+def test_correlated_inputs_have_no_sobol_indices() -> None:
+    given = {"vary": {"mu": "uniform:0.2:0.8", "F": "normal:80:8"}, "samples": 256}
+    pair = {("mu", "F"): -0.5}
+    found = uncertainty(**given, correlations=pair, outputs=())  # type: ignore[arg-type]
+    assert found.indices == {}
+    assert np.corrcoef(found.samples("mu"), found.samples("F"))[0, 1] < -0.4
+    with pytest.raises(InputError, match="must be independent, but mu and F are correlated"):
+        uncertainty(**given, correlations=pair, indices=True)  # type: ignore[arg-type]
+
+
+def test_a_table_of_a_scene_correlates(tmp_path: Path) -> None:
+    text = Path("examples/uncertainty.md").read_text(encoding="utf-8")
+    (block,) = (part.split("```")[0] for part in text.split("```toml\n")[1:])
+    scene = scene_from_dict(tomllib.loads(block), name="scene")
+    assert scene.correlation == (("mu", "F", -0.4),)
+    study = scattered_study(scene, parse_inputs(VARY), samples=64)
+    assert study.design.size == 64
+    said = command_of("uncertainty", study)
+    assert said.words[:4] == ["--vary", VARY[0], "--vary", VARY[1]]
+    for wrong in ({"mu": 1.0}, {"mu": {"G": 0.1}}, {"mu": {"mu": 0.1}}, {"mu": {"F": 2.0}}):
+        with pytest.raises(InputError, match="correlat"):
+            scene_from_dict({"fivtui_scene": 1, "correlation": wrong}, name="scene")
+
+
+def test_truncation_is_told() -> None:
+    study = scattered_study(BASE, parse_inputs(["mu~normal:0.1:0.1", "F~normal:80:8"]))
+    (words,) = truncations(study)
+    assert words.startswith("mu~normal:0.1:0.1: truncated to 0 to 100, which leaves out 0.16")
+
+
+def counting(engine: Engine, seen: list[int], stop_after: int = 10**9) -> Engine:
+    def counted(study: Study, pieces: Iterable[SweepPiece]) -> Generator[tuple[SweepPiece, Rows]]:
+        for piece, rows in engine(study, pieces):
+            if len(seen) == stop_after:
+                raise Cancelled
+            seen.append(piece.last - piece.first)
+            yield piece, rows
+
+    return counted
+
+
+@pytest.mark.parametrize("suffix", [".csv", ".parquet"])
+def test_a_stopped_study_continues_to_the_same_bytes(suffix: str, tmp_path: Path) -> None:
+    whole, stopped = tmp_path / f"whole{suffix}", tmp_path / f"stopped{suffix}"
+    study, engine = study_of(), local_engine(1)
+    expected = measured(study, engine, place=Place(whole, 100, False))
+    with pytest.raises(Cancelled):
+        measured(study, counting(engine, [], 4), place=Place(stopped, 100, False))
+    seen: list[int] = []
+    found = measured(study, counting(engine, seen), place=Place(stopped, 100, False))
+    assert sum(seen) == study.members - 400
+    assert stopped.read_bytes() == whole.read_bytes()
+    assert found.to_dict() == expected.to_dict() == measured(study, engine).to_dict()
+    assert kind_of(whole) == "uncertainty"
+    assert load_study("uncertainty", whole).to_dict() == expected.to_dict()
+
+
+def test_samples_are_doubled_until_the_error_is_met(tmp_path: Path) -> None:
+    place, engine = Place(tmp_path / "rows.csv", 1000, False), local_engine(1)
+    seen: list[int] = []
+    told: list[str] = []
+    study = study_of(64)
+    found = measured(
+        study, counting(engine, seen), until=0.008, place=place,
+        tell=lambda _members, words: told.append(words),
+    )  # fmt: skip
+    assert found.error <= 0.008 < measured(study_of(found.scatter.samples // 2), engine).error
+    assert told[-1].startswith("P(unstable) = 0.59")
+    # Every member is computed once, but for pieces that the number of samples before had not whole.
+    assert sum(seen) <= found.study.members + 1000 * 8
+    assert found.to_dict() == measured(found.study, engine).to_dict()
+    # What is there already is not computed again, and a smaller error continues from it.
+    again: list[int] = []
+    assert measured(study, counting(engine, again), until=0.008, place=place).error == found.error
+    assert again == []
+    better = measured(study, counting(engine, again), until=0.003, place=place)
+    assert better.error <= 0.003
+    assert 0 < sum(again) < better.study.members
+    with pytest.raises(InputError, match="exists already"):
+        measured(replace(study, t_end=7.0), engine, until=0.008, place=place)
+
+
+def test_hypercubes_are_not_added_to() -> None:
+    with pytest.raises(InputError, match="must be given with the design sobol"):
+        uncertainty(vary={"mu": "uniform:0:1"}, design="lhs", until=0.1)
+
+
+def test_a_sweep_that_is_not_scattered_is_no_study() -> None:
+    with pytest.raises(InputError, match="not scattered"):
+        judged(sweep(vary={"F": [20.0]}, outputs=["stable"]))
+
+
+def test_the_command_prints_one_object(
+    capsys: pytest.CaptureFixture[str], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    line = ["uncertainty", "--vary", VARY[0], "--vary", VARY[1], "--samples", "256", "--json"]
+    line += ["--output", "critical_mu", "--out", "rows.parquet", "--plot", "figure.svg"]
+    assert run(line) == 0
+    printed = capsys.readouterr()
+    data = json.loads(printed.out)
+    assert "wrote rows.parquet" in printed.err
+    assert set(data["probabilities"]["unstable"]) == {"value", "low", "high"}
+    assert {"first", "total", "low", "high"} <= set(data["indices"]["critical_mu"]["F"])
+    assert set(data["quantiles"]) == {"growth_rate", "critical_mu"}
+    assert data["seeds"] == list(range(16))
+    text = Path("figure.svg").read_text(encoding="utf-8")
+    assert "Sobol indices" in text
+    assert run([*line[:-6], "--samples=8", "--until", "1"]) == 2
+    assert run(["uncertainty", "--vary", VARY[0], "--samples", "256"]) == 0
+    assert "the equilibrium is unstable" in capsys.readouterr().out
+
+
+def test_a_correlated_scene_says_why_there_are_no_indices(
+    capsys: pytest.CaptureFixture[str], tmp_path: Path
+) -> None:
+    path = tmp_path / "scene.toml"
+    path.write_text("fivtui_scene = 1\ncorrelation.mu.F = 0.5\n", encoding="utf-8")
+    line = ["uncertainty", str(path), "--vary", VARY[0], "--vary", VARY[1], "--samples", "64"]
+    assert run([*line, "--output", "critical_mu"]) == 0
+    assert "inputs are correlated: no Sobol indices" in capsys.readouterr().err
+    assert run([*line, "--indices"]) == 2
+    assert "must be independent" in capsys.readouterr().err
+
+
+def test_a_scene_keeps_its_table_of_correlations() -> None:
+    scene = Scene(name="a", description="", parameters=Parameters(),
+                  correlation=(("mu", "F", 0.5),))  # fmt: skip
+    assert scene.with_values({"F": 60.0}).correlation == scene.correlation

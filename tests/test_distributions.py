@@ -1,0 +1,84 @@
+"""Distributions: what engineers' terms mean, truncation, and what is refused."""
+
+import math
+import pickle
+
+import numpy as np
+import pytest
+from scipy import stats
+
+from fivtui.distributions import Distribution, parse_distribution, parse_scattered
+from fivtui.model.errors import InputError
+
+SHARES = np.array([1e-6, 0.1, 0.5, 0.9, 1.0 - 1e-6])
+SPREAD = math.sqrt(math.log(1.0 + 0.2**2))
+
+SAME = {
+    "uniform:0.2:0.8": stats.uniform(0.2, 0.6),
+    "normal:80:8": stats.norm(80.0, 8.0),
+    "lognormal:100:20": stats.lognorm(SPREAD, scale=100.0 * math.exp(-0.5 * SPREAD**2)),
+    "triangular:1:2:5": stats.triang(0.25, 1.0, 4.0),
+    "beta:-1:3:2:5": stats.beta(2.0, 5.0, -1.0, 4.0),
+    "weibull_min:1.5:2:3": stats.weibull_min(1.5, 2.0, 3.0),
+    "gamma:2": stats.gamma(2.0),
+}
+
+
+@pytest.mark.parametrize("text", SAME)
+def test_a_distribution_is_that_of_its_text(text: str) -> None:
+    found = parse_distribution(text)
+    assert str(found) == text
+    np.testing.assert_allclose(found.at(SHARES), SAME[text].ppf(SHARES), rtol=1e-13)
+    assert found.cut == 0.0
+    assert pickle.loads(pickle.dumps(found)) == found
+
+
+def test_mean_and_sd_of_a_lognormal_are_those_of_the_quantity() -> None:
+    assert parse_distribution("lognormal:100:20").moments() == pytest.approx(
+        (100.0, 20.0), rel=2e-3
+    )
+    assert SAME["lognormal:100:20"].std() == pytest.approx(20.0)
+
+
+def test_truncation_scales_what_is_left() -> None:
+    whole = Distribution("normal", (1.0, 2.0))
+    found = whole.within(0.0, 100.0)
+    assert found.cut == pytest.approx(stats.norm.cdf(-0.5))
+    expected = stats.truncnorm((0.0 - 1.0) / 2.0, (100.0 - 1.0) / 2.0, 1.0, 2.0)
+    np.testing.assert_allclose(found.at(SHARES), expected.ppf(SHARES), rtol=1e-9)
+    assert found.within(-5.0, 3.0) == whole.within(0.0, 3.0)
+
+
+@pytest.mark.parametrize(
+    ("text", "words"),
+    [
+        ("normal:1", "normal:MEAN:SD"),
+        ("normal:1:0", "SD must be above 0"),
+        ("lognormal:-1:1", "must be above 0"),
+        ("uniform:2:1", "LOW must be below HIGH"),
+        ("triangular:1:5:2", "must ascend"),
+        ("beta:0:1:0:1", "A and B above 0"),
+        ("gauss:1:2", "unknown distribution 'gauss': must be uniform, normal"),
+        ("norm_gen:1", "unknown distribution"),
+        ("weibull_min", "must be weibull_min:C:LOC:SCALE"),
+        ("weibull_min:-1", "such as scipy.stats.weibull_min allows"),
+        ("normal:a:1", "not a number"),
+        ("normal:1:1e999", "not a finite number"),
+    ],
+)
+def test_what_is_no_distribution_is_refused(text: str, words: str) -> None:
+    with pytest.raises(InputError, match=words):
+        parse_distribution(text)
+
+
+def test_nothing_left_by_truncation_is_refused() -> None:
+    with pytest.raises(InputError, match="must have values from 0 to 100"):
+        Distribution("uniform", (-2.0, -1.0)).within(0.0, 100.0)
+
+
+@pytest.mark.parametrize("text", ["mu", "mu~", "~normal:1:2", "mu=normal:1:2"])
+def test_a_scattered_quantity_has_a_name_and_a_distribution(text: str) -> None:
+    with pytest.raises(InputError, match="must be NAME~DISTRIBUTION"):
+        parse_scattered("--vary", text)
+    with pytest.raises(InputError, match="did you mean mu"):
+        parse_scattered("--vary", "Mu~normal:1:2")
