@@ -35,6 +35,8 @@ def add_variable(
 ) -> None:
     """Add a variable of a table; FMI 3.0."""
     attributes = identity_of(variable, reference)
+    if variable.variability == "continuous":
+        attributes["intermediateUpdate"] = "true"
     if variable.unit:
         attributes |= {"unit": variable.unit, "displayUnit": variable.unit}
     for name, bound in (("min", variable.lower), ("max", variable.upper)):

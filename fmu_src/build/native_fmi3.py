@@ -31,6 +31,8 @@ _INTERFACES: Final[Mapping[str, Mapping[str, str]]] = {
         "canHandleVariableCommunicationStepSize": "true",
         "hasEventMode": "true",
         "mightReturnEarlyFromDoStep": "true",
+        "providesIntermediateUpdate": "true",
+        "canReturnEarlyAfterIntermediateUpdate": "true",
     },
 }
 # Unit of the event indicator of each model that has one.

@@ -24,7 +24,7 @@ UNITS: Final[Mapping[str, tuple[str, ...]]] = {
 }
 SHARED_UNITS: Final = (
     *("cosimulation", "derivatives", "exchange", "experiment", "instance", "state", "values"),
-    *("fmi3", "fmi3_values", "fmi3_absent"),
+    *("fmi3", "fmi3_values", "fmi3_absent", "intermediate"),
 )
 # The bits of a run are decided by what is written: as in the build hook.
 FLAGS: Final = (
@@ -110,7 +110,8 @@ def _row(v: Variable) -> str:
         lower, above = PARAMETERS[v.name].lower, PARAMETERS[v.name].lower_open
     numbers = [_number(value) for value in (v.start, lower, v.upper)]
     parts = (f'"{v.name}"', _KINDS[v.type], v.role.name, *numbers, str(int(above)))
-    return f'    {{{", ".join(parts)}, "{v.allowed}", {_number(v.nominal or 1.0)}}},'
+    rest = (f'"{v.allowed}"', _number(v.nominal or 1.0), str(int(v.variability == "continuous")))
+    return f"    {{{', '.join((*parts, *rest))}}},"
 
 
 def _number(value: float) -> str:

@@ -40,6 +40,12 @@ static const char *move_on(Instance *i, double from, double *end, int *switched)
 
 static double known_until(const Instance *i) { return i->s.t; }
 
+static double part_end(Instance *i)
+{
+    (void)i;
+    return INFINITY;
+}
+
 static void publish(Instance *i)
 {
     double *v = i->s.values;
@@ -88,6 +94,7 @@ const Component COMPONENT = {
     .begin = begin_motion,
     .move = move_on,
     .known_until = known_until,
+    .part_end = part_end,
     .publish = publish,
     .indicate = indicate,
     .settle = settle,

@@ -17,6 +17,7 @@ typedef struct {
     int above_lower;
     const char *allowed;
     double nominal;
+    int is_continuous;
 } Variable;
 
 static inline int is_settable(const Variable *v)
@@ -40,6 +41,8 @@ typedef struct {
     const char *(*move)(struct Instance *i, double from, double *t, int *switched);
     /* The time up to which moving on under the same inputs, held, needs no computation. */
     double (*known_until)(const struct Instance *i);
+    /* Where a step of the motion ends that goes on under the inputs, held: later than the time. */
+    double (*part_end)(struct Instance *i);
     /* Computes the outputs from the motion or, in model exchange, from the states. */
     void (*publish)(struct Instance *i);
     /* Model exchange: the event indicators, and the switch of the mode; whether it has switched. */

@@ -13,13 +13,24 @@ static int is_same(double one, double other)
     return fabs(one - other) <= fmax(SAME_TIME, ROUNDING * fabs(other));
 }
 
+/* An input that has gone on by `change`; its bound where it is beyond that by rounding alone. */
+static double gone_on(const Variable *v, double value, double change)
+{
+    const double now = value + change;
+    const double bound = now > v->upper ? v->upper : now < v->lower ? v->lower : now;
+    return fabs(now - bound) <= ROUNDING * (fabs(value) + fabs(change)) ? bound : now;
+}
+
 /* Inputs at the end of a step that they are not held over; whether they are in their ranges. */
 static const char *extrapolate(Instance *i, double h, double *ends)
 {
     for (uint32_t r = 0; r < COMPONENT.variable_count; r++) {
         const Variable *v = COMPONENT.variables + r;
-        ends[r] = i->s.values[r] + i->s.slopes[r] * h;
-        if (v->role == INPUT && !(ends[r] >= v->lower && ends[r] <= v->upper))
+        ends[r] = i->s.values[r];
+        if (v->role != INPUT)
+            continue;
+        ends[r] = gone_on(v, ends[r], i->s.slopes[r] * h);
+        if (!(ends[r] >= v->lower && ends[r] <= v->upper))
             return because(i, "%s = %g at the end of the step: must be %s", v->name, ends[r],
                            v->allowed);
     }
@@ -28,17 +39,14 @@ static const char *extrapolate(Instance *i, double h, double *ends)
 
 static fmi2Status give_up(Instance *i, const char *why)
 {
-    return i->last_step = refuse(i, fmi2Discard, "%s", why);
+    i->s.free_until = -INFINITY;
+    return i->s.last_step = refuse(i, fmi2Discard, "%s", why);
 }
 
-/* A step that is not free; apart, so that those that are need no room of its own. */
-static __attribute__((noinline)) fmi2Status do_step(Instance *c, double current, double h, int *switched)
+fmi2Status check_step(Instance *i, double current, double h)
 {
-    Instance *i = c;
-    ALLOWED("do_step", fmi2CoSimulation, IN(STEPPING));
-    State *s = &i->s;
-    double end = current + h;
-    double ends[MOST_VARIABLES];
+    const State *s = &i->s;
+    const double end = current + h;
     if (!is_same(current, s->t))
         return give_up(i, because(i, "current time = %s s: the FMU is at %s s",
                                   number(current).text, number(s->t).text));
@@ -48,17 +56,36 @@ static __attribute__((noinline)) fmi2Status do_step(Instance *c, double current,
     if (end > s->stop_time && !is_same(end, s->stop_time))
         return give_up(i, because(i, "the step ends at %s s, after the stop time %s s",
                                   number(end).text, number(s->stop_time).text));
+    return fmi2OK;
+}
+
+fmi2Status advance(Instance *i, double end, int *switched)
+{
+    State *s = &i->s;
+    const double aim = end;
+    double ends[MOST_VARIABLES];
     const char *why = s->is_sloped ? extrapolate(i, end - s->t, ends) : NULL;
     why = why ? why : COMPONENT.move(i, s->t, &end, switched);
     if (why)
         return give_up(i, why);
     s->is_pending = switched && *switched;
+    if (s->is_sloped && end != aim)
+        extrapolate(i, end - s->t, ends);
     if (s->is_sloped)
         for (uint32_t r = 0; r < COMPONENT.variable_count; r++)
             s->values[r] = ends[r], s->slopes[r] = 0.0;
     s->t = end, s->published = s->is_sloped = 0;
-    s->free_until = fmin(COMPONENT.known_until(i), s->stop_time);
-    return i->last_step = fmi2OK;
+    s->free_until = s->is_pending ? -INFINITY : fmin(COMPONENT.known_until(i), s->stop_time);
+    return s->last_step = fmi2OK;
+}
+
+/* A step that is not free; apart, so that those that are need no room of its own. */
+static __attribute__((noinline)) fmi2Status do_step(Instance *c, double current, double h,
+                                                    int *switched)
+{
+    ALLOWED("do_step", fmi2CoSimulation, IN(STEPPING));
+    const fmi2Status status = check_step(c, current, h);
+    return status == fmi2OK ? advance(c, current + h, switched) : status;
 }
 
 fmi2Status take_communication_step(Instance *i, double current, double h, int *switched)
@@ -67,8 +94,8 @@ fmi2Status take_communication_step(Instance *i, double current, double h, int *s
     /* Most steps end within one of the motion: nothing is computed until outputs are read. */
     if (i && end > i->s.t && end < i->s.free_until && h > 0.0
         && fabs(current - i->s.t) <= SAME_TIME) {
-        i->s.t = end, i->s.published = i->s.is_pending = 0;
-        return i->last_step = fmi2OK;
+        i->s.t = end, i->s.published = 0;
+        return fmi2OK;
     }
     return do_step(i, current, h, switched);
 }
@@ -132,7 +159,7 @@ fmi2Status fmi2GetStatus(fmi2Component c, const fmi2StatusKind kind, fmi2Status 
     Instance *i = c;
     if (!i || !value || kind != fmi2DoStepStatus)
         return no_status(c);
-    *value = i->last_step;
+    *value = i->s.last_step;
     return fmi2OK;
 }
 

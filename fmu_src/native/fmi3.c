@@ -4,6 +4,8 @@
    every switch, and mode and counts change in the event mode that follows; elsewhere a step goes
    over switches. Both give the same motion. */
 
+#include <math.h>
+
 #include "instance.h"
 
 #define GIVEN(place)                                                                       \
@@ -38,10 +40,16 @@ fmi3Instance fmi3InstantiateCoSimulation(fmi3String name, fmi3String token, fmi3
                                          fmi3LogMessageCallback log,
                                          fmi3IntermediateUpdateCallback update)
 {
-    (void)resources, (void)visible, (void)logging, (void)intermediate, (void)count, (void)update;
+    (void)resources, (void)visible, (void)logging;
     const Instance like = {.type = fmi2CoSimulation, .log = log, .environment = environment,
-                           .uses_events = event_mode, .announces = event_mode && early_return};
-    return make_instance(&like, name, token);
+                           .uses_events = event_mode, .returns_early = early_return,
+                           .announces = event_mode && early_return, .update = update};
+    Instance *i = make_instance(&like, name, token);
+    if (i && !prepare_updates(i, intermediate, count)) {
+        fmi2FreeInstance(i);
+        return NULL;
+    }
+    return i;
 }
 
 fmi3Instance fmi3InstantiateScheduledExecution(fmi3String name, fmi3String token,
@@ -97,7 +105,7 @@ fmi3Status fmi3EnterEventMode(fmi3Instance c)
     ALLOWED3("enter_event_mode", EITHER, IN(STEPPING));
     if (!i->uses_events)
         return (fmi3Status)refuse(i, fmi2Error, "enter_event_mode: it is not used");
-    i->s.phase = EVENTS, i->s.is_pending = i->s.published = 0;
+    i->s.phase = EVENTS, i->s.is_pending = i->s.published = 0, i->s.free_until = -INFINITY;
     return (fmi3Status)ready(i);
 }
 
@@ -141,10 +149,11 @@ fmi3Status fmi3DoStep(fmi3Instance c, fmi3Float64 current, fmi3Float64 h, fmi3Bo
     if (!i)
         return fmi3Error;
     GIVEN(event && terminate && early && reached);
-    int switched = 0;
-    const fmi2Status status =
-        take_communication_step(i, current, h, i->announces ? &switched : NULL);
-    *event = *early = switched != 0, *terminate = fmi3False;
+    int switched = 0, returned = 0, *announced = i->announces ? &switched : NULL;
+    const fmi2Status status = i->update
+                                  ? take_updated_step(i, current, h, announced, &returned)
+                                  : take_communication_step(i, current, h, announced);
+    *event = switched != 0, *early = switched || returned, *terminate = fmi3False;
     *reached = i->s.t;
     return (fmi3Status)status;
 }

@@ -14,9 +14,12 @@ static const char *const CATEGORY_NAMES[CATEGORIES] = {
 static const char *const PHASE_NAMES[] = {
     "before initialization", "in initialization mode",  "while stepping",
     "in event mode",         "in continuous-time mode", "after termination",
+    "during an intermediate update",
 };
 /* The tolerance if none is given: `DEFAULT_TOL` in `fivtui.taylor.stepper`. */
 #define DEFAULT_TOLERANCE 1e-12
+
+const char *phase_name(const Instance *i) { return PHASE_NAMES[i->s.phase]; }
 
 const char *fmi2GetTypesPlatform(void) { return fmi2TypesPlatform; }
 const char *fmi2GetVersion(void) { return fmi2Version; }
@@ -86,7 +89,7 @@ fmi2Status allow(Instance *i, const char *call, int type, unsigned phases)
         return refuse(i, fmi2Error, "%s is for %s", call,
                       type == fmi2CoSimulation ? "co-simulation" : "model exchange");
     if (!(phases & IN(i->s.phase)))
-        return refuse(i, fmi2Error, "%s is not allowed %s", call, PHASE_NAMES[i->s.phase]);
+        return refuse(i, fmi2Error, "%s is not allowed %s", call, phase_name(i));
     return fmi2OK;
 }
 
@@ -148,7 +151,10 @@ fmi2Component fmi2Instantiate(fmi2String name, fmi2Type type, fmi2String guid, f
 void fmi2FreeInstance(fmi2Component c)
 {
     Instance *i = c;
-    if (i) {
+    if (i && i->s.phase == INTERMEDIATE) {
+        /* The step goes on. */
+        refuse(i, fmi2Error, "free_instance is not allowed %s", phase_name(i));
+    } else if (i) {
         free(i->name);
         free(i);
     }
@@ -180,8 +186,7 @@ fmi2Status fmi2SetDebugLogging(fmi2Component c, fmi2Boolean on, size_t count,
 fmi2Status fmi2Terminate(fmi2Component c)
 {
     Instance *i = c;
-    if (!i)
-        return fmi2Error;
+    ALLOWED("terminate", EITHER, ~IN(INTERMEDIATE));
     i->s.phase = TERMINATED, i->s.free_until = -INFINITY;
     return fmi2OK;
 }
@@ -189,9 +194,7 @@ fmi2Status fmi2Terminate(fmi2Component c)
 fmi2Status fmi2Reset(fmi2Component c)
 {
     Instance *i = c;
-    if (!i)
-        return fmi2Error;
+    ALLOWED("reset", EITHER, ~IN(INTERMEDIATE));
     clear_state(&i->s);
-    i->last_step = fmi2OK;
     return fmi2OK;
 }

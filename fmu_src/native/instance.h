@@ -9,18 +9,22 @@
 
 enum { MOST_VARIABLES = 48, MOST_STATES = 4, MOTION_ROOM = 176, TEXT = 320 };
 
-typedef enum { INSTANTIATED, INITIALIZATION, STEPPING, EVENTS, CONTINUOUS, TERMINATED } Phase;
+/* The last is within a step alone, and never in a state that is saved. */
+typedef enum {
+    INSTANTIATED, INITIALIZATION, STEPPING, EVENTS, CONTINUOUS, TERMINATED, INTERMEDIATE
+} Phase;
 
 /* Categories of messages, as the model description names them. */
 typedef enum { WARNINGS, DISCARDS, ERRORS, CATEGORIES } Category;
 
-/* All that decides what comes next. `t` is the time reached, s; up to `free_until` a step needs no
-   computation, and is allowed; `begun` says that the motion is of the values, `published` that the
-   outputs are of the motion. `slopes` are those of the inputs over the next communication step;
-   `is_pending`: a switch has been reached, and its event mode not entered; `states` are the
-   importer's in model exchange. */
+/* All that decides what comes next. `t` is the time reached, s. Up to `free_until` a step needs no
+   computation and is allowed: the last one was well, and no switch is pending. `begun` says that the
+   motion is of the values, `published` that the outputs are of the motion. `slopes` are those of the
+   inputs over the next communication step; `is_pending`: a switch has been reached, and its event
+   mode not entered; `states` are the importer's in model exchange. */
 typedef struct {
     Phase phase;
+    fmi2Status last_step;
     int is_set_up, begun, published, is_sloped, is_pending;
     double start_time, stop_time, tolerance, t, free_until;
     double values[MOST_VARIABLES], slopes[MOST_VARIABLES], states[MOST_STATES];
@@ -33,12 +37,15 @@ typedef struct Instance {
     fmi2CallbackFunctions callbacks;
     char *name;
     int logging[CATEGORIES];
-    /* FMI 3.0: the logger, whether there is an event mode in co-simulation, and whether steps end
-       at switches for it. */
+    /* FMI 3.0: the logger; whether there is an event mode in co-simulation, whether steps may return
+       early, and whether they end at switches. */
     fmi3LogMessageCallback log;
     fmi3InstanceEnvironment environment;
-    int uses_events, announces;
-    fmi2Status last_step;
+    int uses_events, returns_early, announces;
+    /* Intermediate updates: inputs that the importer sets in them, and whether it may do so now. */
+    fmi3IntermediateUpdateCallback update;
+    unsigned char updated[MOST_VARIABLES];
+    int updates_inputs, asks;
     /* The component's choice for this processor. */
     const void *stepping;
     char why[TEXT];
@@ -49,6 +56,20 @@ Instance *make_instance(const Instance *like, const char *name, const char *guid
 
 /* A communication step; with `switched` it may end at a switch, and says so. */
 fmi2Status take_communication_step(Instance *i, double current, double h, int *switched);
+
+/* The parts of it: refuse a wrong time or step size; move on to `end`, along the slopes of the
+   inputs, or to the first switch before it. */
+fmi2Status check_step(Instance *i, double current, double h);
+fmi2Status advance(Instance *i, double end, int *switched);
+
+/* The same with intermediate updates; `returned` says whether the importer made it end early. */
+fmi2Status take_updated_step(Instance *i, double current, double h, int *switched, int *returned);
+
+/* Register what the importer needs in intermediate updates; whether there is all of it. */
+int prepare_updates(Instance *i, const fmi3ValueReference *needed, size_t count);
+
+/* The phase in words, as in "not allowed while stepping". */
+const char *phase_name(const Instance *i);
 
 /* Back to how an instance begins. */
 void clear_state(State *s);

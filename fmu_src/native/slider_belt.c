@@ -95,6 +95,13 @@ static double known_until(const Instance *i)
     return m->force.slope != 0.0 || m->friction.slope != 0.0 ? -INFINITE : m->end;
 }
 
+static double part_end(Instance *i)
+{
+    double t = i->s.t;
+    /* What goes wrong is told by the step. */
+    return move_on(i, t, &t, NULL) ? INFINITE : content_in(i)->motion.end;
+}
+
 /* The state at the time reached; its mode and the switches so far, unless one is still pending. */
 static void look(Instance *i)
 {
@@ -264,6 +271,7 @@ const Component COMPONENT = {
     .begin = begin_motion,
     .move = move_on,
     .known_until = known_until,
+    .part_end = part_end,
     .publish = publish,
     .indicate = indicate,
     .settle = settle,

@@ -16,6 +16,8 @@ static fmi2Status read(Instance *i, const fmi2ValueReference *references, size_t
         if (references[n] >= COMPONENT.variable_count)
             return refuse(i, fmi2Error, "value reference %u: there is no such variable",
                           references[n]);
+    if (i->s.phase == INTERMEDIATE && i->asks)
+        return refuse(i, fmi2Error, "values cannot be read while inputs are asked for");
     return ready(i);
 }
 
@@ -74,12 +76,9 @@ static fmi2Status check(Instance *i, fmi2ValueReference reference, Kind kind, do
         return refuse(i, fmi2Error, "%s is of type %s, not %s", v->name, KIND_NAMES[v->kind],
                       KIND_NAMES[kind]);
     int fixed = v->role == PARAMETER && phase != INSTANTIATED && phase != INITIALIZATION;
-    if (fixed || phase == TERMINATED)
-        return refuse(i, fmi2Error, "%s cannot be set %s", v->name,
-                      phase == TERMINATED  ? "after termination"
-                      : phase == STEPPING  ? "while stepping"
-                      : phase == EVENTS    ? "in event mode"
-                                           : "in continuous-time mode");
+    const int may_be = phase != INTERMEDIATE || (i->asks && i->updated[reference]);
+    if (fixed || phase == TERMINATED || !may_be)
+        return refuse(i, fmi2Error, "%s cannot be set %s", v->name, phase_name(i));
     if (kind != REAL)
         return fmi2OK;
     if (!isfinite(value))

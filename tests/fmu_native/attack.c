@@ -151,62 +151,110 @@ static fmi2Component begun_3(void)
 }
 
 /* Any call in any phase, with anything: no harm. */
+static void call_anything(fmi2Component c, fmi2FMUstate *state)
+{
+    const fmi2ValueReference r[2] = {chance(40), chance(4) ? chance(40) : UINT32_MAX};
+    const fmi2Real reals[4] = {hostile(), hostile(), hostile(), hostile()};
+    const fmi2Integer orders[2] = {(int)chance(3), 1};
+    const fmi2Boolean booleans[2] = {(int)chance(3), 0};
+    fmi2Real read[4];
+    fmi2Boolean flags[2];
+    fmi2EventInfo info;
+    const size_t two = chance(3), four = chance(4) ? 4 : chance(5);
+    const fmi2String category = chance(2) ? "logStatusError" : "nonsense";
+    fmi3Boolean set[6];
+    fmi3Int64 long_number[2];
+    switch (chance(36)) {
+    case 0: fmi2SetupExperiment(c, booleans[0], reals[0], reals[1], 0, reals[2]); break;
+    case 1: fmi2EnterInitializationMode(c); break;
+    case 2: fmi2ExitInitializationMode(c); break;
+    case 3: fmi2Terminate(c); break;
+    case 4: fmi2Reset(c); break;
+    case 5: fmi2SetReal(c, r, two, reals); break;
+    case 6: fmi2SetBoolean(c, r, two, booleans); break;
+    case 7: fmi2SetInteger(c, r, two, orders); break;
+    case 8: fmi2GetReal(c, r, two, read); break;
+    case 9: fmi2GetInteger(c, r, two, flags); break;
+    case 10: fmi2GetBoolean(c, r, two, flags); break;
+    case 11: fmi2DoStep(c, reals[0], fmin(reals[1], 10.0), 1); break;
+    case 12: fmi2SetRealInputDerivatives(c, r, two, orders, reals); break;
+    case 13: fmi2GetFMUstate(c, state); break;
+    case 14: fmi2SetFMUstate(c, *state); break;
+    case 15: fmi2FreeFMUstate(c, state); break;
+    case 16: fmi2SetTime(c, reals[0]); break;
+    case 17: fmi2SetContinuousStates(c, reals, four); break;
+    case 18: fmi2GetContinuousStates(c, read, four); break;
+    case 19: fmi2GetDerivatives(c, read, four); break;
+    case 20: fmi2GetEventIndicators(c, read, chance(2)); break;
+    case 21: fmi2EnterEventMode(c); break;
+    case 22: fmi2NewDiscreteStates(c, &info); break;
+    case 23: fmi2EnterContinuousTimeMode(c); break;
+    case 24: fmi2GetDirectionalDerivative(c, r, two, r, two, reals, read); break;
+    case 25: fmi3EnterEventMode(c); break;
+    case 26: fmi3EnterStepMode(c); break;
+    case 27: fmi3UpdateDiscreteStates(c, set, set + 1, set + 2, set + 3, set + 4, read); break;
+    case 28: fmi3DoStep(c, reals[0], fmin(reals[1], 10.0), 1, set, set + 1, set + 2, read); break;
+    case 29: fmi3GetFloat64(c, r, two, read, chance(8) ? two : 3); break;
+    case 30: fmi3GetInt64(c, r, two, long_number, two); break;
+    case 31: fmi3SetFloat64(c, r, two, reals, two); break;
+    case 32: fmi3GetBoolean(c, r, two, set, two); break;
+    case 33: fmi3GetAdjointDerivative(c, r, two, r, two, reals, two, read, two); break;
+    case 34: fmi3EnterInitializationMode(c, 1, reals[0], reals[1], 1, reals[2]); break;
+    default: fmi2SetDebugLogging(c, booleans[0], chance(2), &category); break;
+    }
+}
+
 static void attack_calls(fmi2Component c, int rounds)
 {
     fmi2FMUstate state = NULL;
-    for (int round = 0; round < rounds; round++) {
-        const fmi2ValueReference r[2] = {chance(40), chance(4) ? chance(40) : UINT32_MAX};
-        const fmi2Real reals[4] = {hostile(), hostile(), hostile(), hostile()};
-        const fmi2Integer orders[2] = {(int)chance(3), 1};
-        const fmi2Boolean booleans[2] = {(int)chance(3), 0};
-        fmi2Real read[4];
-        fmi2Boolean flags[2];
-        fmi2EventInfo info;
-        const size_t two = chance(3), four = chance(4) ? 4 : chance(5);
-        const fmi2String category = chance(2) ? "logStatusError" : "nonsense";
-        fmi3Boolean set[6];
-        fmi3Int64 long_number[2];
-        switch (chance(36)) {
-        case 0: fmi2SetupExperiment(c, booleans[0], reals[0], reals[1], 0, reals[2]); break;
-        case 1: fmi2EnterInitializationMode(c); break;
-        case 2: fmi2ExitInitializationMode(c); break;
-        case 3: fmi2Terminate(c); break;
-        case 4: fmi2Reset(c); break;
-        case 5: fmi2SetReal(c, r, two, reals); break;
-        case 6: fmi2SetBoolean(c, r, two, booleans); break;
-        case 7: fmi2SetInteger(c, r, two, orders); break;
-        case 8: fmi2GetReal(c, r, two, read); break;
-        case 9: fmi2GetInteger(c, r, two, flags); break;
-        case 10: fmi2GetBoolean(c, r, two, flags); break;
-        case 11: fmi2DoStep(c, reals[0], fmin(reals[1], 10.0), 1); break;
-        case 12: fmi2SetRealInputDerivatives(c, r, two, orders, reals); break;
-        case 13: fmi2GetFMUstate(c, &state); break;
-        case 14: fmi2SetFMUstate(c, state); break;
-        case 15: fmi2FreeFMUstate(c, &state); break;
-        case 16: fmi2SetTime(c, reals[0]); break;
-        case 17: fmi2SetContinuousStates(c, reals, four); break;
-        case 18: fmi2GetContinuousStates(c, read, four); break;
-        case 19: fmi2GetDerivatives(c, read, four); break;
-        case 20: fmi2GetEventIndicators(c, read, chance(2)); break;
-        case 21: fmi2EnterEventMode(c); break;
-        case 22: fmi2NewDiscreteStates(c, &info); break;
-        case 23: fmi2EnterContinuousTimeMode(c); break;
-        case 24: fmi2GetDirectionalDerivative(c, r, two, r, two, reals, read); break;
-        case 25: fmi3EnterEventMode(c); break;
-        case 26: fmi3EnterStepMode(c); break;
-        case 27: fmi3UpdateDiscreteStates(c, set, set + 1, set + 2, set + 3, set + 4, read); break;
-        case 28: fmi3DoStep(c, reals[0], fmin(reals[1], 10.0), 1, set, set + 1, set + 2, read); break;
-        case 29: fmi3GetFloat64(c, r, two, read, chance(8) ? two : 3); break;
-        case 30: fmi3GetInt64(c, r, two, long_number, two); break;
-        case 31: fmi3SetFloat64(c, r, two, reals, two); break;
-        case 32: fmi3GetBoolean(c, r, two, set, two); break;
-        case 33: fmi3GetAdjointDerivative(c, r, two, r, two, reals, two, read, two); break;
-        case 34: fmi3EnterInitializationMode(c, 1, reals[0], reals[1], 1, reals[2]); break;
-        default: fmi2SetDebugLogging(c, booleans[0], chance(2), &category); break;
-        }
-    }
+    for (int round = 0; round < rounds; round++)
+        call_anything(c, &state);
     fmi2FreeFMUstate(c, &state);
     fmi2FreeInstance(c);
+}
+
+/* Anything within intermediate updates, too: the step goes on. */
+typedef struct {
+    fmi3Instance c;
+    fmi2FMUstate state;
+    double last;
+} Updated;
+
+static void attack_from_within(fmi3InstanceEnvironment environment, fmi3Float64 time,
+                               fmi3Boolean asks, fmi3Boolean get_allowed, fmi3Boolean finished,
+                               fmi3Boolean can_return, fmi3Boolean *is_early, fmi3Float64 *early)
+{
+    Updated *of = environment;
+    CHECK(can_return && asks != get_allowed && get_allowed == finished);
+    CHECK(time >= of->last);
+    of->last = finished ? time : of->last;
+    const fmi2ValueReference f = F;
+    const double force = chance(4) ? 80.0 + chance(9) : hostile();
+    fmi3SetFloat64(of->c, &f, 1, &force, 1);
+    for (unsigned left = chance(4); left > 0; left--)
+        call_anything(of->c, &of->state);
+    fmi3FreeInstance(chance(8) ? NULL : of->c);
+    *is_early = chance(4) == 0, *early = chance(2) ? time : hostile();
+}
+
+static void attack_updates(int rounds)
+{
+    const fmi3ValueReference needed[] = {F, MU, X};
+    Updated of = {0};
+    fmi3Boolean event, stops, early;
+    double t = 0.0, reached;
+    of.c = fmi3InstantiateCoSimulation("attacked", SLIDER_BELT_GUID, NULL, 0, 1, 0, 1, needed, 3, &of,
+                                       quiet_3, attack_from_within);
+    CHECK(of.c && fmi3EnterInitializationMode(of.c, 0, 0.0, 0.0, 0, 0.0) == fmi3OK);
+    CHECK(fmi3ExitInitializationMode(of.c) == fmi3OK);
+    for (int round = 0; round < rounds; round++) {
+        const double h = 0.01 * (1.0 + chance(50));
+        CHECK(fmi3DoStep(of.c, t, h, 1, &event, &stops, &early, &reached) == fmi3OK);
+        CHECK(reached >= t && reached <= t + h && early == (reached < t + h) && !event);
+        t = reached;
+    }
+    fmi2FreeFMUstate(of.c, &of.state);
+    fmi3FreeInstance(of.c);
 }
 
 static long resident(void)
@@ -257,6 +305,7 @@ int main(int count, char **arguments)
     attack_calls(begun(fmi2CoSimulation), 20 * rounds);
     attack_calls(begun(fmi2ModelExchange), 20 * rounds);
     attack_calls(begun_3(), 20 * rounds);
+    attack_updates(rounds);
     measure_memory(atoi(arguments[1]), atoi(arguments[2]));
     return 0;
 }

@@ -167,6 +167,18 @@ def test_mode_and_counts_change_in_the_event_mode(folder: Path) -> None:
         assert read(made, *COUNTS) == [0.0, 1.0, 0.0, first]
 
 
+def test_a_step_in_event_mode_is_refused_however_short(folder: Path) -> None:
+    with instance(folder, events=True) as made:
+        made.enterStepMode()
+        made.doStep(0.0, 1e-3)
+        made.enterEventMode()
+        with pytest.raises(FMICallException):
+            made.doStep(1e-3, 1e-3)
+        assert made.log[-1] == "do_step is not allowed in event mode"
+        made.enterStepMode()
+        assert made.doStep(1e-3, 1e-3)[3] == 2e-3
+
+
 @pytest.mark.parametrize(("tol", "error"), [(1e-6, 0.2), (1e-10, 1e-4)])
 def test_cvode_finds_the_native_switches(fmu: Path, tol: float, error: float) -> None:
     native = simulate(t_end=50.0)

@@ -1,0 +1,317 @@
+"""Intermediate updates by the native FMU of FMI 3.0: outputs, inputs, early returns in a step."""
+
+import math
+from collections.abc import Callable, Iterator, Mapping
+from contextlib import contextmanager
+from pathlib import Path
+from typing import Any, Final, NamedTuple
+from xml.etree import ElementTree as ET
+
+import fmpy
+import pytest
+from fmpy.fmi1 import FMICallException
+
+from fivtui import simulate
+from fmu_src.build.builder import build_fmu
+from fmu_src.slave.actuator_variables import ACTUATOR_TABLE
+from fmu_src.slave.variables import REFERENCES, VARIABLES
+from tests.support.fmu_instance import FmuInstance
+
+STATES: Final = ("x", "vx", "y", "vy")
+INPUTS: Final = ("F", "mu")
+
+
+class Update(NamedTuple):
+    """What the FMU says in an update."""
+
+    time: float
+    set_requested: bool
+    get_allowed: bool
+    finished: bool
+    can_return: bool
+
+
+# Returns when to return early, None for not at all.
+Answer = Callable[[Any, Update], float | None]
+
+
+@pytest.fixture(scope="module")
+def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    made = tmp_path_factory.mktemp("intermediate")
+    fmpy.extract(str(build_fmu(made / "m.fmu", flavour="native", fmi="3")), str(made / "m"))
+    return made / "m"
+
+
+@contextmanager
+def updated(
+    folder: Path,
+    answer: Answer,
+    *,
+    needs: tuple[str, ...] = STATES,
+    events: bool = False,
+    early: bool = False,
+    values: Mapping[str, float] | None = None,
+) -> Iterator[Any]:
+    """An instance in step mode whose importer answers updates; `log` has messages."""
+    description = fmpy.read_model_description(str(folder))
+    references = {v.name: v.valueReference for v in description.modelVariables}
+    slave = fmpy.fmi3.FMU3Slave(
+        guid=description.guid,
+        unzipDirectory=str(folder),
+        modelIdentifier=description.coSimulation.modelIdentifier,
+        instanceName="updated",
+    )
+    slave.log, slave.updates, slave.answered = [], [], 0
+
+    def update(_: Any, *said: Any) -> None:
+        *flags, asked, at = said
+        found = Update(*flags)
+        slave.updates.append(found)
+        # What raises within ctypes is printed, not raised: its answer is then missing.
+        when = answer(slave, found)
+        slave.answered += 1
+        if when is not None:
+            asked[0], at[0] = True, when
+
+    slave.instantiate(
+        eventModeUsed=events,
+        earlyReturnAllowed=early,
+        logMessage=fmpy.fmi3.fmi3LogMessageCallback(
+            lambda *args: slave.log.append(args[-1].decode())
+        ),
+        intermediateUpdate=update,
+        requiredIntermediateVariables=[references[name] for name in needs],
+    )
+    given = values or {}
+    slave.setFloat64([references[name] for name in given], list(given.values()))
+    slave.enterInitializationMode(startTime=0.0)
+    slave.exitInitializationMode()
+    if events:
+        slave.enterStepMode()
+    yield slave
+    slave.freeInstance()
+    assert slave.answered == len(slave.updates)
+
+
+def read(slave: Any, *names: str) -> list[float]:
+    values: list[float] = slave.getFloat64([REFERENCES[name] for name in names])
+    return values
+
+
+def test_outputs_are_read_where_steps_of_the_motion_end(folder: Path) -> None:
+    found: list[tuple[float, list[float]]] = []
+
+    def record(slave: Any, update: Update) -> None:
+        assert update == (update.time, False, True, True, False)
+        found.append((update.time, read(slave, *STATES)))
+
+    points = [0.5, 1.75, 6.0]
+    with updated(folder, record) as slave:
+        t = 0.0
+        for end in points:
+            assert slave.doStep(t, end - t) == (False, False, False, end)
+            assert found[-1] == (end, read(slave, *STATES))
+            t = end
+    times = [time for time, _ in found]
+    assert times == sorted(set(times))
+    assert len(times) > 30
+    native = simulate(t_end=30.0, samples=[0.0, *times], kernel="compiled").trajectory
+    assert native is not None
+    exact = list(zip(*(getattr(native, name)[1:].tolist() for name in STATES), strict=True))
+    assert [tuple(row) for _, row in found] == exact
+
+
+def force(t: float) -> float:
+    return 80.0 + 10.0 * math.sin(3.0 * t)
+
+
+def follow(slave: Any, update: Update) -> None:
+    """Say the inputs at the end of a part."""
+    if update.set_requested:
+        assert (update.get_allowed, update.finished) == (False, False)
+        slave.setFloat64([REFERENCES["F"]], [force(update.time)])
+
+
+def test_inputs_are_interpolated_as_by_input_derivatives(folder: Path, tmp_path: Path) -> None:
+    fmpy.extract(str(build_fmu(tmp_path / "2.fmu", flavour="native")), str(tmp_path / "2"))
+    h, count = 0.01, 300
+    with (
+        updated(folder, follow, needs=("F",), values={"F": force(0.0)}) as slave,
+        FmuInstance(tmp_path / "2").begin(F=force(0.0)) as other,
+    ):
+        for n in range(count):
+            t = n * h
+            slave.doStep(t, h)
+            other.set(F=force(t))
+            other.slope(F=(force(t + h) - force(t)) / h)
+            other.fmi.doStep(t, h)
+        assert read(slave, "F")[0] == pytest.approx(force(count * h), rel=1e-14)
+        # A communication step in which one of the motion ends has two parts.
+        assert read(slave, *STATES) == pytest.approx(other.get(*STATES), rel=1e-5)
+
+
+def test_long_steps_follow_inputs_that_change_in_them(folder: Path) -> None:
+    ends = []
+    for h, needs in ((0.002, ("F",)), (2.0, ("F",)), (2.0, STATES)):
+        with updated(folder, follow, needs=needs, values={"F": force(0.0)}) as slave:
+            for n in range(round(4.0 / h)):
+                slave.doStep(n * h, h)
+            ends.append(read(slave, "y")[0])
+    exact, long, held = ends
+    assert abs(long - exact) < 0.02 < abs(held - exact)
+
+
+def test_inputs_that_stay_leave_the_bits_as_they_are(folder: Path) -> None:
+    def stay(slave: Any, update: Update) -> None:
+        if update.set_requested:
+            slave.setFloat64([REFERENCES[name] for name in INPUTS], [80.0, 0.7])
+
+    with updated(folder, stay, needs=INPUTS) as slave:
+        slave.doStep(0.0, 7.0)
+        asked = [update.time for update in slave.updates if update.set_requested]
+        reached = [update.time for update in slave.updates if update.finished]
+        assert asked == reached
+        final = simulate(t_end=7.0, kernel="compiled").final
+        assert read(slave, *STATES) == [final.x, final.vx, final.y, final.vy]
+
+
+@pytest.mark.parametrize("needs", [STATES, INPUTS])
+@pytest.mark.parametrize(
+    ("asked", "reached"), [(0.777, 0.777), (0.0, None), (math.nan, None), (-5.0, None)]
+)
+def test_the_importer_is_returned_to_where_it_asks(
+    folder: Path, needs: tuple[str, ...], asked: float, reached: float | None
+) -> None:
+    def leave(slave: Any, _: Update) -> float | None:
+        return asked if len(slave.updates) == 3 else None
+
+    with updated(folder, leave, needs=needs, early=True) as slave:
+        event, stops, early, t = slave.doStep(0.0, 2.0)
+        assert slave.updates[0].can_return
+        assert (event, stops, early) == (False, False, True)
+        finished = [update.time for update in slave.updates if update.finished]
+        # A part that was asked for is not taken where the return is at once.
+        assert t == (finished[-1] if reached is None else reached)
+        assert slave.doStep(t, 2.0 - t) == (False, False, False, 2.0)
+        assert read(slave, "y") == [simulate(t_end=2.0, kernel="compiled").final.y]
+
+
+def test_no_early_return_is_taken_where_it_is_not_allowed(folder: Path) -> None:
+    with updated(folder, lambda _, update: update.time) as slave:
+        assert slave.doStep(0.0, 2.0) == (False, False, False, 2.0)
+        assert not any(update.can_return for update in slave.updates)
+
+
+def test_switches_are_announced_beside_updates(folder: Path) -> None:
+    native = simulate(t_end=20.0, kernel="compiled").switch_times.tolist()
+    with updated(folder, follow, needs=(), events=True, early=True) as slave:
+        for switch in native:
+            t = slave.updates[-1].time if slave.updates else 0.0
+            while True:
+                event, _, early, t = slave.doStep(t, 1.0)
+                assert slave.updates[-1].time == t
+                if event:
+                    break
+                assert not early
+            assert (early, t) == (True, pytest.approx(switch, abs=1e-12))
+            slave.enterEventMode()
+            slave.updateDiscreteStates()
+            slave.enterStepMode()
+
+
+def test_what_an_update_is_not_for_is_refused_in_it(folder: Path) -> None:
+    said: list[str] = []
+
+    def misuse(slave: Any, update: Update) -> None:
+        calls: list[Callable[[], Any]] = [
+            lambda: slave.setFloat64([REFERENCES["m"]], [2.0]),
+            lambda: slave.setFloat64([REFERENCES["mu"]], [0.5]),
+            lambda: slave.doStep(update.time, 1.0),
+            slave.getFMUState,
+            slave.reset,
+            slave.terminate,
+            lambda: slave.getDirectionalDerivative([REFERENCES["ax"]], [REFERENCES["F"]], [1.0]),
+        ]
+        if update.finished:
+            calls.append(lambda: slave.setFloat64([REFERENCES["F"]], [70.0]))
+        else:
+            calls.append(lambda: read(slave, "y"))
+            calls.append(lambda: slave.setFloat64([REFERENCES["F"]], [math.inf]))
+        for call in calls:
+            with pytest.raises(FMICallException):
+                call()
+            said.append(slave.log[-1])
+        slave.fmi3FreeInstance(slave.component)
+        said.append(slave.log[-1])
+
+    with updated(folder, misuse, needs=("F",)) as slave:
+        assert slave.doStep(0.0, 1.0) == (False, False, False, 1.0)
+        assert read(slave, "y") == [simulate(t_end=1.0, kernel="compiled").final.y]
+        assert slave.doStep(1.0, 1e-3)[3] == 1.001
+    assert {
+        "m cannot be set during an intermediate update",
+        "mu cannot be set during an intermediate update",
+        "F cannot be set during an intermediate update",
+        "do_step is not allowed during an intermediate update",
+        "get_fmu_state is not allowed during an intermediate update",
+        "reset is not allowed during an intermediate update",
+        "terminate is not allowed during an intermediate update",
+        "free_instance is not allowed during an intermediate update",
+        "get_directional_derivative is not allowed during an intermediate update",
+        "values cannot be read while inputs are asked for",
+    } <= set(said)
+
+
+def test_a_step_that_fails_in_a_later_part_leaves_the_instance_as_it_was(folder: Path) -> None:
+    rising = {"k_nl": 0.0, "mu": 90.0}
+
+    def raise_force(slave: Any, update: Update) -> None:
+        if update.set_requested:
+            slave.setFloat64([REFERENCES["F"]], [80.0 + update.time])
+
+    with updated(folder, raise_force, needs=("F",), values=rising) as slave:
+        slave.doStep(0.0, 0.5)
+        before = read(slave, *STATES, "F")
+        with pytest.raises(FMICallException):
+            slave.doStep(0.5, 1e5)
+        assert "grows beyond the floating-point range" in slave.log[-1]
+        assert read(slave, *STATES, "F") == before
+        assert slave.doStep(0.5, 0.5)[3] == 1.0
+        once = read(slave, *STATES, "F")
+    with updated(folder, raise_force, needs=("F",), values=rising) as slave:
+        slave.doStep(0.0, 0.5)
+        slave.doStep(0.5, 0.5)
+        assert read(slave, *STATES, "F") == once
+
+
+@pytest.mark.parametrize("name", ["mode", "m", "separations"])
+def test_what_jumps_or_stays_cannot_be_required(folder: Path, name: str) -> None:
+    with (
+        pytest.raises(Exception, match="Failed to instantiate"),
+        updated(folder, follow, needs=("F", name)),
+    ):
+        pass
+    description = ET.parse(folder / "modelDescription.xml")
+    variables = description.findall("ModelVariables/*[@intermediateUpdate='true']")
+    offered = {str(v.get("name")) for v in variables}
+    assert name not in offered
+    assert {"F", "mu", "x", "ay"} <= offered
+    assert len(offered) == sum(v.variability == "continuous" for v in VARIABLES)
+
+
+def test_the_brake_actuator_follows_a_command_that_ramps(tmp_path: Path) -> None:
+    fmu = build_fmu(tmp_path / "a.fmu", component="brake-actuator", flavour="native", fmi="3")
+    fmpy.extract(str(fmu), str(tmp_path / "a"))
+    references = ACTUATOR_TABLE.references
+    tau = 0.05
+
+    def ramp(slave: Any, update: Update) -> None:
+        if update.set_requested:
+            slave.setFloat64([references["command"]], [80.0 + 100.0 * update.time])
+
+    given = {"F_start": 80.0, "gain": 0.0, "tau": tau}
+    with updated(tmp_path / "a", ramp, needs=("command", "F"), values=given) as slave:
+        slave.doStep(0.0, 0.25)
+        assert [update.time for update in slave.updates] == [0.25, 0.25]
+        exact = 80.0 + 100.0 * (0.25 - tau * (1.0 - math.exp(-0.25 / tau)))
+        assert slave.getFloat64([references["F"]]) == pytest.approx([exact], rel=1e-13)
