@@ -33,6 +33,7 @@ STUDIES: Final[dict[str, str]] = {
     "branches": "fivtui.orbits.kinds:BRANCHES",
     "branch": "fivtui.orbits.curves.kinds:BRANCH",
     "basin": "fivtui.orbits.kinds:BASIN",
+    "safe-friction": "fivtui.safety.kinds:SAFE_FRICTION",
     "accuracy": "fivtui.assessment.kinds:ACCURACY",
     "extremes": "fivtui.assessment.kinds:EXTREMES",
     "figure": "fivtui.paper.kinds:FIGURE",

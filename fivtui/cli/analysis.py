@@ -30,17 +30,23 @@ from .options import (
 @option(
     "--attractors",
     is_flag=True,
-    help="Also search for limit cycles, which eigenvalues do not show (transients and shooting).",
+    help="Also list the limit cycles at this μ, with the offset that leaves the equilibrium.",
+)
+@option(
+    "--no-search",
+    is_flag=True,
+    help="Eigenvalues alone: no search for the friction that is safe.",
 )
 @output_option("--out", "FILE", "Write the eigenvalues over mu (.csv, .npz, .parquet).")
 @output_option("--plot", "FILE", "Draw frequencies and growth rates over mu (.png, .svg, .pdf).")
 @force_option
 @json_option
 def stability(scene: str, assignments: tuple[str, ...], **given: Any) -> None:
-    """Print eigenvalues, modes and critical friction coefficient.
+    """Print eigenvalues, modes, critical friction coefficient, and the friction that is safe.
 
-    All are of the equilibrium, linearised there. A stable equilibrium may coexist with a large
-    limit cycle: --attractors searches for it.
+    Eigenvalues are of the equilibrium, linearised there: they say what small disturbances do. A
+    stable equilibrium may coexist with a large limit cycle: how far below the critical μ one was
+    found, by continuation and a global search, is said after them (--no-search leaves that out).
     """
     from fivtui.equilibrium import stability as judge
 
@@ -52,6 +58,14 @@ def stability(scene: str, assignments: tuple[str, ...], **given: Any) -> None:
     write("stability", result, out, plot, force=force)
     if not as_json:
         show("stability", result)
+    if not given["no_search"]:
+        from fivtui.safety import safe_friction
+
+        with progress_bar("safe friction") as progress:
+            safe = safe_friction(chosen.parameters, separation=chosen.separation, progress=progress)
+        data |= safe.to_dict()
+        if not as_json:
+            show("safe-friction", safe)
     if given["attractors"]:
         from .attractor_tasks import SEARCH, carry_out
 

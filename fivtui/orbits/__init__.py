@@ -10,8 +10,21 @@ if TYPE_CHECKING:
     )
     from .basins import basin as basin
     from .branches import continuation as continuation
-    from .curves.cycle_branches import ORIGINS as ORIGINS, branch as branch
-    from .explorer import Explorer as Explorer
+    from .curves.crossings import cycles_at as cycles_at
+    from .curves.cycle_branches import (
+        ORIGINS as ORIGINS,
+        branch as branch,
+        branch_through as branch_through,
+    )
+    from .curves.events import End as End, EventKind as EventKind
+    from .curves.result import CycleBranch as CycleBranch, CyclePoint as CyclePoint
+    from .decay import Attraction as Attraction
+    from .explorer import (
+        Explorer as Explorer,
+        Kind as Kind,
+        length_scale as length_scale,
+        slowest_period as slowest_period,
+    )
     from .files import warning_of as warning_of
     from .words import SEARCHING as SEARCHING, coexistence_words as coexistence_words
 else:

@@ -12,6 +12,7 @@ which is negative for all |q| below a root of a quadratic.
 import math
 
 import numpy as np
+from numpy.typing import NDArray
 
 from fivtui.model import Equilibrium, Mode, Parameters, State, jacobian
 
@@ -21,17 +22,19 @@ class Attraction:
 
     With separation it is on one side of y = 0. `radius` is zero if the equilibrium is unstable or
     nothing is proven; `unstable` says whether an eigenvalue has a positive real part beyond
-    rounding.
+    rounding, `growth` is the greatest real part, 1/s, `fastest` the greatest modulus; `rest` is the
+    equilibrium as a state.
     """
 
     def __init__(self, p: Parameters, point: Equilibrium, *, separation: bool) -> None:
         matrix = np.array(jacobian(p, point.y, point.mode))
         values, vectors = np.linalg.eig(matrix)
-        growth = float(values.real.max())
-        rounding = 1e-12 * float(np.abs(values).max())
+        self.growth = growth = float(values.real.max())
+        self.fastest = float(np.abs(values).max())
+        rounding = 1e-12 * self.fastest
         self.unstable = growth > rounding
         self.radius = 0.0
-        self._rest = np.array([point.x, 0.0, point.y, 0.0])
+        self.rest = np.array([point.x, 0.0, point.y, 0.0])
         self._modal = np.zeros((4, 4), dtype=complex)
         if growth >= -rounding or np.linalg.cond(vectors) > 1e8:
             return
@@ -48,7 +51,17 @@ class Attraction:
         if separation and reach > 0.0:
             self.radius = min(self.radius, abs(point.y) / reach)
 
+    @property
+    def offset(self) -> float:
+        """Vertical displacement from rest, m, below which decay is proven; 0 if none is."""
+        return self.radius / float(np.linalg.norm(self._modal[:, 2])) if self.radius > 0.0 else 0.0
+
+    def hold(self, states: NDArray[np.float64]) -> NDArray[np.bool_]:
+        """Of each of the states, shape (n, 4), whether the motion from it is proven to decay."""
+        q = (states - self.rest) @ self._modal.T
+        held: NDArray[np.bool_] = np.linalg.norm(q, axis=1) < self.radius
+        return held
+
     def holds(self, state: State) -> bool:
         """Whether the motion from a state is proven to decay."""
-        q = self._modal @ (np.array(state) - self._rest)
-        return self.radius > 0.0 and bool(np.linalg.norm(q) < self.radius)
+        return bool(self.hold(np.array([state]))[0])

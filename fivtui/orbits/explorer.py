@@ -111,8 +111,7 @@ class Explorer:
     Attributes
     ----------
     length : float
-        Characteristic length, m: the static deflection, or the y at which the linear and the cubic
-        contact force are equal, whichever is greater.
+        Characteristic length, m, see `length_scale`.
     rest : State
         The equilibrium, as a state.
 
@@ -134,11 +133,11 @@ class Explorer:
         self._go_on = go_on
         point = equilibrium(p, separation=separation)
         self._attraction = Attraction(p, point, separation=separation)
-        self._leg = _LEG_PERIODS * _slowest_period(p)
+        self._leg = _LEG_PERIODS * slowest_period(p)
         # Orbits found, stable or not: an unstable one need not be searched for again.
         self._known: list[PeriodicOrbit] = []
         self._linear = p.k_nl == 0.0 and not separation
-        self.length = max(abs(point.y), (p.k2 / p.k_nl) ** 0.5 if p.k_nl > 0.0 else 0.0) or 1.0
+        self.length = length_scale(p, separation=separation)
         self.rest: State = (point.x, 0.0, point.y, 0.0)
 
     @property
@@ -233,6 +232,16 @@ class Explorer:
         return None
 
 
+def length_scale(p: Parameters, *, separation: bool = True) -> float:
+    """Characteristic length, m.
+
+    The static deflection, or the y at which the linear and the cubic contact force are equal,
+    whichever is greater; 1 if neither is above 0.
+    """
+    y = equilibrium(p, separation=separation).y
+    return max(abs(y), (p.k2 / p.k_nl) ** 0.5 if p.k_nl > 0.0 else 0.0) or 1.0
+
+
 def _nearest(states: NDArray[np.float64], orbit: PeriodicOrbit) -> float:
     return float(np.abs(states - orbit.start).max(axis=1).min())
 
@@ -242,9 +251,9 @@ def _ended_in(orbit: PeriodicOrbit) -> Attractor:
     return Attractor(Kind.SEPARATING_CYCLE if separates else Kind.CONTACT_CYCLE, orbit)
 
 
-def _slowest_period(p: Parameters) -> float:
-    # Of the undamped modes without friction, in contact and off the belt; without coupling (k3 = 0)
-    # only contact brings the slider back.
+def slowest_period(p: Parameters) -> float:
+    """Longest period, s, of the undamped modes without friction, in contact and off the belt."""
+    # Without coupling (k3 = 0) only contact brings the slider back.
     h = 0.5 * p.k3
     slowest = p.k1 + h
     for kt in (p.k2, 0.0):

@@ -120,7 +120,16 @@ def test_stability_in_words_shows_modes_and_margins() -> None:
     assert done.returncode == 0
     assert "0.918633 Hz" in done.stdout
     assert "-0.260612" in done.stdout
+    assert (
+        "stable to small disturbances below μ = 0.4394; to all disturbances found below μ = 0.2779"
+        in done.stdout
+    )
     assert done.stderr == ""
+
+
+def test_stability_without_the_search_has_eigenvalues_alone() -> None:
+    done = fivtui("stability", "--no-search", "--json")
+    assert "safe_mu" not in json.loads(done.stdout)
 
 
 def test_attractors_in_words_show_what_leaves_the_equilibrium(

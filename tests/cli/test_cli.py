@@ -66,8 +66,12 @@ def test_stability_json_is_one_object_with_everything_promised() -> None:
         "modes",
         "margin",
         "coalescence",
+        "safe_mu",
+        "safe_mu_basis",
     }
     assert data["stable"] is True
+    assert data["safe_mu"] == pytest.approx(0.277935093, abs=1e-8)
+    assert data["safe_mu_basis"]["found_by"] == "continuation"
     assert set(data["equilibrium"]) == {"x", "y", "P"}
     assert np.array(data["eigenvalues"]).shape == (4, 2)
     assert data["critical_mu"][0]["becomes"] == "unstable"

@@ -15,7 +15,7 @@ from fivtui.model import (
     equilibrium,
     mode_of,
 )
-from fivtui.orbits.explorer import Explorer, Watch, starts_around
+from fivtui.orbits.explorer import Explorer, Watch, length_scale, starts_around
 from fivtui.orbits.shooting import PeriodicOrbit
 
 from .arclength import VALUE, OrbitOnCurve
@@ -122,7 +122,7 @@ def cycle_near(
 ) -> tuple[BranchCurve, OrbitOnCurve | None]:
     """The curve of the cycles, and of a parameter set the one near a state and its period."""
     state, period = cycle
-    length = Explorer(p, separation=separation).length
+    length = length_scale(p, separation=separation)
     curve = slider_belt_curve(
         p, name, bounds, length, period, separation=separation, go_on=watch.go_on
     )

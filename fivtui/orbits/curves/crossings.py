@@ -1,0 +1,52 @@
+"""The limit cycles of a branch at a given value of the parameter."""
+
+from itertools import pairwise
+
+import numpy as np
+
+from fivtui.orbits.explorer import Watch
+from fivtui.transient import Progress
+
+from .cycle_branches import points_of
+from .origins import cycle_near
+from .result import CycleBranch, CyclePoint
+
+
+def cycles_at(
+    branch: CycleBranch, value: float, *, progress: Progress | None = None
+) -> tuple[CyclePoint, ...]:
+    """The limit cycles of a branch at a value of its parameter, in the order of the branch.
+
+    Parameters
+    ----------
+    branch : CycleBranch
+        The branch.
+    value : float
+        The parameter.
+    progress : callable, optional
+        Called with 0; cancels the work by returning False.
+
+    Raises
+    ------
+    Cancelled
+        If `progress` returned False.
+    """
+    found: list[CyclePoint] = []
+    watch = Watch(progress)
+    p = branch.parameters.with_values({branch.name: value})
+    bounds = (branch.low, branch.high)
+    for one, other in pairwise(branch.points):
+        passed = (one.value - value) * (other.value - value) <= 0.0
+        # A point at the value itself ends one pair and begins another.
+        if not passed or one.value in (other.value, value):
+            continue
+        share = (value - one.value) / (other.value - one.value)
+        begin, end = (np.array([*point.start, point.period]) for point in (one, other))
+        x, vx, y, vy, period = (begin + share * (end - begin)).tolist()
+        cycle = ((x, vx, y, vy), period)
+        curve, orbit = cycle_near(
+            p, branch.name, bounds, watch, cycle, separation=branch.separation
+        )
+        if orbit is not None:
+            found += points_of(curve, [orbit])
+    return tuple(found)

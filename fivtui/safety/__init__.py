@@ -1,0 +1,10 @@
+"""Safe friction: below which μ no disturbance leads to vibration, as far as was searched."""
+
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    from .verdict import safe_friction as safe_friction
+else:
+    from fivtui.lazy import lazily
+
+    __getattr__, __dir__ = lazily(__name__)

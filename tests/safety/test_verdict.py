@@ -1,0 +1,186 @@
+"""Safe friction: known folds, isolated cycles, edges of the model, and transients that agree."""
+
+import json
+import math
+from collections.abc import Callable, Iterator
+
+import numpy as np
+import pytest
+
+from fivtui import Cancelled, Parameters, safe_friction, simulate
+from fivtui.model import equilibrium
+from fivtui.safety import search
+from fivtui.safety.verdict import SafeFriction
+from fivtui.safety.words import coexistence_here, safety_words
+
+
+@pytest.fixture
+def few_starts(monkeypatch: pytest.MonkeyPatch) -> None:
+    """A search of a quarter of the starts, which is quicker."""
+    monkeypatch.setattr(search, "_STARTS", 32)
+
+
+@pytest.fixture(scope="module")
+def base() -> SafeFriction:
+    return safe_friction(Parameters(mu=0.3))
+
+
+def test_the_verdict_on_the_base_set_is_the_fold_of_its_branch(base: SafeFriction) -> None:
+    assert base.critical_mu == pytest.approx(0.439387619, abs=1e-8)
+    assert base.safe_mu == pytest.approx(0.277876613, abs=1e-8)
+    assert base.found_by == "continuation"
+    assert safety_words(base) == (
+        "stable to small disturbances below μ = 0.4394; to all disturbances found below μ = 0.2779"
+    )
+    (found,) = base.basis.rounds
+    assert found.died_out == found.starts > 1000
+    assert found.levels[-1] < 0.277876613
+    assert not base.basis.budget_ended
+    assert "fold 0.2779" in repr(base)
+    json.dumps(base.to_dict(), allow_nan=False)
+
+
+def test_what_coexists_here_is_what_a_knock_leads_to(base: SafeFriction) -> None:
+    (cycle,) = base.coexisting
+    late = simulate(base.parameters, start=(0.0, 0.0, 5.0, 0.0), t_end=1000.0)
+    assert cycle.half_range == pytest.approx(late.steady.y_half_range, rel=1e-6)
+    assert coexistence_here(base) == (
+        f"a limit cycle coexists from μ = 0.2779: half peak-to-peak {cycle.half_range:#.4g} m"
+    )
+
+
+def test_motion_from_within_the_proved_offset_decays(base: SafeFriction) -> None:
+    offset = base.basis.proved_offset
+    assert offset is not None
+    rest = equilibrium(base.parameters)
+    for sign in (1.0, -1.0):
+        start = (rest.x, 0.0, rest.y + sign * 0.999 * offset, 0.0)
+        run = simulate(base.parameters, start=start, t_end=1000.0)
+        assert 0.0 < run.steady.y_half_range < 1e-3 * offset
+        assert run.events.separations == 0
+
+
+@pytest.mark.usefixtures("few_starts")
+def test_a_cycle_that_is_not_on_the_branch_from_the_hopf_point_is_found() -> None:
+    found = safe_friction(Parameters(F=5.0))
+    fold, other = found.others
+    assert found.found_by == fold.found_by == "global search"
+    assert found.safe_mu == fold.mu
+    assert other.found_by == "continuation"
+    assert fold.mu < 0.75 * other.mu
+    assert_confirmed(found)
+
+
+@pytest.mark.usefixtures("few_starts")
+def test_a_slider_off_the_belt_squeals_though_no_friction_is_critical() -> None:
+    found = safe_friction(Parameters(F=-20.0, mu=0.2))
+    assert found.critical_mu is None
+    assert "stable to small disturbances at every μ; to all" in safety_words(found)
+    assert_confirmed(found)
+
+
+@pytest.mark.usefixtures("few_starts")
+def test_where_the_hopf_point_is_supercritical_both_are_the_same() -> None:
+    found = safe_friction(Parameters(F=40.0))
+    assert found.safe_mu == found.critical_mu
+    assert found.found_by == "eigenvalues"
+    assert safety_words(found).endswith("to all disturbances found as well")
+
+
+@pytest.mark.usefixtures("few_starts")
+@pytest.mark.parametrize(
+    ("values", "separation", "safe", "said"),
+    [
+        ({"k_nl": 0.0}, False, 1.0181, "the system is linear"),
+        ({"c1": 0.0, "c2": 0.0}, True, 0.4388, "without damping none dies out"),
+        ({"c1": 1e-5, "c2": 1e-5}, True, 0.2770, "below μ = 0.277"),
+        ({"c1": 1e9}, True, None, "nothing is known of large ones"),
+        ({"k3": 0.0}, True, None, "to all disturbances found up to μ = 2 as well"),
+    ],
+)
+def test_edges_of_the_model_are_said(
+    values: dict[str, float], separation: bool, safe: float | None, said: str
+) -> None:
+    found = safe_friction(Parameters(mu=0.2).with_values(values), separation=separation)
+    assert found.safe_mu == (None if safe is None else pytest.approx(safe, abs=1e-4))
+    assert said in safety_words(found)
+    assert found.basis.budget_ended == ("c1" in values and values["c1"] > 0.0)
+    assert "proof" in repr(found)
+    json.dumps(found.to_dict(), allow_nan=False)
+
+
+@pytest.mark.usefixtures("few_starts")
+def test_without_the_separation_the_folds_of_case_2_are_found() -> None:
+    found = safe_friction(Parameters(F=20.0), separation=False)
+    assert found.safe_mu == pytest.approx(0.27780057, abs=1e-7)
+
+
+def test_of_a_linear_system_every_decay_is_proved() -> None:
+    found = safe_friction(Parameters(k_nl=0.0, mu=0.5), separation=False)
+    assert found.basis.proved_offset == math.inf
+    assert found.to_dict()["safe_mu_basis"]["proof"]["everywhere"] is True
+
+
+def test_the_verdict_is_the_same_again_and_is_cancelled(base: SafeFriction) -> None:
+    first, second = base.to_dict(), safe_friction(base.parameters).to_dict()
+    for one in (first, second):
+        assert one["safe_mu_basis"].pop("cpu_s") > 0.0
+    assert first == second
+    for after in (0, 3):
+        with pytest.raises(Cancelled):
+            safe_friction(base.parameters, progress=stopping(after))
+
+
+def stopping(after: int) -> Callable[[float], bool]:
+    calls = iter(range(10**6))
+    return lambda _fraction: next(calls) < after
+
+
+def assert_confirmed(found: SafeFriction) -> None:
+    """Above the least μ of each cycle a knock stays, below it the same dies out."""
+    for one in found.others:
+        if one.cycle is None:
+            assert one.kind != "limit cycle"
+            continue
+        sizes = [
+            simulate(
+                found.parameters.with_values({"mu": one.mu * (1.0 + change)}),
+                separation=found.separation,
+                start=one.cycle.start,
+                t_end=4000.0,
+                tol=1e-8,
+            ).steady.y_half_range
+            for change in (2e-3, -2e-3)
+        ]
+        assert sizes[0] > 0.5 * one.cycle.half_range
+        if one.mu == found.safe_mu:
+            assert sizes[1] < 0.25 * one.cycle.half_range
+
+
+def drawn(count: int, seed: int) -> Iterator[Parameters]:
+    random = np.random.default_rng(seed)
+    low = [1.0, 50.0, 20.0, 20.0, 0.2, 0.2, 5.0, 1.0]
+    high = [10.0, 300.0, 200.0, 150.0, 2.0, 2.0, 200.0, 500.0]
+    names = ("m", "k1", "k2", "k3", "c1", "c2", "F", "k_nl")
+    for _ in range(count):
+        yield Parameters(**dict(zip(names, random.uniform(low, high).tolist(), strict=True)))
+
+
+def confirmed(sets: Iterator[Parameters]) -> int:
+    """How many parameter sets have another attractor, after transients confirmed each verdict."""
+    count = 0
+    for p in sets:
+        found = safe_friction(p)
+        assert_confirmed(found)
+        count += any(one.kind == "limit cycle" for one in found.others)
+    return count
+
+
+@pytest.mark.usefixtures("few_starts")
+def test_transients_confirm_the_verdict_on_drawn_parameters() -> None:
+    assert confirmed(drawn(10, seed=15)) > 4
+
+
+@pytest.mark.whole
+def test_transients_confirm_the_verdict_on_many_drawn_parameters() -> None:
+    assert confirmed(drawn(100, seed=16)) > 50
