@@ -1,27 +1,29 @@
 """The compiled kernel: the same integrator as `fivtui.taylor` in C, one run or many side by side.
 
-`native` loads it. The text in C: `vector.h` (one run or LANES of them), `expansion.h` (the
-recurrences), `polynomial.h` and `roots.h` (bounds, roots), `motion.h` (a step and its mode),
-`search.h` (first switches, extremes), `problem.h`, `run.h` (a step of one run), `deviations.h`
-(the variational equations), and three loops: `single.c`, `vary.c` (one run with its derivatives)
-and `lanes.c`; `orbit.c` closes runs to periodic orbits.
+`native` loads it, `runs` and `lanes` are runs under way. The text in C: `vector.h` (one run or
+LANES of them), `expansion.h` (the recurrences), `polynomial.h` and `roots.h` (bounds, roots),
+`motion.h` (a step and its mode), `search.h` (first switches, extremes), `problem.h`, `run.h` (a
+step of one run), `deviations.h` (the variational equations), and three loops: `single.c`, `vary.c`
+(one run with its derivatives) and `lanes.c`; `orbit.c` closes runs to periodic orbits.
 """
 
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
     from .native import (
-        CROSSING_HEAD as CROSSING_HEAD,
-        SAMPLE_COLUMNS as SAMPLE_COLUMNS,
-        SEGMENT_HEAD as SEGMENT_HEAD,
         Kernel as Kernel,
-        RunColumns as RunColumns,
-        VariedRun as VariedRun,
         load_kernel as load_kernel,
         stepping_kernel as stepping_kernel,
         why_interpreted as why_interpreted,
     )
     from .orbits import OrbitSearch as OrbitSearch, Varied as Varied
+    from .runs import (
+        CROSSING_HEAD as CROSSING_HEAD,
+        SEGMENT_HEAD as SEGMENT_HEAD,
+        KernelRun as KernelRun,
+        RunColumns as RunColumns,
+        VariedRun as VariedRun,
+    )
     from .status import Status as Status
 else:
     from fivtui.lazy import lazily

@@ -56,14 +56,16 @@ INLINE void set_length(Block *w, double t_end, double tol, int groups)
     V allowed_x = greatest(own_x, floor) * tol, allowed_y = greatest(own_y, floor) * tol;
     M some_x = allowed_x > 0.0, some_y = allowed_y > 0.0;
     const double none = 200.0 * 0x1p52;
-    V exponent = splat(none);
-    for (int n = 4 * groups + 1; n >= 4 * groups; n--) {
+    V shares[2];
+    for (int last = 0; last < 2; last++) {
+        int n = 4 * groups + 1 - last;
         V last_x = absolute(x[n]) * (double)n, last_y = absolute(y[n]) * (double)n;
         V share_x = bit_difference(allowed_x, last_x) * (1.0 / (n - 1));
         V share_y = bit_difference(allowed_y, last_y) * (1.0 / (n - 1));
-        exponent = least(exponent, choose((last_x > 0.0) & some_x, share_x, splat(none)));
-        exponent = least(exponent, choose((last_y > 0.0) & some_y, share_y, splat(none)));
+        shares[last] = least(choose((last_x > 0.0) & some_x, share_x, splat(none)),
+                             choose((last_y > 0.0) & some_y, share_y, splat(none)));
     }
+    V exponent = least(shares[0], shares[1]);
     /* Where the coefficients overflow the end of the step is not finite either. */
     exponent = choose(exponent > -1000.0 * 0x1p52, exponent, splat(-1000.0 * 0x1p52));
     V h = from_bits_beyond_one(exponent, (1023LL << 52) - (int64_t)(EXP2_BIAS * 0x1p52));

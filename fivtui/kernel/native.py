@@ -3,19 +3,21 @@
 import ctypes
 import hashlib
 import os
+import struct
 import sys
 from collections.abc import Iterable
 from functools import lru_cache
 from pathlib import Path
-from typing import Any, Final, Literal, NamedTuple
+from typing import Any, Final, Literal
 
 import numpy as np
 from numpy.typing import NDArray
 
-from fivtui.model import ComputationError, State
+from fivtui.model import ComputationError
 
+from .lanes import Work
 from .orbits import OrbitSearch
-from .status import Status
+from .runs import MOST_SEEDS, KernelRun, VariedRun
 
 Floats = NDArray[np.float64]
 
@@ -30,16 +32,6 @@ INSTRUCTION_SETS: Final = ("baseline", "avx2", "avx512")
 _OF_ONE_RUN: Final = ("run_", "vary_", "orbit_")
 # What chooses another one than the best there is.
 _CHOICE: Final = "FIVTUI_INSTRUCTION_SET"
-_LINE: Final = 64
-# Columns of samples: x, ẋ, y, ẏ, mode; of segments before their coefficients in θ = time/duration.
-SAMPLE_COLUMNS: Final = 5
-SEGMENT_HEAD: Final = 5
-# Most numbers to derive by, extremes that are derived, columns of crossings before derivatives, and
-# how many crossings a call gives back.
-MOST_SEEDS: Final = 16
-EXTREMES: Final = 7
-CROSSING_HEAD: Final = 6
-_CROSSINGS: Final = 64
 
 _int, _float, _pointer = ctypes.c_int64, ctypes.c_double, ctypes.c_void_p
 _FUNCTIONS: Final[dict[str, tuple[Any, list[Any]]]] = {
@@ -47,7 +39,10 @@ _FUNCTIONS: Final[dict[str, tuple[Any, list[Any]]]] = {
     "run_begin": (None, [_pointer, _pointer, _int, _pointer, _float, _float, _int]),
     "run_advance": (
         _int,
-        [_pointer, _pointer, _int, _pointer, _pointer, _int, _pointer, _int, _int, _pointer],
+        [
+            *(_pointer, _pointer, _int, _pointer, _int, _pointer, _pointer, _pointer, _int, _int),
+            _pointer,
+        ],
     ),
     "batch_size": (_int, []),
     "batch_advance": (
@@ -64,39 +59,7 @@ _FUNCTIONS: Final[dict[str, tuple[Any, list[Any]]]] = {
     "orbit_solve": (_int, [*([_pointer] * 5), _int, _pointer]),
     "static_starts": (None, [_pointer, _pointer, _pointer, _int]),
 }
-
-
-class RunColumns(NamedTuple):
-    """Columns of a result, SI units.
-
-    `y_low` and `y_high` are of the second half of the run; `first` and `last`, the times of
-    switches, are NaN where there is none.
-    """
-
-    x: Any
-    vx: Any
-    y: Any
-    vy: Any
-    t: Any
-    status: Any
-    steps: Any
-    separations: Any
-    reattachments: Any
-    separated: Any
-    first: Any
-    last: Any
-    x_min: Any
-    y_min: Any
-    x_max: Any
-    y_max: Any
-    vx_max: Any
-    y_low: Any
-    y_high: Any
-
-
-_COLUMNS: Final = len(RunColumns._fields)
-_STATUSES: Final = tuple(Status)
-_Parameters, _Start, _Result = _float * 9, _float * 4, _float * (_COLUMNS + 3)
+_packed9, _packed4 = struct.Struct("9d").pack, struct.Struct("4d").pack
 
 
 class Kernel:
@@ -148,7 +111,9 @@ class Kernel:
         t_end: float,
         tol: float,
         order: int,
-    ) -> "KernelRun":
+        times: Floats | None = None,
+        segments: bool = False,
+    ) -> KernelRun:
         """Begin a run.
 
         Parameters
@@ -163,18 +128,21 @@ class Kernel:
             Horizon, s.
         tol, order
             Local tolerance, and the order of expansion: 8, 12, 16 or 20.
+        times : ndarray, optional
+            Ascending sample times, s.
+        segments : bool
+            Whether segments are wanted.
 
         Returns
         -------
         KernelRun
             At its start.
         """
-        # Arrays of ctypes: what a short run costs is their making and passing.
-        memory, first = self._run_memory(), _Start(*start)
+        memory = self._run_memory()
         self._functions["run_begin"](
-            memory, _Parameters(*parameters), separation, first, t_end, tol, order
+            memory, _packed9(*parameters), separation, _packed4(*start), t_end, tol, order
         )
-        return KernelRun(self._functions["run_advance"], memory)
+        return KernelRun(self._functions["run_advance"], memory, order, times, segments)
 
     def vary(
         self,
@@ -186,7 +154,7 @@ class Kernel:
         t_end: float,
         tol: float,
         order: int,
-    ) -> "VariedRun":
+    ) -> VariedRun:
         """Begin a run with its derivatives: that of `begin` to the last bit.
 
         Parameters
@@ -222,7 +190,7 @@ class Kernel:
         """Begin a search of periodic orbits: see `OrbitSearch`."""
         return OrbitSearch(self._functions["orbit_solve"], self._varied_size, **asked)
 
-    def work(self, **asked: Any) -> "Work":
+    def work(self, **asked: Any) -> Work:
         """Begin a chunk of a batch: see `Work`."""
         return Work(self._functions, self._work_size, **asked)
 
@@ -247,198 +215,6 @@ class Kernel:
             parameters.ctypes.data, flags.ctypes.data, starts.ctypes.data, len(parameters)
         )
         return starts
-
-
-class KernelRun:
-    """A run under way.
-
-    Attributes
-    ----------
-    outcome : RunColumns
-        As far as it came.
-    switches, segments, samples : int
-        How many are in the buffers.
-    """
-
-    def __init__(self, function: Any, memory: Any) -> None:
-        self._function, self._memory = function, memory
-        self._result = _Result()
-        self.switches = self.segments = self.samples = 0
-
-    def advance(
-        self,
-        switches: Floats,
-        times: Floats,
-        samples: Floats,
-        segments: Floats | None,
-        budget: int,
-    ) -> Status:
-        """Go on until the run is ended, a buffer is full or the budget is spent.
-
-        Parameters
-        ----------
-        switches : ndarray, shape (n,)
-            Receives the times of switches, from the beginning in every call, s.
-        times : ndarray, shape (m,)
-            Ascending sample times, s.
-        samples : ndarray, shape (m, SAMPLE_COLUMNS)
-            Receives the states at these times.
-        segments : ndarray, shape (k, SEGMENT_HEAD + 2 (order + 2)), optional
-            Receives the segments, from the beginning in every call.
-        budget : int
-            Steps after which to pause.
-
-        Returns
-        -------
-        Status
-            ``RUNNING`` where it is to go on.
-        """
-        result = self._result
-        status: int = self._function(
-            self._memory,
-            switches.ctypes.data,
-            switches.size,
-            times.ctypes.data if times.size else None,
-            samples.ctypes.data if times.size else None,
-            times.size,
-            None if segments is None else segments.ctypes.data,
-            0 if segments is None else len(segments),
-            budget,
-            result,
-        )
-        columns = result[:]
-        self.outcome = RunColumns(*columns[:_COLUMNS])
-        self.switches, self.segments, self.samples = map(int, columns[_COLUMNS:])
-        return _STATUSES[status]
-
-
-class VariedRun:
-    """A run with its derivatives, under way.
-
-    Attributes
-    ----------
-    outcome : RunColumns
-        As far as it came.
-    rate : State
-        (ẋ, ẍ, ẏ, ÿ) there, m/s and m/s².
-    derivatives : ndarray, shape (k, 4)
-        Derivatives of (x, ẋ, y, ẏ) there by each of the k numbers.
-    extremes : ndarray, shape (7, 1 + k)
-        Of the least and greatest x, those of y, the greatest ẋ, the least and greatest y of the
-        second half: its time, s, and its derivative by each number.
-    crossings : ndarray, shape (n, CROSSING_HEAD + 4 k)
-        The switches of the last call: time, x, ẋ, y, ẏ, mode after it, and the derivatives of
-        (x, ẋ, y, ẏ) at this time by each number.
-    """
-
-    def __init__(self, function: Any, memory: Floats, count: int) -> None:
-        self._function, self._memory = function, memory
-        self._result = np.empty(_COLUMNS + 3)
-        self._crossings = np.empty((_CROSSINGS, CROSSING_HEAD + 4 * count))
-        self.derivatives = np.empty((count, 4))
-        self.extremes = np.empty((EXTREMES, 1 + count))
-
-    def advance(self, budget: int) -> Status:
-        """Go on until the run is ended, the budget, in steps, is spent or many crossings are found.
-
-        Returns
-        -------
-        Status
-            ``RUNNING`` where it is to go on.
-        """
-        status = self._function(
-            self._memory.ctypes.data,
-            self._crossings.ctypes.data,
-            _CROSSINGS,
-            budget,
-            self._result.ctypes.data,
-            self.derivatives.ctypes.data,
-            self.extremes.ctypes.data,
-        )
-        columns = self._result.tolist()
-        self.outcome = here = RunColumns(*columns[:_COLUMNS])
-        count, ax, ay = columns[_COLUMNS:]
-        self.rate: State = (here.vx, ax, here.vy, ay)
-        self.crossings = self._crossings[: int(count)]
-        return Status(status)
-
-
-class Work:
-    """A chunk of a batch under way.
-
-    Parameters
-    ----------
-    functions, size
-        From `Kernel.work`.
-    parameters : ndarray, shape (n, 9)
-        Parameter sets, all with k_nl > 0 or all with k_nl = 0.
-    separation : ndarray of bool, shape (n,)
-        Whether separation is considered.
-    starts : ndarray, shape (n, 4)
-        States (x, ẋ, y, ẏ), m and m/s.
-    t_end : float
-        Horizon, s.
-    tol, order
-        Local tolerance and order of expansion.
-    max_steps : int
-        Steps after which a run is given up.
-    observed : tuple of bool
-        Whether extremes of y, all extremes, and those of y after half the horizon are wanted.
-    """
-
-    def __init__(
-        self,
-        functions: dict[str, Any],
-        size: int,
-        *,
-        parameters: Floats,
-        separation: NDArray[np.bool_],
-        starts: Floats,
-        t_end: float,
-        tol: float,
-        order: int,
-        max_steps: int,
-        observed: tuple[bool, bool, bool],
-    ) -> None:
-        self._functions = functions
-        self._parameters = np.ascontiguousarray(parameters)
-        self._starts = np.ascontiguousarray(starts)
-        self._separation = np.ascontiguousarray(separation, dtype=np.uint8)
-        self._count = count = len(parameters)
-        self.results = np.empty((count, _COLUMNS))
-        self._memory = np.zeros(size + _LINE // 8)
-        self._place = -(-self._memory.ctypes.data // _LINE) * _LINE
-        cubic = bool(count) and bool(self._parameters[0, _K_NL] > 0.0)
-        self._asked = (t_end, tol, float(max_steps), order, cubic, *observed)
-
-    def advance(self, budget: int) -> float:
-        """Go on until all are ended or the budget, steps of all lanes, is spent.
-
-        Returns
-        -------
-        float
-            Runs ended, those under way counted by the part of the horizon behind them.
-        """
-        return float(
-            self._functions["batch_advance"](
-                self._place,
-                self._parameters.ctypes.data,
-                self._separation.ctypes.data,
-                self._starts.ctypes.data,
-                self.results.ctypes.data,
-                self._count,
-                *self._asked,
-                budget,
-            )
-        )
-
-    @property
-    def done(self) -> bool:
-        """Whether all are ended."""
-        return bool(self._functions["batch_ended"](self._place) == self._count)
-
-
-_K_NL: Final = 7
 
 
 def sources_digest(folder: Path) -> str:

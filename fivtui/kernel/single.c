@@ -12,17 +12,17 @@ typedef struct {
 /* What a call gives back behind the columns of a result. */
 enum { R_SWITCHES = RESULTS, R_SEGMENTS, R_SAMPLES };
 
-/* Columns of a sample: x, ẋ, y, ẏ, mode. Columns of a segment: start, what it lacks of the exact
-   start, duration, end, mode, and coefficients of x and of y in θ = time/duration. */
-#define SAMPLE_COLUMNS 5
+/* Columns of a segment: start, what it lacks of the exact start, duration, end, mode, and
+   coefficients of x and of y in θ = time/duration. */
 #define SEGMENT_HEAD 5
 
-APART void store_sample(const Block *w, int groups, double t, double *row)
+/* x, ẋ, y, ẏ at a time, in columns of `count`. */
+APART void store_sample(const Block *w, int groups, double t, double *samples, int64_t count)
 {
     double part = (t - w->t) - w->rest;
     Tangent x = tangent_at(w->xs, groups, part), y = tangent_at(w->ys, groups, part);
-    row[0] = x.value, row[1] = x.slope, row[2] = y.value, row[3] = y.slope;
-    row[4] = w->side < 0.0;
+    samples[0] = x.value, samples[count] = x.slope;
+    samples[2 * count] = y.value, samples[3 * count] = y.slope;
 }
 
 APART void store_segment(const Block *w, int groups, double end, double *row)
@@ -50,13 +50,14 @@ EXPORT void NAME(run_begin)(Sampled *of, const double *parameters, int64_t separ
 
 /* Go on until the run is ended, `switches` or `segments` is full, or `budget` steps are made.
 
-   `times` are ascending sample times, `samples` receives the states there; `segments` may be NULL.
+   `times` are ascending sample times; `samples` receives x, ẋ, y, ẏ there in columns, `modes` the
+   modes; `segments` may be NULL.
    `result` receives the columns of a result and how many switches, segments and samples are in the
    buffers. Returns the status. */
 EXPORT int64_t NAME(run_advance)(Sampled *of, double *switches, int64_t switch_room,
-                                 const double *times, double *samples, int64_t time_count,
-                                 double *segments, int64_t segment_room, int64_t budget,
-                                 double *result)
+                                 const double *times, int64_t time_count, double *samples,
+                                 int8_t *modes, double *segments, int64_t segment_room,
+                                 int64_t budget, double *result)
 {
     Run *run = &of->run;
     Block *w = &run->w;
@@ -72,8 +73,10 @@ EXPORT int64_t NAME(run_advance)(Sampled *of, double *switches, int64_t switch_r
             status = OVERFLOW;
             break;
         }
-        for (; sampled < time_count && (times[sampled] < ending.t || ending.last); sampled++)
-            store_sample(w, groups, times[sampled], samples + sampled * SAMPLE_COLUMNS);
+        for (; sampled < time_count && (times[sampled] < ending.t || ending.last); sampled++) {
+            store_sample(w, groups, times[sampled], samples + sampled, time_count);
+            modes[sampled] = w->side < 0.0;
+        }
         if (segments)
             store_segment(w, groups, ending.t, segments + stored++ * columns);
         double switches_before = w->lifts + w->landings;

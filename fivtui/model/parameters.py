@@ -1,8 +1,9 @@
 """The parameter table: names, symbols, units, defaults and bounds, defined once."""
 
 import difflib
-from collections.abc import Iterable, Mapping
+from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass, field, fields
+from operator import attrgetter
 from typing import Final, Self
 
 from .errors import InputError
@@ -158,6 +159,10 @@ class Parameters:
             merged[name] = parameter_spec(name).check(value)
         return type(self)(**merged)
 
+    def values(self) -> tuple[float, ...]:
+        """Values in the order of the table."""
+        return _values_of(self)
+
     def as_dict(self) -> dict[str, float]:
         """Values by name, in the order of the table."""
         return {name: getattr(self, name) for name in PARAMETERS}
@@ -175,6 +180,8 @@ def check_parameters(value: object) -> Parameters:
 PARAMETERS: Final[Mapping[str, ParameterSpec]] = {
     f.name: ParameterSpec(name=f.name, **f.metadata) for f in fields(Parameters)
 }
+
+_values_of: Final[Callable[[Parameters], tuple[float, ...]]] = attrgetter(*PARAMETERS)
 
 
 def parameter_spec(name: str) -> ParameterSpec:

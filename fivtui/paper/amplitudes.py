@@ -84,7 +84,7 @@ def measure_all(
 def _batched(scenes: Sequence[Scene], workers: int, progress: Progress) -> list[Amplitude]:
     # Taylor scenes of equal length and tolerance.
     batch = simulate_batch(
-        np.array([list(scene.parameters.as_dict().values()) for scene in scenes]),
+        np.array([scene.parameters.values() for scene in scenes]),
         t_end=scenes[0].t_end,
         tol=scenes[0].tol,
         separation=np.array([scene.separation for scene in scenes]),

@@ -73,7 +73,9 @@ def order_for(tol: float) -> int:
     After a reattachment y is v t + O(t⁵) and every fourth coefficient is large; only such an order
     has one of them last, so that the step size is safe.
     """
-    return min(max(ORDER_STEP * math.ceil(-0.6 / ORDER_STEP * math.log(tol)), MIN_ORDER), MAX_ORDER)
+    return min(
+        max(ORDER_STEP * math.ceil(-0.655 / ORDER_STEP * math.log(tol)), MIN_ORDER), MAX_ORDER
+    )
 
 
 def overflow_error(t: float, state: State) -> ComputationError:

@@ -5,7 +5,7 @@ from typing import Final
 import numpy as np
 from numpy.typing import NDArray
 
-from fivtui.kernel import SAMPLE_COLUMNS, SEGMENT_HEAD, RunColumns, Status, load_kernel
+from fivtui.kernel import SEGMENT_HEAD, KernelRun, RunColumns, Status, load_kernel
 from fivtui.model import Cancelled, Parameters, mode_of
 from fivtui.taylor import local_tolerance, order_for, overflow_error, stall_error
 
@@ -18,14 +18,8 @@ from .trajectory import DenseSolution, Trajectory, trajectory_of
 # Steps between two looks at the progress callback, and at the keyboard if there is none.
 _REPORT: Final = 256
 _PAUSE: Final = 65536
-# Lengths of the buffers; a longer run empties them on its way. So large a room for segments is kept
-# by the allocator from run to run: given back to the system, its pages cost more than the run.
-_SWITCHES: Final = 256
-_SEGMENTS: Final = 2048
 # Samples that are handed out together.
 _PART: Final = 1024
-_NO_TIMES: Final = np.empty(0)
-_NO_ROWS: Final = np.empty((0, 0))
 _ENDED_EARLY: Final = (Status.OVERFLOW, Status.STALLED)
 
 
@@ -33,24 +27,22 @@ def run(
     request: Request, progress: Progress | None, on_samples: OnSamples | None = None
 ) -> Transient:
     """Compute a transient with the compiled kernel: the interpreted one's, to rounding."""
-    kernel = load_kernel()
     p, t_end = request.parameters, request.t_end
     tol = local_tolerance(request.tol)
     order = order_for(tol)
-    first_mode = mode_of(p, request.initial, separation=request.separation)
     times, dense, max_steps = request.times, request.dense, request.max_steps
-    under_way = kernel.begin(
-        p.as_dict().values(),
+    under_way = load_kernel().begin(
+        p.values(),
         request.initial,
         separation=request.separation,
         t_end=t_end,
         tol=tol,
         order=order,
+        times=times,
+        segments=dense,
     )
-    switches = _Buffer(_SWITCHES)
-    moments = _NO_TIMES if times is None else times
-    states = _NO_ROWS if times is None else np.empty((times.size, SAMPLE_COLUMNS))
-    segments = _Buffer(_SEGMENTS, SEGMENT_HEAD + 2 * (order + 2)) if dense else None
+    switches: list[NDArray[np.float64]] = []
+    segments: list[NDArray[np.float64]] = []
     portion = _PAUSE if progress is None and on_samples is None else _REPORT
     reached, steps, given_out = 0.0, 0, 0
     status = Status.RUNNING
@@ -60,20 +52,18 @@ def run(
         budget = min(portion, max_steps - steps)
         if budget <= 0:
             raise step_limit_error(max_steps, reached, t_end, stiffness_of(request))
-        status = under_way.advance(
-            switches.room, moments, states, None if segments is None else segments.room, budget
-        )
+        status = under_way.advance(budget)
         here = under_way.outcome
         reached, steps = here.t, int(here.steps)
-        if on_samples is not None:
-            part = slice(given_out, under_way.samples)
-            given_out = _hand_out(p, moments, states, on_samples, part)
+        if on_samples is not None and times is not None:
+            part = slice(given_out, under_way.sampled)
+            given_out = _hand_out(p, times, under_way, on_samples, part)
         if status in _ENDED_EARLY:
             overflow = status is Status.OVERFLOW
             raise overflow_error(reached, here[:4]) if overflow else stall_error(reached)
-        switches.take(under_way.switches)
-        if segments is not None:
-            segments.take(under_way.segments)
+        switches.append(under_way.switches)
+        if dense:
+            segments.append(under_way.segments)
     if progress is not None:
         progress(1.0)
     whole, second_half = _extremes(here)
@@ -82,36 +72,18 @@ def run(
         final=here[:4],
         whole=whole,
         second_half=second_half,
-        switches=switches.content(),
+        switches=_joined(switches),
         separations=int(here.separations),
         separated_time=here.separated,
         stats=Stats(steps, None, "compiled"),
-        first_mode=first_mode,
-        trajectory=None if times is None else _trajectory(p, times, states),
-        solution=None if segments is None else _solution(p, segments.content(), order + 1),
+        first_mode=mode_of(p, request.initial, separation=request.separation),
+        trajectory=None if times is None else _trajectory(p, times, under_way),
+        solution=_solution(p, _joined(segments), order + 1) if dense else None,
     )
 
 
-class _Buffer:
-    # Rows that are filled piece by piece, in as many arrays as it takes.
-
-    def __init__(self, *shape: int) -> None:
-        self._full: list[NDArray[np.float64]] = []
-        self._rows, self._filled = np.empty(shape), 0
-
-    @property
-    def room(self) -> NDArray[np.float64]:
-        return self._rows[self._filled :]
-
-    def take(self, count: int) -> None:
-        self._filled += count
-        if count and self._filled == len(self._rows):
-            self._full.append(self._rows)
-            self._rows, self._filled = np.empty_like(self._rows), 0
-
-    def content(self) -> NDArray[np.float64]:
-        last = self._rows[: self._filled]
-        return np.concatenate([*self._full, last]) if self._full else last
+def _joined(parts: list[NDArray[np.float64]]) -> NDArray[np.float64]:
+    return parts[0] if len(parts) == 1 else np.concatenate(parts)
 
 
 def _extremes(here: RunColumns) -> tuple[Extremes, Extremes]:
@@ -124,23 +96,23 @@ def _extremes(here: RunColumns) -> tuple[Extremes, Extremes]:
 
 def _hand_out(
     p: Parameters,
-    moments: NDArray[np.float64],
-    states: NDArray[np.float64],
+    times: NDArray[np.float64],
+    under_way: KernelRun,
     on_samples: OnSamples,
     part: slice,
 ) -> int:
     # Gives the next samples away if they are enough; how many are given away then.
     if part.stop - part.start < _PART:
         return int(part.start)
-    on_samples(_trajectory(p, moments[part], states[part]))
+    on_samples(_trajectory(p, times, under_way, part))
     return int(part.stop)
 
 
 def _trajectory(
-    p: Parameters, times: NDArray[np.float64], states: NDArray[np.float64]
+    p: Parameters, times: NDArray[np.float64], under_way: KernelRun, part: slice = slice(None)
 ) -> Trajectory:
-    x, vx, y, vy, mode = states.T.copy()
-    return trajectory_of(p, times, (x, vx, y, vy), mode.astype(np.int8))
+    x, vx, y, vy, force = under_way.samples[:, part]
+    return trajectory_of(p, times[part], (x, vx, y, vy), under_way.modes[part], force)
 
 
 def _solution(p: Parameters, stored: NDArray[np.float64], degree: int) -> DenseSolution:

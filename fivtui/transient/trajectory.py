@@ -132,10 +132,13 @@ def trajectory_of(
     t: FloatArray,
     states: tuple[FloatArray, FloatArray, FloatArray, FloatArray],
     mode: NDArray[np.int8],
+    room: FloatArray | None = None,
 ) -> Trajectory:
-    """A trajectory from times, states (x, ẋ, y, ẏ) and modes: adds the contact force."""
+    """A trajectory from times, states (x, ẋ, y, ẏ) and modes: adds the contact force, in `room`."""
     x, vx, y, vy = states
-    force = np.where(mode == Mode.CONTACT, spring_force(p, y), 0.0)
+    force = np.empty_like(y) if room is None else room
+    force[:] = spring_force(p, y)
+    force[mode != Mode.CONTACT] = 0.0
     return Trajectory(t, x, vx, y, vy, force, mode)
 
 

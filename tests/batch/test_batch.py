@@ -26,7 +26,7 @@ GROWING = Parameters(k2=186.0, k_nl=0.0, mu=1.5)
 
 
 def table(*sets: Parameters) -> np.ndarray:
-    return np.array([list(p.as_dict().values()) for p in sets])
+    return np.array([p.values() for p in sets])
 
 
 def varied(count: int) -> np.ndarray:

@@ -115,7 +115,7 @@ def _numbalsoda(scene: Reference, start: State, tol: float) -> Run:
     from numbalsoda import dop853, lsoda_sig
 
     p = scene.parameters
-    m, k1, k2, k3, c1, c2, preload, k_nl, mu = p.as_dict().values()
+    m, k1, k2, k3, c1, c2, preload, k_nl, mu = p.values()
     h, separation = 0.5 * k3, scene.separation
 
     @numba.cfunc(lsoda_sig)  # type: ignore[untyped-decorator, unused-ignore]
@@ -143,7 +143,7 @@ def _numbalsoda(scene: Reference, start: State, tol: float) -> Run:
 
 def _c_rk4(scene: Reference, start: State, step: float) -> Run:
     library = _compiled()
-    values = (ctypes.c_double * 9)(*scene.parameters.as_dict().values())
+    values = (ctypes.c_double * 9)(*scene.parameters.values())
     steps = round(scene.t_end / step)
     contact = int(mode_of(scene.parameters, start, separation=scene.separation))
 

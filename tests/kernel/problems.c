@@ -8,8 +8,8 @@
 int64_t fivtui_run_size_baseline(void);
 void fivtui_run_begin_baseline(void *, const double *, int64_t, const double *, double, double,
                                int64_t);
-int64_t fivtui_run_advance_baseline(void *, double *, int64_t, const double *, double *, int64_t,
-                                    double *, int64_t, int64_t, double *);
+int64_t fivtui_run_advance_baseline(void *, double *, int64_t, const double *, int64_t, double *,
+                                    int8_t *, double *, int64_t, int64_t, double *);
 int64_t fivtui_vary_size_baseline(void);
 void fivtui_vary_begin_baseline(void *, const double *, int64_t, const double *, const double *,
                                 int64_t, double, double, int64_t);
@@ -22,7 +22,7 @@ int64_t fivtui_batch_ended_baseline(const void *);
 void fivtui_static_starts_baseline(const double *, const uint8_t *, double *, int64_t);
 
 enum { PARAMETERS = 9, STATE = 4, RESULTS = 19, MORE = 3, EXTREMES = 7, RUNNING = 5, CALLS = 20 };
-enum { SAMPLE = 5, SEGMENT_HEAD = 5, CROSSING_HEAD = 6, SINGLE_RUNS = 3 };
+enum { SEGMENT_HEAD = 5, CROSSING_HEAD = 6, SINGLE_RUNS = 3 };
 
 /* As `Problem` of `test_sanitized.py` packs it. */
 typedef struct {
@@ -52,16 +52,17 @@ static void run_alone(const Problem *p, const double *parameters, int64_t separa
 {
     void *run = malloc((size_t)fivtui_run_size_baseline());
     double *switches = room(p->switches, sizeof(double));
-    double *samples = room(p->times * SAMPLE, sizeof(double));
+    double *samples = room(p->times * STATE, sizeof(double));
+    int8_t *modes = room(p->times, 1);
     int64_t columns = SEGMENT_HEAD + 2 * (p->order + 2);
     double *segments = p->segments < 0 ? NULL : room(p->segments * columns, sizeof(double));
     double *result = room(RESULTS + MORE, sizeof(double));
     fivtui_run_begin_baseline(run, parameters, separation, start, p->t_end, p->tol, p->order);
     int64_t status = RUNNING;
     for (int call = 0; call < CALLS && status == RUNNING; call++)
-        status = fivtui_run_advance_baseline(run, switches, p->switches, times, samples, p->times,
-                                             segments, p->segments, p->budget, result);
-    free(run), free(switches), free(samples), free(segments), free(result);
+        status = fivtui_run_advance_baseline(run, switches, p->switches, times, p->times, samples,
+                                             modes, segments, p->segments, p->budget, result);
+    free(run), free(switches), free(samples), free(modes), free(segments), free(result);
 }
 
 static void run_varied(const Problem *p, const double *parameters, int64_t separation,

@@ -34,9 +34,8 @@ def watched(seed: int, count: int) -> Iterator[Watched]:
 def steps_of(kernel: Kernel, motion: Watched, order: int, most: int) -> int:
     """Steps of a run that ends in nothing but overflow, each `WINDOW` of them looked at."""
     p, separation, start = motion
-    switches, none = np.empty(2 * WINDOW), np.empty(0)
     run = kernel.begin(
-        np.array(list(p.as_dict().values())),
+        np.array(p.values()),
         np.array(start),
         separation=separation,
         t_end=ENDLESS,
@@ -45,7 +44,7 @@ def steps_of(kernel: Kernel, motion: Watched, order: int, most: int) -> int:
     )
     t, steps = 0.0, 0
     while steps < most:
-        status = run.advance(switches, none, none, None, WINDOW)
+        status = run.advance(WINDOW)
         here = run.outcome
         if status is Status.OVERFLOW:
             break

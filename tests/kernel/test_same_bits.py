@@ -63,7 +63,6 @@ def in_lanes(
 
 def alone(kernel: Kernel, given: Members, t_end: float, order: int) -> np.ndarray:
     results = np.empty((len(given[0]), COLUMNS))
-    switches, none = np.empty(50), np.empty(0)
     for place, (parameters, separation, start) in enumerate(zip(*given, strict=True)):
         run = kernel.begin(
             np.array(parameters),
@@ -75,7 +74,7 @@ def alone(kernel: Kernel, given: Members, t_end: float, order: int) -> np.ndarra
         )
         status = Status.RUNNING
         while status is Status.RUNNING:
-            status = run.advance(switches, none, none, None, 701)
+            status = run.advance(701)
             assert run.outcome.steps < 20_000
         results[place] = run.outcome
     return results

@@ -138,7 +138,7 @@ def mostly(usual: st.SearchStrategy[float]) -> st.SearchStrategy[float]:
     return st.integers(0, 9).flatmap(lambda chance: ANY if chance == 0 else usual)
 
 
-BASE = list(Parameters().as_dict().values())
+BASE = list(Parameters().values())
 PARAMETERS = st.tuples(*(mostly(st.floats(0.0, 2.0 * value)) for value in BASE)).map(list)
 STARTS = st.lists(mostly(st.one_of(st.just(0.0), st.floats(-2.0, 2.0))), min_size=4, max_size=4)
 SEEDS = st.lists(mostly(st.floats(-1.0, 1.0)), min_size=13, max_size=13)

@@ -10,6 +10,7 @@ import pytest
 import fivtui
 import hatch_build
 from fivtui.kernel import Kernel, Status, VariedRun, load_kernel, native
+from fivtui.kernel.runs import MOST_SEEDS
 from fivtui.taylor.variation import past_switch
 
 from .test_same_bits import Members, alone, assert_same, members, processor_has
@@ -88,7 +89,7 @@ def test_another_compiler_gives_the_same_derivatives(
 
 def test_more_seeds_than_there_is_room_for_are_refused() -> None:
     given = members(1, 1)
-    for count in (0, native.MOST_SEEDS + 1):
+    for count in (0, MOST_SEEDS + 1):
         with pytest.raises(ValueError, match="seeds: must be 1 to 16"):
             varied(load_kernel(), given, 1.0, 20, count)
 

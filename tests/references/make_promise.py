@@ -121,7 +121,7 @@ def main() -> None:
                 continue
             if not grown < MOST_GROWTH:
                 continue
-            given = [*p.as_dict().values(), float(separation), t_end, *start]
+            given = [*p.values(), float(separation), t_end, *start]
             done = subprocess.run(
                 [str(program)],
                 input=" ".join(map(repr, map(float, given))),

@@ -23,7 +23,7 @@ def solve(program: Path, name: str) -> dict[str, str]:
     test = STRESS_TESTS[name]
     p = test.parameters
     start = resolve_start(p, test.start, separation=test.separation)
-    given = (*p.as_dict().values(), float(test.separation), test.t_end, *start)
+    given = (*p.values(), float(test.separation), test.t_end, *start)
     done = subprocess.run(
         [str(program)],
         input=" ".join(map(repr, map(float, given))),

@@ -153,13 +153,13 @@ def test_a_start_that_is_not_finite_is_refused() -> None:
 
 
 def test_the_order_is_the_multiple_of_four_that_the_tolerance_asks_for() -> None:
-    # Orders 0.6 ln(1/tol), rounded up to multiples of four: 6.9, 11.1, 13.9, 15.3 and 19.4.
-    tolerances = (1e-5, 9e-9, 1e-10, 8.5e-12, 1e-14)
+    # Orders 0.655 ln(1/tol), rounded up to multiples of four: 7.5, 11.9, 15.1, 15.96 and 19.6.
+    tolerances = (1e-5, 1.2e-8, 1e-10, 2.6e-11, 1e-13)
     assert [order_for(tol) for tol in tolerances] == [8, 12, 16, 16, 20]
     assert order_for(0.5) == MIN_ORDER
     assert order_for(1e-300) == MAX_ORDER
     for exponent in np.linspace(-20.0, -1.0, 400):
         order = order_for(10.0**exponent)
-        asked = min(max(-0.6 * math.log(10.0) * exponent, MIN_ORDER), MAX_ORDER)
+        asked = min(max(-0.655 * math.log(10.0) * exponent, MIN_ORDER), MAX_ORDER)
         assert order % 4 == 0
         assert asked - 1e-9 <= order < asked + 4.0

@@ -52,7 +52,7 @@ def single(kernel: KernelChoice) -> Way:
 def batch(
     sets: Sequence[Parameters], starts: Sequence[State], t_end: float, tol: float
 ) -> list[Seen]:
-    table = np.array([list(p.as_dict().values()) for p in sets])
+    table = np.array([p.values() for p in sets])
     r = simulate_batch(table, start=np.array(starts), t_end=t_end, tol=tol)
     assert r.failed.size == 0
     e = r.events

@@ -38,7 +38,7 @@ def linear(**changes: float) -> Parameters:
 def truth(p: Parameters, t: float, start: State) -> list[float]:
     # The exponential of the 5 × 5 matrix of the motion under load, in 50 digits.
     with mp.workdps(50):
-        m, k1, k2, k3, c1, c2, F, _, mu = (mpf(value) for value in p.as_dict().values())
+        m, k1, k2, k3, c1, c2, F, _, mu = (mpf(value) for value in p.values())
         h = k3 / 2
         motion = matrix(
             [

@@ -58,7 +58,7 @@ FOUND: list[Case] = [
 
 
 def assert_all_go_on_alike(chosen: list[Case]) -> None:
-    table = np.array([list(p.as_dict().values()) for p, _ in chosen])
+    table = np.array([p.values() for p, _ in chosen])
     starts = np.array([start for _, start in chosen])
     batch = simulate_batch(table, start=starts, t_end=T_END, max_steps=MOST_STEPS)
     assert (batch.status == Status.DONE).all()

@@ -114,7 +114,7 @@ def _compiled(request: Request, seeds: Sequence[Seed], progress: Progress | None
         for name, change in seed.parameters.items():
             row[4 + _PLACES[name]] = change
     run = load_kernel().vary(
-        np.array([*request.parameters.as_dict().values()]),
+        np.array(request.parameters.values()),
         np.array(request.initial),
         given,
         separation=request.separation,

@@ -1,0 +1,194 @@
+"""Single runs of the kernel, under way: plain, and with derivatives."""
+
+import ctypes
+from typing import Any, Final, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from fivtui.model import State
+
+from .status import Status
+
+Floats = NDArray[np.float64]
+
+# Columns of segments before their coefficients in θ = time/duration.
+SEGMENT_HEAD: Final = 5
+# Most numbers to derive by, extremes that are derived, columns of crossings before derivatives.
+MOST_SEEDS: Final = 16
+EXTREMES: Final = 7
+CROSSING_HEAD: Final = 6
+# How many crossings, switches and segments a call gives back. So large a room for segments is kept
+# by the allocator from run to run: given back to the system, its pages cost more than the run.
+_CROSSINGS: Final = 64
+_SWITCHES: Final = 256
+_SEGMENTS: Final = 2048
+
+
+class RunColumns(NamedTuple):
+    """Columns of a result, SI units.
+
+    `y_low` and `y_high` are of the second half of the run; `first` and `last`, the times of
+    switches, are NaN where there is none.
+    """
+
+    x: Any
+    vx: Any
+    y: Any
+    vy: Any
+    t: Any
+    status: Any
+    steps: Any
+    separations: Any
+    reattachments: Any
+    separated: Any
+    first: Any
+    last: Any
+    x_min: Any
+    y_min: Any
+    x_max: Any
+    y_max: Any
+    vx_max: Any
+    y_low: Any
+    y_high: Any
+
+
+COLUMNS: Final = len(RunColumns._fields)
+_STATUSES: Final = tuple(Status)
+# Arrays of ctypes: what a short run costs is the making and passing of its buffers.
+_Result, _Switches = ctypes.c_double * (COLUMNS + 3), ctypes.c_double * _SWITCHES
+_NO_TIMES: Final = np.empty(0)
+
+
+class KernelRun:
+    """A run under way.
+
+    Parameters
+    ----------
+    function, memory
+        From `Kernel.begin`.
+    order : int
+        The order of expansion.
+    times : ndarray, shape (n,), optional
+        Ascending sample times, s.
+    segments : bool
+        Whether segments are wanted.
+
+    Attributes
+    ----------
+    outcome : RunColumns
+        As far as it came.
+    samples : ndarray, shape (5, n)
+        x, ẋ, y and ẏ at the sample times, m and m/s; then room for the contact force, so that all
+        is one block, which the allocator keeps from run to run.
+    modes : ndarray of int8, shape (n,)
+        The modes there.
+    sampled : int
+        How many of them are known.
+    switches : ndarray
+        Times of the switches of the last call, s.
+    segments : ndarray, shape (k, SEGMENT_HEAD + 2 (order + 2))
+        The segments of the last call: start, what it lacks of the exact start, duration, end, mode,
+        and the coefficients of x and of y.
+    """
+
+    def __init__(
+        self, function: Any, memory: Any, order: int, times: Floats | None, segments: bool
+    ) -> None:
+        self._function, self._memory = function, memory
+        self._result: Any = _Result()
+        self._found: Any = _Switches()
+        self._columns = SEGMENT_HEAD + 2 * (order + 2) if segments else 0
+        self._sampling: tuple[Any, ...] = (None, 0, None, None)
+        self.sampled = 0
+        if times is not None:
+            self._times = np.ascontiguousarray(times)
+            self.samples = np.empty((5, times.size))
+            self.modes = np.empty(times.size, dtype=np.int8)
+            samples, modes = self.samples.ctypes.data, self.modes.ctypes.data
+            self._sampling = (self._times.ctypes.data, times.size, samples, modes)
+
+    def advance(self, budget: int) -> Status:
+        """Go on until the run is ended, a buffer is full or the budget, in steps, is spent.
+
+        Returns
+        -------
+        Status
+            ``RUNNING`` where it is to go on.
+        """
+        room, rows = None, 0
+        if self._columns:
+            rows = min(budget, _SEGMENTS)
+            stored = np.empty((rows, self._columns))
+            room = stored.ctypes.data
+        status: int = self._function(
+            self._memory,
+            self._found,
+            _SWITCHES,
+            *self._sampling,
+            room,
+            rows,
+            budget,
+            self._result,
+        )
+        columns = self._result[:]
+        self.outcome = RunColumns._make(columns[:COLUMNS])
+        switched, filled, sampled = columns[COLUMNS:]
+        self.sampled = int(sampled)
+        self.switches = (
+            np.frombuffer(self._found, count=int(switched)).copy() if switched else _NO_TIMES
+        )
+        if self._columns:
+            self.segments = stored[: int(filled)]
+        return _STATUSES[status]
+
+
+class VariedRun:
+    """A run with its derivatives, under way.
+
+    Attributes
+    ----------
+    outcome : RunColumns
+        As far as it came.
+    rate : State
+        (ẋ, ẍ, ẏ, ÿ) there, m/s and m/s².
+    derivatives : ndarray, shape (k, 4)
+        Derivatives of (x, ẋ, y, ẏ) there by each of the k numbers.
+    extremes : ndarray, shape (7, 1 + k)
+        Of the least and greatest x, those of y, the greatest ẋ, the least and greatest y of the
+        second half: its time, s, and its derivative by each number.
+    crossings : ndarray, shape (n, CROSSING_HEAD + 4 k)
+        The switches of the last call: time, x, ẋ, y, ẏ, mode after it, and the derivatives of
+        (x, ẋ, y, ẏ) at this time by each number.
+    """
+
+    def __init__(self, function: Any, memory: Floats, count: int) -> None:
+        self._function, self._memory = function, memory
+        self._result = np.empty(COLUMNS + 3)
+        self._crossings = np.empty((_CROSSINGS, CROSSING_HEAD + 4 * count))
+        self.derivatives = np.empty((count, 4))
+        self.extremes = np.empty((EXTREMES, 1 + count))
+
+    def advance(self, budget: int) -> Status:
+        """Go on until the run is ended, the budget, in steps, is spent or many crossings are found.
+
+        Returns
+        -------
+        Status
+            ``RUNNING`` where it is to go on.
+        """
+        status = self._function(
+            self._memory.ctypes.data,
+            self._crossings.ctypes.data,
+            _CROSSINGS,
+            budget,
+            self._result.ctypes.data,
+            self.derivatives.ctypes.data,
+            self.extremes.ctypes.data,
+        )
+        columns = self._result.tolist()
+        self.outcome = here = RunColumns(*columns[:COLUMNS])
+        count, ax, ay = columns[COLUMNS:]
+        self.rate: State = (here.vx, ax, here.vy, ay)
+        self.crossings = self._crossings[: int(count)]
+        return Status(status)
