@@ -10,10 +10,10 @@ from typing import Final
 import numpy as np
 from numpy.typing import NDArray
 
-from fivtui.model import PARAMETERS, ComputationError, Parameters, spring_force, tangent_stiffness
+from fivtui.model import PARAMETERS, Parameters, spring_force, tangent_stiffness
 
 from .critical import boundary
-from .eigenvalues import ROUNDING, judge_growth
+from .eigenvalues import ROUNDING, why_no_growth
 from .quartic import cube_root_bound, rightmost_real_part
 
 FloatArray = NDArray[np.float64]
@@ -53,27 +53,39 @@ class StabilityPoints:
     def growth_rate(self) -> FloatArray:
         """Greatest real part of the eigenvalues, 1/s, shape (n,).
 
-        Meaningless where `no_equilibrium`, not finite where a number overflows.
+        Meaningless where `no_equilibrium`, not finite where an eigenvalue overflows.
         """
         b = self.kt + self.h
         # In units of this frequency every coefficient is of order one.
         stiffness = self.a + b
         scale = np.sqrt(self.m * stiffness)
-        coupling = self.h * (self.h - self.mu * self.kt)
+        push = self.h - self.mu * self.kt
         found = rightmost_real_part(
             self.c1 / scale,
             self.a / stiffness,
             self.c2 / scale,
             b / stiffness,
-            coupling / stiffness / stiffness,
-        )
-        return found * np.sqrt(stiffness / self.m)
+            self.h * push / stiffness / stiffness,
+        ) * np.sqrt(stiffness / self.m)
+        # Unless damping is so strong, or the mass so small, that they overflow.
+        fastest = self._fastest()
+        rest = np.flatnonzero(~np.isfinite(found) & np.isfinite(fastest))
+        if rest.size > 0:
+            m, unit = self.m[rest], fastest[rest]
+            a, b, h, push = (_in_units(each[rest], m, unit) for each in (self.a, b, self.h, push))
+            c1, c2 = self.c1[rest] / m / unit, self.c2[rest] / m / unit
+            found[rest] = rightmost_real_part(c1, a, c2, b, h * push) * unit
+        return found
+
+    def _fastest(self) -> FloatArray:
+        # A bound of all eigenvalues, of their order, 1/s.
+        stiffness = self.a + self.kt + self.h
+        return np.sqrt(stiffness) / np.sqrt(self.m) + (self.c1 + self.c2) / self.m
 
     def judged(self) -> tuple[FloatArray, BoolArray]:
         """`growth_rate`, and whether it is negative beyond rounding; shape (n,) each."""
         growth = self.growth_rate()
-        fastest = np.sqrt((self.a + self.kt + self.h) / self.m) + (self.c1 + self.c2) / self.m
-        return growth, growth < -ROUNDING * fastest
+        return growth, growth < -ROUNDING * self._fastest()
 
     def excess(self) -> FloatArray:
         """Relative excess of μ h k_t over its value on the stability boundary, shape (n,).
@@ -196,12 +208,14 @@ def judge_growths(
         points = StabilityPoints(p, varied, separation)
         growth, stable = points.judged()
     reasons: dict[int, str] = {}
-    # What overflows on arrays is computed again one by one, with scaled numbers.
     for place in np.flatnonzero(points.no_equilibrium | ~np.isfinite(growth)).tolist():
         values = p.with_values({name: float(column[place]) for name, column in varied.items()})
-        try:
-            growth[place], stable[place] = judge_growth(values, separation=bool(separation[place]))
-        except ComputationError as error:
-            growth[place], stable[place] = np.nan, False
-            reasons[place] = str(error)
+        growth[place], stable[place] = np.nan, False
+        reasons[place] = str(why_no_growth(values, separation=bool(separation[place])))
     return growth, stable, reasons
+
+
+def _in_units(stiffness: FloatArray, m: FloatArray, unit: FloatArray) -> FloatArray:
+    # stiffness/(m unit²) with its sign, without overflow on the way.
+    root = np.sqrt(np.abs(stiffness)) / np.sqrt(m) / unit
+    return np.copysign(root * root, stiffness)

@@ -9,6 +9,7 @@ polynomial of Eq. 8 is
 form.
 """
 
+import math
 from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Final, Literal, TypeVar
@@ -46,8 +47,10 @@ def boundary(*, m: Real, k1: Real, k3: Real, c1: Real, c2: Real, kt: Real, share
 
 
 def linear_critical_mu(p: Parameters) -> float | None:
-    """μ_c of the linear system (k_nl = 0); None without coupling (k3 = 0)."""
-    return _boundary(p, p.k2) / (0.5 * p.k3 * p.k2) if p.k3 > 0.0 else None
+    """μ_c of the linear system (k_nl = 0); None without coupling, k3 k2 = 0 to double precision."""
+    coupling = 0.5 * p.k3 * p.k2
+    found = _boundary(p, p.k2) / coupling if coupling > 0.0 else math.inf
+    return found if math.isfinite(found) else None
 
 
 def critical_mu(p: Parameters, *, separation: bool = True) -> tuple[CriticalMu, ...]:
@@ -106,7 +109,7 @@ def _least_nonnegative(function: Callable[[float], float], low: float, high: flo
             low, below, above = guess, value, above * (0.5 if last < guess else 1.0)
         else:
             high, above, below = guess, value, below * (0.5 if last > guess else 1.0)
-    width = _NEAR * guess
+    width = max(_NEAR * guess, math.ulp(0.0))
     while width < 0.25 * (high - low):
         for end in (guess - width, guess + width):
             if low < end < high:

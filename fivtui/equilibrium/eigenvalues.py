@@ -190,9 +190,13 @@ def growth_rate(p: Parameters, *, separation: bool = True) -> float:
     return float(_eigenvalues(p, equilibrium(p, separation=separation)).real.max())
 
 
-def judge_growth(p: Parameters, *, separation: bool = True) -> tuple[float, bool]:
-    """Growth rate, 1/s, and whether the equilibrium is stable, as in `Stability`."""
-    return _judged(_eigenvalues(p, equilibrium(p, separation=separation)))
+def why_no_growth(p: Parameters, *, separation: bool = True) -> ComputationError:
+    """Why the growth rate of a parameter set cannot be had."""
+    try:
+        _linearised(p, equilibrium(p, separation=separation))
+    except ComputationError as error:
+        return error
+    return ComputationError("the growth rate overflows", "use a greater mass or less damping")
 
 
 def _judged(values: NDArray[np.complex128]) -> tuple[float, bool]:
@@ -201,12 +205,16 @@ def _judged(values: NDArray[np.complex128]) -> tuple[float, bool]:
 
 
 def _eigenvalues(p: Parameters, point: Equilibrium) -> NDArray[np.complex128]:
+    values = np.linalg.eigvals(_linearised(p, point)).astype(np.complex128)
+    order = np.lexsort((-values.real, -values.imag))
+    return values[order]
+
+
+def _linearised(p: Parameters, point: Equilibrium) -> NDArray[np.float64]:
     matrix = np.array(jacobian(p, point.y, point.mode))
     if not np.all(np.isfinite(matrix)):
         raise ComputationError(
-            f"the tangent contact stiffness overflows at the equilibrium y = {point.y:.3g} m",
-            "use a smaller preload or a softer contact",
+            f"the linearisation overflows at the equilibrium y = {point.y:.3g} m",
+            "use a greater mass, a smaller preload or a softer contact",
         )
-    values = np.linalg.eigvals(matrix).astype(np.complex128)
-    order = np.lexsort((-values.real, -values.imag))
-    return values[order]
+    return matrix

@@ -3,6 +3,7 @@
 import json
 import math
 import re
+from contextlib import suppress
 from typing import Any
 
 import mpmath
@@ -80,6 +81,46 @@ def test_growth_rates_of_many_sets_are_those_of_each(
         assert growth[place] == pytest.approx(verdict.growth_rate, abs=allowed)
         if abs(verdict.growth_rate) > allowed:
             assert stable[place] == verdict.stable
+
+
+def extreme_sets(count: int) -> dict[str, np.ndarray]:
+    """Parameters over their whole range, most of them far from any brake."""
+    rng = np.random.default_rng(13)
+
+    def decades(low: float, high: float, without: float = 0.0) -> np.ndarray:
+        values = 10.0 ** rng.uniform(low, high, count)
+        return np.where(rng.random(count) < without, 0.0, values)
+
+    return {
+        "m": decades(-320.0, 9.0),
+        "k1": decades(-300.0, 12.0),
+        "k2": decades(-300.0, 12.0),
+        "k3": decades(-300.0, 12.0, 0.1),
+        "c1": decades(-300.0, 9.0, 0.3),
+        "c2": decades(-300.0, 9.0, 0.3),
+        "F": decades(-5.0, 9.0) * rng.choice([1.0, -1.0], count),
+        "k_nl": decades(-300.0, 24.0, 0.3),
+        "mu": decades(-3.0, 2.0),
+    }
+
+
+def test_growth_rates_at_the_ends_of_the_ranges_need_no_eigenvalue_solver(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    varied = extreme_sets(1500)
+    expected: dict[int, np.ndarray] = {}
+    for place in range(1500):
+        p = Parameters(**{name: float(column[place]) for name, column in varied.items()})
+        with suppress(ComputationError), np.errstate(all="ignore"):
+            expected[place] = stability(p).eigenvalues
+    monkeypatch.setattr(np.linalg, "eigvals", None)
+    growth, _, reasons = judge_growths(Parameters(), varied, np.ones(1500, dtype=bool))
+    assert set(reasons) == set(np.flatnonzero(np.isnan(growth)).tolist())
+    assert not set(reasons) & set(expected)
+    for place, values in expected.items():
+        # Four roots that meet move by the fourth root of rounding.
+        allowed = 1e-3 * float(np.abs(values).max())
+        assert growth[place] == pytest.approx(float(values.real.max()), abs=allowed)
 
 
 @given(wide_parameters(), st.permutations(list(PARAMETERS)))
