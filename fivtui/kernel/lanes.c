@@ -241,13 +241,15 @@ INLINE void step(Work *work, const Request *asked, int groups)
         expand_block(b, asked->order, asked->cubic);
     for (Block *b = w; b < end; b++) {
         settle_at_switch(b);
-        set_length(b, asked->t_end, asked->tol, groups);
+        set_length(b, asked->tol, groups);
     }
     for (Block *b = w; b < end; b++)
         end_step_y(b, groups);
     for (int i = 0; i < blocks; i++)
         near |= (uint64_t)bits_of(may_switch(w + i)) << i * LANES;
     uint64_t cut = find_switches(work, groups, near & work->occupied);
+    for (int i = 0; i < blocks; i++)
+        cut &= ~((uint64_t)bits_of(end_at_horizon(w + i, asked->t_end, groups)) << i * LANES);
     for (Block *b = w; b < end; b++)
         end_step_x(b, groups, asked->peak);
     for (int i = 0; i < blocks; i++)

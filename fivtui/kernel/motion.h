@@ -45,8 +45,8 @@ typedef struct {
 #define KEPT_ROWS (offsetof(Block, h) / sizeof(V))
 
 /* The lengths of the next steps: Jorba and Zou's rule, from the last two coefficients, for x and y
-   each relative to a scale of its own; the horizon ends the last. */
-INLINE void set_length(Block *w, double t_end, double tol, int groups)
+   each relative to a scale of its own. */
+INLINE void set_length(Block *w, double tol, int groups)
 {
     const V *x = w->xs, *y = w->ys;
     V own_x = greatest(absolute(x[1]), absolute(x[0]) * w->frequency);
@@ -69,7 +69,7 @@ INLINE void set_length(Block *w, double t_end, double tol, int groups)
     /* Where the coefficients overflow the end of the step is not finite either. */
     exponent = choose(exponent > -1000.0 * 0x1p52, exponent, splat(-1000.0 * 0x1p52));
     V h = from_bits_beyond_one(exponent, (1023LL << 52) - (int64_t)(EXP2_BIAS * 0x1p52));
-    w->h = least(least(h, w->longest), (t_end - w->t) - w->rest);
+    w->h = least(h, w->longest);
 }
 
 /* Where the motion is at the switch and the forces balance to rounding, the acceleration is that of
@@ -103,6 +103,22 @@ INLINE void end_step_y(Block *w, int groups)
     Tangent end = tangent_at(w->ys, groups, w->h);
     w->y = end.value, w->vy = end.slope;
     w->y_off = weighed(CUBIC_BOUND, w->ys, groups, w->h);
+}
+
+/* End the steps that go beyond the horizon there, and say which: a switch that was found in one of
+   them is beyond it. What is found up to the horizon does not depend on it, to the last bit. */
+INLINE M end_at_horizon(Block *w, double t_end, int groups)
+{
+    V left = (t_end - w->t) - w->rest;
+    M beyond = w->h > left;
+    if (bits_of(beyond)) {
+        w->h = choose(beyond, left, w->h);
+        Tangent end = tangent_at(w->ys, groups, w->h);
+        V off = weighed(CUBIC_BOUND, w->ys, groups, w->h);
+        w->y = choose(beyond, end.value, w->y), w->vy = choose(beyond, end.slope, w->vy);
+        w->y_off = choose(beyond, off, w->y_off);
+    }
+    return beyond;
 }
 
 INLINE void end_step_x(Block *w, int groups, int bounded)

@@ -84,9 +84,11 @@ INLINE int begin_step(Run *run, Ending *ending, int *cut)
     const int order = (int)run->order, groups = order / 4;
     expand_in_contact(w, order, run->cubic != 0 && w->side < 0.0);
     settle_at_switch(w);
-    set_length(w, run->t_end, run->tol, groups);
+    set_length(w, run->tol, groups);
     end_step_y(w, groups);
     *cut = may_switch(w) && find_switch(w, groups);
+    if (bits_of(end_at_horizon(w, run->t_end, groups)))
+        *cut = 0;
     end_step_x(w, groups, 1);
     if (!is_sound(w))
         return 0;

@@ -53,7 +53,7 @@ APART int take_step(Motion *m)
             expand(w->xs, w->ys, &w->field, order, 0);
         settle_at_switch(w);
     }
-    set_length(w, INFINITE, m->tol, groups);
+    set_length(w, m->tol, groups);
     end_step_y(w, groups);
     int cut = 0;
     if (may_switch(w)

@@ -166,6 +166,21 @@ def test_a_horizon_on_a_switch_counts_it() -> None:
         assert r.events.separated_time == pytest.approx(0.0, abs=2e-15)
 
 
+def test_what_is_found_up_to_the_horizon_does_not_depend_on_it() -> None:
+    whole = simulate(Parameters(), t_end=50.0, kernel="compiled")
+    late = np.random.default_rng(0).uniform(1e-6, 0.03, whole.switch_times.size)
+    horizons = (whole.switch_times + late)[whole.switch_times < 49.9].tolist()
+    samples = simulate(Parameters(), t_end=50.0, samples=horizons, kernel="compiled").trajectory
+    assert samples is not None
+    assert len(horizons) > 60
+    for place, t_end in enumerate(horizons):
+        short = simulate(Parameters(), t_end=t_end, kernel="compiled")
+        final = (short.final.x, short.final.vx, short.final.y, short.final.vy)
+        assert final == tuple(getattr(samples, name)[place] for name in ("x", "vx", "y", "vy"))
+        known = whole.switch_times[whole.switch_times <= t_end]
+        assert short.switch_times.tolist() == known.tolist()
+
+
 def test_progress_rises_to_one_and_can_cancel() -> None:
     seen: list[float] = []
 
