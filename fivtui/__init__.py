@@ -14,7 +14,7 @@ if TYPE_CHECKING:
     from .equilibrium import stability, stability_map
     from .fmu import check_fmu, run_fmu
     from .model import Cancelled, ComputationError, InputError, Parameters
-    from .orbits import attractors, basin, branch, continuation
+    from .orbits import attractors, basin, boundary, branch, continuation
     from .paper import figures
     from .paper.claims import claims
     from .reliability import uncertainty
@@ -43,6 +43,7 @@ __all__ = [
     "accuracy",
     "attractors",
     "basin",
+    "boundary",
     "branch",
     "build_fmu",
     "build_ssp",

@@ -32,6 +32,7 @@ STUDIES: Final[dict[str, str]] = {
     "attractor": "fivtui.orbits.kinds:ATTRACTOR",
     "branches": "fivtui.orbits.kinds:BRANCHES",
     "branch": "fivtui.orbits.curves.kinds:BRANCH",
+    "boundary": "fivtui.orbits.boundaries.kinds:BOUNDARY",
     "basin": "fivtui.orbits.kinds:BASIN",
     "safe-friction": "fivtui.safety.kinds:SAFE_FRICTION",
     "accuracy": "fivtui.assessment.kinds:ACCURACY",

@@ -9,19 +9,19 @@ import click
 
 from fivtui.model import Cancelled, ComputationError, InputError, one_line
 
-from . import analysis, browser, fmu, lists, paper, reliability, studies, transients
+from . import analysis, branches, fmu, paper, program, reliability, studies, transients
 from .group import commands
 from .options import say
 from .streams import ReaderGone, guarded_streams
 
 __all__ = [
     "analysis",
-    "browser",
+    "branches",
     "commands",
     "fmu",
-    "lists",
     "main",
     "paper",
+    "program",
     "reliability",
     "run",
     "studies",

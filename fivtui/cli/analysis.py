@@ -2,11 +2,9 @@
 
 from typing import Any
 
-from fivtui.model import InputError, parameter_spec
-
 from .arguments import option
 from .completion import PARAMETER_VALUES, START_VALUES
-from .deliver import check_outputs, show, warn, write
+from .deliver import check_outputs, show, write
 from .group import commands
 from .options import (
     force_option,
@@ -116,70 +114,6 @@ def attractors(scene: str, assignments: tuple[str, ...], **given: Any) -> None:
     )
     if given["as_json"]:
         print_json(data)
-
-
-@commands.command()
-@scene_argument
-@set_option
-@ignore_option
-@option(
-    "--vary",
-    shell_complete=PARAMETER_VALUES,
-    required=True,
-    metavar="NAME[=LOW:HIGH]",
-    help="The parameter, and its range; a tenth to ten times its value if not given.",
-)
-@option(
-    "--from",
-    "origin",
-    default="hopf",
-    show_default=True,
-    metavar="hopf|cycle",
-    help="Begin at the Hopf point nearest to the scene, or at a limit cycle that it settles on.",
-)
-@output_option("--out", "FILE", "Write the limit cycles (.csv, .npz, .parquet).")
-@output_option("--plot", "FILE", "Draw the branch (.png, .svg, .pdf).")
-@force_option
-@json_option
-def branch(scene: str, assignments: tuple[str, ...], **given: Any) -> None:
-    """Follow a branch of limit cycles along a parameter, stable and unstable.
-
-    Folds, the first touch of y = 0, period doublings and tori are located on the way. A branch that
-    is not connected to the one followed is not found.
-    """
-    from fivtui.orbits import ORIGINS, branch as compute
-
-    chosen = scene_of(scene, assignments, ignore_separation=given["ignore_separation"])
-    name, low, high = _varied(given["vary"])
-    if given["origin"] not in ORIGINS:
-        raise InputError(f"--from {given['origin']}: must be {' or '.join(ORIGINS)}")
-    out, plot, force = given["out"], given["plot"], given["force"]
-    check_outputs("branch", out, plot, force=force)
-    with progress_bar("branch") as progress:
-        result = compute(
-            chosen.parameters,
-            name,
-            low=low,
-            high=high,
-            origin=given["origin"],
-            separation=chosen.separation,
-            progress=progress,
-        )
-    warn("branch", result)
-    write("branch", result, out, plot, force=force)
-    show("branch", result, as_json=given["as_json"])
-
-
-def _varied(text: str) -> tuple[str, float | None, float | None]:
-    name, equals, ends = (part.strip() for part in text.partition("="))
-    spec = parameter_spec(name)
-    if not equals:
-        return name, None, None
-    parts = ends.split(":")
-    if len(parts) != 2:
-        raise InputError(f"--vary {text}: must be NAME or NAME=LOW:HIGH, e.g. --vary mu=0:2")
-    low, high = (spec.check(part.strip()) for part in parts)
-    return name, low, high
 
 
 @commands.command("map")

@@ -9,6 +9,8 @@ if TYPE_CHECKING:
         coexistence as coexistence,
     )
     from .basins import basin as basin
+    from .boundaries.result import BOUNDARIES as BOUNDARIES
+    from .boundaries.search import boundary as boundary
     from .branches import continuation as continuation
     from .curves.crossings import cycles_at as cycles_at
     from .curves.cycle_branches import (

@@ -83,6 +83,13 @@ def test_a_map_is_written_in_the_format_of_its_suffix(name: str, tmp_path: Path)
         (["branch", "--vary=mu=1:x"], "must be from 0 to 100"),
         (["branch", "--vary=mu", "--from=file"], "--from file: must be hopf or cycle"),
         (["branch", "--vary=mu", "--out=b.txt"], "suffix of a branch file"),
+        (["branch", "--vary=mu", "--over=F"], "--over: must be given with --curve"),
+        (["branch", "--curve=torus"], "must be hopf, fold or touch"),
+        (["branch", "--curve=fold", "--over=F"], "--over: given 1 times; must be given twice"),
+        (["branch", "--curve=fold", "--vary=F"], "--vary: must be given without --curve"),
+        (["branch", "--curve=fold", "--from=hopf"], "--from: must be given without --curve"),
+        (["branch", "--curve=fold", "--over=F", "--over=F"], "must be given twice"),
+        (["branch", "--curve=fold", "--over=F", "--over=mu=1"], "must be NAME or NAME=LOW:HIGH"),
     ],
 )
 def test_wrong_input_is_one_line_and_exit_2(args: list[str], said: str, tmp_path: Path) -> None:
@@ -164,6 +171,19 @@ def test_a_branch_is_printed_written_and_drawn(tmp_path: Path) -> None:
     assert "hopf, subcritical" in told.stdout
     assert "0.2779350934" in told.stdout
     assert told.stderr == ""
+
+
+def test_a_curve_of_folds_is_printed_written_and_drawn(tmp_path: Path) -> None:
+    line = ("branch", "--set=F=30", "--curve=fold", "--over=F=28:40", "--over=mu=0.2:0.6")
+    done = fivtui(*line, "--out=b.csv", "--plot=b.svg", "--json", cwd=tmp_path)
+    assert done.returncode == 0, done.stderr
+    (curve,) = json.loads(done.stdout)["curves"]
+    assert [event["kind"] for event in curve["events"]] == ["cusp"]
+    rows = rows_of(tmp_path / "b.csv")
+    assert [float(row["F"]) for row in rows] == [point["values"][0] for point in curve["points"]]
+    assert (tmp_path / "b.svg").read_text(encoding="utf-8").count("<svg") == 1
+    told = fivtui(*line)
+    assert "36.5101643" in told.stdout
 
 
 def test_a_branch_that_does_not_begin_is_exit_3() -> None:

@@ -82,7 +82,7 @@ def branch(
     p = Parameters() if parameters is None else parameters
     if origin not in ORIGINS:
         raise InputError(f"origin = {origin!r}: must be one of {', '.join(ORIGINS)}")
-    bottom, top = _range(p, name, low, high)
+    bottom, top = parameter_range(p, name, low, high)
     if not separation and p.k_nl == 0.0 and name != "k_nl":
         raise InputError("k_nl = 0: must be above 0 where separation is ignored: it is linear")
     watch = Watch(progress)
@@ -145,7 +145,7 @@ def _followed(
 ) -> _Parts:
     # Both ways, or away from a Hopf point.
     curve, start = beginning.curve, beginning.start
-    follower = Follower(curve, _RETURNED, lambda count: watch.tell(count / MOST_POINTS))
+    follower = Follower(curve, _RETURNED, lambda count: watch.tell(count / MOST_POINTS), turns=True)
     ahead = follower.follow(start)
     points, events = _told(curve, start, ahead)
     ends = (End.EQUILIBRIUM if beginning.hopf is not None else ahead.end, ahead.end)
@@ -194,7 +194,10 @@ def _told(
     return points, events
 
 
-def _range(p: Parameters, name: str, low: float | None, high: float | None) -> tuple[float, float]:
+def parameter_range(
+    p: Parameters, name: str, low: float | None, high: float | None
+) -> tuple[float, float]:
+    """A range of a parameter, checked; a tenth and ten times its value where not given."""
     spec, value = parameter_spec(name), getattr(p, name)
     if (low is None or high is None) and not value > 0.0:
         raise InputError(f"{name} = {value:g}: must be above 0, or the range be given")

@@ -24,6 +24,8 @@ class EventKind(StrEnum):
     PERIOD_DOUBLING = "period-doubling"
     TORUS = "torus"
     BRANCH = "branch"
+    CUSP = "cusp"
+    BAUTIN = "bautin"
 
 
 class End(StrEnum):

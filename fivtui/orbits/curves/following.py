@@ -125,8 +125,7 @@ def _angle(one: PointOnCurve, other: PointOnCurve) -> float:
 def _missed_folds(here: _Place[P], there: _Place[P]) -> bool:
     # Whether the parabola through the slopes of the parameter at both ends, and with its mean over
     # the step, has two zeros in between.
-    one = here.values.get(EventKind.FOLD, 0.0)
-    other = there.values.get(EventKind.FOLD, 0.0)
+    one, other = here.values[EventKind.FOLD], there.values[EventKind.FOLD]
     if not one * other > 0.0:
         return False
     change = there.point.unknowns - here.point.unknowns
@@ -154,6 +153,9 @@ class Follower(Generic[P]):
         Called with the number of points after every step.
     most : int
         Points after which the curve is too long.
+    turns : bool
+        Whether the test for folds is the last unknown's derivative along the curve, so that two of
+        them within a step are noticed.
     """
 
     def __init__(
@@ -163,8 +165,10 @@ class Follower(Generic[P]):
         tell: Callable[[int], None],
         *,
         most: int = MOST_POINTS,
+        turns: bool = False,
     ) -> None:
         self._curve, self._nearest, self._tell, self._most = curve, nearest, tell, most
+        self._turns = turns
 
     def follow(
         self, start: P, *, step: float | None = None, until: EventKind | None = None
@@ -192,7 +196,7 @@ class Follower(Generic[P]):
             if step < _SHORTEST:
                 end = End.LOST
                 continue
-            there, event = self._next(here, before, step)
+            there, event = self._next(here, before, step, until)
             if there is None:
                 step *= 0.5
                 continue
@@ -234,7 +238,7 @@ class Follower(Generic[P]):
         )
 
     def _next(
-        self, here: _Place[P], before: _Place[P] | None, step: float
+        self, here: _Place[P], before: _Place[P] | None, step: float, until: EventKind | None
     ) -> tuple[_Place[P] | None, EventKind | None]:
         # The next point, or the first event before it; none if the step is too long.
         one = here.point
@@ -250,9 +254,13 @@ class Follower(Generic[P]):
             return None, None
         there = self._place(other)
         lost = there.size < _KEPT * here.size
-        if lost or _angle(one, other) > _TURN or _missed_folds(here, there):
+        missed = self._turns and _missed_folds(here, there)
+        if lost or missed or _angle(one, other) > _TURN:
             return None, None
-        event = self._first_event(here, there)
+        try:
+            event = self._first_event(here, there, until)
+        except _NotFoundError:
+            return None, None
         return (there, None) if event is None else (self._place(event[1]), event[0])
 
     def _outside(self, unknowns: FloatArray) -> bool:
@@ -283,11 +291,16 @@ class Follower(Generic[P]):
         guess[place] = bound
         return self._curve.correct(guess, here, np.eye(len(guess))[place], here.tangent)
 
-    def _first_event(self, here: _Place[P], there: _Place[P]) -> tuple[EventKind, P] | None:
+    def _first_event(
+        self, here: _Place[P], there: _Place[P], until: EventKind | None
+    ) -> tuple[EventKind, P] | None:
+        # The one at which to end must be located.
         found: list[tuple[float, EventKind, P]] = []
         for kind, test in self._curve.tests.items():
             if here.values[kind] * there.values[kind] < 0.0:
                 located = self._locate(here.point, there.point, test, here.values[kind])
+                if located is None and kind is until:
+                    raise _NotFoundError
                 if located is not None and self._curve.confirmed(kind, located[1]):
                     found.append((located[0], kind, located[1]))
         if not found:

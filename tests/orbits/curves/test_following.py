@@ -61,7 +61,7 @@ class Circle:
 def follow(angle: float, low: float, high: float) -> Followed[PointOnCircle]:
     radius = np.array([np.cos(angle), np.sin(angle)])
     start = PointOnCircle(np.array([3.0, 2.0]) + radius, np.array([-radius[1], radius[0]]))
-    return Follower(Circle(low, high), 0.1, lambda _count: None).follow(start)
+    return Follower(Circle(low, high), 0.1, lambda _count: None, turns=True).follow(start)
 
 
 def test_a_closed_curve_ends_where_it_began_with_its_two_folds_located() -> None:

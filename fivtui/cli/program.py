@@ -1,7 +1,10 @@
-"""Commands that list presets and methods."""
+"""Commands that list presets and methods, and that serve the laboratory."""
 
+from fivtui.model import Interval
+
+from .arguments import Whole, option
 from .group import commands
-from .options import json_option, print_json
+from .options import json_option, print_json, say
 
 
 @commands.command()
@@ -26,3 +29,21 @@ def methods() -> None:
     from fivtui.simulation import ALL_METHODS
 
     print_list("Methods", list(ALL_METHODS.items()))
+
+
+@commands.command()
+@option(
+    "--port",
+    type=Whole(Interval(1, 65535)),
+    default=8000,
+    show_default=True,
+    help="Port on 127.0.0.1.",
+)
+def serve(port: int) -> None:
+    """Open the terminal laboratory in a browser.
+
+    It answers on this machine alone; needs the extra fivtui[serve].
+    """
+    from fivtui.tui import serve as start
+
+    start(port, say=say)

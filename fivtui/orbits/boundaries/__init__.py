@@ -1,0 +1,1 @@
+"""Curves of Hopf points, folds and touches over two parameters."""

@@ -1,0 +1,56 @@
+"""Two parameters that vary: their ranges and units, and what is common to all curves over them."""
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Final
+
+import numpy as np
+
+from fivtui.model import Parameters
+from fivtui.orbits.curves.flow import FloatArray
+from fivtui.orbits.curves.following import Bound
+
+# Places of the parameters among the unknowns of an orbit.
+FIRST: Final = 5
+SECOND: Final = 6
+
+
+@dataclass(frozen=True, slots=True)
+class ParameterPlane:
+    """The plane of two parameters of a set.
+
+    Attributes
+    ----------
+    p : Parameters
+        The parameter set.
+    names : tuple of str
+        The two that vary.
+    ranges : tuple of tuple of float
+        Lowest and highest value of each.
+    separation : bool
+        Whether separation is considered.
+    """
+
+    p: Parameters
+    names: tuple[str, str]
+    ranges: tuple[tuple[float, float], tuple[float, float]]
+    separation: bool
+
+    @property
+    def units(self) -> FloatArray:
+        """Units of the parameters, powers of two: about a quarter of their ranges."""
+        spans = (high - low for low, high in self.ranges)
+        return np.array([2.0 ** math.floor(math.log2(span) - 1.0) for span in spans])
+
+    def bounds(self, places: Sequence[int]) -> tuple[Bound, Bound]:
+        """The ranges in those units, at places among the unknowns."""
+        first, second = (
+            Bound(place, low / float(unit), high / float(unit))
+            for place, (low, high), unit in zip(places, self.ranges, self.units, strict=True)
+        )
+        return first, second
+
+    def at(self, values: Sequence[float]) -> Parameters:
+        """The parameter set at a point of the plane."""
+        return self.p.with_values(dict(zip(self.names, values, strict=True)))

@@ -1,0 +1,42 @@
+"""Console output of curves over two parameters."""
+
+from typing import Final
+
+from fivtui.console import number, print_list, print_rows
+
+from .result import Boundary
+
+_SHORT: Final = 5
+
+
+def print_boundary(result: Boundary) -> None:
+    """Print the points of every curve, one row each, and what happens along it."""
+    header = (*result.names, "period s", "y from .. to m")
+    for count, curve in enumerate(result.curves, start=1):
+        of = f" {count} of {len(result.curves)}" if len(result.curves) > 1 else ""
+        rows = [
+            (
+                *(number(value, 8) for value in point.values),
+                number(point.period, 8),
+                f"{number(point.y_min, _SHORT)} .. {number(point.y_max, _SHORT)}",
+            )
+            for point in curve.points
+        ]
+        print_rows(f"Curve of {_SAID[result.kind]}{of}", header, rows)
+        if curve.events:
+            events = [
+                (
+                    str(event.kind),
+                    *(number(value, 10) for value in event.values),
+                    number(event.period, 8),
+                    f"{number(event.y_min, _SHORT)} .. {number(event.y_max, _SHORT)}",
+                )
+                for event in curve.events
+            ]
+            print_rows("Events", ("event", *header), events)
+        print_list(
+            "", [("the curve begins where it", curve.ends[0]), ("it ends where it", curve.ends[1])]
+        )
+
+
+_SAID: Final = {"hopf": "Hopf points", "fold": "folds", "touch": "touching cycles"}

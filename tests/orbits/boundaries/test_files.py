@@ -1,0 +1,45 @@
+"""Curves over two parameters in a file and in a figure."""
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from fivtui import Parameters, boundary
+from fivtui.io.tables import read_columns, read_header
+from fivtui.orbits.boundaries.figure import boundary_figure
+from fivtui.orbits.boundaries.files import boundary_to_dict, save_boundary
+
+RESULT = boundary(Parameters(F=30.0), "fold", {"F": (28.0, 40.0), "mu": (0.2, 0.6)})
+
+
+@pytest.mark.parametrize("suffix", [".csv", ".npz", ".parquet"])
+def test_curves_in_a_file_have_their_points_and_events(tmp_path: Path, suffix: str) -> None:
+    path = tmp_path / f"b{suffix}"
+    save_boundary(RESULT, path)
+    columns, header = read_columns(path, "boundary"), read_header(path, "boundary")
+    for name, values in RESULT.to_columns().items():
+        np.testing.assert_array_equal(columns[name], values)
+    assert header["curve_events"] == ["cusp"]
+    assert header["curve_event_values"] == [list(RESULT.events[0].values)]
+    assert "F" not in header["parameters"]
+
+
+def test_curves_as_json_have_points_events_and_ends() -> None:
+    data = boundary_to_dict(RESULT)
+    assert [each["name"] for each in data["over"]] == ["F", "mu"]
+    (curve,) = data["curves"]
+    assert curve["events"][0]["kind"] == "cusp"
+    assert len(curve["points"]) == len(RESULT.points)
+    assert {"values", "period", "y_min", "y_max", "start", "multipliers"} <= set(curve["points"][0])
+    assert len(curve["ends"]) == 2
+
+
+def test_curves_are_drawn_in_the_plane_of_the_parameters() -> None:
+    (axes,) = boundary_figure(RESULT).axes
+    lines = {str(line.get_label()): line for line in axes.lines}
+    assert set(lines) == {"folds", "cusp"}
+    np.testing.assert_array_equal(
+        np.array(lines["folds"].get_data()).T, [point.values for point in RESULT.points]
+    )
+    assert np.array(lines["cusp"].get_data())[:, 0].tolist() == list(RESULT.events[0].values)
