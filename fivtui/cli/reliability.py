@@ -84,8 +84,8 @@ from .studies import engine_of
     "outputs",
     multiple=True,
     metavar="NAME",
-    help="Compute this output only, besides the growth rate (critical_mu, y_half_range, P_max, …); "
-    "may be repeated.",
+    help="Compute this output only, besides the growth rate (critical_mu, safe_mu, y_half_range, "
+    "P_max, …); may be repeated.",
 )
 @option(
     "--workers", type=Whole(), metavar="N", help="Number of threads.  [default: all processors]"

@@ -1,6 +1,7 @@
 """Figures of uncertainty studies: histograms by region, Sobol indices, scatter matrix."""
 
 import textwrap
+from collections.abc import Collection
 from typing import Any, Final
 
 import matplotlib as mpl
@@ -13,15 +14,16 @@ from numpy.typing import NDArray
 from fivtui.plotting import STYLE, WIDTH, math_symbol, math_unit, new_figure, parameter_line
 from fivtui.sweeps import OUTPUTS, VARIABLES
 
-from .result import REGIONS, Uncertainty
+from .result import Uncertainty
 from .statistics import ranked
 
-# Fill, hatching and marker of each region.
-_LOOKS: Final = {
-    "stable": ("#a8c8a0", "", "o"),
-    "unstable": ("#8fa8e0", "///", "^"),
-}
+# Which samples are in a region, and its fill, hatching and marker.
+_Region = tuple[NDArray[np.bool_], tuple[str, str, str]]
+# Fill, hatching and marker of regions, from the safest on; of two, the first and the last.
+_LOOKS: Final = (("#a8c8a0", "", "o"), ("#e0b080", "...", "s"), ("#8fa8e0", "///", "^"))
 _BINS: Final = 40
+# How far beyond 0 and 1 indices are drawn.
+_BEYOND: Final = 0.2
 _ACROSS: Final = 3
 # Letters of a line of a panel's title.
 _TITLE: Final = 30
@@ -54,20 +56,20 @@ def uncertainty_figure(result: Uncertainty) -> Figure:
             _draw_tornado(parts[1], result)
         _draw_matrix(parts[-1], result, inputs)
         handles = [
-            Patch(
-                facecolor=_LOOKS[name][0],
-                hatch=_LOOKS[name][1],
-                edgecolor="black",
-                linewidth=0.5,
-                label=name,
-            )
-            for name in REGIONS
+            Patch(facecolor=fill, hatch=hatch, edgecolor="black", linewidth=0.5, label=name)
+            for name, (_, (fill, hatch, _)) in _looks(result).items()
         ]
         figure.legend(handles=handles, loc="outside lower center", ncols=3, frameon=False)
         figure.suptitle(
             parameter_line(result.study.parameters, tuple(result.inputs)), fontsize=_SMALL
         )
     return figure
+
+
+def _looks(result: Uncertainty) -> dict[str, _Region]:
+    regions = result.regions()
+    looks = _LOOKS if len(regions) == len(_LOOKS) else (_LOOKS[0], _LOOKS[-1])
+    return {name: (here, look) for (name, here), look in zip(regions.items(), looks, strict=True)}
 
 
 def _rows(panels: int) -> int:
@@ -84,7 +86,7 @@ def _panels(part: SubFigure, count: int) -> list[Axes]:
 
 
 def _draw_histograms(part: SubFigure, result: Uncertainty, outputs: list[str]) -> None:
-    regions = result.regions()
+    regions = _looks(result)
     for axes, name in zip(_panels(part, len(outputs)), outputs, strict=True):
         values, column = result.samples(name), OUTPUTS[name]
         known = ~np.isnan(values)
@@ -92,12 +94,9 @@ def _draw_histograms(part: SubFigure, result: Uncertainty, outputs: list[str]) -
         if low == high:
             low, high = low - 0.5 * abs(low) - 1e-9, high + 0.5 * abs(high) + 1e-9
         bottom: NDArray[Any] = np.zeros(_BINS)
-        for place, region in enumerate(REGIONS):
-            counts, edges = np.histogram(
-                values[known & (regions == place)], bins=_BINS, range=(low, high)
-            )
+        for here, (fill, hatch, _) in regions.values():
+            counts, edges = np.histogram(values[known & here], bins=_BINS, range=(low, high))
             share = counts / known.sum()
-            fill, hatch, _ = _LOOKS[region]
             axes.bar(
                 edges[:-1],
                 share,
@@ -136,7 +135,9 @@ def _draw_tornado(part: SubFigure, result: Uncertainty) -> None:
                 label="alone" if kind == "first" else "with others",
             )
         axes.set_yticks(places, [math_symbol(VARIABLES[name].symbol) for name, _ in rows])
-        axes.set_xlim(min(0.0, axes.get_xlim()[0]), max(1.0, axes.get_xlim()[1]))
+        low, high = axes.get_xlim()
+        # Indices of next to no variance may be anything.
+        axes.set_xlim(max(min(low, 0.0), -_BEYOND), min(max(high, 1.0), 1.0 + _BEYOND))
         title = textwrap.fill(f"Sobol indices of: {output_words(output)}", _TITLE)
         axes.set_title(title, fontsize=_SMALL)
         axes.tick_params(labelsize=_SMALL)
@@ -153,16 +154,17 @@ def output_words(name: str) -> str:
 def _draw_matrix(part: SubFigure, result: Uncertainty, inputs: list[str]) -> None:
     count = len(inputs)
     panels = part.subplots(count, count, squeeze=False, sharex="col")
-    regions = result.regions()
-    chosen = np.linspace(0, regions.size - 1, min(_DOTS, regions.size)).astype(int)
+    regions = _looks(result)
     columns = {name: result.samples(name) for name in inputs}
+    count_of = columns[inputs[0]].size
+    chosen = np.linspace(0, count_of - 1, min(_DOTS, count_of)).astype(int)
     for row, vertical in enumerate(inputs):
         for column, horizontal in enumerate(inputs):
             axes = panels[row, column]
             if column > row:
                 axes.set_axis_off()
                 continue
-            _draw_cell(axes, columns[horizontal], columns[vertical], regions, chosen)
+            _draw_cell(axes, columns[horizontal], columns[vertical], regions.values(), chosen)
             axes.tick_params(labelsize=6.5)
             if row == count - 1:
                 axes.set_xlabel(_axis_words(horizontal), fontsize=_SMALL)
@@ -176,19 +178,17 @@ def _draw_cell(
     axes: Axes,
     x: NDArray[np.float64],
     y: NDArray[np.float64],
-    regions: NDArray[np.int64],
+    regions: Collection[_Region],
     chosen: NDArray[np.int64],
 ) -> None:
     if x is y:
-        shown = [x[regions == place] for place in range(len(REGIONS))]
-        fills = [_LOOKS[region][0] for region in REGIONS]
-        axes.hist(shown, bins=_BINS // 2, stacked=True, color=fills)
+        shown = [x[here] for here, _ in regions]
+        axes.hist(shown, bins=_BINS // 2, stacked=True, color=[look[0] for _, look in regions])
         return
-    for place, region in enumerate(REGIONS):
-        here = chosen[regions[chosen] == place]
-        fill, _, marker = _LOOKS[region]
+    for here, (fill, _, marker) in regions:
+        dots = chosen[here[chosen]]
         axes.scatter(
-            x[here], y[here], s=5.0, marker=marker, color=fill, edgecolor="0.3", linewidth=0.2
+            x[dots], y[dots], s=5.0, marker=marker, color=fill, edgecolor="0.3", linewidth=0.2
         )
 
 

@@ -6,7 +6,7 @@ from fivtui.console import number, print_list, print_rows
 from fivtui.results import Row
 from fivtui.sweeps import OUTPUTS, SweepProgress
 
-from .request import truncations
+from .request import SAFE, truncations
 from .result import MEANINGS, Uncertainty
 from .statistics import SampleEstimate, ranked
 
@@ -57,6 +57,17 @@ def uncertainty_rows(result: Uncertainty) -> list[Row]:
     return rows
 
 
+def safe_words(result: Uncertainty) -> str:
+    """How the safe μ of the members was found."""
+    table = result.study.safe
+    if table is None:
+        return "continued from the Hopf point for every member that differs"
+    return (
+        f"interpolated over {table.folds} branches continued from the Hopf point, "
+        f"error {number(table.error, 2)}"
+    )
+
+
 def print_uncertainty(result: Uncertainty) -> None:
     """Print probabilities, quantiles and Sobol indices of a study."""
     scatter = result.scatter
@@ -69,6 +80,8 @@ def print_uncertainty(result: Uncertainty) -> None:
         ("samples", f"{scatter.samples} in {scatter.repeats} scramblings ({scatter.kind})"),
         ("members", f"{result.study.members}, {result.sweep.table.failed} failed"),
     ]
+    if SAFE in result.study.outputs:
+        inputs.append(("safe μ", safe_words(result)))
     print_list("Uncertainty", inputs)
     print_rows(
         "Probabilities, with 95 % intervals",

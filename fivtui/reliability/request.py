@@ -1,10 +1,12 @@
 """What an uncertainty study is asked for, as the study of a scattered sweep."""
 
 from collections.abc import Mapping, Sequence
+from dataclasses import replace
 from typing import Final
 
 from fivtui.distributions import Distribution, parse_distribution, parse_scattered
-from fivtui.model import InputError, Interval, parse_number
+from fivtui.model import PARAMETERS, InputError, Interval, parse_number
+from fivtui.safety import MOST_FOLDS, safe_table
 from fivtui.scene import Scene
 from fivtui.sweeps import (
     OUTPUTS as OF_SWEEPS,
@@ -15,16 +17,19 @@ from fivtui.sweeps import (
     Study,
     study_of,
 )
-from fivtui.transient import Start
+from fivtui.transient import Progress, Start
 
 DEFAULT_SAMPLES: Final = 1 << 14
 # With an error wanted, samples begin with this number.
 FIRST_SAMPLES: Final = 1 << 10
 DEFAULT_REPEATS: Final = 16
 MOST_SAMPLES: Final = 1 << 24
+SAFE: Final = "safe_mu"
+# Shares of the values that are outside a table of safe μ.
+_TAILS: Final = (1e-5, 1.0 - 1e-5)
 # Of these, probabilities are told.
 JUDGED: Final = ("growth_rate", "stable")
-DEFAULT_OUTPUTS: Final = ("growth_rate", "critical_mu", "y_half_range", "P_max")
+DEFAULT_OUTPUTS: Final = ("growth_rate", "critical_mu", "safe_mu", "y_half_range", "P_max")
 OUTPUTS: Final = tuple(name for name, column in OF_SWEEPS.items() if column.kind != "truth")
 _UNTIL: Final = Interval(0.0, 1.0, lower_open=True)
 
@@ -99,6 +104,23 @@ def scattered_study(
         tol=tol,
         outputs=tuple(dict.fromkeys((*JUDGED, *outputs))),
     )
+
+
+def with_table(study: Study, progress: Progress | None = None) -> Study:
+    """A study with a table of safe μ if it tells that, and so many members that one is cheaper.
+
+    The table is over the range of each parameter in which all but 1 in 50,000 values are.
+    """
+    if SAFE not in study.outputs or study.safe is not None or study.members <= MOST_FOLDS:
+        return study
+    ranges = {
+        name: (float(low), float(high))
+        for name, axis in study.design.axes.items()
+        if name in PARAMETERS and name != "mu" and isinstance(axis, Distribution)
+        for low, high in [axis.at(_TAILS)]
+    }
+    table = safe_table(study.parameters, ranges, separation=study.cases[0], progress=progress)
+    return replace(study, safe=table)
 
 
 def truncations(study: Study) -> list[str]:

@@ -12,7 +12,7 @@ from fivtui.model import PARAMETERS, InputError
 from fivtui.results import Result, scene_text
 from fivtui.sweeps import OUTPUTS, Scatter, Study, Sweep
 
-from .request import truncations
+from .request import SAFE, truncations
 from .statistics import (
     SampleEstimate,
     SobolIndex,
@@ -30,9 +30,11 @@ if TYPE_CHECKING:
 Floats = NDArray[np.float64]
 
 UNSTABLE: Final = "unstable"
-MEANINGS: Final = {UNSTABLE: "the equilibrium is unstable"}
-# Regions of samples, from the safest on.
-REGIONS: Final = ("stable", "unstable")
+POSSIBLE: Final = "squeal_possible"
+MEANINGS: Final = {
+    UNSTABLE: "the equilibrium is unstable",
+    POSSIBLE: "squeal is possible: μ is above the safe one",
+}
 
 
 @dataclass(frozen=True, slots=True, repr=False)
@@ -44,7 +46,8 @@ class Uncertainty(Result):
     sweep : Sweep
         The members computed, see `Scatter` for their order.
     probabilities : mapping of str to SampleEstimate
-        Of ``unstable``: the equilibrium is unstable.
+        Of ``unstable``: the equilibrium is unstable; and of ``squeal_possible``: μ is above the
+        safe one, by continuation from the Hopf point.
     means : mapping of str to SampleEstimate
         Mean values of outputs.
     quantiles : mapping of str to mapping of str to SampleEstimate
@@ -87,10 +90,18 @@ class Uncertainty(Result):
         values = self.scatter.samples_of(self.sweep.table.numbers[name])
         return np.asarray(values, dtype=float).ravel()
 
-    def regions(self) -> NDArray[np.int64]:
-        """The region of each sample, a place in `REGIONS`."""
+    def regions(self) -> dict[str, NDArray[np.bool_]]:
+        """Which samples are in each region, from the safest on, by its name."""
         unstable = self.samples("stable") == 0.0
-        return np.where(unstable, REGIONS.index("unstable"), REGIONS.index("stable"))
+        if SAFE not in self.study.outputs:
+            return {"stable": ~unstable, "squeals by itself": unstable}
+        numbers = {name: self.samples(name) for name in (*self.inputs, *self.study.outputs)}
+        possible = (events_of(self.study, numbers)[POSSIBLE] == 1.0) & ~unstable
+        return {
+            "no squeal known": ~(unstable | possible),
+            "squeals after a knock": possible,
+            "squeals by itself": unstable,
+        }
 
     def _summary(self) -> list[tuple[str, str]]:
         study = self.study
@@ -127,6 +138,9 @@ class Uncertainty(Result):
             "members": study.members,
             "failed": self.sweep.table.failed,
             "seeds": scatter.seeds,
+            "safe_mu": None
+            if study.safe is None
+            else {"folds": study.safe.folds, "error": study.safe.error},
             "probabilities": dicts(self.probabilities),
             "means": dicts(self.means),
             "quantiles": {name: dicts(each) for name, each in self.quantiles.items()},
@@ -152,12 +166,33 @@ def scatter_of(study: Study) -> Scatter:
     return study.design
 
 
-def events_of(study: Study, numbers: Mapping[str, Floats]) -> dict[str, Floats]:
-    """What has a probability, by name: 1 where it holds, 0 where not, NaN where unknown."""
+def events_of(study: Study, numbers: Mapping[str, Floats], error: float = 0.0) -> dict[str, Floats]:
+    """What has a probability, by name: 1 where it holds, 0 where not, NaN where unknown.
+
+    `error` is added to the safe μ.
+    """
     found = {}
     if "stable" in study.outputs:
         found[UNSTABLE] = 1.0 - numbers["stable"]
+    if SAFE in study.outputs:
+        safe = numbers[SAFE] + error
+        above = numbers.get("mu", np.full(safe.size, study.parameters.mu)) > safe
+        found[POSSIBLE] = np.where(np.isnan(safe), np.nan, above)
     return found
+
+
+def _widened(sweep: Sweep, error: float) -> SampleEstimate | None:
+    # The probability that squeal is possible, with an interval for safe μ of that error, too.
+    study = sweep.study
+    low, middle, high = (
+        probability_of(
+            scatter_of(study).samples_of(events_of(study, sweep.table.numbers, each)[POSSIBLE])
+        )
+        for each in (error, 0.0, -error)
+    )
+    if low is None or middle is None or high is None:
+        return None
+    return SampleEstimate(middle.value, low.low, high.high)
 
 
 def judged(sweep: Sweep) -> Uncertainty:
@@ -172,6 +207,8 @@ def judged(sweep: Sweep) -> Uncertainty:
         for name, values in (outputs | events).items()
     }
     probabilities = {name: probability_of(samples[name]) for name in events}
+    if study.safe is not None:
+        probabilities[POSSIBLE] = _widened(sweep, study.safe.error)
     means = {name: mean_of(samples[name]) for name in outputs}
     missing = {name: int(np.isnan(values).sum()) for name, values in outputs.items()}
     return Uncertainty(

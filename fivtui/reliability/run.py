@@ -36,6 +36,7 @@ from .request import (
     as_inputs,
     check_until,
     scattered_study,
+    with_table,
 )
 from .result import Uncertainty, events_of, judged, scatter_of
 from .statistics import probability
@@ -98,7 +99,7 @@ def uncertainty(
     indices : bool, optional
         Whether Sobol indices are computed; by default where inputs are not correlated.
     outputs : iterable of str
-        Quantities besides the growth rate: ``critical_mu``, and those of `sweep`.
+        Quantities besides the growth rate: ``critical_mu``, ``safe_mu``, and those of `sweep`.
     separation, start, t_end, tol
         As in `simulate`.
     progress : callable, optional
@@ -179,6 +180,8 @@ def measured(
     InputError
         If `until` is given with another design than Sobol's, or as `sweep_to_file`.
     """
+    folds = None if progress is None else lambda _fraction: progress(0.0)
+    study = with_table(study, folds)
     if until is None:
         return judged(_swept(study, _watched(engine, tell), place, progress))
     wanted = check_until(until)

@@ -3,6 +3,12 @@
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
+    from .table import (
+        MOST_FOLDS as MOST_FOLDS,
+        SafeTable as SafeTable,
+        safe_mus as safe_mus,
+        safe_table as safe_table,
+    )
     from .verdict import safe_friction as safe_friction
 else:
     from fivtui.lazy import lazily

@@ -30,6 +30,7 @@ from fivtui.orbits import (
 from fivtui.results import Result, scene_text
 from fivtui.transient import Progress
 
+from .least import least_attracting
 from .search import MOST_STEPS, SearchRound, Survivor, least_growth, least_staying, search_round
 
 FoundBy = Literal["continuation", "global search", "eigenvalues"]
@@ -330,7 +331,7 @@ class _Search:
 
     def _add(self, found: CycleBranch, by: FoundBy) -> None:
         self.branches.append(found)
-        cycle = _least_attracting(found)
+        cycle = least_attracting(found)
         if cycle is not None:
             self._found.append(OtherAttractor(cycle.value, by, "limit cycle", cycle))
             if any(
@@ -402,22 +403,6 @@ class _Search:
             self._found.append(OtherAttractor(one.mu, "global search", "limit cycle", None))
             return
         self._add(found, "global search")
-
-
-def _least_attracting(found: CycleBranch) -> CyclePoint | None:
-    # The cycle of least μ that attracts, or at which stability is lost: a fold is neither.
-    points = found.points
-    events = {(event.value, event.period) for event in found.events}
-    attracting = [
-        point
-        for place, point in enumerate(points)
-        if point.stable
-        or (
-            (point.value, point.period) in events
-            and any(one.stable for one in points[max(place - 1, 0) : place + 2])
-        )
-    ]
-    return min(attracting, key=lambda point: point.value, default=None)
 
 
 def _alike(one: float, other: float) -> bool:

@@ -17,7 +17,7 @@ from fivtui.model import Parameters
 from .design import Design, Range
 from .rows import compute_rows
 from .scatter import Scatter
-from .study import CRITICAL, STABILITY, TRANSIENT, Study
+from .study import CRITICAL, SAFE, STABILITY, TRANSIENT, Study
 
 _DIGITS: Final = 32
 _TRANSIENT: Final = tuple(column.name for column in TRANSIENT)
@@ -28,6 +28,8 @@ _TRIED_OUTPUTS: Final[Mapping[str, tuple[tuple[str, ...], ...]]] = {
     "stability": (_STABILITY,),
     "critical": ((CRITICAL.name,),),
 }
+# Members whose branches are tried: linear algebra decides on their last bits.
+_BRANCHES: Final = Design({"F": (50.0, 80.0)})
 # Scattered members whose values are tried.
 _SAMPLES: Final = 256
 _BOTH_CASES: Final = (True, False)
@@ -46,7 +48,8 @@ def arithmetic_of(study: Study) -> dict[str, Any]:
     """The arithmetic of this machine as far as a study uses it.
 
     ``kernel`` is what runs transients, ``transients``, ``stability`` and ``critical`` are digests
-    of trial rows, ``samples`` of the first scattered values. Where they are equal, rows are.
+    of trial rows, ``safe`` of branches, ``samples`` of the first scattered values. Where they are
+    equal, rows are.
     """
     found: dict[str, Any] = {}
     if study.accuracy or not set(study.outputs).isdisjoint(_TRANSIENT):
@@ -56,6 +59,8 @@ def arithmetic_of(study: Study) -> dict[str, Any]:
         found["stability"] = _digest("stability")
     if CRITICAL.name in study.outputs:
         found["critical"] = _digest("critical")
+    if SAFE.name in study.outputs:
+        found["safe"] = _digest_of_branches()
     if isinstance(study.design, Scatter):
         # Quantiles are by a mathematical library.
         first = study.design.columns(np.arange(min(_SAMPLES, study.design.size)))
@@ -74,6 +79,12 @@ def arithmetic_difference(there: object, here: Mapping[str, Any]) -> str:
         kernel = there.get("kernel", "of a kernel compiled by numba")
         return f"transients are {kernel} there, {here.get('kernel')} here"
     return "the same members have other last bits there than here"
+
+
+@lru_cache
+def _digest_of_branches() -> str:
+    rows = compute_rows(Study(_BRANCHES, Parameters(), outputs=(SAFE.name,)), 0, _BRANCHES.size)
+    return hashlib.sha256(rows.numbers[SAFE.name].tobytes()).hexdigest()[:_DIGITS]
 
 
 @lru_cache

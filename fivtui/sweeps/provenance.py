@@ -6,6 +6,7 @@ from typing import Any, Final
 
 from fivtui.distributions import Distribution
 from fivtui.model import InputError, Parameters
+from fivtui.safety import SafeTable
 from fivtui.version import __version__
 
 from .arithmetic import arithmetic_of
@@ -40,6 +41,7 @@ def study_to_dict(study: Study) -> dict[str, Any]:
         "separation": list(study.cases),
         "design": _design_to_data(study.design),
         "outputs": list(study.outputs),
+        **({} if study.safe is None else {"safe_mu": study.safe.to_dict()}),
     }
 
 
@@ -96,6 +98,7 @@ def study_from_dict(data: Any) -> Study:
             tol=float(data["tol"]),
             accuracy=tuple(data["accuracy"].items()),
             outputs=tuple(map(str, data["outputs"])),
+            safe=SafeTable.from_dict(data["safe_mu"]) if "safe_mu" in data else None,
         )
     except (KeyError, TypeError, ValueError, AttributeError):
         raise InputError("does not say which sweep it is of") from None

@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 from fivtui.batch import Batch, BatchAmplitude, BatchPeak, Requirement, simulate_batch
 from fivtui.equilibrium import critical_mus, judge_growths
 from fivtui.model import PARAMETERS, Cancelled, ComputationError, Parameters, spring_force
+from fivtui.safety import safe_mus
 from fivtui.transient import (
     PARTED,
     START_SPECS,
@@ -20,7 +21,7 @@ from fivtui.transient import (
     resolve_start,
 )
 
-from .study import CRITICAL, DONE, ERRORS, FAILED, STABILITY, TRANSIENT, Study, SweepColumn
+from .study import CRITICAL, DONE, ERRORS, FAILED, SAFE, STABILITY, TRANSIENT, Study, SweepColumn
 
 Seen = Literal["peak", "amplitude"]
 Places = NDArray[np.int64]
@@ -156,6 +157,8 @@ def compute_rows(study: Study, first: int, last: int, progress: Progress | None 
         block.judge(progress)
     if CRITICAL.name in study.outputs:
         block.find_critical(progress)
+    if SAFE.name in study.outputs:
+        block.find_safe(progress)
     return Rows({**block.varied, **block.results}, block.separation, tuple(block.reasons))
 
 
@@ -354,6 +357,11 @@ class _Block:
             self.results[CRITICAL.name][some] = critical_mus(
                 self.study.parameters, parameters, self.separation[some]
             )
+
+    def find_safe(self, progress: Progress | None) -> None:
+        for some, parameters in self._parts(progress):
+            given = self.study.parameters, parameters, self.separation[some]
+            self.results[SAFE.name][some] = safe_mus(*given, self.study.safe, progress)
 
     def judge(self, progress: Progress | None) -> None:
         for some, parameters in self._parts(progress):

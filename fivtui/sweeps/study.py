@@ -5,6 +5,7 @@ from dataclasses import dataclass
 from typing import Final, Literal
 
 from fivtui.model import InputError, Parameters, check_parameters, unknown_name
+from fivtui.safety import SafeTable
 from fivtui.transient import (
     DEFAULT_T_END,
     DEFAULT_TOL,
@@ -59,8 +60,9 @@ STABILITY: Final = (
     SweepColumn("stable", "", "whether the equilibrium is stable", "truth"),
 )
 CRITICAL: Final = SweepColumn("critical_mu", "", "critical friction coefficient")
+SAFE: Final = SweepColumn("safe_mu", "", "safe friction coefficient")
 OUTPUTS: Final[Mapping[str, SweepColumn]] = {
-    column.name: column for column in (*TRANSIENT, *STABILITY, CRITICAL)
+    column.name: column for column in (*TRANSIENT, *STABILITY, CRITICAL, SAFE)
 }
 DEFAULT_OUTPUTS: Final = tuple(column.name for column in TRANSIENT)
 # By quantity; rows keep no times of switches, hence no error of events.
@@ -95,6 +97,8 @@ class Study:
         refined until a finer run confirms them, and its row has the errors.
     outputs : tuple of str
         Names in `OUTPUTS`; without an output of the transient nothing is integrated.
+    safe : SafeTable, optional
+        Where ``safe_mu`` is taken from; without, it is continued for every member.
 
     Raises
     ------
@@ -110,6 +114,7 @@ class Study:
     tol: float = DEFAULT_TOL
     accuracy: tuple[tuple[str, float], ...] = ()
     outputs: tuple[str, ...] = DEFAULT_OUTPUTS
+    safe: SafeTable | None = None
 
     def __post_init__(self) -> None:
         if not 1 <= len(set(self.cases)) == len(self.cases):

@@ -12,9 +12,10 @@ import pytest
 from fivtui import Parameters, Scene, find_scene, stability, uncertainty
 from fivtui.cli import run
 from fivtui.model.errors import Cancelled, InputError
-from fivtui.reliability.request import parse_inputs, scattered_study, truncations
+from fivtui.reliability.request import parse_inputs, scattered_study, truncations, with_table
 from fivtui.reliability.result import Uncertainty, judged
 from fivtui.reliability.run import Place, measured
+from fivtui.safety.table import safe_mus
 from fivtui.scene.files import scene_from_dict
 from fivtui.studies import command_of, kind_of, load_study
 from fivtui.sweeps.pieces import SweepPiece
@@ -23,6 +24,7 @@ from fivtui.sweeps.run import Engine, local_engine, sweep
 from fivtui.sweeps.study import Study
 
 MU_C = 0.439387619
+FOLD = 0.277876613
 BASE = find_scene("base")
 VARY = ["mu~uniform:0.2:0.8", "F~normal:80:8"]
 
@@ -31,26 +33,61 @@ def study_of(samples: int = 512, *, outputs: tuple[str, ...] = ("critical_mu",))
     return scattered_study(BASE, parse_inputs(VARY), samples=samples, outputs=outputs)
 
 
-def check_unstable(found: Uncertainty, error: float) -> None:
-    told = found.probabilities["unstable"]
-    assert told.low <= 1.0 - MU_C <= told.high
-    assert told.error < error
+def check(found: Uncertainty, error: float) -> None:
+    for name, least in (("unstable", MU_C), ("squeal_possible", FOLD)):
+        told = found.probabilities[name]
+        assert told.low <= 1.0 - least <= told.high
+        assert told.error < error
 
 
-def test_the_probability_of_instability_where_friction_is_uniform() -> None:
+def test_the_probabilities_where_friction_is_uniform() -> None:
     found = uncertainty(
-        vary={"mu": "uniform:0:1"}, samples=2**17, indices=False, outputs=("growth_rate",)
+        vary={"mu": "uniform:0:1"}, samples=2**17, indices=False, outputs=("safe_mu",)
     )
-    check_unstable(found, 4e-5)
+    check(found, 4e-5)
     assert found.scatter.samples == 2**17
 
 
 @pytest.mark.whole
-def test_the_probability_of_instability_of_a_million_samples() -> None:
+def test_the_probabilities_of_a_million_samples() -> None:
     found = uncertainty(
-        vary={"mu": "uniform:0:1"}, samples=10**6, indices=False, outputs=("growth_rate",)
+        vary={"mu": "uniform:0:1"}, samples=10**6, indices=False, outputs=("safe_mu",)
     )
-    check_unstable(found, 5e-6)
+    check(found, 5e-6)
+
+
+def test_squeal_is_possible_above_the_fold_of_each_sample() -> None:
+    # Folds between 80 and 100 N are next to the same, critical μ are not.
+    vary = {"mu": "uniform:0.2:0.4", "F": "uniform:78:90", "k_nl": "uniform:95:105"}
+    found = uncertainty(vary=vary, samples=2048, outputs=("critical_mu", "safe_mu"))
+    table = found.study.safe
+    assert table is not None
+    assert table.names == ("k_nl",)
+    possible = found.probabilities["squeal_possible"]
+    assert possible.value == pytest.approx((0.4 - FOLD) / 0.2, abs=2e-3)
+    assert found.to_dict()["safe_mu"] == {"folds": table.folds, "error": table.error}
+    # Continued for each sample, where these are few, it is the same.
+    few = uncertainty(vary=vary, samples=64, repeats=2, indices=False, outputs=("safe_mu",))
+    assert few.study.safe is None
+    members = {name: few.sweep.table.numbers[name] for name in vary}
+    again = safe_mus(Parameters(), members, np.ones(64, dtype=bool), table)
+    np.testing.assert_allclose(few.sweep.table.numbers["safe_mu"], again, atol=1e-9)
+    regions = found.regions()
+    assert list(regions) == ["no squeal known", "squeals after a knock", "squeals by itself"]
+    np.testing.assert_array_equal(sum(each.astype(int) for each in regions.values()), 1)
+
+
+def test_the_error_of_the_table_widens_the_interval() -> None:
+    study = scattered_study(BASE, parse_inputs(["mu~uniform:0.2:0.4", "F~uniform:79:81"]),
+                            samples=1024, outputs=("safe_mu",))  # fmt: skip
+    study = with_table(study)
+    assert study.safe is not None
+    found = measured(study, local_engine(1)).probabilities["squeal_possible"]
+    wide = replace(study, safe=replace(study.safe, error=0.01))
+    wider = measured(wide, local_engine(1)).probabilities["squeal_possible"]
+    assert wider.value == found.value
+    assert found.low - wider.low == pytest.approx(0.05, abs=0.015)
+    assert wider.high - found.high == pytest.approx(0.05, abs=0.015)
 
 
 def test_what_drives_the_critical_friction_coefficient() -> None:

@@ -1,0 +1,82 @@
+"""Least friction at which a limit cycle of the branch from the Hopf point attracts.
+
+In units of m, k1 and F the motion depends on six numbers alone: these groups, and μ.
+"""
+
+from collections.abc import Mapping, Sequence
+from functools import lru_cache
+from typing import Final
+
+import numpy as np
+from numpy.typing import NDArray
+
+from fivtui.equilibrium import critical_mu
+from fivtui.model import ComputationError, Parameters
+from fivtui.orbits import CycleBranch, CyclePoint, branch
+
+Floats = NDArray[np.float64]
+
+# Stiffnesses by k1, dampings by √(m k1), and k_nl F²/k1³.
+GROUPS: Final = ("k2", "k3", "c1", "c2", "k_nl")
+# The parameters that decide on each.
+MADE_OF: Final[Mapping[str, Sequence[str]]] = {
+    "k2": ("k1", "k2"),
+    "k3": ("k1", "k3"),
+    "c1": ("m", "k1", "c1"),
+    "c2": ("m", "k1", "c2"),
+    "k_nl": ("k1", "F", "k_nl"),
+}
+# How far above the critical μ branches are followed, over it.
+_ABOVE: Final = 2.0
+_KEPT: Final = 65_536
+
+
+def groups_of(p: Parameters, varied: Mapping[str, Floats], size: int) -> Floats:
+    """The groups of `size` parameter sets, shape (n, 5); NaN where F presses not or k3 = 0."""
+    m, k1, k2, k3, c1, c2, force, k_nl = (
+        np.asarray(varied.get(name, np.full(size, getattr(p, name))))
+        for name in ("m", "k1", "k2", "k3", "c1", "c2", "F", "k_nl")
+    )
+    damping = np.sqrt(m * k1)
+    cubic = k_nl / k1 * (force / k1) ** 2
+    found = np.stack([k2 / k1, k3 / k1, c1 / damping, c2 / damping, cubic], axis=1)
+    found[(force <= 0.0) | (k3 == 0.0)] = np.nan
+    return found
+
+
+@lru_cache(maxsize=_KEPT)
+def least_of(group: tuple[float, ...], *, separation: bool) -> float:
+    """The least μ at which a cycle of the branch attracts, or the critical one if that is less.
+
+    NaN if there is no critical μ, or the branch cannot be followed.
+    """
+    given = dict(zip(GROUPS, group, strict=True))
+    p = Parameters(m=1.0, k1=1.0, F=1.0, mu=0.0).with_values(given)
+    critical = next((one.mu for one in critical_mu(p, separation=separation)), None)
+    if critical is None:
+        return np.nan
+    if not separation and p.k_nl == 0.0:
+        return critical
+    at = p.with_values({"mu": critical})
+    try:
+        found = branch(at, "mu", low=0.0, high=_ABOVE * critical, separation=separation)
+    except ComputationError:
+        return np.nan
+    least = least_attracting(found)
+    return critical if least is None else min(critical, least.value)
+
+
+def least_attracting(found: CycleBranch) -> CyclePoint | None:
+    """The cycle of least μ that attracts, or at which stability is lost: a fold is neither."""
+    points = found.points
+    events = {(event.value, event.period) for event in found.events}
+    attracting = [
+        point
+        for place, point in enumerate(points)
+        if point.stable
+        or (
+            (point.value, point.period) in events
+            and any(one.stable for one in points[max(place - 1, 0) : place + 2])
+        )
+    ]
+    return min(attracting, key=lambda point: point.value, default=None)

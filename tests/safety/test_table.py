@@ -1,0 +1,85 @@
+"""Tables of safe μ against folds that are continued one by one."""
+
+import json
+from typing import Final
+
+import numpy as np
+import pytest
+
+from fivtui.equilibrium.critical import critical_mu
+from fivtui.model.errors import Cancelled, ComputationError
+from fivtui.model.parameters import Parameters
+from fivtui.safety.table import MOST_FOLDS, SafeTable, safe_mus, safe_table
+from fivtui.safety.verdict import safe_friction
+
+BASE: Final = Parameters()
+# Safe μ by preload: folds of separating cycles, and the Hopf point where that is supercritical.
+FACTS: Final = {80.0: 0.277876613, 120.0: 0.277935093, 40.0: None}
+
+
+def at(p: Parameters, table: SafeTable | None = None, **varied: list[float]) -> np.ndarray:
+    columns = {name: np.array(values) for name, values in varied.items()}
+    size = len(next(iter(varied.values())))
+    return safe_mus(p, columns, np.ones(size, dtype=bool), table)
+
+
+def test_safe_friction_is_the_least_fold_or_the_hopf_point() -> None:
+    found = at(BASE, F=list(FACTS))
+    for mu, (force, fact) in zip(found.tolist(), FACTS.items(), strict=True):
+        p = Parameters(F=force)
+        expected = critical_mu(p)[0].mu if fact is None else fact
+        assert mu == pytest.approx(expected, abs=2e-9)
+    assert found[0] == pytest.approx(safe_friction(BASE).safe_mu, rel=1e-9)
+
+
+def test_units_do_not_matter() -> None:
+    # Mass by 0.1, lengths by 1e-3, times by 1e-2.
+    scaled = Parameters(m=0.5, k1=1e5, k2=5e4, k3=6e4, c1=3.2, c2=3.2, F=80.0, k_nl=1e11)
+    assert at(scaled, mu=[0.1])[0] == pytest.approx(FACTS[80.0], abs=2e-9)
+
+
+def test_without_preload_coupling_or_cycles_there_is_none() -> None:
+    assert np.isnan(at(BASE, F=[-5.0, 0.0])).all()
+    assert np.isnan(at(BASE, k3=[0.0])).all()
+    linear = at(Parameters(k_nl=0.0), mu=[0.1])[0]
+    assert linear == pytest.approx(critical_mu(Parameters(k_nl=0.0))[0].mu, rel=1e-9)
+
+
+@pytest.mark.parametrize(
+    "ranges",
+    [
+        {"F": (74.0, 86.0), "k_nl": (95.0, 105.0)},
+        pytest.param({"F": (-20.0, 150.0)}, marks=pytest.mark.whole),
+        pytest.param({"k2": (45.0, 55.0), "F": (46.0, 114.0)}, marks=pytest.mark.whole),
+        pytest.param(
+            {
+                name: (0.9 * value, 1.1 * value)
+                for name, value in BASE.as_dict().items()
+                if name != "mu"
+            },
+            marks=pytest.mark.whole,
+        ),
+    ],
+)
+def test_a_table_has_the_error_that_it_says(ranges: dict[str, tuple[float, float]]) -> None:
+    table = safe_table(BASE, ranges, separation=True)
+    assert table is not None
+    assert table.folds <= MOST_FOLDS
+    draw = np.random.default_rng(3)
+    columns = {name: draw.uniform(*span, 12).tolist() for name, span in ranges.items()}
+    exact, fitted = at(BASE, None, **columns), at(BASE, table, **columns)
+    np.testing.assert_array_equal(np.isnan(exact), np.isnan(fitted))
+    assert np.nanmax(np.abs(fitted - exact)) <= 2.0 * table.error + 1e-13
+    assert table.error < 1e-3
+    # A value does not depend on those beside it, and the table survives a file.
+    alone = {name: values[-1:] for name, values in columns.items()}
+    np.testing.assert_array_equal(at(BASE, table, **alone), fitted[-1:])
+    assert SafeTable.from_dict(json.loads(json.dumps(table.to_dict()))) == table
+
+
+def test_a_table_is_of_what_the_safe_friction_depends_on() -> None:
+    assert safe_table(BASE, {}, separation=True) is None
+    with pytest.raises(ComputationError, match="no safe μ in the ranges"):
+        safe_table(BASE, {"F": (-5.0, -1.0)}, separation=True)
+    with pytest.raises(Cancelled):
+        safe_table(BASE, {"F": (70.0, 90.0)}, separation=True, progress=lambda _: False)
