@@ -14,7 +14,6 @@ import numpy as np
 from fivtui.orbits.curves.arclength import VALUE, OrbitOnCurve
 from fivtui.orbits.curves.branch_curve import slider_belt_curve
 from fivtui.orbits.curves.events import End, EventKind
-from fivtui.orbits.curves.flow import FloatArray
 from fivtui.orbits.curves.following import Follower
 
 from .fold_curve import FoldCurve, FoldOnCurve
@@ -93,21 +92,19 @@ class FoldTracer:
         for _ in range(_MOST_CORNERS):
             if here is None:
                 break
-            here = self._to_corner(part, here)
+            here = self._to_corner(part, here, at=EventKind.TOUCH if here is not start else None)
         return part
 
-    def features(self, fold: FoldOnCurve) -> FloatArray:
-        """What does not depend on the phase."""
-        return self._on.features(fold)
-
     def _curve(self, orbit: OrbitOnCurve) -> FoldCurve:
-        leaves = self.plane.separation and float(orbit.extremes[3]) > 0.0
-        return self._off if leaves else self._on
+        leaves = float(orbit.extremes[3]) > _SETTLED * self._length
+        return self._off if leaves and self.plane.separation else self._on
 
-    def _to_corner(self, part: FoldPart, start: FoldOnCurve) -> FoldOnCurve | None:
+    def _to_corner(
+        self, part: FoldPart, start: FoldOnCurve, at: EventKind | None
+    ) -> FoldOnCurve | None:
         # Follow it to its end or a corner; returns where to go on behind that.
         curve = self._curve(start)
-        found = Follower(curve, _NEAREST, self._tell).follow(start, until=EventKind.TOUCH)
+        found = Follower(curve, _NEAREST, self._tell).follow(start, until=EventKind.TOUCH, at=at)
         part.events |= {len(part.points) + place: kind for place, kind in found.events.items()}
         part.points += found.points
         part.end = found.end

@@ -171,7 +171,12 @@ class Follower(Generic[P]):
         self._turns = turns
 
     def follow(
-        self, start: P, *, step: float | None = None, until: EventKind | None = None
+        self,
+        start: P,
+        *,
+        step: float | None = None,
+        until: EventKind | None = None,
+        at: EventKind | None = None,
     ) -> Followed[P]:
         """Follow the curve from a point, in the direction of its tangent.
 
@@ -183,10 +188,14 @@ class Follower(Generic[P]):
             Length of the first step.
         until : EventKind, optional
             An event at which to end.
+        at : EventKind, optional
+            The event at which the start is.
         """
         points: list[P] = []
         events: dict[int, EventKind] = {}
         first = here = self._place(start)
+        if at is not None:
+            here.values[at] = 0.0
         before: _Place[P] | None = None
         step = _PART * here.size if step is None else step
         end = End.BOUND if self._leaves(start) else None
