@@ -10,7 +10,7 @@ from matplotlib.figure import Figure
 from matplotlib.layout_engine import ConstrainedLayoutEngine
 
 from .io import check_output, check_suffix, write_atomically
-from .model import PARAMETERS, Parameters, ParameterSpec
+from .model import NONE, Parameters, ParameterSpec, parameter_spec
 from .version import __version__
 
 # Metadata by suffix: no date, so that the same figure always gives the same bytes.
@@ -56,10 +56,11 @@ def new_figure(width: float, height: float, *, wspace: float | None = None) -> F
     return figure
 
 
-def value_label(name: str, value: float) -> str:
+def value_label(name: str, value: float | None) -> str:
     """A parameter and its value in matplotlib's mathtext, such as ``F = 80 N``."""
-    spec = PARAMETERS[name]
-    text = f"{math_symbol(spec.symbol)} = {value:g} {math_unit(spec.unit)}".rstrip()
+    spec = parameter_spec(name)
+    said = NONE if value is None else f"{value:g} {math_unit(spec.unit)}".rstrip()
+    text = f"{math_symbol(spec.symbol)} = {said}"
     return text.replace(" ", _NO_BREAK)
 
 

@@ -6,9 +6,10 @@ from html import escape
 from pathlib import Path
 from typing import Any, Final, NamedTuple
 
-from fivtui.model import PARAMETERS, Parameters
+from fivtui.model import ALL_PARAMETERS, Parameters
 
-PHYSICS: Final = (*PARAMETERS, "separation")
+PHYSICS: Final = (*ALL_PARAMETERS, "separation")
+_BASE: Final = Parameters().as_dict()
 
 
 class Row(NamedTuple):
@@ -177,7 +178,7 @@ class Result:
 
 def scene_fields(scene: Any, said: Sequence[str]) -> dict[str, Any]:
     """The parameters and the fields named of a scene, or of what has attributes like one."""
-    names = [name for name in said if name not in PARAMETERS]
+    names = [name for name in said if name not in ALL_PARAMETERS]
     return {name: getattr(scene, name) for name in ("parameters", *names)}
 
 
@@ -186,7 +187,7 @@ def scene_text(p: Parameters, *, separation: bool, without: Sequence[str] = ()) 
     changed = [
         f"{name}={value:g}"
         for name, value in p.as_dict().items()
-        if value != PARAMETERS[name].default and name not in without
+        if value != _BASE.get(name) and name not in without
     ]
     base = f"base set with {', '.join(changed)}" if changed else "base set"
     return base if separation else f"{base}; separation ignored"

@@ -151,9 +151,18 @@ def drag(p: Parameters, mode: Mode) -> float:
 
 
 def accelerations'''
+LIFTED: Final = """    Mode.LIFTED: ModeRow(
+        "lifted",
+        "0",
+        in_contact=False,
+        finite_belt=False,
+        ends=(Transition(Guard.HEIGHT, (Mode.CONTACT,)),),
+    ),
+"""
 TWICE: Final = "(2.0 if mode is Mode.LIFTED else 1.0)"
 MODE: Final = (
-    Edit("fivtui/model/slider_belt.py", r"    CONTACT = 1\n", r"\g<0>    LIFTED = 2\n"),
+    Edit("fivtui/model/modes.py", r"    STICK = 4\n", r"\g<0>    LIFTED = 5\n"),
+    Edit("fivtui/model/modes.py", r"    Mode\.CONTACT: ModeRow\(", LIFTED + r"\g<0>"),
     Edit(
         "fivtui/model/slider_belt.py", r"p\.c2 \* vy \+ coupling", "drag(p, mode) * vy + coupling"
     ),
@@ -200,9 +209,8 @@ MODE: Final = (
     Edit(
         "fivtui/kernel/single.c",
         r"row\[4\] = w->side < 0\.0;",
-        "row[4] = w->side < 0.0 ? 1.0 : w->preload < 0.0 ? 2.0 : 0.0;",
+        "row[4] = w->side < 0.0 ? 1.0 : w->preload < 0.0 ? 5.0 : 0.0;",
     ),
-    Edit("fmu_src/slave/variables.py", r"bounds=\(0\.0, 1\.0\)", "bounds=(0.0, 2.0)"),
 )
 # Off the belt it is what twice the damping gives without the mode, and in contact what it was.
 WITH_MODE: Final = """
@@ -241,7 +249,7 @@ fmu = build_fmu("lifted.fmu")
 values = dict(F=-5.0, x_start=0.5, y_start=0.4, vy_start=-2.0, start_static=False)
 driven = run_fmu(fmu, t_end=5.0, start_values=values, outputs=["y", "mode"])
 same([driven.columns["y"][-1]], [first.final.y])
-assert set(driven.columns["mode"].tolist()) == {1.0, 2.0}
+assert set(driven.columns["mode"].tolist()) == {1.0, 5.0}
 """
 
 # A method: the explicit midpoint rule.

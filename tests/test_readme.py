@@ -10,7 +10,7 @@ from pathlib import Path
 
 import pytest
 
-from fivtui.model.parameters import PARAMETERS
+from fivtui.model.parameters import ALL_PARAMETERS
 
 ROOT = Path(__file__).parents[1]
 README = (ROOT / "README.md").read_text(encoding="utf-8")
@@ -126,6 +126,7 @@ def test_the_source_distribution_has_every_file_that_the_readme_names(tmp_path: 
 
 
 def test_the_table_of_parameters_is_that_of_the_code() -> None:
-    for spec in PARAMETERS.values():
-        row = f"| `{spec.name}` | {spec.unit or '–'} | {spec.default:g} | {spec.meaning} |"
+    for spec in ALL_PARAMETERS.values():
+        default = "none" if spec.optional else f"{spec.default:g}"
+        row = f"| `{spec.name}` | {spec.unit or '–'} | {default} | {spec.meaning} |"
         assert row in README

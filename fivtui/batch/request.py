@@ -5,7 +5,7 @@ from collections.abc import Mapping
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from fivtui.model import PARAMETERS, InputError, Parameters, parameter_spec
+from fivtui.model import PARAMETERS, InputError, Parameters, number_spec
 from fivtui.transient import LEAST_START
 
 from .result import Floats
@@ -22,7 +22,7 @@ def columns(
     if isinstance(parameters, Mapping):
         given = {name: _numbers(name, value) for name, value in parameters.items()}
         for name in given:
-            parameter_spec(name)
+            number_spec(name)
         try:
             shape = np.broadcast_shapes((1,), *(column.shape for column in given.values()))
         except ValueError:
@@ -56,7 +56,7 @@ def _numbers(name: str, value: ArrayLike) -> Floats:
 
 def _check(name: str, column: Floats) -> None:
     # Least and greatest tell of every element, NaN included.
-    spec = parameter_spec(name)
+    spec = number_spec(name)
     try:
         spec.check(float(column.min()))
         spec.check(float(column.max()))

@@ -10,7 +10,14 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from fivtui.kernel import Kernel, RunColumns, Status, load_kernel, why_interpreted
-from fivtui.model import Cancelled, InputError, Parameters, check_parameters, unknown_name
+from fivtui.model import (
+    Cancelled,
+    InputError,
+    Parameters,
+    check_always_sliding,
+    check_parameters,
+    unknown_name,
+)
 from fivtui.taylor import local_tolerance, order_for
 from fivtui.transient import (
     DEFAULT_T_END,
@@ -104,7 +111,9 @@ def simulate_batch(
     >>> [f"{y:.3f}" for y in batch.amplitude.y_abs]
     ['5.990', '10.503', '16.170']
     """
-    table, size = columns(parameters, Parameters() if base is None else check_parameters(base))
+    base = Parameters() if base is None else check_parameters(base)
+    check_always_sliding(base, "batches")
+    table, size = columns(parameters, base)
     for name in require:
         if name not in REQUIREMENTS:
             raise unknown_name("requirement", name, REQUIREMENTS)

@@ -3,7 +3,7 @@
 from collections.abc import Callable, Mapping
 from typing import TYPE_CHECKING, Any
 
-from fivtui.model import InputError, parameter_spec
+from fivtui.model import InputError, number_spec
 
 from .arguments import option
 from .completion import PARAMETER_VALUES
@@ -124,7 +124,7 @@ def _boundary(scene: "Scene", given: Mapping[str, Any]) -> _Computation:
 
 def _range(flag: str, text: str) -> tuple[str, _Range | None]:
     name, equals, ends = (part.strip() for part in text.partition("="))
-    spec = parameter_spec(name)
+    spec = number_spec(name)
     if not equals:
         return name, None
     parts = ends.split(":")

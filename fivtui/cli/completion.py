@@ -5,7 +5,7 @@ from typing import Final
 
 import click
 
-from fivtui.model import PARAMETERS
+from fivtui.model import ALL_PARAMETERS, PARAMETERS
 
 Completer = Callable[[click.Context, click.Parameter, str], list[str]]
 
@@ -37,6 +37,7 @@ def _quantities() -> Iterable[str]:
     return QUANTITIES
 
 
+SET_VALUES: Final = names_of(lambda: ALL_PARAMETERS, "=")
 PARAMETER_VALUES: Final = names_of(lambda: PARAMETERS, "=")
 PARAMETER_NAMES: Final = names_of(lambda: PARAMETERS)
 START_VALUES: Final = names_of(_starts, "=")

@@ -8,10 +8,10 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from fivtui.model import PARAMETERS, InputError, parameter_spec, read_number
+from fivtui.model import ALL_PARAMETERS, InputError, parameter_spec, read_number
 
 from .arguments import option
-from .completion import ERROR_VALUES, PARAMETER_VALUES
+from .completion import ERROR_VALUES, SET_VALUES
 from .paths import InputFile, OutputFile, OutputFolder, SceneName
 
 if TYPE_CHECKING:
@@ -25,8 +25,8 @@ set_option = option(
     "assignments",
     multiple=True,
     metavar="NAME=VALUE",
-    shell_complete=PARAMETER_VALUES,
-    help=f"Change a parameter ({', '.join(PARAMETERS)}); may be repeated.",
+    shell_complete=SET_VALUES,
+    help=f"Change a parameter ({', '.join(ALL_PARAMETERS)}); may be repeated.",
 )
 ignore_option = option(
     "--ignore-separation",
@@ -83,7 +83,7 @@ def scene_of(name: str, assignments: Sequence[str], *, ignore_separation: bool =
 
     changes = assigned("--set", assignments, "F=120")
     scene = find_scene(name).with_values(
-        {parameter: parameter_spec(parameter).check(text) for parameter, text in changes.items()}
+        {parameter: parameter_spec(parameter).read(text) for parameter, text in changes.items()}
     )
     return replace(scene, separation=False) if ignore_separation else scene
 

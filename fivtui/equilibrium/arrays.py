@@ -10,7 +10,13 @@ from typing import Final
 import numpy as np
 from numpy.typing import NDArray
 
-from fivtui.model import PARAMETERS, Parameters, spring_force, tangent_stiffness
+from fivtui.model import (
+    PARAMETERS,
+    Parameters,
+    check_always_sliding,
+    spring_force,
+    tangent_stiffness,
+)
 
 from .critical import boundary
 from .eigenvalues import ROUNDING, why_no_growth
@@ -36,6 +42,7 @@ class StabilityPoints:
     def __init__(
         self, p: Parameters, varied: Mapping[str, FloatArray], separation: BoolArray
     ) -> None:
+        check_always_sliding(p, "stability")
         size = separation.size
         self.m, self.k1, self.k2, self.k3, self.c1, self.c2, self.F, self.k_nl, self.mu = (
             varied.get(name, np.full(size, getattr(p, name))) for name in PARAMETERS

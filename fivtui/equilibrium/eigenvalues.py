@@ -10,6 +10,7 @@ from fivtui.model import (
     ComputationError,
     Equilibrium,
     Parameters,
+    check_always_sliding,
     check_parameters,
     equilibrium,
     jacobian,
@@ -162,6 +163,7 @@ def stability(parameters: Parameters | None = None, *, separation: bool = True) 
     (True, 0.4394)
     """
     p = Parameters() if parameters is None else check_parameters(parameters)
+    check_always_sliding(p, "stability")
     point = equilibrium(p, separation=separation)
     values = _eigenvalues(p, point)
     growth, stable = _judged(values)

@@ -15,7 +15,7 @@ from fivtui.model import (
     ComputationError,
     InputError,
     Parameters,
-    parameter_spec,
+    number_spec,
     unknown_name,
 )
 from fivtui.results import Result, scene_text
@@ -183,7 +183,7 @@ def stability_map(
 
 
 def _axis(name: str, values: Sequence[float] | FloatArray) -> FloatArray:
-    spec = parameter_spec(name)
+    spec = number_spec(name)
     axis = np.array(values, dtype=float)
     if axis.ndim != 1 or axis.size == 0:
         raise InputError(f"over: {name}: must be one or more numbers")

@@ -13,6 +13,12 @@ if TYPE_CHECKING:
         InputError as InputError,
         one_line as one_line,
     )
+    from .modes import (
+        IN_CONTACT as IN_CONTACT,
+        MODES as MODES,
+        Mode as Mode,
+        transition_name as transition_name,
+    )
     from .numbers import (
         Interval as Interval,
         parse_number as parse_number,
@@ -20,16 +26,20 @@ if TYPE_CHECKING:
         read_whole as read_whole,
     )
     from .parameters import (
+        ALL_PARAMETERS as ALL_PARAMETERS,
+        BELT_PARAMETERS as BELT_PARAMETERS,
+        NONE as NONE,
         PARAMETERS as PARAMETERS,
         Parameters as Parameters,
         ParameterSpec as ParameterSpec,
+        check_always_sliding as check_always_sliding,
         check_parameters as check_parameters,
+        number_spec as number_spec,
         parameter_spec as parameter_spec,
         unknown_name as unknown_name,
     )
     from .slider_belt import (
         Equilibrium as Equilibrium,
-        Mode as Mode,
         State as State,
         accelerations as accelerations,
         contact_force as contact_force,

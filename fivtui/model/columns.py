@@ -20,5 +20,5 @@ COLUMNS: Final = (
     Column("y", "m", "vertical displacement"),
     Column("vy", "m/s", "vertical velocity"),
     Column("P", "N", "contact force"),
-    Column("mode", "1", "1 in contact, 0 separated"),
+    Column("mode", "1", "1 in contact, 0 separated; 2 forward slip, 3 backward slip, 4 stick"),
 )

@@ -19,14 +19,21 @@ class Interval:
         SI unit; empty if dimensionless.
     lower_open : bool
         Whether `lower` itself is excluded.
+    optional : bool
+        Whether there may be no number at all.
     """
 
     lower: float
     upper: float = math.inf
     unit: str = ""
     lower_open: bool = False
+    optional: bool = False
 
     def __str__(self) -> str:
+        return f"none, or {self._numbers}" if self.optional else self._numbers
+
+    @property
+    def _numbers(self) -> str:
         unit = f" {self.unit}" if self.unit else ""
         if self.upper == math.inf:
             return f"{'above' if self.lower_open else 'at least'} {self.lower:g}{unit}"

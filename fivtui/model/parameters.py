@@ -4,7 +4,7 @@ import difflib
 from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass, field, fields
 from operator import attrgetter
-from typing import Final, Self
+from typing import Any, Final, Self
 
 from .errors import InputError
 from .numbers import Interval
@@ -23,13 +23,16 @@ class ParameterSpec:
     unit : str
         SI unit; empty if dimensionless.
     default : float
-        Value in the base set (section 2 of the paper; F, k_nl and mu from section 5.1).
+        Value in the base set (section 2 of the paper; F, k_nl and mu from section 5.1); of an
+        optional parameter, which is none there, the value from which an editor starts.
     lower, upper : float
         Bounds of the allowed range.
     lower_open : bool
         Whether `lower` itself is excluded.
     meaning : str
         One phrase.
+    optional : bool
+        Whether it may be none.
     """
 
     name: str
@@ -40,6 +43,7 @@ class ParameterSpec:
     upper: float
     lower_open: bool
     meaning: str
+    optional: bool = False
 
     @property
     def allowed(self) -> str:
@@ -48,7 +52,7 @@ class ParameterSpec:
 
     @property
     def _interval(self) -> Interval:
-        return Interval(self.lower, self.upper, self.unit, self.lower_open)
+        return Interval(self.lower, self.upper, self.unit, self.lower_open, self.optional)
 
     def check(self, value: object) -> float:
         """Return `value`, a number or its text, as a float in `unit`.
@@ -60,7 +64,15 @@ class ParameterSpec:
             return float(value)
         return self._interval.check(self.name, value)
 
+    def read(self, value: object) -> float | None:
+        """As `check`, but None or the text ``none`` gives None where the parameter is optional."""
+        if self.optional and (value is None or (isinstance(value, str) and value == NONE)):
+            return None
+        return self.check(value)
 
+
+# How it is written that an optional parameter is not set.
+NONE: Final = "none"
 # Share of the letters that a name has in common with the one suggested in its place.
 _NEAR: Final = 0.6
 
@@ -117,16 +129,43 @@ def _spec(
     return value
 
 
+def _optional(
+    symbol: str,
+    unit: str,
+    start: float,
+    bounds: tuple[float, float],
+    meaning: str,
+    *,
+    lower_open: bool = False,
+) -> float | None:
+    # A field that is none unless it is set.
+    value: float | None = field(
+        default=None,
+        metadata={
+            "symbol": symbol,
+            "default": start,
+            "unit": unit,
+            "lower": bounds[0],
+            "upper": bounds[1],
+            "lower_open": lower_open,
+            "meaning": meaning,
+            "optional": True,
+        },
+    )
+    return value
+
+
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Parameters:
-    """The nine parameters of the slider-belt model, in SI units (Eqs. 1 and 2).
+    """The nine parameters of the slider-belt model in SI units (Eqs. 1 and 2), and the belt's.
 
-    Every value is checked against its `ParameterSpec`, so an instance is always valid.
+    Every value is checked against its `ParameterSpec`, so an instance is always valid. Without
+    `v_belt` the belt is faster than the slider ever is, and `mu_s` and `v_s` have no effect.
 
     Raises
     ------
     InputError
-        If a value is not a finite number within its bounds.
+        If a value is not a finite number within its bounds, or `mu_s` is below `mu`.
     """
 
     m: float = _spec("m", "kg", 5.0, (0.0, 1e9), "mass of the slider", lower_open=True)
@@ -144,28 +183,59 @@ class Parameters:
     F: float = _spec("F", "N", 80.0, (-1e9, 1e9), "preload, positive towards the belt")
     k_nl: float = _spec("k_nl", "N/m^3", 100.0, (0.0, 1e24), "cubic contact stiffness")
     mu: float = _spec("μ", "", 0.7, (0.0, 100.0), "friction coefficient")
+    v_belt: float | None = _optional(
+        "v_belt", "m/s", 1.0, (0.0, 1e9), "speed of the belt; none: always faster than the slider"
+    )
+    mu_s: float | None = _optional(
+        "μ_s", "", 0.9, (0.0, 100.0), "static friction coefficient, at least μ; none: μ"
+    )
+    v_s: float | None = _optional(
+        "v_s",
+        "m/s",
+        0.4,
+        (0.0, 1e9),
+        "sliding speed over which friction falls from μ_s to μ; none: at once",
+        lower_open=True,
+    )
 
     def __post_init__(self) -> None:
         for name, spec in PARAMETERS.items():
             object.__setattr__(self, name, spec.check(getattr(self, name)))
+        for name, spec in BELT_PARAMETERS.items():
+            if getattr(self, name) is not None:
+                object.__setattr__(self, name, spec.read(getattr(self, name)))
+        if self.mu_s is not None and self.mu_s < self.mu:
+            raise InputError(f"mu_s = {self.mu_s:g}: must be none, or at least mu = {self.mu:g}")
+
+    @property
+    def mu_static(self) -> float:
+        """Static friction coefficient: `mu_s`, or `mu` where that is none."""
+        return self.mu if self.mu_s is None else self.mu_s
+
+    @property
+    def speed_law(self) -> float | None:
+        """`v_s` where friction depends on the sliding speed; None where it is constant."""
+        return self.v_s if self.mu_static > self.mu else None
 
     def with_values(self, values: Mapping[str, object]) -> Self:
         """A copy with some values replaced, given as numbers or text by parameter name.
 
         Raises `InputError` if a name is unknown or a value is out of range.
         """
-        merged: dict[str, float] = self.as_dict()
+        merged: dict[str, float | None] = {**self.as_dict()}
         for name, value in values.items():
-            merged[name] = parameter_spec(name).check(value)
-        return type(self)(**merged)
+            merged[name] = parameter_spec(name).read(value)
+        checked: Any = merged
+        return type(self)(**checked)
 
     def values(self) -> tuple[float, ...]:
-        """Values in the order of the table."""
+        """Values of the paper's nine in the order of the table: the belt's are not among them."""
         return _values_of(self)
 
     def as_dict(self) -> dict[str, float]:
-        """Values by name, in the order of the table."""
-        return {name: getattr(self, name) for name in PARAMETERS}
+        """Values by name, in the order of the table; what is none has no entry."""
+        values = {name: getattr(self, name) for name in ALL_PARAMETERS}
+        return {name: value for name, value in values.items() if value is not None}
 
 
 def check_parameters(value: object) -> Parameters:
@@ -177,9 +247,28 @@ def check_parameters(value: object) -> Parameters:
     return value
 
 
-PARAMETERS: Final[Mapping[str, ParameterSpec]] = {
-    f.name: ParameterSpec(name=f.name, **f.metadata) for f in fields(Parameters)
-}
+def check_always_sliding(p: Parameters, subject: str) -> None:
+    """Raise `InputError` if the belt has a finite speed, which `subject` cannot have yet."""
+    if p.v_belt is not None:
+        raise InputError(f"v_belt = {p.v_belt:g}: must be none for {subject}")
+
+
+_SPECS: Final = [ParameterSpec(name=f.name, **f.metadata) for f in fields(Parameters)]
+# The paper's nine, always numbers, and those of a belt of finite speed, which may be none.
+PARAMETERS: Final[Mapping[str, ParameterSpec]] = {s.name: s for s in _SPECS if not s.optional}
+BELT_PARAMETERS: Final[Mapping[str, ParameterSpec]] = {s.name: s for s in _SPECS if s.optional}
+ALL_PARAMETERS: Final[Mapping[str, ParameterSpec]] = {**PARAMETERS, **BELT_PARAMETERS}
+
+
+def number_spec(name: str) -> ParameterSpec:
+    """The table row of a parameter that is always a number: none of the belt's.
+
+    Raises `InputError`, with the nearest name, if there is no such parameter.
+    """
+    spec = parameter_spec(name)
+    if spec.optional:
+        raise unknown_name("parameter", name, PARAMETERS)
+    return spec
 
 _values_of: Final[Callable[[Parameters], tuple[float, ...]]] = attrgetter(*PARAMETERS)
 
@@ -189,6 +278,6 @@ def parameter_spec(name: str) -> ParameterSpec:
 
     Raises `InputError`, with the nearest name, if there is no such parameter.
     """
-    if name not in PARAMETERS:
-        raise unknown_name("parameter", name, PARAMETERS)
-    return PARAMETERS[name]
+    if name not in ALL_PARAMETERS:
+        raise unknown_name("parameter", name, ALL_PARAMETERS)
+    return ALL_PARAMETERS[name]

@@ -5,11 +5,12 @@ A state is (x, ẋ, y, ẏ) in m and m/s.
 """
 
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass
-from enum import IntEnum
 from typing import Any, Final, Protocol, TypeVar
 
 from .errors import ComputationError
+from .modes import IN_CONTACT, Guard, Mode
 from .parameters import Parameters
 
 # Forces whose difference is below this part of them balance: it is their rounding. Below the other
@@ -34,13 +35,6 @@ class ContactSpring(Protocol):
         """Cubic stiffness."""
 
 
-class Mode(IntEnum):
-    """Contact state of the slider: separated (Eq. 5) or in contact (Eq. 2)."""
-
-    SEPARATED = 0
-    CONTACT = 1
-
-
 def contact_force(p: Parameters, y: float, mode: Mode) -> float:
     """Contact force P in N (Eq. 1), positive in compression, zero when separated.
 
@@ -51,9 +45,9 @@ def contact_force(p: Parameters, y: float, mode: Mode) -> float:
     y : float
         Vertical displacement, m.
     mode : Mode
-        Contact or separated.
+        The mode, see `MODES`.
     """
-    return spring_force(p, y) if mode is Mode.CONTACT else 0.0
+    return spring_force(p, y) if mode in IN_CONTACT else 0.0
 
 
 def spring_force(spring: ContactSpring, y: Number) -> Number:
@@ -63,7 +57,7 @@ def spring_force(spring: ContactSpring, y: Number) -> Number:
 
 
 def accelerations(p: Parameters, state: State, mode: Mode) -> tuple[float, float]:
-    """Accelerations (ẍ, ÿ) in m/s², by Eq. 2 in contact and by Eq. 5 when separated.
+    """Accelerations (ẍ, ÿ) in m/s²: Eq. 5 when separated, Eq. 2 with the friction of the mode else.
 
     Parameters
     ----------
@@ -72,22 +66,77 @@ def accelerations(p: Parameters, state: State, mode: Mode) -> tuple[float, float
     state : State
         (x, ẋ, y, ẏ) in m and m/s.
     mode : Mode
-        Contact or separated.
+        The mode, see `MODES`.
     """
     x, vx, y, vy = state
     force = contact_force(p, y, mode)
     coupling = 0.5 * p.k3 * (x - y)
+    if mode is Mode.STICK:
+        return 0.0, (force - p.F - p.c2 * vy + coupling) / p.m
     return (
-        (p.mu * force - p.c1 * vx - p.k1 * x - coupling) / p.m,
+        (_sliding_friction(p, vx, force, mode) - p.c1 * vx - p.k1 * x - coupling) / p.m,
         (force - p.F - p.c2 * vy + coupling) / p.m,
     )
 
 
+def friction_coefficient(p: Parameters, speed: float) -> float:
+    """The friction coefficient μ + (μ_s − μ) exp(−v/v_s) at a sliding speed v ≥ 0, m/s."""
+    if p.speed_law is None:
+        return p.mu
+    return p.mu + (p.mu_static - p.mu) * math.exp(-speed / p.speed_law)
+
+
+def friction_force(p: Parameters, state: State, mode: Mode) -> float:
+    """Friction force on the slider in N; where it sticks, what the belt has to exert.
+
+    Parameters
+    ----------
+    p : Parameters
+        The parameter set.
+    state : State
+        (x, ẋ, y, ẏ) in m and m/s.
+    mode : Mode
+        The mode, see `MODES`.
+    """
+    x, vx, y, _ = state
+    if mode is Mode.STICK:
+        return holding_force(p, x, y)
+    return _sliding_friction(p, vx, contact_force(p, y, mode), mode)
+
+
+def _sliding_friction(p: Parameters, vx: float, force: float, mode: Mode) -> float:
+    if p.v_belt is None or mode is Mode.SEPARATED:
+        return p.mu * force
+    if mode is Mode.BACKWARD:
+        return -friction_coefficient(p, max(vx - p.v_belt, 0.0)) * force
+    return friction_coefficient(p, max(p.v_belt - vx, 0.0)) * force
+
+
+def holding_force(p: Parameters, x: float, y: float) -> float:
+    """Force f = c1 v_belt + a x − h y in N that a belt of constant speed exerts while it holds."""
+    h, speed = 0.5 * p.k3, p.v_belt or 0.0
+    return p.c1 * speed + (p.k1 + h) * x - h * y
+
+
+def guard_value(p: Parameters, state: State, guard: Guard) -> float:
+    """Value of a guard, positive while its mode lasts; in m, m/s or N."""
+    x, vx, y, _ = state
+    if guard is Guard.HEIGHT or guard is Guard.DEPTH:
+        return y if guard is Guard.HEIGHT else -y
+    if guard is Guard.AHEAD or guard is Guard.BEHIND:
+        ahead = (p.v_belt or 0.0) - vx
+        return ahead if guard is Guard.AHEAD else -ahead
+    grip, held = p.mu_static * spring_force(p, y), holding_force(p, x, y)
+    return grip - held if guard is Guard.HELD_FORWARD else grip + held
+
+
 def mode_of(p: Parameters, state: State, *, separation: bool) -> Mode:
-    """The mode in which the motion continues from a state (Eqs. 3 and 4).
+    """The mode in which the motion continues from a state (Eqs. 3 and 4), see `MODES`.
 
     At y = 0 the first nonzero time derivative of y decides; it is the same in both modes. A second
     derivative within rounding counts as zero (see `lift`). A slider at rest at y = 0 is in contact.
+    On a belt of finite speed a slider of its very speed sticks while the belt can hold it; in
+    tension, P < 0 with separation ignored, it cannot.
 
     Parameters
     ----------
@@ -98,16 +147,56 @@ def mode_of(p: Parameters, state: State, *, separation: bool) -> Mode:
     separation : bool
         Whether separation is considered; if not, the mode is always contact.
     """
-    if not separation:
-        return Mode.CONTACT
+    if separation and _is_off(p, state):
+        return Mode.SEPARATED
+    return Mode.CONTACT if p.v_belt is None else _mode_on_belt(p, state, p.v_belt)
+
+
+def _is_off(p: Parameters, state: State) -> bool:
+    # Whether the slider goes on off the belt.
     x, vx, y, vy = state
     if y != 0.0:
-        return Mode.SEPARATED if y > 0.0 else Mode.CONTACT
+        return y > 0.0
     h = 0.5 * p.k3
     push = h * vx if abs(h * vx) > LEAST else 0.0
     derivatives = (vy, lift(p, x), push, -h * x)
     direction = next((value for value in derivatives if value != 0.0), -1.0)
-    return Mode.SEPARATED if direction > 0.0 else Mode.CONTACT
+    return direction > 0.0
+
+
+def _mode_on_belt(p: Parameters, state: State, speed: float) -> Mode:
+    # Of a slider in contact. At the speed of the belt the first derivative of a margin that is not
+    # zero to rounding says whether the belt holds; each is given with the size of its terms.
+    x, vx, y, vy = state
+    if vx != speed:
+        return Mode.FORWARD if vx < speed else Mode.BACKWARD
+    h = 0.5 * p.k3
+    a, grip, force = p.k1 + h, p.mu_static, spring_force(p, y)
+    kt = tangent_stiffness(p, y)
+    ay = (force - p.F - p.c2 * vy + h * (x - y)) / p.m
+    bend = 6.0 * p.k_nl * y * vy * vy
+    held = (holding_force(p, x, y), a * speed - h * vy, -h * ay)
+    grips = (grip * force, -grip * kt * vy, -grip * (kt * ay + bend))
+    sizes = (
+        p.c1 * speed + abs(a * x) + abs(h * y) + abs(grips[0]),
+        a * speed + abs(h * vy) + abs(grips[1]),
+        abs(h * ay) + grip * (abs(kt * ay) + abs(bend)),
+    )
+    if force < 0.0:
+        return Mode.BACKWARD if _falls(held, sizes) else Mode.FORWARD
+    if _falls([g - f for g, f in zip(grips, held, strict=True)], sizes):
+        return Mode.FORWARD
+    if _falls([g + f for g, f in zip(grips, held, strict=True)], sizes):
+        return Mode.BACKWARD
+    return Mode.STICK
+
+
+def _falls(derivatives: Sequence[float], sizes: Sequence[float]) -> bool:
+    # Whether a function is negative now or soon: by the first derivative beyond rounding.
+    for value, size in zip(derivatives, sizes, strict=True):
+        if abs(value) > max(BALANCED * size, LEAST):
+            return value < 0.0
+    return False
 
 
 def lift(p: Parameters, x: float) -> float:
@@ -269,10 +358,10 @@ def jacobian(p: Parameters, y: float, mode: Mode) -> Matrix:
     y : float
         Vertical displacement at which to linearise, m.
     mode : Mode
-        Contact or separated.
+        The mode, see `MODES`.
     """
     h = 0.5 * p.k3
-    kt = tangent_stiffness(p, y) if mode is Mode.CONTACT else 0.0
+    kt = tangent_stiffness(p, y) if mode in IN_CONTACT else 0.0
     return (
         (0.0, 1.0, 0.0, 0.0),
         (-(p.k1 + h) / p.m, -p.c1 / p.m, (h - p.mu * kt) / p.m, 0.0),
@@ -306,12 +395,12 @@ def mechanical_energy(p: Parameters, state: State, mode: Mode) -> float:
     kinetic = 0.5 * p.m * (vx * vx + vy * vy)
     springs = 0.5 * p.k1 * x * x + 0.25 * p.k3 * (x - y) * (x - y)
     square = y * y
-    contact = (0.5 * p.k2 + 0.25 * p.k_nl * square) * square if mode is Mode.CONTACT else 0.0
+    contact = (0.5 * p.k2 + 0.25 * p.k_nl * square) * square if mode in IN_CONTACT else 0.0
     return kinetic + springs + contact + p.F * y
 
 
 def power(p: Parameters, state: State, mode: Mode) -> tuple[float, float]:
-    """Friction input μ P ẋ and damping loss in W; their difference is d(energy)/dt."""
-    _, vx, y, vy = state
-    friction = p.mu * contact_force(p, y, mode) * vx
+    """Input by friction and loss by damping in W; their difference is d(energy)/dt."""
+    _, vx, _, vy = state
+    friction = friction_force(p, state, mode) * vx
     return friction, p.c1 * vx * vx + p.c2 * vy * vy

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any, Final, Literal
 import numpy as np
 from numpy.typing import NDArray
 
-from fivtui.model import InputError, Parameters, State, parameter_spec
+from fivtui.model import InputError, Parameters, State, number_spec
 from fivtui.results import Result, scene_text
 from fivtui.transient import Kernel, Progress
 
@@ -155,7 +155,7 @@ def continuation(
     [(0.2, 'equilibrium'), (0.5, 'separating limit cycle')]
     """
     p = Parameters() if parameters is None else parameters
-    spec = parameter_spec(name)
+    spec = number_spec(name)
     grid = np.unique([spec.check(float(value)) for value in values])
     if grid.size < 2:
         raise InputError(f"continuation: {name}: must be two or more different values")

@@ -15,6 +15,7 @@ from fivtui.model import (
     Mode,
     Parameters,
     State,
+    check_always_sliding,
     equilibrium,
     static_start,
 )
@@ -129,6 +130,7 @@ class Explorer:
         kernel: Kernel | None = None,
         go_on: Callable[[], bool] = lambda: True,
     ) -> None:
+        check_always_sliding(p, "attractors")
         self._p, self._separation, self._kernel = p, separation, kernel or stepping_kernel()
         self._go_on = go_on
         point = equilibrium(p, separation=separation)

@@ -14,7 +14,7 @@ import tomlkit
 from tomlkit.items import Item
 
 from fivtui.io import MAX_TEXT, is_there, read_bytes, write_atomically
-from fivtui.model import PARAMETERS, InputError, Parameters, parameter_spec, unknown_name
+from fivtui.model import InputError, Parameters, parameter_spec, unknown_name
 from fivtui.simulation import ALL_METHODS
 from fivtui.transient import QUANTITIES, T_END_INTERVAL, TOL_INTERVAL
 
@@ -266,7 +266,7 @@ def _document(scene: Scene) -> tomlkit.TOMLDocument:
             document.add(key, _item(data[key], entry.comment))
     table = tomlkit.table()
     for name, value in data["parameters"].items():
-        spec = PARAMETERS[name]
+        spec = parameter_spec(name)
         table.add(name, _item(value, f"{spec.meaning}; {spec.allowed}"))
     document.add("parameters", table)
     return document

@@ -2,7 +2,7 @@
 
 from typing import TYPE_CHECKING, Final
 
-from fivtui.model import PARAMETERS, InputError
+from fivtui.model import ALL_PARAMETERS, InputError
 from fivtui.ranges import number_text
 from fivtui.results import Command, Stored, StudyKind, scene_fields
 
@@ -16,7 +16,7 @@ else:
 
     files, report = later(__name__, "files", "report")
 
-_SAID: Final = (*PARAMETERS, "start", "t_end", "tol", "accuracy")
+_SAID: Final = (*ALL_PARAMETERS, "start", "t_end", "tol", "accuracy")
 _TEXT_BYTES: Final = 20
 
 

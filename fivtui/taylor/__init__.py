@@ -3,6 +3,7 @@
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
+    from .belt import BeltStepper as BeltStepper
     from .polynomial import (
         derivative as derivative,
         evaluate as evaluate,
@@ -11,7 +12,7 @@ if TYPE_CHECKING:
         restricted as restricted,
         roots as roots,
     )
-    from .segment import Segment as Segment, Stepper as Stepper
+    from .segment import BeltSegment as BeltSegment, Segment as Segment, Stepper as Stepper
     from .stepper import (
         DEFAULT_TOL as DEFAULT_TOL,
         TOL_RANGE as TOL_RANGE,

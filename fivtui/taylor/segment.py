@@ -4,7 +4,8 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Protocol
 
-from fivtui.model.slider_belt import Mode, State
+from fivtui.model.modes import Mode
+from fivtui.model.slider_belt import State
 
 from .series import state_function
 
@@ -16,7 +17,7 @@ class Segment:
     Attributes
     ----------
     mode : Mode
-        Contact or separated.
+        The mode, see `MODES`.
     start, end : float
         Time interval, s.
     start_remainder : float
@@ -28,7 +29,7 @@ class Segment:
     final : State
         (x, ẋ, y, ẏ) at the end, m and m/s.
     switches : bool
-        Whether the segment ends with separation or reattachment.
+        Whether the mode changes at the end.
     """
 
     mode: Mode
@@ -53,6 +54,19 @@ class Segment:
         if self.duration == 0.0:
             return 1.0
         return ((t - self.start) - self.start_remainder) / self.duration
+
+
+@dataclass(frozen=True, slots=True)
+class BeltSegment(Segment):
+    """A segment of the motion on a belt of finite speed.
+
+    Attributes
+    ----------
+    then : Mode
+        The mode after its end.
+    """
+
+    then: Mode
 
 
 class Stepper(Protocol):

@@ -28,8 +28,9 @@ from itertools import count, islice
 from operator import add
 from typing import Any, Generic, NamedTuple, Protocol, Self, TypeVar, cast
 
+from fivtui.model.modes import IN_CONTACT, Mode
 from fivtui.model.parameters import Parameters
-from fivtui.model.slider_belt import Mode, State
+from fivtui.model.slider_belt import State
 
 Coefficients = tuple[tuple[float, ...], tuple[float, ...]]
 CoefficientFunction = Callable[..., Coefficients]
@@ -114,13 +115,17 @@ class Constants(NamedTuple):
 
 def right_hand_side(p: Parameters, mode: Mode) -> RightHandSide:
     """Kind of right-hand side in a mode: cubic in contact with k_nl > 0, else linear."""
-    return RightHandSide.CUBIC if mode is Mode.CONTACT and p.k_nl > 0.0 else RightHandSide.LINEAR
+    return RightHandSide.CUBIC if mode in IN_CONTACT and p.k_nl > 0.0 else RightHandSide.LINEAR
 
 
 def constants(p: Parameters, mode: Mode) -> Constants:
-    """The constants of the recurrences for a parameter set and a mode."""
-    m, h, mu = p.m, 0.5 * p.k3, p.mu
-    k2, k_nl = (p.k2, p.k_nl) if mode is Mode.CONTACT else (0.0, 0.0)
+    """The constants of the recurrences for a parameter set and a mode of constant friction."""
+    m, h = p.m, 0.5 * p.k3
+    mu = -p.mu if mode is Mode.BACKWARD else p.mu
+    k2, k_nl = (p.k2, p.k_nl) if mode in IN_CONTACT else (0.0, 0.0)
+    if mode is Mode.STICK:
+        # x goes on at the speed of the belt.
+        return Constants(0.0, 0.0, h / m, -(h + k2) / m, 0.0, -p.c2 / m, 0.0, k_nl / m, p.F / m)
     return Constants(
         -(p.k1 + h) / m,
         (h - mu * k2) / m,

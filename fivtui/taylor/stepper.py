@@ -6,14 +6,15 @@ dense output, so results do not depend on where output is requested.
 """
 
 import math
+from collections.abc import Iterable
 from itertools import accumulate, repeat
 from operator import mul
 from typing import Final, NamedTuple
 
 from fivtui.model.errors import ComputationError, InputError
+from fivtui.model.modes import ALWAYS_SLIDING, IN_CONTACT, Mode
 from fivtui.model.parameters import Parameters
 from fivtui.model.slider_belt import (
-    Mode,
     State,
     lift,
     mode_of,
@@ -160,9 +161,10 @@ class TaylorStepper:
         self._separation = separation
         self._tol = tol
         self._degree = (order_for(tol) if order is None else order) + 1
-        self._constants = {mode: constants(p, mode) for mode in Mode}
+        modes = self._modes()
+        self._constants = {mode: constants(p, mode) for mode in modes}
         self._expand = {
-            mode: coefficient_function(right_hand_side(p, mode), self._degree - 1) for mode in Mode
+            mode: coefficient_function(right_hand_side(p, mode), self._degree - 1) for mode in modes
         }
         self._evaluate = state_function(self._degree)
         self._weights = tuple(n * (n - 1) / 8.0 for n in range(self._degree + 1))
@@ -171,6 +173,10 @@ class TaylorStepper:
         self._time, self._remainder, self._state = t, 0.0, state
         self._stalled = 0
         self._mode = mode_of(p, state, separation=separation)
+
+    def _modes(self) -> Iterable[Mode]:
+        """The modes that may occur."""
+        return ALWAYS_SLIDING
 
     @property
     def snapshot(self) -> StepperSnapshot:
@@ -250,7 +256,7 @@ class TaylorStepper:
         # |y − chord| <= max|d²y/dθ²|/8, which rejects most steps at the cost of one sum. After a
         # switch y starts from zero and the same bound holds for y/θ.
         bulge = sum(map(mul, map(abs, y), self._weights))
-        contact = self._mode is Mode.CONTACT
+        contact = self._mode in IN_CONTACT
         first = y[0] if y[0] != 0.0 else y[1]
         nearest = max(first, final) if contact else -min(first, final)
         if nearest + bulge < 0.0:

@@ -16,8 +16,9 @@ from operator import mul
 from typing import Final, NamedTuple
 
 from fivtui.model.errors import ComputationError
+from fivtui.model.modes import ALWAYS_SLIDING, Mode
 from fivtui.model.parameters import Parameters
-from fivtui.model.slider_belt import LEAST, Mode, State, accelerations
+from fivtui.model.slider_belt import LEAST, State, accelerations
 
 from .segment import Segment
 from .series import (
@@ -141,15 +142,15 @@ class Deviations:
 
     def __init__(self, p: Parameters, seeds: Sequence[Seed]) -> None:
         self._p = p
-        self._constants = {mode: constants(p, mode) for mode in Mode}
+        self._constants = {mode: constants(p, mode) for mode in ALWAYS_SLIDING}
         self._changes = {
-            mode: [change_of(p, mode, seed.parameters) for seed in seeds] for mode in Mode
+            mode: [change_of(p, mode, seed.parameters) for seed in seeds] for mode in ALWAYS_SLIDING
         }
         # Where y³ plays no part it may overflow.
         self._cubic = {
             mode: any(one.yyyy or one.xyyy for one in self._changes[mode])
             or self._constants[mode].cubic > 0.0
-            for mode in Mode
+            for mode in ALWAYS_SLIDING
         }
         self.now: list[State] = [seed.start for seed in seeds]
 

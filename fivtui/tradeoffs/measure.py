@@ -14,7 +14,14 @@ from numpy.typing import NDArray
 from fivtui.batch import Requirement, simulate_batch
 from fivtui.fmu import run_fmu
 from fivtui.kernel import stepping_kernel
-from fivtui.model import Cancelled, ComputationError, Parameters, State, time_scale
+from fivtui.model import (
+    Cancelled,
+    ComputationError,
+    Parameters,
+    State,
+    check_always_sliding,
+    time_scale,
+)
 from fivtui.results import Result, scene_text
 from fivtui.scene import Scene, as_scene, runs_part
 from fivtui.simulation import compute
@@ -207,6 +214,7 @@ def measure_tradeoff(
     Each method goes from coarse to fine settings until its errors are within the uncertainty of the
     reference, or its share of the CPU time is used up.
     """
+    check_always_sliding(scene.parameters, "tradeoff")
     report = progress or (lambda _fraction: True)
     budget = THOROUGH_S if thorough else QUICK_S
 

@@ -13,7 +13,7 @@ from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 from numpy.typing import NDArray
 
-from fivtui.model import PARAMETERS, InputError, unknown_name
+from fivtui.model import ALL_PARAMETERS, InputError, unknown_name
 from fivtui.plotting import (
     CASE_COLOURS,
     CASE_LINES,
@@ -123,7 +123,7 @@ def run_labels(runs: Sequence[Transient]) -> list[str]:
     Whether separation is considered, then the parameters, method and start in which the runs
     differ.
     """
-    varied = [n for n in PARAMETERS if len({getattr(run.parameters, n) for run in runs}) > 1]
+    varied = [n for n in ALL_PARAMETERS if len({getattr(run.parameters, n) for run in runs}) > 1]
     several = len({run.method for run in runs}) > 1
     labels = []
     for run in runs:

@@ -19,17 +19,28 @@ from fivtui.io import (
     write_atomically,
     write_table,
 )
-from fivtui.model import InputError, Mode, Parameters
+from fivtui.model import IN_CONTACT, InputError, Mode, Parameters
 
 from .derivatives.digits import final_digits
 from .derivatives.sensitivity import Sensitivities
 from .methods import FMU_FLAVOURS, takes_step
-from .result import ContactForce, Events, FinalState, Peak, Stats, Steady, Transient
-from .trajectory import COLUMNS, Trajectory
+from .result import (
+    ContactForce,
+    Events,
+    FinalState,
+    ModeChange,
+    Peak,
+    Stats,
+    Steady,
+    Transient,
+    all_events,
+)
+from .trajectory import COLUMNS, Trajectory, touching
 
 _KIND: Final = "trajectory"
 _SAID: Final = "transient"
 _SWITCHES: Final = "switch_times"
+_CHANGES: Final = "mode_changes"
 _FIRST_MODE: Final = "first_mode"
 _DIGITS: Final = "final_digits"
 _SENSITIVITIES: Final = "sensitivities"
@@ -40,10 +51,11 @@ def transient_to_dict(transient: Transient) -> dict[str, Any]:
 
     Raises `ComputationError` if a number is not finite.
     """
-    outcome = ("final", "peak", "steady", "contact_force", "events")
+    outcome, events = ("final", "peak", "steady", "contact_force"), transient.events
     data = {
         **_request(transient),
         **{name: getattr(transient, name)._asdict() for name in outcome},
+        "events": {**events._asdict(), "transitions": dict(events.transitions)},
         "stats": asdict(transient.stats),
     }
     if transient.sensitivities is not None:
@@ -150,7 +162,8 @@ def _trajectory(columns: Columns) -> Trajectory:
     if np.any(np.diff(columns["t"]) < 0.0):
         raise InputError("t: must be ascending times")
     if not np.all(np.isin(columns["mode"], list(Mode))):
-        raise InputError("mode: must be 1 (in contact) or 0 (separated)")
+        numbers = ", ".join(f"{mode:d} ({mode.name.lower()})" for mode in Mode)
+        raise InputError(f"mode: must be one of {numbers}")
     arrays: dict[str, Any] = {
         name: values.astype(np.int8 if name == "mode" else np.float64)
         for name, values in columns.items()
@@ -188,9 +201,12 @@ def load_transient(path: Path) -> Transient:
 
 
 def _from_samples(known: Mapping[str, Any], motion: Trajectory) -> Transient:
-    off = motion.mode != Mode.CONTACT
+    scene = _scene_of(known, _step_of(known))
+    off = ~touching(motion.mode)
     edges = np.flatnonzero(off[1:] != off[:-1])
     switches = _crossings(motion, edges)
+    first_mode, changes = Mode(int(motion.mode[0])), _mode_changes(motion, switches)
+    on_belt = scene["parameters"].v_belt is not None
     separations = int(np.count_nonzero(off[1:][edges]))
     late = motion.y[motion.t >= 0.5 * motion.t[-1]]
     y_max, y_min = float(motion.y.max()), float(motion.y.min())
@@ -198,7 +214,7 @@ def _from_samples(known: Mapping[str, Any], motion: Trajectory) -> Transient:
     bounds = np.concatenate(([motion.t[0]], switches, [motion.t[-1]]))
     separated = np.diff(bounds)[0 if off[0] else 1 :: 2]
     return Transient(
-        **_scene_of(known, _step_of(known)),
+        **scene,
         final=FinalState(
             *(float(values[-1]) for values in (motion.t, motion.x, motion.vx, motion.y, motion.vy))
         ),
@@ -211,18 +227,40 @@ def _from_samples(known: Mapping[str, Any], motion: Trajectory) -> Transient:
         ),
         steady=Steady(y_half_range=0.5 * float(late.max() - late.min())),
         contact_force=ContactForce(min=float(motion.P.min()), max=float(motion.P.max())),
-        events=Events(
-            separations=separations,
-            reattachments=switches.size - separations,
-            separated_time=float(separated.sum()),
-            first=first,
-            last=last,
+        events=all_events(
+            Events(
+                separations=separations,
+                reattachments=switches.size - separations,
+                separated_time=float(separated.sum()),
+                first=first,
+                last=last,
+            ),
+            scene["parameters"],
+            first_mode,
+            changes,
+            float(motion.t[-1]),
         ),
         stats=Stats(steps=motion.t.size - 1),
         switch_times=switches,
-        first_mode=Mode(int(motion.mode[0])),
+        first_mode=first_mode,
         trajectory=motion,
+        mode_changes=tuple(changes) if on_belt else (),
     )
+
+
+def _mode_changes(
+    motion: Trajectory, switches: np.ndarray[Any, np.dtype[np.float64]]
+) -> list[ModeChange]:
+    # Changes of the mode between samples: at `switches` where the slider leaves the belt or comes
+    # back, else in the middle.
+    times, mode, crossings = motion.t, motion.mode.tolist(), iter(switches.tolist())
+    changes = []
+    for place in np.flatnonzero(np.diff(motion.mode)).tolist():
+        first, then = Mode(mode[place]), Mode(mode[place + 1])
+        middle = 0.5 * float(times[place] + times[place + 1])
+        t = next(crossings) if not IN_CONTACT.issuperset((first, then)) else middle
+        changes.append(ModeChange(t, first, then))
+    return changes
 
 
 def _step_of(known: Mapping[str, Any]) -> float | None:
@@ -247,6 +285,8 @@ def store_transient(transient: Transient, path: Path) -> None:
     said = {**transient_to_dict(transient), _FIRST_MODE: int(transient.first_mode)}
     arrays: dict[str, Any] = trajectory_of(transient).to_columns()
     arrays |= {_SAID: np.array(json.dumps(said)), _SWITCHES: transient.switch_times}
+    if transient.mode_changes:
+        arrays[_CHANGES] = np.array(transient.mode_changes)
 
     def write(file: BinaryIO) -> None:
         np.savez(file, **arrays)
@@ -273,6 +313,10 @@ def restore_transient(path: Path) -> Transient:
             first_mode=Mode(said[_FIRST_MODE]),
             trajectory=Trajectory(*(arrays[column.name] for column in COLUMNS)),
             sensitivities=Sensitivities.from_dict(derived) if derived is not None else None,
+            mode_changes=tuple(
+                ModeChange(t, Mode(int(first)), Mode(int(then)))
+                for t, first, then in arrays.get(_CHANGES, np.empty((0, 3))).tolist()
+            ),
         )
     except (InputError, ValueError, KeyError, TypeError):
         raise InputError(f"{path}: damaged") from None

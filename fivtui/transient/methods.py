@@ -4,8 +4,8 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from typing import Final
 
-from fivtui.model import InputError, time_scale
-from fivtui.taylor import Stepper, TaylorStepper, local_tolerance
+from fivtui.model import InputError, check_always_sliding, time_scale
+from fivtui.taylor import BeltStepper, Stepper, TaylorStepper, local_tolerance
 
 from .request import Request
 
@@ -58,7 +58,8 @@ def fixed_step(request: Request) -> float:
 
 
 def _taylor(request: Request) -> Stepper:
-    return TaylorStepper(
+    make = TaylorStepper if request.parameters.v_belt is None else BeltStepper
+    return make(
         request.parameters,
         request.initial,
         separation=request.separation,
@@ -68,6 +69,7 @@ def _taylor(request: Request) -> Stepper:
 
 def _rk4(*, locate: bool) -> Callable[[Request], Stepper]:
     def stepper(request: Request) -> Stepper:
+        check_always_sliding(request.parameters, "this method")
         from .rk4 import ReferenceStepper
 
         return ReferenceStepper(
@@ -83,6 +85,7 @@ def _rk4(*, locate: bool) -> Callable[[Request], Stepper]:
 
 def _scipy(solver: str) -> Callable[[Request], Stepper]:
     def stepper(request: Request) -> Stepper:
+        check_always_sliding(request.parameters, "this method")
         from .scipy_solvers import ScipyStepper
 
         return ScipyStepper(

@@ -4,7 +4,7 @@ import dataclasses
 from typing import Final
 
 from fivtui.kernel import why_interpreted
-from fivtui.model import ComputationError, InputError, unknown_name
+from fivtui.model import ComputationError, InputError, check_always_sliding, unknown_name
 
 from . import compiled
 from .derivatives.sensitivity import sensitivities_of
@@ -49,6 +49,7 @@ def integrate(
     if request.step is not None:
         check_takes_step(request.method)
     if request.method == "taylor" and request.sensitivities:
+        check_always_sliding(request.parameters, "sensitivities")
         transient = _taylor(request, _part_of(progress, 0), on_samples)
         found = sensitivities_of(request, transient, _part_of(progress, 1))
         return dataclasses.replace(transient, sensitivities=found)
@@ -79,7 +80,10 @@ def _taylor(request: Request, progress: Progress | None, on_samples: OnSamples |
         )
     if solvable and kernel in ("auto", "exact"):
         return linear.run(request, progress)
-    if kernel == "interpreted" or (kernel == "auto" and why_interpreted() is not None):
+    belt = request.parameters.v_belt is not None
+    if kernel == "compiled":
+        check_always_sliding(request.parameters, "the compiled kernel")
+    if kernel == "interpreted" or (kernel == "auto" and (belt or why_interpreted() is not None)):
         recorder = Recorder(request, on_samples)
         recorder.follow(METHODS["taylor"].stepper(request), progress)
         return recorder.result("interpreted")

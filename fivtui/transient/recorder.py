@@ -6,12 +6,12 @@ from typing import Final
 import numpy as np
 from numpy.typing import NDArray
 
-from fivtui.model import Cancelled, Mode, State, mode_of
-from fivtui.taylor import Segment, Stepper
+from fivtui.model import IN_CONTACT, Cancelled, State, mode_of
+from fivtui.taylor import BeltSegment, Segment, Stepper
 
 from .extremes import Extremes
 from .request import Kernel, OnSamples, Progress, Request
-from .result import Stats, Transient, assemble
+from .result import ModeChange, Stats, Transient, assemble
 from .stiffness import step_limit_error, stiffness_of
 from .trajectory import DenseSolution, Trajectory
 
@@ -43,6 +43,7 @@ class Recorder:
         self._second_half = Extremes()
         self._half = 0.5 * request.t_end
         self._switches: list[float] = []
+        self._changes: list[ModeChange] = []
         self._separated = [0.0]
         self._final: State = request.initial
         self._steps = 0
@@ -94,8 +95,7 @@ class Recorder:
             self._final = segment.final
             duration = segment.duration
             if segment.switches:
-                self._switches.append(segment.end)
-                self._separations += segment.mode is Mode.CONTACT
+                self._take_switch(segment)
         else:
             self._extremes.include_part(segment, segment.start, t_end)
             self._final = segment.state(t_end)
@@ -105,7 +105,7 @@ class Recorder:
                 self._second_half.include(segment)
             else:
                 self._second_half.include_part(segment, self._half, t_end)
-        if segment.mode is not Mode.CONTACT:
+        if segment.mode not in IN_CONTACT:
             self._separated.append(duration)
         if self._times is not None:
             self._kept.append(segment)
@@ -113,6 +113,16 @@ class Recorder:
                 self._sample(self._times)
         elif self._request.dense:
             self._kept.append(segment)
+
+    def _take_switch(self, segment: Segment) -> None:
+        # Between two modes in contact nothing separates.
+        lands = segment.mode not in IN_CONTACT
+        if isinstance(segment, BeltSegment):
+            self._changes.append(ModeChange(segment.end, segment.mode, segment.then))
+            if not lands and segment.then in IN_CONTACT:
+                return
+        self._switches.append(segment.end)
+        self._separations += not lands
 
     def _sample(self, times: NDArray[np.float64]) -> None:
         # Evaluates the waiting segments at their sample times and lets them go.
@@ -142,6 +152,7 @@ class Recorder:
             separated_time=math.fsum(self._separated),
             stats=Stats(steps=self._steps, kernel=kernel),
             first_mode=self._first_mode,
+            changes=self._changes,
             trajectory=Trajectory.joined(self._parts) if self._parts else None,
             solution=DenseSolution(self._request.parameters, self._kept) if dense else None,
         )

@@ -70,6 +70,15 @@ def transient_rows(
         Row("reattachments", str(events.reattachments)),
         Row("time off the belt", f"{number(events.separated_time)} s", f"{share:.1%} of the run"),
     ]
+    p = result.parameters
+    if p.v_belt is not None:
+        held = f"{events.stick_time / result.t_end:.1%} of the run"
+        kinds = ", ".join(f"{count} {name}" for name, count in events.transitions.items())
+        rows += [
+            Row("sticks", str(events.sticks), f"to a belt of {number(p.v_belt)} m/s"),
+            Row("time of stick", f"{number(events.stick_time)} s", held),
+            Row("transitions", kinds or "none"),
+        ]
     if events.first is not None and events.last is not None:
         rows += [
             Row("first switch", f"{number(events.first)} s"),
@@ -79,7 +88,11 @@ def transient_rows(
     digits = final_digits(result)
     printed = at_end if digits is None else f"{at_end}, the digits that hold"
     rows += [
-        Row("max ẋ", f"{number(peak.vx_max)} m/s", "valid for faster belts"),
+        Row(
+            "max ẋ",
+            f"{number(peak.vx_max)} m/s",
+            "valid for faster belts" if p.v_belt is None else "",
+        ),
         *_final_rows(result, digits, note("final", printed, f"relative, {at_end}")),
         Row("method", _method(result), accuracy),
         Row("steps", str(result.stats.steps)),

@@ -14,7 +14,7 @@ from fivtui.model import (
     ParameterSpec,
     State,
     check_parameters,
-    parameter_spec,
+    number_spec,
     parse_number,
     static_start,
     unknown_name,
@@ -179,7 +179,7 @@ def check_sensitivities(names: Sequence[str]) -> tuple[str, ...]:
     if isinstance(names, str):
         raise InputError(f"sensitivities = {names!r}: must be a list of names, such as [{names!r}]")
     for place, name in enumerate(names):
-        parameter_spec(name)
+        number_spec(name)
         if name in names[:place]:
             raise InputError(f"sensitivities: {name} is given twice; every name must be given once")
     return tuple(names)

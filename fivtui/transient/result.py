@@ -1,14 +1,17 @@
 """The result of a transient: final state, peaks, events, and how they are assembled."""
 
 import math
+from collections import Counter
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from itertools import pairwise
-from typing import TYPE_CHECKING, Any, NamedTuple
+from types import MappingProxyType
+from typing import TYPE_CHECKING, Any, Final, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
-from fivtui.model import Mode, Parameters, State, contact_force
+from fivtui.model import IN_CONTACT, Mode, Parameters, State, contact_force, transition_name
 from fivtui.results import Result, scene_text
 from fivtui.taylor import overflow_error
 
@@ -20,6 +23,13 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
     from .derivatives.sensitivity import Sensitivities
+
+
+_NO_TRANSITIONS: Final[Mapping[str, int]] = MappingProxyType({})
+_OF_SLIDING: Final = (
+    transition_name(Mode.CONTACT, Mode.SEPARATED),
+    transition_name(Mode.SEPARATED, Mode.CONTACT),
+)
 
 
 class FinalState(NamedTuple):
@@ -65,7 +75,13 @@ class Events(NamedTuple):
     separated_time : float
         Time off the belt, s.
     first, last : float or None
-        Time of the first and last switch, s.
+        Time of the first and last separation or reattachment, s.
+    sticks : int
+        How often the slider began to stick to the belt, at the start included.
+    stick_time : float
+        Time for which it stuck, s.
+    transitions : dict of str to int
+        Number of switches by their kind, such as ``"stick-forward"``: see `MODES`.
     """
 
     separations: int
@@ -73,6 +89,17 @@ class Events(NamedTuple):
     separated_time: float
     first: float | None
     last: float | None
+    sticks: int = 0
+    stick_time: float = 0.0
+    transitions: Mapping[str, int] = _NO_TRANSITIONS
+
+
+class ModeChange(NamedTuple):
+    """A switch from one mode to another at a time t, s, on a belt of finite speed."""
+
+    t: float
+    first: Mode
+    then: Mode
 
 
 @dataclass(slots=True)
@@ -118,9 +145,11 @@ class Transient(Result):
     final, peak, steady, contact_force, events, stats
         See their classes.
     switch_times : ndarray, shape (n,)
-        Times of all switches, s, alternately of one kind and the other.
+        Times of separations and reattachments, s, alternately of one kind and the other.
     first_mode : Mode
-        Mode before the first switch.
+        Mode at the start.
+    mode_changes : tuple of ModeChange
+        All switches on a belt of finite speed; empty where the slider always slides.
     trajectory : Trajectory or None
         The motion at the times asked for.
     solution : DenseSolution or None
@@ -148,14 +177,20 @@ class Transient(Result):
     trajectory: Trajectory | None = None
     solution: DenseSolution | None = None
     sensitivities: "Sensitivities | None" = None
+    mode_changes: tuple[ModeChange, ...] = ()
 
     @property
     def separated_intervals(self) -> list[tuple[float, float]]:
         """Start and end of every interval off the belt, s."""
         edges = [0.0, *self.switch_times.tolist(), self.t_end]
-        first = 1 if self.first_mode is Mode.CONTACT else 0
+        first = 1 if self.first_mode in IN_CONTACT else 0
         pairs = list(pairwise(edges))
         return [pair for pair in pairs[first::2] if pair[1] > pair[0]]
+
+    @property
+    def stick_intervals(self) -> list[tuple[float, float]]:
+        """Start and end of every interval in which the slider sticks to the belt, s."""
+        return _intervals(self.first_mode, self.mode_changes, self.t_end, Mode.STICK)
 
     def _summary(self) -> list[tuple[str, str]]:
         events, final = self.events, self.final
@@ -212,12 +247,14 @@ def assemble(
     first_mode: Mode,
     trajectory: Trajectory | None,
     solution: DenseSolution | None,
+    changes: Sequence[ModeChange] = (),
 ) -> Transient:
     """The result of a run.
 
     `whole` and `second_half` are the extremes over the run and its second half, `separated_time`
-    the time off the belt in s, `first_mode` the mode before the first switch. Raises
-    `ComputationError` if the contact force is beyond the floating-point range.
+    the time off the belt in s, `first_mode` the mode before the first switch, `changes` all
+    switches on a belt of finite speed. Raises `ComputationError` if the contact force is beyond the
+    floating-point range.
     """
     p, considered, t_end = request.parameters, request.separation, request.t_end
     y_min, y_max = whole.y_min, whole.y_max
@@ -240,10 +277,42 @@ def assemble(
         Peak(max(y_max, -y_min), y_max, y_min, max(whole.x_max, -whole.x_min), whole.vx_max),
         Steady(0.5 * (second_half.y_max - second_half.y_min)),
         ContactForce(weakest, strongest),
-        Events(separations, switches.size - separations, separated_time, first, last),
+        all_events(
+            Events(separations, switches.size - separations, separated_time, first, last),
+            p,
+            first_mode,
+            changes,
+            t_end,
+        ),
         stats,
         switches,
         first_mode,
         trajectory,
         solution,
+        mode_changes=tuple(changes),
     )
+
+
+def all_events(
+    events: Events, p: Parameters, first_mode: Mode, changes: Sequence[ModeChange], t_end: float
+) -> Events:
+    """Events with their transitions by kind, and with what a belt of finite speed adds."""
+    if p.v_belt is None:
+        counts = (events.separations, events.reattachments)
+        return events._replace(transitions=dict(zip(_OF_SLIDING, counts, strict=True)))
+    transitions = Counter(transition_name(change.first, change.then) for change in changes)
+    held = _intervals(first_mode, changes, t_end, Mode.STICK)
+    return events._replace(
+        sticks=len(held),
+        stick_time=math.fsum(end - begin for begin, end in held),
+        transitions=dict(sorted(transitions.items())),
+    )
+
+
+def _intervals(
+    first_mode: Mode, changes: Sequence[ModeChange], t_end: float, mode: Mode
+) -> list[tuple[float, float]]:
+    # Start and end of every interval in a mode, s.
+    edges = [0.0, *(change.t for change in changes), t_end]
+    modes = [first_mode, *(change.then for change in changes)]
+    return [pair for pair, at in zip(pairwise(edges), modes, strict=True) if at is mode]

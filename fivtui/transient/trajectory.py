@@ -9,6 +9,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from fivtui.model import (
     COLUMNS,
+    IN_CONTACT,
     Column,
     InputError,
     Mode,
@@ -23,6 +24,7 @@ from fivtui.taylor import Segment
 __all__ = ["COLUMNS", "Column", "DenseSolution", "Trajectory"]
 
 FloatArray = NDArray[np.float64]
+_TOUCHING: NDArray[np.bool_] = np.array([mode in IN_CONTACT for mode in Mode])
 
 
 @dataclass(frozen=True, slots=True, repr=False)
@@ -34,7 +36,7 @@ class Trajectory(Result):
     t, x, vx, y, vy, P : ndarray, shape (n,)
         Time, displacements, velocities and contact force.
     mode : ndarray of int8, shape (n,)
-        1 in contact, 0 separated (`Mode`).
+        See `Mode`.
     """
 
     t: FloatArray
@@ -64,7 +66,7 @@ class Trajectory(Result):
                     if column.name != "mode"
                 )
             ),
-            ("off the belt", f"{np.count_nonzero(self.mode != Mode.CONTACT)} samples"),
+            ("off the belt", f"{np.count_nonzero(~touching(self.mode))} samples"),
         ]
 
     def to_columns(self) -> dict[str, NDArray[Any]]:
@@ -127,6 +129,11 @@ class DenseSolution:
         return trajectory_of(self._p, t, (x, vx / duration, y, vy / duration), self._mode[index])
 
 
+def touching(mode: NDArray[np.int8]) -> NDArray[np.bool_]:
+    """Whether the slider touches the belt in each of n modes, shape (n,)."""
+    return _TOUCHING[mode]
+
+
 def trajectory_of(
     p: Parameters,
     t: FloatArray,
@@ -138,7 +145,7 @@ def trajectory_of(
     x, vx, y, vy = states
     force = np.empty_like(y) if room is None else room
     force[:] = spring_force(p, y)
-    force[mode != Mode.CONTACT] = 0.0
+    force[~touching(mode)] = 0.0
     return Trajectory(t, x, vx, y, vy, force, mode)
 
 

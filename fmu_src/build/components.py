@@ -22,7 +22,7 @@ _INSTANCE: Final = (
     *("experiment", "guard", "instance", "instance_state", "notices", "process_end", "variable"),
 )
 _MODEL: Final[Mapping[str, tuple[str, ...]]] = {
-    "fivtui.model": ("columns", "errors", "numbers", "parameters", "slider_belt"),
+    "fivtui.model": ("columns", "errors", "modes", "numbers", "parameters", "slider_belt"),
     "fivtui.taylor": ("polynomial", "series", "segment", "stepper"),
 }
 _STEP: Final = 0.01

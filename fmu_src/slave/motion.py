@@ -8,9 +8,9 @@ from collections.abc import Mapping
 from typing import Final, NamedTuple
 
 from fivtui.model.errors import ComputationError
+from fivtui.model.modes import Mode
 from fivtui.model.parameters import PARAMETERS, Parameters
 from fivtui.model.slider_belt import (
-    Mode,
     State,
     accelerations,
     contact_force,

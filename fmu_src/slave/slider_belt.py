@@ -5,7 +5,8 @@ from typing import Any
 
 from pythonfmu.default_experiment import DefaultExperiment
 
-from fivtui.model.slider_belt import Mode, State
+from fivtui.model.modes import Mode
+from fivtui.model.slider_belt import State
 from fivtui.taylor.segment import Segment
 from fivtui.taylor.stepper import DEFAULT_TOL, StepperSnapshot
 

@@ -6,8 +6,8 @@ from collections.abc import Sequence
 from typing import Final
 
 from fivtui.model.columns import COLUMNS
+from fivtui.model.modes import Mode
 from fivtui.model.parameters import PARAMETERS
-from fivtui.model.slider_belt import Mode
 
 from .variable import Role, Type, Variable, VariableTable
 
@@ -15,6 +15,8 @@ SUMMARY: Final = (
     "Slider pressed on a moving belt: friction-induced vibration by mode coupling, "
     "with a cubic contact stiffness and separation"
 )
+# The range of the mode's numbers.
+_MODES: Final = (float(min(Mode)), float(max(Mode)))
 # Parameters of the model that may change at every communication point.
 INPUTS: Final = ("F", "mu")
 STATES: Final = ("x", "vx", "y", "vy")
@@ -143,7 +145,7 @@ def _outputs() -> list[Variable]:
             friction,
             depends_on=("mu",),
         ),
-        output("mode", mode.meaning, mode.unit, origin["P"], discrete=True, bounds=(0.0, 1.0)),
+        output("mode", mode.meaning, mode.unit, origin["P"], discrete=True, bounds=_MODES),
         output(
             "switching",
             "switching function y: negative in contact, positive when separated",
@@ -187,8 +189,8 @@ def _locals() -> list[Variable]:
             type=kind,
             role=Role.LOCAL,
             meaning=f"mode as an {kind.value.lower()}: {mode.meaning}",
-            lower=0,
-            upper=1,
+            lower=int(min(Mode)),
+            upper=int(max(Mode)),
             discrete=True,
             items=items,
         )

@@ -11,7 +11,8 @@ from typing import Any
 
 import numpy as np
 
-from fivtui.model.slider_belt import Mode, State, accelerations, mode_of
+from fivtui.model.modes import ALWAYS_SLIDING, Mode
+from fivtui.model.slider_belt import State, accelerations, mode_of
 from tests.references import Reference
 
 from .solvers import Run, Solver, decades
@@ -95,7 +96,7 @@ def _cvode(scene: Reference, start: State, tol: float) -> Run:
         options = {"eventsfn": switch, "num_events": 1} if scene.separation else {}
         return CVODE(motion, method="Adams", rtol=tol, atol=tol, max_num_steps=1_000_000, **options)
 
-    solvers = {mode: solver(mode) for mode in Mode}
+    solvers = {mode: solver(mode) for mode in ALWAYS_SLIDING}
 
     def run() -> Sequence[float]:
         t, state = 0.0, start

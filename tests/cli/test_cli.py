@@ -47,6 +47,9 @@ def test_simulate_json_is_one_object_with_everything_promised() -> None:
         "separations",
         "reattachments",
         "separated_time",
+        "sticks",
+        "stick_time",
+        "transitions",
         "first",
         "last",
     }

@@ -11,7 +11,7 @@ import pytest
 from click.shell_completion import BashComplete
 
 from fivtui.cli import commands
-from fivtui.model.parameters import PARAMETERS
+from fivtui.model.parameters import ALL_PARAMETERS, PARAMETERS
 from fivtui.scene.presets import PRESETS
 from fivtui.simulation import ALL_METHODS
 from fivtui.transient.errors import QUANTITIES
@@ -29,7 +29,8 @@ def plain(names: Iterable[str]) -> list[str]:
     return [f"plain,{name}" for name in names]
 
 
-ASSIGNED = [f"{name}=" for name in PARAMETERS]
+ASSIGNED = [f"{name}=" for name in ALL_PARAMETERS]
+VARIED = [f"{name}=" for name in (*PARAMETERS, *START_SPECS)]
 
 
 @pytest.mark.parametrize(
@@ -47,7 +48,7 @@ ASSIGNED = [f"{name}=" for name in PARAMETERS]
         ("fivtui stability --set F=120 --set k", plain([n for n in ASSIGNED if n[0] == "k"])),
         ("fivtui sweep --set c", ["plain,c1=", "plain,c2="]),
         ("fivtui simulate --error ", plain([f"{name}=" for name in QUANTITIES])),
-        ("fivtui sweep --vary ", plain([*ASSIGNED, *(f"{name}=" for name in START_SPECS)])),
+        ("fivtui sweep --vary ", plain(VARIED)),
         ("fivtui map --over k_", ["plain,k_nl="]),
         ("fivtui attractors --vary m", ["plain,m=", "plain,mu="]),
         ("fivtui attractors --basin v", ["plain,vx0=", "plain,vy0="]),
@@ -56,9 +57,9 @@ ASSIGNED = [f"{name}=" for name in PARAMETERS]
         ("fivtui figures --out f", ["dir,f"]),
         # What is wrong with the line is said when it runs.
         ("fivtui no-such-command ", plain(sorted(commands.commands))),
-        ("fivtui simulate --tol 1 --tol 2 --set m", ["plain,m=", "plain,mu="]),
-        ("fivtui simulate --tol '' --set m", ["plain,m=", "plain,mu="]),
-        ("fivtui stability no-such-scene --set m", ["plain,m=", "plain,mu="]),
+        ("fivtui simulate --tol 1 --tol 2 --set m", plain(["m=", "mu=", "mu_s="])),
+        ("fivtui simulate --tol '' --set m", plain(["m=", "mu=", "mu_s="])),
+        ("fivtui stability no-such-scene --set m", plain(["m=", "mu=", "mu_s="])),
     ],
 )
 def test_what_is_typed_is_completed(

@@ -10,8 +10,9 @@ from hypothesis import assume, given
 from fivtui import Parameters, stability
 from fivtui.equilibrium.eigenvalues import growth_rate
 from fivtui.equilibrium.modes import VibrationMode
+from fivtui.model.modes import Mode
 from fivtui.model.parameters import PARAMETERS
-from fivtui.model.slider_belt import Mode, jacobian
+from fivtui.model.slider_belt import jacobian
 from tests.support.strategies import moderate_parameters, wide_parameters
 
 

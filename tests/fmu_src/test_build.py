@@ -23,8 +23,8 @@ from fivtui import Parameters, simulate
 from fivtui.fmu.check import check_fmu
 from fivtui.model.columns import COLUMNS
 from fivtui.model.errors import InputError
+from fivtui.model.modes import Mode
 from fivtui.model.parameters import PARAMETERS
-from fivtui.model.slider_belt import Mode
 from fmu_src.build import bundle
 from fmu_src.build.builder import build_fmu
 from fmu_src.build.components import COMPONENTS

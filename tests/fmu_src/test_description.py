@@ -45,7 +45,7 @@ vy      output    continuous m/s   -                       -    10   -    vertic
 P       output    continuous N     -                       -    100  -    contact force
 friction_slider output continuous N -                      -    100  -    of the belt on the slider, mu P
 friction_belt output continuous N  -                       -    100  -    of the slider on the belt, -mu P
-mode    output    discrete   1     0                       1    1    -    1 in contact, 0 separated
+mode    output    discrete   1     0                       4    1    -    1 in contact, 0 separated; 2 forward slip, 3 backward slip, 4 stick
 switching output  continuous m     -                       -    1    -    negative in contact, positive when separated
 separations output discrete  1     0                       -    1    -    number of separations
 reattachments output discrete 1    0                       -    1    -    number of reattachments
@@ -175,12 +175,15 @@ def test_the_other_types_of_the_mode_are_discrete_and_local(
         assert "1 in contact, 0 separated" in v["description"]
         assert (v["name"], v["causality"]) == (f"mode_{kind.lower()}", "local")
         assert (v["variability"], v["initial"]) == ("discrete", "calculated")
-        assert (v["min"], v["max"]) == ("0", "1")
+        assert (v["min"], v["max"]) == ("0", "4")
     (declared,) = root.iterfind("TypeDefinitions/SimpleType")
     assert others["Enumeration"]["declaredType"] == declared.get("name")
     assert [(i.get("name"), i.get("value")) for i in declared.iter("Item")] == [
         ("separated", "0"),
         ("contact", "1"),
+        ("forward", "2"),
+        ("backward", "3"),
+        ("stick", "4"),
     ]
 
 

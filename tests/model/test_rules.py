@@ -9,9 +9,9 @@ from hypothesis import assume, given, settings, strategies as st
 from fivtui import Parameters, simulate
 from fivtui.equilibrium.arrays import StabilityPoints
 from fivtui.model.errors import ComputationError
+from fivtui.model.modes import ALWAYS_SLIDING, Mode
 from fivtui.model.parameters import PARAMETERS
 from fivtui.model.slider_belt import (
-    Mode,
     State,
     accelerations,
     contact_force,
@@ -43,7 +43,7 @@ from tests.support.strategies import magnitudes, moderate_parameters, states, wi
 def test_the_force_of_a_trajectory_is_that_of_every_state(
     p: Parameters, heights: list[float], data: st.DataObject
 ) -> None:
-    modes = [data.draw(st.sampled_from(Mode)) for _ in heights]
+    modes = [data.draw(st.sampled_from(ALWAYS_SLIDING)) for _ in heights]
     y, zero = np.array(heights), np.zeros(len(heights))
     found = trajectory_of(p, zero, (zero, zero, y, zero), np.array(modes, dtype=np.int8)).P
     assert found.tolist() == [
@@ -60,7 +60,7 @@ def test_the_least_and_greatest_force_of_a_sweep_are_those_of_the_runs(separatio
         assert (least, greatest) == pytest.approx(run.contact_force, rel=1e-9)
 
 
-@given(wide_parameters(), states(), st.sampled_from(Mode))
+@given(wide_parameters(), states(), st.sampled_from(ALWAYS_SLIDING))
 def test_the_yardstick_has_the_accelerations_of_the_model(
     p: Parameters, state: State, mode: Mode
 ) -> None:
@@ -103,7 +103,7 @@ def test_the_mode_at_the_switch_is_the_sign_of_the_first_derivative_of_y_that_is
         assume(vy != 0.0 or abs(h * x - p.F) > 1e-3)
     start = (x, vx, 0.0, vy)
     mode = mode_of(p, start, separation=True)
-    for field in Mode:
+    for field in ALWAYS_SLIDING:
         series = coefficient_function(right_hand_side(p, field), 4)(*start, *constants(p, field))
         y = [0.0 if abs(c) < 1e-9 and kind == "balanced" else c for c in series[1]]
         first = next(c for c in y if c != 0.0)

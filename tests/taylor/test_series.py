@@ -1,8 +1,9 @@
 import pytest
 from hypothesis import given, strategies as st
 
+from fivtui.model.modes import ALWAYS_SLIDING, Mode
 from fivtui.model.parameters import Parameters
-from fivtui.model.slider_belt import Mode, State, accelerations
+from fivtui.model.slider_belt import State, accelerations
 from fivtui.taylor.series import (
     RightHandSide,
     coefficient_function,
@@ -18,7 +19,7 @@ from tests.support.strategies import moderate_parameters, states
     moderate_parameters(),
     states(),
     st.sampled_from(RightHandSide),
-    st.sampled_from(Mode),
+    st.sampled_from(ALWAYS_SLIDING),
     st.integers(2, 20),
 )
 def test_straight_line_code_is_the_loop(
@@ -29,7 +30,7 @@ def test_straight_line_code_is_the_loop(
     assert [len(row) for row in fast] == [order + 2, order + 2]
 
 
-@given(moderate_parameters(), states(), st.sampled_from(Mode))
+@given(moderate_parameters(), states(), st.sampled_from(ALWAYS_SLIDING))
 def test_the_coefficients_solve_the_equations_of_motion(
     p: Parameters, state: State, mode: Mode
 ) -> None:

@@ -6,7 +6,8 @@ from hypothesis import given, settings, strategies as st
 
 from fivtui import Parameters, simulate
 from fivtui.model.errors import ComputationError, InputError
-from fivtui.model.slider_belt import Mode, State, static_start
+from fivtui.model.modes import Mode
+from fivtui.model.slider_belt import State, static_start
 from fivtui.taylor.polynomial import evaluate
 from fivtui.taylor.stepper import MAX_ORDER, MIN_ORDER, TaylorStepper, order_for
 from tests.references import REFERENCES, Reference

@@ -7,8 +7,8 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 
+from fivtui.model.modes import ALWAYS_SLIDING, Mode
 from fivtui.model.parameters import PARAMETERS, Parameters
-from fivtui.model.slider_belt import Mode
 from fivtui.taylor.series import constants
 from fivtui.taylor.variation import change_of, past_switch
 from tests.support.strategies import moderate_parameters
@@ -22,7 +22,7 @@ def factors(p: Parameters, mode: Mode) -> np.ndarray:
 
 @settings(max_examples=10)
 @given(moderate_parameters())
-@pytest.mark.parametrize("mode", Mode)
+@pytest.mark.parametrize("mode", ALWAYS_SLIDING)
 @pytest.mark.parametrize("name", PARAMETERS)
 def test_changes_of_the_coefficients_are_their_differences(
     mode: Mode, name: str, p: Parameters

@@ -209,7 +209,10 @@ HEADER = "# a comment\nt,x,vx,y,vy,P,mode\n"
         (HEADER + "0,0,0,0,0,0,1\n0,0,0\n", "not a trajectory: line 4: 3 values under 7 columns"),
         (HEADER + "0,0,0,zero,0,0,1\n", "not a trajectory: line 3: y = 'zero' is not a number"),
         (HEADER + "0,0,0,nan,0,0,1\n", "y: must be finite numbers"),
-        (HEADER + "0,0,0,0,0,0,2\n", "mode: must be 1 (in contact) or 0 (separated)"),
+        (
+            HEADER + "0,0,0,0,0,0,5\n",
+            "mode: must be one of 0 (separated), 1 (contact), 2 (forward), 3 (backward), 4 (stick)",
+        ),
         (HEADER + "1,0,0,0,0,0,1\n0,0,0,0,0,0,1\n", "t: must be ascending times"),
     ],
 )
@@ -300,9 +303,13 @@ def test_a_transient_as_data_has_the_documented_keys(transient: Transient) -> No
         "peak": dict.fromkeys(("y_abs", "y_max", "y_min", "x_abs", "vx_max"), ...),
         "steady": {"y_half_range": ...},
         "contact_force": {"min": ..., "max": ...},
-        "events": dict.fromkeys(
-            ("separations", "reattachments", "separated_time", "first", "last"), ...
-        ),
+        "events": {
+            **dict.fromkeys(
+                ("separations", "reattachments", "separated_time", "first", "last"), ...
+            ),
+            **dict.fromkeys(("sticks", "stick_time"), ...),
+            "transitions": dict.fromkeys(("contact-separated", "separated-contact"), ...),
+        },
         "stats": {"steps": ..., "cpu_s": ..., "kernel": ...},
         "final_digits": dict.fromkeys(("x", "vx", "y", "vy"), ...),
     }

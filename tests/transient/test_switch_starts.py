@@ -7,7 +7,8 @@ import pytest
 
 from fivtui import Parameters, simulate, simulate_batch
 from fivtui.kernel import Status
-from fivtui.model.slider_belt import Mode, State, mode_of
+from fivtui.model.modes import Mode
+from fivtui.model.slider_belt import State, mode_of
 from fivtui.taylor.stepper import TaylorStepper
 
 T_END = 0.7

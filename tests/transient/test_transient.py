@@ -7,7 +7,8 @@ from hypothesis import given, settings, strategies as st
 
 from fivtui import Parameters, simulate
 from fivtui.model.errors import Cancelled, ComputationError, InputError
-from fivtui.model.slider_belt import Mode, State, contact_force
+from fivtui.model.modes import Mode
+from fivtui.model.slider_belt import State, contact_force
 from fivtui.transient.methods import METHODS
 from fivtui.transient.request import Start
 from tests.support.strategies import moderate_parameters, states

@@ -8,7 +8,7 @@ from typing import Final, Protocol, TypeVar
 
 import numpy as np
 
-from fivtui.model import ComputationError, InputError, Parameters, equilibrium, parameter_spec
+from fivtui.model import ComputationError, InputError, Parameters, equilibrium, number_spec
 from fivtui.orbits.curves.arclength import OrbitOnCurve
 from fivtui.orbits.curves.cycle_branches import branch, parameter_range
 from fivtui.orbits.curves.events import End, EventKind
@@ -129,7 +129,7 @@ def _plane(
         raise InputError("k_nl = 0: must be above 0 where separation is ignored: it is linear")
     ranges = []
     for name, ends in over.items():
-        parameter_spec(name)
+        number_spec(name)
         ranges.append(parameter_range(p, name, *((None, None) if ends is None else ends)))
     first, second = over
     return ParameterPlane(p, (first, second), (ranges[0], ranges[1]), separation)

@@ -6,7 +6,7 @@ from typing import Final
 
 import numpy as np
 
-from fivtui.model import InputError, Parameters, State, parameter_spec
+from fivtui.model import InputError, Parameters, State, number_spec
 from fivtui.orbits.explorer import Watch
 from fivtui.transient import Progress
 
@@ -198,7 +198,7 @@ def parameter_range(
     p: Parameters, name: str, low: float | None, high: float | None
 ) -> tuple[float, float]:
     """A range of a parameter, checked; a tenth and ten times its value where not given."""
-    spec, value = parameter_spec(name), getattr(p, name)
+    spec, value = number_spec(name), getattr(p, name)
     if (low is None or high is None) and not value > 0.0:
         raise InputError(f"{name} = {value:g}: must be above 0, or the range be given")
     bottom = max(value / _SPAN, spec.lower) if low is None else spec.check(low)

@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fivtui.equilibrium import critical_mu, flutter_margin
-from fivtui.model import Mode, Parameters, equilibrium, jacobian
+from fivtui.model import Mode, Parameters, check_always_sliding, equilibrium, jacobian
 
 # Intervals in which a Hopf point is looked for along a parameter other than μ.
 _INTERVALS: Final = 512
@@ -83,6 +83,7 @@ def hopf_values(
 
 def hopf_point(p: Parameters, name: str, *, separation: bool = True) -> HopfPoint:
     """The Hopf point at which a parameter set is."""
+    check_always_sliding(p, "branches")
     point = equilibrium(p, separation=separation)
     matrix = np.array(jacobian(p, point.y, Mode.CONTACT))
     values, vectors = np.linalg.eig(matrix)

@@ -56,7 +56,12 @@ def final_digits(run: Transient) -> FinalDigits | None:
         None for other steps than those of the compiled kernel, and where deviations cannot be
         followed.
     """
-    if run.stats.kernel != "compiled" or run.stats.steps == 0 or why_interpreted() is not None:
+    if (
+        run.parameters.v_belt is not None
+        or run.stats.kernel != "compiled"
+        or run.stats.steps == 0
+        or why_interpreted() is not None
+    ):
         return None
     _, *state = run.final
     scales = _scales(run)

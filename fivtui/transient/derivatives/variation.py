@@ -8,7 +8,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fivtui.kernel import CROSSING_HEAD, Status, VariedRun, load_kernel, why_interpreted
-from fivtui.model import PARAMETERS, Cancelled, State, accelerations, mode_of
+from fivtui.model import (
+    PARAMETERS,
+    Cancelled,
+    State,
+    accelerations,
+    check_always_sliding,
+    mode_of,
+)
 from fivtui.taylor import (
     Deviations,
     Seed,
@@ -101,6 +108,7 @@ def vary(request: Request, seeds: Sequence[Seed], *, progress: Progress | None =
     Cancelled
         If `progress` returned False.
     """
+    check_always_sliding(request.parameters, "derivatives")
     if request.kernel == "interpreted" or why_interpreted() is not None:
         return _interpreted(request, seeds, progress)
     return _compiled(request, seeds, progress)

@@ -19,8 +19,9 @@ _TIMES: Final = 4096
 
 
 def is_linear(request: Request) -> bool:
-    """Whether the scene is linear: no cubic term and separation ignored."""
-    return not request.separation and request.parameters.k_nl == 0.0
+    """Whether the scene is linear: no cubic term, separation ignored, a belt that is faster."""
+    p = request.parameters
+    return not request.separation and p.k_nl == 0.0 and p.v_belt is None
 
 
 def run(request: Request, progress: Progress | None) -> Transient:

@@ -1,10 +1,14 @@
 """The fields of the form as data. Imports no Textual."""
 
+import dataclasses
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from typing import Final
 
 from fivtui.model import (
+    BELT_PARAMETERS,
+    MODES,
+    NONE,
     PARAMETERS,
     InputError,
     ParameterSpec,
@@ -110,6 +114,27 @@ def _parameter(spec: ParameterSpec) -> FormField:
             (f"Eq. {equation.number}", f"{equation.text}  ({equation.subject})")
             for equation in equations_with(spec)
         ),
+    )
+
+
+_MODES: Final = tuple(
+    (mode.name.lower(), f"{row.meaning}; friction {row.friction}") for mode, row in MODES.items()
+)
+
+
+def _belt_parameter(spec: ParameterSpec) -> FormField:
+    # Nothing entered is none.
+    def text_of(scene: Scene) -> str:
+        value = getattr(scene.parameters, spec.name)
+        return "" if value is None else number_text(value)
+
+    return dataclasses.replace(
+        _parameter(spec),
+        default="",
+        check=lambda text: spec.read(text or NONE),
+        text_of=text_of,
+        when_empty=NONE,
+        details=_MODES,
     )
 
 
@@ -266,5 +291,10 @@ _OF_THE_RUN: Final = (
 )
 
 FIELDS: Final[Mapping[str, FormField]] = {
-    field.name: field for field in (*map(_parameter, PARAMETERS.values()), *_OF_THE_RUN)
+    field.name: field
+    for field in (
+        *map(_parameter, PARAMETERS.values()),
+        *map(_belt_parameter, BELT_PARAMETERS.values()),
+        *_OF_THE_RUN,
+    )
 }

@@ -2,7 +2,7 @@
 
 from dataclasses import dataclass
 
-from fivtui.model import PARAMETERS
+from fivtui.model import ALL_PARAMETERS, NONE
 from fivtui.scene import DEFAULT_PRESET, PRESETS, Scene
 
 from .fields import CONSIDERED, FIELDS
@@ -18,8 +18,8 @@ class Difference:
     @property
     def words(self) -> list[str]:
         """The option on the command line."""
-        if self.name in PARAMETERS:
-            return ["--set", f"{self.name}={self.text}"]
+        if self.name in ALL_PARAMETERS:
+            return ["--set", f"{self.name}={self.text or NONE}"]
         if self.name == "separation":
             return ["--ignore-separation"] if self.text != CONSIDERED else []
         if self.name == "accuracy":

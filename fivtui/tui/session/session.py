@@ -2,10 +2,10 @@
 
 import dataclasses
 from pathlib import Path
-from typing import TYPE_CHECKING, Final, cast
+from typing import TYPE_CHECKING, Any, Final, cast
 
 from fivtui.equilibrium import Stability, stability
-from fivtui.model import PARAMETERS, InputError, Parameters
+from fivtui.model import ALL_PARAMETERS, InputError, Parameters
 from fivtui.ranges import number_text
 from fivtui.scene import Accuracy, Scene
 from fivtui.transient import METHODS, Start, takes_step
@@ -85,7 +85,20 @@ class Session(Editing):
             FIELDS[name].check(self.texts[name])
         except InputError as error:
             return str(error)
+        if name == "mu_s":
+            return self._friction_error()
         return self._step_error() if name == "step" else ""
+
+    def _friction_error(self) -> str:
+        # Static friction has its least value from the other coefficient.
+        try:
+            Parameters(**{name: cast("Any", self._value(name)) for name in ("mu", "mu_s")})
+        except InputError as error:
+            return "" if self.error("mu") else str(error)
+        return ""
+
+    def _value(self, name: str) -> object:
+        return FIELDS[name].check(self.texts[name])
 
     def _step_error(self) -> str:
         # The step's range depends on method and end time, which must be valid.
@@ -169,7 +182,8 @@ class Session(Editing):
 
     def parameters(self) -> Parameters:
         """The edited parameter set; raises `InputError` if a parameter is invalid."""
-        return Parameters().with_values({name: self.texts[name] for name in PARAMETERS})
+        values = {name: FIELDS[name].check(self.texts[name]) for name in ALL_PARAMETERS}
+        return Parameters().with_values(values)
 
     @property
     def separation(self) -> bool:

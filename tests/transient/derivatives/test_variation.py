@@ -13,9 +13,9 @@ from scipy.linalg import expm
 import tests.references
 from fivtui import Parameters, simulate
 from fivtui.model.errors import Cancelled, ComputationError
+from fivtui.model.modes import Mode
 from fivtui.model.parameters import PARAMETERS
 from fivtui.model.slider_belt import (
-    Mode,
     State,
     accelerations,
     equilibrium,

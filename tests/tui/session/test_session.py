@@ -6,7 +6,7 @@ import pytest
 from hypothesis import given, strategies as st
 
 from fivtui.model.errors import ComputationError, InputError
-from fivtui.model.parameters import PARAMETERS, Parameters
+from fivtui.model.parameters import BELT_PARAMETERS, PARAMETERS, Parameters
 from fivtui.ranges import number_text
 from fivtui.scene.presets import PRESETS
 from fivtui.scene.scene import Scene
@@ -233,7 +233,11 @@ def test_the_fields_beside_the_parameters_say_what_they_are_and_in_which_unit() 
         for name, field in FIELDS.items()
         if name not in PARAMETERS
     }
-    assert shown == {
+    belt = {
+        name: (spec.symbol, spec.unit, spec.meaning, "none")
+        for name, spec in BELT_PARAMETERS.items()
+    }
+    assert shown == belt | {
         "separation": ("", "", "whether contact can be lost", ""),
         "start": ("", "m, m/s", "state at t = 0", ""),
         "t_end": ("t_end", "s", "end time", ""),

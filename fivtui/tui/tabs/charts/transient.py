@@ -7,7 +7,7 @@ from typing import Final
 import numpy as np
 from numpy.typing import NDArray
 
-from fivtui.model import COLUMNS, InputError, Mode
+from fivtui.model import COLUMNS, IN_CONTACT, InputError
 from fivtui.transient import Trajectory, Transient
 from fivtui.tui.chart import Chart, Guide, Trace
 
@@ -69,7 +69,7 @@ def plotted_run(
 
 def separated_samples(trajectory: Trajectory) -> list[tuple[float, float]]:
     """Intervals off the belt, s, as far as the samples of a trajectory resolve them."""
-    off = np.concatenate(([False], trajectory.mode != Mode.CONTACT, [False]))
+    off = np.concatenate(([False], ~np.isin(trajectory.mode, list(IN_CONTACT)), [False]))
     changes = np.flatnonzero(np.diff(off))
     times = np.append(trajectory.t, trajectory.t[-1])[changes].tolist()
     return list(zip(times[::2], times[1::2], strict=True))

@@ -1,0 +1,120 @@
+"""The modes of the slider and their transitions: the one table that integrators and help read.
+
+A guard is a function of the state that is positive while its mode lasts, and a polynomial where the
+motion is one. With the force f = c1 v_belt + a x − h y that the belt has to exert on a slider that
+sticks to it, and v_r = v_belt − ẋ, the guards are y, −y, v_r, −v_r, μ_s P − f and μ_s P + f.
+"""
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from enum import Enum, IntEnum
+from typing import Final
+
+
+class Mode(IntEnum):
+    """State of the contact, by the number in files: see `MODES`."""
+
+    SEPARATED = 0
+    CONTACT = 1
+    FORWARD = 2
+    BACKWARD = 3
+    STICK = 4
+
+
+class Guard(Enum):
+    """Function of the state that is positive while a mode lasts, in words."""
+
+    HEIGHT = "y"
+    DEPTH = "-y"
+    AHEAD = "v_r"
+    BEHIND = "-v_r"
+    HELD_FORWARD = "mu_s P - f"
+    HELD_BACKWARD = "mu_s P + f"
+
+
+@dataclass(frozen=True, slots=True)
+class Transition:
+    """How a mode ends: the guard that falls to zero, and the modes that may follow."""
+
+    guard: Guard
+    to: tuple[Mode, ...]
+
+
+@dataclass(frozen=True, slots=True)
+class ModeRow:
+    """A row of the table of modes.
+
+    Attributes
+    ----------
+    meaning : str
+        One phrase.
+    friction : str
+        Friction force on the slider, N.
+    in_contact : bool
+        Whether the slider touches the belt.
+    finite_belt : bool
+        Whether the mode belongs to a belt of finite speed, `Parameters.v_belt`.
+    ends : tuple of Transition
+        How it ends. Where the slider touches the belt again, and where it stops sliding, the state
+        decides among the modes that may follow.
+    """
+
+    meaning: str
+    friction: str
+    in_contact: bool
+    finite_belt: bool
+    ends: tuple[Transition, ...]
+
+
+_LIFTS: Final = Transition(Guard.DEPTH, (Mode.SEPARATED,))
+
+MODES: Final[Mapping[Mode, ModeRow]] = {
+    Mode.SEPARATED: ModeRow(
+        "off the belt",
+        "0",
+        in_contact=False,
+        finite_belt=False,
+        ends=(Transition(Guard.HEIGHT, (Mode.CONTACT, Mode.FORWARD, Mode.BACKWARD, Mode.STICK)),),
+    ),
+    Mode.CONTACT: ModeRow(
+        "in contact with a belt that is always faster",
+        "mu P",
+        in_contact=True,
+        finite_belt=False,
+        ends=(_LIFTS,),
+    ),
+    Mode.FORWARD: ModeRow(
+        "the belt slides forward under the slider",
+        "mu(v_r) P",
+        in_contact=True,
+        finite_belt=True,
+        ends=(_LIFTS, Transition(Guard.AHEAD, (Mode.STICK, Mode.BACKWARD))),
+    ),
+    Mode.BACKWARD: ModeRow(
+        "the slider is faster than the belt",
+        "-mu(|v_r|) P",
+        in_contact=True,
+        finite_belt=True,
+        ends=(_LIFTS, Transition(Guard.BEHIND, (Mode.STICK, Mode.FORWARD))),
+    ),
+    Mode.STICK: ModeRow(
+        "the slider moves with the belt",
+        "f = c1 v_belt + a x - h y",
+        in_contact=True,
+        finite_belt=True,
+        ends=(
+            _LIFTS,
+            Transition(Guard.HELD_FORWARD, (Mode.FORWARD,)),
+            Transition(Guard.HELD_BACKWARD, (Mode.BACKWARD,)),
+        ),
+    ),
+}
+
+# The modes in which the slider touches the belt, and those of a belt that is always faster.
+IN_CONTACT: Final = frozenset(mode for mode, row in MODES.items() if row.in_contact)
+ALWAYS_SLIDING: Final = tuple(mode for mode, row in MODES.items() if not row.finite_belt)
+
+
+def transition_name(first: Mode, then: Mode) -> str:
+    """Name of a transition in results, such as ``"stick-forward"``."""
+    return f"{first.name}-{then.name}".lower()

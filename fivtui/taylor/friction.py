@@ -1,0 +1,107 @@
+"""Taylor coefficients of sliding with the friction law μ + (μ_s − μ) exp(−v/v_s).
+
+With v = ±v_r ≥ 0, v_r = v_belt − ẋ, e = exp(−v/v_s) obeys ė = ±(ẍ/v_s) e: a recurrence of its own.
+"""
+
+import math
+from collections.abc import Sequence
+from typing import Final, NamedTuple
+
+from fivtui.model.modes import Mode
+from fivtui.model.parameters import Parameters
+from fivtui.model.slider_belt import State
+
+from .series import Coefficients, constants
+
+# ln 2 in two parts, the first short enough that its multiples are exact.
+_LN2_HIGH: Final = 6.93147180369123816490e-01
+_LN2_LOW: Final = 1.90821492927058770002e-10
+_LOG2_E: Final = 1.44269504088896338700
+_FACTORS: Final = tuple(1.0 / math.factorial(n) for n in range(14))
+# Beyond this exponent e is zero, and still far above the least normal number.
+_MOST: Final = 700.0
+# Over a step v/v_s changes by so much at most where e plays a part, the more the smaller e is; e is
+# below rounding from 37 on.
+_CHANGE: Final = 1.0
+_WIDENING: Final = 0.05
+_NEGLIGIBLE: Final = 37.0
+_SHRINKING: Final = 0.75
+
+
+class Law(NamedTuple):
+    """The friction law in a mode: sign of the friction, its constant part, its fall, and 1/v_s."""
+
+    sign: float
+    mu: float
+    fall: float
+    per_speed: float
+
+
+def decay(exponent: float) -> float:
+    """exp(−exponent) of an exponent ≥ 0 by arithmetic alone: the same bits in C."""
+    if not exponent < _MOST:
+        return 0.0
+    count = math.floor(0.5 - exponent * _LOG2_E)
+    rest = (-exponent - count * _LN2_HIGH) - count * _LN2_LOW
+    value = _FACTORS[13]
+    for n in range(12, -1, -1):
+        value = value * rest + _FACTORS[n]
+    return math.ldexp(value, count)
+
+
+def law_of(p: Parameters, mode: Mode) -> Law | None:
+    """The law by which friction falls with the sliding speed; None where it is constant."""
+    if p.speed_law is None or mode not in (Mode.FORWARD, Mode.BACKWARD):
+        return None
+    sign = 1.0 if mode is Mode.FORWARD else -1.0
+    return Law(sign, p.mu, p.mu_static - p.mu, 1.0 / p.speed_law)
+
+
+def law_coefficients(p: Parameters, mode: Mode, law: Law, state: State, order: int) -> Coefficients:
+    """Taylor coefficients of x and of y, `order` + 2 each, in m/sⁿ."""
+    given = constants(p, mode)
+    linear, coupling = -p.k2 / p.m, given.yx
+    x, y = [state[0], state[1]], [state[2], state[3]]
+    speed = law.sign * ((p.v_belt or 0.0) - state[1])
+    e = [decay(speed * law.per_speed)]
+    rate = law.sign * law.per_speed
+    square: list[float] = []
+    force: list[float] = []
+    ax: list[float] = []
+    for n in range(order):
+        square.append(_product(y, y, n))
+        force.append(linear * y[n] - given.cubic * _product(y, square, n))
+        if n > 0:
+            e.append(rate * _product(ax, e, n - 1) / n)
+        friction = law.sign * (law.mu * force[n] + law.fall * _product(e, force, n))
+        ax.append(friction + given.xx * x[n] + coupling * y[n] + given.xvx * ((n + 1) * x[n + 1]))
+        ay = force[n] + coupling * (x[n] - y[n]) + given.yvy * ((n + 1) * y[n + 1])
+        share = 1.0 / ((n + 1) * (n + 2))
+        x.append(ax[n] * share)
+        y.append((ay - given.load if n == 0 else ay) * share)
+    return tuple(x), tuple(y)
+
+
+def _product(a: Sequence[float], b: Sequence[float], n: int) -> float:
+    # The n-th coefficient of a product.
+    total = 0.0
+    for i in range(n + 1):
+        total += a[i] * b[n - i]
+    return total
+
+
+def limited(duration: float, x: Sequence[float], law: Law, speed: float) -> float:
+    """The part of a step, s, over which the expansion of e holds; `speed` is v at its start."""
+    exponent = speed * law.per_speed
+    allowed = max(_CHANGE + _WIDENING * exponent, exponent - _NEGLIGIBLE) / law.per_speed
+    while _change(x, duration) > allowed:
+        duration *= _SHRINKING
+    return duration
+
+
+def _change(x: Sequence[float], duration: float) -> float:
+    # A bound of how much ẋ changes over a step.
+    total = 0.0
+    for n in range(len(x) - 1, 1, -1):
+        total = (total + n * abs(x[n])) * duration
+    return total

@@ -1,0 +1,117 @@
+"""Tests of the table of modes, and of the model on a belt of finite speed."""
+
+import math
+
+import pytest
+from hypothesis import given, strategies as st
+
+from fivtui import Parameters
+from fivtui.model.errors import InputError
+from fivtui.model.modes import MODES, Guard, Mode
+from fivtui.model.slider_belt import (
+    State,
+    accelerations,
+    friction_coefficient,
+    friction_force,
+    guard_value,
+    mode_of,
+)
+from fivtui.taylor.friction import decay
+from tests.support.strategies import moderate_parameters, states
+
+SLIDING = (Mode.FORWARD, Mode.BACKWARD)
+
+
+def on_belt(p: Parameters, speed: float, static: float, fall: float | None) -> Parameters:
+    return p.with_values({"v_belt": speed, "mu_s": p.mu + static, "v_s": fall})
+
+
+@st.composite
+def belts(draw: st.DrawFn) -> Parameters:
+    fall = draw(st.one_of(st.none(), st.floats(0.05, 2.0)))
+    return on_belt(
+        draw(moderate_parameters()), draw(st.floats(0.0, 5.0)), draw(st.floats(0.0, 0.5)), fall
+    )
+
+
+def test_what_is_none_has_no_value_and_what_is_set_is_within_bounds() -> None:
+    assert (Parameters().v_belt, Parameters().mu_static, Parameters().speed_law) == (
+        None,
+        0.7,
+        None,
+    )
+    p = Parameters().with_values({"v_belt": "1", "mu_s": "0.9", "v_s": "0.4"})
+    assert (p.v_belt, p.mu_static, p.speed_law) == (1.0, 0.9, 0.4)
+    assert Parameters(**p.as_dict()) == p
+    assert p.with_values({"v_belt": "none", "mu_s": None, "v_s": "none"}) == Parameters()
+    assert list(Parameters(v_belt=0.0).as_dict())[-1] == "v_belt"
+    for name, wrong in (("v_belt", "-1"), ("v_s", "0"), ("mu_s", "nan"), ("v_belt", "None")):
+        with pytest.raises(InputError, match=rf"^{name} = .*must be none, or "):
+            Parameters().with_values({name: wrong})
+    with pytest.raises(InputError, match=r"^mu_s = 0\.5: must be none, or at least mu = 0\.7$"):
+        Parameters(mu_s=0.5)
+    with pytest.raises(InputError, match=r"^F = 'none'"):
+        Parameters().with_values({"F": "none"})
+
+
+def test_every_mode_ends_in_others_and_the_belt_s_modes_stay_among_themselves() -> None:
+    for mode, row in MODES.items():
+        for transition in row.ends:
+            assert mode not in transition.to
+            for then in transition.to:
+                of_belt = {row.finite_belt, MODES[then].finite_belt}
+                assert of_belt != {True, False} or Mode.SEPARATED in (mode, then)
+
+
+@given(belts(), states())
+def test_a_mode_begins_where_its_guards_are_positive(p: Parameters, state: State) -> None:
+    mode = mode_of(p, state, separation=True)
+    for transition in MODES[mode].ends:
+        assert guard_value(p, state, transition.guard) >= 0.0
+
+
+@given(belts(), states())
+def test_at_the_speed_of_the_belt_the_slider_goes_where_its_acceleration_takes_it(
+    p: Parameters, state: State
+) -> None:
+    x, _, y, vy = state
+    here = (x, p.v_belt or 0.0, y, vy)
+    mode = mode_of(p, here, separation=False)
+    if mode is Mode.STICK:
+        held = abs(friction_force(p, here, Mode.STICK))
+        assert held <= p.mu_static * max(-p.k2 * y - p.k_nl * y**3, 0.0) * (1.0 + 1e-12)
+        assert accelerations(p, here, mode)[0] == 0.0
+    else:
+        ax = accelerations(p, here, mode)[0]
+        assert (-ax if mode is Mode.FORWARD else ax) >= -1e-6 * (abs(x) + abs(y) + 1.0)
+
+
+@given(belts(), states(), st.sampled_from(SLIDING))
+def test_friction_opposes_sliding_and_falls_from_its_static_value(
+    p: Parameters, state: State, mode: Mode
+) -> None:
+    x, _, y, vy = state
+    sign = 1.0 if mode is Mode.FORWARD else -1.0
+    for speed in (0.0, 0.1, 1e3):
+        there = (x, (p.v_belt or 0.0) - sign * speed, -abs(y), vy)
+        force = friction_force(p, there, mode)
+        assert force * sign >= 0.0
+        assert p.mu <= friction_coefficient(p, speed) <= p.mu_static
+    if p.speed_law is not None:
+        assert friction_coefficient(p, 0.0) == pytest.approx(p.mu_static)
+        assert friction_coefficient(p, p.speed_law) == pytest.approx(
+            p.mu + (p.mu_static - p.mu) / math.e
+        )
+
+
+@given(st.floats(0.0, 800.0))
+def test_the_decay_by_arithmetic_alone_is_that_of_the_library(exponent: float) -> None:
+    expected = math.exp(-exponent) if exponent < 700.0 else 0.0
+    assert decay(exponent) == pytest.approx(expected, rel=4e-16 + 2e-16 * exponent)
+
+
+def test_in_tension_nothing_sticks() -> None:
+    p = Parameters(v_belt=1.0, mu=5.0)
+    assert mode_of(p, (0.0, 1.0, -0.5, 0.0), separation=False) is Mode.STICK
+    assert mode_of(p, (0.0, 1.0, 0.5, 0.0), separation=False) in SLIDING
+    assert guard_value(p, (0.0, 1.0, -0.5, 0.0), Guard.HELD_FORWARD) > 0.0

@@ -1,0 +1,162 @@
+"""Tests of the motion on a belt of finite speed."""
+
+import math
+from collections import Counter
+from itertools import pairwise
+
+import numpy as np
+import pytest
+from hypothesis import given, settings, strategies as st
+
+from fivtui import Parameters, simulate
+from fivtui.model.modes import MODES, Mode, transition_name
+from fivtui.model.slider_belt import State, mechanical_energy, power
+from fivtui.transient.request import KernelChoice, Start
+from fivtui.transient.result import Transient
+
+from .test_model import belts
+
+# Mass on a belt: half a stick and half a slip of a harmonic oscillation.
+MASS = Parameters(
+    m=1.0, k1=1.0, k2=1.0, k3=0.0, c1=0.0, c2=0.0, F=1.0, k_nl=0.0, mu=0.5, mu_s=1.0, v_belt=0.2
+)
+PERIOD = 8.902605407814523
+KERNELS: tuple[KernelChoice, ...] = ("interpreted",)
+kernels = pytest.mark.parametrize("kernel", KERNELS)
+
+
+@kernels
+def test_a_mass_on_a_belt_has_the_period_in_closed_form(kernel: KernelChoice) -> None:
+    run = simulate(MASS, t_end=60.0, start=(0.0, 0.2, -1.0, 0.0), kernel=kernel)
+    assert 2.5 / 0.2 * 0.4 + 2.0 * (math.pi - math.atan(2.5)) == pytest.approx(PERIOD, rel=1e-15)
+    for kind in (Mode.STICK, Mode.FORWARD):
+        begins = np.array([change.t for change in run.mode_changes if change.then is kind])
+        assert np.diff(begins) == pytest.approx(PERIOD, rel=1e-12)
+    assert run.events.transitions == {"forward-stick": 6, "stick-forward": 7}
+    assert (run.events.sticks, len(run.stick_intervals)) == (7, 7)
+    assert run.events.stick_time == pytest.approx(5.0 + 6 * 5.0, rel=1e-12)
+
+
+@kernels
+def test_a_belt_faster_than_the_slider_gives_the_same_bits_as_one_that_is_always_faster(
+    kernel: KernelChoice,
+) -> None:
+    free = simulate(t_end=30.0, kernel=kernel, samples=50)
+    belt = np.nextafter(free.peak.vx_max, np.inf)
+    run = simulate(Parameters(v_belt=belt, mu_s=0.9), t_end=30.0, kernel=kernel, samples=50)
+    assert (run.final, run.peak, run.steady) == (free.final, free.peak, free.steady)
+    assert run.switch_times.tolist() == free.switch_times.tolist()
+    assert run.stats.steps == free.stats.steps
+    for name, values in free.to_columns().items():
+        if name != "mode":
+            assert values.tolist() == run.to_columns()[name].tolist()
+
+
+@kernels
+@pytest.mark.parametrize(("speed", "peak"), [(1.0, 3.3446), (0.2, -0.05346)])
+def test_a_slow_belt_takes_the_vibration_away(
+    speed: float, peak: float, kernel: KernelChoice
+) -> None:
+    run = simulate(Parameters(v_belt=speed), t_end=100.0, kernel=kernel)
+    assert run.peak.y_max == pytest.approx(peak, rel=1e-4)
+    assert (run.events.separations == 0) == (speed == 0.2)
+
+
+def transitions_of(run: Transient) -> Counter[str]:
+    return Counter(run.events.transitions)
+
+
+@kernels
+def test_every_transition_of_the_table_occurs(kernel: KernelChoice) -> None:
+    # A slider that moves up and down on a belt at rest separates while it sticks.
+    upright = MASS.with_values({"v_belt": 0.0, "k_nl": 5.0})
+    found = transitions_of(simulate(upright, t_end=20.0, start=(0, 0, -0.5, 3.0), kernel=kernel))
+    assert set(found) == {"separated-stick", "stick-separated"}
+    scenes: tuple[tuple[dict[str, float], Start], ...] = (
+        ({"v_belt": 1.0}, "static"),
+        ({"v_belt": 0.5, "mu_s": 0.9, "v_s": 0.4}, (-2.0, -4.0, -1.0, 3.0)),
+        ({"v_belt": 0.3, "mu": 0.2, "k3": 0.0}, (1.5, 5.0, -1.0, 4.0)),
+        ({"v_belt": 0.0, "mu": 0.1, "F": 20.0}, (2.0, 5.0, -0.3, 4.0)),
+    )
+    for values, start in scenes:
+        found += transitions_of(
+            simulate(Parameters().with_values(values), t_end=30.0, start=start, kernel=kernel)
+        )
+    expected = {
+        transition_name(mode, then)
+        for mode, row in MODES.items()
+        for transition in row.ends
+        for then in transition.to
+        if Mode.CONTACT not in (mode, then)
+    }
+    assert set(found) == expected
+
+
+@kernels
+@given(belts(), st.booleans())
+@settings(max_examples=8)
+def test_energy_is_that_of_friction_and_damping(
+    kernel: KernelChoice, p: Parameters, separation: bool
+) -> None:
+    start: State = (0.3, 2.0, -0.4, 1.0)
+    if not separation:
+        p = p.with_values({"k_nl": 20.0})
+    run = simulate(
+        p, t_end=3.0, start=start, samples="dense", kernel=kernel, separation=separation, tol=1e-13
+    )
+    assert run.solution is not None
+    edges = sorted({0.0, *(change.t for change in run.mode_changes), 3.0})
+    nodes, weights = np.polynomial.legendre.leggauss(20)
+    gained = size = 0.0
+    for first, last in pairwise(edges):
+        parts = np.linspace(first, last, 2 + int((last - first) / 0.05))
+        for left, right in pairwise(parts.tolist()):
+            at = run.solution(left + (right - left) * (0.5 + 0.5 * nodes))
+            for n, weight in enumerate(weights.tolist()):
+                state = (float(at.x[n]), float(at.vx[n]), float(at.y[n]), float(at.vy[n]))
+                given_by, lost = power(p, state, Mode(int(at.mode[n])))
+                gained += 0.5 * (right - left) * weight * (given_by - lost)
+                size += 0.5 * (right - left) * weight * (abs(given_by) + lost)
+    _, *last_state = run.final
+    x, vx, y, vy = last_state
+    last_mode = run.mode_changes[-1].then if run.mode_changes else run.first_mode
+    before = mechanical_energy(p, start, run.first_mode)
+    after = mechanical_energy(p, (x, vx, y, vy), last_mode)
+    assert after - before == pytest.approx(gained, abs=1e-8 * (size + abs(before) + 1.0))
+
+
+@kernels
+@given(belts(), st.booleans(), st.floats(0.0, 2.0))
+@settings(max_examples=20)
+def test_modes_and_states_fit_each_other(
+    kernel: KernelChoice, p: Parameters, separation: bool, push: float
+) -> None:
+    p = p.with_values({"k_nl": max(p.k_nl, 20.0)})
+    run = simulate(
+        p,
+        t_end=5.0,
+        start=(push, p.v_belt or 0.0, -push, push),
+        samples=400,
+        kernel=kernel,
+        separation=separation,
+    )
+    motion = run.to_columns()
+    mode, ahead = motion["mode"], (p.v_belt or 0.0) - motion["vx"]
+    slack = 1e-9 * (1.0 + np.abs(motion["vx"]).max())
+    assert np.all(ahead[mode == Mode.FORWARD] >= -slack)
+    assert np.all(ahead[mode == Mode.BACKWARD] <= slack)
+    assert np.all(np.abs(ahead[mode == Mode.STICK]) <= slack)
+    assert np.all(motion["y"][mode == Mode.SEPARATED] >= -slack)
+    if separation:
+        assert np.all(motion["y"][mode != Mode.SEPARATED] <= slack)
+    held = p.c1 * (p.v_belt or 0.0) + (p.k1 + 0.5 * p.k3) * motion["x"] - 0.5 * p.k3 * motion["y"]
+    grip = p.mu_static * motion["P"] - np.abs(held)
+    assert np.all(grip[mode == Mode.STICK] >= -1e-7 * (1.0 + np.abs(held).max()))
+
+
+@kernels
+def test_a_slider_at_rest_on_a_belt_at_rest_stays_where_it_is(kernel: KernelChoice) -> None:
+    run = simulate(Parameters(v_belt=0.0), t_end=1e3, kernel=kernel)
+    assert run.events.transitions == {}
+    assert (run.events.sticks, run.events.stick_time) == (1, 1e3)
+    assert run.peak.y_max - run.peak.y_min < 1e-12
