@@ -13,7 +13,8 @@ import pytest
 from hypothesis import given, strategies as st
 
 from fivtui import simulate, stability
-from fivtui.model import ALWAYS_SLIDING, Mode, Parameters, State, accelerations
+from fivtui.model import Mode, Parameters, State, accelerations
+from fivtui.model.modes import ALWAYS_SLIDING
 from tests.support.strategies import magnitudes, moderate_parameters, states
 
 ROOT = Path(__file__).parents[1]

@@ -12,7 +12,8 @@ import pytest
 from fmpy.fmi1 import FMICallException
 
 from fivtui import Parameters
-from fivtui.model.slider_belt import Mode, jacobian, static_start_change
+from fivtui.model.modes import Mode
+from fivtui.model.slider_belt import jacobian, static_start_change
 from fmu_src.build.builder import build_fmu
 from fmu_src.slave.slider_belt import SliderBeltInstance
 from fmu_src.slave.variable import Role, Type
