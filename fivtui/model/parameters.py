@@ -270,6 +270,7 @@ def number_spec(name: str) -> ParameterSpec:
         raise unknown_name("parameter", name, PARAMETERS)
     return spec
 
+
 _values_of: Final[Callable[[Parameters], tuple[float, ...]]] = attrgetter(*PARAMETERS)
 
 
