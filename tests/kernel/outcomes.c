@@ -1,0 +1,63 @@
+/* The outcomes of problems in a file, alone and in lanes, written to another: what a machine makes of
+   them without Python. Compiled with `single.c` and `lanes.c`. */
+
+#include <stdint.h>
+#include <stdio.h>
+#include <stdlib.h>
+
+int64_t fivtui_run_size_baseline(void);
+void fivtui_run_begin_baseline(void *, const double *, int64_t, const double *, double, double,
+                               int64_t);
+int64_t fivtui_run_advance_baseline(void *, double *, int64_t, const double *, int64_t, double *,
+                                    int8_t *, double *, int64_t, int64_t, double *);
+int64_t fivtui_batch_size_baseline(void);
+double fivtui_batch_advance_baseline(void *, const double *, const uint8_t *, const double *,
+                                     double *, int64_t, double, double, double, int64_t, int64_t,
+                                     int64_t, int64_t, int64_t, int64_t);
+int64_t fivtui_batch_ended_baseline(const void *);
+
+enum { PARAMETERS = 9, STATE = 4, RESULTS = 19, MORE = 3, RUNNING = 5, SWITCHES = 50, LINE = 64 };
+
+/* As `Given` of `test_other_machines.py` packs it. */
+typedef struct {
+    int64_t members, order, cubic;
+    double t_end, tol;
+} Given;
+
+static void *taken(FILE *file, int64_t count, size_t size)
+{
+    void *memory = malloc((size_t)count * size);
+    if (fread(memory, size, (size_t)count, file) != (size_t)count)
+        exit(1);
+    return memory;
+}
+
+int main(int count, char **arguments)
+{
+    FILE *in = count == 3 ? fopen(arguments[1], "rb") : NULL;
+    FILE *out = count == 3 ? fopen(arguments[2], "wb") : NULL;
+    Given g;
+    if (!in || !out || fread(&g, sizeof g, 1, in) != 1)
+        return 1;
+    double *parameters = taken(in, g.members * PARAMETERS, sizeof(double));
+    double *starts = taken(in, g.members * STATE, sizeof(double));
+    uint8_t *separation = taken(in, g.members, 1);
+    void *run = malloc((size_t)fivtui_run_size_baseline());
+    for (int64_t i = 0; i < g.members; i++) {
+        double result[RESULTS + MORE], switches[SWITCHES];
+        fivtui_run_begin_baseline(run, parameters + i * PARAMETERS, separation[i], starts + i * STATE,
+                                  g.t_end, g.tol, g.order);
+        while (fivtui_run_advance_baseline(run, switches, SWITCHES, NULL, 0, NULL, NULL, NULL, 0, 701,
+                                           result) == RUNNING)
+            ;
+        fwrite(result, sizeof(double), RESULTS, out);
+    }
+    char *memory = calloc(1, (size_t)fivtui_batch_size_baseline() + LINE);
+    void *work = memory + LINE - (uintptr_t)memory % LINE;
+    double *results = malloc((size_t)g.members * RESULTS * sizeof(double));
+    while (fivtui_batch_ended_baseline(work) < g.members)
+        fivtui_batch_advance_baseline(work, parameters, separation, starts, results, g.members,
+                                      g.t_end, g.tol, 20000.0, g.order, g.cubic, 1, 1, 1, 777);
+    fwrite(results, sizeof(double), (size_t)(g.members * RESULTS), out);
+    return fclose(out);
+}
