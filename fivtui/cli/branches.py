@@ -1,7 +1,8 @@
 """The command for branches of limit cycles, and for their boundaries over two parameters."""
 
 from collections.abc import Callable, Mapping
-from typing import TYPE_CHECKING, Any
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, Literal
 
 from fivtui.model import InputError, number_spec
 
@@ -40,9 +41,14 @@ _Range = tuple[float, float]
 @option(
     "--from",
     "origin",
-    metavar="hopf|cycle",
-    help="Begin at the Hopf point nearest to the scene (the default), or at a limit cycle that it "
-    "settles on.",
+    metavar="hopf|cycle|FILE",
+    help="Begin at the Hopf point nearest to the scene (the default), at a limit cycle that it "
+    "settles on, or at one of its cycles in a file: a branch, or attractors as JSON.",
+)
+@option(
+    "--doubled",
+    is_flag=True,
+    help="Follow the branch of twice the period that begins at the first period doubling instead.",
 )
 @option(
     "--curve",
@@ -83,15 +89,13 @@ _Computation = tuple[str, Callable[["Progress"], Any]]
 
 
 def _branch(scene: "Scene", given: Mapping[str, Any]) -> _Computation:
-    from fivtui.orbits import ORIGINS, branch as compute
+    from fivtui.orbits import branch as compute
 
     if given["vary"] is None:
         raise InputError("--vary: must be given, or --curve with --over twice")
     if given["ranges"]:
         raise InputError("--over: must be given with --curve")
-    origin = given["origin"] or ORIGINS[0]
-    if origin not in ORIGINS:
-        raise InputError(f"--from {origin}: must be {' or '.join(ORIGINS)}")
+    origin = _origin(given["origin"])
     name, ends = _range("--vary", given["vary"])
     low, high = (None, None) if ends is None else ends
     return "branch", lambda progress: compute(
@@ -100,6 +104,7 @@ def _branch(scene: "Scene", given: Mapping[str, Any]) -> _Computation:
         low=low,
         high=high,
         origin=origin,
+        doubled=given["doubled"],
         separation=scene.separation,
         progress=progress,
     )
@@ -114,12 +119,28 @@ def _boundary(scene: "Scene", given: Mapping[str, Any]) -> _Computation:
     for flag, name in (("--vary", "vary"), ("--from", "origin")):
         if given[name] is not None:
             raise InputError(f"{flag}: must be given without --curve")
+    if given["doubled"]:
+        raise InputError("--doubled: must be given without --curve")
     over = dict(_range("--over", text) for text in given["ranges"])
     if len(over) != 2 or len(given["ranges"]) != 2:
         raise InputError(f"--over: given {len(given['ranges'])} times; must be given twice")
     return "boundary", lambda progress: compute(
         scene.parameters, curve, over, separation=scene.separation, progress=progress
     )
+
+
+def _origin(text: str | None) -> Literal["hopf", "cycle"] | Path:
+    from fivtui.io import check_regular
+
+    if text is None or text == "hopf":
+        return "hopf"
+    if text == "cycle":
+        return "cycle"
+    path = Path(text)
+    if not path.suffix:
+        raise InputError(f"--from {text}: must be hopf, cycle or a file")
+    check_regular(path)
+    return path
 
 
 def _range(flag: str, text: str) -> tuple[str, _Range | None]:

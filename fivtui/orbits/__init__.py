@@ -14,7 +14,6 @@ if TYPE_CHECKING:
     from .branches import continuation as continuation
     from .curves.crossings import cycles_at as cycles_at
     from .curves.cycle_branches import (
-        ORIGINS as ORIGINS,
         branch as branch,
         branch_through as branch_through,
     )

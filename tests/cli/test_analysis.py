@@ -81,12 +81,14 @@ def test_a_map_is_written_in_the_format_of_its_suffix(name: str, tmp_path: Path)
         (["branch", "--vary=mu=1"], "must be NAME or NAME=LOW:HIGH"),
         (["branch", "--vary=mu=1:2:3"], "must be NAME or NAME=LOW:HIGH"),
         (["branch", "--vary=mu=1:x"], "must be from 0 to 100"),
-        (["branch", "--vary=mu", "--from=file"], "--from file: must be hopf or cycle"),
+        (["branch", "--vary=mu", "--from=file"], "--from file: must be hopf, cycle or a file"),
         (["branch", "--vary=mu", "--out=b.txt"], "suffix of a branch file"),
         (["branch", "--vary=mu", "--over=F"], "--over: must be given with --curve"),
         (["branch", "--curve=torus"], "must be hopf, fold or touch"),
         (["branch", "--curve=fold", "--over=F"], "--over: given 1 times; must be given twice"),
         (["branch", "--curve=fold", "--vary=F"], "--vary: must be given without --curve"),
+        (["branch", "--vary=mu", "--from=nothing.csv"], "nothing.csv"),
+        (["branch", "--curve=fold", "--doubled"], "--doubled: must be given without --curve"),
         (["branch", "--curve=fold", "--from=hopf"], "--from: must be given without --curve"),
         (["branch", "--curve=fold", "--over=F", "--over=F"], "must be given twice"),
         (["branch", "--curve=fold", "--over=F", "--over=mu=1"], "must be NAME or NAME=LOW:HIGH"),
@@ -167,6 +169,8 @@ def test_a_branch_is_printed_written_and_drawn(tmp_path: Path) -> None:
     rows = rows_of(tmp_path / "b.csv")
     assert [float(row["mu"]) for row in rows] == [point["value"] for point in data["points"]]
     assert (tmp_path / "b.svg").read_text(encoding="utf-8").count("<svg") == 1
+    again = fivtui("branch", "--set=F=120", "--vary=mu=0.2:1", "--from=b.csv", cwd=tmp_path)
+    assert "0.2779350934" in again.stdout
     told = fivtui(*line[:3])
     assert "hopf, subcritical" in told.stdout
     assert "0.2779350934" in told.stdout

@@ -123,6 +123,17 @@ class OrbitCurve:
             return None if found is None else OrbitOnCurve(*found)
         return self._newton(guess, planes, way, turning=turning)
 
+    def returns_after(self, orbit: OrbitOnCurve, share: float) -> float:
+        """How far an orbit is from its start after a share of its period, relative to its size."""
+        values, states = orbit.unknowns * self.scales, self._states
+        there = self._flow.follow(
+            values[:states], share * float(values[states]), values[states + 1 :]
+        )
+        if there is None:
+            return np.inf
+        away = np.abs(there.final / self.scales[:states] - orbit.unknowns[:states]).max()
+        return float(away / np.abs(orbit.unknowns[:states]).max())
+
     def _newton(
         self, guess: FloatArray, planes: FloatArray, along: FloatArray, *, turning: bool
     ) -> OrbitOnCurve | None:

@@ -2,22 +2,25 @@
 
 from collections.abc import Sequence
 from dataclasses import replace
-from typing import Final
+from pathlib import Path
+from typing import Final, Literal
 
 import numpy as np
 
-from fivtui.model import InputError, Parameters, State, number_spec
+from fivtui.model import ComputationError, InputError, Parameters, State, number_spec
 from fivtui.orbits.explorer import Watch
 from fivtui.transient import Progress
 
-from .arclength import OrbitOnCurve
+from .arclength import VALUE, OrbitOnCurve
 from .branch_curve import BranchCurve
-from .events import MOST_POINTS, End
+from .doubling import doubled_cycle, doubling_near, halves
+from .events import MOST_POINTS, End, EventKind
 from .following import Followed, Follower
 from .origins import Beginning, from_cycle, from_hopf, nearest_hopf, through
 from .result import BranchEvent, CycleBranch, CyclePoint, Origin
+from .saved import saved_cycle
 
-ORIGINS: Final[tuple[Origin, ...]] = ("hopf", "cycle")
+_ORIGINS: Final = ("hopf", "cycle")
 # Bounds of the parameter, if not given: its value over and times this.
 _SPAN: Final = 10.0
 # Amplitude relative to the characteristic length at which a branch has returned to the equilibrium.
@@ -30,7 +33,8 @@ def branch(
     *,
     low: float | None = None,
     high: float | None = None,
-    origin: Origin = "hopf",
+    origin: Literal["hopf", "cycle"] | Path = "hopf",
+    doubled: bool = False,
     separation: bool = True,
     progress: Progress | None = None,
 ) -> CycleBranch:
@@ -49,9 +53,13 @@ def branch(
         The parameter that varies.
     low, high : float, optional
         Range of the parameter; a tenth and ten times its value if not given.
-    origin : "hopf" or "cycle"
-        Where the branch begins: at a Hopf point of the equilibrium, or at the first limit cycle
-        that is reached by transients of the parameter set; this one is followed both ways.
+    origin : "hopf", "cycle" or Path
+        Where the branch begins: at a Hopf point of the equilibrium, at the first limit cycle that
+        is reached by transients of the parameter set, or at the first one of the set in a file: a
+        branch, or attractors as JSON. From a cycle it is followed both ways.
+    doubled : bool
+        Whether to follow the branch of twice the period that begins at its first period doubling
+        instead.
     separation : bool
         Whether separation is considered.
     progress : callable, optional
@@ -80,21 +88,28 @@ def branch(
     [('hopf', 0.439388), ('touch', 0.37073), ('fold', 0.277877)]
     """
     p = Parameters() if parameters is None else parameters
-    if origin not in ORIGINS:
-        raise InputError(f"origin = {origin!r}: must be one of {', '.join(ORIGINS)}")
+    if origin not in _ORIGINS and not isinstance(origin, Path):
+        raise InputError(f"origin = {origin!r}: must be one of {', '.join(_ORIGINS)}, or a path")
     bottom, top = parameter_range(p, name, low, high)
     if not separation and p.k_nl == 0.0 and name != "k_nl":
         raise InputError("k_nl = 0: must be above 0 where separation is ignored: it is linear")
     watch = Watch(progress)
     given = (p, name, (bottom, top), watch)
-    if origin == "hopf":
+    if isinstance(origin, Path):
+        cycle = saved_cycle(origin, p, separation=separation)
+        beginning = through(*given, cycle, separation=separation)
+    elif origin == "hopf":
         beginning = from_hopf(*given, separation=separation)
     else:
         beginning = from_cycle(*given, separation=separation)
-    points, events, ends = _followed(*given, beginning, separation=separation)
+    if doubled:
+        points, events, ends = _doubled(name, watch, beginning)
+    else:
+        points, events, ends = _followed(*given, beginning, separation=separation)
     if progress is not None:
         progress(1.0)
-    return CycleBranch(p, separation, name, bottom, top, origin, points, events, ends)
+    told: Origin = "file" if isinstance(origin, Path) else origin
+    return CycleBranch(p, separation, name, bottom, top, told, points, events, ends, doubled)
 
 
 def branch_through(
@@ -145,15 +160,14 @@ def _followed(
 ) -> _Parts:
     # Both ways, or away from a Hopf point.
     curve, start = beginning.curve, beginning.start
-    follower = Follower(curve, _RETURNED, lambda count: watch.tell(count / MOST_POINTS), turns=True)
+    follower = _follower(curve, watch)
     ahead = follower.follow(start)
     points, events = _told(curve, start, ahead)
     ends = (End.EQUILIBRIUM if beginning.hopf is not None else ahead.end, ahead.end)
     if beginning.hopf is not None:
         events = [beginning.hopf, *events]
     elif ahead.end is not End.CLOSED:
-        turned = replace(start, tangent=-start.tangent, determinant=-start.determinant)
-        back = follower.follow(turned)
+        back = follower.follow(_turned(start))
         before, events_before = _told(curve, start, back)
         points, events = [*before[:0:-1], *points], [*events_before[::-1], *events]
         ends = (back.end, ahead.end)
@@ -163,6 +177,62 @@ def _followed(
     if ahead.end is End.EQUILIBRIUM:
         events += nearest_hopf(p, name, bounds, points[-1].value, separation=separation)
     return tuple(points), tuple(events), ends
+
+
+def _doubled(name: str, watch: Watch, beginning: Beginning) -> _Parts:
+    # As far as the branch meets that of half the period again, or ends.
+    curve, start = beginning.curve, beginning.start
+    follower = _follower(curve, watch)
+    ways = [start] if beginning.hopf is not None else [start, _turned(start)]
+    parts = [follower.follow(one, until=EventKind.PERIOD_DOUBLING) for one in ways]
+    met = [part.points[-1] for part in parts if part.end is End.EVENT]
+    if not met:
+        raise ComputationError(
+            f"no period doubling was found along {name}", "widen the range, or begin elsewhere"
+        )
+    begin = min(met, key=lambda one: abs(one.unknowns[VALUE] - start.unknowns[VALUE]))
+    (first,) = points_of(curve, [begin])
+    cycle = doubled_cycle(curve, begin)
+    if cycle is None:
+        raise ComputationError(
+            f"no cycle of twice the period was found next to {name} = {first.value:.9g}",
+            "begin at one that transients reach (--from cycle)",
+        )
+    found = _until_halved(curve, follower, cycle)
+    points, events = _told(curve, cycle, found)
+    events = [_event(EventKind.PERIOD_DOUBLING, first), *events]
+    if found.end is End.DOUBLING:
+        last = doubling_near(curve, found.points[-1])
+        if last is not None:
+            events.append(_event(EventKind.PERIOD_DOUBLING, *points_of(curve, [last])))
+    return tuple(points), tuple(events), (End.DOUBLING, found.end)
+
+
+def _until_halved(
+    curve: BranchCurve, follower: Follower[OrbitOnCurve], start: OrbitOnCurve
+) -> Followed[OrbitOnCurve]:
+    points: list[OrbitOnCurve] = []
+    events: dict[int, EventKind] = {}
+    while True:
+        here = points[-1] if points else start
+        at = EventKind.BRANCH if points else None
+        part = follower.follow(here, until=EventKind.BRANCH, at=at)
+        events |= {len(points) + place: kind for place, kind in part.events.items()}
+        points += part.points
+        end = part.end
+        if end is End.EVENT and halves(curve, points[-1]):
+            end = End.DOUBLING
+            del events[len(points) - 1]
+        if end is not End.EVENT:
+            return Followed(tuple(points), events, end)
+
+
+def _follower(curve: BranchCurve, watch: Watch) -> Follower[OrbitOnCurve]:
+    return Follower(curve, _RETURNED, lambda count: watch.tell(count / MOST_POINTS), turns=True)
+
+
+def _turned(start: OrbitOnCurve) -> OrbitOnCurve:
+    return replace(start, tangent=-start.tangent, determinant=-start.determinant)
 
 
 def points_of(curve: BranchCurve, orbits: Sequence[OrbitOnCurve]) -> list[CyclePoint]:
@@ -186,12 +256,11 @@ def _told(
     curve: BranchCurve, start: OrbitOnCurve, found: Followed[OrbitOnCurve]
 ) -> tuple[list[CyclePoint], list[BranchEvent]]:
     points = points_of(curve, (start, *found.points))
-    events = [
-        BranchEvent(kind, one.value, one.period, one.y_min, one.y_max)
-        for place, kind in found.events.items()
-        for one in [points[place + 1]]
-    ]
-    return points, events
+    return points, [_event(kind, points[place + 1]) for place, kind in found.events.items()]
+
+
+def _event(kind: EventKind, point: CyclePoint) -> BranchEvent:
+    return BranchEvent(kind, point.value, point.period, point.y_min, point.y_max)
 
 
 def parameter_range(

@@ -36,6 +36,7 @@ class End(StrEnum):
     CLOSED = "is closed"
     UNBOUNDED = "grows without bounds"
     LOST = "cannot be followed farther"
+    DOUBLING = "meets cycles of half the period"
     EVENT = "reaches an event"
     LONG = f"has more than {MOST_POINTS} points"
 

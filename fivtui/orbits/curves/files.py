@@ -13,9 +13,8 @@ from fivtui.transient import START_SPECS
 
 from .events import End, EventKind
 from .result import BranchEvent, CycleBranch
+from .saved import BRANCH
 
-# What a file is called in messages.
-BRANCH: Final = "branch"
 _MULTIPLIERS: Final = 3
 _CYCLE: Final = (
     Column("period", "s", "period of the limit cycle"),
@@ -41,9 +40,10 @@ def branch_to_dict(result: CycleBranch) -> dict[str, Any]:
     """A branch of limit cycles as JSON data.
 
     Keys are ``parameter`` (the one that varies) and ``unit``, ``parameters`` (the others),
-    ``separation``, ``range``, ``from``, ``points`` (``value``, ``period``, ``y_min``, ``y_max``,
-    ``stable``, ``multipliers`` as pairs of real and imaginary part, ``start``), ``events``
-    (``kind``, ``value``, ``period``, ``y_min``, ``y_max``, and of a Hopf point ``direction``) and
+    ``separation``, ``range``, ``from``, ``doubled``, ``points`` (``value``, ``period``, ``y_min``,
+    ``y_max``, ``stable``, ``multipliers`` as pairs of real and imaginary part, ``start``),
+    ``events`` (``kind``, ``value``, ``period``, ``y_min``, ``y_max``, and of a Hopf point
+    ``direction``) and
     ``ends``: why the branch ends at the first and at the last point.
     """
     return {
@@ -130,5 +130,6 @@ def _branch_provenance(result: CycleBranch) -> dict[str, Any]:
         "separation": result.separation,
         "range": [result.low, result.high],
         "from": result.origin,
+        "doubled": result.doubled,
         "ends": [str(end) for end in result.ends],
     }

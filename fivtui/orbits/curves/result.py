@@ -13,7 +13,7 @@ from .events import End, EventKind
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
-Origin = Literal["hopf", "cycle"]
+Origin = Literal["hopf", "cycle", "file"]
 
 # Events that a result prints.
 _TOLD: Final = 8
@@ -97,7 +97,9 @@ class CycleBranch(Result):
     low, high : float
         The range in which the branch was followed.
     origin : str
-        Where it was begun: ``"hopf"`` or ``"cycle"``.
+        Where it was begun: ``"hopf"``, ``"cycle"`` or ``"file"``.
+    doubled : bool
+        Whether it is the branch of twice the period that begins at the first period doubling.
     points : tuple of CyclePoint
         The cycles along the branch; events other than Hopf points are among them.
     events : tuple of BranchEvent
@@ -115,6 +117,7 @@ class CycleBranch(Result):
     points: tuple[CyclePoint, ...]
     events: tuple[BranchEvent, ...]
     ends: tuple[End, End]
+    doubled: bool = False
 
     def _summary(self) -> list[tuple[str, str]]:
         scene = scene_text(self.parameters, separation=self.separation, without=(self.name,))

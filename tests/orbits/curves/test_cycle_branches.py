@@ -253,7 +253,7 @@ def test_where_nothing_begins_one_line_says_why(
         (Parameters(), {"low": 2.0, "high": 1.0}, "must be a range of ascending values"),
         (Parameters(mu=0.0), {}, "must be above 0, or the range be given"),
         (Parameters(), {"low": -1.0}, "must be from 0 to 100"),
-        (Parameters(), {"origin": "file"}, "must be one of hopf, cycle"),
+        (Parameters(), {"origin": "file"}, "must be one of hopf, cycle, or a path"),
         (Parameters(), {"origin": "cycle", "low": 1.0}, "mu = 0.7: must be in the range 1 to 7"),
         (Parameters(k_nl=0.0), {"separation": False}, "k_nl = 0: must be above 0"),
     ],

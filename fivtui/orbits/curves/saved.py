@@ -1,0 +1,106 @@
+"""Limit cycles in files: branches, and attractors as JSON."""
+
+import json
+from collections.abc import Mapping, Sequence
+from itertools import pairwise
+from pathlib import Path
+from typing import Any, Final, NamedTuple
+
+import numpy as np
+
+from fivtui.io import read_bytes, read_columns, read_header
+from fivtui.model import PARAMETERS, InputError, Parameters, State
+from fivtui.transient import START_SPECS
+
+# What a file is called in messages.
+BRANCH: Final = "branch"
+_JSON: Final = ".json"
+
+
+class _Saved(NamedTuple):
+    # The parameters that a file fixes, the one that varies, whether separation was considered if it
+    # says so, and for each cycle the varied parameter, a state and the period.
+    fixed: Mapping[str, float]
+    name: str | None
+    separation: bool | None
+    cycles: Sequence[tuple[float, State, float]]
+
+
+def saved_cycle(path: Path, p: Parameters, *, separation: bool) -> tuple[State, float]:
+    """A state near the limit cycle of a parameter set in a file, and its period.
+
+    Parameters
+    ----------
+    path : Path
+        A branch as a table or JSON, or attractors or one of them as JSON. Of a branch the first
+        cycle at the set's value of the parameter that varies in it is taken, of attractors the
+        first limit cycle.
+    p : Parameters
+        The parameter set; what the file says of parameters must agree with it.
+    separation : bool
+        Whether separation is considered.
+
+    Raises
+    ------
+    InputError
+        If the file cannot be read, has no such cycle, or does not agree.
+    """
+    saved = _from_json(path) if path.suffix.lower() == _JSON else _from_table(path)
+    for name, value in saved.fixed.items():
+        if value != getattr(p, name):
+            raise InputError(f"{name} = {getattr(p, name):g}: must be {value:g}, as in {path}")
+    if saved.separation is not None and saved.separation != separation:
+        said = "considered" if saved.separation else "ignored"
+        raise InputError(f"separation: must be {said}, as in {path}")
+    if saved.name is None:
+        return saved.cycles[0][1:]
+    value = getattr(p, saved.name)
+    for one, other in pairwise(saved.cycles):
+        if (one[0] - value) * (other[0] - value) <= 0.0:
+            share = (value - one[0]) / (other[0] - one[0]) if other[0] != one[0] else 0.0
+            begin, end = (np.array([*state, period]) for _, state, period in (one, other))
+            x, vx, y, vy, period = (begin + share * (end - begin)).tolist()
+            return (x, vx, y, vy), period
+    low, high = (fold(cycle[0] for cycle in saved.cycles) for fold in (min, max))
+    raise InputError(
+        f"{saved.name} = {value:g}: must be from {low:g} to {high:g}, where {path} has cycles"
+    )
+
+
+def _from_table(path: Path) -> _Saved:
+    header = read_header(path, BRANCH)
+    if "event_kinds" not in header:
+        raise InputError(f"{path}: must be a branch of limit cycles")
+    fixed = header["parameters"]
+    (name,) = (name for name in PARAMETERS if name not in fixed)
+    columns = read_columns(path, BRANCH)
+    states = np.stack([columns[each] for each in START_SPECS], axis=1).tolist()
+    cycles = [
+        (value, (x, vx, y, vy), period)
+        for value, (x, vx, y, vy), period in zip(
+            columns[name].tolist(), states, columns["period"].tolist(), strict=True
+        )
+    ]
+    return _Saved(fixed, name, bool(header["separation"]), cycles)
+
+
+def _from_json(path: Path) -> _Saved:
+    try:
+        data = json.loads(read_bytes(path))
+        return _of(data)
+    except (ValueError, RecursionError, TypeError, KeyError, IndexError, AttributeError):
+        raise InputError(f"{path}: must have limit cycles, as branch or attractor") from None
+
+
+def _of(data: Any) -> _Saved:
+    if "parameter" in data:
+        cycles = [(float(one["value"]), *_cycle(one)) for one in data["points"]]
+        return _Saved(data["parameters"], data["parameter"], data["separation"], cycles)
+    found = data.get("attractors", [data])
+    cycles = [(0.0, *_cycle(one)) for one in found if "period" in one]
+    return _Saved({}, None, None, [cycles[0]])
+
+
+def _cycle(data: Any) -> tuple[State, float]:
+    x, vx, y, vy = map(float, data["start"])
+    return (x, vx, y, vy), float(data["period"])

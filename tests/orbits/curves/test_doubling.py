@@ -1,0 +1,34 @@
+"""Branches of twice the period."""
+
+import pytest
+
+from fivtui import ComputationError, Parameters, branch
+from fivtui.orbits.curves.events import End, EventKind
+
+from .test_cycle_branches import assert_closed, drawn
+
+# One whose branch loses its stability to twice the period and gains it again, and one without.
+TWICE, ONCE = list(drawn(3, 5))[2], Parameters()
+
+
+def test_a_doubled_branch_joins_both_period_doublings() -> None:
+    single = branch(TWICE, "mu", low=0.0, high=10.0)
+    doublings = [event for event in single.events if event.kind is EventKind.PERIOD_DOUBLING]
+    assert len(doublings) == 2
+    found = branch(TWICE, "mu", low=0.0, high=10.0, doubled=True)
+    assert found.doubled
+    assert found.ends == (End.DOUBLING, End.DOUBLING)
+    assert found.events[0] == doublings[0]
+    assert found.events[-1].kind is EventKind.PERIOD_DOUBLING
+    assert found.events[-1].value == pytest.approx(doublings[1].value, abs=1e-9)
+    assert found.events[-1].period == pytest.approx(doublings[1].period, rel=1e-9)
+    assert found.points[-1].value == pytest.approx(doublings[1].value, abs=1e-4)
+    assert found.points[0].period == pytest.approx(2.0 * doublings[0].period, rel=1e-2)
+    assert {point.stable for point in found.points} == {True, False}
+    for point in found.points[3::25]:
+        assert_closed(found, point)
+
+
+def test_without_a_period_doubling_one_line_says_so() -> None:
+    with pytest.raises(ComputationError, match="no period doubling was found along mu"):
+        branch(ONCE, "mu", low=0.2, high=1.0, doubled=True)
