@@ -8,7 +8,14 @@ from typing import Final, Protocol, TypeVar
 
 import numpy as np
 
-from fivtui.model import ComputationError, InputError, Parameters, equilibrium, number_spec
+from fivtui.model import (
+    ComputationError,
+    InputError,
+    Parameters,
+    check_always_sliding,
+    equilibrium,
+    number_spec,
+)
 from fivtui.orbits.curves.arclength import OrbitOnCurve
 from fivtui.orbits.curves.cycle_branches import branch, parameter_range
 from fivtui.orbits.curves.events import End, EventKind
@@ -119,6 +126,7 @@ def _plane(
     separation: bool,
 ) -> ParameterPlane:
     p = Parameters() if parameters is None else parameters
+    check_always_sliding(p, "boundaries")
     if kind not in BOUNDARIES:
         raise InputError(f"kind = {kind!r}: must be one of {', '.join(BOUNDARIES)}")
     if len(over) != 2:

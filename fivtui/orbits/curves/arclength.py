@@ -221,7 +221,7 @@ def _compiled(flow: SliderBeltFlow, scales: FloatArray) -> OrbitSearch | None:
     places: Mapping[str, int] = {name: place for place, name in enumerate(PARAMETERS)}
     specs = (PARAMETERS[name] for name in flow.names)
     return load_kernel().orbits(
-        parameters=[*flow.p.as_dict().values()],
+        parameters=[getattr(flow.p, name) for name in PARAMETERS],
         varied=[
             Varied(
                 places[spec.name],

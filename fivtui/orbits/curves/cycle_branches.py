@@ -7,7 +7,14 @@ from typing import Final, Literal
 
 import numpy as np
 
-from fivtui.model import ComputationError, InputError, Parameters, State, number_spec
+from fivtui.model import (
+    ComputationError,
+    InputError,
+    Parameters,
+    State,
+    check_always_sliding,
+    number_spec,
+)
 from fivtui.orbits.explorer import Watch
 from fivtui.transient import Progress
 
@@ -88,6 +95,7 @@ def branch(
     [('hopf', 0.439388), ('touch', 0.37073), ('fold', 0.277877)]
     """
     p = Parameters() if parameters is None else parameters
+    check_always_sliding(p, "branches")
     if origin not in _ORIGINS and not isinstance(origin, Path):
         raise InputError(f"origin = {origin!r}: must be one of {', '.join(_ORIGINS)}, or a path")
     bottom, top = parameter_range(p, name, low, high)

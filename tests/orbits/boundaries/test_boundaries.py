@@ -173,6 +173,13 @@ def test_what_is_not_there_is_said() -> None:
         boundary(None, "fold", NARROW, progress=lambda fraction: fraction < 0.2)
 
 
+def test_a_belt_of_finite_speed_is_refused() -> None:
+    with pytest.raises(InputError, match="v_belt = 1: must be none for boundaries"):
+        boundary(Parameters(v_belt=1.0), "fold", NARROW)
+    with pytest.raises(InputError, match="v_belt = 1: must be none for branches"):
+        branch(Parameters(v_belt=1.0), "mu", low=0.2, high=0.8)
+
+
 @pytest.mark.parametrize(
     ("kind", "over", "separation", "said"),
     [
