@@ -350,7 +350,7 @@ TAB: Final = (
     Edit(
         "fivtui/tui/tabs/tabs.py",
         r' +TabSpec\("result".*\n',
-        r'    TabSpec("words", "Words", "alt+7", _of("words", "WordsPane")),\n\g<0>',
+        r'    TabSpec("words", "Words", "alt+0", _of("words", "WordsPane")),\n\g<0>',
     ),
 )
 WITH_TAB: Final = """
@@ -361,7 +361,7 @@ from tests.support.laboratory import until_shown, type_into
 async def look():
     async with FivtuiApp().run_test(size=(100, 30)) as pilot:
         await pilot.pause()
-        await pilot.press("alt+7")
+        await pilot.press("alt+0")
         await until_shown(pilot, "a preload of 80 newtons")
         await type_into(pilot, "F", "60")
         await until_shown(pilot, "a preload of 60 newtons")

@@ -12,6 +12,7 @@ if TYPE_CHECKING:
         scattered_study as scattered_study,
         wanted_error as wanted_error,
     )
+    from .result import Uncertainty as Uncertainty
     from .run import Place as Place, measured as measured, uncertainty as uncertainty
 else:
     from fivtui.lazy import lazily

@@ -5,8 +5,8 @@ from dataclasses import replace
 from typing import Final
 
 from fivtui.distributions import Distribution, parse_distribution, parse_scattered
-from fivtui.model import PARAMETERS, InputError, Interval, parse_number
-from fivtui.safety import MOST_FOLDS, safe_table
+from fivtui.model import PARAMETERS, InputError, Interval, check_always_sliding, parse_number
+from fivtui.safety import safe_table
 from fivtui.scene import Scene
 from fivtui.sweeps import (
     OUTPUTS as OF_SWEEPS,
@@ -25,6 +25,8 @@ FIRST_SAMPLES: Final = 1 << 10
 DEFAULT_REPEATS: Final = 16
 MOST_SAMPLES: Final = 1 << 24
 SAFE: Final = "safe_mu"
+# So many members are continued one by one.
+_FEW: Final = 64
 # Shares of the values that are outside a table of safe μ.
 _TAILS: Final = (1e-5, 1.0 - 1e-5)
 # Of these, probabilities are told.
@@ -83,6 +85,7 @@ def scattered_study(
     for name in outputs:
         if name not in OUTPUTS and name in OF_SWEEPS:
             raise InputError(f"output {name}: must be a number; its probability is always told")
+    check_always_sliding(scene.parameters, "an uncertainty study")
     if correlations is None:
         correlations = scene.correlation
     with_indices = not correlations if indices is None else indices
@@ -111,7 +114,7 @@ def with_table(study: Study, progress: Progress | None = None) -> Study:
 
     The table is over the range of each parameter in which all but 1 in 50,000 values are.
     """
-    if SAFE not in study.outputs or study.safe is not None or study.members <= MOST_FOLDS:
+    if SAFE not in study.outputs or study.safe is not None or study.members <= _FEW:
         return study
     ranges = {
         name: (float(low), float(high))

@@ -4,7 +4,6 @@ from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
     from .table import (
-        MOST_FOLDS as MOST_FOLDS,
         SafeTable as SafeTable,
         safe_mus as safe_mus,
         safe_table as safe_table,

@@ -5,6 +5,8 @@ import shlex
 from collections.abc import Collection
 from typing import Any, Final
 
+from fivtui.model import InputError
+from fivtui.results import Command
 from fivtui.scene import Scene
 from fivtui.studies import command_of
 
@@ -37,6 +39,10 @@ def _words(command: str, scene: Scene, origin: Origin, said: Collection[str]) ->
     return words
 
 
+def _fits(scene: Scene, command: Command) -> bool:
+    return all(getattr(scene, name) == value for name, value in command.needed.items())
+
+
 def study_line(kind: str, of: Any, origin: Origin) -> str:
     """The command that computes a study of a kind, quoted for a POSIX shell.
 
@@ -45,7 +51,11 @@ def study_line(kind: str, of: Any, origin: Origin) -> str:
     """
     command = command_of(kind, of)
     scene = dataclasses.replace(base_scene(), **command.scene)
-    fits = all(getattr(origin.scene, name) == value for name, value in command.needed.items())
-    begin = origin if fits else Origin(base_scene(), "")
+    begin = origin
+    if not _fits(origin.scene, command):
+        begin = Origin(base_scene(), "")
+        if not _fits(begin.scene, command):
+            said = " and ".join(command.needed)
+            raise InputError(f"{kind}: no option says its {said}; a scene file must")
     words = _words(command.name, scene, begin, command.said) if command.scene else []
     return shlex.join([*(words or ["fivtui", command.name]), *command.words])

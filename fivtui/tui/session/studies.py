@@ -11,7 +11,12 @@ if TYPE_CHECKING:
 T = TypeVar("T")
 
 # Identifier of the chart by tab.
-CHARTS: Final = {"sweep": "sweep-chart", "map": "map-chart", "trade-off": "errors-chart"}
+CHARTS: Final = {
+    "sweep": "sweep-chart",
+    "map": "map-chart",
+    "trade-off": "errors-chart",
+    "uncertainty": "histogram-chart",
+}
 
 
 @dataclass(frozen=True, slots=True, eq=False)

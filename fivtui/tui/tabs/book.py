@@ -15,12 +15,12 @@ from .pane import Pane
 from .tabs import TabSpec
 
 # Columns that the titles need, and shorter titles for fewer columns.
-_ROOM: Final = 65
+_ROOM: Final = 71
 _BRIEF: Final = {
-    "Stability": "Stab.",
-    "Transient": "Trans.",
+    "Stability": "Stab",
+    "Transient": "Trans",
     "Trade-off": "Trade",
-    "Result": "Res.",
+    "Result": "Res",
 }
 
 

@@ -46,6 +46,7 @@ TABS: Final = (
     TabSpec("map", "Map", "alt+4", _of("map", "MapPane")),
     TabSpec("trade-off", "Trade-off", "alt+5", _of("tradeoff", "TradeoffPane")),
     TabSpec("paper", "Paper", "alt+6", _of("paper", "PaperPane")),
+    TabSpec("uncertainty", "Risk", "alt+7", _of("uncertainty", "UncertaintyPane")),
     TabSpec("result", "Result", "alt+8", _of("result", "ResultPane")),
     TabSpec("log", "Log", "alt+9", _of("log", "LogPane")),
 )

@@ -234,7 +234,7 @@ async def test_nothing_touches_and_no_title_is_cut(size: tuple[int, int]) -> Non
         form = pilot.app.screen.query_one("Form").region
         # A blank column between the units of the form and what stands beside it.
         assert {line[form.right] for line in shown[: form.height]} == {" "}
-        titles = ("Stab", "Trans", "Sweep", "Map", "Trade", "Paper", "Res", "Log")
+        titles = ("Stab", "Trans", "Sweep", "Map", "Trade", "Paper", "Risk", "Res", "Log")
         (tabs,) = (line for line in shown if "Sweep" in line)
         assert all(title in tabs for title in titles)
         await pilot.press("alt+5")

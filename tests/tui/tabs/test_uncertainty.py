@@ -1,0 +1,117 @@
+"""The uncertainty tab: its charts and its table, and one start of the app."""
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+from textual.pilot import Pilot
+from textual.widgets import Input
+
+from fivtui.model.errors import InputError
+from fivtui.reliability.result import Uncertainty
+from fivtui.reliability.run import measured
+from fivtui.scene.presets import PRESETS
+from fivtui.sweeps.run import local_engine
+from fivtui.tui.chart.chart import View
+from fivtui.tui.chart.picture import draw
+from fivtui.tui.session.studies import DisplayedStudy
+from fivtui.tui.tabs.book import TabBook
+from fivtui.tui.tabs.charts import uncertainty as charts
+from fivtui.tui.tabs.uncertainty import UncertaintyPane
+from tests.support.laboratory import app_of, show_tab, text_of, until_shown
+
+TEXT = "mu~uniform:0.2:0.8"
+
+
+@pytest.fixture(autouse=True)
+def _few(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(charts, "SAMPLES", 256)
+
+
+@pytest.fixture(scope="module")
+def result() -> Uncertainty:
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(charts, "SAMPLES", 256)
+        study = charts.uncertainty_request(PRESETS["base"], TEXT)
+    return measured(study, local_engine(1))
+
+
+def test_a_histogram_has_a_step_line_for_each_region(result: Uncertainty) -> None:
+    chart = charts.histogram_chart(result, "growth_rate")
+    assert chart is not None
+    assert [trace.name for trace in chart.traces] == list(result.regions())
+    # Every second value is that of a bin once.
+    assert sum(trace.y[::2].sum() for trace in chart.traces) == pytest.approx(1.0)
+    unstable = chart.traces[-1]
+    assert unstable.y[::2].sum() == pytest.approx(result.probabilities["unstable"].value)
+    assert [guide.label for guide in chart.guides] == ["5%", "50%", "95%"]
+    text = draw(chart, View(), 90, 20).text()
+    assert "P(squeal possible) = 0.8" in text
+    constant = charts.histogram_chart(result, "safe_mu")
+    assert constant is not None
+    assert constant.x_label == "safe friction coefficient"
+
+
+def test_samples_are_drawn_by_region(result: Uncertainty) -> None:
+    chart = charts.samples_chart(result, "growth_rate")
+    assert chart is not None
+    assert chart.x_label == "mu"
+    assert sum(trace.x.size for trace in chart.traces) == 256
+    assert chart.traces[0].x.max() < 0.278 < chart.traces[1].x.min()
+    assert chart.traces[1].x.max() < 0.4394 < chart.traces[2].x.min()
+    assert np.all(chart.traces[2].y > 0.0)
+
+
+def test_the_table_has_the_indices_as_numbers_and_bars(result: Uncertainty) -> None:
+    rows = charts.index_rows(result)
+    assert [row[0] for row in rows] == [name.replace("_", " ") for name in result.indices]
+    assert rows[0][1] == "mu"
+    assert rows[0][2].startswith("1.0")
+    assert charts.bar(0.5, 0.75) == "█" * 12 + "░" * 6
+    assert charts.bar(-0.1, 1.3) == "░" * 24
+
+
+def pane_of(pilot: Pilot[None]) -> UncertaintyPane:
+    pane = app_of(pilot).screen_stack[0].query_one(TabBook).pane
+    assert isinstance(pane, UncertaintyPane)
+    return pane
+
+
+async def test_a_key_scatters_and_the_views_show_what_comes_of_it(
+    pilot: Pilot[None], tmp_path: Path
+) -> None:
+    await show_tab(pilot, "alt+7")
+    pane = pane_of(pilot)
+    with pytest.raises(InputError, match="press F10"):
+        pane.export("data")
+    line = pane.query_one("#scattered", Input)
+    line.value = "mu~uniform:0.8:0.2"
+    await pilot.press("f10")
+    await until_shown(pilot, "LOW must be below HIGH")
+    line.value = TEXT
+    await pilot.press("f10")
+    await until_shown(pilot, "256 samples")
+    await until_shown(pilot, "P(squeal possible) = 0.8")
+    assert "squeals after a knock" in text_of(pilot)
+    await pilot.click("#scattered-critical_mu")
+    await until_shown(pilot, "critical friction coefficient")
+    pane.show_view("indices")
+    await until_shown(pilot, "with others")
+    assert "████" in text_of(pilot)
+    whole = pane.export("data")
+    whole.write(tmp_path / "rows.csv", False)
+    assert pane.command_line() == (
+        "fivtui uncertainty --vary 'mu~uniform:0.2:0.8' --samples 256 --repeats 16 --seed 0"
+    )
+    read = app_of(pilot).session.studies
+    read.put("uncertainty", DisplayedStudy(result_of(tmp_path / "rows.csv"), "a", "rows.csv"))
+    pane.scene_changed()
+    await until_shown(pilot, "256 samples, read from rows.csv")
+
+
+def result_of(path: Path) -> Uncertainty:
+    from fivtui.studies import load_study
+
+    found = load_study("uncertainty", path)
+    assert isinstance(found, Uncertainty)
+    return found
