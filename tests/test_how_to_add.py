@@ -208,8 +208,8 @@ MODE: Final = (
     ),
     Edit(
         "fivtui/kernel/single.c",
-        r"row\[4\] = w->side < 0\.0;",
-        "row[4] = w->side < 0.0 ? 1.0 : w->preload < 0.0 ? 5.0 : 0.0;",
+        r"return w->side < 0\.0;",
+        "return w->side < 0.0 ? 1 : w->preload < 0.0 ? 5 : 0;",
     ),
 )
 # Off the belt it is what twice the damping gives without the mode, and in contact what it was.

@@ -17,7 +17,7 @@ from fivtui.model import ComputationError
 
 from .lanes import Work
 from .orbits import OrbitSearch
-from .runs import MOST_SEEDS, KernelRun, VariedRun
+from .runs import MOST_SEEDS, BeltRun, KernelRun, VariedRun
 
 Floats = NDArray[np.float64]
 
@@ -29,21 +29,29 @@ _REASON: Final = _FOLDER / "libfivtui.txt"
 # By what `fivtui_instruction_set` returns.
 INSTRUCTION_SETS: Final = ("baseline", "avx2", "avx512")
 # Functions that gain nothing by wider registers than those of AVX2.
-_OF_ONE_RUN: Final = ("run_", "vary_", "orbit_")
+_OF_ONE_RUN: Final = ("run_", "belt_", "vary_", "orbit_")
 # What chooses another one than the best there is.
 _CHOICE: Final = "FIVTUI_INSTRUCTION_SET"
 
 _int, _float, _pointer = ctypes.c_int64, ctypes.c_double, ctypes.c_void_p
+_BEGIN: Final[tuple[Any, list[Any]]] = (
+    None,
+    [_pointer, _pointer, _int, _pointer, _float, _float, _int],
+)
+_ADVANCE: Final[tuple[Any, list[Any]]] = (
+    _int,
+    [
+        *(_pointer, _pointer, _int, _pointer, _int, _pointer, _pointer, _pointer, _int, _int),
+        _pointer,
+    ],
+)
 _FUNCTIONS: Final[dict[str, tuple[Any, list[Any]]]] = {
     "run_size": (_int, []),
-    "run_begin": (None, [_pointer, _pointer, _int, _pointer, _float, _float, _int]),
-    "run_advance": (
-        _int,
-        [
-            *(_pointer, _pointer, _int, _pointer, _int, _pointer, _pointer, _pointer, _int, _int),
-            _pointer,
-        ],
-    ),
+    "run_begin": _BEGIN,
+    "run_advance": _ADVANCE,
+    "belt_size": (_int, []),
+    "belt_begin": _BEGIN,
+    "belt_advance": _ADVANCE,
     "batch_size": (_int, []),
     "batch_advance": (
         _float,
@@ -60,6 +68,7 @@ _FUNCTIONS: Final[dict[str, tuple[Any, list[Any]]]] = {
     "static_starts": (None, [_pointer, _pointer, _pointer, _int]),
 }
 _packed9, _packed4 = struct.Struct("9d").pack, struct.Struct("4d").pack
+_packed12: Final = struct.Struct("12d").pack
 
 
 class Kernel:
@@ -99,6 +108,7 @@ class Kernel:
             function.restype, function.argtypes = result, arguments
             functions[name] = function
         self._run_memory = _float * (functions["run_size"]() // 8)
+        self._belt_memory = _float * (functions["belt_size"]() // 8)
         self._work_size = functions["batch_size"]() // 8
         self._varied_size = functions["vary_size"]() // 8
 
@@ -113,6 +123,7 @@ class Kernel:
         order: int,
         times: Floats | None = None,
         segments: bool = False,
+        belt: tuple[float, float, float] | None = None,
     ) -> KernelRun:
         """Begin a run.
 
@@ -132,12 +143,21 @@ class Kernel:
             Ascending sample times, s.
         segments : bool
             Whether segments are wanted.
+        belt : tuple of float, optional
+            v_belt, μ_s and v_s, 0 where friction is constant, of a belt of finite speed.
 
         Returns
         -------
         KernelRun
-            At its start.
+            At its start; a `BeltRun` on a belt of finite speed.
         """
+        if belt is not None:
+            memory = self._belt_memory()
+            given = _packed12(*parameters, *belt)
+            self._functions["belt_begin"](
+                memory, given, separation, _packed4(*start), t_end, tol, order
+            )
+            return BeltRun(self._functions["belt_advance"], memory, order, times, segments)
         memory = self._run_memory()
         self._functions["run_begin"](
             memory, _packed9(*parameters), separation, _packed4(*start), t_end, tol, order

@@ -56,6 +56,7 @@ class RunColumns(NamedTuple):
 COLUMNS: Final = len(RunColumns._fields)
 _STATUSES: Final = tuple(Status)
 # Arrays of ctypes: what a short run costs is the making and passing of its buffers.
+_CHANGE_COLUMNS: Final = 3
 _Result, _Switches = ctypes.c_double * (COLUMNS + 3), ctypes.c_double * _SWITCHES
 _NO_TIMES: Final = np.empty(0)
 
@@ -92,12 +93,15 @@ class KernelRun:
         and the coefficients of x and of y.
     """
 
+    # Numbers that are said of a switch, and room for them.
+    _width, _room = 1, _Switches
+
     def __init__(
         self, function: Any, memory: Any, order: int, times: Floats | None, segments: bool
     ) -> None:
         self._function, self._memory = function, memory
         self._result: Any = _Result()
-        self._found: Any = _Switches()
+        self._found: Any = self._room()
         self._columns = SEGMENT_HEAD + 2 * (order + 2) if segments else 0
         self._sampling: tuple[Any, ...] = (None, 0, None, None)
         self.sampled = 0
@@ -136,11 +140,23 @@ class KernelRun:
         switched, filled, sampled = columns[COLUMNS:]
         self.sampled = int(sampled)
         self.switches = (
-            np.frombuffer(self._found, count=int(switched)).copy() if switched else _NO_TIMES
+            np.frombuffer(self._found, count=int(switched) * self._width).copy()
+            if switched
+            else _NO_TIMES
         )
         if self._columns:
             self.segments = stored[: int(filled)]
         return _STATUSES[status]
+
+
+class BeltRun(KernelRun):
+    """A run on a belt of finite speed, under way.
+
+    `switches` has three numbers for each switch of the last call: time, s, and the modes before
+    and after it.
+    """
+
+    _width, _room = _CHANGE_COLUMNS, ctypes.c_double * (_CHANGE_COLUMNS * _SWITCHES)
 
 
 class VariedRun:

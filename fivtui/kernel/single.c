@@ -1,6 +1,7 @@
 /* One run: Taylor steps, switches, exact extremes, samples and polynomials. */
 
 #define LANES 1
+#include "output.h"
 #include "run.h"
 #include "variant.h"
 
@@ -12,30 +13,8 @@ typedef struct {
 /* What a call gives back behind the columns of a result. */
 enum { R_SWITCHES = RESULTS, R_SEGMENTS, R_SAMPLES };
 
-/* Columns of a segment: start, what it lacks of the exact start, duration, end, mode, and
-   coefficients of x and of y in θ = time/duration. */
-#define SEGMENT_HEAD 5
-
-/* x, ẋ, y, ẏ at a time, in columns of `count`. */
-APART void store_sample(const Block *w, int groups, double t, double *samples, int64_t count)
-{
-    double part = (t - w->t) - w->rest;
-    Tangent x = tangent_at(w->xs, groups, part), y = tangent_at(w->ys, groups, part);
-    samples[0] = x.value, samples[count] = x.slope;
-    samples[2 * count] = y.value, samples[3 * count] = y.slope;
-}
-
-APART void store_segment(const Block *w, int groups, double end, double *row)
-{
-    int size = 4 * groups + 2;
-    double power = 1.0;
-    row[0] = w->t, row[1] = w->rest, row[2] = w->h, row[3] = end, row[4] = w->side < 0.0;
-    for (int n = 0; n < size; n++) {
-        row[SEGMENT_HEAD + n] = w->xs[n] * power;
-        row[SEGMENT_HEAD + size + n] = w->ys[n] * power;
-        power *= w->h;
-    }
-}
+/* The mode, as in `fivtui.model.modes`. */
+INLINE int mode_of(const Block *w) { return w->side < 0.0; }
 
 /* Bytes of a run. */
 EXPORT int64_t NAME(run_size)(void) { return sizeof(Sampled); }
@@ -75,10 +54,10 @@ EXPORT int64_t NAME(run_advance)(Sampled *of, double *switches, int64_t switch_r
         }
         for (; sampled < time_count && (times[sampled] < ending.t || ending.last); sampled++) {
             store_sample(w, groups, times[sampled], samples + sampled, time_count);
-            modes[sampled] = w->side < 0.0;
+            modes[sampled] = (int8_t)mode_of(w);
         }
         if (segments)
-            store_segment(w, groups, ending.t, segments + stored++ * columns);
+            store_segment(w, groups, ending.t, mode_of(w), segments + stored++ * columns);
         double switches_before = w->lifts + w->landings;
         status = end_step(run, &ending, cut);
         if (w->lifts + w->landings != switches_before)

@@ -102,6 +102,8 @@ def unknown_name(kind: str, name: str, known: Iterable[str]) -> InputError:
 
 
 _STIFFNESS_MAX: Final = 1e12
+# A belt that is slower is at rest: products with its speed would underflow.
+_LEAST_SPEED: Final = 1e-150
 
 
 def _spec(
@@ -204,6 +206,8 @@ class Parameters:
         for name, spec in BELT_PARAMETERS.items():
             if getattr(self, name) is not None:
                 object.__setattr__(self, name, spec.read(getattr(self, name)))
+        if self.v_belt is not None and self.v_belt < _LEAST_SPEED:
+            object.__setattr__(self, "v_belt", 0.0)
         if self.mu_s is not None and self.mu_s < self.mu:
             raise InputError(f"mu_s = {self.mu_s:g}: must be none, or at least mu = {self.mu:g}")
 

@@ -176,13 +176,17 @@ def _mode_on_belt(p: Parameters, state: State, speed: float) -> Mode:
     ay = (force - p.F - p.c2 * vy + h * (x - y)) / p.m
     bend = 6.0 * p.k_nl * y * vy * vy
     held = (holding_force(p, x, y), a * speed - h * vy, -h * ay)
-    grips = (grip * force, -grip * kt * vy, -grip * (kt * ay + bend))
-    sizes = (
-        p.c1 * speed + abs(a * x) + abs(h * y) + abs(grips[0]),
-        a * speed + abs(h * vy) + abs(grips[1]),
-        abs(h * ay) + grip * (abs(kt * ay) + abs(bend)),
+    forces = (force, -kt * vy, -kt * ay - bend)
+    # What the preload gives is known to rounding, too.
+    of_forces = (
+        abs(force) + abs(p.F),
+        kt * (abs(vy) + static_deflection(p) / time_scale(p)),
+        kt * (abs(ay) + abs(p.F) / p.m) + abs(bend),
     )
-    if force < 0.0:
+    grips = tuple(grip * value for value in forces)
+    of_held = (p.c1 * speed + abs(a * x) + abs(h * y), a * speed + abs(h * vy), abs(h * ay))
+    sizes = [one + grip * other for one, other in zip(of_held, of_forces, strict=True)]
+    if _falls(forces, of_forces):
         return Mode.BACKWARD if _falls(held, sizes) else Mode.FORWARD
     if _falls([g - f for g, f in zip(grips, held, strict=True)], sizes):
         return Mode.FORWARD

@@ -14,7 +14,7 @@ from fivtui.model.modes import MODES, Guard, Mode, Transition
 from fivtui.model.parameters import Parameters
 from fivtui.model.slider_belt import BALANCED, State, guard_value, mode_of, spring_force
 
-from .friction import law_coefficients, law_of, limited
+from .friction import is_far, law_coefficients, law_of, limited
 from .polynomial import first_root
 from .segment import BeltSegment
 from .series import Coefficients
@@ -97,7 +97,7 @@ class BeltStepper(TaylorStepper):
 
     def _expanded(self, mode: Mode) -> Coefficients:
         state, law = self._state, self._laws[mode]
-        if law is None:
+        if law is None or is_far(law, law.sign * (self._speed - state[1])):
             x, y = self._expand[mode](*state, *self._constants[mode])
         else:
             x, y = law_coefficients(self._p, mode, law, state, self._degree - 1)

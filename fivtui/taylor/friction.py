@@ -20,11 +20,12 @@ _LOG2_E: Final = 1.44269504088896338700
 _FACTORS: Final = tuple(1.0 / math.factorial(n) for n in range(14))
 # Beyond this exponent e is zero, and still far above the least normal number.
 _MOST: Final = 700.0
-# Over a step v/v_s changes by so much at most where e plays a part, the more the smaller e is; e is
-# below rounding from 37 on.
-_CHANGE: Final = 1.0
-_WIDENING: Final = 0.05
+# Over a step v/v_s changes by so much at most, the more the smaller e is. From 37 on e is below
+# rounding, and left out where a step keeps so far that this allows a longer one.
+_CHANGE: Final = 1.5
+_WIDENING: Final = 0.09
 _NEGLIGIBLE: Final = 37.0
+_FAR: Final = (_NEGLIGIBLE + _CHANGE) / (1.0 - _WIDENING)
 _SHRINKING: Final = 0.75
 
 
@@ -90,8 +91,16 @@ def _product(a: Sequence[float], b: Sequence[float], n: int) -> float:
     return total
 
 
+def is_far(law: Law, speed: float) -> bool:
+    """Whether friction is constant for steps as long as `limited` allows."""
+    return speed * law.per_speed > _FAR
+
+
 def limited(duration: float, x: Sequence[float], law: Law, speed: float) -> float:
-    """The part of a step, s, over which the expansion of e holds; `speed` is v at its start."""
+    """The part of a step, s, over which the expansion of e holds, or e stays below rounding.
+
+    `speed` is v at its start.
+    """
     exponent = speed * law.per_speed
     allowed = max(_CHANGE + _WIDENING * exponent, exponent - _NEGLIGIBLE) / law.per_speed
     while _change(x, duration) > allowed:

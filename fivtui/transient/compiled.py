@@ -11,9 +11,9 @@ from fivtui.taylor import local_tolerance, order_for, overflow_error, stall_erro
 
 from .extremes import Extremes
 from .request import OnSamples, Progress, Request
-from .result import Stats, Transient, assemble
+from .result import NO_CHANGES, Stats, Transient, assemble
 from .stiffness import step_limit_error, stiffness_of
-from .trajectory import DenseSolution, Trajectory, trajectory_of
+from .trajectory import DenseSolution, Trajectory, touching, trajectory_of
 
 # Steps between two looks at the progress callback, and at the keyboard if there is none.
 _REPORT: Final = 256
@@ -40,6 +40,7 @@ def run(
         order=order,
         times=times,
         segments=dense,
+        belt=None if p.v_belt is None else (p.v_belt, p.mu_static, p.speed_law or 0.0),
     )
     switches: list[NDArray[np.float64]] = []
     segments: list[NDArray[np.float64]] = []
@@ -67,19 +68,32 @@ def run(
     if progress is not None:
         progress(1.0)
     whole, second_half = _extremes(here)
+    found, changes = _joined(switches), NO_CHANGES
+    if p.v_belt is not None:
+        changes = found.reshape(-1, NO_CHANGES.shape[1])
+        found = _lifted(changes)
     return assemble(
         request,
         final=here[:4],
         whole=whole,
         second_half=second_half,
-        switches=_joined(switches),
+        switches=found,
         separations=int(here.separations),
         separated_time=here.separated,
         stats=Stats(steps, None, "compiled"),
         first_mode=mode_of(p, request.initial, separation=request.separation),
         trajectory=None if times is None else _trajectory(p, times, under_way),
         solution=_solution(p, _joined(segments), order + 1) if dense else None,
+        changes=changes,
     )
+
+
+def _lifted(changes: NDArray[np.float64]) -> NDArray[np.float64]:
+    # Of all switches on a belt of finite speed, the times of those on to the belt and off it.
+    modes = changes[:, 1:].astype(np.intp)
+    before, after = touching(modes).T
+    times: NDArray[np.float64] = changes[before != after, 0]
+    return times
 
 
 def _joined(parts: list[NDArray[np.float64]]) -> NDArray[np.float64]:

@@ -19,16 +19,16 @@ from fivtui.io import (
     write_atomically,
     write_table,
 )
-from fivtui.model import IN_CONTACT, InputError, Mode, Parameters
+from fivtui.model import InputError, Mode, Parameters
 
 from .derivatives.digits import final_digits
 from .derivatives.sensitivity import Sensitivities
 from .methods import FMU_FLAVOURS, takes_step
 from .result import (
+    NO_CHANGES,
     ContactForce,
     Events,
     FinalState,
-    ModeChange,
     Peak,
     Stats,
     Steady,
@@ -40,7 +40,7 @@ from .trajectory import COLUMNS, Trajectory, touching
 _KIND: Final = "trajectory"
 _SAID: Final = "transient"
 _SWITCHES: Final = "switch_times"
-_CHANGES: Final = "mode_changes"
+_CHANGES: Final = "changes"
 _FIRST_MODE: Final = "first_mode"
 _DIGITS: Final = "final_digits"
 _SENSITIVITIES: Final = "sensitivities"
@@ -244,23 +244,20 @@ def _from_samples(known: Mapping[str, Any], motion: Trajectory) -> Transient:
         switch_times=switches,
         first_mode=first_mode,
         trajectory=motion,
-        mode_changes=tuple(changes) if on_belt else (),
+        changes=changes if on_belt else NO_CHANGES,
     )
 
 
 def _mode_changes(
     motion: Trajectory, switches: np.ndarray[Any, np.dtype[np.float64]]
-) -> list[ModeChange]:
+) -> np.ndarray[Any, np.dtype[np.float64]]:
     # Changes of the mode between samples: at `switches` where the slider leaves the belt or comes
     # back, else in the middle.
-    times, mode, crossings = motion.t, motion.mode.tolist(), iter(switches.tolist())
-    changes = []
-    for place in np.flatnonzero(np.diff(motion.mode)).tolist():
-        first, then = Mode(mode[place]), Mode(mode[place + 1])
-        middle = 0.5 * float(times[place] + times[place + 1])
-        t = next(crossings) if not IN_CONTACT.issuperset((first, then)) else middle
-        changes.append(ModeChange(t, first, then))
-    return changes
+    places = np.flatnonzero(np.diff(motion.mode))
+    first, then = motion.mode[places], motion.mode[places + 1]
+    times = 0.5 * (motion.t[places] + motion.t[places + 1])
+    times[touching(first) != touching(then)] = switches
+    return np.stack((times, first, then), axis=1)
 
 
 def _step_of(known: Mapping[str, Any]) -> float | None:
@@ -285,8 +282,8 @@ def store_transient(transient: Transient, path: Path) -> None:
     said = {**transient_to_dict(transient), _FIRST_MODE: int(transient.first_mode)}
     arrays: dict[str, Any] = trajectory_of(transient).to_columns()
     arrays |= {_SAID: np.array(json.dumps(said)), _SWITCHES: transient.switch_times}
-    if transient.mode_changes:
-        arrays[_CHANGES] = np.array(transient.mode_changes)
+    if transient.changes.size:
+        arrays[_CHANGES] = transient.changes
 
     def write(file: BinaryIO) -> None:
         np.savez(file, **arrays)
@@ -313,10 +310,7 @@ def restore_transient(path: Path) -> Transient:
             first_mode=Mode(said[_FIRST_MODE]),
             trajectory=Trajectory(*(arrays[column.name] for column in COLUMNS)),
             sensitivities=Sensitivities.from_dict(derived) if derived is not None else None,
-            mode_changes=tuple(
-                ModeChange(t, Mode(int(first)), Mode(int(then)))
-                for t, first, then in arrays.get(_CHANGES, np.empty((0, 3))).tolist()
-            ),
+            changes=arrays.get(_CHANGES, NO_CHANGES),
         )
     except (InputError, ValueError, KeyError, TypeError):
         raise InputError(f"{path}: damaged") from None

@@ -80,10 +80,7 @@ def _taylor(request: Request, progress: Progress | None, on_samples: OnSamples |
         )
     if solvable and kernel in ("auto", "exact"):
         return linear.run(request, progress)
-    belt = request.parameters.v_belt is not None
-    if kernel == "compiled":
-        check_always_sliding(request.parameters, "the compiled kernel")
-    if kernel == "interpreted" or (kernel == "auto" and (belt or why_interpreted() is not None)):
+    if kernel == "interpreted" or (kernel == "auto" and why_interpreted() is not None):
         recorder = Recorder(request, on_samples)
         recorder.follow(METHODS["taylor"].stepper(request), progress)
         return recorder.result("interpreted")

@@ -11,7 +11,7 @@ from fivtui.taylor import BeltSegment, Segment, Stepper
 
 from .extremes import Extremes
 from .request import Kernel, OnSamples, Progress, Request
-from .result import ModeChange, Stats, Transient, assemble
+from .result import NO_CHANGES, Stats, Transient, assemble
 from .stiffness import step_limit_error, stiffness_of
 from .trajectory import DenseSolution, Trajectory
 
@@ -43,7 +43,7 @@ class Recorder:
         self._second_half = Extremes()
         self._half = 0.5 * request.t_end
         self._switches: list[float] = []
-        self._changes: list[ModeChange] = []
+        self._changes: list[tuple[float, float, float]] = []
         self._separated = [0.0]
         self._final: State = request.initial
         self._steps = 0
@@ -118,7 +118,7 @@ class Recorder:
         # Between two modes in contact nothing separates.
         lands = segment.mode not in IN_CONTACT
         if isinstance(segment, BeltSegment):
-            self._changes.append(ModeChange(segment.end, segment.mode, segment.then))
+            self._changes.append((segment.end, segment.mode, segment.then))
             if not lands and segment.then in IN_CONTACT:
                 return
         self._switches.append(segment.end)
@@ -152,7 +152,7 @@ class Recorder:
             separated_time=math.fsum(self._separated),
             stats=Stats(steps=self._steps, kernel=kernel),
             first_mode=self._first_mode,
-            changes=self._changes,
+            changes=np.array(self._changes) if self._changes else NO_CHANGES,
             trajectory=Trajectory.joined(self._parts) if self._parts else None,
             solution=DenseSolution(self._request.parameters, self._kept) if dense else None,
         )

@@ -1,9 +1,8 @@
 """The result of a transient: final state, peaks, events, and how they are assembled."""
 
 import math
-from collections import Counter
-from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from collections.abc import Mapping
+from dataclasses import dataclass, field
 from itertools import pairwise
 from types import MappingProxyType
 from typing import TYPE_CHECKING, Any, Final, NamedTuple
@@ -30,6 +29,12 @@ _OF_SLIDING: Final = (
     transition_name(Mode.CONTACT, Mode.SEPARATED),
     transition_name(Mode.SEPARATED, Mode.CONTACT),
 )
+
+
+# The names of all pairs of modes, by first · number of modes + second.
+_KINDS: Final = [transition_name(first, then) for first in Mode for then in Mode]
+_PLACES: Final = np.array([len(Mode), 1.0])
+NO_CHANGES: Final[NDArray[np.float64]] = np.empty((0, 3))
 
 
 class FinalState(NamedTuple):
@@ -148,8 +153,9 @@ class Transient(Result):
         Times of separations and reattachments, s, alternately of one kind and the other.
     first_mode : Mode
         Mode at the start.
-    mode_changes : tuple of ModeChange
-        All switches on a belt of finite speed; empty where the slider always slides.
+    changes : ndarray, shape (n, 3)
+        Time, s, and modes before and after of all switches on a belt of finite speed; empty where
+        the slider always slides.
     trajectory : Trajectory or None
         The motion at the times asked for.
     solution : DenseSolution or None
@@ -177,7 +183,7 @@ class Transient(Result):
     trajectory: Trajectory | None = None
     solution: DenseSolution | None = None
     sensitivities: "Sensitivities | None" = None
-    mode_changes: tuple[ModeChange, ...] = ()
+    changes: NDArray[np.float64] = field(default_factory=lambda: NO_CHANGES)
 
     @property
     def separated_intervals(self) -> list[tuple[float, float]]:
@@ -190,7 +196,16 @@ class Transient(Result):
     @property
     def stick_intervals(self) -> list[tuple[float, float]]:
         """Start and end of every interval in which the slider sticks to the belt, s."""
-        return _intervals(self.first_mode, self.mode_changes, self.t_end, Mode.STICK)
+        intervals = _sticking(self.first_mode, self.changes, self.t_end).tolist()
+        return [(begin, end) for begin, end in intervals]
+
+    @property
+    def mode_changes(self) -> list[ModeChange]:
+        """All switches on a belt of finite speed."""
+        return [
+            ModeChange(t, Mode(int(first)), Mode(int(then)))
+            for t, first, then in self.changes.tolist()
+        ]
 
     def _summary(self) -> list[tuple[str, str]]:
         events, final = self.events, self.final
@@ -247,7 +262,7 @@ def assemble(
     first_mode: Mode,
     trajectory: Trajectory | None,
     solution: DenseSolution | None,
-    changes: Sequence[ModeChange] = (),
+    changes: NDArray[np.float64] = NO_CHANGES,
 ) -> Transient:
     """The result of a run.
 
@@ -289,30 +304,37 @@ def assemble(
         first_mode,
         trajectory,
         solution,
-        mode_changes=tuple(changes),
+        changes=changes,
     )
 
 
 def all_events(
-    events: Events, p: Parameters, first_mode: Mode, changes: Sequence[ModeChange], t_end: float
+    events: Events,
+    p: Parameters,
+    first_mode: Mode,
+    changes: NDArray[np.float64],
+    t_end: float,
 ) -> Events:
     """Events with their transitions by kind, and with what a belt of finite speed adds."""
     if p.v_belt is None:
         counts = (events.separations, events.reattachments)
         return events._replace(transitions=dict(zip(_OF_SLIDING, counts, strict=True)))
-    transitions = Counter(transition_name(change.first, change.then) for change in changes)
-    held = _intervals(first_mode, changes, t_end, Mode.STICK)
+    size = len(_KINDS)
+    kinds = np.bincount((changes[:, 1:] @ _PLACES).astype(np.intp), minlength=size)
+    held = _sticking(first_mode, changes, t_end)
     return events._replace(
         sticks=len(held),
-        stick_time=math.fsum(end - begin for begin, end in held),
-        transitions=dict(sorted(transitions.items())),
+        stick_time=math.fsum((held[:, 1] - held[:, 0]).tolist()),
+        transitions={
+            name: count for name, count in zip(_KINDS, kinds.tolist(), strict=True) if count
+        },
     )
 
 
-def _intervals(
-    first_mode: Mode, changes: Sequence[ModeChange], t_end: float, mode: Mode
-) -> list[tuple[float, float]]:
-    # Start and end of every interval in a mode, s.
-    edges = [0.0, *(change.t for change in changes), t_end]
-    modes = [first_mode, *(change.then for change in changes)]
-    return [pair for pair, at in zip(pairwise(edges), modes, strict=True) if at is mode]
+def _sticking(first_mode: Mode, changes: NDArray[np.float64], t_end: float) -> NDArray[np.float64]:
+    # Start and end of every interval of stick, s, shape (n, 2).
+    edges = np.concatenate(([0.0], changes[:, 0], [t_end]))
+    modes = np.concatenate(([first_mode], changes[:, 2]))
+    intervals: NDArray[np.float64] = np.stack((edges[:-1], edges[1:]), axis=1)
+    stuck: NDArray[np.float64] = intervals[modes == Mode.STICK]
+    return stuck

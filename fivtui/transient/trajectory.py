@@ -129,9 +129,10 @@ class DenseSolution:
         return trajectory_of(self._p, t, (x, vx / duration, y, vy / duration), self._mode[index])
 
 
-def touching(mode: NDArray[np.int8]) -> NDArray[np.bool_]:
-    """Whether the slider touches the belt in each of n modes, shape (n,)."""
-    return _TOUCHING[mode]
+def touching(mode: NDArray[np.integer]) -> NDArray[np.bool_]:
+    """Whether the slider touches the belt in each of some modes, in their shape."""
+    found: NDArray[np.bool_] = _TOUCHING[mode]
+    return found
 
 
 def trajectory_of(
