@@ -314,7 +314,12 @@ class Follower(Generic[P]):
                     found.append((located[0], kind, located[1]))
         if not found:
             return None
-        _, kind, point = min(found, key=lambda one: one[0])
+        found.sort(key=lambda one: one[0])
+        _, kind, point = found[0]
+        for _, other, place in found[1:]:
+            # Where two are as near as rounding, one that has been passed at the first comes first.
+            if here.values[other] * self._curve.tests[other](point) < 0.0:
+                kind, point = other, place
         return kind, point
 
     def _locate(

@@ -8,6 +8,7 @@ import pytest
 
 from fivtui import ComputationError, InputError, Parameters, branch, simulate, stability
 from fivtui.equilibrium import critical_mu
+from fivtui.model import accelerations, mode_of
 from fivtui.orbits.curves.events import End, EventKind
 from fivtui.orbits.curves.hopf import hopf_point, hopf_values
 from fivtui.orbits.curves.result import CycleBranch, CyclePoint
@@ -66,15 +67,16 @@ def test_a_multiplier_is_one_at_the_fold_where_stability_changes(known: CycleBra
     assert all(point.stable for point in known.points[place + 1 :])
 
 
-def test_the_fold_is_where_transients_stop_dying_out(known: CycleBranch) -> None:
+@pytest.mark.parametrize("change", [5e-5, 5e-6])
+def test_the_fold_is_where_transients_stop_dying_out(known: CycleBranch, change: float) -> None:
     (fold,) = values_of(known, EventKind.FOLD)
-    start = point_at(known, fold).start
-    ends = [
-        simulate(at(known, fold + change), t_end=3000.0, start=start).steady.y_half_range
-        for change in (5e-5, -5e-5)
-    ]
-    assert ends[0] > 1.0
-    assert ends[1] < 1e-6
+    point = point_at(known, fold)
+    kept, lost = (
+        simulate(at(known, fold + way), t_end=20_000.0, start=point.start)
+        for way in (change, -change)
+    )
+    assert kept.steady.y_half_range == pytest.approx(point.half_range, rel=0.2)
+    assert lost.steady.y_half_range < 1e-6
 
 
 def assert_closed(found: CycleBranch, point: CyclePoint) -> None:
@@ -95,6 +97,55 @@ def assert_closed(found: CycleBranch, point: CyclePoint) -> None:
 def test_cycles_close_under_another_integrator(known: CycleBranch) -> None:
     for point in known.points[5::20]:
         assert_closed(known, point)
+
+
+def independent_multipliers(found: CycleBranch, point: CyclePoint) -> np.ndarray:
+    """Multipliers across a cycle from differences of runs by SciPy."""
+    p = at(found, point.value)
+    speed = 2.0 * math.pi / point.period
+    scales = np.array([1.0, speed, 1.0, speed]) * point.half_range
+
+    def after(start: np.ndarray) -> np.ndarray:
+        run = simulate(
+            p,
+            start=start.tolist(),
+            separation=found.separation,
+            method="scipy-dop853",
+            tol=1e-12,
+            t_end=point.period,
+        )
+        return np.array([run.final.x, run.final.vx, run.final.y, run.final.vy])
+
+    start = np.array(point.start)
+    columns = [
+        (after(start + step * scales) - after(start - step * scales)) / (2e-5 * scales)
+        for step in 1e-5 * np.eye(4)
+    ]
+    ax, ay = accelerations(p, point.start, mode_of(p, point.start, separation=found.separation))
+    rate = np.array([point.start[1], ax, point.start[3], ay]) / scales
+    basis = np.linalg.qr(np.column_stack([rate, np.eye(4)]))[0][:, 1:4]
+    return np.linalg.eigvals(basis.T @ np.array(columns).T @ basis)
+
+
+def assert_folds_are_folds(p: Parameters) -> int:
+    found = branch(p, "mu", low=0.0, high=10.0)
+    folds = values_of(found, EventKind.FOLD)
+    for fold in folds:
+        point = point_at(found, fold)
+        assert_closed(found, point)
+        if abs(point.y_max) > 1e-3 * abs(point.y_min):
+            # Near a touch differences are not derivatives.
+            assert np.abs(independent_multipliers(found, point) - 1.0).min() < 1e-5
+    return len(folds)
+
+
+def test_folds_of_drawn_sets_are_folds_of_another_integrator() -> None:
+    assert sum(map(assert_folds_are_folds, drawn(2, 11))) > 0
+
+
+@pytest.mark.whole
+def test_folds_of_ten_drawn_sets_are_folds_of_another_integrator() -> None:
+    assert sum(assert_folds_are_folds(p) > 0 for p in drawn(25, 11)) >= 10
 
 
 def test_the_product_of_the_multipliers_is_the_contraction_of_volume(known: CycleBranch) -> None:
@@ -141,6 +192,13 @@ def test_without_cubic_stiffness_all_cycles_in_contact_are_at_the_linear_boundar
     assert hopf.direction == "degenerate"
     assert touch.kind is EventKind.TOUCH
     assert touch.value == pytest.approx(boundary, abs=1e-9)
+
+
+@pytest.mark.parametrize("k_nl", [1e-6, 1e-3])
+def test_with_little_cubic_stiffness_touch_and_fold_are_told_apart(k_nl: float) -> None:
+    for name, mu in (("mu", 0.7), ("c1", 0.95), ("k1", 1.0)):
+        found = branch(Parameters(k_nl=k_nl, mu=mu), name)
+        assert [event.kind.value for event in found.events] == ["hopf", "touch", "fold"]
 
 
 def test_where_separation_is_ignored_nothing_touches() -> None:

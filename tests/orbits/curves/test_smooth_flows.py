@@ -1,0 +1,196 @@
+"""Smooth flows with known limit cycles, through the same equations and the same follower."""
+
+import math
+from collections.abc import Callable
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from scipy.integrate import solve_ivp
+from scipy.special import ellipk
+
+from fivtui.orbits.curves.arclength import PERIOD, VALUE, OrbitOnCurve
+from fivtui.orbits.curves.branch_curve import BranchCurve
+from fivtui.orbits.curves.events import EventKind
+from fivtui.orbits.curves.flow import FloatArray, Return
+from fivtui.orbits.curves.following import Followed, Follower
+
+Rate = Callable[[FloatArray, float], FloatArray]
+
+
+class SmoothFlow:
+    """A flow given by its rate and that rate's derivatives by state and parameter."""
+
+    def __init__(self, states: int, rate: Rate, slopes: Rate) -> None:
+        self.states, self._rate, self._slopes = states, rate, slopes
+
+    def follow(self, state: FloatArray, time: float, values: FloatArray) -> Return:
+        n, value = self.states, float(values[0])
+
+        def change(_t: float, z: FloatArray) -> FloatArray:
+            slopes = self._slopes(z[:n], value)
+            carried = slopes[:, :n] @ z[n:].reshape(n, n + 1)
+            carried[:, n] += slopes[:, n]
+            return np.concatenate([self._rate(z[:n], value), carried.ravel()])
+
+        start = np.concatenate([state, np.eye(n, n + 1).ravel()])
+        run = solve_ivp(change, (0.0, time), start, method="DOP853", rtol=1e-12, atol=1e-13)
+        final = run.y[:, -1]
+        low, high = run.y[:2].min(axis=1), run.y[:2].max(axis=1)
+        extremes = np.array([low[0], high[0], low[1], high[1]])
+        return Return(
+            final[:n], self._rate(final[:n], value), final[n:].reshape(n, n + 1), extremes
+        )
+
+
+def curve_of(flow: SmoothFlow, low: float, high: float) -> BranchCurve:
+    return BranchCurve(flow, np.ones(flow.states + 2), low, high, (1.0, 1.0), touches=False)
+
+
+def cycle(curve: BranchCurve, guess: list[float], way: list[float]) -> OrbitOnCurve:
+    """The cycle near a guess with a maximum of the second variable's rate, on a plane `way`."""
+    across = np.eye(len(guess))[1]
+    found = curve.orbits.solve(np.array(guess), np.array([across, way]))
+    assert found is not None
+    return found
+
+
+def follow(curve: BranchCurve, start: OrbitOnCurve, most: int) -> Followed[OrbitOnCurve]:
+    return Follower(curve, 1e-3, lambda _count: None, most=most, turns=True).follow(start)
+
+
+def van_der_pol() -> SmoothFlow:
+    def rate(z: FloatArray, e: float) -> FloatArray:
+        x, v = z
+        return np.array([v, e * (1.0 - x * x) * v - x])
+
+    def slopes(z: FloatArray, e: float) -> FloatArray:
+        x, v = z
+        turn = [-2.0 * e * x * v - 1.0, e * (1.0 - x * x), (1.0 - x * x) * v]
+        return np.array([[0.0, 1.0, 0.0], turn])
+
+    return SmoothFlow(2, rate, slopes)
+
+
+def test_the_van_der_pol_cycle_has_its_known_period_and_amplitude() -> None:
+    # At ε = 1: period 6.66328685932313, amplitude 2.00861986087484; series in ε of Andersen and
+    # Geer (1982).
+    curve = curve_of(van_der_pol(), -9.0, 11.0)
+    start = cycle(curve, [2.0, 0.0, 2.0 * math.pi, 0.1], [0.0, 0.0, 0.0, 1.0])
+    assert start.unknowns[0] == pytest.approx(2.0 + 0.1**2 / 96.0, abs=3e-7)
+    series = 2.0 * math.pi * (1.0 + 0.1**2 / 16.0 - 5.0 * 0.1**4 / 3072.0)
+    assert start.unknowns[PERIOD] == pytest.approx(series, abs=1e-8)
+    found = follow(curve, start, 6)
+    values = [float(point.unknowns[VALUE]) for point in found.points]
+    assert values == sorted(values)
+    assert values[-1] > 1.0
+    near = next(point for point in found.points if point.unknowns[VALUE] > 1.0)
+    period = float(near.unknowns[PERIOD])
+    upright = cycle(curve, [2.0, 0.0, period, 1.0], [0.0, 0.0, 0.0, 1.0])
+    assert upright.unknowns[PERIOD] == pytest.approx(6.66328685932313, abs=1e-10)
+    assert upright.unknowns[0] == pytest.approx(2.00861986087484, abs=1e-10)
+    assert 0.0 < upright.multipliers[0].real < 1.0
+
+
+def duffing() -> SmoothFlow:
+    # Undamped: cycles of every size are at λ = 0.
+    def rate(z: FloatArray, damping: float) -> FloatArray:
+        x, v = z
+        return np.array([v, -x - x**3 + damping * v])
+
+    def slopes(z: FloatArray, damping: float) -> FloatArray:
+        x, v = z
+        return np.array([[0.0, 1.0, 0.0], [-1.0 - 3.0 * x * x, damping, v]])
+
+    return SmoothFlow(2, rate, slopes)
+
+
+def test_cycles_of_the_duffing_oscillator_have_the_period_of_the_elliptic_integral() -> None:
+    curve = curve_of(duffing(), -1.0, 1.0)
+    start = cycle(curve, [0.2, 0.0, 2.0 * math.pi / math.sqrt(1.03), 0.0], [1.0, 0.0, 0.0, 0.0])
+    start = start if start.tangent[0] > 0.0 else replace(start, tangent=-start.tangent)
+    found = follow(curve, start, 6)
+    assert not found.events
+    sizes = []
+    for point in (start, *found.points):
+        x, v, period, damping = point.unknowns.tolist()
+        # Of the energy E = v²/2 + x²/2 + x⁴/4 the greatest x is the amplitude.
+        energy = 0.5 * v * v + 0.5 * x * x + 0.25 * x**4
+        square = -1.0 + math.sqrt(1.0 + 4.0 * energy)
+        sizes.append(math.sqrt(square))
+        exact = 4.0 * ellipk(0.5 * square / (1.0 + square)) / math.sqrt(1.0 + square)
+        assert period == pytest.approx(exact, abs=1e-9)
+        assert damping == pytest.approx(0.0, abs=1e-10)
+        assert point.multipliers[0] == pytest.approx(1.0, abs=1e-8)
+    assert sizes == sorted(sizes)
+    assert sizes[-1] > 0.5
+
+
+def bautin() -> SmoothFlow:
+    # r' = r (μ + r² − r⁴), one turn in 2π: cycles at μ = r⁴ − r².
+    def rate(z: FloatArray, mu: float) -> FloatArray:
+        square = z @ z
+        growth = float(mu + square - square * square)
+        return np.asarray(growth * z + np.array([-z[1], z[0]]))
+
+    def slopes(z: FloatArray, mu: float) -> FloatArray:
+        square = z @ z
+        growth = mu + square - square * square
+        turn = growth * np.eye(2) + (2.0 - 4.0 * square) * np.outer(z, z)
+        return np.column_stack([turn + np.array([[0.0, -1.0], [1.0, 0.0]]), z])
+
+    return SmoothFlow(2, rate, slopes)
+
+
+def test_a_fold_known_in_closed_form_is_located() -> None:
+    curve = curve_of(bautin(), -10.0, 10.0)
+    first = 0.3
+    start = cycle(curve, [first, 0.0, 2.0 * math.pi, first**4 - first**2], [1.0, 0.0, 0.0, 0.0])
+    start = start if start.tangent[0] > 0.0 else replace(start, tangent=-start.tangent)
+    found = follow(curve, start, 7)
+    ((place, kind),) = found.events.items()
+    assert kind is EventKind.FOLD
+    assert found.points[place].unknowns[VALUE] == pytest.approx(-0.25, abs=1e-12)
+    for point in found.points:
+        square = float(point.unknowns[:2] @ point.unknowns[:2])
+        assert point.unknowns[VALUE] == pytest.approx(square**2 - square, abs=1e-10)
+        exponent = 2.0 * math.pi * 2.0 * square * (1.0 - 2.0 * square)
+        assert point.multipliers[0].real == pytest.approx(math.exp(exponent), rel=1e-8)
+
+
+@pytest.mark.parametrize(
+    ("frequency", "kind"), [(0.3, EventKind.TORUS), (0.5, EventKind.PERIOD_DOUBLING)]
+)
+def test_what_neighbours_do_is_located_where_it_is_known(frequency: float, kind: EventKind) -> None:
+    # A circle, and beside it an oscillation that grows from λ = 0 on: its multipliers are
+    # exp(2π (λ ± iω)); at ω = 1/2 one of both, which would be −1, is damped.
+    def rate(z: FloatArray, growth: float) -> FloatArray:
+        x, y, a, b = z
+        square = x * x + y * y
+        if kind is EventKind.TORUS:
+            beside = [growth * a - frequency * b, frequency * a + growth * b]
+        else:
+            # In a frame that turns by half while the circle turns once.
+            cos, sin = x / math.sqrt(square), y / math.sqrt(square)
+            mean, half = growth - 0.5, 0.5
+            beside = [
+                (mean + half * cos) * a + (half * sin - 0.5) * b,
+                (half * sin + 0.5) * a + (mean - half * cos) * b,
+            ]
+        return np.array([x * (1.0 - square) - y, y * (1.0 - square) + x, *beside])
+
+    def slopes(z: FloatArray, growth: float) -> FloatArray:
+        steps = 1e-6 * np.eye(5)
+        at = np.append(z, growth)
+        columns = [
+            (rate((at + one)[:4], (at + one)[4]) - rate((at - one)[:4], (at - one)[4])) / 2e-6
+            for one in steps
+        ]
+        return np.array(columns).T
+
+    curve = curve_of(SmoothFlow(4, rate, slopes), -5.0, 5.0)
+    way = [0.0] * 5 + [1.0]
+    start = cycle(curve, [1.0, 0.0, 0.0, 0.0, 2.0 * math.pi, -0.05], way)
+    found = follow(curve, start, 4)
+    located = {one: found.points[place].unknowns[VALUE] for place, one in found.events.items()}
+    assert located[kind] == pytest.approx(0.0, abs=1e-8)
