@@ -52,7 +52,8 @@ def fmu() -> None:
     "--platform",
     "platform",
     metavar="NAMES",
-    help="Platforms of the native flavour, of linux64,win64,darwin64.  [default: this one]",
+    help="Platforms of the native flavour, of linux64,win64,darwin64 and, for 64-bit ARM, "
+    "aarch64-linux,aarch64-darwin,aarch64-windows.  [default: this one]",
 )
 @option("--sources", is_flag=True, help="Add the C files of the native flavour.")
 @force_option

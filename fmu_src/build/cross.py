@@ -4,7 +4,7 @@ import os
 import subprocess
 import sys
 import tempfile
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from importlib.util import find_spec
 from pathlib import Path
 from typing import Final, NamedTuple
@@ -17,19 +17,38 @@ _TIMEOUT_S: Final = 600.0
 
 
 class Platform(NamedTuple):
-    """A platform: the compiler's name of it, suffix of binaries, and its folder in FMI 2.0, 3.0."""
+    """A platform: the compiler's name of it, suffix of binaries, and its folder in FMI 2.0, 3.0.
+
+    `older` is where many importers of FMI 2.0 look on 64-bit ARM, for which it had no names before
+    2.0.4; it is that of x86.
+    """
 
     triple: str
     suffix: str
     folders: tuple[str, str]
+    older: str = ""
 
 
 TARGETS: Final[Mapping[str, Platform]] = {
     "linux64": Platform("x86_64-linux-gnu.2.17", ".so", ("linux64", "x86_64-linux")),
     "win64": Platform("x86_64-windows-gnu", ".dll", ("win64", "x86_64-windows")),
     "darwin64": Platform("x86_64-macos", ".dylib", ("darwin64", "x86_64-darwin")),
+    "aarch64-linux": Platform(
+        "aarch64-linux-gnu.2.17", ".so", ("aarch64-linux", "aarch64-linux"), "linux64"
+    ),
+    "aarch64-darwin": Platform(
+        "aarch64-macos", ".dylib", ("aarch64-darwin", "aarch64-darwin"), "darwin64"
+    ),
+    "aarch64-windows": Platform(
+        "aarch64-windows-gnu", ".dll", ("aarch64-windows", "aarch64-windows"), "win64"
+    ),
 }
-_STEPPINGS: Final[Mapping[str, str]] = {"baseline": "x86_64", "avx2": "x86_64_v3"}
+# What chooses an instruction set, by its name.
+_X86: Final[Mapping[str, Sequence[str]]] = {
+    "baseline": ["-march=x86_64"],
+    "avx2": ["-march=x86_64_v3"],
+}
+_ARM: Final[Mapping[str, Sequence[str]]] = {"baseline": []}
 
 
 def compiled_for(model: str, platform: str) -> bytes:
@@ -51,11 +70,12 @@ def compiled_for(model: str, platform: str) -> bytes:
         given = ["-target", target.triple, *flags, f"-I{folder}", f"-I{headers}"]
         units = [str(path) for path in folder.glob("*.c") if path.stem != STEPPING_UNIT]
         if (folder / f"{STEPPING_UNIT}.c").is_file():
-            for variant, processor in _STEPPINGS.items():
+            steppings = _X86 if target.triple.startswith("x86_64") else _ARM
+            for variant, options in steppings.items():
                 units.append(str(folder / f"{variant}.o"))
-                chosen = [f"-march={processor}", f"-DVARIANT={variant}", "-c", "-o", units[-1]]
+                chosen = [*options, f"-DVARIANT={variant}", "-c", "-o", units[-1]]
                 _run(folder, *given, *chosen, str(folder / f"{STEPPING_UNIT}.c"))
-            given.append("-DWITH_AVX2")
+            given += ["-DWITH_AVX2"] if "avx2" in steppings else []
         library = folder / f"{model}{target.suffix}"
         _run(folder, *given, "-O2", "-shared", "-s", *sorted(units), "-o", str(library))
         return library.read_bytes()

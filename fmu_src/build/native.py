@@ -27,18 +27,14 @@ from .native_text import MODELS, NATIVE, build_name, guid_of, sources
 
 _DESCRIPTION: Final = "modelDescription.xml"
 _REASON: Final = NATIVE / "native.txt"
-# Suffix of binaries, and names of the system in FMI 2.0 and 3.0, by `sys.platform`.
-_PLATFORMS: Final[Mapping[str, tuple[str, str, str]]] = {
-    "linux": (".so", "linux64", "linux"),
-    "darwin": (".dylib", "darwin64", "darwin"),
-    "win32": (".dll", "win64", "windows"),
-}
-# Names of processors in FMI 3.0; FMI 2.0 has one for the first alone.
-_PROCESSORS: Final = {
-    "x86_64": "x86_64",
-    "amd64": "x86_64",
-    "aarch64": "aarch64",
-    "arm64": "aarch64",
+# This machine in `TARGETS`, by `sys.platform` and processor.
+_HERE: Final[Mapping[tuple[str, str], str]] = {
+    ("linux", "x86_64"): "linux64",
+    ("linux", "aarch64"): "aarch64-linux",
+    ("darwin", "x86_64"): "darwin64",
+    ("darwin", "arm64"): "aarch64-darwin",
+    ("win32", "amd64"): "win64",
+    ("win32", "arm64"): "aarch64-windows",
 }
 _LOG_CATEGORIES: Final = {
     "logStatusWarning": "Log messages with fmi2Warning status.",
@@ -71,7 +67,7 @@ def why_no_native() -> str | None:
     """Why no native FMU can be built here; None if one can."""
     try:
         for model in MODELS:
-            _binary(model, "2")
+            _binary(model)
     except InputError as error:
         return str(error)
     return None
@@ -86,17 +82,18 @@ def native_content(
     for others they are compiled now. Raises `InputError` where there is no binary, or it was
     compiled from another text, and `ComputationError` if one cannot be compiled.
     """
-    content = {} if platforms else _binary(component.model, fmi)
-    for name in platforms:
+    content: dict[str, bytes] = {}
+    model, names = component.model, platforms or [_here()]
+    for name in names:
         if name not in TARGETS:
             raise unknown_name("platform", name, TARGETS)
+    # Those of x86 first: a folder in which importers for ARM look, too, is theirs.
+    for name in sorted(names, key=lambda name: bool(TARGETS[name].older)):
         target = TARGETS[name]
-        if name == _here():
-            content |= _binary(component.model, fmi)
-        else:
-            folder = target.folders[0 if fmi == "2" else 1]
-            file = f"binaries/{folder}/{component.model}{target.suffix}"
-            content[file] = compiled_for(component.model, name)
+        binary = _binary(model) if name == _HERE.get(_machine()) else compiled_for(model, name)
+        folders = (target.folders[0], target.older) if fmi == "2" else target.folders[1:]
+        for folder in filter(None, folders):
+            content.setdefault(f"binaries/{folder}/{model}{target.suffix}", binary)
     if with_sources:
         for name, text in sources(component.model).items():
             content[f"sources/{name}"] = text.encode()
@@ -109,31 +106,29 @@ def native_content(
     return content
 
 
+def _machine() -> tuple[str, str]:
+    return sys.platform, platform.machine().lower()
+
+
 def _here() -> str:
-    # This platform among `TARGETS`; empty if it is none of them.
-    if _PROCESSORS.get(platform.machine().lower()) != "x86_64":
-        return ""
-    return _PLATFORMS.get(sys.platform, ("", "", ""))[1]
-
-
-def _binary(model: str, fmi: str) -> dict[str, bytes]:
-    advice = "install fivtui anew, or build the Python flavour"
-    suffix, *systems = _PLATFORMS.get(sys.platform, ("", ""))
-    processor = _PROCESSORS.get(platform.machine().lower())
-    if not suffix or processor is None or (fmi == "2" and processor != "x86_64"):
+    """Name of this platform."""
+    if _machine() not in _HERE:
         raise InputError(
-            f"a native FMU for {sys.platform}, {platform.machine()}: FMI {fmi} names no such "
-            "platform; build the Python flavour"
+            f"a native FMU for {', '.join(_machine())}: there is none; build the Python flavour"
         )
-    folder = systems[0] if fmi == "2" else f"{processor}-{systems[1]}"
-    file = NATIVE / f"{model}{suffix}"
+    return _HERE[_machine()]
+
+
+def _binary(model: str) -> bytes:
+    advice = "install fivtui anew, or build the Python flavour"
+    file = NATIVE / f"{model}{TARGETS[_here()].suffix}"
     if not file.is_file():
         why = _REASON.read_text(encoding="utf-8").strip() if _REASON.is_file() else "not installed"
         raise InputError(f"the native FMU is not compiled: {why}; {advice}")
     binary = file.read_bytes()
     if build_name().encode() not in binary:
         raise InputError(f"the native FMU is compiled from another text; {advice}")
-    return {f"binaries/{folder}/{file.name}": binary}
+    return binary
 
 
 def native_description(component: Component, *, with_sources: bool = False) -> bytes:
