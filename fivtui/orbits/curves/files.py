@@ -20,6 +20,7 @@ _CYCLE: Final = (
     Column("period", "s", "period of the limit cycle"),
     Column("y_min", "m", "lowest point"),
     Column("y_max", "m", "highest point"),
+    Column("half_range", "m", "half peak-to-peak of y"),
     Column("stable", "1", "1 if stable"),
     *(
         Column(f"multiplier_{place}_{part}", "1", f"Floquet multiplier {place}, {words} part")
@@ -32,7 +33,7 @@ _CYCLE: Final = (
     ),
     Column("event", "1", "index in events"),
 )
-_MEASURES: Final = ("period", "y_min", "y_max")
+_MEASURES: Final = ("period", "y_min", "y_max", "half_range")
 EVENTS: Final = ("none", *EventKind)
 
 

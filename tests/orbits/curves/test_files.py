@@ -36,8 +36,8 @@ def test_a_branch_in_a_file_has_its_cycles_and_its_events(tmp_path: Path, suffix
 
 def test_a_branch_is_drawn_full_where_it_is_stable_and_dashed_where_it_is_not() -> None:
     result = branch(None, "mu", low=0.25, high=0.6)
-    (axes,) = branch_figure(result).axes
-    lines = {str(line.get_label()): line for line in axes.lines}
+    axes, orbits, multipliers = branch_figure(result).axes
+    lines = {str(line.get_label()): line for line in axes.lines if str(line.get_label())[0] != "_"}
     assert set(lines) == {"unstable", "stable", "hopf", "touch", "fold"}
     fold = result.events[-1].value
     drawn = 0
@@ -53,13 +53,24 @@ def test_a_branch_is_drawn_full_where_it_is_stable_and_dashed_where_it_is_not() 
     for event in result.events:
         x, y = np.array(lines[str(event.kind)].get_data())[:, 0].tolist()
         assert (x, y) == (event.value, 0.5 * (event.y_max - event.y_min))
+    for event in result.events[1:]:
+        (orbit,) = (
+            line for line in orbits.lines if f"= {event.value:.4g}" in str(line.get_label())
+        )
+        ys = np.array(orbit.get_xdata())
+        assert [ys.min(), ys.max()] == pytest.approx([event.y_min, event.y_max], abs=1e-3)
+        assert ys[0] == pytest.approx(ys[-1], abs=1e-5)
+    found = [value for point in result.points for value in point.multipliers]
+    parts = [np.array(line.get_data()) for line in multipliers.lines[1:]]
+    shown = [complex(x, y) for part in parts for x, y in part.T.tolist()]
+    assert sorted(shown, key=abs) == sorted(found, key=abs)
 
 
 def test_a_branch_that_grows_without_bounds_leaves_the_figure_and_not_the_rest() -> None:
     result = branch(None, "mu")
     assert max(point.half_range for point in result.points) > 1000.0
     stable = max(point.half_range for point in result.points if point.stable)
-    (axes,) = branch_figure(result).axes
+    axes = branch_figure(result).axes[0]
     assert axes.get_ylim() == pytest.approx((-0.1 * stable, 2.1 * stable))
 
 
