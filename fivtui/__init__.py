@@ -18,7 +18,7 @@ if TYPE_CHECKING:
     from .paper import figures
     from .paper.claims import claims
     from .reliability import uncertainty
-    from .safety import safe_friction
+    from .safety import safe_friction, safety_map
     from .scene import PRESETS, Scene, find_scene, load_scene, save_scene
     from .simulation import simulate
     from .sweeps import Design, Range, sweep
@@ -55,6 +55,7 @@ __all__ = [
     "load_scene",
     "run_fmu",
     "safe_friction",
+    "safety_map",
     "save_scene",
     "simulate",
     "simulate_batch",

@@ -39,7 +39,7 @@ STUDIES: Final[dict[str, str]] = {
     "extremes": "fivtui.assessment.kinds:EXTREMES",
     "figure": "fivtui.paper.kinds:FIGURE",
     "claims": "fivtui.paper.kinds:CLAIMS",
-    "map": "fivtui.equilibrium.kinds:MAP",
+    "map": "fivtui.safety.kinds:MAP",
 }
 _JSON: Final = ".json"
 

@@ -38,8 +38,8 @@ def test_dir_lists_every_public_name_and_each_is_there() -> None:
 def test_what_the_command_line_can_do_is_public() -> None:
     assert {
         "simulate", "simulate_batch", "stability", "stability_map", "attractors", "basin",
-        "boundary", "branch", "continuation", "safe_friction", "sweep", "tradeoff", "uncertainty",
-        "accuracy", "figures", "claims", "build_fmu", "build_ssp",
+        "boundary", "branch", "continuation", "safe_friction", "safety_map", "sweep", "tradeoff",
+        "uncertainty", "accuracy", "figures", "claims", "build_fmu", "build_ssp",
         "run_fmu", "check_fmu", "load_scene", "find_scene", "save_scene",
     } == set(FUNCTIONS)  # fmt: skip
 

@@ -66,6 +66,7 @@ FREE: Final = {
         "paper",
         "plotting",
         "reliability",
+        "safety",
         "sweeps",
         "tradeoffs",
         "transient",

@@ -1,5 +1,6 @@
 """Commands for stability, stability maps and attractors."""
 
+from collections.abc import Callable
 from typing import Any
 
 from .arguments import option
@@ -133,22 +134,32 @@ def attractors(scene: str, assignments: tuple[str, ...], **given: Any) -> None:
     "--value",
     default="growth-rate",
     show_default=True,
-    metavar="growth-rate|critical-mu|unstable-modes",
+    metavar="growth-rate|critical-mu|unstable-modes|safe-mu|coexistence",
     help="Value computed at every point.",
 )
 @output_option("--out", "FILE", "Write the map (.csv, .npz, .parquet).")
 @output_option("--plot", "FILE", "Draw the map (.png, .svg, .pdf).")
 @force_option
 @json_option
-def stability_map(scene: str, assignments: tuple[str, ...], **given: Any) -> None:
-    """Map the stability of the equilibrium over two parameters."""
-    from fivtui.equilibrium import stability_map as compute
+def map_over(scene: str, assignments: tuple[str, ...], **given: Any) -> None:
+    """Map stability, or the friction that is safe, over two parameters.
+
+    safe-mu is the least μ of the limit cycles that continuation finds, else the critical μ.
+    coexistence has three regions: safe, safe for small disturbances alone (with the least vertical
+    displacement from rest that escapes), and squealing.
+    """
+    from fivtui.equilibrium import MAP_VALUES, stability_map
+    from fivtui.model import unknown_name
     from fivtui.ranges import parse_ranges
+    from fivtui.safety import SAFETY_VALUES, safety_map
 
     chosen = scene_of(scene, assignments, ignore_separation=given["ignore_separation"])
     over = {each.name: each.values() for each in parse_ranges("--over", given["ranges"])}
     out, plot, force = given["out"], given["plot"], given["force"]
+    if given["value"] not in (*MAP_VALUES, *SAFETY_VALUES):
+        raise unknown_name("map value", given["value"], (*MAP_VALUES, *SAFETY_VALUES))
     check_outputs("map", out, plot, force=force)
+    compute: Callable[..., Any] = safety_map if given["value"] in SAFETY_VALUES else stability_map
     with progress_bar("map") as progress:
         result = compute(
             chosen.parameters,

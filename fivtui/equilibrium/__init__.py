@@ -14,7 +14,13 @@ if TYPE_CHECKING:
         growth_rate as growth_rate,
         stability as stability,
     )
-    from .map import StabilityMap as StabilityMap, stability_map as stability_map
+    from .figure import is_logarithmic as is_logarithmic
+    from .kinds import MAP as MAP
+    from .map import (
+        MAP_VALUES as MAP_VALUES,
+        StabilityMap as StabilityMap,
+        stability_map as stability_map,
+    )
     from .report import (
         critical_mu_text as critical_mu_text,
         margin_text as margin_text,

@@ -149,7 +149,7 @@ def map_figure(result: StabilityMap) -> Figure:
             (axes.xaxis, axes.yaxis), result.names, result.axes, strict=True
         ):
             axis.set_label_text(quantity_label(PARAMETERS[name]))
-            if _is_logarithmic(values):
+            if is_logarithmic(values):
                 (axes.set_xscale if axis is axes.xaxis else axes.set_yscale)("log")
         unused = ("mu",) if result.value == "critical-mu" else ()
         title = parameter_line(result.parameters, (*result.names, *unused))
@@ -191,7 +191,8 @@ def _draw_levels(axes: Axes, result: StabilityMap) -> None:
     axes.clabel(lines, fontsize=6.5, fmt="%g")
 
 
-def _is_logarithmic(values: NDArray[np.float64]) -> bool:
+def is_logarithmic(values: NDArray[np.float64]) -> bool:
+    """Whether three or more values are spaced logarithmically."""
     if values.size < 3 or values.min() <= 0.0:
         return False
     steps = np.diff(np.log(values))

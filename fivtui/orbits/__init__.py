@@ -9,6 +9,11 @@ if TYPE_CHECKING:
         coexistence as coexistence,
     )
     from .basins import basin as basin
+    from .boundaries.fold_orbits import (
+        FoldOrbit as FoldOrbit,
+        fold_near as fold_near,
+        folds_of as folds_of,
+    )
     from .boundaries.result import BOUNDARIES as BOUNDARIES
     from .boundaries.search import boundary as boundary
     from .branches import continuation as continuation

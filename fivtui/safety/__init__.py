@@ -3,6 +3,10 @@
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
+    from .map import (
+        SAFETY_VALUES as SAFETY_VALUES,
+        safety_map as safety_map,
+    )
     from .table import (
         SafeTable as SafeTable,
         safe_mus as safe_mus,

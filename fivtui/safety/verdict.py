@@ -12,6 +12,7 @@ from fivtui.model import (
     Cancelled,
     ComputationError,
     Parameters,
+    check_always_sliding,
     check_parameters,
     equilibrium,
 )
@@ -197,6 +198,8 @@ def safe_friction(
 
     Raises
     ------
+    InputError
+        If the belt has a finite speed.
     ComputationError
         If there is no equilibrium, or a motion cannot be followed.
     Cancelled
@@ -210,6 +213,7 @@ def safe_friction(
     (0.7623, 0.2779, 'continuation')
     """
     p = Parameters() if parameters is None else check_parameters(parameters)
+    check_always_sliding(p, "safe friction")
     begun = time.process_time()
     search = _Search(p, progress, separation=separation)
     search.run()

@@ -134,7 +134,12 @@ def test_every_claim_has_its_verdict_on_the_command_line() -> None:
     for name in DO_NOT_HOLD | NOT_TESTABLE:
         assert rows[name]["reason"]
     numbers = {
-        "critical-friction-of-the-example": ("0.28", "0.4394", "0.2799", "limit cycles (F = 80 N) = 0.2779"),
+        "critical-friction-of-the-example": (
+            "0.28",
+            "0.4394",
+            "0.2799",
+            "limit cycles (F = 80 N) = 0.2779",
+        ),
         "stabilised-at-1-2": ("1.2", "1.184", "307.2"),
         "separations-are-short": ("short", "71.01 %"),
         "stable-returns-to-equilibrium": ("returns", "-0.032 1/s", "static start = 7.4"),

@@ -32,7 +32,7 @@ SANE = {
     "--design": ("product", "list"),
     "--output": ("stable", "growth_rate"),
     "--over": ("F=1:2:2", "mu=0:1:3"),
-    "--value": ("growth-rate", "critical-mu"),
+    "--value": ("growth-rate", "critical-mu", "safe-mu", "coexistence"),
     "--flavour": ("native", "python"),
     "--basin": ("y0=-1:0:2", "vy0=-1:1:2"),
     "--input": ("mine.csv", "table.csv"),

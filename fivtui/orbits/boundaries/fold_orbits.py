@@ -1,0 +1,213 @@
+"""Folds of limit cycles along μ: taken from a branch, and found again at a parameter set nearby.
+
+Unknowns are in units of the parameter set's own, so that a fold changes little from one set to the
+next.
+"""
+
+import math
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Final
+
+import numpy as np
+
+from fivtui.model import Parameters, accelerations, mode_of
+from fivtui.orbits.curves.arclength import VALUE, OrbitCurve, OrbitOnCurve
+from fivtui.orbits.curves.events import EventKind
+from fivtui.orbits.curves.flow import FloatArray, SliderBeltFlow
+from fivtui.orbits.curves.result import CycleBranch, CyclePoint
+from fivtui.orbits.explorer import length_scale, slowest_period
+
+_MU: Final = "mu"
+_MOST_STEPS: Final = 40
+# Steps along the curve are in units of the amplitude. A first one finds out how the curve bends.
+_LONGEST: Final = 0.5
+_PROBE: Final = 0.05
+# Where the motion is no longer across the plane (cosine), the phase turns, and not the branch.
+_TRANSVERSE: Final = 0.5
+# The fold is found when a step is this short, if a multiplier is this near to 1.
+_SHORT: Final = 3e-6
+_UNITY: Final = 1e-2
+# Where the curve bends more than the first, over the square of the amplitude, the slopes within the
+# second part of the amplitude on either side are looked at: the bend might be rounding.
+_SHARP: Final = 1.0
+_BESIDE: Final = 0.01
+# The bend is taken between places this far apart.
+_APART: Final = 1e-6
+# Next to the first touch of y = 0 the slope changes quickly: the place stays this part of the
+# interval away from its ends, down to an interval of this length along the curve.
+_INSIDE: Final = 0.05
+_CLOSE: Final = 1e-12
+_SADDLE: Final = 2.0
+# Cycles of less than this part of the length are the equilibrium.
+_SMALLEST: Final = 1e-4
+
+
+@dataclass(frozen=True, slots=True)
+class FoldOrbit:
+    """A limit cycle at a fold: no cycle next to it has a lower μ.
+
+    Attributes
+    ----------
+    mu : float
+        The friction coefficient.
+    half_range : float
+        Half peak-to-peak of y, m.
+    amplitude : float
+        The same in the parameter set's unit of length.
+    unknowns, across, tangent : ndarray
+        State, period and μ, the normal of the plane across the motion, and the direction of the
+        curve of cycles, in units of the parameter set.
+    bend : float
+        Change of the slope of μ along the curve.
+    """
+
+    mu: float
+    half_range: float
+    amplitude: float
+    unknowns: FloatArray
+    across: FloatArray
+    tangent: FloatArray
+    bend: float
+
+
+def folds_of(branch: CycleBranch) -> list[FoldOrbit]:
+    """The folds of a branch along μ from which on cycles attract, see `fold_near`."""
+    found = []
+    units = _units(branch.parameters, separation=branch.separation)
+    places = {(point.value, point.period): place for place, point in enumerate(branch.points)}
+    for event in branch.events:
+        place = places.get((event.value, event.period), 0)
+        if event.kind is not EventKind.FOLD or not 0 < place < len(branch.points) - 1:
+            continue
+        before, here, after = (
+            _unknowns(point) / units for point in branch.points[place - 1 : place + 2]
+        )
+        tangent = after - before
+        p = branch.parameters.with_values({_MU: event.value})
+        state = branch.points[place].start
+        ax, ay = accelerations(p, state, mode_of(p, state, separation=branch.separation))
+        across = np.array([state[1], ax, state[3], ay]) / units[:4]
+        start = FoldOrbit(
+            event.value,
+            branch.points[place].half_range,
+            branch.points[place].half_range / float(units[0]),
+            here,
+            across / np.linalg.norm(across),
+            tangent / np.linalg.norm(tangent),
+            0.0,
+        )
+        fold = fold_near(branch.parameters, start, separation=branch.separation)
+        if fold is not None:
+            found.append(fold)
+    return found
+
+
+def fold_near(
+    p: Parameters,
+    guess: FoldOrbit,
+    unknowns: FloatArray | None = None,
+    *,
+    separation: bool,
+    go_on: Callable[[], bool] = lambda: True,
+) -> FoldOrbit | None:
+    """The fold of a parameter set near that of another.
+
+    Parameters
+    ----------
+    p : Parameters
+        The parameter set; its μ does not matter.
+    guess : FoldOrbit
+        A fold of a parameter set nearby.
+    unknowns : ndarray, shape (6,), optional
+        A better guess of the unknowns than those of `guess`.
+    separation : bool
+        Whether separation is considered.
+    go_on : callable
+        Called before every search of an orbit; cancels the work by returning False.
+
+    Returns
+    -------
+    FoldOrbit or None
+        None if there is none nearby, if μ has a maximum there, or if no cycle next to it attracts
+        for another reason than a torus or a doubled period.
+
+    Raises
+    ------
+    Cancelled
+        If `go_on` returned False.
+    """
+    flow = SliderBeltFlow(p, (_MU,), separation=separation)
+    units = _units(p, separation=separation)
+    curve = OrbitCurve(flow, units, go_on=go_on)
+    base = guess.unknowns if unknowns is None else unknowns
+    planes = np.zeros((2, len(base)))
+    planes[0, :4], planes[1] = guess.across, guess.tangent
+    bend, at, size = guess.bend, 0.0, guess.amplitude
+    # Places along the first tangent, and slopes there: the last two, and the nearest on both sides.
+    places: list[tuple[float, float]] = []
+    sides: dict[bool, tuple[float, float]] = {}
+    for _ in range(_MOST_STEPS):
+        orbit = curve.solve(base + at * guess.tangent, planes)
+        if orbit is None or float(orbit.across @ guess.across) < _TRANSVERSE:
+            return None
+        slope = float(orbit.tangent[VALUE])
+        if places and abs(at - places[-1][0]) > _APART * size:
+            bend = (slope - places[-1][1]) / (at - places[-1][0])
+        places.append((at, slope))
+        sides[slope > 0.0] = (at, slope)
+        step = -slope / bend if bend != 0.0 else _PROBE * size
+        if bend != 0.0 and abs(step) < _SHORT * size:
+            if bend * size * size > _SHARP:
+                beside = [
+                    curve.solve(base + place * guess.tangent, planes)
+                    for place in (at - _BESIDE * size, at + _BESIDE * size)
+                ]
+                slopes = [0.0 if one is None else float(one.tangent[VALUE]) for one in beside]
+                if not slopes[0] < 0.0 < slopes[1]:
+                    return None
+                bend = (slopes[1] - slopes[0]) / (2.0 * _BESIDE * size)
+            return _fold(orbit, bend, float(units[0]))
+        at += max(min(step, _LONGEST * size), -_LONGEST * size)
+        if len(sides) == 2:
+            low, high = sorted(place for place, _ in sides.values())
+            margin = _INSIDE * (high - low)
+            if not low + margin < at < high - margin:
+                at = 0.5 * (low + high)
+            if high - low < _CLOSE * size:
+                return None
+    return None
+
+
+def _fold(orbit: OrbitOnCurve, bend: float, length: float) -> FoldOrbit | None:
+    low, high = orbit.extremes[2:4].tolist()
+    size = 0.5 * (high - low) / length
+    multipliers = orbit.multipliers
+    unity = int(np.abs(multipliers - 1.0).argmin())
+    others = np.delete(multipliers, unity)
+    # A real multiplier above 1, but close to it, is next to a torus, from which on cycles attract.
+    saddle = bool(np.any((others.imag == 0.0) & (others.real > _SADDLE)))
+    if bend < 0.0 or size < _SMALLEST or saddle or abs(multipliers[unity] - 1.0) > _UNITY:
+        return None
+    return FoldOrbit(
+        float(orbit.unknowns[VALUE]),
+        0.5 * (high - low),
+        size,
+        orbit.unknowns,
+        orbit.across,
+        orbit.tangent,
+        bend,
+    )
+
+
+def _unknowns(point: CyclePoint) -> FloatArray:
+    return np.array([*point.start, point.period, point.value])
+
+
+def _units(p: Parameters, *, separation: bool) -> FloatArray:
+    # The length is that of the contact's own where there is one: motions of the same F² k_nl differ
+    # by it alone.
+    length = math.sqrt(p.k2 / p.k_nl) if p.k_nl > 0.0 else length_scale(p, separation=separation)
+    period = slowest_period(p)
+    speed = 2.0 * math.pi * length / period
+    return np.array([length, speed, length, speed, period, 1.0])

@@ -1,0 +1,117 @@
+"""Maps of safe friction against single branches, verdicts and escape offsets; their files."""
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from fivtui import Cancelled, InputError, Parameters, branch, safety_map, stability
+from fivtui.orbits.basins import escape_offset
+from fivtui.orbits.boundaries.fold_orbits import fold_near, folds_of
+from fivtui.safety.map import SafetyMap
+from fivtui.studies import load_study, save_study
+
+
+@pytest.fixture(scope="module")
+def over_load() -> SafetyMap:
+    return safety_map(None, {"F": np.linspace(20.0, 140.0, 5), "k_nl": [80.0, 100.0]})
+
+
+@pytest.fixture(scope="module")
+def regions() -> SafetyMap:
+    over = {"mu": [0.2, 0.5, 0.7, 0.9], "F": [100.0, 120.0]}
+    return safety_map(None, over, "coexistence")
+
+
+def test_the_safe_friction_of_each_point_is_the_least_fold_of_its_branch(
+    over_load: SafetyMap,
+) -> None:
+    for row, F in enumerate(over_load.axes[0].tolist()):
+        p = Parameters(F=F)
+        critical = stability(p).critical_mu[0].mu
+        found = branch(p, "mu", low=0.0, high=1.5 * critical)
+        least = min([critical, *(fold.mu for fold in folds_of(found))])
+        assert over_load.safe_mu[row, 1] == pytest.approx(least, rel=1e-8)
+        assert over_load.critical_mu[row, 1] == pytest.approx(critical, rel=1e-12)
+
+
+def test_a_fold_is_followed_over_many_points_from_few_branches() -> None:
+    found = safety_map(None, {"F": np.linspace(60.0, 150.0, 46), "c1": np.array([0.32])})
+    assert found.safe_mu[10, 0] == pytest.approx(0.277876613, abs=1e-8)
+    assert found.safe_mu[30, 0] == pytest.approx(0.277935093, abs=1e-8)
+    assert not np.isnan(found.safe_mu).any()
+
+
+def test_what_turns_the_branch_the_other_way_is_no_fold_of_safe_friction() -> None:
+    found = branch(Parameters(F=30.0), "mu", low=0.0, high=0.6)
+    values = [event.value for event in found.events if event.kind == "fold"]
+    assert len(values) == 2
+    (fold,) = folds_of(found)
+    assert fold.mu == pytest.approx(min(values), abs=1e-9)
+    # The two meet in a cusp; beyond it there is none.
+    assert fold_near(Parameters(F=44.0), fold, separation=True) is None
+
+
+def test_regions_follow_from_the_friction_and_offsets_from_transients(regions: SafetyMap) -> None:
+    assert regions.regions.tolist() == [[0.0, 0.0], [1.0, 1.0], [2.0, 1.0], [2.0, 2.0]]
+    assert regions.escape is not None
+    inside = regions.regions == 1.0
+    assert np.array_equal(np.isnan(regions.escape), ~inside)
+    for row, column in np.argwhere(inside).tolist():
+        p = Parameters(mu=regions.axes[0][row], F=regions.axes[1][column])
+        exact = escape_offset(p)
+        assert exact is not None
+        known = [one for one in (exact.up, exact.down) if one is not None]
+        assert regions.escape[row, column] == pytest.approx(min(known), rel=0.04)
+
+
+@pytest.mark.parametrize("suffix", [".csv", ".npz", ".json"])
+def test_maps_are_read_back_as_written(regions: SafetyMap, suffix: str, tmp_path: Path) -> None:
+    path = tmp_path / f"map{suffix}"
+    save_study("map", regions, path)
+    back = load_study("map", path)
+    assert isinstance(back, SafetyMap)
+    assert back.names == regions.names
+    assert back.value == "coexistence"
+    for name in ("safe_mu", "critical_mu", "excess", "escape", "regions"):
+        assert np.array_equal(getattr(back, name), getattr(regions, name), equal_nan=True)
+
+
+def test_figures_say_that_they_rest_on_continuation(
+    over_load: SafetyMap, regions: SafetyMap
+) -> None:
+    for result in (over_load, regions):
+        (axes, *_) = result.figure().axes
+        assert "continuation alone" in axes.get_title()
+    assert "by continuation alone" in repr(over_load)
+
+
+@pytest.mark.parametrize(
+    ("over", "value", "said"),
+    [
+        ({"F": [1.0, 2.0], "mu": [0.1, 0.2]}, "safe-mu", "does not depend on μ"),
+        ({"F": [1.0, 2.0], "k1": [1.0, 2.0]}, "safe", "unknown map value"),
+        ({"F": [1.0, 2.0]}, "safe-mu", "must be two"),
+        ({"F": np.ones(1000), "k1": np.ones(1000)}, "safe-mu", "at most 250000"),
+    ],
+)
+def test_what_cannot_be_mapped_is_refused(
+    over: dict[str, list[float]], value: str, said: str
+) -> None:
+    with pytest.raises(InputError, match=said):
+        safety_map(None, over, value)
+
+
+def test_edges_of_the_model_have_the_critical_friction_or_none() -> None:
+    undamped = safety_map(Parameters(c1=0.0, c2=0.0), {"F": [80.0, 90.0], "k1": [90.0, 100.0]})
+    assert np.array_equal(undamped.safe_mu, undamped.critical_mu)
+    lifted = safety_map(None, {"F": [-20.0, -10.0], "k3": [0.0, 60.0]})
+    assert np.isnan(lifted.safe_mu).all()
+    assert np.isnan(lifted.regions).tolist() == [[True, False], [True, False]]
+
+
+@pytest.mark.parametrize("stop", [0.0, 0.05, 0.5])
+def test_a_map_is_cancelled(stop: float) -> None:
+    over = {"F": [100.0, 120.0], "mu": [0.4, 0.5]}
+    with pytest.raises(Cancelled):
+        safety_map(None, over, "coexistence", progress=lambda done: done < stop)
