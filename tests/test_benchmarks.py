@@ -9,9 +9,10 @@ from pathlib import Path
 
 import pytest
 
+from fivtui import Parameters
 from fivtui.model.slider_belt import State
 
-from .benchmarks import fmu_host
+from .benchmarks import branches, fmu_host
 from .benchmarks.peers import missing, peers
 from .benchmarks.solvers import COMPILED, OWN, Run, Solver
 from .benchmarks.tui_terminal import LOADS
@@ -82,3 +83,20 @@ def test_a_host_in_c_steps_every_fmu_that_is_here(tmp_path: Path) -> None:
     assert {"bouncing ball in C", "native"} <= set(fmus)
     for fmu in fmus.values():
         assert min(fmu_host.cost(host, fmu, 1e-3, count=50, rounds=1)) > 0.0
+
+
+def test_every_way_to_follow_a_branch_passes_its_fold() -> None:
+    lifting, smooth, folds = branches.own(repeats=0)
+    assert lifting.fold == pytest.approx(0.2778766133, abs=1e-9)
+    assert smooth.fold == pytest.approx(branches.FOLD, abs=1e-9)
+    assert folds.points > 30
+    # What a package for continuation is given vanishes at a cycle, whoever integrates.
+    start, (begin, *_) = branches.first_cycle(Parameters()), branches.SMOOTH
+    for shooting in (branches.scipy_shooting, branches.own_shooting):
+        assert abs(shooting(Parameters())(start, begin)).max() < 1e-8
+
+
+@pytest.mark.skipif(branches.missing() is not None, reason=str(branches.missing()))
+def test_the_package_for_continuation_passes_the_fold() -> None:
+    found = branches.pycont("with fivtui", branches.own_shooting(Parameters()))
+    assert found.fold == pytest.approx(branches.FOLD, abs=1e-3)
