@@ -16,7 +16,9 @@ if TYPE_CHECKING:
     from .modes import (
         IN_CONTACT as IN_CONTACT,
         MODES as MODES,
+        Guard as Guard,
         Mode as Mode,
+        Transition as Transition,
         transition_name as transition_name,
     )
     from .numbers import (
@@ -44,6 +46,7 @@ if TYPE_CHECKING:
         accelerations as accelerations,
         contact_force as contact_force,
         equilibrium as equilibrium,
+        guard_value as guard_value,
         jacobian as jacobian,
         mode_of as mode_of,
         no_equilibrium_error as no_equilibrium_error,

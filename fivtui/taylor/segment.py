@@ -1,8 +1,8 @@
 """A segment of the motion in one mode, as polynomials in time; every integrator yields these."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass
-from typing import Protocol
+from dataclasses import dataclass, fields
+from typing import Protocol, Self
 
 from fivtui.model.modes import Mode
 from fivtui.model.slider_belt import State
@@ -67,6 +67,12 @@ class BeltSegment(Segment):
     """
 
     then: Mode
+
+    @classmethod
+    def of(cls, segment: Segment, then: Mode) -> Self:
+        """A segment with the mode after its end."""
+        values = {one.name: getattr(segment, one.name) for one in fields(Segment)}
+        return cls(**values | {"switches": then is not segment.mode}, then=then)
 
 
 class Stepper(Protocol):

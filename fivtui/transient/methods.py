@@ -69,10 +69,13 @@ def _taylor(request: Request) -> Stepper:
 
 def _rk4(*, locate: bool) -> Callable[[Request], Stepper]:
     def stepper(request: Request) -> Stepper:
-        check_always_sliding(request.parameters, "this method")
+        from .belt import BeltReferenceStepper
         from .rk4 import ReferenceStepper
 
-        return ReferenceStepper(
+        if not locate:
+            check_always_sliding(request.parameters, "rk4-across")
+        make = ReferenceStepper if request.parameters.v_belt is None else BeltReferenceStepper
+        return make(
             request.parameters,
             request.initial,
             step=fixed_step(request),
@@ -85,10 +88,11 @@ def _rk4(*, locate: bool) -> Callable[[Request], Stepper]:
 
 def _scipy(solver: str) -> Callable[[Request], Stepper]:
     def stepper(request: Request) -> Stepper:
-        check_always_sliding(request.parameters, "this method")
+        from .belt import BeltScipyStepper
         from .scipy_solvers import ScipyStepper
 
-        return ScipyStepper(
+        make = ScipyStepper if request.parameters.v_belt is None else BeltScipyStepper
+        return make(
             request.parameters,
             request.initial,
             solver=solver,

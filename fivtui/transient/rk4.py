@@ -131,12 +131,15 @@ class RungeKutta4:
                 duration = np.where(crossed, self._bisect(first, left, crossed), left)
                 last = self._rk4(first, self.contact, duration)
             parts.append(StepPart(self.contact, done, duration, first, last, crossed))
-            self.state = last
-            self.contact = self.contact ^ crossed
+            self.state, self.contact = self._after(last, crossed)
             done = done + duration
             left = left - duration
         self.steps += 1
         return parts
+
+    def _after(self, last: FloatArray, crossed: BoolArray) -> tuple[FloatArray, BoolArray]:
+        # State and mode behind a switch.
+        return last, self.contact ^ crossed
 
     def _derivatives(self, state: FloatArray, contact: BoolArray) -> FloatArray:
         # Eqs. 2 and 5, solved for the accelerations.

@@ -8,6 +8,7 @@ from numpy.typing import NDArray
 from scipy.integrate import DOP853, LSODA, OdeSolver, Radau
 
 from fivtui.model import (
+    IN_CONTACT,
     ComputationError,
     Mode,
     Parameters,
@@ -60,7 +61,7 @@ class ScipyStepper:
         self._solver = self._begin(0.0, state)
 
     def _begin(self, t: float, state: State) -> OdeSolver:
-        self._mode = mode_of(self._p, state, separation=self._separation)
+        self._mode = self._mode_after(state)
         mode, p = self._mode, self._p
 
         def motion(_t: float, z: NDArray[np.float64]) -> list[float]:
@@ -71,7 +72,9 @@ class ScipyStepper:
         def linearised(_t: float, z: NDArray[np.float64]) -> NDArray[np.float64]:
             return np.array(jacobian(p, float(z[2]), mode))
 
-        options = {} if self._make is DOP853 else {"jac": linearised}
+        # The derivative of sliding friction by the speed is left to the solver.
+        explicit = self._make is DOP853 or p.v_belt is not None
+        options = {} if explicit else {"jac": linearised}
         return self._make(
             motion,
             t,
@@ -81,6 +84,10 @@ class ScipyStepper:
             atol=self._absolute,
             **options,
         )
+
+    def _mode_after(self, state: State) -> Mode:
+        # The mode in which the motion goes on.
+        return mode_of(self._p, state, separation=self._separation)
 
     def advance(self) -> Segment:
         """The next segment: one step of the solver, cut at the first root of y.
@@ -100,13 +107,13 @@ class ScipyStepper:
             raise self._failure(start, "the motion grows beyond the floating-point range")
         dense = solver.dense_output()
         end, mode = float(solver.t), self._mode
-        x, y = self._polynomials(dense(start + (end - start) * self._nodes))
-        final = _state(solver.y)
-        root = self._first_root(y, final[2]) if self._separation else None
+        samples = dense(start + (end - start) * self._nodes)
+        x, y = self._polynomials(samples)
+        final = state_of(solver.y)
+        root = self._end_of_mode(y, samples, final)
         if root is not None:
             end = start + (end - start) * root
-            at_root = _state(dense(end))
-            final = (at_root[0], at_root[1], 0.0, at_root[3])
+            final = self._past(state_of(dense(end)))
             x, y = self._polynomials(dense(start + (end - start) * self._nodes))
             self._solver = self._begin(end, final)
         self._y = final[2]
@@ -118,6 +125,16 @@ class ScipyStepper:
             )
         switches = self._mode is not mode
         return Segment(mode, start, 0.0, end - start, end, x, y, final, switches)
+
+    def _end_of_mode(
+        self, y: list[float], _samples: NDArray[np.float64], final: State
+    ) -> float | None:
+        # Where in the step, of length 1, the mode ends; the step is also given by states in it.
+        return self._first_root(y, final[2]) if self._separation else None
+
+    def _past(self, state: State) -> State:
+        # The state with which the next mode begins.
+        return (state[0], state[1], 0.0, state[3])
 
     def _failure(self, t: float, why: str) -> ComputationError:
         return ComputationError(
@@ -133,12 +150,13 @@ class ScipyStepper:
 
     def _first_root(self, y: list[float], final: float) -> float | None:
         root = first_root(y)
-        contact = self._mode is Mode.CONTACT
+        contact = self._mode in IN_CONTACT
         if root is None and (final > 0.0 if contact else final < 0.0):
             return 1.0
         return root
 
 
-def _state(z: NDArray[np.float64]) -> State:
+def state_of(z: NDArray[np.float64]) -> State:
+    """A state as numbers."""
     x, vx, y, vy = z.tolist()
     return (x, vx, y, vy)
