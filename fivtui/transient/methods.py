@@ -69,7 +69,7 @@ def _taylor(request: Request) -> Stepper:
 
 def _rk4(*, locate: bool) -> Callable[[Request], Stepper]:
     def stepper(request: Request) -> Stepper:
-        from .belt import BeltReferenceStepper
+        from .finite_belt.rk4 import BeltReferenceStepper
         from .rk4 import ReferenceStepper
 
         if not locate:
@@ -88,7 +88,7 @@ def _rk4(*, locate: bool) -> Callable[[Request], Stepper]:
 
 def _scipy(solver: str) -> Callable[[Request], Stepper]:
     def stepper(request: Request) -> Stepper:
-        from .belt import BeltScipyStepper
+        from .finite_belt.scipy_solvers import BeltScipyStepper
         from .scipy_solvers import ScipyStepper
 
         make = ScipyStepper if request.parameters.v_belt is None else BeltScipyStepper

@@ -1,30 +1,17 @@
-"""The yardsticks on a belt of finite speed: RK4 with bisection, and SciPy's solvers."""
+"""The yardstick on a belt of finite speed: RK4 with bisection, with rules of its own."""
 
+from collections.abc import Sequence
 from typing import Final
 
 import numpy as np
-from numpy.typing import NDArray
 
-from fivtui.model import (
-    MODES,
-    Guard,
-    Mode,
-    Parameters,
-    State,
-    Transition,
-    guard_value,
-    mode_of,
-)
-from fivtui.taylor import BeltSegment, Segment, first_root
-
-from .rk4 import BoolArray, FloatArray, ReferenceStepper, RungeKutta4, StepPart
-from .scipy_solvers import ScipyStepper, state_of
-from .trajectory import segment_between
+from fivtui.model import Mode, Parameters, State, mode_of
+from fivtui.taylor import BeltSegment, Segment
+from fivtui.transient.rk4 import BoolArray, FloatArray, ReferenceStepper, RungeKutta4, StepPart
+from fivtui.transient.trajectory import segment_between
 
 # Beyond this exponent the fall of friction is not followed where a step goes past v_r = 0.
 _LARGEST_EXPONENT: Final = 5.0
-_OF_HEIGHT: Final = (Guard.HEIGHT, Guard.DEPTH)
-_OF_SPEED: Final = (Guard.AHEAD, Guard.BEHIND)
 
 
 class BeltRungeKutta4(RungeKutta4):
@@ -34,7 +21,12 @@ class BeltRungeKutta4(RungeKutta4):
     """
 
     def __init__(
-        self, parameters: list[Parameters], starts: list[State], *, step: float, separation: bool
+        self,
+        parameters: Sequence[Parameters],
+        starts: Sequence[State],
+        *,
+        step: float,
+        separation: bool,
     ) -> None:
         super().__init__(parameters, starts, step=step, separation=separation)
         modes = [
@@ -112,58 +104,6 @@ class BeltReferenceStepper(ReferenceStepper):
         return BeltSegment.of(segment, then)
 
     def _segment(self, part: StepPart, times: tuple[float, float]) -> Segment:
-        first, last = (state_of(state[:, 0]) for state in (part.first, part.last))
+        first, last = (state[:, 0].tolist() for state in (part.first, part.last))
         mode = Mode(int(part.contact[0]))
         return segment_between(self._p, mode, times, (first, last), switches=bool(part.switches[0]))
-
-
-class BeltScipyStepper(ScipyStepper):
-    """A SciPy solver on a belt of finite speed, one instance per mode interval."""
-
-    # How the last mode ended.
-    _ended: Transition | None = None
-
-    def advance(self) -> BeltSegment:
-        """The next segment: one step of the solver, cut where the first guard falls to zero."""
-        segment = super().advance()
-        return BeltSegment.of(segment, self._mode)
-
-    def _end_of_mode(
-        self, y: list[float], samples: NDArray[np.float64], final: State
-    ) -> float | None:
-        first: float | None = None
-        self._ended = None
-        for transition in MODES[self._mode].ends:
-            guard = transition.guard
-            if guard in _OF_HEIGHT:
-                root = super()._end_of_mode(y, samples, final)
-            else:
-                root = self._first_fall(guard, samples, final)
-            if root is not None and (first is None or root < first):
-                first, self._ended = root, transition
-        return first
-
-    def _first_fall(self, guard: Guard, samples: NDArray[np.float64], final: State) -> float | None:
-        values = [guard_value(self._p, state_of(state), guard) for state in samples.T]
-        c = (self._to_power @ np.array(values)).tolist()
-        c[0] = values[0]
-        if c[0] <= 0.0:
-            # At the start of a mode its guard is zero, and rises but for rounding.
-            c[0], c[1] = 0.0, max(c[1], 0.0)
-        root = first_root(c)
-        return 1.0 if root is None and guard_value(self._p, final, guard) <= 0.0 else root
-
-    def _past(self, state: State) -> State:
-        x, vx, y, vy = state
-        ended = self._ended
-        if ended is not None and ended.guard in _OF_HEIGHT:
-            return (x, vx, 0.0, vy)
-        if ended is not None and ended.guard in _OF_SPEED:
-            return (x, self._p.v_belt or 0.0, y, vy)
-        return state
-
-    def _mode_after(self, state: State) -> Mode:
-        ended = self._ended
-        if ended is not None and len(ended.to) == 1 and ended.guard not in _OF_HEIGHT:
-            return ended.to[0]
-        return super()._mode_after(state)

@@ -1,0 +1,1 @@
+"""RK4 and SciPy's solvers on a belt of finite speed."""

@@ -1,0 +1,118 @@
+"""The Taylor path on a belt of finite speed against references and independent integrators."""
+
+import json
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+from fivtui import Parameters, simulate
+from fivtui.model.modes import Mode
+from fivtui.model.parameters import PARAMETERS
+from fivtui.transient.finite_belt.rk4 import BeltRungeKutta4
+from fivtui.transient.request import KernelChoice
+from tests.support.own_belt import OwnBelt, integrate
+
+REFERENCES: dict[str, Any] = json.loads(
+    Path(__file__).parents[1].joinpath("references", "belt.json").read_text(encoding="utf-8")
+)
+KERNELS: tuple[KernelChoice, ...] = ("interpreted", "compiled")
+
+
+@pytest.mark.parametrize("kernel", KERNELS)
+@pytest.mark.parametrize("name", REFERENCES)
+def test_transients_are_the_references_of_25_digits(name: str, kernel: KernelChoice) -> None:
+    known = REFERENCES[name]
+    run = simulate(
+        Parameters().with_values(known["parameters"]),
+        start=known["start"],
+        separation=known["separation"],
+        t_end=known["t_end"],
+        kernel=kernel,
+    )
+    final = [float(text) for text in known["final"]]
+    assert run.final[1:] == pytest.approx(final, rel=1e-11, abs=1e-11 * max(map(abs, final)))
+    changes = [(c.first.name.lower(), c.then.name.lower()) for c in run.mode_changes]
+    assert changes == [(first, then) for _, first, then in known["changes"]]
+    times = [float(t) for t, _, _ in known["changes"]]
+    assert [c.t for c in run.mode_changes] == pytest.approx(times, abs=1e-11)
+
+
+def test_the_references_have_all_modes() -> None:
+    changes = [change for known in REFERENCES.values() for change in known["changes"]]
+    found = {mode for _, *modes in changes for mode in modes}
+    assert found == {mode.name.lower() for mode in Mode} - {"contact"}
+    assert len(REFERENCES) >= 8
+
+
+def drawn(count: int, seed: int) -> list[tuple[Parameters, bool, np.ndarray]]:
+    rng = np.random.default_rng(seed)
+    scenes = []
+    for _ in range(count):
+        mu, low = rng.uniform(0.1, 1.0), rng.uniform
+        p = Parameters(
+            m=low(1.0, 6.0),
+            k1=low(30.0, 150.0),
+            k2=low(30.0, 100.0),
+            k3=low(0.0, 100.0),
+            c1=low(0.0, 0.6),
+            c2=low(0.0, 0.6),
+            F=low(10.0, 100.0),
+            k_nl=low(0.0, 200.0),
+            mu=mu,
+            mu_s=mu * low(1.0, 1.5),
+            v_s=low(0.1, 1.0) if rng.random() < 0.5 else None,
+            v_belt=low(0.0, 3.0),
+        )
+        scenes.append((p, bool(rng.random() < 0.8), rng.uniform(-1.5, 1.5, 4)))
+    return scenes
+
+
+@pytest.mark.parametrize("scene", range(10))
+def test_a_drawn_scene_is_that_of_an_integration_written_anew(scene: int) -> None:
+    p, separation, start = drawn(10, 1976)[scene]
+    own = OwnBelt(
+        **{name: getattr(p, name) for name in PARAMETERS},
+        static=p.mu_static,
+        fall=p.speed_law,
+        speed=p.v_belt or 0.0,
+        separation=separation,
+    )
+    state, modes = integrate(own, start, 4.0)
+    run = simulate(p, t_end=4.0, start=start.tolist(), separation=separation)
+    followed = [run.first_mode, *(change.then for change in run.mode_changes)]
+    assert [mode.name.lower() for mode in followed] == modes
+    assert run.final[1:] == pytest.approx(state.tolist(), rel=1e-8, abs=1e-8)
+
+
+def test_random_scenes_are_those_of_rk4_with_bisection() -> None:
+    for separation in (True, False):
+        scenes = [(p, s) for p, _, s in drawn(12, 5)]
+        step, t_end = 2.5e-3, 2.0
+        rk4 = BeltRungeKutta4(
+            [p for p, _ in scenes],
+            [tuple(s.tolist()) for _, s in scenes],
+            step=step,
+            separation=separation,
+        )
+        for _ in range(round(t_end / step)):
+            rk4.advance()
+        for place, (p, start) in enumerate(scenes):
+            run = simulate(p, t_end=t_end, start=start.tolist(), separation=separation)
+            last = run.mode_changes[-1].then if run.mode_changes else run.first_mode
+            assert Mode(int(rk4.contact[place])) is last
+            assert run.final[1:] == pytest.approx(rk4.state[:, place].tolist(), abs=5e-6)
+
+
+@pytest.mark.parametrize("method", ["rk4", "scipy-dop853", "scipy-lsoda", "scipy-radau"])
+def test_the_other_methods_have_the_same_events(method: str) -> None:
+    p, start = Parameters(v_belt=0.5, mu_s=0.9, v_s=0.4), (-2.0, -4.0, -1.0, 3.0)
+    step, tol = (2e-3, 1e-12) if method == "rk4" else (None, 1e-8)
+    run = simulate(p, t_end=3.0, start=start, method=method, samples=31, step=step, tol=tol)
+    taylor = simulate(p, t_end=3.0, start=start, samples=31)
+    assert run.final == pytest.approx(taylor.final, abs=1e-6)
+    assert run.events.transitions == taylor.events.transitions
+    assert run.events.stick_time == pytest.approx(taylor.events.stick_time, abs=1e-6)
+    for name in ("x", "vx", "y", "vy", "P"):
+        assert run.to_columns()[name] == pytest.approx(taylor.to_columns()[name], abs=1e-3)

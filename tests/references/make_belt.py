@@ -1,0 +1,206 @@
+"""Make ``belt.json``: transients on a belt of finite speed to 25 digits, by mpmath.
+
+Independent of the package: Taylor series of order 36 in 42 digits, the ends of modes by bisection.
+Run it as ``python tests/references/make_belt.py``; it needs mpmath and takes a few minutes.
+"""
+
+import json
+import sys
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+from mpmath import exp, mp, mpf
+
+Number = Any
+Table = dict[str, Any]
+
+mp.dps = 42
+ORDER = 36
+TOLERANCE = mpf(10) ** -36
+# Change of v/v_s over a step.
+CHANGE = mpf(1)
+DIGITS = 25
+SAMPLES = 40
+
+BASE: Table = {"m": 5, "k1": 100, "k2": 50, "k3": 60, "c1": 0.32, "c2": 0.32}
+BASE |= {"F": 80, "k_nl": 100, "mu": 0.7, "mu_s": None, "v_s": None}
+AT_REST = (0, 0, -0.8, 0)
+SCENES: dict[str, tuple[Table, bool, float, tuple[float, ...]]] = {
+    "slow": ({"v_belt": 0.2}, True, 8, AT_REST),
+    "base": ({"v_belt": 1}, True, 8, AT_REST),
+    "static-friction": ({"v_belt": 0.5, "mu_s": 0.9}, True, 8, (-2, -4, -1, 3)),
+    "speed-law": ({"v_belt": 0.5, "mu_s": 0.9, "v_s": 0.4}, True, 8, (-2, -4, -1, 3)),
+    "sharp-law": ({"v_belt": 2, "mu_s": 1.2, "v_s": 0.1}, True, 6, AT_REST),
+    "backward": ({"v_belt": 0.3, "mu": 0.2, "k3": 0}, True, 8, (1.5, 5, -1, 4)),
+    "belt-at-rest": ({"v_belt": 0, "mu": 0.1, "F": 20}, True, 8, (2, 5, -0.3, 4)),
+    "tension": ({"v_belt": 0.5, "k_nl": 0, "F": 5}, False, 6, (0.5, 0, 1, 2)),
+    "linear-law": ({"v_belt": 0.5, "k_nl": 0, "mu_s": 1, "v_s": 0.2}, True, 6, (0, 0.5, -1, 2)),
+    "light": ({"v_belt": 1, "m": 0.5, "F": 40, "mu_s": 0.8}, True, 3, (0, 1, -0.5, 0)),
+}
+
+
+def value(c: list[Number], t: Number) -> Number:
+    total = mpf(0)
+    for coefficient in reversed(c):
+        total = total * t + coefficient
+    return total
+
+
+def slope(c: list[Number]) -> list[Number]:
+    return [n * coefficient for n, coefficient in enumerate(c)][1:]
+
+
+def product(a: list[Number], b: list[Number], n: int) -> Number:
+    return sum(a[i] * b[n - i] for i in range(n + 1))
+
+
+def pressing(p: Table, y: Number) -> Number:
+    return -p["k2"] * y - p["k_nl"] * y**3
+
+
+def holding(p: Table, x: Number, y: Number) -> Number:
+    return p["c1"] * p["v_belt"] + (p["k1"] + p["k3"] / 2) * x - p["k3"] / 2 * y
+
+
+def expand(p: Table, state: list[Number], mode: str) -> tuple[list[Number], list[Number]]:
+    h, sign = p["k3"] / 2, {"forward": 1, "backward": -1}.get(mode, 0)
+    x, y = [state[0], state[1]], [state[2], state[3]]
+    square: list[Number] = []
+    force: list[Number] = []
+    ax: list[Number] = []
+    law = sign and p["v_s"] is not None
+    e = [exp(-sign * (p["v_belt"] - state[1]) / p["v_s"]) if law else mpf(0)]
+    for n in range(ORDER):
+        square.append(product(y, y, n))
+        pressed = -p["k2"] * y[n] - p["k_nl"] * product(y, square, n)
+        force.append(mpf(0) if mode == "separated" else pressed)
+        if n > 0:
+            e.append(sign * product(ax, e, n - 1) / (n * p["v_s"]) if law else mpf(0))
+        friction = sign * (p["mu"] * force[n] + (p["mu_s"] - p["mu"]) * product(e, force, n))
+        pull = h * (x[n] - y[n])
+        load = p["F"] if n == 0 else 0
+        along = (friction - p["c1"] * (n + 1) * x[n + 1] - p["k1"] * x[n] - pull) / p["m"]
+        ax.append(mpf(0) if mode == "stick" else along)
+        across = (force[n] - load - p["c2"] * (n + 1) * y[n + 1] + pull) / p["m"]
+        x.append(ax[n] / ((n + 1) * (n + 2)))
+        y.append(across / ((n + 1) * (n + 2)))
+    return x, y
+
+
+def mode_of(p: Table, state: list[Number]) -> str:
+    x, vx, y, vy = state
+    if p["separation"] and (y > 0 or (y == 0 and vy > 0)):
+        return "separated"
+    if vx != p["v_belt"]:
+        return "forward" if vx < p["v_belt"] else "backward"
+    held, grip = holding(p, x, y), p["mu_s"] * pressing(p, y)
+    if abs(held) <= grip:
+        return "stick"
+    return "forward" if held > 0 else "backward"
+
+
+def guards(p: Table, mode: str) -> dict[str, Callable[[list[Number]], Number]]:
+    # What is positive while a mode lasts, of (x, ẋ, y), by the mode that follows; "?": to be seen.
+    found: dict[str, Callable[[list[Number]], Number]] = {}
+    if mode == "separated":
+        return {"?land": lambda z: z[2]}
+    if p["separation"]:
+        found["separated"] = lambda z: -z[2]
+    if mode == "stick":
+        found["forward"] = lambda z: p["mu_s"] * pressing(p, z[2]) - holding(p, z[0], z[2])
+        found["backward"] = lambda z: p["mu_s"] * pressing(p, z[2]) + holding(p, z[0], z[2])
+    else:
+        sign = 1 if mode == "forward" else -1
+        found["?stop"] = lambda z: sign * (p["v_belt"] - z[1])
+    return found
+
+
+def first_end(
+    p: Table, mode: str, x: list[Number], y: list[Number], h: Number
+) -> tuple[Number, str] | None:
+    speed = slope(x)
+
+    def at(guard: Callable[[list[Number]], Number], t: Number) -> Number:
+        return guard([value(x, t), value(speed, t), value(y, t)])
+
+    best: tuple[Number, str] | None = None
+    for name, guard in guards(p, mode).items():
+        for i in range(1, SAMPLES + 1):
+            if at(guard, h * i / SAMPLES) < 0:
+                low, high = h * (i - 1) / SAMPLES, h * i / SAMPLES
+                if i == 1:
+                    low = high * mpf(10) ** -9
+                for _ in range(140):
+                    middle = (low + high) / 2
+                    low, high = (low, middle) if at(guard, middle) < 0 else (middle, high)
+                if best is None or high < best[0]:
+                    best = (high, name)
+                break
+    return best
+
+
+def longest(
+    p: Table, mode: str, state: list[Number], z: tuple[list[Number], list[Number]], left: Number
+) -> Number:
+    size = max(abs(s) for s in (*state, p["F"] / (p["k1"] + p["k2"])))
+    steps = [left, mpf(1)]
+    for n in (ORDER + 1, ORDER):
+        last = max(abs(c[n]) for c in z)
+        if last > 0:
+            steps.append((TOLERANCE * size / last) ** (mpf(1) / n))
+    h = min(steps)
+    if p["v_s"] is not None and mode in ("forward", "backward"):
+        sizes = [n * abs(c) for n, c in enumerate(z[0])]
+        while sum(s * h ** (n - 1) for n, s in enumerate(sizes) if n > 1) > CHANGE * p["v_s"]:
+            h *= mpf("0.8")
+    return h
+
+
+def transient(p: Table, state: list[Number], t_end: Number) -> tuple[list[Number], list[Any]]:
+    t, mode = mpf(0), mode_of(p, state)
+    changes: list[Any] = []
+    while t < t_end:
+        x, y = expand(p, state, mode)
+        h = longest(p, mode, state, (x, y), t_end - t)
+        ended = first_end(p, mode, x, y, h)
+        if ended is not None:
+            h = ended[0]
+        state = [value(x, h), value(slope(x), h), value(y, h), value(slope(y), h)]
+        t += h
+        if mode == "stick":
+            state[1] = p["v_belt"]
+        if ended is not None:
+            then = ended[1]
+            if then in ("separated", "?land"):
+                state[2] = mpf(0)
+            if then == "?stop":
+                state[1] = p["v_belt"]
+            then = mode_of(p, state) if then.startswith("?") else then
+            changes.append((t, mode, then))
+            mode = then
+    return state, changes
+
+
+def main() -> None:
+    result = {}
+    for name, (changed, separation, t_end, start) in SCENES.items():
+        given = BASE | changed
+        p = {key: None if entry is None else mpf(float(entry)) for key, entry in given.items()}
+        p |= {"separation": separation, "mu_s": p["mu"] if p["mu_s"] is None else p["mu_s"]}
+        final, changes = transient(p, [mpf(float(s)) for s in start], mpf(t_end))
+        result[name] = {
+            "parameters": given,
+            "separation": separation,
+            "start": list(start),
+            "t_end": t_end,
+            "final": [mp.nstr(s, DIGITS) for s in final],
+            "changes": [[mp.nstr(t, DIGITS), one, then] for t, one, then in changes],
+        }
+        print(name, len(changes), result[name]["final"], file=sys.stderr, flush=True)
+        target = Path(__file__).with_name("belt.json")
+        target.write_text(json.dumps(result, indent=1) + "\n", encoding="utf-8")
+
+
+if __name__ == "__main__":
+    main()
