@@ -106,10 +106,10 @@ def test_energy_is_that_of_friction_and_damping(
     )
     assert run.solution is not None
     edges = sorted({0.0, *(change.t for change in run.mode_changes), 3.0})
-    nodes, weights = np.polynomial.legendre.leggauss(20)
+    nodes, weights = np.polynomial.legendre.leggauss(10)
     gained = size = 0.0
     for first, last in pairwise(edges):
-        parts = np.linspace(first, last, 2 + int((last - first) / 0.05))
+        parts = np.linspace(first, last, 2 + int((last - first) / 0.005))
         for left, right in pairwise(parts.tolist()):
             at = run.solution(left + (right - left) * (0.5 + 0.5 * nodes))
             for n, weight in enumerate(weights.tolist()):
@@ -122,7 +122,7 @@ def test_energy_is_that_of_friction_and_damping(
     last_mode = run.mode_changes[-1].then if run.mode_changes else run.first_mode
     before = mechanical_energy(p, start, run.first_mode)
     after = mechanical_energy(p, (x, vx, y, vy), last_mode)
-    assert after - before == pytest.approx(gained, abs=1e-8 * (size + abs(before) + 1.0))
+    assert after - before == pytest.approx(gained, abs=1e-7 * (size + abs(before) + 1.0))
 
 
 @kernels

@@ -89,7 +89,7 @@ def test_a_drawn_scene_is_that_of_an_integration_written_anew(scene: int) -> Non
 def test_random_scenes_are_those_of_rk4_with_bisection() -> None:
     for separation in (True, False):
         scenes = [(p, s) for p, _, s in drawn(12, 5)]
-        step, t_end = 2.5e-3, 2.0
+        step, t_end = 4e-3, 1.5
         rk4 = BeltRungeKutta4(
             [p for p, _ in scenes],
             [tuple(s.tolist()) for _, s in scenes],
@@ -102,17 +102,17 @@ def test_random_scenes_are_those_of_rk4_with_bisection() -> None:
             run = simulate(p, t_end=t_end, start=start.tolist(), separation=separation)
             last = run.mode_changes[-1].then if run.mode_changes else run.first_mode
             assert Mode(int(rk4.contact[place])) is last
-            assert run.final[1:] == pytest.approx(rk4.state[:, place].tolist(), abs=5e-6)
+            assert run.final[1:] == pytest.approx(rk4.state[:, place].tolist(), abs=2e-5)
 
 
 @pytest.mark.parametrize("method", ["rk4", "scipy-dop853", "scipy-lsoda", "scipy-radau"])
 def test_the_other_methods_have_the_same_events(method: str) -> None:
     p, start = Parameters(v_belt=0.5, mu_s=0.9, v_s=0.4), (-2.0, -4.0, -1.0, 3.0)
-    step, tol = (2e-3, 1e-12) if method == "rk4" else (None, 1e-8)
-    run = simulate(p, t_end=3.0, start=start, method=method, samples=31, step=step, tol=tol)
-    taylor = simulate(p, t_end=3.0, start=start, samples=31)
-    assert run.final == pytest.approx(taylor.final, abs=1e-6)
+    step, tol = (4e-3, 1e-12) if method == "rk4" else (None, 1e-8)
+    run = simulate(p, t_end=2.0, start=start, method=method, samples=31, step=step, tol=tol)
+    taylor = simulate(p, t_end=2.0, start=start, samples=31)
+    assert run.final == pytest.approx(taylor.final, abs=2e-5)
     assert run.events.transitions == taylor.events.transitions
-    assert run.events.stick_time == pytest.approx(taylor.events.stick_time, abs=1e-6)
+    assert run.events.stick_time == pytest.approx(taylor.events.stick_time, abs=2e-5)
     for name in ("x", "vx", "y", "vy", "P"):
         assert run.to_columns()[name] == pytest.approx(taylor.to_columns()[name], abs=1e-3)
