@@ -102,7 +102,7 @@ def test_random_scenes_are_those_of_rk4_with_bisection() -> None:
             run = simulate(p, t_end=t_end, start=start.tolist(), separation=separation)
             last = run.mode_changes[-1].then if run.mode_changes else run.first_mode
             assert Mode(int(rk4.contact[place])) is last
-            assert run.final[1:] == pytest.approx(rk4.state[:, place].tolist(), abs=2e-5)
+            assert run.final[1:] == pytest.approx(rk4.state[:, place].tolist(), abs=2e-4)
 
 
 @pytest.mark.parametrize("method", ["rk4", "scipy-dop853", "scipy-lsoda", "scipy-radau"])
