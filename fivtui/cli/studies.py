@@ -7,7 +7,7 @@ import click
 from fivtui.model import InputError, Interval
 
 from .arguments import Whole, option
-from .completion import VARIED_VALUES
+from .completion import METHOD_NAMES, VARIED_VALUES
 from .deliver import check_outputs, show, write
 from .group import commands
 from .options import (
@@ -69,6 +69,12 @@ if TYPE_CHECKING:
 )
 @start_option("Start state, m and m/s.")
 @option(
+    "--method",
+    metavar="NAME",
+    help="taylor, or a run of the FMU for each member: fmu, fmu-native.  [default: the scene's]",
+    shell_complete=METHOD_NAMES,
+)
+@option(
     "--output",
     "outputs",
     multiple=True,
@@ -126,6 +132,7 @@ def sweep(**given: Any) -> None:
         tol=given["tol"],
         accuracy=error_targets_of(given["error_targets"]),
         outputs=given["outputs"],
+        method=given["method"],
     )
     out, plot, force, as_json = (given[name] for name in ("out", "plot", "force", "as_json"))
     if out is None or plot is not None or as_json:

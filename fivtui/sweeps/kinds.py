@@ -27,7 +27,7 @@ def _unfinished(result: "Sweep") -> str:
 
 def _command(study: "Study") -> Command:
     from .design import Design
-    from .study import DEFAULT_OUTPUTS
+    from .study import BATCHES, DEFAULT_OUTPUTS
 
     design, both = study.design, len(study.cases) > 1
     if not isinstance(design, Design):
@@ -44,7 +44,11 @@ def _command(study: "Study") -> Command:
     if study.outputs != DEFAULT_OUTPUTS:
         words += [word for name in study.outputs for word in ("--output", name)]
     scene = {**scene_fields(study, _SAID), "separation": both or study.cases[0]}
-    needed = {"method": "taylor"} | ({} if both else {"separation": True})
+    needed: dict[str, object] = {} if both else {"separation": True}
+    if study.method == BATCHES:
+        needed["method"] = study.method
+    else:
+        words += ["--method", study.method]
     return Command("sweep", scene, _SAID, words, needed)
 
 

@@ -13,7 +13,7 @@ from .arithmetic import arithmetic_of
 from .design import Axis, Design, Range
 from .formats import SweepFormat
 from .scatter import Scatter, StudyDesign
-from .study import Study
+from .study import BATCHES, Study
 
 FORMAT_VERSION: Final = 1
 ARITHMETIC: Final = "arithmetic"
@@ -42,6 +42,7 @@ def study_to_dict(study: Study) -> dict[str, Any]:
         "design": _design_to_data(study.design),
         "outputs": list(study.outputs),
         **({} if study.safe is None else {"safe_mu": study.safe.to_dict()}),
+        **({} if study.method == BATCHES else {"method": study.method}),
     }
 
 
@@ -99,6 +100,7 @@ def study_from_dict(data: Any) -> Study:
             accuracy=tuple(data["accuracy"].items()),
             outputs=tuple(map(str, data["outputs"])),
             safe=SafeTable.from_dict(data["safe_mu"]) if "safe_mu" in data else None,
+            method=str(data.get("method", BATCHES)),
         )
     except (KeyError, TypeError, ValueError, AttributeError):
         raise InputError("does not say which sweep it is of") from None

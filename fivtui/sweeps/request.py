@@ -2,7 +2,6 @@
 
 from collections.abc import Mapping, Sequence
 from types import MappingProxyType
-from typing import Final
 
 from fivtui.model import InputError, unknown_name
 from fivtui.ranges import parse_range
@@ -12,8 +11,6 @@ from fivtui.transient import Start, check_horizon, check_tolerance
 from .design import VARIABLES, Axis, Design, Kind, Range
 from .scatter import StudyDesign
 from .study import DEFAULT_OUTPUTS, Study
-
-_METHOD: Final = "taylor"
 
 
 def parse_design(
@@ -63,14 +60,13 @@ def study_of(
     tol: float | str | None = None,
     accuracy: Mapping[str, float] = MappingProxyType({}),
     outputs: Sequence[str] = (),
+    method: str | None = None,
 ) -> Study:
     """The study of a scene; what is given replaces the scene's settings, see `Study`.
 
     An `accuracy` replaces the tolerance, and a `tol` the scene's accuracy. Raises `InputError` as
-    `Study`, or if the scene asks for another method than ``taylor``.
+    `Study`.
     """
-    if scene.method != _METHOD:
-        raise InputError(f"method = {scene.method}: must be {_METHOD} for a sweep")
     if accuracy and tol is not None:
         raise InputError("--error: must be given without --tol, which follows from it")
     return Study(
@@ -82,4 +78,5 @@ def study_of(
         tol=scene.tol if tol is None else check_tolerance(tol),
         accuracy=tuple(accuracy.items()) or (scene.accuracy if tol is None else ()),
         outputs=tuple(outputs) or DEFAULT_OUTPUTS,
+        method=scene.method if method is None else method,
     )

@@ -1,7 +1,8 @@
-"""Rows of a sweep, computed in batches by the compiled kernel."""
+"""Rows of a sweep, computed in batches by the compiled kernel, or one by one through the FMU."""
 
 from collections.abc import Callable, Collection, Iterator, Mapping
 from dataclasses import dataclass
+from operator import attrgetter
 from typing import Any, Final, Literal, NamedTuple, cast
 
 import numpy as np
@@ -11,6 +12,7 @@ from fivtui.batch import Batch, BatchAmplitude, BatchPeak, Requirement, simulate
 from fivtui.equilibrium import critical_mus, judge_growths
 from fivtui.model import PARAMETERS, Cancelled, ComputationError, Parameters, spring_force
 from fivtui.safety import safe_mus
+from fivtui.simulation import simulate
 from fivtui.transient import (
     PARTED,
     START_SPECS,
@@ -21,7 +23,18 @@ from fivtui.transient import (
     resolve_start,
 )
 
-from .study import CRITICAL, DONE, ERRORS, FAILED, SAFE, STABILITY, TRANSIENT, Study, SweepColumn
+from .study import (
+    BATCHES,
+    CRITICAL,
+    DONE,
+    ERRORS,
+    FAILED,
+    SAFE,
+    STABILITY,
+    TRANSIENT,
+    Study,
+    SweepColumn,
+)
 
 Seen = Literal["peak", "amplitude"]
 Places = NDArray[np.int64]
@@ -116,7 +129,7 @@ def joined(parts: list[Rows]) -> Rows:
 def compute_rows(study: Study, first: int, last: int, progress: Progress | None = None) -> Rows:
     """Compute members `first` to `last` - 1 of a sweep.
 
-    All are computed by the compiled kernel, so a row never depends on what was computed before.
+    A row never depends on what was computed before.
 
     Parameters
     ----------
@@ -178,10 +191,36 @@ class _Block:
     def integrate(self, progress: Progress | None) -> None:
         start = self._start()
         places = np.flatnonzero([not reason for reason in self.reasons])
-        if self.study.accuracy:
+        if self.study.method != BATCHES:
+            self._simulate(places, start, progress)
+        elif self.study.accuracy:
             self._verify(places, start, progress or (lambda _fraction: True))
         elif places.size > 0:
             self._put(places, self._run(places, start, self.study.tol, progress))
+
+    def _simulate(self, places: Places, start: BlockStart, progress: Progress | None) -> None:
+        # Members one after the other, by another method than the kernel's.
+        study, wanted = self.study, {c.name: attrgetter(c.path) for c in self._wanted}
+        for count, place in enumerate(places.tolist()):
+
+            def look(fraction: float, done: int = count) -> bool:
+                return progress is None or progress((done + fraction) / places.size)
+
+            try:
+                run = simulate(
+                    self.parameters(place),
+                    t_end=study.t_end,
+                    tol=study.tol,
+                    separation=bool(self.separation[place]),
+                    start=start if isinstance(start, str) else start[place].tolist(),
+                    method=study.method,
+                    progress=look,
+                )
+            except ComputationError as error:
+                self.reasons[place] = str(error)
+            else:
+                for name, value_of in wanted.items():
+                    self.results[name][place] = value_of(run)
 
     def _verify(self, places: Places, start: BlockStart, progress: Progress) -> None:
         # As `verified.simulate_to` for each member: refine the tolerance until a run changes by

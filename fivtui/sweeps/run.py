@@ -24,7 +24,7 @@ from .pieces import SweepPiece, piece_count, piece_of
 from .rows import Rows, compute_rows, joined
 from .scatter import Scatter
 from .store import default_piece_size, open_store
-from .study import DEFAULT_OUTPUTS, Study
+from .study import BATCHES, DEFAULT_OUTPUTS, Study
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -146,6 +146,7 @@ def sweep(
     tol: float = DEFAULT_TOL,
     accuracy: Mapping[str, float] = MappingProxyType({}),
     outputs: Sequence[str] = DEFAULT_OUTPUTS,
+    method: str = BATCHES,
     progress: Progress | None = None,
     workers: int | None = None,
 ) -> Sweep:
@@ -170,6 +171,8 @@ def sweep(
         is refined until a finer run confirms them, and its row has the errors.
     outputs : sequence of str
         Names in `fivtui.sweeps.study.OUTPUTS` to be computed.
+    method : "taylor", "fmu" or "fmu-native"
+        In batches by the compiled kernel, or one by one through the FMU.
     progress : callable, optional
         Called with the fraction done; the sweep stops when it returns False.
     workers : int, optional
@@ -203,6 +206,7 @@ def sweep(
         tol=tol,
         accuracy=tuple(accuracy.items()),
         outputs=tuple(outputs),
+        method=method,
     )
     return sweep_in_memory(study, local_engine(workers), progress=progress)
 

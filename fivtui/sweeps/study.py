@@ -9,6 +9,7 @@ from fivtui.safety import SafeTable
 from fivtui.transient import (
     DEFAULT_T_END,
     DEFAULT_TOL,
+    FMU_FLAVOURS,
     QUANTITIES,
     Start,
     check_accuracy,
@@ -18,9 +19,12 @@ from fivtui.transient import (
 )
 
 from .design import VARIABLES
-from .scatter import StudyDesign
+from .scatter import Scatter, StudyDesign
 
 ColumnKind = Literal["number", "count", "truth", "text"]
+# The method of the compiled kernel, and all.
+BATCHES: Final = "taylor"
+METHODS: Final = (BATCHES, *FMU_FLAVOURS)
 DONE: Final = "done"
 FAILED: Final = "failed"
 
@@ -99,6 +103,8 @@ class Study:
         Names in `OUTPUTS`; without an output of the transient nothing is integrated.
     safe : SafeTable, optional
         Where ``safe_mu`` is taken from; without, it is continued for every member.
+    method : str
+        ``taylor``, or ``fmu`` or ``fmu-native``: then each member is a run of the FMU by fmpy.
 
     Raises
     ------
@@ -115,6 +121,7 @@ class Study:
     accuracy: tuple[tuple[str, float], ...] = ()
     outputs: tuple[str, ...] = DEFAULT_OUTPUTS
     safe: SafeTable | None = None
+    method: str = BATCHES
 
     def __post_init__(self) -> None:
         if not 1 <= len(set(self.cases)) == len(self.cases):
@@ -124,7 +131,12 @@ class Study:
                 raise unknown_name("output", name, OUTPUTS)
         if not 1 <= len(set(self.outputs)) == len(self.outputs):
             raise InputError("outputs: must be one or more names, each once")
+        if self.method not in METHODS:
+            raise InputError(f"method = {self.method}: must be {', '.join(METHODS)} for a sweep")
         asked = check_accuracy(dict(self.accuracy))
+        if self.method != BATCHES and (asked or isinstance(self.design, Scatter)):
+            what = "error targets" if asked else "a scattered sweep"
+            raise InputError(f"method = {self.method}: must be {BATCHES} for {what}")
         for name in asked:
             if name not in ERRORS:
                 raise InputError(

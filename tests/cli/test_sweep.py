@@ -139,7 +139,11 @@ def test_a_file_is_written_drawn_and_not_written_twice(
         (["--vary=F=1:2:2000000"], "--out"),
         (["--vary=F=1:2:2000000", "--out=a.csv", "--json"], "held in memory"),
         (["--vary=F=1:2:2", "--vary=mu=0:1:2", "--vary=m=1:2:2", "--plot=a.png"], "one name or"),
-        (["rk4.toml", "--vary=F=1:2:3"], "must be taylor for a sweep"),
+        (["rk4.toml", "--vary=F=1:2:3"], "must be taylor, fmu, fmu-native for a sweep"),
+        (
+            ["--vary=F=1:2:3", "--method=fmu", "--error=peak=1e-3"],
+            "method = fmu: must be taylor for error targets",
+        ),
         (["accurate.toml", "--vary=F=1:2:3"], "no times of switches; must be of final, peak"),
         (
             ["--vary=F=1:2:3", "--error=peak=1e-3", "--tol=1e-6"],

@@ -4,6 +4,7 @@ import dataclasses
 import itertools
 import pickle
 import re
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -14,8 +15,10 @@ from scipy.stats import qmc
 import fivtui.sweeps.rows as sweep_module
 from fivtui import Parameters, simulate, stability, sweep
 from fivtui.batch.run import simulate_batch
+from fivtui.cli import run
 from fivtui.model.errors import Cancelled, ComputationError, InputError
 from fivtui.scene.verified import simulate_to
+from fivtui.studies import command_of, load_study
 from fivtui.sweeps.design import Design, Kind, Range
 from fivtui.sweeps.rows import Rows, compute_rows, joined
 from fivtui.sweeps.run import check_in_memory, local_engine, sweep_in_memory
@@ -393,3 +396,47 @@ def test_every_row_is_judged_however_many_there_are() -> None:
     assert growth.shape == (8200,)
     assert np.isfinite(growth).all()
     assert np.array_equal(stable.astype(bool), growth < 0.0)
+
+
+@pytest.mark.parametrize("method", ["fmu", "fmu-native"])
+def test_members_are_runs_of_the_fmu(method: str) -> None:
+    outputs = ("y_abs", "vx_max", "P_max", "separations", "x_end", "vy_end", "stable")
+    design = Design({"mu": (0.3, 0.9)})
+    study = Study(design, Parameters(), (True, False), t_end=3.0, outputs=outputs, method=method)
+    found = sweep_in_memory(study, local_engine(2))
+    batch = sweep_in_memory(dataclasses.replace(study, method="taylor"), local_engine(2))
+    assert found.table.reasons == batch.table.reasons == ("",) * 4
+    for name in outputs:
+        numbers = found.table.numbers[name]
+        assert numbers == pytest.approx(batch.table.numbers[name], rel=1e-8), name
+    one = simulate(Parameters(mu=0.9), t_end=3.0, method=method, separation=False)
+    last = {name: values[-1] for name, values in found.table.numbers.items()}
+    assert (last["y_abs"], last["x_end"]) == (one.peak.y_abs, one.final.x)
+    assert (last["separations"], last["vy_end"]) == (0, one.final.vy)
+
+
+def test_a_member_that_the_fmu_cannot_compute_has_the_reason() -> None:
+    found = sweep(
+        Parameters(F=-80.0), vary={"k3": [60.0, 0.0]}, t_end=0.5, method="fmu-native"
+    ).table
+    assert found.reasons[0] == ""
+    assert "no equilibrium" in found.reasons[1]
+    assert np.isnan(found.numbers["y_abs"]).tolist() == [False, True]
+
+
+def test_a_sweep_through_the_fmu_is_kept_with_its_method(tmp_path: Path) -> None:
+    out = tmp_path / "rows.csv"
+    words = ["sweep", "--vary", "F=70,80", "--t-end", "0.5", "--method", "fmu-native"]
+    assert run([*words, "--out", str(out)]) == 0
+    found = load_study("sweep", out)
+    assert found.study.method == "fmu-native"
+    assert command_of("sweep", found.study).words[-2:] == ["--method", "fmu-native"]
+    assert run([*words[:-1], "taylor", "--out", str(out)]) == 2
+
+
+def test_what_takes_batches_is_not_for_the_fmu() -> None:
+    design = Design({"F": (70.0, 80.0)})
+    with pytest.raises(InputError, match="method = rk4: must be taylor, fmu, fmu-native"):
+        Study(design, Parameters(), method="rk4")
+    with pytest.raises(InputError, match="method = fmu: must be taylor for error targets"):
+        Study(design, Parameters(), accuracy=(("peak", 1e-3),), method="fmu")
