@@ -12,6 +12,7 @@ if TYPE_CHECKING:
     from .batch import simulate_batch
     from .distributions import Distribution
     from .equilibrium import stability, stability_map
+    from .film import animate
     from .fmu import check_fmu, run_fmu
     from .model import Cancelled, ComputationError, InputError, Parameters
     from .orbits import attractors, basin, boundary, branch, continuation
@@ -20,6 +21,7 @@ if TYPE_CHECKING:
     from .reliability import uncertainty
     from .safety import safe_friction, safety_map
     from .scene import PRESETS, Scene, find_scene, load_scene, save_scene
+    from .signals import sound
     from .simulation import simulate
     from .sweeps import Design, Range, sweep
     from .tradeoffs import tradeoff
@@ -41,6 +43,7 @@ __all__ = [
     "Scene",
     "__version__",
     "accuracy",
+    "animate",
     "attractors",
     "basin",
     "boundary",
@@ -59,6 +62,7 @@ __all__ = [
     "save_scene",
     "simulate",
     "simulate_batch",
+    "sound",
     "stability",
     "stability_map",
     "sweep",

@@ -24,6 +24,8 @@ from fivtui.results import Command, StudyKind
 STUDIES: Final[dict[str, str]] = {
     "run": "fivtui.transient.kinds:RUN",
     "simulation": "fivtui.scene.kinds:SIMULATION",
+    "film": "fivtui.film.kinds:FILM",
+    "sound": "fivtui.signals.kinds:SOUND",
     "uncertainty": "fivtui.reliability.kinds:UNCERTAINTY",
     "sweep": "fivtui.sweeps.kinds:SWEEP",
     "trade-off": "fivtui.tradeoffs.kinds:TRADEOFF",

@@ -62,6 +62,7 @@ FREE: Final = {
         "__main__",
         "cli",
         "equilibrium",
+        "film",
         "orbits",
         "paper",
         "plotting",

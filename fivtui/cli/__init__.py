@@ -9,7 +9,7 @@ import click
 
 from fivtui.model import Cancelled, ComputationError, InputError, one_line
 
-from . import analysis, branches, fmu, paper, program, reliability, studies, transients
+from . import analysis, branches, fmu, playing, program, reliability, studies, transients
 from .group import commands
 from .options import say
 from .streams import ReaderGone, guarded_streams
@@ -20,7 +20,7 @@ __all__ = [
     "commands",
     "fmu",
     "main",
-    "paper",
+    "playing",
     "program",
     "reliability",
     "run",

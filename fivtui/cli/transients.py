@@ -87,7 +87,7 @@ def simulate(**given: Any) -> None:
 
     from fivtui.scene import scene_transient
 
-    scene = _changed(scene_of(given["scene"], given["assignments"]), given)
+    scene = changed_scene(scene_of(given["scene"], given["assignments"]), given)
     out, plot, force = given["out"], given["plot"], given["force"]
     check_outputs("run", out, plot, force=force)
     stored = out is not None or plot is not None
@@ -116,8 +116,8 @@ def _shown_before_parting(*, as_json: bool) -> "Iterator[None]":
         raise
 
 
-def _changed(scene: "Scene", given: dict[str, Any]) -> "Scene":
-    # The scene with the options of `simulate` applied.
+def changed_scene(scene: "Scene", given: dict[str, Any]) -> "Scene":
+    """The scene with the options of `simulate` applied."""
     import dataclasses
 
     from fivtui.transient import check_horizon

@@ -14,6 +14,7 @@ if TYPE_CHECKING:
         one_line as one_line,
     )
     from .modes import (
+        ALWAYS_SLIDING as ALWAYS_SLIDING,
         IN_CONTACT as IN_CONTACT,
         MODES as MODES,
         Guard as Guard,
@@ -46,6 +47,7 @@ if TYPE_CHECKING:
         accelerations as accelerations,
         contact_force as contact_force,
         equilibrium as equilibrium,
+        friction_force as friction_force,
         guard_value as guard_value,
         jacobian as jacobian,
         mode_of as mode_of,

@@ -12,7 +12,7 @@ from fivtui.cli import commands
 
 # What takes long, or serves, is given something that is wrong for certain.
 HEAVY = {"attractors", "claims", "compare", "extremes", "figures", "serve", "tradeoff", "build"}
-HEAVY |= {"system", "accuracy", "methods", "uncertainty"}
+HEAVY |= {"system", "accuracy", "methods", "uncertainty", "animate"}
 WRONG = ("--colour", "--colour=red", "-q", "--force=3", "--\x00")
 
 SANE = {
@@ -35,6 +35,10 @@ SANE = {
     "--value": ("growth-rate", "critical-mu", "safe-mu", "coexistence"),
     "--flavour": ("native", "python"),
     "--basin": ("y0=-1:0:2", "vy0=-1:1:2"),
+    "--window": ("0:0.5", "0.1:0.2"),
+    "--speed": ("1", "0.1"),
+    "--factor": ("10", "100"),
+    "--signal": ("vy", "P"),
     "--input": ("mine.csv", "table.csv"),
 }
 SCENES = ("base", "linear", "own.toml", "bare.toml")

@@ -1,0 +1,277 @@
+"""Films of the slider on the belt, drawn by matplotlib."""
+
+import math
+import tempfile
+from collections.abc import Mapping
+from dataclasses import asdict, dataclass
+from pathlib import Path
+from typing import Any, Final
+
+import matplotlib as mpl
+import numpy as np
+from matplotlib.animation import AbstractMovieWriter, FFMpegWriter, PillowWriter
+from matplotlib.artist import Artist
+from matplotlib.axes import Axes
+from matplotlib.backends.backend_agg import FigureCanvasAgg
+from matplotlib.figure import Figure
+from matplotlib.lines import Line2D
+from matplotlib.patches import Patch
+from matplotlib.text import Text
+from numpy.typing import NDArray
+
+from fivtui.io import check_output, check_suffix, save_bytes
+from fivtui.model import ALWAYS_SLIDING, Cancelled, InputError, Mode
+from fivtui.plotting import CASE_COLOURS, STYLE, new_figure
+from fivtui.results import Result
+from fivtui.signals import motion_at
+from fivtui.transient import Progress, Trajectory, Transient
+
+from .shapes import MODE_NAMES, Layout, layout_of, shapes_at
+from .timing import FRAMES_PER_SECOND, Timing, film_timing, speed_words
+
+_GIF: Final = ".gif"
+_MP4: Final = ".mp4"
+# Inches and dots an inch: 640 by 540 points, even numbers as MP4 needs them.
+_SIZE: Final = (6.4, 5.4)
+_DPI: Final = 100
+_CURVE_POINTS: Final = 2000
+_LINES: Final[dict[str, dict[str, Any]]] = {
+    "belt": {"color": "0.25", "linewidth": 2.0},
+    "marks": {"color": "0.6", "linewidth": 1.2},
+    "walls": {"color": "0.25", "linewidth": 2.5},
+    "springs": {"color": "0.45", "linewidth": 1.0},
+    "contact spring": {"color": "0.25", "linewidth": 1.2},
+    "preload": {"color": "0.25", "linewidth": 1.4},
+    "contact force": {"color": "#1f4fd8", "linewidth": 1.8},
+    "friction": {"color": "#c2410c", "linewidth": 1.8},
+}
+# Foot and slider by mode; the title says it in words.
+_FACES: Final = {
+    Mode.SEPARATED: "white",
+    Mode.CONTACT: "#c9d3df",
+    Mode.FORWARD: "#c9d3df",
+    Mode.BACKWARD: "#d9c3ee",
+    Mode.STICK: "#f0b429",
+}
+_BLOCK: Final = "#e8eef5"
+
+
+@dataclass(frozen=True, slots=True, repr=False)
+class Film(Result):
+    """What was written as a film.
+
+    Attributes
+    ----------
+    path : Path
+        The file.
+    window : tuple of float
+        Start and end of what is shown, s.
+    speed : float
+        Seconds of the motion in a second of the film.
+    frames : int
+        Their number, 25 a second.
+    """
+
+    path: Path
+    window: tuple[float, float]
+    speed: float
+    frames: int
+
+    def to_dict(self) -> dict[str, Any]:
+        """The object that ``fivtui animate --json`` prints."""
+        return {**asdict(self), "path": str(self.path)}
+
+    def _summary(self) -> list[tuple[str, str]]:
+        return [
+            ("file", str(self.path)),
+            ("shown", f"{self.window[0]:.6g} to {self.window[1]:.6g} s"),
+            ("speed", f"{self.speed:g} s of the motion a second: {speed_words(self.speed)}"),
+            ("frames", f"{self.frames}, {self.frames / FRAMES_PER_SECOND:.3g} s"),
+        ]
+
+
+def check_film_path(path: Path, *, force: bool) -> None:
+    """Raise `InputError` if a film cannot be written to this path; checks before computing."""
+    if check_suffix(path, "film", (_GIF, _MP4)) == _MP4 and not FFMpegWriter.isAvailable():
+        raise InputError(f"{path}: MP4 needs ffmpeg, which is not installed; .gif needs nothing")
+    check_output(path, force=force)
+
+
+def animate(
+    run: Transient,
+    path: Path | str,
+    *,
+    window: tuple[float, float] | None = None,
+    speed: float | None = None,
+    force: bool = False,
+    progress: Progress | None = None,
+) -> Film:
+    """Write a film of the slider on the belt.
+
+    The slider moves to scale, with the forces that act on it from the belt; its foot is white off
+    the belt, and orange where it sticks. Below runs y over time. A belt without a speed moves at
+    one of no meaning.
+
+    Parameters
+    ----------
+    run : Transient
+        Computed with ``samples="dense"``, or with sample times close enough for its motion.
+    path : Path or str
+        The file: ``.gif``, or ``.mp4`` where ffmpeg is installed.
+    window : tuple of float, optional
+        Start and end of what is shown, s. By default the last eight cycles, or what ten seconds of
+        film show at the speed given.
+    speed : float, optional
+        Seconds of the motion in a second of the film, 1 for real time. By default the film lasts
+        ten seconds.
+    force : bool
+        Whether an existing file may be replaced.
+    progress : callable, optional
+        Called with the fraction done; the film is given up when it returns False.
+
+    Returns
+    -------
+    Film
+        What is shown, how fast, and the number of frames.
+
+    Raises
+    ------
+    InputError
+        If an input is wrong, the film would have more than 1000 frames, or the file cannot be
+        written.
+    Cancelled
+        If `progress` returned False.
+
+    Examples
+    --------
+    >>> from fivtui import animate, simulate
+    >>> film = animate(simulate(samples="dense"), "run.gif", window=(20, 20.2), speed=1)
+    >>> film.frames
+    6
+    """
+    path = Path(path)
+    check_film_path(path, force=force)
+    timing = film_timing(run, window, speed)
+    times = timing.times
+    with mpl.rc_context(STYLE), tempfile.TemporaryDirectory() as folder:
+        made = Path(folder) / f"film{path.suffix.lower()}"
+        picture = _Picture(run, timing)
+        kind = PillowWriter if made.suffix == _GIF else FFMpegWriter
+        writer: AbstractMovieWriter = kind(fps=FRAMES_PER_SECOND)
+        # A writer draws the figure for every frame: this one has a picture alone.
+        plate = Figure(figsize=_SIZE, dpi=_DPI)
+        image = plate.figimage(picture.frame(timing.start))
+        with writer.saving(plate, str(made), _DPI):
+            # Asked after a frame: a writer cannot end without one.
+            for done, t in enumerate(times.tolist(), 1):
+                image.set_data(picture.frame(t))
+                writer.grab_frame()
+                if progress is not None and not progress(done / times.size):
+                    raise Cancelled(str(path))
+        save_bytes(made.read_bytes(), path, force=force)
+    return Film(path, (timing.start, timing.end), timing.speed, times.size)
+
+
+class _Picture:
+    # A figure of which the still part is drawn once.
+
+    def __init__(self, run: Transient, timing: Timing) -> None:
+        self._run, self._timing = run, timing
+        self._digits = max(2 - math.floor(math.log10(timing.end - timing.start)), 0)
+        motion = motion_at(run, np.linspace(timing.start, timing.end, _CURVE_POINTS))
+        self._layout = layout_of(motion)
+        figure = new_figure(*_SIZE)
+        figure.set_dpi(_DPI)
+        self._canvas = _canvas_of(figure)
+        scene, curve = figure.subplots(2, 1, height_ratios=(3.4, 1.0))
+        self._scene: Axes = scene
+        _frame(scene, self._layout)
+        # A first text, for which the layout leaves room.
+        self._title: Text = scene.set_title("t", loc="left")
+        self._lines = {name: scene.plot([], [], **look)[0] for name, look in _LINES.items()}
+        self._areas = {
+            name: scene.fill([0.0], [0.0], edgecolor="0.15", linewidth=1.2)[0]
+            for name in ("foot", "block")
+        }
+        _add_keys(scene, run, self._lines)
+        self._now = _draw_curve(curve, motion, run, timing)
+        self._moving = [*self._lines.values(), *self._areas.values(), self._title, self._now]
+        self._canvas.draw()
+        for artist in self._moving:
+            artist.set_animated(True)
+        self._canvas.draw()
+        self._still = self._canvas.copy_from_bbox(figure.bbox)
+
+    def frame(self, t: float) -> NDArray[np.uint8]:
+        """The picture at a time, s, shape (height, width, 4)."""
+        self._move(t)
+        self._canvas.restore_region(self._still)
+        for artist in self._moving:
+            artist.axes.draw_artist(artist)
+        return np.array(self._canvas.buffer_rgba())
+
+    def _move(self, t: float) -> None:
+        p, layout = self._run.parameters, self._layout
+        moment = motion_at(self._run, np.array([t]))
+        travel = self._timing.travel(p, t, layout.x_range[1] - layout.x_range[0])
+        shapes = {shape.name: shape for shape in shapes_at(p, layout, moment, travel)}
+        mode = Mode(int(moment.mode[0]))
+        for name, line in self._lines.items():
+            shape = shapes.get(name)
+            line.set_visible(shape is not None)
+            if shape is not None:
+                line.set_data(shape.x, shape.y)
+        for name, area in self._areas.items():
+            area.set_xy(np.column_stack([shapes[name].x, shapes[name].y]))
+            area.set_facecolor(_FACES[mode] if name == "foot" else _BLOCK)
+        force = f"P = {float(moment.P[0]):.3g} N"
+        self._title.set_text(f"t = {t:.{self._digits}f} s    {MODE_NAMES[mode]}    {force}")
+        self._now.set_xdata([t, t])
+
+
+def _canvas_of(figure: Figure) -> Any:
+    # Its methods have no types.
+    return FigureCanvasAgg(figure)
+
+
+def _frame(axes: Axes, layout: Layout) -> None:
+    axes.set_xlim(*layout.x_range)
+    axes.set_ylim(*layout.y_range)
+    axes.set_aspect("equal")
+    axes.grid(visible=False)
+    axes.set_xlabel("$x$ (m)")
+    axes.set_yticks([])
+
+
+def _add_keys(axes: Axes, run: Transient, lines: Mapping[str, Line2D]) -> None:
+    # What colours mean: forces, and feet.
+    feet = [mode for mode in MODE_NAMES if mode in _modes_of(run)]
+    keys: list[Artist] = [lines[name] for name in ("preload", "contact force", "friction")]
+    keys += [Patch(facecolor=_FACES[mode], edgecolor="0.15") for mode in feet]
+    labels = ["preload", "contact force", "friction", *(MODE_NAMES[mode] for mode in feet)]
+    axes.legend(keys, labels, loc="upper left", bbox_to_anchor=(1.02, 1.0), frameon=False)
+
+
+def _modes_of(run: Transient) -> set[Mode]:
+    if run.mode_changes:
+        return {run.first_mode, *(change.then for change in run.mode_changes)}
+    return {run.first_mode, *ALWAYS_SLIDING} if run.switch_times.size else {run.first_mode}
+
+
+def _draw_curve(axes: Axes, motion: Trajectory, run: Transient, timing: Timing) -> Line2D:
+    # y over time, shaded off the belt and where the slider sticks, and the line of the present.
+    axes.plot(motion.t, motion.y, color=CASE_COLOURS[run.separation][0], linewidth=1.0)
+    shades = ((run.separated_intervals, "0.88"), (run.stick_intervals, _FACES[Mode.STICK]))
+    for intervals, colour in shades:
+        axes.broken_barh(
+            [(start, end - start) for start, end in intervals],
+            (0.0, 1.0),
+            transform=axes.get_xaxis_transform(),
+            facecolor=colour,
+            linewidth=0.0,
+            zorder=0.0,
+        )
+    axes.set_xlim(timing.start, timing.end)
+    axes.set_ylabel("$y$ (m)")
+    axes.set_xlabel(f"$t$ (s), {speed_words(timing.speed)}")
+    return axes.axvline(timing.start, color="#c2410c", linewidth=1.2)

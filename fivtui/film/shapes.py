@@ -1,0 +1,224 @@
+"""The slider, its springs, its forces and the belt at a time, as lines in metres."""
+
+import math
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from typing import Final
+
+import numpy as np
+from numpy.typing import NDArray
+
+from fivtui.model import Mode, Parameters, friction_force
+from fivtui.transient import Trajectory
+
+FloatArray = NDArray[np.float64]
+
+MODE_NAMES: Final[Mapping[Mode, str]] = {
+    Mode.SEPARATED: "off the belt",
+    Mode.CONTACT: "sliding",
+    Mode.FORWARD: "sliding forward",
+    Mode.BACKWARD: "sliding backward",
+    Mode.STICK: "sticking",
+}
+# Shares of the size of the motion.
+_BLOCK: Final = 0.32
+_FOOT: Final = 0.04
+_REACH: Final = 0.4
+_MARK: Final = 0.16
+_PRELOAD: Final = 0.2
+_ARROW: Final = 0.4
+_HEAD: Final = 0.06
+_MARGIN: Final = 0.06
+# Motion smaller than this, m, has no size of its own.
+_LEAST: Final = 1e-30
+_TURNS: Final = 5
+
+
+@dataclass(frozen=True, slots=True)
+class Shape:
+    """A line of a picture.
+
+    Attributes
+    ----------
+    name : str
+        What it is: ``belt``, ``marks``, ``walls``, ``block``, ``foot``, ``contact spring``,
+        ``springs``, ``preload``, ``contact force``, ``friction``.
+    x, y : ndarray, shape (n,)
+        Its points, m; NaN is a gap.
+    closed : bool
+        Whether it is the edge of an area.
+    """
+
+    name: str
+    x: FloatArray
+    y: FloatArray
+    closed: bool = False
+
+
+@dataclass(frozen=True, slots=True)
+class Layout:
+    """What stays the same while the slider moves, m and N.
+
+    Attributes
+    ----------
+    size : float
+        Size of the motion, m: slider and springs are drawn in proportion.
+    free : float
+        Length of the undeformed contact spring.
+    anchor_x, anchor_y : float
+        Where the slanted spring is held; `anchor_x` also the horizontal one.
+    middle : float
+        Height at which that is held.
+    x_range, y_range : tuple of float
+        What has to be seen.
+    force : float
+        Greatest contact force, N: the longest arrow.
+    """
+
+    size: float
+    free: float
+    anchor_x: float
+    anchor_y: float
+    middle: float
+    x_range: tuple[float, float]
+    y_range: tuple[float, float]
+    force: float
+
+
+def layout_of(motion: Trajectory) -> Layout:
+    """The layout for a motion: all of it is seen, to scale, with x to the right and y upwards."""
+    x_min, x_max = float(motion.x.min()), float(motion.x.max())
+    y_min, y_max = float(motion.y.min()), float(motion.y.max())
+    size = max(x_max - x_min, y_max - y_min, -y_min, _LEAST)
+    half, edge = 0.5 * _BLOCK * size, _MARGIN * size
+    free = 1.1 * max(-y_min, 0.0) + 0.12 * size
+    anchor_x = x_min - half - _REACH * size
+    anchor_y = max(y_max, 0.0) + free + 2.0 * half + _REACH * size
+    return Layout(
+        size,
+        free,
+        anchor_x,
+        anchor_y,
+        free + half,
+        (anchor_x - 2.5 * edge, x_max + half + (_ARROW + _MARGIN) * size),
+        (-3.0 * edge, anchor_y + 2.5 * edge),
+        float(np.abs(motion.P).max()),
+    )
+
+
+def shapes_at(p: Parameters, layout: Layout, moment: Trajectory, travel: float) -> list[Shape]:
+    """The shapes at a time.
+
+    Parameters
+    ----------
+    p : Parameters
+        The parameter set.
+    layout : Layout
+        From `layout_of`.
+    moment : Trajectory
+        The motion at one time.
+    travel : float
+        How far the belt has moved, m.
+    """
+    size, half = layout.size, 0.5 * _BLOCK * layout.size
+    x, y, force = float(moment.x[0]), float(moment.y[0]), float(moment.P[0])
+    mode = Mode(int(moment.mode[0]))
+    bottom, top = layout.free + y, layout.free + y + 2.0 * half
+    # The contact spring ends in a foot, which hangs above the belt while the slider is off it.
+    sole = y if mode is Mode.SEPARATED else 0.0
+    foot = sole + _FOOT * size
+    thin = 0.035 * size
+    springs = (
+        _spring((layout.anchor_x, layout.middle), (x - half, 0.5 * (bottom + top)), thin),
+        _spring((layout.anchor_x, layout.anchor_y), (x - half, top), thin),
+    )
+    shapes = [
+        Shape("belt", *_points((layout.x_range[0], 0.0), (layout.x_range[1], 0.0))),
+        _marks(layout, travel),
+        _walls(layout),
+        Shape("springs", *_joined(springs)),
+        Shape("contact spring", *_spring((x, foot), (x, bottom), thin)),
+        _box("foot", (x - 0.8 * half, x + 0.8 * half), (sole, foot)),
+        _box("block", (x - half, x + half), (bottom, top)),
+        _arrow("preload", (x, top + _PRELOAD * size), (x, top), _HEAD * size),
+    ]
+    if layout.force > 0.0 and mode is not Mode.SEPARATED:
+        scale = _ARROW * size / layout.force
+        friction = friction_force(p, (x, float(moment.vx[0]), y, float(moment.vy[0])), mode)
+        beside = x + half
+        shapes += [
+            _arrow("contact force", (beside, 0.0), (beside, scale * force), _HEAD * size),
+            _arrow("friction", (beside, 0.0), (beside + scale * friction, 0.0), _HEAD * size),
+        ]
+    return shapes
+
+
+def _points(*points: tuple[float, float]) -> tuple[FloatArray, FloatArray]:
+    x, y = np.array(points).T
+    return x, y
+
+
+def _joined(
+    lines: Sequence[tuple[FloatArray, FloatArray]],
+) -> tuple[FloatArray, FloatArray]:
+    # Several lines as one, with gaps between them.
+    x, y = (
+        np.concatenate([part for line in lines for part in (line[axis], [np.nan])])
+        for axis in (0, 1)
+    )
+    return x[:-1], y[:-1]
+
+
+def _marks(layout: Layout, travel: float) -> Shape:
+    # Strokes on the belt, which move with it.
+    gap = _MARK * layout.size
+    low, high = layout.x_range
+    feet = np.arange(low + travel % gap, high, gap)
+    lean = 0.4 * gap
+    strokes = [_points((at, 0.0), (at - lean, -2.0 * lean)) for at in feet.tolist()]
+    return Shape("marks", *_joined(strokes))
+
+
+def _walls(layout: Layout) -> Shape:
+    reach = 0.12 * layout.size
+    at, middle, top = layout.anchor_x, layout.middle, layout.anchor_y
+    upright = _points((at, middle - reach), (at, middle + reach))
+    slanted = _points((at - reach, top - reach), (at + reach, top + reach))
+    return Shape("walls", *_joined([upright, slanted]))
+
+
+def _spring(
+    start: tuple[float, float], end: tuple[float, float], width: float
+) -> tuple[FloatArray, FloatArray]:
+    along = np.concatenate([[0.0], np.linspace(0.15, 0.85, 2 * _TURNS + 2), [1.0]])
+    across = np.array([0.0, 0.0, *([1.0, -1.0] * _TURNS), 0.0, 0.0]) * width
+    dx, dy = end[0] - start[0], end[1] - start[1]
+    length = max(math.hypot(dx, dy), _LEAST)
+    return (
+        start[0] + dx * along - dy / length * across,
+        start[1] + dy * along + dx / length * across,
+    )
+
+
+def _box(name: str, across: tuple[float, float], up: tuple[float, float]) -> Shape:
+    (left, right), (low, high) = across, up
+    edge = ((left, low), (right, low), (right, high), (left, high), (left, low))
+    return Shape(name, *_points(*edge), closed=True)
+
+
+def _arrow(name: str, tail: tuple[float, float], tip: tuple[float, float], head: float) -> Shape:
+    dx, dy = tip[0] - tail[0], tip[1] - tail[1]
+    length = max(math.hypot(dx, dy), _LEAST)
+    along, head = (dx / length, dy / length), min(head, 0.5 * length)
+    back = (tip[0] - head * along[0], tip[1] - head * along[1])
+    side = (0.5 * head * along[1], 0.5 * head * along[0])
+    return Shape(
+        name,
+        *_points(
+            tail,
+            tip,
+            (back[0] - side[0], back[1] + side[1]),
+            tip,
+            (back[0] + side[0], back[1] - side[1]),
+        ),
+    )

@@ -1,0 +1,15 @@
+"""Signals of a run: at any time, as spectra, as sound, and beside measured ones."""
+
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    from .audio import check_sound_path as check_sound_path, sound as sound
+    from .motion import (
+        check_window as check_window,
+        last_cycles as last_cycles,
+        motion_at as motion_at,
+    )
+else:
+    from fivtui.lazy import lazily
+
+    __getattr__, __dir__ = lazily(__name__)

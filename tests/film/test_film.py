@@ -1,0 +1,178 @@
+"""Films of the slider on the belt: what their frames show, read back."""
+
+import json
+import math
+from pathlib import Path
+from typing import Final
+
+import numpy as np
+import pytest
+from matplotlib.animation import FFMpegWriter
+from PIL import Image
+from PIL.GifImagePlugin import GifImageFile
+
+from fivtui.cli import run as command
+from fivtui.film.figure import animate, check_film_path
+from fivtui.film.shapes import Shape, layout_of, shapes_at
+from fivtui.film.timing import film_timing, speed_words
+from fivtui.model import Cancelled, InputError, Mode, Parameters
+from fivtui.signals.motion import motion_at
+from fivtui.simulation import simulate
+from fivtui.transient import Transient
+
+RUN = simulate(t_end=100.0, samples="dense")
+STICKING = simulate(Parameters(v_belt=3.0, mu_s=0.9, v_s=0.4), t_end=20.0, samples="dense")
+ORANGE: Final = (240, 180, 41)
+
+
+def shapes(run: Transient, t: float, travel: float = 0.0) -> dict[str, Shape]:
+    motion = motion_at(run, np.linspace(0.0, run.t_end, 4001))
+    moment = motion_at(run, np.array([t]))
+    found = shapes_at(run.parameters, layout_of(motion), moment, travel)
+    return {shape.name: shape for shape in found}
+
+
+def middle(run: Transient, mode: Mode) -> float:
+    at = {Mode.SEPARATED: run.separated_intervals, Mode.STICK: run.stick_intervals}[mode]
+    start, end = max(at, key=lambda pair: pair[1] - pair[0])
+    return 0.5 * (start + end)
+
+
+def test_off_the_belt_the_foot_is_above_it_by_y_and_no_force_acts() -> None:
+    t = middle(RUN, Mode.SEPARATED)
+    found = shapes(RUN, t)
+    assert found["foot"].y.min() == pytest.approx(motion_at(RUN, np.array([t])).y[0])
+    assert {"contact force", "friction"}.isdisjoint(found)
+
+
+def test_in_contact_the_foot_is_on_the_belt_and_the_arrows_are_the_forces() -> None:
+    motion = motion_at(RUN, np.linspace(0.0, 100.0, 4001))
+    t = float(motion.t[motion.P.argmax()])
+    found = shapes(RUN, t)
+    assert found["foot"].y.min() == 0.0
+    up = found["contact force"].y[1] - found["contact force"].y[0]
+    right = found["friction"].x[1] - found["friction"].x[0]
+    assert right / up == pytest.approx(0.7)
+    # The block follows the motion to scale, and nothing reaches through the belt.
+    rise = found["block"].y.min() - shapes(RUN, 0.0)["block"].y.min()
+    start = motion_at(RUN, np.array([0.0, t]))
+    assert rise == pytest.approx(start.y[1] - start.y[0])
+    assert found["block"].y.min() > found["foot"].y.max()
+
+
+def test_marks_travel_with_the_belt_and_everything_is_in_the_picture() -> None:
+    layout = layout_of(motion_at(STICKING, np.linspace(0.0, 20.0, 2001)))
+    still, moved = (shapes(STICKING, 5.0, travel)["marks"] for travel in (0.0, 0.01 * layout.size))
+    assert moved.x[0] - still.x[0] == pytest.approx(0.01 * layout.size)
+    for t in np.linspace(0.0, 20.0, 41).tolist():
+        moment = motion_at(STICKING, np.array([t]))
+        for shape in shapes_at(STICKING.parameters, layout, moment, 0.0):
+            assert np.nanmin(shape.x) >= layout.x_range[0] - 0.1 * layout.size, shape.name
+            assert np.nanmax(shape.x) <= layout.x_range[1], shape.name
+            assert np.nanmin(shape.y) >= layout.y_range[0], shape.name
+            assert np.nanmax(shape.y) <= layout.y_range[1], shape.name
+
+
+def test_a_film_shows_the_modes_by_the_colour_of_the_foot(tmp_path: Path) -> None:
+    start, end = max(STICKING.stick_intervals, key=lambda pair: pair[1] - pair[0])
+    speed = (end - start) / 2.0 * 25.0
+    off = middle(STICKING, Mode.SEPARATED)
+    counts = {}
+    for name, window in (("stick", (start, end)), ("off", (off - 0.01, off + 0.01))):
+        chosen = speed if name == "stick" else 0.25
+        film = animate(STICKING, tmp_path / f"{name}.gif", window=window, speed=chosen)
+        assert film.frames == 3
+        with Image.open(film.path) as image:
+            assert isinstance(image, GifImageFile)
+            assert image.n_frames == 3
+            assert image.info["duration"] == 40
+            image.seek(1)
+            pixels = np.asarray(image.convert("RGB")).reshape(-1, 3).astype(int)
+        counts[name] = int((np.abs(pixels - ORANGE).max(axis=1) < 40).sum())
+    # Beside the key and the curve, which are in both.
+    assert counts["stick"] > counts["off"] + 300
+
+
+def test_from_frame_to_frame_the_slider_moves(tmp_path: Path) -> None:
+    one = animate(RUN, tmp_path / "a.gif", window=(90.0, 90.2), speed=1.0)
+    with Image.open(one.path) as image:
+        assert isinstance(image, GifImageFile)
+        assert image.n_frames == 6
+        frames = []
+        for number in (0, 5):
+            image.seek(number)
+            frames.append(np.asarray(image.convert("RGB")).astype(int))
+    assert (np.abs(frames[0] - frames[1]).max(axis=2) > 60).sum() > 1000
+
+
+def test_by_default_a_film_has_ten_seconds_of_the_last_cycles() -> None:
+    timing = film_timing(RUN, None, None)
+    assert timing.end == 100.0
+    assert 9.0 < timing.times.size / 25 < 11.0
+    assert film_timing(RUN, None, 2.0).start == 80.0
+    assert film_timing(RUN, (0.0, 10.0), 1.0).times.size == 251
+    assert [speed_words(speed) for speed in (1.0, 2.0, 0.01)] == [
+        "real time", "2 times real time", "slowed down 100 times",
+    ]  # fmt: skip
+
+
+@pytest.mark.parametrize(
+    ("window", "speed", "refusal"),
+    [
+        ((0.0, 100.0), 0.01, "must be at most 1000"),
+        ((0.0, 1.0), 0.0, "must be above 0"),
+        (None, math.inf, "must be above 0"),
+        ((5.0, 4.0), None, "must be two ascending times"),
+    ],
+)
+def test_what_cannot_be_filmed_is_refused(
+    window: tuple[float, float] | None, speed: float | None, refusal: str, tmp_path: Path
+) -> None:
+    with pytest.raises(InputError, match=refusal):
+        animate(RUN, tmp_path / "a.gif", window=window, speed=speed)
+    assert not list(tmp_path.iterdir())
+
+
+def test_mp4_is_refused_in_one_line_without_ffmpeg(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    monkeypatch.setattr(FFMpegWriter, "isAvailable", lambda: False)
+    assert command(["animate", "--out", str(tmp_path / "a.mp4")]) == 2
+    said = capsys.readouterr().err
+    assert said.count("\n") == 1
+    assert "MP4 needs ffmpeg" in said
+    monkeypatch.setattr(FFMpegWriter, "isAvailable", lambda: True)
+    check_film_path(tmp_path / "a.mp4", force=False)
+    with pytest.raises(InputError, match="suffix of a film file"):
+        check_film_path(tmp_path / "a.avi", force=False)
+
+
+@pytest.mark.host
+@pytest.mark.skipif(not FFMpegWriter.isAvailable(), reason="ffmpeg is not installed")
+def test_mp4_is_written_where_ffmpeg_is(tmp_path: Path) -> None:
+    film = animate(RUN, tmp_path / "a.mp4", window=(90.0, 90.2), speed=1.0)
+    assert film.path.read_bytes()[4:8] == b"ftyp"
+
+
+def test_a_film_that_is_stopped_leaves_no_file(tmp_path: Path) -> None:
+    with pytest.raises(Cancelled):
+        animate(RUN, tmp_path / "a.gif", window=(1.0, 2.0), progress=lambda _: False)
+    assert not list(tmp_path.iterdir())
+
+
+def test_a_slider_at_rest_has_a_picture_too() -> None:
+    found = shapes(simulate(Parameters(mu=0.0), t_end=1.0, samples=3), 0.5)
+    assert found["contact force"].y[1] > 0.0
+    assert np.ptp(found["friction"].x) == pytest.approx(0.0)
+
+
+def test_the_command_says_what_is_shown(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    line = ["animate", "--t-end", "20", "--window", "10:10.04", "--speed", "0.5", "--out", "a.gif"]
+    assert command([*line, "--json"]) == 0
+    said = json.loads(capsys.readouterr().out)
+    assert said == {"path": "a.gif", "window": [10.0, 10.04], "speed": 0.5, "frames": 3}
+    assert command(line) == 2
+    assert "exists already" in capsys.readouterr().err

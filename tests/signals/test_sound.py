@@ -1,0 +1,99 @@
+"""Runs as sound files, read back."""
+
+import json
+import math
+import wave
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from fivtui.cli import run as command
+from fivtui.model import InputError, Parameters
+from fivtui.signals.audio import sound
+from fivtui.simulation import simulate
+
+RUN = simulate(t_end=100.0, samples="dense")
+
+
+def heard(path: Path) -> tuple[np.ndarray, int]:
+    with wave.open(str(path)) as file:
+        assert (file.getnchannels(), file.getsampwidth()) == (1, 2)
+        return np.frombuffer(file.readframes(file.getnframes()), "<i2"), file.getframerate()
+
+
+def test_the_sound_is_the_signal_with_its_time_compressed(tmp_path: Path) -> None:
+    made = sound(RUN, tmp_path / "a.wav", signal="y", factor=100.0, window=(50.0, 100.0))
+    values, rate = heard(made.path)
+    assert values.size == round(0.5 * rate)
+    assert made.duration == 0.5
+    middle = slice(values.size // 4, 3 * values.size // 4)
+    assert RUN.solution is not None
+    y = RUN.solution(50.0 + 100.0 / rate * np.arange(values.size)).y
+    expected = 0.9 * 32_767 * (y - y.mean()) / np.abs(y - y.mean()).max()
+    assert np.abs(values[middle] - expected[middle]).max() < 1.0
+    assert made.full_scale == pytest.approx(np.abs(y - y.mean()).max())
+    # Both ends begin in silence.
+    assert abs(int(values[0])) < 100 > abs(int(values[-1]))
+
+
+def test_unless_a_factor_is_given_the_late_motion_is_heard_at_110_hz(tmp_path: Path) -> None:
+    made = sound(RUN, tmp_path / "a.wav")
+    assert made.pitch == pytest.approx(110.0, rel=0.01)
+    values, rate = heard(made.path)
+    late = values[values.size // 2 :].astype(float)
+    lines = np.abs(np.fft.rfft(late * np.hanning(late.size)))
+    assert lines.argmax() * rate / late.size == pytest.approx(110.0, abs=rate / late.size)
+
+
+def test_rest_is_silence(tmp_path: Path) -> None:
+    made = sound(simulate(Parameters(mu=0.0), t_end=2.0, samples=3), tmp_path / "a.wav")
+    assert made.full_scale == 0.0
+    assert made.pitch is None
+    assert not heard(made.path)[0].any()
+
+
+@pytest.mark.parametrize(
+    ("options", "refusal"),
+    [
+        ({"signal": "t"}, "signal"),
+        ({"factor": 0.0}, "must be above 0"),
+        ({"factor": math.nan}, "must be above 0"),
+        ({"factor": 0.1}, "must be 0.01 to 600 s"),
+        ({"factor": 1e5}, "must be 0.01 to 600 s"),
+        ({"window": (5.0, 101.0)}, "from 0 to 100 s"),
+    ],
+)
+def test_what_cannot_be_heard_is_refused(
+    options: dict[str, float], refusal: str, tmp_path: Path
+) -> None:
+    with pytest.raises(InputError, match=refusal):
+        sound(RUN, tmp_path / "a.wav", **options)  # type: ignore[arg-type]
+    assert not list(tmp_path.iterdir())
+
+
+def test_a_sound_file_is_never_overwritten_unasked(tmp_path: Path) -> None:
+    path = tmp_path / "a.wav"
+    path.write_text("mine")
+    with pytest.raises(InputError, match="exists already"):
+        sound(RUN, path)
+    with pytest.raises(InputError, match="suffix of a sound file"):
+        sound(RUN, tmp_path / "a.mp3")
+    assert path.read_text() == "mine"
+
+
+def test_the_command_says_what_is_heard(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    line = ["sound", "--t-end", "20", "--factor", "50", "--signal", "P", "--out", "a.wav"]
+    assert command([*line, "--json"]) == 0
+    said = json.loads(capsys.readouterr().out)
+    assert said["factor"] == 50.0
+    assert said["window"] == [0.0, 20.0]
+    assert said["duration"] == pytest.approx(0.4)
+    assert heard(tmp_path / "a.wav")[0].size == round(0.4 * 44_100)
+    assert command([*line, "--force", "--method", "rk4", "--step", "0.01"]) == 0
+    assert "compressed 50 times" in capsys.readouterr().out
+    for wrong in (["--window", "3"], ["--window", "a:b"], ["--factor", "x"], ["--signal", "z"]):
+        assert command([*line, "--force", *wrong][:10] + wrong) == 2
