@@ -14,6 +14,7 @@ import numpy as np
 from fivtui.orbits.curves.arclength import VALUE, OrbitOnCurve
 from fivtui.orbits.curves.branch_curve import slider_belt_curve
 from fivtui.orbits.curves.events import End, EventKind
+from fivtui.orbits.curves.flow import FloatArray
 from fivtui.orbits.curves.following import Follower
 
 from .fold_curve import FoldCurve, FoldOnCurve
@@ -112,13 +113,14 @@ class FoldTracer:
             return None
         if curve is self._on:
             return self._leave_belt(part) if found.end is End.EVENT else None
-        if found.end is End.EVENT:
-            # It is the height of a corner, on the way there or from there.
-            del part.events[len(part.points) - 1]
-            before = part.points[-2] if len(part.points) > 1 else start
-            if before.extremes[3] < part.points[-1].extremes[3]:
-                return part.points[-1]
-        return self._meet_belt(part, start)
+        if found.end is not End.EVENT:
+            return self._meet_belt(part, start)
+        # It is the height of a corner: on the way there, from there, or where there is none.
+        del part.events[len(part.points) - 1]
+        before = part.points[-2] if len(part.points) > 1 else start
+        rises = bool(before.extremes[3] < part.points[-1].extremes[3])
+        corner = None if rises else self._meet_belt(part, start)
+        return part.points[-1] if corner is None else corner
 
     def _leave_belt(self, part: FoldPart) -> FoldOnCurve | None:
         # From a corner at the end of folds on the belt.
@@ -140,13 +142,8 @@ class FoldTracer:
         way = corner.tangent[FIRST:] / np.linalg.norm(corner.tangent[FIRST:])
         place = FIRST + int(np.argmax(np.abs(way)))
         other = FIRST + SECOND - place
-        touching = TouchCurve(self.plane, self._length, self._period, go_on=self._go_on)
-        real = corner.unknowns * self.scales
-        x, vx, y, vy, period = real[:FIRST].tolist()
-        x, vx, _, _ = highest_point(self.plane, (x, vx, y, vy), period, real[FIRST:])
-        guess = np.array([x, vx, 0.0, 0.0, period, *real[FIRST:]]) / self.scales
-        guess[FIRST:] += distance * way
-        touch = touching.at(guess, place)
+        values = corner.unknowns[FIRST:] + distance * way
+        _, touch = self._touching(corner, values, place)
         if touch is None:
             return None
         values = (touch.unknowns * self.scales)[FIRST:]
@@ -164,8 +161,7 @@ class FoldTracer:
         )
         if start is None:
             return None
-        if start.tangent[2] < 0.0:
-            start = replace(start, tangent=-start.tangent, determinant=-start.determinant)
+        start = start if start.tangent[2] > 0.0 else _reversed(start)
         follower = Follower(curve, 0.0, lambda _count: None, most=_MOST_TO_FOLD, turns=True)
         found = follower.follow(start, step=_FIRST_STEP * abs(distance), until=EventKind.FOLD)
         if found.end is not End.EVENT:
@@ -186,23 +182,13 @@ class FoldTracer:
         last = part.points[-1] if part.points else start
         if not float(last.extremes[3]) < _AT_CORNER * self._length:
             return None
-        place = FIRST + int(np.argmax(np.abs(last.tangent[FIRST:])))
-        near = self._on.correct(last.unknowns, last, np.eye(FIRST + 2)[place])
-        if near is None:
+        corner = self._corner_near(last)
+        if corner is None:
             return None
-        arrival = last.tangent[FIRST:]
-        if near.tangent[FIRST:] @ arrival < 0.0:
-            near = reversed_fold(near)
-        distance = max(abs(float(near.extremes[3])) / self._length, _SETTLED)
-        follower = Follower(self._on, _NEAREST, self._tell, most=_MOST_TO_FOLD)
-        found = follower.follow(near, step=distance, until=EventKind.TOUCH)
-        if found.end is not End.EVENT:
-            return None
-        corner = found.points[-1] if near.extremes[3] > 0.0 else reversed_fold(found.points[-1])
         # What is smaller than the last distance at which a corner is left is not looked at.
         ways = [(corner.unknowns - one.unknowns)[FIRST:] for one in (*part.points[::-1], start)]
-        arrival = next((way for way in ways if np.linalg.norm(way) > _BEYOND[-1]), arrival)
-        turns = bool(corner.tangent[FIRST:] @ arrival < 0.0)
+        long = (way for way in ways if np.linalg.norm(way) > _BEYOND[-1])
+        turns = bool(corner.tangent[FIRST:] @ next(long, last.tangent[FIRST:]) < 0.0)
         while part.points and float(part.points[-1].extremes[3]) < _SETTLED * self._length:
             part.points.pop()
         count = len(part.points)
@@ -210,3 +196,38 @@ class FoldTracer:
         part.events[count] = EventKind.CUSP if turns else EventKind.TOUCH
         part.points.append(corner)
         return corner
+
+    def _corner_near(self, fold: FoldOnCurve) -> FoldOnCurve | None:
+        # The touching fold near one that is hardly off the belt, with the tangent towards those on
+        # it. Touching cycles are as near as the fold itself, and their curve has no corner.
+        arrival = fold.tangent[FIRST:]
+        place = FIRST + int(np.argmax(np.abs(arrival)))
+        curve, touch = self._touching(fold, fold.unknowns[FIRST:], place)
+        if touch is None:
+            return None
+        ahead = touch if touch.tangent[FIRST:] @ arrival > 0.0 else _reversed(touch)
+        follower = Follower(curve, 0.0, self._tell, most=_MOST_TO_FOLD)
+        for start in (ahead, _reversed(ahead)):
+            found = follower.follow(start, step=_FIRST_STEP, until=EventKind.FOLD)
+            if found.end is End.EVENT:
+                corner = self._on.begin(found.points[-1], place)
+                # It starts at its highest point, whose height the third unknown is.
+                descends = corner is None or corner.tangent[2] < 0.0
+                return corner if corner is None or descends else reversed_fold(corner)
+        return None
+
+    def _touching(
+        self, fold: FoldOnCurve, values: FloatArray, place: int
+    ) -> tuple[TouchCurve, OrbitOnCurve | None]:
+        # The touching cycle near a fold, at a scaled value of one of the parameters.
+        curve = TouchCurve(self.plane, self._length, self._period, go_on=self._go_on)
+        real = fold.unknowns * self.scales
+        x, vx, y, vy, period = real[:FIRST].tolist()
+        x, vx, _, _ = highest_point(self.plane, (x, vx, y, vy), period, real[FIRST:])
+        guess = np.array([x, vx, 0.0, 0.0, period, 0.0, 0.0]) / self.scales
+        guess[FIRST:] = values
+        return curve, curve.at(guess, place)
+
+
+def _reversed(orbit: OrbitOnCurve) -> OrbitOnCurve:
+    return replace(orbit, tangent=-orbit.tangent, determinant=-orbit.determinant)

@@ -9,8 +9,15 @@ import pytest
 from fivtui import Cancelled, ComputationError, InputError, Parameters, boundary, branch, simulate
 from fivtui.equilibrium import critical_mu
 from fivtui.orbits.boundaries.files import warning_on
-from fivtui.orbits.boundaries.result import Boundary, BoundaryCurve, BoundaryKind, BoundaryPoint
+from fivtui.orbits.boundaries.result import (
+    BOUNDARIES,
+    Boundary,
+    BoundaryCurve,
+    BoundaryKind,
+    BoundaryPoint,
+)
 from fivtui.orbits.curves.events import End, EventKind
+from tests.orbits.curves.test_cycle_branches import drawn
 
 BASE = Parameters()
 NARROW = {"F": (24.0, 60.0), "mu": (0.2, 0.8)}
@@ -106,6 +113,12 @@ def assert_closed(found: Boundary, point: BoundaryPoint) -> None:
     assert run.peak.y_max == pytest.approx(point.y_max, abs=1e-8 * size)
 
 
+def assert_folds(found: Boundary) -> None:
+    for point in found.points:
+        assert point.multipliers or point.values in values_of(found, EventKind.BAUTIN)
+        assert min((abs(value - 1.0) for value in point.multipliers), default=0.0) < 1e-6
+
+
 PAIRS = [
     ("F", (60.0, 150.0), "mu", (0.1, 0.6)),
     ("k2", (20.0, 300.0), "k3", (30.0, 100.0)),
@@ -125,9 +138,8 @@ def test_a_fold_has_a_multiplier_1_and_closes_under_another_integrator(
 ) -> None:
     found = boundary(None, "fold", {one: range_of_one, other: range_of_other})
     assert warning_on(found) is None
+    assert_folds(found)
     for point in found.points:
-        assert point.multipliers or point.values in values_of(found, EventKind.BAUTIN)
-        assert min((abs(value - 1.0) for value in point.multipliers), default=0.0) < 1e-6
         assert range_of_one[0] <= point.values[0] <= range_of_one[1]
         assert range_of_other[0] <= point.values[1] <= range_of_other[1]
     for point in found.points[:: max(1, len(found.points) // 3)]:
@@ -153,6 +165,29 @@ def test_touching_cycles_are_those_of_the_branches() -> None:
         (touch,) = (event for event in events if event.kind is EventKind.TOUCH)
         assert touch.value == pytest.approx(point.values[1], abs=1e-10)
         assert_closed(found, point)
+
+
+@pytest.mark.whole
+def test_curves_of_drawn_sets_end_where_there_is_a_reason() -> None:
+    # In any two parameters; no curve is lost, and every fold is one.
+    random, met = np.random.default_rng(3), 0
+    for p in drawn(40, 9):
+        (critical,) = critical_mu(p)
+        there = p.with_values({"mu": critical.mu * random.uniform(0.7, 1.2)})
+        names = ("F", "mu", "k_nl", "k1", "k2", "k3", "c1", "c2")
+        one, other = (str(name) for name in random.choice(names, 2, replace=False))
+        over = {n: (0.4 * getattr(there, n), 2.0 * getattr(there, n)) for n in (one, other)}
+        for kind in BOUNDARIES:
+            try:
+                found = boundary(there, kind, over)
+            except ComputationError:
+                continue
+            met += 1
+            for curve in found.curves:
+                assert set(curve.ends) <= {End.BOUND, End.EQUILIBRIUM, End.CLOSED}
+            if kind == "fold":
+                assert_folds(found)
+    assert met > 80
 
 
 def test_where_separation_is_ignored_folds_have_no_corners() -> None:
