@@ -5,6 +5,9 @@
 
 #include <stdint.h>
 
+/* Not to be taken for functions of the same name elsewhere in the process. */
+#pragma GCC visibility push(hidden)
+
 typedef enum { REAL, INTEGER, BOOLEAN } Kind;
 typedef enum { PARAMETER, INPUT, OUTPUT, LOCAL } Role;
 
@@ -60,5 +63,7 @@ typedef struct {
 #define MOTION_NUMBERS 32
 
 extern const Component COMPONENT;
+
+#pragma GCC visibility pop
 
 #endif

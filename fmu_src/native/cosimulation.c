@@ -59,7 +59,7 @@ fmi2Status check_step(Instance *i, double current, double h)
     return fmi2OK;
 }
 
-fmi2Status advance(Instance *i, double end, int *switched)
+fmi2Status advance_to(Instance *i, double end, int *switched)
 {
     State *s = &i->s;
     const double aim = end;
@@ -85,7 +85,7 @@ static __attribute__((noinline)) fmi2Status do_step(Instance *c, double current,
 {
     ALLOWED("do_step", fmi2CoSimulation, IN(STEPPING));
     const fmi2Status status = check_step(c, current, h);
-    return status == fmi2OK ? advance(c, current + h, switched) : status;
+    return status == fmi2OK ? advance_to(c, current + h, switched) : status;
 }
 
 fmi2Status take_communication_step(Instance *i, double current, double h, int *switched)

@@ -7,6 +7,9 @@
 #include "fmi2Functions.h"
 #include "fmi3Functions.h"
 
+/* Not to be taken for functions of the same name elsewhere in the process. */
+#pragma GCC visibility push(hidden)
+
 enum { MOST_VARIABLES = 48, MOST_STATES = 4, MOTION_ROOM = 176, TEXT = 320 };
 
 /* The last is within a step alone, and never in a state that is saved. */
@@ -60,7 +63,7 @@ fmi2Status take_communication_step(Instance *i, double current, double h, int *s
 /* The parts of it: refuse a wrong time or step size; move on to `end`, along the slopes of the
    inputs, or to the first switch before it. */
 fmi2Status check_step(Instance *i, double current, double h);
-fmi2Status advance(Instance *i, double end, int *switched);
+fmi2Status advance_to(Instance *i, double end, int *switched);
 
 /* The same with intermediate updates; `returned` says whether the importer made it end early. */
 fmi2Status take_updated_step(Instance *i, double current, double h, int *switched, int *returned);
@@ -100,5 +103,7 @@ fmi2Status allow(Instance *i, const char *call, int type, unsigned phases);
 
 /* Bring motion and outputs up to date. */
 fmi2Status ready(Instance *i);
+
+#pragma GCC visibility pop
 
 #endif

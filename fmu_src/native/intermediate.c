@@ -73,7 +73,7 @@ fmi2Status take_updated_step(Instance *i, double current, double h, int *switche
             ask(i, aim, &stop);
         if (stop <= i->s.t)
             break;
-        if (advance(i, fmin(aim, stop), switched) != fmi2OK) {
+        if (advance_to(i, fmin(aim, stop), switched) != fmi2OK) {
             i->s = before, i->s.free_until = -INFINITY;
             return i->s.last_step = fmi2Discard;
         }

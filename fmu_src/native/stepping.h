@@ -9,6 +9,9 @@
 #define LANES 1
 #include "problem.h"
 
+/* Not to be taken for functions of the same name elsewhere in the process. */
+#pragma GCC visibility push(hidden)
+
 /* An input over a communication step: value at its beginning, and slope. */
 typedef struct {
     double value, slope;
@@ -41,5 +44,7 @@ extern const Stepping stepping_baseline, stepping_avx2;
 
 /* The stepping for this processor. */
 const Stepping *stepping(void);
+
+#pragma GCC visibility pop
 
 #endif

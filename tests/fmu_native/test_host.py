@@ -93,13 +93,22 @@ def test_a_host_in_c_gets_the_native_bits_without_python(
     assert int(printed[2]) == native.events.separations
 
 
+def exported(library: Path) -> set[str]:
+    """Names that a library defines for others."""
+    command = ["nm", "-D", "--defined-only", str(library)]
+    done = subprocess.run(command, capture_output=True, text=True, check=True)
+    return {line.split()[-1] for line in done.stdout.splitlines()}
+
+
 @pytest.mark.whole
+@pytest.mark.parametrize("fmi", ["2", "3"])
 @pytest.mark.parametrize("component", COMPONENTS)
-def test_its_sources_compile_to_the_same_bits(component: str, tmp_path: Path) -> None:
-    if shutil.which("cmake") is None:
-        pytest.skip("there is no cmake")
+def test_its_sources_compile_to_the_same_bits(component: str, fmi: str, tmp_path: Path) -> None:
+    for tool in ("cmake", "nm"):
+        if shutil.which(tool) is None:
+            pytest.skip(f"there is no {tool}")
     fmu = tmp_path / "sources.fmu"
-    build_fmu(fmu, component=component, flavour="native", sources=True)
+    build_fmu(fmu, component=component, flavour="native", fmi=fmi, sources=True)
     assert validate_fmu(str(fmu)) == []
     runs = [fmpy.simulate_fmu(str(fmu), stop_time=10.0, fmi_type="CoSimulation")]
     with zipfile.ZipFile(fmu) as archive:
@@ -112,6 +121,10 @@ def test_its_sources_compile_to_the_same_bits(component: str, tmp_path: Path) ->
     assert done.returncode == 0, done.stdout + done.stderr
     runs.append(fmpy.simulate_fmu(str(fmu), stop_time=10.0, fmi_type="CoSimulation"))
     assert runs[0].tolist() == runs[1].tolist()
+    # Others could be taken for functions of the host, or of its libraries.
+    fmpy.extract(str(fmu), str(tmp_path / "compiled"))
+    (library,) = (tmp_path / "compiled" / "binaries").rglob("*.so")
+    assert {name[:4] for name in exported(library)} == {"fmi2", "fmi3"}
 
 
 @pytest.mark.parametrize("name", ["wärme", "a#b", "50%", "with a space", "%20"])
