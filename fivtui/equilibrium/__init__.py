@@ -15,6 +15,7 @@ if TYPE_CHECKING:
         stability as stability,
     )
     from .figure import is_logarithmic as is_logarithmic
+    from .gradient import critical_mu_derivatives as critical_mu_derivatives
     from .kinds import MAP as MAP
     from .map import (
         MAP_VALUES as MAP_VALUES,

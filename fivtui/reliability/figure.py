@@ -116,9 +116,9 @@ def _draw_histograms(part: SubFigure, result: Uncertainty, outputs: list[str]) -
 
 
 def _draw_tornado(part: SubFigure, result: Uncertainty) -> None:
-    for axes, (output, indices) in zip(
-        _panels(part, len(result.indices)), result.indices.items(), strict=True
-    ):
+    panels = list(zip(_panels(part, len(result.indices)), result.indices, strict=True))
+    for axes, output in panels:
+        indices = result.indices[output]
         rows = list(reversed(ranked(indices)))
         places = np.arange(len(rows))
         for shift, kind, fill in ((0.2, "first", "#1f4fd8"), (-0.2, "total", "0.75")):
@@ -134,6 +134,18 @@ def _draw_tornado(part: SubFigure, result: Uncertainty) -> None:
                 error_kw={"linewidth": 0.8, "capsize": 1.5},
                 label="alone" if kind == "first" else "with others",
             )
+        shares = [(result.local.get(output, {}).get(name), y) for y, (name, _) in enumerate(rows)]
+        known = [(each.share, y) for each, y in shares if each is not None]
+        if known:
+            axes.plot(
+                *zip(*known, strict=True),
+                linestyle="none",
+                marker="D",
+                markersize=3.5,
+                markerfacecolor="white",
+                color="black",
+                label="if linear",
+            )
         axes.set_yticks(places, [math_symbol(VARIABLES[name].symbol) for name, _ in rows])
         low, high = axes.get_xlim()
         # Indices of next to no variance may be anything.
@@ -142,8 +154,9 @@ def _draw_tornado(part: SubFigure, result: Uncertainty) -> None:
         axes.set_title(title, fontsize=_SMALL)
         axes.tick_params(labelsize=_SMALL)
         axes.grid(visible=False, axis="y")
-        if output == next(iter(result.indices)):
-            axes.legend(frameon=False, fontsize=6.5, loc="lower right")
+    if panels:
+        axes = next((one for one, name in panels if name in result.local), panels[0][0])
+        axes.legend(frameon=False, fontsize=6.5, loc="lower right")
 
 
 def output_words(name: str) -> str:

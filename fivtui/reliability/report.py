@@ -107,15 +107,31 @@ def print_uncertainty(result: Uncertainty) -> None:
                 for name, found in quantiles
             ],
         )
-    for name, indices in result.indices.items():
-        print_rows(
-            f"What drives {name}: Sobol indices, with 95 % intervals",
-            ("input", "alone", "with others"),
-            [
-                (key, estimate_words(each.first, 2), estimate_words(each.total, 2))
-                for key, each in ranked(indices)
-            ],
-        )
+    for name in dict.fromkeys((*result.indices, *result.local)):
+        _print_drivers(name, result)
+
+
+def _print_drivers(name: str, result: Uncertainty) -> None:
+    # Sobol indices of an output, and its derivatives beside them.
+    indices, local = result.indices.get(name, {}), result.local.get(name, {})
+    header = ["input"]
+    keys = [key for key, _ in ranked(indices)] or list(local)
+    rows = {key: [key] for key in keys}
+    if indices:
+        header += ["alone", "with others"]
+        for key in keys:
+            one = indices[key]
+            rows[key] += [estimate_words(one.first, 2), estimate_words(one.total, 2)]
+    if local:
+        header += ["by one SD", "share if linear"]
+        for key in keys:
+            found = local.get(key)
+            rows[key] += (
+                ["", ""] if found is None else [number(found.per_sd, 3), number(found.share, 2)]
+            )
+    parts = ["Sobol indices with 95 % intervals"] if indices else []
+    parts += ["change at the means of the inputs"] if local else []
+    print_rows(f"What drives {name}: {'; '.join(parts)}", header, list(rows.values()))
 
 
 def warning_of(result: Uncertainty) -> str | None:

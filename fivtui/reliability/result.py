@@ -12,6 +12,7 @@ from fivtui.model import PARAMETERS, InputError
 from fivtui.results import Result, scene_text
 from fivtui.sweeps import OUTPUTS, Scatter, Study, Sweep
 
+from .local import LocalSensitivity, local_sensitivities
 from .request import SAFE, truncations
 from .statistics import (
     SampleEstimate,
@@ -54,6 +55,8 @@ class Uncertainty(Result):
         Quantiles of outputs, by level.
     indices : mapping of str to mapping of str to SobolIndex
         Sobol indices of outputs and of what has a probability, by input.
+    local : mapping of str to mapping of str to LocalSensitivity
+        Derivatives of outputs by inputs at the means of these.
     missing : mapping of str to int
         Members without a value of an output, where there are such.
     """
@@ -63,6 +66,7 @@ class Uncertainty(Result):
     means: Mapping[str, SampleEstimate]
     quantiles: Mapping[str, Mapping[str, SampleEstimate]]
     indices: Mapping[str, Mapping[str, SobolIndex]]
+    local: Mapping[str, Mapping[str, LocalSensitivity]]
     missing: Mapping[str, int]
 
     @property
@@ -145,6 +149,7 @@ class Uncertainty(Result):
             "means": dicts(self.means),
             "quantiles": {name: dicts(each) for name, each in self.quantiles.items()},
             "indices": {name: dicts(each) for name, each in self.indices.items()},
+            "local": {name: dicts(each) for name, each in self.local.items()},
             "missing": dict(self.missing),
         }
 
@@ -221,5 +226,6 @@ def judged(sweep: Sweep) -> Uncertainty:
             for name, values in (events | outputs).items()
             if scatter.indices and (found := sobol_of(scatter, values))
         },
+        local_sensitivities(study),
         {name: count for name, count in missing.items() if count},
     )

@@ -3,6 +3,7 @@
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
+    from .gradient import safe_mu_derivatives as safe_mu_derivatives
     from .map import (
         SAFETY_VALUES as SAFETY_VALUES,
         safety_map as safety_map,

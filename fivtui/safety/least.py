@@ -27,7 +27,7 @@ MADE_OF: Final[Mapping[str, Sequence[str]]] = {
     "k_nl": ("k1", "F", "k_nl"),
 }
 # How far above the critical μ branches are followed, over it.
-_ABOVE: Final = 2.0
+ABOVE: Final = 2.0
 _KEPT: Final = 65_536
 
 
@@ -59,7 +59,7 @@ def least_of(group: tuple[float, ...], *, separation: bool) -> float:
         return critical
     at = p.with_values({"mu": critical})
     try:
-        found = branch(at, "mu", low=0.0, high=_ABOVE * critical, separation=separation)
+        found = branch(at, "mu", low=0.0, high=ABOVE * critical, separation=separation)
     except ComputationError:
         return np.nan
     least = least_attracting(found)

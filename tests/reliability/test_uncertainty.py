@@ -9,7 +9,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from fivtui import Parameters, Scene, find_scene, stability, uncertainty
+from fivtui import Parameters, Scene, find_scene, simulate, stability, uncertainty
 from fivtui.cli import run
 from fivtui.model.errors import Cancelled, InputError
 from fivtui.reliability.request import parse_inputs, scattered_study, truncations, with_table
@@ -102,6 +102,25 @@ def test_what_drives_the_critical_friction_coefficient() -> None:
     for name, share in (("k1", 0.45), ("F", 0.395), ("k_nl", 0.10), ("k3", 0.05)):
         assert indices[name].first.value == pytest.approx(share, abs=0.03)
     assert sum(index.first.value for index in indices.values()) == pytest.approx(1.0, abs=0.03)
+
+
+def test_local_sensitivities_stand_beside_the_global_ones() -> None:
+    vary = {"mu": "uniform:0.65:0.75", "F": "normal:80:2", "k1": "uniform:99:101"}
+    outputs = ("critical_mu", "safe_mu", "y_half_range", "P_max")
+    found = uncertainty(vary=vary, samples=512, outputs=outputs, t_end=20.0)
+    assert set(found.local) == set(outputs)
+    for output in ("critical_mu", "safe_mu"):
+        for name, local in found.local[output].items():
+            index = found.indices[output][name].first
+            assert local.share == pytest.approx(index.value, abs=0.03 + index.error)
+    force = found.local["P_max"]["F"]
+    assert force.per_sd == pytest.approx(2.0 * force.derivative, rel=1e-3)
+    ends = [simulate(Parameters(F=each), t_end=20.0).contact_force.max for each in (79.99, 80.01)]
+    assert force.derivative == pytest.approx((ends[1] - ends[0]) / 0.02, rel=1e-3)
+    data = found.to_dict()["local"]["y_half_range"]["mu"]
+    assert set(data) == {"derivative", "per_sd", "share"}
+    started = uncertainty(vary={"y0": "uniform:-1:0"}, samples=64, outputs=("P_max",), t_end=1.0)
+    assert started.local == {}
 
 
 def test_samples_are_members_that_follow_the_distributions() -> None:

@@ -24,7 +24,7 @@ TITLES: Final = {
     "y_half_range": "±y",
     "P_max": "P",
 }
-COLUMNS: Final = ("of", "input", "alone", "with others", "0 … 1")
+COLUMNS: Final = ("of", "input", "alone", "with others", "if linear", "0 … 1")
 SAMPLES: Final = 4096
 _BINS: Final = 60
 _DOTS: Final = 2000
@@ -105,9 +105,10 @@ def samples_chart(result: "Uncertainty", wanted: str) -> Chart | None:
 
 
 def index_rows(result: "Uncertainty") -> Sequence[Sequence[str]]:
-    """Sobol indices as rows of `COLUMNS`, by falling total index."""
+    """Sobol indices as rows of `COLUMNS`, by falling total index, with shares to first order."""
     rows = []
     for name, indices in result.indices.items():
+        local = result.local.get(name, {})
         ranked = sorted(indices.items(), key=lambda item: -item[1].total.value)
         for place, (key, each) in enumerate(ranked):
             rows.append((
@@ -115,6 +116,7 @@ def index_rows(result: "Uncertainty") -> Sequence[Sequence[str]]:
                 key,
                 f"{each.first.value:.2f} ± {each.first.error:.2f}",
                 f"{each.total.value:.2f} ± {each.total.error:.2f}",
+                "" if key not in local else f"{local[key].share:.2f}",
                 bar(each.first.value, each.total.value),
             ))  # fmt: skip
     return rows

@@ -1,0 +1,111 @@
+"""Local sensitivities: derivatives of outputs where all inputs have their mean values."""
+
+import math
+from collections.abc import Mapping
+from dataclasses import asdict, dataclass
+from operator import attrgetter
+from typing import Final
+
+from fivtui.distributions import Distribution
+from fivtui.equilibrium import critical_mu_derivatives
+from fivtui.model import PARAMETERS, ComputationError, Parameters
+from fivtui.safety import safe_mu_derivatives
+from fivtui.simulation import simulate
+from fivtui.sweeps import OUTPUTS, Study
+
+from .request import SAFE
+
+_CRITICAL: Final = "critical_mu"
+# Derivatives are those of these parts of a transient; counts have none.
+_VARIED: Final = ("peak", "steady", "contact_force", "final")
+
+
+@dataclass(frozen=True, slots=True)
+class LocalSensitivity:
+    """How an output changes with one input, to first order about the means of all inputs.
+
+    Attributes
+    ----------
+    derivative : float
+        Change of the output by the unit of the input.
+    per_sd : float
+        Change of the output by one standard deviation of the input.
+    share : float
+        What that is, squared, of the sum over the inputs: the Sobol index if the output were
+        linear.
+    """
+
+    derivative: float
+    per_sd: float
+    share: float
+
+    def to_dict(self) -> dict[str, float]:
+        """As data for JSON."""
+        return asdict(self)
+
+
+def local_sensitivities(study: Study) -> dict[str, dict[str, LocalSensitivity]]:
+    """Local sensitivities of a scattered study, by output and input, from derivatives.
+
+    Those of the critical μ are in closed form, of the safe μ from the fold, of transients by the
+    variational equations. Inputs that are no parameters are left out, and outputs without
+    derivatives there.
+    """
+    moments = {
+        name: axis.moments()
+        for name, axis in study.design.axes.items()
+        if name in PARAMETERS and isinstance(axis, Distribution)
+    }
+    if not moments:
+        return {}
+    at = study.parameters.with_values({name: mean for name, (mean, _) in moments.items()})
+    try:
+        found = _derivatives(study, at, tuple(moments))
+    except ComputationError:
+        return {}
+    spreads = {name: sd for name, (_, sd) in moments.items()}
+    return {
+        output: _shared({name: by.get(name, 0.0) for name in moments}, spreads)
+        for output, by in found.items()
+        if all(math.isfinite(by.get(name, 0.0)) for name in moments)
+    }
+
+
+def _shared(by: Mapping[str, float], spreads: Mapping[str, float]) -> dict[str, LocalSensitivity]:
+    changes = {name: derivative * spreads[name] for name, derivative in by.items()}
+    total = sum(change * change for change in changes.values())
+    return {
+        name: LocalSensitivity(by[name], change, change * change / total if total > 0.0 else 0.0)
+        for name, change in changes.items()
+    }
+
+
+def _derivatives(
+    study: Study, at: Parameters, names: tuple[str, ...]
+) -> dict[str, Mapping[str, float]]:
+    separation = study.cases[0]
+    found: dict[str, Mapping[str, float] | None] = {}
+    if _CRITICAL in study.outputs:
+        found[_CRITICAL] = critical_mu_derivatives(at, separation=separation)
+    if SAFE in study.outputs:
+        found[SAFE] = safe_mu_derivatives(at, separation=separation)
+    paths = {
+        name: OUTPUTS[name].path
+        for name in study.outputs
+        if OUTPUTS[name].path.partition(".")[0] in _VARIED
+    }
+    if paths:
+        run = simulate(
+            at,
+            t_end=study.t_end,
+            tol=study.tol,
+            separation=separation,
+            start=study.start,
+            sensitivities=names,
+        )
+        sensitivities = run.sensitivities
+        if sensitivities is not None:
+            for output, path in paths.items():
+                take = attrgetter(path)
+                found[output] = {name: take(sensitivities[name]) for name in names}
+    return {name: by for name, by in found.items() if by is not None}

@@ -1,0 +1,62 @@
+"""Derivatives of the safe friction coefficient by parameters."""
+
+from typing import Final
+
+import numpy as np
+
+from fivtui.equilibrium import critical_mu, critical_mu_derivatives
+from fivtui.model import PARAMETERS, ComputationError, Parameters
+from fivtui.orbits import EventKind, branch
+from fivtui.taylor import Seed
+from fivtui.transient import START_SEEDS, Request, vary
+
+from .least import ABOVE, least_attracting
+
+_AT_REST: Final = (0.0, 0.0, 0.0, 0.0)
+_TOL: Final = 1e-13
+
+
+def safe_mu_derivatives(p: Parameters, *, separation: bool = True) -> dict[str, float] | None:
+    """Derivatives of the safe μ by the parameters but μ, per unit of each.
+
+    At a fold the equations of the periodic orbit, by state and period, are singular: their left
+    null vector gives the derivatives from those of one period by μ and the parameters. Where no
+    cycle attracts below the critical μ they are those of that one. None if there is no critical μ,
+    or the branch ends or changes its stability otherwise at its least μ.
+
+    Raises
+    ------
+    ComputationError
+        If the branch cannot be followed.
+    """
+    critical = next((one.mu for one in critical_mu(p, separation=separation)), None)
+    if critical is None:
+        return None
+    at = p.with_values({"mu": critical})
+    found = branch(at, "mu", low=0.0, high=ABOVE * critical, separation=separation)
+    least = least_attracting(found)
+    if least is None or least.value >= critical:
+        return critical_mu_derivatives(p, separation=separation)
+    folds = {e.value for e in found.events if e.kind is EventKind.FOLD}
+    if least.value not in folds:
+        return None
+    names = [name for name in PARAMETERS if name != "mu"]
+    seeds = [Seed(_AT_REST, {name: 1.0}) for name in ("mu", *names)]
+    request = Request(
+        p.with_values({"mu": least.value}),
+        t_end=least.period,
+        tol=_TOL,
+        separation=separation,
+        start=least.start,
+    )
+    flow = vary(request, [*START_SEEDS, *seeds])
+    # In units in which displacements and velocities are alike.
+    weights = np.array([1.0, least.period, 1.0, least.period])
+    state = (flow.derivatives[:, :4] - np.eye(4)) * weights[:, None] / weights
+    rate = flow.rate * weights
+    left = np.linalg.svd(np.column_stack([state, rate / np.abs(rate).max()]))[0]
+    null = left[:, -1] * weights
+    by_mu, *by = (null @ flow.derivatives[:, 4:]).tolist()
+    if by_mu == 0.0:
+        raise ComputationError("the fold has no direction", "change a parameter a little")
+    return {name: -each / by_mu for name, each in zip(names, by, strict=True)}

@@ -1,0 +1,39 @@
+"""Derivatives of the critical friction coefficient against differences."""
+
+import math
+
+import pytest
+
+from fivtui.equilibrium.critical import critical_mu
+from fivtui.equilibrium.gradient import critical_mu_derivatives
+from fivtui.model.parameters import Parameters
+
+SETS = [
+    Parameters(),
+    Parameters(F=20.0, c1=0.8),
+    Parameters(F=120.0, k2=70.0, m=3.0),
+    Parameters(k_nl=0.0, c2=0.0),
+]
+
+
+@pytest.mark.parametrize("p", SETS, ids=str)
+def test_derivatives_are_those_of_differences(p: Parameters) -> None:
+    found = critical_mu_derivatives(p)
+    assert found is not None
+    for name, derivative in found.items():
+        value = getattr(p, name)
+        step = 1e-5 * (value or 1.0)
+        # By a value at its bound from one side.
+        low = value - step if value > 0.0 else value
+        ends = [critical_mu(p.with_values({name: each}))[0].mu for each in (low, value + step)]
+        rate = (ends[1] - ends[0]) / (value + step - low)
+        assert derivative == pytest.approx(rate, rel=2e-4, abs=1e-9)
+
+
+def test_without_a_critical_coefficient_or_damping_there_are_none() -> None:
+    assert critical_mu_derivatives(Parameters(k3=0.0)) is None
+    assert critical_mu_derivatives(Parameters(F=-1.0)) is None
+    undamped = critical_mu_derivatives(Parameters(c1=0.0, c2=0.0))
+    assert undamped is not None
+    assert math.isnan(undamped["c1"])
+    assert undamped["F"] > 0.0
