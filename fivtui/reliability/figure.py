@@ -112,6 +112,7 @@ def _draw_histograms(part: SubFigure, result: Uncertainty, outputs: list[str]) -
         unit = f" ({math_unit(column.unit)})" if column.unit else ""
         axes.set_xlabel(f"{column.meaning[0].upper()}{column.meaning[1:]}{unit}", fontsize=_SMALL)
         axes.tick_params(labelsize=_SMALL)
+        axes.locator_params(axis="x", nbins=4)
     part.supylabel("Share of samples", fontsize=_SMALL)
 
 
