@@ -64,7 +64,7 @@ def safe_words(result: Uncertainty) -> str:
         return "continued from the Hopf point for every member that differs"
     return (
         f"interpolated over {table.folds} branches continued from the Hopf point, "
-        f"error {number(table.error, 2)}"
+        f"error {number(table.usual_error, 2)} in 95 of 100, at most {number(table.error, 2)}"
     )
 
 

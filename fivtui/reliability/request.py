@@ -4,9 +4,11 @@ from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from typing import Final
 
+import numpy as np
+
 from fivtui.distributions import Distribution, parse_distribution, parse_scattered
 from fivtui.model import PARAMETERS, InputError, Interval, check_always_sliding, parse_number
-from fivtui.safety import safe_table
+from fivtui.safety import MOST_FOLDS, safe_table
 from fivtui.scene import Scene
 from fivtui.sweeps import (
     OUTPUTS as OF_SWEEPS,
@@ -29,6 +31,8 @@ SAFE: Final = "safe_mu"
 _FEW: Final = 64
 # Shares of the values that are outside a table of safe μ.
 _TAILS: Final = (1e-5, 1.0 - 1e-5)
+# Shares of values that are cut off and not worth a word.
+_NOTHING: Final = 1e-9
 # Of these, probabilities are told.
 JUDGED: Final = ("growth_rate", "stable")
 DEFAULT_OUTPUTS: Final = ("growth_rate", "critical_mu", "safe_mu", "y_half_range", "P_max")
@@ -112,17 +116,27 @@ def scattered_study(
 def with_table(study: Study, progress: Progress | None = None) -> Study:
     """A study with a table of safe μ if it tells that, and so many members that one is cheaper.
 
-    The table is over the range of each parameter in which all but 1 in 50,000 values are.
+    Over one group of parameters the table is in the range in which all but 1 in 50,000 values are.
     """
+    design = study.design
     if SAFE not in study.outputs or study.safe is not None or study.members <= _FEW:
         return study
-    ranges = {
-        name: (float(low), float(high))
-        for name, axis in study.design.axes.items()
-        if name in PARAMETERS and name != "mu" and isinstance(axis, Distribution)
-        for low, high in [axis.at(_TAILS)]
-    }
-    table = safe_table(study.parameters, ranges, separation=study.cases[0], progress=progress)
+    if not isinstance(design, Scatter):
+        return study
+    names = [name for name in design.axes if name in PARAMETERS and name != "mu"]
+    ranges: dict[str, tuple[float, float]] = {}
+    for name in names:
+        low, high = design.axes[name].at(_TAILS).tolist()
+        ranges[name] = low, high
+    drawn = replace(design, kind="sobol", count=MOST_FOLDS // 2, repeats=2, indices=False)
+    draws = drawn.columns(np.arange(drawn.size))
+    table = safe_table(
+        study.parameters,
+        ranges,
+        {name: draws[name] for name in names},
+        separation=study.cases[0],
+        progress=progress,
+    )
     return replace(study, safe=table)
 
 
@@ -130,7 +144,7 @@ def truncations(study: Study) -> list[str]:
     """What of the distributions of a scattered sweep is cut off at bounds, in words."""
     found = []
     for name, axis in study.design.axes.items():
-        if isinstance(axis, Distribution) and axis.cut > 0.0:
+        if isinstance(axis, Distribution) and axis.cut > _NOTHING:
             found.append(
                 f"{name}~{axis}: truncated to {axis.low:g} to {axis.high:g}, which leaves out "
                 f"{axis.cut:.2g} of its values"

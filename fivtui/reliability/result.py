@@ -144,7 +144,11 @@ class Uncertainty(Result):
             "seeds": scatter.seeds,
             "safe_mu": None
             if study.safe is None
-            else {"folds": study.safe.folds, "error": study.safe.error},
+            else {
+                "folds": study.safe.folds,
+                "error": study.safe.error,
+                "usual_error": study.safe.usual_error,
+            },
             "probabilities": dicts(self.probabilities),
             "means": dicts(self.means),
             "quantiles": {name: dicts(each) for name, each in self.quantiles.items()},
@@ -171,33 +175,33 @@ def scatter_of(study: Study) -> Scatter:
     return study.design
 
 
-def events_of(study: Study, numbers: Mapping[str, Floats], error: float = 0.0) -> dict[str, Floats]:
-    """What has a probability, by name: 1 where it holds, 0 where not, NaN where unknown.
+def margin_of(study: Study, numbers: Mapping[str, Floats]) -> Floats:
+    """By how much μ is above the safe one."""
+    safe = numbers[SAFE]
+    return numbers.get("mu", np.full(safe.size, study.parameters.mu)) - safe
 
-    `error` is added to the safe μ.
-    """
+
+def events_of(study: Study, numbers: Mapping[str, Floats]) -> dict[str, Floats]:
+    """What has a probability, by name: 1 where it holds, 0 where not, NaN where unknown."""
     found = {}
     if "stable" in study.outputs:
         found[UNSTABLE] = 1.0 - numbers["stable"]
     if SAFE in study.outputs:
-        safe = numbers[SAFE] + error
-        above = numbers.get("mu", np.full(safe.size, study.parameters.mu)) > safe
-        found[POSSIBLE] = np.where(np.isnan(safe), np.nan, above)
+        margin = margin_of(study, numbers)
+        found[POSSIBLE] = np.where(np.isnan(margin), np.nan, margin > 0.0)
     return found
 
 
-def _widened(sweep: Sweep, error: float) -> SampleEstimate | None:
-    # The probability that squeal is possible, with an interval for safe μ of that error, too.
-    study = sweep.study
-    low, middle, high = (
-        probability_of(
-            scatter_of(study).samples_of(events_of(study, sweep.table.numbers, each)[POSSIBLE])
-        )
-        for each in (error, 0.0, -error)
-    )
-    if low is None or middle is None or high is None:
+def _widened(possible: Floats, margin: Floats, errors: Floats) -> SampleEstimate | None:
+    # The probability that squeal is possible, with an interval for the errors of safe μ, too: a
+    # sample is judged wrongly as often as a fold was missed by more than its margin.
+    found = probability_of(possible)
+    if found is None:
         return None
-    return SampleEstimate(middle.value, low.low, high.high)
+    wrong = 1.0 - np.searchsorted(errors, np.abs(margin), side="left") / errors.size
+    down = float(np.mean(np.where(possible == 1.0, wrong, 0.0)))
+    up = float(np.mean(np.where(possible == 0.0, wrong, 0.0)))
+    return SampleEstimate(found.value, max(found.low - down, 0.0), min(found.high + up, 1.0))
 
 
 def judged(sweep: Sweep) -> Uncertainty:
@@ -213,7 +217,9 @@ def judged(sweep: Sweep) -> Uncertainty:
     }
     probabilities = {name: probability_of(samples[name]) for name in events}
     if study.safe is not None:
-        probabilities[POSSIBLE] = _widened(sweep, study.safe.error)
+        margin = scatter.samples_of(margin_of(study, sweep.table.numbers))
+        errors = np.array(study.safe.errors)
+        probabilities[POSSIBLE] = _widened(samples[POSSIBLE], margin, errors)
     means = {name: mean_of(samples[name]) for name in outputs}
     missing = {name: int(np.isnan(values).sum()) for name, values in outputs.items()}
     return Uncertainty(

@@ -9,6 +9,7 @@ if TYPE_CHECKING:
         safety_map as safety_map,
     )
     from .table import (
+        MOST_FOLDS as MOST_FOLDS,
         SafeTable as SafeTable,
         safe_mus as safe_mus,
         safe_table as safe_table,

@@ -1,7 +1,8 @@
 """Safe μ of many parameter sets: continued for each, or by polynomials fitted to folds.
 
-The polynomials are of the groups that vary, in cells that are split until the error that is
-measured at folds that the fit has not seen is small enough, or there are too many folds.
+Where one group varies, its range is split into cells until the error that is measured at folds that
+no polynomial was fitted to is small enough, or there are too many folds. Where several do, one
+polynomial is fitted to folds at draws of the parameters, so that it is best where these are likely.
 """
 
 import itertools
@@ -13,33 +14,60 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fivtui.equilibrium import critical_mus
-from fivtui.model import Cancelled, ComputationError, Parameters
+from fivtui.model import PARAMETERS, Cancelled, ComputationError, Parameters
 from fivtui.transient import Progress
 
 from .least import GROUPS, MADE_OF, groups_of, least_of
 
 Floats = NDArray[np.float64]
 
-# Folds of a table, beyond which no cell is split.
-MOST_FOLDS: Final = 600
-# Error of μ at which cells are not split.
+# Folds of a table at most.
+MOST_FOLDS: Final = 512
+# Error of μ at which no more folds are continued.
 _WANTED: Final = 2e-5
-# Total degree of the polynomials, by the number of groups that vary.
-_DEGREES: Final = (0, 8, 6, 4, 3, 3)
-# Folds that a polynomial is fitted to, and that it is tried at, over its coefficients.
-_FITTED: Final = 1.5
-_TRIED: Final = 0.75
-_FEWEST_TRIED: Final = 5
+# Bounds of safe μ along one group.
+_BOUNDS: Final = (0.0, PARAMETERS["mu"].upper)
+# Degree in a cell, folds that it is fitted to, and that it is tried at.
+_DEGREE: Final = 8
+_FITTED: Final = 14
+_TRIED: Final = 6
+# Total degrees over several groups; coefficients are at most this part of the folds fitted to.
+_DEGREES: Final = range(1, 7)
+_FILLED: Final = 0.5
+# How far draws and their safe μ may be beyond those fitted to, over the range of these.
+_BEYOND: Final = 0.25
+# One fold in so many is not fitted to, but tried. The first tables have this number of folds.
+_TRY_EVERY: Final = 3
+_FIRST: Final = 128
+# The part of the errors by which the degree is chosen.
+_MOST: Final = 0.95
+# Groups whose spread is this part of the widest one do not vary on their own.
+_FLAT: Final = 1e-6
 _LEAST_CUBIC: Final = 1e-9
 _BLOCK: Final = 1 << 16
 
 
 @dataclass(frozen=True, slots=True)
 class SafeCell:
-    """A box of a table: its corners, and the coefficients of its Chebyshev polynomials."""
+    """A box of a table with its polynomial.
+
+    Attributes
+    ----------
+    low, high : tuple of float
+        Its corners.
+    least, greatest : float
+        Between these safe μ is, also where the polynomial is not.
+    degree : int
+        Total degree.
+    coefficients : tuple of float
+        Those of the products of Chebyshev polynomials.
+    """
 
     low: tuple[float, ...]
     high: tuple[float, ...]
+    least: float
+    greatest: float
+    degree: int
     coefficients: tuple[float, ...]
 
 
@@ -50,31 +78,52 @@ class SafeTable:
     Attributes
     ----------
     names : tuple of str
-        The groups that vary, see `GROUPS`; the last one, k_nl F²/k1³, by its logarithm.
+        The groups that vary, see `GROUPS`; stiffnesses by their logarithms.
     separation : bool
         Whether separation is considered.
+    centre : tuple of float
+        Origin of the coordinates of the cells.
+    directions : tuple of tuple of float
+        For each coordinate, what of it a group has.
     cells : tuple of SafeCell
         The boxes.
     folds : int
         Number of folds that were continued.
-    error : float
-        Greatest error of μ at those that no polynomial was fitted to.
+    errors : tuple of float
+        Errors of μ at those that no polynomial was fitted to, ascending.
     """
 
     names: tuple[str, ...]
     separation: bool
+    centre: tuple[float, ...]
+    directions: tuple[tuple[float, ...], ...]
     cells: tuple[SafeCell, ...]
     folds: int
-    error: float
+    errors: tuple[float, ...]
+
+    @property
+    def error(self) -> float:
+        """The greatest error."""
+        return self.errors[-1]
+
+    @property
+    def usual_error(self) -> float:
+        """The error that 95 % of the folds tried are within."""
+        return float(np.quantile(self.errors, _MOST))
 
     def at(self, groups: Floats) -> Floats:
-        """Safe μ at groups, shape (n, 5), clipped to the boxes; NaN where groups are."""
+        """Safe μ at groups, shape (n, 5), moved into the boxes; NaN where groups are."""
         x = _coordinates(groups)[:, [GROUPS.index(name) for name in self.names]]
-        known = ~np.isnan(x).any(axis=1)
+        x = x - np.array(self.centre)
+        # Sums of a few products, one by one: those of a matrix product depend on how many rows.
+        z = np.stack(
+            [sum(x[:, k] * each for k, each in enumerate(row)) for row in self.directions], axis=1
+        )
+        known = ~np.isnan(z).any(axis=1)
         low = np.min([cell.low for cell in self.cells], axis=0)
         high = np.max([cell.high for cell in self.cells], axis=0)
-        inside = np.clip(x, low, high)
-        found = np.full(len(x), np.nan)
+        inside = np.clip(z, low, high)
+        found = np.full(len(z), np.nan)
         for cell in self.cells:
             begin, end = np.array(cell.low), np.array(cell.high)
             # What is on a common face belongs to the last cell: both agree within the error.
@@ -88,10 +137,20 @@ class SafeTable:
         return {
             "groups": list(self.names),
             "separation": self.separation,
+            "centre": list(self.centre),
+            "directions": [list(row) for row in self.directions],
             "folds": self.folds,
-            "error": self.error,
+            "errors": list(self.errors),
             "cells": [
-                [list(cell.low), list(cell.high), list(cell.coefficients)] for cell in self.cells
+                [
+                    list(cell.low),
+                    list(cell.high),
+                    cell.least,
+                    cell.greatest,
+                    cell.degree,
+                    list(cell.coefficients),
+                ]
+                for cell in self.cells
             ],
         }
 
@@ -101,10 +160,21 @@ class SafeTable:
         return cls(
             tuple(map(str, data["groups"])),
             bool(data["separation"]),
-            tuple(SafeCell(*(tuple(map(float, part)) for part in cell)) for cell in data["cells"]),
+            _tuple(data["centre"]),
+            tuple(map(_tuple, data["directions"])),
+            tuple(
+                SafeCell(
+                    _tuple(low), _tuple(high), float(least), float(greatest), int(degree), _tuple(c)
+                )
+                for low, high, least, greatest, degree, c in data["cells"]
+            ),
             int(data["folds"]),
-            float(data["error"]),
+            _tuple(data["errors"]),
         )
+
+
+def _tuple(values: Any) -> tuple[float, ...]:
+    return tuple(map(float, values))
 
 
 def safe_mus(
@@ -157,11 +227,12 @@ def safe_mus(
 def safe_table(
     p: Parameters,
     ranges: Mapping[str, tuple[float, float]],
+    draws: Mapping[str, Floats],
     *,
     separation: bool,
     progress: Progress | None = None,
 ) -> SafeTable | None:
-    """A table of safe μ over ranges of parameters; None where nothing but μ varies.
+    """A table of safe μ where parameters vary; None if nothing but μ does.
 
     Parameters
     ----------
@@ -169,6 +240,8 @@ def safe_table(
         The parameters that do not vary.
     ranges : mapping of str to (float, float)
         Least and greatest value of the others.
+    draws : mapping of str to ndarray, shape (n,)
+        Values of the others as they are met, for a table over several groups.
     separation : bool
         Whether separation is considered.
     progress : callable, optional
@@ -184,126 +257,172 @@ def safe_table(
     names = tuple(name for name in GROUPS if set(MADE_OF[name]) & ranges.keys())
     if not names:
         return None
-    return _Builder(p, ranges, names, progress, separation=separation).result()
+    folds = _Folds(names, progress, separation=separation)
+    if len(names) == 1:
+        return _over_one(p, ranges, folds)
+    return _over_several(p, draws, folds)
 
 
-class _Builder:
-    # A table under way: cells with their errors, the worst of which is split next.
+class _Folds:
+    # Continues folds, and counts them.
 
     def __init__(
-        self,
-        p: Parameters,
-        ranges: Mapping[str, tuple[float, float]],
-        names: tuple[str, ...],
-        progress: Progress | None,
-        *,
-        separation: bool,
+        self, names: tuple[str, ...], progress: Progress | None, *, separation: bool
     ) -> None:
-        self._separation, self._progress = separation, progress
-        self._names, self._places = names, [GROUPS.index(name) for name in names]
-        corners = np.array(list(itertools.product(*ranges.values())))
-        varied = dict(zip(ranges, corners.T, strict=True))
-        if "F" in varied:
-            # Without preload there is no safe μ.
-            least = varied["F"][varied["F"] > 0.0].max(initial=0.0) * np.sqrt(_LEAST_CUBIC)
-            varied["F"] = np.maximum(varied["F"], least)
-        x = _coordinates(groups_of(p, varied, len(corners)))
-        if np.isnan(x).any():
-            raise ComputationError(
-                "there is no safe μ in the ranges", "let F and k3 be above 0 in all of them"
-            )
-        self._fixed = x[0]
-        self._low, self._high = (end(x[:, self._places], axis=0) for end in (np.min, np.max))
-        self._exponents = _exponents(len(names))
-        self._folds = 0
+        self.names, self.separation = names, separation
+        self.places = [GROUPS.index(name) for name in names]
+        self.count = 0
+        self._progress = progress
 
-    def result(self) -> SafeTable:
-        cells = [self._cell(self._low, self._high)]
-        while self._folds + self._cost < MOST_FOLDS:
-            worst = max(range(len(cells)), key=lambda place: cells[place][1])
-            cell, error, axis = cells[worst]
-            if error <= _WANTED:
-                break
-            low, high = np.array(cell.low), np.array(cell.high)
-            middle_high, middle_low = high.copy(), low.copy()
-            middle_high[axis] = middle_low[axis] = 0.5 * (low[axis] + high[axis])
-            cells[worst : worst + 1] = [
-                self._cell(low, middle_high), self._cell(middle_low, high)
-            ]  # fmt: skip
-        return SafeTable(
-            self._names,
-            self._separation,
-            tuple(cell for cell, _, _ in cells),
-            self._folds,
-            max(error for _, error, _ in cells),
+    def at(self, coordinates: Floats) -> float:
+        if self._progress is not None and not self._progress(self.count / MOST_FOLDS):
+            raise Cancelled
+        self.count += 1
+        return least_of(tuple(_groups(coordinates).tolist()), separation=self.separation)
+
+
+def _over_one(p: Parameters, ranges: Mapping[str, tuple[float, float]], folds: _Folds) -> SafeTable:
+    # Cells along the one group that varies; the worst is split next.
+    corners = np.array(list(itertools.product(*ranges.values())))
+    varied = dict(zip(ranges, corners.T, strict=True))
+    if "F" in varied:
+        # Without preload there is no safe μ.
+        least = varied["F"].max(initial=0.0) * np.sqrt(_LEAST_CUBIC)
+        varied["F"] = np.maximum(varied["F"], least)
+    x = _coordinates(groups_of(p, varied, len(corners)))
+    _check_any(np.isfinite(x).all(axis=1))
+    (place,) = folds.places
+    unit = _nodes(_FITTED, _TRIED)
+
+    def cell(low: float, high: float) -> tuple[SafeCell, Floats]:
+        nodes = np.repeat(x[:1], len(unit), axis=0)
+        nodes[:, place] = low + (high - low) * 0.5 * (unit + 1.0)
+        values = np.array([folds.at(node) for node in nodes])
+        fits = np.arange(len(unit)) < _FITTED
+        return _fitted(unit[:, None], values, fits, _DEGREE, ((low,), (high,), *_BOUNDS))
+
+    cells = [cell(float(x[:, place].min()), float(x[:, place].max()))]
+    while folds.count + 2 * len(unit) <= MOST_FOLDS:
+        worst = max(range(len(cells)), key=lambda n: cells[n][1].max())
+        found, errors = cells[worst]
+        if errors.max() <= _WANTED:
+            break
+        (low,), (high,) = found.low, found.high
+        middle = 0.5 * (low + high)
+        cells[worst : worst + 1] = [cell(low, middle), cell(middle, high)]
+    errors = np.sort(np.concatenate([each for _, each in cells]))
+    return SafeTable(
+        folds.names,
+        folds.separation,
+        (0.0,),
+        ((1.0,),),
+        tuple(found for found, _ in cells),
+        folds.count,
+        tuple(errors.tolist()),
+    )
+
+
+def _over_several(p: Parameters, draws: Mapping[str, Floats], folds: _Folds) -> SafeTable:
+    # One polynomial in the directions in which the groups vary on their own.
+    size = next(iter(draws.values())).size
+    x = _coordinates(groups_of(p, draws, size))
+    x = x[~np.isnan(x).any(axis=1)][:MOST_FOLDS]
+    _check_any(np.ones(len(x), dtype=bool))
+    here = x[:, folds.places]
+    centre = here.mean(axis=0)
+    _, spreads, rows = np.linalg.svd(here - centre, full_matrices=False)
+    rows = rows[spreads > _FLAT * spreads[0]]
+    z = (here - centre) @ rows.T
+    beyond = _BEYOND * np.ptp(z, axis=0)
+    low, high = z.min(axis=0) - beyond, z.max(axis=0) + beyond
+    unit = 2.0 * (z - low) / (high - low) - 1.0
+    corners = (tuple(low.tolist()), tuple(high.tolist()))
+    values = np.zeros(0)
+    count = min(_FIRST, len(x))
+    while True:
+        values = np.append(values, [folds.at(node) for node in x[len(values) : count]])
+        fits = np.arange(count) % _TRY_EVERY > 0
+        room = _FILLED * np.count_nonzero(fits)
+        # Where there is no draw near, a polynomial may be anything.
+        least, greatest = float(np.nanmin(values[fits])), float(np.nanmax(values[fits]))
+        more = _BEYOND * (greatest - least)
+        box = (*corners, least - more, greatest + more)
+        fitted = [
+            _fitted(unit[:count], values, fits, degree, box)
+            for degree in _DEGREES
+            if degree == 1 or len(_exponents(len(rows), degree)) <= room
+        ]
+        cell, errors = min(fitted, key=lambda each: float(np.quantile(each[1], _MOST)))
+        if errors.max() <= _WANTED or count == len(x):
+            break
+        count = min(2 * count, len(x))
+    return SafeTable(
+        folds.names,
+        folds.separation,
+        tuple(centre.tolist()),
+        tuple(map(_tuple, rows.tolist())),
+        (cell,),
+        folds.count,
+        tuple(np.sort(errors).tolist()),
+    )
+
+
+def _check_any(known: Any) -> None:
+    if not known.any() or not known.all():
+        raise ComputationError(
+            "there is no safe μ in the ranges", "let F and k3 be above 0 in all of them"
         )
 
-    @property
-    def _cost(self) -> int:
-        fitted, tried = self._counts()
-        return 2 * (fitted + tried)
 
-    def _counts(self) -> tuple[int, int]:
-        count = len(self._exponents)
-        return int(np.ceil(_FITTED * count)), max(int(_TRIED * count), _FEWEST_TRIED)
+def _fitted(
+    unit: Floats,
+    values: Floats,
+    fits: NDArray[np.bool_],
+    degree: int,
+    box: tuple[tuple[float, ...], tuple[float, ...], float, float],
+) -> tuple[SafeCell, Floats]:
+    # A cell, and its errors at the folds that it was not fitted to.
+    exponents = _exponents(unit.shape[1], degree)
+    known = ~np.isnan(values)
+    if np.count_nonzero(known & fits) < len(exponents) or not (known & ~fits).any():
+        raise ComputationError(
+            "limit cycles cannot be followed in a part of the ranges",
+            "scatter less, or leave out safe_mu",
+        )
+    basis = _basis(unit, exponents)
+    use, test = known & fits, known & ~fits
+    coefficients = np.linalg.lstsq(basis[use], values[use], rcond=None)[0]
+    errors = np.abs(np.clip(basis[test] @ coefficients, *box[2:]) - values[test])
+    return SafeCell(*box, degree, tuple(coefficients.tolist())), errors
 
-    def _cell(self, low: Floats, high: Floats) -> tuple[SafeCell, float, int]:
-        # A cell, its error, and the axis along which it is to be split.
-        fitted, tried = self._counts()
-        unit = _points(fitted + tried, len(self._names))
-        values = np.array([self._fold(low + (high - low) * 0.5 * (x + 1.0)) for x in unit])
-        known = ~np.isnan(values)
-        fits = np.arange(len(values)) < fitted
-        if np.count_nonzero(known & fits) < len(self._exponents):
-            raise ComputationError(
-                "limit cycles cannot be followed in a part of the ranges",
-                "scatter less, or leave out safe_mu",
-            )
-        basis = _basis(unit, self._exponents)
-        use = known & fits
-        coefficients = np.linalg.lstsq(basis[use], values[use], rcond=None)[0]
-        test = known & ~fits
-        error = np.abs(basis[test] @ coefficients - values[test]).max(initial=0.0)
-        # The highest degrees say along which axis the polynomial lacks most.
-        top = self._exponents.sum(axis=1) >= self._exponents.sum(axis=1).max() - 1
-        weight = (np.abs(coefficients[top, None]) * self._exponents[top]).sum(axis=0)
-        cell = SafeCell(tuple(low.tolist()), tuple(high.tolist()), tuple(coefficients.tolist()))
-        return cell, float(error), int(weight.argmax())
 
-    def _fold(self, x: Floats) -> float:
-        if self._progress is not None and not self._progress(self._folds / MOST_FOLDS):
-            raise Cancelled
-        self._folds += 1
-        coordinates = self._fixed.copy()
-        coordinates[self._places] = x
-        *others, cubic = coordinates.tolist()
-        return least_of((*others, float(np.exp(cubic))), separation=self._separation)
+# Groups that are ratios of stiffnesses vary by factors.
+_LOG: Final = np.array([name.startswith("k") for name in GROUPS])
 
 
 def _coordinates(groups: Floats) -> Floats:
     x = groups.copy()
-    x[:, -1] = np.log(np.maximum(x[:, -1], _LEAST_CUBIC))
+    x[:, _LOG] = np.log(np.maximum(x[:, _LOG], _LEAST_CUBIC))
     return x
 
 
-def _exponents(count: int) -> NDArray[np.int64]:
-    degree = _DEGREES[count]
-    powers = itertools.product(range(degree + 1), repeat=count)
+def _groups(coordinates: Floats) -> Floats:
+    found = coordinates.copy()
+    found[_LOG] = np.exp(found[_LOG])
+    # A damping of 0 that rounding makes negative.
+    return np.maximum(found, 0.0)
+
+
+def _nodes(fitted: int, tried: int) -> Floats:
+    # From -1 to 1: Chebyshev's nodes, then others.
+    nodes = -np.cos(np.pi * (np.arange(fitted) + 0.5) / fitted)
+    between = -np.cos(np.pi * (np.arange(tried) + 1.0) / (tried + 1.0))
+    return np.concatenate([nodes, between])
+
+
+def _exponents(size: int, degree: int) -> NDArray[np.int64]:
+    powers = itertools.product(range(degree + 1), repeat=size)
     return np.array([each for each in powers if sum(each) <= degree])
-
-
-def _points(count: int, size: int) -> Floats:
-    # Points in the cube from -1 to 1, the denser the nearer to its faces; always the same.
-    from scipy.stats import qmc
-
-    if size == 1:
-        first = int(np.ceil(count * _FITTED / (_FITTED + _TRIED)))
-        nodes = -np.cos(np.pi * (np.arange(first) + 0.5) / first)
-        between = -np.cos(np.pi * (np.arange(count - first) + 1.0) / (count - first + 1.0))
-        return np.concatenate([nodes, between])[:, None]
-    shares = qmc.Sobol(size, scramble=True, rng=0).random(1 << (count - 1).bit_length())[:count]
-    points: Floats = -np.cos(np.pi * shares)
-    return points
 
 
 def _basis(x: Floats, exponents: NDArray[np.int64]) -> Floats:
@@ -315,14 +434,15 @@ def _basis(x: Floats, exponents: NDArray[np.int64]) -> Floats:
     return found
 
 
-def _evaluated(cell: SafeCell, x: Floats) -> Floats:
+def _evaluated(cell: SafeCell, z: Floats) -> Floats:
     low, high = np.array(cell.low), np.array(cell.high)
-    exponents, coefficients = _exponents(len(low)), np.array(cell.coefficients)
-    unit = 2.0 * (x - low) / np.where(high > low, high - low, 1.0) - 1.0
+    exponents = _exponents(len(low), cell.degree)
+    unit = 2.0 * (z - low) / np.where(high > low, high - low, 1.0) - 1.0
     found = np.zeros(len(unit))
     for first in range(0, len(unit), _BLOCK):
         some = slice(first, first + _BLOCK)
-        # Term by term: the order of a matrix product's sums depends on how many rows there are.
-        for term, coefficient in zip(_basis(unit[some], exponents).T, coefficients, strict=True):
+        # Term by term, for the same reason as above.
+        terms = _basis(unit[some], exponents).T
+        for term, coefficient in zip(terms, cell.coefficients, strict=True):
             found[some] += coefficient * term
-    return found
+    return np.clip(found, cell.least, cell.greatest)

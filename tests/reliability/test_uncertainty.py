@@ -65,7 +65,7 @@ def test_squeal_is_possible_above_the_fold_of_each_sample() -> None:
     assert table.names == ("k_nl",)
     possible = found.probabilities["squeal_possible"]
     assert possible.value == pytest.approx((0.4 - FOLD) / 0.2, abs=2e-3)
-    assert found.to_dict()["safe_mu"] == {"folds": table.folds, "error": table.error}
+    assert set(found.to_dict()["safe_mu"]) == {"folds", "error", "usual_error"}
     # Continued for each sample, where these are few, it is the same.
     few = uncertainty(vary=vary, samples=64, repeats=2, indices=False, outputs=("safe_mu",))
     assert few.study.safe is None
@@ -83,11 +83,12 @@ def test_the_error_of_the_table_widens_the_interval() -> None:
     study = with_table(study)
     assert study.safe is not None
     found = measured(study, local_engine(1)).probabilities["squeal_possible"]
-    wide = replace(study, safe=replace(study.safe, error=0.01))
+    # All folds tried were missed by 0.01: a tenth of the samples is as near.
+    wide = replace(study, safe=replace(study.safe, errors=(0.01,)))
     wider = measured(wide, local_engine(1)).probabilities["squeal_possible"]
     assert wider.value == found.value
-    assert found.low - wider.low == pytest.approx(0.05, abs=0.015)
-    assert wider.high - found.high == pytest.approx(0.05, abs=0.015)
+    assert found.low - wider.low == pytest.approx(0.05, abs=8e-3)
+    assert wider.high - found.high == pytest.approx(0.05, abs=8e-3)
 
 
 def test_what_drives_the_critical_friction_coefficient() -> None:
