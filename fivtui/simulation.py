@@ -4,7 +4,7 @@ import time
 from collections.abc import Mapping, Sequence
 from typing import Final
 
-from .model import Parameters, unknown_name
+from .model import Parameters, Rows, unknown_name
 from .transient import (
     DEFAULT_T_END,
     DEFAULT_TOL,
@@ -45,6 +45,7 @@ def simulate(
     kernel: KernelChoice = "auto",
     on_samples: OnSamples | None = None,
     sensitivities: Sequence[str] = (),
+    over_time: Mapping[str, Rows] | None = None,
 ) -> Transient:
     """Compute a transient.
 
@@ -84,6 +85,10 @@ def simulate(
     sensitivities : sequence of str
         Names of the parameters to derive the results by, with the method ``taylor``. A static start
         depends on parameters, and so do the derivatives through it; a start in numbers does not.
+    over_time : mapping of str to pairs of time and value, optional
+        Values of ``F``, ``mu`` and ``v_belt`` over time, s, in place of those of `parameters`:
+        linear between rows, constant before and after them, with a jump where a time is given
+        twice. With the method ``taylor``.
 
     Returns
     -------
@@ -129,6 +134,7 @@ def simulate(
         max_steps,
         kernel,
         sensitivities,
+        over_time or {},
     )
     return compute(request, progress=progress, on_samples=on_samples)
 

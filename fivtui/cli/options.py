@@ -75,8 +75,17 @@ def start_option(text: str) -> Callable[..., Any]:
     return option("--start", metavar="static|x,vx,y,vy", help=text)
 
 
-def scene_of(name: str, assignments: Sequence[str], *, ignore_separation: bool = False) -> "Scene":
-    """The named scene with the parameters that ``--set`` changes."""
+def scene_of(
+    name: str,
+    assignments: Sequence[str],
+    *,
+    ignore_separation: bool = False,
+    over_time: bool = False,
+) -> "Scene":
+    """The named scene with the parameters that ``--set`` changes.
+
+    Raises `InputError` for parameters over time, unless the command takes them: `over_time`.
+    """
     from dataclasses import replace
 
     from fivtui.scene import find_scene
@@ -85,6 +94,8 @@ def scene_of(name: str, assignments: Sequence[str], *, ignore_separation: bool =
     scene = find_scene(name).with_values(
         {parameter: parameter_spec(parameter).read(text) for parameter, text in changes.items()}
     )
+    if not over_time:
+        scene.check_constant("this command")
     return replace(scene, separation=False) if ignore_separation else scene
 
 

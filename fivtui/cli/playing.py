@@ -60,7 +60,8 @@ def run_of(given: dict[str, Any]) -> "Transient":
     from fivtui.transient import FMU_FLAVOURS
 
     scene = changed_scene(
-        scene_of(given["scene"], given["assignments"]), {"error_targets": (), **given}
+        scene_of(given["scene"], given["assignments"], over_time=True),
+        {"error_targets": (), **given},
     )
     samples: Samples = _POINTS if scene.method in FMU_FLAVOURS else "dense"
     with progress_bar("transient") as progress:

@@ -16,6 +16,7 @@ from .options import (
     folder_option,
     force_option,
     ignore_option,
+    input_option,
     json_option,
     output_option,
     print_json,
@@ -73,6 +74,11 @@ if TYPE_CHECKING:
     show_default=True,
     help="Points of the trajectory written or drawn.",
 )
+@input_option(
+    "--over-time",
+    "FILE.csv",
+    "Preload, friction and belt speed over time: columns time (s) and F, mu or v_belt.",
+)
 @output_option("--out", "FILE", "Write the trajectory (.csv, .npz, .parquet).")
 @output_option("--plot", "FILE", "Draw P, x and y over time (.png, .svg, .pdf).")
 @force_option
@@ -87,7 +93,7 @@ def simulate(**given: Any) -> None:
 
     from fivtui.scene import scene_transient
 
-    scene = changed_scene(scene_of(given["scene"], given["assignments"]), given)
+    scene = changed_scene(scene_of(given["scene"], given["assignments"], over_time=True), given)
     out, plot, force = given["out"], given["plot"], given["force"]
     check_outputs("run", out, plot, force=force)
     stored = out is not None or plot is not None
@@ -135,6 +141,10 @@ def changed_scene(scene: "Scene", given: dict[str, Any]) -> "Scene":
         changes["start"] = start_of(given["start"])
     if given["ignore_separation"]:
         changes["separation"] = False
+    if given.get("over_time") is not None:
+        from fivtui.scene import read_over_time
+
+        changes["over_time"] = read_over_time(given["over_time"])
     if targets or fixed:
         changes["accuracy"] = tuple(targets.items())
     return dataclasses.replace(scene, **changes)
@@ -164,7 +174,7 @@ def run(scene: str, out: Path | None, force: bool, as_json: bool, **given: Any) 
     """
     from fivtui.scene import run_scene
 
-    chosen = scene_of(scene, given["assignments"])
+    chosen = scene_of(scene, given["assignments"], over_time=True)
     if ("trajectory" in chosen.outputs) != (out is not None):
         wanted = (
             "its trajectory must have a file: --out FILE"

@@ -28,6 +28,14 @@ if TYPE_CHECKING:
         read_number as read_number,
         read_whole as read_whole,
     )
+    from .over_time import (
+        TIMED as TIMED,
+        Course as Course,
+        Rows as Rows,
+        TimeTable as TimeTable,
+        course_of as course_of,
+        time_table as time_table,
+    )
     from .parameters import (
         ALL_PARAMETERS as ALL_PARAMETERS,
         BELT_PARAMETERS as BELT_PARAMETERS,
@@ -42,6 +50,7 @@ if TYPE_CHECKING:
         unknown_name as unknown_name,
     )
     from .slider_belt import (
+        CONSTANT as CONSTANT,
         Equilibrium as Equilibrium,
         State as State,
         accelerations as accelerations,
@@ -52,8 +61,6 @@ if TYPE_CHECKING:
         jacobian as jacobian,
         mode_of as mode_of,
         no_equilibrium_error as no_equilibrium_error,
-        resting_height as resting_height,
-        sliding as sliding,
         spring_force as spring_force,
         static_deflection as static_deflection,
         static_start as static_start,

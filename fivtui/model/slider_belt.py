@@ -7,7 +7,7 @@ A state is (x, ẋ, y, ẏ) in m and m/s.
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Any, Final, Protocol, TypeVar
+from typing import Any, Final, NamedTuple, Protocol, TypeVar
 
 from .errors import ComputationError
 from .modes import IN_CONTACT, Guard, Mode
@@ -56,7 +56,20 @@ def spring_force(spring: ContactSpring, y: Number) -> Number:
     return force
 
 
-def accelerations(p: Parameters, state: State, mode: Mode) -> tuple[float, float]:
+class Rates(NamedTuple):
+    """How fast F, N/s, μ, 1/s, and the belt's speed, m/s², change with time."""
+
+    F: float = 0.0
+    mu: float = 0.0
+    v_belt: float = 0.0
+
+
+CONSTANT: Final = Rates()
+
+
+def accelerations(
+    p: Parameters, state: State, mode: Mode, rates: Rates = CONSTANT
+) -> tuple[float, float]:
     """Accelerations (ẍ, ÿ) in m/s²: Eq. 5 when separated, Eq. 2 with the friction of the mode else.
 
     Parameters
@@ -67,12 +80,14 @@ def accelerations(p: Parameters, state: State, mode: Mode) -> tuple[float, float
         (x, ẋ, y, ẏ) in m and m/s.
     mode : Mode
         The mode, see `MODES`.
+    rates : Rates
+        How parameters change with time.
     """
     x, vx, y, vy = state
     force = contact_force(p, y, mode)
     coupling = 0.5 * p.k3 * (x - y)
     if mode is Mode.STICK:
-        return 0.0, (force - p.F - p.c2 * vy + coupling) / p.m
+        return rates.v_belt, (force - p.F - p.c2 * vy + coupling) / p.m
     return (
         (_sliding_friction(p, vx, force, mode) - p.c1 * vx - p.k1 * x - coupling) / p.m,
         (force - p.F - p.c2 * vy + coupling) / p.m,
@@ -86,25 +101,7 @@ def friction_coefficient(p: Parameters, speed: float) -> float:
     return p.mu + (p.mu_static - p.mu) * math.exp(-speed / p.speed_law)
 
 
-def friction_slope(p: Parameters, speed: float) -> float:
-    """The derivative of the friction coefficient by a sliding speed v ≥ 0, s/m."""
-    if p.speed_law is None:
-        return 0.0
-    return -(p.mu_static - p.mu) / p.speed_law * math.exp(-speed / p.speed_law)
-
-
-def sliding(p: Parameters, y: float, mode: Mode) -> tuple[float, float]:
-    """Friction coefficient, and horizontal damping in N s/m, about an equilibrium at y, m.
-
-    On a belt of finite speed friction falls with the sliding speed, and takes damping away.
-    """
-    if p.v_belt is None or mode is Mode.SEPARATED:
-        return p.mu, p.c1
-    slope = friction_slope(p, p.v_belt)
-    return friction_coefficient(p, p.v_belt), p.c1 + spring_force(p, y) * slope
-
-
-def friction_force(p: Parameters, state: State, mode: Mode) -> float:
+def friction_force(p: Parameters, state: State, mode: Mode, rates: Rates = CONSTANT) -> float:
     """Friction force on the slider in N; where it sticks, what the belt has to exert.
 
     Parameters
@@ -115,10 +112,12 @@ def friction_force(p: Parameters, state: State, mode: Mode) -> float:
         (x, ẋ, y, ẏ) in m and m/s.
     mode : Mode
         The mode, see `MODES`.
+    rates : Rates
+        How parameters change with time.
     """
     x, vx, y, _ = state
     if mode is Mode.STICK:
-        return holding_force(p, x, y)
+        return holding_force(p, x, y, rates)
     return _sliding_friction(p, vx, contact_force(p, y, mode), mode)
 
 
@@ -130,13 +129,13 @@ def _sliding_friction(p: Parameters, vx: float, force: float, mode: Mode) -> flo
     return friction_coefficient(p, max(p.v_belt - vx, 0.0)) * force
 
 
-def holding_force(p: Parameters, x: float, y: float) -> float:
-    """Force f = c1 v_belt + a x − h y in N that a belt of constant speed exerts while it holds."""
+def holding_force(p: Parameters, x: float, y: float, rates: Rates = CONSTANT) -> float:
+    """Force f = c1 v_belt + m v̇_belt + a x − h y in N that the belt exerts while it holds."""
     h, speed = 0.5 * p.k3, p.v_belt or 0.0
-    return p.c1 * speed + (p.k1 + h) * x - h * y
+    return (p.c1 * speed + p.m * rates.v_belt) + (p.k1 + h) * x - h * y
 
 
-def guard_value(p: Parameters, state: State, guard: Guard) -> float:
+def guard_value(p: Parameters, state: State, guard: Guard, rates: Rates = CONSTANT) -> float:
     """Value of a guard, positive while its mode lasts; in m, m/s or N."""
     x, vx, y, _ = state
     if guard is Guard.HEIGHT or guard is Guard.DEPTH:
@@ -144,11 +143,11 @@ def guard_value(p: Parameters, state: State, guard: Guard) -> float:
     if guard is Guard.AHEAD or guard is Guard.BEHIND:
         ahead = (p.v_belt or 0.0) - vx
         return ahead if guard is Guard.AHEAD else -ahead
-    grip, held = p.mu_static * spring_force(p, y), holding_force(p, x, y)
+    grip, held = p.mu_static * spring_force(p, y), holding_force(p, x, y, rates)
     return grip - held if guard is Guard.HELD_FORWARD else grip + held
 
 
-def mode_of(p: Parameters, state: State, *, separation: bool) -> Mode:
+def mode_of(p: Parameters, state: State, *, separation: bool, rates: Rates = CONSTANT) -> Mode:
     """The mode in which the motion continues from a state (Eqs. 3 and 4), see `MODES`.
 
     At y = 0 the first nonzero time derivative of y decides; it is the same in both modes. A second
@@ -164,25 +163,27 @@ def mode_of(p: Parameters, state: State, *, separation: bool) -> Mode:
         (x, ẋ, y, ẏ) in m and m/s.
     separation : bool
         Whether separation is considered; if not, the mode is always contact.
+    rates : Rates
+        How parameters change with time.
     """
-    if separation and _is_off(p, state):
+    if separation and _is_off(p, state, rates):
         return Mode.SEPARATED
-    return Mode.CONTACT if p.v_belt is None else _mode_on_belt(p, state, p.v_belt)
+    return Mode.CONTACT if p.v_belt is None else _mode_on_belt(p, state, p.v_belt, rates)
 
 
-def _is_off(p: Parameters, state: State) -> bool:
+def _is_off(p: Parameters, state: State, rates: Rates) -> bool:
     # Whether the slider goes on off the belt.
     x, vx, y, vy = state
     if y != 0.0:
         return y > 0.0
     h = 0.5 * p.k3
-    push = h * vx if abs(h * vx) > LEAST else 0.0
-    derivatives = (vy, lift(p, x), push, -h * x)
+    push = h * vx - rates.F
+    derivatives = (vy, lift(p, x), push if abs(push) > LEAST else 0.0, -h * x)
     direction = next((value for value in derivatives if value != 0.0), -1.0)
     return direction > 0.0
 
 
-def _mode_on_belt(p: Parameters, state: State, speed: float) -> Mode:
+def _mode_on_belt(p: Parameters, state: State, speed: float, rates: Rates) -> Mode:
     # Of a slider in contact. At the speed of the belt the first derivative of a margin that is not
     # zero to rounding says whether the belt holds; each is given with the size of its terms.
     x, vx, y, vy = state
@@ -193,7 +194,8 @@ def _mode_on_belt(p: Parameters, state: State, speed: float) -> Mode:
     kt = tangent_stiffness(p, y)
     ay = (force - p.F - p.c2 * vy + h * (x - y)) / p.m
     bend = 6.0 * p.k_nl * y * vy * vy
-    held = (holding_force(p, x, y), a * speed - h * vy, -h * ay)
+    driven = p.c1 * rates.v_belt
+    held = (holding_force(p, x, y, rates), driven + a * speed - h * vy, a * rates.v_belt - h * ay)
     forces = (force, -kt * vy, -kt * ay - bend)
     # What the preload gives is known to rounding, too.
     of_forces = (
@@ -201,9 +203,15 @@ def _mode_on_belt(p: Parameters, state: State, speed: float) -> Mode:
         kt * (abs(vy) + static_deflection(p) / time_scale(p)),
         kt * (abs(ay) + abs(p.F) / p.m) + abs(bend),
     )
-    grips = tuple(grip * value for value in forces)
-    of_held = (p.c1 * speed + abs(a * x) + abs(h * y), a * speed + abs(h * vy), abs(h * ay))
-    sizes = [one + grip * other for one, other in zip(of_held, of_forces, strict=True)]
+    of_held = (
+        p.c1 * speed + abs(p.m * rates.v_belt) + abs(a * x) + abs(h * y),
+        abs(driven) + a * speed + abs(h * vy),
+        abs(a * rates.v_belt) + abs(h * ay),
+    )
+    more = rates.mu if p.mu_s is None else 0.0
+    grips = _times_line(grip, more, forces)
+    of_grips = _times_line(grip, abs(more), of_forces)
+    sizes = [one + other for one, other in zip(of_held, of_grips, strict=True)]
     if _falls(forces, of_forces):
         return Mode.BACKWARD if _falls(held, sizes) else Mode.FORWARD
     if _falls([g - f for g, f in zip(grips, held, strict=True)], sizes):
@@ -211,6 +219,12 @@ def _mode_on_belt(p: Parameters, state: State, speed: float) -> Mode:
     if _falls([g + f for g, f in zip(grips, held, strict=True)], sizes):
         return Mode.BACKWARD
     return Mode.STICK
+
+
+def _times_line(value: float, slope: float, of: tuple[float, float, float]) -> list[float]:
+    # Of a function times a line: both, and their first and second derivative.
+    first, second, third = of
+    return [value * first, slope * first + value * second, 2.0 * slope * second + value * third]
 
 
 def _falls(derivatives: Sequence[float], sizes: Sequence[float]) -> bool:
@@ -252,31 +266,23 @@ def equilibrium(p: Parameters, *, separation: bool = True, mu: float | None = No
     separation : bool
         Whether separation is considered; if so, the equilibrium for F < 0 is off the belt.
     mu : float, optional
-        Friction coefficient to use instead of that of `p`, on a belt of finite speed μ(v_belt).
+        Friction coefficient to use instead of that of `p`.
 
     Raises
     ------
     ComputationError
-        If F < 0 lifts the slider off the belt and no spring holds it (k3 = 0), or the belt is at
-        rest: then the slider sticks where it is.
+        If F < 0 lifts the slider off the belt and no spring holds it (k3 = 0).
     """
     h = 0.5 * p.k3
     a = p.k1 + h
-    in_contact = Mode.CONTACT if p.v_belt is None else Mode.FORWARD
-    if p.v_belt == 0.0 and not (separation and p.F < 0.0):
-        raise ComputationError(
-            "no equilibrium of sliding: the belt is at rest, v_belt = 0, and the slider sticks",
-            "use v_belt above 0",
-        )
-    if mu is None:
-        mu = p.mu if p.v_belt is None else friction_coefficient(p, p.v_belt)
+    mu = p.mu if mu is None else mu
     y = resting_height(h, (p.k1, p.k2, p.k_nl), p.F, mu, separation)
     if not math.isfinite(y):
         raise no_equilibrium_error(p.F)
     if separation and p.F < 0.0:
         return Equilibrium(x=h * y / a, y=y, P=0.0, mode=Mode.SEPARATED)
-    force = contact_force(p, y, in_contact)
-    return Equilibrium(x=(h * y + mu * force) / a, y=y, P=force, mode=in_contact)
+    force = contact_force(p, y, Mode.CONTACT)
+    return Equilibrium(x=(h * y + mu * force) / a, y=y, P=force, mode=Mode.CONTACT)
 
 
 def resting_height(
@@ -392,10 +398,9 @@ def jacobian(p: Parameters, y: float, mode: Mode) -> Matrix:
     """
     h = 0.5 * p.k3
     kt = tangent_stiffness(p, y) if mode in IN_CONTACT else 0.0
-    mu, c1 = sliding(p, y, mode)
     return (
         (0.0, 1.0, 0.0, 0.0),
-        (-(p.k1 + h) / p.m, -c1 / p.m, (h - mu * kt) / p.m, 0.0),
+        (-(p.k1 + h) / p.m, -p.c1 / p.m, (h - p.mu * kt) / p.m, 0.0),
         (0.0, 0.0, 0.0, 1.0),
         (h / p.m, 0.0, -(kt + h) / p.m, -p.c2 / p.m),
     )

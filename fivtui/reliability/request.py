@@ -90,6 +90,7 @@ def scattered_study(
         if name not in OUTPUTS and name in OF_SWEEPS:
             raise InputError(f"output {name}: must be a number; its probability is always told")
     check_always_sliding(scene.parameters, "an uncertainty study")
+    scene.check_constant("an uncertainty study")
     if correlations is None:
         correlations = scene.correlation
     with_indices = not correlations if indices is None else indices

@@ -12,6 +12,7 @@ if TYPE_CHECKING:
         scene_from_dict as scene_from_dict,
         scene_to_dict as scene_to_dict,
     )
+    from .over_time import read_over_time as read_over_time
     from .presets import DEFAULT_PRESET as DEFAULT_PRESET, PRESETS as PRESETS
     from .report import print_comparison as print_comparison
     from .run import run_scene as run_scene, scene_transient as scene_transient

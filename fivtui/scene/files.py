@@ -18,6 +18,7 @@ from fivtui.model import InputError, Parameters, parameter_spec, unknown_name
 from fivtui.simulation import ALL_METHODS
 from fivtui.transient import QUANTITIES, T_END_INTERVAL, TOL_INTERVAL
 
+from .over_time import over_time_from, over_time_to_dict
 from .presets import PRESETS
 from .scene import OUTPUTS, Accuracy, Correlation, Scene
 
@@ -96,6 +97,7 @@ _KEYS: Final[Mapping[str, _Key]] = {
     "step": _Key(_number, "step of rk4 or communication step of fmu; above 0 and at most t_end, s"),
     "accuracy": _Key(_accuracy, f"errors allowed, in place of tol: {', '.join(QUANTITIES)}"),
     "outputs": _Key(_outputs, f"what is required: {', '.join(OUTPUTS)}"),
+    "over_time": _Key(over_time_from),
     "correlation": _Key(_correlation, "of the normal scores of scattered quantities, by name"),
 }
 
@@ -107,6 +109,10 @@ def scene_to_dict(scene: Scene) -> dict[str, Any]:
         del fields["step"]
     fields["outputs"] = list(scene.outputs)
     fields["accuracy"] = dict(scene.accuracy)
+    if scene.over_time:
+        fields["over_time"] = over_time_to_dict(scene.over_time)
+    else:
+        del fields["over_time"]
     rows: dict[str, dict[str, float]] = {}
     for one, other, value in fields.pop("correlation"):
         rows.setdefault(one, {})[other] = value
@@ -198,7 +204,11 @@ def load_scene(path: str | Path) -> Scene:
     try:
         text = content.decode()
         _check_lines(text)
-        return scene_from_dict(_parsed(text), name=path.stem)
+        data = _parsed(text)
+        if "over_time" in data:
+            tables = over_time_from("over_time", data["over_time"], path.parent)
+            data["over_time"] = over_time_to_dict(tables)
+        return scene_from_dict(data, name=path.stem)
     except UnicodeDecodeError:
         raise InputError(f"{path}: not a TOML file: not UTF-8 text") from None
     except InputError as error:
@@ -262,14 +272,26 @@ def _document(scene: Scene) -> tomlkit.TOMLDocument:
     document.add(tomlkit.comment("A scene of fivtui, the nonlinear slider-belt model."))
     document.add(_VERSION_KEY, _item(data[_VERSION_KEY], "version of this format"))
     for key, entry in _KEYS.items():
-        if key in data:
+        if key in data and key != "over_time":
             document.add(key, _item(data[key], entry.comment))
     table = tomlkit.table()
     for name, value in data["parameters"].items():
         spec = parameter_spec(name)
         table.add(name, _item(value, f"{spec.meaning}; {spec.allowed}"))
     document.add("parameters", table)
+    if scene.over_time:
+        document.add("over_time", _over_time(data["over_time"]))
     return document
+
+
+def _over_time(tables: Mapping[str, Any]) -> Item:
+    table = tomlkit.table()
+    table.comment("linear between rows of time, s, and value, in place of the parameters above")
+    for name, rows in tables.items():
+        array = tomlkit.item(rows)
+        array.multiline(multiline=True)
+        table.add(name, array)
+    return table
 
 
 def _item(value: object, comment: str) -> Item:

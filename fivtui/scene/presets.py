@@ -4,7 +4,7 @@ from collections.abc import Mapping
 from types import MappingProxyType
 from typing import Final
 
-from fivtui.model import Parameters, equilibrium
+from fivtui.model import Parameters, TimeTable, equilibrium
 
 from .scene import Scene
 
@@ -66,6 +66,16 @@ _SCENES: Final = (
         parameters=_COEXISTENCE,
         start=_offset_from_equilibrium(_COEXISTENCE, 0.1),
         t_end=_COEXISTENCE_T_END,
+    ),
+    Scene(
+        name="brake-stop",
+        description="Beyond the paper, a brake application: preload rises, the belt slows to rest",
+        parameters=_BASE.with_values({"mu": 0.6, "mu_s": 0.9, "v_s": 0.3, "c2": 2.0}),
+        t_end=40.0,
+        over_time=(
+            ("F", TimeTable((0.0, 4.0), (10.0, 60.0))),
+            ("v_belt", TimeTable((0.0, 4.0, 24.0), (10.0, 10.0, 0.0))),
+        ),
     ),
 )
 

@@ -5,7 +5,14 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any, Final, Self
 
-from fivtui.model import PARAMETERS, InputError, Parameters, check_parameters, unknown_name
+from fivtui.model import (
+    PARAMETERS,
+    InputError,
+    Parameters,
+    check_parameters,
+    course_of,
+    unknown_name,
+)
 from fivtui.simulation import ALL_METHODS
 from fivtui.transient import (
     DEFAULT_T_END,
@@ -20,6 +27,8 @@ from fivtui.transient import (
     check_takes_step,
     check_tolerance,
 )
+
+from .over_time import OverTime
 
 # Errors allowed, by quantity.
 Accuracy = tuple[tuple[str, float], ...]
@@ -71,6 +80,8 @@ class Scene:
         What the scene requires, names in `OUTPUTS`: nothing else is computed or stored.
     correlation : tuple of (str, str, float)
         Correlations of the normal scores of two quantities where they are scattered.
+    over_time : tuple of (str, TimeTable)
+        Parameters that follow tables; `parameters` becomes those at the start.
 
     Raises
     ------
@@ -96,6 +107,7 @@ class Scene:
     accuracy: Accuracy = ()
     outputs: tuple[str, ...] = ("stability", "transient")
     correlation: Correlation = ()
+    over_time: OverTime = ()
 
     def __post_init__(self) -> None:
         _check_line("name", self.name, _LONGEST_NAME)
@@ -106,9 +118,12 @@ class Scene:
             raise unknown_name("method", self.method, ALL_METHODS)
         if self.step is not None:
             check_takes_step(self.method)
-        check_parameters(self.parameters)
+        p, over_time = check_parameters(self.parameters), dict(self.over_time)
+        if over_time:
+            p, _ = course_of(p, over_time).after(0.0)
         t_end = check_horizon(self.t_end)
         checked = {
+            "parameters": p,
             "t_end": t_end,
             "tol": check_tolerance(self.tol),
             "step": None if self.step is None else check_step(self.step, t_end),
@@ -126,11 +141,21 @@ class Scene:
 
     def request(self, **changes: Any) -> Request:
         """The request for the transient of this scene, with changes to its fields."""
-        asked: dict[str, Any] = {key: getattr(self, key) for key in _OF_REQUEST} | changes
+        asked: dict[str, Any] = {key: getattr(self, key) for key in _OF_REQUEST}
+        asked |= {"over_time": dict(self.over_time), **changes}
         return Request(**asked)
+
+    def check_constant(self, subject: str) -> None:
+        """Raise `InputError` if a parameter changes with time, which `subject` cannot have."""
+        if self.over_time:
+            names = ", ".join(name for name, _ in self.over_time)
+            raise InputError(f"{names} over time: must be constant for {subject}")
 
     def with_values(self, values: Mapping[str, object]) -> Self:
         """A checked copy with new values by parameter name; `InputError` as for `Parameters`."""
+        for name, _ in self.over_time:
+            if name in values:
+                raise InputError(f"{name}: follows a table over time; must not be set")
         return dataclasses.replace(self, parameters=self.parameters.with_values(values))
 
 

@@ -8,7 +8,6 @@ if TYPE_CHECKING:
         check_window as check_window,
         last_cycles as last_cycles,
         motion_at as motion_at,
-        period_of as period_of,
     )
 else:
     from fivtui.lazy import lazily

@@ -67,6 +67,7 @@ def study_of(
     An `accuracy` replaces the tolerance, and a `tol` the scene's accuracy. Raises `InputError` as
     `Study`.
     """
+    scene.check_constant("a sweep")
     if accuracy and tol is not None:
         raise InputError("--error: must be given without --tol, which follows from it")
     return Study(

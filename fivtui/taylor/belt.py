@@ -24,8 +24,8 @@ from .stepper import SHORTEST_FLIGHT, TaylorStepper, overflow_error
 # slider separates.
 SIMULTANEOUS: Final = 2.0**-40
 _OF_HEIGHT: Final = (Guard.HEIGHT, Guard.DEPTH)
-_OF_SPEED: Final = {Guard.AHEAD: 1.0, Guard.BEHIND: -1.0}
-_OF_HOLD: Final = {Guard.HELD_FORWARD: -1.0, Guard.HELD_BACKWARD: 1.0}
+OF_SPEED: Final = {Guard.AHEAD: 1.0, Guard.BEHIND: -1.0}
+OF_HOLD: Final = {Guard.HELD_FORWARD: -1.0, Guard.HELD_BACKWARD: 1.0}
 
 
 class BeltStepper(TaylorStepper):
@@ -57,10 +57,7 @@ class BeltStepper(TaylorStepper):
         """
         mode, first = self._mode, self._state
         x, y = self._expanded(mode)
-        duration = self._step_size(x, y)
-        law = self._laws[mode]
-        if law is not None:
-            duration = limited(duration, x, law, law.sign * (self._speed - first[1]))
+        duration = self._limited(mode, x, self._step_size(x, y))
         powers = tuple(accumulate(repeat(duration, self._degree), mul, initial=1.0))
         x, y = tuple(map(mul, x, powers)), tuple(map(mul, y, powers))
         final = self._evaluate(x, y, 1.0)
@@ -74,24 +71,39 @@ class BeltStepper(TaylorStepper):
         if not math.isfinite(sum(final)) or duration == 0.0:
             raise overflow_error(self._time, first)
         guard = None if ended is None else ended[1].guard
-        on_belt = mode is Mode.STICK or guard in _OF_SPEED
+        on_belt = mode is Mode.STICK or guard in OF_SPEED
         self._state = state = (
             final[0],
-            self._speed if on_belt else final[1] / duration,
+            self._speed_after(duration) if on_belt else final[1] / duration,
             0.0 if guard in _OF_HEIGHT else final[2],
             final[3] / duration,
         )
-        if ended is not None:
-            self._mode = self._successor(transition, state)
         start, remainder = self._time, self._remainder
         self._add_to_time(duration)
+        if ended is not None:
+            self._mode = self._successor(transition, state)
         short = ended is not None and duration < SHORTEST_FLIGHT * self._time_scale
         self._check_progress(start, short=short)
         switches, end = self._mode is not mode, self._time
         return BeltSegment(mode, start, remainder, duration, end, x, y, state, switches, self._mode)
 
+    def _limited(self, mode: Mode, x: Sequence[float], duration: float) -> float:
+        """The part of a step, s, over which its expansions hold."""
+        law = self._laws[mode]
+        if law is None:
+            return duration
+        return limited(duration, x, law, law.sign * (self._speed - self._state[1]))
+
+    def _speed_after(self, _duration: float) -> float:
+        """Speed of the belt so long after the start of a step, m/s."""
+        return self._speed
+
+    def _guard_after(self, state: State, guard: Guard, _duration: float) -> float:
+        """Value of a guard at the end of a step."""
+        return guard_value(self._p, state, guard)
+
     def _successor(self, transition: Transition, state: State) -> Mode:
-        if transition.guard in _OF_HOLD:
+        if transition.guard in OF_HOLD:
             return transition.to[0]
         return mode_of(self._p, state, separation=self._separation)
 
@@ -136,8 +148,8 @@ class BeltStepper(TaylorStepper):
                 root = self._first_root(y, final[2]) if self._separation else None
             else:
                 c = self._guard(guard, x, y, duration)
-                value = guard_value(self._p, last, guard)
-                root = _first_fall(c, value * duration if guard in _OF_SPEED else value)
+                value = self._guard_after(last, guard, duration)
+                root = _first_fall(c, value * duration if guard in OF_SPEED else value)
             if root is None:
                 continue
             if found is None or root < found[0] * (1.0 - SIMULTANEOUS):
@@ -148,13 +160,13 @@ class BeltStepper(TaylorStepper):
         self, guard: Guard, x: tuple[float, ...], y: tuple[float, ...], duration: float
     ) -> list[float]:
         # Coefficients of a guard over the step; its start is that of the state.
-        if guard in _OF_SPEED:
-            sign = _OF_SPEED[guard]
+        if guard in OF_SPEED:
+            sign = OF_SPEED[guard]
             c = [-sign * n * coefficient for n, coefficient in enumerate(x)][1:]
             c[0] = sign * (self._speed - self._state[1]) * duration
         else:
-            p, sign, h = self._p, _OF_HOLD[guard], 0.5 * self._p.k3
-            grip = [p.mu_static * force for force in _contact_force(p, y)]
+            p, sign, h = self._p, OF_HOLD[guard], 0.5 * self._p.k3
+            grip = [p.mu_static * force for force in self._force(y)]
             held = [(p.k1 + h) * at - h * depth for at, depth in zip(x, y, strict=True)]
             c = [of_grip + sign * force for of_grip, force in zip(grip, held, strict=True)]
             c[0] = guard_value(p, self._state, guard)
@@ -163,13 +175,12 @@ class BeltStepper(TaylorStepper):
             c[0], c[1] = 0.0, max(c[1], 0.0)
         return c
 
-
-def _contact_force(p: Parameters, y: Sequence[float]) -> list[float]:
-    # Coefficients of P.
-    size = range(len(y))
-    square = [sum(map(mul, y[: n + 1], y[n::-1])) for n in size]
-    cube = [sum(map(mul, y[: n + 1], square[n::-1])) for n in size]
-    return [-p.k2 * y[n] - p.k_nl * cube[n] for n in size]
+    def _force(self, y: Sequence[float]) -> list[float]:
+        # Coefficients of P.
+        p, size = self._p, range(len(y))
+        square = [sum(map(mul, y[: n + 1], y[n::-1])) for n in size]
+        cube = [sum(map(mul, y[: n + 1], square[n::-1])) for n in size]
+        return [-p.k2 * y[n] - p.k_nl * cube[n] for n in size]
 
 
 def _first_fall(c: Sequence[float], final: float) -> float | None:

@@ -215,6 +215,7 @@ def measure_tradeoff(
     reference, or its share of the CPU time is used up.
     """
     check_always_sliding(scene.parameters, "tradeoff")
+    scene.check_constant("tradeoff")
     report = progress or (lambda _fraction: True)
     budget = THOROUGH_S if thorough else QUICK_S
 

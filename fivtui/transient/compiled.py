@@ -6,7 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fivtui.kernel import SEGMENT_HEAD, KernelRun, RunColumns, Status, load_kernel
-from fivtui.model import Cancelled, Parameters, mode_of
+from fivtui.model import Cancelled, Parameters
 from fivtui.taylor import local_tolerance, order_for, overflow_error, stall_error
 
 from .extremes import Extremes
@@ -81,7 +81,7 @@ def run(
         separations=int(here.separations),
         separated_time=here.separated,
         stats=Stats(steps, None, "compiled"),
-        first_mode=mode_of(p, request.initial, separation=request.separation),
+        first_mode=request.first_mode,
         trajectory=None if times is None else _trajectory(p, times, under_way),
         solution=_solution(p, _joined(segments), order + 1) if dense else None,
         changes=changes,

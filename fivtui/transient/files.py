@@ -19,7 +19,7 @@ from fivtui.io import (
     write_atomically,
     write_table,
 )
-from fivtui.model import InputError, Mode, Parameters
+from fivtui.model import InputError, Mode, Parameters, course_of
 
 from .derivatives.digits import final_digits
 from .derivatives.sensitivity import Sensitivities
@@ -44,6 +44,7 @@ _CHANGES: Final = "changes"
 _FIRST_MODE: Final = "first_mode"
 _DIGITS: Final = "final_digits"
 _SENSITIVITIES: Final = "sensitivities"
+_OVER_TIME: Final = "over_time"
 
 
 def transient_to_dict(transient: Transient) -> dict[str, Any]:
@@ -58,6 +59,8 @@ def transient_to_dict(transient: Transient) -> dict[str, Any]:
         "events": {**events._asdict(), "transitions": dict(events.transitions)},
         "stats": asdict(transient.stats),
     }
+    if transient.stop is not None:
+        data["stop"] = transient.stop._asdict()
     if transient.sensitivities is not None:
         data[_SENSITIVITIES] = transient.sensitivities.to_dict()
     check_finite(data, "")
@@ -75,7 +78,13 @@ def _request(transient: Transient) -> dict[str, Any]:
         "method": transient.method,
         "tol": transient.tol,
         "step": transient.step,
+        **({_OVER_TIME: _rows_of(transient)} if transient.over_time else {}),
     }
+
+
+def _rows_of(transient: Transient) -> dict[str, list[tuple[float, float]]]:
+    # Pairs of time, s, and value.
+    return {name: table.rows() for name, table in transient.over_time.items()}
 
 
 def trajectory_of(transient: Transient) -> Trajectory:
@@ -318,12 +327,14 @@ def restore_transient(path: Path) -> Transient:
 
 def _scene_of(said: Mapping[str, Any], step: float | None) -> dict[str, Any]:
     x, vx, y, vy = (float(value) for value in said["start"])
+    p = Parameters().with_values(said["parameters"])
     return {
-        "parameters": Parameters().with_values(said["parameters"]),
+        "parameters": p,
         "separation": bool(said["separation"]),
         "start": (x, vx, y, vy),
         "t_end": float(said["t_end"]),
         "method": str(said["method"]),
         "tol": float(said["tol"]),
         "step": step,
+        "over_time": course_of(p, said.get(_OVER_TIME, {})).tables,
     }

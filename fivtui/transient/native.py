@@ -4,7 +4,8 @@ import dataclasses
 from typing import Final
 
 from fivtui.kernel import why_interpreted
-from fivtui.model import ComputationError, InputError, check_always_sliding, unknown_name
+from fivtui.model import ComputationError, Course, InputError, check_always_sliding, unknown_name
+from fivtui.taylor import DrivenStepper, local_tolerance
 
 from . import compiled
 from .derivatives.sensitivity import sensitivities_of
@@ -48,6 +49,8 @@ def integrate(
     method = METHODS[request.method]
     if request.step is not None:
         check_takes_step(request.method)
+    if request.course is not None and request.method == "taylor":
+        return _driven(request, request.course, progress, on_samples)
     if request.method == "taylor" and request.sensitivities:
         check_always_sliding(request.parameters, "sensitivities")
         transient = _taylor(request, _part_of(progress, 0), on_samples)
@@ -87,6 +90,26 @@ def _taylor(request: Request, progress: Progress | None, on_samples: OnSamples |
     return compiled.run(request, progress, on_samples)
 
 
+def _driven(
+    request: Request, course: Course, progress: Progress | None, on_samples: OnSamples | None
+) -> Transient:
+    # Where preload, friction or belt speed follow tables; interpreted.
+    names = ", ".join(course.tables)
+    if request.kernel not in ("auto", "interpreted"):
+        raise InputError(f"{names} over time: the kernel must be interpreted, not {request.kernel}")
+    if request.sensitivities:
+        raise InputError(f"{names} over time: must be without sensitivities")
+    recorder = Recorder(request, on_samples)
+    stepper = DrivenStepper(
+        course,
+        request.initial,
+        separation=request.separation,
+        tol=local_tolerance(request.tol),
+    )
+    recorder.follow(stepper, progress)
+    return recorder.result("interpreted")
+
+
 def _check_count(request: Request) -> None:
     step = fixed_step(request)
     if request.t_end / step > request.max_steps:
@@ -99,6 +122,9 @@ def _check_count(request: Request) -> None:
 
 def check_taylor_options(request: Request) -> None:
     """Raise `InputError` if another method is asked for what ``taylor`` alone has."""
+    if request.course is not None:
+        names = ", ".join(request.course.tables)
+        raise InputError(f"{names} over time: the method must be taylor, not {request.method}")
     if request.sensitivities:
         raise InputError(
             f"sensitivities: the method {request.method} has none; the method must be taylor"

@@ -6,7 +6,7 @@ from typing import Final
 import numpy as np
 from numpy.typing import NDArray
 
-from fivtui.model import IN_CONTACT, Cancelled, State, mode_of
+from fivtui.model import IN_CONTACT, Cancelled, State
 from fivtui.taylor import BeltSegment, Segment, Stepper
 
 from .extremes import Extremes
@@ -52,9 +52,8 @@ class Recorder:
         self._parts: list[Trajectory] = []
         self._on_samples = on_samples
         self.t = 0.0
-        self._first_mode = mode_of(
-            request.parameters, request.initial, separation=request.separation
-        )
+        self._first_mode = request.first_mode
+        self._on_belt = request.parameters.v_belt is not None
         self._separations = 0
 
     def follow(self, stepper: Stepper, progress: Progress | None) -> None:
@@ -117,7 +116,7 @@ class Recorder:
     def _take_switch(self, segment: Segment) -> None:
         # Between two modes in contact nothing separates.
         lands = segment.mode not in IN_CONTACT
-        if isinstance(segment, BeltSegment):
+        if self._on_belt and isinstance(segment, BeltSegment):
             self._changes.append((segment.end, segment.mode, segment.then))
             if not lands and segment.then in IN_CONTACT:
                 return

@@ -56,6 +56,7 @@ def transient_rows(
     second = "over the second half of the run"
     share = events.separated_time / result.t_end
     rows = [
+        *(Row(f"{name} over time", table.in_words()) for name, table in result.over_time.items()),
         Row("separation", "considered" if result.separation else "ignored"),
         Row("peak |y|", f"{number(peak.y_abs)} m", note("peak", "exact")),
         Row("range of y", f"{number(peak.y_min)} to {number(peak.y_max)} m", above),
@@ -75,10 +76,15 @@ def transient_rows(
         held = f"{events.stick_time / result.t_end:.1%} of the run"
         kinds = ", ".join(f"{count} {name}" for name, count in events.transitions.items())
         rows += [
-            Row("sticks", str(events.sticks), f"to a belt of {number(p.v_belt)} m/s"),
+            Row(
+                "sticks",
+                str(events.sticks),
+                f"to a belt of {number(p.v_belt)} m/s" if "v_belt" not in result.over_time else "",
+            ),
             Row("time of stick", f"{number(events.stick_time)} s", held),
             Row("transitions", kinds or "none"),
         ]
+    rows += _stop_rows(result)
     if events.first is not None and events.last is not None:
         rows += [
             Row("first switch", f"{number(events.first)} s"),
@@ -100,6 +106,24 @@ def transient_rows(
     if result.stats.cpu_s is not None:
         rows.append(Row("CPU time", f"{result.stats.cpu_s:.3g} s"))
     return rows
+
+
+def _stop_rows(result: Transient) -> list[Row]:
+    stop = result.stop
+    if stop is None:
+        return []
+
+    def moment(t: float | None) -> str:
+        return "none" if t is None else f"from {number(t)} s"
+
+    groan = moment(stop.groan_begin)
+    if stop.groan_end is not None:
+        groan += f" to {number(stop.groan_end)} s"
+    return [
+        Row("squeal", moment(stop.squeal), "the slider leaves the belt"),
+        Row("stick-slip groan", groan, "stick and slip alternate"),
+        Row("final stick", moment(stop.final_stick), "until the end"),
+    ]
 
 
 def _final_rows(result: Transient, digits: FinalDigits | None, note: str) -> list[Row]:

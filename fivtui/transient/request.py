@@ -8,12 +8,19 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fivtui.model import (
+    CONSTANT,
+    Course,
     InputError,
     Interval,
+    Mode,
     Parameters,
     ParameterSpec,
+    Rows,
     State,
+    TimeTable,
     check_parameters,
+    course_of,
+    mode_of,
     number_spec,
     parse_number,
     static_start,
@@ -92,6 +99,11 @@ class Request:
         What runs the method ``taylor``.
     sensitivities : sequence of str
         Names of the parameters to derive the results by.
+    over_time : mapping of str to TimeTable, or pairs of time, s, and value
+        Parameters that change with time, linearly between rows; `parameters` becomes those at the
+        start.
+    course : Course or None
+        The parameters over time, if any change.
     initial : State
         (x, ẋ, y, ẏ) at t = 0, m and m/s.
     times : ndarray or None
@@ -116,12 +128,19 @@ class Request:
     max_steps: int = MAX_STEPS
     kernel: KernelChoice = "auto"
     sensitivities: Sequence[str] = ()
+    over_time: Mapping[str, Rows] = field(default_factory=dict)
+    course: Course | None = field(init=False)
     initial: State = field(init=False)
     times: NDArray[np.float64] | None = field(init=False)
 
     def __post_init__(self) -> None:
         p = check_parameters(self.parameters)
         put = object.__setattr__
+        course = course_of(p, self.over_time) if self.over_time else None
+        put(self, "course", course)
+        if course is not None:
+            p, _ = course.after(0.0)
+            put(self, "parameters", p)
         put(self, "t_end", check_horizon(self.t_end))
         put(self, "tol", check_tolerance(self.tol))
         put(self, "max_steps", check_max_steps(self.max_steps))
@@ -130,6 +149,19 @@ class Request:
         put(self, "sensitivities", check_sensitivities(self.sensitivities))
         put(self, "initial", resolve_start(p, self.start, separation=self.separation))
         put(self, "times", _sample_times(self.samples, self.t_end))
+
+    @property
+    def over_time_tables(self) -> Mapping[str, TimeTable]:
+        """The tables of the parameters that change with time."""
+        return {} if self.course is None else self.course.tables
+
+    @property
+    def first_mode(self) -> Mode:
+        """The mode at the start."""
+        p, rates = self.parameters, CONSTANT
+        if self.course is not None:
+            p, rates = self.course.after(0.0)
+        return mode_of(p, self.initial, separation=self.separation, rates=rates)
 
     @property
     def dense(self) -> bool:

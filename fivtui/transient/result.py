@@ -10,7 +10,15 @@ from typing import TYPE_CHECKING, Any, Final, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from fivtui.model import IN_CONTACT, Mode, Parameters, State, contact_force, transition_name
+from fivtui.model import (
+    IN_CONTACT,
+    Mode,
+    Parameters,
+    State,
+    TimeTable,
+    contact_force,
+    transition_name,
+)
 from fivtui.results import Result, scene_text
 from fivtui.taylor import overflow_error
 
@@ -99,6 +107,25 @@ class Events(NamedTuple):
     transitions: Mapping[str, int] = _NO_TRANSITIONS
 
 
+class Stop(NamedTuple):
+    """What happens until a belt that slows down is at rest, times in s; None for what does not.
+
+    Attributes
+    ----------
+    squeal : float or None
+        First separation.
+    groan_begin, groan_end : float or None
+        From the first stick on, as long as stick and slip alternate.
+    final_stick : float or None
+        From when on the slider sticks until the end.
+    """
+
+    squeal: float | None
+    groan_begin: float | None
+    groan_end: float | None
+    final_stick: float | None
+
+
 class ModeChange(NamedTuple):
     """A switch from one mode to another at a time t, s, on a belt of finite speed."""
 
@@ -163,6 +190,8 @@ class Transient(Result):
         returns a `Trajectory`.
     sensitivities : Sensitivities or None
         Derivatives of final state and extremes by the parameters asked for.
+    over_time : mapping of str to TimeTable
+        Parameters that changed with time; `parameters` are those at the start.
     """
 
     parameters: Parameters
@@ -184,6 +213,7 @@ class Transient(Result):
     solution: DenseSolution | None = None
     sensitivities: "Sensitivities | None" = None
     changes: NDArray[np.float64] = field(default_factory=lambda: NO_CHANGES)
+    over_time: Mapping[str, TimeTable] = field(default_factory=dict)
 
     @property
     def separated_intervals(self) -> list[tuple[float, float]]:
@@ -207,12 +237,24 @@ class Transient(Result):
             for t, first, then in self.changes.tolist()
         ]
 
+    @property
+    def stop(self) -> Stop | None:
+        """Onset of squeal, groan and final stick, where the speed of the belt changes with time."""
+        if "v_belt" not in self.over_time:
+            return None
+        off, held = self.separated_intervals, self.stick_intervals
+        final = held[-1][0] if held and held[-1][1] == self.t_end else None
+        begin = held[0][0] if held and held[0][0] != final else None
+        end = None if begin is None else final if final is not None else self.t_end
+        return Stop(off[0][0] if off else None, begin, end, final)
+
     def _summary(self) -> list[tuple[str, str]]:
         events, final = self.events, self.final
         off = f"{events.separated_time:.4g} s off the belt"
         state = f"x={final.x:.6g}, vx={final.vx:.6g}, y={final.y:.6g}, vy={final.vy:.6g}"
         rows = [
             ("scene", scene_text(self.parameters, separation=self.separation)),
+            *self._over_time_rows(),
             ("run", f"{self.t_end:g} s, {self.method}, {self.stats.steps} steps"),
             ("peak |y|", f"{self.peak.y_abs:.6g} m"),
             ("half peak-to-peak of y", f"{self.steady.y_half_range:.6g} m, second half of the run"),
@@ -229,6 +271,10 @@ class Transient(Result):
         if self.sensitivities is not None:
             rows.append(("sensitivities", ", ".join(self.sensitivities)))
         return rows
+
+    def _over_time_rows(self) -> list[tuple[str, str]]:
+        words = [f"{name} {table.in_words()}" for name, table in self.over_time.items()]
+        return [("over time", "; ".join(words))] if words else []
 
     def to_dict(self) -> dict[str, Any]:
         """The object that ``fivtui simulate --json`` prints: all but the trajectory."""
@@ -305,6 +351,7 @@ def assemble(
         trajectory,
         solution,
         changes=changes,
+        over_time=request.over_time_tables,
     )
 
 

@@ -221,7 +221,7 @@ def test_presets_have_short_names_and_say_where_the_paper_has_them() -> None:
     for name, scene in PRESETS.items():
         assert scene.name == name
         assert re.fullmatch(r"[a-z]+(-[a-z]+)*", name)
-        assert re.match(r"(Fig|Figs|Section)\b", scene.description)
+        assert re.match(r"(Fig|Figs|Section|Beyond the paper)\b", scene.description)
 
 
 def test_the_linear_preset_has_the_linear_critical_friction_coefficient() -> None:
@@ -267,6 +267,7 @@ def test_presets_have_the_parameters_that_their_descriptions_state() -> None:
         "stiff-contact": {"mu": 1.2, "F": 100.0, "k_nl": 300.0},
         "coexistence": {"F": 120.0},
         "coexistence-decay": {"F": 120.0},
+        "brake-stop": {"F": 10.0, "mu": 0.6, "c2": 2.0, "v_belt": 10.0, "mu_s": 0.9, "v_s": 0.3},
     }
     ignored = {name for name, scene in PRESETS.items() if not scene.separation}
     assert ignored == {"separation-ignored", "linear"}

@@ -28,7 +28,6 @@ if TYPE_CHECKING:
     from .report import (
         SECOND_HALF as SECOND_HALF,
         Coexisting as Coexisting,
-        coexisting_rows as coexisting_rows,
         quantity as quantity,
         remark as remark,
         result_brief as result_brief,

@@ -85,6 +85,9 @@ class Session(Editing):
             FIELDS[name].check(self.texts[name])
         except InputError as error:
             return str(error)
+        timed = name in dict(self._loaded.over_time)
+        if timed and self.texts[name] != FIELDS[name].text_of(self._loaded):
+            return f"{name}: follows a table over time; must not be changed"
         if name == "mu_s":
             return self._friction_error()
         return self._step_error() if name == "step" else ""
@@ -228,6 +231,7 @@ class Session(Editing):
             accuracy=cast("Accuracy", FIELDS["accuracy"].check(self.texts["accuracy"])),
             outputs=self._loaded.outputs,
             correlation=self._loaded.correlation,
+            over_time=self._loaded.over_time,
         )
 
     def outdated(self, run: Run) -> bool:

@@ -61,6 +61,16 @@ def test_a_scene_loaded_is_the_scene_edited(name: str) -> None:
     assert not session.errors
 
 
+def test_a_value_that_follows_a_table_over_time_is_not_edited() -> None:
+    session = Session(PRESETS["brake-stop"], "brake-stop")
+    session.set_text("F", "20")
+    session.set_text("c2", "3")
+    assert session.errors == {"F": "F: follows a table over time; must not be changed"}
+    session.reset("F")
+    assert session.scene().over_time == PRESETS["brake-stop"].over_time
+    assert session.scene().parameters.c2 == 3.0
+
+
 @pytest.mark.parametrize(
     ("name", "text", "words"),
     [

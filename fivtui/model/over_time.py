@@ -1,0 +1,164 @@
+"""Parameters that change with time: piecewise-linear tables of F, μ and the belt's speed."""
+
+import math
+from bisect import bisect_right
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass
+from typing import Final
+
+from .errors import InputError
+from .numbers import parse_number
+from .parameters import Parameters, parameter_spec, unknown_name
+from .slider_belt import Rates
+
+# The parameters that may change with time.
+TIMED: Final = ("F", "mu", "v_belt")
+# Rows of a table that are told one by one.
+_FEW: Final = 4
+_PAIRS: Final = "pairs of time (s) and value"
+
+
+@dataclass(frozen=True, slots=True)
+class TimeTable:
+    """Values of a parameter over time, linear between rows, constant before and after them.
+
+    At a time that is given twice the value jumps; the later one holds from there on.
+
+    Attributes
+    ----------
+    times : tuple of float
+        Ascending, s.
+    values : tuple of float
+        In the unit of the parameter.
+    """
+
+    times: tuple[float, ...]
+    values: tuple[float, ...]
+
+    def after(self, t: float) -> tuple[float, float]:
+        """Value and slope from a time on, s."""
+        place = bisect_right(self.times, t)
+        if place == 0 or place == len(self.times):
+            return self.values[place and -1], 0.0
+        (begin, end), (first, last) = self._row(place)
+        slope = (last - first) / (end - begin)
+        value = first + slope * (t - begin)
+        # Rounding must not leave the values between which it lies.
+        return min(max(value, min(first, last)), max(first, last)), slope
+
+    def before(self, t: float) -> float:
+        """The value up to a time, s: another one than `after` gives where there is a jump."""
+        place = bisect_right(self.times, t)
+        if place > 0 and self.times[place - 1] == t:
+            return self.values[self.times.index(t)]
+        return self.after(t)[0]
+
+    def rows(self) -> list[tuple[float, float]]:
+        """Pairs of time, s, and value."""
+        return list(zip(self.times, self.values, strict=True))
+
+    def in_words(self) -> str:
+        """One phrase, such as ``0 (0 s) → 80 (2 s)``."""
+        count = len(self.times)
+        if count <= _FEW:
+            return " → ".join(f"{value:g} ({t:g} s)" for t, value in self.rows())
+        ends = f"{self.times[0]:g} to {self.times[-1]:g} s"
+        return f"{min(self.values):g} to {max(self.values):g}, {count} rows over {ends}"
+
+    def _row(self, place: int) -> tuple[tuple[float, float], tuple[float, float]]:
+        here = slice(place - 1, place + 1)
+        (begin, end), (first, last) = self.times[here], self.values[here]
+        return (begin, end), (first, last)
+
+
+# A table, or pairs of time, s, and value.
+Rows = TimeTable | Iterable[Sequence[float]]
+
+
+def time_table(name: str, rows: Rows) -> TimeTable:
+    """The checked table of a parameter from pairs of time, s, and value.
+
+    Raises `InputError` if the parameter cannot change with time, times do not ascend, or a value is
+    out of range.
+    """
+    if name not in TIMED:
+        raise unknown_name("parameter over time", name, TIMED)
+    spec = parameter_spec(name)
+    if isinstance(rows, TimeTable):
+        rows = zip(rows.times, rows.values, strict=True)
+    times: list[float] = []
+    values: list[float] = []
+    for row in rows:
+        if len(row) != 2:
+            raise InputError(f"{name} over time: {row!r}: must be {_PAIRS}")
+        t = parse_number(f"time of {name}", row[0], "a finite number")
+        if times and t < times[-1]:
+            raise InputError(f"{name} over time: {t:g} s after {times[-1]:g} s: times must ascend")
+        value = spec.check(row[1])
+        if times and t > times[-1] and not math.isfinite((value - values[-1]) / (t - times[-1])):
+            raise InputError(f"{name} over time: at {t:g} s: a jump must have the same time twice")
+        times.append(t)
+        values.append(value)
+    if not times:
+        raise InputError(f"{name} over time: there are no rows; must be {_PAIRS}")
+    return TimeTable(tuple(times), tuple(values))
+
+
+@dataclass(frozen=True, slots=True)
+class Course:
+    """A parameter set of which some values follow tables.
+
+    Attributes
+    ----------
+    fixed : Parameters
+        The other values.
+    tables : mapping of str to TimeTable
+        The tables, by parameter.
+
+    Raises
+    ------
+    InputError
+        If μ exceeds `mu_s` at some time.
+    """
+
+    fixed: Parameters
+    tables: Mapping[str, TimeTable]
+
+    def __post_init__(self) -> None:
+        highest = max(self.tables["mu"].values) if "mu" in self.tables else self.fixed.mu
+        if self.fixed.mu_s is not None and highest > self.fixed.mu_s:
+            raise InputError(
+                f"mu over time: reaches {highest:g}: must be at most mu_s = {self.fixed.mu_s:g}"
+            )
+
+    def after(self, t: float) -> tuple[Parameters, Rates]:
+        """The parameters from a time on, s, and how fast they change."""
+        found = {name: table.after(t) for name, table in self.tables.items()}
+        values = {name: value for name, (value, _) in found.items()}
+        rates = Rates(**{name: slope for name, (_, slope) in found.items()})
+        return self.fixed.with_values(values), rates
+
+    def speed_before(self, t: float) -> float:
+        """Speed of the belt up to a time, m/s; 0 where it is always faster than the slider."""
+        table = self.tables.get("v_belt")
+        return (self.fixed.v_belt or 0.0) if table is None else table.before(t)
+
+    def next_break(self, t: float) -> float:
+        """The next time, s, at which a table has a row; infinite after the last one."""
+        later = (
+            table.times[place]
+            for table in self.tables.values()
+            if (place := bisect_right(table.times, t)) < len(table.times)
+        )
+        return min(later, default=math.inf)
+
+    @property
+    def greatest_load(self) -> float:
+        """Greatest |F| at any time, N."""
+        table = self.tables.get("F")
+        return abs(self.fixed.F) if table is None else max(map(abs, table.values))
+
+
+def course_of(p: Parameters, over_time: Mapping[str, Rows]) -> Course:
+    """The checked course of parameters of which some follow tables; `InputError` if it is none."""
+    return Course(p, {name: time_table(name, rows) for name, rows in over_time.items()})

@@ -1,0 +1,119 @@
+"""Tables of parameters over time in scene files, and in CSV files of measured values."""
+
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any, Final
+
+import numpy as np
+
+from fivtui.io import opened, read_csv
+from fivtui.model import TIMED, InputError, TimeTable, time_table, unknown_name
+
+# What follows a table, by parameter.
+OverTime = tuple[tuple[str, TimeTable], ...]
+
+TIME: Final = "time"
+_MOST_ROWS: Final = 20_000
+_OF_FILE: Final = ("file", TIME, *TIMED)
+_OF_COLUMN: Final = ("column", "scale", "offset")
+_FORM: Final = "a table such as {F = [[0, 10], [4, 60]]}, or with file = a CSV file"
+
+
+def over_time_from(key: str, value: object, folder: Path | None = None) -> OverTime:
+    """The tables in a scene file: rows of time, s, and value, or columns of a CSV file.
+
+    The name of the CSV file leads from `folder`. Raises `InputError` if the value is neither.
+    """
+    if not isinstance(value, Mapping):
+        raise InputError(f"{key} = {value!r}: must be {_FORM}")
+    if "file" not in value:
+        return tuple(
+            (str(name), time_table(str(name), _pairs(rows))) for name, rows in value.items()
+        )
+    for name in value:
+        if name not in _OF_FILE:
+            raise unknown_name(f"key of {key}", str(name), _OF_FILE)
+    if not isinstance(value["file"], str):
+        raise InputError(f"{key}.file = {value['file']!r}: must be the name of a file in quotes")
+    path = (folder or Path()) / value["file"]
+    columns = {name: _column(name, value[name]) for name in TIMED if name in value}
+    return read_over_time(path, time=str(value.get(TIME, TIME)), columns=columns)
+
+
+def read_over_time(
+    path: Path,
+    *,
+    time: str = TIME,
+    columns: Mapping[str, tuple[str, float, float]] | None = None,
+) -> OverTime:
+    """The tables in a CSV file with a row of names.
+
+    Parameters
+    ----------
+    path : Path
+        The file.
+    time : str
+        Name of the column of times, s.
+    columns : mapping of str to (str, float, float), optional
+        For each parameter the name of its column, and scale and offset that make its values in SI
+        units of that. If not given, the columns of the parameters' own names.
+
+    Raises
+    ------
+    InputError
+        If the file cannot be read, a column is missing or a value is out of range.
+    """
+    with opened(path) as file:
+        try:
+            table = read_csv(file)
+        except InputError as error:
+            raise InputError(f"{path}: {error}") from None
+    if columns is None:
+        columns = {name: (name, 1.0, 0.0) for name in TIMED if name in table}
+        if not columns:
+            raise InputError(f"{path}: must have a column of {', '.join(TIMED)}")
+    for name in (time, *(column for column, _, _ in columns.values())):
+        if name not in table:
+            raise unknown_name(f"column in {path}:", name, table)
+    if table[time].size > _MOST_ROWS:
+        raise InputError(f"{path}: {table[time].size} rows: must be at most {_MOST_ROWS}")
+    found = []
+    for name, (column, scale, offset) in columns.items():
+        values = scale * np.asarray(table[column], dtype=float) + offset
+        rows = zip(table[time].tolist(), values.tolist(), strict=True)
+        try:
+            found.append((name, time_table(name, rows)))
+        except InputError as error:
+            raise InputError(f"{path}: {error}") from None
+    return tuple(found)
+
+
+def over_time_to_dict(tables: OverTime) -> dict[str, list[list[float]]]:
+    """Tables in the layout of a scene file."""
+    return {name: [list(row) for row in table.rows()] for name, table in tables}
+
+
+def _pairs(rows: object) -> Any:
+    pairs = isinstance(rows, list | tuple) and all(isinstance(row, list | tuple) for row in rows)
+    if not pairs:
+        raise InputError(f"{rows!r}: must be rows of time and value such as [[0, 10], [4, 60]]")
+    return rows
+
+
+def _column(name: str, value: object) -> tuple[str, float, float]:
+    if isinstance(value, str):
+        return value, 1.0, 0.0
+    if not isinstance(value, Mapping) or not isinstance(value.get("column"), str):
+        raise InputError(
+            f'{name} = {value!r}: must be a column such as {{column = "p", scale = 12}}'
+        )
+    for key in value:
+        if key not in _OF_COLUMN:
+            raise unknown_name(f"key of {name}", str(key), _OF_COLUMN)
+    numbers = []
+    for key, default in (("scale", 1.0), ("offset", 0.0)):
+        number = value.get(key, default)
+        if isinstance(number, bool) or not isinstance(number, int | float):
+            raise InputError(f"{name}.{key} = {number!r}: not a number")
+        numbers.append(float(number))
+    return str(value["column"]), numbers[0], numbers[1]

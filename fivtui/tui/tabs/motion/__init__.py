@@ -1,1 +1,0 @@
-"""Tabs and views of motions: the slider on the belt."""

@@ -1,0 +1,321 @@
+"""Motion while preload, friction and the belt's speed follow tables."""
+
+import itertools
+import math
+from functools import partial
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+from scipy.integrate import solve_ivp
+from scipy.optimize import brentq
+
+from fivtui import Parameters, find_scene, load_scene, save_scene, simulate
+from fivtui.cli import run as command
+from fivtui.model import InputError, TimeTable
+
+Tables = dict[str, list[tuple[float, float]]]
+# A function of time and state, with the marks by which SciPy knows events.
+Event = Any
+RAMPS: Tables = {
+    "F": [(0, 20), (4, 100), (10, 100), (12, 60)],
+    "mu": [(0, 0.2), (4, 0.2), (8, 0.8)],
+}
+
+
+def state_of(final: tuple[float, ...]) -> list[float]:
+    return list(final[1:])
+
+
+@pytest.mark.parametrize("separation", [True, False])
+def test_constant_tables_change_nothing(separation: bool) -> None:
+    for p in (Parameters(), Parameters(v_belt=2.0, mu_s=0.9, v_s=0.4)):
+        values = {
+            name: value for name in ("F", "mu", "v_belt") if (value := getattr(p, name)) is not None
+        }
+        rows: Tables = {
+            name: [(0, value), (3.3, value), (8, value)] for name, value in values.items()
+        }
+        free = simulate(p, t_end=12.0, separation=separation)
+        run = simulate(p, t_end=12.0, separation=separation, over_time=rows)
+        assert run.switch_times == pytest.approx(free.switch_times, abs=1e-11)
+        assert run.events.transitions == free.events.transitions
+        assert state_of(run.final) == pytest.approx(state_of(free.final), abs=1e-10)
+        assert run.peak == pytest.approx(free.peak, abs=1e-10)
+
+
+def test_ramps_agree_with_an_independent_integrator() -> None:
+    p = Parameters()
+
+    def at(t: float, name: str) -> float:
+        return float(np.interp(t, *np.array(RAMPS[name]).T))
+
+    def rates(t: float, state: Any) -> list[float]:
+        x, vx, y, vy = state
+        force = max(-p.k2 * y - p.k_nl * y**3, 0.0)
+        coupling = 0.5 * p.k3 * (x - y)
+        ax = (at(t, "mu") * force - p.c1 * vx - p.k1 * x - coupling) / p.m
+        return [vx, ax, vy, (force - at(t, "F") - p.c2 * vy + coupling) / p.m]
+
+    run = simulate(p, t_end=15.0, over_time=RAMPS)
+    state = list(run.start)
+    rows = sorted({t for table in RAMPS.values() for t, _ in table} | {15.0})
+    rows += [float(t) for t in run.switch_times]
+    for begin, end in itertools.pairwise(sorted(rows)):
+        found = solve_ivp(rates, (begin, end), state, method="DOP853", rtol=1e-12, atol=1e-13)
+        state = found.y[:, -1].tolist()
+    assert state_of(run.final) == pytest.approx(state, abs=2e-8)
+    assert run.parameters.F == 20.0
+    assert run.over_time["F"].rows() == RAMPS["F"]
+
+
+def test_a_slider_slips_from_a_belt_that_brakes_when_friction_no_longer_holds_it() -> None:
+    # It sticks with x = v₀ t − a t²/2 until k1 x − m a = −μ_s P or μ_s P, where P = F.
+    p = Parameters(m=1.0, k1=1.0, k2=1.0, k3=0.0, c1=0.0, c2=0.0, F=1.0, k_nl=0.0, mu=0.5, mu_s=1.0)
+    speed, brake = 2.0, 0.25
+    run = simulate(
+        p,
+        t_end=3.0,
+        start=(0.0, speed, -1.0, 0.0),
+        over_time={"v_belt": [(0.0, speed), (speed / brake, 0.0)]},
+    )
+    slip = brentq(lambda t: (speed * t - 0.5 * brake * t * t) - brake - 1.0, 0.1, 2.0, xtol=1e-15)
+    (first, *_) = run.mode_changes
+    assert (first.first.name, first.then.name) == ("STICK", "FORWARD")
+    assert first.t == pytest.approx(slip, abs=1e-13)
+
+
+def test_a_slider_that_sticks_to_a_belt_slips_when_that_changes_its_speed_at_once() -> None:
+    p = Parameters(m=1.0, k1=0.1, k2=1.0, k3=0.0, c1=0.0, c2=0.0, F=1.0, k_nl=0.0, mu=0.5, mu_s=1.0)
+    for later, mode in ((0.2, "BACKWARD"), (3.0, "FORWARD")):
+        rows = [(0.0, 1.0), (1.0, 1.0), (1.0, later)]
+        run = simulate(p, t_end=1.5, start=(0.0, 1.0, -1.0, 0.0), over_time={"v_belt": rows})
+        (first, *_) = run.mode_changes
+        assert (first.t, first.first.name, first.then.name) == (1.0, "STICK", mode)
+        # Behind the jump the mass swings about x = ±μ F/k1.
+        mean, frequency = 5.0 if mode == "FORWARD" else -5.0, math.sqrt(0.1)
+        angle = frequency * 0.5
+        x = mean + (1.0 - mean) * math.cos(angle) + math.sin(angle) / frequency
+        assert run.final.x == pytest.approx(x, abs=1e-12)
+
+
+class EventDriven:
+    """Motion on a belt over time by SciPy's integrator and its events, mode by mode."""
+
+    def __init__(self, p: Parameters, tables: Tables) -> None:
+        self.p, self.tables = p, tables
+
+    def at(self, name: str, t: float) -> float:
+        fixed = getattr(self.p, name)
+        return float(np.interp(t, *np.array(self.tables[name]).T)) if name in self.tables else fixed
+
+    def slope(self, t: float) -> float:
+        rows = self.tables.get("v_belt", [])
+        for (begin, first), (end, last) in itertools.pairwise(rows):
+            if begin <= t < end:
+                return (last - first) / (end - begin)
+        return 0.0
+
+    def force(self, y: float) -> float:
+        return -self.p.k2 * y - self.p.k_nl * y**3
+
+    def hold(self, t: float, state: Any) -> Any:
+        p, (x, _, y, _) = self.p, state
+        h = 0.5 * p.k3
+        return p.c1 * self.at("v_belt", t) + p.m * self.slope(t) + (p.k1 + h) * x - h * y
+
+    def rates(self, mode: str, t: float, state: Any) -> list[float]:
+        p, (x, vx, y, vy) = self.p, state
+        force, coupling = (0.0 if mode == "off" else self.force(y)), 0.5 * p.k3 * (x - y)
+        ay = (force - self.at("F", t) - p.c2 * vy + coupling) / p.m
+        if mode == "stick":
+            return [vx, self.slope(t), vy, ay]
+        sign = {"forward": 1.0, "backward": -1.0, "off": 0.0}[mode]
+        mu, gap = self.at("mu", t), abs(self.at("v_belt", t) - vx)
+        if p.v_s is not None and p.mu_s is not None:
+            mu += (p.mu_s - mu) * math.exp(-gap / p.v_s)
+        ax = (sign * mu * force - p.c1 * vx - p.k1 * x - coupling) / p.m
+        return [vx, ax, vy, ay]
+
+    def ends(self, mode: str) -> list[Event]:
+        found: list[Event] = []
+
+        def height(_: float, s: Any) -> Any:
+            return s[2]
+
+        def ahead(t: float, s: Any) -> Any:
+            return self.at("v_belt", t) - s[1]
+
+        def margin(sign: float) -> Event:
+            def value(t: float, s: Any) -> Any:
+                grip = self.at("mu", t) if self.p.mu_s is None else self.p.mu_s
+                return grip * self.force(s[2]) + sign * self.hold(t, s)
+
+            return value
+
+        found.append(height)
+        if mode in ("forward", "backward"):
+            found.append(ahead)
+        elif mode == "stick":
+            found += [margin(-1.0), margin(1.0)]
+        for event in found:
+            event.terminal = True
+            event.direction = 1.0 if event is height and mode != "off" else -1.0
+        if mode == "backward":
+            found[1].direction = 1.0
+        return found
+
+    def mode(self, t: float, state: Any, touching: bool) -> str:
+        if not touching:
+            return "off"
+        gap = self.at("v_belt", t) - state[1]
+        if abs(gap) > 1e-9:
+            return "forward" if gap > 0.0 else "backward"
+        grip = (self.at("mu", t) if self.p.mu_s is None else self.p.mu_s) * self.force(state[2])
+        held = self.hold(t, state)
+        return "stick" if abs(held) <= grip else "forward" if held > 0.0 else "backward"
+
+    def run(self, state: Any, t_end: float) -> list[float]:
+        """The state at the end."""
+        t, now, touching = 0.0, list(state), state[2] < 0.0
+        rows = sorted({at for table in self.tables.values() for at, _ in table if 0 < at < t_end})
+        mode = self.mode(t, now, touching)
+        for stop in [*rows, t_end]:
+            while t < stop:
+                found = solve_ivp(
+                    partial(self.rates, mode),
+                    (t, stop),
+                    now,
+                    method="DOP853",
+                    rtol=1e-11,
+                    atol=1e-13,
+                    events=self.ends(mode),
+                    max_step=0.05,
+                )
+                t, now = float(found.t[-1]), found.y[:, -1].tolist()
+                if found.status == 1:
+                    place = next(i for i, hits in enumerate(found.t_events or []) if hits.size)
+                    if place == 0:
+                        touching = mode == "off"
+                        now[2] = -1e-16 if touching else 1e-16
+                        mode = self.mode(t, now, touching)
+                    elif mode == "stick":
+                        mode = "forward" if place == 1 else "backward"
+                    else:
+                        now[1] = self.at("v_belt", t)
+                        mode = self.mode(t, now, touching)
+                        if mode != "stick":
+                            mode = "forward" if self.hold(t, now) > 0.0 else "backward"
+            if mode == "stick":
+                now[1] = self.at("v_belt", t)
+            mode = self.mode(t, now, touching)
+        return now
+
+
+@pytest.mark.parametrize("seed", range(6))
+def test_drawn_brake_applications_agree_with_an_event_driven_integration(seed: int) -> None:
+    rng = np.random.default_rng(seed)
+    mu = float(rng.uniform(0.2, 0.6))
+    p = Parameters(
+        mu=mu,
+        mu_s=mu + 0.2,
+        v_s=float(rng.uniform(0.3, 1.0)),
+        c1=2.0,
+        c2=3.0,
+        F=float(rng.uniform(40, 90)),
+    )
+    speed = float(rng.uniform(1.0, 3.0))
+    tables: Tables = {
+        "F": [(0, 15), (1.5, float(rng.uniform(40, 90)))],
+        "v_belt": [(0, speed), (2, speed), (5, 0.0)],
+    }
+    run = simulate(p, t_end=6.5, over_time=tables)
+    expected = EventDriven(p, tables).run(run.start, 6.5)
+    assert state_of(run.final) == pytest.approx(expected, abs=2e-6), run.events.transitions
+
+
+def test_the_preset_squeals_groans_and_comes_to_rest() -> None:
+    scene = find_scene("brake-stop")
+    run = simulate(scene.parameters, t_end=scene.t_end, over_time=dict(scene.over_time))
+    stop = run.stop
+    assert stop is not None
+    assert 4.0 < (stop.squeal or 0.0) < (stop.groan_begin or 0.0) < 24.0
+    assert stop.groan_end == stop.final_stick == run.stick_intervals[-1][0]
+    assert (stop.final_stick or 0.0) > 24.0
+    assert run.final.vx == 0.0
+    later = simulate(scene.parameters, t_end=5.0, over_time=dict(scene.over_time)).stop
+    assert later == (None, None, None, None)
+
+
+def test_scenes_with_tables_are_written_and_read(tmp_path: Path) -> None:
+    scene = find_scene("brake-stop")
+    save_scene(scene, tmp_path / "stop.toml")
+    assert load_scene(tmp_path / "stop.toml") == scene
+
+
+def test_a_scene_takes_columns_of_measured_values(tmp_path: Path) -> None:
+    (tmp_path / "stop.csv").write_text("t,bar,speed\n0,1,10\n4,5,10\n24,5,0\n")
+    (tmp_path / "stop.toml").write_text(
+        'fivtui_scene = 1\n[over_time]\nfile = "stop.csv"\ntime = "t"\nv_belt = "speed"\n'
+        'F = {column = "bar", scale = 12.5, offset = -2.5}\n'
+    )
+    scene = load_scene(tmp_path / "stop.toml")
+    assert dict(scene.over_time) == {
+        "F": TimeTable((0.0, 4.0, 24.0), (10.0, 60.0, 60.0)),
+        "v_belt": TimeTable((0.0, 4.0, 24.0), (10.0, 10.0, 0.0)),
+    }
+    assert (scene.parameters.F, scene.parameters.v_belt) == (10.0, 10.0)
+
+
+@pytest.mark.parametrize(
+    ("text", "said"),
+    [
+        ("over_time = 3", "over_time = 3: must be a table such as"),
+        ("[over_time]\nF = 3", "must be rows of time and value"),
+        ("[over_time]\nfile = 3", "must be the name of a file in quotes"),
+        ('[over_time]\nfile = "no.csv"\nF = "p"', "no.csv"),
+        ('[over_time]\nfile = "a.csv"\nG = "p"', "unknown key of over_time 'G'"),
+        ('[over_time]\nfile = "a.csv"\nF = "p"', "unknown column in"),
+        ('[over_time]\nfile = "a.csv"\nF = {column = "bar", scale = "x"}', "not a number"),
+        ('[over_time]\nfile = "a.csv"\nF = {column = "bar", shift = 1}', "unknown key of F"),
+    ],
+)
+def test_what_is_no_table_in_a_scene_is_refused(tmp_path: Path, text: str, said: str) -> None:
+    (tmp_path / "a.csv").write_text("time,bar\n0,1\n1,2\n")
+    (tmp_path / "s.toml").write_text(f"fivtui_scene = 1\n{text}\n")
+    with pytest.raises(InputError) as caught:
+        load_scene(tmp_path / "s.toml")
+    assert said in str(caught.value)
+    assert str(caught.value).startswith(str(tmp_path))
+
+
+def test_commands_take_tables_or_refuse_them(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    table = tmp_path / "in.csv"
+    table.write_text("time,F,mu\n0,20,0.2\n4,100,0.2\n8,100,0.8\n")
+    out = tmp_path / "out.csv"
+    words = ["simulate", "--t-end", "6", "--over-time", str(table), "--out", str(out)]
+    assert command(words) == 0
+    assert "F over time" in capsys.readouterr().out
+    assert '"over_time"' in out.read_text() or "# over_time" in out.read_text()
+    for words in (["stability"], ["branch"], ["attractors"], ["accuracy"], ["tradeoff"]):
+        assert command([*words, "brake-stop"]) == 2
+        assert "F, v_belt over time: must be constant for this command" in capsys.readouterr().err
+    assert command(["simulate", "brake-stop", "--set", "F=3"]) == 2
+    assert "F: follows a table over time; must not be set" in capsys.readouterr().err
+    assert command(["simulate", "brake-stop", "--method", "rk4"]) == 2
+    assert "F, v_belt over time: the method must be taylor, not rk4" in capsys.readouterr().err
+
+
+def test_options_that_need_constant_parameters_are_refused() -> None:
+    scene: Tables = {"F": [(0, 10), (1, 20)]}
+    wrong: tuple[tuple[dict[str, Any], str], ...] = (
+        ({"kernel": "compiled"}, "the kernel must be interpreted"),
+        ({"sensitivities": ["mu"]}, "must be without sensitivities"),
+        ({"method": "fmu-native"}, "the method must be taylor"),
+    )
+    for options, said in wrong:
+        with pytest.raises(InputError, match=said):
+            simulate(t_end=1.0, over_time=scene, **options)

@@ -1,0 +1,71 @@
+"""Tables of parameters over time: values, slopes, jumps, and what is refused."""
+
+from typing import Any
+
+import numpy as np
+import pytest
+from hypothesis import given, strategies as st
+
+from fivtui.model import InputError, Parameters, TimeTable, course_of, time_table
+
+times = st.lists(st.integers(0, 100_000), min_size=1, max_size=8).map(sorted)
+
+
+@given(times, st.data())
+def test_a_table_is_the_linear_interpolation_of_its_rows(
+    milliseconds: list[int], data: st.DataObject
+) -> None:
+    distinct = [0.001 * t for t in sorted(set(milliseconds))]
+    values = data.draw(
+        st.lists(st.floats(0.0, 9.0), min_size=len(distinct), max_size=len(distinct))
+    )
+    table = time_table("F", list(zip(distinct, values, strict=True)))
+    at = data.draw(st.floats(0.0, 110.0))
+    assert table.after(at)[0] == pytest.approx(float(np.interp(at, distinct, values)), abs=1e-12)
+    assert min(values) <= table.after(at)[0] <= max(values)
+    assert table.before(at) == pytest.approx(table.after(at)[0], abs=1e-12)
+
+
+def test_a_time_that_is_given_twice_is_a_jump() -> None:
+    table = time_table("F", [(1.0, 10.0), (2.0, 20.0), (2.0, 60.0), (4.0, 40.0)])
+    assert [table.before(t) for t in (0.0, 1.0, 1.5, 2.0, 3.0, 9.0)] == [10, 10, 15, 20, 50, 40]
+    assert [table.after(t) for t in (0.0, 1.0, 1.5)] == [(10, 0), (10, 10), (15, 10)]
+    assert [table.after(t) for t in (2.0, 3.0, 4.0)] == [(60, -10), (50, -10), (40, 0)]
+
+
+def test_a_course_knows_its_parameters_and_its_next_row() -> None:
+    course = course_of(
+        Parameters(mu_s=0.9, v_s=0.1), {"mu": [(0, 0.5), (10, 0.7)], "v_belt": [(5, 2), (6, 0)]}
+    )
+    p, rates = course.after(5.5)
+    assert [p.mu, p.v_belt, p.mu_s, p.F] == pytest.approx([0.61, 1.0, 0.9, 80.0])
+    assert list(rates) == pytest.approx([0.0, 0.02, -2.0])
+    assert [course.next_break(t) for t in (0.0, 5.0, 9.9, 10.0)] == [5.0, 6.0, 10.0, np.inf]
+    assert course.speed_before(6.0) == 0.0
+
+
+@pytest.mark.parametrize(
+    ("tables", "said"),
+    [
+        ({"k1": [(0, 1)]}, "unknown parameter over time 'k1'"),
+        ({"F": []}, "F over time: there are no rows"),
+        ({"F": [(1, 2), (0, 3)]}, "times must ascend"),
+        ({"F": [(0, 1, 2)]}, "must be pairs of time"),
+        ({"F": [(0, float("nan"))]}, "F = nan"),
+        ({"F": [(float("inf"), 1)]}, "time of F = inf"),
+        ({"F": [(0, 1), (1e-310, 2)]}, "a jump must have the same time twice"),
+        ({"mu": [(0, -0.1)]}, "mu = -0.1: must be from 0"),
+        ({"v_belt": [(0, 1), (1, -1)]}, "v_belt = -1: must be none, or from 0"),
+        ({"mu": [(0, 0.5), (1, 0.95)]}, "reaches 0.95: must be at most mu_s = 0.9"),
+    ],
+)
+def test_what_is_no_table_is_refused(tables: dict[str, Any], said: str) -> None:
+    with pytest.raises(InputError) as caught:
+        course_of(Parameters(mu_s=0.9), tables)
+    assert said in str(caught.value)
+
+
+def test_tables_are_told_in_one_phrase() -> None:
+    assert time_table("F", [(0, 10), (4, 60)]).in_words() == "10 (0 s) → 60 (4 s)"
+    long = TimeTable(tuple(range(9)), tuple(range(9)))
+    assert long.in_words() == "0 to 8, 9 rows over 0 to 8 s"
