@@ -237,22 +237,39 @@ static void attack_from_within(fmi3InstanceEnvironment environment, fmi3Float64 
     *is_early = chance(4) == 0, *early = chance(2) ? time : hostile();
 }
 
-static void attack_updates(int rounds)
+static void attack_updates(int rounds, fmi3Boolean events)
 {
     const fmi3ValueReference needed[] = {F, MU, X};
     Updated of = {0};
-    fmi3Boolean event, stops, early;
+    fmi3Boolean event, stops, early, flags[5];
     double t = 0.0, reached;
-    of.c = fmi3InstantiateCoSimulation("attacked", SLIDER_BELT_GUID, NULL, 0, 1, 0, 1, needed, 3, &of,
-                                       quiet_3, attack_from_within);
+    int switches = 0;
+    of.c = fmi3InstantiateCoSimulation("attacked", SLIDER_BELT_GUID, NULL, 0, 1, events, 1, needed, 3,
+                                       &of, quiet_3, attack_from_within);
     CHECK(of.c && fmi3EnterInitializationMode(of.c, 0, 0.0, 0.0, 0, 0.0) == fmi3OK);
     CHECK(fmi3ExitInitializationMode(of.c) == fmi3OK);
+    CHECK(!events || fmi3EnterStepMode(of.c) == fmi3OK);
     for (int round = 0; round < rounds; round++) {
         const double h = 0.01 * (1.0 + chance(50));
-        CHECK(fmi3DoStep(of.c, t, h, 1, &event, &stops, &early, &reached) == fmi3OK);
-        CHECK(reached >= t && reached <= t + h && early == (reached < t + h) && !event);
-        t = reached;
+        const fmi3Status status = fmi3DoStep(of.c, t, h, 1, &event, &stops, &early, &reached);
+        if (status == fmi3Discard) {
+            /* Forces that are too great: the instance is as it was. */
+            CHECK(reached == t);
+            of.last = t;
+            continue;
+        }
+        CHECK(status == fmi3OK);
+        CHECK(reached >= t && reached <= t + h && !stops);
+        CHECK(early == (reached < t + h || event) && (events || !event));
+        t = reached, switches += event;
+        if (!event || !chance(8))
+            continue;
+        CHECK(fmi3EnterEventMode(of.c) == fmi3OK);
+        CHECK(fmi3UpdateDiscreteStates(of.c, flags, flags + 1, flags + 2, flags + 3, flags + 4, &reached)
+              == fmi3OK);
+        CHECK(fmi3EnterStepMode(of.c) == fmi3OK);
     }
+    CHECK(!events || rounds < 50 || switches > 0);
     fmi2FreeFMUstate(of.c, &of.state);
     fmi3FreeInstance(of.c);
 }
@@ -305,7 +322,8 @@ int main(int count, char **arguments)
     attack_calls(begun(fmi2CoSimulation), 20 * rounds);
     attack_calls(begun(fmi2ModelExchange), 20 * rounds);
     attack_calls(begun_3(), 20 * rounds);
-    attack_updates(rounds);
+    attack_updates(rounds, fmi3False);
+    attack_updates(rounds, fmi3True);
     measure_memory(atoi(arguments[1]), atoi(arguments[2]));
     return 0;
 }
