@@ -92,12 +92,12 @@ fmi2Status take_communication_step(Instance *i, double current, double h, int *s
 {
     const double end = current + h;
     /* Most steps end within one of the motion: nothing is computed until outputs are read. */
-    if (i && end > i->s.t && end < i->s.free_until && h > 0.0
-        && fabs(current - i->s.t) <= SAME_TIME) {
-        i->s.t = end, i->s.published = 0;
-        return fmi2OK;
-    }
-    return do_step(i, current, h, switched);
+    const int is_free = i && end > i->s.t && end < i->s.free_until && h > 0.0
+                        && fabs(current - i->s.t) <= SAME_TIME;
+    if (__builtin_expect(!is_free, 0))
+        return do_step(i, current, h, switched);
+    i->s.t = end, i->s.published = 0;
+    return fmi2OK;
 }
 
 fmi2Status fmi2DoStep(fmi2Component c, fmi2Real current, fmi2Real h, fmi2Boolean no_way_back)
