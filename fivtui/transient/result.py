@@ -364,8 +364,9 @@ def all_events(
 ) -> Events:
     """Events with their transitions by kind, and with what a belt of finite speed adds."""
     if p.v_belt is None:
-        counts = (events.separations, events.reattachments)
-        return events._replace(transitions=dict(zip(_OF_SLIDING, counts, strict=True)))
+        leaves, lands = _OF_SLIDING
+        found = {leaves: events.separations, lands: events.reattachments}
+        return Events(*events[:-1], found)
     size = len(_KINDS)
     kinds = np.bincount((changes[:, 1:] @ _PLACES).astype(np.intp), minlength=size)
     held = _sticking(first_mode, changes, t_end)
