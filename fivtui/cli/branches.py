@@ -121,9 +121,11 @@ def _boundary(scene: "Scene", given: Mapping[str, Any]) -> _Computation:
             raise InputError(f"{flag}: must be given without --curve")
     if given["doubled"]:
         raise InputError("--doubled: must be given without --curve")
-    over = dict(_range("--over", text) for text in given["ranges"])
-    if len(over) != 2 or len(given["ranges"]) != 2:
+    if len(given["ranges"]) != 2:
         raise InputError(f"--over: given {len(given['ranges'])} times; must be given twice")
+    over = dict(_range("--over", text) for text in given["ranges"])
+    if len(over) != 2:
+        raise InputError(f"--over: {next(iter(over))} is given twice; must be two parameters")
     return "boundary", lambda progress: compute(
         scene.parameters, curve, over, separation=scene.separation, progress=progress
     )

@@ -90,7 +90,8 @@ def test_a_map_is_written_in_the_format_of_its_suffix(name: str, tmp_path: Path)
         (["branch", "--vary=mu", "--from=nothing.csv"], "nothing.csv"),
         (["branch", "--curve=fold", "--doubled"], "--doubled: must be given without --curve"),
         (["branch", "--curve=fold", "--from=hopf"], "--from: must be given without --curve"),
-        (["branch", "--curve=fold", "--over=F", "--over=F"], "must be given twice"),
+        (["branch", "--curve=fold", "--over=F", "--over=F"], "F is given twice"),
+        (["branch", "--vary=mu", f"--from={__file__}"], "the suffix must be one of .csv"),
         (["branch", "--curve=fold", "--over=F", "--over=mu=1"], "must be NAME or NAME=LOW:HIGH"),
     ],
 )

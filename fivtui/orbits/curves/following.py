@@ -32,6 +32,8 @@ _BENT: Final = 0.2
 # Orbits closer to the curve than this part of a step are on it, and the same if that close.
 _NEAR: Final = 0.1
 _SAME: Final = 1e-6
+# Part of a step within which a point that is not found is as good as its neighbour.
+_SINGULAR: Final = 1e-7
 
 
 class PointOnCurve(Protocol):
@@ -339,8 +341,13 @@ class Follower(Generic[P]):
                 high = min(one for one in points if one > at)
                 guess = _between(points[low], points[high], here.tangent, (at - low) / (high - low))
                 point = self._curve.correct(guess, here, here.tangent)
-                if point is None:
+                nearest = low if at - low < high - at else high
+                if point is None and abs(at - nearest) > _SINGULAR * step:
                     raise _NotFoundError
+                if point is None:
+                    # At a branch point itself the equations are singular.
+                    points[at] = points[nearest]
+                    return 0.0
                 points[at] = point
             return test(points[at])
 

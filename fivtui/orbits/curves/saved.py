@@ -8,7 +8,7 @@ from typing import Any, Final, NamedTuple
 
 import numpy as np
 
-from fivtui.io import read_bytes, read_columns, read_header
+from fivtui.io import FORMATS, read_bytes, read_columns, read_header
 from fivtui.model import PARAMETERS, InputError, Parameters, State
 from fivtui.transient import START_SPECS
 
@@ -45,7 +45,10 @@ def saved_cycle(path: Path, p: Parameters, *, separation: bool) -> tuple[State, 
     InputError
         If the file cannot be read, has no such cycle, or does not agree.
     """
-    saved = _from_json(path) if path.suffix.lower() == _JSON else _from_table(path)
+    suffix, known = path.suffix.lower(), (*FORMATS, _JSON)
+    if suffix not in known:
+        raise InputError(f"{path}: the suffix must be one of {', '.join(known)}")
+    saved = _from_json(path) if suffix == _JSON else _from_table(path)
     for name, value in saved.fixed.items():
         if value != getattr(p, name):
             raise InputError(f"{name} = {getattr(p, name):g}: must be {value:g}, as in {path}")

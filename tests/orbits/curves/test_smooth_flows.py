@@ -194,3 +194,25 @@ def test_what_neighbours_do_is_located_where_it_is_known(frequency: float, kind:
     found = follow(curve, start, 4)
     located = {one: found.points[place].unknowns[VALUE] for place, one in found.events.items()}
     assert located[kind] == pytest.approx(0.0, abs=1e-8)
+
+
+def test_a_point_where_another_branch_crosses_is_noted() -> None:
+    # A circle, and beside it z' = λ z − z³: other circles begin at λ = 0.
+    def rate(z: FloatArray, growth: float) -> FloatArray:
+        x, y, beside = z
+        radial = 1.0 - x * x - y * y
+        return np.array([x * radial - y, y * radial + x, growth * beside - beside**3])
+
+    def slopes(z: FloatArray, growth: float) -> FloatArray:
+        x, y, beside = z
+        radial = (1.0 - x * x - y * y) * np.eye(2) - 2.0 * np.outer(z[:2], z[:2])
+        found = np.zeros((3, 4))
+        found[:2, :2] = radial + np.array([[0.0, -1.0], [1.0, 0.0]])
+        found[2, 2:] = growth - 3.0 * beside * beside, beside
+        return found
+
+    curve = curve_of(SmoothFlow(3, rate, slopes), -5.0, 5.0)
+    start = cycle(curve, [1.0, 0.0, 0.0, 2.0 * math.pi, -0.05], [0.0] * 4 + [1.0])
+    found = follow(curve, start, 2, EventKind.BRANCH)
+    assert list(found.events.values()) == [EventKind.BRANCH]
+    assert found.points[-1].unknowns[VALUE] == pytest.approx(0.0, abs=1e-8)
