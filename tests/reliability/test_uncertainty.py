@@ -57,8 +57,8 @@ def test_the_probabilities_of_a_million_samples() -> None:
 
 
 def test_squeal_is_possible_above_the_fold_of_each_sample() -> None:
-    # Folds between 80 and 100 N are next to the same, critical μ are not.
-    vary = {"mu": "uniform:0.2:0.4", "F": "uniform:78:90", "k_nl": "uniform:95:105"}
+    # Folds at these preloads are next to the same, critical μ are not.
+    vary = {"mu": "uniform:0.2:0.4", "F": "uniform:78:84", "k_nl": "uniform:95:105"}
     found = uncertainty(vary=vary, samples=2048, outputs=("critical_mu", "safe_mu"))
     table = found.study.safe
     assert table is not None
@@ -67,10 +67,10 @@ def test_squeal_is_possible_above_the_fold_of_each_sample() -> None:
     assert possible.value == pytest.approx((0.4 - FOLD) / 0.2, abs=2e-3)
     assert set(found.to_dict()["safe_mu"]) == {"folds", "error", "usual_error"}
     # Continued for each sample, where these are few, it is the same.
-    few = uncertainty(vary=vary, samples=64, repeats=2, indices=False, outputs=("safe_mu",))
+    few = uncertainty(vary=vary, samples=8, repeats=2, indices=False, outputs=("safe_mu",))
     assert few.study.safe is None
     members = {name: few.sweep.table.numbers[name] for name in vary}
-    again = safe_mus(Parameters(), members, np.ones(64, dtype=bool), table)
+    again = safe_mus(Parameters(), members, np.ones(8, dtype=bool), table)
     np.testing.assert_allclose(few.sweep.table.numbers["safe_mu"], again, atol=1e-9)
     regions = found.regions()
     assert list(regions) == ["no squeal known", "squeals after a knock", "squeals by itself"]
@@ -106,7 +106,7 @@ def test_what_drives_the_critical_friction_coefficient() -> None:
 
 
 def test_local_sensitivities_stand_beside_the_global_ones() -> None:
-    vary = {"mu": "uniform:0.65:0.75", "F": "normal:80:2", "k1": "uniform:99:101"}
+    vary = {"mu": "uniform:0.65:0.75", "F": "uniform:79:81", "k_nl": "uniform:99:101"}
     outputs = ("critical_mu", "safe_mu", "y_half_range", "P_max")
     found = uncertainty(vary=vary, samples=512, outputs=outputs, t_end=20.0)
     assert set(found.local) == set(outputs)
@@ -115,7 +115,7 @@ def test_local_sensitivities_stand_beside_the_global_ones() -> None:
             index = found.indices[output][name].first
             assert local.share == pytest.approx(index.value, abs=0.03 + index.error)
     force = found.local["P_max"]["F"]
-    assert force.per_sd == pytest.approx(2.0 * force.derivative, rel=1e-3)
+    assert force.per_sd == pytest.approx(force.derivative / np.sqrt(3.0), rel=1e-3)
     ends = [simulate(Parameters(F=each), t_end=20.0).contact_force.max for each in (79.99, 80.01)]
     assert force.derivative == pytest.approx((ends[1] - ends[0]) / 0.02, rel=1e-3)
     data = found.to_dict()["local"]["y_half_range"]["mu"]
@@ -202,23 +202,23 @@ def test_samples_are_doubled_until_the_error_is_met(tmp_path: Path) -> None:
     told: list[str] = []
     study = study_of(64)
     found = measured(
-        study, counting(engine, seen), until=0.008, place=place,
+        study, counting(engine, seen), until=0.012, place=place,
         tell=lambda _members, words: told.append(words),
     )  # fmt: skip
-    assert found.error <= 0.008 < measured(study_of(found.scatter.samples // 2), engine).error
+    assert found.error <= 0.012 < measured(study_of(found.scatter.samples // 2), engine).error
     assert told[-1].startswith("P(unstable) = 0.59")
     # Every member is computed once, but for pieces that the number of samples before had not whole.
     assert sum(seen) <= found.study.members + 1000 * 8
     assert found.to_dict() == measured(found.study, engine).to_dict()
     # What is there already is not computed again, and a smaller error continues from it.
     again: list[int] = []
-    assert measured(study, counting(engine, again), until=0.008, place=place).error == found.error
+    assert measured(study, counting(engine, again), until=0.012, place=place).error == found.error
     assert again == []
-    better = measured(study, counting(engine, again), until=0.003, place=place)
-    assert better.error <= 0.003
+    better = measured(study, counting(engine, again), until=0.006, place=place)
+    assert better.error <= 0.006
     assert 0 < sum(again) < better.study.members
     with pytest.raises(InputError, match="exists already"):
-        measured(replace(study, t_end=7.0), engine, until=0.008, place=place)
+        measured(replace(study, t_end=7.0), engine, until=0.012, place=place)
 
 
 def test_hypercubes_are_not_added_to() -> None:
@@ -240,7 +240,7 @@ def test_the_command_prints_one_object(
     capsys: pytest.CaptureFixture[str], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.chdir(tmp_path)
-    line = ["uncertainty", "--vary", VARY[0], "--vary", VARY[1], "--samples", "256", "--json"]
+    line = ["uncertainty", "--vary", VARY[1], "--samples", "256", "--json"]
     line += ["--output", "critical_mu", "--out", "rows.parquet", "--plot", "figure.svg"]
     assert run(line) == 0
     printed = capsys.readouterr()

@@ -9,11 +9,13 @@ from pathlib import Path
 import pytest
 
 from fivtui import Parameters
+from fivtui.distributions import Distribution
 from fivtui.model.errors import ComputationError, InputError
 from fivtui.sweeps.arithmetic import arithmetic_of
 from fivtui.sweeps.design import Design, Range
 from fivtui.sweeps.provenance import versions
 from fivtui.sweeps.run import local_engine, sweep_in_memory, sweep_to_file
+from fivtui.sweeps.scatter import Scatter
 from fivtui.sweeps.study import Study
 from tests.support.dask_cluster import Cluster, loopback_cluster
 
@@ -38,6 +40,20 @@ SIZE = 10
 def cluster(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Cluster]:
     with loopback_cluster(tmp_path_factory.mktemp("dask")) as found:
         yield found
+
+
+def test_scattered_members_are_those_of_this_machine(cluster: Cluster, tmp_path: Path) -> None:
+    scatter = Scatter(
+        {"mu": Distribution("uniform", (0.2, 0.8)), "F": Distribution("normal", (80.0, 8.0))},
+        count=2,
+        repeats=2,
+    )
+    study = Study(scatter, Parameters(), t_end=2.0, outputs=("stable", "safe_mu", "P_max"))
+    here, there = tmp_path / "here.csv", tmp_path / "there.csv"
+    sweep_to_file(study, here, local_engine(1), size=SIZE)
+    with cluster_engine(cluster.address) as engine:
+        sweep_to_file(study, there, engine, size=SIZE)
+    assert there.read_bytes() == here.read_bytes()
 
 
 def test_the_file_is_that_of_this_machine_though_a_worker_dies(
