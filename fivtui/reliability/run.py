@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fivtui.distributions import Distribution
-from fivtui.model import InputError, Parameters
+from fivtui.model import ComputationError, InputError, Parameters
 from fivtui.scene import Scene
 from fivtui.sweeps import (
     Engine,
@@ -32,7 +32,6 @@ from .request import (
     DEFAULT_OUTPUTS,
     DEFAULT_REPEATS,
     DEFAULT_SAMPLES,
-    MOST_SAMPLES,
     as_inputs,
     check_until,
     scattered_study,
@@ -167,7 +166,7 @@ def measured(
     engine : callable
         Computes pieces, see `local_engine`.
     until : float, optional
-        Wanted error of probabilities: samples are doubled until it is met, or there are 2^24.
+        Wanted error of probabilities: samples are doubled until it is met.
     place : Place, optional
         File of the members; a study that was stopped continues, also with `until`.
     progress : callable, optional
@@ -179,6 +178,8 @@ def measured(
     ------
     InputError
         If `until` is given with another design than Sobol's, or as `sweep_to_file`.
+    ComputationError
+        If more samples than can be held would be needed.
     """
     folds = None if progress is None else lambda _fraction: progress(0.0)
     study = with_table(study, folds)
@@ -191,11 +192,24 @@ def measured(
     while True:
         watched = _watched(_continued(engine, known), tell)
         found = judged(_swept(study, watched, place, progress))
-        if found.error <= wanted or 2 * found.scatter.samples > MOST_SAMPLES:
+        if found.error <= wanted:
             return found
         # A stage's file is there until that of the next one is complete.
-        known, study = found.sweep.table, _with_count(study, 2 * found.scatter.count)
+        known, study = found.sweep.table, _doubled(found, wanted)
         place = None if place is None else place._replace(force=True)
+
+
+def _doubled(found: Uncertainty, wanted: float) -> Study:
+    study = _with_count(found.study, 2 * found.scatter.count)
+    try:
+        check_in_memory(study)
+    except InputError:
+        raise ComputationError(
+            f"the error of the probabilities is {found.error:.2g} with {found.scatter.samples} "
+            f"samples, not {wanted:g}",
+            "allow a larger error, or leave out Sobol indices",
+        ) from None
+    return study
 
 
 def _with_count(study: Study, count: int) -> Study:

@@ -74,15 +74,19 @@ def estimate(values: Floats) -> SampleEstimate:
 def probability(hits: Floats, counts: Floats) -> SampleEstimate:
     """A probability from the hits and members of each scrambling.
 
-    Where none is hit, or all are, the interval is that of as many independent members.
+    Where all scramblings have the same share, the interval is as wide as what they do not resolve:
+    that of none hit among as many independent members, or of one more hit in a part of them.
     """
     found = estimate(hits / counts)
-    if hits.sum() in (0.0, counts.sum()):
-        least = -math.expm1(math.log(1.0 - LEVEL) / float(counts.sum()))
-        return SampleEstimate(
-            found.value, max(found.value - least, 0.0), min(found.value + least, 1.0)
+    low, high = found.low, found.high
+    if np.ptp(hits / counts) == 0.0:
+        rare = math.log(1.0 - LEVEL)
+        least = max(
+            -math.expm1(rare / float(counts.sum())),
+            -math.expm1(rare / hits.size) / float(counts.min()),
         )
-    return SampleEstimate(found.value, max(found.low, 0.0), min(found.high, 1.0))
+        low, high = found.value - least, found.value + least
+    return SampleEstimate(found.value, max(low, 0.0), min(high, 1.0))
 
 
 def probability_of(truths: Floats) -> SampleEstimate | None:

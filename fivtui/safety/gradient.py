@@ -6,11 +6,11 @@ import numpy as np
 
 from fivtui.equilibrium import critical_mu, critical_mu_derivatives
 from fivtui.model import PARAMETERS, ComputationError, Parameters
-from fivtui.orbits import EventKind, branch
+from fivtui.orbits import EventKind
 from fivtui.taylor import Seed
 from fivtui.transient import START_SEEDS, Request, vary
 
-from .least import ABOVE, least_attracting
+from .least import branch_below, least_attracting
 
 _AT_REST: Final = (0.0, 0.0, 0.0, 0.0)
 _TOL: Final = 1e-13
@@ -32,8 +32,9 @@ def safe_mu_derivatives(p: Parameters, *, separation: bool = True) -> dict[str, 
     critical = next((one.mu for one in critical_mu(p, separation=separation)), None)
     if critical is None:
         return None
-    at = p.with_values({"mu": critical})
-    found = branch(at, "mu", low=0.0, high=ABOVE * critical, separation=separation)
+    if not separation and p.k_nl == 0.0:
+        return critical_mu_derivatives(p, separation=separation)
+    found = branch_below(p, critical, separation=separation)
     least = least_attracting(found)
     if least is None or least.value >= critical:
         return critical_mu_derivatives(p, separation=separation)

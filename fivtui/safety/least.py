@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fivtui.equilibrium import critical_mu
-from fivtui.model import ComputationError, Parameters
+from fivtui.model import PARAMETERS, ComputationError, Parameters
 from fivtui.orbits import CycleBranch, CyclePoint, branch
 
 Floats = NDArray[np.float64]
@@ -27,7 +27,7 @@ MADE_OF: Final[Mapping[str, Sequence[str]]] = {
     "k_nl": ("k1", "F", "k_nl"),
 }
 # How far above the critical μ branches are followed, over it.
-ABOVE: Final = 2.0
+_ABOVE: Final = 2.0
 _KEPT: Final = 65_536
 
 
@@ -57,13 +57,19 @@ def least_of(group: tuple[float, ...], *, separation: bool) -> float:
         return np.nan
     if not separation and p.k_nl == 0.0:
         return critical
-    at = p.with_values({"mu": critical})
     try:
-        found = branch(at, "mu", low=0.0, high=ABOVE * critical, separation=separation)
+        found = branch_below(p, critical, separation=separation)
     except ComputationError:
         return np.nan
     least = least_attracting(found)
     return critical if least is None else min(critical, least.value)
+
+
+def branch_below(p: Parameters, critical: float, *, separation: bool) -> CycleBranch:
+    """The branch that begins at the critical μ, up to twice that."""
+    top = min(_ABOVE * critical, PARAMETERS["mu"].upper)
+    at = p.with_values({"mu": critical})
+    return branch(at, "mu", low=0.0, high=top, separation=separation)
 
 
 def least_attracting(found: CycleBranch) -> CyclePoint | None:

@@ -49,6 +49,10 @@ def test_what_never_happened_is_not_impossible() -> None:
     none = probability(np.zeros(4), np.full(4, 250.0))
     assert (none.value, none.low) == (0.0, 0.0)
     assert none.high == pytest.approx(1.0 - 0.05 ** (1.0 / 1000.0))
+    # All scramblings have 100 of 250 hits: one of them could have 101.
+    same = probability(np.full(4, 100.0), np.full(4, 250.0))
+    assert same.value == 0.4
+    assert same.error == pytest.approx(max(none.high, (1.0 - 0.05**0.25) / 250.0))
     every = probability(np.full(4, 250.0), np.full(4, 250.0))
     assert (every.value, every.high) == (1.0, 1.0)
     assert every.low == pytest.approx(1.0 - none.high)

@@ -11,13 +11,15 @@ import pytest
 
 from fivtui import Parameters, Scene, find_scene, simulate, stability, uncertainty
 from fivtui.cli import run
-from fivtui.model.errors import Cancelled, InputError
+from fivtui.model.errors import Cancelled, ComputationError, InputError
+from fivtui.reliability.report import UncertaintyProgress
 from fivtui.reliability.request import parse_inputs, scattered_study, truncations, with_table
 from fivtui.reliability.result import Uncertainty, judged
 from fivtui.reliability.run import Place, measured
 from fivtui.safety.table import safe_mus
 from fivtui.scene.files import scene_from_dict
 from fivtui.studies import command_of, kind_of, load_study
+from fivtui.sweeps import run as run_of_sweeps
 from fivtui.sweeps.pieces import SweepPiece
 from fivtui.sweeps.rows import Rows
 from fivtui.sweeps.run import Engine, local_engine, sweep
@@ -219,6 +221,23 @@ def test_samples_are_doubled_until_the_error_is_met(tmp_path: Path) -> None:
     assert 0 < sum(again) < better.study.members
     with pytest.raises(InputError, match="exists already"):
         measured(replace(study, t_end=7.0), engine, until=0.012, place=place)
+
+
+def test_an_error_that_takes_too_many_samples_is_not_met_silently(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    monkeypatch.setattr(run_of_sweeps, "_MAX_SCATTERED", 3000)
+    with pytest.raises(ComputationError, match="with 1024 samples, not 1e-06; allow a larger"):
+        measured(study_of(256), local_engine(1), until=1e-6)
+
+
+def test_progress_says_the_present_estimate(capsys: pytest.CaptureFixture[str]) -> None:
+    with UncertaintyProgress(1000) as progress:
+        progress._shown = -1e9
+        progress.tell(2000, "P(unstable) = 0.5 ± 0.01")
+        assert progress(0.25)
+    told = capsys.readouterr().err
+    assert told == "fivtui: P(unstable) = 0.5 ± 0.01; 500 of 2000 members (25.0%)\n"
 
 
 def test_hypercubes_are_not_added_to() -> None:

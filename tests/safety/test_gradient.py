@@ -25,4 +25,6 @@ def test_derivatives_at_a_fold_are_those_of_differences(p: Parameters) -> None:
 def test_where_the_hopf_point_is_supercritical_they_are_those_of_the_critical_one() -> None:
     p = Parameters(F=40.0)
     assert safe_mu_derivatives(p) == critical_mu_derivatives(p)
+    linear = Parameters(k_nl=0.0)
+    assert safe_mu_derivatives(linear, separation=False) == critical_mu_derivatives(linear)
     assert safe_mu_derivatives(Parameters(k3=0.0)) is None

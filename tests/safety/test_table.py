@@ -42,6 +42,9 @@ def test_units_do_not_matter() -> None:
 def test_without_preload_coupling_or_cycles_there_is_none() -> None:
     assert np.isnan(at(BASE, F=[-5.0, 0.0])).all()
     assert np.isnan(at(BASE, k3=[0.0])).all()
+    # A critical μ of 84, twice which is out of range.
+    weak = Parameters(k3=0.3)
+    assert 0.1 < at(weak, mu=[0.1])[0] < critical_mu(weak)[0].mu
     linear = at(Parameters(k_nl=0.0), mu=[0.1])[0]
     assert linear == pytest.approx(critical_mu(Parameters(k_nl=0.0))[0].mu, rel=1e-9)
 
