@@ -1,13 +1,13 @@
 """Members of a batch by the interpreted kernel, where there is no compiled one."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 
 import numpy as np
 from numpy.typing import NDArray
 
 from fivtui.kernel import RunColumns, Status
 from fivtui.model import PARAMETERS, ComputationError, Parameters, static_start
-from fivtui.taylor import StallError, TaylorStepper, local_tolerance
+from fivtui.taylor import BeltStepper, StallError, TaylorStepper, local_tolerance
 from fivtui.transient import Recorder, Request
 
 from .result import Floats
@@ -32,13 +32,23 @@ def interpreted_starts(parameters: Floats, separation: NDArray[np.bool_]) -> Flo
 
 
 def interpreted_results(
-    members: Members, t_end: float, tol: float, max_steps: int, go_on: Callable[[], bool]
+    members: Members,
+    t_end: float,
+    tol: float,
+    max_steps: int,
+    *,
+    belt: Mapping[str, Floats],
+    go_on: Callable[[], bool],
 ) -> Floats:
-    """Rows of `RunColumns`; `go_on` is called after every member and stops the batch if False."""
+    """Rows of `RunColumns`; `belt` has the columns of a belt of finite speed, if it has one.
+
+    `go_on` is called after every member and stops the batch if False.
+    """
     results = np.full((len(members[0]), len(RunColumns._fields)), np.nan)
     for place, (row, separation, start) in enumerate(zip(*members, strict=True)):
         if np.isfinite(start).all():
-            p = _parameters(row)
+            of_belt = {name: float(column[place]) for name, column in belt.items()}
+            p = _parameters(row).with_values(of_belt)
             request = Request(
                 p, t_end=t_end, tol=tol, separation=bool(separation), start=start.tolist()
             )
@@ -53,7 +63,8 @@ def interpreted_results(
 
 def _result(request: Request, max_steps: int) -> RunColumns:
     recorder = Recorder(request)
-    stepper = TaylorStepper(
+    make = TaylorStepper if request.parameters.v_belt is None else BeltStepper
+    stepper = make(
         request.parameters,
         request.initial,
         separation=request.separation,

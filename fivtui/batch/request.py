@@ -5,7 +5,7 @@ from collections.abc import Mapping
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from fivtui.model import PARAMETERS, InputError, Parameters, number_spec
+from fivtui.model import ALL_PARAMETERS, PARAMETERS, InputError, Parameters, parameter_spec
 from fivtui.transient import LEAST_START
 
 from .result import Floats
@@ -14,7 +14,9 @@ from .result import Floats
 def columns(
     parameters: Mapping[str, ArrayLike] | ArrayLike, base: Parameters
 ) -> tuple[dict[str, Floats], int]:
-    """The nine columns of parameters by name, without copies, and the number of members.
+    """The columns of parameters by name, without copies, and the number of members.
+
+    They are nine, and those of a belt of finite speed if it has one.
 
     `parameters` is as in `simulate_batch`; `base` has the values that a mapping does not name.
     Raises `InputError` if a name, a shape or a value is wrong.
@@ -22,7 +24,7 @@ def columns(
     if isinstance(parameters, Mapping):
         given = {name: _numbers(name, value) for name, value in parameters.items()}
         for name in given:
-            number_spec(name)
+            parameter_spec(name)
         try:
             shape = np.broadcast_shapes((1,), *(column.shape for column in given.values()))
         except ValueError:
@@ -31,7 +33,9 @@ def columns(
         if len(shape) != 1:
             raise InputError(f"parameters: shape {shape}; must have one axis")
         whole = {name: np.asarray(value) for name, value in base.as_dict().items()} | given
-        columns = {name: np.broadcast_to(column, shape) for name, column in whole.items()}
+        used = ALL_PARAMETERS if "v_belt" in whole else {**PARAMETERS, **given}
+        names = [name for name in ALL_PARAMETERS if name in whole and name in used]
+        columns = {name: np.broadcast_to(whole[name], shape) for name in names}
     else:
         table = _numbers("parameters", parameters)
         if table.ndim != 2 or table.shape[1] != len(PARAMETERS):
@@ -44,7 +48,32 @@ def columns(
     if size > 0:
         for name, column in columns.items():
             _check(name, column)
+    _check_belt(columns)
     return columns, size
+
+
+def belts(columns: Mapping[str, Floats]) -> Floats | None:
+    """v_belt, μ_s and v_s of members, shape (n, 3), v_s 0 where friction is constant.
+
+    None if the belt is always faster.
+    """
+    if "v_belt" not in columns:
+        return None
+    static = columns.get("mu_s", columns["mu"])
+    falls = (static > columns["mu"]) & ("v_s" in columns)
+    return np.column_stack(
+        [columns["v_belt"], static, np.where(falls, columns.get("v_s", 0.0), 0.0)]
+    )
+
+
+def _check_belt(columns: Mapping[str, Floats]) -> None:
+    for name in ("mu_s", "v_s"):
+        if name in columns and "v_belt" not in columns:
+            raise InputError(f"{name}: has no effect without v_belt, which must be given")
+    if "mu_s" in columns and (columns["mu_s"] < columns["mu"]).any():
+        place = int(np.argmax(columns["mu_s"] < columns["mu"]))
+        least, found = float(columns["mu"][place]), float(columns["mu_s"][place])
+        raise InputError(f"member {place}: mu_s = {found:g}: must be at least mu = {least:g}")
 
 
 def _numbers(name: str, value: ArrayLike) -> Floats:
@@ -56,7 +85,7 @@ def _numbers(name: str, value: ArrayLike) -> Floats:
 
 def _check(name: str, column: Floats) -> None:
     # Least and greatest tell of every element, NaN included.
-    spec = number_spec(name)
+    spec = parameter_spec(name)
     try:
         spec.check(float(column.min()))
         spec.check(float(column.max()))

@@ -11,10 +11,11 @@ from numpy.typing import ArrayLike, NDArray
 
 from fivtui.kernel import Kernel, RunColumns, Status, load_kernel, why_interpreted
 from fivtui.model import (
+    BELT_PARAMETERS,
+    PARAMETERS,
     Cancelled,
     InputError,
     Parameters,
-    check_always_sliding,
     check_parameters,
     unknown_name,
 )
@@ -30,7 +31,7 @@ from fivtui.transient import (
 )
 
 from .interpreted import Members, interpreted_results, interpreted_starts
-from .request import columns, flags, starts
+from .request import belts, columns, flags, starts
 from .result import Batch, BatchAmplitude, BatchEvents, BatchPeak, BatchSteady, Floats
 
 Requirement = Literal["final", "amplitude", "peak", "steady", "events"]
@@ -68,7 +69,8 @@ def simulate_batch(
     ----------
     parameters : mapping of str to array_like, or array_like of shape (n, 9)
         The parameter sets, SI units: values by parameter name, broadcast against each other to
-        one axis, the others from `base`; or all columns in the order of `Parameters`.
+        one axis, the others from `base`; or nine columns in the order of `Parameters`. On a belt
+        of finite speed members are computed one after the other, which takes longer.
     base : Parameters, optional
         Where the values that a mapping does not name come from; the base set if not given.
     t_end : float
@@ -112,7 +114,6 @@ def simulate_batch(
     ['5.990', '10.503', '16.170']
     """
     base = Parameters() if base is None else check_parameters(base)
-    check_always_sliding(base, "batches")
     table, size = columns(parameters, base)
     for name in require:
         if name not in REQUIREMENTS:
@@ -218,7 +219,9 @@ class _Work:
             self._compute(kernel, slice(first, last), look)
 
     def _compute(self, kernel: Kernel | None, where: slice, look: Callable[[], None]) -> None:
-        parameters = np.column_stack([column[where] for column in self._columns.values()])
+        columns = {name: column[where] for name, column in self._columns.items()}
+        parameters = np.column_stack([columns[name] for name in PARAMETERS])
+        belt = belts(columns)
         separation = np.array(self._separation[where])
         if self._start is not None:
             start = np.array(self._start[where])
@@ -228,7 +231,9 @@ class _Work:
             start = kernel.static_starts(parameters, separation)
         members = parameters, separation, start
         if kernel is None:
-            results = self._interpret(members, look)
+            results = self._interpret(members, columns, look)
+        elif belt is not None:
+            results = self._advance_each(kernel, members, belt, look)
         else:
             results = np.empty((len(parameters), len(RunColumns._fields)))
             # What is linear cannot overflow in a square: such members are run apart.
@@ -266,14 +271,48 @@ class _Work:
             look()
         return work.results
 
-    def _interpret(self, members: Members, look: Callable[[], None]) -> Floats:
+    def _advance_each(
+        self, kernel: Kernel, members: Members, belt: Floats, look: Callable[[], None]
+    ) -> Floats:
+        # On a belt of finite speed members are run one after the other.
+        tol = local_tolerance(self._tol)
+        rows = np.full((len(belt), len(RunColumns._fields)), np.nan)
+        for place, (p, separation, start) in enumerate(zip(*members, strict=True)):
+            run = kernel.begin(
+                p.tolist(),
+                start.tolist(),
+                separation=bool(separation),
+                t_end=self._t_end,
+                tol=tol,
+                order=order_for(tol),
+                belt=tuple(belt[place].tolist()),
+            )
+            status, steps = Status.RUNNING, 0
+            while status is Status.RUNNING and steps < self._max_steps and not self._stop:
+                status = run.advance(min(_BUDGET, self._max_steps - steps))
+                steps = int(run.outcome.steps)
+                look()
+            given_up = Status.STEP_LIMIT if status is Status.RUNNING else status
+            rows[place] = run.outcome._replace(status=given_up)
+            with self._lock:
+                self._done += 1.0
+            if self._stop:
+                break
+        return rows
+
+    def _interpret(
+        self, members: Members, columns: dict[str, Floats], look: Callable[[], None]
+    ) -> Floats:
         def go_on() -> bool:
             with self._lock:
                 self._done += 1.0
             look()
             return not self._stop
 
-        return interpreted_results(members, self._t_end, self._tol, self._max_steps, go_on)
+        belt = {name: column for name, column in columns.items() if name in BELT_PARAMETERS}
+        return interpreted_results(
+            members, self._t_end, self._tol, self._max_steps, belt=belt, go_on=go_on
+        )
 
     def _keep(self, seen: Any, force: Floats, where: slice) -> None:
         # Take the results of a chunk into those of the batch.

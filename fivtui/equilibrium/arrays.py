@@ -11,7 +11,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fivtui.model import (
+    BELT_PARAMETERS,
     PARAMETERS,
+    ComputationError,
+    InputError,
     Parameters,
     check_always_sliding,
     spring_force,
@@ -19,7 +22,7 @@ from fivtui.model import (
 )
 
 from .critical import boundary
-from .eigenvalues import ROUNDING, why_no_growth
+from .eigenvalues import ROUNDING, judge_growth, why_no_growth
 from .quartic import cube_root_bound, rightmost_real_part
 
 FloatArray = NDArray[np.float64]
@@ -42,7 +45,9 @@ class StabilityPoints:
     def __init__(
         self, p: Parameters, varied: Mapping[str, FloatArray], separation: BoolArray
     ) -> None:
-        check_always_sliding(p, "stability")
+        check_always_sliding(p, "critical and safe friction in many scenes, and maps")
+        if not BELT_PARAMETERS.keys().isdisjoint(varied):
+            raise InputError("v_belt: must be none for critical and safe friction in many scenes")
         size = separation.size
         self.m, self.k1, self.k2, self.k3, self.c1, self.c2, self.F, self.k_nl, self.mu = (
             varied.get(name, np.full(size, getattr(p, name))) for name in PARAMETERS
@@ -211,6 +216,8 @@ def judge_growths(
     reasons : dict of int to str
         Why there is no growth rate, by index.
     """
+    if p.v_belt is not None or "v_belt" in varied:
+        return _judged_one_by_one(p, varied, separation)
     with np.errstate(all="ignore"):
         points = StabilityPoints(p, varied, separation)
         growth, stable = points.judged()
@@ -219,6 +226,22 @@ def judge_growths(
         values = p.with_values({name: float(column[place]) for name, column in varied.items()})
         growth[place], stable[place] = np.nan, False
         reasons[place] = str(why_no_growth(values, separation=bool(separation[place])))
+    return growth, stable, reasons
+
+
+def _judged_one_by_one(
+    p: Parameters, varied: Mapping[str, FloatArray], separation: BoolArray
+) -> tuple[FloatArray, BoolArray, dict[int, str]]:
+    # On a belt of finite speed: from the eigenvalues of each.
+    size = separation.size
+    growth, stable = np.full(size, np.nan), np.zeros(size, dtype=bool)
+    reasons: dict[int, str] = {}
+    for place, considered in enumerate(separation.tolist()):
+        try:
+            one = p.with_values({name: float(column[place]) for name, column in varied.items()})
+            growth[place], stable[place] = judge_growth(one, separation=considered)
+        except (ComputationError, InputError) as error:
+            reasons[place] = str(error)
     return growth, stable, reasons
 
 

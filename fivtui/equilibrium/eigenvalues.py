@@ -192,6 +192,11 @@ def growth_rate(p: Parameters, *, separation: bool = True) -> float:
     return float(_eigenvalues(p, equilibrium(p, separation=separation)).real.max())
 
 
+def judge_growth(p: Parameters, *, separation: bool = True) -> tuple[float, bool]:
+    """Growth rate, 1/s, and whether the equilibrium is stable, as in `Stability`."""
+    return _judged(_eigenvalues(p, equilibrium(p, separation=separation)))
+
+
 def why_no_growth(p: Parameters, *, separation: bool = True) -> ComputationError:
     """Why the growth rate of a parameter set cannot be had."""
     try:

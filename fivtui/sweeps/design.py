@@ -8,7 +8,7 @@ from typing import Final, Literal
 import numpy as np
 from numpy.typing import NDArray
 
-from fivtui.model import PARAMETERS, InputError, ParameterSpec, unknown_name
+from fivtui.model import ALL_PARAMETERS, InputError, ParameterSpec, unknown_name
 from fivtui.ranges import log_spaced
 from fivtui.transient import START_SPECS
 
@@ -30,7 +30,7 @@ _KEPT: Final = 128
 _PHILOX_WORDS: Final = 4
 _MANTISSA: Final = 53
 
-VARIABLES: Final[Mapping[str, ParameterSpec]] = {**PARAMETERS, **START_SPECS}
+VARIABLES: Final[Mapping[str, ParameterSpec]] = {**ALL_PARAMETERS, **START_SPECS}
 
 
 @dataclass(frozen=True, slots=True)

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from fivtui.batch import Batch, BatchAmplitude, BatchPeak, Requirement, simulate_batch
 from fivtui.equilibrium import critical_mus, judge_growths
-from fivtui.model import PARAMETERS, Cancelled, ComputationError, Parameters, spring_force
+from fivtui.model import ALL_PARAMETERS, Cancelled, ComputationError, Parameters, spring_force
 from fivtui.safety import safe_mus
 from fivtui.simulation import simulate
 from fivtui.transient import (
@@ -185,7 +185,9 @@ class _Block:
     reasons: list[str]
 
     def parameters(self, place: int) -> Parameters:
-        values = {name: float(c[place]) for name, c in self.varied.items() if name in PARAMETERS}
+        values = {
+            name: float(c[place]) for name, c in self.varied.items() if name in ALL_PARAMETERS
+        }
         return self.study.parameters.with_values(values)
 
     def integrate(self, progress: Progress | None) -> None:
@@ -292,7 +294,7 @@ class _Block:
         t_end: float | None = None,
     ) -> Batch:
         study = self.study
-        parameters = {name: c[places] for name, c in self.varied.items() if name in PARAMETERS}
+        parameters = {name: c[places] for name, c in self.varied.items() if name in ALL_PARAMETERS}
         # If no parameter varies, F gives the batch its size.
         parameters.setdefault("F", np.full(places.size, study.parameters.F))
         return simulate_batch(
@@ -383,7 +385,7 @@ class _Block:
 
     def _parts(self, progress: Progress | None) -> Iterator[tuple[slice, dict[str, Floats]]]:
         # Some members after the other, with the parameters that vary.
-        parameters = {name: c for name, c in self.varied.items() if name in PARAMETERS}
+        parameters = {name: c for name, c in self.varied.items() if name in ALL_PARAMETERS}
         size = len(self.reasons)
         for first in range(0, size, _JUDGED):
             if progress is not None and not progress(first / size):

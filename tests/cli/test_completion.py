@@ -11,7 +11,7 @@ import pytest
 from click.shell_completion import BashComplete
 
 from fivtui.cli import commands
-from fivtui.model.parameters import ALL_PARAMETERS, PARAMETERS
+from fivtui.model.parameters import ALL_PARAMETERS
 from fivtui.scene.presets import PRESETS
 from fivtui.simulation import ALL_METHODS
 from fivtui.transient.errors import QUANTITIES
@@ -30,7 +30,7 @@ def plain(names: Iterable[str]) -> list[str]:
 
 
 ASSIGNED = [f"{name}=" for name in ALL_PARAMETERS]
-VARIED = [f"{name}=" for name in (*PARAMETERS, *START_SPECS)]
+VARIED = [f"{name}=" for name in (*ALL_PARAMETERS, *START_SPECS)]
 
 
 @pytest.mark.parametrize(

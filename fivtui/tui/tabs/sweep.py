@@ -10,7 +10,7 @@ from textual.containers import Vertical
 from textual.message import Message
 from textual.widgets import Input, Static
 
-from fivtui.model import PARAMETERS, InputError
+from fivtui.model import InputError
 from fivtui.tui.chart import ChartView
 from fivtui.tui.session import DisplayedStudy, Job, Session, study_line
 
@@ -152,9 +152,10 @@ class SweepPane(JobPane):
             p = self.session.parameters()
         except InputError:
             return None
-        if not all(name in PARAMETERS for name in names):
+        values = p.as_dict()
+        if not all(name in values for name in names):
             return None
-        return tuple(float(getattr(p, name)) for name in names)
+        return tuple(values[name] for name in names)
 
     @on(ChartView.Opened)
     def _opened(self, event: ChartView.Opened) -> None:

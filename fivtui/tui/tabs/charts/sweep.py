@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Final
 import numpy as np
 from numpy.typing import NDArray
 
-from fivtui.model import PARAMETERS, InputError
+from fivtui.model import ALL_PARAMETERS, InputError
 from fivtui.scene import Scene
 from fivtui.transient import START_SPECS, resolve_start
 from fivtui.tui.chart import Backdrop, Chart, Guide, NearestPoint, Trace
@@ -55,8 +55,8 @@ def sweep_request(scene: Scene, text: str) -> "Study":
     except InputError as error:
         raise InputError(str(error).replace("--vary ", "")) from None
     for name in design.axes:
-        if name not in PARAMETERS:
-            raise InputError(f"{name}: must be a parameter: {', '.join(PARAMETERS)}")
+        if name not in ALL_PARAMETERS:
+            raise InputError(f"{name}: must be a parameter: {', '.join(ALL_PARAMETERS)}")
     study = study_of(scene, design, cases=tuple(_CASES), outputs=tuple(_OUTPUTS))
     check_drawable(study)
     return study
@@ -161,9 +161,9 @@ def case_of(study: "Study", points: SweepPoints | None, point: NearestPoint, cas
 def point_scene(study: "Study", point: NearestPoint, case: bool) -> Scene:
     """The scene of a member of a sweep."""
     values = dict(zip(study.design.axes, (point.x, point.y), strict=False))
-    parameters = {name: value for name, value in values.items() if name in PARAMETERS}
+    parameters = {name: value for name, value in values.items() if name in ALL_PARAMETERS}
     p, start = study.parameters.with_values(parameters), study.start
-    moved = {name: value for name, value in values.items() if name not in PARAMETERS}
+    moved = {name: value for name, value in values.items() if name not in ALL_PARAMETERS}
     if moved:
         state = dict(zip(START_SPECS, resolve_start(p, start, separation=case), strict=True))
         start = tuple((state | moved).values())
