@@ -1,5 +1,6 @@
 """FMU files and instances: loaded by fmpy, with their log and without side effects here."""
 
+import filecmp
 import itertools
 import logging
 import os
@@ -183,13 +184,32 @@ def _made(fmu: FmuFile, make: Callable[[], Any], messages: Messages) -> Any:
         ) from None
 
 
+def has_binary(fmu: FmuFile) -> bool:
+    """Whether an FMU has a binary for this platform."""
+    import fmpy
+
+    is_3 = fmu.description.fmiVersion.startswith("3.")
+    binaries = Path(fmu.folder, "binaries")
+    here = binaries / (fmpy.platform_tuple if is_3 else fmpy.platform)
+    # In the folder for x86 there may be the binary for ARM.
+    arm = binaries / f"aarch64-{fmpy.system}"
+    foreign = fmpy.architecture != "aarch64"
+
+    def is_for_arm(file: Path) -> bool:
+        same = arm / file.name
+        return same.is_file() and filecmp.cmp(file, same, shallow=False)
+
+    files = here.glob(f"*{fmpy.sharedLibraryExtension}")
+    return any(not (foreign and is_for_arm(file)) for file in files)
+
+
 def _maker(fmu: FmuFile) -> Callable[[int, Messages], Any]:
     import fmpy
 
     version = fmu.description.fmiVersion
     if fmu.description.coSimulation is None:
         raise InputError(f"{fmu.path}: is not for co-simulation")
-    if fmpy.platform not in fmpy.supported_platforms(fmu.folder):
+    if not has_binary(fmu):
         raise InputError(f"{fmu.path}: has no binary for this platform, {fmpy.platform}")
     if version == "2.0":
         return lambda identifier, _: _instantiate_fmi2(fmu, identifier)

@@ -10,7 +10,7 @@ import numpy as np
 
 from fivtui.model import ComputationError, InputError
 
-from .instance import FmuFile, extracted, instantiated
+from .instance import FmuFile, extracted, has_binary, instantiated
 
 _STEPS: Final = 10
 
@@ -20,7 +20,7 @@ def problems_of(path: Path) -> list[str]:
     import fmpy
 
     with extracted(path) as fmu:
-        if fmpy.platform not in fmpy.supported_platforms(fmu.folder):
+        if not has_binary(fmu):
             return [f"there is no binary for this platform, {fmpy.platform}"]
         start, step = _grid(fmu)
         stop = start + _STEPS * step

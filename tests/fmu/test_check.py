@@ -5,9 +5,11 @@ import tempfile
 import zipfile
 from pathlib import Path
 
+import fmpy
 import pytest
 
 from fivtui.fmu.check import check_fmu
+from fivtui.fmu.run import run_fmu
 from fivtui.model.errors import InputError
 from fmu_src.build.builder import build_fmu
 from tests.support.fmu_tools import altered, other_fmu
@@ -79,6 +81,21 @@ def test_a_missing_binary_is_reported(fmu: Path, tmp_path: Path) -> None:
     bare = altered(fmu, tmp_path / "m.fmu", dict.fromkeys(LIBRARIES))
     (problem,) = check_fmu(bare)
     assert "no binary for this platform" in problem
+
+
+@pytest.mark.skipif(fmpy.architecture == "aarch64", reason="it is for this processor")
+def test_a_binary_for_another_processor_is_none(tmp_path: Path) -> None:
+    fmu = build_fmu(tmp_path / "native.fmu", flavour="native")
+    (name,) = (n for n in zipfile.ZipFile(fmu).namelist() if n.startswith("binaries/"))
+    folder, file = name.rsplit("/", 1)
+    system = {"linux64": "linux", "darwin64": "darwin", "win64": "windows"}[folder[9:]]
+    foreign = f"binaries/aarch64-{system}/{file}"
+    with zipfile.ZipFile(fmu, "a") as archive:
+        archive.writestr(foreign, archive.read(name))
+    (problem,) = check_fmu(fmu)
+    assert "no binary for this platform" in problem
+    with pytest.raises(InputError, match="has no binary for this platform"):
+        run_fmu(fmu, t_end=1.0)
 
 
 def test_a_damaged_file_is_reported(fmu: Path, tmp_path: Path) -> None:
