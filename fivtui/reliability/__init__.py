@@ -10,6 +10,7 @@ if TYPE_CHECKING:
         FIRST_SAMPLES as FIRST_SAMPLES,
         parse_inputs as parse_inputs,
         scattered_study as scattered_study,
+        truncations as truncations,
         wanted_error as wanted_error,
     )
     from .result import Uncertainty as Uncertainty

@@ -32,6 +32,7 @@ from .request import (
     DEFAULT_OUTPUTS,
     DEFAULT_REPEATS,
     DEFAULT_SAMPLES,
+    SAFE,
     as_inputs,
     check_until,
     scattered_study,
@@ -181,6 +182,8 @@ def measured(
     ComputationError
         If more samples than can be held would be needed.
     """
+    if tell is not None and SAFE in study.outputs:
+        tell(study.members, "following branches of limit cycles")
     folds = None if progress is None else lambda _fraction: progress(0.0)
     study = with_table(study, folds)
     if until is None:

@@ -21,6 +21,7 @@ from .charts.uncertainty import (
     index_rows,
     probability_words,
     samples_chart,
+    truncation_words,
     uncertainty_request,
 )
 from .exports.export import Export, as_displayed, scene_study_export
@@ -113,8 +114,7 @@ class UncertaintyPane(JobPane):
             source = f", read from {displayed.source}" if displayed.source else ""
             result = displayed.value
             words = f"{result.scatter.samples} samples{source}"
-            warning = " (truncated at bounds)" if result.to_dict()["truncated"] else ""
-            self.say(f"{words}{warning}")
+            self.say(f"{words}{truncation_words(result)}")
         self.draw()
 
     def draw(self) -> None:

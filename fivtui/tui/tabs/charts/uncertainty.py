@@ -50,6 +50,13 @@ def probability_words(result: "Uncertainty") -> str:
     )
 
 
+def truncation_words(result: "Uncertainty") -> str:
+    """That distributions of a study are truncated; empty if none is."""
+    from fivtui.reliability import truncations
+
+    return ", truncated at bounds" if truncations(result.study) else ""
+
+
 def drawn(result: "Uncertainty", wanted: str) -> str:
     """The quantity to be displayed: the one wanted, or else the first that has values."""
     known = [name for name, found in result.quantiles.items() if found]
