@@ -14,6 +14,7 @@ if TYPE_CHECKING:
     from .equilibrium import stability, stability_map
     from .film import animate
     from .fmu import check_fmu, run_fmu
+    from .measured import Tolerances, read_measurement, validate
     from .model import Cancelled, ComputationError, InputError, Parameters
     from .orbits import attractors, basin, boundary, branch, continuation
     from .paper import figures
@@ -41,6 +42,7 @@ __all__ = [
     "Parameters",
     "Range",
     "Scene",
+    "Tolerances",
     "__version__",
     "accuracy",
     "animate",
@@ -56,6 +58,7 @@ __all__ = [
     "figures",
     "find_scene",
     "load_scene",
+    "read_measurement",
     "run_fmu",
     "safe_friction",
     "safety_map",
@@ -68,4 +71,5 @@ __all__ = [
     "sweep",
     "tradeoff",
     "uncertainty",
+    "validate",
 ]

@@ -26,6 +26,7 @@ STUDIES: Final[dict[str, str]] = {
     "simulation": "fivtui.scene.kinds:SIMULATION",
     "film": "fivtui.film.kinds:FILM",
     "sound": "fivtui.signals.kinds:SOUND",
+    "validation": "fivtui.measured.kinds:VALIDATION",
     "uncertainty": "fivtui.reliability.kinds:UNCERTAINTY",
     "sweep": "fivtui.sweeps.kinds:SWEEP",
     "trade-off": "fivtui.tradeoffs.kinds:TRADEOFF",

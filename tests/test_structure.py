@@ -63,6 +63,7 @@ FREE: Final = {
         "cli",
         "equilibrium",
         "film",
+        "measured",
         "orbits",
         "paper",
         "plotting",

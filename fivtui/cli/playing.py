@@ -1,19 +1,20 @@
-"""Commands that show and sound a run."""
+"""Commands that show and sound a run, and set it beside measured data."""
 
 from collections.abc import Callable
 from functools import reduce
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, Final
+from typing import TYPE_CHECKING, Any, Final, Literal
 
 from fivtui.model import InputError, parse_number, read_number
 
 from .arguments import option
 from .completion import METHOD_NAMES
-from .deliver import show
+from .deliver import check_outputs, show, write
 from .group import commands
 from .options import (
     force_option,
     ignore_option,
+    input_option,
     json_option,
     output_option,
     progress_bar,
@@ -27,6 +28,7 @@ from .options import (
 from .transients import changed_scene
 
 if TYPE_CHECKING:
+    from fivtui.measured import Tolerances
     from fivtui.transient import Samples, Transient
 
 # Of an FMU, which hands out no function of time.
@@ -153,3 +155,86 @@ def sound(**given: Any) -> None:
         force=given["force"],
     )
     show("sound", made, as_json=given["as_json"])
+
+
+@commands.command()
+@run_options
+@input_option("--measured", "FILE.csv", "The measured data.")
+@option("--time", metavar="NAME|N", default="1", help="Column of the times, by name or number.")
+@option("--signal", metavar="NAME|N", default="2", help="Column of the signal.")
+@option(
+    "--quantity",
+    metavar="NAME",
+    default="y",
+    show_default=True,
+    help="What was measured: x, vx, y, vy or P.",
+)
+@option("--scale", metavar="N", help="The signal in SI units is N times the number in the file, …")
+@option("--offset", metavar="N", help="… plus N.")
+@option("--time-scale", metavar="N", help="Seconds in a unit of the time column.")
+@option(
+    "--shift",
+    metavar="S|auto",
+    default="0",
+    show_default=True,
+    help="Added to the measured times, s; auto: where both correlate best.",
+)
+@option(
+    "--band",
+    metavar="N|N%",
+    help="Half width of the tolerance band, in SI units or in percent of half peak-to-peak.",
+)
+@option("--share", metavar="N%", help="Samples that must be within it, 100 % if not given.")
+@option("--frequency", metavar="N%", help="Greatest deviation of the frequency.")
+@option("--amplitude", metavar="N%", help="Greatest deviation of half peak-to-peak.")
+@output_option("--out", "FILE", "Write both signals (.csv, .npz, .parquet).")
+@output_option("--plot", "FILE", "Draw both with the band, and their spectra (.png, .svg, .pdf).")
+@force_option
+@json_option
+def validate(**given: Any) -> None:
+    """Compare a run with measured data: overlay, spectra, tolerances.
+
+    Passes or fails if a tolerance is given: --band, --frequency or --amplitude.
+    """
+    from fivtui.measured import read_measurement, validate as compare
+
+    if given["measured"] is None:
+        raise InputError("--measured FILE.csv: must be given")
+    shift = given["shift"]
+    moved: float | Literal["auto"]
+    moved = "auto" if shift == "auto" else parse_number("--shift", shift, "a time in s, or auto")
+    tolerances = _tolerances_of(given)
+    numbers = {
+        name: parse_number(f"--{name.replace('_', '-')}", given[name], "a number")
+        for name in ("scale", "offset", "time_scale")
+        if given[name] is not None
+    }
+    measurement = read_measurement(
+        given["measured"], time=given["time"], signal=given["signal"], **numbers
+    )
+    check_outputs("validation", given["out"], given["plot"], force=given["force"])
+    found = compare(
+        run_of(given),
+        measurement,
+        quantity=given["quantity"],
+        shift=moved,
+        tolerances=tolerances,
+    )
+    write("validation", found, given["out"], given["plot"], force=given["force"])
+    show("validation", found, as_json=given["as_json"])
+
+
+def _tolerances_of(given: dict[str, Any]) -> "Tolerances":
+    from fivtui.measured import Tolerances, read_tolerance
+
+    percentages = {}
+    for name in ("share", "frequency", "amplitude"):
+        if given[name] is not None:
+            tolerance = read_tolerance(f"--{name}", given[name])
+            if not tolerance.relative:
+                raise InputError(f"--{name} {given[name]}: must be a percentage such as 5%")
+            percentages[name] = tolerance.value
+    if given["share"] is not None and given["band"] is None:
+        raise InputError("--share: must be given with --band")
+    band = None if given["band"] is None else read_tolerance("--band", given["band"])
+    return Tolerances(band=band, **percentages)

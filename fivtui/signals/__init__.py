@@ -9,6 +9,7 @@ if TYPE_CHECKING:
         last_cycles as last_cycles,
         motion_at as motion_at,
     )
+    from .spectra import Spectrum as Spectrum, spectrum as spectrum
 else:
     from fivtui.lazy import lazily
 

@@ -39,6 +39,8 @@ SANE = {
     "--speed": ("1", "0.1"),
     "--factor": ("10", "100"),
     "--signal": ("vy", "P"),
+    "--measured": ("mine.csv", "table.csv"),
+    "--band": ("0.1", "5%"),
     "--input": ("mine.csv", "table.csv"),
 }
 SCENES = ("base", "linear", "own.toml", "bare.toml")

@@ -3,6 +3,7 @@ import pytest
 from hypothesis import given, strategies as st
 
 from fivtui.model.errors import InputError
+from fivtui.signals.spectra import spectrum
 from fivtui.simulation import simulate
 from fivtui.tui.chart.axis import Axis, axis_for, parse_limits
 from fivtui.tui.chart.chart import Backdrop, Chart, Guide, Trace, View, nearest
@@ -15,7 +16,6 @@ from fivtui.tui.tabs.charts.transient import (
     phase_chart,
     plotted_run,
     separated_samples,
-    spectrum,
     spectrum_chart,
     time_chart,
 )

@@ -1,0 +1,325 @@
+"""A run beside a measurement: deviation, spectra, and whether they agree."""
+
+import math
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, Final, Literal, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from fivtui.io import write_table
+from fivtui.model import COLUMNS, Column, InputError, Parameters, unknown_name
+from fivtui.results import Result
+from fivtui.signals import Spectrum, motion_at, spectrum
+from fivtui.transient import Transient
+
+from .reading import Measurement
+from .tolerances import Tolerances
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+FloatArray = NDArray[np.float64]
+
+QUANTITIES: Final = ("y", "x", "vy", "vx", "P")
+UNITS: Final = {column.name: column.unit for column in COLUMNS}
+_FEWEST: Final = 16
+# Points of the grid on which the shift is searched, at most.
+_GRID: Final = 1 << 16
+
+
+class Criterion(NamedTuple):
+    """What was asked: in words, what was found, the limit, and whether it holds."""
+
+    name: str
+    found: float
+    limit: float
+    passed: bool
+
+
+@dataclass(frozen=True, slots=True, eq=False, repr=False)
+class Validation(Result):
+    """A run compared with a measurement.
+
+    Attributes
+    ----------
+    parameters : Parameters
+        Of the run.
+    separation : bool
+        Whether it considers separation.
+    measurement : Measurement
+        The measured signal, as in its file.
+    quantity : str
+        What it is compared with: a column of the trajectory.
+    shift : float
+        Added to the measured times, s.
+    t, measured, computed : ndarray, shape (n,)
+        Times of the run, s, that were measured, and both signals there.
+    band : float or None
+        Half width of the tolerance band, in the unit of the quantity.
+    rms, greatest : float
+        Root mean square and greatest absolute value of the deviation.
+    correlation : float
+        Correlation coefficient of both; 0 if one is constant.
+    spectra : tuple of Spectrum
+        Of the measured and the computed signal.
+    criteria : tuple of Criterion
+        What was asked, and whether it holds.
+    """
+
+    parameters: Parameters
+    separation: bool
+    measurement: Measurement
+    quantity: str
+    shift: float
+    t: FloatArray
+    measured: FloatArray
+    computed: FloatArray
+    band: float | None
+    rms: float
+    greatest: float
+    correlation: float
+    spectra: tuple[Spectrum, Spectrum]
+    criteria: tuple[Criterion, ...]
+
+    @property
+    def passed(self) -> bool | None:
+        """Whether all that was asked holds; None if nothing was."""
+        return all(each.passed for each in self.criteria) if self.criteria else None
+
+    @property
+    def unit(self) -> str:
+        """Unit of the quantity."""
+        return UNITS[self.quantity]
+
+    def to_dict(self) -> dict[str, Any]:
+        """The object that ``fivtui validate --json`` prints."""
+        measured, computed = self.spectra
+        return {
+            "file": self.measurement.source,
+            "columns": [self.measurement.time, self.measurement.signal],
+            "quantity": self.quantity,
+            "shift": self.shift,
+            "window": [float(self.t[0]), float(self.t[-1])],
+            "samples": int(self.t.size),
+            "deviation": {"rms": self.rms, "max": self.greatest, "correlation": self.correlation},
+            "band": self.band,
+            "frequency": {"measured": measured.fundamental, "computed": computed.fundamental},
+            "half_range": {
+                "measured": half_range(self.measured),
+                "computed": half_range(self.computed),
+            },
+            "criteria": [each._asdict() for each in self.criteria],
+            "passed": self.passed,
+        }
+
+    def to_columns(self) -> dict[str, FloatArray]:
+        """Times and both signals by name."""
+        return {"t": self.t, "measured": self.measured, "computed": self.computed}
+
+    def figure(self) -> "Figure":
+        """Both signals over time with the tolerance band, and their spectra."""
+        from .figure import validation_figure
+
+        return validation_figure(self)
+
+    def _summary(self) -> list[tuple[str, str]]:
+        measured, computed = self.spectra
+        rows = [
+            ("measured", f"{self.measurement.signal} in {self.measurement.source}"),
+            ("compared with", f"{self.quantity}, {self.t[0]:.6g} to {self.t[-1]:.6g} s"),
+            ("shift of measured times", f"{self.shift:.6g} s"),
+            (
+                "deviation",
+                f"rms {self.rms:.4g} {self.unit}, at most {self.greatest:.4g} {self.unit}, "
+                f"correlation {self.correlation:.4f}",
+            ),
+            (
+                "frequency",
+                f"measured {measured.fundamental:.5g} Hz, computed {computed.fundamental:.5g} Hz",
+            ),
+            (
+                "half peak-to-peak",
+                f"measured {half_range(self.measured):.5g} {self.unit}, "
+                f"computed {half_range(self.computed):.5g} {self.unit}",
+            ),
+        ]
+        rows += [(each.name, criterion_words(each)) for each in self.criteria]
+        if self.passed is not None:
+            rows.append(("verdict", "PASS" if self.passed else "FAIL"))
+        return rows
+
+
+def criterion_words(criterion: Criterion) -> str:
+    """A criterion in words."""
+    word = "passes" if criterion.passed else "fails"
+    return f"{criterion.found:.4g} against {criterion.limit:.4g}: {word}"
+
+
+def validate(
+    run: Transient,
+    measurement: Measurement,
+    *,
+    quantity: str = "y",
+    shift: float | Literal["auto"] = 0.0,
+    tolerances: Tolerances | None = None,
+) -> Validation:
+    """Compare a run with a measurement.
+
+    Parameters
+    ----------
+    run : Transient
+        Computed with ``samples="dense"``, or with sample times close enough for its motion.
+    measurement : Measurement
+        From `read_measurement`.
+    quantity : str
+        What was measured: ``x``, ``vx``, ``y``, ``vy`` or ``P``, in SI units.
+    shift : float or "auto"
+        Added to the measured times, s; ``"auto"`` finds the shift of highest correlation that has
+        the whole measurement within the run.
+    tolerances : Tolerances, optional
+        What is asked; by default nothing, then there is no verdict.
+
+    Returns
+    -------
+    Validation
+        Deviation, spectra and verdict over the time that both have.
+
+    Raises
+    ------
+    InputError
+        If an input is wrong, or both have fewer than 16 samples in common.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> from fivtui import read_measurement, simulate, validate
+    >>> run = simulate(t_end=30.0, samples="dense")
+    >>> t = np.linspace(10.0, 12.0, 201)
+    >>> np.savetxt("test.csv", np.column_stack([t - 10.0, run.solution(t).y]), delimiter=",")
+    >>> found = validate(run, read_measurement("test.csv"), shift="auto")
+    >>> f"{found.shift:.3f} s, correlation {found.correlation:.4f}"
+    '10.000 s, correlation 1.0000'
+    """
+    if quantity not in QUANTITIES:
+        raise unknown_name("quantity", quantity, QUANTITIES)
+    asked = Tolerances() if tolerances is None else tolerances
+    moved = best_shift(run, measurement, quantity) if shift == "auto" else float(shift)
+    if not math.isfinite(moved):
+        raise InputError(f"shift = {moved:g}: must be a time in s, or auto")
+    times = measurement.t + moved
+    inside = (times >= 0.0) & (times <= run.t_end)
+    t, measured = times[inside], measurement.values[inside]
+    if t.size < _FEWEST:
+        raise InputError(
+            f"{measurement.source}: {t.size} samples are within the run, 0 to {run.t_end:g} s; "
+            f"must be at least {_FEWEST}: shift the times, or let the run last longer"
+        )
+    computed: FloatArray = getattr(motion_at(run, t), quantity)
+    deviation = measured - computed
+    spectra = (_even_spectrum(t, measured), _even_spectrum(t, computed))
+    band = None
+    if asked.band is not None:
+        band = asked.band.value * (half_range(computed) if asked.band.relative else 1.0)
+    return Validation(
+        run.parameters,
+        run.separation,
+        measurement,
+        quantity,
+        moved,
+        t,
+        measured,
+        computed,
+        band,
+        float(np.sqrt(np.mean(deviation**2))),
+        float(np.abs(deviation).max()),
+        _correlation(measured, computed),
+        spectra,
+        tuple(_criteria(asked, band, spectra, measured, computed)),
+    )
+
+
+def half_range(values: FloatArray) -> float:
+    """Half peak-to-peak."""
+    return 0.5 * float(np.ptp(values))
+
+
+def _criteria(
+    asked: Tolerances,
+    band: float | None,
+    spectra: tuple[Spectrum, Spectrum],
+    measured: FloatArray,
+    computed: FloatArray,
+) -> list[Criterion]:
+    found = []
+    if band is not None:
+        share = float(np.mean(np.abs(measured - computed) <= band))
+        found.append(Criterion("share within the band", share, asked.share, share >= asked.share))
+    for name, limit, (there, here) in (
+        ("deviation of frequency", asked.frequency, [one.fundamental for one in spectra]),
+        ("deviation of amplitude", asked.amplitude, [half_range(v) for v in (measured, computed)]),
+    ):
+        if limit is not None:
+            size = abs(there) or abs(here)
+            away = abs(here - there) / size if size else 0.0
+            found.append(Criterion(name, away, limit, away <= limit))
+    return found
+
+
+def _even_spectrum(t: FloatArray, values: FloatArray) -> Spectrum:
+    even = np.linspace(t[0], t[-1], t.size)
+    return spectrum(even, np.interp(even, t, values))
+
+
+def _correlation(one: FloatArray, other: FloatArray) -> float:
+    one, other = one - one.mean(), other - other.mean()
+    size = float(np.sqrt(np.sum(one**2) * np.sum(other**2)))
+    return float(np.sum(one * other)) / size if size > 0.0 else 0.0
+
+
+def best_shift(run: Transient, measurement: Measurement, quantity: str) -> float:
+    """The shift of measured times, s, at which both correlate best, all of it within the run."""
+    first, last = float(measurement.t[0]), float(measurement.t[-1])
+    if last - first > run.t_end:
+        raise InputError(
+            f"{measurement.source}: lasts {last - first:g} s; to be shifted it must fit into the "
+            f"run of {run.t_end:g} s"
+        )
+    step = max((last - first) / (measurement.t.size - 1), run.t_end / _GRID)
+    whole = np.arange(math.floor(run.t_end / step) + 1) * step
+    computed: FloatArray = getattr(motion_at(run, np.minimum(whole, run.t_end)), quantity)
+    part = np.interp(
+        np.arange(math.floor((last - first) / step) + 1) * step + first,
+        measurement.t,
+        measurement.values,
+    )
+    part = part - part.mean()
+    about = computed - computed.mean()
+    size = 1 << (computed.size + part.size - 1).bit_length()
+    lines = np.fft.rfft(about, size) * np.conj(np.fft.rfft(part, size))
+    products = np.fft.irfft(lines, size)[: computed.size - part.size + 1]
+    # Each divided by how much the run varies in that window.
+    sums, squares = (
+        np.concatenate([[0.0], np.cumsum((computed - computed.mean()) ** power)])
+        for power in (1, 2)
+    )
+    n = part.size
+    spread = (squares[n:] - squares[:-n]) - (sums[n:] - sums[:-n]) ** 2 / n
+    scores = products / np.sqrt(np.maximum(spread, 1e-12 * max(float(spread.max()), 1e-300)))
+    return float(step * int(scores.argmax()) - first)
+
+
+def save_validation(result: Validation, path: Path, *, force: bool = False) -> None:
+    """Write both signals as ``.csv``, ``.npz`` or ``.parquet``, with the verdict in the header."""
+    columns = (
+        Column("t", "s", "time of the run"),
+        Column("measured", result.unit, "measured signal"),
+        Column("computed", result.unit, "computed signal"),
+    )
+    header = {
+        "parameters": result.parameters.as_dict(),
+        "separation": result.separation,
+        "validation": result.to_dict(),
+    }
+    write_table(path, "validation", columns, result.to_columns(), header, force=force)

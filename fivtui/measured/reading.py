@@ -1,0 +1,198 @@
+"""Measured data from text files of any program."""
+
+import csv
+import io
+import math
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Final
+
+import numpy as np
+from numpy.typing import NDArray
+
+from fivtui.io import read_bytes
+from fivtui.model import InputError, read_number, unknown_name
+from fivtui.results import Result
+
+FloatArray = NDArray[np.float64]
+
+_LARGEST: Final = 1 << 28
+_SEPARATORS: Final = (";", "\t", ",")
+_FEWEST: Final = 2
+
+
+@dataclass(frozen=True, slots=True, eq=False, repr=False)
+class Measurement(Result):
+    """A measured signal.
+
+    Attributes
+    ----------
+    source : str
+        The file.
+    time, signal : str
+        Names of the columns.
+    t : ndarray, shape (n,)
+        Ascending times, s.
+    values : ndarray, shape (n,)
+        The signal, in the unit of what it is compared with.
+    """
+
+    source: str
+    time: str
+    signal: str
+    t: FloatArray
+    values: FloatArray
+
+    def _summary(self) -> list[tuple[str, str]]:
+        return [
+            ("file", self.source),
+            ("signal", f"{self.signal} over {self.time}, {self.t.size} samples"),
+            ("time", f"{self.t[0]:.6g} to {self.t[-1]:.6g} s"),
+            ("values", f"{self.values.min():.6g} to {self.values.max():.6g}"),
+        ]
+
+    def to_columns(self) -> dict[str, FloatArray]:
+        """Times and values by name."""
+        return {"t": self.t, "values": self.values}
+
+
+def read_measurement(
+    path: Path | str,
+    *,
+    time: str = "",
+    signal: str = "",
+    scale: float = 1.0,
+    offset: float = 0.0,
+    time_scale: float = 1.0,
+) -> Measurement:
+    r"""Read a measured signal from a text file with columns.
+
+    Commas, semicolons or tabs may part the columns; where it is not the comma, numbers may have a
+    decimal comma. Lines above the first row of numbers are skipped, the last of them names the
+    columns if it has as many cells; lines that begin with ``#`` are comments.
+
+    Parameters
+    ----------
+    path : Path or str
+        The file.
+    time, signal : str
+        The columns, by name or by number from 1; the first and the second if not given.
+    scale, offset : float
+        The signal is `scale` times the number in the file, plus `offset`.
+    time_scale : float
+        Seconds in a unit of the time column, e.g. 0.001 for ms.
+
+    Returns
+    -------
+    Measurement
+        The signal.
+
+    Raises
+    ------
+    InputError
+        If the file cannot be read, a column is unknown, a cell is no number, or times do not
+        ascend.
+
+    Examples
+    --------
+    >>> from pathlib import Path
+    >>> from fivtui import read_measurement
+    >>> _ = Path("test.csv").write_text("t_ms;disp_mm\n0;1,5\n10;2,5\n")
+    >>> read_measurement("test.csv", signal="disp_mm", scale=1e-3, time_scale=1e-3).values
+    array([0.0015, 0.0025])
+    """
+    path = Path(path)
+    for name, value in (("scale", scale), ("offset", offset), ("time_scale", time_scale)):
+        if not math.isfinite(value) or (name != "offset" and value == 0.0):
+            raise InputError(f"{name} = {value:g}: must be a number other than 0")
+    if time_scale < 0.0:
+        raise InputError(f"time_scale = {time_scale:g}: must be above 0")
+    try:
+        names, rows = _table(_text(path))
+        chosen = [
+            _place(time, names, 0, "time"),
+            _place(signal, names, min(1, len(names) - 1), "signal"),
+        ]
+        t, values = (_numbers(rows, place, names[place]) for place in chosen)
+    except InputError as error:
+        raise InputError(f"{path}: {error}") from None
+    if np.any(np.diff(t) <= 0.0):
+        raise InputError(f"{path}: {names[chosen[0]]}: must be ascending times")
+    return Measurement(
+        str(path), names[chosen[0]], names[chosen[1]], time_scale * t, scale * values + offset
+    )
+
+
+_Row = tuple[int, list[str]]
+
+
+def _text(path: Path) -> str:
+    content = read_bytes(path, limit=_LARGEST)
+    try:
+        return content.decode("utf-8-sig")
+    except UnicodeDecodeError:
+        # As written by instruments in Western Europe: every byte is a character.
+        return content.decode("latin-1")
+
+
+def _table(text: str) -> tuple[list[str], list[_Row]]:
+    # Names of the columns, and the rows of cells under them with their lines.
+    lines = [
+        (number, line)
+        for number, line in enumerate(text.splitlines(), start=1)
+        if line.strip() and not line.startswith("#")
+    ]
+    for separator in _SEPARATORS:
+        rows = [(number, _cells(line, separator)) for number, line in lines]
+        first = next((place for place, (_, row) in enumerate(rows) if _is_numeric(row)), None)
+        if first is None:
+            continue
+        width = len(rows[first][1])
+        above = rows[first - 1][1] if first > 0 else []
+        named = len(above) == width
+        numbered = [f"column {place}" for place in range(1, width + 1)]
+        for number, row in rows[first:]:
+            if len(row) != width:
+                raise InputError(f"line {number}: {len(row)} values under {width} columns")
+        return (above if named else numbered), rows[first:]
+    raise InputError(
+        "must have at least two columns of numbers, parted by commas, semicolons or tabs"
+    )
+
+
+def _cells(line: str, separator: str) -> list[str]:
+    (cells,) = csv.reader(io.StringIO(line), delimiter=separator)
+    cells = [cell.strip() for cell in cells]
+    return cells if separator == "," else [cell.replace(",", ".") for cell in cells]
+
+
+def _is_numeric(row: list[str]) -> bool:
+    return len(row) >= _FEWEST and all(_is_number(cell) for cell in row[:_FEWEST])
+
+
+def _is_number(cell: str) -> bool:
+    try:
+        read_number(cell)
+    except ValueError:
+        return False
+    return True
+
+
+def _place(wanted: str, names: list[str], usual: int, what: str) -> int:
+    if not wanted:
+        return usual
+    if wanted in names:
+        return names.index(wanted)
+    if wanted.isascii() and wanted.isdigit() and 1 <= int(wanted) <= len(names):
+        return int(wanted) - 1
+    raise unknown_name(f"{what} column", wanted, names)
+
+
+def _numbers(rows: list[_Row], place: int, name: str) -> FloatArray:
+    values = np.empty(len(rows))
+    for index, (number, row) in enumerate(rows):
+        try:
+            values[index] = read_number(row[place])
+        except ValueError:
+            raise InputError(f"line {number}: {name} = {row[place]!r} is not a number") from None
+    return values

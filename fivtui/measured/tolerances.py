@@ -1,0 +1,46 @@
+"""What a run and a measurement may differ by."""
+
+from dataclasses import dataclass
+from typing import NamedTuple
+
+from fivtui.model import InputError, parse_number
+
+
+class Tolerance(NamedTuple):
+    """A greatest difference: in the signal's unit, or `relative` to the computed signal."""
+
+    value: float
+    relative: bool = False
+
+
+@dataclass(frozen=True, slots=True)
+class Tolerances:
+    """What is asked of a comparison; None for what is not.
+
+    Attributes
+    ----------
+    band : Tolerance or None
+        Half width of the band around the computed signal: in its unit, or relative to half of its
+        peak-to-peak.
+    share : float
+        Share of the samples that must be within the band.
+    frequency : float or None
+        Greatest relative difference of the frequencies of largest amplitude.
+    amplitude : float or None
+        Greatest relative difference of half peak-to-peak.
+    """
+
+    band: Tolerance | None = None
+    share: float = 1.0
+    frequency: float | None = None
+    amplitude: float | None = None
+
+
+def read_tolerance(name: str, text: str) -> Tolerance:
+    """A tolerance from text such as ``0.2`` or ``5%``; `InputError` if it is none above 0."""
+    relative = text.rstrip().endswith("%")
+    number = text.rstrip().removesuffix("%") if relative else text
+    value = parse_number(name, number, "a number above 0, or a percentage such as 5%")
+    if value <= 0.0:
+        raise InputError(f"{name} = {text}: must be above 0")
+    return Tolerance(0.01 * value if relative else value, relative)

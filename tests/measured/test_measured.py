@@ -1,0 +1,185 @@
+"""Measured data: read from files of any kind, shifted, compared, drawn, on the command line."""
+
+import json
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from fivtui.cli import run as command
+from fivtui.io import read_columns, read_header
+from fivtui.measured.comparison import validate
+from fivtui.measured.reading import Measurement, read_measurement
+from fivtui.measured.tolerances import Tolerance, Tolerances, read_tolerance
+from fivtui.model import InputError, Parameters
+from fivtui.simulation import simulate
+
+RUN = simulate(t_end=40.0, samples="dense")
+
+
+def signal(
+    start: float = 20.0, length: float = 10.0, count: int = 1001
+) -> tuple[np.ndarray, np.ndarray]:
+    """Times from 0 and y of the run from `start`."""
+    t = np.linspace(0.0, length, count)
+    assert RUN.solution is not None
+    return t, RUN.solution(t + start).y
+
+
+def measurement(t: np.ndarray, values: np.ndarray) -> Measurement:
+    return Measurement("test.csv", "t", "y", t, values)
+
+
+@pytest.mark.parametrize(
+    ("text", "options"),
+    [
+        ("t,y\n0,1\n0.5,-2\n1,3\n", {}),
+        ("0,1\n0.5,-2\n1,3\n", {}),
+        ("# rig 7\nScope 3000\nt;u;y\n0;9;1\n0,5;9;-2,0\n1;9;3\n", {"signal": "y"}),
+        ("t\ty\n0\t1\n0.5\t-2\n1\t3\n", {"time": "1", "signal": "2"}),
+        (
+            '"t (ms)","y (mm)","note"\n0,1000,a\n500,-2000,b\n1000,3000,c\n',
+            {"signal": "y (mm)", "scale": 1e-3, "time_scale": 1e-3},
+        ),
+        ("y,t\n11,0\n8,0.5\n13,1\n", {"time": "t", "signal": "y", "offset": -10.0}),
+    ],
+)  # fmt: skip
+def test_columns_are_read_whatever_program_wrote_them(
+    text: str, options: dict[str, float], tmp_path: Path
+) -> None:
+    path = tmp_path / "a.csv"
+    path.write_text(text, encoding="latin-1")
+    found = read_measurement(path, **options)  # type: ignore[arg-type]
+    assert found.t == pytest.approx([0.0, 0.5, 1.0])
+    assert found.values == pytest.approx([1.0, -2.0, 3.0])
+
+
+@pytest.mark.parametrize(
+    ("text", "options", "refusal"),
+    [
+        ("", {}, "two columns of numbers"),
+        ("a b\nc d\n", {}, "two columns of numbers"),
+        ("t,y\n0,1\n1,x\n", {}, "line 3: y = 'x' is not a number"),
+        ("t,y\n0,1\n1\n", {}, "line 3: 1 values under 2 columns"),
+        ("t,y\n0,1\n0,2\n", {}, "t: must be ascending times"),
+        ("t,y\n0,1\n1,2\n", {"signal": "z"}, "signal column"),
+        ("t,y\n0,1\n1,2\n", {"signal": "3"}, "signal column"),
+        ("t,y\n0,1\n1,2\n", {"scale": 0.0}, "must be a number other than 0"),
+        ("t,y\n0,1\n1,2\n", {"time_scale": -1.0}, "must be above 0"),
+    ],
+)
+def test_what_is_no_measurement_is_refused(
+    text: str, options: dict[str, float], refusal: str, tmp_path: Path
+) -> None:
+    path = tmp_path / "a.csv"
+    path.write_text(text)
+    with pytest.raises(InputError, match=refusal):
+        read_measurement(path, **options)  # type: ignore[arg-type]
+
+
+def test_the_run_itself_agrees_and_its_shift_is_found() -> None:
+    t, y = signal()
+    found = validate(
+        RUN,
+        measurement(t, 2.0 * y + 5.0),
+        shift="auto",
+        tolerances=Tolerances(Tolerance(0.01, relative=True), frequency=0.01, amplitude=0.1),
+    )
+    assert found.shift == pytest.approx(20.0, abs=1e-6)
+    assert found.correlation == pytest.approx(1.0)
+    assert found.spectra[0].fundamental == pytest.approx(found.spectra[1].fundamental)
+    # Twice as large: frequency agrees, amplitude and band do not.
+    assert [each.passed for each in found.criteria] == [False, True, False]
+    assert found.passed is False
+    same = validate(RUN, measurement(t + 20.0, y), tolerances=Tolerances(Tolerance(1e-6)))
+    assert same.greatest < 1e-9
+    assert same.passed is True
+    assert validate(RUN, measurement(t, y)).passed is None
+
+
+def test_the_band_is_absolute_or_relative_and_a_share_may_be_outside() -> None:
+    t, y = signal()
+    off = y + np.where(np.arange(t.size) % 10 == 0, 0.5, 0.0)
+    there = measurement(t + 20.0, off)
+    for band, share, passed in (
+        (Tolerance(0.4), 1.0, False),
+        (Tolerance(0.4), 0.85, True),
+        (Tolerance(0.6), 1.0, True),
+        (Tolerance(0.01, relative=True), 0.95, False),
+    ):
+        found = validate(RUN, there, tolerances=Tolerances(band, share))
+        assert found.passed is passed
+        assert found.criteria[0].found == pytest.approx(1.0 if band.value == 0.6 else 0.9, abs=1e-3)
+    assert found.band == pytest.approx(0.01 * 0.5 * np.ptp(y))
+    assert found.rms == pytest.approx(0.5 * np.sqrt(101 / 1001))
+
+
+def test_what_a_run_does_not_have_cannot_be_compared() -> None:
+    t, y = signal()
+    with pytest.raises(InputError, match="0 samples are within the run"):
+        validate(RUN, measurement(t + 100.0, y))
+    with pytest.raises(InputError, match="must fit into the run"):
+        validate(RUN, measurement(10.0 * t, y), shift="auto")
+    with pytest.raises(InputError, match="quantity"):
+        validate(RUN, measurement(t, y), quantity="z")
+    with pytest.raises(InputError, match="shift = nan"):
+        validate(RUN, measurement(t, y), shift=float("nan"))
+    rest = simulate(Parameters(mu=0.0), t_end=20.0, samples=3)
+    still = validate(rest, measurement(t, np.zeros_like(t)), tolerances=Tolerances(frequency=0.1))
+    assert still.passed is True
+
+
+def test_a_tolerance_is_a_number_or_a_percentage() -> None:
+    assert read_tolerance("--band", "0.2") == Tolerance(0.2)
+    assert read_tolerance("--band", "5%") == Tolerance(0.05, relative=True)
+    for text in ("0", "-1%", "x", "%", "nan"):
+        with pytest.raises(InputError, match="--band"):
+            read_tolerance("--band", text)
+
+
+def test_both_are_drawn_with_the_band() -> None:
+    t, y = signal()
+    found = validate(RUN, measurement(t + 20.0, y), tolerances=Tolerances(Tolerance(0.3)))
+    over_time, apart, lines = found.figure().axes
+    computed, measured = over_time.lines
+    one, other = (np.asarray(line.get_ydata(), dtype=float) for line in (measured, computed))
+    np.testing.assert_allclose(one, other, atol=1e-9)
+    corners = over_time.collections[0].get_paths()[0].vertices
+    assert np.ptp(np.asarray(corners)[:, 1]) == pytest.approx(np.ptp(y) + 0.6)
+    assert apart.get_ylim()[1] >= 0.3
+    assert lines.get_yscale() == "log"
+
+
+def test_the_command_passes_or_fails_and_writes_both(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    t, y = signal()
+    np.savetxt("rig.csv", np.column_stack([1e3 * t, 1e3 * y]), delimiter=";", header="t;y")
+    line = ["validate", "--measured", "rig.csv", "--scale", "1e-3", "--time-scale", "1e-3"]
+    line += ["--t-end", "40", "--shift", "auto"]
+    assert command([*line, "--band", "2%", "--frequency", "1%", "--out", "a.csv"]) == 0
+    said = capsys.readouterr().out
+    assert "verdict" in said
+    assert "PASS" in said
+    columns = read_columns(tmp_path / "a.csv", "validation")
+    np.testing.assert_allclose(columns["measured"], columns["computed"], atol=1e-6)
+    assert read_header(tmp_path / "a.csv", "validation")["validation"]["passed"] is True
+    assert command([*line, "--set", "F=60", "--amplitude", "1%", "--json"]) == 0
+    found = json.loads(capsys.readouterr().out)
+    assert found["passed"] is False
+    assert found["criteria"][0]["name"] == "deviation of amplitude"
+    for wrong, words in (
+        (["--band", "0"], "must be above 0"),
+        (["--share", "90%"], "must be given with --band"),
+        (["--frequency", "0.1"], "must be a percentage"),
+        (["--shift", "x"], "must be a time in s, or auto"),
+        (["--scale", "x"], "--scale"),
+        (["--quantity", "z"], "quantity"),
+    ):
+        given = [word for word in line if word != "auto"][:-1] if wrong[0] == "--shift" else line
+        given = given[:5] + given[7:] if wrong[0] == "--scale" else given
+        assert command([*given, *wrong]) == 2
+        assert words in capsys.readouterr().err
+    assert command(["validate"]) == 2
+    assert "must be given" in capsys.readouterr().err
