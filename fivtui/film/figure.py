@@ -211,10 +211,10 @@ class _Picture:
         return np.array(self._canvas.buffer_rgba())
 
     def _move(self, t: float) -> None:
-        p, layout = self._run.parameters, self._layout
-        moment = motion_at(self._run, np.array([t]))
-        travel = self._timing.travel(p, t, layout.x_range[1] - layout.x_range[0])
-        shapes = {shape.name: shape for shape in shapes_at(p, layout, moment, travel)}
+        run, layout = self._run, self._layout
+        moment = motion_at(run, np.array([t]))
+        travel = self._timing.travel(run, t, layout.x_range[1] - layout.x_range[0])
+        shapes = {shape.name: shape for shape in shapes_at(run, layout, moment, travel)}
         mode = Mode(int(moment.mode[0]))
         for name, line in self._lines.items():
             shape = shapes.get(name)

@@ -8,8 +8,8 @@ from typing import Final
 import numpy as np
 from numpy.typing import NDArray
 
-from fivtui.model import Mode, Parameters, friction_force
-from fivtui.transient import Trajectory
+from fivtui.model import Mode, course_of, friction_force
+from fivtui.transient import Trajectory, Transient
 
 FloatArray = NDArray[np.float64]
 
@@ -106,13 +106,13 @@ def layout_of(motion: Trajectory) -> Layout:
     )
 
 
-def shapes_at(p: Parameters, layout: Layout, moment: Trajectory, travel: float) -> list[Shape]:
+def shapes_at(run: Transient, layout: Layout, moment: Trajectory, travel: float) -> list[Shape]:
     """The shapes at a time.
 
     Parameters
     ----------
-    p : Parameters
-        The parameter set.
+    run : Transient
+        The run, for friction.
     layout : Layout
         From `layout_of`.
     moment : Trajectory
@@ -144,7 +144,8 @@ def shapes_at(p: Parameters, layout: Layout, moment: Trajectory, travel: float) 
     ]
     if layout.force > 0.0 and mode is not Mode.SEPARATED:
         scale = _ARROW * size / layout.force
-        friction = friction_force(p, (x, float(moment.vx[0]), y, float(moment.vy[0])), mode)
+        p, rates = course_of(run.parameters, run.over_time).after(float(moment.t[0]))
+        friction = friction_force(p, (x, float(moment.vx[0]), y, float(moment.vy[0])), mode, rates)
         beside = x + half
         shapes += [
             _arrow("contact force", (beside, 0.0), (beside, scale * force), _HEAD * size),

@@ -2,19 +2,24 @@
 
 import math
 from dataclasses import dataclass
+from itertools import pairwise
 from typing import Final
 
 import numpy as np
 from numpy.typing import NDArray
 
-from fivtui.model import InputError, Parameters
-from fivtui.signals import check_window, last_cycles
+from fivtui.model import InputError
+from fivtui.signals import check_window, last_cycles, period_of
 from fivtui.transient import Transient
 
 FRAMES_PER_SECOND: Final = 25
 # What a film lasts unless window and speed are given, s.
 _LASTS: Final = 10.0
 _MOST_FRAMES: Final = 1000
+# Periods that can be watched in real time, s, and the one that others are shown with.
+_FASTEST: Final = 0.3
+_SLOWEST: Final = 20.0
+_WATCHED: Final = 1.3
 # A belt without a speed is drawn moving by this share of the width in a second of the film.
 _DRIFT: Final = 0.25
 
@@ -43,10 +48,17 @@ class Timing:
         times: NDArray[np.float64] = np.minimum(self.start + step * np.arange(count), self.end)
         return times
 
-    def travel(self, p: Parameters, t: float, width: float) -> float:
+    def travel(self, run: Transient, t: float, width: float) -> float:
         """How far the belt has moved at a time, m, in a picture of a width in m."""
-        if p.v_belt is not None:
-            return p.v_belt * t
+        table = run.over_time.get("v_belt")
+        if table is not None:
+            edges = [0.0, *(edge for edge in table.times if 0.0 < edge < t), t]
+            return sum(
+                0.5 * (table.after(begin)[0] + table.before(end)) * (end - begin)
+                for begin, end in pairwise(edges)
+            )
+        if run.parameters.v_belt is not None:
+            return run.parameters.v_belt * t
         return _DRIFT * width * (t - self.start) / self.speed
 
 
@@ -85,6 +97,14 @@ def film_timing(run: Transient, window: tuple[float, float] | None, speed: float
             f"{_MOST_FRAMES}: shorten the window or raise the speed"
         )
     return Timing(start, end, speed)
+
+
+def usual_speed(run: Transient) -> float:
+    """A speed at which cycles can be watched: real time, unless that is too fast or too slow."""
+    period = period_of(run)
+    if period is None or _SLOWEST >= period >= _FASTEST:
+        return 1.0
+    return float(f"{period / _WATCHED:.1g}")
 
 
 def speed_words(speed: float) -> str:

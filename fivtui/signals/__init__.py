@@ -8,6 +8,7 @@ if TYPE_CHECKING:
         check_window as check_window,
         last_cycles as last_cycles,
         motion_at as motion_at,
+        period_of as period_of,
     )
     from .spectra import Spectrum as Spectrum, spectrum as spectrum
 else:

@@ -28,6 +28,7 @@ from .charts.transient import (
     spectrum_chart,
     time_chart,
 )
+from .motion.belt import BeltView
 from .views_pane import ViewsPane
 
 if TYPE_CHECKING:
@@ -52,6 +53,7 @@ class TransientPane(ViewsPane):
         "phase": "Phase",
         "spectrum": "Spectrum",
         "difference": "Difference",
+        "belt": "Belt",
     }
     LOG_AXES: ClassVar[Mapping[str, str]] = {"plot-spectrum": "y"}
     BINDINGS: ClassVar[list[BindingType]] = [Binding("e", "show_end", "End")]
@@ -78,6 +80,7 @@ class TransientPane(ViewsPane):
         with Vertical(id="difference"):
             yield ChartView("difference-y", nothing=_NO_BASELINE)
             yield ChartView("difference-P")
+        yield BeltView("belt", nothing=_NOTHING)
 
     # What is shown
 
@@ -124,6 +127,7 @@ class TransientPane(ViewsPane):
             "phase": self._draw_phase,
             "spectrum": self._draw_spectrum,
             "difference": self._draw_difference,
+            "belt": self._draw_belt,
         }
         draw[self.view]()
 
@@ -158,6 +162,16 @@ class TransientPane(ViewsPane):
                 chart = difference_chart(quantity, shown, baseline, x_axis=last)
             self.query_one(f"#difference-{quantity}", ChartView).show(chart)
 
+    def _draw_belt(self) -> None:
+        # At the cursor of the time histories, where there is one.
+        run = self.session.runs.displayed
+        if run is not None and run.result is not None:
+            self.query_one(BeltView).show_run(run.result, self._chosen_time())
+
+    def _chosen_time(self) -> float | None:
+        cursors = (self.query_one(f"#plot-{name}", ChartView).view.cursor for name in _QUANTITIES)
+        return next((cursor[0] for cursor in cursors if cursor is not None), None)
+
     @property
     def _window(self) -> tuple[float, float]:
         # The visible time window; of the whole run its second half.
@@ -167,9 +181,14 @@ class TransientPane(ViewsPane):
 
     def export(self, what: str) -> "Export":
         """The displayed charts; as data the trajectory, or the charts' points."""
-        from .exports.export import FIGURE, charts_export, points_export, run_export
+        from .exports.export import FIGURE, belt_export, charts_export, points_export, run_export
 
         run, charts = self.session.runs.displayed, self.visible_charts()
+        if self.view == "belt" and run is not None and run.result is not None:
+            chosen = self.query_one("#plot-y", ChartView).view.x
+            window = None if chosen is None else (chosen.low, chosen.high)
+            speed = self.query_one(BeltView).speed
+            return belt_export(what, run, charts, window, speed)
         plain = run_export(what, run)
         if run is None or (what != FIGURE and self.view in ("time", "phase")):
             return plain

@@ -263,6 +263,8 @@ async def test_every_view_of_a_transient_is_written_as_it_is_seen(
         if view == "difference":
             assert [axes.get_ylabel() for axes in figure.axes] == ["Δy / m", "ΔP / N"]
             assert figure.axes[0].get_title() == "run 2 − run 1"
+        elif view == "belt":
+            assert said[:3] == ["belt", "springs", "slider"]
         else:
             # Of the spectra, the first is hidden.
             assert said == (runs[1:] if view == "spectrum" else runs)

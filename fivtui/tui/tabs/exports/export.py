@@ -86,6 +86,48 @@ def charts_export(
     return figure_export(of, stem, draw)
 
 
+def belt_export(
+    what: str,
+    run: Run,
+    charts: "VisibleCharts | None",
+    window: tuple[float, float] | None,
+    speed: float,
+) -> Export:
+    """The slider on the belt as a film, or as displayed; as data the sound, or the trajectory.
+
+    `window` are start and end of film and sound, s, as `animate` and `sound` take them, `speed`
+    that of the film.
+    """
+    from fivtui.film import animate, check_film_path
+    from fivtui.signals import sound
+
+    result, plain = run.result, run_export(what, run)
+    assert result is not None  # noqa: S101, checked by run_export
+    stem, of = Path(plain.proposal).stem, f"run {run.number}, belt"
+    if what != FIGURE:
+
+        def write_sound(path: Path, force: bool) -> None:
+            sound(result, path, window=window, force=force)
+
+        writers = {".wav": write_sound, **dict.fromkeys(plain.suffixes, plain.write)}
+        return data_export(of, stem, "sound or trajectory", writers)
+    still = charts_export(of, stem, charts) if charts is not None else plain
+
+    def check(path: Path, force: bool) -> None:
+        if path.suffix.lower() in still.suffixes:
+            still.check(path, force)
+        else:
+            check_film_path(path, force=force)
+
+    def write(path: Path, force: bool) -> None:
+        if path.suffix.lower() in still.suffixes:
+            still.write(path, force)
+        else:
+            animate(result, path, window=window, speed=speed, force=force)
+
+    return Export(FIGURE, of, f"{stem}.gif", (".gif", ".mp4", *still.suffixes), check, write)
+
+
 def as_displayed(whole: Export, charts: "VisibleCharts | None") -> Export:
     """A study's export, with its figure replaced by the displayed charts if there are any."""
     if whole.what != FIGURE or charts is None:

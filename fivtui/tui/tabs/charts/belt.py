@@ -1,0 +1,58 @@
+"""The slider on the belt as a chart. Imports no Textual."""
+
+from collections.abc import Mapping
+from typing import Final
+
+import numpy as np
+
+from fivtui.film import MODE_NAMES, Layout, Shape, Timing, shapes_at
+from fivtui.model import Mode
+from fivtui.signals import motion_at
+from fivtui.transient import Transient
+from fivtui.tui.chart import Chart, Trace
+
+# Traces, and the shapes that each has.
+_TRACES: Final[Mapping[str, tuple[str, ...]]] = {
+    "belt": ("belt", "marks", "walls"),
+    "springs": ("springs", "contact spring"),
+    "slider": ("block", "foot"),
+    "preload": ("preload",),
+    "contact force": ("contact force",),
+    "friction": ("friction",),
+}
+_MARKS: Final = {Mode.SEPARATED: "○", Mode.STICK: "■"}
+_SLIDING: Final = "▬"
+
+
+def belt_chart(run: Transient, layout: Layout, timing: Timing, t: float, aspect: float) -> Chart:
+    """The slider on the belt at a time, s, to scale in a plot of width over height `aspect`."""
+    x_range, y_range = _fitted(layout.x_range, layout.y_range, aspect)
+    moment = motion_at(run, np.array([t]))
+    mode = Mode(int(moment.mode[0]))
+    travel = timing.travel(run, t, layout.x_range[1] - layout.x_range[0])
+    shapes = {each.name: each for each in shapes_at(run, layout, moment, travel)}
+    traces = tuple(
+        _trace(name, [shapes[part] for part in parts], _MARKS.get(mode, _SLIDING))
+        for name, parts in _TRACES.items()
+        if parts[0] in shapes
+    )
+    note = f"{t:.5g} s, {MODE_NAMES[mode]}, ×{timing.speed:.3g}"
+    return Chart("x / m", "height / m", traces, note=note, x_range=x_range, y_range=y_range)
+
+
+def _trace(name: str, shapes: list[Shape], foot: str) -> Trace:
+    parts = [part for shape in shapes for part in (shape, None)][:-1]
+    gap = np.array([np.nan])
+    x = np.concatenate([gap if part is None else part.x for part in parts])
+    y = np.concatenate([gap if part is None else part.y for part in parts])
+    return Trace(name, x, y, ordered=False, mark=foot if name == "slider" else "")
+
+
+def _fitted(
+    across: tuple[float, float], up: tuple[float, float], aspect: float
+) -> tuple[tuple[float, float], tuple[float, float]]:
+    # Ranges around those given, of that ratio.
+    width, height = across[1] - across[0], up[1] - up[0]
+    wider, higher = max(aspect * height - width, 0.0), max(width / aspect - height, 0.0)
+    left = across[0] - 0.5 * wider
+    return (left, left + width + wider), (up[0], up[1] + higher)

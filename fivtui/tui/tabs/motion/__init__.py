@@ -1,0 +1,1 @@
+"""Tabs and views of motions: the slider on the belt."""

@@ -1,0 +1,137 @@
+"""The slider on the belt, animated."""
+
+import time
+from typing import ClassVar, Final
+
+from textual.app import ComposeResult
+from textual.binding import Binding, BindingType
+from textual.containers import Vertical
+from textual.timer import Timer
+
+from fivtui.film import Layout, Timing, layout_of, usual_speed
+from fivtui.transient import Transient
+from fivtui.tui.chart import ChartView
+from fivtui.tui.tabs.charts.belt import belt_chart
+
+_FRAMES_PER_SECOND: Final = 20
+_FASTER: Final = 2.0
+# Of a step by key, in seconds of the film.
+_STEP_S: Final = 0.04
+# Width over height of a cell, about.
+_CELL: Final = 0.5
+_AROUND: Final = (8, 3)
+
+
+class BeltView(Vertical):
+    """The slider on the belt at a time, standing or in motion.
+
+    Attributes
+    ----------
+    t : float
+        The time shown, s.
+    speed : float
+        Seconds of the motion a second.
+    """
+
+    BINDINGS: ClassVar[list[BindingType]] = [
+        Binding("space", "play", "Play or stop"),
+        Binding("full_stop", "step_time(1)", "On", key_display="."),
+        Binding("comma", "step_time(-1)", "Back", key_display=","),
+        Binding("greater_than_sign", "change_speed(1)", "Faster", key_display=">"),
+        Binding("less_than_sign", "change_speed(-1)", "Slower", key_display="<"),
+        Binding("home", "go_to(0.0)", "Start", show=False),
+    ]
+
+    def __init__(self, id: str, *, nothing: str) -> None:  # noqa: A002
+        super().__init__(id=id)
+        self.t, self.speed = 0.0, 1.0
+        self._nothing = nothing
+        self._run: Transient | None = None
+        self._layout: Layout | None = None
+        self._timer: Timer | None = None
+        self._seen = 0.0
+
+    def compose(self) -> ComposeResult:
+        """The picture."""
+        yield ChartView("belt-picture", nothing=self._nothing)
+
+    def on_mount(self) -> None:
+        """Prepare the clock."""
+        self._timer = self.set_interval(1.0 / _FRAMES_PER_SECOND, self._tick, pause=True)
+
+    @property
+    def playing(self) -> bool:
+        """Whether the slider moves."""
+        return self._seen > 0.0
+
+    def show_run(self, run: Transient, at: float | None = None) -> None:
+        """Show a run, at a time, s, if one is given."""
+        if run is not self._run and run.trajectory is not None:
+            self._run, self._layout = run, layout_of(run.trajectory)
+            self.speed = usual_speed(run)
+            self.t = min(self.t, run.t_end)
+        if at is not None:
+            self.t = min(max(at, 0.0), run.t_end)
+        self.draw()
+
+    def draw(self) -> None:
+        """Draw the slider at the present time."""
+        view = self.query_one(ChartView)
+        if self._run is None or self._layout is None:
+            return
+        columns, rows = (max(n - m, 1) for n, m in zip(view.size, _AROUND, strict=True))
+        timing = Timing(0.0, self._run.t_end, self.speed)
+        aspect = _CELL * columns / rows
+        view.show(belt_chart(self._run, self._layout, timing, self.t, aspect))
+
+    def on_resize(self) -> None:
+        """Draw for the new size."""
+        self.draw()
+
+    def stop(self) -> None:
+        """Stand still."""
+        self._seen = 0.0
+        if self._timer is not None:
+            self._timer.pause()
+
+    def action_play(self) -> None:
+        """Let the slider move, from the start if it is at the end, or stop it."""
+        if self._timer is None or self._run is None:
+            return
+        if self.playing:
+            self.stop()
+            return
+        if self.t >= self._run.t_end:
+            self.t = 0.0
+        self._seen = time.monotonic()
+        self._timer.resume()
+
+    def _tick(self) -> None:
+        if self._run is None or not self.playing:
+            return
+        now = time.monotonic()
+        self.t = min(self.t + (now - self._seen) * self.speed, self._run.t_end)
+        self._seen = now
+        if self.t >= self._run.t_end or not self.is_on_screen:
+            self.stop()
+        self.draw()
+
+    def action_step_time(self, direction: int) -> None:
+        """Go on or back by a little."""
+        self.stop()
+        self.go_to(self.t + direction * _STEP_S * self.speed)
+
+    def action_go_to(self, t: float) -> None:
+        """Go to a time, s."""
+        self.go_to(t)
+
+    def go_to(self, t: float) -> None:
+        """Show a time, s, within the run."""
+        if self._run is not None:
+            self.t = min(max(t, 0.0), self._run.t_end)
+            self.draw()
+
+    def action_change_speed(self, direction: int) -> None:
+        """Let time pass twice or half as fast."""
+        self.speed *= _FASTER**direction
+        self.draw()

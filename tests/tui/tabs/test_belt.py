@@ -1,0 +1,71 @@
+"""The slider on the belt in the laboratory: at the cursor, in motion, and written."""
+
+import wave
+from pathlib import Path
+
+from PIL import Image
+from textual.pilot import Pilot
+
+from fivtui.tui.chart.widget.chart_view import ChartView
+from fivtui.tui.tabs.exports.export import DATA, FIGURE
+from fivtui.tui.tabs.motion.belt import BeltView
+from fivtui.tui.tabs.transient import TransientPane
+from tests.support.laboratory import run_to_end, text_of, until, until_shown
+
+SIZE = (100, 34)
+
+
+async def test_the_slider_stands_at_the_cursor_moves_and_is_written(
+    pilot: Pilot[None], tmp_path: Path
+) -> None:
+    await run_to_end(pilot)
+    pane = pilot.app.screen.query_one(TransientPane)
+    run = pane.session.runs.displayed
+    assert run is not None
+    assert run.result is not None
+    start, end = run.result.separated_intervals[-2]
+    pane.query_one("#plot-y", ChartView).view.cursor = (0.5 * (start + end), 0.0)
+    pane.show_view("belt")
+    view = pane.query_one(BeltView)
+    await until_shown(pilot, " s, off the belt, ×1")
+    assert view.t == 0.5 * (start + end)
+    assert "○slider" in text_of(pilot)
+    chart = pane.query_one("#belt-picture", ChartView).chart
+    assert chart is not None
+    slider = next(trace for trace in chart.traces if trace.name == "slider")
+    assert slider.y[-5:].min() > 0.0
+    # Steps by keys; lower than that no further than the start.
+    await pilot.press(".")
+    assert view.t == 0.5 * (start + end) + 0.04
+    await pilot.press("home")
+    await until_shown(pilot, "0 s, sliding, ×1")
+    await pilot.press(",")
+    assert view.t == 0.0
+    assert "▬slider" in text_of(pilot)
+    # In real time, then twice as fast, to the end.
+    await pilot.press("space")
+    await until(pilot, lambda: view.t > 0.05)
+    assert view.playing
+    await pilot.press(">")
+    await until_shown(pilot, ", ×2")
+    await pilot.press("space")
+    assert not view.playing
+    view.go_to(run.result.t_end - 0.01)
+    await pilot.press("space")
+    await until(pilot, lambda: not view.playing)
+    assert view.t == run.result.t_end
+
+    pane.query_one("#plot-y", ChartView).view.x = None
+    data, film = pane.export(DATA), pane.export(FIGURE)
+    assert (data.proposal, film.proposal) == ("base-1.wav", "base-1.gif")
+    data.check(tmp_path / "a.wav", False)
+    data.write(tmp_path / "a.wav", False)
+    with wave.open(str(tmp_path / "a.wav")) as file:
+        assert file.getnframes() > 10_000
+    data.write(tmp_path / "a.csv", False)
+    view.speed = 1000.0
+    film = pane.export(FIGURE)
+    film.check(tmp_path / "a.gif", False)
+    film.write(tmp_path / "a.gif", False)
+    with Image.open(tmp_path / "a.gif") as image:
+        assert image.format == "GIF"
