@@ -13,7 +13,7 @@ from fivtui.equilibrium import stability_map
 from fivtui.io import Columns, Header, read_bytes, read_columns, read_header, write_table
 from fivtui.model import PARAMETERS, Column, InputError, Parameters
 
-from .map import REGIONS, SAFETY_VALUES, SafetyMap
+from .map import REGIONS, SAFETY_VALUES, SafetyMap, critical_over
 from .search import SearchRound
 from .verdict import OtherAttractor, SafeFriction
 from .words import basis_rows, safety_words
@@ -207,9 +207,9 @@ def _map(
     over: Mapping[str, Floats], safe: Floats, escape: Floats | None, said: Mapping[str, Any]
 ) -> SafetyMap:
     p, separation = Parameters().with_values(said["parameters"]), bool(said["separation"])
-    plain = stability_map(p, over, "critical-mu", separation=separation)
-    if safe.shape != plain.values.shape:
-        raise InputError(f"{safe.shape} values for {plain.values.shape} points")
+    plain = stability_map(p, over, "unstable-modes", separation=separation)
+    if safe.shape != plain.excess.shape:
+        raise InputError(f"{safe.shape} values for {plain.excess.shape} points")
     return SafetyMap(
         parameters=p,
         separation=separation,
@@ -217,7 +217,7 @@ def _map(
         axes=plain.axes,
         value=SAFETY_VALUES[0 if escape is None else 1],
         safe_mu=safe,
-        critical_mu=plain.values,
+        critical_mu=critical_over(plain),
         excess=plain.excess,
         escape=escape,
     )

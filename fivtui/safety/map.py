@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any, Final, Literal, get_args
 import numpy as np
 from numpy.typing import NDArray
 
-from fivtui.equilibrium import stability_map
+from fivtui.equilibrium import StabilityMap, critical_mus, stability_map
 from fivtui.model import Cancelled, InputError, Parameters, unknown_name
 from fivtui.results import Result, scene_text
 from fivtui.transient import Progress
@@ -175,11 +175,14 @@ def safety_map(
     if value not in SAFETY_VALUES:
         raise unknown_name("map value", value, SAFETY_VALUES)
     if value == "safe-mu" and "mu" in over:
-        raise InputError("over: mu: must be another parameter: the safe μ does not depend on μ")
+        raise InputError(
+            "safe-mu over mu: must be over two other parameters, as it does not depend on mu"
+        )
     total = int(np.prod([len(values) for values in over.values()]))
     if total > MAX_POINTS:
         raise InputError(f"over: {total} points; must be at most {MAX_POINTS}")
-    plain = stability_map(p, over, "critical-mu", separation=separation)
+    plain = stability_map(p, over, "unstable-modes", separation=separation)
+    critical = critical_over(plain)
     share = 1.0 if value == "safe-mu" else 0.5
 
     def tell(fraction: float) -> None:
@@ -190,11 +193,11 @@ def safety_map(
         name: axis for name, axis in zip(plain.names, plain.axes, strict=True) if name != "mu"
     }
     least, sizes = _folds(p, varied, lambda done: tell(share * done), separation=separation)
-    shape = plain.values.shape
+    shape = critical.shape
     if "mu" in plain.names:
         axis = plain.names.index("mu")
         least, sizes = (np.broadcast_to(np.expand_dims(a, axis), shape) for a in (least, sizes))
-    safe = np.fmin(least, plain.values)
+    safe = np.fmin(least, critical)
     safe[np.isnan(plain.excess)] = np.nan
     result = SafetyMap(
         parameters=p,
@@ -203,7 +206,7 @@ def safety_map(
         axes=plain.axes,
         value=next(known for known in SAFETY_VALUES if known == value),
         safe_mu=safe,
-        critical_mu=plain.values,
+        critical_mu=critical,
         excess=plain.excess,
         escape=None,
     )
@@ -223,6 +226,16 @@ def safety_map(
     if progress is not None:
         progress(1.0)
     return result
+
+
+def critical_over(plain: StabilityMap) -> Floats:
+    """Critical friction coefficients at the points of a map, NaN where there is none."""
+    grids = np.meshgrid(*plain.axes, indexing="ij")
+    varied = {name: grid.ravel() for name, grid in zip(plain.names, grids, strict=True)}
+    found = critical_mus(plain.parameters, varied, np.full(grids[0].size, plain.separation))
+    found = found.reshape(plain.excess.shape)
+    found[np.isnan(plain.excess)] = np.nan
+    return found
 
 
 def _folds(

@@ -89,7 +89,7 @@ def test_figures_say_that_they_rest_on_continuation(
 @pytest.mark.parametrize(
     ("over", "value", "said"),
     [
-        ({"F": [1.0, 2.0], "mu": [0.1, 0.2]}, "safe-mu", "does not depend on μ"),
+        ({"F": [1.0, 2.0], "mu": [0.1, 0.2]}, "safe-mu", "does not depend on mu"),
         ({"F": [1.0, 2.0], "k1": [1.0, 2.0]}, "safe", "unknown map value"),
         ({"F": [1.0, 2.0]}, "safe-mu", "must be two"),
         ({"F": np.ones(1000), "k1": np.ones(1000)}, "safe-mu", "at most 250000"),
