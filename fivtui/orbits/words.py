@@ -8,8 +8,10 @@ if TYPE_CHECKING:
 SEARCHING: Final = "searching for limit cycles…"
 
 
-def coexistence_words(found: "Coexistence") -> str:
+def coexistence_words(found: "Coexistence", since: str = "") -> str:
     """What was found beside the equilibrium, or that nothing was, in one phrase.
+
+    `since` says from where on, for example `` from μ = 0.2779``.
 
     For example ``a limit cycle coexists: half peak-to-peak 7.443 m (after a knock)``, or ``no limit
     cycle found from 11 starts``.
@@ -22,9 +24,11 @@ def coexistence_words(found: "Coexistence") -> str:
     sizes = " and ".join(f"{each.half_range:#.4g} m" for each in cycles)
     parts = []
     if len(cycles) == 1:
-        parts.append(f"a limit cycle {verb}s: half peak-to-peak {sizes}{_way(found)}")
+        parts.append(f"a limit cycle {verb}s{since}: half peak-to-peak {sizes}{_way(found)}")
     elif cycles:
-        parts.append(f"{len(cycles)} limit cycles {verb}: half peak-to-peak {sizes}{_way(found)}")
+        parts.append(
+            f"{len(cycles)} limit cycles {verb}{since}: half peak-to-peak {sizes}{_way(found)}"
+        )
     if any(each.kind is Kind.UNBOUNDED for each in found.others):
         parts.append(f"motion grows without bounds{_way(found)}")
     if not parts:

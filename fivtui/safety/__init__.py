@@ -14,7 +14,12 @@ if TYPE_CHECKING:
         safe_mus as safe_mus,
         safe_table as safe_table,
     )
-    from .verdict import safe_friction as safe_friction
+    from .verdict import SafeFriction as SafeFriction, safe_friction as safe_friction
+    from .words import (
+        basis_rows as basis_rows,
+        coexistence_here as coexistence_here,
+        safety_words as safety_words,
+    )
 else:
     from fivtui.lazy import lazily
 

@@ -6,7 +6,18 @@ from pathlib import Path
 import pytest
 from textual.pilot import Pilot
 
+from fivtui.model import Cancelled
 from fivtui.tui.app import FivtuiApp
+
+
+def _not_searched(*_: object, **__: object) -> None:
+    raise Cancelled
+
+
+@pytest.fixture(autouse=True)
+def safe_friction_is_not_searched(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Laboratories search for the safe friction where a test is about it alone."""
+    monkeypatch.setattr("fivtui.safety.safe_friction", _not_searched)
 
 
 @pytest.fixture

@@ -28,6 +28,7 @@ if TYPE_CHECKING:
     from .report import (
         SECOND_HALF as SECOND_HALF,
         Coexisting as Coexisting,
+        coexisting_rows as coexisting_rows,
         quantity as quantity,
         remark as remark,
         result_brief as result_brief,

@@ -2,31 +2,51 @@
 
 import math
 from dataclasses import dataclass
-from typing import Final
+from typing import TYPE_CHECKING, Final
 
 from fivtui.equilibrium import Stability, critical_mu_text, margin_text, verdict
 from fivtui.orbits import SEARCHING
+from fivtui.results import Row
+from fivtui.safety import basis_rows, safety_words
 from fivtui.transient import Transient
+
+if TYPE_CHECKING:
+    from fivtui.safety import SafeFriction
 
 
 @dataclass(frozen=True, slots=True)
 class Coexisting:
-    """Attractors found beside a stable equilibrium.
+    """What is known of attractors beside the equilibrium.
 
     Attributes
     ----------
     words, note : str
-        What was found, and a remark.
+        What was found beside a stable one, and a remark; empty if it is not stable.
     coexists : bool
-        Whether an attractor was found.
+        Whether an attractor was found beside a stable one.
     done : bool
-        Whether the search has finished.
+        Whether the search for these has finished.
+    safe : SafeFriction or None
+        Below which friction nothing was found; None as long as it is not known.
+    searched : bool
+        Whether all is known that is looked for.
     """
 
     words: str = SEARCHING
     note: str = ""
     coexists: bool = False
     done: bool = False
+    safe: "SafeFriction | None" = None
+    searched: bool = False
+
+
+def coexisting_rows(known: Coexisting) -> list[Row]:
+    """What is known of attractors beside the equilibrium: label, value, and a note."""
+    rows = [Row("coexisting", known.words, known.note)] if known.words else []
+    if known.safe is not None:
+        rows.append(Row("disturbances", safety_words(known.safe)))
+        rows += [Row(name, said) for name, said in basis_rows(known.safe)]
+    return rows
 
 
 def quantity(value: float, unit: str = "") -> str:
@@ -37,7 +57,7 @@ def quantity(value: float, unit: str = "") -> str:
 
 def verdict_kind(s: Stability, coexisting: Coexisting | None) -> str:
     """The kind of verdict for colouring; "stable" only if no other attractor was found."""
-    if coexisting is None:
+    if coexisting is None or not coexisting.words:
         return verdict(s).lower()
     if coexisting.coexists:
         return "coexisting"
@@ -60,6 +80,21 @@ def _mode_words(value: complex) -> str:
     return f"{value.imag / math.tau:.4g} Hz {rate}"
 
 
+def _attracting(known: Coexisting) -> str:
+    # The cycle that an unstable equilibrium leaves for.
+    if known.safe is None or not known.safe.coexisting:
+        return ""
+    return f"; a limit cycle attracts: ±{quantity(known.safe.coexisting[-1].half_range, 'm')}"
+
+
+def _safe(known: Coexisting | None) -> str:
+    if known is None or known.safe is None or known.safe.safe_mu is None:
+        return ""
+    if not known.safe.others:
+        return " · no cycle found below it"
+    return f" · safe below {known.safe.safe_mu:.4g}"
+
+
 def stability_brief(s: Stability, coexisting: Coexisting | None = None) -> list[str]:
     """The verdict in a few lines, the most important first."""
     point, margin = s.equilibrium, margin_text(s)
@@ -67,12 +102,14 @@ def stability_brief(s: Stability, coexisting: Coexisting | None = None) -> list[
     frequency = f", {leading.imag / math.tau:.4g} Hz" if leading.imag else ""
     growth = f"growth rate {s.growth_rate:+.4g} 1/s{frequency}"
     head = [f"{verdict(s)}: {growth}"]
-    if coexisting is not None:
+    if coexisting is not None and not coexisting.words:
+        head = [f"{head[0]}{_attracting(coexisting)}"]
+    elif coexisting is not None:
         link = ", but" if coexisting.coexists else ","
         head = [f"{verdict(s)}{link} {coexisting.words}", growth]
     return [
         *head,
-        f"μ_c {critical_mu_text(s, 4)}{margin and ', '}{margin}",
+        f"μ_c {critical_mu_text(s, 4)}{margin and ', '}{margin}{_safe(coexisting)}",
         f"x_e {quantity(point.x, 'm')}  y_e {quantity(point.y, 'm')}  P_e {quantity(point.P, 'N')}",
         "modes " + " · ".join(_mode_words(value) for value in _modes(s)),
     ]

@@ -12,6 +12,7 @@ from fivtui.tui.session import DisplayedStudy, Job, Outcome, Run
 
 if TYPE_CHECKING:
     from fivtui.orbits import Coexistence
+    from fivtui.safety import SafeFriction
 
 
 @dataclass
@@ -41,12 +42,17 @@ class FieldFocused(Message):
 
 @dataclass
 class SearchUpdated(Message):
-    """Result of an attractor search, perhaps outdated."""
+    """Result of an attractor search, perhaps outdated.
+
+    The last one has the safe friction, or nothing if that could not be computed.
+    """
 
     job: Job
     found: "Coexistence | None" = None
     error: str = ""
     done: bool = True
+    safe: "SafeFriction | None" = None
+    last: bool = False
 
 
 @dataclass

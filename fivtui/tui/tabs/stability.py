@@ -14,9 +14,8 @@ from textual.worker import get_current_worker
 from fivtui.equilibrium import ModeScan, Stability, mode_scan, scan_top, stability_rows
 from fivtui.model import Cancelled, ComputationError, InputError, Parameters
 from fivtui.ranges import number_text
-from fivtui.results import Row
 from fivtui.tui.chart import ChartView
-from fivtui.tui.session import Session, base_scene
+from fivtui.tui.session import Session, base_scene, coexisting_rows
 
 from .charts.stability import frequency_chart, growth_chart, plane_chart
 from .messages import PointOpened
@@ -118,7 +117,7 @@ class StabilityPane(ViewsPane):
             rows = [] if self._now is None else stability_rows(self._now[1])
             beside = self.session.coexisting
             if rows and beside is not None:
-                rows.insert(1, Row("coexisting", beside.words, beside.note))
+                rows[1:1] = coexisting_rows(beside)
             self.query_one("#facts", RowsView).show(rows, self._why)
         elif self.view == "plane":
             chart = None if self._now is None else plane_chart(self._now[1], self._scan)

@@ -18,6 +18,7 @@ from fivtui.orbits.files import warning_of
 from fivtui.orbits.report import print_coexistence
 from fivtui.orbits.shooting import PeriodicOrbit, Section
 from fivtui.orbits.words import SEARCHING, coexistence_words
+from fivtui.safety.verdict import SafeFriction, safe_friction as compute_safe_friction
 from fivtui.tui.app import FivtuiApp
 from fivtui.tui.lab.screen import LabScreen
 from fivtui.tui.session.report import Coexisting
@@ -165,7 +166,7 @@ async def test_a_stable_verdict_names_the_cycle_once_it_is_found(
     # The rows have the whole sentence that the command line warns with.
     await pilot.press("alt+1")
     pilot.app.screen.query_one("#view-facts").press()  # type: ignore[attr-defined]
-    await until_shown(pilot, "m above it leaves it")
+    await until_shown(pilot, "m above it leaves")
     assert now_known(pilot).note == warning_of(searches.answers[120.0])  # type: ignore[arg-type]
 
 
@@ -209,3 +210,51 @@ async def test_an_edit_cancels_the_search_and_so_does_the_end(searches: Searches
         searches.ended.clear()
     assert searches.ended.wait(HANG_S)
     assert len(searches.cancelled) == 3
+
+
+@pytest.fixture(scope="module")
+def safe() -> SafeFriction:
+    return compute_safe_friction(P)
+
+
+@pytest.fixture
+def safe_searches(monkeypatch: pytest.MonkeyPatch, safe: SafeFriction) -> list[Parameters]:
+    """Searches for the safe friction: each finds that at F = 120 N, of its parameter set."""
+    begun: list[Parameters] = []
+
+    def found(p: Parameters, **_: object) -> SafeFriction:
+        begun.append(p)
+        return replace(safe, parameters=p)
+
+    monkeypatch.setattr("fivtui.safety.safe_friction", found)
+    return begun
+
+
+async def test_the_verdict_says_from_which_friction_on_a_cycle_coexists(
+    searches: Searches, safe_searches: list[Parameters]
+) -> None:
+    searches.answers[120.0] = Coexistence(P, True, (REST, LARGE), (0, 1), True, None)
+    async with FivtuiApp().run_test(size=(120, 40)) as pilot:
+        await edit(pilot, "120")
+        await until_shown(
+            pilot, "a limit cycle coexists from μ = 0.2779: half peak-to-peak 7.250 m"
+        )
+        assert "safe below 0.2779" in text_of(pilot)
+        await pilot.press("alt+1")
+        pilot.app.screen.query_one("#view-facts").press()  # type: ignore[attr-defined]
+        await until_shown(pilot, "all 2048 starts at 16 values of μ")
+        assert safe_searches == [P]
+
+
+async def test_it_says_so_of_an_unstable_equilibrium_and_of_what_was_not_found_by_transients(
+    searches: Searches, safe_searches: list[Parameters]
+) -> None:
+    searches.answers[120.0] = Coexistence(P, True, (REST,), (0, 0), True, None)
+    async with FivtuiApp().run_test(size=(120, 40)) as pilot:
+        await until_shown(pilot, "UNSTABLE: growth rate")
+        await until_shown(pilot, "a limit cycle attracts: ±7.443 m")
+        assert "safe below 0.2779" in text_of(pilot)
+        await edit(pilot, "120")
+        await until_shown(pilot, "STABLE, but a limit cycle coexists from μ = 0.2779: half")
+        await until_shown(pilot, "7.443 m")
+        assert [p.F for p in safe_searches] == [80.0, 120.0]
