@@ -125,7 +125,7 @@ def coalescence_mu(p: Parameters, *, separation: bool = True) -> float | None:
 
     They do where h μ k_t = (a − b)²/4 + h², which is the boundary without damping.
     """
-    undamped = p.with_values({"c1": 0.0, "c2": 0.0})
+    undamped = p.with_values({"c1": 0.0, "c2": 0.0, "v_belt": None})
     return next((c.mu for c in critical_mu(undamped, separation=separation)), None)
 
 

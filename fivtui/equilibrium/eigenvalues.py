@@ -1,5 +1,6 @@
 """Stability of the equilibrium: eigenvalues (Eq. 8) and critical friction coefficient (Eq. 9)."""
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, Final
 
@@ -10,14 +11,14 @@ from fivtui.model import (
     ComputationError,
     Equilibrium,
     Parameters,
-    check_always_sliding,
     check_parameters,
     equilibrium,
     jacobian,
 )
 from fivtui.results import Result, scene_text
 
-from .critical import CriticalMu, coalescence_mu, critical_mu, linear_critical_mu
+from .belt import CriticalSpeed, critical_mu_on_belt, critical_speeds
+from .critical import CriticalMu, coalescence_mu, linear_critical_mu
 from .modes import VibrationMode, vibration_modes
 
 if TYPE_CHECKING:
@@ -77,6 +78,9 @@ class Stability(Result):
         Whether the growth rate is negative beyond rounding.
     critical_mu : tuple of CriticalMu
         Every μ > 0 in range at which the growth rate changes sign, ascending.
+    critical_speed : tuple of CriticalSpeed
+        Every speed of the belt at which sliding gains or loses stability, ascending; none where
+        friction does not depend on it.
     linear_critical_mu : float or None
         μ_c of the linear system (k_nl = 0); None if it has none.
     modes : tuple of VibrationMode
@@ -96,6 +100,7 @@ class Stability(Result):
     growth_rate: float
     stable: bool
     critical_mu: tuple[CriticalMu, ...]
+    critical_speed: tuple[CriticalSpeed, ...]
     linear_critical_mu: float | None
     modes: tuple[VibrationMode, ...]
     margin: Margin
@@ -163,11 +168,10 @@ def stability(parameters: Parameters | None = None, *, separation: bool = True) 
     (True, 0.4394)
     """
     p = Parameters() if parameters is None else check_parameters(parameters)
-    check_always_sliding(p, "stability")
     point = equilibrium(p, separation=separation)
     values = _eigenvalues(p, point)
     growth, stable = _judged(values)
-    critical = critical_mu(p, separation=separation)
+    critical = critical_mu_on_belt(p, separation=separation)
     modes = vibration_modes(p, point, values)
     frequencies = [mode.angular_frequency for mode in modes]
     return Stability(
@@ -176,15 +180,31 @@ def stability(parameters: Parameters | None = None, *, separation: bool = True) 
         growth_rate=growth,
         stable=stable,
         critical_mu=critical,
-        linear_critical_mu=linear_critical_mu(p),
+        critical_speed=critical_speeds(p, separation=separation),
+        linear_critical_mu=_linear_critical_mu(p),
         modes=modes,
-        margin=Margin(next((c.mu - p.mu for c in critical), None), -growth),
+        margin=Margin(_distance(p.mu, critical), -growth),
         coalescence=Coalescence(
             max(frequencies) - min(frequencies), coalescence_mu(p, separation=separation)
         ),
         parameters=p,
         separation=separation,
     )
+
+
+def _distance(mu: float, critical: Sequence[CriticalMu]) -> float | None:
+    # From the nearest critical one, negative on its unstable side.
+    if not critical:
+        return None
+    nearest = min(critical, key=lambda each: abs(each.mu - mu))
+    return nearest.mu - mu if nearest.becomes == "unstable" else mu - nearest.mu
+
+
+def _linear_critical_mu(p: Parameters) -> float | None:
+    if p.v_belt is None:
+        return linear_critical_mu(p)
+    linear = p.with_values({"k_nl": 0.0})
+    return next((critical.mu for critical in critical_mu_on_belt(linear)), None)
 
 
 def growth_rate(p: Parameters, *, separation: bool = True) -> float:

@@ -173,9 +173,9 @@ def stability_to_dict(stability: Stability) -> dict[str, Any]:
     """A stability analysis as JSON data, in SI units.
 
     Keys are ``equilibrium``, ``eigenvalues`` as pairs of real and imaginary part, ``growth_rate``,
-    ``stable``, ``critical_mu``, ``linear_critical_mu``, ``modes``, ``margin`` and ``coalescence``;
-    frequencies in Hz, angular frequencies in rad/s. Raises `ComputationError` if a number is not
-    finite.
+    ``stable``, ``critical_mu``, ``critical_speed``, ``linear_critical_mu``, ``modes``, ``margin``
+    and ``coalescence``; frequencies in Hz, angular frequencies in rad/s. Raises `ComputationError`
+    if a number is not finite.
     """
     point = stability.equilibrium
     data = {
@@ -184,6 +184,7 @@ def stability_to_dict(stability: Stability) -> dict[str, Any]:
         "growth_rate": stability.growth_rate,
         "stable": stability.stable,
         "critical_mu": [asdict(critical) for critical in stability.critical_mu],
+        "critical_speed": [asdict(critical) for critical in stability.critical_speed],
         "linear_critical_mu": stability.linear_critical_mu,
         "modes": [_mode_to_dict(mode) for mode in stability.modes],
         "margin": asdict(stability.margin),

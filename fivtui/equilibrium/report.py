@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Final
 import numpy as np
 
 from fivtui.console import number, parameter_line, print_list, print_rows_of
-from fivtui.model import PARAMETERS, Mode
+from fivtui.model import IN_CONTACT, PARAMETERS, sliding
 from fivtui.results import Row
 
 from .eigenvalues import Stability
@@ -68,12 +68,13 @@ def stability_rows(s: Stability) -> list[Row]:
             "none" if linear is None else number(linear),
             "of the system with k_nl = 0",
         ),
+        *_belt_rows(s),
         Row("equilibrium x", f"{number(point.x)} m", "Eq. 6"),
         Row("equilibrium y", f"{number(point.y)} m", "negative: contact is compressed"),
         Row(
             "contact force",
             f"{number(point.P)} N",
-            "in contact" if point.mode is Mode.CONTACT else "separated: the preload lifts it off",
+            "in contact" if point.mode in IN_CONTACT else "separated: the preload lifts it off",
         ),
         Row(
             "frequency distance",
@@ -94,6 +95,18 @@ def stability_rows(s: Stability) -> list[Row]:
         for place, mode in enumerate(s.modes, 1)
     ]
     return rows
+
+
+def _belt_rows(s: Stability) -> list[Row]:
+    # What a belt of finite speed adds.
+    if s.parameters.v_belt is None:
+        return []
+    mu, c1 = sliding(s.parameters, s.equilibrium.y, s.equilibrium.mode)
+    speeds = ", ".join(f"{number(c.v_belt)} m/s ({c.becomes} above)" for c in s.critical_speed)
+    return [
+        Row("critical belt speed", speeds or "none"),
+        Row("μ at the belt's speed", number(mu), f"horizontal damping {number(c1)} N s/m"),
+    ]
 
 
 def _eigenvalue(value: complex) -> str:

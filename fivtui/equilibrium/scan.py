@@ -59,10 +59,11 @@ def scan_top(p: Parameters, found: Stability) -> float:
 
     Being round, it stays the same while a value is edited.
     """
+    highest = PARAMETERS["mu"].upper if p.mu_s is None else p.mu_s
     wanted = _BEYOND * max(_LEAST_TOP / _BEYOND, p.mu, *(c.mu for c in found.critical_mu), 0.0)
     decade = 10.0 ** np.floor(np.log10(wanted))
     top = next(f * decade for f in (1.0, 1.5, 2.0, 3.0, 5.0, 10.0) if f * decade >= wanted)
-    return float(min(top, PARAMETERS["mu"].upper))
+    return float(min(top, highest))
 
 
 def mode_scan(

@@ -61,6 +61,8 @@ if TYPE_CHECKING:
         jacobian as jacobian,
         mode_of as mode_of,
         no_equilibrium_error as no_equilibrium_error,
+        resting_height as resting_height,
+        sliding as sliding,
         spring_force as spring_force,
         static_deflection as static_deflection,
         static_start as static_start,

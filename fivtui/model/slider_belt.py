@@ -101,6 +101,24 @@ def friction_coefficient(p: Parameters, speed: float) -> float:
     return p.mu + (p.mu_static - p.mu) * math.exp(-speed / p.speed_law)
 
 
+def friction_slope(p: Parameters, speed: float) -> float:
+    """The derivative of the friction coefficient by a sliding speed v ≥ 0, s/m."""
+    if p.speed_law is None:
+        return 0.0
+    return -(p.mu_static - p.mu) / p.speed_law * math.exp(-speed / p.speed_law)
+
+
+def sliding(p: Parameters, y: float, mode: Mode) -> tuple[float, float]:
+    """Friction coefficient, and horizontal damping in N s/m, about an equilibrium at y, m.
+
+    On a belt of finite speed friction falls with the sliding speed, and takes damping away.
+    """
+    if p.v_belt is None or mode is Mode.SEPARATED:
+        return p.mu, p.c1
+    slope = friction_slope(p, p.v_belt)
+    return friction_coefficient(p, p.v_belt), p.c1 + spring_force(p, y) * slope
+
+
 def friction_force(p: Parameters, state: State, mode: Mode, rates: Rates = CONSTANT) -> float:
     """Friction force on the slider in N; where it sticks, what the belt has to exert.
 
@@ -266,23 +284,31 @@ def equilibrium(p: Parameters, *, separation: bool = True, mu: float | None = No
     separation : bool
         Whether separation is considered; if so, the equilibrium for F < 0 is off the belt.
     mu : float, optional
-        Friction coefficient to use instead of that of `p`.
+        Friction coefficient to use instead of that of `p`, on a belt of finite speed μ(v_belt).
 
     Raises
     ------
     ComputationError
-        If F < 0 lifts the slider off the belt and no spring holds it (k3 = 0).
+        If F < 0 lifts the slider off the belt and no spring holds it (k3 = 0), or the belt is at
+        rest: then the slider sticks where it is.
     """
     h = 0.5 * p.k3
     a = p.k1 + h
-    mu = p.mu if mu is None else mu
+    in_contact = Mode.CONTACT if p.v_belt is None else Mode.FORWARD
+    if p.v_belt == 0.0 and not (separation and p.F < 0.0):
+        raise ComputationError(
+            "no equilibrium of sliding: the belt is at rest, v_belt = 0, and the slider sticks",
+            "use v_belt above 0",
+        )
+    if mu is None:
+        mu = p.mu if p.v_belt is None else friction_coefficient(p, p.v_belt)
     y = resting_height(h, (p.k1, p.k2, p.k_nl), p.F, mu, separation)
     if not math.isfinite(y):
         raise no_equilibrium_error(p.F)
     if separation and p.F < 0.0:
         return Equilibrium(x=h * y / a, y=y, P=0.0, mode=Mode.SEPARATED)
-    force = contact_force(p, y, Mode.CONTACT)
-    return Equilibrium(x=(h * y + mu * force) / a, y=y, P=force, mode=Mode.CONTACT)
+    force = contact_force(p, y, in_contact)
+    return Equilibrium(x=(h * y + mu * force) / a, y=y, P=force, mode=in_contact)
 
 
 def resting_height(
@@ -398,9 +424,10 @@ def jacobian(p: Parameters, y: float, mode: Mode) -> Matrix:
     """
     h = 0.5 * p.k3
     kt = tangent_stiffness(p, y) if mode in IN_CONTACT else 0.0
+    mu, c1 = sliding(p, y, mode)
     return (
         (0.0, 1.0, 0.0, 0.0),
-        (-(p.k1 + h) / p.m, -p.c1 / p.m, (h - p.mu * kt) / p.m, 0.0),
+        (-(p.k1 + h) / p.m, -c1 / p.m, (h - mu * kt) / p.m, 0.0),
         (0.0, 0.0, 0.0, 1.0),
         (h / p.m, 0.0, -(kt + h) / p.m, -p.c2 / p.m),
     )
