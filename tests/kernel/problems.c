@@ -14,6 +14,10 @@ int64_t fivtui_vary_size_baseline(void);
 void fivtui_vary_begin_baseline(void *, const double *, int64_t, const double *, const double *,
                                 int64_t, double, double, int64_t);
 int64_t fivtui_vary_advance_baseline(void *, double *, int64_t, int64_t, double *, double *, double *);
+int64_t fivtui_orbit_asked_size_baseline(void);
+int64_t fivtui_orbit_found_size_baseline(void);
+int64_t fivtui_orbit_solve_baseline(void *, const void *, const double *, const double *,
+                                    const double *, int64_t, void *);
 int64_t fivtui_batch_size_baseline(void);
 double fivtui_batch_advance_baseline(void *, const double *, const uint8_t *, const double *,
                                      double *, int64_t, double, double, double, int64_t, int64_t,
@@ -83,6 +87,39 @@ static void run_varied(const Problem *p, const double *parameters, int64_t separ
     free(run), free(crossings), free(result), free(deviations), free(extremes);
 }
 
+/* As `Asked` in orbit.c. */
+typedef struct {
+    double parameters[PARAMETERS], scales[7], low[2], high[2], tol, longest;
+    int64_t places[2], varied, separation, order, budget;
+} Asked;
+
+static void solve_orbit(const Problem *p, const double *parameters, int64_t separation,
+                        const double *start, const double *seeds)
+{
+    int64_t varied = 1 + p->seeds % 2, count = STATE + 1 + varied;
+    Asked *asked = room(1, (size_t)fivtui_orbit_asked_size_baseline());
+    *asked = (Asked){.low = {0.0}, .tol = p->tol, .longest = 5.0, .places = {8, 6}};
+    asked->varied = varied, asked->separation = separation;
+    asked->order = p->order, asked->budget = p->budget;
+    for (int i = 0; i < PARAMETERS; i++)
+        asked->parameters[i] = parameters[i];
+    for (int i = 0; i < 2; i++)
+        asked->high[i] = 1e9;
+    double *guess = room(count, sizeof(double)), *along = room(count, sizeof(double));
+    double *planes = room((1 + varied) * count, sizeof(double));
+    for (int64_t i = 0; i < count; i++) {
+        asked->scales[i] = 1.0 + (double)i;
+        guess[i] = i < STATE ? start[i] : i == STATE ? p->t_end : parameters[8];
+        along[i] = seeds[i];
+        for (int64_t n = 0; n <= varied; n++)
+            planes[n * count + i] = seeds[(i + 3 * n) % (STATE + PARAMETERS)];
+    }
+    void *run = malloc((size_t)fivtui_vary_size_baseline());
+    void *found = malloc((size_t)fivtui_orbit_found_size_baseline());
+    fivtui_orbit_solve_baseline(run, asked, guess, planes, along, p->cubic, found);
+    free(asked), free(guess), free(along), free(planes), free(run), free(found);
+}
+
 static void run_batch(const Problem *p, const double *parameters, const uint8_t *separation,
                       const double *starts)
 {
@@ -111,8 +148,10 @@ int main(void)
             const double *one = parameters + i * PARAMETERS, *start = starts + i * STATE;
             run_alone(&p, one, separation[i], start, times);
             /* A step that no tolerance bounds holds millions of the pieces that deviations take. */
-            if (p.tol > 0.0 && p.tol < 0.1 && !(p.t_end > 100.0))
+            if (p.tol > 0.0 && p.tol < 0.1 && !(p.t_end > 100.0)) {
                 run_varied(&p, one, separation[i], start, seeds);
+                solve_orbit(&p, one, separation[i], start, seeds);
+            }
         }
         run_batch(&p, parameters, separation, starts);
         fivtui_static_starts_baseline(parameters, separation, starts, p.members);

@@ -1,12 +1,13 @@
 """Periodic orbits by the compiled kernel: those of the equations in Python, in the same bits."""
 
+import ctypes
 from collections.abc import Iterator
 
 import numpy as np
 import pytest
 
 from fivtui import Parameters, branch
-from fivtui.kernel import native
+from fivtui.kernel import native, orbits
 from fivtui.orbits.curves import arclength
 from fivtui.orbits.curves.arclength import OrbitCurve, OrbitOnCurve
 from fivtui.orbits.curves.flow import FloatArray, SliderBeltFlow
@@ -84,3 +85,9 @@ def test_from_where_there_is_no_motion_nothing_is_found(change: tuple[int, float
     guess, planes = next(searches(1))
     guess[place] = value
     assert curve.solve(guess, planes) is None
+
+
+def test_python_and_the_kernel_mean_the_same_structures() -> None:
+    library = native._library()
+    assert library.fivtui_orbit_asked_size_baseline() == ctypes.sizeof(orbits._Asked)
+    assert library.fivtui_orbit_found_size_baseline() == 8 * orbits._FOUND

@@ -87,9 +87,8 @@ def test_folds_begin_where_hopf_points_turn_subcritical() -> None:
 
 
 def test_hopf_points_are_those_of_the_closed_form() -> None:
-    for over in (NARROW, {"k1": (20.0, 300.0), "c1": (0.05, 2.0)}):
-        found = boundary(BASE, "hopf", over)
-        for point in found.points:
+    for found in (narrow("hopf"), boundary(BASE, "hopf", {"k1": (20.0, 300.0), "c1": (0.05, 2.0)})):
+        for point in found.points[::4]:
             p = at(found, point)
             (critical,) = critical_mu(p)
             assert critical.mu == pytest.approx(p.mu, rel=1e-12)
@@ -121,9 +120,9 @@ def assert_folds(found: Boundary) -> None:
 
 PAIRS = [
     ("F", (60.0, 150.0), "mu", (0.1, 0.6)),
-    ("k2", (20.0, 300.0), "k3", (30.0, 100.0)),
 ]
 MORE_PAIRS = [
+    ("k2", (20.0, 300.0), "k3", (30.0, 100.0)),
     ("F", (20.0, 150.0), "k_nl", (20.0, 500.0)),
     ("c1", (0.1, 0.6), "mu", (0.1, 1.0)),
     ("c2", (0.1, 0.6), "mu", (0.1, 1.0)),
@@ -142,7 +141,7 @@ def test_a_fold_has_a_multiplier_1_and_closes_under_another_integrator(
     for point in found.points:
         assert range_of_one[0] <= point.values[0] <= range_of_one[1]
         assert range_of_other[0] <= point.values[1] <= range_of_other[1]
-    for point in found.points[:: max(1, len(found.points) // 3)]:
+    for point in found.points[:: max(1, len(found.points) // 2)]:
         assert_closed(found, point)
 
 
@@ -150,7 +149,7 @@ def test_the_curve_of_folds_has_those_of_the_branches() -> None:
     found = boundary(None, "fold", {"F": (60.0, 150.0), "mu": (0.1, 0.6)})
     (curve,) = found.curves
     assert curve.ends == (End.BOUND, End.BOUND)
-    for point in curve.points[::8]:
+    for point in curve.points[::16]:
         events = branch(Parameters(F=point.values[0]), "mu", low=0.2, high=1.2).events
         (fold,) = (event for event in events if event.kind is EventKind.FOLD)
         assert fold.value == pytest.approx(point.values[1], abs=1e-10)
@@ -160,7 +159,7 @@ def test_the_curve_of_folds_has_those_of_the_branches() -> None:
 def test_touching_cycles_are_those_of_the_branches() -> None:
     found = narrow("touch")
     assert max(abs(point.y_max) for point in found.points) < 1e-9
-    for point in found.points[::10]:
+    for point in found.points[::20]:
         events = branch(Parameters(F=point.values[0]), "mu", low=0.2, high=0.9).events
         (touch,) = (event for event in events if event.kind is EventKind.TOUCH)
         assert touch.value == pytest.approx(point.values[1], abs=1e-10)
