@@ -6,6 +6,7 @@ if TYPE_CHECKING:
     from .gradient import safe_mu_derivatives as safe_mu_derivatives
     from .map import (
         SAFETY_VALUES as SAFETY_VALUES,
+        SafetyMap as SafetyMap,
         safety_map as safety_map,
     )
     from .table import (

@@ -3,6 +3,7 @@
 from collections.abc import Mapping
 from typing import TYPE_CHECKING, ClassVar, Final
 
+import numpy as np
 from textual import on
 from textual.app import ComposeResult
 from textual.containers import Vertical
@@ -19,6 +20,7 @@ from .charts.map import (
     FloatArray,
     map_chart,
     map_request,
+    map_scale,
     point_texts,
     point_words,
     values_in,
@@ -29,16 +31,28 @@ from .messages import PointOpened
 
 if TYPE_CHECKING:
     from fivtui.equilibrium import StabilityMap
+    from fivtui.safety import SafetyMap
 
 _PREFIX: Final = "value-"
 _VALUE: Final = "value"
 _OVER: Final = "over"
 _NOTHING: Final = "no map yet: press F10"
 _PAUSE: Final = 0.1
+# A map of safe friction takes milliseconds a point.
+_MOST_OF_AXIS: Final = 41
+
+
+def thinned(values: FloatArray) -> FloatArray:
+    """At most as many values as a map of safe friction has along an axis of the laboratory."""
+    if values.size <= _MOST_OF_AXIS:
+        return values
+    chosen = np.linspace(0, values.size - 1, _MOST_OF_AXIS).round().astype(int)
+    found: FloatArray = values[chosen]
+    return found
 
 
 class MapPane(JobPane):
-    """Growth rate, μ_c or unstable modes over two parameters of the edited scene."""
+    """Growth rate, μ_c, unstable modes or safe friction over two parameters of the edited scene."""
 
     NAME: ClassVar[str] = "map"
     VERB: ClassVar[str] = "Map"
@@ -46,7 +60,7 @@ class MapPane(JobPane):
 
     def __init__(self, session: Session) -> None:
         super().__init__(session)
-        self._computed: StabilityMap | None = None
+        self._computed: StabilityMap | SafetyMap | None = None
         kept = self.setting(_VALUE, "")
         self._value = kept if kept in VALUES else next(iter(VALUES))
         self._key: object = None
@@ -65,7 +79,7 @@ class MapPane(JobPane):
             yield ChartView("map-chart", openable=True)
 
     @property
-    def _result(self) -> "StabilityMap | None":
+    def _result(self) -> "StabilityMap | SafetyMap | None":
         # A map read from a file stays until another one is computed.
         read = self.session.studies.get("map")
         return self._computed if read is None else read.value
@@ -124,19 +138,23 @@ class MapPane(JobPane):
         over, p, key = self._request()
         value, separation = self._value, self.session.separation
 
-        def compute(job: Job) -> "StabilityMap":
+        def compute(job: Job) -> "StabilityMap | SafetyMap":
             from fivtui.equilibrium import stability_map
+            from fivtui.safety import SAFETY_VALUES, safety_map
 
-            return stability_map(p, over, value, separation=separation, progress=job.report)
+            if value not in SAFETY_VALUES:
+                return stability_map(p, over, value, separation=separation, progress=job.report)
+            coarse = {name: thinned(values) for name, values in over.items()}
+            return safety_map(p, coarse, value, separation=separation, progress=job.report)
 
         self._key = key
         self.session.studies.put("map", None)
         self.start(compute)
 
-    def take(self, result: "StabilityMap") -> None:
+    def take(self, result: "StabilityMap | SafetyMap") -> None:
         """Display the map."""
         self._computed = result
-        self.say(f"{result.values.size} points; Enter: run one")
+        self.say(f"{result.values.size} points: {map_scale(result)}; Enter: run one")
         self.draw()
 
     def draw(self) -> None:

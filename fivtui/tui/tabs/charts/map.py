@@ -1,5 +1,6 @@
 """Charts of the map tab: stability over two parameters. Imports no Textual."""
 
+from collections.abc import Sequence
 from typing import TYPE_CHECKING, Final
 
 import numpy as np
@@ -10,9 +11,12 @@ from fivtui.ranges import number_text
 from fivtui.tui.chart import Axis, Backdrop, Chart, NearestPoint, Trace
 from fivtui.tui.session import CONSIDERED, IGNORED
 
+from .map_shades import offsets, region_shades, scale_words
+
 if TYPE_CHECKING:
     from fivtui.equilibrium import StabilityMap
     from fivtui.ranges import NamedRange
+    from fivtui.safety import SafetyMap
 
 FloatArray = NDArray[np.float64]
 
@@ -21,11 +25,15 @@ VALUES: Final = {
     "growth-rate": "Growth",
     "critical-mu": "μ_c",
     "unstable-modes": "Modes",
+    "safe-mu": "Safe μ",
+    "coexistence": "Regions",
 }
 _LABELS: Final = {
     "growth-rate": "growth rate / 1/s",
     "critical-mu": "μ_c",
     "unstable-modes": "unstable modes",
+    "safe-mu": "safe μ",
+    "coexistence": "escapes from / m",
 }
 _MOST: Final = 1_000_000
 _INSIDE: Final = 1e-9
@@ -68,15 +76,20 @@ def values_in(given: "NamedRange", axis: Axis | None) -> FloatArray:
     return values
 
 
-def map_chart(result: "StabilityMap", now: Parameters | None) -> Chart:
-    """A stability map as shades, with its boundary and the edited point."""
+def map_chart(result: "StabilityMap | SafetyMap", now: Parameters | None) -> Chart:
+    """A map as shades, with the boundary of stability and the edited point."""
     first, second = result.names
-    (x, y), values, excess = result.axes, result.values, result.excess
+    x, y = result.axes
+    regions = result.values
+    grids = [result.values, result.excess, regions]
+    if result.value == "coexistence":
+        grids[0] = offsets(result)
     if x[0] > x[-1]:
-        x, values, excess = x[::-1], values[::-1], excess[::-1]
+        x, grids = x[::-1], [grid[::-1] for grid in grids]
     if y[0] > y[-1]:
-        y, values, excess = y[::-1], values[:, ::-1], excess[:, ::-1]
-    levels, shades = _shades(result.value, values)
+        y, grids = y[::-1], [grid[:, ::-1] for grid in grids]
+    values, excess, regions = grids
+    levels, shades, _ = _graded_by_kind(result.value, values, regions)
     across, up = boundary(x, y, excess)
     traces = [Trace("boundary", across, up, look="dots", ordered=False)]
     if now is not None:
@@ -92,6 +105,22 @@ def map_chart(result: "StabilityMap", now: Parameters | None) -> Chart:
         x_range=(float(x[0]), float(x[-1])),
         y_range=(float(y[0]), float(y[-1])),
     )
+
+
+def map_scale(result: "StabilityMap | SafetyMap") -> str:
+    """What the shades of a map mean, in words."""
+    values = offsets(result) if result.value == "coexistence" else result.values
+    return _graded_by_kind(result.value, values, result.values)[-1]
+
+
+def _graded_by_kind(
+    value: str, values: FloatArray, regions: FloatArray
+) -> tuple[NDArray[np.intp], Sequence[tuple[str, str]], str]:
+    # Levels, shades and scale.
+    if value == "coexistence":
+        return region_shades(regions, values)
+    levels, shades = _shades(value, values)
+    return levels, shades, scale_words(levels, shades, values)
 
 
 def _axis(name: str) -> str:
@@ -154,7 +183,7 @@ def _merged(
     return np.concatenate([one[0], other[0]]), np.concatenate([one[1], other[1]])
 
 
-def point_texts(result: "StabilityMap", point: NearestPoint) -> dict[str, str]:
+def point_texts(result: "StabilityMap | SafetyMap", point: NearestPoint) -> dict[str, str]:
     """Field texts of a point of a map: all parameters and separation."""
     places = (float(f"{value:.{_DIGITS}g}") for value in (point.x, point.y))
     values = result.parameters.as_dict() | dict(zip(result.names, places, strict=True))
@@ -162,7 +191,7 @@ def point_texts(result: "StabilityMap", point: NearestPoint) -> dict[str, str]:
     return texts | {"separation": CONSIDERED if result.separation else IGNORED}
 
 
-def point_words(result: "StabilityMap", point: NearestPoint) -> str:
+def point_words(result: "StabilityMap | SafetyMap", point: NearestPoint) -> str:
     """The coordinates of a point of a map in words."""
     texts = point_texts(result, point)
     return ", ".join(f"{name} = {texts[name]}" for name in result.names)

@@ -1,0 +1,88 @@
+"""Maps of safe friction in the laboratory: their shades and scale, and one start of the app."""
+
+import numpy as np
+import pytest
+from textual.pilot import Pilot
+from textual.widgets import Input
+
+from fivtui import Parameters, safety_map
+from fivtui.safety.map import SafetyMap
+from fivtui.tui.chart.chart import View
+from fivtui.tui.chart.picture import draw
+from fivtui.tui.chart.widget.chart_view import ChartView
+from fivtui.tui.tabs.charts.map import map_chart, map_scale
+from fivtui.tui.tabs.charts.map_shades import offsets, scale_words
+from fivtui.tui.tabs.map import thinned
+from tests.support.laboratory import text_of, until, until_shown
+
+
+@pytest.fixture(scope="module")
+def regions() -> SafetyMap:
+    over = {"F": np.array([120.0, 110.0, 100.0]), "mu": np.linspace(0.1, 0.9, 9)}
+    return safety_map(None, over, "coexistence")
+
+
+def test_a_map_of_coexistence_has_three_kinds_of_shades(regions: SafetyMap) -> None:
+    chart = map_chart(regions, Parameters(F=110.0))
+    scale = map_scale(regions)
+    assert scale.startswith("· safe █ squeals ░ ≥")
+    assert scale.endswith(" m")
+    backdrop = chart.backdrop
+    assert backdrop is not None
+    assert np.all(np.diff(backdrop.x) > 0.0)
+    # Safe, knocked and squealing along μ, at the smallest preload.
+    drawn = [backdrop.shades[level][0] for level in backdrop.levels[0]]
+    assert drawn[0] == "·"
+    assert set("░▒▓") & set(drawn[1:-1])
+    assert drawn[-1] == "█"
+    read = draw(chart, View(cursor=(100.0, 0.9)), 80, 24).text()
+    assert "escapes from 0" in read
+
+
+def test_the_displacement_that_escapes_is_zero_where_it_squeals(regions: SafetyMap) -> None:
+    found = offsets(regions)
+    assert np.isnan(found[regions.regions == 0.0]).all()
+    assert np.all(found[regions.regions == 2.0] == 0.0)
+    inside = found[regions.regions == 1.0]
+    assert np.all((inside > 0.0) & np.isfinite(inside))
+
+
+def test_a_scale_says_up_to_which_value_each_shade_goes() -> None:
+    shades = ((" ", "trace-1"), ("░", "trace-1"), ("?", "hidden"))
+    values = np.array([[0.25, 0.5], [0.75, np.nan]])
+    levels = np.array([[0, 0], [1, 2]])
+    assert scale_words(levels, shades, values) == "blank ≤0.5 ░ ≤0.75"
+    safe = safety_map(None, {"F": [60.0, 100.0], "k_nl": [50.0, 100.0]})
+    assert map_chart(safe, None).note == "safe μ"
+    assert "≤0.278" in map_scale(safe)
+
+
+def test_the_laboratory_maps_fewer_points_with_the_same_ends() -> None:
+    values = np.linspace(0.0, 1.0, 121)
+    few = thinned(values)
+    assert few.size < 60
+    assert (few[0], few[-1]) == (0.0, 1.0)
+    assert thinned(few) is few
+
+
+async def test_the_map_tab_offers_safe_friction_and_refuses_it_over_friction(
+    pilot: Pilot[None],
+) -> None:
+    await pilot.press("alt+4")
+    await until_shown(pilot, "11253 points")
+    await pilot.click("#value-safe-mu")
+    await until_shown(pilot, "must be over two other parameters")
+    over = pilot.app.screen.query_one("#over", Input)
+    over.value = "F=60:120:4 k_nl=90:110:2"
+    over.focus()
+    await pilot.press("enter")
+    await until_shown(pilot, "8 points")
+    view = pilot.app.screen.query_one("#map-chart", ChartView)
+    assert view.chart is not None
+    assert view.chart.note == "safe μ"
+    over.value = "F=100:120:3 mu=0.3:0.9:5"
+    over.focus()
+    await pilot.press("enter")
+    await pilot.click("#value-coexistence")
+    await until_shown(pilot, "15 points: ")
+    await until(pilot, lambda: "█ squeals" in text_of(pilot))
