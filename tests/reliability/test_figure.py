@@ -1,0 +1,66 @@
+"""The figure of an uncertainty study holds its numbers."""
+
+from itertools import chain
+
+import numpy as np
+import pytest
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+from matplotlib.patches import Rectangle
+
+from fivtui import uncertainty
+from fivtui.reliability.result import Uncertainty
+from fivtui.reliability.statistics import ranked
+
+
+@pytest.fixture(scope="module")
+def result() -> Uncertainty:
+    vary = {"mu": "uniform:0.2:0.8", "F": "uniform:79:81"}
+    return uncertainty(vary=vary, samples=256, repeats=4, outputs=("critical_mu", "safe_mu"))
+
+
+def bars(axes: Axes) -> list[Rectangle]:
+    return [each for each in axes.patches if isinstance(each, Rectangle)]
+
+
+def panels(figure: Figure) -> list[list[Axes]]:
+    return [[one for one in part.axes if one.axison] for part in figure.subfigs]
+
+
+def test_histograms_indices_and_samples_are_those_of_the_study(result: Uncertainty) -> None:
+    histograms, drivers, matrix = panels(result.figure())
+    assert [axes.get_xlabel() for axes in histograms] == [
+        "Greatest real part of the eigenvalues (1/s)",
+        "Critical friction coefficient",
+        "Safe friction coefficient",
+    ]
+    for axes in histograms:
+        assert sum(bar.get_height() for bar in bars(axes)) == pytest.approx(1.0)
+    by_title = {axes.get_title().replace("\n", " "): axes for axes in drivers}
+    assert next(iter(by_title)) == "Sobol indices of: unstable"
+    assert len(by_title) == len(result.indices)
+    for axes, (output, indices) in zip(drivers, result.indices.items(), strict=True):
+        rows = [index for _, index in reversed(ranked(indices))]
+        drawn = [bar.get_width() for bar in bars(axes)]
+        expected = chain((each.first.value for each in rows), (each.total.value for each in rows))
+        np.testing.assert_allclose(drawn, list(expected), err_msg=output)
+        diamonds: list[float] = []
+        for line in axes.lines:
+            if line.get_marker() == "D":
+                diamonds += np.asarray(line.get_xdata(), dtype=float).tolist()
+        local = result.local.get(output, {})
+        shares = [local[name].share for name, _ in reversed(ranked(indices)) if local]
+        assert diamonds == shares
+    # Two histograms on the diagonal, one panel of dots below it.
+    assert len(matrix) == 3
+    dots = sum(np.shape(each.get_offsets())[0] for axes in matrix for each in axes.collections)
+    assert dots == 256
+
+
+def test_without_indices_and_safe_friction_there_are_two_rows_and_two_regions() -> None:
+    found = uncertainty(vary={"mu": "uniform:0.2:0.8"}, samples=64, indices=False,
+                        outputs=("growth_rate",))  # fmt: skip
+    figure = found.figure()
+    assert len(panels(figure)) == 2
+    names = [text.get_text() for text in figure.legends[0].get_texts()]
+    assert names == ["stable", "squeals by itself"]
