@@ -221,10 +221,14 @@ def _until_halved(
 ) -> Followed[OrbitOnCurve]:
     points: list[OrbitOnCurve] = []
     events: dict[int, EventKind] = {}
+    at: EventKind | None = None
     while True:
-        here = points[-1] if points else start
-        at = EventKind.BRANCH if points else None
-        part = follower.follow(here, until=EventKind.BRANCH, at=at)
+        here, step = start, None
+        if len(points) > 1:
+            here, before = points[-1], points[-2]
+            step = 0.5 * float(np.linalg.norm(here.unknowns - before.unknowns))
+        # There the branch turns back on itself.
+        part = follower.follow(here, step=step, until=(EventKind.BRANCH, EventKind.FOLD), at=at)
         events |= {len(points) + place: kind for place, kind in part.events.items()}
         points += part.points
         end = part.end
@@ -233,6 +237,7 @@ def _until_halved(
             del events[len(points) - 1]
         if end is not End.EVENT:
             return Followed(tuple(points), events, end)
+        at = events[len(points) - 1]
 
 
 def _follower(curve: BranchCurve, watch: Watch) -> Follower[OrbitOnCurve]:

@@ -16,7 +16,7 @@ _AWAY: Final = (0.01, 0.003, 0.03, 0.1)
 _MOST_STEPS: Final = 20
 _FIRST_STEP: Final = 1e-4
 # A cycle is one of half the period, followed twice, if it returns that near after half of it.
-_RETURNS: Final = 1e-5
+_RETURNS: Final = 3e-4
 
 
 def doubled_cycle(curve: BranchCurve, orbit: OrbitOnCurve) -> OrbitOnCurve | None:

@@ -177,7 +177,7 @@ class Follower(Generic[P]):
         start: P,
         *,
         step: float | None = None,
-        until: EventKind | None = None,
+        until: EventKind | tuple[EventKind, ...] = (),
         at: EventKind | None = None,
     ) -> Followed[P]:
         """Follow the curve from a point, in the direction of its tangent.
@@ -188,11 +188,12 @@ class Follower(Generic[P]):
             The point.
         step : float, optional
             Length of the first step.
-        until : EventKind, optional
-            An event at which to end.
+        until : EventKind or tuple of EventKind
+            Events at which to end.
         at : EventKind, optional
             The event at which the start is.
         """
+        ends = until if isinstance(until, tuple) else (until,)
         points: list[P] = []
         events: dict[int, EventKind] = {}
         first = here = self._place(start)
@@ -207,7 +208,7 @@ class Follower(Generic[P]):
             if step < _SHORTEST:
                 end = End.LOST
                 continue
-            there, event = self._next(here, before, step, until)
+            there, event = self._next(here, before, step, ends)
             if there is None:
                 step *= 0.5
                 continue
@@ -220,7 +221,7 @@ class Follower(Generic[P]):
                 there.values[event] = 0.0
                 events[len(points)] = event
                 step *= 0.5
-                end = End.EVENT if event is until else end
+                end = End.EVENT if event in ends else end
             elif there.point.iterations <= _EASY and _angle(here.point, there.point) < 0.5 * _TURN:
                 step *= _GROWTH
             points.append(there.point)
@@ -249,7 +250,7 @@ class Follower(Generic[P]):
         )
 
     def _next(
-        self, here: _Place[P], before: _Place[P] | None, step: float, until: EventKind | None
+        self, here: _Place[P], before: _Place[P] | None, step: float, ends: tuple[EventKind, ...]
     ) -> tuple[_Place[P] | None, EventKind | None]:
         # The next point, or the first event before it; none if the step is too long.
         one = here.point
@@ -269,7 +270,7 @@ class Follower(Generic[P]):
         if lost or missed or _angle(one, other) > _TURN:
             return None, None
         try:
-            event = self._first_event(here, there, until)
+            event = self._first_event(here, there, ends)
         except _NotFoundError:
             return None, None
         return (there, None) if event is None else (self._place(event[1]), event[0])
@@ -303,14 +304,14 @@ class Follower(Generic[P]):
         return self._curve.correct(guess, here, np.eye(len(guess))[place], here.tangent)
 
     def _first_event(
-        self, here: _Place[P], there: _Place[P], until: EventKind | None
+        self, here: _Place[P], there: _Place[P], ends: tuple[EventKind, ...]
     ) -> tuple[EventKind, P] | None:
-        # The one at which to end must be located.
+        # Those at which to end must be located.
         found: list[tuple[float, EventKind, P]] = []
         for kind, test in self._curve.tests.items():
             if here.values[kind] * there.values[kind] < 0.0:
                 located = self._locate(here.point, there.point, test, here.values[kind])
-                if located is None and kind is until:
+                if located is None and kind in ends:
                     raise _NotFoundError
                 if located is not None and self._curve.confirmed(kind, located[1]):
                     found.append((located[0], kind, located[1]))

@@ -29,6 +29,14 @@ def test_a_doubled_branch_joins_both_period_doublings() -> None:
         assert_closed(found, point)
 
 
+def test_a_doubled_branch_does_not_return_along_itself() -> None:
+    p = Parameters(m=4.5, k1=170.0, k2=140.0, k3=28.0, c1=1.1, c2=0.6, F=180.0, k_nl=33.0)
+    found = branch(p, "mu", low=0.0, high=12.0, doubled=True)
+    assert found.ends == (End.DOUBLING, End.DOUBLING)
+    kinds = [event.kind for event in found.events]
+    assert kinds == [EventKind.PERIOD_DOUBLING, EventKind.FOLD, EventKind.PERIOD_DOUBLING]
+
+
 def test_without_a_period_doubling_one_line_says_so() -> None:
     with pytest.raises(ComputationError, match="no period doubling was found along mu"):
         branch(ONCE, "mu", low=0.2, high=1.0, doubled=True)
