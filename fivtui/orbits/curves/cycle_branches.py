@@ -235,6 +235,8 @@ def _until_halved(
         if end is End.EVENT and halves(curve, points[-1]):
             end = End.DOUBLING
             del events[len(points) - 1]
+        if end is End.EVENT and len(points) >= MOST_POINTS:
+            end = End.LONG
         if end is not End.EVENT:
             return Followed(tuple(points), events, end)
         at = events[len(points) - 1]
