@@ -56,7 +56,7 @@ def cycle(curve: BranchCurve, guess: list[float], way: list[float]) -> OrbitOnCu
 
 
 def follow(
-    curve: BranchCurve, start: OrbitOnCurve, most: int, until: EventKind | None = None
+    curve: BranchCurve, start: OrbitOnCurve, most: int, *until: EventKind
 ) -> Followed[OrbitOnCurve]:
     follower = Follower(curve, 1e-3, lambda _count: None, most=most, turns=True)
     return follower.follow(start, until=until)
