@@ -153,8 +153,8 @@ fmi3Status fmi3DoStep(fmi3Instance c, fmi3Float64 current, fmi3Float64 h, fmi3Bo
     const fmi2Status status = i->update
                                   ? take_updated_step(i, current, h, announced, &returned)
                                   : take_communication_step(i, current, h, announced);
-    *event = switched != 0, *early = switched || returned, *terminate = fmi3False;
-    *reached = i->s.t;
+    *reached = i->s.t, *event = switched != 0, *terminate = fmi3False;
+    *early = (switched || returned) && *reached < current + h;
     return (fmi3Status)status;
 }
 

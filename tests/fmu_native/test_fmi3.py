@@ -167,6 +167,13 @@ def test_mode_and_counts_change_in_the_event_mode(folder: Path) -> None:
         assert read(made, *COUNTS) == [0.0, 1.0, 0.0, first]
 
 
+def test_a_step_that_ends_at_a_switch_is_no_early_return(folder: Path) -> None:
+    first = float(simulate(t_end=5.0, kernel="compiled").switch_times[0])
+    with instance(folder, events=True) as made:
+        made.enterStepMode()
+        assert made.doStep(0.0, first) == (True, False, False, first)
+
+
 def test_a_step_in_event_mode_is_refused_however_short(folder: Path) -> None:
     with instance(folder, events=True) as made:
         made.enterStepMode()
