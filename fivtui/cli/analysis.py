@@ -1,7 +1,7 @@
 """Commands for stability, stability maps and attractors."""
 
 from collections.abc import Callable
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from .arguments import option
 from .completion import PARAMETER_VALUES, START_VALUES
@@ -14,12 +14,16 @@ from .options import (
     output_option,
     print_json,
     progress_bar,
+    say,
     scene_argument,
     scene_of,
     set_option,
     start_of,
     start_option,
 )
+
+if TYPE_CHECKING:
+    from fivtui.scene import Scene
 
 
 @commands.command()
@@ -58,19 +62,29 @@ def stability(scene: str, assignments: tuple[str, ...], **given: Any) -> None:
     if not as_json:
         show("stability", result)
     if not given["no_search"]:
-        from fivtui.safety import safe_friction
-
-        with progress_bar("safe friction") as progress:
-            safe = safe_friction(chosen.parameters, separation=chosen.separation, progress=progress)
-        data |= safe.to_dict()
-        if not as_json:
-            show("safe-friction", safe)
+        data |= _safe_friction(chosen, quiet=as_json)
     if given["attractors"]:
         from .attractor_tasks import SEARCH, carry_out
 
         data |= carry_out(SEARCH, chosen, quiet=as_json)
     if as_json:
         print_json(data)
+
+
+def _safe_friction(chosen: "Scene", *, quiet: bool) -> dict[str, Any]:
+    # What `stability` adds to its JSON of disturbances of any size.
+    if chosen.parameters.v_belt is not None:
+        said = "not searched: the belt has a finite speed"
+        if not quiet:
+            say(f"disturbances of any size {said}")
+        return {"safe_mu": None, "safe_mu_basis": {"verdict": said}}
+    from fivtui.safety import safe_friction
+
+    with progress_bar("safe friction") as progress:
+        safe = safe_friction(chosen.parameters, separation=chosen.separation, progress=progress)
+    if not quiet:
+        show("safe-friction", safe)
+    return safe.to_dict()
 
 
 @commands.command()

@@ -142,6 +142,14 @@ def test_stability_without_the_search_has_eigenvalues_alone() -> None:
     assert "safe_mu" not in json.loads(done.stdout)
 
 
+def test_stability_on_a_belt_of_finite_speed_says_that_nothing_was_searched() -> None:
+    done = fivtui("stability", "--set=v_belt=1", "--json")
+    assert done.returncode == 0
+    data = json.loads(done.stdout)
+    assert data["safe_mu"] is None
+    assert "belt has a finite speed" in data["safe_mu_basis"]["verdict"]
+
+
 def test_attractors_in_words_show_what_leaves_the_equilibrium(
     capsys: pytest.CaptureFixture[str],
 ) -> None:
