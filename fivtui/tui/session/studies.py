@@ -16,6 +16,7 @@ CHARTS: Final = {
     "map": "map-chart",
     "trade-off": "errors-chart",
     "uncertainty": "histogram-chart",
+    "branch": "branch-chart",
 }
 
 

@@ -1,0 +1,96 @@
+"""The branches tab: what it draws, and the orbit that Enter loads."""
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+from textual.pilot import Pilot
+from textual.widgets import Input
+
+from fivtui.cli import run as command
+from fivtui.io import read_columns
+from fivtui.model import InputError
+from fivtui.orbits import branch
+from fivtui.simulation import simulate
+from fivtui.tui.chart.chart import View
+from fivtui.tui.chart.picture import draw
+from fivtui.tui.chart.widget.chart_view import ChartView
+from fivtui.tui.tabs.charts.branches import branch_chart, nearest_cycle, orbit_scene, parse_branch
+from fivtui.tui.tabs.exports.export import DATA
+from fivtui.tui.tabs.motion.branches import BranchesPane
+from tests.support.laboratory import app_of, show_tab, text_of, until, until_shown
+
+BRANCH = branch(None, "mu", low=0.2, high=1.0)
+
+
+def test_stable_cycles_are_full_unstable_ones_dashed_and_events_marked() -> None:
+    chart = branch_chart(BRANCH, 0.7)
+    traces = {trace.name: trace for trace in chart.traces}
+    assert list(traces) == ["stable", "unstable", "hopf", "touch", "fold"]
+    fold = traces["fold"]
+    assert fold.x[0] == pytest.approx(0.277876613, rel=1e-8)
+    # Stable from the fold on; dashes have gaps, and lie between fold and Hopf point.
+    known = np.isfinite(traces["stable"].x)
+    assert known.all()
+    assert traces["stable"].x.max() == pytest.approx(1.0)
+    dashes = traces["unstable"].x
+    assert 5 < np.count_nonzero(np.diff(np.isfinite(dashes).astype(int)) == 1) < 100
+    assert np.nanmin(dashes) >= fold.x[0] - 1e-9
+    assert np.nanmax(dashes) <= traces["hopf"].x[0] + 1e-9
+    picture = draw(chart, View(), 90, 25).text()
+    for words in ("1●stable", "2○unstable", "3Hhopf", "5Ffold", "limit cycles", "now"):
+        assert words in picture
+
+
+def test_the_scene_of_an_orbit_stays_on_it() -> None:
+    stable = [point for point in BRANCH.points if point.stable]
+    chosen = stable[len(stable) // 2]
+    assert nearest_cycle(BRANCH, chosen.value, chosen.half_range) is chosen
+    scene = orbit_scene(BRANCH, chosen)
+    run = simulate(scene.parameters, t_end=scene.t_end, start=scene.start)
+    assert run.steady.y_half_range == pytest.approx(chosen.half_range, rel=1e-5)
+    assert run.peak.y_max == pytest.approx(chosen.y_max, rel=1e-5)
+
+
+def test_a_range_is_read_or_refused() -> None:
+    assert parse_branch("F") == ("F", None)
+    assert parse_branch(" mu = 0.2 : 1 ") == ("mu", (0.2, 1.0))
+    for text in ("q", "mu=1", "mu=1:2:3", "mu=a:b", ""):
+        with pytest.raises(InputError):
+            parse_branch(text)
+
+
+async def test_a_branch_is_followed_opened_written_and_copied(
+    pilot: Pilot[None], tmp_path: Path
+) -> None:
+    await show_tab(pilot, "alt+0")
+    pane = pilot.app.screen.query_one(BranchesPane)
+    with pytest.raises(InputError, match="press F10"):
+        pane.export(DATA)
+    pane.query_one("#along", Input).value = "mu=0.2"
+    await pilot.press("f10")
+    await until_shown(pilot, "must be NAME or NAME=LOW:HIGH")
+    pane.query_one("#along", Input).value = "mu=0.2:1"
+    await pilot.press("f10")
+    await until_shown(pilot, "fold 0.27788")
+    assert "○unstable" in text_of(pilot)
+    chart = pane.query_one("#branch-chart", ChartView)
+    chart.focus()
+    chart.view.cursor = (0.6, 4.0)
+    chosen = nearest_cycle(BRANCH, 0.6, 4.0)
+    await pilot.press("enter")
+    session = app_of(pilot).session
+    await until(pilot, lambda: session.runs.newest is not None and session.runs.active is None)
+    run = session.runs.newest
+    assert run is not None
+    assert run.scene.parameters.mu == pytest.approx(chosen.value, rel=0.1)
+    assert run.result is not None
+    assert run.result.steady.y_half_range == pytest.approx(chosen.half_range, rel=0.3)
+
+    pane.export(DATA).write(tmp_path / "b.csv", False)
+    assert read_columns(tmp_path / "b.csv", "branch")["mu"].size == len(BRANCH.points)
+    line = pane.command_line().split()
+    assert line[:2] == ["fivtui", "branch"]
+    assert line[-4:] == ["--vary", "mu=0.2:1.0", "--from", "hopf"]
+    assert command([*line[1:], "--out", str(tmp_path / "c.csv")]) == 0
+    assert (tmp_path / "c.csv").read_bytes() == (tmp_path / "b.csv").read_bytes()
