@@ -255,7 +255,7 @@ def _names(drawn: Sequence[Run]) -> dict[str, str]:
 def _remarks(result: Transient) -> list[str]:
     try:
         found = stability(result.parameters, separation=result.separation)
-    except ComputationError:
+    except (ComputationError, InputError):
         return []
     words = remark(result, found)
     return [words] if words else []
