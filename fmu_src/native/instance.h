@@ -4,8 +4,13 @@
 #define FIVTUI_FMU_INSTANCE_H
 
 #include "component.h"
+#ifdef __ELF__
+/* The functions of FMI call each other, not those of the same name that a host or FMU may have. */
+#define visibility(kind) visibility("protected")
+#endif
 #include "fmi2Functions.h"
 #include "fmi3Functions.h"
+#undef visibility
 
 /* Not to be taken for functions of the same name elsewhere in the process. */
 #pragma GCC visibility push(hidden)

@@ -93,6 +93,17 @@ def test_a_host_in_c_gets_the_native_bits_without_python(
     assert int(printed[2]) == native.events.separations
 
 
+def test_it_calls_no_function_of_its_host(
+    folder: Path, compiler: list[str], tmp_path: Path
+) -> None:
+    source = Path(__file__).with_name("namesake.c")
+    host = built(tmp_path / "host", compiler, "-rdynamic", str(source), "-ldl")
+    library = folder / "binaries" / "linux64" / "SliderBelt.so"
+    token = fmpy.read_model_description(str(folder)).guid
+    y = simulate(t_end=1.0, kernel="compiled").final.y
+    assert float.fromhex(run(host, library, token)) == y
+
+
 def exported(library: Path) -> set[str]:
     """Names that a library defines for others."""
     command = ["nm", "-D", "--defined-only", str(library)]
