@@ -1,5 +1,6 @@
 """Branches of limit cycles as JSON data and as files, with units and provenance."""
 
+import json
 from dataclasses import asdict
 from pathlib import Path
 from typing import Any, Final
@@ -7,12 +8,12 @@ from typing import Any, Final
 import numpy as np
 from numpy.typing import NDArray
 
-from fivtui.io import write_table
-from fivtui.model import PARAMETERS, Column
+from fivtui.io import read_bytes, save_json, write_table
+from fivtui.model import PARAMETERS, Column, InputError, Parameters
 from fivtui.transient import START_SPECS
 
 from .events import End, EventKind
-from .result import BranchEvent, CycleBranch
+from .result import BranchEvent, CycleBranch, CyclePoint
 from .saved import BRANCH
 
 _MULTIPLIERS: Final = 3
@@ -35,6 +36,8 @@ _CYCLE: Final = (
 )
 _MEASURES: Final = ("period", "y_min", "y_max", "half_range")
 EVENTS: Final = ("none", *EventKind)
+# Key of the set's own value of the parameter that varies, in stored branches.
+_OWN: Final = "own_value"
 
 
 def branch_to_dict(result: CycleBranch) -> dict[str, Any]:
@@ -103,6 +106,48 @@ def save_branch(result: CycleBranch, path: Path, *, force: bool = False) -> None
         "event_periods": [event.period for event in result.events],
     }
     write_table(path, BRANCH, columns, branch_columns(result), header, force=force)
+
+
+def store_branch(result: CycleBranch, path: Path) -> None:
+    """Write all of a branch as JSON; replaces a file."""
+    own = result.parameters.as_dict()[result.name]
+    save_json({**branch_to_dict(result), _OWN: own}, path, force=True)
+
+
+def restore_branch(path: Path) -> CycleBranch:
+    """Read what `store_branch` wrote; `InputError` if the file is damaged."""
+    try:
+        said = json.loads(read_bytes(path))
+        name = str(said["parameter"])
+        points = tuple(
+            CyclePoint(
+                **each
+                | {
+                    "start": tuple(each["start"]),
+                    "multipliers": tuple(complex(*pair) for pair in each["multipliers"]),
+                }
+            )
+            for each in said["points"]
+        )
+        events = tuple(
+            BranchEvent(**each | {"kind": EventKind(each["kind"])}) for each in said["events"]
+        )
+        first, last = (End(each) for each in said["ends"])
+        low, high = (float(each) for each in said["range"])
+        return CycleBranch(
+            Parameters().with_values({**said["parameters"], name: said[_OWN]}),
+            bool(said["separation"]),
+            name,
+            low,
+            high,
+            said["from"],
+            points,
+            events,
+            (first, last),
+            bool(said["doubled"]),
+        )
+    except (InputError, ValueError, KeyError, TypeError):
+        raise InputError(f"{path}: damaged") from None
 
 
 def event_words(event: BranchEvent) -> str:

@@ -4,7 +4,7 @@ from typing import TYPE_CHECKING, Final
 
 from fivtui.io import FORMATS
 from fivtui.model import InputError
-from fivtui.results import Command, StudyKind
+from fivtui.results import Command, Stored, StudyKind
 
 if TYPE_CHECKING:
     from . import files, report
@@ -36,4 +36,5 @@ BRANCH: Final = StudyKind(
     header=frozenset({"event_kinds"}),
     json_keys=frozenset({"parameter", "points", "events"}),
     command=_command,
+    stored=Stored(".json", files.store_branch, files.restore_branch),
 )

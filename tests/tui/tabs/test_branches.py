@@ -12,9 +12,11 @@ from fivtui.io import read_columns
 from fivtui.model import InputError
 from fivtui.orbits import branch
 from fivtui.simulation import simulate
+from fivtui.studies import study
 from fivtui.tui.chart.chart import View
 from fivtui.tui.chart.picture import draw
 from fivtui.tui.chart.widget.chart_view import ChartView
+from fivtui.tui.persistence.results import ResultStore
 from fivtui.tui.tabs.charts.branches import branch_chart, nearest_cycle, orbit_scene, parse_branch
 from fivtui.tui.tabs.exports.export import DATA
 from fivtui.tui.tabs.motion.branches import BranchesPane
@@ -60,6 +62,17 @@ def test_a_range_is_read_or_refused() -> None:
             parse_branch(text)
 
 
+def test_a_branch_is_stored_whole_and_a_damaged_file_refused(tmp_path: Path) -> None:
+    path = tmp_path / "b.json"
+    kept = study("branch").stored
+    assert kept is not None
+    kept.save(BRANCH, path)
+    assert kept.load(path) == BRANCH
+    path.write_text("{}")
+    with pytest.raises(InputError, match="damaged"):
+        kept.load(path)
+
+
 async def test_a_branch_is_followed_opened_written_and_copied(
     pilot: Pilot[None], tmp_path: Path
 ) -> None:
@@ -87,6 +100,9 @@ async def test_a_branch_is_followed_opened_written_and_copied(
     assert run.result is not None
     assert run.result.steady.y_half_range == pytest.approx(chosen.half_range, rel=0.3)
 
+    assert list(app_of(pilot).session.studies.known) == ["branch"]
+    files, notes = ResultStore(tmp_path / "kept").put(app_of(pilot).session.studies.known)
+    assert (list(files), notes) == (["branch"], {})
     pane.export(DATA).write(tmp_path / "b.csv", False)
     assert read_columns(tmp_path / "b.csv", "branch")["mu"].size == len(BRANCH.points)
     line = pane.command_line().split()
