@@ -2,16 +2,10 @@
 
 import numpy as np
 import pytest
-from scipy.stats import qmc
 
 from fivtui import Parameters, simulate
 from fivtui.safety.search import LEVELS, least_growth, search_round
-from fivtui.safety.starts import DIMENSIONS, disturbed, sobol
-
-
-def test_points_are_those_of_the_sobol_sequence() -> None:
-    theirs = qmc.Sobol(DIMENSIONS, scramble=False).random(512)
-    assert np.array_equal(sobol(511), theirs[1:])
+from fivtui.safety.starts import disturbed
 
 
 def test_starts_are_around_the_equilibrium_in_all_directions() -> None:
