@@ -38,6 +38,8 @@ _ROUNDING: Final = 1e-9
 _WIDE: Final = 1.1
 _NARROW: Final = 0.6
 _SHADE: Final = "0.9"
+# Of times at which the slider sticks to a belt of finite speed.
+_STICK: Final = "#f6e3c5"
 # Inches: height of a row of panels, of an only row, and of what stands above and below.
 _ROW: Final = 1.85
 _ONLY_ROW: Final = 2.3
@@ -61,7 +63,8 @@ def transient_figure(
     """Contact force, horizontal and vertical displacement over time (the paper's Figs. 10 to 12).
 
     Beside the whole time stand the last cycles, enlarged. Separation ignored is drawn solid blue,
-    considered dashed green. The times off the belt are shaded where they are those of one run.
+    considered dashed green. The times off the belt are shaded where they are those of one run, and
+    those at which the only run sticks to a belt of finite speed.
 
     Parameters
     ----------
@@ -94,6 +97,7 @@ def transient_figure(
     windows = _windows(max(curves, key=lambda curve: curve.run.t_end))
     considered = [run for run in runs if run.separation]
     off = considered[0].separated_intervals if len(considered) == 1 else []
+    held = runs[0].stick_intervals if len(runs) == 1 else []
     with mpl.rc_context(STYLE):
         height = max(_ROW * len(quantities), _ONLY_ROW) + _MARGIN
         figure = new_figure(WIDTH, height, wspace=0.05)
@@ -104,7 +108,8 @@ def transient_figure(
             for axes, window in zip(row, windows, strict=True):
                 _draw_panel(axes, curves, name, window)
                 if not window.crowded:
-                    _shade(axes, off)
+                    _shade(axes, off, _SHADE, "off the belt")
+                    _shade(axes, held, _STICK, "stuck to the belt")
             row[0].set_ylabel(_axis_label(name).replace(" ", "\n", 1))
         for axes, window in zip(panels[0], windows, strict=True):
             axes.set_title(window.title)
@@ -255,16 +260,16 @@ def _reduced(
     return t[kept], values[kept]
 
 
-def _shade(axes: Axes, intervals: Sequence[tuple[float, float]]) -> None:
+def _shade(axes: Axes, intervals: Sequence[tuple[float, float]], colour: str, label: str) -> None:
     if intervals:
         axes.broken_barh(
             [(start, end - start) for start, end in intervals],
             (0.0, 1.0),
             transform=axes.get_xaxis_transform(),
-            facecolor=_SHADE,
+            facecolor=colour,
             linewidth=0.0,
             zorder=0.0,
-            label="off the belt",
+            label=label,
         )
 
 

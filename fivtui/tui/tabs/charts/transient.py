@@ -43,6 +43,8 @@ class PlottedRun:
         End time of the run, s.
     mark, colour : str
         As in `Trace`.
+    v_belt : float or None
+        Speed of the belt, m/s, if it is finite and constant.
     """
 
     name: str
@@ -51,6 +53,7 @@ class PlottedRun:
     t_end: float
     mark: str = ""
     colour: str = ""
+    v_belt: float | None = None
 
 
 def plotted_run(
@@ -60,7 +63,8 @@ def plotted_run(
     if result.trajectory is None:
         return None
     separated = result.separated_intervals
-    return PlottedRun(name, result.trajectory, separated, result.t_end, mark, colour)
+    v_belt = None if "v_belt" in result.over_time else result.parameters.v_belt
+    return PlottedRun(name, result.trajectory, separated, result.t_end, mark, colour, v_belt)
 
 
 def separated_samples(trajectory: Trajectory) -> list[tuple[float, float]]:
@@ -90,11 +94,18 @@ def time_chart(quantity: str, runs: Sequence[PlottedRun], *, strip: bool, x_axis
         TIME_LABEL,
         label_of(quantity),
         traces,
-        guides=(Guide(0.0, vertical=False),),
+        guides=(Guide(0.0, vertical=False), *_belt_guide(quantity, runs[0])),
         strip=runs[0].separated if strip else None,
         x_axis=x_axis,
         x_range=(0.0, max(run.t_end for run in runs)),
     )
+
+
+def _belt_guide(quantity: str, run: PlottedRun) -> tuple[Guide, ...]:
+    # The speed of the belt, on which a slider that sticks stays.
+    if quantity != "vx" or run.v_belt is None:
+        return ()
+    return (Guide(run.v_belt, "belt", vertical=False),)
 
 
 def difference_chart(
@@ -151,7 +162,7 @@ def phase_chart(quantity: str, runs: Sequence[PlottedRun], window: tuple[float, 
                 colour=run.colour,
             )
         )
-    guides = (Guide(0.0, "y = 0"),) if quantity == "y" else ()
+    guides = (Guide(0.0, "y = 0"),) if quantity == "y" else _belt_guide("vx", runs[0])
     return Chart(
         label_of(quantity),
         label_of(f"v{quantity}"),
