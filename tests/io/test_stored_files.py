@@ -98,7 +98,9 @@ def test_a_stored_file_is_told_by_what_it_says(stem: str, kind: str) -> None:
 @pytest.mark.parametrize("stem", ["modes", "branches", "basin", "figure"])
 def test_a_stored_file_that_is_not_read_is_refused(stem: str) -> None:
     for path in STORED.glob(f"{stem}.*"):
-        with pytest.raises(InputError, match="not a run, uncertainty, sweep, trade-off or map"):
+        with pytest.raises(
+            InputError, match="not a run, uncertainty, sweep, trade-off, branch or map"
+        ):
             kind_of(path)
 
 

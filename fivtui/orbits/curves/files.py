@@ -115,7 +115,13 @@ def store_branch(result: CycleBranch, path: Path) -> None:
 
 
 def restore_branch(path: Path) -> CycleBranch:
-    """Read what `store_branch` wrote; `InputError` if the file is damaged."""
+    """Read a branch from JSON, that of ``fivtui branch --json`` too.
+
+    What that does not say, the set's own value of the parameter that varies, is then that of the
+    first point. Raises `InputError` for a table, or if the file is damaged.
+    """
+    if path.suffix.lower() != ".json":
+        raise InputError(f"{path}: a branch is read from JSON alone, which branch --json prints")
     try:
         said = json.loads(read_bytes(path))
         name = str(said["parameter"])
@@ -133,9 +139,10 @@ def restore_branch(path: Path) -> CycleBranch:
             BranchEvent(**each | {"kind": EventKind(each["kind"])}) for each in said["events"]
         )
         first, last = (End(each) for each in said["ends"])
+        own = said.get(_OWN, points[0].value)
         low, high = (float(each) for each in said["range"])
         return CycleBranch(
-            Parameters().with_values({**said["parameters"], name: said[_OWN]}),
+            Parameters().with_values({**said["parameters"], name: own}),
             bool(said["separation"]),
             name,
             low,
@@ -146,7 +153,7 @@ def restore_branch(path: Path) -> CycleBranch:
             (first, last),
             bool(said["doubled"]),
         )
-    except (InputError, ValueError, KeyError, TypeError):
+    except (InputError, ValueError, KeyError, TypeError, IndexError):
         raise InputError(f"{path}: damaged") from None
 
 

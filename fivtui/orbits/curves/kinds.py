@@ -35,6 +35,8 @@ BRANCH: Final = StudyKind(
     stem=lambda result: f"branch-{result.name}",
     header=frozenset({"event_kinds"}),
     json_keys=frozenset({"parameter", "points", "events"}),
+    load=files.restore_branch,
+    load_suffixes=(".json",),
     command=_command,
     stored=Stored(".json", files.store_branch, files.restore_branch),
 )

@@ -28,8 +28,8 @@ from fivtui.tui.tabs import (
 from .dialogs import ChosenFile, PathDialog
 
 _READABLE: Final = (
-    "A file written by fivtui: run, sweep or map (.csv, .npz, .parquet), map or trade-off (.json), "
-    "trade-off (.csv), unfinished sweep (FILE.parts)."
+    "A file written by fivtui: run, sweep or map (.csv, .npz, .parquet), map, trade-off or "
+    "branch (.json), trade-off (.csv), unfinished sweep (FILE.parts)."
 )
 
 

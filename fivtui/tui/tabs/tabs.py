@@ -49,5 +49,5 @@ TABS: Final = (
     TabSpec("uncertainty", "Risk", "alt+7", _of("uncertainty", "UncertaintyPane")),
     TabSpec("result", "Result", "alt+8", _of("result", "ResultPane")),
     TabSpec("log", "Log", "alt+9", _of("log", "LogPane")),
-    TabSpec("branches", "Branches", "alt+0", _of("motion.branches", "BranchesPane")),
+    TabSpec("branch", "Branches", "alt+0", _of("motion.branches", "BranchesPane")),
 )

@@ -91,7 +91,9 @@ def test_files_are_told_apart(written: Path, printed: Any, monkeypatch: pytest.M
     for name, kind in kinds.items():
         assert kind_of(written / name) == kind
     for name in ("modes.csv", "fig-02a.csv"):
-        with pytest.raises(InputError, match="not a run, uncertainty, sweep, trade-off or map"):
+        with pytest.raises(
+            InputError, match="not a run, uncertainty, sweep, trade-off, branch or map"
+        ):
             kind_of(written / name)
     over = ("--over", "mu=0:1.5:3", "--over", "F=5:100:2")
     assert kind_of(printed("map.json", "map", *over)) == "map"
@@ -99,7 +101,11 @@ def test_files_are_told_apart(written: Path, printed: Any, monkeypatch: pytest.M
     for name, words, why in (
         ("sweep.json", ("sweep", "--vary", "F=1,2", "--output", "stable"), "sweep --out"),
         ("run.json", ("simulate", "--t-end", "2"), "simulate --out"),
-        ("stability.json", ("stability",), "not a run, uncertainty, sweep, trade-off or map"),
+        (
+            "stability.json",
+            ("stability", "--no-search"),
+            "not a run, uncertainty, sweep, trade-off, branch or map",
+        ),
     ):
         with pytest.raises(InputError, match=why):
             kind_of(printed(name, *words))
@@ -214,7 +220,9 @@ async def test_a_trade_off_is_read_and_shown(
     await pilot.press("enter")
     await until_told(pilot, "map read from map.csv")
     await show_tab(pilot, "alt+5")
-    await read(pilot, "modes.csv", "modes.csv: not a run, uncertainty, sweep, trade-off or map")
+    await read(
+        pilot, "modes.csv", "modes.csv: not a run, uncertainty, sweep, trade-off, branch or map"
+    )
     data = json.dumps({"floor": {}, "rows": []})
     (written / "empty.json").write_text(data)
     await read(pilot, "empty.json", "empty.json: not a trade-off, or damaged")

@@ -8,11 +8,11 @@ from textual.pilot import Pilot
 from textual.widgets import Input
 
 from fivtui.cli import run as command
-from fivtui.io import read_columns
+from fivtui.io import read_columns, save_json
 from fivtui.model import InputError
 from fivtui.orbits import branch
 from fivtui.simulation import simulate
-from fivtui.studies import study
+from fivtui.studies import kind_of, load_study, save_study, study
 from fivtui.tui.chart.chart import View
 from fivtui.tui.chart.picture import draw
 from fivtui.tui.chart.widget.chart_view import ChartView
@@ -68,6 +68,15 @@ def test_a_branch_is_stored_whole_and_a_damaged_file_refused(tmp_path: Path) -> 
     assert kept is not None
     kept.save(BRANCH, path)
     assert kept.load(path) == BRANCH
+    # What the command line prints lacks the set's own value of the parameter that varies.
+    save_json(BRANCH.to_dict(), path, force=True)
+    assert kind_of(path) == "branch"
+    read = load_study("branch", path)
+    assert read.points == BRANCH.points
+    assert read.parameters.mu == BRANCH.points[0].value
+    save_study("branch", BRANCH, tmp_path / "b.csv")
+    with pytest.raises(InputError, match="from JSON alone"):
+        load_study("branch", tmp_path / "b.csv")
     path.write_text("{}")
     with pytest.raises(InputError, match="damaged"):
         kept.load(path)

@@ -35,7 +35,7 @@ _ORIGINS: Final[Mapping[Origin, str]] = {"hopf": "from the Hopf point", "cycle":
 class BranchesPane(JobPane):
     """Branch of limit cycles of the edited scene along any parameter."""
 
-    NAME: ClassVar[str] = "branches"
+    NAME: ClassVar[str] = _KIND
     VERB: ClassVar[str] = "Follow"
     HINT: ClassVar[str] = "F10: follow, Enter: run an orbit"
     VIEWS: ClassVar[Mapping[str, str]] = {"branch": "Branch"}
@@ -89,6 +89,8 @@ class BranchesPane(JobPane):
     def scene_changed(self) -> None:
         """Mark the edited value."""
         displayed = self._displayed
+        if displayed is not None and displayed.source:
+            self.stop()
         if displayed is not None and self.job is None:
             found = displayed.value
             events = ", ".join(f"{event.kind} {event.value:.5g}" for event in found.events)
