@@ -24,7 +24,7 @@ from .critical import Becomes, CriticalMu, critical_mu as critical_mu_of_constan
 
 # Places at which a change of stability is looked for between two neighbours, and how far the
 # friction law reaches, over v_s.
-_PLACES: Final = 2000
+_PLACES: Final = 1000
 _REACH: Final = 60.0
 
 

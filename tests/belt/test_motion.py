@@ -94,7 +94,7 @@ def test_every_transition_of_the_table_occurs(kernel: KernelChoice) -> None:
 
 @kernels
 @given(belts(), st.booleans())
-@settings(max_examples=8)
+@settings(max_examples=5)
 def test_energy_is_that_of_friction_and_damping(
     kernel: KernelChoice, p: Parameters, separation: bool
 ) -> None:
