@@ -34,6 +34,8 @@ _STEPS_A_ROUND: Final = 12_000_000
 _STAGES: Final = (5.0, 20.0, 80.0)
 _PERIODS: Final = 100.0
 _STEPS_A_PERIOD: Final = 16.0
+# Decay slower than this part of the fastest motion is rounding.
+_NEUTRAL: Final = 1e-12
 # Motions that need more periods than this to decay are not followed.
 _MOST_PERIODS: Final = 20_000.0
 # The part of the motions that a later stage is expected to have left.
@@ -209,12 +211,13 @@ class _Round:
         ]
         period = slowest_period(p)
         decay = max(-region.growth for region in self._regions)
-        if max(region.fastest for region in self._regions) * period > _STIFF * math.tau:
+        fastest = max(region.fastest for region in self._regions)
+        if fastest * period > _STIFF * math.tau:
             self._most = most = most // _PART_IF_STIFF
         self._horizons = _horizons(decay, period)
         periods = (self._horizons[0] + _LEFT * sum(self._horizons[1:])) / period
         count = int(np.clip(most / (LEVELS * _STEPS_A_PERIOD * periods), _FEWEST, _STARTS))
-        if self._horizons[0] > _MOST_PERIODS * period:
+        if decay <= _NEUTRAL * fastest or self._horizons[0] > _MOST_PERIODS * period:
             count = 0
         self._begin = np.concatenate([disturbed(one, count, separation=separation) for one in sets])
         self._level = np.repeat(np.arange(LEVELS), count)

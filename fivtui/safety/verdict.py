@@ -41,6 +41,7 @@ FoundBy = Literal["continuation", "global search", "eigenvalues"]
 _SPAN: Final = 2.0
 _ROUNDING: Final = 1e-9
 _ROUNDS: Final = 4
+# Branches that are followed, and motions of which no cycle is found, beyond which the search ends.
 _MOST_BRANCHES: Final = 6
 # Motion on a torus is looked for down to this part of the least μ of a branch.
 _BEYOND: Final = 0.95
@@ -366,7 +367,7 @@ class _Search:
                 if any(_alike(one.half_range, size) for size in known):
                     continue
                 known.append(one.half_range)
-                if len(self.branches) > _MOST_BRANCHES:
+                if max(len(self.branches), len(self.unconfirmed)) > _MOST_BRANCHES:
                     self.budget_ended = True
                     return
                 self._confirm(one)
