@@ -3,7 +3,7 @@
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
-    from .comparison import validate as validate
+    from .comparison import Validation as Validation, validate as validate
     from .reading import read_measurement as read_measurement
     from .tolerances import Tolerances as Tolerances, read_tolerance as read_tolerance
 else:

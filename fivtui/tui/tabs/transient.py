@@ -29,6 +29,7 @@ from .charts.transient import (
     time_chart,
 )
 from .motion.belt import BeltView
+from .motion.measured import MeasuredView
 from .views_pane import ViewsPane
 
 if TYPE_CHECKING:
@@ -42,6 +43,10 @@ _LAST_PART: Final = 0.1
 _NOTHING: Final = "no run yet: press F5"
 _NO_SPECTRUM: Final = "no chart to export: too few samples in its time window"
 _NO_BASELINE: Final = "no difference: set another run as baseline (b in the run list)"
+_NO_CHARTS: Final = {
+    "difference": _NO_BASELINE,
+    "measured": "no chart to export: name a file of measured data",
+}
 
 
 class TransientPane(ViewsPane):
@@ -54,6 +59,7 @@ class TransientPane(ViewsPane):
         "spectrum": "Spectrum",
         "difference": "Difference",
         "belt": "Belt",
+        "measured": "Measured",
     }
     LOG_AXES: ClassVar[Mapping[str, str]] = {"plot-spectrum": "y"}
     BINDINGS: ClassVar[list[BindingType]] = [Binding("e", "show_end", "End")]
@@ -81,6 +87,11 @@ class TransientPane(ViewsPane):
             yield ChartView("difference-y", nothing=_NO_BASELINE)
             yield ChartView("difference-P")
         yield BeltView("belt", nothing=_NOTHING)
+        yield MeasuredView(
+            "measured",
+            lambda name: self.setting(f"measured-{name}", ""),
+            lambda name, text: self.keep(f"measured-{name}", text),
+        )
 
     # What is shown
 
@@ -128,6 +139,7 @@ class TransientPane(ViewsPane):
             "spectrum": self._draw_spectrum,
             "difference": self._draw_difference,
             "belt": self._draw_belt,
+            "measured": self._draw_measured,
         }
         draw[self.view]()
 
@@ -168,6 +180,11 @@ class TransientPane(ViewsPane):
         if run is not None and run.result is not None:
             self.query_one(BeltView).show_run(run.result, self._chosen_time())
 
+    def _draw_measured(self) -> None:
+        run = self.session.runs.displayed
+        if run is not None and run.result is not None:
+            self.query_one(MeasuredView).show_run(run.result)
+
     def _chosen_time(self) -> float | None:
         cursors = (self.query_one(f"#plot-{name}", ChartView).view.cursor for name in _QUANTITIES)
         return next((cursor[0] for cursor in cursors if cursor is not None), None)
@@ -193,7 +210,7 @@ class TransientPane(ViewsPane):
         if run is None or (what != FIGURE and self.view in ("time", "phase")):
             return plain
         if charts is None:
-            raise InputError(_NO_BASELINE if self.view == "difference" else _NO_SPECTRUM)
+            raise InputError(_NO_CHARTS.get(self.view, _NO_SPECTRUM))
         of = f"run {run.number}" if self.view == "time" else f"run {run.number}, {self.view}"
         stem = Path(plain.proposal).stem + ("" if self.view == "time" else f"-{self.view}")
         if what != FIGURE:

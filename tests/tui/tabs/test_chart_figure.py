@@ -247,7 +247,9 @@ async def test_every_view_of_a_transient_is_written_as_it_is_seen(
 ) -> None:
     pane = lab_of(pilot).pane
     assert isinstance(pane, TransientPane)
-    for view in TransientPane.VIEWS:
+    # Measured data need a file.
+    views = [view for view in TransientPane.VIEWS if view != "measured"]
+    for view in views:
         pane.show_view(view)
         chart = pane.query_one(f"#{view}").query(ChartView).first()
         await until(pilot, lambda chart=chart: chart.chart is not None)  # type: ignore[misc]
@@ -272,7 +274,7 @@ async def test_every_view_of_a_transient_is_written_as_it_is_seen(
     for every in pane.query(ChartView):
         every.view.reset()
     columns = {}
-    for view in TransientPane.VIEWS:
+    for view in views:
         pane.show_view(view)
         await pilot.pause()
         path = Path(f"{view}.csv")
