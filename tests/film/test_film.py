@@ -102,18 +102,6 @@ def test_a_film_shows_the_modes_by_the_colour_of_the_foot(tmp_path: Path) -> Non
     assert counts["stick"] > counts["off"] + 300
 
 
-def test_from_frame_to_frame_the_slider_moves(tmp_path: Path) -> None:
-    one = animate(RUN, tmp_path / "a.gif", window=(90.0, 90.2), speed=1.0)
-    with Image.open(one.path) as image:
-        assert isinstance(image, GifImageFile)
-        assert image.n_frames == 6
-        frames = []
-        for number in (0, 5):
-            image.seek(number)
-            frames.append(np.asarray(image.convert("RGB")).astype(int))
-    assert (np.abs(frames[0] - frames[1]).max(axis=2) > 60).sum() > 1000
-
-
 def test_by_default_a_film_has_ten_seconds_of_the_last_cycles() -> None:
     timing = film_timing(RUN, None, None)
     assert timing.end == 100.0
@@ -175,13 +163,20 @@ def test_a_slider_at_rest_has_a_picture_too() -> None:
     assert np.ptp(found["friction"].x) == pytest.approx(0.0)
 
 
-def test_the_command_says_what_is_shown(
+def test_the_command_says_what_is_shown_and_from_frame_to_frame_the_slider_moves(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
     monkeypatch.chdir(tmp_path)
-    line = ["animate", "--t-end", "20", "--window", "10:10.04", "--speed", "0.5", "--out", "a.gif"]
+    line = ["animate", "--t-end", "20", "--window", "10:10.1", "--speed", "1.25", "--out", "a.gif"]
     assert command([*line, "--json"]) == 0
     said = json.loads(capsys.readouterr().out)
-    assert said == {"path": "a.gif", "window": [10.0, 10.04], "speed": 0.5, "frames": 3}
+    assert said == {"path": "a.gif", "window": [10.0, 10.1], "speed": 1.25, "frames": 3}
+    with Image.open("a.gif") as image:
+        assert isinstance(image, GifImageFile)
+        frames = []
+        for number in (0, image.n_frames - 1):
+            image.seek(number)
+            frames.append(np.asarray(image.convert("RGB")).astype(int))
+    assert (np.abs(frames[0] - frames[1]).max(axis=2) > 60).sum() > 1000
     assert command(line) == 2
     assert "exists already" in capsys.readouterr().err

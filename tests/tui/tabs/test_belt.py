@@ -3,9 +3,10 @@
 import wave
 from pathlib import Path
 
-from PIL import Image
+import pytest
 from textual.pilot import Pilot
 
+from fivtui import film
 from fivtui.tui.chart.widget.chart_view import ChartView
 from fivtui.tui.tabs.exports.export import DATA, FIGURE
 from fivtui.tui.tabs.motion.belt import BeltView
@@ -16,7 +17,7 @@ SIZE = (100, 34)
 
 
 async def test_the_slider_stands_at_the_cursor_moves_and_is_written(
-    pilot: Pilot[None], tmp_path: Path
+    pilot: Pilot[None], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     await run_to_end(pilot)
     pane = pilot.app.screen.query_one(TransientPane)
@@ -56,16 +57,15 @@ async def test_the_slider_stands_at_the_cursor_moves_and_is_written(
     assert view.t == run.result.t_end
 
     pane.query_one("#plot-y", ChartView).view.x = None
-    data, film = pane.export(DATA), pane.export(FIGURE)
-    assert (data.proposal, film.proposal) == ("base-1.wav", "base-1.gif")
+    made: list[tuple[object, ...]] = []
+    monkeypatch.setattr(film, "animate", lambda *given, **more: made.append((given, more)))
+    data, figure = pane.export(DATA), pane.export(FIGURE)
+    assert (data.proposal, figure.proposal) == ("base-1.wav", "base-1.gif")
     data.check(tmp_path / "a.wav", False)
     data.write(tmp_path / "a.wav", False)
     with wave.open(str(tmp_path / "a.wav")) as file:
         assert file.getnframes() > 10_000
-    data.write(tmp_path / "a.csv", False)
-    view.speed = 1000.0
-    film = pane.export(FIGURE)
-    film.check(tmp_path / "a.gif", False)
-    film.write(tmp_path / "a.gif", False)
-    with Image.open(tmp_path / "a.gif") as image:
-        assert image.format == "GIF"
+    figure.check(tmp_path / "a.gif", False)
+    figure.write(tmp_path / "a.gif", False)
+    given = {"window": None, "speed": 2.0, "force": False}
+    assert made == [((run.result, tmp_path / "a.gif"), given)]

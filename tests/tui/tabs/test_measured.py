@@ -1,20 +1,18 @@
 """Measured data in the laboratory: overlay, spectra, band, verdict, refusals, export."""
 
-from pathlib import Path
-
 import numpy as np
 from textual.pilot import Pilot
-from textual.widgets import Input
+from textual.widgets import Input, Static
 
 from fivtui.tui.chart.widget.chart_view import ChartView
 from fivtui.tui.tabs.exports.export import FIGURE
 from fivtui.tui.tabs.motion.measured import MeasuredView
 from fivtui.tui.tabs.transient import TransientPane
-from tests.support.laboratory import run_to_end, until_shown
+from tests.support.laboratory import run_to_end, until, until_shown
 
 
 async def test_measured_data_lie_over_the_run_and_pass_or_fail(
-    pilot: Pilot[None], tmp_path: Path
+    pilot: Pilot[None],
 ) -> None:
     await run_to_end(pilot)
     pane = pilot.app.screen.query_one(TransientPane)
@@ -30,21 +28,26 @@ async def test_measured_data_lie_over_the_run_and_pass_or_fail(
     np.savetxt("rig.csv", data, delimiter=";", header="t;y_mm", comments="")
     view = pane.query_one(MeasuredView)
 
-    async def put(name: str, text: str, words: str) -> None:
-        field = view.query_one(f"#measured-{name}", Input)
-        field.value = text
-        field.focus()
-        await pilot.press("enter")
-        await until_shown(pilot, words)
+    words = view.query_one("#overlay-words", Static)
+    overlay = view.query_one("#overlay-time", ChartView)
 
-    await put("file", "missing.csv", "missing.csv")
-    await put("file", "rig.csv", "correlation")
-    await put("signal", "z_mm", "signal column")
-    await put("signal", "y_mm", "correlation")
-    await put("scale", "1e-3", "correlation")
-    await put("shift", "auto", "correlation 1.000")
-    await put("band", "0.01%", "FAIL")
-    await put("offset", "-1e-3", "PASS: 100.0% within")
+    def said() -> str:
+        return f"{words.render()} {overlay.chart.note if overlay.chart else ''}"
+
+    async def put(told: str, **texts: str) -> None:
+        for name, text in texts.items():
+            field = view.query_one(f"#measured-{name}", Input)
+            field.value = text
+            field.focus()
+        await pilot.press("enter")
+        await until(pilot, lambda: told in said())
+
+    await put("missing.csv", file="missing.csv")
+    await put("signal column", file="rig.csv", signal="z_mm")
+    await put("correlation 1.000", signal="y_mm", scale="1e-3", shift="auto")
+    await put("FAIL", band="0.01%")
+    await put("PASS: 100.0% within", offset="-1e-3")
+    await until_shown(pilot, "PASS: 100.0% within")
     assert pane.setting("measured-file", "") == "rig.csv"
     time, spectrum = (chart.chart for chart in view.query(ChartView))
     assert time is not None
@@ -53,6 +56,4 @@ async def test_measured_data_lie_over_the_run_and_pass_or_fail(
     np.testing.assert_allclose(traces["measured"].y, traces["computed"].y, atol=1e-4)
     np.testing.assert_allclose(traces["measured"].x, known.t[late], atol=1e-4)
     assert "Hz measured" in spectrum.note
-    export = pane.export(FIGURE)
-    export.write(tmp_path / "m.svg", False)
-    assert export.proposal == "base-1-measured.svg"
+    assert pane.export(FIGURE).proposal == "base-1-measured.svg"
