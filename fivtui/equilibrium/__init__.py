@@ -20,6 +20,7 @@ if TYPE_CHECKING:
     from .map import (
         MAP_VALUES as MAP_VALUES,
         StabilityMap as StabilityMap,
+        check_map as check_map,
         stability_map as stability_map,
     )
     from .report import (

@@ -133,8 +133,8 @@ def stability_map(
     Raises
     ------
     InputError
-        If `over` has not two parameters, a name is unknown, a value is out of range, or the map
-        has more than 100 000 000 points.
+        If `over` has not two parameters, a name is unknown, a value is out of range, the map has
+        more than 100 000 000 points, or is one of the critical μ over μ.
     ComputationError
         If a number overflows.
     Cancelled
@@ -152,6 +152,7 @@ def stability_map(
         raise unknown_name("map value", value, MAP_VALUES)
     if len(over) != 2:
         raise InputError(f"over: {len(over)} parameters given; must be two different ones")
+    check_map(value, tuple(over))
     (first, rows), (second, columns) = ((name, _axis(name, over[name])) for name in over)
     shape = (rows.size, columns.size)
     total = rows.size * columns.size
@@ -180,6 +181,14 @@ def stability_map(
         values=values.reshape(shape),
         excess=excess.reshape(shape),
     )
+
+
+def check_map(value: str, names: Sequence[str]) -> None:
+    """Raise `InputError` if a map's value does not depend on one of its two parameters at all."""
+    if value == "critical-mu" and "mu" in names:
+        raise InputError(
+            "critical-mu over mu: must be over two other parameters, as it does not depend on mu"
+        )
 
 
 def _axis(name: str, values: Sequence[float] | FloatArray) -> FloatArray:

@@ -4,8 +4,8 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Final, NamedTuple
 
-from fivtui.io import FORMATS, save_bytes
-from fivtui.results import Command, StudyKind
+from fivtui.io import FORMATS, save_bytes, save_json
+from fivtui.results import Command, Stored, StudyKind
 
 if TYPE_CHECKING:
     from . import data, drawing
@@ -79,5 +79,10 @@ CLAIMS: Final = StudyKind(
     save=_save_claims,
     as_json=True,
     stem=lambda _: "claims",
+    stored=Stored(
+        ".json",
+        lambda checked, path: save_json(check.claims_to_stored(checked), path),
+        check.stored_claims,
+    ),
     command=lambda _: Command("claims"),
 )

@@ -4,15 +4,23 @@ import dataclasses
 import json
 import re
 from collections.abc import Sequence
+from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pytest
 
-from fivtui.model.errors import Cancelled
+from fivtui.model.errors import Cancelled, InputError
 from fivtui.paper.amplitudes import Amplitude
 from fivtui.paper.claims.amplitude import AMPLITUDES
-from fivtui.paper.claims.check import CLAIMS, check_claims, claims_to_list
+from fivtui.paper.claims.check import (
+    CLAIMS,
+    check_claims,
+    claims,
+    claims_to_list,
+    claims_to_stored,
+    stored_claims,
+)
 from fivtui.paper.claims.claim import (
     Chapter,
     CheckedClaim,
@@ -298,3 +306,15 @@ def test_trends() -> None:
 )
 def test_a_crossing_is_found_if_there_is_one(excess: list[float], place: float | None) -> None:
     assert crossing(np.array([0.0, 10.0, 20.0, 30.0]), np.array(excess)) == place
+
+
+def test_what_was_checked_is_stored_and_read_again_unless_its_words_changed(tmp_path: Path) -> None:
+    checked = claims(["critical-friction-of-the-example"])
+    path = tmp_path / "claims.json"
+    path.write_text(json.dumps(claims_to_stored(checked)))
+    assert stored_claims(path) == checked
+    path.write_text(path.read_text().replace('"stated": "', '"stated": "about '))
+    assert stored_claims(path) == []
+    path.write_text("[{}]")
+    with pytest.raises(InputError, match="damaged"):
+        stored_claims(path)

@@ -177,10 +177,10 @@ async def test_the_button_works_and_failures_are_told_and_logged(
 async def test_every_size_shows_form_verdict_and_result(pilot: Pilot[None]) -> None:
     await run_to_end(pilot)
     for size, words in (
-        ((80, 24), ("P / N", "off belt", "kg", "74 separations")),
-        ((200, 60), ("P / N", "off belt", "stiffness of the 45° coupling", "P 0 to 2071 N")),
+        ((80, 24), ("P / N", "x / m", "off belt", "kg", "74 separations")),
+        ((200, 60), ("P / N", "off belt", "mass of the slider", "P 0 to 2071 N")),
         ((200, 60), ("±y 2nd half", "shown native 10.50")),
-        ((60, 20), ("peak |y|", "F5 Run", "k_1")),
+        ((60, 20), ("peak |y|", "F5 Run", "k1", "n: x")),
         ((40, 12), ("UNSTABLE", "F5 Run", "y / m")),
         ((39, 12), ("too small for fivtui: it needs 40 columns and 10 lines",)),
         ((100, 9), ("too small",)),

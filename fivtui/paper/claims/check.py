@@ -1,15 +1,18 @@
 """All claims of the paper, and checking them against the model."""
 
+import json
 from collections.abc import Sequence
-from typing import Final
+from pathlib import Path
+from typing import Any, Final
 
-from fivtui.model import Cancelled, unknown_name
+from fivtui.io import read_bytes
+from fivtui.model import Cancelled, InputError, unknown_name
 from fivtui.paper import PANELS, PaperResults
 from fivtui.transient import Progress
 
 from .amplitude import AMPLITUDES
 from .attractor import ATTRACTORS
-from .claim import CheckedClaim, Claim, check
+from .claim import CheckedClaim, Claim, Quantity, Verdict, check
 from .critical import CRITICAL
 from .eigenvalue import EIGENVALUES
 from .equilibrium import EQUILIBRIUM
@@ -117,3 +120,39 @@ def claims_to_list(checked: Sequence[CheckedClaim]) -> list[dict[str, str]]:
         }
         rows.append(row | ({"reason": entry.reason} if entry.reason else {}))
     return rows
+
+
+def claims_to_stored(checked: Sequence[CheckedClaim]) -> list[dict[str, Any]]:
+    """Checked claims as data that `stored_claims` reads."""
+    return [
+        {
+            "id": entry.claim.id,
+            "statement": entry.claim.statement,
+            "stated": entry.claim.stated,
+            "verdict": entry.verdict.value,
+            "quantities": [[each.name, each.value, each.unit] for each in entry.quantities],
+            "reason": entry.reason,
+        }
+        for entry in checked
+    ]
+
+
+def stored_claims(path: Path) -> list[CheckedClaim]:
+    """Read checked claims; those whose words have changed since are left out.
+
+    Raises `InputError` if the file is damaged.
+    """
+    known = {(claim.id, claim.statement, claim.stated): claim for claim in CLAIMS}
+    try:
+        return [
+            CheckedClaim(
+                known[key],
+                Verdict(row["verdict"]),
+                tuple(Quantity(str(n), float(value), str(u)) for n, value, u in row["quantities"]),
+                str(row["reason"]),
+            )
+            for row in json.loads(read_bytes(path))
+            if (key := (row["id"], row["statement"], row["stated"])) in known
+        ]
+    except (ValueError, KeyError, TypeError, RecursionError):
+        raise InputError(f"{path}: damaged") from None

@@ -1,6 +1,7 @@
 """An axis of a chart: limits, scale, ticks, zoom, typed limits. Imports no Textual."""
 
 import math
+import re
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from typing import Final, Self
@@ -129,13 +130,16 @@ def _range(values: FloatArray, *, log: bool) -> tuple[float, float] | None:
 
 
 def parse_limits(name: str, text: str, *, log: bool = False) -> tuple[float, float] | None:
-    """Parse ``LOW:HIGH``. Returns None if empty; raises `InputError` if the limits are invalid."""
-    if not text.strip():
+    """Parse ``LOW:HIGH``, also with a comma or blank between them.
+
+    Returns None if empty; raises `InputError` if the limits are invalid.
+    """
+    parts = [part for part in re.split(r"\s*[:,]\s*|\s+", text.strip()) if part]
+    if not parts:
         return None
-    low_text, colon, high_text = text.partition(":")
-    if not colon:
+    if len(parts) != 2:
         raise InputError(f"{name} {text!r}: must be {_FORM}")
-    low, high = (parse_number(name, part.strip(), _FORM) for part in (low_text, high_text))
+    low, high = (parse_number(name, part, _FORM) for part in parts)
     if not high - low > _CLOSEST * max(abs(low), abs(high)) or max(-low, high) > _WIDEST:
         raise InputError(f"{name} {text!r}: LOW must be below HIGH")
     if log and low <= 0.0:

@@ -47,8 +47,12 @@ class TextEditor(Input):
 
     def replace(self, text: str, start: int, end: int) -> None:
         """Insert text unless it turns a valid beginning into an invalid one."""
-        # Pasted text may have surrounding blanks.
+        # Pasted text may have surrounding blanks, and be of any length.
         new = text.strip() or text
+        room = self._field.longest - len(self.value) + abs(end - start)
+        if len(new) > room:
+            self.restricted()
+            new = new[: max(room, 0)]
         begin, finish = sorted((start, end))
         whole = f"{self.value[:begin]}{new}{self.value[finish:]}"
         good, right = (
@@ -151,8 +155,6 @@ _SYMBOL_WIDTH: Final = 6
 _STEP_WIDTH: Final = 3
 _STEPS_WIDTH: Final = _STEP_WIDTH * len(_SIGNS)
 _UNIT_WIDTH: Final = 6
-# From this width on, a row also shows the field's meaning.
-_WIDE: Final = 60
 
 Editor = TextEditor | ChoiceEditor | SeparationEditor
 
@@ -207,8 +209,7 @@ class FieldRow(Widget):
         """First column and width of the editor in a row of some width."""
         first = max(_SYMBOL_WIDTH, len(self._symbol) + 1) + len(_CHANGED)
         room = width - first - (0 if self.field.step_by is None else _STEPS_WIDTH + _UNIT_WIDTH)
-        # In a wide row the meaning gets most of the room.
-        return first, max(room // 3 if width >= _WIDE else room, 1)
+        return first, max(room, 1)
 
     def get_content_height(self, container: Size, viewport: Size, width: int) -> int:  # noqa: ARG002
         """One line, plus those of the error message."""
@@ -231,8 +232,6 @@ class FieldRow(Widget):
         if field.step_by is not None:
             parts += [(sign.center(_STEP_WIDTH), "$button-foreground") for sign in _SIGNS]
             parts.append((f" {field.unit}".ljust(_UNIT_WIDTH), ""))
-        if width >= _WIDE:
-            parts.append((f" {field.meaning}", "$foreground-muted"))
         line = Content.assemble(*parts)
         errors = (
             Content.styled(_INDENT + line, "$text-error") for line in self._error_lines(width)
@@ -274,12 +273,14 @@ class FieldRow(Widget):
         self._editor.focus()
 
     def on_click(self, event: Click) -> None:
-        """Change the number by a step on a click on − or +."""
+        """Change the number by a step on a click on − or +; elsewhere focus the editor."""
         first, width = self.span(self.size.width)
         place = (event.x - first - width) // _STEP_WIDTH
         if self.field.step_by is not None and event.y == 0 and place in (0, 1):
             event.stop()
             self.post_message(FieldStepped(self.field.name, (-1, +1)[place], fine=False))
+        else:
+            self.take_focus()
 
 
 class FieldList(VerticalScroll):

@@ -10,6 +10,7 @@ if TYPE_CHECKING:
         engine_words as engine_words,
         percent_text as percent_text,
     )
+    from .equations import plain_names as plain_names, symbol_of as symbol_of
     from .fields import (
         CONSIDERED as CONSIDERED,
         FIELDS as FIELDS,
@@ -42,9 +43,14 @@ if TYPE_CHECKING:
         Run as Run,
         Runs as Runs,
         RunState as RunState,
+        engine_of as engine_of,
         execute as execute,
     )
-    from .scene_differences import base_scene as base_scene, differences as differences
+    from .scene_differences import (
+        base_scene as base_scene,
+        differences as differences,
+        names_of as names_of,
+    )
     from .scenes_of_paper import paper_scenes as paper_scenes
     from .session import Session as Session
     from .studies import (

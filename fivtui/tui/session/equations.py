@@ -1,10 +1,26 @@
-"""The model's equations as text, and the parameters in them. Imports no Textual."""
+"""Parameters as the screen writes them, and the model's equations. Imports no Textual."""
 
 import re
 from dataclasses import dataclass
 from typing import Final
 
-from fivtui.model import ParameterSpec
+from fivtui.model import ALL_PARAMETERS, ParameterSpec
+
+
+def symbol_of(name: str) -> str:
+    """A parameter as the screen writes it: μ for ``mu``, and its name if that is its symbol."""
+    spec = ALL_PARAMETERS.get(name)
+    return name if spec is None or spec.symbol.isascii() else spec.symbol
+
+
+# What may be typed for a name: what is on the screen, and the paper's symbols.
+_NAMES: Final = {spec.symbol: name for name, spec in ALL_PARAMETERS.items()}
+_SYMBOLS: Final = re.compile(rf"(?<!\w)({'|'.join(map(re.escape, _NAMES))})(?!\w)")
+
+
+def plain_names(text: str) -> str:
+    """A text with parameters' names in place of their symbols, e.g. ``k1=1:9:3`` of ``k_1=…``."""
+    return _SYMBOLS.sub(lambda found: _NAMES[found[0]], text)
 
 
 @dataclass(frozen=True, slots=True)

@@ -34,7 +34,7 @@ from fivtui.transient import (
     check_tolerance,
 )
 
-from .equations import equations_with
+from .equations import equations_with, symbol_of
 from .steps import Step, by_decade, by_digit
 
 CONSIDERED: Final = "considered"
@@ -80,6 +80,8 @@ class FormField:
         The only valid texts and their meanings, if there is a fixed set.
     details : tuple of (str, str)
         Labelled lines of help.
+    longest : int
+        Most characters of a text.
     """
 
     name: str
@@ -96,13 +98,14 @@ class FormField:
     when_empty: str = ""
     choices: Mapping[str, str] | None = None
     details: tuple[tuple[str, str], ...] = ()
+    longest: int = 40
 
 
 def _parameter(spec: ParameterSpec) -> FormField:
     return FormField(
         name=spec.name,
         group="Parameters",
-        symbol=spec.symbol,
+        symbol=symbol_of(spec.name),
         unit=spec.unit,
         meaning=spec.meaning,
         allowed=spec.allowed,
@@ -212,6 +215,7 @@ _OF_THE_RUN: Final = (
         check=_check_start,
         text_of=_start_text,
         typed=f"{_STATIC_BEGUN}|{_NUMBERS_BEGUN}",
+        longest=160,
         details=(("static", "at rest at the equilibrium for μ = 0; the belt starts at t = 0"),),
     ),
     FormField(
@@ -268,6 +272,7 @@ _OF_THE_RUN: Final = (
         text_of=lambda scene: ", ".join(f"{name}={error:g}" for name, error in scene.accuracy),
         typed=_ACCURACY_BEGUN,
         when_empty="tol or step",
+        longest=400,
         details=tuple(QUANTITIES.items()),
     ),
     FormField(

@@ -24,7 +24,7 @@ KEYS: Final = (
     Row("F1", "help on the focused field"),
     Row("Ctrl+P", "palette: all commands that apply now"),
     Row("F10", "start or stop the computation of the current tab"),
-    Row("v", "in a tab: next view"),
+    Row("v, n", "in a tab: next view; over time, the next quantity where not all have room"),
     Row("h j k l, arrows", "in a plot: pan; Shift+↑ ↓: zoom y; + −, wheel: zoom"),
     Row("r, e", "in a plot: r fits the data; e, over time: the last tenth of the run"),
     Row("c", "in a plot: cursor on or off, moved by the arrows; Enter: run the point"),

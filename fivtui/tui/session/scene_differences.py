@@ -1,10 +1,13 @@
 """Differences between scenes, for lists and command lines. Imports no Textual."""
 
+from collections import Counter
+from collections.abc import Mapping
 from dataclasses import dataclass
 
 from fivtui.model import ALL_PARAMETERS, NONE
 from fivtui.scene import DEFAULT_PRESET, PRESETS, Scene
 
+from .equations import symbol_of
 from .fields import CONSIDERED, FIELDS
 
 
@@ -27,7 +30,7 @@ class Difference:
         return [f"--{self.name.replace('_', '-')}={self.text.replace(' ', '')}"]
 
     def __str__(self) -> str:
-        return f"{self.name}={self.text.replace(' ', '')}"
+        return f"{symbol_of(self.name)}={self.text.replace(' ', '')}"
 
 
 def differences(scene: Scene, origin: Scene) -> list[Difference]:
@@ -38,6 +41,26 @@ def differences(scene: Scene, origin: Scene) -> list[Difference]:
         for name, text in texts.items()
         if text != FIELDS[name].text_of(origin)
     ]
+
+
+def names_of(scenes: Mapping[int, Scene]) -> list[str]:
+    """Legend entries of numbered runs: what differs in their scenes, or else their numbers."""
+    texts = [
+        {name: field.text_of(scene) for name, field in FIELDS.items()} for scene in scenes.values()
+    ]
+    varied = [name for name in FIELDS if len({text[name] for text in texts}) > 1]
+    names = [", ".join(_said(name, text[name]) for name in varied) for text in texts]
+    counts = Counter(names)
+    return [
+        name if counts[name] == 1 and name else ", ".join(filter(None, [name, f"run {number}"]))
+        for number, name in zip(scenes, names, strict=True)
+    ]
+
+
+def _said(name: str, text: str) -> str:
+    if name in ("method", "accuracy") and text:
+        return text
+    return f"{symbol_of(name)} {text or FIELDS[name].when_empty}"
 
 
 def base_scene() -> Scene:

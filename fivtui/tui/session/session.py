@@ -12,6 +12,7 @@ from fivtui.transient import METHODS, Start, takes_step
 from fivtui.tui.chart import View
 
 from .editing import Editing
+from .equations import symbol_of
 from .fields import CONSIDERED, FIELDS
 from .report import Coexisting
 from .runs import FMU_ENGINES, Run, Runs, engine_of
@@ -84,7 +85,7 @@ class Session(Editing):
         try:
             FIELDS[name].check(self.texts[name])
         except InputError as error:
-            return str(error)
+            return str(error).replace(f"{name} =", f"{symbol_of(name)} =", 1)
         timed = name in dict(self._loaded.over_time)
         if timed and self.texts[name] != FIELDS[name].text_of(self._loaded):
             return f"{name}: follows a table over time; must not be changed"

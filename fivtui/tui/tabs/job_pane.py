@@ -7,8 +7,9 @@ from typing import Any, ClassVar, Final
 from textual import on
 from textual.app import ComposeResult
 from textual.containers import Horizontal
+from textual.events import DescendantBlur, DescendantFocus
 from textual.message import Message
-from textual.widgets import Button, ProgressBar, Static
+from textual.widgets import Button, Input, ProgressBar, Static
 from textual.worker import Worker, WorkerState
 
 from fivtui.model import InputError
@@ -56,10 +57,13 @@ class JobPane(ViewsPane):
         Label of the button.
     HINT : str
         Text before the first result.
+    FORM : str
+        What may be typed into the input of the bar; displayed while it has the focus.
     """
 
     VERB: ClassVar[str] = "Compute"
     HINT: ClassVar[str] = ""
+    FORM: ClassVar[str] = ""
 
     @dataclass
     class Ended(Message):
@@ -72,6 +76,7 @@ class JobPane(ViewsPane):
         super().__init__(session)
         self.job: Job | None = None
         self.words = self.HINT
+        self._typing = False
 
     def compose(self) -> ComposeResult:
         """The bar above the views."""
@@ -128,7 +133,7 @@ class JobPane(ViewsPane):
             try:
                 self.begin()
             except InputError as error:
-                self.words = str(error)
+                self.words, self._typing = str(error), False
                 self.post_message(Reported(str(error), error=True))
         self._show_bar()
         return True
@@ -164,7 +169,16 @@ class JobPane(ViewsPane):
 
     def say(self, words: str) -> None:
         """Display words in the bar while no job is running."""
-        self.words = words
+        self.words, self._typing = words, False
+        self._show_bar()
+
+    @on(DescendantFocus)
+    @on(DescendantBlur)
+    def _show_form(self) -> None:
+        # What may be typed, or the usual words again; the two events may come in any order.
+        focused = self.screen.focused
+        here = isinstance(focused, Input) and self in focused.ancestors
+        self._typing = bool(self.FORM) and here
         self._show_bar()
 
     def _tick(self) -> None:
@@ -175,4 +189,4 @@ class JobPane(ViewsPane):
             self.progressed()
 
     def _show_bar(self) -> None:
-        self.query_one(JobBar).show(self.job, self.words)
+        self.query_one(JobBar).show(self.job, self.FORM if self._typing else self.words)

@@ -56,6 +56,7 @@ class MapPane(JobPane):
 
     NAME: ClassVar[str] = "map"
     VERB: ClassVar[str] = "Map"
+    FORM: ClassVar[str] = "NAME=START:STOP:COUNT, two of them"
     VIEWS: ClassVar[Mapping[str, str]] = {"map-view": "Map"}
 
     def __init__(self, session: Session) -> None:
@@ -117,7 +118,7 @@ class MapPane(JobPane):
             self.say(str(error))
 
     def _request(self) -> tuple[dict[str, FloatArray], Parameters, object]:
-        first, second = map_request(self.query_one("#over", Input).value)
+        first, second = map_request(self.query_one("#over", Input).value, self._value)
         p = self.session.parameters()
         # The mapped parameters' own values do not matter.
         others = tuple(
@@ -180,14 +181,32 @@ class MapPane(JobPane):
         self.stop()
         self.work()
 
+    def check_action(self, action: str, parameters: tuple[object, ...]) -> bool | None:  # noqa: ARG002
+        """All actions apply: a view of the map is a value."""
+        return True
+
+    def action_turn_view(self) -> None:
+        """Map the next value."""
+        names = list(VALUES)
+        self._choose(names[(names.index(self._value) + 1) % len(names)])
+
     @on(Button.Pressed, ".value")
     def _chosen(self, event: Button.Pressed) -> None:
         event.stop()
-        self._value = str(event.button.id).removeprefix(_PREFIX)
-        self.keep(_VALUE, self._value)
+        self._choose(str(event.button.id).removeprefix(_PREFIX))
+
+    def _choose(self, value: str) -> None:
+        self._value = value
+        self.keep(_VALUE, value)
         for button in self.query(".value"):
-            button.set_class(button is event.button, "-active")
+            button.set_class(button.id == f"{_PREFIX}{value}", "-active")
         self.stop()
+        try:
+            self._request()
+        except InputError as error:
+            # The displayed map is of another value.
+            self._computed = None
+            self.query_one(ChartView).show(None, nothing=str(error))
         self.work()
 
     @on(ChartView.Opened)

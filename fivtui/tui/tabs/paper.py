@@ -1,5 +1,6 @@
 """The paper tab: figures and claims, computed on request."""
 
+from collections import Counter
 from collections.abc import Mapping
 from typing import TYPE_CHECKING, ClassVar, Final
 
@@ -12,7 +13,7 @@ from textual.widgets import DataTable, Static
 from fivtui.model import Cancelled, InputError
 from fivtui.studies import study
 from fivtui.tui.chart import ChartView
-from fivtui.tui.session import Job, Session, study_line
+from fivtui.tui.session import DisplayedStudy, Job, Session, study_line
 
 from .exports.export import DATA, FIGURE, KINDS, Export, as_displayed, study_export
 from .job_pane import JobPane
@@ -24,10 +25,20 @@ if TYPE_CHECKING:
 
 
 _SHOWN: Final = "figure"
+_CLAIMS: Final = "claims"
 
 
 class _Table(ListTable[str]):
     BINDINGS: ClassVar[list[BindingType]] = [Binding("enter", "select_cursor", "Show")]
+
+
+class _Figures(_Table):
+    wrapped = "what it shows"
+
+
+class _Claims(_Table):
+    # What is stated stands below the list, too.
+    wrapped, dropped = "statement", "stated"
 
 
 class PaperPane(JobPane):
@@ -47,15 +58,15 @@ class PaperPane(JobPane):
         super().__init__(session)
         self._study: PaperResults | None = None
         self._computed: dict[str, FigureData] = {}
-        self._checked: dict[str, CheckedClaim] = {}
+        self._listed: DisplayedStudy[list[CheckedClaim]] | None = None
         # The stored axis limits belong to the stored figure.
         self._shown = self._drawn = self.setting(_SHOWN, "")
 
     def compose_views(self) -> ComposeResult:
         """Two tables and two charts."""
-        yield _Table(id="figures", cursor_type="row", zebra_stripes=True)
+        yield _Figures(id="figures", cursor_type="row", zebra_stripes=True)
         with Vertical(id="claims"):
-            yield _Table(id="claims-table", cursor_type="row", zebra_stripes=True)
+            yield _Claims(id="claims-table", cursor_type="row", zebra_stripes=True)
             yield Static("", id="claim", markup=False)
         with Vertical(id="figure"):
             yield ChartView("figure-1", nothing="select a figure", openable=True)
@@ -108,11 +119,32 @@ class PaperPane(JobPane):
         rows = dict(zip(PANELS, figure_rows(list(self._computed)), strict=True))
         self.query_one("#figures", _Table).fill(FIGURE_COLUMNS, rows)
 
+    @property
+    def _checked(self) -> "dict[str, CheckedClaim]":
+        # Checked here, or restored.
+        displayed = self.session.studies.get(_CLAIMS)
+        return {} if displayed is None else {each.claim.id: each for each in displayed.value}
+
+    def scene_changed(self) -> None:
+        """List verdicts that were restored."""
+        displayed = self.session.studies.get(_CLAIMS)
+        if displayed is not None and displayed is not self._listed:
+            if self.job is None:
+                self._count()
+            if self.view == "claims":
+                self._list_claims()
+
+    def _count(self) -> None:
+        counts = Counter(str(entry.verdict) for entry in self._checked.values())
+        words = ", ".join(f"{verdict} {count}" for verdict, count in counts.items())
+        self.say(f"{counts.total()} claims: {words}")
+
     def _list_claims(self) -> None:
         from fivtui.paper import CLAIMS
 
         from .charts.paper import CLAIM_COLUMNS, claim_rows
 
+        self._listed = self.session.studies.get(_CLAIMS)
         rows = claim_rows(CLAIMS, self._checked)
         named = {claim.id: row for claim, row in zip(CLAIMS, rows, strict=True)}
         self.query_one("#claims-table", _Table).fill(CLAIM_COLUMNS, named)
@@ -163,9 +195,7 @@ class PaperPane(JobPane):
             self.show_view("claims")
 
         def compute(job: Job) -> object:
-            return {
-                found.claim.id: found for found in check_claims(self._source(), progress=job.report)
-            }
+            return check_claims(self._source(), progress=job.report)
 
         self.start(compute)
 
@@ -179,13 +209,9 @@ class PaperPane(JobPane):
                 self.draw()
             else:
                 self.show_view("figure")
-        elif isinstance(result, dict):
-            self._checked.update(result)
-            counts: dict[str, int] = {}
-            for entry in self._checked.values():
-                counts[str(entry.verdict)] = counts.get(str(entry.verdict), 0) + 1
-            words = ", ".join(f"{verdict} {count}" for verdict, count in counts.items())
-            self.say(f"{len(self._checked)} claims: {words}")
+        elif isinstance(result, list):
+            self.session.studies.put(_CLAIMS, DisplayedStudy(result, _CLAIMS))
+            self._count()
             self.draw()
 
     # A figure

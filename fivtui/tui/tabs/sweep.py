@@ -12,9 +12,10 @@ from textual.widgets import Input, Static
 
 from fivtui.model import InputError
 from fivtui.tui.chart import ChartView
-from fivtui.tui.session import DisplayedStudy, Job, Session, study_line
+from fivtui.tui.session import DisplayedStudy, Job, Session, study_line, symbol_of
 
 from .charts.sweep import (
+    ASKED_FROM,
     EXAMPLE,
     SweepPoints,
     case_of,
@@ -30,10 +31,10 @@ from .charts.sweep import (
 )
 from .exports.export import Export, as_displayed, scene_study_export
 from .job_pane import JobPane
-from .messages import PointOpened
+from .messages import PointOpened, Reported
 
 if TYPE_CHECKING:
-    from fivtui.sweeps import Rows, Sweep
+    from fivtui.sweeps import Rows, Study, Sweep
 
 _NOTHING: Final = "no sweep to export yet: press F10"
 _PARTIAL: Final = "the sweep is incomplete and cannot be exported: F10 computes it again"
@@ -45,6 +46,7 @@ class SweepPane(JobPane):
     NAME: ClassVar[str] = "sweep"
     VERB: ClassVar[str] = "Sweep"
     HINT: ClassVar[str] = "F10: compute, Enter: run a point"
+    FORM: ClassVar[str] = "NAME=START:STOP:COUNT or NAME=A,B,C"
     VIEWS: ClassVar[Mapping[str, str]] = {"amplitudes": "Amplitudes"}
 
     @dataclass
@@ -56,6 +58,8 @@ class SweepPane(JobPane):
 
     def __init__(self, session: Session) -> None:
         super().__init__(session)
+        # The large sweep that F10 computes when pressed again.
+        self._asked: Study | None = None
         self._drawn: DisplayedStudy[Sweep] | None = None
         self._points: SweepPoints | None = None
 
@@ -72,6 +76,13 @@ class SweepPane(JobPane):
     def begin(self) -> None:
         """Sweep the edited scene."""
         study = sweep_request(self.session.scene(), self.query_one("#vary", Input).value)
+        asked, self._asked = self._asked, study
+        if study.members > ASKED_FROM and study != asked:
+            words = f"{study.members} runs: F10 again computes them"
+            self.say(words)
+            self.post_message(Reported(words))
+            return
+        self._asked = None
 
         def compute(job: Job) -> "Sweep":
             parts: list[Rows] = []
@@ -166,7 +177,7 @@ class SweepPane(JobPane):
         scene = point_scene(study, point, case)
         texts = point_texts(scene)
         values = zip(study.design.axes, (point.x, point.y), strict=False)
-        words = ", ".join(f"{name} = {value:g}" for name, value in values)
+        words = ", ".join(f"{symbol_of(name)} = {value:g}" for name, value in values)
         words = f"opened {words}, separation {texts['separation']}"
         self.post_message(PointOpened(texts, words))
 

@@ -1,7 +1,8 @@
 """Tables: lists with columns as wide as their contents, and rows of label, value and note."""
 
 from collections.abc import Mapping, Sequence
-from typing import ClassVar, TypeVar
+from textwrap import wrap
+from typing import ClassVar, Final, TypeVar
 
 from rich.cells import cell_len
 from rich.table import Table
@@ -14,13 +15,20 @@ from textual.widgets import DataTable, Static
 from fivtui.results import Row
 
 Cell = TypeVar("Cell", str, str | Text)
+# Columns that a wrapped column keeps.
+_LEAST: Final = 12
 
 
 class ListTable(DataTable[Cell]):
     """A table with vi keys and measured columns.
 
-    Textual measures columns one frame late and never shrinks them.
+    Textual measures columns one frame late and never shrinks them. Where there is too little room
+    the column `dropped` is left out, then the column `wrapped` is wrapped.
     """
+
+    wrapped: str = ""
+    dropped: str = ""
+    _filled: tuple[Sequence[str], Mapping[str, Sequence[Cell]]] | None = None
 
     BINDINGS: ClassVar[list[BindingType]] = [
         Binding("j", "cursor_down", "Down", show=False),
@@ -31,15 +39,39 @@ class ListTable(DataTable[Cell]):
 
     def fill(self, columns: Sequence[str], rows: Mapping[str, Sequence[Cell]]) -> None:
         """Replace columns and rows (by row key); the cursor keeps its place."""
+        self._filled = columns, rows
         place, across = self.cursor_row, self.scroll_x
         self.clear(columns=True)
-        for number, label in enumerate(columns):
-            widths = [_width(row[number]) for row in rows.values()]
-            self.add_column(label, width=max(cell_len(label), *widths, 0))
+        widths = {
+            number: max(cell_len(label), *(_width(row[number]) for row in rows.values()), 0)
+            for number, label in enumerate(columns)
+        }
+        if self._lack(widths) > 0 and self.dropped in columns:
+            del widths[columns.index(self.dropped)]
+        lack, wrapped = self._lack(widths), -1
+        if lack > 0 and self.wrapped in columns:
+            wrapped = columns.index(self.wrapped)
+            widths[wrapped] = max(widths[wrapped] - lack, _LEAST)
+        for number, width in widths.items():
+            self.add_column(columns[number], width=width)
         for key, row in rows.items():
-            self.add_row(*row, key=key)
+            shown = {number: row[number] for number in widths}
+            lines = wrap(str(row[wrapped]), widths[wrapped]) if wrapped >= 0 else []
+            if lines:
+                shown[wrapped] = "\n".join(lines)
+            self.add_row(*shown.values(), key=key, height=max(len(lines), 1))
         self.move_cursor(row=place)
         self.scroll_x = across
+
+    def _lack(self, widths: Mapping[int, int]) -> int:
+        # Columns that the table is too narrow by; before it has a size none.
+        needed = sum(width + 2 * self.cell_padding for width in widths.values())
+        return needed - self.scrollable_content_region.width if self.size.width else 0
+
+    def on_resize(self) -> None:
+        """Wrap for the new width."""
+        if (self.wrapped or self.dropped) and self._filled is not None:
+            self.fill(*self._filled)
 
 
 def _width(cell: str | Text) -> int:

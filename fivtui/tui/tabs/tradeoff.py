@@ -26,6 +26,10 @@ _QUANTITY = "quantity"
 _NOTHING = "no trade-off to export yet: press F10"
 
 
+class _Settings(ListTable[str]):
+    wrapped = "method"
+
+
 class TradeoffPane(JobPane):
     """Errors against CPU time of the edited scene, for every method and setting."""
 
@@ -53,7 +57,7 @@ class TradeoffPane(JobPane):
         with Vertical(id="errors"):
             yield ChartView("errors-chart", nothing="not measured yet: press F10")
             yield Static("", id="present", markup=False)
-        yield ListTable[str](id="settings", cursor_type="row", zebra_stripes=True)
+        yield _Settings(id="settings", cursor_type="row", zebra_stripes=True, fixed_columns=1)
 
     def begin(self) -> None:
         """Measure the edited scene."""

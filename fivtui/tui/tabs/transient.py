@@ -1,6 +1,7 @@
 """The transient tab: time histories, phase portraits, spectrum, difference, summary."""
 
 from collections.abc import Mapping, Sequence
+from dataclasses import replace
 from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, ClassVar, Final
@@ -16,7 +17,7 @@ from fivtui.equilibrium import stability
 from fivtui.model import ComputationError, InputError
 from fivtui.transient import Transient
 from fivtui.tui.chart import Axis, ChartView
-from fivtui.tui.session import Run, Session, remark, result_brief
+from fivtui.tui.session import Run, Session, names_of, remark, result_brief
 
 from .charts.transient import (
     PlottedRun,
@@ -38,7 +39,7 @@ if TYPE_CHECKING:
 # Time histories from the top, and by importance where there is little room.
 _QUANTITIES: Final = ("y", "x", "P")
 _FIRST: Final = ("y", "P", "x")
-_LEAST_ROWS: Final = 6
+_LEAST_ROWS: Final = 5
 _LAST_PART: Final = 0.1
 _NOTHING: Final = "no run yet: press F5"
 _NO_SPECTRUM: Final = "no chart to export: too few samples in its time window"
@@ -62,11 +63,17 @@ class TransientPane(ViewsPane):
         "measured": "Measured",
     }
     LOG_AXES: ClassVar[Mapping[str, str]] = {"plot-spectrum": "y"}
-    BINDINGS: ClassVar[list[BindingType]] = [Binding("e", "show_end", "End")]
+    BINDINGS: ClassVar[list[BindingType]] = [
+        Binding("e", "show_end", "End"),
+        Binding("n", "turn_quantity", "Next quantity"),
+    ]
 
     def __init__(self, session: Session) -> None:
         super().__init__(session)
         self._plotted: list[PlottedRun] = []
+        # The run that is plotted first.
+        self._first: Run | None = None
+        self._order = _FIRST
 
     def compose(self) -> ComposeResult:
         """The views and the summary."""
@@ -102,15 +109,17 @@ class TransientPane(ViewsPane):
         first, *others = result_brief(run.result)
         lines = [first, *_remarks(run.result), *others]
         self.query_one("#summary", Static).update("\n".join(lines))
-        drawn = reversed(list(self.session.runs.drawn))
-        self._show([each for each in map(_plotted_run, drawn) if each is not None])
+        drawn = list(reversed(self.session.runs.drawn))
+        names = names_of({each.number: each.scene for each in drawn})
+        plotted = map(_plotted_run, drawn, names)
+        self._show([each for each in plotted if each is not None], run)
 
     def run_progressed(self, run: Run) -> None:
         """Display the part of a run computed so far."""
         trajectory = run.partial.trajectory()
         if trajectory is not None:
             separated = separated_samples(trajectory)
-            name = f"run {run.number}"
+            name = _number(run)
             style = run.style
             self._show(
                 [
@@ -122,11 +131,12 @@ class TransientPane(ViewsPane):
                         style.marker_sign,
                         style.colour_code,
                     )
-                ]
+                ],
+                run,
             )
 
-    def _show(self, plotted: list[PlottedRun]) -> None:
-        self._plotted = plotted
+    def _show(self, plotted: list[PlottedRun], first: Run) -> None:
+        self._plotted, self._first = plotted, first
         self.draw()
 
     def draw(self) -> None:
@@ -164,12 +174,14 @@ class TransientPane(ViewsPane):
             view.show(None, nothing=str(error))
 
     def _draw_difference(self) -> None:
+        if self._first is None:
+            return
         run = self.session.runs.baseline
-        baseline = None if run is None else _plotted_run(run)
-        shown = self._plotted[0]
+        baseline = None if run in (None, self._first) else _plotted_run(run, _number(run))
+        shown = replace(self._plotted[0], name=_number(self._first))
         for quantity in ("y", "P"):
             chart = None
-            if baseline is not None and baseline.name != shown.name:
+            if baseline is not None:
                 last = quantity == "P"
                 chart = difference_chart(quantity, shown, baseline, x_axis=last)
             self.query_one(f"#difference-{quantity}", ChartView).show(chart)
@@ -211,7 +223,7 @@ class TransientPane(ViewsPane):
             return plain
         if charts is None:
             raise InputError(_NO_CHARTS.get(self.view, _NO_SPECTRUM))
-        of = f"run {run.number}" if self.view == "time" else f"run {run.number}, {self.view}"
+        of = _number(run) if self.view == "time" else f"{_number(run)}, {self.view}"
         stem = Path(plain.proposal).stem + ("" if self.view == "time" else f"-{self.view}")
         if what != FIGURE:
             return points_export(of, stem, charts)
@@ -221,10 +233,32 @@ class TransientPane(ViewsPane):
 
     @on(Resize)
     def _fit(self, _event: Resize) -> None:
+        self._fit_order()
+
+    def _fit_order(self) -> None:
         room = max(self.views.size.height // _LEAST_ROWS, 1)
         for name in _QUANTITIES:
-            self.query_one(f"#plot-{name}").display = name in _FIRST[:room]
+            self.query_one(f"#plot-{name}").display = name in self._order[:room]
+        unseen = ", ".join(self._order[room:])
+        self.query_one("#unseen", Static).update(unseen and f"n: {unseen}")
+        self.refresh_bindings()
         self.draw()
+
+    def compose_bar(self) -> ComposeResult:
+        """The quantities without room."""
+        yield Static("", id="unseen", classes="words", markup=False)
+
+    def check_action(self, action: str, parameters: tuple[object, ...]) -> bool | None:
+        """Whether an action applies: the next quantity where some have no room."""
+        if action == "turn_quantity":
+            charts = (self.query_one(f"#plot-{name}") for name in _QUANTITIES)
+            return self.view == "time" and not all(chart.display for chart in charts)
+        return super().check_action(action, parameters)
+
+    def action_turn_quantity(self) -> None:
+        """Plot the quantities over time that had no room."""
+        self._order = (*self._order[1:], self._order[0])
+        self._fit_order()
 
     @on(ChartView.Moved)
     def _moved(self, event: ChartView.Moved) -> None:
@@ -250,22 +284,27 @@ class TransientPane(ViewsPane):
             self.draw()
 
 
-def _plotted_run(run: Run) -> PlottedRun | None:
+def _number(run: Run) -> str:
+    return f"run {run.number}"
+
+
+def _plotted_run(run: Run, name: str) -> PlottedRun | None:
     if run.result is None:
         return None
     style = run.style
-    return plotted_run(run.result, f"run {run.number}", style.marker_sign, style.colour_code)
+    return plotted_run(run.result, name, style.marker_sign, style.colour_code)
 
 
 def _names(drawn: Sequence[Run]) -> dict[str, str]:
-    # Outside the laboratory a run's number says nothing.
+    # By the names on the screen.
     from fivtui.transient import run_labels
 
-    known = [(run.number, run.result) for run in drawn if run.result is not None]
-    labels = run_labels([result for _, result in known])
+    known = {run.number: run for run in drawn}
+    labels = run_labels([run.result for run in drawn if run.result is not None])
+    names = names_of({number: run.scene for number, run in known.items()})
     return {
-        f"run {number}": f"run {number}: {label}"
-        for (number, _), label in zip(known, labels, strict=True)
+        name: f"run {number}: {label}"
+        for number, name, label in zip(known, names, labels, strict=True)
     }
 
 

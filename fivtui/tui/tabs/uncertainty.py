@@ -44,6 +44,7 @@ class UncertaintyPane(JobPane):
     NAME: ClassVar[str] = _KIND
     VERB: ClassVar[str] = "Scatter"
     HINT: ClassVar[str] = "F10: compute"
+    FORM: ClassVar[str] = "NAME~normal:MEAN:SD ~uniform:LOW:HIGH"
     VIEWS: ClassVar[Mapping[str, str]] = {
         "histogram": "Histogram",
         "indices": "Drivers",

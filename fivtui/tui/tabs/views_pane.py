@@ -67,6 +67,10 @@ class ViewsPane(Pane):
         for chart in self.query(ChartView):
             chart.redraw()
 
+    def check_action(self, action: str, parameters: tuple[object, ...]) -> bool | None:  # noqa: ARG002
+        """Whether an action applies: turning takes more than one view."""
+        return action != "turn_view" or len(self.VIEWS) > 1
+
     def draw(self) -> None:
         """Draw the current view."""
         raise NotImplementedError

@@ -66,6 +66,7 @@ def test_limits_that_are_none_are_refused(text: str) -> None:
 
 def test_limits_are_read() -> None:
     assert parse_limits("x", " -1 : 2e3 ") == (-1.0, 2000.0)
+    assert [parse_limits("x", text) for text in ("60,70", "60 70", "60, 70 ")] == [(60.0, 70.0)] * 3
     assert parse_limits("x", "  ") is None
     with pytest.raises(InputError, match="above 0"):
         parse_limits("x", "0:1", log=True)

@@ -2,6 +2,7 @@ import re
 
 import pytest
 from textual._xterm_parser import XTermParser
+from textual.events import Paste
 from textual.pilot import Pilot
 from textual.widgets import Checkbox, Input, Select
 
@@ -9,7 +10,7 @@ from fivtui.equilibrium.eigenvalues import stability
 from fivtui.model.parameters import Parameters
 from fivtui.scene.presets import PRESETS
 from fivtui.tui.app import FivtuiApp
-from fivtui.tui.lab.form import FieldList
+from fivtui.tui.lab.form import FieldList, FieldRow, Form, TextEditor
 from fivtui.tui.session.fields import FIELDS
 from tests.support.laboratory import (
     app_of,
@@ -33,7 +34,7 @@ async def test_the_first_screen_has_scene_fields_verdict_and_keys(pilot: Pilot[N
     assert "no run yet" in shown
     assert shown.splitlines()[-1].startswith("F5 Run F1 Help")
     lines = [" ".join(line.split()) for line in shown.splitlines()]
-    for words in ("k_nl 100 − + N/m^3", "μ 0.7 − +", "c_1 0.32 − + N s/m", "tol 1e-12 − +"):
+    for words in ("k_nl 100 − + N/m^3", "μ 0.7 − +", "c1 0.32 − + N s/m", "tol 1e-12 − +"):
         assert any(line.startswith(words) for line in lines), words
     await focus(pilot, "c2")
     assert "vertical damping" in text_of(pilot)
@@ -217,3 +218,23 @@ def test_every_text_that_a_field_takes_can_be_typed(name: str, text: str) -> Non
     FIELDS[name].check(text)
     for length in range(len(text) + 1):
         assert length == 0 or re.fullmatch(FIELDS[name].typed, text[:length]), text[:length]
+
+
+async def test_a_row_takes_clicks_over_its_whole_width_and_a_long_paste_is_cut(
+    pilot: Pilot[None],
+) -> None:
+    row = pilot.app.screen.query_one("#row-k2", FieldRow)
+    editor = row.query_one(TextEditor)
+    for column in (1, row.size.width - 1):
+        await focus(pilot, "F")
+        await pilot.click("#row-k2", offset=(column, 0))
+        await until(pilot, lambda: editor.has_focus)
+    await pilot.press("end", *["backspace"] * 5)
+    editor.post_message(Paste("1" * 20_000))
+    await until(pilot, lambda: editor.value == "1" * FIELDS["k2"].longest)
+    await until_shown(pilot, "k2 = 1.11111e+39: must be above 0")
+    assert "F5 Run" in text_of(pilot)
+    width = pilot.app.screen.query_one(Form).size.width
+    await pilot.resize_terminal(160, 40)
+    await until(pilot, lambda: pilot.app.screen.size.width == 160)
+    assert pilot.app.screen.query_one(Form).size.width == width

@@ -129,7 +129,7 @@ async def test_a_sweep_is_read_shown_and_opened(pilot: Pilot[None], written: Pat
     assert "peak considered" in text_of(pilot)
     view = pilot.app.screen.query_one("#sweep-chart", ChartView)
     assert view.chart is not None
-    assert view.chart.x_label == "mu"
+    assert view.chart.x_label == "μ"
     view.focus()
     await pilot.press("c", "shift+right", "enter")
     runs = app_of(pilot).session.runs

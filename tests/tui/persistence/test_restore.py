@@ -8,11 +8,12 @@ from typing import Any
 import numpy as np
 import pytest
 from textual.pilot import Pilot
-from textual.widgets import Input
+from textual.widgets import DataTable, Input
 
 from fivtui.equilibrium.files import save_map
 from fivtui.equilibrium.map import stability_map
 from fivtui.model.errors import InputError
+from fivtui.paper.claims.check import claims
 from fivtui.scene.presets import PRESETS
 from fivtui.simulation import simulate
 from fivtui.sweeps.rows import compute_rows
@@ -98,7 +99,7 @@ async def test_what_was_left_is_shown_again(
         await show_tab(pilot, "alt+4")
         await until_shown(pilot, "11253 points")
         editor = pilot.app.screen.query_one("#over", Input)
-        editor.value = "mu=0:1.5:7 k_nl=1:500:5"
+        editor.value = "c1=0.1:1.5:7 k_nl=1:500:5"
         editor.focus()
         await pilot.press("enter")
         await pilot.click("#value-critical-mu")
@@ -285,3 +286,18 @@ def test_what_is_too_large_is_a_note_and_foreign_names_are_refused(
     assert (tmp_path / "mine.npz").is_file()
     with pytest.raises(InputError, match="the map of the last session could not be restored"):
         store.get("map", StoredResult("map-0123456789abcdef.npz"))
+
+
+async def test_verdicts_on_the_papers_claims_outlast_a_restart(tmp_path: Path) -> None:
+    kept = tmp_path / "session.json"
+    async with FivtuiApp(state=kept).run_test(size=SIZE) as pilot:
+        checked = claims(["critical-friction-of-the-example"])
+        app_of(pilot).session.studies.put("claims", DisplayedStudy(checked, "claims"))
+    async with FivtuiApp(state=kept).run_test(size=SIZE) as pilot:
+        await show_tab(pilot, "alt+6")
+        await until_shown(pilot, "1 claims: does not hold 1")
+        pilot.app.screen.query_one("#figures").focus()
+        await pilot.press("v")
+        await until_shown(pilot, "verdict section statement")
+        table = pilot.app.screen.query_one("#claims-table", DataTable)
+        assert table.get_row(checked[0].claim.id)[0] == "does not hold"

@@ -10,7 +10,9 @@ from fivtui.model.parameters import BELT_PARAMETERS, PARAMETERS, Parameters
 from fivtui.ranges import number_text
 from fivtui.scene.presets import PRESETS
 from fivtui.scene.scene import Scene
+from fivtui.tui.session.equations import plain_names, symbol_of
 from fivtui.tui.session.fields import FIELDS
+from fivtui.tui.session.scene_differences import names_of
 from fivtui.tui.session.session import Session
 from fivtui.tui.session.steps import by_decade, by_digit
 
@@ -43,7 +45,7 @@ def test_fields_repeat_the_parameter_table() -> None:
     for name, spec in PARAMETERS.items():
         field = FIELDS[name]
         shown = (field.symbol, field.unit, field.meaning, field.allowed)
-        assert shown == (spec.symbol, spec.unit, spec.meaning, spec.allowed)
+        assert shown == (symbol_of(name), spec.unit, spec.meaning, spec.allowed)
         assert field.check(field.default) == spec.default
 
 
@@ -77,7 +79,7 @@ def test_a_value_that_follows_a_table_over_time_is_not_edited() -> None:
         ("m", "0", "m = 0: must be above 0 and at most 1e+09 kg"),
         ("k_nl", "stiff", "k_nl = 'stiff': not a number"),
         ("F", "", "F = '': not a number"),
-        ("mu", "nan", "mu = nan: not a finite number"),
+        ("mu", "nan", "μ = nan: not a finite number"),
         ("t_end", "-1", "t_end = -1: must be above 0"),
         ("tol", "1", "tol = 1: must be from"),
         ("start", "1,2,3", "start = '1,2,3': must be static, or four finite numbers"),
@@ -244,7 +246,7 @@ def test_the_fields_beside_the_parameters_say_what_they_are_and_in_which_unit() 
         if name not in PARAMETERS
     }
     belt = {
-        name: (spec.symbol, spec.unit, spec.meaning, "none")
+        name: (symbol_of(name), spec.unit, spec.meaning, "none")
         for name, spec in BELT_PARAMETERS.items()
     }
     assert shown == belt | {
@@ -268,3 +270,28 @@ def test_the_fields_beside_the_parameters_say_what_they_are_and_in_which_unit() 
         assert FIELDS[name].check(FIELDS[name].default) == float(FIELDS[name].default)
     with pytest.raises(InputError, match="t_end"):
         FIELDS["t_end"].check("0")
+
+
+def test_symbols_are_names_but_for_greek_and_may_be_typed_as_the_paper_writes_them() -> None:
+    assert [symbol_of(name) for name in ("mu", "mu_s", "k1", "k_nl", "x0")] == [
+        "μ",
+        "μ_s",
+        "k1",
+        "k_nl",
+        "x0",
+    ]
+    typed = "μ=0:1:3 k_1=1:2:3 c_2~uniform:1:2 mu=0:1:2 k_nl=1,2 μ_s=1"
+    assert plain_names(typed) == "mu=0:1:3 k1=1:2:3 c2~uniform:1:2 mu=0:1:2 k_nl=1,2 mu_s=1"
+
+
+def test_legends_say_what_differs_and_numbers_only_where_nothing_does() -> None:
+    base, ignored = PRESETS["base"], PRESETS["separation-ignored"]
+    assert names_of({4: base}) == ["run 4"]
+    assert names_of({1: base, 2: ignored}) == ["separation considered", "separation ignored"]
+    varied = base.with_values({"mu": 0.5, "k1": 90.0})
+    assert names_of({1: base, 3: varied}) == ["k1 100, μ 0.7", "k1 90, μ 0.5"]
+    assert names_of({1: base, 2: ignored, 5: base}) == [
+        "separation considered, run 1",
+        "separation ignored",
+        "separation considered, run 5",
+    ]

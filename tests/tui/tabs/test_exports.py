@@ -157,7 +157,7 @@ async def test_a_map_is_written_and_copied(pilot: Pilot[None]) -> None:
     await show_tab(pilot, "alt+4")
     await until_shown(pilot, "11253 points")
     editor = pilot.app.screen.query_one("#over", Input)
-    editor.value = "mu=0:1.5:7 k_nl=1:500:5:log"
+    editor.value = "c1=0.1:1.5:7 k_nl=1:500:5:log"
     editor.focus()
     await pilot.press("enter")
     await until_shown(pilot, "35 points")

@@ -25,7 +25,7 @@ from fivtui.tui.chart.picture import draw
 from fivtui.tui.tabs.charts.map import map_chart, point_texts
 from fivtui.tui.tabs.charts.stability import frequency_chart, growth_chart, plane_chart
 from fivtui.tui.tabs.charts.sweep import case_of, grid_chart, point_scene, points_of, sweep_chart
-from fivtui.tui.tabs.charts.tradeoff import table_rows, tradeoff_chart
+from fivtui.tui.tabs.charts.tradeoff import COLUMNS, table_rows, tradeoff_chart
 from fivtui.tui.tabs.charts.transient import (
     PlottedRun,
     difference_chart,
@@ -223,7 +223,7 @@ def test_a_sweeps_chart_has_every_output_and_case_under_its_name() -> None:
     (guide,) = chart.guides
     assert (guide.value, guide.label, guide.vertical) == (33.0, "33", True)
     other = sweep_chart(points_of(made_up({"mu": (0.1, 0.2)}, ("P_max",))), None)
-    assert (other.x_label, other.y_label) == ("mu", "greatest contact force / N")
+    assert (other.x_label, other.y_label) == ("μ", "greatest contact force / N")
     assert other.guides == ()
 
 
@@ -231,7 +231,7 @@ def test_a_grid_of_a_sweep_has_its_values_over_its_own_axes() -> None:
     result = made_up({"F": (20.0, 40.0, 60.0), "mu": (0.9, 0.1)}, ("x_abs", "y_abs"))
     for case in (True, False):
         chart = grid_chart(result, case, (30.0, 0.4))
-        assert (chart.x_label, chart.y_label) == ("F / N", "mu")
+        assert (chart.x_label, chart.y_label) == ("F / N", "μ")
         backdrop = chart.backdrop
         assert backdrop is not None
         assert backdrop.label == "peak of |y| / m"
@@ -256,7 +256,7 @@ def test_a_map_has_its_values_its_boundary_and_its_point_in_place() -> None:
     mu, force = np.linspace(0.0, 1.5, 31), np.linspace(10.0, 110.0, 5)
     result = stability_map(Parameters(), {"mu": mu, "F": force})
     chart = map_chart(result, Parameters(F=45.0, mu=1.2))
-    assert (chart.x_label, chart.y_label) == ("mu", "F / N")
+    assert (chart.x_label, chart.y_label) == ("μ", "F / N")
     assert (chart.x_range, chart.y_range) == ((0.0, 1.5), (10.0, 110.0))
     backdrop = chart.backdrop
     assert backdrop is not None
@@ -276,7 +276,7 @@ def test_a_map_has_its_values_its_boundary_and_its_point_in_place() -> None:
     assert read.near(mark, (1.2, 45.0))
     told = draw(chart, View(cursor=(1.0, 60.0)), 90, 30).text().splitlines()[0]
     rate = own_slider.growth_rate(mu=1.0, F=60.0)
-    assert told.split() == ["mu", "1", "F", "60", "growth", "rate", f"{rate:.5g}", "1/s"]
+    assert told.split() == ["μ", "1", "F", "60", "growth", "rate", f"{rate:.5g}", "1/s"]
     texts = point_texts(result, NearestPoint(-1, 0.65, 85.0))
     assert (texts["mu"], texts["F"], texts["k1"]) == ("0.65", "85", "100")
     modes = map_chart(stability_map(Parameters(), {"mu": mu, "F": force}, "unstable-modes"), None)
@@ -321,11 +321,12 @@ def test_a_trade_off_has_errors_over_seconds_and_rows_in_milliseconds() -> None:
         (guide,) = chart.guides
         assert (guide.value, guide.vertical) == (getattr(floor, name), False)
         table = table_rows(result, name, rows[1])
-        assert [line[:4] for line in table] == [
+        cells = [dict(zip(COLUMNS, line, strict=True)) for line in table]
+        assert [(c["method"], c["setting"], c["CPU ms"], c["steps"]) for c in cells] == [
             ("taylor", "tol=1e-06", "20", "17"),
             ("rk4", "tol=1e-06", "300", "17"),
         ]
-        assert [float(line[4]) for line in table] == [
+        assert [float(c["error"]) for c in cells] == [
             pytest.approx(getattr(source.error, name)) for source in rows
         ]
-        assert [line[5:] for line in table] == [("+2", "best"), ("+2", "now")]
+        assert [(c["separations"], c["remark"]) for c in cells] == [("+2", "best"), ("+2", "now")]

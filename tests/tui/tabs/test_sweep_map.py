@@ -94,12 +94,12 @@ def test_a_sweep_over_two_names_is_drawn_as_shades_as_far_as_it_is_known() -> No
         chart = grid_chart(result, case, (80.0, 0.5))
         backdrop = chart.backdrop
         assert backdrop is not None
-        assert (chart.x_label, chart.y_label) == ("F / N", "mu")
+        assert (chart.x_label, chart.y_label) == ("F / N", "μ")
         run = simulate(Parameters(F=40.0, mu=0.8), t_end=10.0, separation=case)
         assert backdrop.values[1, 2] == pytest.approx(run.peak.y_abs, rel=1e-9)
         assert "◆" in draw(chart, View(), 80, 20).text()
         read = draw(chart, View(cursor=(41.0, 0.79)), 80, 20).text()
-        assert read.startswith("F 40  mu 0.8  peak of |y| ")
+        assert read.startswith("F 40  μ 0.8  peak of |y| ")
         (point,) = nearest(chart, View(cursor=(41.0, 0.79)))
         assert case_of(study, None, point, case) is case
         assert point_scene(study, point, case).parameters == Parameters(F=40.0, mu=0.8)
@@ -136,9 +136,9 @@ def test_a_sweep_that_cannot_be_is_refused(text: str, message: str) -> None:
 
 
 def test_a_map_is_drawn_with_its_boundary_and_point() -> None:
-    first, second = map_request("mu=0:1.5:61 F=5:120:47")
+    first, second = map_request("μ=0:1.5:61 F=5:120:47", "growth-rate")
     over = {first.name: first.values(), second.name: second.values()}
-    for value, label in (("growth-rate", "growth rate"), ("critical-mu", "μ_c")):
+    for value, label in (("growth-rate", "growth rate"), ("unstable-modes", "unstable modes")):
         result = stability_map(Parameters(), over, value)
         chart = map_chart(result, Parameters())
         bound = chart.traces[0]
@@ -146,7 +146,7 @@ def test_a_map_is_drawn_with_its_boundary_and_point() -> None:
         assert bound.x[near] == pytest.approx(0.4394, abs=0.02)
         assert "◆" in draw(chart, View(), 80, 24).text()
         read = draw(chart, View(cursor=(0.7, 80.0)), 80, 24).text()
-        assert read.startswith(f"mu 0.7  F 80  {label}")
+        assert read.startswith(f"μ 0.7  F 80  {label}")
     descending = {"F": second.values()[::-1], "mu": first.values()}
     turned = map_chart(stability_map(Parameters(), descending), None)
     assert turned.backdrop is not None
@@ -156,11 +156,11 @@ def test_a_map_is_drawn_with_its_boundary_and_point() -> None:
     result = stability_map(Parameters(), descending)
     texts = map_point(result, point)
     assert (texts["F"], texts["mu"], texts["k1"]) == ("80", "0.7", "100")
-    assert point_words(result, point) == "F = 80, mu = 0.7"
+    assert point_words(result, point) == "F = 80, μ = 0.7"
 
 
 def test_what_is_shown_of_a_map_is_as_fine_as_all_of_it() -> None:
-    mass, friction = map_request("m=1:9:5 mu=0:2:11")
+    mass, friction = map_request("m=1:9:5 mu=0:2:11", "growth-rate")
     assert values_in(mass, None).tolist() == [1.0, 3.0, 5.0, 7.0, 9.0]
     assert values_in(friction, Axis(0.5, 1.5)).tolist() == pytest.approx(np.linspace(0.5, 1.5, 11))
     shown = values_in(mass, Axis(-3.0, 1.0))
@@ -172,7 +172,21 @@ def test_what_is_shown_of_a_map_is_as_fine_as_all_of_it() -> None:
 @pytest.mark.parametrize("text", ["", "mu=0:1:5", "mu=0:1:5 mu=0:1:5", "mu=0:1:5000 F=1:2:5000"])
 def test_a_map_that_cannot_be_is_refused(text: str) -> None:
     with pytest.raises(InputError):
-        map_request(text)
+        map_request(text, "growth-rate")
+
+
+def test_a_critical_mu_over_mu_is_refused() -> None:
+    with pytest.raises(InputError, match="does not depend on mu"):
+        map_request("F=1:2:3 μ=0:1:3", "critical-mu")
+    with pytest.raises(InputError, match="must be over two other parameters"):
+        stability_map(None, {"mu": [0.1, 0.2], "F": [1.0, 2.0]}, "critical-mu")
+
+
+def test_a_sweep_by_an_fmu_names_the_key_and_one_too_large_the_command() -> None:
+    with pytest.raises(InputError, match="engine native FMU: must be native here; F4 switches"):
+        sweep_request(replace(BASE, method="fmu-native"), "F=10:120:5")
+    with pytest.raises(InputError, match="20000000000 runs: must be at most 10000000 here"):
+        sweep_request(BASE, "F=1:2:100000 mu=0:1:100000")
 
 
 async def test_a_sweep_runs_stops_and_opens_its_points(
@@ -185,6 +199,12 @@ async def test_a_sweep_runs_stops_and_opens_its_points(
     editor.value = "F=60:100:1"
     await pilot.press("enter")
     await until_shown(pilot, "COUNT = 1: must be")
+    pilot.app.screen.query_one("#sweep-chart").focus()
+    editor.focus()
+    await until_shown(pilot, "NAME=START:STOP:COUNT or")
+    editor.value = "F=60:100:100000"
+    await pilot.press("enter")
+    await until_shown(pilot, "200000 runs: F10 again computes them")
     editor.value = "F=60:100:21"
     await pilot.press("enter")
     await until_shown(pilot, "42 transients")
@@ -224,11 +244,13 @@ async def test_a_map_follows_the_form_and_opens_its_points(pilot: Pilot[None]) -
     await until(pilot, lambda: view.chart.backdrop.x[0] > 0.1)  # type: ignore[union-attr]
     await pilot.press("r")
     await until(pilot, lambda: view.chart.backdrop.x[0] == 0.0)  # type: ignore[union-attr]
-    await pilot.click("#value-critical-mu")
-    await until_shown(pilot, "F / N μ_c")
+    await pilot.press("v")
+    await until_shown(pilot, "critical-mu over mu: must be over two other")
+    await pilot.press("v")
+    await until_shown(pilot, "F / N unstable modes")
     view.focus()
     await pilot.press("c", "left")
-    await until(pilot, lambda: "mu 0." in flat_text_of(pilot))
+    await until(pilot, lambda: "μ 0." in flat_text_of(pilot))
     await pilot.press("enter")
     await until(pilot, lambda: session.runs.displayed is not None)
     assert session.texts["mu"] != "0.7"

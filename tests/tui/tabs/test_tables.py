@@ -57,3 +57,27 @@ async def test_the_list_of_figures_has_room_for_its_headings(way: list[str]) -> 
         await until_shown(pilot, "figure lines")
         heading = next(line for line in text_of(pilot).splitlines() if "figure  lines" in line)
         assert heading.rstrip().endswith("what it shows")
+
+
+async def test_where_there_is_little_room_a_column_is_dropped_and_one_wrapped() -> None:
+    columns = ("verdict", "statement", "stated")
+    rows = {"1": ("holds", "the slider leaves the belt as soon as it can", "a number")}
+
+    class Claims(ListTable[str | Text]):
+        wrapped, dropped = "statement", "stated"
+
+    class Tables(App[None]):
+        def compose(self) -> ComposeResult:
+            yield Claims()
+
+    async with Tables().run_test(size=(44, 10)) as pilot:
+        table = pilot.app.query_one(Claims)
+        table.fill(columns, rows)
+        narrow = lines_of(table)
+        assert "stated" not in narrow[0]
+        assert " ".join(" ".join(narrow[1:3]).split()) == (
+            "holds the slider leaves the belt as soon as it can"
+        )
+        await pilot.resize_terminal(90, 10)
+        await pilot.pause()
+        assert lines_of(table)[0].split() == ["verdict", "statement", "stated"]

@@ -55,7 +55,7 @@ def test_a_histogram_has_a_step_line_for_each_region(result: Uncertainty) -> Non
 def test_samples_are_drawn_by_region(result: Uncertainty) -> None:
     chart = charts.samples_chart(result, "growth_rate")
     assert chart is not None
-    assert chart.x_label == "mu"
+    assert chart.x_label == "μ"
     assert sum(trace.x.size for trace in chart.traces) == 256
     assert chart.traces[0].x.max() < 0.278 < chart.traces[1].x.min()
     assert chart.traces[1].x.max() < 0.4394 < chart.traces[2].x.min()
@@ -65,7 +65,7 @@ def test_samples_are_drawn_by_region(result: Uncertainty) -> None:
 def test_the_table_has_the_indices_as_numbers_and_bars(result: Uncertainty) -> None:
     rows = charts.index_rows(result)
     assert [row[0] for row in rows] == [name.replace("_", " ") for name in result.indices]
-    assert rows[0][1] == "mu"
+    assert rows[0][1] == "μ"
     assert rows[0][2].startswith("1.0")
     assert charts.bar(0.5, 0.75) == "█" * 12 + "░" * 6
     assert charts.bar(-0.1, 1.3) == "░" * 24

@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 from fivtui.model import PARAMETERS, InputError, Parameters
 from fivtui.ranges import number_text
 from fivtui.tui.chart import Axis, Backdrop, Chart, NearestPoint, Trace
-from fivtui.tui.session import CONSIDERED, IGNORED
+from fivtui.tui.session import CONSIDERED, IGNORED, plain_names, symbol_of
 
 from .map_shades import offsets, region_shades, scale_words
 
@@ -20,7 +20,7 @@ if TYPE_CHECKING:
 
 FloatArray = NDArray[np.float64]
 
-EXAMPLE: Final = "mu=0:1.5:121 F=5:120:93"
+EXAMPLE: Final = "μ=0:1.5:121 F=5:120:93"
 VALUES: Final = {
     "growth-rate": "Growth",
     "critical-mu": "μ_c",
@@ -45,17 +45,19 @@ _LEVELS: Final = (" ", "·", "░", "▒", "▓", "█")
 _NO_VALUE: Final = ("?", "hidden")
 
 
-def map_request(text: str) -> "tuple[NamedRange, NamedRange]":
-    """Parse the two ranges of a map, such as ``mu=0:1.5:121 F=5:120:93``; the first is along x."""
+def map_request(text: str, value: str) -> "tuple[NamedRange, NamedRange]":
+    """Parse the two ranges of a map, such as ``μ=0:1.5:121 F=5:120:93``; the first is along x."""
+    from fivtui.equilibrium import check_map
     from fivtui.ranges import parse_ranges
 
-    words = text.split()
+    words = plain_names(text).split()
     if len(words) != 2:
         raise InputError(f"{text!r}: must be two ranges, e.g. {EXAMPLE}")
     try:
         first, second = parse_ranges("map", words)
     except InputError as error:
         raise InputError(str(error).removeprefix("map ")) from None
+    check_map(value, (first.name, second.name))
     if first.count * second.count > _MOST:
         raise InputError(f"{first.count * second.count} points: must be at most {_MOST}")
     return first, second
@@ -125,7 +127,7 @@ def _graded_by_kind(
 
 def _axis(name: str) -> str:
     unit = PARAMETERS[name].unit
-    return f"{name} / {unit}" if unit else name
+    return f"{symbol_of(name)} / {unit}" if unit else symbol_of(name)
 
 
 def _shades(value: str, values: FloatArray) -> tuple[NDArray[np.intp], tuple[tuple[str, str], ...]]:
@@ -194,4 +196,4 @@ def point_texts(result: "StabilityMap | SafetyMap", point: NearestPoint) -> dict
 def point_words(result: "StabilityMap | SafetyMap", point: NearestPoint) -> str:
     """The coordinates of a point of a map in words."""
     texts = point_texts(result, point)
-    return ", ".join(f"{name} = {texts[name]}" for name in result.names)
+    return ", ".join(f"{symbol_of(name)} = {texts[name]}" for name in result.names)

@@ -10,7 +10,7 @@ from fivtui.model import PARAMETERS
 from fivtui.paper import DATA_COLUMNS, PANELS, SEPARATION, CheckedClaim, Claim, FigureData, Panel
 from fivtui.scene import Scene
 from fivtui.tui.chart import Chart, Guide, NearestPoint, Trace
-from fivtui.tui.session import paper_scenes
+from fivtui.tui.session import paper_scenes, symbol_of
 
 FIGURE_COLUMNS: Final = ("figure", "lines", "what it shows")
 CLAIM_COLUMNS: Final = ("verdict", "section", "statement", "stated")
@@ -46,7 +46,7 @@ def _by(panel: Panel) -> str:
     if panel.by == SEPARATION:
         return "both cases"
     values = ", ".join(f"{getattr(line.scene.parameters, panel.by):g}" for line in panel.lines)
-    return f"{panel.by} {values}"
+    return f"{symbol_of(panel.by)} {values}"
 
 
 def claim_rows(
@@ -77,13 +77,13 @@ def _label(name: str) -> str:
     if name in _LABELS:
         return _LABELS[name]
     column = DATA_COLUMNS[name]
-    return f"{name} / {column.unit}" if column.unit != "1" else name
+    return f"{symbol_of(name)} / {column.unit}" if column.unit != "1" else symbol_of(name)
 
 
 def _line_name(by: str, value: float) -> str:
     if by == SEPARATION:
         return "considered" if value else "ignored"
-    return f"{by} {value:g}"
+    return f"{symbol_of(by)} {value:g}"
 
 
 def figure_charts(panel: Panel, data: FigureData) -> list[Chart]:

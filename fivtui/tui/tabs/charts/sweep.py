@@ -12,7 +12,17 @@ from fivtui.model import ALL_PARAMETERS, InputError
 from fivtui.scene import Scene
 from fivtui.transient import START_SPECS, resolve_start
 from fivtui.tui.chart import Backdrop, Chart, Guide, NearestPoint, Trace
-from fivtui.tui.session import CONSIDERED, FIELDS, IGNORED, base_scene, check_drawable
+from fivtui.tui.session import (
+    CONSIDERED,
+    FIELDS,
+    IGNORED,
+    SOLVER,
+    base_scene,
+    check_drawable,
+    engine_of,
+    plain_names,
+    symbol_of,
+)
 
 from .map import graded
 
@@ -22,8 +32,12 @@ if TYPE_CHECKING:
 FloatArray = NDArray[np.float64]
 
 EXAMPLE: Final = "F=10:120:56"
-# Members per part: the chart grows by this many.
+# Larger sweeps are asked for twice; the largest still fit into memory.
+ASKED_FROM: Final = 10_000
+_MOST: Final = 10_000_000
+# Members per part, by which the chart grows, and the most parts.
 _PIECE: Final = 16
+_PARTS: Final = 500
 _CASES: Final = {True: CONSIDERED, False: IGNORED}
 _OUTPUTS: Final = {"y_abs": "peak", "y_half_range": "±y 2nd half"}
 # By plotted output and separation.
@@ -50,8 +64,9 @@ def sweep_request(scene: Scene, text: str) -> "Study":
     """Parse one or two ``--vary`` ranges; the sweep covers both separation cases."""
     from fivtui.sweeps import parse_design, study_of
 
+    check_native(scene)
     try:
-        design = parse_design(text.split(), "product")
+        design = parse_design(plain_names(text).split(), "product")
     except InputError as error:
         raise InputError(str(error).replace("--vary ", "")) from None
     for name in design.axes:
@@ -59,7 +74,18 @@ def sweep_request(scene: Scene, text: str) -> "Study":
             raise InputError(f"{name}: must be a parameter: {', '.join(ALL_PARAMETERS)}")
     study = study_of(scene, design, cases=tuple(_CASES), outputs=tuple(_OUTPUTS))
     check_drawable(study)
+    if study.members > _MOST:
+        raise InputError(
+            f"{study.members} runs: must be at most {_MOST} here; fivtui sweep --out writes more"
+        )
     return study
+
+
+def check_native(scene: Scene) -> None:
+    """Raise `InputError` for a scene whose engine is an FMU, which computes single runs alone."""
+    engine = engine_of(scene.method)
+    if engine != SOLVER:
+        raise InputError(f"engine {engine}: must be {SOLVER} here; F4 switches the engine")
 
 
 def sweep_parts(study: "Study", progress: Callable[[float], bool]) -> Iterator["Rows"]:
@@ -67,8 +93,9 @@ def sweep_parts(study: "Study", progress: Callable[[float], bool]) -> Iterator["
     from fivtui.sweeps import compute_rows
 
     members = study.members
-    for first in range(0, members, _PIECE):
-        last = min(first + _PIECE, members)
+    piece = max(_PIECE, members // _PARTS)
+    for first in range(0, members, piece):
+        last = min(first + piece, members)
 
         def within(fraction: float, first: int = first, last: int = last) -> bool:
             return progress((first + fraction * (last - first)) / members)
@@ -103,8 +130,8 @@ def grid_chart(result: "Sweep", case: bool, now: tuple[float, float] | None) -> 
     label = _label(OUTPUTS[output].meaning, OUTPUTS[output].unit)
     here = () if now is None else (_point(*now),)
     return Chart(
-        _label(first, VARIABLES[first].unit),
-        _label(second, VARIABLES[second].unit),
+        _label(symbol_of(first), VARIABLES[first].unit),
+        _label(symbol_of(second), VARIABLES[second].unit),
         here,
         backdrop=Backdrop(x, y, levels, shades, values, label),
         note=f"{label}, {_CASES[shown]}",
@@ -143,7 +170,7 @@ def sweep_chart(points: SweepPoints, now: float | None) -> Chart:
     guides = () if now is None else (Guide(now, f"{now:g}"),)
     first = OUTPUTS[outputs[0]]
     shown = "|y| peak, half peak-to-peak of 2nd half" if first.name in _OUTPUTS else first.meaning
-    along = _label(points.name, VARIABLES[points.name].unit)
+    along = _label(symbol_of(points.name), VARIABLES[points.name].unit)
     return Chart(along, _label(shown, first.unit), tuple(traces), guides=guides, tight=False)
 
 

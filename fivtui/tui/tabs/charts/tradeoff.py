@@ -27,7 +27,7 @@ TITLES: Final[Mapping[str, str]] = {
     "events": "Events",
 }
 _NAMES: Final = {"final": "final state", "half_range": "half peak-to-peak, 2nd half"}
-COLUMNS: Final = ("method", "setting", "CPU ms", "steps", "error", "separations", "")
+COLUMNS: Final = ("method", "setting", "error", "CPU ms", "remark", "steps", "separations")
 
 
 def _methods(result: "Tradeoff") -> dict[str, list[MeasuredSetting]]:
@@ -77,13 +77,13 @@ def table_rows(
         remarks = ["best"] if row in best else []
         if row is present:
             remarks.append("now")
-        head = (row.setting.label, row.setting.text, f"{1e3 * row.cpu_s:.3g}")
+        head, cpu_ms = (row.setting.label, row.setting.text), f"{1e3 * row.cpu_s:.3g}"
         if row.error is None:
-            rows.append((*head, "", row.failure, "", ""))
+            rows.append((*head, row.failure, cpu_ms, "", "", ""))
             continue
         error = f"{row.error.of(quantity):.1e}"
         separations = f"{row.error.separations:+d}" if row.error.separations else "0"
-        rows.append((*head, str(row.steps), error, separations, " ".join(remarks)))
+        rows.append((*head, error, cpu_ms, " ".join(remarks), str(row.steps), separations))
     return rows
 
 

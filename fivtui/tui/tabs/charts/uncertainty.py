@@ -8,6 +8,9 @@ from numpy.typing import NDArray
 
 from fivtui.scene import Scene
 from fivtui.tui.chart import Chart, Guide, Trace
+from fivtui.tui.session import plain_names, symbol_of
+
+from .sweep import check_native
 
 if TYPE_CHECKING:
     from fivtui.reliability import Uncertainty
@@ -15,7 +18,7 @@ if TYPE_CHECKING:
 
 FloatArray = NDArray[np.float64]
 
-EXAMPLE: Final = "mu~uniform:0.2:0.8 F~normal:80:8"
+EXAMPLE: Final = "μ~uniform:0.2:0.8 F~normal:80:8"
 # Quantities that can be displayed, in the order of their buttons.
 TITLES: Final = {
     "growth_rate": "Growth",
@@ -35,10 +38,11 @@ _DIGITS: Final = 4
 
 
 def uncertainty_request(scene: Scene, text: str) -> "Study":
-    """The study of a scene where inputs scatter, such as ``mu~uniform:0.2:0.8 F~normal:80:8``."""
+    """The study of a scene where inputs scatter, such as ``μ~uniform:0.2:0.8 F~normal:80:8``."""
     from fivtui.reliability import parse_inputs, scattered_study
 
-    return scattered_study(scene, parse_inputs(text.split()), samples=SAMPLES)
+    check_native(scene)
+    return scattered_study(scene, parse_inputs(plain_names(text).split()), samples=SAMPLES)
 
 
 def probability_words(result: "Uncertainty") -> str:
@@ -107,7 +111,7 @@ def samples_chart(result: "Uncertainty", wanted: str) -> Chart | None:
     for (region, here), mark in zip(result.regions().items(), _MARKS, strict=False):
         chosen = places[here[places]]
         traces.append(Trace(region, x[chosen], y[chosen], look="points", ordered=False, mark=mark))
-    x_label, y_label = (_label(name, units[name]) for name in names)
+    x_label, y_label = (_label(symbol_of(name), units[name]) for name in names)
     return Chart(x_label, y_label, tuple(traces), note=probability_words(result))
 
 
@@ -120,7 +124,7 @@ def index_rows(result: "Uncertainty") -> Sequence[Sequence[str]]:
         for place, (key, each) in enumerate(ranked):
             rows.append((
                 name.replace("_", " ") if place == 0 else "",
-                key,
+                symbol_of(key),
                 f"{each.first.value:.2f} ± {each.first.error:.2f}",
                 f"{each.total.value:.2f} ± {each.total.error:.2f}",
                 "" if key not in local else f"{local[key].share:.2f}",
