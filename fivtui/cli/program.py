@@ -42,7 +42,8 @@ def methods() -> None:
 def serve(port: int) -> None:
     """Open the terminal laboratory in a browser.
 
-    It answers on this machine alone; needs the extra fivtui[serve].
+    It answers on this machine alone, to the address that it prints: its token keeps other users
+    out. Needs the extra fivtui[serve].
     """
     from fivtui.tui import serve as start
 

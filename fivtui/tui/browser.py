@@ -1,11 +1,13 @@
 """The terminal UI in a browser on this machine, by textual-serve."""
 
 import os
+import secrets
 import shlex
 import socket
 import subprocess
 import sys
-from collections.abc import Awaitable, Callable
+from collections.abc import Awaitable, Callable, Mapping
+from copy import copy
 from importlib.util import find_spec
 from typing import TYPE_CHECKING, Final
 
@@ -18,6 +20,8 @@ if TYPE_CHECKING:
 
 HOST: Final = "127.0.0.1"
 DEFAULT_PORT: Final = 8000
+_NAME: Final = "localhost"
+_USUAL_PORT: Final = 80
 # The page loads nothing from and sends nothing to other sites.
 _POLICY: Final = (
     "default-src 'self' 'unsafe-inline' data: blob:; connect-src 'self' ws://{0}; "
@@ -28,8 +32,9 @@ _POLICY: Final = (
 def serve(port: int = DEFAULT_PORT, *, say: Callable[[str], None]) -> None:
     """Serve the terminal UI to browsers on this machine, until interrupted.
 
-    A browser can read and write files as the serving user: it listens on the loopback address only
-    and refuses requests from other sites' pages.
+    A browser can read and write files as the serving user: it listens on the loopback address
+    only, refuses requests from other sites' pages, and asks for the token in the printed address,
+    which other users of this machine do not know.
 
     Parameters
     ----------
@@ -49,18 +54,21 @@ def serve(port: int = DEFAULT_PORT, *, say: Callable[[str], None]) -> None:
     from aiohttp import web
     from textual_serve.server import Server
 
-    address = f"{HOST}:{port}"
-    allowed = {address, f"localhost:{port}"}
+    door = _Door(port)
 
     async def guard(request: "Request", handler: "Handler") -> "StreamResponse":
-        origin = request.headers.get("Origin")
-        known = origin is None or origin in {f"http://{name}" for name in allowed}
-        if request.host not in allowed or not known:
-            raise web.HTTPForbidden(text="fivtui answers requests from its own page only")
+        if why := door.refusal(request):
+            raise web.HTTPForbidden(text=why)
+        if door.shown(request.query):
+            # The page goes on without the token: an address stays in the browser's history.
+            answer = web.Response(status=302, headers={"Location": "/"})
+            answer.set_cookie(door.cookie, door.token, httponly=True, samesite="Strict")
+            return answer
         return await handler(request)
 
-    async def restrict(_request: "Request", response: "StreamResponse") -> None:
-        response.headers["Content-Security-Policy"] = _POLICY.format(address)
+    async def restrict(request: "Request", response: "StreamResponse") -> None:
+        response.headers["Content-Security-Policy"] = _POLICY.format(request.host)
+        response.headers["Referrer-Policy"] = "no-referrer"
 
     class LocalServer(Server):
         """A textual-serve server with guarded requests."""
@@ -71,13 +79,48 @@ def serve(port: int = DEFAULT_PORT, *, say: Callable[[str], None]) -> None:
             application.on_response_prepare.append(restrict)
             return application
 
+        async def handle_index(self, request: "Request") -> "StreamResponse":
+            # The page's addresses are those of the name by which it was asked for.
+            named = copy(self)
+            named.public_url = f"http://{request.host}"
+            answer: StreamResponse = await super(LocalServer, named).handle_index(request)
+            return answer
+
         async def on_startup(self, app: "Application") -> None:  # noqa: ARG002
-            say(f"fivtui is at http://{address}; Ctrl+C stops it")
+            say(f"fivtui is at http://{HOST}:{port}/?token={door.token}; Ctrl+C stops it")
 
         def initialize_logging(self) -> None:
             """Log nothing to the terminal."""
 
     LocalServer(_command(), host=HOST, port=port, title="fivtui").serve()
+
+
+class _Door:
+    # Which requests are answered: those of its own page, by who knows the token.
+
+    def __init__(self, port: int) -> None:
+        self.hosts = {f"{name}:{port}" for name in (HOST, _NAME)}
+        if port == _USUAL_PORT:
+            # Browsers leave it out.
+            self.hosts |= {HOST, _NAME}
+        self.token = secrets.token_urlsafe()
+        self.cookie = f"fivtui-{port}"
+
+    def refusal(self, request: "Request") -> str:
+        """Why a request is refused; empty if it is answered."""
+        origin = request.headers.get("Origin")
+        known = origin is None or origin in {f"http://{name}" for name in self.hosts}
+        if request.host not in self.hosts or not known:
+            return "fivtui answers requests from its own page only"
+        # The style sheets and scripts of the page are no secret.
+        free = request.path.startswith("/static/")
+        if free or self.shown(request.query) or self.shown(request.cookies, self.cookie):
+            return ""
+        return "open the address that fivtui serve has printed"
+
+    def shown(self, given: Mapping[str, str], name: str = "token") -> bool:
+        """Whether an address or cookies have the token."""
+        return secrets.compare_digest(given.get(name, "").encode(), self.token.encode())
 
 
 def _check_free(port: int) -> None:

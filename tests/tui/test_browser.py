@@ -1,19 +1,21 @@
 import http.client
 import json
 import os
+import re
 import shutil
 import socket
 import subprocess
 import sys
 import time
 from collections.abc import Callable, Iterator
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
 import pytest
 
 from fivtui.model.errors import InputError
-from fivtui.tui.browser import serve
+from fivtui.tui.browser import _Door, serve
 from tests.support.laboratory import HANG_S
 
 CHROMIUM = shutil.which("chromium") or shutil.which("chromium-browser")
@@ -46,7 +48,7 @@ def test_without_the_extra_its_name_is_said(monkeypatch: pytest.MonkeyPatch) -> 
 
 
 @pytest.fixture
-def served(tmp_path: Path) -> Iterator[int]:
+def served(tmp_path: Path) -> Iterator[tuple[int, str]]:
     pytest.importorskip("textual_serve", reason="the extra serve is not installed")
     port = free_port()
     command = [sys.executable, "-m", "fivtui", "serve", "--port", str(port)]
@@ -55,34 +57,80 @@ def served(tmp_path: Path) -> Iterator[int]:
         assert process.stderr is not None
         said = process.stderr.readline()
         try:
-            assert said == f"fivtui is at http://127.0.0.1:{port}; Ctrl+C stops it\n"
+            address = rf"http://127\.0\.0\.1:{port}/\?token=([\w-]{{43}})"
+            found = re.fullmatch(rf"fivtui is at {address}; Ctrl\+C stops it\n", said)
+            assert found is not None, said
             until(lambda: reachable(port), "the server")
-            yield port
+            yield port, found[1]
         finally:
             process.terminate()
         assert process.wait(HANG_S) == 0
 
 
-def answer(port: int, path: str, **headers: str) -> http.client.HTTPResponse:
+@dataclass
+class Answer:
+    status: int
+    headers: http.client.HTTPMessage
+    body: str
+
+    def getheader(self, name: str) -> str | None:
+        return self.headers.get(name)
+
+
+def answer(port: int, path: str, **headers: str) -> Answer:
     connection = http.client.HTTPConnection("127.0.0.1", port, timeout=HANG_S)
     connection.request("GET", path, headers=headers)
     response = connection.getresponse()
-    response.read()
+    body = response.read().decode()
     connection.close()
-    return response
+    return Answer(response.status, response.headers, body)
+
+
+WEBSOCKET = {
+    "Upgrade": "websocket",
+    "Connection": "Upgrade",
+    "Sec-WebSocket-Version": "13",
+    "Sec-WebSocket-Key": "AAAAAAAAAAAAAAAAAAAAAA==",
+}
 
 
 @pytest.mark.host
-def test_only_pages_of_its_own_are_answered_and_a_port_in_use_is_named(served: int) -> None:
-    page = answer(served, "/")
-    assert page.status == 200
-    assert "default-src 'self'" in (page.getheader("Content-Security-Policy") or "")
-    assert answer(served, "/", Host="elsewhere.example").status == 403
-    asked = {"Upgrade": "websocket", "Connection": "Upgrade", "Sec-WebSocket-Version": "13"}
-    asked["Sec-WebSocket-Key"] = "AAAAAAAAAAAAAAAAAAAAAA=="
-    assert answer(served, "/ws", Origin="http://elsewhere.example", **asked).status == 403
-    with pytest.raises(InputError, match=f"--port {served}: cannot be used"):
-        serve(served, say=print)
+def test_only_who_knows_the_token_is_answered_on_pages_of_its_own(served: tuple[int, str]) -> None:
+    port, token = served
+    assert answer(port, "/").status == 403
+    assert answer(port, "/ws", **WEBSOCKET).status == 403
+    assert answer(port, "/?token=wrong").status == 403
+    assert answer(port, "/", Cookie=f"fivtui-{port}=wrong").status == 403
+    opened = answer(port, f"/?token={token}")
+    assert (opened.status, opened.getheader("Location")) == (302, "/")
+    cookie = (opened.getheader("Set-Cookie") or "").partition(";")
+    assert "HttpOnly" in cookie[2]
+    assert "SameSite=Strict" in cookie[2]
+    for host in (f"127.0.0.1:{port}", f"localhost:{port}"):
+        page = answer(port, "/", Cookie=cookie[0], Host=host)
+        assert page.status == 200
+        policy = page.getheader("Content-Security-Policy") or ""
+        assert f"ws://{host};" in policy
+        assert f'data-session-websocket-url="ws://{host}/ws"' in page.body
+    known = {"Cookie": cookie[0]}
+    assert answer(port, "/", Host="elsewhere.example", **known).status == 403
+    elsewhere = {"Origin": "http://elsewhere.example"}
+    assert answer(port, "/ws", **WEBSOCKET, **elsewhere, **known).status == 403
+    with pytest.raises(InputError, match=f"--port {port}: cannot be used"):
+        serve(port, say=print)
+
+
+def test_on_port_80_its_own_page_names_no_port() -> None:
+    test_utils = pytest.importorskip("aiohttp.test_utils")
+    make_mocked_request = test_utils.make_mocked_request
+    door = _Door(80)
+    asked = {"Cookie": f"{door.cookie}={door.token}"}
+    for host in ("localhost", "127.0.0.1:80"):
+        request = make_mocked_request(
+            "GET", "/", {**asked, "Host": host, "Origin": f"http://{host}"}
+        )
+        assert door.refusal(request) == ""
+    assert _Door(8000).refusal(make_mocked_request("GET", "/", {"Host": "localhost"}))
 
 
 @pytest.fixture
@@ -105,7 +153,7 @@ def browser(tmp_path: Path) -> Iterator[Any]:
 @pytest.mark.host
 @pytest.mark.slow
 def test_a_browser_shows_the_laboratory_and_passes_keys_on(
-    served: int, browser: Any, tmp_path: Path
+    served: tuple[int, str], browser: Any, tmp_path: Path
 ) -> None:
     from selenium.webdriver.common.by import By
     from selenium.webdriver.common.keys import Keys
@@ -116,7 +164,8 @@ def test_a_browser_shows_the_laboratory_and_passes_keys_on(
         found: dict[str, str] = json.loads(kept.read_bytes())["texts"] if kept.is_file() else {}
         return found
 
-    browser.get(f"http://127.0.0.1:{served}/")
+    port, token = served
+    browser.get(f"http://localhost:{port}/?token={token}")
     until(lambda: texts().get("m") == "5", "the session of an app in the browser")
     browser.find_element(By.CSS_SELECTOR, ".xterm-helper-textarea").send_keys(Keys.ARROW_UP)
     until(lambda: texts().get("m") == "5.1", "a key to reach the app")

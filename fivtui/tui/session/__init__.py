@@ -43,7 +43,6 @@ if TYPE_CHECKING:
         Run as Run,
         Runs as Runs,
         RunState as RunState,
-        engine_of as engine_of,
         execute as execute,
     )
     from .scene_differences import (

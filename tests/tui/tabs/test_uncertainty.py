@@ -1,5 +1,6 @@
 """The uncertainty tab: its charts and its table, and one start of the app."""
 
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -115,3 +116,8 @@ def result_of(path: Path) -> Uncertainty:
     found = load_study("uncertainty", path)
     assert isinstance(found, Uncertainty)
     return found
+
+
+def test_an_engine_that_cannot_scatter_names_the_key_that_changes_it() -> None:
+    with pytest.raises(InputError, match="F4 switches the engine"):
+        charts.uncertainty_request(replace(PRESETS["base"], method="fmu"), charts.EXAMPLE)

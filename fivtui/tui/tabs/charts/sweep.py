@@ -16,10 +16,8 @@ from fivtui.tui.session import (
     CONSIDERED,
     FIELDS,
     IGNORED,
-    SOLVER,
     base_scene,
     check_drawable,
-    engine_of,
     plain_names,
     symbol_of,
 )
@@ -64,7 +62,6 @@ def sweep_request(scene: Scene, text: str) -> "Study":
     """Parse one or two ``--vary`` ranges; the sweep covers both separation cases."""
     from fivtui.sweeps import parse_design, study_of
 
-    check_native(scene)
     try:
         design = parse_design(plain_names(text).split(), "product")
     except InputError as error:
@@ -79,13 +76,6 @@ def sweep_request(scene: Scene, text: str) -> "Study":
             f"{study.members} runs: must be at most {_MOST} here; fivtui sweep --out writes more"
         )
     return study
-
-
-def check_native(scene: Scene) -> None:
-    """Raise `InputError` for a scene whose engine is an FMU, which computes single runs alone."""
-    engine = engine_of(scene.method)
-    if engine != SOLVER:
-        raise InputError(f"engine {engine}: must be {SOLVER} here; F4 switches the engine")
 
 
 def sweep_parts(study: "Study", progress: Callable[[float], bool]) -> Iterator["Rows"]:

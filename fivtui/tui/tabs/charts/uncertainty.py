@@ -6,11 +6,10 @@ from typing import TYPE_CHECKING, Final
 import numpy as np
 from numpy.typing import NDArray
 
+from fivtui.model import InputError
 from fivtui.scene import Scene
 from fivtui.tui.chart import Chart, Guide, Trace
 from fivtui.tui.session import plain_names, symbol_of
-
-from .sweep import check_native
 
 if TYPE_CHECKING:
     from fivtui.reliability import Uncertainty
@@ -41,8 +40,12 @@ def uncertainty_request(scene: Scene, text: str) -> "Study":
     """The study of a scene where inputs scatter, such as ``μ~uniform:0.2:0.8 F~normal:80:8``."""
     from fivtui.reliability import parse_inputs, scattered_study
 
-    check_native(scene)
-    return scattered_study(scene, parse_inputs(plain_names(text).split()), samples=SAMPLES)
+    inputs = parse_inputs(plain_names(text).split())
+    try:
+        return scattered_study(scene, inputs, samples=SAMPLES)
+    except InputError as error:
+        key = "; F4 switches the engine" if str(error).startswith("method =") else ""
+        raise InputError(f"{error}{key}") from None
 
 
 def probability_words(result: "Uncertainty") -> str:
