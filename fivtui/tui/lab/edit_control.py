@@ -1,5 +1,6 @@
 """Edits the session's fields: typing, steps, scenes, undo and reset."""
 
+from collections.abc import Callable
 from typing import TYPE_CHECKING
 
 from fivtui.scene import PRESETS
@@ -9,6 +10,7 @@ from fivtui.tui.tabs import (
     FieldStepped,
     PointOpened,
     Reported,
+    RunsChanged,
     SceneLoaded,
     SceneSaved,
 )
@@ -61,11 +63,11 @@ class EditController:
 
     def undo(self) -> None:
         """Undo the last edit."""
-        self._turned(self._session.undo())
+        self._follow(self._session.undo)
 
     def redo(self) -> None:
         """Redo the last undone edit."""
-        self._turned(self._session.redo())
+        self._follow(self._session.redo)
 
     def reset(self) -> None:
         """Reset the focused field to the scene's value."""
@@ -84,6 +86,13 @@ class EditController:
         self._session.switch_engine()
         self._screen.show_inputs()
         self._tell(f"engine {self._session.engine}: method {self._session.texts['method']}")
+
+    def _follow(self, turn: Callable[[], bool]) -> None:
+        # A step may be a deleted run.
+        before = list(self._session.runs)
+        self._turned(turn())
+        if list(self._session.runs) != before:
+            self._screen.post_message(RunsChanged())
 
     def _turned(self, done: bool) -> None:
         if done:

@@ -168,8 +168,8 @@ class RunController:
     def _remove(self, run: Run) -> None:
         if run is self._session.runs.active:
             self.stop()
-        self._session.runs.remove(run)
-        self._tell(Reported(f"run {run.number} deleted"))
+        self._session.delete_run(run)
+        self._tell(Reported(f"run {run.number} deleted; Ctrl+Z brings it back"))
 
     def _colour(self, run: Run) -> None:
         run.style.colour += 1

@@ -3,7 +3,7 @@
 from fivtui.scene import Scene
 
 from .fields import FIELDS
-from .history import Edited, History
+from .history import Action, Edited, History
 from .scene_differences import base_scene
 
 
@@ -118,6 +118,10 @@ class Editing:
     def _set(self, name: str, text: str, how: str) -> None:
         self._history.before(self.edited, f"{how} {name}")
         self.texts[name] = text
+
+    def record(self, action: Action) -> None:
+        """Make an action that has been done a step that can be undone."""
+        self._history.record(action)
 
     def reset(self, name: str) -> None:
         """Reset a field to the loaded scene."""

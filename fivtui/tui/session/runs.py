@@ -207,6 +207,7 @@ class Runs:
         self.displayed: Run | None = None
         self.baseline: Run | None = None
         self._runs: list[Run] = []
+        self._aside: dict[int, Run] = {}
         self._count = 0
 
     def __iter__(self) -> Iterator[Run]:
@@ -268,6 +269,19 @@ class Runs:
             done = [other for other in self._runs if other.result is not None]
             self.displayed = done[-1] if done else None
 
+    def set_aside(self, run: Run) -> None:
+        """Delete a run that may be put back."""
+        self.remove(run)
+        self._aside[run.number] = run
+        if len(self._aside) > MAX_RUNS:
+            del self._aside[next(iter(self._aside))]
+
+    def put_back(self, run: Run) -> None:
+        """Put a deleted run back to its place."""
+        self._aside.pop(run.number, None)
+        self._runs.append(run)
+        self._runs.sort(key=lambda each: each.number)
+
     @property
     def drawn(self) -> list[Run]:
         """The runs to plot: overlaid runs with results, then the displayed one."""
@@ -300,3 +314,7 @@ class Runs:
     def find(self, number: int) -> Run | None:
         """The run with a number, None if deleted."""
         return next((run for run in self._runs if run.number == number), None)
+
+    def known(self, number: int) -> Run | None:
+        """The run with a number, deleted or not."""
+        return self.find(number) or self._aside.get(number)

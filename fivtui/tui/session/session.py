@@ -14,6 +14,7 @@ from fivtui.tui.chart import View
 from .editing import Editing
 from .equations import symbol_of
 from .fields import CONSIDERED, FIELDS
+from .history import Action
 from .report import Coexisting
 from .runs import FMU_ENGINES, Run, Runs, engine_of
 from .scene_differences import differences
@@ -234,6 +235,18 @@ class Session(Editing):
             correlation=self._loaded.correlation,
             over_time=self._loaded.over_time,
         )
+
+    def delete_run(self, run: Run) -> None:
+        """Delete a run, which `undo` brings back."""
+        runs = self.runs
+        displayed, baseline = runs.displayed, runs.baseline
+
+        def restore() -> None:
+            runs.put_back(run)
+            runs.displayed, runs.baseline = displayed, baseline
+
+        runs.set_aside(run)
+        self.record(Action(restore, lambda: runs.set_aside(run)))
 
     def outdated(self, run: Run) -> bool:
         """Whether the fields differ from what a run computed, or are invalid."""

@@ -105,6 +105,7 @@ class TransientPane(ViewsPane):
     def run_changed(self, run: Run | None) -> None:
         """Display a run and the overlaid ones."""
         if run is None or run.result is None:
+            self._clear()
             return
         first, *others = result_brief(run.result)
         lines = [first, *_remarks(run.result), *others]
@@ -113,6 +114,13 @@ class TransientPane(ViewsPane):
         names = names_of({each.number: each.scene for each in drawn})
         plotted = map(_plotted_run, drawn, names)
         self._show([each for each in plotted if each is not None], run)
+
+    def _clear(self) -> None:
+        if self._plotted and self.session.runs.active is None:
+            self._plotted, self._first = [], None
+            self.query_one("#summary", Static).update("")
+            for chart in self.query(ChartView):
+                chart.show(None)
 
     def run_progressed(self, run: Run) -> None:
         """Display the part of a run computed so far."""

@@ -14,12 +14,15 @@ from fivtui.transient.files import save_trajectory
 from fivtui.transient.request import Request
 from fivtui.transient.result import Transient
 from fivtui.tui.app import FivtuiApp
+from fivtui.tui.chart.widget.chart_view import ChartView
+from fivtui.tui.lab.run_list import RunsTable
 from fivtui.tui.persistence.state_file import State, load_state, save_state
 from tests.support.laboratory import (
     app_of,
     flat_text_of,
     focus,
     run_to_end,
+    show_tab,
     text_of,
     type_into,
     until,
@@ -63,6 +66,22 @@ async def test_runs_are_listed_drawn_compared_loaded_and_deleted(
     await pilot.press("k", "x")
     await until_told(pilot, "run 2 deleted")
     assert list(runs) == [first]
+    await pilot.press("ctrl+z")
+    await until_shown(pilot, "■ 2")
+    assert list(runs) == [first, second]
+    assert app.session.texts["F"] == "40"
+    await pilot.press("ctrl+y")
+    await until(pilot, lambda: list(runs) == [first])
+    await show_tab(pilot, "alt+2")
+    view = app.screen.query_one("#plot-y", ChartView)
+    await until(pilot, lambda: view.chart is not None)
+    app.screen.query_one(RunsTable).focus()
+    await pilot.press("x")
+    await until(pilot, lambda: view.chart is None)
+    await until_shown(pilot, "no run yet: press F5")
+    await pilot.press("ctrl+z")
+    await until(pilot, lambda: view.chart is not None and runs.displayed is first)
+    assert runs.baseline is first
     await pilot.press("f3")
     assert pilot.app.focused is pilot.app.screen.query_one("#row-m").query_one(Input)
 
