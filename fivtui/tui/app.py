@@ -2,7 +2,7 @@
 
 from collections.abc import Callable, Mapping
 from pathlib import Path, PurePath
-from typing import ClassVar, Final
+from typing import Any, ClassVar, Final, cast
 
 from textual import on
 from textual.app import App
@@ -10,14 +10,15 @@ from textual.binding import Binding, BindingType
 from textual.command import Provider
 from textual.events import Event, InputEvent, Key, MouseMove
 from textual.screen import Screen
+from textual.theme import Theme
 from textual.timer import Timer
 
-from fivtui.model import InputError
+from fivtui.model import InputError, unknown_name
 from fivtui.scene import Scene
 from fivtui.tui.session import StoredResult
 
-from .lab import LabScreen, know_alt_keys, take_for_alt
-from .persistence import Autosave, Slot, State, restore_session, state_of
+from .lab import KEY_IDS, LabScreen, know_alt_keys, take_for_alt
+from .persistence import Autosave, Slot, State, load_config, restore_session, state_of
 from .session import PRECEDENCE, Session
 from .tabs import Reported, ResultsRestored, SessionRequested
 
@@ -62,6 +63,8 @@ class FivtuiApp(App[None]):
         Its preset or file, if it has one.
     state : Path, optional
         Session file; without one nothing is saved.
+    config : Path, optional
+        File with the user's keys and themes.
     when_shown : callable, optional
         Called once when the first screen is displayed.
     """
@@ -98,6 +101,7 @@ class FivtuiApp(App[None]):
         source: str = "",
         *,
         state: Path | None = None,
+        config: Path | None = None,
         when_shown: Callable[[], None] = lambda: None,
     ) -> None:
         know_alt_keys()
@@ -110,12 +114,32 @@ class FivtuiApp(App[None]):
         self._autosave = Autosave(state)
         self._told = ""
         self._ticker: Timer | None = None
+        self._first_start = False
+        # The theme of the configuration is that of every start.
+        self._own_theme = ""
         # Reports for the screen, once it is displayed.
         self._reports: list[Reported] = []
+        self._configure(config)
         self._restore(given=scene is not None)
+
+    def _configure(self, path: Path | None) -> None:
+        try:
+            config = load_config(path, KEY_IDS)
+            for name, colours in config.themes.items():
+                self.register_theme(Theme(name, **cast("dict[str, Any]", colours)))
+            if config.theme and config.theme not in self.available_themes:
+                raise unknown_name("theme", config.theme, self.available_themes)
+        except InputError as error:
+            self._reports.append(Reported(f"{path}: {error}", error=True))
+            return
+        self.set_keymap(config.keys)
+        self._own_theme = config.theme
+        if config.theme:
+            self.theme = config.theme
 
     def _restore(self, *, given: bool) -> None:
         state = self._autosave.load()
+        self._first_start = self._autosave.enabled and state is None and not self._autosave.others
         self._reports += [Reported(words, error=True) for words in self._autosave.notices]
         if state is not None:
             notes = self._take(state, given=given)
@@ -130,7 +154,7 @@ class FivtuiApp(App[None]):
 
     def _take(self, state: State, *, given: bool = False) -> list[str]:
         # Returns why some results were not saved.
-        if state.theme in self.available_themes:
+        if state.theme in self.available_themes and not self._own_theme:
             self.theme = state.theme
         if not given:
             self.session = Session(state.edited.loaded, state.edited.source)
@@ -171,7 +195,7 @@ class FivtuiApp(App[None]):
 
     def get_default_screen(self) -> LabScreen:
         """The laboratory's screen."""
-        screen = LabScreen(self.session, lambda: self.other_sessions)
+        screen = LabScreen(self.session, lambda: self.other_sessions, welcome=self._first_start)
         # Size classes set before the first layout avoid a second one.
         screen.set_classes(
             [

@@ -20,10 +20,12 @@ def run(scene: "Scene | None" = None, source: str = "") -> None:
     # Objects made until the first frame stay: nothing to collect.
     gc.disable()
     from .app import FivtuiApp
-    from .persistence import state_path
+    from .persistence import config_path, state_path
 
     answer_quickly()
-    app = FivtuiApp(scene, source, state=state_path(), when_shown=_collect_later)
+    app = FivtuiApp(
+        scene, source, state=state_path(), config=config_path(), when_shown=_collect_later
+    )
     app.run()
     if app.not_saved:
         sys.stderr.write(f"the session is not saved: {app.not_saved}\n")

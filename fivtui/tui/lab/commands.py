@@ -5,8 +5,10 @@ from contextlib import suppress
 from dataclasses import dataclass
 from datetime import datetime
 from functools import partial
+from typing import Final
 
 from textual.command import DiscoveryHit, Hit, Hits, Provider
+from textual.fuzzy import Matcher
 
 from fivtui.model import InputError
 from fivtui.scene import PRESETS, Scene
@@ -19,9 +21,18 @@ from fivtui.tui.tabs import (
     RunActionRequested,
     SceneLoaded,
     SessionRequested,
+    TabSpec,
+    ViewsPane,
 )
 
 from .screen import LabScreen
+
+# Score of an entry found by its meaning: below those found by their titles.
+_BY_MEANING: Final = 0.1
+_EXPORTS: Final = {
+    "figure": "plot picture image pdf png svg save export write",
+    "data": "csv npz parquet json table numbers save export write",
+}
 
 
 @dataclass(frozen=True, slots=True)
@@ -31,11 +42,21 @@ class PaletteEntry:
     title: str
     help: str
     run: Callable[[], object]
+    # Words besides the title by which it is found.
+    meaning: str = ""
+
+    def score(self, matcher: Matcher, query: str) -> float:
+        """How well it fits a search, 0 if not at all: by title, else by what it means or says."""
+        found = matcher.match(self.title)
+        words = f"{self.meaning} {self.help}".lower()
+        if found <= 0 and all(word in words for word in query.lower().split()):
+            return _BY_MEANING
+        return found
 
 
 def _commands(lab: LabScreen) -> Iterator[PaletteEntry]:
     if lab.session.runs.active is None:
-        yield PaletteEntry("Run the transient", "F5", lab.action_run)
+        yield PaletteEntry("Run the transient", "F5", lab.action_run, "simulate compute start plot")
         both = "F9: native solver, then FMU, then compare"
         yield PaletteEntry("Run with native solver and FMU", both, lab.action_run_both)
     else:
@@ -45,13 +66,14 @@ def _commands(lab: LabScreen) -> Iterator[PaletteEntry]:
     yield PaletteEntry(
         f"Engine: {session.next_engine}", f"F4; now {session.engine}", lab.action_switch_engine
     )
-    yield PaletteEntry("Open a scene or result…", "Ctrl+O", lab.action_open_scene)
+    yield PaletteEntry("Help: keys that work now", "F1, ?", lab.action_help, "shortcuts manual")
+    yield PaletteEntry("Open a scene or result…", "Ctrl+O", lab.action_open_scene, "load file toml")
     yield PaletteEntry("Save the scene", "Ctrl+S", lab.action_save_scene)
     yield PaletteEntry("Save the scene as…", "Alt+S", lab.action_save_scene_as)
     for path in session.recent:
         yield PaletteEntry(f"Recent: {path}", "Open again", partial(lab.action_open_recent, path))
     kinds = "Alt+O: a run, sweep, map or trade-off"
-    yield PaletteEntry("Read a result…", kinds, lab.action_read_result)
+    yield PaletteEntry("Read a result…", kinds, lab.action_read_result, "import load csv npz json")
     if session.can_undo:
         yield PaletteEntry("Undo", "Ctrl+Z", lab.action_undo)
     if session.can_redo:
@@ -63,6 +85,7 @@ def _commands(lab: LabScreen) -> Iterator[PaletteEntry]:
     yield from _choices(lab)
     for tab in TABS:
         yield PaletteEntry(f"Tab {tab.title}", tab.key, partial(lab.show_tab, tab.id))
+        yield from _view_commands(lab, tab)
     yield from _scene_commands(lab)
     yield from _run_commands(lab)
 
@@ -76,10 +99,23 @@ def _tab_commands(lab: LabScreen) -> Iterator[PaletteEntry]:
             export = pane.export(what)
             title = f"Export the {export.what} of {export.of}…"
             text = f"{key}: {', '.join(export.suffixes)}"
-            yield PaletteEntry(title, text, partial(lab.action_export, what))
+            run = partial(lab.action_export, what)
+            yield PaletteEntry(title, text, run, _EXPORTS.get(what, ""))
     with suppress(InputError):
         line = pane.command_line()
         yield PaletteEntry("Copy the command line", line, lab.action_copy_command)
+
+
+def _view_commands(lab: LabScreen, tab: TabSpec) -> Iterator[PaletteEntry]:
+    def show(view: str) -> None:
+        lab.show_tab(tab.id)
+        lab.when_pane(lambda pane: pane.show_view(view) if isinstance(pane, ViewsPane) else None)
+
+    views = getattr(tab.kind(), "VIEWS", {})
+    for view, title in views.items() if len(views) > 1 else ():
+        yield PaletteEntry(
+            f"{tab.title}: {title}", f"{tab.key}, then v", partial(show, view), "plot"
+        )
 
 
 def _scene_commands(lab: LabScreen) -> Iterator[PaletteEntry]:
@@ -170,7 +206,7 @@ class LabCommands(Provider):
         """The entries that match the search."""
         matcher = self.matcher(query)
         for command in self._all():
-            score = matcher.match(command.title)
+            score = command.score(matcher, query)
             if score > 0:
                 title = matcher.highlight(command.title)
                 yield Hit(score, title, command.run, help=command.help)

@@ -64,6 +64,10 @@ class TextEditor(Input):
         else:
             super().replace(new, start, end)
 
+    def check_consume_key(self, key: str, character: str | None) -> bool:
+        """Whether a key types: no field takes a question mark, which asks for help."""
+        return character != "?" and super().check_consume_key(key, character)
+
     def action_step(self, direction: int, fine: bool = False) -> None:
         """Increase or decrease by a step."""
         self.post_message(FieldStepped(self._field.name, direction, fine))
@@ -385,6 +389,10 @@ class Form(Vertical):
         field = FIELDS[event.name]
         hint = f"{field.meaning}\n{field.allowed}"
         self.query_one("#hint", Static).update(hint, layout=False)
+
+    def take_focus(self) -> None:
+        """Focus the field at the list's cursor."""
+        self.query_one(FieldList).row.take_focus()
 
     def focus_field(self, name: str) -> None:
         """Focus a field."""

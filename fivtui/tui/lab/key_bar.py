@@ -11,6 +11,7 @@ from textual.events import Click
 from textual.screen import Screen
 from textual.widget import Widget
 
+_ESSENTIAL: Final = ("run", "stop", "help", "next-tab")
 _KEY: Final = "bold $footer-key-foreground"
 _WORDS: Final = "$footer-description-foreground"
 _OFF: Final = "dim $footer-description-foreground"
@@ -53,13 +54,18 @@ class KeyBar(Widget):
             self.refresh()
 
     def render(self) -> Content:
-        """As many keys as fit, and the command palette's at the right."""
+        """The essential keys, those of the focused widget, others that fit, and the palette's."""
         active = self.screen.active_bindings
         palette = active.get(self.app.COMMAND_PALETTE_BINDING)
         last = [] if palette is None else next(self._groups([palette]))
+        listed = [each for each in active.values() if each.binding.show]
+        listed.sort(key=self._rank)
+        groups = [group for group in self._groups(listed) if group]
+        if sum(map(_width, groups)) + _width(last) > self.size.width:
+            last = [replace(item, words="") for item in last]
         room = self.size.width - _width(last)
         shown: list[_Item] = []
-        for group in self._groups(each for each in active.values() if each.binding.show):
+        for group in groups:
             if _width(shown) + _width(group) > room:
                 break
             shown += group
@@ -72,6 +78,11 @@ class KeyBar(Widget):
             " " * blanks,
             *(part for item in last for part in item.parts),
         )
+
+    def _rank(self, active: ActiveBinding) -> int:
+        if active.binding.id in _ESSENTIAL:
+            return _ESSENTIAL.index(active.binding.id)
+        return len(_ESSENTIAL) + (active.node in (self.screen, self.app))
 
     def _groups(self, bindings: Iterable[ActiveBinding]) -> Iterator[list[_Item]]:
         # The first key of every action, by groups.

@@ -1,33 +1,91 @@
-"""Key bindings of the laboratory, the most important first."""
+"""Key bindings of the laboratory, the most important first, and all keys that work now."""
 
-from typing import Final
+import re
+from collections.abc import Iterable
+from typing import Any, Final
 
-from textual.binding import Binding
+from textual.binding import ActiveBinding, Binding
+from textual.dom import DOMNode
+from textual.screen import Screen
+from textual.widgets import Input
 
+from fivtui.results import Row
 from fivtui.tui.tabs import TABS
 
+
+def _key(
+    id: str,  # noqa: A002
+    keys: str,
+    action: str,
+    words: str,
+    *,
+    shown: str = "",
+    priority: bool = False,
+) -> Binding:
+    # A key that the bar lists has a name there; the user's keymap says others by `id`.
+    return Binding(
+        keys, action, words, show=bool(shown), key_display=shown or None, priority=priority, id=id
+    )
+
+
 LAB_KEYS: Final = (
-    Binding("f5,ctrl+r", "run", "Run", key_display="F5"),
-    Binding("f5,ctrl+r", "stop", "Stop", key_display="F5"),
-    Binding("f1", "help", "Help", key_display="F1"),
-    Binding("f2", "turn_tab(1)", "Tab", key_display="F2"),
-    Binding("shift+f2", "turn_tab(-1)", "Previous tab", show=False),
-    Binding("f3", "list_runs", "Runs", key_display="F3"),
-    Binding("f4", "switch_engine", "Engine", key_display="F4"),
-    Binding("f9", "run_both", "Compare with the FMU", show=False),
-    Binding("f10,ctrl+g", "work", "Compute", key_display="F10", show=False),
-    Binding("f6", "export('figure')", "Figure…", key_display="F6"),
-    Binding("f7", "export('data')", "Data…", key_display="F7"),
-    Binding("f8", "reset", "Reset", show=False),
-    Binding("shift+f8", "reset_all", "Reset all", show=False),
-    Binding("ctrl+o", "open_scene", "Open a scene or result", show=False),
-    Binding("ctrl+s", "save_scene", "Save the scene", show=False),
-    Binding("alt+s", "save_scene_as", "Save the scene as", show=False),
-    Binding("alt+o", "read_result", "Read a result", show=False),
-    Binding("ctrl+z", "undo", "Undo", show=False),
-    Binding("ctrl+y", "redo", "Redo", show=False),
+    _key("run", "f5,ctrl+r", "run", "Run", shown="F5"),
+    _key("stop", "f5,ctrl+r", "stop", "Stop", shown="F5"),
+    _key("help", "f1,question_mark", "help", "Help", shown="F1", priority=True),
+    _key("next-tab", "f2", "turn_tab(1)", "Tab", shown="F2"),
+    _key("previous-tab", "shift+f2", "turn_tab(-1)", "Previous tab"),
+    _key("runs", "f3", "list_runs", "Runs", shown="F3"),
+    _key("engine", "f4", "switch_engine", "Engine", shown="F4"),
+    _key("both", "f9", "run_both", "Compare with the FMU"),
+    _key("compute", "f10,ctrl+g", "work", "Compute in the tab, or stop"),
+    _key("figure", "f6", "export('figure')", "Figure…", shown="F6"),
+    _key("data", "f7", "export('data')", "Data…", shown="F7"),
+    _key("reset", "f8", "reset", "Reset the field"),
+    _key("reset-all", "shift+f8", "reset_all", "Reset all fields"),
+    _key("open", "ctrl+o", "open_scene", "Open a scene or result"),
+    _key("save", "ctrl+s", "save_scene", "Save the scene"),
+    _key("save-as", "alt+s", "save_scene_as", "Save the scene as"),
+    _key("read", "alt+o", "read_result", "Read a result"),
+    _key("undo", "ctrl+z", "undo", "Undo an edit or a deleted run"),
+    _key("redo", "ctrl+y", "redo", "Redo"),
+    _key("go-fields", "alt+f", "jump('fields')", "Go to the fields", priority=True),
+    _key("go-tabs", "alt+t", "jump('tabs')", "Go to the titles of the tabs", priority=True),
+    _key("go-bar", "alt+i", "jump('bar')", "Go to the buttons and ranges", priority=True),
+    _key("go-plot", "alt+p", "jump('plot')", "Go to the plot or table", priority=True),
+    _key("go-runs", "alt+r", "jump('runs')", "Go to the run list", priority=True),
     *(
-        Binding(tab.key, f"show_tab('{tab.id}')", tab.title, show=False, priority=True)
+        _key(f"tab-{tab.id}", tab.key, f"show_tab('{tab.id}')", f"Tab {tab.title}", priority=True)
         for tab in TABS
     ),
 )
+KEY_IDS: Final = frozenset(str(binding.id) for binding in LAB_KEYS)
+_TYPING: Final = frozenset(
+    key for each in Input.BINDINGS if isinstance(each, Binding) for key in each.key.split(",")
+)
+
+
+def active_keys(screen: Screen[Any]) -> list[Row]:
+    """All keys that work now: those of the focused widget, of the laboratory, then of typing."""
+    own: list[ActiveBinding] = []
+    others: list[ActiveBinding] = []
+    typing: list[ActiveBinding] = []
+    for active in screen.active_bindings.values():
+        if not active.enabled or not active.binding.description:
+            continue
+        if isinstance(active.node, Input) and active.binding.key in _TYPING:
+            typing.append(active)
+        else:
+            (others if active.node in (screen, screen.app) else own).append(active)
+    return [*_rows(screen, own), *_rows(screen, others), *_rows(screen, typing)]
+
+
+def _rows(screen: Screen[Any], group: Iterable[ActiveBinding]) -> list[Row]:
+    # A row per action, with all its keys.
+    keys: dict[tuple[DOMNode, str], list[str]] = {}
+    words: dict[tuple[DOMNode, str], str] = {}
+    for node, binding, _, tooltip in group:
+        which = (node, binding.action)
+        display = screen.app.get_key_display(binding.with_key(binding.key, None))
+        keys.setdefault(which, []).append(re.sub(r"\bf(?=\d)", "F", display))
+        words[which] = tooltip or binding.description
+    return [Row(" ".join(dict.fromkeys(keys[which])), words[which]) for which in keys]

@@ -41,9 +41,11 @@ class RunsTable(ListTable[str | Text]):
     """A table with a row per run."""
 
     BINDINGS: ClassVar[list[BindingType]] = [
-        Binding("enter", "act('load')", "Load scene", key_display="Enter"),
-        Binding("space", "act('overlay')", "Overlay on/off", key_display="Space"),
-        Binding("b", "act('baseline')", "Baseline"),
+        Binding(
+            "enter", "act('load')", "Load", key_display="⏎", tooltip="Load the scene of the run"
+        ),
+        Binding("space", "act('overlay')", "Overlay", key_display="Space"),
+        Binding("b", "act('baseline')", "Baseline", tooltip="Compare other runs with this one"),
         Binding("s", "act('show')", "Show"),
         Binding("x,delete", "act('delete')", "Delete", key_display="x"),
         Binding("c", "act('colour')", "Colour", show=False),

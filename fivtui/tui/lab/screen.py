@@ -21,6 +21,7 @@ from fivtui.tui.persistence import Slot, restore_results
 from fivtui.tui.session import (
     CHARTS,
     PRECEDENCE,
+    WELCOME,
     Session,
     crash_words,
     stability_brief,
@@ -72,8 +73,15 @@ class LabScreen(Screen[None]):
     # `on_mount` sets the focus once: every change of focus costs time.
     AUTO_FOCUS: ClassVar[str | None] = ""
 
-    def __init__(self, session: Session, other_sessions: Callable[[], Sequence[Slot]]) -> None:
+    def __init__(
+        self,
+        session: Session,
+        other_sessions: Callable[[], Sequence[Slot]],
+        *,
+        welcome: bool = False,
+    ) -> None:
         super().__init__()
+        self._welcome = welcome
         self.session = session
         self.other_sessions = other_sessions
         self._editor = EditController(self, session)
@@ -88,6 +96,8 @@ class LabScreen(Screen[None]):
             with Vertical(id="results"):
                 yield VerdictView(id="verdict")
                 yield RunBar()
+                if self._welcome:
+                    yield Static("\n".join(WELCOME), id="welcome", markup=False)
                 yield TabBook(TABS, self.session)
                 yield RunsPane()
         yield Static(_TOO_SMALL, id="too-small", markup=False)
@@ -218,6 +228,8 @@ class LabScreen(Screen[None]):
 
     @on(RunsChanged)
     def _show_runs(self) -> None:
+        if self.session.runs.newest is not None:
+            self.query("#welcome").remove()
         if self.session.runs.active is None:
             self._ticker.pause()
         else:
@@ -334,6 +346,10 @@ class LabScreen(Screen[None]):
         """Show the tab with this identifier."""
         self._book.show(name)
 
+    def when_pane(self, what: Callable[[Pane], None]) -> None:
+        """Call a function with the pane of the current tab as soon as it exists."""
+        self._book.when_ready(what)
+
     @property
     def pane(self) -> Pane | None:
         """The pane of the current tab, None before it is created."""
@@ -395,16 +411,32 @@ class LabScreen(Screen[None]):
         self._editor.reset_all()
 
     def action_help(self) -> None:
-        """Show help on the focused field, or general help."""
+        """Show all keys that work now, then help on the focused field, then the equations."""
+        from fivtui.results import Row
         from fivtui.tui.session import field_help, general_help
 
         from .dialogs import HelpDialog
+        from .keys import active_keys
 
-        field = field_of(self.focused)
-        if field is None:
-            self.app.push_screen(HelpDialog("fivtui", general_help()))
+        rows, field = active_keys(self), field_of(self.focused)
+        if field is not None:
+            heading = Row("", f"{field.name}: {field.meaning}")
+            rows += [Row("", ""), heading, *field_help(field)]
+        self.app.push_screen(
+            HelpDialog("Keys that work now", [*rows, Row("", ""), *general_help()])
+        )
+
+    def action_jump(self, place: str) -> None:
+        """Focus a part of the screen: fields, tabs, bar, plot or runs."""
+        if place == "fields":
+            self.query_one(Form).take_focus()
+        elif place == "tabs":
+            self._book.take_focus()
+        elif place == "runs":
+            self.add_class("-runs")
+            self.query_one(RunsPane).take_focus()
         else:
-            self.app.push_screen(HelpDialog(f"{field.name}: {field.meaning}", field_help(field)))
+            self._book.when_ready(lambda pane: pane.take_focus(bar=place == "bar"))
 
     def action_copy_command(self) -> None:
         """Copy the command that computes what the current tab shows."""

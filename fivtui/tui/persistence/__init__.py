@@ -4,6 +4,7 @@ from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
     from .autosave import Autosave as Autosave
+    from .config import config_path as config_path, load_config as load_config
     from .imports import load_run as load_run, load_study as load_study
     from .slots import Slot as Slot
     from .snapshot import (

@@ -17,7 +17,7 @@ if TYPE_CHECKING:
         IGNORED as IGNORED,
         FormField as FormField,
     )
-    from .help import field_help as field_help, general_help as general_help
+    from .help import WELCOME as WELCOME, field_help as field_help, general_help as general_help
     from .history import Edited as Edited
     from .jobs import (
         PRECEDENCE as PRECEDENCE,

@@ -33,7 +33,8 @@ if TYPE_CHECKING:
     )
     from .pane import Pane as Pane
     from .tables import ListTable as ListTable, grid as grid
-    from .tabs import TABS as TABS
+    from .tabs import TABS as TABS, TabSpec as TabSpec
+    from .views_pane import ViewsPane as ViewsPane
 else:
     from fivtui.lazy import lazily
 

@@ -7,7 +7,7 @@ from textual import on
 from textual.app import ComposeResult
 from textual.content import Content
 from textual.events import Resize
-from textual.widgets import Button, Input, TabbedContent, TabPane
+from textual.widgets import TabbedContent, TabPane, Tabs
 
 from fivtui.tui.session import Session
 
@@ -76,6 +76,10 @@ class TabBook(TabbedContent):
             for what in waiting:
                 what(pane)
 
+    def take_focus(self) -> None:
+        """Focus the titles."""
+        self.query_one(Tabs).focus()
+
     def turn(self, direction: int) -> None:
         """Show the next (+1) or previous (-1) tab."""
         names = [spec.id for spec in self.specs]
@@ -101,10 +105,7 @@ class TabBook(TabbedContent):
         self._call_waiting()
         if self._refocus and name == self.active:
             self._refocus = False
-            inside = [widget for widget in self._made[name].query("*") if widget.focusable]
-            # Prefer a plot or list to the buttons above it.
-            inside.sort(key=lambda widget: isinstance(widget, Button | Input))
-            self.screen.set_focus(next(iter(inside), None))
+            self._made[name].take_focus()
 
     def catch_up(self) -> None:
         """Bring the current pane up to date."""

@@ -3,6 +3,8 @@
 from typing import TYPE_CHECKING, ClassVar
 
 from textual.containers import Vertical
+from textual.widget import Widget
+from textual.widgets import Button, Input
 
 from fivtui.tui.session import Run, Session
 
@@ -40,6 +42,16 @@ class Pane(Vertical):
     def keep(self, key: str, value: str) -> None:
         """Store a setting of this tab."""
         self.session.settings.setdefault(self.NAME, {})[key] = value
+
+    def take_focus(self, *, bar: bool = False) -> None:
+        """Focus the plot or list, or the first input, else button, of the `bar` above it."""
+        inside = [widget for widget in self.query("*") if widget.focusable]
+
+        def rank(widget: Widget) -> int:
+            return 2 if isinstance(widget, Input) else int(isinstance(widget, Button))
+
+        inside.sort(key=rank, reverse=bar)
+        self.screen.set_focus(next(iter(inside), None))
 
     def scene_changed(self) -> None:
         """Called when a field was edited or a scene loaded; on every key, so be quick."""

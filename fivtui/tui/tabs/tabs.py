@@ -22,21 +22,25 @@ class TabSpec:
         Title.
     key : str
         Key that shows it.
-    pane : callable
-        Makes the pane from the session; imports its module when called.
+    kind : callable
+        The class of its pane; imports its module when called.
     """
 
     id: str
     title: str
     key: str
-    pane: Callable[[Session], Pane]
+    kind: Callable[[], type[Pane]]
+
+    def pane(self, session: Session) -> Pane:
+        """A new pane for a session."""
+        return self.kind()(session)
 
 
-def _of(module: str, name: str) -> Callable[[Session], Pane]:
-    def make(session: Session) -> Pane:
-        return cast("Pane", getattr(import_module(f".{module}", __package__), name)(session))
+def _of(module: str, name: str) -> Callable[[], type[Pane]]:
+    def kind() -> type[Pane]:
+        return cast("type[Pane]", getattr(import_module(f".{module}", __package__), name))
 
-    return make
+    return kind
 
 
 TABS: Final = (

@@ -1,3 +1,4 @@
+from functools import partial
 from pathlib import Path
 
 import pytest
@@ -12,6 +13,7 @@ from tests.support.laboratory import (
     flat_text_of,
     focus,
     run_to_end,
+    show_tab,
     text_of,
     type_into,
     until,
@@ -89,19 +91,79 @@ async def test_data_and_figures_are_exported_and_nothing_is_overwritten_unasked(
 
 async def test_help_tells_about_the_field_in_focus_or_about_keys(pilot: Pilot[None]) -> None:
     await focus(pilot, "k_nl")
-    await pilot.press("f1")
-    await until_shown(pilot, "k_nl: cubic contact stiffness")
+    await pilot.press("question_mark")
+    await until_shown(pilot, "Keys that work now")
     shown = flat_text_of(pilot)
+    for words in ("F5 ^r Run", "F1 ? Help", "↑ Increase"):
+        assert words in shown, words
+    seen = []
+    while "Eq. 4" not in shown:
+        seen.append(shown)
+        await pilot.press("pagedown")
+        shown = flat_text_of(pilot)
+        assert shown not in seen
+    whole = " ".join([*seen, shown])
+    assert whole.index("Go to the plot") < whole.index("k_nl: cubic contact stiffness")
     for words in ("symbol k_nl", "unit N/m^3", "from 0 to 1e+24 N/m^3", "default 100"):
-        assert words in shown
-    assert "Eq. 1 P = −k2 y − k_nl y³" in shown
+        assert words in whole, words
+    assert "Eq. 1 P = −k2 y − k_nl y³" in whole
     await pilot.press("escape")
     await until(pilot, lambda: not pilot.app.screen.query("#dialog"))
-    pilot.app.screen.query_one("RunBar Button").focus()
-    await pilot.press("f1")
-    await until_shown(pilot, "start a run, or stop it")
+    await pilot.press("alt+p", "question_mark")
+    await until_shown(pilot, "Zoom in along y")
     await pilot.press("q")
     await until(pilot, lambda: not pilot.app.screen.query("#dialog"))
+
+
+async def test_keys_jump_to_every_part_of_the_screen(pilot: Pilot[None]) -> None:
+    screen = pilot.app.screen
+    await pilot.press("alt+3")
+    for key, place in (
+        ("alt+p", "#sweep-chart"),
+        ("alt+i", "#vary"),
+        ("alt+t", "Tabs"),
+        ("alt+r", "RunsTable"),
+        ("alt+f", "#row-m TextEditor"),
+    ):
+        await pilot.press(key)
+        widget = screen.query_one(place)
+        await until(pilot, partial(getattr, widget, "has_focus"))
+
+
+async def test_every_key_of_the_bar_has_room_in_80_columns(pilot: Pilot[None]) -> None:
+    await pilot.resize_terminal(80, 24)
+    screen = pilot.app.screen
+    for tab, place, last in (
+        ("alt+1", "#growth", "v View"),
+        ("alt+2", "#plot-y", "e End"),
+        ("alt+3", "#sweep-chart", "g Limits"),
+        ("alt+4", "#map-chart", "v View"),
+        ("alt+6", "#figures", "o Load scene"),
+        ("f3", "RunsTable", "x Delete"),
+    ):
+        await show_tab(pilot, tab)
+        screen.query_one(place).focus()
+        await until_shown(pilot, f" {last} ")
+        assert text_of(pilot).splitlines()[-1].startswith("F5 Run F1 Help F2 Tab ")
+
+
+async def test_the_palette_finds_by_meaning(pilot: Pilot[None]) -> None:
+    await run_to_end(pilot)
+    for words, title in (
+        ("csv", "Export the data of run 1"),
+        ("plot", "Export the figure of run 1"),
+        ("phase", "Transient: Phase"),
+        ("help", "Help: keys that work now"),
+    ):
+        await palette(pilot, words)
+        await until_shown(pilot, title)
+        if words != "phase":
+            await pilot.press("escape")
+            await until(pilot, lambda: pilot.app.screen is pilot.app.screen_stack[0])
+        else:
+            await pilot.press("enter")
+            await until(pilot, lambda: pilot.app.screen.query_one("#phase-y").display)
+            await until_shown(pilot, "ẏ")
 
 
 async def test_the_palette_does_what_applies_now(

@@ -81,8 +81,8 @@ class ChartView(Widget, can_focus=True):
         Binding("r", "whole", "Fit"),
         Binding("c", "cursor", "Cursor"),
         Binding("escape", "cursor_off", "Cursor off", show=False),
-        Binding("enter", "open", "Open the point"),
-        Binding("g", "limits", "Limits…"),
+        Binding("enter", "open", "Open", key_display="⏎", tooltip="Run the point at the cursor"),
+        Binding("g", "limits", "Limits"),
         Binding("x", "log('x')", "Log x", show=False),
         Binding("y", "log('y')", "Log y", show=False),
         *(

@@ -1,0 +1,77 @@
+"""Keys and themes of the user's own."""
+
+from pathlib import Path
+
+import pytest
+
+from fivtui.model.errors import InputError
+from fivtui.tui.app import FivtuiApp
+from fivtui.tui.lab.keys import KEY_IDS
+from fivtui.tui.persistence.config import config_path, load_config
+from tests.support.laboratory import text_of, until, until_shown
+
+OWN = """
+theme = "mine"
+[keys]
+run = "f12"
+next-tab = "ctrl+n"
+[themes.mine]
+primary = "#112233"
+dark = false
+"""
+
+
+def test_a_file_that_is_not_there_changes_nothing(tmp_path: Path) -> None:
+    for path in (None, tmp_path / "config.toml"):
+        config = load_config(path, KEY_IDS)
+        assert (config.theme, config.keys, config.themes) == ("", {}, {})
+    assert config_path({"XDG_CONFIG_HOME": "/x"}) == Path("/x/fivtui/config.toml")
+
+
+@pytest.mark.parametrize(
+    ("text", "words"),
+    [
+        ("colour = 1", "unknown key 'colour'"),
+        ("keys = 1", "keys: must be a table"),
+        ("[keys]\nruns = 1", "keys.runs = 1: must be text"),
+        ("[keys]\nrnu = 'f5'", "unknown action 'rnu'; did you mean run"),
+        ("theme = 3", "theme = 3: must be text"),
+        ("[themes.a]\npanel = '#000000'", "themes.a: must have the colour primary"),
+        ("[themes.a]\nprimary = 'red'", "must be a colour such as"),
+        ("[themes.a]\nprimry = '#000000'", "did you mean primary"),
+        ("= 1", "not TOML"),
+    ],
+)
+def test_what_the_file_must_not_have_is_named(tmp_path: Path, text: str, words: str) -> None:
+    path = tmp_path / "config.toml"
+    path.write_text(text)
+    with pytest.raises(InputError, match=words):
+        load_config(path, KEY_IDS)
+
+
+async def test_own_keys_and_theme_hold_from_the_first_start_on(tmp_path: Path) -> None:
+    path = tmp_path / "config.toml"
+    path.write_text(OWN)
+    app = FivtuiApp(state=tmp_path / "session.json", config=path)
+    async with app.run_test(size=(80, 24)) as pilot:
+        await until_shown(pilot, "F1 or ? the keys that work now")
+        assert app.theme == "mine"
+        assert text_of(pilot).splitlines()[-1].startswith("f12 Run F1 Help ^n Tab ")
+        await pilot.press("f5")
+        await pilot.press("f12")
+        await until(pilot, lambda: app.session.runs.displayed is not None)
+        await until(pilot, lambda: not app.screen.query("#welcome"))
+        assert [run.number for run in app.session.runs] == [1]
+    again = FivtuiApp(state=tmp_path / "session.json", config=path)
+    async with again.run_test(size=(80, 24)):
+        assert again.theme == "mine"
+        assert not again.screen.query("#welcome")
+
+
+async def test_a_wrong_file_is_reported_and_the_usual_keys_stay(tmp_path: Path) -> None:
+    path = tmp_path / "config.toml"
+    path.write_text("theme = 'nowhere'")
+    app = FivtuiApp(config=path)
+    async with app.run_test(size=(80, 24), notifications=True) as pilot:
+        await until_shown(pilot, "unknown theme 'nowhere'")
+        assert text_of(pilot).splitlines()[-1].startswith("F5 Run")
