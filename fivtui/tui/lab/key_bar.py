@@ -60,12 +60,12 @@ class KeyBar(Widget):
         last = [] if palette is None else next(self._groups([palette]))
         listed = [each for each in active.values() if each.binding.show]
         listed.sort(key=self._rank)
-        groups = [group for group in self._groups(listed) if group]
-        if sum(map(_width, groups)) + _width(last) > self.size.width:
+        needed = [each for each in listed if self._rank(each) <= len(_ESSENTIAL)]
+        if sum(map(_width, self._groups(needed))) + _width(last) > self.size.width:
             last = [replace(item, words="") for item in last]
         room = self.size.width - _width(last)
         shown: list[_Item] = []
-        for group in groups:
+        for group in self._groups(listed):
             if _width(shown) + _width(group) > room:
                 break
             shown += group

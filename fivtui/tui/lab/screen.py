@@ -229,7 +229,7 @@ class LabScreen(Screen[None]):
     @on(RunsChanged)
     def _show_runs(self) -> None:
         if self.session.runs.newest is not None:
-            self.query("#welcome").remove()
+            self._end_welcome()
         if self.session.runs.active is None:
             self._ticker.pause()
         else:
@@ -315,8 +315,14 @@ class LabScreen(Screen[None]):
         """Stop the active run."""
         self._run_controller.stop()
 
+    def _end_welcome(self) -> None:
+        if self._welcome:
+            self._welcome = False
+            self.query("#welcome").remove()
+
     def action_turn_tab(self, direction: int) -> None:
         """Show the next (+1) or previous (-1) tab."""
+        self._end_welcome()
         self._book.turn(direction)
 
     def action_list_runs(self) -> None:
@@ -344,6 +350,7 @@ class LabScreen(Screen[None]):
 
     def show_tab(self, name: str) -> None:
         """Show the tab with this identifier."""
+        self._end_welcome()
         self._book.show(name)
 
     def when_pane(self, what: Callable[[Pane], None]) -> None:

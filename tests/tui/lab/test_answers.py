@@ -99,6 +99,8 @@ async def test_a_click_on_a_key_presses_it(pilot: Pilot[None]) -> None:
     line = text_of(pilot).splitlines()[-1]
     await pilot.click(KeyBar, offset=(line.index("Runs"), 0))
     await until_shown(pilot, "±y 2nd half")
+    await pilot.press("f3")
+    await until_shown(pilot, "F7 Data")
     await pilot.click(KeyBar, offset=(line.index("Data"), 0))
     await until_shown(pilot, "Export the data of the stability")
     await pilot.press("escape")

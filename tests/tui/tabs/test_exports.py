@@ -175,7 +175,7 @@ async def test_a_map_is_written_and_copied(pilot: Pilot[None]) -> None:
     await pilot.press("ctrl+p")
     await until_shown(pilot, "Export the data of the map…")
     assert "F7: .csv, .npz, .parquet, .json" in text_of(pilot)
-    assert "fivtui map --set F=60 --over mu" in flat_text_of(pilot)
+    assert "fivtui map --set F=60 --over c1" in flat_text_of(pilot)
     await pilot.press("escape")
     await show_tab(pilot, "alt+3")
     await pilot.press("ctrl+p")
@@ -233,7 +233,7 @@ async def test_figures_and_claims_of_the_paper_are_written_and_copied(
     few = CLAIMS[:2]
     checked = [check(claim, PaperResults(workers=1)) for claim in few]
     pane: Any = lab_of(pilot).pane
-    pane.take({entry.claim.id: entry for entry in checked})
+    pane.take(checked)
     written = {
         suffix: await write(pilot, "f7", f"claims{suffix}", "Export the data of the claims")
         for suffix in (".md", ".json", ".csv")

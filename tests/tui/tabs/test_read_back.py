@@ -329,4 +329,4 @@ def test_a_trade_off_has_errors_over_seconds_and_rows_in_milliseconds() -> None:
         assert [float(c["error"]) for c in cells] == [
             pytest.approx(getattr(source.error, name)) for source in rows
         ]
-        assert [(c["separations"], c["remark"]) for c in cells] == [("+2", "best"), ("+2", "now")]
+        assert [(c["sep."], c["remark"]) for c in cells] == [("+2", "best"), ("+2", "now")]

@@ -18,7 +18,13 @@ from fivtui.tui.app import FivtuiApp
 from fivtui.tui.chart.widget.chart_view import ChartView
 from fivtui.tui.session import runs
 from fivtui.tui.tabs.charts.paper import claim_rows, claim_words
-from fivtui.tui.tabs.charts.tradeoff import present_row, present_words, table_rows, tradeoff_chart
+from fivtui.tui.tabs.charts.tradeoff import (
+    COLUMNS,
+    present_row,
+    present_words,
+    table_rows,
+    tradeoff_chart,
+)
 from tests.support.kernels import INTERPRETED
 from tests.support.laboratory import (
     app_of,
@@ -145,7 +151,7 @@ async def test_the_trade_off_is_measured_and_shown(
     await pilot.click("#quantity-events")
     await until_shown(pilot, "error of events / s")
     await pilot.click("#view-settings")
-    await until_shown(pilot, "interpreted")
+    await until_shown(pilot, "method setting error CPU ms")
 
 
 async def test_a_job_is_stopped_at_once(
@@ -167,7 +173,7 @@ async def test_a_job_is_stopped_at_once(
 
 async def test_figures_of_the_paper_are_computed_and_opened(pilot: Pilot[None]) -> None:
     await pilot.press("alt+6")
-    await until_shown(pilot, "Contact force over time")
+    await until_shown(pilot, "figure lines what it shows")
     pilot.app.screen.query_one("#figures").focus()
     await pilot.press("j", "j", "enter")
     await until_shown(pilot, "figure 3 computed")
@@ -204,8 +210,9 @@ def test_the_present_setting_and_what_would_do_as_well(measured: Tradeoff) -> No
     assert words.startswith("now taylor (compiled) tol=1e-12, error ")
     rows = table_rows(measured, "peak", present)
     assert len(rows) == len(measured.rows)
-    assert sum("now" in row[-1] for row in rows) == 1
-    assert any("best" in row[-1] for row in rows)
+    remarks = [row[COLUMNS.index("remark")] for row in rows]
+    assert sum("now" in remark for remark in remarks) == 1
+    assert any("best" in remark for remark in remarks)
     drawn = tradeoff_chart(measured, "final", present)
     assert drawn.traces[-1].name == "now"
     asked = dataclasses.replace(BASE, accuracy=(("peak", 1e-3),))
@@ -241,6 +248,6 @@ async def test_nothing_touches_and_no_title_is_cut(size: tuple[int, int]) -> Non
         await until_shown(pilot, "State Peak ±2nd ½ Events")
         assert "F10: measure (about 7 s of CPU time)" in text_of(pilot)
         await pilot.press("alt+4")
-        await until_shown(pilot, "Growth μ_c Modes mu=0:1.5:121 F=5:120:9")
+        await until_shown(pilot, "Growth μ_c Modes Safe μ Regions μ=0")
         await pilot.press("alt+6")
         await until_shown(pilot, "Enter: figure, F10: claims, o: scene")

@@ -27,7 +27,7 @@ TITLES: Final[Mapping[str, str]] = {
     "events": "Events",
 }
 _NAMES: Final = {"final": "final state", "half_range": "half peak-to-peak, 2nd half"}
-COLUMNS: Final = ("method", "setting", "error", "CPU ms", "remark", "steps", "separations")
+COLUMNS: Final = ("method", "setting", "error", "CPU ms", "remark", "steps", "sep.")
 
 
 def _methods(result: "Tradeoff") -> dict[str, list[MeasuredSetting]]:
@@ -79,7 +79,7 @@ def table_rows(
             remarks.append("now")
         head, cpu_ms = (row.setting.label, row.setting.text), f"{1e3 * row.cpu_s:.3g}"
         if row.error is None:
-            rows.append((*head, row.failure, cpu_ms, "", "", ""))
+            rows.append((*head, "failed", cpu_ms, row.failure, "", ""))
             continue
         error = f"{row.error.of(quantity):.1e}"
         separations = f"{row.error.separations:+d}" if row.error.separations else "0"
