@@ -180,7 +180,7 @@ async def test_every_size_shows_form_verdict_and_result(pilot: Pilot[None]) -> N
         ((80, 24), ("P / N", "x / m", "off belt", "kg", "74 separations")),
         ((200, 60), ("P / N", "off belt", "mass of the slider", "P 0 to 2071 N")),
         ((200, 60), ("±y 2nd half", "shown native 10.50")),
-        ((60, 20), ("peak |y|", "F5 Run", "k1", "n: P, x")),
+        ((60, 20), ("peak |y|", "F5 Run", "k1")),
         ((40, 12), ("UNSTABLE", "F5 Run", "y / m")),
         ((39, 12), ("too small for fivtui: it needs 40 columns and 10 lines",)),
         ((100, 9), ("too small",)),
