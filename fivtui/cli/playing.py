@@ -209,10 +209,10 @@ def validate(**given: Any) -> None:
         for name in ("scale", "offset", "time_scale")
         if given[name] is not None
     }
+    check_outputs("validation", given["out"], given["plot"], force=given["force"])
     measurement = read_measurement(
         given["measured"], time=given["time"], signal=given["signal"], **numbers
     )
-    check_outputs("validation", given["out"], given["plot"], force=given["force"])
     found = compare(
         run_of(given),
         measurement,

@@ -65,6 +65,7 @@ def test_stability_json_is_one_object_with_everything_promised() -> None:
         "growth_rate",
         "stable",
         "critical_mu",
+        "critical_speed",
         "linear_critical_mu",
         "modes",
         "margin",

@@ -53,11 +53,19 @@ NEEDED: dict[tuple[str, ...], list[str]] = {
     ("sweep",): ["--vary=F=20:80:2"],
     ("tradeoff",): [],
     ("uncertainty",): ["--vary=mu~uniform:0:1", "--samples=64", "--output=critical_mu"],
+    ("animate",): [],
+    ("sound",): [],
+    ("validate",): [f"--measured={__file__}"],
     ("fmu", "build"): [],
     ("fmu", "system"): [],
     ("fmu", "run"): [],
 }
-SUFFIXES: dict[tuple[str, ...], str] = {("fmu", "build"): ".fmu", ("fmu", "system"): ".ssp"}
+SUFFIXES: dict[tuple[str, ...], str] = {
+    ("fmu", "build"): ".fmu",
+    ("fmu", "system"): ".ssp",
+    ("animate",): ".gif",
+    ("sound",): ".wav",
+}
 
 
 def outputs_of(names: tuple[str, ...]) -> list[str]:
@@ -89,7 +97,8 @@ def arguments(names: tuple[str, ...], given: dict[str, str], argument: str = "")
     if names == ("fmu", "run"):
         argument = argument or "some.fmu"
     options = [f"{name}={path}" for name, path in given.items()]
-    return [*names, *([argument] if argument else []), *NEEDED[names], *options, "--force"]
+    needed = [option for option in NEEDED[names] if option.partition("=")[0] not in given]
+    return [*names, *([argument] if argument else []), *needed, *options, "--force"]
 
 
 def contents(folder: Path) -> dict[str, str]:

@@ -344,6 +344,7 @@ def test_a_stability_analysis_as_data_has_the_documented_keys() -> None:
         "growth_rate": ...,
         "stable": ...,
         "critical_mu": ...,
+        "critical_speed": ...,
         "linear_critical_mu": ...,
         "modes": ...,
         "margin": {"mu": ..., "growth_rate": ...},

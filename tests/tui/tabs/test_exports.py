@@ -104,7 +104,7 @@ async def test_stability_is_written_and_copied(pilot: Pilot[None]) -> None:
     ours = await write(pilot, "f7", "a.csv", "Export the data of the stability")
     words = await copied(pilot)
     assert words == ["stability", "--set", "F=60"]
-    run_command(words, "--out", "b.csv")
+    run_command(words, "--no-search", "--out", "b.csv")
     assert ours.read_bytes() == Path("b.csv").read_bytes()
     data = json.loads((await write(pilot, "f7", "a.json", "Export the data of")).read_text())
     assert data["growth_rate"] == app_of(pilot).session.stability().growth_rate
