@@ -162,7 +162,7 @@ def map_over(scene: str, assignments: tuple[str, ...], **given: Any) -> None:
     coexistence has three regions: safe, safe for small disturbances alone (with the least vertical
     displacement from rest that escapes), and squealing.
     """
-    from fivtui.equilibrium import MAP_VALUES, stability_map
+    from fivtui.equilibrium import MAP_VALUES, check_map, stability_map
     from fivtui.model import unknown_name
     from fivtui.ranges import parse_ranges
     from fivtui.safety import SAFETY_VALUES, safety_map
@@ -172,6 +172,7 @@ def map_over(scene: str, assignments: tuple[str, ...], **given: Any) -> None:
     out, plot, force = given["out"], given["plot"], given["force"]
     if given["value"] not in (*MAP_VALUES, *SAFETY_VALUES):
         raise unknown_name("map value", given["value"], (*MAP_VALUES, *SAFETY_VALUES))
+    check_map(given["value"], tuple(over))
     check_outputs("map", out, plot, force=force)
     compute: Callable[..., Any] = safety_map if given["value"] in SAFETY_VALUES else stability_map
     with progress_bar("map") as progress:

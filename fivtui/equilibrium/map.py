@@ -152,7 +152,6 @@ def stability_map(
         raise unknown_name("map value", value, MAP_VALUES)
     if len(over) != 2:
         raise InputError(f"over: {len(over)} parameters given; must be two different ones")
-    check_map(value, tuple(over))
     (first, rows), (second, columns) = ((name, _axis(name, over[name])) for name in over)
     shape = (rows.size, columns.size)
     total = rows.size * columns.size

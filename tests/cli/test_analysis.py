@@ -150,6 +150,12 @@ def test_stability_on_a_belt_of_finite_speed_says_that_nothing_was_searched() ->
     assert "belt has a finite speed" in data["safe_mu_basis"]["verdict"]
 
 
+def test_a_map_of_the_critical_friction_over_friction_is_refused() -> None:
+    done = fivtui("map", "--over=F=1:2:3", "--over=mu=0:1:3", "--value=critical-mu")
+    assert done.returncode == 2
+    assert "critical-mu over mu: must be over two other parameters" in done.stderr
+
+
 def test_attractors_in_words_show_what_leaves_the_equilibrium(
     capsys: pytest.CaptureFixture[str],
 ) -> None:

@@ -294,7 +294,7 @@ Y_LABELS: Final = {
     "eigenvalues": ("Im λ / rad/s", "Re λ / 1/s"),
     "critical mu": ("μ_c",),
 }
-X_LABELS: Final = {"F": "F / N", "k_nl": "k_nl / N/m^3", "mu": "mu"}
+X_LABELS: Final = {"F": "F / N", "k_nl": "k_nl / N/m^3", "mu": "μ"}
 
 
 @pytest.mark.parametrize("key", [key for key in FIGURES if FIGURES[key][1]])
@@ -307,7 +307,8 @@ def test_charts_of_the_paper_have_every_line_under_its_name(
     assert tuple(chart.y_label for chart in charts) == Y_LABELS[panel.kind]
     for chart, part in zip(charts, ("imag", "real"), strict=False):
         assert chart.x_label == X_LABELS[along]
-        assert [trace.name for trace in chart.traces] == [f"{by} {value:g}" for value in values]
+        spelled = {"mu": "μ"}.get(by, by)
+        assert [trace.name for trace in chart.traces] == [f"{spelled} {v:g}" for v in values]
         assert [guide.value for guide in chart.guides] == [0.0] * (chart.y_label == "Re λ / 1/s")
         for trace, value in zip(chart.traces, values, strict=True):
             both = panel.kind == "eigenvalues"
