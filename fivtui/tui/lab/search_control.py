@@ -20,6 +20,7 @@ _PAUSE: Final = 0.5
 # Number of parameter sets whose results are cached.
 _REMEMBERED: Final = 64
 _GROUP: Final = "search"
+_ON_BELT: Final = "limit cycles not searched (v_belt)"
 
 Key = tuple[Parameters, bool, bool]
 
@@ -42,6 +43,9 @@ class SearchController:
     def coexisting(self, p: Parameters, *, separation: bool, stable: bool) -> Coexisting:
         """What is known beside the equilibrium; starts a search if it is not all known yet."""
         key = (p, separation, stable)
+        if p.v_belt is not None:
+            self.stop()
+            return Coexisting(_ON_BELT if stable else "", done=True, searched=True)
         if key != self._key:
             self.stop()
             self._key = key

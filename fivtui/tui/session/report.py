@@ -124,8 +124,15 @@ def result_brief(r: Transient) -> list[str]:
         _separation_words(r),
         f"P {quantity(force.min)} to {quantity(force.max, 'N')} · peak |x| "
         f"{quantity(peak.x_abs, 'm')}",
-        f"valid for belts faster than {quantity(peak.vx_max, 'm/s')}",
+        _belt_words(r),
     ]
+
+
+def _belt_words(r: Transient) -> str:
+    if r.parameters.v_belt is None:
+        return f"valid for belts faster than {quantity(r.peak.vx_max, 'm/s')}"
+    share = r.events.stick_time / r.t_end
+    return f"{r.events.sticks} sticks · {quantity(r.events.stick_time, 's')} ({share:.1%})"
 
 
 def _separation_words(r: Transient) -> str:
