@@ -57,6 +57,7 @@ class DrivenStepper(BeltStepper):
         self._course = course
         self._deflection = static_deflection(p.with_values({"F": course.greatest_load}))
         self._rates = rates
+        self._break = course.next_break(t)
         self._mode = mode_of(p, state, separation=separation, rates=rates)
 
     def advance(self) -> BeltSegment:

@@ -141,6 +141,8 @@ class Request:
         if course is not None:
             p, _ = course.after(0.0)
             put(self, "parameters", p)
+            # Rows may be given by an iterator, which ends: a changed copy needs them again.
+            put(self, "over_time", course.tables)
         put(self, "t_end", check_horizon(self.t_end))
         put(self, "tol", check_tolerance(self.tol))
         put(self, "max_steps", check_max_steps(self.max_steps))

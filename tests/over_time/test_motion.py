@@ -1,5 +1,6 @@
 """Motion while preload, friction and the belt's speed follow tables."""
 
+import dataclasses
 import itertools
 import math
 from functools import partial
@@ -14,6 +15,8 @@ from scipy.optimize import brentq
 from fivtui import Parameters, find_scene, load_scene, save_scene, simulate
 from fivtui.cli import run as command
 from fivtui.model import InputError, TimeTable
+from fivtui.simulation import compute
+from fivtui.transient import Request
 
 Tables = dict[str, list[tuple[float, float]]]
 # A function of time and state, with the marks by which SciPy knows events.
@@ -307,6 +310,15 @@ def test_commands_take_tables_or_refuse_them(
     assert "F: follows a table over time; must not be set" in capsys.readouterr().err
     assert command(["simulate", "brake-stop", "--method", "rk4"]) == 2
     assert "F, v_belt over time: the method must be taylor, not rk4" in capsys.readouterr().err
+
+
+def test_rows_may_come_from_an_iterator_and_serve_several_runs() -> None:
+    rows = [(0.0, 20.0), (1.0, 60.0)]
+    request = Request(Parameters(), t_end=2.0, over_time={"F": iter(rows)})
+    shorter = dataclasses.replace(request, t_end=1.5)
+    assert shorter.over_time["F"] == request.over_time["F"]
+    found = simulate(t_end=1.5, over_time={"F": rows}).final
+    assert compute(shorter).final == found
 
 
 def test_options_that_need_constant_parameters_are_refused() -> None:
