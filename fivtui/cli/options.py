@@ -8,9 +8,9 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from fivtui.model import ALL_PARAMETERS, InputError, parameter_spec, read_number
+from fivtui.model import ALL_PARAMETERS, InputError, Interval, parameter_spec, read_number
 
-from .arguments import option
+from .arguments import Whole, option
 from .completion import ERROR_VALUES, SET_VALUES
 from .paths import InputFile, OutputFile, OutputFolder, SceneName
 
@@ -37,6 +37,19 @@ json_option = option("--json", "as_json", is_flag=True, help="Print the result a
 force_option = option("--force", is_flag=True, help="Overwrite files that exist.")
 t_end_option = option("--t-end", metavar="S", help="Duration of the transient, s.")
 tol_option = option("--tol", metavar="R", help="Relative tolerance, 1e-13 to 1e-2.")
+# What computes the members of a study, and how they are stored.
+workers_option = option(
+    "--workers", type=Whole(), metavar="N", help="Number of threads.  [default: all processors]"
+)
+scheduler_option = option(
+    "--scheduler", metavar="ADDRESS", help="Address of a Dask cluster to compute on."
+)
+piece_option = option(
+    "--piece",
+    type=Whole(Interval(1)),
+    metavar="N",
+    help="Members in a stored piece.  [default: about a second of work]",
+)
 fmu_argument = click.argument("fmu_file", type=InputFile("the FMU"), metavar="FILE.fmu")
 
 

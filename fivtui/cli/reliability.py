@@ -15,14 +15,17 @@ from .options import (
     ignore_option,
     json_option,
     output_option,
+    piece_option,
     say,
     scene_argument,
     scene_of,
+    scheduler_option,
     set_option,
     start_of,
     start_option,
     t_end_option,
     tol_option,
+    workers_option,
 )
 from .studies import engine_of
 
@@ -87,16 +90,9 @@ from .studies import engine_of
     help="Compute this output only, besides the growth rate (critical_mu, safe_mu, y_half_range, "
     "P_max, …); may be repeated.",
 )
-@option(
-    "--workers", type=Whole(), metavar="N", help="Number of threads.  [default: all processors]"
-)
-@option("--scheduler", metavar="ADDRESS", help="Address of a Dask cluster to compute on.")
-@option(
-    "--piece",
-    type=Whole(Interval(1)),
-    metavar="N",
-    help="Members in a stored piece.  [default: about a second of work]",
-)
+@workers_option
+@scheduler_option
+@piece_option
 @output_option(
     "--out",
     "FILE",

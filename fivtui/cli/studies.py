@@ -5,7 +5,7 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from fivtui.model import InputError, Interval
+from fivtui.model import InputError
 
 from .arguments import Whole, option
 from .completion import METHOD_NAMES, VARIED_VALUES
@@ -19,16 +19,19 @@ from .options import (
     ignore_option,
     json_option,
     output_option,
+    piece_option,
     progress_bar,
     put,
     say,
     scene_argument,
     scene_of,
+    scheduler_option,
     set_option,
     start_of,
     start_option,
     t_end_option,
     tol_option,
+    workers_option,
 )
 
 if TYPE_CHECKING:
@@ -85,16 +88,9 @@ if TYPE_CHECKING:
     help="Compute this output only (y_abs, y_half_range, separations, growth_rate, stable, …); may "
     "be repeated.",
 )
-@option(
-    "--workers", type=Whole(), metavar="N", help="Number of threads.  [default: all processors]"
-)
-@option("--scheduler", metavar="ADDRESS", help="Address of a Dask cluster to compute on.")
-@option(
-    "--piece",
-    type=Whole(Interval(1)),
-    metavar="N",
-    help="Members in a stored piece.  [default: about a second of work]",
-)
+@workers_option
+@scheduler_option
+@piece_option
 @output_option(
     "--out",
     "FILE",
