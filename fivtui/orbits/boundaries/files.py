@@ -9,31 +9,28 @@ from numpy.typing import NDArray
 
 from fivtui.io import write_table
 from fivtui.model import PARAMETERS, Column
+from fivtui.orbits.columns import (
+    MEASURES,
+    MULTIPLIERS,
+    multiplier_values,
+    state_columns,
+    state_values,
+)
 from fivtui.orbits.curves.events import End
-from fivtui.transient import START_SPECS
 
 from .result import Boundary, BoundaryPoint
 
 # What a file is called in messages.
 BOUNDARY: Final = "boundary"
-_MULTIPLIERS: Final = 3
-_MEASURES: Final = ("period", "y_min", "y_max", "half_range", "lyapunov")
+_MEASURES: Final = (
+    *MEASURES,
+    Column("lyapunov", "1/(m^2 s)", "first Lyapunov coefficient of a Hopf point"),
+)
 _COLUMNS: Final = (
     Column("part", "1", "number of the curve"),
-    Column("period", "s", "period of the limit cycle"),
-    Column("y_min", "m", "lowest point"),
-    Column("y_max", "m", "highest point"),
-    Column("half_range", "m", "half peak-to-peak of y"),
-    Column("lyapunov", "1/(m^2 s)", "first Lyapunov coefficient of a Hopf point"),
-    *(
-        Column(f"multiplier_{place}_{part}", "1", f"Floquet multiplier {place}, {words} part")
-        for place in range(1, _MULTIPLIERS + 1)
-        for part, words in (("re", "real"), ("im", "imaginary"))
-    ),
-    *(
-        Column(spec.name, spec.unit, f"{spec.meaning}: of a state of the motion")
-        for spec in START_SPECS.values()
-    ),
+    *_MEASURES,
+    *MULTIPLIERS,
+    *state_columns("of a state of the motion"),
 )
 
 
@@ -68,23 +65,12 @@ def boundary_columns(result: Boundary) -> dict[str, NDArray[Any]]:
     """Curves over two parameters by column, as in their file; ``nan`` means no value."""
     rows = [(place, one) for place, curve in enumerate(result.curves) for one in curve.points]
     points = [point for _, point in rows]
-    multipliers = np.full((len(points), _MULTIPLIERS), np.nan, dtype=np.complex128)
-    for row, point in zip(multipliers, points, strict=True):
-        if point.multipliers:
-            row[:] = point.multipliers
-        else:
-            row[:] = complex(np.nan, np.nan)
-    starts = np.array([point.start for point in points]).T
     return {
         **dict(zip(result.names, np.array([point.values for point in points]).T, strict=True)),
         "part": np.array([place for place, _ in rows]),
-        **{name: np.array([getattr(point, name) for point in points]) for name in _MEASURES},
-        **{
-            f"multiplier_{place}_{part}": values
-            for place, each in enumerate(multipliers.T, start=1)
-            for part, values in (("re", each.real), ("im", each.imag))
-        },
-        **dict(zip(START_SPECS, starts, strict=True)),
+        **{each.name: np.array([getattr(p, each.name) for p in points]) for each in _MEASURES},
+        **multiplier_values([point.multipliers for point in points]),
+        **state_values([point.start for point in points]),
     }
 
 

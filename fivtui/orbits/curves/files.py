@@ -10,31 +10,25 @@ from numpy.typing import NDArray
 
 from fivtui.io import read_bytes, save_json, write_table
 from fivtui.model import PARAMETERS, Column, InputError, Parameters
-from fivtui.transient import START_SPECS
+from fivtui.orbits.columns import (
+    MEASURES,
+    MULTIPLIERS,
+    multiplier_values,
+    state_columns,
+    state_values,
+)
 
 from .events import End, EventKind
 from .result import BranchEvent, CycleBranch, CyclePoint
 from .saved import BRANCH
 
-_MULTIPLIERS: Final = 3
 _CYCLE: Final = (
-    Column("period", "s", "period of the limit cycle"),
-    Column("y_min", "m", "lowest point"),
-    Column("y_max", "m", "highest point"),
-    Column("half_range", "m", "half peak-to-peak of y"),
+    *MEASURES,
     Column("stable", "1", "1 if stable"),
-    *(
-        Column(f"multiplier_{place}_{part}", "1", f"Floquet multiplier {place}, {words} part")
-        for place in range(1, _MULTIPLIERS + 1)
-        for part, words in (("re", "real"), ("im", "imaginary"))
-    ),
-    *(
-        Column(spec.name, spec.unit, f"{spec.meaning}: of a state on the cycle")
-        for spec in START_SPECS.values()
-    ),
+    *MULTIPLIERS,
+    *state_columns("of a state on the cycle"),
     Column("event", "1", "index in events"),
 )
-_MEASURES: Final = ("period", "y_min", "y_max", "half_range")
 EVENTS: Final = ("none", *EventKind)
 # Key of the set's own value of the parameter that varies, in stored branches.
 _OWN: Final = "own_value"
@@ -73,18 +67,12 @@ def branch_columns(result: CycleBranch) -> dict[str, NDArray[Any]]:
     """A branch of limit cycles by column, as in its file; ``event`` is an index in `EVENTS`."""
     points = result.points
     met = {(event.value, event.period): EVENTS.index(event.kind) for event in result.events}
-    multipliers = np.array([point.multipliers for point in points]).T
-    states = np.array([point.start for point in points]).T
     return {
         result.name: np.array([point.value for point in points]),
-        **{name: np.array([getattr(p, name) for p in points]) for name in _MEASURES},
+        **{each.name: np.array([getattr(p, each.name) for p in points]) for each in MEASURES},
         "stable": np.array([int(point.stable) for point in points]),
-        **{
-            f"multiplier_{place}_{part}": values
-            for place, each in enumerate(multipliers, start=1)
-            for part, values in (("re", each.real), ("im", each.imag))
-        },
-        **dict(zip(START_SPECS, states, strict=True)),
+        **multiplier_values([point.multipliers for point in points]),
+        **state_values([point.start for point in points]),
         "event": np.array([met.get((point.value, point.period), 0) for point in points]),
     }
 
