@@ -2,6 +2,7 @@
 
 import dataclasses
 import itertools
+import json
 import math
 from functools import partial
 from pathlib import Path
@@ -302,7 +303,9 @@ def test_commands_take_tables_or_refuse_them(
     words = ["simulate", "--t-end", "6", "--over-time", str(table), "--out", str(out)]
     assert command(words) == 0
     assert "F over time" in capsys.readouterr().out
-    assert '"over_time"' in out.read_text() or "# over_time" in out.read_text()
+    rows = [[[0.0, 20.0], [4.0, 100.0], [8.0, 100.0]], [[0.0, 0.2], [4.0, 0.2], [8.0, 0.8]]]
+    said = dict(zip(("F", "mu"), rows, strict=True))
+    assert f"# over_time: {json.dumps(said)}\n" in out.read_text()
     for words in (["stability"], ["branch"], ["attractors"], ["accuracy"], ["tradeoff"]):
         assert command([*words, "brake-stop"]) == 2
         assert "F, v_belt over time: must be constant for this command" in capsys.readouterr().err
