@@ -5,7 +5,7 @@ from dataclasses import dataclass
 from typing import Final
 
 from fivtui.model import InputError, check_always_sliding, time_scale
-from fivtui.taylor import BeltStepper, Stepper, TaylorStepper, local_tolerance
+from fivtui.taylor import Stepper, TaylorStepper, local_tolerance
 
 from .request import Request
 
@@ -58,7 +58,11 @@ def fixed_step(request: Request) -> float:
 
 
 def _taylor(request: Request) -> Stepper:
-    make = TaylorStepper if request.parameters.v_belt is None else BeltStepper
+    make = TaylorStepper
+    if request.parameters.v_belt is not None:
+        from fivtui.taylor import BeltStepper
+
+        make = BeltStepper
     return make(
         request.parameters,
         request.initial,

@@ -5,10 +5,9 @@ from typing import Final
 
 from fivtui.kernel import why_interpreted
 from fivtui.model import ComputationError, Course, InputError, check_always_sliding, unknown_name
-from fivtui.taylor import DrivenStepper, local_tolerance
+from fivtui.taylor import local_tolerance
 
 from . import compiled
-from .derivatives.sensitivity import sensitivities_of
 from .linear import run as linear
 from .methods import METHODS, check_takes_step, fixed_step
 from .recorder import Recorder
@@ -53,6 +52,8 @@ def integrate(
         return _driven(request, request.course, progress, on_samples)
     if request.method == "taylor" and request.sensitivities:
         check_always_sliding(request.parameters, "sensitivities")
+        from .derivatives.sensitivity import sensitivities_of
+
         transient = _taylor(request, _part_of(progress, 0), on_samples)
         found = sensitivities_of(request, transient, _part_of(progress, 1))
         return dataclasses.replace(transient, sensitivities=found)
@@ -94,6 +95,8 @@ def _driven(
     request: Request, course: Course, progress: Progress | None, on_samples: OnSamples | None
 ) -> Transient:
     # Where preload, friction or belt speed follow tables; interpreted.
+    from fivtui.taylor import DrivenStepper
+
     names = ", ".join(course.tables)
     if request.kernel not in ("auto", "interpreted"):
         raise InputError(f"{names} over time: the kernel must be interpreted, not {request.kernel}")

@@ -17,7 +17,7 @@ from fivtui import Parameters, find_scene, load_scene, save_scene, simulate
 from fivtui.cli import run as command
 from fivtui.model import InputError, TimeTable
 from fivtui.simulation import compute
-from fivtui.transient import Request
+from fivtui.transient import START_SEEDS, Request, vary
 
 Tables = dict[str, list[tuple[float, float]]]
 # A function of time and state, with the marks by which SciPy knows events.
@@ -331,6 +331,8 @@ def test_options_that_need_constant_parameters_are_refused() -> None:
         ({"sensitivities": ["mu"]}, "must be without sensitivities"),
         ({"method": "fmu-native"}, "the method must be taylor"),
     )
+    with pytest.raises(InputError, match="F over time: must be constant for derivatives"):
+        vary(Request(Parameters(), over_time=scene), START_SEEDS)
     for options, said in wrong:
         with pytest.raises(InputError, match=said):
             simulate(t_end=1.0, over_time=scene, **options)

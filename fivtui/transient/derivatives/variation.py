@@ -11,6 +11,7 @@ from fivtui.kernel import CROSSING_HEAD, Status, VariedRun, load_kernel, why_int
 from fivtui.model import (
     PARAMETERS,
     Cancelled,
+    InputError,
     State,
     accelerations,
     check_always_sliding,
@@ -109,6 +110,10 @@ def vary(request: Request, seeds: Sequence[Seed], *, progress: Progress | None =
         If `progress` returned False.
     """
     check_always_sliding(request.parameters, "derivatives")
+    if request.course is not None:
+        raise InputError(
+            f"{', '.join(request.course.tables)} over time: must be constant for derivatives"
+        )
     if request.kernel == "interpreted" or why_interpreted() is not None:
         return _interpreted(request, seeds, progress)
     return _compiled(request, seeds, progress)
