@@ -3,9 +3,10 @@
 `native` loads it, `runs` and `lanes` are runs under way. The text in C: `vector.h` (one run or
 LANES of them), `expansion.h` (the recurrences), `polynomial.h` and `roots.h` (bounds, roots),
 `motion.h` (a step and its mode), `search.h` (first switches, extremes), `problem.h`, `run.h` (a
-step of one run), `output.h`, `friction.h` (the friction law), `deviations.h` (the variational
-equations), and four loops: `single.c`, `belt.c` (one run on a belt of finite speed), `vary.c` (one
-run with its derivatives) and `lanes.c`; `orbit.c` closes runs to periodic orbits.
+step of one run), `output.h`, `friction.h` (the friction law), `belt.h` (modes and guards on a belt
+of finite speed), `deviations.h` (the variational equations), and four loops: `single.c`, `belt.c`
+(one run on a belt of finite speed), `vary.c` (one run with its derivatives) and `lanes.c`;
+`orbit.c` closes runs to periodic orbits.
 """
 
 from typing import TYPE_CHECKING
