@@ -5,6 +5,7 @@ from pathlib import Path
 from typing import Any, BinaryIO, Final
 
 import matplotlib as mpl
+from matplotlib.axes import Axes
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 from matplotlib.layout_engine import ConstrainedLayoutEngine
@@ -46,6 +47,9 @@ STYLE: Final[dict[Any, Any]] = {
     "xtick.direction": "in",
     "ytick.direction": "in",
 }
+# Of times off the belt, and of those at which the slider sticks to it.
+OFF_BELT: Final = "0.9"
+STUCK: Final = "#f6e3c5"
 _NO_BREAK: Final = "\N{NO-BREAK SPACE}"
 
 
@@ -54,6 +58,22 @@ def new_figure(width: float, height: float, *, wspace: float | None = None) -> F
     figure = Figure(figsize=(width, height), layout=ConstrainedLayoutEngine(wspace=wspace))
     FigureCanvasAgg(figure)
     return figure
+
+
+def shade_times(
+    axes: Axes, intervals: Sequence[tuple[float, float]], colour: str, label: str = ""
+) -> None:
+    """Shade intervals of time over the whole height of a panel, s; none if there are none."""
+    if intervals:
+        axes.broken_barh(
+            [(start, end - start) for start, end in intervals],
+            (0.0, 1.0),
+            transform=axes.get_xaxis_transform(),
+            facecolor=colour,
+            linewidth=0.0,
+            zorder=0.0,
+            label=label or "_",
+        )
 
 
 def value_label(name: str, value: float | None) -> str:

@@ -21,7 +21,7 @@ from numpy.typing import NDArray
 
 from fivtui.io import check_output, check_suffix, save_bytes
 from fivtui.model import ALWAYS_SLIDING, Cancelled, InputError, Mode
-from fivtui.plotting import CASE_COLOURS, STYLE, new_figure
+from fivtui.plotting import CASE_COLOURS, OFF_BELT, STYLE, new_figure, shade_times
 from fivtui.results import Result
 from fivtui.signals import motion_at
 from fivtui.transient import Progress, Trajectory, Transient
@@ -261,16 +261,8 @@ def _modes_of(run: Transient) -> set[Mode]:
 def _draw_curve(axes: Axes, motion: Trajectory, run: Transient, timing: Timing) -> Line2D:
     # y over time, shaded off the belt and where the slider sticks, and the line of the present.
     axes.plot(motion.t, motion.y, color=CASE_COLOURS[run.separation][0], linewidth=1.0)
-    shades = ((run.separated_intervals, "0.88"), (run.stick_intervals, _FACES[Mode.STICK]))
-    for intervals, colour in shades:
-        axes.broken_barh(
-            [(start, end - start) for start, end in intervals],
-            (0.0, 1.0),
-            transform=axes.get_xaxis_transform(),
-            facecolor=colour,
-            linewidth=0.0,
-            zorder=0.0,
-        )
+    shade_times(axes, run.separated_intervals, OFF_BELT)
+    shade_times(axes, run.stick_intervals, _FACES[Mode.STICK])
     axes.set_xlim(timing.start, timing.end)
     axes.set_ylabel("$y$ (m)")
     axes.set_xlabel(f"$t$ (s), {speed_words(timing.speed)}")

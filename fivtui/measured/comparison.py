@@ -1,6 +1,7 @@
 """A run beside a measurement: deviation, spectra, and whether they agree."""
 
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Final, Literal, NamedTuple
@@ -66,6 +67,8 @@ class Validation(Result):
         Of the measured and the computed signal.
     criteria : tuple of Criterion
         What was asked, and whether it holds.
+    separated, stuck : sequence of (start, end)
+        When the slider is off the belt, and when it sticks to one of finite speed, s.
     """
 
     parameters: Parameters
@@ -82,6 +85,8 @@ class Validation(Result):
     correlation: float
     spectra: tuple[Spectrum, Spectrum]
     criteria: tuple[Criterion, ...]
+    separated: Sequence[tuple[float, float]] = ()
+    stuck: Sequence[tuple[float, float]] = ()
 
     @property
     def passed(self) -> bool | None:
@@ -237,6 +242,8 @@ def validate(
         _correlation(measured, computed),
         spectra,
         tuple(_criteria(asked, band, spectra, measured, computed)),
+        run.separated_intervals,
+        run.stick_intervals,
     )
 
 

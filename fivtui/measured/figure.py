@@ -3,7 +3,17 @@
 import matplotlib as mpl
 from matplotlib.figure import Figure
 
-from fivtui.plotting import CASE_COLOURS, STYLE, WIDTH, math_symbol, math_unit, new_figure
+from fivtui.plotting import (
+    CASE_COLOURS,
+    OFF_BELT,
+    STUCK,
+    STYLE,
+    WIDTH,
+    math_symbol,
+    math_unit,
+    new_figure,
+    shade_times,
+)
 
 from .comparison import Validation
 
@@ -39,8 +49,11 @@ def validation_figure(result: Validation) -> Figure:
         apart.set_ylabel(f"measured − computed ({unit})".replace(" − ", "\n− "))
         apart.set_xlabel("$t$ (s)")
         apart.sharex(over_time)
+        for axes in (over_time, apart):
+            shade_times(axes, result.separated, OFF_BELT, "off the belt")
+            shade_times(axes, result.stuck, STUCK, "stuck to the belt")
         over_time.set_xlim(t[0], t[-1])
-        over_time.legend(loc="lower center", bbox_to_anchor=(0.5, 1.0), ncols=3, frameon=False)
+        over_time.legend(loc="lower center", bbox_to_anchor=(0.5, 1.0), ncols=5, frameon=False)
         measured, computed = result.spectra
         lines.plot(computed.frequency, computed.amplitude, color=colour, linewidth=1.1)
         lines.plot(

@@ -17,11 +17,14 @@ from fivtui.model import ALL_PARAMETERS, InputError, unknown_name
 from fivtui.plotting import (
     CASE_COLOURS,
     CASE_LINES,
+    OFF_BELT,
+    STUCK,
     STYLE,
     WIDTH,
     math_symbol,
     math_unit,
     new_figure,
+    shade_times,
     value_label,
 )
 
@@ -37,9 +40,6 @@ _ROUNDING: Final = 1e-9
 # Widths of lines, points.
 _WIDE: Final = 1.1
 _NARROW: Final = 0.6
-_SHADE: Final = "0.9"
-# Of times at which the slider sticks to a belt of finite speed.
-_STICK: Final = "#f6e3c5"
 # Inches: height of a row of panels, of an only row, and of what stands above and below.
 _ROW: Final = 1.85
 _ONLY_ROW: Final = 2.3
@@ -108,8 +108,8 @@ def transient_figure(
             for axes, window in zip(row, windows, strict=True):
                 _draw_panel(axes, curves, name, window)
                 if not window.crowded:
-                    _shade(axes, off, _SHADE, "off the belt")
-                    _shade(axes, held, _STICK, "stuck to the belt")
+                    shade_times(axes, off, OFF_BELT, "off the belt")
+                    shade_times(axes, held, STUCK, "stuck to the belt")
             row[0].set_ylabel(_axis_label(name).replace(" ", "\n", 1))
         for axes, window in zip(panels[0], windows, strict=True):
             axes.set_title(window.title)
@@ -223,6 +223,9 @@ def _round_number(value: float) -> float:
 
 def _draw_panel(axes: Axes, curves: Sequence[_Curve], name: str, window: _Window) -> None:
     axes.axhline(0.0, color="0.4", linewidth=0.5, zorder=1.0)
+    if name == "vx":
+        for speed in set(filter(None, (_constant_speed(curve.run) for curve in curves))):
+            axes.axhline(speed, color="0.4", linewidth=0.5, linestyle=":", zorder=1.0)
     for curve in curves:
         t, values = _reduced(curve.trajectory, name, window)
         every = max(t.size // _MARKS, 1)
@@ -239,6 +242,11 @@ def _draw_panel(axes: Axes, curves: Sequence[_Curve], name: str, window: _Window
             label=curve.label,
         )
     axes.set_xlim(window.left, window.right)
+
+
+def _constant_speed(run: Transient) -> float | None:
+    # Of the belt, m/s, on which a slider that sticks stays.
+    return None if "v_belt" in run.over_time else run.parameters.v_belt
 
 
 def _reduced(
@@ -258,19 +266,6 @@ def _reduced(
     )
     kept = np.union1d(kept, np.arange(size * _GROUPS, t.size))
     return t[kept], values[kept]
-
-
-def _shade(axes: Axes, intervals: Sequence[tuple[float, float]], colour: str, label: str) -> None:
-    if intervals:
-        axes.broken_barh(
-            [(start, end - start) for start, end in intervals],
-            (0.0, 1.0),
-            transform=axes.get_xaxis_transform(),
-            facecolor=colour,
-            linewidth=0.0,
-            zorder=0.0,
-            label=label,
-        )
 
 
 def _add_legend(figure: Figure, axes: Axes) -> None:

@@ -2,14 +2,25 @@
 
 import json
 
+import numpy as np
 import pytest
 
 from fivtui import Parameters, simulate
 from fivtui.cli import run
+from fivtui.model.modes import Mode
 from fivtui.scene import Scene, load_scene, save_scene
 from fivtui.transient import Transient, transient_figure, transient_rows
+from fivtui.tui.chart.chart import View
+from fivtui.tui.chart.picture import draw
 from fivtui.tui.session.session import Session
-from fivtui.tui.tabs.charts.transient import phase_chart, plotted_run, time_chart
+from fivtui.tui.tabs.charts.transient import (
+    difference_chart,
+    growing_run,
+    path_chart,
+    phase_chart,
+    plotted_run,
+    time_chart,
+)
 
 START = (-2.0, -4.0, 0.3, 1.0)
 
@@ -48,6 +59,68 @@ def test_charts_have_the_speed_of_the_belt_as_a_line(belt: Transient) -> None:
         (guide,) = [guide for guide in chart.guides if guide.label == "belt"]
         assert (guide.value, guide.vertical) == (0.5, False)
     assert all(g.label != "belt" for g in phase_chart("y", [plotted], (0.0, 5.0)).guides)
+
+
+def test_time_charts_mark_off_the_belt_and_stick_as_they_come_and_afterwards(
+    belt: Transient,
+) -> None:
+    assert belt.trajectory is not None
+    plotted = plotted_run(belt, "run 1")
+    scene = Scene("belt", "", belt.parameters, t_end=belt.t_end)
+    growing = growing_run(belt.trajectory, scene, "run 1")
+    assert plotted is not None
+    for each in (plotted, growing):
+        for chart in (
+            time_chart("y", [each], strip=True, x_axis=True),
+            difference_chart("y", each, plotted, strip=True, x_axis=True),
+        ):
+            off, held = chart.strips
+            assert (off.label, held.label) == ("off belt", "stick")
+            for strip, known in ((off, belt.separated_intervals), (held, belt.stick_intervals)):
+                marked, sampled = np.array(strip.intervals), np.array(known)
+                seen = sampled[np.ptp(sampled, axis=1) > 0.02]
+                assert np.abs(marked[:, None] - seen[None]).max(axis=2).min(axis=0).max() < 0.011
+            drawn = draw(chart, View(), 90, 12).text().splitlines()
+            assert [line[:8].strip() for line in drawn[-3:-1]] == ["off belt", "stick"]
+            assert "█" in drawn[-2]
+    always = plotted_run(simulate(t_end=5.0, samples=51))
+    assert always is not None
+    assert len(time_chart("y", [always], strip=True, x_axis=True).strips) == 1
+
+
+def test_portraits_mark_where_the_slider_sticks(belt: Transient) -> None:
+    plotted = plotted_run(belt, "run 1")
+    assert plotted is not None
+    motion = belt.to_columns()
+    held = motion["mode"] == Mode.STICK
+    assert 5 < held.sum() < held.size
+    for chart, names in (
+        (phase_chart("x", [plotted], (0.0, 5.0)), ("x", "vx")),
+        (phase_chart("y", [plotted], (0.0, 5.0)), ("y", "vy")),
+        (path_chart([plotted], (0.0, 5.0)), ("x", "y")),
+    ):
+        path, stick = chart.traces
+        assert (stick.name, stick.look) == ("stick", "points")
+        for trace, inside in ((path, slice(None)), (stick, held)):
+            assert trace.x.tolist() == motion[names[0]][inside].tolist()
+            assert trace.y.tolist() == motion[names[1]][inside].tolist()
+    two = phase_chart("x", [plotted, plotted], (0.0, 5.0))
+    assert [trace.name for trace in two.traces] == ["run 1", "run 1", *["run 1 stick"] * 2]
+    sliding = phase_chart("x", [plotted], (0.0, float(belt.changes[0, 0])))
+    assert (belt.first_mode is Mode.STICK) == (len(sliding.traces) > 1)
+
+
+def test_the_velocity_has_the_speed_of_the_belt_as_a_line_in_figures(belt: Transient) -> None:
+    panels = transient_figure([belt], quantities=["vx", "y"]).axes
+    flat = [
+        [
+            ends[0]
+            for ends in map(np.unique, (line.get_ydata() for line in panel.lines))
+            if ends.size == 1
+        ]
+        for panel in panels
+    ]
+    assert flat == [[0.0, 0.5], [0.0]]
 
 
 def test_the_command_line_sets_and_unsets_it(capsys: pytest.CaptureFixture[str]) -> None:

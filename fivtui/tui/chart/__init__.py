@@ -10,6 +10,7 @@ if TYPE_CHECKING:
         Guide as Guide,
         Look as Look,
         NearestPoint as NearestPoint,
+        Strip as Strip,
         Trace as Trace,
         View as View,
         VisibleCharts as VisibleCharts,

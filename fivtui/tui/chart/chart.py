@@ -57,6 +57,25 @@ class Guide:
 
 
 @dataclass(frozen=True, slots=True, eq=False)
+class Strip:
+    """Intervals along x that are marked below the plot.
+
+    Attributes
+    ----------
+    label : str
+        Name in the margin, of few characters.
+    meaning : str
+        Name in legends.
+    intervals : sequence of (start, end)
+        Ascending, none within another.
+    """
+
+    label: str
+    meaning: str
+    intervals: Sequence[tuple[float, float]]
+
+
+@dataclass(frozen=True, slots=True, eq=False)
 class Backdrop:
     """Values over the plane, drawn as shades behind the traces.
 
@@ -96,8 +115,8 @@ class Chart:
         Reference lines.
     backdrop : Backdrop, optional
         Shades behind the traces.
-    strip : sequence of (start, end), optional
-        Intervals along x marked below the plot: times off the belt.
+    strips : tuple of Strip
+        Rows of intervals marked below the plot, from the top.
     note : str
         A few words at the top.
     x_axis : bool
@@ -113,7 +132,7 @@ class Chart:
     traces: tuple[Trace, ...]
     guides: tuple[Guide, ...] = ()
     backdrop: Backdrop | None = None
-    strip: Sequence[tuple[float, float]] | None = None
+    strips: tuple[Strip, ...] = ()
     note: str = ""
     x_axis: bool = True
     tight: bool = True

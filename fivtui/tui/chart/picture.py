@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from .axis import Axis
 from .chart import MOST_JOINED, Backdrop, Chart, NearestPoint, Trace, View, nearest, reduced
-from .plot_data import separated_share, shading
+from .plot_data import shading, share_of_time
 from .raster import DOTS_X, Raster
 
 MARGIN: Final = 8
@@ -64,7 +64,7 @@ def _mark(trace: Trace, index: int) -> str:
 
 def draw(chart: Chart, view: View, width: int, height: int, *, reserved: int = 0) -> Picture:
     """Draw a chart in `width` by `height` characters; `reserved` columns of line 1 stay blank."""
-    below = int(chart.strip is not None) + int(chart.x_axis)
+    below = len(chart.strips) + int(chart.x_axis)
     axes = view.axes(chart)
     found = nearest(chart, view)
     lines = _wrapped(_heading(chart, view, found), width, reserved)
@@ -87,9 +87,9 @@ def draw(chart: Chart, view: View, width: int, height: int, *, reserved: int = 0
     margin = _row_labels(axes[1], ticks, labels, rows)
     for label, row in zip(margin, canvas.rows(), strict=True):
         lines.append([(label, "tick"), *row])
-    if chart.strip is not None:
-        share = separated_share(chart.strip, (axes[0].low, axes[0].high), columns)
-        lines.append([("off belt".rjust(MARGIN), "tick"), (shading(share), "strip")])
+    for strip in chart.strips:
+        share = share_of_time(strip.intervals, (axes[0].low, axes[0].high), columns)
+        lines.append([(strip.label[:MARGIN].rjust(MARGIN), "tick"), (shading(share), "strip")])
     if chart.x_axis:
         lines.append(_column_labels(axes[0], chart.x_label, columns))
     return Picture(lines[:height], (MARGIN, top, columns, rows))

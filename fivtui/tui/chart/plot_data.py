@@ -36,15 +36,15 @@ def envelope(x: FloatArray, values: FloatArray, edges: FloatArray) -> tuple[Floa
     return x[kept], values[kept]
 
 
-def separated_share(
+def share_of_time(
     intervals: Sequence[tuple[float, float]], window: tuple[float, float], columns: int
 ) -> FloatArray:
-    """Fraction of every column's time that the slider is off the belt, shape (columns,)."""
+    """Fraction of every column's time that intervals take, shape (columns,)."""
     if not intervals:
         return np.zeros(columns)
     bounds = np.array(intervals)
     edges = np.linspace(*window, columns + 1)
-    # Separated time up to an edge: complete intervals plus the part of the current one.
+    # Time taken up to an edge: complete intervals plus the part of the current one.
     ended = np.searchsorted(bounds[:, 1], edges, side="right")
     sums = np.concatenate(([0.0], np.cumsum(bounds[:, 1] - bounds[:, 0])))
     starts = np.append(bounds[:, 0], np.inf)
@@ -54,7 +54,7 @@ def separated_share(
 
 
 def shading(shares: FloatArray) -> str:
-    """One character a column, denser with the time off the belt; blank and full only at 0 and 1."""
+    """One character a column, denser with the share; blank and full only at 0 and 1."""
     inner = len(_SHADES) - 2
     partly = 1 + np.floor(np.minimum(shares, _NEARLY_ALL) * inner)
     levels = np.select([shares <= 0.0, shares > _NEARLY_ALL], [0, inner + 1], partly)

@@ -22,10 +22,11 @@ from fivtui.tui.session import Run, Session, names_of, remark, result_brief
 from .charts.transient import (
     PlottedRun,
     difference_chart,
+    growing_run,
+    path_chart,
     phase_chart,
     plotted_run,
     second_half,
-    separated_samples,
     spectrum_chart,
     time_chart,
 )
@@ -40,6 +41,8 @@ if TYPE_CHECKING:
 _QUANTITIES: Final = ("y", "x", "P")
 _FIRST: Final = ("y", "P", "x")
 _LEAST_ROWS: Final = 5
+# Columns from which on three phase portraits stand side by side.
+_WIDE: Final = 120
 _LAST_PART: Final = 0.1
 _NOTHING: Final = "no run yet: press F5"
 _NO_SPECTRUM: Final = "no chart to export: too few samples in its time window"
@@ -88,6 +91,7 @@ class TransientPane(ViewsPane):
         with Horizontal(id="phase"):
             yield ChartView("phase-y", nothing=_NOTHING)
             yield ChartView("phase-x", nothing=_NOTHING)
+            yield ChartView("phase-path", nothing=_NOTHING)
         with Vertical(id="spectrum"):
             yield ChartView("plot-spectrum", nothing=_NOTHING)
         with Vertical(id="difference"):
@@ -126,22 +130,9 @@ class TransientPane(ViewsPane):
         """Display the part of a run computed so far."""
         trajectory = run.partial.trajectory()
         if trajectory is not None:
-            separated = separated_samples(trajectory)
-            name = _number(run)
-            style = run.style
-            self._show(
-                [
-                    PlottedRun(
-                        name,
-                        trajectory,
-                        separated,
-                        run.scene.t_end,
-                        style.marker_sign,
-                        style.colour_code,
-                    )
-                ],
-                run,
-            )
+            name, style = _number(run), run.style
+            drawn = growing_run(trajectory, run.scene, name, style.marker_sign, style.colour_code)
+            self._show([drawn], run)
 
     def _show(self, plotted: list[PlottedRun], first: Run) -> None:
         self._plotted, self._first = plotted, first
@@ -173,6 +164,9 @@ class TransientPane(ViewsPane):
         for quantity in ("y", "x"):
             chart = self.query_one(f"#phase-{quantity}", ChartView)
             chart.show(phase_chart(quantity, self._plotted, self._window))
+        path = self.query_one("#phase-path", ChartView)
+        if path.display:
+            path.show(path_chart(self._plotted, self._window))
 
     def _draw_spectrum(self) -> None:
         view = self.query_one("#plot-spectrum", ChartView)
@@ -190,8 +184,8 @@ class TransientPane(ViewsPane):
         for quantity in ("y", "P"):
             chart = None
             if baseline is not None:
-                last = quantity == "P"
-                chart = difference_chart(quantity, shown, baseline, x_axis=last)
+                first = quantity == "y"
+                chart = difference_chart(quantity, shown, baseline, strip=first, x_axis=not first)
             self.query_one(f"#difference-{quantity}", ChartView).show(chart)
 
     def _draw_belt(self) -> None:
@@ -247,6 +241,7 @@ class TransientPane(ViewsPane):
         room = max(self.views.size.height // _LEAST_ROWS, 1)
         for name in _QUANTITIES:
             self.query_one(f"#plot-{name}").display = name in self._order[:room]
+        self.query_one("#phase-path").display = self.views.size.width >= _WIDE
         unseen = ", ".join(self._order[room:])
         self.query_one("#unseen", Static).update(unseen and f"n: {unseen}")
         self.refresh_bindings()

@@ -2,7 +2,9 @@ import numpy as np
 import pytest
 from hypothesis import given, strategies as st
 
+from fivtui import Parameters
 from fivtui.model.errors import InputError
+from fivtui.scene import Scene
 from fivtui.signals.spectra import spectrum
 from fivtui.simulation import simulate
 from fivtui.tui.chart.axis import Axis, axis_for, parse_limits
@@ -13,9 +15,9 @@ from fivtui.tui.chart.styles import CHART_STYLES
 from fivtui.tui.session.runs import PartialTrajectory
 from fivtui.tui.tabs.charts.transient import (
     difference_chart,
+    growing_run,
     phase_chart,
     plotted_run,
-    separated_samples,
     spectrum_chart,
     time_chart,
 )
@@ -195,7 +197,8 @@ def test_the_charts_of_the_base_scene() -> None:
     peaks = spectrum_chart([motion], (50.0, 100.0))
     assert "f₁ 0.753" in peaks.note
     assert [guide.label for guide in peaks.guides] == ["f₁", "2f₁", "3f₁"]
-    seen = separated_samples(motion.trajectory)
+    assert run.trajectory is not None
+    seen = growing_run(run.trajectory, Scene("base", "", Parameters())).separated
     assert len(seen) == pytest.approx(len(run.separated_intervals), abs=2)
     assert sum(b - a for a, b in seen) == pytest.approx(71.0, abs=1.0)
 
@@ -229,11 +232,11 @@ def test_the_difference_of_two_motions_is_exact_where_they_share_their_times() -
         motion = plotted_run(simulate(t_end=10.0, samples=samples), name)
         assert motion is not None
         motions.append(motion)
-    same = difference_chart("y", motions[0], motions[1], x_axis=True)
+    same = difference_chart("y", motions[0], motions[1], strip=False, x_axis=True)
     assert same.note == "a − b"
     assert not same.traces[0].y.any()
     assert "Δy / m a − b" in draw(same, View(), 60, 10).text()
-    other = difference_chart("P", motions[0], motions[2], x_axis=True)
+    other = difference_chart("P", motions[0], motions[2], strip=False, x_axis=True)
     assert other.note == "a − c, interpolated"
     assert other.traces[0].x[-1] == 8.0
     peak = motions[0].trajectory.P.max()

@@ -13,6 +13,7 @@ from fivtui.tui.chart.chart import (
     Backdrop,
     Chart,
     Guide,
+    Strip,
     Trace,
     View,
 )
@@ -119,9 +120,8 @@ def test_coarse_shades_fill_their_range_to_its_ends_and_nothing_beyond() -> None
 
 
 def test_the_strip_marks_its_intervals_under_their_times() -> None:
-    chart = dataclasses.replace(
-        function_chart(np.sin, 0.0, 50.0), strip=[(10.0, 20.0), (30.0, 32.5)]
-    )
+    off = Strip("off belt", "off the belt", [(10.0, 20.0), (30.0, 32.5)])
+    chart = dataclasses.replace(function_chart(np.sin, 0.0, 50.0), strips=(off,))
     picture = draw(chart, View(), 88, 20)
     read = Reading(picture)
     strip = read.lines[-2]

@@ -82,11 +82,11 @@ def test_charts_over_time_have_the_quantity_of_their_label(motions: list[Plotted
             )
         (guide,) = chart.guides
         assert (guide.value, guide.vertical) == (0.0, False)
-        assert chart.strip is not None
+        (strip,) = chart.strips
         t, rows = own[True]
         off = [time for time, y in zip(t, rows[:, 2], strict=True) if y > 0.1]
-        assert all(any(a < time < b for a, b in chart.strip) for time in off[::20])
-        assert sum(b - a for a, b in chart.strip) == pytest.approx(
+        assert all(any(a < time < b for a, b in strip.intervals) for time in off[::20])
+        assert sum(b - a for a, b in strip.intervals) == pytest.approx(
             float(np.mean(rows[:, 2] > 0.0)) * 3.0, abs=0.01
         )
         assert draw(chart, View(), 80, 20).text().startswith(label)
@@ -146,7 +146,7 @@ def test_a_spectrum_without_vibration_marks_no_frequency(motions: list[PlottedRu
 
 
 def test_a_difference_is_the_run_minus_its_baseline(motions: list[PlottedRun]) -> None:
-    chart = difference_chart("P", motions[0], motions[1], x_axis=True)
+    chart = difference_chart("P", motions[0], motions[1], strip=False, x_axis=True)
     assert (chart.x_label, chart.y_label, chart.note) == ("t / s", "ΔP / N", "run 1 − run 2")
     _, one = own_slider.motion(3.0, separation=True)
     _, other = own_slider.motion(3.0, separation=False)

@@ -15,7 +15,7 @@ from fivtui.model import parse_number
 from fivtui.transient import Transient
 from fivtui.tui.chart import Chart, Guide, Trace
 
-from .transient import TIME_LABEL, label_of
+from .transient import TIME_LABEL, contact_strips, label_of
 
 # Inputs of the view by name, with what they say where they are empty.
 INPUTS: Final[Mapping[str, str]] = {
@@ -64,7 +64,15 @@ def overlay_chart(found: Validation) -> Chart:
         for name, side in (("band", 1.0), ("", -1.0)):
             edge = found.computed + side * found.band
             traces.insert(0, Trace(name, found.t, edge, look="dots", colour="#808080"))
-    return Chart(TIME_LABEL, label_of(found.quantity), tuple(traces), note=verdict_words(found))
+    return Chart(
+        TIME_LABEL,
+        label_of(found.quantity),
+        tuple(traces),
+        strips=contact_strips(
+            found.separated, None if found.parameters.v_belt is None else found.stuck
+        ),
+        note=verdict_words(found),
+    )
 
 
 def overlay_spectra(found: Validation) -> Chart:

@@ -7,12 +7,14 @@ from typing import Final
 import numpy as np
 from numpy.typing import NDArray
 
-from fivtui.model import COLUMNS, IN_CONTACT
+from fivtui.model import COLUMNS, Mode
+from fivtui.scene import Scene
 from fivtui.signals import Spectrum, spectrum
 from fivtui.transient import Trajectory, Transient
-from fivtui.tui.chart import Chart, Guide, Trace
+from fivtui.tui.chart import Chart, Guide, Strip, Trace
 
 FloatArray = NDArray[np.float64]
+Intervals = Sequence[tuple[float, float]]
 
 SYMBOLS: Final = {"vx": "ẋ", "vy": "ẏ"}
 _UNITS: Final = {column.name: column.unit for column in COLUMNS}
@@ -20,6 +22,8 @@ TIME_LABEL: Final = "t / s"
 # Harmonics displayed, and marked, in the spectrum.
 _HARMONICS: Final = 8.0
 _MARKED: Final = 3
+# Of the points at which the slider sticks, in phase portraits.
+_STICK_MARK: Final = "■"
 
 
 def label_of(quantity: str) -> str:
@@ -45,15 +49,18 @@ class PlottedRun:
         As in `Trace`.
     v_belt : float or None
         Speed of the belt, m/s, if it is finite and constant.
+    stuck : sequence of (start, end), optional
+        Intervals of stick, s, on a belt of finite speed.
     """
 
     name: str
     trajectory: Trajectory
-    separated: Sequence[tuple[float, float]]
+    separated: Intervals
     t_end: float
     mark: str = ""
     colour: str = ""
     v_belt: float | None = None
+    stuck: Intervals | None = None
 
 
 def plotted_run(
@@ -62,23 +69,54 @@ def plotted_run(
     """A transient ready for plotting; None if it has no samples."""
     if result.trajectory is None:
         return None
-    separated = result.separated_intervals
-    v_belt = None if "v_belt" in result.over_time else result.parameters.v_belt
-    return PlottedRun(name, result.trajectory, separated, result.t_end, mark, colour, v_belt)
+    p, of_time = result.parameters, "v_belt" in result.over_time
+    return PlottedRun(
+        name,
+        result.trajectory,
+        result.separated_intervals,
+        result.t_end,
+        mark,
+        colour,
+        v_belt=None if of_time else p.v_belt,
+        stuck=None if p.v_belt is None else result.stick_intervals,
+    )
 
 
-def separated_samples(trajectory: Trajectory) -> list[tuple[float, float]]:
-    """Intervals off the belt, s, as far as the samples of a trajectory resolve them."""
-    off = np.concatenate(([False], ~np.isin(trajectory.mode, list(IN_CONTACT)), [False]))
-    changes = np.flatnonzero(np.diff(off))
+def growing_run(
+    trajectory: Trajectory, scene: Scene, name: str = "", mark: str = "", colour: str = ""
+) -> PlottedRun:
+    """The part computed so far of a run, with the intervals that its samples resolve."""
+    v_belt = scene.parameters.v_belt
+    return PlottedRun(
+        name,
+        trajectory,
+        _sampled(trajectory, Mode.SEPARATED),
+        scene.t_end,
+        mark,
+        colour,
+        v_belt=None if "v_belt" in dict(scene.over_time) else v_belt,
+        stuck=None if v_belt is None else _sampled(trajectory, Mode.STICK),
+    )
+
+
+def _sampled(trajectory: Trajectory, mode: Mode) -> list[tuple[float, float]]:
+    # Intervals in a mode, as far as the samples resolve them.
+    inside = np.concatenate(([False], trajectory.mode == mode, [False]))
+    changes = np.flatnonzero(np.diff(inside))
     times = np.append(trajectory.t, trajectory.t[-1])[changes].tolist()
     return list(zip(times[::2], times[1::2], strict=True))
+
+
+def contact_strips(separated: Intervals, stuck: Intervals | None) -> tuple[Strip, ...]:
+    """When a slider is off the belt, and when it sticks to a belt of finite speed."""
+    off = Strip("off belt", "off the belt", separated)
+    return (off,) if stuck is None else (off, Strip("stick", "stuck to the belt", stuck))
 
 
 def time_chart(quantity: str, runs: Sequence[PlottedRun], *, strip: bool, x_axis: bool) -> Chart:
     """A quantity over time, a trace per run, the first on top.
 
-    `strip` marks when the first run is off the belt.
+    `strip` marks when the first run is off the belt, and when it sticks to it.
     """
     traces = tuple(
         Trace(
@@ -95,7 +133,7 @@ def time_chart(quantity: str, runs: Sequence[PlottedRun], *, strip: bool, x_axis
         label_of(quantity),
         traces,
         guides=(Guide(0.0, vertical=False), *_belt_guide(quantity, runs[0])),
-        strip=runs[0].separated if strip else None,
+        strips=contact_strips(runs[0].separated, runs[0].stuck) if strip else (),
         x_axis=x_axis,
         x_range=(0.0, max(run.t_end for run in runs)),
     )
@@ -109,10 +147,11 @@ def _belt_guide(quantity: str, run: PlottedRun) -> tuple[Guide, ...]:
 
 
 def difference_chart(
-    quantity: str, run: PlottedRun, baseline: PlottedRun, *, x_axis: bool
+    quantity: str, run: PlottedRun, baseline: PlottedRun, *, strip: bool, x_axis: bool
 ) -> Chart:
     """Difference of a quantity between a run and a baseline over their common time.
 
+    `strip` marks when the run is off the belt, and when it sticks to it.
     The baseline is interpolated linearly where the sample times differ.
     """
     t, there = run.trajectory.t, baseline.trajectory.t
@@ -127,6 +166,7 @@ def difference_chart(
         f"Δ{label_of(quantity)}",
         (Trace("", t, values, colour=run.colour),),
         guides=(Guide(0.0, vertical=False),),
+        strips=contact_strips(run.separated, run.stuck) if strip else (),
         note=note,
         x_axis=x_axis,
         x_range=(0.0, float(t[-1])),
@@ -148,25 +188,43 @@ def _span(window: tuple[float, float]) -> str:
 
 
 def phase_chart(quantity: str, runs: Sequence[PlottedRun], window: tuple[float, float]) -> Chart:
-    """Velocity against displacement within a time window, a trace per run."""
-    traces = []
+    """Velocity against displacement within a time window, a trace per run; stick is marked."""
+    return _portrait(quantity, f"v{quantity}", runs, window)
+
+
+def path_chart(runs: Sequence[PlottedRun], window: tuple[float, float]) -> Chart:
+    """The path of the slider, y over x, within a time window; stick is marked."""
+    return _portrait("x", "y", runs, window)
+
+
+def _portrait(
+    across: str, up: str, runs: Sequence[PlottedRun], window: tuple[float, float]
+) -> Chart:
+    paths, stuck = [], []
     for run in reversed(runs):
-        part = _part(run.trajectory.t, window)
-        traces.append(
-            Trace(
-                run.name,
-                getattr(run.trajectory, quantity)[part],
-                getattr(run.trajectory, f"v{quantity}")[part],
-                ordered=False,
-                mark=run.mark,
-                colour=run.colour,
+        motion, part = run.trajectory, _part(run.trajectory.t, window)
+        x, y = getattr(motion, across)[part], getattr(motion, up)[part]
+        paths.append(Trace(run.name, x, y, ordered=False, mark=run.mark, colour=run.colour))
+        held = motion.mode[part] == Mode.STICK
+        if held.any():
+            stuck.append(
+                Trace(
+                    f"{run.name} stick" if len(runs) > 1 else "stick",
+                    x[held],
+                    y[held],
+                    look="points",
+                    ordered=False,
+                    mark=_STICK_MARK,
+                    colour=run.colour,
+                )
             )
-        )
-    guides = (Guide(0.0, "y = 0"),) if quantity == "y" else _belt_guide("vx", runs[0])
+    guides = _belt_guide(up, runs[0])
+    if "y" in (across, up):
+        guides = (Guide(0.0, "y = 0", vertical=across == "y"), *guides)
     return Chart(
-        label_of(quantity),
-        label_of(f"v{quantity}"),
-        tuple(traces),
+        label_of(across),
+        label_of(up),
+        (*paths, *stuck),
         guides=guides,
         note=_span(window),
         tight=False,

@@ -12,7 +12,7 @@ from matplotlib.figure import Figure
 
 from fivtui.io import write_table
 from fivtui.model import Column
-from fivtui.plotting import STYLE, WIDTH, new_figure
+from fivtui.plotting import OFF_BELT, STUCK, STYLE, WIDTH, new_figure, shade_times
 from fivtui.tui.chart import Axis, Backdrop, Chart, Guide, Trace, View, VisibleCharts, reduced
 from fivtui.tui.session import COLOURS
 
@@ -30,7 +30,8 @@ _HOLLOW: Final = "○□△▽◇☆"
 # Dash patterns tell lines apart without colour.
 _LINES: Final = ("-", (0.0, (5.0, 1.5)), (0.0, (1.0, 1.2)), (0.0, (5.0, 1.2, 1.0, 1.2)))
 _NO_VALUE: Final = "0.85"
-_OFF_BELT: Final = "0.88"
+# Shades of strips, from the first.
+_STRIPS: Final = (OFF_BELT, STUCK)
 
 
 def charts_figure(charts: VisibleCharts, names: Mapping[str, str] | None = None) -> Figure:
@@ -55,16 +56,8 @@ def _draw(axes: Axes, chart: Chart, view: View, names: Mapping[str, str]) -> Non
         _shade(axes, chart.backdrop)
     for guide in chart.guides:
         _guide(axes, guide)
-    if chart.strip:
-        axes.broken_barh(
-            [(start, end - start) for start, end in chart.strip],
-            (0.0, 1.0),
-            transform=axes.get_xaxis_transform(),
-            facecolor=_OFF_BELT,
-            linewidth=0.0,
-            zorder=0.0,
-            label="off the belt",
-        )
+    for number, strip in enumerate(chart.strips):
+        shade_times(axes, strip.intervals, _STRIPS[number % len(_STRIPS)], strip.meaning)
     several = len(chart.traces) > 1
     for index, trace in view.visible(chart):
         look = _look(trace, index, several=several)
