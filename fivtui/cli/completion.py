@@ -39,7 +39,7 @@ def _quantities() -> Iterable[str]:
 
 SET_VALUES: Final = names_of(lambda: ALL_PARAMETERS, "=")
 PARAMETER_VALUES: Final = names_of(lambda: PARAMETERS, "=")
-PARAMETER_NAMES: Final = names_of(lambda: PARAMETERS)
+PARAMETER_NAMES: Final = names_of(lambda: ALL_PARAMETERS)
 START_VALUES: Final = names_of(_starts, "=")
 VARIED_VALUES: Final = names_of(lambda: (*ALL_PARAMETERS, *_starts()), "=")
 SCATTERED_VALUES: Final = names_of(lambda: (*PARAMETERS, *_starts()), "~")

@@ -22,6 +22,7 @@ from fivtui.model.slider_belt import LEAST, State, accelerations
 
 from .segment import Segment
 from .series import (
+    Coefficients,
     Constants,
     coefficient_function,
     constants,
@@ -30,11 +31,11 @@ from .series import (
 )
 from .stepper import overflow_error
 
-_ORDER: Final = 20
+ORDER: Final = 20
 # The last terms of a piece over the greatest of its first ones, and how many these are.
 _NEGLIGIBLE: Final = 2.0**-54
 _FIRST_TERMS: Final = 9
-_NOTHING: Final = (0.0,) * (_ORDER + 2)
+_NOTHING: Final = (0.0,) * (ORDER + 2)
 _SHORTENED: Final = 0.8
 _MOST_SHORTENINGS: Final = 64
 
@@ -62,13 +63,13 @@ class FieldChange(NamedTuple):
 
 class _Piece(NamedTuple):
     # The motion over a piece, in time since its start: coefficients of x, y, y² and y³.
-    x: Sequence[float]
-    y: Sequence[float]
+    x: tuple[float, ...]
+    y: tuple[float, ...]
     square: Sequence[float]
     cube: Sequence[float]
 
 
-_Series = tuple[list[float], list[float]]
+Series = tuple[list[float], list[float]]
 
 
 def change_of(p: Parameters, mode: Mode, by: Mapping[str, float]) -> FieldChange:
@@ -184,16 +185,12 @@ class Deviations:
         waiting = sorted(range(len(moments)), key=moments.__getitem__, reverse=True)
         done = 0.0
         while done < span:
-            piece = self._expanded(mode, segment, done)
-            series = [
-                _deviation(self._constants[mode], change, start, piece)
-                for change, start in zip(self._changes[mode], self.now, strict=True)
-            ]
+            motion, series = self._series(mode, segment, done)
             left = span - done
             length = _length(series, left)
             if length == 0.0:
                 t = segment.start + done
-                size = sum(n * abs(one) for z in piece[:2] for n, one in enumerate(z, 1))
+                size = sum(n * abs(one) for z in motion for n, one in enumerate(z, 1))
                 raise (
                     unbounded_error(t)
                     if math.isfinite(size)
@@ -208,18 +205,29 @@ class Deviations:
             self._switch(segment)
         return found
 
+    def _series(
+        self, mode: Mode, segment: Segment, since: float
+    ) -> tuple[Coefficients, list[Series]]:
+        """The motion, and each deviation from it, expanded at a time since the segment's start."""
+        piece = self._expanded(mode, segment, since)
+        return (piece.x, piece.y), [
+            _deviation(self._constants[mode], change, start, piece)
+            for change, start in zip(self._changes[mode], self.now, strict=True)
+        ]
+
     def _expanded(self, mode: Mode, segment: Segment, since: float) -> _Piece:
         duration = segment.duration
         evaluate = state_function(len(segment.x) - 1)
         x, vx, y, vy = evaluate(segment.x, segment.y, since / duration)
-        expand = coefficient_function(right_hand_side(self._p, mode), _ORDER)
+        expand = coefficient_function(right_hand_side(self._p, mode), ORDER)
         xs, ys = expand(x, vx / duration, y, vy / duration, *self._constants[mode])
         if not self._cubic[mode]:
             return _Piece(xs, ys, _NOTHING, _NOTHING)
-        square = _product(ys, ys)
-        return _Piece(xs, ys, square, _product(ys, square))
+        square = product_of(ys, ys)
+        return _Piece(xs, ys, square, product_of(ys, square))
 
     def _switch(self, segment: Segment) -> None:
+        """Carry the deviations over the switch at the end of a segment."""
         # The guard is y, in which no parameter is.
         other = Mode.SEPARATED if segment.mode is Mode.CONTACT else Mode.CONTACT
         before = accelerations(self._p, segment.final, segment.mode)
@@ -229,15 +237,16 @@ class Deviations:
         self.now = [past_switch(one, jump, (0.0, 0.0, 1.0, 0.0), 0.0, rate) for one in self.now]
 
 
-def _product(a: Sequence[float], b: Sequence[float]) -> list[float]:
+def product_of(a: Sequence[float], b: Sequence[float]) -> list[float]:
+    """Coefficients of a product of two series, as many as these have."""
     return [sum(map(mul, a[: n + 1], b[n::-1])) for n in range(len(a))]
 
 
-def _deviation(c: Constants, change: FieldChange, start: State, motion: _Piece) -> _Series:
+def _deviation(c: Constants, change: FieldChange, start: State, motion: _Piece) -> Series:
     # Its Taylor coefficients.
     x, y = [start[0], start[1]], [start[2], start[3]]
     push_x, push_y = 3.0 * c.friction * c.cubic, 3.0 * c.cubic
-    for n in range(_ORDER):
+    for n in range(ORDER):
         product = sum(map(mul, motion.square[n::-1], y))
         vx, vy = (n + 1) * motion.x[n + 1], (n + 1) * motion.y[n + 1]
         given_x = change.xx * motion.x[n] + change.xy * motion.y[n] + change.xvx * vx
@@ -252,7 +261,7 @@ def _deviation(c: Constants, change: FieldChange, start: State, motion: _Piece) 
     return x, y
 
 
-def _length(series: Sequence[_Series], left: float) -> float:
+def _length(series: Sequence[Series], left: float) -> float:
     # Of the next piece: all that is left, or one of equal parts of it; zero where the deviations
     # are out of the range of numbers or take too many pieces.
     if not all(math.isfinite(x[-1] + y[-1]) for x, y in series):
@@ -267,16 +276,16 @@ def _length(series: Sequence[_Series], left: float) -> float:
 
 
 def _is_short(size: Sequence[float], length: float) -> bool:
-    powers = accumulate(repeat(length, _ORDER + 1), mul, initial=1.0)
+    powers = accumulate(repeat(length, ORDER + 1), mul, initial=1.0)
     terms = list(map(mul, size, powers))
     scale = max(terms[:_FIRST_TERMS])
     # What is next to nothing may lose digits.
     return bool(scale <= LEAST or max(terms[-2:]) <= scale * _NEGLIGIBLE)
 
 
-def _at(series: _Series, t: float) -> State:
+def _at(series: Series, t: float) -> State:
     # Next to nothing is nothing.
-    x, vx, y, vy = state_function(_ORDER + 1)(series[0], series[1], t)
+    x, vx, y, vy = state_function(ORDER + 1)(series[0], series[1], t)
     return (_settled(x), _settled(vx), _settled(y), _settled(vy))
 
 

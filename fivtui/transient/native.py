@@ -4,7 +4,7 @@ import dataclasses
 from typing import Final
 
 from fivtui.kernel import why_interpreted
-from fivtui.model import ComputationError, Course, InputError, check_always_sliding, unknown_name
+from fivtui.model import ComputationError, Course, InputError, unknown_name
 from fivtui.taylor import local_tolerance
 
 from . import compiled
@@ -51,7 +51,6 @@ def integrate(
     if request.course is not None and request.method == "taylor":
         return _driven(request, request.course, progress, on_samples)
     if request.method == "taylor" and request.sensitivities:
-        check_always_sliding(request.parameters, "sensitivities")
         from .derivatives.sensitivity import sensitivities_of
 
         transient = _taylor(request, _part_of(progress, 0), on_samples)

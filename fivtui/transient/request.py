@@ -21,7 +21,7 @@ from fivtui.model import (
     check_parameters,
     course_of,
     mode_of,
-    number_spec,
+    parameter_spec,
     parse_number,
     static_start,
     unknown_name,
@@ -148,7 +148,7 @@ class Request:
         put(self, "max_steps", check_max_steps(self.max_steps))
         if self.step is not None:
             put(self, "step", check_step(self.step, self.t_end))
-        put(self, "sensitivities", check_sensitivities(self.sensitivities))
+        put(self, "sensitivities", check_sensitivities(self.sensitivities, p))
         put(self, "initial", resolve_start(p, self.start, separation=self.separation))
         put(self, "times", _sample_times(self.samples, self.t_end))
 
@@ -208,12 +208,18 @@ def check_start(start: Start) -> Literal["static"] | State:
     return (x, vx, y, vy)
 
 
-def check_sensitivities(names: Sequence[str]) -> tuple[str, ...]:
-    """Names of parameters to derive by; raises `InputError` if one is unknown or given twice."""
+def check_sensitivities(names: Sequence[str], p: Parameters) -> tuple[str, ...]:
+    """Names of parameters to derive by.
+
+    Raises `InputError` if one is unknown, given twice, or has no effect as it is none.
+    """
     if isinstance(names, str):
         raise InputError(f"sensitivities = {names!r}: must be a list of names, such as [{names!r}]")
     for place, name in enumerate(names):
-        number_spec(name)
+        optional = parameter_spec(name).optional
+        if optional and None in (getattr(p, name), p.v_belt):
+            missing = name if getattr(p, name) is None else "v_belt"
+            raise InputError(f"{missing} = none: must have a value for sensitivities to {name}")
         if name in names[:place]:
             raise InputError(f"sensitivities: {name} is given twice; every name must be given once")
     return tuple(names)

@@ -9,15 +9,17 @@ from numpy.typing import NDArray
 
 from fivtui.kernel import CROSSING_HEAD, Status, VariedRun, load_kernel, why_interpreted
 from fivtui.model import (
+    IN_CONTACT,
     PARAMETERS,
     Cancelled,
     InputError,
+    Mode,
     State,
     accelerations,
-    check_always_sliding,
     mode_of,
 )
 from fivtui.taylor import (
+    BeltSegment,
     Deviations,
     Seed,
     Segment,
@@ -90,8 +92,9 @@ class Variation:
 def vary(request: Request, seeds: Sequence[Seed], *, progress: Progress | None = None) -> Variation:
     """Compute a transient with its derivatives, by the variational equations.
 
-    Both right-hand sides agree at y = 0, so that no derivative jumps at a switch. The steps are
-    those of the method ``taylor``, also where the scene is linear.
+    Both right-hand sides agree at y = 0, so that no derivative jumps where the slider separates. On
+    a belt of finite speed they jump where it begins or ends to slide, and are interpreted. Steps
+    are those of the method ``taylor``, also where the scene is linear.
 
     Parameters
     ----------
@@ -109,12 +112,12 @@ def vary(request: Request, seeds: Sequence[Seed], *, progress: Progress | None =
     Cancelled
         If `progress` returned False.
     """
-    check_always_sliding(request.parameters, "derivatives")
     if request.course is not None:
         raise InputError(
             f"{', '.join(request.course.tables)} over time: must be constant for derivatives"
         )
-    if request.kernel == "interpreted" or why_interpreted() is not None:
+    on_belt = request.parameters.v_belt is not None
+    if on_belt or request.kernel == "interpreted" or why_interpreted() is not None:
         return _interpreted(request, seeds, progress)
     return _compiled(request, seeds, progress)
 
@@ -176,8 +179,15 @@ def _follow(run: VariedRun, request: Request, progress: Progress | None) -> Floa
 def _interpreted(request: Request, seeds: Sequence[Seed], progress: Progress | None) -> Variation:
     p, t_end, separation = request.parameters, request.t_end, request.separation
     tol = local_tolerance(request.tol)
-    stepper = TaylorStepper(p, request.initial, separation=separation, tol=tol)
-    deviations, extremes = Deviations(p, seeds), _Extremes(0.5 * t_end, len(seeds))
+    integrator: type[TaylorStepper] = TaylorStepper
+    carrier: type[Deviations] = Deviations
+    if p.v_belt is not None:
+        from fivtui.taylor import BeltDeviations, BeltStepper
+
+        integrator, carrier = BeltStepper, BeltDeviations
+    stepper = integrator(p, request.initial, separation=separation, tol=tol)
+    deviations = carrier(p, seeds)
+    extremes = _Extremes(0.5 * t_end, len(seeds))
     switches: list[tuple[float, State, FloatArray]] = []
     t, state = 0.0, request.initial
     for count in range(request.max_steps):
@@ -188,13 +198,19 @@ def _interpreted(request: Request, seeds: Sequence[Seed], progress: Progress | N
         end = min(segment.fraction(t_end), 1.0) if segment.end > t_end else 1.0
         extremes.follow(segment, end, deviations)
         t, state = segment.end, segment.final if end == 1.0 else segment.state(t_end)
-        if segment.switches and end == 1.0:
+        if _lifts_or_lands(segment) and end == 1.0:
             switches.append((t, state, _columns(deviations.now)))
         if last:
             break
     else:
         raise step_limit_error(request.max_steps, t, t_end, stiffness_of(request))
-    ax, ay = accelerations(p, state, mode_of(p, state, separation=separation))
+    if isinstance(segment, BeltSegment):
+        mode = segment.then if end == 1.0 else segment.mode
+    else:
+        mode = mode_of(p, state, separation=separation)
+    if mode is Mode.STICK:
+        state = (state[0], p.v_belt or 0.0, state[2], state[3])
+    ax, ay = accelerations(p, state, mode)
     return Variation(
         state,
         np.array([state[1], ax, state[3], ay]),
@@ -206,6 +222,13 @@ def _interpreted(request: Request, seeds: Sequence[Seed], progress: Progress | N
         np.array([one for _, one, _ in switches]).reshape(-1, 4),
         np.array([one for _, _, one in switches]).reshape(-1, 4, len(seeds)),
     )
+
+
+def _lifts_or_lands(segment: Segment) -> bool:
+    # Between two modes in contact nothing separates.
+    if isinstance(segment, BeltSegment):
+        return (segment.mode in IN_CONTACT) != (segment.then in IN_CONTACT)
+    return segment.switches
 
 
 def _columns(now: Sequence[State]) -> FloatArray:

@@ -1,0 +1,245 @@
+"""Derivatives on a belt of finite speed, against differences of runs and what is known of them."""
+
+from collections.abc import Sequence
+from typing import Any, Final
+
+import numpy as np
+import pytest
+from hypothesis import assume, given, settings, strategies as st
+
+from fivtui import Parameters, simulate
+from fivtui.model import ComputationError, InputError, accelerations
+from fivtui.model.modes import MODES, Mode, transition_name
+from fivtui.model.parameters import ALL_PARAMETERS
+from fivtui.model.slider_belt import State, sliding
+from fivtui.taylor import BeltDeviations, BeltSegment, Seed
+from fivtui.transient import START_SEEDS, Request, Variation, vary
+from fivtui.transient.derivatives.variation import EXTREMES
+from tests.support.strategies import states
+
+from .test_model import belts
+from .test_motion import MASS
+
+SCENES: Final[dict[str, tuple[Parameters, State, float, bool]]] = {
+    "slow belt": (Parameters(v_belt=1.0), (0.1, 0.2, -0.5, 0.1), 8.0, True),
+    "static friction": (Parameters(v_belt=1.0, mu_s=0.9), (0.1, 0.2, -0.5, 0.1), 8.0, True),
+    "falling friction": (
+        Parameters(v_belt=0.5, mu_s=0.9, v_s=0.4),
+        (-2.0, -4.0, -1.0, 3.0),
+        8.0,
+        True,
+    ),
+    "no separation": (
+        Parameters(v_belt=0.5, mu_s=0.9, v_s=0.4),
+        (-2.0, -4.0, -1.0, 3.0),
+        4.0,
+        False,
+    ),
+    "both ways": (
+        Parameters(v_belt=0.3, mu=0.2, k3=0.1, mu_s=0.3),
+        (1.5, 5.0, -1.0, 4.0),
+        8.0,
+        True,
+    ),
+    "law alone": (
+        Parameters(v_belt=0.1, mu=0.1, v_s=0.3, F=20.0),
+        (2.0, 5.0, -0.3, 4.0),
+        8.0,
+        True,
+    ),
+    "at rest": (
+        MASS.with_values({"v_belt": 0.0, "k_nl": 5.0}),
+        (0.0, 0.0, -0.5, 3.0),
+        9.0,
+        True,
+    ),
+}
+
+
+def set_names(p: Parameters) -> list[str]:
+    return list(p.as_dict())
+
+
+def derived(p: Parameters, start: State, t_end: float, *, separation: bool) -> Variation:
+    seeds = [*START_SEEDS, *(Seed((0.0,) * 4, {name: 1.0}) for name in set_names(p))]
+    request = Request(p, t_end=t_end, tol=1e-13, start=start, separation=separation)
+    return vary(request, seeds)
+
+
+def moved(
+    p: Parameters, start: State, by: Sequence[float], size: float, **given: Any
+) -> tuple[np.ndarray, dict[str, int]]:
+    """Final state and extremes where start and parameters are changed, and how it switched."""
+    state = np.add(start, np.multiply(size, by[:4])).tolist()
+    changes = zip(set_names(p), by[4:], strict=True)
+    q = p.with_values({name: getattr(p, name) + size * change for name, change in changes})
+    run = simulate(q, start=state, tol=1e-13, **given)
+    peaks = (run.peak.y_max, run.peak.y_min, run.peak.vx_max)
+    return np.array([*run.final[1:], *peaks]), dict(run.events.transitions)
+
+
+def difference(
+    p: Parameters, start: State, by: Sequence[float], size: float, **given: Any
+) -> tuple[np.ndarray, bool]:
+    """The derivative along a direction by differences; whether all runs switch alike."""
+    found = [moved(p, start, by, part * size, **given) for part in (-2, -1, 1, 2)]
+    values = [one for one, _ in found]
+    slope = (8.0 * (values[2] - values[1]) - (values[3] - values[0])) / (12.0 * size)
+    return slope, all(kinds == found[0][1] for _, kinds in found)
+
+
+def along(found: Variation, by: Sequence[float]) -> np.ndarray:
+    chosen = [EXTREMES.index(name) for name in ("y_max", "y_min", "vx_max")]
+    rows = np.concatenate([found.derivatives, found.extreme_derivatives[chosen]])
+    change: np.ndarray = rows @ np.array(by)
+    return change
+
+
+def directions(p: Parameters, count: int) -> list[list[float]]:
+    # A belt at rest and a lone mass stay what they are.
+    rng = np.random.default_rng(4)
+    free = [getattr(p, name) > 0.0 for name in set_names(p)]
+    return [
+        (rng.normal(size=4 + len(free)) * np.array([True] * 4 + free)).tolist()
+        for _ in range(count)
+    ]
+
+
+@pytest.mark.parametrize("name", SCENES)
+def test_derivatives_are_differences_of_runs(name: str) -> None:
+    p, start, t_end, separation = SCENES[name]
+    found = derived(p, start, t_end, separation=separation)
+    for by in directions(p, 2):
+        if name == "at rest":
+            # A slider that moves on a belt at rest is another motion.
+            by[:2] = 0.0, 0.0
+        expected, alike = difference(p, start, by, 1e-6, t_end=t_end, separation=separation)
+        assert alike
+        assert np.abs(along(found, by) - expected).max() < 3e-8 * np.abs(expected).max()
+
+
+def test_the_scenes_have_all_transitions_of_the_table() -> None:
+    found = set()
+    for p, start, t_end, separation in SCENES.values():
+        run = simulate(p, start=start, t_end=t_end, separation=separation)
+        found |= set(run.events.transitions)
+    rows = [(mode, end) for mode, row in MODES.items() for end in row.ends]
+    kinds = [(mode, then) for mode, end in rows for then in end.to]
+    assert found == {transition_name(*one) for one in kinds if Mode.CONTACT not in one}
+
+
+@settings(max_examples=12)
+@given(belts(), states(), st.floats(0.1, 2.0), st.booleans())
+def test_derivatives_of_random_scenes_are_differences_of_runs(
+    p: Parameters, start: State, duration: float, separation: bool
+) -> None:
+    # Away from the ends of the ranges, where differences to both sides leave them.
+    inside = {name: max(value, 0.01) for name, value in p.as_dict().items()}
+    p = p.with_values({**inside, "mu_s": max(p.mu_static, inside["mu"] + 0.01)})
+    (by,) = directions(p, 1)
+    given: dict[str, Any] = {"t_end": duration, "separation": separation}
+    coarse, alike = difference(p, start, by, 2e-6, **given)
+    fine, still = difference(p, start, by, 1e-6, **given)
+    scale = np.abs(fine).max()
+    assume(alike and still and np.abs(coarse - fine).max() < 1e-6 * scale)
+    found = along(derived(p, start, duration, separation=separation), by)
+    assert np.abs(found - fine).max() < 3e-6 * scale
+
+
+def test_the_law_has_a_derivative_where_friction_does_not_fall_yet() -> None:
+    p = Parameters(v_belt=0.5, mu_s=0.7, v_s=0.4)
+    ends = [
+        derived(p.with_values({"mu_s": mu}), (-2.0, -4.0, -1.0, 3.0), 1.5, separation=True)
+        for mu in (0.7, 0.7 + 1e-6)
+    ]
+    place = 4 + set_names(p).index("mu_s")
+    one, other = (found.derivatives[:, place] for found in ends)
+    assert np.abs(one - other).max() < 1e-4 * np.abs(one).max()
+    assert np.abs(np.subtract(ends[1].final, ends[0].final) / 1e-6 - one).max() < 1e-4
+
+
+def test_stick_takes_the_rank_exactly() -> None:
+    p, start = Parameters(v_belt=1.0, mu_s=0.9, v_s=0.4), (0.1, 0.2, -0.5, 0.1)
+    run = simulate(p, start=start, t_end=8.0)
+    begin, end = run.stick_intervals[1]
+    inside = derived(p, start, 0.5 * (begin + end), separation=True)
+    assert inside.derivatives[1, :4].tolist() == [0.0] * 4
+    names = set_names(p)
+    expected = [float(name == "v_belt") for name in names]
+    assert inside.derivatives[1, 4:].tolist() == expected
+    assert inside.final[1] == 1.0
+    assert inside.rate[1] == 0.0
+    after = derived(p, start, 8.0, separation=True).derivatives[:, :4]
+    values = np.linalg.svd(after, compute_uv=False)
+    assert values[3] < 1e-14 * values[0] < values[2]
+
+
+def test_volume_jumps_by_the_ratio_of_the_accelerations_where_slip_turns_back() -> None:
+    # Constant friction that is too weak to hold the slider: the divergence is that of the dampers.
+    p = Parameters(v_belt=0.5, mu=0.05, F=10.0, k_nl=0.0)
+    start, t_end = (3.0, 0.0, -0.4, 0.0), 3.0
+    run = simulate(p, start=start, t_end=t_end, separation=False, tol=1e-13, samples="dense")
+    assert set(run.events.transitions) == {"forward-backward", "backward-forward"}
+    assert run.solution is not None
+    volume = np.exp(-(p.c1 + p.c2) / p.m * t_end)
+    for change in run.mode_changes:
+        at = run.solution([change.t])
+        state = (float(at.x[0]), 0.5, float(at.y[0]), float(at.vy[0]))
+        volume *= accelerations(p, state, change.then)[0] / accelerations(p, state, change.first)[0]
+    found = derived(p, start, t_end, separation=False).derivatives[:, :4]
+    assert np.linalg.det(found) == pytest.approx(volume, rel=1e-10)
+    assert sliding(p, -0.4, Mode.FORWARD) == (0.05, p.c1)
+
+
+def test_a_motion_that_only_touches_a_guard_has_no_derivatives() -> None:
+    # The spring balances friction where the slider reaches the speed of the belt.
+    at: State = (0.5, 0.2, -1.0, 0.0)
+    segment = BeltSegment(
+        Mode.FORWARD,
+        0.0,
+        0.0,
+        1e-9,
+        1e-9,
+        (0.5, 2e-10, 0.0, 0.0),
+        (-1.0, 0.0, 0.0, 0.0),
+        at,
+        switches=True,
+        then=Mode.BACKWARD,
+    )
+    with pytest.raises(ComputationError, match="touches v_r = 0 without crossing it"):
+        BeltDeviations(MASS, START_SEEDS).advance(segment)
+
+
+def test_sensitivities_of_simulate_are_those_of_the_run() -> None:
+    p = Parameters(v_belt=0.5, mu_s=0.9, v_s=0.4)
+    names = ["mu", "mu_s", "v_belt", "v_s", "F"]
+    run = simulate(p, t_end=6.0, tol=1e-13, sensitivities=names)
+    assert run.sensitivities is not None
+    for name in names:
+        found = run.sensitivities[name]
+        ends = []
+        for size in (-1e-6, 1e-6):
+            q = p.with_values({name: getattr(p, name) + size})
+            ends.append(simulate(q, t_end=6.0, tol=1e-13))
+        low, high = ends
+        expected = [b - a for a, b in zip(low.final[1:], high.final[1:], strict=True)]
+        assert np.array(found.final) == pytest.approx(np.array(expected) / 2e-6, rel=1e-5, abs=1e-6)
+        steps = (high.peak.y_max - low.peak.y_max, high.contact_force.max - low.contact_force.max)
+        assert (found.peak.y_max, found.contact_force.max) == pytest.approx(
+            np.array(steps) / 2e-6, rel=1e-5, abs=1e-6
+        )
+
+
+def test_derivatives_by_what_is_none_are_refused() -> None:
+    for values, name, missing in (
+        ({"v_belt": 1.0}, "v_s", "v_s"),
+        ({"v_belt": 1.0}, "mu_s", "mu_s"),
+        ({"v_s": 0.4}, "v_s", "v_belt"),
+        ({}, "v_belt", "v_belt"),
+    ):
+        p = Parameters().with_values(values)
+        with pytest.raises(
+            InputError, match=f"^{missing} = none: must have a value for .* {name}$"
+        ):
+            simulate(p, t_end=1.0, sensitivities=[name])
+    assert set(ALL_PARAMETERS) > set(set_names(Parameters()))
