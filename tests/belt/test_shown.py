@@ -143,7 +143,6 @@ def test_the_command_line_sets_and_unsets_it(capsys: pytest.CaptureFixture[str])
         ["attractors"],
         ["branch", "--vary", "mu"],
         ["map", "--over", "mu=0.1:1:3", "--over", "F=20:80:3", "--out", "map.csv"],
-        ["accuracy", "--t-end", "1"],
         ["simulate", "--t-end", "1", "--method", "rk4-across"],
         ["simulate", "--t-end", "1", "--method", "fmu"],
         ["tradeoff"],
