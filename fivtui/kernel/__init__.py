@@ -4,14 +4,16 @@
 LANES of them), `expansion.h` (the recurrences), `polynomial.h` and `roots.h` (bounds, roots),
 `motion.h` (a step and its mode), `search.h` (first switches, extremes), `problem.h`, `run.h` (a
 step of one run), `output.h`, `friction.h` (the friction law), `belt.h` (modes and guards on a belt
-of finite speed), `deviations.h` (the variational equations), and four loops: `single.c`, `belt.c`
-(one run on a belt of finite speed), `vary.c` (one run with its derivatives) and `lanes.c`;
-`orbit.c` closes runs to periodic orbits.
+of finite speed), `driven.h` (the same while parameters change with time), `deviations.h` (the
+variational equations), and four loops: `single.c`, `belt.c` (one run on a belt of finite speed, or
+over tables), `vary.c` (one run with its derivatives) and `lanes.c`; `orbit.c` closes runs to
+periodic orbits.
 """
 
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
+    from .driven import Legs as Legs, legs_of as legs_of
     from .native import (
         Kernel as Kernel,
         load_kernel as load_kernel,
@@ -22,6 +24,7 @@ if TYPE_CHECKING:
     from .runs import (
         CROSSING_HEAD as CROSSING_HEAD,
         SEGMENT_HEAD as SEGMENT_HEAD,
+        BeltRun as BeltRun,
         KernelRun as KernelRun,
         RunColumns as RunColumns,
         VariedRun as VariedRun,

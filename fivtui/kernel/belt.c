@@ -1,8 +1,8 @@
-/* One run on a belt of finite speed. It has the steps of `single.c`, to the last bit where the belt
-   is faster than the slider. */
+/* One run on a belt of finite speed, or of which F, μ and the belt's speed follow tables. It has the
+   steps of `single.c`, to the last bit where the belt is faster than the slider. */
 
 #define LANES 1
-#include "belt.h"
+#include "driven.h"
 #include "output.h"
 #include "variant.h"
 
@@ -10,10 +10,20 @@
 enum { R_CHANGES = RESULTS, R_SEGMENTS, R_SAMPLES };
 #define CHANGE_COLUMNS 3
 
+/* Columns of a leg between two rows of tables over time: its beginning, values and slopes, and the
+   speed to which the belt comes at its end. */
+enum {
+    L_BEGIN, L_F, L_F_SLOPE, L_MU, L_MU_SLOPE, L_MU_S, L_MU_S_SLOPE, L_V, L_V_SLOPE, L_LAST_V, LEG
+};
+
+/* With `legs`, which are the caller's, the run is on the course of one leg after another. */
 typedef struct {
     Run run;
     Belt belt;
     int64_t sampled;
+    const double *legs;
+    int64_t leg_count;
+    Course course;
 } BeltRun;
 
 /* A step as far as its end, with its extremes; returns whether it is sound. */
@@ -39,6 +49,51 @@ INLINE int begin_belt_step(BeltRun *of, Ending *ending, Cut *cut, int64_t *then)
     return 1;
 }
 
+INLINE Course course_of(const double *leg)
+{
+    return (Course){{leg[L_F], leg[L_F_SLOPE]}, {leg[L_MU], leg[L_MU_SLOPE]},
+                    {leg[L_MU_S], leg[L_MU_S_SLOPE]}, {leg[L_V], leg[L_V_SLOPE]}, leg[L_BEGIN]};
+}
+
+INLINE double leg_end(const BeltRun *of)
+{
+    return of->leg_count > 1 ? of->legs[LEG + L_BEGIN] : INFINITE;
+}
+
+/* The same of a run over legs. */
+INLINE int begin_driven_step(BeltRun *of, Ending *ending, Cut *cut, int64_t *then)
+{
+    Run *run = &of->run;
+    Block *w = &run->w;
+    const int order = (int)run->order, groups = order / 4;
+    const double end = leg_end(of);
+    expand_driven_step(&of->belt, w, run->tol, order, (end - w->t) - w->rest);
+    end_step_y(w, groups);
+    *cut = find_end(&of->belt, w, groups, then);
+    if (bits_of(end_at_horizon(w, run->t_end, groups))) {
+        *cut = NOTHING_ENDS;
+        end_step_x(w, groups, 1);
+    }
+    if (!is_sound(w))
+        return 0;
+    observe(w, groups, 0.5 * run->t_end);
+    *ending = ending_of(w, run->t_end, *cut != NOTHING_ENDS);
+    if (ending->t >= end)
+        ending->t = end, ending->rest = 0.0;
+    return 1;
+}
+
+INLINE Arrivals end_driven_step(BeltRun *of, const Ending *ending, Cut cut, int64_t then)
+{
+    const int bends = ending->t == leg_end(of);
+    double speed = bends ? of->legs[L_LAST_V] : last_speed(&of->course, ending);
+    if (bends) {
+        of->legs += LEG, of->leg_count--;
+        of->course = course_of(of->legs);
+    }
+    return go_on_driven(&of->belt, &of->run.w, ending, cut, then, speed, &of->course, bends);
+}
+
 /* Bytes of a run. */
 EXPORT int64_t NAME(belt_size)(void) { return sizeof(BeltRun); }
 
@@ -47,8 +102,26 @@ EXPORT void NAME(belt_begin)(BeltRun *of, const double *p, int64_t separation, c
                              double t_end, double tol, int64_t order)
 {
     begin_run(&of->run, p, separation, start, t_end, tol, order);
-    begin_belt(&of->belt, &of->run.w, p);
+    begin_belt(&of->belt, &of->run.w, p, 1);
     of->sampled = 0;
+    of->legs = NULL, of->leg_count = 0;
+}
+
+/* Begin a run over legs, on a belt that is `finite` or always faster; the greatest preload of all
+   legs is the scale of displacements. */
+EXPORT void NAME(driven_begin)(BeltRun *of, const double *p, int64_t separation,
+                               const double *start, double t_end, double tol, int64_t order,
+                               int64_t finite, const double *legs, int64_t leg_count,
+                               double greatest_load)
+{
+    begin_run(&of->run, p, separation, start, t_end, tol, order);
+    Block *w = &of->run.w;
+    begin_belt(&of->belt, w, p, finite != 0);
+    w->deflection = greatest_load / of->belt.stiffness;
+    of->sampled = 0;
+    of->legs = legs, of->leg_count = leg_count;
+    of->course = course_of(legs);
+    begin_driven(&of->belt, w, &of->course);
 }
 
 /* Go on until the run is ended, `changes` or `segments` is full, or `budget` steps are made: as
@@ -70,7 +143,8 @@ EXPORT int64_t NAME(belt_advance)(BeltRun *of, double *changes, int64_t change_r
         int64_t mode = of->belt.mode, then = STICK;
         if (changed == change_room || (segments && stored == segment_room))
             break;
-        if (!begin_belt_step(of, &ending, &cut, &then)) {
+        if (!(of->legs ? begin_driven_step(of, &ending, &cut, &then)
+                       : begin_belt_step(of, &ending, &cut, &then))) {
             status = OVERFLOW;
             break;
         }
@@ -80,7 +154,8 @@ EXPORT int64_t NAME(belt_advance)(BeltRun *of, double *changes, int64_t change_r
         }
         if (segments)
             store_segment(w, groups, ending.t, (int)mode, segments + stored++ * columns);
-        Arrivals arrivals = go_on_belt(&of->belt, w, &ending, cut, then);
+        Arrivals arrivals = of->legs ? end_driven_step(of, &ending, cut, then)
+                                     : go_on_belt(&of->belt, w, &ending, cut, then);
         status = arrivals.done ? DONE : arrivals.stalled ? STALLED : RUNNING;
         if (of->belt.mode != mode) {
             double *change = changes + CHANGE_COLUMNS * changed++;

@@ -173,10 +173,9 @@ INLINE void set_field(Block *w)
     w->field.d_y = choose(off, splat(0.0), w->contact_d_y);
 }
 
-/* Change the mode of the runs that are `cut` at a switch at the time `end`. */
-INLINE void change_mode(Block *w, V end, M cut)
+/* Go on on these sides from the time `end`. */
+INLINE void take_side(Block *w, V end, V side)
 {
-    V side = choose(cut, side_after(w, w->x, w->vx, w->vy), w->side);
     M lifted = (side > 0.0) & (w->side < 0.0), landed = (side < 0.0) & (w->side > 0.0);
     M switched = lifted | landed;
     M none_yet = switched & (w->lifts + w->landings == 0.0);
@@ -186,6 +185,12 @@ INLINE void change_mode(Block *w, V end, M cut)
     w->landings = w->landings + choose(landed, splat(1.0), splat(0.0));
     w->side = side;
     set_field(w);
+}
+
+/* Change the mode of the runs that are `cut` at a switch at the time `end`. */
+INLINE void change_mode(Block *w, V end, M cut)
+{
+    take_side(w, end, choose(cut, side_after(w, w->x, w->vx, w->vy), w->side));
 }
 
 /* Where the steps end, and whether that is the horizon. */

@@ -15,6 +15,7 @@ from numpy.typing import NDArray
 
 from fivtui.model import ComputationError
 
+from .driven import Legs
 from .lanes import Work
 from .orbits import OrbitSearch
 from .runs import MOST_SEEDS, BeltRun, KernelRun, VariedRun
@@ -29,7 +30,7 @@ _REASON: Final = _FOLDER / "libfivtui.txt"
 # By what `fivtui_instruction_set` returns.
 INSTRUCTION_SETS: Final = ("baseline", "avx2", "avx512")
 # Functions that gain nothing by wider registers than those of AVX2.
-_OF_ONE_RUN: Final = ("run_", "belt_", "vary_", "orbit_")
+_OF_ONE_RUN: Final = ("run_", "belt_", "driven_", "vary_", "orbit_")
 # What chooses another one than the best there is.
 _CHOICE: Final = "FIVTUI_INSTRUCTION_SET"
 
@@ -52,6 +53,7 @@ _FUNCTIONS: Final[dict[str, tuple[Any, list[Any]]]] = {
     "belt_size": (_int, []),
     "belt_begin": _BEGIN,
     "belt_advance": _ADVANCE,
+    "driven_begin": (None, [*_BEGIN[1], _int, _pointer, _int, _float]),
     "batch_size": (_int, []),
     "batch_advance": (
         _float,
@@ -124,6 +126,7 @@ class Kernel:
         times: Floats | None = None,
         segments: bool = False,
         belt: tuple[float, float, float] | None = None,
+        legs: Legs | None = None,
     ) -> KernelRun:
         """Begin a run.
 
@@ -145,12 +148,32 @@ class Kernel:
             Whether segments are wanted.
         belt : tuple of float, optional
             v_belt, μ_s and v_s, 0 where friction is constant, of a belt of finite speed.
+        legs : Legs, optional
+            Of F, μ and v_belt that follow tables.
 
         Returns
         -------
         KernelRun
-            At its start; a `BeltRun` on a belt of finite speed.
+            At its start; a `BeltRun` on a belt of finite speed, or with legs.
         """
+        if legs is not None:
+            memory = self._belt_memory()
+            self._functions["driven_begin"](
+                memory,
+                _packed12(*parameters, *(belt or (0.0, 0.0, 0.0))),
+                separation,
+                _packed4(*start),
+                t_end,
+                tol,
+                order,
+                belt is not None,
+                legs.rows.ctypes.data,
+                len(legs.rows),
+                legs.greatest_load,
+            )
+            run = BeltRun(self._functions["belt_advance"], memory, order, times, segments)
+            run.legs = legs
+            return run
         if belt is not None:
             memory = self._belt_memory()
             given = _packed12(*parameters, *belt)

@@ -8,6 +8,7 @@ from numpy.typing import NDArray
 
 from fivtui.model import State
 
+from .driven import Legs
 from .status import Status
 
 Floats = NDArray[np.float64]
@@ -150,12 +151,14 @@ class KernelRun:
 
 
 class BeltRun(KernelRun):
-    """A run on a belt of finite speed, under way.
+    """A run on a belt of finite speed, or over legs, under way.
 
     `switches` has three numbers for each switch of the last call: time, s, and the modes before
     and after it.
     """
 
+    # What the kernel reads while the run is under way.
+    legs: Legs | None = None
     _width, _room = _CHANGE_COLUMNS, ctypes.c_double * (_CHANGE_COLUMNS * _SWITCHES)
 
 

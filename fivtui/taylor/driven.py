@@ -96,7 +96,9 @@ class DrivenStepper(BeltStepper):
     def _speed_after(self, duration: float) -> float:
         if duration >= (self._break - self._time) - self._remainder:
             return self._course.speed_before(self._break)
-        return self._speed + self._rates.v_belt * duration
+        # As it is taken from the tables there: a slider of the belt's speed has it to the last bit.
+        p, _ = self._course.after(self._time + (duration + self._remainder))
+        return p.v_belt or 0.0
 
     def _successor(self, transition: Transition, state: State) -> Mode:
         if transition.guard in OF_HOLD:

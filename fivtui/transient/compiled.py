@@ -5,7 +5,15 @@ from typing import Final
 import numpy as np
 from numpy.typing import NDArray
 
-from fivtui.kernel import SEGMENT_HEAD, KernelRun, RunColumns, Status, load_kernel
+from fivtui.kernel import (
+    SEGMENT_HEAD,
+    BeltRun,
+    KernelRun,
+    RunColumns,
+    Status,
+    legs_of,
+    load_kernel,
+)
 from fivtui.model import Cancelled, Parameters
 from fivtui.taylor import local_tolerance, order_for, overflow_error, stall_error
 
@@ -31,6 +39,7 @@ def run(
     tol = local_tolerance(request.tol)
     order = order_for(tol)
     times, dense, max_steps = request.times, request.dense, request.max_steps
+    course = request.course
     under_way = load_kernel().begin(
         p.values(),
         request.initial,
@@ -41,6 +50,7 @@ def run(
         times=times,
         segments=dense,
         belt=None if p.v_belt is None else (p.v_belt, p.mu_static, p.speed_law or 0.0),
+        legs=None if course is None else legs_of(course, t_end),
     )
     switches: list[NDArray[np.float64]] = []
     segments: list[NDArray[np.float64]] = []
@@ -69,9 +79,10 @@ def run(
         progress(1.0)
     whole, second_half = _extremes(here)
     found, changes = _joined(switches), NO_CHANGES
-    if p.v_belt is not None:
-        changes = found.reshape(-1, NO_CHANGES.shape[1])
-        found = _lifted(changes)
+    if isinstance(under_way, BeltRun):
+        every = found.reshape(-1, NO_CHANGES.shape[1])
+        found = _lifted(every)
+        changes = every if p.v_belt is not None else NO_CHANGES
     return assemble(
         request,
         final=here[:4],

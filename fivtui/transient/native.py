@@ -93,14 +93,18 @@ def _taylor(request: Request, progress: Progress | None, on_samples: OnSamples |
 def _driven(
     request: Request, course: Course, progress: Progress | None, on_samples: OnSamples | None
 ) -> Transient:
-    # Where preload, friction or belt speed follow tables; interpreted.
-    from fivtui.taylor import DrivenStepper
-
+    # Where preload, friction or belt speed follow tables.
     names = ", ".join(course.tables)
-    if request.kernel not in ("auto", "interpreted"):
-        raise InputError(f"{names} over time: the kernel must be interpreted, not {request.kernel}")
+    if request.kernel not in _KERNELS:
+        raise unknown_name("kernel", request.kernel, _KERNELS)
+    if request.kernel == "exact":
+        raise InputError(f"{names} over time: the kernel must not be exact")
     if request.sensitivities:
         raise InputError(f"{names} over time: must be without sensitivities")
+    if request.kernel == "compiled" or (request.kernel == "auto" and why_interpreted() is None):
+        return compiled.run(request, progress, on_samples)
+    from fivtui.taylor import DrivenStepper
+
     recorder = Recorder(request, on_samples)
     stepper = DrivenStepper(
         course,

@@ -1,0 +1,40 @@
+"""Parameters over time as the kernel reads them."""
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from fivtui.model import Course
+
+
+@dataclass(frozen=True, slots=True)
+class Legs:
+    """F, μ, μ_s and v_belt over time, linear between rows.
+
+    Attributes
+    ----------
+    rows : ndarray, shape (n, 10)
+        Time from which on a row holds, s, ascending from the start; each value there and its slope;
+        and the speed to which the belt comes at the next row, m/s.
+    greatest_load : float
+        Greatest |F| of all, N.
+    """
+
+    rows: NDArray[np.float64]
+    greatest_load: float
+
+
+def legs_of(course: Course, t_end: float) -> Legs:
+    """The legs of a course up to a horizon, s."""
+    p, t, rows = course.fixed, 0.0, []
+    while t <= t_end:
+        found = {name: table.after(t) for name, table in course.tables.items()}
+        mu = found.get("mu", (p.mu, 0.0))
+        grip = mu if p.mu_s is None else (p.mu_s, 0.0)
+        speed = found.get("v_belt", (p.v_belt or 0.0, 0.0))
+        after = course.next_break(t)
+        last = course.speed_before(after)
+        rows.append((t, *found.get("F", (p.F, 0.0)), *mu, *grip, *speed, last))
+        t = after
+    return Legs(np.array(rows), course.greatest_load)
