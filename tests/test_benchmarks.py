@@ -12,7 +12,7 @@ import pytest
 from fivtui import Parameters
 from fivtui.model.slider_belt import State
 
-from .benchmarks import branches, fmu_host
+from .benchmarks import branches, fmu_host, over_time
 from .benchmarks.peers import missing, peers
 from .benchmarks.solvers import COMPILED, OWN, Run, Solver
 from .benchmarks.tui_terminal import LOADS
@@ -43,6 +43,12 @@ def test_every_benchmark_of_the_laboratory_sets_what_there_is() -> None:
         # A module that is set must know the name before.
         code = setting.replace("its.EXAMPLE =", "assert its.EXAMPLE; its.EXAMPLE =")
         subprocess.run([sys.executable, "-c", code], check=True)
+
+
+def test_runs_over_tables_are_timed_with_both_kernels() -> None:
+    found = list(over_time.costs(2.0, repeats=1))
+    assert [cost.kernel for cost in found] == [*over_time.KERNELS, *over_time.KERNELS]
+    assert all(cost.run.stats.kernel == cost.kernel for cost in found)
 
 
 def test_a_solver_that_fails_is_left_out_and_said() -> None:

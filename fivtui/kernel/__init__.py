@@ -13,7 +13,7 @@ periodic orbits.
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
-    from .driven import Legs as Legs, legs_of as legs_of
+    from .driven import legs_of as legs_of
     from .native import (
         Kernel as Kernel,
         load_kernel as load_kernel,

@@ -327,7 +327,7 @@ def test_rows_may_come_from_an_iterator_and_serve_several_runs() -> None:
 def test_options_that_need_constant_parameters_are_refused() -> None:
     scene: Tables = {"F": [(0, 10), (1, 20)]}
     wrong: tuple[tuple[dict[str, Any], str], ...] = (
-        ({"kernel": "compiled"}, "the kernel must be interpreted"),
+        ({"kernel": "exact"}, "the kernel must not be exact"),
         ({"sensitivities": ["mu"]}, "must be without sensitivities"),
         ({"method": "fmu-native"}, "the method must be taylor"),
     )
