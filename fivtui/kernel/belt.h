@@ -9,7 +9,7 @@
 
 enum { SEPARATED, CONTACT, FORWARD, BACKWARD, STICK, MODES };
 /* Columns behind those of `Parameters`; v_s is 0 where friction is constant. */
-enum { P_V_BELT = PARAMETERS, P_MU_S, P_V_S };
+enum { P_V_BELT = PARAMETERS, P_MU_S, P_V_S, BELT_PARAMETERS };
 /* As in `fivtui.taylor.belt`. */
 #define SIMULTANEOUS 0x1p-40
 /* Room for those of a polynomial, and zeros. */

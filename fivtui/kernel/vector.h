@@ -11,7 +11,7 @@
 #include <string.h>
 
 #define INLINE static inline __attribute__((always_inline))
-#define APART static __attribute__((noinline))
+#define APART static __attribute__((noinline, unused))
 
 #ifdef __clang__
 #define FUSED(a, b, c) __builtin_elementwise_fma(a, b, c)

@@ -57,7 +57,7 @@ static const char *begin_motion(Instance *i)
     if (!finite_number(state[2]))
         return because(i, "no equilibrium: F = %g N lifts the slider and no spring holds it "
                           "vertically; use F >= 0, a larger k3, or ignore separation", p[P_F]);
-    stepping_of(i)->begin(&at->motion, p, separation, state, s->start_time,
+    stepping_of(i)->begin(&at->motion, p, separation, 0, state, s->start_time,
                           s->tolerance * LOCAL_TOLERANCE);
     at->side = at->motion.w.side, at->last_event = s->start_time;
     at->separations = at->reattachments = 0.0;
@@ -71,7 +71,7 @@ static const char *move_on(Instance *i, double from, double *t, int *switched)
     const State *s = &i->s;
     Motion *m = &content_of(i)->motion;
     const Ramp force = {s->values[V_F], s->slopes[V_F]}, mu = {s->values[V_mu], s->slopes[V_mu]};
-    switch (stepping_of(i)->move(m, from, t, switched, force, mu)) {
+    switch (stepping_of(i)->move(m, from, t, switched, force, mu, (Ramp){0.0, 0.0})) {
     case OVERFLOW:
         return because(i, "the motion grows beyond the floating-point range at t = %g s; it is "
                           "unbounded: consider separation, use a cubic contact, or shorten the run",
@@ -92,7 +92,7 @@ static double known_until(const Instance *i)
 {
     const Motion *m = &content_in(i)->motion;
     /* After a ramp the inputs are held: another motion. */
-    return m->force.slope != 0.0 || m->friction.slope != 0.0 ? -INFINITE : m->end;
+    return is_driven(m) ? -INFINITE : m->end;
 }
 
 static double part_end(Instance *i)
@@ -248,7 +248,7 @@ static int unpack(Instance *i, const double *n)
     p[P_F] = n[N_F], p[P_MU] = n[N_MU];
     at->side = n[N_SIDE], at->separations = n[N_SEPARATIONS];
     at->reattachments = n[N_REATTACHMENTS], at->last_event = n[N_LAST_EVENT];
-    stepping->begin(m, p, separation, state, n[N_T], s->tolerance * LOCAL_TOLERANCE);
+    stepping->begin(m, p, separation, 0, state, n[N_T], s->tolerance * LOCAL_TOLERANCE);
     if (!is_side(n[N_SIDE], separation) || !is_side(n[N_STEP_SIDE], separation))
         return 0;
     w->rest = n[N_REST], w->side = n[N_STEP_SIDE], w->stalled = n[N_STALLED];

@@ -1,7 +1,6 @@
 /* The motion a Taylor step at a time, from the kernel's text, for one instruction set. */
 
 #include "stepping.h"
-#include "search.h"
 
 #ifndef VARIANT
 #define VARIANT baseline
@@ -14,60 +13,95 @@
 #define MOST_STEPS 100000000
 #endif
 
-/* As `expand`, for inputs that change with time: plain recurrences of Eqs. 2 and 5. */
-static void expand_driven(Motion *m, int order)
+/* A slider whose speed differs from that of the belt by less than this part of the scale of speeds,
+   where the belt's speed is given anew, has that speed: the difference is rounding of the ramps. */
+#define SAME_SPEED 0x1p-36
+
+static Course course_of(const Motion *m)
 {
-    Block *w = &m->w;
-    const double *p = m->p, h = 0.5 * p[P_K3], late = (w->t - m->since) + w->rest;
-    const double force[2] = {m->force.value + m->force.slope * late, m->force.slope};
-    const double mu[2] = {m->friction.value + m->friction.slope * late, m->friction.slope};
-    double *x = w->xs, *y = w->ys, square[ROWS], contact[ROWS + 1] = {0.0};
-    for (int n = 0; n < order; n++) {
-        double sum = 0.0, cube = 0.0;
-        for (int i = 0; i <= n; i++)
-            sum += y[i] * y[n - i];
-        square[n] = sum;
-        for (int i = 0; i <= n; i++)
-            cube += y[i] * square[n - i];
-        contact[n] = w->side < 0.0 ? -p[P_K2] * y[n] - p[P_KNL] * cube : 0.0;
-        double pull = h * (x[n] - y[n]), factor = p[P_M] * (n + 1.0) * (n + 2.0);
-        double friction = mu[0] * contact[n] + (n > 0 ? mu[1] * contact[n - 1] : 0.0);
-        double load = n < 2 ? force[n] : 0.0;
-        x[n + 2] = (friction - p[P_C1] * (n + 1.0) * x[n + 1] - p[P_K1] * x[n] - pull) / factor;
-        y[n + 2] = (contact[n] - load - p[P_C2] * (n + 1.0) * y[n + 1] + pull) / factor;
-    }
+    const double mu_s = m->p[P_MU_S];
+    const Ramp held = {mu_s, 0.0};
+    return (Course){m->force, m->friction, mu_s < 0.0 ? m->friction : held, m->speed, m->since};
 }
 
-static int is_driven(const Motion *m) { return m->force.slope != 0.0 || m->friction.slope != 0.0; }
+/* Expand the step, on a belt that is always faster or of finite speed. */
+INLINE void expand_free(Motion *m, int order)
+{
+    Block *w = &m->w;
+    if (is_driven(m)) {
+        const Course course = course_of(m);
+        m->belt.mode = mode_of_motion(m);
+        set_out(&m->belt, w, &course, lateness(&course, w->t, w->rest));
+        expand_driven(&m->belt, w->xs, w->ys, order);
+    } else {
+        expand_in_contact(w, order, m->cubic != 0.0 && w->side < 0.0);
+        settle_at_switch(w);
+    }
+    set_length(w, m->tol, order / 4);
+}
+
+INLINE void expand_on_belt(Motion *m, int order)
+{
+    if (!is_driven(m)) {
+        expand_step(&m->belt, &m->w, m->tol, order, m->cubic != 0.0);
+        return;
+    }
+    const Course course = course_of(m);
+    set_out(&m->belt, &m->w, &course, lateness(&course, m->w.t, m->w.rest));
+    expand_driven_step(&m->belt, &m->w, m->tol, order, INFINITE);
+}
 
 APART int take_step(Motion *m)
 {
     Block *w = &m->w;
     const int order = (int)m->order, groups = order / 4;
-    if (is_driven(m)) {
-        expand_driven(m, order);
-    } else {
-        if (m->cubic != 0.0 && w->side < 0.0)
-            expand(w->xs, w->ys, &w->field, order, 1);
-        else
-            expand(w->xs, w->ys, &w->field, order, 0);
-        settle_at_switch(w);
-    }
-    set_length(w, m->tol, groups);
-    end_step_y(w, groups);
-    int cut = 0;
-    if (may_switch(w)
-        && first_switch(w->ys, groups, w->side, &w->h, w->y, w->vy, w->y_off, 1)) {
-        cut = 1;
+    Cut cut = NOTHING_ENDS;
+    int64_t then = STICK;
+    if (m->belt.finite) {
+        expand_on_belt(m, order);
         end_step_y(w, groups);
-        w->y = 0.0;
+        cut = find_end(&m->belt, w, groups, &then);
+    } else {
+        expand_free(m, order);
+        end_step_y(w, groups);
+        if (may_switch(w) && find_switch(w, groups))
+            cut = AT_SWITCH;
+        end_step_x(w, groups, 0);
     }
-    end_step_x(w, groups, 0);
     if (!is_sound(w))
         return OVERFLOW;
-    Ending ending = ending_of(w, INFINITE, cut);
-    m->stepped = 1.0, m->cut = cut, m->end = ending.t, m->end_rest = ending.rest;
+    if (cut == AT_SPEED || m->belt.mode == STICK)
+        w->vx = m->belt.v_belt;
+    Ending ending = ending_of(w, INFINITE, cut != NOTHING_ENDS);
+    m->stepped = 1.0, m->cut = cut, m->then = (double)then;
+    m->end = ending.t, m->end_rest = ending.rest;
     return RUNNING;
+}
+
+static void count_change(Motion *m, int64_t before, double t)
+{
+    const int64_t mode = m->belt.mode;
+    if (mode == before)
+        return;
+    m->changed_at = t;
+    m->sticks += mode == STICK, m->slips += before == STICK;
+    m->reversals += is_sliding(mode) && is_sliding(before);
+}
+
+static double switches_of(const Motion *m)
+{
+    return m->w.lifts + m->w.landings + m->sticks + m->slips + m->reversals;
+}
+
+static Arrivals go_over_on_belt(Motion *m, const Ending *ending)
+{
+    const Cut cut = (Cut)m->cut;
+    const int64_t then = (int64_t)m->then;
+    if (!is_driven(m))
+        return go_on_belt(&m->belt, &m->w, ending, cut, then);
+    const Course course = course_of(m);
+    const double speed = last_speed(&course, ending);
+    return go_on_driven(&m->belt, &m->w, ending, cut, then, speed, &course, 0);
 }
 
 /* Go on to the end of the step. */
@@ -75,8 +109,14 @@ static int go_over(Motion *m)
 {
     Block *w = &m->w;
     const Ending ending = {m->end, m->end_rest, 0};
-    w->preload = m->force.value + m->force.slope * (m->end - m->since);
     m->stepped = 0.0;
+    if (m->belt.finite) {
+        const int64_t before = m->belt.mode;
+        const Arrivals arrivals = go_over_on_belt(m, &ending);
+        count_change(m, before, m->end);
+        return arrivals.stalled ? STALLED : RUNNING;
+    }
+    w->preload = m->force.value + m->force.slope * (m->end - m->since);
     return go_on(w, &ending, (int)m->cut, 1, INFINITE).stalled ? STALLED : RUNNING;
 }
 
@@ -98,32 +138,59 @@ static void start(Motion *m, const double *state, double t)
     begin(&m->w, 0, m->p, m->separation != 0.0, state);
     m->w.t = m->w.last = t;
     m->stepped = 0.0;
+    if (!m->belt.finite)
+        return;
+    double p[BELT_PARAMETERS];
+    memcpy(p, m->p, sizeof p);
+    p[P_MU_S] = p[P_MU_S] < 0.0 ? p[P_MU] : p[P_MU_S];
+    begin_belt(&m->belt, &m->w, p, 1);
+    if (is_driven(m)) {
+        const Course course = course_of(m);
+        begin_driven(&m->belt, &m->w, &course);
+    }
 }
 
-static void begin_motion(Motion *m, const double *p, int separation, const double *state, double t,
-                         double tol)
+static void begin_motion(Motion *m, const double *p, int separation, int finite_belt,
+                         const double *state, double t, double tol)
 {
     memset(m, 0, sizeof *m);
-    memcpy(m->p, p, sizeof m->p);
+    memcpy(m->p, p, sizeof(double) * (size_t)(finite_belt ? BELT_PARAMETERS : PARAMETERS));
+    if (!finite_belt)
+        m->p[P_MU_S] = -1.0;
     m->separation = separation, m->tol = tol, m->cubic = p[P_KNL] > 0.0;
     /* `order_for` in `fivtui.taylor.stepper`: e^(−40/3), e^(−20), e^(−80/3). */
     m->order = tol >= 1.6195967923126097e-06 ? 8.0
                : tol >= 2.061153622438558e-09 ? 12.0
                : tol >= 2.6230937696692948e-12 ? 16.0
                                                : 20.0;
-    m->since = t;
+    m->since = m->changed_at = t;
     m->force = (Ramp){p[P_F], 0.0}, m->friction = (Ramp){p[P_MU], 0.0};
+    m->speed = (Ramp){finite_belt ? p[P_V_BELT] : 0.0, 0.0};
+    /* On a belt that is always faster: its springs and masses, for inputs that change with time. */
+    begin(&m->w, 0, m->p, m->separation != 0.0, state);
+    begin_belt(&m->belt, &m->w, m->p, finite_belt);
     start(m, state, t);
 }
 
+/* Whether the slider moves with a belt that had the speed of the step, and now has another one. */
+static int is_of_speed(const Motion *m, double vx, double speed)
+{
+    const double scale = larger(larger(__builtin_fabs(m->speed.value), __builtin_fabs(speed)),
+                                m->w.deflection * m->w.frequency);
+    return m->belt.mode != SEPARATED && __builtin_fabs(vx - speed) <= SAME_SPEED * scale;
+}
+
 /* Begin anew under other inputs, from the state at t. */
-static void change_inputs(Motion *m, double t, Ramp force, Ramp friction)
+static void change_inputs(Motion *m, double t, Ramp force, Ramp friction, Ramp speed)
 {
     double state[4];
     const Block before = m->w;
+    const int64_t mode = m->belt.mode;
     state_at(m, t, state);
-    m->p[P_F] = force.value, m->p[P_MU] = friction.value;
-    m->force = force, m->friction = friction, m->since = t;
+    if (m->belt.finite && is_of_speed(m, state[1], speed.value))
+        state[1] = speed.value;
+    m->p[P_F] = force.value, m->p[P_MU] = friction.value, m->p[P_V_BELT] = speed.value;
+    m->force = force, m->friction = friction, m->speed = speed, m->since = t;
     start(m, state, t);
     if (m->w.side != before.side && state[2] != 0.0) {
         /* y is on the wrong side by rounding alone: the slider is at the switch. */
@@ -134,21 +201,30 @@ static void change_inputs(Motion *m, double t, Ramp force, Ramp friction)
     w->lifts = before.lifts + (w->side > before.side);
     w->landings = before.landings + (w->side < before.side);
     w->last = w->side != before.side ? t : before.last;
+    if (m->belt.finite)
+        count_change(m, mode, t);
 }
 
 static int is_same(Ramp a, Ramp b) { return a.value == b.value && a.slope == b.slope; }
 
-static int move(Motion *m, double from, double *t, int *switched, Ramp force, Ramp friction)
+static int are_those(const Motion *m, Ramp force, Ramp friction, Ramp speed)
 {
-    if (is_same(force, m->force) && is_same(friction, m->friction) && m->stepped != 0.0
-        && *t < m->end && (!is_driven(m) || from == m->since))
+    return is_same(force, m->force) && is_same(friction, m->friction) && is_same(speed, m->speed);
+}
+
+static int move(Motion *m, double from, double *t, int *switched, Ramp force, Ramp friction,
+                Ramp speed)
+{
+    if (!m->belt.finite)
+        speed = m->speed;
+    const int same = are_those(m, force, friction, speed) && (!is_driven(m) || from == m->since);
+    if (same && m->stepped != 0.0 && *t < m->end)
         return RUNNING;
     const Motion before = *m;
-    if (!is_same(force, m->force) || !is_same(friction, m->friction)
-        || (is_driven(m) && from != m->since))
-        change_inputs(m, from, force, friction);
+    if (!same)
+        change_inputs(m, from, force, friction, speed);
     for (int count = 0; m->stepped == 0.0 || m->end <= *t; count++) {
-        const double switches = m->w.lifts + m->w.landings, end = m->end;
+        const double switches = switches_of(m), end = m->end;
         int status = count == MOST_STEPS ? STEP_LIMIT : RUNNING;
         if (status == RUNNING && m->stepped != 0.0)
             status = go_over(m);
@@ -160,7 +236,7 @@ static int move(Motion *m, double from, double *t, int *switched, Ramp force, Ra
             m->failed_at = failed_at;
             return status;
         }
-        if (switched && m->w.lifts + m->w.landings != switches) {
+        if (switched && switches_of(m) != switches) {
             *t = end, *switched = 1;
             break;
         }
