@@ -2,7 +2,7 @@
 
 import math
 import sys
-from collections.abc import Mapping
+from collections.abc import Collection, Mapping
 from pathlib import Path
 from typing import Any, Final
 
@@ -16,6 +16,9 @@ from .instance import FmuFile
 
 TIME: Final = "time"
 _WORDS: Final = ("String", "Binary")
+# The slider-belt's speed of the belt, and the flag that says that it has one.
+_SPEED: Final = "v_belt"
+_HAS_SPEED: Final = "finite_belt"
 _TRUTH: Final = {"true": True, "1": True, "false": False, "0": False}
 
 
@@ -61,12 +64,27 @@ def _start_value(variable: Any, value: object) -> Any:
     return int(number)
 
 
-def signals_from(fmu: FmuFile, path: Path, start: Mapping[str, Any]) -> NDArray[Any]:
+def with_finite_belt(
+    fmu: FmuFile, start: Mapping[str, Any], columns: Collection[str]
+) -> dict[str, Any]:
+    """The start values, and that the belt has a finite speed where one is given.
+
+    `columns` are the inputs given over time. FMUs without such a flag have their start values.
+    """
+    names = {v.name for v in fmu.description.modelVariables}
+    given = _SPEED in start or _SPEED in columns
+    flag = {_HAS_SPEED: True} if given and _HAS_SPEED in names else {}
+    return {**flag, **start}
+
+
+def signals_from(
+    fmu: FmuFile, path: Path, start: Mapping[str, Any]
+) -> tuple[NDArray[Any], set[str]]:
     """Read values of inputs over time from a CSV file with a column ``time``, s.
 
     Inputs without a column keep their start value. Returns a record of ``time`` and all scalar
-    inputs for each row. Raises `InputError` if the file is not such a table, or a value is out of
-    range.
+    inputs for each row, and the names of the columns. Raises `InputError` if the file is not such a
+    table, or a value is out of range.
     """
     inputs = {
         v.name: v
@@ -81,6 +99,7 @@ def signals_from(fmu: FmuFile, path: Path, start: Mapping[str, Any]) -> NDArray[
         raise InputError(f"{path}: there is no column {TIME}")
     if np.any(np.diff(table[TIME]) < 0.0):
         raise InputError(f"{path}: the times must ascend")
+    given = set(table)
     kinds: list[tuple[str, type]] = [(TIME, float)]
     for name, variable in inputs.items():
         if name not in table:
@@ -93,7 +112,7 @@ def signals_from(fmu: FmuFile, path: Path, start: Mapping[str, Any]) -> NDArray[
     signals = np.empty(table[TIME].size, dtype=kinds)
     for name, _ in kinds:
         signals[name] = table[name]
-    return signals
+    return signals, given
 
 
 def _read_table(path: Path) -> dict[str, NDArray[Any]]:

@@ -4,7 +4,8 @@ import math
 from collections.abc import Callable
 from typing import Any, Final, NamedTuple
 
-from fivtui.model import ComputationError, Mode, State, time_scale, unknown_name
+from fivtui.model import IN_CONTACT, ComputationError, Mode, State, time_scale, unknown_name
+from fivtui.taylor import BeltSegment
 from fivtui.transient import Recorder, Request, segment_between
 
 from .instance import Messages
@@ -12,7 +13,10 @@ from .instance import Messages
 # Longest interval of interpolation, in √(m/tangent stiffness).
 _RESOLUTION: Final = 0.06
 _STATES: Final = ("x", "vx", "y", "vy")
-_READ: Final = (*_STATES, "P", "mode", "separations", "reattachments", "last_event")
+_READ: Final = (*_STATES, "P", "mode", "last_event")
+# All changes of the mode, where the slider always slides and on a belt of finite speed.
+_SLIDING_SWITCHES: Final = ("separations", "reattachments")
+_BELT_SWITCHES: Final = ("switches",)
 
 
 class Point(NamedTuple):
@@ -44,7 +48,7 @@ class Slave:
         self._before_step = before_step
         self._messages = messages
         self._references = {v.name: v.valueReference for v in description.modelVariables}
-        self._read = [self._reference(name) for name in _READ]
+        self._read: list[int] = []
         self.steps = 0
 
     def _reference(self, name: str) -> int:
@@ -59,6 +63,11 @@ class Slave:
         reals = request.parameters.as_dict()
         reals |= {f"{n}_start": value for n, value in zip(_STATES, request.initial, strict=True)}
         flags = {"separation": request.separation, "start_static": False}
+        finite = request.parameters.v_belt is not None
+        if finite:
+            flags["finite_belt"] = True
+        counts = _BELT_SWITCHES if finite else _SLIDING_SWITCHES
+        self._read = [self._reference(name) for name in (*_READ, *counts)]
         fmu.setupExperiment(tolerance=request.tol, startTime=0.0, stopTime=request.t_end)
         fmu.setReal([self._reference(name) for name in reals], list(reals.values()))
         fmu.setBoolean([self._reference(name) for name in flags], list(flags.values()))
@@ -85,9 +94,8 @@ class Slave:
         values = self._fmu.getReal(self._read)
         if not math.isfinite(sum(values)):
             raise self._failure(t)
-        x, vx, y, vy, force, mode, separations, reattachments, last = values
-        switches = int(separations) + int(reattachments)
-        return Point(t, (x, vx, y, vy), force, Mode(int(mode)), switches, last)
+        x, vx, y, vy, force, mode, last, *counts = values
+        return Point(t, (x, vx, y, vy), force, Mode(int(mode)), int(sum(counts)), last)
 
     def _failure(self, t: float) -> ComputationError:
         # The FMU logs a failed computation as its cause and its advice.
@@ -146,7 +154,7 @@ class Master:
             self._look_inside(saved, first, last)
             return last
         if switches == 0 or last.last_event >= last.t:
-            self._include(first, last, switches=switches == 1)
+            self._include(first, last, then=last.mode)
             return last
         after = slave.save()
         try:
@@ -155,8 +163,8 @@ class Master:
             slave.restore(after)
         finally:
             slave.free(after)
-        self._include(first, switch, switches=True)
-        self._include(switch._replace(mode=last.mode), last, switches=False)
+        self._include(first, switch, then=last.mode)
+        self._include(switch._replace(mode=last.mode), last, then=last.mode)
         return last
 
     def _look_inside(self, saved: Any, first: Point, last: Point) -> None:
@@ -184,17 +192,17 @@ class Master:
     def _resolution(self, first: Point, last: Point) -> float:
         # The longest interval over which interpolation is accurate enough for the peaks, s.
         p = self._request.parameters
-        contact = Mode.CONTACT in (first.mode, last.mode)
+        contact = first.mode in IN_CONTACT or last.mode in IN_CONTACT
         y = max(abs(first.state[2]), abs(last.state[2])) if contact else 0.0
         return _RESOLUTION * time_scale(p, y)
 
-    def _include(self, first: Point, last: Point, *, switches: bool) -> None:
-        self._recorder.include(
-            segment_between(
-                self._request.parameters,
-                first.mode,
-                (first.t, last.t),
-                (first.state, last.state),
-                switches=switches,
-            )
+    def _include(self, first: Point, last: Point, *, then: Mode) -> None:
+        segment = segment_between(
+            self._request.parameters,
+            first.mode,
+            (first.t, last.t),
+            (first.state, last.state),
+            switches=then is not first.mode,
         )
+        on_belt = self._request.parameters.v_belt is not None
+        self._recorder.include(BeltSegment.of(segment, then) if on_belt else segment)

@@ -21,7 +21,7 @@ from fivtui.results import Result
 from fivtui.taylor import TOL_RANGE
 from fivtui.transient import Progress
 
-from .inputs import TIME, signals_from, start_values_of
+from .inputs import TIME, signals_from, start_values_of, with_finite_belt
 from .instance import FmuFile, extracted, instantiated, interrupts_deferred
 
 _MAX_STEPS: Final = 20_000_000
@@ -111,7 +111,8 @@ def run_fmu(
         Communication step, s; that of the default experiment, else a thousandth of the run, if not
         given.
     start_values : mapping of str to number, bool or text, optional
-        Parameters, inputs and start values by name.
+        Parameters, inputs and start values by name. With `v_belt` the slider-belt's `finite_belt`
+        is true unless it is given.
     outputs : sequence of str, optional
         Variables to record; all outputs if not given.
     input_csv : str or Path, optional
@@ -148,7 +149,10 @@ def run_fmu(
         start, stop, step = _experiment(fmu, t_end, output_interval)
         values = start_values_of(fmu, start_values or {})
         recorded = _recorded(fmu, outputs)
-        signals = None if input_csv is None else signals_from(fmu, Path(input_csv), values)
+        signals, columns = (
+            (None, set()) if input_csv is None else signals_from(fmu, Path(input_csv), values)
+        )
+        values = with_finite_belt(fmu, values, columns)
         options = {
             "start_time": start,
             "stop_time": stop,

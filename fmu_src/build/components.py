@@ -23,7 +23,7 @@ _INSTANCE: Final = (
 )
 _MODEL: Final[Mapping[str, tuple[str, ...]]] = {
     "fivtui.model": ("columns", "errors", "modes", "numbers", "parameters", "slider_belt"),
-    "fivtui.taylor": ("polynomial", "series", "segment", "stepper"),
+    "fivtui.taylor": ("belt", "friction", "polynomial", "series", "segment", "stepper"),
 }
 _STEP: Final = 0.01
 _STOP: Final = 20.0

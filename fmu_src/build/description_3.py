@@ -103,15 +103,15 @@ def _parameters_of(variable: Variable) -> tuple[str, ...]:
 
 _FROM_STATES: Final = {
     "P": ("y",),
-    "friction_slider": ("y",),
-    "friction_belt": ("y",),
+    "friction_slider": ("x", "vx", "y"),
+    "friction_belt": ("x", "vx", "y"),
     "switching": ("y",),
 }
 _FROM_PARAMETERS: Final = {
     "P": ("k2", "k_nl"),
-    "friction_slider": ("k2", "k_nl"),
-    "friction_belt": ("k2", "k_nl"),
-    "ax": ("m", "k1", "k2", "k3", "c1", "k_nl"),
+    "friction_slider": ("k1", "k2", "k3", "c1", "k_nl", "mu_s", "v_s"),
+    "friction_belt": ("k1", "k2", "k3", "c1", "k_nl", "mu_s", "v_s"),
+    "ax": ("m", "k1", "k2", "k3", "c1", "k_nl", "mu_s", "v_s"),
     "ay": ("m", "k2", "k3", "c2", "k_nl"),
     "F_rate": ("tau", "gain"),
 }

@@ -50,6 +50,8 @@ static const char *begin_motion(Instance *i)
     Content *at = content_of(i);
     const double *v = s->values;
     const int separation = v[V_separation] != 0.0;
+    if (v[V_finite_belt] != 0.0)
+        return because(i, "finite_belt = true: must be false in the native flavour");
     double p[PARAMETERS], state[4] = {v[V_x_start], v[V_vx_start], v[V_y_start], v[V_vy_start]};
     parameters_of(s, p);
     if (v[V_start_static] != 0.0)
@@ -134,6 +136,7 @@ static void publish(Instance *i)
     v[V_ay] = (force - v[V_F] - v[V_c2] * vy + coupling) / v[V_m];
     v[V_mode] = v[V_mode_integer] = v[V_mode_enumeration] = at->side < 0.0;
     v[V_separations] = at->separations, v[V_reattachments] = at->reattachments;
+    v[V_switches] = at->separations + at->reattachments;
     v[V_last_event] = at->last_event;
 }
 

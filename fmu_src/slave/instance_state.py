@@ -13,7 +13,7 @@ from .variable import VariableTable
 
 # The build of the FMU: the bundled package is named by a hash of its content.
 _BUILD: Final = __name__.partition(".")[0]
-_DAMAGED: Final = "the serialised FMU state is damaged"
+DAMAGED: Final = "the serialised FMU state is damaged"
 
 
 class Phase(StrEnum):
@@ -58,13 +58,13 @@ def from_bytes(data: bytes, table: VariableTable, from_json: Callable[[Any], Any
 
     checksum, text = data[:8], data[8:]
     if checksum != b"%08x" % zlib.crc32(text):
-        raise InputError(_DAMAGED)
+        raise InputError(DAMAGED)
     try:
         content = json.loads(text)
         build = content.pop("build")
         state = _read(content, table, from_json) if build == _BUILD else None
     except (LookupError, TypeError, ValueError, AttributeError, RecursionError) as error:
-        raise InputError(_DAMAGED) from error
+        raise InputError(DAMAGED) from error
     if state is None:
         raise InputError("the serialised FMU state comes from another build of this FMU")
     return state

@@ -7,16 +7,18 @@ input changes, so the result does not depend on the communication points.
 from collections.abc import Mapping
 from typing import Final, NamedTuple
 
-from fivtui.model.errors import ComputationError
-from fivtui.model.modes import Mode
+from fivtui.model.errors import ComputationError, InputError
+from fivtui.model.modes import IN_CONTACT, Mode
 from fivtui.model.parameters import PARAMETERS, Parameters
 from fivtui.model.slider_belt import (
     State,
     accelerations,
     contact_force,
+    friction_force,
     mode_of,
     static_start,
 )
+from fivtui.taylor.belt import BeltStepper
 from fivtui.taylor.segment import Segment
 from fivtui.taylor.stepper import StepperSnapshot, TaylorStepper, local_tolerance
 
@@ -32,9 +34,11 @@ _FIXED: Final = [r for r, v in enumerate(VARIABLES) if v.role is Role.PARAMETER]
 class MotionState(NamedTuple):
     """State of the motion at a communication point `t`, immutable.
 
-    `F` and `mu` are the inputs up to `t`, `last_event` the time of the last switch (the start time
-    before the first), `stepper` the integrator at the end of `segment`, and `segment` the one that
-    contains `t`, or None if the inputs have just changed.
+    `F`, `mu` and `v_belt` (None where the slider always slides) are the inputs up to `t`.
+    `switches` counts all changes of the mode, `sticks` those to stick and that at the start;
+    `last_event` is the time of the last change (the start time before the first), `stepper` the
+    integrator at the end of `segment`, and `segment` the one that contains `t`, or None if the
+    inputs have just changed.
     """
 
     t: float
@@ -42,43 +46,65 @@ class MotionState(NamedTuple):
     mode: Mode
     F: float
     mu: float
+    v_belt: float | None
     separations: int
     reattachments: int
+    switches: int
+    sticks: int
     last_event: float
     stepper: StepperSnapshot
     segment: Segment | None
 
 
+class Forces(NamedTuple):
+    """Mode, friction force on the slider, N, and accelerations, m/s², under some inputs."""
+
+    mode: Mode
+    friction: float
+    accelerations: tuple[float, float]
+
+
 class SliderBeltMotion:
     """A motion that is moved on step by step, with inputs held over each step.
 
-    The inputs F and μ of `p` are the first ones; `examples/trust.md` says what `tol` promises.
-    `current` is the state of the motion.
+    The inputs of `p`, F, μ and the speed of a belt that has one, are the first ones;
+    `examples/trust.md` says what `tol` promises. `current` is the state of the motion.
     """
 
     def __init__(
         self, p: Parameters, state: State, *, t: float, separation: bool, tol: float
     ) -> None:
-        self._p = p
+        self._p, self._inputs = p, (p.F, p.mu, p.v_belt)
         self._separation = separation
         self._tol = tol
         self._stepper = self._stepper_from(state, t)
         snapshot = self._stepper.snapshot
-        self.current = MotionState(t, state, snapshot.mode, p.F, p.mu, 0, 0, t, snapshot, None)
+        sticks = int(snapshot.mode is Mode.STICK)
+        self.current = MotionState(
+            t, state, snapshot.mode, *self._inputs, 0, 0, 0, sticks, t, snapshot, None
+        )
 
     def state_at(self, t: float) -> State:
         """The state at a time from now to `known_until`, s, without moving on."""
         current = self.current
         if t == current.t or current.segment is None:
             return current.state
-        return current.segment.state(t)
+        return self._on_belt(current.segment.state(t), current.mode)
 
-    def accelerations(self, state: State, *, F: float, mu: float) -> tuple[float, float]:
-        """Accelerations (ẍ, ÿ), m/s², in the current mode under given inputs."""
-        p = self._p
-        if F != p.F or mu != p.mu:
-            p = p.with_values({"F": F, "mu": mu})
-        return accelerations(p, state, self.current.mode)
+    def forces(self, state: State, *, F: float, mu: float, v_belt: float) -> Forces:
+        """Forces at a state of the current segment under given inputs, which may change the mode.
+
+        `v_belt` has no effect where the slider always slides.
+        """
+        p, mode = self._p, self.current.mode
+        speed = None if p.v_belt is None else v_belt
+        if (F, mu, speed) != self._inputs:
+            p = self._under(F, mu, speed)
+            if speed is not None:
+                state = self._on_side(state, p)
+                mode = mode_of(p, state, separation=self._separation)
+        friction = friction_force(p, state, mode) + 0.0
+        return Forces(mode, friction, accelerations(p, state, mode))
 
     def contact_force(self, y: float) -> float:
         """Contact force P, N, at a height y, m, in the current mode."""
@@ -90,10 +116,11 @@ class SliderBeltMotion:
         segment = self.current.segment
         return self.current.t if segment is None else segment.end
 
-    def move_to(self, t: float, *, F: float, mu: float) -> None:
+    def move_to(self, t: float, *, F: float, mu: float, v_belt: float | None = None) -> None:
         """Move on to a later time, s, with preload `F`, N, and friction coefficient `mu`.
 
-        On any exception the motion stays where it was.
+        `v_belt`, m/s, is the speed of a belt that has one. On any exception the motion stays where
+        it was.
 
         Raises
         ------
@@ -103,9 +130,10 @@ class SliderBeltMotion:
             If the motion cannot be continued.
         """
         begin = self.current
+        speed = None if begin.v_belt is None else v_belt
         try:
-            if F != begin.F or mu != begin.mu:
-                self._change_inputs(F, mu)
+            if (F, mu, speed) != self._inputs:
+                self._change_inputs(F, mu, speed)
             self._advance(t)
         except BaseException:
             self.restore(begin)
@@ -113,30 +141,54 @@ class SliderBeltMotion:
 
     def restore(self, current: MotionState) -> None:
         """Return to a state of a motion of the same problem; what follows is bit-identical."""
-        if current.F != self._p.F or current.mu != self._p.mu:
-            self._p = self._p.with_values({"F": current.F, "mu": current.mu})
+        inputs = (current.F, current.mu, current.v_belt)
+        if inputs != self._inputs:
+            self._p, self._inputs = self._under(*inputs), inputs
             self._stepper = self._stepper_from(current.state, current.t)
         self._stepper.resume(current.stepper)
         self.current = current
 
+    def _under(self, F: float, mu: float, v_belt: float | None) -> Parameters:
+        return self._p.with_values({"F": F, "mu": mu, "v_belt": v_belt})
+
     def _stepper_from(self, state: State, t: float) -> TaylorStepper:
-        return TaylorStepper(
+        kind = TaylorStepper if self._p.v_belt is None else BeltStepper
+        return kind(
             self._p, state, t=t, separation=self._separation, tol=local_tolerance(self._tol)
         )
 
-    def _change_inputs(self, F: float, mu: float) -> None:
+    def _change_inputs(self, F: float, mu: float, v_belt: float | None) -> None:
         at = self.current
-        p = self._p.with_values({"F": F, "mu": mu})
-        state = at.state
-        if self._separation and at.mode is not mode_of(p, state, separation=True):
-            # y is on the wrong side by rounding alone: the slider is at the switch.
-            state = (state[0], state[1], 0.0, state[3])
-        self._p = p
+        p = self._under(F, mu, v_belt)
+        state = self._on_side(at.state, p)
+        self._p, self._inputs = p, (F, mu, v_belt)
         self._stepper = self._stepper_from(state, at.t)
         snapshot = self._stepper.snapshot
         self.current = _counted(at, snapshot.mode, at.t)._replace(
-            state=state, F=F, mu=mu, stepper=snapshot, segment=None
+            state=state, F=F, mu=mu, v_belt=v_belt, stepper=snapshot, segment=None
         )
+
+    def _on_belt(self, state: State, mode: Mode) -> State:
+        # A slider that sticks has the speed of the belt, where the polynomial has it to rounding.
+        if mode is not Mode.STICK:
+            return state
+        x, _, y, vy = state
+        return (x, self._p.v_belt or 0.0, y, vy)
+
+    def _on_side(self, state: State, p: Parameters) -> State:
+        # The state on the side of the present mode, from where it goes on under other parameters:
+        # where it is not there by rounding alone the slider is at the switch.
+        x, vx, y, vy = state
+        mode, speed = self.current.mode, self._p.v_belt or 0.0
+        if mode is Mode.FORWARD:
+            vx = min(vx, speed)
+        elif mode is Mode.BACKWARD:
+            vx = max(vx, speed)
+        if self._separation:
+            then = mode_of(p, (x, vx, y, vy), separation=True)
+            if (then in IN_CONTACT) is not (mode in IN_CONTACT):
+                y = 0.0
+        return (x, vx, y, vy)
 
     def _advance(self, t: float) -> None:
         current, segment = self.current, self.current.segment
@@ -155,30 +207,22 @@ class SliderBeltMotion:
                 current = _counted(current, following.mode, segment.end)
             segment = following
             current = current._replace(stepper=self._stepper.snapshot, segment=segment)
+        if state is None:
+            state = self._on_belt(segment.state(t), current.mode)
         # Built directly for speed: most communication steps do nothing else.
-        _, _, mode, F, mu, separations, reattachments, last_event, snapshot, _ = current
-        self.current = MotionState(
-            t,
-            segment.state(t) if state is None else state,
-            mode,
-            F,
-            mu,
-            separations,
-            reattachments,
-            last_event,
-            snapshot,
-            segment,
-        )
+        self.current = MotionState(t, state, *current[2:-1], segment)
 
 
 def _counted(current: MotionState, mode: Mode, t: float) -> MotionState:
     if mode is current.mode:
         return current
-    separates = mode is not Mode.CONTACT
+    separates, lands = mode not in IN_CONTACT, current.mode not in IN_CONTACT
     return current._replace(
         mode=mode,
         separations=current.separations + separates,
-        reattachments=current.reattachments + (not separates),
+        reattachments=current.reattachments + lands,
+        switches=current.switches + 1,
+        sticks=current.sticks + (mode is Mode.STICK),
         last_event=t,
     )
 
@@ -207,8 +251,24 @@ def fixed_values(values: Values) -> list[float]:
 
 
 def parameters_from(values: Values) -> Parameters:
-    """The parameter set, inputs included."""
-    return Parameters(**{name: float(values[REFERENCES[name]]) for name in PARAMETERS})
+    """The parameter set, inputs included; `InputError` if static friction is below `mu`."""
+    given = {name: float(values[REFERENCES[name]]) for name in PARAMETERS}
+    if not values[REFERENCES["finite_belt"]]:
+        return Parameters(**given)
+    check_friction(values)
+    return Parameters(
+        **given,
+        v_belt=float(values[REFERENCES["v_belt"]]),
+        mu_s=float(values[REFERENCES["mu_s"]]) or None,
+        v_s=float(values[REFERENCES["v_s"]]) or None,
+    )
+
+
+def check_friction(values: Values) -> None:
+    """Raise `InputError` if on a belt of finite speed static friction is below `mu`."""
+    finite, mu, static = (values[REFERENCES[name]] for name in ("finite_belt", "mu", "mu_s"))
+    if finite and 0.0 < static < mu:
+        raise InputError(f"mu = {mu:g}: must be at most mu_s = {static:g}")
 
 
 def separation_in(values: Values) -> bool:

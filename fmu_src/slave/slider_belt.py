@@ -5,17 +5,28 @@ from typing import Any
 
 from pythonfmu.default_experiment import DefaultExperiment
 
+from fivtui.model.errors import InputError
 from fivtui.model.modes import Mode
 from fivtui.model.slider_belt import State
-from fivtui.taylor.segment import Segment
+from fivtui.taylor.segment import BeltSegment, Segment
 from fivtui.taylor.stepper import DEFAULT_TOL, StepperSnapshot
 
 from .experiment import Experiment
 from .instance import Instance
-from .motion import MotionState, SliderBeltMotion, Values, fixed_values, motion_from, start_state
+from .instance_state import DAMAGED, Phase
+from .motion import (
+    MotionState,
+    SliderBeltMotion,
+    Values,
+    check_friction,
+    fixed_values,
+    motion_from,
+    start_state,
+)
+from .variable import Type
 from .variables import INPUTS, REFERENCES, SLIDER_BELT_TABLE, STATES, SUMMARY
 
-_F, _MU = (REFERENCES[name] for name in INPUTS)
+_F, _MU, _V_BELT = (REFERENCES[name] for name in INPUTS)
 _X, _VX, _Y, _VY = (REFERENCES[name] for name in STATES)
 _P, _ON_SLIDER, _ON_BELT, _SWITCHING, _AX, _AY = (
     REFERENCES[name] for name in ("P", "friction_slider", "friction_belt", "switching", "ax", "ay")
@@ -23,8 +34,10 @@ _P, _ON_SLIDER, _ON_BELT, _SWITCHING, _AX, _AY = (
 _MODE, _MODE_INTEGER, _MODE_ENUMERATION = (
     REFERENCES[name] for name in ("mode", "mode_integer", "mode_enumeration")
 )
-_SEPARATIONS, _REATTACHMENTS, _LAST_EVENT = (
-    REFERENCES[name] for name in ("separations", "reattachments", "last_event")
+_FINITE_BELT = REFERENCES["finite_belt"]
+_SEPARATIONS, _REATTACHMENTS, _SWITCHES, _STICKS, _LAST_EVENT = (
+    REFERENCES[name]
+    for name in ("separations", "reattachments", "switches", "sticks", "last_event")
 )
 
 
@@ -47,33 +60,45 @@ class SliderBeltInstance(Instance):
         self._made_of = _made_of(self._values, experiment)
 
     def _go_on(self, end: float, experiment: Experiment) -> None:
-        self._motion.move_to(end, F=self._values[_F], mu=self._values[_MU])
+        values = self._values
+        self._motion.move_to(end, F=values[_F], mu=values[_MU], v_belt=values[_V_BELT])
         self._free_until = min(self._motion.known_until, experiment.stop_time)
 
     def _publish(self) -> None:
         motion, values = self._motion, self._values
         current, state = motion.current, motion.state_at(self._t)
         force = motion.contact_force(state[2])
-        friction = values[_MU] * force
+        mode, friction, accelerations = motion.forces(
+            state, F=values[_F], mu=values[_MU], v_belt=values[_V_BELT]
+        )
         # Assigned one by one, as this is most of the cost of reading.
         values[_X], values[_VX], values[_Y], values[_VY] = state
         values[_P], values[_ON_SLIDER], values[_ON_BELT] = force, friction, -friction
         values[_SWITCHING] = state[2]
-        values[_AX], values[_AY] = motion.accelerations(state, F=values[_F], mu=values[_MU])
-        values[_MODE] = values[_MODE_INTEGER] = values[_MODE_ENUMERATION] = current.mode
+        values[_AX], values[_AY] = accelerations
+        values[_MODE] = values[_MODE_INTEGER] = values[_MODE_ENUMERATION] = mode
         values[_SEPARATIONS], values[_REATTACHMENTS] = current.separations, current.reattachments
+        values[_SWITCHES], values[_STICKS] = current.switches, current.sticks
         values[_LAST_EVENT] = current.last_event
+
+    def _checked(self, reference: int, kind: Type, value: object) -> float | bool:
+        checked = super()._checked(reference, kind, value)
+        if reference == _MU and self._phase is Phase.STEPPING:
+            check_friction({**self._values, _MU: checked})
+        return checked
 
     def _motion_state(self) -> MotionState:
         at = self._motion.current
         if at.t != self._t:
-            self._motion.move_to(self._t, F=at.F, mu=at.mu)
+            self._motion.move_to(self._t, F=at.F, mu=at.mu, v_belt=at.v_belt)
         return self._motion.current
 
     def _resume(
         self, values: dict[int, float | bool], experiment: Experiment, current: MotionState
     ) -> None:
         made_of = _made_of(values, experiment)
+        if (current.v_belt is not None) is not bool(values[_FINITE_BELT]):
+            raise InputError(DAMAGED)
         if made_of != self._made_of:
             motion = motion_from(values, current.state, t=current.t, tol=experiment.tol)
             self._motion, self._made_of = motion, made_of
@@ -104,10 +129,12 @@ def _made_of(values: Values, experiment: Experiment) -> tuple[float, ...]:
 
 
 def _segment(content: list[Any]) -> Segment:
-    mode, start, remainder, duration, end, x, y, final, switches = content
-    return Segment(
-        Mode(mode), start, remainder, duration, end, tuple(x), tuple(y), _state(final), switches
+    mode, start, remainder, duration, end, x, y, final, switches, *then = content
+    given = (
+        *(Mode(mode), start, remainder, duration, end),
+        *(tuple(x), tuple(y), _state(final), switches),
     )
+    return BeltSegment(*given, Mode(*then)) if then else Segment(*given)
 
 
 def _state(content: list[float]) -> State:

@@ -7,7 +7,8 @@ from typing import Final
 
 from fivtui.model.columns import COLUMNS
 from fivtui.model.modes import Mode
-from fivtui.model.parameters import PARAMETERS
+from fivtui.model.numbers import Interval
+from fivtui.model.parameters import BELT_PARAMETERS, PARAMETERS, ParameterSpec
 
 from .variable import Role, Type, Variable, VariableTable
 
@@ -18,12 +19,25 @@ SUMMARY: Final = (
 # The range of the mode's numbers.
 _MODES: Final = (float(min(Mode)), float(max(Mode)))
 # Parameters of the model that may change at every communication point.
-INPUTS: Final = ("F", "mu")
+INPUTS: Final = ("F", "mu", "v_belt")
 STATES: Final = ("x", "vx", "y", "vy")
 _STARTS: Final = tuple(f"{name}_start" for name in STATES)
 # What an equilibrium under μ = 0 depends on.
 _EQUILIBRIUM: Final = ("k1", "k2", "k3", "k_nl", "F", "separation")
 _DIMENSIONLESS: Final = "1"
+# What friction, and whether the slider sticks, depend on where the belt has a finite speed.
+_BELT: Final = ("finite_belt", "v_belt", "mu_s")
+_FRICTION: Final = ("c1", "mu", *_BELT)
+_AT_REST: Final = ("start_static", *_EQUILIBRIUM)
+_FORCE_ORIGIN: Final = (*_AT_REST, *_STARTS)
+_MODE_ORIGIN: Final = (*_FORCE_ORIGIN, *_FRICTION, "m", "c2")
+# Of a belt of finite speed. No Real can be none: a flag says whether there is a speed, and 0 stands
+# for none in the others, which it is in the limit of small values, too.
+_BELT_MEANINGS: Final = {
+    "v_belt": "speed of the belt, if finite_belt",
+    "mu_s": "static friction coefficient, if finite_belt: at least mu, or 0 for mu",
+    "v_s": "sliding speed over which friction falls from mu_s to mu, if finite_belt; 0: at once",
+}
 
 
 def _parameters() -> list[Variable]:
@@ -114,17 +128,18 @@ def _outputs() -> list[Variable]:
             varies_with=(name,) if derivative_of else (),
         )
 
-    at_rest = ("start_static", *_EQUILIBRIUM)
     origin = {
-        "x": (*at_rest, "x_start"),
+        "x": (*_AT_REST, "x_start"),
         "vx": ("start_static", "vx_start"),
-        "y": (*at_rest, "y_start"),
+        "y": (*_AT_REST, "y_start"),
         "vy": ("start_static", "vy_start"),
-        "P": (*at_rest, *_STARTS),
+        "P": _FORCE_ORIGIN,
+        "friction": (*_FORCE_ORIGIN, *_FRICTION, "v_s"),
+        "mode": _MODE_ORIGIN,
     }
     count = (0.0, math.inf)
     mode, y, force = columns["mode"], columns["y"], columns["P"]
-    friction = (*origin["P"], "mu")
+    on_belt = ("mu", "v_belt")
     return [
         output("x", columns["x"].meaning, "m", origin["x"]),
         output("vx", columns["vx"].meaning, "m/s", origin["vx"], derivative_of="x"),
@@ -133,19 +148,27 @@ def _outputs() -> list[Variable]:
         output("P", force.meaning, force.unit, origin["P"]),
         output(
             "friction_slider",
-            "friction force of the belt on the slider, mu P",
+            "friction force of the belt on the slider, mu P; if finite_belt, that of the mode",
             force.unit,
-            friction,
-            depends_on=("mu",),
+            origin["friction"],
+            depends_on=on_belt,
         ),
         output(
             "friction_belt",
-            "friction force of the slider on the belt, -mu P",
+            "friction force of the slider on the belt, -mu P; if finite_belt, that of the mode",
             force.unit,
-            friction,
-            depends_on=("mu",),
+            origin["friction"],
+            depends_on=on_belt,
         ),
-        output("mode", mode.meaning, mode.unit, origin["P"], discrete=True, bounds=_MODES),
+        output(
+            "mode",
+            mode.meaning,
+            mode.unit,
+            origin["mode"],
+            discrete=True,
+            depends_on=on_belt,
+            bounds=_MODES,
+        ),
         output(
             "switching",
             "switching function y: negative in contact, positive when separated",
@@ -170,7 +193,8 @@ def _outputs() -> list[Variable]:
         ),
         output(
             "last_event",
-            "time of the last separation or reattachment, the start time before the first",
+            "time of the last separation, reattachment or other change of the mode, "
+            "the start time before the first",
             columns["t"].unit,
             (),
             discrete=True,
@@ -216,8 +240,8 @@ def _locals() -> list[Variable]:
         acceleration(
             "x",
             "horizontal",
-            ("m", "k1", "k2", "k3", "k_nl", "c1", "F", "mu", "vx_start"),
-            ("x", "vx", "y", "mu"),
+            ("m", "k1", "k2", "k3", "k_nl", "F", "vx_start", *_FRICTION, "v_s"),
+            ("x", "vx", "y", "mu", "v_belt"),
         ),
         # Without k1: the equilibrium depends on it, but the acceleration is zero there.
         acceleration(
@@ -229,6 +253,58 @@ def _locals() -> list[Variable]:
     ]
 
 
-SLIDER_BELT_TABLE: Final = VariableTable([*_parameters(), *_settings(), *_outputs(), *_locals()])
+def _belt() -> list[Variable]:
+    def parameter(name: str, spec: ParameterSpec) -> Variable:
+        is_input = name in INPUTS
+        return Variable(
+            name=name,
+            type=Type.REAL,
+            role=Role.INPUT if is_input else Role.PARAMETER,
+            meaning=_BELT_MEANINGS[name],
+            unit=spec.unit or _DIMENSIONLESS,
+            start=spec.default if is_input else 0.0,
+            lower=spec.lower,
+            upper=spec.upper,
+            allowed=str(Interval(spec.lower, spec.upper, spec.unit)),
+            nominal=spec.default,
+        )
+
+    def count(name: str, meaning: str, starts_from: Sequence[str]) -> Variable:
+        return Variable(
+            name=name,
+            type=Type.REAL,
+            role=Role.OUTPUT,
+            meaning=meaning,
+            unit=_DIMENSIONLESS,
+            lower=0.0,
+            nominal=1.0,
+            discrete=True,
+            starts_from=tuple(starts_from),
+        )
+
+    flag = Variable(
+        name="finite_belt",
+        type=Type.BOOLEAN,
+        role=Role.PARAMETER,
+        meaning="whether the belt has a finite speed, v_belt, or is always faster than the slider",
+        start=False,
+        allowed="true or false",
+    )
+    return [
+        flag,
+        *(parameter(name, spec) for name, spec in BELT_PARAMETERS.items()),
+        count("switches", "number of changes of the mode so far", ()),
+        count(
+            "sticks",
+            "number of times that the slider has begun to stick so far, at the start included",
+            _MODE_ORIGIN,
+        ),
+    ]
+
+
+# What is added stands at the end: value references are places in the table.
+SLIDER_BELT_TABLE: Final = VariableTable(
+    [*_parameters(), *_settings(), *_outputs(), *_locals(), *_belt()]
+)
 VARIABLES: Final = SLIDER_BELT_TABLE.variables
 REFERENCES: Final = SLIDER_BELT_TABLE.references

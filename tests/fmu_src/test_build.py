@@ -81,7 +81,7 @@ def test_the_description_says_what_the_fmu_can_do(fmu: Path) -> None:
     assert (default.startTime, default.stopTime, default.tolerance) == ("0.0", "100.0", "1e-12")
     assert description.generationDateAndTime.endswith("Z")
     friction = next(u for u in description.outputs if u.variable.name == "friction_slider")
-    assert [known.name for known in friction.dependencies] == ["mu"]
+    assert [known.name for known in friction.dependencies] == ["mu", "v_belt"]
     initial = {
         u.variable.name: {v.name for v in u.dependencies} for u in description.initialUnknowns
     }
@@ -98,7 +98,7 @@ def test_the_derivatives_are_those_of_the_equations_of_motion(fmu: Path) -> None
     }
     assert derivatives == {
         "vx": ("x", {"vx"}),
-        "ax": ("vx", {"x", "vx", "y", "mu"}),
+        "ax": ("vx", {"x", "vx", "y", "mu", "v_belt"}),
         "vy": ("y", {"vy"}),
         "ay": ("vy", {"x", "y", "vy", "F"}),
     }

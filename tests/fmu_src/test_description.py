@@ -36,6 +36,9 @@ x_start  parameter fixed     m     -                       -    1    0    horizo
 vx_start parameter fixed     m/s   -                       -    10   0    horizontal velocity at the start
 y_start  parameter fixed     m     -                       -    1    0    vertical displacement at the start
 vy_start parameter fixed     m/s   -                       -    10   0    vertical velocity at the start
+v_belt  input     continuous m/s   0                       1e9  1    1    speed of the belt, if finite_belt
+mu_s    parameter fixed      1     0                       100  0.9  0    at least mu, or 0 for mu
+v_s     parameter fixed      m/s   0                       1e9  0.4  0    falls from mu_s to mu, if finite_belt; 0: at once
 """  # noqa: E501
 OUTPUTS: Final = """
 x       output    continuous m     -                       -    1    -    horizontal displacement
@@ -49,7 +52,9 @@ mode    output    discrete   1     0                       4    1    -    1 in c
 switching output  continuous m     -                       -    1    -    negative in contact, positive when separated
 separations output discrete  1     0                       -    1    -    number of separations
 reattachments output discrete 1    0                       -    1    -    number of reattachments
-last_event output discrete   s     -                       -    1    -    time of the last separation or reattachment
+last_event output discrete   s     -                       -    1    -    separation, reattachment or other change of the mode
+switches output   discrete   1     0                       -    1    -    number of changes of the mode
+sticks  output    discrete   1     0                       -    1    -    has begun to stick
 ax      local     continuous m/s^2 -                       -    50   -    horizontal acceleration
 ay      local     continuous m/s^2 -                       -    50   -    vertical acceleration
 """  # noqa: E501
@@ -65,6 +70,7 @@ F_rate  local     continuous N/s   -                       -    1e3  -    rate o
 FLAGS: Final = {
     "separation": "may separate",
     "start_static": "at rest at the equilibrium of mu = 0",
+    "finite_belt": "a finite speed, v_belt",
 }
 DERIVATIVE_OF: Final = {"vx": "x", "ax": "vx", "vy": "y", "ay": "vy", "F_rate": "F"}
 STATES: Final = ("x", "vx", "y", "vy")
@@ -148,7 +154,9 @@ def test_every_real_variable_is_what_the_table_says(described: tuple[str, ET.Ele
         assert "declaredType" not in v, name
 
 
-def test_the_flags_are_true_and_fixed(described: tuple[str, ET.Element]) -> None:
+def test_the_flags_are_fixed_and_the_belt_is_always_faster_by_default(
+    described: tuple[str, ET.Element],
+) -> None:
     which, root = described
     flags = {v["name"]: v for v in variables_of(root) if v["type"] == "Boolean"}
     assert flags.keys() == (set() if which == "brake-actuator" else FLAGS.keys())
@@ -160,7 +168,7 @@ def test_the_flags_are_true_and_fixed(described: tuple[str, ET.Element]) -> None
             "causality": "parameter",
             "variability": "fixed",
             "initial": "exact",
-            "start": "true",
+            "start": "false" if name == "finite_belt" else "true",
             "type": "Boolean",
         }
 
@@ -324,11 +332,15 @@ def test_nominals_are_the_sizes_that_the_base_scene_reaches() -> None:
 
 PUSHED: Final = {
     "m": 1.0, "k1": 7.0, "k2": 7.0, "k3": 7.0, "c1": 0.1, "c2": 0.1, "F": 9.0, "k_nl": 9.0,
-    "mu": 0.1, "x_start": 0.1, "vx_start": 0.1, "y_start": 0.01, "vy_start": 0.1,
+    "mu": 0.1, "v_belt": 0.1, "mu_s": 0.1, "v_s": 0.1, "x_start": 0.1,
+    "vx_start": 0.1, "y_start": 0.01, "vy_start": 0.1,
     "command": 5.0, "P": 5.0, "tau": 0.01, "gain": 0.1, "F_start": 5.0,
 }  # fmt: skip
 MOVING: Final = {"start_static": False, "x_start": 0.2, "vx_start": -0.3, "vy_start": 0.4}
-# In contact and separated, at rest and moving, with separation and without.
+SLOW: Final = {**MOVING, "finite_belt": True, "mu_s": 0.9, "v_s": 0.4}
+HELD: Final = {**SLOW, "vx_start": 1.0, "vy_start": 0.0, "y_start": -0.5, "x_start": 0.1}
+# In contact and separated, at rest and moving, with separation and without, and on a belt of finite
+# speed slower and faster than that, held, and about to be held.
 POINTS: Final[Mapping[str, list[dict[str, Any]]]] = {
     "slider-belt": [
         {**start, "separation": separation}
@@ -338,12 +350,17 @@ POINTS: Final[Mapping[str, list[dict[str, Any]]]] = {
             {"F": -80.0},
             {**MOVING, "y_start": -0.5},
             {**MOVING, "y_start": 0.5},
+            {**SLOW, "y_start": -0.5},
+            {**SLOW, "y_start": -0.5, "vx_start": 3.0},
+            HELD,
+            {**HELD, "x_start": 0.17},
         )
     ],
     "brake-actuator": [{"command": 60.0, "P": 40.0}],
 }
 # Only at the switch itself does the start's direction decide the mode, and with it the force.
-AT_SWITCH_ONLY: Final = {"P", "friction_slider", "friction_belt", "mode"}
+AT_SWITCH_ONLY: Final = {"P", "friction_slider", "friction_belt", "mode", "sticks"}
+AT_GRIP_ONLY: Final = {"mode", "sticks"}
 
 
 def made(which: str) -> Instance:
@@ -406,12 +423,17 @@ def test_initial_values_depend_on_what_changes_them(
     for output, known in claimed.items():
         if output in AT_SWITCH_ONLY:
             assert found[output] <= known, output
-            assert known - found[output] <= {*PUSHED, *FLAGS} - {"m", "c1", "c2"}, output
+            damped = set() if output in AT_GRIP_ONLY else {"m", "c1", "c2"}
+            assert known - found[output] <= {*PUSHED, *FLAGS} - damped, output
+            assert {"finite_belt", "v_belt", "mu_s"} & known <= found[output], output
         else:
             assert found[output] == known, output
     if which == "slider-belt":
-        assert claimed["P"] == claimed["mode"] == claimed["friction_belt"] - {"mu"}
+        grip = {"finite_belt", "v_belt", "mu", "mu_s", "c1"}
+        assert claimed["friction_belt"] - claimed["P"] == {*grip, "v_s"}
         assert claimed["friction_belt"] == claimed["friction_slider"]
+        assert claimed["mode"] - claimed["P"] == {*grip, "m", "c2"}
+        assert claimed["mode"] == claimed["sticks"]
 
 
 @pytest.mark.parametrize("which", ["slider-belt", "brake-actuator"])
@@ -422,7 +444,9 @@ def test_outputs_depend_at_a_communication_point_on_the_inputs_that_change_them(
     assert list(claimed) == [row.name for row in rows_of(which) if row.causality == "output"]
     inputs = [row.name for row in rows_of(which) if row.causality == "input"]
     found: dict[str, set[str]] = {name: set() for name in claimed}
-    for point in POINTS[which]:
+    # Where static friction follows mu, so does the hold of the belt.
+    following = [{**HELD, "mu_s": 0.0}] if which == "slider-belt" else []
+    for point in (*POINTS[which], *following):
         start = values_after(which, point, {})
         for name in inputs:
             after = values_after(which, point, {name: start[name] + PUSHED[name]})
@@ -438,9 +462,9 @@ def test_derivatives_depend_on_the_states_and_inputs_that_change_them(
     claimed = dependencies(descriptions["slider-belt"], "Derivatives")
     assert claimed.keys() == {"vx", "vy", "ax", "ay"}
     found: dict[str, set[str]] = {name: set() for name in claimed}
-    for point in POINTS["slider-belt"][2:4]:
+    for point in (*POINTS["slider-belt"][2:4], POINTS["slider-belt"][4]):
         start = values_after("slider-belt", point, {})
-        for known in (*STATES, "F", "mu"):
+        for known in (*STATES, "F", "mu", "v_belt"):
             name = f"{known}_start" if known in STATES else known
             after = values_after("slider-belt", {**point, name: start[name] + PUSHED[name]}, {})
             for derivative in changed(start, after):

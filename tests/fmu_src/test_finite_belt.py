@@ -1,0 +1,287 @@
+"""The FMU on a belt of finite speed: modes, friction, events, states, refusals."""
+
+import math
+from collections.abc import Mapping
+from functools import lru_cache
+from typing import Any, Final
+
+import numpy as np
+import pytest
+
+from fivtui import Parameters, simulate
+from fivtui.model import Mode, State, friction_force
+from fivtui.transient import KernelChoice, Transient
+from fmu_src.build.builder import NATIVE, PYTHON
+from fmu_src.slave.variables import VARIABLES
+from tests.support.fmu_driver import Call, Driver
+
+EVERYTHING: Final = [v.name for v in VARIABLES if v.type == "Real"]
+STATES: Final = ["x", "vx", "y", "vy"]
+READ: Final = [*STATES, "P", "mode", "friction_slider", "friction_belt"]
+COUNTS: Final = ["separations", "reattachments", "switches", "sticks", "last_event"]
+KERNELS: Final[Mapping[str, KernelChoice]] = {PYTHON: "interpreted", NATIVE: "compiled"}
+# Stick and slip; friction that falls with speed; all modes; a belt at rest.
+SCENES: Final = {
+    "stick-slip": (Parameters(v_belt=1.0), None),
+    "falling": (Parameters(v_belt=0.5, mu_s=0.9, v_s=0.4), None),
+    "all": (Parameters(v_belt=2.0, mu_s=0.8, v_s=0.4), (2.0, 8.0, 1.0, 0.0)),
+    "at rest": (Parameters(v_belt=0.0, mu_s=0.8), (0.4, 0.0, -0.4, 1.0)),
+}
+
+
+@pytest.fixture(params=SCENES)
+def scene(request: pytest.FixtureRequest) -> str:
+    """A name of `SCENES`."""
+    name: str = request.param
+    return name
+
+
+def values_of(name: str) -> dict[str, float | bool]:
+    p, start = SCENES[name]
+    values: dict[str, float | bool] = {**p.as_dict(), "finite_belt": True}
+    if start is not None:
+        values["start_static"] = False
+        values |= {f"{n}_start": x for n, x in zip(STATES, start, strict=True)}
+    return values
+
+
+def native_run(name: str, **options: Any) -> Transient:
+    p, start = SCENES[name]
+    return simulate(p, start="static" if start is None else start, **options)
+
+
+def switches_until(run: Transient, t: float) -> tuple[list[float], float]:
+    """Separations, reattachments, changes of the mode and sticks up to a time, and the last one."""
+    modes = [run.first_mode]
+    last = 0.0
+    lifts = lands = 0
+    for change in run.mode_changes:
+        if change.t <= t:
+            modes.append(change.then)
+            last = change.t
+            lifts += change.then is Mode.SEPARATED
+            lands += change.first is Mode.SEPARATED
+    return [lifts, lands, len(modes) - 1, modes.count(Mode.STICK)], last
+
+
+@pytest.mark.parametrize("h", [1e-3, 1e-2, 0.1])
+def test_it_has_the_native_motion_at_every_communication_step(
+    driver: Driver, flavour: str, scene: str, h: float
+) -> None:
+    calls: list[Call] = [("a", "begin", values_of(scene)), ("a", "get", READ + COUNTS)]
+    times = [0.0]
+    for _ in range(round((0.4 if h < 5e-3 else 4.0) / h)):
+        calls += [("a", "step", times[-1], h), ("a", "get", READ + COUNTS)]
+        times.append(times[-1] + h)
+    rows = [answer.value for answer in driver.drive(*calls)[1::2]]
+    native = native_run(scene, t_end=times[-1], samples=times, kernel=KERNELS[flavour])
+    there = native.trajectory
+    assert there is not None
+    columns = (there.x, there.vx, there.y, there.vy, there.P, there.mode)
+    samples = np.transpose(columns).tolist()
+    for row, t, sample in zip(rows, times, samples, strict=True):
+        if flavour == NATIVE:
+            assert row[:6] == sample
+        # What sticks has the speed of the belt, where a polynomial has it to rounding.
+        assert row[:6] == pytest.approx(sample, rel=1e-14, abs=1e-14)
+        state: State = (row[0], row[1], row[2], row[3])
+        friction = friction_force(SCENES[scene][0], state, Mode(int(row[5])))
+        assert row[6] == pytest.approx(friction, rel=1e-12, abs=1e-12)
+        assert row[7] == -row[6]
+        counts, last = switches_until(native, t)
+        assert row[8:] == [*counts, last]
+
+
+def test_the_scenes_have_all_modes() -> None:
+    changes = native_run("all", t_end=4.0).mode_changes
+    assert {change.then for change in changes} == {*Mode} - {Mode.CONTACT}
+    assert native_run("at rest", t_end=4.0).first_mode is Mode.STICK
+
+
+@lru_cache
+def by_rk4(name: str) -> Transient:
+    return native_run(name, t_end=1.0, method="rk4", step=4e-3)
+
+
+def test_it_agrees_with_the_independent_rk4(driver: Driver, scene: str) -> None:
+    calls: list[Call] = [
+        ("a", "begin", values_of(scene)),
+        ("a", "steps", 0.0, 0.125, 8),
+        ("a", "get", [*STATES, "switches"]),
+    ]
+    *state, switches = driver.drive(*calls)[-1].value
+    rk4 = by_rk4(scene)
+    assert state == pytest.approx(rk4.final[1:], abs=1e-6)
+    assert switches == sum(rk4.events.transitions.values())
+
+
+JUMPS: Final[dict[str, list[tuple[float, float]]]] = {
+    "F": [(0, 80), (1, 80), (1, 120), (3, 120), (3, 40)],
+    "mu": [(0, 0.7), (1.5, 0.7), (1.5, 0.5), (3.5, 0.5), (3.5, 0.85)],
+    "v_belt": [(0, 1), (2, 1), (2, 0.4), (2.5, 0.4), (2.5, 3), (4, 3), (4, 0)],
+}
+
+
+@pytest.mark.parametrize("follows", [True, False])
+def test_inputs_that_jump_are_tables_with_jumps_of_the_native_solver(
+    driver: Driver, follows: bool
+) -> None:
+    p = Parameters() if follows else Parameters(mu_s=0.9, v_s=0.4)
+    run = simulate(p, t_end=6.0, over_time=JUMPS)
+    start = {name: rows[0][1] for name, rows in JUMPS.items()}
+    calls: list[Call] = [("a", "begin", {**p.as_dict(), **start, "finite_belt": True})]
+    for number in range(60):
+        t = 0.1 * number
+        now = {
+            name: [value for time, value in rows if time <= t + 1e-9][-1]
+            for name, rows in JUMPS.items()
+        }
+        calls += [("a", "set", now), ("a", "step", t, 0.1)]
+    *state, mode, switches, sticks, separations = driver.drive(
+        *calls, ("a", "get", [*STATES, "mode", "switches", "sticks", "separations"])
+    )[-1].value
+    assert state == pytest.approx(run.final[1:], abs=1e-10)
+    events = run.events
+    counts = [sum(events.transitions.values()), events.sticks, events.separations]
+    assert [switches, sticks, separations] == counts
+    assert mode == run.mode_changes[-1].then
+    assert events.sticks > 4
+
+
+def test_outputs_follow_a_jump_of_the_belt_at_once(driver: Driver) -> None:
+    read = [*READ, "v_belt", "ax"]
+    begin, end = simulate(Parameters(v_belt=1.0, mu_s=0.9), t_end=4.0).stick_intervals[1]
+    calls: list[Call] = [
+        ("a", "begin", {"finite_belt": True, "v_belt": 1.0, "mu_s": 0.9}),
+        ("a", "step", 0.0, 0.5 * (begin + end)),
+    ]
+    for speed, mode in ((2.0, Mode.FORWARD), (0.5, Mode.BACKWARD), (1.0, Mode.STICK)):
+        calls += [("a", "set", {"v_belt": speed}), ("a", "get", read)]
+        x, vx, y, vy, _, found, friction, *_, ax = driver.drive(*calls)[-1].value
+        p = Parameters(v_belt=speed, mu_s=0.9)
+        assert (found, vx) == (mode, 1.0)
+        assert friction == pytest.approx(friction_force(p, (x, vx, y, vy), mode), rel=1e-14)
+        sliding = (friction - 0.32 * vx - 130.0 * x + 30.0 * y) / 5.0
+        assert ax == pytest.approx(sliding, abs=1e-12)
+
+
+def test_without_a_finite_belt_what_belongs_to_one_changes_nothing(driver: Driver) -> None:
+    belt = {"v_belt": 0.3, "mu_s": 0.1, "v_s": 0.2}
+    left_out = [EVERYTHING.index(name) for name in belt]
+    answers = []
+    for values in ({}, belt):
+        calls: list[Call] = [
+            ("a", "begin", values),
+            ("a", "steps", 0.0, 0.3, 10),
+            ("a", "set", {"v_belt": 3.0}),
+            ("a", "steps", 3.0, 0.3, 10),
+            ("a", "get", EVERYTHING),
+        ]
+        *done, read = driver.drive(*calls)
+        assert {answer.status for answer in done} == {"ok"}
+        answers.append([v for n, v in enumerate(read.value) if n not in left_out])
+    assert answers[0] == answers[1]
+    native = simulate(t_end=6.0, kernel="interpreted").final
+    assert answers[0][EVERYTHING.index("y")] == pytest.approx(native.y, rel=1e-9)
+
+
+def test_an_input_set_and_set_back_changes_no_bit(driver: Driver) -> None:
+    ends = []
+    for disturbed in (False, True):
+        calls: list[Call] = [("a", "begin", values_of("falling"))]
+        for number in range(40):
+            if disturbed:
+                calls += [("a", "set", {"v_belt": 3.0}), ("a", "set", {"v_belt": 0.5})]
+            calls.append(("a", "step", 0.05 * number, 0.05))
+        ends.append(driver.drive(*calls, ("a", "get", EVERYTHING))[-1].value)
+    assert ends[0] == ends[1]
+
+
+# Times in each mode of the scene with all of them, inside steps of the integrator.
+@pytest.mark.parametrize("mode", [Mode.SEPARATED, Mode.FORWARD, Mode.BACKWARD, Mode.STICK])
+def test_states_come_back_bit_by_bit_in_every_mode(driver: Driver, mode: Mode) -> None:
+    run = native_run("all", t_end=6.0)
+    changes = run.mode_changes
+    place = next(n for n, change in enumerate(changes[:-1]) if change.then is mode)
+    t = 0.6 * changes[place].t + 0.4 * changes[place + 1].t
+    goes_on: list[Call] = [
+        ("a", "steps", t, 0.01, 30),
+        ("a", "set", {"v_belt": 0.5, "F": 60.0}),
+        ("a", "steps", t + 0.3, 0.07, 30),
+        ("a", "get", EVERYTHING),
+    ]
+    other: list[Call] = [("b", *call[1:]) for call in goes_on]
+    calls: list[Call] = [
+        *(("a", "begin", values_of("all")), ("a", "step", 0.0, t), ("a", "get", EVERYTHING)),
+        ("a", "save", "there"),
+        *goes_on,
+        *(("a", "restore", "there"), ("a", "get", EVERYTHING)),
+        *goes_on,
+        ("a", "serialize", "there", "copy"),
+        *(("b", "begin"), ("b", "step", 0.0, 1.0), ("b", "restore", "copy")),
+        ("b", "get", EVERYTHING),
+        *other,
+        *(("a", "reset"), ("a", "init", values_of("all")), ("a", "step", 0.0, t)),
+        ("a", "get", EVERYTHING),
+        *goes_on,
+        *(("a", "forget", "there"), ("b", "forget", "copy")),
+    ]
+    answers = driver.drive(*calls)
+    assert {answer.status for answer in answers} == {"ok"}
+    reads = [answer.value for answer in answers if isinstance(answer.value, list)]
+    assert reads[0] == reads[2] == reads[4] == reads[6]
+    assert reads[0][EVERYTHING.index("mode")] == mode
+    assert reads[1] == reads[3] == reads[5] == reads[7] != reads[0]
+
+
+@pytest.mark.parametrize(
+    ("values", "said"),
+    [
+        ({"v_belt": -0.1}, "v_belt = -0.1: must be from 0 to 1e+09 m/s"),
+        ({"v_belt": math.nan}, "v_belt = nan: not a finite number"),
+        ({"v_belt": math.inf}, "v_belt = inf: not a finite number"),
+        ({"mu": 0.95}, "mu = 0.95: must be at most mu_s = 0.9"),
+        ({"finite_belt": False}, "finite_belt cannot be set while stepping"),
+        ({"mu_s": 0.95}, "mu_s cannot be set while stepping"),
+        ({"v_s": 0.1}, "v_s cannot be set while stepping"),
+    ],
+)
+def test_what_is_wrong_mid_run_is_refused_and_changes_nothing(
+    driver: Driver, flavour: str, values: dict[str, Any], said: str
+) -> None:
+    calls: list[Call] = [
+        ("a", "begin", values_of("falling")),
+        ("a", "step", 0.0, 1.0),
+        ("a", "get", EVERYTHING),
+        ("a", "set", values),
+        ("a", "get", EVERYTHING),
+        ("a", "step", 1.0, 0.5),
+        ("a", "step", 1.0, 0.5),
+        ("a", "get", EVERYTHING),
+    ]
+    *_, before, refused, after, first, second, end = driver.drive(*calls)
+    assert said in refused.log[0]
+    assert before.value == after.value
+    if flavour == PYTHON:
+        assert (refused.status, first.status, second.status) == ("ok", "discard", "ok")
+        native = native_run("falling", t_end=1.5, kernel="interpreted").final
+        assert end.value[EVERYTHING.index("y")] == native.y
+    else:
+        assert refused.status in ("discard", "error")
+        assert (first.status, second.status) == ("ok", "discard")
+
+
+@pytest.mark.parametrize("order", [("mu_s", "mu"), ("mu", "mu_s")])
+def test_static_friction_below_friction_is_refused_where_it_counts(
+    driver: Driver, order: tuple[str, str]
+) -> None:
+    wrong = {name: {"mu_s": 0.5, "mu": 0.6}[name] for name in order}
+    for finite in (True, False):
+        calls: list[Call] = [
+            ("a", "begin", {**wrong, "finite_belt": finite}),
+            ("a", "step", 0.0, 0.1),
+        ]
+        begun, step = driver.drive(*calls)
+        said = any("mu = 0.6: must be at most mu_s = 0.5" in line for line in begun.log)
+        assert said is finite
+        assert (step.status == "ok") is not finite
