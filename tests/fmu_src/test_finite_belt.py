@@ -15,6 +15,7 @@ from fmu_src.build.builder import NATIVE, PYTHON
 from fmu_src.slave.variables import VARIABLES
 from tests.support.fmu_driver import Call, Driver
 
+pytestmark = pytest.mark.parametrize("flavour", [PYTHON], indirect=True)
 EVERYTHING: Final = [v.name for v in VARIABLES if v.type == "Real"]
 STATES: Final = ["x", "vx", "y", "vy"]
 READ: Final = [*STATES, "P", "mode", "friction_slider", "friction_belt"]

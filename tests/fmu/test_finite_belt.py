@@ -1,0 +1,78 @@
+"""Runs of FMUs on a belt of finite speed are the native ones, from Python and the command line."""
+
+import json
+from pathlib import Path
+
+import pytest
+
+from fivtui import Parameters, simulate
+from fivtui.cli import run
+from fivtui.fmu.run import run_fmu
+from fivtui.transient import Transient
+from fmu_src.build.builder import build_fmu
+
+METHODS = ["fmu"]
+P = Parameters(v_belt=2.0, mu_s=0.8, v_s=0.4)
+START = (2.0, 8.0, 1.0, 0.0)
+GIVEN = ["--set", "v_belt=2", "--set", "mu_s=0.8", "--set", "v_s=0.4"]
+
+
+@pytest.fixture(scope="module")
+def fmu(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    return build_fmu(tmp_path_factory.mktemp("fmu") / "slider_belt.fmu")
+
+
+def assert_same(through: Transient, native: Transient) -> None:
+    assert through.final == pytest.approx(native.final, rel=1e-12, abs=1e-12)
+    assert through.peak == pytest.approx(native.peak, rel=1e-8, abs=1e-8)
+    assert through.changes == pytest.approx(native.changes, abs=1e-12)
+    for one, other in zip(through.separated_intervals, native.separated_intervals, strict=True):
+        assert one == pytest.approx(other, abs=1e-12)
+    assert through.events.transitions == native.events.transitions
+    assert through.events.sticks == native.events.sticks
+    assert through.events.stick_time == pytest.approx(native.events.stick_time, abs=1e-12)
+
+
+@pytest.mark.parametrize("method", METHODS)
+@pytest.mark.parametrize("step", [None, 0.01, 5.0])
+def test_the_result_is_native_at_every_communication_step(method: str, step: float | None) -> None:
+    through = simulate(P, t_end=5.0, start=START, method=method, step=step)
+    native = simulate(P, t_end=5.0, start=START)
+    assert_same(through, native)
+    assert native.events.sticks > 2
+    assert native.events.separations > 0
+
+
+@pytest.mark.parametrize("method", METHODS)
+def test_commands_run_it(method: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    native = simulate(P, t_end=3.0)
+    assert run(["simulate", *GIVEN, "--t-end", "3", "--method", method, "--json"]) == 0
+    found = json.loads(capsys.readouterr().out)
+    assert found["events"]["sticks"] == native.events.sticks > 0
+    assert found["events"]["transitions"] == dict(native.events.transitions)
+    out = f"{tmp_path}/rows.csv"
+    words = ["sweep", "--vary", "v_belt=1:2:2", *GIVEN[2:], "--t-end", "3"]
+    assert run([*words, "--method", method, "--json", "--out", out]) == 0
+    table = json.loads(capsys.readouterr().out)
+    place = table["columns"].index("y_abs")
+    peaks = [simulate(P.with_values({"v_belt": v}), t_end=3.0).peak.y_abs for v in (1, 2)]
+    assert [row[place] for row in table["rows"]] == pytest.approx(peaks, rel=1e-8)
+
+
+def test_a_given_speed_says_that_the_belt_has_one(
+    fmu: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    native = simulate(P, t_end=3.0)
+    assert run(["fmu", "run", str(fmu), *GIVEN, "--t-end", "3", "--json"]) == 0
+    final = json.loads(capsys.readouterr().out)["final"]
+    assert final["y"] == pytest.approx(native.final.y, rel=1e-12)
+    assert final["sticks"] == native.events.sticks
+    table = tmp_path / "speed.csv"
+    table.write_text("time,v_belt\n0,2\n3,2\n")
+    friction = {"mu_s": 0.8, "v_s": 0.4}
+    held = run_fmu(fmu, t_end=3.0, start_values=friction, input_csv=table)
+    assert held.columns["y"][-1] == pytest.approx(native.final.y, rel=1e-12)
+    sliding = simulate(t_end=3.0).final.y
+    for values in ({}, {"v_belt": 2.0, "finite_belt": False}):
+        run_of_it = run_fmu(fmu, t_end=3.0, start_values=values)
+        assert run_of_it.columns["y"][-1] == pytest.approx(sliding, rel=1e-12)
