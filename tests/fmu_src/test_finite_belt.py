@@ -15,7 +15,6 @@ from fmu_src.build.builder import NATIVE, PYTHON
 from fmu_src.slave.variables import VARIABLES
 from tests.support.fmu_driver import Call, Driver
 
-pytestmark = pytest.mark.parametrize("flavour", [PYTHON], indirect=True)
 EVERYTHING: Final = [v.name for v in VARIABLES if v.type == "Real"]
 STATES: Final = ["x", "vx", "y", "vy"]
 READ: Final = [*STATES, "P", "mode", "friction_slider", "friction_belt"]
@@ -26,8 +25,15 @@ SCENES: Final = {
     "stick-slip": (Parameters(v_belt=1.0), None),
     "falling": (Parameters(v_belt=0.5, mu_s=0.9, v_s=0.4), None),
     "all": (Parameters(v_belt=2.0, mu_s=0.8, v_s=0.4), (2.0, 8.0, 1.0, 0.0)),
-    "at rest": (Parameters(v_belt=0.0, mu_s=0.8), (0.4, 0.0, -0.4, 1.0)),
+    "at rest": (Parameters(v_belt=0.0, mu_s=0.8), (0.0, 0.0, -0.4, 1.0)),
 }
+
+
+@pytest.fixture(scope="module", params=[PYTHON])
+def flavour(request: pytest.FixtureRequest) -> str:
+    """The flavour of the FMU."""
+    name: str = request.param
+    return name
 
 
 @pytest.fixture(params=SCENES)
