@@ -22,7 +22,7 @@ if TYPE_CHECKING:
         first_tol as first_tol,
         observation as observation,
     )
-    from .figure import run_labels as run_labels, transient_figure as transient_figure
+    from .figure import transient_figure as transient_figure
     from .files import trajectory_of as trajectory_of
     from .methods import (
         FMU_FLAVOURS as FMU_FLAVOURS,

@@ -91,6 +91,8 @@ class Backdrop:
         The values themselves; NaN where there is none.
     label : str
         Quantity and unit of the values.
+    scale : sequence of str
+        Values of every level in words; empty where no point has it.
     """
 
     x: FloatArray
@@ -99,6 +101,7 @@ class Backdrop:
     shades: Sequence[tuple[str, str]]
     values: FloatArray
     label: str
+    scale: Sequence[str]
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -125,6 +128,8 @@ class Chart:
         Whether the x axis ends where the data end.
     x_range, y_range : tuple of float, optional
         Limits before any zoom; if None, the axes fit the data.
+    to_scale : bool
+        Whether a length along x is as long along y.
     """
 
     x_label: str
@@ -138,6 +143,7 @@ class Chart:
     tight: bool = True
     x_range: tuple[float, float] | None = None
     y_range: tuple[float, float] | None = None
+    to_scale: bool = False
 
     @property
     def plane(self) -> bool:

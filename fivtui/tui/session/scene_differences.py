@@ -60,7 +60,9 @@ def names_of(scenes: Mapping[int, Scene]) -> list[str]:
 def _said(name: str, text: str) -> str:
     if name in ("method", "accuracy") and text:
         return text
-    return f"{symbol_of(name)} {text or FIELDS[name].when_empty}"
+    field = FIELDS[name]
+    unit = field.unit if text and name in ALL_PARAMETERS else ""
+    return f"{symbol_of(name)} {text or field.when_empty} {unit}".rstrip()
 
 
 def base_scene() -> Scene:

@@ -164,7 +164,7 @@ class JobPane(ViewsPane):
         if event.state is WorkerState.ERROR and event.worker.group == "job":
             event.stop()
             if self.job is not None:
-                failed = Outcome[object](error=crash_words(event.worker.error))
+                failed: Outcome[object] = Outcome(error=crash_words(event.worker.error))
                 self.post_message(self.Ended(self.job, failed))
 
     def say(self, words: str) -> None:

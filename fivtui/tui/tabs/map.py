@@ -25,7 +25,7 @@ from .charts.map import (
     point_words,
     values_in,
 )
-from .exports.export import Export, as_displayed, scene_study_export
+from .exports.export import Export, Heading, as_displayed, scene_study_export
 from .job_pane import JobPane
 from .messages import PointOpened
 
@@ -222,7 +222,9 @@ class MapPane(JobPane):
         if result is None:
             raise InputError(_NOTHING)
         name = self.session.name if read is None else read.name
-        return as_displayed(scene_study_export(what, "map", result, name), self.visible_charts())
+        heading = Heading([result.parameters], result.names, ignored=not result.separation)
+        whole = scene_study_export(what, "map", result, name)
+        return as_displayed(whole, self.visible_charts(), heading)
 
     def command_line(self) -> str:
         """The command that computes the map."""

@@ -145,12 +145,13 @@ class StabilityPane(ViewsPane):
 
     def export(self, what: str) -> "Export":
         """The displayed charts, or the modes over μ and eigenvalues as data."""
-        from .exports.export import as_displayed, scene_study_export
+        from .exports.export import Heading, as_displayed, scene_study_export
 
         if self._now is None:
             raise InputError(f"no stability to export: {self._why}")
         whole = scene_study_export(what, "stability", self._now[1], self.session.name)
-        return as_displayed(whole, self.visible_charts())
+        heading = Heading([self._now[0]], ignored=not self.session.separation)
+        return as_displayed(whole, self.visible_charts(), heading)
 
     def command_line(self) -> str:
         """The command for the edited parameters' stability."""

@@ -14,6 +14,7 @@ from fivtui.model import InputError
 from fivtui.tui.chart import ChartView
 from fivtui.tui.session import DisplayedStudy, Job, Session, study_line, symbol_of
 
+from .charts.map_shades import scale_words
 from .charts.sweep import (
     ASKED_FROM,
     EXAMPLE,
@@ -29,7 +30,7 @@ from .charts.sweep import (
     sweep_parts,
     sweep_request,
 )
-from .exports.export import Export, as_displayed, scene_study_export
+from .exports.export import Export, Heading, as_displayed, scene_study_export
 from .job_pane import JobPane
 from .messages import PointOpened, Reported
 
@@ -62,6 +63,7 @@ class SweepPane(JobPane):
         self._asked: Study | None = None
         self._drawn: DisplayedStudy[Sweep] | None = None
         self._points: SweepPoints | None = None
+        self._counted = ""
 
     def compose_bar(self) -> ComposeResult:
         """The swept ranges."""
@@ -109,9 +111,11 @@ class SweepPane(JobPane):
             self._drawn = displayed
             single = displayed is not None and len(displayed.value.study.design.axes) == 1
             self._points = points_of(displayed.value) if displayed is not None and single else None
-            if displayed is not None and self.job is None:
+            if displayed is not None:
                 source = f", read from {displayed.source}" if displayed.source else ""
-                self.say(f"{count_words(displayed.value)}{source}")
+                self._counted = f"{count_words(displayed.value)}{source}"
+            if displayed is not None and self.job is None:
+                self.say(self._counted)
 
     @on(Input.Changed, "#vary")
     def _edited(self, event: Input.Changed) -> None:
@@ -155,7 +159,11 @@ class SweepPane(JobPane):
             view.show(sweep_chart(self._points, None if now is None else now[0]))
         else:
             point = None if now is None else (now[0], now[1])
-            view.show(grid_chart(displayed.value, self.session.separation, point))
+            chart = grid_chart(displayed.value, self.session.separation, point)
+            view.show(chart)
+            if self.job is None and chart.backdrop is not None:
+                scale = scale_words(chart.backdrop.shades, chart.backdrop.scale)
+                self.say(f"{self._counted}: {scale}")
 
     def _now(self, names: Sequence[str]) -> tuple[float, ...] | None:
         # The edited values of the swept parameters.
@@ -188,10 +196,10 @@ class SweepPane(JobPane):
             raise InputError(_NOTHING)
         if len(displayed.value.table.reasons) < displayed.value.study.members:
             raise InputError(_PARTIAL)
-        return as_displayed(
-            scene_study_export(what, "sweep", displayed.value, displayed.name),
-            self.visible_charts(),
-        )
+        study = displayed.value.study
+        heading = Heading([study.parameters], tuple(study.design.axes))
+        whole = scene_study_export(what, "sweep", displayed.value, displayed.name)
+        return as_displayed(whole, self.visible_charts(), heading)
 
     def command_line(self) -> str:
         """The command for the displayed sweep, or else the one to compute."""

@@ -14,7 +14,7 @@ from fivtui.tui.chart import ChartView
 from fivtui.tui.session import DisplayedStudy, Job, Session, study_line
 
 from .charts.tradeoff import COLUMNS, TITLES, present_row, present_words, table_rows, tradeoff_chart
-from .exports.export import Export, as_displayed, scene_study_export
+from .exports.export import Export, Heading, as_displayed, scene_study_export
 from .job_pane import JobPane
 from .tables import ListTable
 
@@ -136,10 +136,10 @@ class TradeoffPane(JobPane):
         displayed = self.session.studies.get("trade-off")
         if displayed is None:
             raise InputError(_NOTHING)
-        return as_displayed(
-            scene_study_export(what, "trade-off", displayed.value, displayed.name),
-            self.visible_charts(),
-        )
+        scene = displayed.value.scene
+        heading = Heading([scene.parameters], ignored=not scene.separation)
+        whole = scene_study_export(what, "trade-off", displayed.value, displayed.name)
+        return as_displayed(whole, self.visible_charts(), heading)
 
     def command_line(self) -> str:
         """The command for the displayed measurement, or else the edited scene."""

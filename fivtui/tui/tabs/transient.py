@@ -1,8 +1,7 @@
 """The transient tab: time histories, phase portraits, spectrum, difference, summary."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from dataclasses import replace
-from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, ClassVar, Final
 
@@ -212,7 +211,14 @@ class TransientPane(ViewsPane):
 
     def export(self, what: str) -> "Export":
         """The displayed charts; as data the trajectory, or the charts' points."""
-        from .exports.export import FIGURE, belt_export, charts_export, points_export, run_export
+        from .exports.export import (
+            FIGURE,
+            Heading,
+            belt_export,
+            charts_export,
+            points_export,
+            run_export,
+        )
 
         run, charts = self.session.runs.displayed, self.visible_charts()
         if self.view == "belt" and run is not None and run.result is not None:
@@ -229,7 +235,12 @@ class TransientPane(ViewsPane):
         stem = Path(plain.proposal).stem + ("" if self.view == "time" else f"-{self.view}")
         if what != FIGURE:
             return points_export(of, stem, charts)
-        return charts_export(of, stem, charts, partial(_names, list(self.session.runs.drawn)))
+        drawn = list(self.session.runs.drawn)
+        heading = Heading(
+            [each.scene.parameters for each in drawn],
+            ignored=not any(each.scene.separation for each in drawn),
+        )
+        return charts_export(of, stem, charts, heading)
 
     # Room and views
 
@@ -296,19 +307,6 @@ def _plotted_run(run: Run, name: str) -> PlottedRun | None:
         return None
     style = run.style
     return plotted_run(run.result, name, style.marker_sign, style.colour_code)
-
-
-def _names(drawn: Sequence[Run]) -> dict[str, str]:
-    # By the names on the screen.
-    from fivtui.transient import run_labels
-
-    known = {run.number: run for run in drawn}
-    labels = run_labels([run.result for run in drawn if run.result is not None])
-    names = names_of({number: run.scene for number, run in known.items()})
-    return {
-        name: f"run {number}: {label}"
-        for number, name, label in zip(known, names, labels, strict=True)
-    }
 
 
 def _remarks(result: Transient) -> list[str]:

@@ -24,7 +24,7 @@ from .charts.uncertainty import (
     truncation_words,
     uncertainty_request,
 )
-from .exports.export import Export, as_displayed, scene_study_export
+from .exports.export import Export, Heading, as_displayed, scene_study_export
 from .job_pane import JobPane
 from .tables import ListTable
 
@@ -160,9 +160,10 @@ class UncertaintyPane(JobPane):
         displayed = self.session.studies.get(_KIND)
         if displayed is None:
             raise InputError(_NOTHING)
-        return as_displayed(
-            scene_study_export(what, _KIND, displayed.value, displayed.name), self.visible_charts()
-        )
+        study = displayed.value.study
+        heading = Heading([study.parameters], displayed.value.inputs)
+        whole = scene_study_export(what, _KIND, displayed.value, displayed.name)
+        return as_displayed(whole, self.visible_charts(), heading)
 
     def command_line(self) -> str:
         """The command for the displayed study, or else the one to compute."""

@@ -150,6 +150,7 @@ def test_guides_shades_and_marks_are_drawn() -> None:
             ((" ", "plot"), ("▒", "plot")),
             levels.astype(float),
             "growth / 1/s",
+            ("≤0", "≤1"),
         ),
     )
     text = draw(chart, View(), 48, 12).text()

@@ -96,7 +96,7 @@ def test_shades_lie_over_their_own_axes() -> None:
     x, y = np.linspace(0.0, 10.0, 41), np.linspace(100.0, 300.0, 31)
     levels = ((x[:, None] > 6.0) & (y[None, :] < 160.0)).astype(np.intp)
     shades = ((" ", "plot"), ("█", "plot"))
-    backdrop = Backdrop(x, y, levels, shades, np.add.outer(x, y), "sum / N")
+    backdrop = Backdrop(x, y, levels, shades, np.add.outer(x, y), "sum / N", ("",) * len(shades))
     chart = Chart("a / m", "b / kg", (), backdrop=backdrop)
     read = Reading(draw(chart, View(), 80, 30))
     shaded = read.marks("█")
@@ -110,7 +110,7 @@ def test_shades_lie_over_their_own_axes() -> None:
 
 def test_coarse_shades_fill_their_range_to_its_ends_and_nothing_beyond() -> None:
     x, y, levels = np.array([2.0, 4.0, 6.0]), np.array([100.0, 200.0, 300.0]), np.zeros((3, 3))
-    backdrop = Backdrop(x, y, levels.astype(np.intp), (("█", "plot"),), levels, "one")
+    backdrop = Backdrop(x, y, levels.astype(np.intp), (("█", "plot"),), levels, "one", ("one",))
     view = View(x=Axis(0.0, 8.0), y=Axis(0.0, 400.0))
     read = Reading(draw(Chart("a / m", "b / kg", (), backdrop=backdrop), view, 90, 30))
     shaded = np.array(read.marks("█"))

@@ -289,7 +289,7 @@ def test_legends_say_what_differs_and_numbers_only_where_nothing_does() -> None:
     assert names_of({4: base}) == ["run 4"]
     assert names_of({1: base, 2: ignored}) == ["separation considered", "separation ignored"]
     varied = base.with_values({"mu": 0.5, "k1": 90.0})
-    assert names_of({1: base, 3: varied}) == ["k1 100, μ 0.7", "k1 90, μ 0.5"]
+    assert names_of({1: base, 3: varied}) == ["k1 100 N/m, μ 0.7", "k1 90 N/m, μ 0.5"]
     assert names_of({1: base, 2: ignored, 5: base}) == [
         "separation considered, run 1",
         "separation ignored",

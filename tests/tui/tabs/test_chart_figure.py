@@ -2,6 +2,7 @@
 
 import json
 from collections.abc import AsyncIterator
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -15,6 +16,7 @@ from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 from textual.pilot import Pilot
 
+from fivtui import safety_map
 from fivtui.equilibrium.map import stability_map
 from fivtui.io.tables import read_columns, read_header
 from fivtui.model.errors import InputError
@@ -29,7 +31,7 @@ from fivtui.tui.lab.screen import LabScreen
 from fivtui.tui.tabs.charts.map import map_chart
 from fivtui.tui.tabs.charts.transient import phase_chart, plotted_run, time_chart
 from fivtui.tui.tabs.exports.chart_figure import charts_figure, save_charts
-from fivtui.tui.tabs.exports.export import DATA, FIGURE
+from fivtui.tui.tabs.exports.export import DATA, FIGURE, Heading
 from fivtui.tui.tabs.transient import TransientPane
 from fivtui.tui.tabs.views_pane import ViewsPane
 from tests.support.laboratory import app_of, show_tab, until
@@ -51,7 +53,7 @@ def check_panel(axes: Axes, chart: Chart, view: View) -> None:
     assert axes.get_ylim() == pytest.approx((y.low, y.high))
     assert axes.get_xscale() == ("log" if x.log else "linear")
     assert axes.get_yscale() == ("log" if y.log else "linear")
-    assert axes.get_ylabel() == chart.y_label
+    assert " ".join(axes.get_ylabel().split()) == chart.y_label
     assert axes.get_xlabel() == (chart.x_label if chart.x_axis else "")
     drawn = lines_of(axes)
     shown = [trace for _, trace in view.visible(chart) if trace.name]
@@ -65,7 +67,12 @@ def check_panel(axes: Axes, chart: Chart, view: View) -> None:
         if trace.x.size < 4000:
             assert set(trace.x[inside]) <= set(across)
     texts = [text.get_text() for text in axes.texts]
-    assert texts == [guide.label for guide in chart.guides if guide.label]
+    seen = [
+        guide
+        for guide in chart.guides
+        if 0.0 <= (x if guide.vertical else y).place([guide.value])[0] <= 1.0
+    ]
+    assert texts == [guide.label for guide in seen if guide.label]
 
 
 def trace(name: str, values: Any, **options: Any) -> Trace:
@@ -129,6 +136,78 @@ def test_times_off_the_belt_are_shaded_where_they_are() -> None:
     np.testing.assert_allclose(edges, run.separated_intervals)
 
 
+def test_points_keep_the_letters_and_colours_that_tell_them_apart() -> None:
+    at = np.array([1.0])
+    events = [
+        Trace(name, at, at + place, look="points", ordered=False, mark=name[0].upper())
+        for place, name in enumerate(("hopf", "fold"))
+    ]
+    samples = [
+        Trace(mark, T, T + place, look="points", ordered=False, mark=mark)
+        for place, mark in enumerate("○▫▲")
+    ]
+    (axes,) = panels_of(
+        charts_figure(VisibleCharts([(Chart("a", "b", (*events, *samples)), View())]))
+    )
+    hopf, fold, *others = lines_of(axes)
+    assert (hopf.get_marker(), fold.get_marker()) == ("$\\mathrm{H}$", "$\\mathrm{F}$")
+    assert [line.get_marker() for line in others] == ["o", "s", "^"]
+    assert len({to_hex(line.get_color()) for line in others}) == 3
+
+
+def test_what_has_no_place_on_an_axis_is_left_out() -> None:
+    guides = (Guide(0.0, "zero", vertical=False), Guide(1.0, "one", vertical=False))
+    chart = Chart("t / s", "y / m", (trace("a", np.sin(T)),), guides)
+    (axes,) = panels_of(charts_figure(VisibleCharts([(chart, View(log_y=True))])))
+    (drawn,) = lines_of(axes)
+    places: Any = axes.transScale.transform_path(drawn.get_path()).vertices
+    assert not np.isfinite(places[np.sin(T) <= 0.0, 1]).any()
+    assert np.isfinite(places[np.sin(T) > 0.0, 1]).all()
+    assert [text.get_text() for text in axes.texts] == ["one"]
+
+
+def test_labels_of_neighbours_do_not_cover_each_other() -> None:
+    guides = tuple(Guide(place, f"at {place:g}") for place in (5.0, 5.1, 9.0))
+    chart = Chart("t / s", "y / m", (trace("a", T),), guides)
+    (axes,) = panels_of(charts_figure(VisibleCharts([(chart, View())])))
+    first, second, third = (text.xyann[1] for text in axes.texts)  # type: ignore[attr-defined]
+    assert first == third > second
+
+
+def test_a_picture_to_scale_stays_so() -> None:
+    box = np.array([0.0, 1.0, 1.0, 0.0, 0.0]), np.array([0.0, 0.0, 1.0, 1.0, 0.0])
+    chart = Chart(
+        "x / m", "height / m", (Trace("slider", *box, ordered=False),), to_scale=True,
+        x_range=(-5.0, 5.0), y_range=(0.0, 2.0),
+    )  # fmt: skip
+    (axes,) = panels_of(charts_figure(VisibleCharts([(chart, View())])))
+    assert axes.get_aspect() == 1.0
+
+
+def test_a_heading_says_what_all_have(tmp_path: Path) -> None:
+    chart = Chart("t / s", "y / m", (trace("a", T),))
+    both = [Parameters(), Parameters(F=70.0)]
+    figure = charts_figure(VisibleCharts([(chart, View())]), Heading(both, ("mu",), ignored=True))
+    words = figure.get_suptitle()
+    assert "100\N{NO-BREAK SPACE}N/m" in words
+    assert words.endswith("separation ignored")
+    assert "F" not in words
+    assert "mu" not in words
+
+
+def test_regions_of_a_map_keep_their_names_and_colours() -> None:
+    over = {"F": np.array([100.0, 110.0, 120.0]), "mu": np.linspace(0.1, 0.9, 9)}
+    chart = map_chart(safety_map(None, over, "coexistence"), None)
+    figure = charts_figure(VisibleCharts([(chart, View())]))
+    (mesh,) = [each for each in figure.axes[0].collections if isinstance(each, QuadMesh)]
+    bar = next(axes for axes in figure.axes if axes.get_label() == "<colorbar>")
+    scale = [label.get_text() for label in bar.get_yticklabels()]
+    assert (scale[0], scale[-1]) == ("safe", "squeals")
+    assert all(words.startswith("≥") for words in scale[1:-1])
+    colours: Any = mesh.cmap(mesh.norm(np.asarray(mesh.get_array())))
+    assert len({to_hex(colour) for colour in colours.reshape(-1, 4)}) == len(scale)
+
+
 def test_an_unordered_curve_is_drawn_whole() -> None:
     run = simulate(Parameters(), t_end=10.0, samples=T)
     motion = plotted_run(run, "run 1", "●", "#E69F00")
@@ -149,15 +228,24 @@ def test_a_map_is_drawn_with_its_values_its_boundary_and_the_point_of_now() -> N
     figure = charts_figure(VisibleCharts([(chart, View(x=Axis(0.2, 1.0), y=Axis(20.0, 90.0)))]))
     (axes,) = panels_of(figure)
     (mesh,) = [each for each in axes.collections if isinstance(each, QuadMesh)]
-    np.testing.assert_array_equal(np.asarray(mesh.get_array()), result.values.T)
-    largest = np.abs(result.values).max()
-    assert (mesh.norm.vmin, mesh.norm.vmax) == (-largest, largest)
+    assert chart.backdrop is not None
+    used = np.unique(chart.backdrop.levels)
+    shown = np.asarray(mesh.get_array(), dtype=int)
+    np.testing.assert_array_equal(used[shown], chart.backdrop.levels.T)
+    # Red where it is unstable, green where it is stable.
+    colours: Any = mesh.cmap(mesh.norm(shown))
+    red, green, _ = np.moveaxis(colours[..., :3], -1, 0)
+    assert np.all((red > green) == (result.values.T >= 0.0) | (red == green))
     assert (axes.get_xlim(), axes.get_ylim()) == ((0.2, 1.0), (20.0, 90.0))
     boundary, now = lines_of(axes)
     assert boundary.get_linestyle() == "None"
     assert np.asarray(now.get_xydata()).tolist() == [[0.7, 80.0]]
     bar = next(axes for axes in figure.axes if axes.get_label() == "<colorbar>")
     assert bar.get_ylabel() == "growth rate / 1/s"
+    scale = [label.get_text() for label in bar.get_yticklabels()]
+    assert scale == [chart.backdrop.scale[level] for level in used]
+    largest = float(scale[-1].removeprefix("≤"))
+    assert largest == pytest.approx(result.values.max(), rel=5e-3)
 
 
 def test_data_are_the_points_in_sight(tmp_path: Path) -> None:
@@ -202,7 +290,8 @@ async def pilot(
     async with FivtuiApp().run_test(size=(120, 45), notifications=True) as started:
         session = app_of(started).session
         for result in results:
-            session.runs.add_read(session.scene(), result, "")
+            scene = replace(session.scene(), separation=result.separation)
+            session.runs.add_read(scene, result, "")
         first, second = session.runs
         first.overlaid, session.runs.displayed, session.runs.baseline = True, second, first
         lab_of(started)._show_runs()
@@ -261,7 +350,7 @@ async def test_every_view_of_a_transient_is_written_as_it_is_seen(
         figure = drawn(pilot, monkeypatch)
         check_displayed(pilot, figure)
         said = [text.get_text() for legend in figure.legends for text in legend.get_texts()]
-        runs = ["run 1: separation considered", "run 2: separation ignored"]
+        runs = ["separation considered", "separation ignored"]
         if view == "difference":
             assert [axes.get_ylabel() for axes in figure.axes] == ["Δy / m", "ΔP / N"]
             assert figure.axes[0].get_title() == "run 2 − run 1"

@@ -11,7 +11,7 @@ from fivtui.tui.chart.chart import View
 from fivtui.tui.chart.picture import draw
 from fivtui.tui.chart.widget.chart_view import ChartView
 from fivtui.tui.tabs.charts.map import map_chart, map_scale
-from fivtui.tui.tabs.charts.map_shades import offsets, scale_words
+from fivtui.tui.tabs.charts.map_shades import offsets, scale_words, value_scale
 from fivtui.tui.tabs.map import thinned
 from tests.support.laboratory import text_of, until, until_shown
 
@@ -25,8 +25,8 @@ def regions() -> SafetyMap:
 def test_a_map_of_coexistence_has_three_kinds_of_shades(regions: SafetyMap) -> None:
     chart = map_chart(regions, Parameters(F=110.0))
     scale = map_scale(regions)
-    assert scale.startswith("· safe █ squeals ░ ≥")
-    assert scale.endswith(" m")
+    assert scale.startswith("· safe ░ ≥")
+    assert scale.endswith(" m █ squeals")
     backdrop = chart.backdrop
     assert backdrop is not None
     assert np.all(np.diff(backdrop.x) > 0.0)
@@ -51,10 +51,15 @@ def test_a_scale_says_up_to_which_value_each_shade_goes() -> None:
     shades = ((" ", "trace-1"), ("░", "trace-1"), ("?", "hidden"))
     values = np.array([[0.25, 0.5], [0.75, np.nan]])
     levels = np.array([[0, 0], [1, 2]])
-    assert scale_words(levels, shades, values) == "blank ≤0.5 ░ ≤0.75"
+    scale = value_scale(levels, shades, values)
+    assert list(scale) == ["≤0.5", "≤0.75", "none"]
+    assert scale_words(shades, scale) == "blank ≤0.5 ░ ≤0.75"
+    # Enough digits to tell levels apart.
+    close = np.array([[0.27785, 0.27785], [0.27791, np.nan]])
+    assert list(value_scale(levels, shades, close)) == ["≤0.2778", "≤0.2779", "none"]
     safe = safety_map(None, {"F": [60.0, 100.0], "k_nl": [50.0, 100.0]})
     assert map_chart(safe, None).note == "safe μ"
-    assert "≤0.278" in map_scale(safe)
+    assert "≤0.2779" in map_scale(safe)
 
 
 def test_the_laboratory_maps_fewer_points_with_the_same_ends() -> None:

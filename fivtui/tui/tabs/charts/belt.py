@@ -37,7 +37,15 @@ def belt_chart(run: Transient, layout: Layout, timing: Timing, t: float, aspect:
         if parts[0] in shapes
     )
     note = f"{t:.5g} s, {MODE_NAMES[mode]}, ×{timing.speed:.3g}"
-    return Chart("x / m", "height / m", traces, note=note, x_range=x_range, y_range=y_range)
+    return Chart(
+        "x / m",
+        "height / m",
+        traces,
+        note=note,
+        x_range=x_range,
+        y_range=y_range,
+        to_scale=True,
+    )
 
 
 def _trace(name: str, shapes: list[Shape], foot: str) -> Trace:

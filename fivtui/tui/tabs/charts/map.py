@@ -11,7 +11,7 @@ from fivtui.ranges import number_text
 from fivtui.tui.chart import Axis, Backdrop, Chart, NearestPoint, Trace
 from fivtui.tui.session import CONSIDERED, IGNORED, plain_names, symbol_of
 
-from .map_shades import offsets, region_shades, scale_words
+from .map_shades import offsets, region_shades, scale_words, value_scale
 
 if TYPE_CHECKING:
     from fivtui.equilibrium import StabilityMap
@@ -91,13 +91,13 @@ def map_chart(result: "StabilityMap | SafetyMap", now: Parameters | None) -> Cha
     if y[0] > y[-1]:
         y, grids = y[::-1], [grid[:, ::-1] for grid in grids]
     values, excess, regions = grids
-    levels, shades, _ = _graded_by_kind(result.value, values, regions)
+    levels, shades, scale = _graded_by_kind(result.value, values, regions)
     across, up = boundary(x, y, excess)
     traces = [Trace("boundary", across, up, look="dots", ordered=False)]
     if now is not None:
         here = np.array([getattr(now, first)]), np.array([getattr(now, second)])
         traces.append(Trace("now", *here, look="points", ordered=False, mark="◆"))
-    backdrop = Backdrop(x, y, levels, shades, values, _LABELS[result.value])
+    backdrop = Backdrop(x, y, levels, shades, values, _LABELS[result.value], scale)
     return Chart(
         _axis(first),
         _axis(second),
@@ -112,17 +112,17 @@ def map_chart(result: "StabilityMap | SafetyMap", now: Parameters | None) -> Cha
 def map_scale(result: "StabilityMap | SafetyMap") -> str:
     """What the shades of a map mean, in words."""
     values = offsets(result) if result.value == "coexistence" else result.values
-    return _graded_by_kind(result.value, values, result.values)[-1]
+    return scale_words(*_graded_by_kind(result.value, values, result.values)[1:])
 
 
 def _graded_by_kind(
     value: str, values: FloatArray, regions: FloatArray
-) -> tuple[NDArray[np.intp], Sequence[tuple[str, str]], str]:
+) -> tuple[NDArray[np.intp], Sequence[tuple[str, str]], Sequence[str]]:
     # Levels, shades and scale.
     if value == "coexistence":
         return region_shades(regions, values)
     levels, shades = _shades(value, values)
-    return levels, shades, scale_words(levels, shades, values)
+    return levels, shades, value_scale(levels, shades, values)
 
 
 def _axis(name: str) -> str:

@@ -19,6 +19,7 @@ _KNOCK: Final = (("░", "trace-2"), ("▒", "trace-2"), ("▓", "trace-2"))
 _SQUEALS: Final = ("█", "unstable")
 _NONE: Final = ("?", "hidden")
 _BLANK: Final = "blank"
+_DIGITS: Final = range(3, 7)
 
 
 def offsets(result: "SafetyMap") -> FloatArray:
@@ -32,7 +33,7 @@ def offsets(result: "SafetyMap") -> FloatArray:
     return np.where(regions == 2.0, 0.0, np.where(regions == 1.0, within, np.nan))
 
 
-def region_shades(regions: FloatArray, escape: FloatArray) -> tuple[Levels, Shades, str]:
+def region_shades(regions: FloatArray, escape: FloatArray) -> tuple[Levels, Shades, Sequence[str]]:
     """Levels, shades and scale of three regions, the middle one graded by the `offsets`."""
     inside = (regions == 1.0) & np.isfinite(escape)
     parts = np.linspace(1.0, 0.0, len(_KNOCK) + 1)[1:-1]
@@ -43,20 +44,28 @@ def region_shades(regions: FloatArray, escape: FloatArray) -> tuple[Levels, Shad
     levels = np.where(np.isnan(regions), last + 1, levels).astype(np.intp)
     shades = (_SAFE, *_KNOCK, _SQUEALS, _NONE)
     least = [escape[inside & (levels == place)].min(initial=np.inf) for place in range(1, last)]
-    knocks = [
-        f"{shade} ≥{low:.2g}"
-        for (shade, _), low in zip(_KNOCK, least, strict=True)
-        if np.isfinite(low)
-    ]
-    words = f"{_SAFE[0]} safe {_SQUEALS[0]} squeals"
-    return levels, shades, f"{words} {' '.join(knocks)} m" if knocks else words
+    knocks = [f"≥{low:.2g} m" if np.isfinite(low) else "squeals after a knock" for low in least]
+    words = ("safe", *knocks, "squeals", "unknown")
+    found = np.bincount(levels.ravel(), minlength=len(words))
+    return levels, shades, [word if count else "" for word, count in zip(words, found, strict=True)]
 
 
-def scale_words(levels: Levels, shades: Shades, values: FloatArray) -> str:
-    """Up to which value each shade of a map goes."""
-    parts = []
-    for place, (shade, _) in enumerate(shades):
-        here = values[(levels == place) & np.isfinite(values)]
-        if here.size:
-            parts.append(f"{shade if shade.strip() else _BLANK} ≤{here.max():.3g}")
-    return " ".join(parts)
+def value_scale(levels: Levels, shades: Shades, values: FloatArray) -> Sequence[str]:
+    """Up to which value each level of a map goes; empty where it has none."""
+    known = np.isfinite(values)
+    here = [values[(levels == place) & known] for place in range(len(shades))]
+    tops = [part.max() for part in here if part.size]
+    # Enough digits to tell neighbours apart.
+    digits = next((n for n in _DIGITS if len({f"{top:.{n}g}" for top in tops}) == len(tops)), 3)
+    scale = [f"≤{part.max():.{digits}g}" if part.size else "" for part in here]
+    missing = np.bincount(levels.ravel(), minlength=len(shades))
+    return [word or ("none" if count else "") for word, count in zip(scale, missing, strict=True)]
+
+
+def scale_words(shades: Shades, scale: Sequence[str]) -> str:
+    """The shades in use with their values, in one line."""
+    return " ".join(
+        f"{shade if shade.strip() else _BLANK} {word}"
+        for (shade, _), word in zip(shades, scale, strict=True)
+        if word and shade != _NONE[0]
+    )

@@ -23,6 +23,7 @@ from fivtui.tui.session import (
 )
 
 from .map import graded
+from .map_shades import value_scale
 
 if TYPE_CHECKING:
     from fivtui.sweeps import Rows, Study, Sweep
@@ -123,7 +124,7 @@ def grid_chart(result: "Sweep", case: bool, now: tuple[float, float] | None) -> 
         _label(symbol_of(first), VARIABLES[first].unit),
         _label(symbol_of(second), VARIABLES[second].unit),
         here,
-        backdrop=Backdrop(x, y, levels, shades, values, label),
+        backdrop=Backdrop(x, y, levels, shades, values, label, value_scale(levels, shades, values)),
         note=f"{label}, {_CASES[shown]}",
     )
 

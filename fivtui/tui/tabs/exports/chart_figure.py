@@ -1,20 +1,31 @@
 """Charts as displayed, as a matplotlib figure or as columns. Imports no Textual."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from pathlib import Path
+from textwrap import fill
 from typing import Any, Final
 
 import matplotlib as mpl
 import numpy as np
 from matplotlib.axes import Axes
-from matplotlib.colors import ListedColormap, TwoSlopeNorm
+from matplotlib.colors import BoundaryNorm, ListedColormap, to_rgb
 from matplotlib.figure import Figure
 
 from fivtui.io import write_table
 from fivtui.model import Column
-from fivtui.plotting import OFF_BELT, STUCK, STYLE, WIDTH, new_figure, shade_times
+from fivtui.plotting import (
+    OFF_BELT,
+    STUCK,
+    STYLE,
+    WIDTH,
+    new_figure,
+    parameter_line,
+    shade_times,
+)
 from fivtui.tui.chart import Axis, Backdrop, Chart, Guide, Trace, View, VisibleCharts, reduced
 from fivtui.tui.session import COLOURS
+
+from .export import Heading
 
 # Markers per line, and columns that a long line is reduced to (several per pixel).
 _MARKS: Final = 12
@@ -24,18 +35,36 @@ _LEAST_HEIGHT: Final = 3.4
 _SQUARE: Final = 3.6
 _MARKERS: Final[Mapping[str, str]] = {
     "●": "o", "○": "o", "■": "s", "□": "s", "▲": "^", "△": "^", "▼": "v", "▽": "v",
-    "◆": "D", "◇": "D", "★": "*", "☆": "*", "×": "x", "+": "+",
+    "◆": "D", "◇": "D", "★": "*", "☆": "*", "×": "x", "+": "+", "▫": "s", "▬": "_",
 }  # fmt: skip
-_HOLLOW: Final = "○□△▽◇☆"
+_HOLLOW: Final = "○□△▽◇☆▫"
+_NOW: Final = "◆"
+# Points from which on they are small.
+_MANY: Final = 300
 # Dash patterns tell lines apart without colour.
 _LINES: Final = ("-", (0.0, (5.0, 1.5)), (0.0, (1.0, 1.2)), (0.0, (5.0, 1.2, 1.0, 1.2)))
-_NO_VALUE: Final = "0.85"
 # Shades of strips, from the first.
 _STRIPS: Final = (OFF_BELT, STUCK)
+# Colours of the styles of shades, and how dark the characters are.
+_SHADE_COLOURS: Final[Mapping[str, str]] = {
+    "stable": "#009E73", "unstable": "#D55E00", "trace-1": "#0072B2", "trace-2": "#E69F00",
+    "hidden": "#808080",
+}  # fmt: skip
+_DARKNESS: Final[Mapping[str, float]] = {
+    " ": 0.0, "·": 0.15, ":": 0.3, "?": 0.35, "░": 0.35, "▒": 0.55, "▓": 0.75, "█": 1.0,
+}  # fmt: skip
+# Height of a figure around its panels, and letters of their labels an inch; letters of a title;
+# height of a line of labels.
+_AROUND_IN: Final = 1.2
+_LETTERS_IN: Final = 14.0
+_TITLE: Final = 105
+_LINE_PT: Final = 9.5
+# Width of a character of a guide's label, as a share of a panel over the whole width.
+_LETTER: Final = 0.0095
 
 
-def charts_figure(charts: VisibleCharts, names: Mapping[str, str] | None = None) -> Figure:
-    """A matplotlib figure of the displayed charts; `names` replaces legend entries."""
+def charts_figure(charts: VisibleCharts, heading: Heading | None = None) -> Figure:
+    """A matplotlib figure of the displayed charts."""
     count = len(charts.panels)
     rows, columns = (1, count) if charts.across else (count, 1)
     height = _SQUARE if charts.across else max(_ROW * rows, _LEAST_HEIGHT)
@@ -44,52 +73,81 @@ def charts_figure(charts: VisibleCharts, names: Mapping[str, str] | None = None)
         grid = figure.subplots(rows, columns, squeeze=False)
         panels = [axes for row in grid for axes in row]
         for axes, (chart, view) in zip(panels, charts.panels, strict=True):
-            _draw(axes, chart, view, names or {})
+            limits = view.axes(chart)
+            _limit(axes, limits)
+            _draw(axes, chart, view)
+            _guides(axes, chart, limits, columns)
+            _label(axes, chart, int(_LETTERS_IN * (height - _AROUND_IN) / rows))
         figure.align_ylabels()
-        _add_legends(figure, panels)
+        alone = [chart.traces[0].name for chart, _ in charts.panels if len(chart.traces) == 1]
+        _add_legends(figure, panels, alone)
+        if heading is not None:
+            figure.suptitle(_words(heading), fontsize=mpl.rcParams["font.size"])
     return figure
 
 
-def _draw(axes: Axes, chart: Chart, view: View, names: Mapping[str, str]) -> None:
-    x, y = view.axes(chart)
+def _words(heading: Heading) -> str:
+    first, *others = heading.parameters
+    varied = [n for n in first.as_dict() if any(getattr(p, n) != getattr(first, n) for p in others)]
+    line = parameter_line(first, [*heading.without, *varied])
+    return f"{line}, separation ignored" if heading.ignored else line
+
+
+def _limit(axes: Axes, limits: tuple[Axis, Axis]) -> None:
+    # What has no place on a logarithmic axis is left out.
+    x, y = limits
+    if x.log:
+        axes.set_xscale("log", nonpositive="mask")
+    if y.log:
+        axes.set_yscale("log", nonpositive="mask")
+    axes.set_xlim(x.low, x.high)
+    axes.set_ylim(y.low, y.high)
+
+
+def _label(axes: Axes, chart: Chart, letters: int) -> None:
+    # The label of the y axis has so many letters a line.
+    axes.set_ylabel(fill(chart.y_label, letters), parse_math=False)
+    if chart.x_axis:
+        axes.set_xlabel(chart.x_label, parse_math=False)
+    else:
+        axes.tick_params(labelbottom=False)
+    if chart.note and (chart.backdrop is None or chart.note != chart.backdrop.label):
+        axes.set_title(fill(chart.note, _TITLE), parse_math=False)
+
+
+def _draw(axes: Axes, chart: Chart, view: View) -> None:
+    x, _ = view.axes(chart)
     if chart.backdrop is not None:
         _shade(axes, chart.backdrop)
-    for guide in chart.guides:
-        _guide(axes, guide)
     for number, strip in enumerate(chart.strips):
         shade_times(axes, strip.intervals, _STRIPS[number % len(_STRIPS)], strip.meaning)
     several = len(chart.traces) > 1
     for index, trace in view.visible(chart):
         look = _look(trace, index, several=several)
         across, up = reduced(trace, x, _COLUMNS)
-        if several and trace.look == "line" and look["marker"]:
+        if chart.to_scale:
+            look |= {"linestyle": "-", "markevery": [across.size - 1]}
+        elif several and trace.look == "line" and look["marker"]:
             every = max(across.size // _MARKS, 1)
             look["markevery"] = (every * index // len(chart.traces), every)
-        axes.plot(across, up, label=names.get(trace.name, trace.name) or "_", **look)
-    for scale, limits, axis in (
-        (axes.set_xscale, axes.set_xlim, x),
-        (axes.set_yscale, axes.set_ylim, y),
-    ):
-        if axis.log:
-            scale("log")
-        limits(axis.low, axis.high)
-    if chart.x_axis:
-        axes.set_xlabel(chart.x_label, parse_math=False)
-    else:
-        axes.tick_params(labelbottom=False)
-    axes.set_ylabel(chart.y_label, parse_math=False)
-    if chart.note and chart.backdrop is None:
-        axes.set_title(chart.note, parse_math=False)
+        axes.plot(across, up, label=trace.name or "_", **look)
+    if chart.to_scale:
+        axes.set_aspect("equal")
 
 
 def _look(trace: Trace, index: int, *, several: bool) -> dict[str, Any]:
     mark = trace.mark if several or trace.look != "line" else ""
+    # Letters, and the point of now, lie on lines and shades of all colours.
+    points = trace.look == "points"
+    letter, small = mark.isalnum(), points and trace.x.size > _MANY
+    marker = f"$\\mathrm{{{mark}}}$" if letter else _MARKERS.get(mark, "")
     look: dict[str, Any] = {
-        "color": trace.colour or ("black" if trace.look == "points" else _colour(index)),
+        "color": trace.colour
+        or ("black" if letter or (points and mark == _NOW) else _colour(index)),
         "linestyle": "none" if trace.look in ("points", "dots") else "-",
         "linewidth": 1.0,
-        "marker": "." if trace.look == "dots" else _MARKERS.get(mark, ""),
-        "markersize": 2.0 if trace.look == "dots" else 4.5,
+        "marker": "." if trace.look == "dots" else marker,
+        "markersize": 2.0 if trace.look == "dots" else 7.0 if letter else 2.5 if small else 4.5,
         "zorder": 3.0 if trace.look == "points" else 2.0,
     }
     if trace.look in ("points", "marked") and not look["marker"]:
@@ -105,7 +163,21 @@ def _colour(index: int) -> str:
     return COLOURS[index % len(COLOURS)]
 
 
-def _guide(axes: Axes, guide: Guide) -> None:
+def _guides(axes: Axes, chart: Chart, limits: tuple[Axis, Axis], columns: int) -> None:
+    # Labels of neighbours stand on rows of their own.
+    ends: list[float] = []
+    for guide in chart.guides:
+        start = float(limits[0 if guide.vertical else 1].place([guide.value])[0])
+        if not 0.0 <= start <= 1.0:
+            continue
+        row = 0
+        if guide.vertical and guide.label:
+            row = next((row for row, end in enumerate(ends) if start > end), len(ends))
+            ends[row : row + 1] = [start + (len(guide.label) + 1) * _LETTER * columns]
+        _guide(axes, guide, row)
+
+
+def _guide(axes: Axes, guide: Guide, row: int) -> None:
     line = axes.axvline if guide.vertical else axes.axhline
     line(guide.value, color="0.4", linewidth=0.6, zorder=1.0, label="_")
     if guide.label:
@@ -115,7 +187,7 @@ def _guide(axes: Axes, guide: Guide) -> None:
             where,
             xycoords=axes.get_xaxis_transform() if guide.vertical else axes.get_yaxis_transform(),
             textcoords="offset points",
-            xytext=(2.0, -2.0) if guide.vertical else (-2.0, 2.0),
+            xytext=(2.0, -2.0 - _LINE_PT * row) if guide.vertical else (-2.0, 2.0),
             ha="left" if guide.vertical else "right",
             va="top" if guide.vertical else "bottom",
             fontsize=7.5,
@@ -126,44 +198,42 @@ def _guide(axes: Axes, guide: Guide) -> None:
 
 
 def _shade(axes: Axes, backdrop: Backdrop) -> None:
-    # Green and red in a terminal are the two signs.
-    values = np.ma.masked_invalid(backdrop.values.T)
-    signed = any(style == "unstable" for _, style in backdrop.shades)
-    norm: Any = None
-    colours: Any = "viridis"
-    if signed:
-        whole = bool(np.all(values.compressed() == np.round(values.compressed())))
-        if whole and values.compressed().min(initial=0.0) >= 0.0:
-            colours, norm = (
-                ListedColormap(["white", "#f2b48a"]),
-                mpl.colors.BoundaryNorm([-0.5, 0.5, 1.5], 2),
-            )
-        else:
-            largest = max(float(np.abs(values.compressed()).max(initial=0.0)), 1e-300)
-            colours, norm = "RdBu_r", TwoSlopeNorm(0.0, -largest, largest)
-    axes.set_facecolor(_NO_VALUE)
+    # The levels in use, from light to dark as on the screen, with their values beside.
+    used = [level for level, words in enumerate(backdrop.scale) if words]
+    places = np.zeros(len(backdrop.shades))
+    places[used] = np.arange(len(used))
+    colours = ListedColormap([_shade_colour(*backdrop.shades[level]) for level in used])
     axes.grid(visible=False)
     mesh = axes.pcolormesh(
         backdrop.x,
         backdrop.y,
-        values,
+        places[backdrop.levels].T,
         shading="nearest",
         cmap=colours,
-        norm=norm,
+        norm=BoundaryNorm(np.arange(len(used) + 1) - 0.5, len(used)),
         rasterized=True,
         zorder=0.0,
     )
     figure = axes.get_figure(root=True)
     assert figure is not None  # noqa: S101
-    figure.colorbar(mesh, ax=axes).set_label(backdrop.label, parse_math=False)
+    bar = figure.colorbar(mesh, ax=axes, ticks=np.arange(len(used)), drawedges=True)
+    bar.ax.set_yticklabels([backdrop.scale[level] for level in used], parse_math=False)
+    bar.ax.tick_params(length=0.0)
+    bar.set_label(backdrop.label, parse_math=False)
 
 
-def _add_legends(figure: Figure, panels: Sequence[Axes]) -> None:
-    # One legend for all panels, each name once.
+def _shade_colour(character: str, style: str) -> tuple[float, ...]:
+    dark = _DARKNESS[character]
+    return tuple(1.0 - dark * (1.0 - part) for part in to_rgb(_SHADE_COLOURS[style]))
+
+
+def _add_legends(figure: Figure, panels: Sequence[Axes], alone: Collection[str]) -> None:
+    # One legend for all panels, each name once; a curve that is alone needs none.
     known: dict[str, Any] = {}
     for axes in panels:
         for handle, label in zip(*axes.get_legend_handles_labels(), strict=True):
-            known.setdefault(label, handle)
+            if label not in alone:
+                known.setdefault(label, handle)
     if known:
         longest = max(map(len, known))
         legend = figure.legend(

@@ -1,13 +1,13 @@
 """Figure and data exports. Imports no Textual; matplotlib only when a figure is drawn."""
 
 import dataclasses
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Final
 
 from fivtui.io import FORMATS, check_output, check_suffix
-from fivtui.model import ComputationError, InputError
+from fivtui.model import ComputationError, InputError, Parameters
 from fivtui.scene import Scene, save_scene
 from fivtui.studies import save_study, study
 from fivtui.tui.session import Run
@@ -57,6 +57,25 @@ class Export:
         return f"The suffix says the format: {', '.join(self.suffixes)}."
 
 
+@dataclass(frozen=True, slots=True)
+class Heading:
+    """What a figure says of its charts.
+
+    Attributes
+    ----------
+    parameters : sequence of Parameters
+        Of all that is drawn; those are said that all have.
+    without : sequence of str
+        Parameters not said: those along an axis.
+    ignored : bool
+        Whether all of it ignores separation.
+    """
+
+    parameters: Sequence[Parameters]
+    without: Sequence[str] = ()
+    ignored: bool = False
+
+
 def figure_export(of: str, stem: str, draw: "Callable[[], Figure]") -> Export:
     """A figure as PNG, SVG or PDF; `draw` makes it, `stem` is the suggested file name."""
 
@@ -74,14 +93,14 @@ def figure_export(of: str, stem: str, draw: "Callable[[], Figure]") -> Export:
 
 
 def charts_export(
-    of: str, stem: str, charts: "VisibleCharts", names: "Callable[[], Mapping[str, str]]" = dict
+    of: str, stem: str, charts: "VisibleCharts", heading: Heading | None = None
 ) -> Export:
     """The displayed charts as a figure; arguments as in `figure_export` and `charts_figure`."""
 
     def draw() -> "Figure":
         from .chart_figure import charts_figure
 
-        return charts_figure(charts, names())
+        return charts_figure(charts, heading)
 
     return figure_export(of, stem, draw)
 
@@ -111,7 +130,8 @@ def belt_export(
 
         writers = {".wav": write_sound, **dict.fromkeys(plain.suffixes, plain.write)}
         return data_export(of, stem, "sound or trajectory", writers)
-    still = charts_export(of, stem, charts) if charts is not None else plain
+    heading = Heading([result.parameters], ignored=not result.separation)
+    still = charts_export(of, stem, charts, heading) if charts is not None else plain
 
     def check(path: Path, force: bool) -> None:
         if path.suffix.lower() in still.suffixes:
@@ -128,11 +148,13 @@ def belt_export(
     return Export(FIGURE, of, f"{stem}.gif", (".gif", ".mp4", *still.suffixes), check, write)
 
 
-def as_displayed(whole: Export, charts: "VisibleCharts | None") -> Export:
+def as_displayed(
+    whole: Export, charts: "VisibleCharts | None", heading: Heading | None = None
+) -> Export:
     """A study's export, with its figure replaced by the displayed charts if there are any."""
     if whole.what != FIGURE or charts is None:
         return whole
-    return charts_export(whole.of, Path(whole.proposal).stem, charts)
+    return charts_export(whole.of, Path(whole.proposal).stem, charts, heading)
 
 
 def points_export(of: str, stem: str, charts: "VisibleCharts") -> Export:

@@ -21,7 +21,7 @@ from fivtui.tui.tabs.charts.branches import (
     parse_branch,
 )
 from fivtui.tui.tabs.charts.sweep import point_texts
-from fivtui.tui.tabs.exports.export import Export, as_displayed, scene_study_export
+from fivtui.tui.tabs.exports.export import Export, Heading, as_displayed, scene_study_export
 from fivtui.tui.tabs.job_pane import JobPane
 from fivtui.tui.tabs.messages import PointOpened
 
@@ -144,8 +144,10 @@ class BranchesPane(JobPane):
         displayed = self._displayed
         if displayed is None:
             raise InputError(_NOTHING)
-        whole = scene_study_export(what, _KIND, displayed.value, displayed.name)
-        return as_displayed(whole, self.visible_charts())
+        found = displayed.value
+        heading = Heading([found.parameters], (found.name,), ignored=not found.separation)
+        whole = scene_study_export(what, _KIND, found, displayed.name)
+        return as_displayed(whole, self.visible_charts(), heading)
 
     def command_line(self) -> str:
         """The command for the displayed branch."""

@@ -1,0 +1,205 @@
+"""Every view of every tab as a file: the texts and limits in its SVG are those on the screen."""
+
+import dataclasses
+import re
+from collections.abc import AsyncIterator
+from pathlib import Path
+from typing import Any
+from xml.sax.saxutils import unescape
+
+import numpy as np
+import pytest
+from textual.pilot import Pilot
+from textual.widgets import Input
+
+from fivtui.orbits import branch
+from fivtui.reliability import uncertainty
+from fivtui.scene.presets import PRESETS
+from fivtui.simulation import simulate
+from fivtui.tradeoffs import measure
+from fivtui.tui.app import FivtuiApp
+from fivtui.tui.chart.chart import Chart, View
+from fivtui.tui.chart.widget.chart_view import ChartView
+from fivtui.tui.lab.screen import LabScreen
+from fivtui.tui.session.studies import DisplayedStudy
+from fivtui.tui.tabs.charts.map import VALUES
+from fivtui.tui.tabs.exports import chart_figure
+from fivtui.tui.tabs.exports.export import FIGURE
+from fivtui.tui.tabs.map import MapPane
+from fivtui.tui.tabs.sweep import SweepPane
+from fivtui.tui.tabs.tabs import TABS
+from fivtui.tui.tabs.views_pane import ViewsPane
+from tests.support.laboratory import app_of, show_tab, until
+
+BASE = PRESETS["base"]
+# Views that are tables: their figure is that of the whole study.
+TABLES = {"facts", "settings", "indices", "figures", "claims"}
+
+
+def words_of(path: Path) -> list[str]:
+    """The texts of an SVG, which draws them as shapes and names each line in a comment."""
+    found = re.findall(r"<!-- (.*?) -->", path.read_text(), re.DOTALL)
+    return [" ".join(unescape(text).split()) for text in found]
+
+
+def shown_words(chart: Chart, view: View) -> set[str]:
+    """What a chart says on the screen besides the numbers of its axes."""
+    x, y = view.axes(chart)
+    words = {chart.y_label, chart.note}
+    for guide in chart.guides:
+        place = float((x if guide.vertical else y).place([guide.value])[0])
+        words |= {guide.label} if 0.0 <= place <= 1.0 else set()
+    words |= {chart.x_label} if chart.x_axis else set()
+    words |= {strip.meaning for strip in chart.strips if strip.intervals}
+    if len(chart.traces) > 1:
+        words |= {trace.name for _, trace in view.visible(chart)}
+    if chart.backdrop is not None:
+        words |= {chart.backdrop.label, *chart.backdrop.scale}
+    return {" ".join(text.split()) for text in words} - {""}
+
+
+@pytest.fixture
+async def pilot(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> AsyncIterator[Pilot[None]]:
+    monkeypatch.chdir(tmp_path)
+    async with FivtuiApp().run_test(size=(140, 45)) as started:
+        await started.pause()
+        yield started
+
+
+def pane_of(pilot: Pilot[None]) -> ViewsPane:
+    lab = pilot.app.screen_stack[0]
+    assert isinstance(lab, LabScreen)
+    assert isinstance(lab.pane, ViewsPane)
+    return lab.pane
+
+
+async def add_runs(pilot: Pilot[None]) -> None:
+    session = app_of(pilot).session
+    for index, F in enumerate((80.0, 100.0)):
+        p = BASE.parameters.with_values({"F": F})
+        scene = dataclasses.replace(BASE, parameters=p, separation=index == 0, t_end=20.0)
+        samples = np.linspace(0.0, 20.0, 2001)
+        result = simulate(p, t_end=20.0, separation=scene.separation, samples=samples)
+        session.runs.add_read(scene, result, "")
+    first, second = session.runs
+    session.runs.displayed, session.runs.baseline = first, second
+    t = np.linspace(5.0, 15.0, 400)
+    trajectory = first.result.trajectory  # type: ignore[union-attr]
+    signal = np.interp(t, trajectory.t, trajectory.y)  # type: ignore[union-attr]
+    columns = np.column_stack([t, 1.02 * signal])
+    np.savetxt("measured.csv", columns, delimiter=",", header="t,y", comments="")
+    session.settings["transient"] = {
+        "measured-file": "measured.csv",
+        "measured-band": "10%",
+    }
+
+
+def add_studies(session: Any) -> None:
+    found = branch(BASE.parameters, "mu", low=0.25, high=0.45)
+    session.studies.put("branch", DisplayedStudy(found, "base"))
+    scattered = uncertainty(
+        vary={"mu": "uniform:0.2:0.8", "F": "normal:80:8"}, samples=64, indices=False
+    )
+    session.studies.put("uncertainty", DisplayedStudy(scattered, "base"))
+    session.settings["sweep"] = {"vary": "F=60,80,100"}
+    session.settings["map"] = {"over": "F=60:120:4 k_nl=80:120:3"}
+    session.settings["paper"] = {"figure": "2a", "view": "figure"}
+
+
+async def check(pilot: Pilot[None], name: str) -> set[str]:
+    """Write the view in sight and compare; what all its charts and its file say."""
+    pane = pane_of(pilot)
+    charts = [
+        (each.chart, each.view)
+        for each in pane.query_one(f"#{pane.view}").query(ChartView)
+        if each.display and each.chart is not None
+    ]
+    assert charts, name
+    figures = []
+    draw = chart_figure.charts_figure
+
+    def keep(*given: Any) -> Any:
+        figures.append(draw(*given))
+        return figures[-1]
+
+    path = Path(f"{name}.svg")
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(chart_figure, "charts_figure", keep)
+        pane.export(FIGURE).write(path, False)
+    said = words_of(path)
+    lines = [
+        " ".join(part)
+        for count in (2, 3)
+        for part in zip(*(said[n:] for n in range(count)), strict=False)
+    ]
+    for chart, view in charts:
+        # Labels of several lines are texts of their own.
+        lacking = {text for text in shown_words(chart, view) - set(said) if text not in lines}
+        assert not lacking, (name, lacking, said)
+    panels = [axes for axes in figures[0].axes if axes.get_label() != "<colorbar>"]
+    for axes, (chart, view) in zip(panels, charts, strict=True):
+        for limits, scale, axis in zip(
+            (axes.get_xlim(), axes.get_ylim()),
+            (axes.get_xscale(), axes.get_yscale()),
+            view.axes(chart),
+            strict=True,
+        ):
+            assert limits == pytest.approx((axis.low, axis.high)), name
+            assert scale == ("log" if axis.log else "linear"), name
+    return set(said)
+
+
+@pytest.mark.whole
+async def test_every_view_is_written_as_it_is_seen(
+    pilot: Pilot[None], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(measure, "QUICK_S", 0.02)
+    await add_runs(pilot)
+    add_studies(app_of(pilot).session)
+    seen: dict[str, set[str]] = {}
+    for tab in TABS:
+        if tab.id in ("result", "log"):
+            continue
+        await show_tab(pilot, tab.key)
+        pane = pane_of(pilot)
+        if tab.id in ("sweep", "trade-off", "map"):
+            await pilot.press(*(() if tab.id == "map" else ("f10",)))
+            await until(pilot, lambda pane=pane: pane.visible_charts() is not None)  # type: ignore[misc]
+            await until(pilot, lambda pane=pane: pane.job is None)  # type: ignore[misc]
+        for view in pane.VIEWS:
+            if view in TABLES:
+                continue
+            pane.show_view(view)
+            await until(pilot, lambda pane=pane: pane.visible_charts() is not None)  # type: ignore[misc]
+            seen[f"{tab.id}-{view}"] = await check(pilot, f"{tab.id}-{view}")
+            await zoom(pilot, pane)
+            await check(pilot, f"{tab.id}-{view}-zoomed")
+        if isinstance(pane, MapPane):
+            for value in VALUES:
+                pane._choose(value)
+                await until(pilot, lambda pane=pane: pane.job is None)  # type: ignore[misc]
+                seen[value] = await check(pilot, value)
+        if isinstance(pane, SweepPane):
+            pane.query_one("#vary", Input).value = "F=60,100 mu=0.3,0.7"
+            await pilot.press("f10")
+            await until(pilot, lambda pane=pane: pane.job is None)  # type: ignore[misc]
+            seen["plane"] = await check(pilot, "plane")
+    assert "squeals" in seen["coexistence"]
+    assert seen["transient-time"] >= {
+        "F 80 N, separation considered",
+        "F 100 N, separation ignored",
+    }
+    assert seen["map-map-view"] >= {"growth rate / 1/s", "now", "boundary"}
+    # The parameters that all curves have stand above them.
+    assert any("$m$ = 5 kg" in " ".join(text.split()) for text in seen["transient-time"])
+
+
+async def zoom(pilot: Pilot[None], pane: ViewsPane) -> None:
+    """Zoom, log axes and a hidden trace in the charts of a view."""
+    for each in pane.query_one(f"#{pane.view}").query(ChartView):
+        if each.chart is None or each.chart.backdrop is not None or each.chart.to_scale:
+            continue
+        each.action_zoom(-1)
+        each.action_trace(1)
+        each.action_log("y")
+    await pilot.pause()
