@@ -225,7 +225,7 @@ INLINE void expand_step(const Belt *of, Block *w, double tol, int order, int cub
         settle_start(of, w);
     set_length(w, tol, order / 4);
     if (law->per_speed > 0.0)
-        w->h = limited(w->h, w->xs, law, speed, order);
+        w->h = limited(w->h, w->xs, law, speed, order / 4);
 }
 
 /* Go on from the end of the step, in the mode that follows. */

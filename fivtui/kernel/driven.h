@@ -90,7 +90,7 @@ INLINE void expand_driven_step(const Belt *of, Block *w, double tol, int order, 
         settle_start(of, w);
     set_length(w, tol, order / 4);
     if (law->per_speed > 0.0)
-        w->h = limited(w->h, w->xs, law, law->sign * (of->v_belt - w->xs[1]), order);
+        w->h = limited(w->h, w->xs, law, law->sign * (of->v_belt - w->xs[1]), order / 4);
     w->h = smaller(w->h, longest);
 }
 

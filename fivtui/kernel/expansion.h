@@ -71,36 +71,43 @@ INLINE void sum_ahead(Terms *s, int n)
     s->product[n] = sum;
 }
 
+/* pₙ for n > 1 */
+INLINE V product_of_terms(const Terms *s, int n)
+{
+    if (n == 2)
+        return s->y[1] * s->r[1];
+    if (n == 3)
+        return fma_of(s->y[1], s->r[2], s->y[2] * s->r[1]);
+    return fma_of(s->y[1], s->r[n - 1], fma_of(s->y[n - 1], s->r[1], s->product[n]));
+}
+
+/* rₙ, and what is added up ahead. */
+INLINE void add_square(Terms *s, int n)
+{
+    if (n == 1)
+        s->r[1] = s->thrice * s->y[1];
+    else if (n == 2)
+        s->r[2] = fma_of(s->thrice, s->y[2], s->y[1] * s->y[1]);
+    else if (n == 3)
+        s->r[3] = fma_of(s->thrice, s->y[3], s->twice * s->y[2]);
+    else
+        s->r[n] = fma_of(s->thrice, s->y[n], fma_of(s->twice, s->y[n - 1], s->square[n]));
+    s->yr[n] = pair_of(s->y[n], s->r[n]);
+    s->ry[n] = pair_of(s->r[n], s->y[n]);
+    if (n > 1 && n + 2 < MAX_ORDER)
+        sum_ahead(s, n + 2);
+}
+
 /* Zₙ₊₂ */
 INLINE void add_term(Terms *s, int n, int cubic)
 {
     Pair force = pair_fma_by(s->b, Y_OF(s->derivative[n]), pair_times(s->a, X_OF(s->derivative[n])));
-    if (cubic && n > 1) {
-        V product;
-        if (n == 2)
-            product = s->y[1] * s->r[1];
-        else if (n == 3)
-            product = fma_of(s->y[1], s->r[2], s->y[2] * s->r[1]);
-        else
-            product = fma_of(s->y[1], s->r[n - 1], fma_of(s->y[n - 1], s->r[1], s->product[n]));
-        force = pair_fma_by(s->minus_d, product * (FACTORIAL[n] * SCALE), force);
-    }
+    if (cubic && n > 1)
+        force = pair_fma_by(s->minus_d, product_of_terms(s, n) * (FACTORIAL[n] * SCALE), force);
     s->derivative[n + 2] = pair_fma(s->damping, s->derivative[n + 1], force);
     s->y[n + 2] = Y_OF(s->derivative[n + 2]) * (1.0 / (FACTORIAL[n + 2] * SCALE));
-    if (cubic) {
-        if (n == 1)
-            s->r[1] = s->thrice * s->y[1];
-        else if (n == 2)
-            s->r[2] = fma_of(s->thrice, s->y[2], s->y[1] * s->y[1]);
-        else if (n == 3)
-            s->r[3] = fma_of(s->thrice, s->y[3], s->twice * s->y[2]);
-        else
-            s->r[n] = fma_of(s->thrice, s->y[n], fma_of(s->twice, s->y[n - 1], s->square[n]));
-        s->yr[n] = pair_of(s->y[n], s->r[n]);
-        s->ry[n] = pair_of(s->r[n], s->y[n]);
-        if (n > 1 && n + 2 < MAX_ORDER)
-            sum_ahead(s, n + 2);
-    }
+    if (cubic)
+        add_square(s, n);
 }
 
 /* Four terms, stored. */

@@ -5,38 +5,44 @@
 #define FIVTUI_FRICTION_H
 
 #include "expansion.h"
+#include "polynomial.h"
 
 /* As in `fivtui.taylor.friction`. */
 #define LN2_HIGH 6.93147180369123816490e-01
 #define LN2_LOW 1.90821492927058770002e-10
 #define LOG2_E 1.44269504088896338700
 #define MOST_EXPONENT 700.0
-#define MOST_CHANGE 1.5
+#define MOST_CHANGE 4.0
 #define WIDENING 0.09
 #define NEGLIGIBLE 37.0
 #define FAR ((NEGLIGIBLE + MOST_CHANGE) / (1.0 - WIDENING))
 #define SHRINKING 0.75
+static const double DEGREES[MAX_ORDER] = {
+    2.0,  3.0,  4.0,  5.0,  6.0,  7.0,  8.0,  9.0,  10.0, 11.0,
+    12.0, 13.0, 14.0, 15.0, 16.0, 17.0, 18.0, 19.0, 20.0, 21.0,
+};
 
 /* The sign of friction, its constant part, its fall, and 1/v_s; 0 where friction is constant. */
 typedef struct {
-    double sign, mu, fall, per_speed;
+    V sign, mu, fall, per_speed;
 } Law;
 
-/* exp(−exponent) of an exponent ≥ 0 by arithmetic alone, and without fused operations. */
-INLINE double decay(double exponent)
+/* exp(−exponent) of an exponent ≥ 0 by arithmetic alone. */
+INLINE V decay(V exponent)
 {
-    if (!(exponent < MOST_EXPONENT))
-        return 0.0;
-    double place = 0.5 - exponent * LOG2_E;
-    int64_t count = (int64_t)place;
-    count -= (double)count > place;
-    double rest = (-exponent - (double)count * LN2_HIGH) - (double)count * LN2_LOW;
-    double value = 1.0 / FACTORIAL[13];
-    for (int n = 12; n >= 0; n--)
-        value = value * rest + 1.0 / FACTORIAL[n];
-    Bits power;
-    power.bits = (count + 1023) << 52;
-    return value * power.number;
+    const double whole = 0x1.8p52;
+    M some = exponent < MOST_EXPONENT;
+    V above = choose(some, exponent, splat(MOST_EXPONENT));
+    V count = (whole - above * LOG2_E) - whole;
+    V rest = fma_of(count, splat(-LN2_LOW), fma_of(count, splat(-LN2_HIGH), -above));
+    V square = rest * rest, fourth = square * square;
+    V term[7];
+    UNROLLED for (int n = 0; n < 7; n++)
+        term[n] = fma_of(rest, splat(1.0 / FACTORIAL[2 * n + 1]), splat(1.0 / FACTORIAL[2 * n]));
+    V low = fma_of(fma_of(term[3], square, term[2]), fourth, fma_of(term[1], square, term[0]));
+    V high = fma_of(term[6], fourth, fma_of(term[5], square, term[4]));
+    V value = fma_of(high, fourth * fourth, low);
+    return choose(some, value * from_bits_beyond_one(count * 0x1p52, 1023LL << 52), splat(0.0));
 }
 
 /* A series, and the same backwards: products of series then read both in ascending order. What is
@@ -60,48 +66,146 @@ INLINE double product_of(const Series *a, const Series *b, int n)
     return (sum[0] + sum[1]) + (sum[2] + sum[3]);
 }
 
+/* What is carried from term to term, with u and v those of ẍ and ÿ and p that of P/m, all of the
+   n-th power of time: y; x; e; (pₙ₊₁, uₙ), and the sums of their products with those of e without
+   the terms that come last; and factors of pₙ, e₀, e₁, sums, u, v. */
+typedef struct {
+    Terms of_y;
+    V x[ROWS], e[ROWS], u[ROWS], v[ROWS];
+    Pair gain[ROWS], ahead[ROWS];
+    V stiffness, minus_d, a_x, a_y, damping_x, damping_y;
+    V of_p, of_newest, of_last, fall, rate, by_start, by_first;
+} Slide;
+
+/* Σ (pᵢ₊₁, uᵢ) eₙ₋₁₋ᵢ over 0 < i < n − 1. */
+INLINE void sum_gains_ahead(Slide *s, int n)
+{
+    int middle = (n - 1) / 2;
+    Pair low = pair_times(s->gain[middle], s->e[n - 1 - middle]);
+    UNROLLED for (int i = middle - 1; i > 0; i--)
+        low = pair_fma_by(s->gain[i], s->e[n - 1 - i], low);
+    if (middle + 1 < n - 1) {
+        Pair high = pair_times(s->gain[middle + 1], s->e[n - 2 - middle]);
+        UNROLLED for (int i = middle + 2; i < n - 1; i++)
+            high = pair_fma_by(s->gain[i], s->e[n - 1 - i], high);
+        low = pair_of(X_OF(low) + X_OF(high), Y_OF(low) + Y_OF(high));
+    }
+    s->ahead[n] = low;
+}
+
+/* xₙ₊₂ and yₙ₊₂, for n > 0 */
+INLINE void add_sliding_term(Slide *s, int n, int cubic)
+{
+    Terms *of_y = &s->of_y;
+    const V *y = of_y->y, *e = s->e;
+    const double part = 1.0 / n, share = 1.0 / ((n + 1) * (n + 2));
+    V p = s->stiffness * y[n];
+    if (cubic && n > 1)
+        p = fma_of(s->minus_d, product_of_terms(of_y, n), p);
+    s->gain[n - 1] = pair_of(p, s->u[n - 1]);
+    if (n > 1 && n + 1 < MAX_ORDER)
+        sum_gains_ahead(s, n + 1);
+    V along = fma_of(s->of_p, p, fma_of(s->a_x, s->x[n], s->a_y * y[n]));
+    V last = splat(0.0);
+    if (n > 2) {
+        along = fma_of(s->fall, X_OF(s->ahead[n]), along);
+        last = Y_OF(s->ahead[n]) * (s->rate * part);
+    }
+    if (n > 1) {
+        along = fma_of(s->of_last, e[n - 1], along);
+        last = fma_of(e[n - 1], s->by_start * part, last);
+    } else {
+        s->of_last = s->fall * p;
+    }
+    s->e[n] = fma_of(s->u[n - 1], s->by_first * part, last);
+    along = fma_of(s->damping_x * part, s->u[n - 1], along);
+    s->u[n] = fma_of(s->of_newest, e[n], along);
+    s->v[n] = fma_of(s->damping_y * part, s->v[n - 1], fma_of(s->a_y, s->x[n] - y[n], p));
+    s->x[n + 2] = s->u[n] * share, of_y->y[n + 2] = s->v[n] * share;
+    if (cubic)
+        add_square(of_y, n);
+}
+
+/* Four terms, stored. */
+INLINE void add_sliding_terms(Slide *s, int n, int cubic, V *x, V *y)
+{
+    if (n > 0)
+        add_sliding_term(s, n, cubic);
+    add_sliding_term(s, n + 1, cubic);
+    add_sliding_term(s, n + 2, cubic);
+    add_sliding_term(s, n + 3, cubic);
+#if LANES == 1
+    const Four share = {1.0 / ((n + 1) * (n + 2)), 1.0 / ((n + 2) * (n + 3)),
+                        1.0 / ((n + 3) * (n + 4)), 1.0 / ((n + 4) * (n + 5))};
+    *(FourPacked *)(x + n + 2) = (Four){s->u[n], s->u[n + 1], s->u[n + 2], s->u[n + 3]} * share;
+    *(FourPacked *)(y + n + 2) = (Four){s->v[n], s->v[n + 1], s->v[n + 2], s->v[n + 3]} * share;
+#else
+    UNROLLED for (int i = n + 2; i < n + 6; i++)
+        x[i] = s->x[i], y[i] = s->of_y.y[i];
+#endif
+}
+
 /* Continue the first two coefficients of x and y; `f` is the field of the constant part, and
    `contact` is k2/m. */
-APART void expand_by_law(V *x, V *y, const Field *f, const Law *law, double contact, double v_belt,
+INLINE void slide(V *x, V *y, const Field *f, const Law *law, V contact, V v_belt, int order,
+                  int cubic)
+{
+    Slide s;
+    Terms *of_y = &s.of_y;
+    V sign = law->sign, y0 = y[0];
+    s.rate = sign * law->per_speed;
+    s.e[0] = decay((v_belt - x[1]) * s.rate);
+    s.stiffness = -contact, s.minus_d = -f->d_y;
+    s.a_x = f->a_x, s.a_y = f->a_y, s.damping_x = f->damping_x, s.damping_y = f->damping_y;
+    V p = s.stiffness * y0;
+    of_y->y[0] = y0, of_y->y[1] = y[1];
+    if (cubic) {
+        V square = y0 * y0;
+        p = fma_of(s.minus_d, square * y0, p);
+        s.stiffness = fma_of(s.minus_d, square * 3.0, s.stiffness);
+        of_y->thrice = y0 * 3.0, of_y->twice = y[1] + y[1];
+    }
+    s.fall = sign * law->fall;
+    s.of_p = fma_of(s.fall, s.e[0], sign * law->mu), s.of_newest = s.fall * p;
+    s.x[0] = x[0], s.x[1] = x[1];
+    V along = fma_of(s.of_p, p, fma_of(s.a_x, x[0], s.a_y * y0));
+    V across = fma_of(s.a_y, x[0] - y0, p) - f->load;
+    s.u[0] = fma_of(s.damping_x, x[1], along), s.v[0] = fma_of(s.damping_y, y[1], across);
+    s.by_start = s.rate * s.u[0], s.by_first = s.rate * s.e[0];
+    s.x[2] = s.u[0] * 0.5, of_y->y[2] = s.v[0] * 0.5;
+    add_sliding_terms(&s, 0, cubic, x, y);
+    add_sliding_terms(&s, 4, cubic, x, y);
+    if (order == 8)
+        return;
+    add_sliding_terms(&s, 8, cubic, x, y);
+    if (order == 12)
+        return;
+    add_sliding_terms(&s, 12, cubic, x, y);
+    if (order == 16)
+        return;
+    add_sliding_terms(&s, 16, cubic, x, y);
+}
+
+APART void expand_by_law(V *x, V *y, const Field *f, const Law *law, V contact, V v_belt,
                          int order, int cubic)
 {
-    Series e = {{0.0}}, height = {{0.0}}, square = {{0.0}}, force = {{0.0}}, ax = {{0.0}};
-    const double cube = f->d_y, rate = law->sign * law->per_speed;
-    put_term(&e, 0, decay(law->sign * (v_belt - x[1]) * law->per_speed));
-    put_term(&height, 0, y[0]), put_term(&height, 1, y[1]);
-    for (int n = 0; n < order; n++) {
-        double share = 1.0 / ((n + 1) * (n + 2)), pressing = -contact * y[n];
-        if (cubic) {
-            put_term(&square, n, product_of(&height, &height, n));
-            pressing = FUSED(-cube, product_of(&height, &square, n), pressing);
-        }
-        put_term(&force, n, pressing);
-        if (n > 0)
-            put_term(&e, n, rate * product_of(&ax, &e, n - 1) * (1.0 / n));
-        double friction = law->sign * FUSED(law->fall, product_of(&e, &force, n), law->mu * pressing);
-        double other = FUSED(f->a_x, x[n], f->a_y * y[n]);
-        double along = friction + FUSED(f->damping_x, (n + 1) * x[n + 1], other);
-        double across = FUSED(f->damping_y, (n + 1) * y[n + 1], f->a_y * (x[n] - y[n])) + pressing;
-        put_term(&ax, n, along);
-        x[n + 2] = along * share;
-        y[n + 2] = (n == 0 ? across - f->load : across) * share;
-        put_term(&height, n + 2, y[n + 2]);
-    }
+    if (cubic)
+        slide(x, y, f, law, contact, v_belt, order, 1);
+    else
+        slide(x, y, f, law, contact, v_belt, order, 0);
 }
 
 /* The part of a step over which the expansion of the law holds, or e stays below rounding; `speed`
    is v at its start. */
-INLINE double limited(double h, const V *x, const Law *law, double speed, int order)
+INLINE V limited(V h, const V *x, const Law *law, V speed, int groups)
 {
-    double exponent = speed * law->per_speed;
-    double allowed = larger(MOST_CHANGE + WIDENING * exponent, exponent - NEGLIGIBLE) / law->per_speed;
+    V exponent = speed * law->per_speed;
+    V allowed = greatest(exponent * WIDENING + MOST_CHANGE, exponent - NEGLIGIBLE);
     for (;;) {
-        double change = 0.0;
-        for (int n = order + 1; n > 1; n--)
-            change = (change + n * __builtin_fabs(x[n])) * h;
-        if (!(change > allowed))
+        M far = weighed(DEGREES, x, groups, h) * law->per_speed > allowed * h;
+        if (!bits_of(far))
             return h;
-        h *= SHRINKING;
+        h = choose(far, h * SHRINKING, h);
     }
 }
 

@@ -22,7 +22,7 @@ _FACTORS: Final = tuple(1.0 / math.factorial(n) for n in range(14))
 _MOST: Final = 700.0
 # Over a step v/v_s changes by so much at most, the more the smaller e is. From 37 on e is below
 # rounding, and left out where a step keeps so far that this allows a longer one.
-_CHANGE: Final = 1.5
+_CHANGE: Final = 4.0
 _WIDENING: Final = 0.09
 _NEGLIGIBLE: Final = 37.0
 _FAR: Final = (_NEGLIGIBLE + _CHANGE) / (1.0 - _WIDENING)
@@ -39,7 +39,7 @@ class Law(NamedTuple):
 
 
 def decay(exponent: float) -> float:
-    """exp(−exponent) of an exponent ≥ 0 by arithmetic alone: the same bits in C."""
+    """exp(−exponent) of an exponent ≥ 0 by arithmetic alone, as in C."""
     if not exponent < _MOST:
         return 0.0
     count = math.floor(0.5 - exponent * _LOG2_E)
