@@ -100,17 +100,17 @@ P = -k2 y - k_nl y^3   in contact (y &lt; 0),   P = 0   when separated (y &gt; 0
 <p>With separation = false, contact never breaks: P = -k2 y - k_nl y^3 for all y.</p>
 <p>With finite_belt = false the slider always slides: that holds for belt speeds above the greatest
 vx. Impact at reattachment is not modelled.</p>
-<p>With finite_belt = true the belt has the speed v_belt, an input, and v_r = v_belt - vx. In contact
-the friction force on the slider is mu(v_r) P where it slips forward (v_r &gt; 0, mode 2),
--mu(|v_r|) P where it slips backward (v_r &lt; 0, mode 3), and where it sticks (v_r = 0, mode 4) what
-holds it, f = c1 v_belt + m dv_belt/dt + a x - h y, as long as |f| is at most mu_s P. Separated is mode
-0. mu(v) = mu + (mu_s - mu) exp(-v/v_s); with v_s = 0 friction has its static value in stick alone, and
-with mu_s = 0 that is mu. mu above mu_s is refused.</p>
+<p>With finite_belt = true the belt has the speed v_belt, an input, and v_r = v_belt - vx. In
+contact the friction force on the slider is mu(v_r) P where it slips forward (v_r &gt; 0, mode 2),
+-mu(|v_r|) P where it slips backward (v_r &lt; 0, mode 3), and where it sticks (v_r = 0, mode 4)
+what holds it, f = c1 v_belt + m dv_belt/dt + a x - h y, as long as |f| is at most mu_s P.
+Separated is mode 0. mu(v) = mu + (mu_s - mu) exp(-v/v_s); with v_s = 0 friction has its static
+value in stick alone, and with mu_s = 0 that is mu. mu above mu_s is refused.</p>
 """
 _LOCATED: Final = """\
-<p>State events (separation and reattachment at y = 0; where stick and slip begin) are located inside
-a communication step to rounding. An event is counted at the first communication point that is not
-before it.</p>
+<p>State events (separation and reattachment at y = 0; where stick and slip begin) are located
+inside a communication step to rounding. An event is counted at the first communication point that
+is not before it.</p>
 <p>What the relative tolerance of the experiment promises is said in fivtui, examples/trust.md.</p>
 """
 _ACTUATOR_ABOUT: Final = """\
