@@ -1,31 +1,34 @@
 """Stability of sliding on a belt of finite speed, where friction depends on it.
 
-About the equilibrium the slider has the friction coefficient μ_b = μ(v_belt), and its velocity
-changes the friction force: c1 becomes c1 + P μ′(v_belt). At given y the condition of Hurwitz is a
-cubic in μ, which may be met anew above a loss of stability.
+About the equilibrium the slider has the friction coefficient μ_b = μ + (μ_s − μ) e, e = e^(−v/v_s),
+and its velocity changes the friction force: c1 becomes C = c1 − P (μ_s − μ) e/v_s. At given y the
+condition of Hurwitz is a cubic in μ, and y depends on μ by the coupling. But y gives μ_b,
+
+    h μ_b P = a F + h k1 y − a P,
+
+so that both the condition and C are polynomials in y once they are multiplied by P and h v_s. Their
+roots are isolated in rational numbers: every change of stability is found, for these parameters as
+they are.
 """
 
 import math
+import sys
 from collections.abc import Callable
 from dataclasses import dataclass
+from fractions import Fraction
 from typing import Final
 
-import numpy as np
-
-from fivtui.model import (
-    PARAMETERS,
-    Parameters,
-    resting_height,
-    spring_force,
-    tangent_stiffness,
-)
+from fivtui.model import PARAMETERS, Parameters, parameter_spec, resting_height, spring_force
 
 from .critical import Becomes, CriticalMu, critical_mu as critical_mu_of_constant
+from .exact import Polynomial, integers, product, real_roots, total, value_at
 
-# Places at which a change of stability is looked for between two neighbours, and how far the
-# friction law reaches, over v_s.
-_PLACES: Final = 1000
-_REACH: Final = 60.0
+# How far heights in numbers of double precision may be off, at first.
+_MARGIN: Final = Fraction(1, 2**40)
+# A share of the static friction below this power of 1/2 is none.
+_LEAST_SHARE: Final = 1100
+_LESS: Final = (Fraction(-1),)
+_HALF: Final = 0.5
 
 
 @dataclass(frozen=True, slots=True)
@@ -37,14 +40,21 @@ class CriticalSpeed:
 
 
 def critical_mu_on_belt(p: Parameters, *, separation: bool = True) -> tuple[CriticalMu, ...]:
-    """Every μ > 0, at most `mu_s`, at which the stability of sliding changes, ascending."""
+    """Every μ > 0, at most `mu_s`, at which the stability of sliding changes, ascending.
+
+    Without coupling (k3 = 0) it is μ_s − c1 v_s/(P e^(−v/v_s)).
+    """
     if p.mu_s is None or p.v_s is None or p.v_belt is None:
         return critical_mu_of_constant(p, separation=separation)
-    if separation and p.F < 0.0:
+    if p.v_belt == 0.0 or (separation and p.F < 0.0):
         return ()
-    speed, top = p.v_belt, min(p.mu_s, PARAMETERS["mu"].upper)
-    found = _changes(lambda mu: _is_stable(p, mu, speed, separation=separation), 0.0, top)
-    return tuple(CriticalMu(mu, becomes) for mu, becomes in found)
+    if p.k3 == 0.0:
+        grip = _force_without_coupling(p) * math.exp(-p.v_belt / p.v_s)
+        mu = p.mu_s - p.c1 * p.v_s / grip if grip > 0.0 and p.c2 > 0.0 else 0.0
+        return (CriticalMu(mu, "stable"),) if 0.0 < mu < p.mu_s else ()
+    top = min(p.mu_s, PARAMETERS["mu"].upper)
+    found = _over_mu(p, p.v_belt / p.v_s, Fraction(p.mu_s)).changes()
+    return tuple(CriticalMu(mu, becomes) for mu, becomes in found if 0.0 < mu <= top)
 
 
 def critical_speeds(p: Parameters, *, separation: bool = True) -> tuple[CriticalSpeed, ...]:
@@ -52,48 +62,172 @@ def critical_speeds(p: Parameters, *, separation: bool = True) -> tuple[Critical
 
     Without coupling (k3 = 0) it is v_s ln(P (μ_s − μ)/(c1 v_s)).
     """
-    fall, v_s = p.mu_static - p.mu, p.speed_law
+    fall, v_s, top = p.mu_static - p.mu, p.speed_law, parameter_spec("v_belt").upper
     if v_s is None or p.v_belt is None or (separation and p.F < 0.0):
         return ()
     if p.k3 == 0.0:
-        force = spring_force(p, resting_height(0.0, (p.k1, p.k2, p.k_nl), p.F, p.mu, separation))
-        excess = force * fall / (p.c1 * v_s) if p.c1 > 0.0 else math.inf
+        force = _force_without_coupling(p)
+        excess = force * fall / (p.c1 * v_s) if p.c1 > 0.0 and p.c2 > 0.0 else math.inf
         if not 1.0 < excess < math.inf:
             return ()
         return (CriticalSpeed(v_s * math.log(excess), "stable"),)
-    found = _changes(
-        lambda speed: _is_stable(p, p.mu, speed, separation=separation), 0.0, _REACH * v_s
+    found = _over_speed(p, v_s).changes()
+    return tuple(CriticalSpeed(v, becomes) for v, becomes in found if 0.0 < v <= top)
+
+
+def _force_without_coupling(p: Parameters) -> float:
+    return spring_force(p, resting_height(0.0, (p.k1, p.k2, p.k_nl), p.F, p.mu, separation=False))
+
+
+@dataclass(frozen=True, slots=True)
+class _Family:
+    # Equilibria by their height y: their friction coefficient, between two bounds, is
+    # `friction`/(h P), what varies is a function of `unknown`/(`scale` P), given as numerator and
+    # denominator, and C is `damping`/`scale`.
+    p: Parameters
+    bounds: tuple[Fraction, Fraction]
+    unknown: Polynomial
+    damping: Polynomial
+    scale: Fraction
+    reading: Callable[[int, int], float]
+
+    def changes(self) -> list[tuple[float, Becomes]]:
+        """Where stability changes, ascending, and what sliding becomes above."""
+        ends = self._heights()
+        if ends is None:
+            return []
+        force, friction = _balance(self.p)
+        condition = self._condition(force, friction)
+        signs = [integers(c)[0] for c in (*condition, force)]
+        above, below = integers(self.unknown, product([self.scale], force))
+
+        def at(y: Fraction) -> float:
+            return self.reading(value_at(above, y), value_at(below, y))
+
+        def is_stable(y: Fraction) -> bool:
+            a3, a1, last, pressing = (value_at(c, y) for c in signs)
+            return a3 > 0 and a1 > 0 and (last > 0) == (pressing > 0) and last != 0
+
+        found = []
+        least = (ends[1] - ends[0]) * _MARGIN**2
+        for left, right in real_roots(condition[-1], *ends, lambda one, two: at(one) == at(two)):
+            width = max(right - left, least)
+            found.append((at(left), is_stable(left - width), is_stable(right + width)))
+        if at(ends[0]) > at(ends[1]):
+            found = [(value, after, before) for value, before, after in reversed(found)]
+        changed = [(value, after) for value, before, after in found if before is not after]
+        return [(value, "stable" if after else "unstable") for value, after in changed]
+
+    def _heights(self) -> tuple[Fraction, Fraction] | None:
+        # Around those of the bounds, no further than these are apart; None where stability does not
+        # change: no friction moves the slider, or nothing but friction that falls damps it.
+        p, (low, high) = self.p, self.bounds
+        if p.F == 0.0 or low == high or (p.F > 0.0 and p.c1 == p.c2 == 0.0):
+            return None
+        h, sign = Fraction(p.k3) / 2, (1 if p.F > 0.0 else -1)
+        force, friction = _balance(p)
+        span = high - low
+
+        def bracket(bound: Fraction, outside: int) -> Fraction:
+            # A height whose friction is beyond the bound by less than the span.
+            excess, far = integers(
+                total(friction, product([-bound * h], force)),
+                total(friction, product([-(bound + outside * span) * h], force)),
+            )
+            y = Fraction(
+                resting_height(float(h), (p.k1, p.k2, p.k_nl), p.F, float(bound), separation=False)
+            )
+            step = _MARGIN * abs(y)
+            ends = [y, y]
+            for place, towards in ((0, outside), (1, -outside)):
+                # |y| falls as friction grows.
+                while value_at(excess, ends[place]) * sign * towards <= 0:
+                    ends[place] += step * sign * towards
+                    step *= 2
+            while value_at(far, ends[0]) * sign * outside >= 0:
+                middle = (ends[0] + ends[1]) / 2
+                ends[int(value_at(excess, middle) * sign * outside <= 0)] = middle
+            return ends[0]
+
+        found = bracket(low, -1), bracket(high, 1)
+        return min(found), max(found)
+
+    def _condition(
+        self, force: Polynomial, friction: Polynomial
+    ) -> tuple[Polynomial, Polynomial, Polynomial]:
+        # a3 and a1, both times the scale, and P times the last condition of Hurwitz.
+        p, scale = self.p, [self.scale]
+        m, h, c2 = [Fraction(p.m)], [Fraction(p.k3) / 2], [Fraction(p.c2)]
+        a = total([Fraction(p.k1)], h)
+        kt = [Fraction(p.k2), Fraction(0), 3 * Fraction(p.k_nl)]
+        b = total(kt, h)
+        c1 = self.damping
+        a3 = product(m, total(c1, product(c2, scale)))
+        a2 = total(product(scale, m, total(a, b)), product(c1, c2))
+        a1 = total(product(c1, b), product(scale, c2, a))
+        a0 = total(
+            product(total(product(a, b), product(_LESS, h, h)), force), product(friction, kt)
+        )
+        pairs = total(product(a3, a2), product(_LESS, m, m, scale, a1))
+        last = total(product(a1, pairs, force), product(_LESS, scale, a3, a3, a0))
+        return a3, a1, last
+
+
+def _over_mu(p: Parameters, exponent: float, top: Fraction) -> _Family:
+    # Over μ from 0 to μ_s, at a speed of the belt.
+    rest = Fraction(-math.expm1(-exponent))
+    share, v_s, h = 1 - rest, Fraction(p.v_s or 0.0), Fraction(p.k3) / 2
+    force, friction = _balance(p)
+    held, scale = product([h * top], force), h * rest * v_s
+    return _Family(
+        p,
+        (top * share, top),
+        product([v_s], total(friction, product([-share], held))),
+        total([Fraction(p.c1) * scale], product([-share], held), product([share], friction)),
+        scale,
+        _ratio,
     )
-    return tuple(CriticalSpeed(speed, becomes) for speed, becomes in found)
 
 
-def _is_stable(p: Parameters, mu: float, speed: float, *, separation: bool) -> bool:
-    # By the criterion of Hurwitz.
-    fall, v_s = p.mu_static - mu, p.v_s or math.inf
-    share = math.exp(-speed / v_s)
-    sliding = mu + fall * share
-    m, h = p.m, 0.5 * p.k3
-    y = resting_height(h, (p.k1, p.k2, p.k_nl), p.F, sliding, separation)
-    kt = tangent_stiffness(p, y)
-    a, b, c1, c2 = p.k1 + h, kt + h, p.c1 - spring_force(p, y) * fall * share / v_s, p.c2
-    a3, a2, a1 = m * (c1 + c2), m * (a + b) + c1 * c2, c1 * b + c2 * a
-    a0 = a * b - h * h + h * sliding * kt
-    return min(a3, a2, a1, a0) > 0.0 and a1 * (a3 * a2 - m * m * a1) > a3 * a3 * a0
+def _over_speed(p: Parameters, v_s: float) -> _Family:
+    # Over the speed of the belt, by e from 0 to 1.
+    h, mu, top = Fraction(p.k3) / 2, Fraction(p.mu), Fraction(p.mu_static)
+    force, friction = _balance(p)
+    scale = h * Fraction(v_s)
+    more = total(friction, product([-h * mu], force))
+
+    def speed(above: int, below: int) -> float:
+        if below < 0:
+            above, below = -above, -below
+        if above << _LEAST_SHARE < below:
+            return math.inf
+        if above >= below:
+            return 0.0
+        share = above / below
+        if share < sys.float_info.min:
+            return v_s * (math.log(below) - math.log(above))
+        return -v_s * (math.log(share) if share < _HALF else math.log1p(-(below - above) / below))
+
+    return _Family(
+        p,
+        (mu, top),
+        product([Fraction(v_s) / (top - mu)], more),
+        total([Fraction(p.c1) * scale], product(_LESS, more)),
+        scale,
+        speed,
+    )
 
 
-def _changes(
-    stable: Callable[[float], bool], low: float, high: float
-) -> list[tuple[float, Becomes]]:
-    # Where a truth changes, to the last bit, and what it becomes.
-    places = np.linspace(low, high, _PLACES + 1).tolist()
-    found: list[tuple[float, Becomes]] = []
-    before, was = places[0], stable(places[0])
-    for place in places[1:]:
-        now = stable(place)
-        if now != was:
-            left, right = before, place
-            while left < (middle := 0.5 * (left + right)) < right:
-                left, right = (left, middle) if stable(middle) == now else (middle, right)
-            found.append((right, "stable" if now else "unstable"))
-        before, was = place, now
-    return found
+def _ratio(above: int, below: int) -> float:
+    try:
+        return above / below
+    except OverflowError:
+        return math.inf if (above > 0) == (below > 0) else -math.inf
+
+
+def _balance(p: Parameters) -> tuple[Polynomial, Polynomial]:
+    # P, and h μ_b P, as polynomials in y.
+    h, k1 = Fraction(p.k3) / 2, Fraction(p.k1)
+    a = k1 + h
+    force = [Fraction(0), Fraction(-p.k2), Fraction(0), Fraction(-p.k_nl)]
+    return force, total([a * Fraction(p.F), h * k1], product([-a], force))

@@ -7,6 +7,7 @@ import pytest
 from hypothesis import given, settings
 
 from fivtui import Parameters, stability
+from fivtui.equilibrium.belt import critical_mu_on_belt, critical_speeds
 from fivtui.equilibrium.eigenvalues import judge_growth
 from fivtui.model.errors import ComputationError
 from fivtui.model.slider_belt import State, accelerations, equilibrium, jacobian
@@ -16,6 +17,24 @@ from .test_model import belts
 # Without coupling the slider moves along the belt alone.
 ALONG = Parameters(
     k3=0.0, c1=10.0, c2=5.0, mu=0.3, mu_s=0.5, v_s=0.4, v_belt=0.4, F=80.0, k_nl=100.0
+)
+# Two critical friction coefficients, and three critical speeds in tension.
+TWICE = Parameters(
+    k3=75.4, c1=8.025, c2=1.26, F=52.4, k_nl=187.0, mu=0.2, v_belt=0.868, mu_s=0.719, v_s=0.635
+)
+THRICE = Parameters(
+    m=4.911,
+    k1=135.3,
+    k2=66.63,
+    k3=85.12,
+    c1=0.02,
+    c2=1.264,
+    F=-33.59,
+    k_nl=0.0,
+    mu=0.9177,
+    mu_s=1.9584,
+    v_s=0.1144,
+    v_belt=0.6293,
 )
 
 
@@ -46,9 +65,7 @@ def test_with_coupling_critical_speeds_are_where_the_growth_rate_changes_sign() 
 
 def test_every_critical_mu_is_listed_where_friction_falls_with_the_speed() -> None:
     # Falling friction takes damping away at small μ, mode coupling at large μ.
-    p = Parameters(
-        k3=75.4, c1=8.025, c2=1.26, F=52.4, k_nl=187.0, mu=0.2, v_belt=0.868, mu_s=0.719, v_s=0.635
-    )
+    p = TWICE
     found = stability(p).critical_mu
     mus = np.linspace(0.0, 0.719, 201)
     stable = [judge_growth(p.with_values({"mu": float(mu)}))[1] for mu in mus]
@@ -61,6 +78,117 @@ def test_every_critical_mu_is_listed_where_friction_falls_with_the_speed() -> No
     for critical, (low, high, becomes) in zip(found, changes, strict=True):
         assert low <= critical.mu <= high
         assert critical.becomes == becomes
+
+
+def test_critical_mus_that_nearly_merge_are_both_listed() -> None:
+    # Less damping, and there is none: the two come together by the root of what is left to there.
+    p = TWICE
+    merged = 7.677906964971566
+    assert critical_mu_on_belt(p.with_values({"c1": merged - 1e-9})) == ()
+    gaps = []
+    for excess in (1e-5, 1e-7, 1e-9):
+        beside = p.with_values({"c1": merged + excess})
+        first, second = critical_mu_on_belt(beside)
+        assert (first.becomes, second.becomes) == ("stable", "unstable")
+        gaps.append(second.mu - first.mu)
+        between = beside.with_values({"mu": 0.5 * (first.mu + second.mu)})
+        assert judge_growth(between)[0] < 0.0 < judge_growth(beside)[0]
+    assert np.diff(np.log10(gaps)) == pytest.approx(-1.0, abs=0.05)
+
+
+def scenes_with_falling_friction(count: int, seed: int) -> list[tuple[Parameters, bool]]:
+    rng = np.random.default_rng(seed)
+    found = []
+    for number in range(count):
+        low, mu = rng.uniform, float(rng.uniform(0.05, 1.0))
+        ignored = number % 5 == 0
+        p = Parameters(
+            m=low(0.5, 6.0),
+            k1=low(30.0, 150.0),
+            k2=low(30.0, 100.0),
+            k3=10.0 ** low(-1.0, 2.2) if number % 7 else 0.0,
+            c1=low(0.0, 12.0),
+            c2=low(0.1, 5.0),
+            F=low(5.0, 120.0) * (-1.0 if ignored else 1.0),
+            k_nl=low(0.0, 300.0) * (number % 2),
+            mu=mu,
+            mu_s=mu * low(1.0, 3.0),
+            v_s=10.0 ** low(-1.0, 0.5),
+            v_belt=10.0 ** low(-1.5, 0.7),
+        )
+        found.append((p, not ignored))
+    return found
+
+
+def test_on_random_scenes_all_changes_of_a_dense_scan_of_eigenvalues_are_listed() -> None:
+    several = {"mu": 0, "v_belt": 0}
+    scenes = [*scenes_with_falling_friction(24, 7), (TWICE, True), (THRICE, False)]
+    for p, separation in scenes:
+        assert p.v_s is not None
+        assert p.mu_s is not None
+        found = {
+            "mu": [(c.mu, c.becomes) for c in critical_mu_on_belt(p, separation=separation)],
+            "v_belt": [(c.v_belt, c.becomes) for c in critical_speeds(p, separation=separation)],
+        }
+        ends = {"mu": (0.0, p.mu_s), "v_belt": (1e-6, 12.0 * p.v_s)}
+        for name, listed in found.items():
+            places = np.linspace(*ends[name], 120).tolist()
+            stable = [
+                judge_growth(p.with_values({name: place}), separation=separation)[1]
+                for place in places
+            ]
+            changes = [n for n in range(len(places) - 1) if stable[n] != stable[n + 1]]
+            here = [(value, then) for value, then in listed if value <= ends[name][1]]
+            several[name] = max(several[name], len(here))
+            assert len(here) == len(changes)
+            for (value, then), n in zip(here, changes, strict=True):
+                assert places[n] <= value <= places[n + 1]
+                assert (then == "stable") == stable[n + 1]
+                before, after = (
+                    judge_growth(p.with_values({name: value * by}), separation=separation)[0]
+                    for by in (1.0 - 1e-9, min(1.0 + 1e-9, ends[name][1] / value))
+                )
+                assert before * after < 0.0
+                assert (after < 0.0) == (then == "stable")
+    assert several == {"mu": 2, "v_belt": 3}
+
+
+def test_without_coupling_the_critical_mu_is_that_in_closed_form() -> None:
+    known = 0.5 - 10.0 * 0.4 / (80.0 * math.exp(-1.0))
+    (critical,) = critical_mu_on_belt(ALONG)
+    assert critical.mu == pytest.approx(known, rel=1e-14)
+    assert critical.becomes == "stable"
+    # As it is with next to no coupling, by the way of all others.
+    (weak,) = critical_mu_on_belt(ALONG.with_values({"k3": 1e-250}))
+    assert weak.mu == pytest.approx(known, rel=1e-14)
+    assert weak.becomes == "stable"
+    (speed,) = critical_speeds(ALONG.with_values({"k3": 1e-250}))
+    assert speed.v_belt == pytest.approx(critical_speeds(ALONG)[0].v_belt, rel=1e-14)
+    # A vertical motion without damping is never asymptotically stable.
+    undamped = ALONG.with_values({"c2": 0.0})
+    assert (critical_mu_on_belt(undamped), critical_speeds(undamped)) == ((), ())
+    assert stability(undamped).stable is False
+
+
+@pytest.mark.parametrize(
+    "values",
+    [
+        {"c1": 1e-200, "c2": 1e-190},
+        {"c1": 0.0, "c2": 0.0},
+        {"F": 1e-300},
+        {"F": 0.0},
+        {"v_s": 1e-120},
+        {"v_s": 1e9, "v_belt": 1e-140},
+        {"k_nl": 1e24, "F": 1e9},
+        {"mu_s": 0.2},
+        {"mu": 0.0, "mu_s": 100.0, "m": 1e9},
+    ],
+)
+def test_extreme_parameters_have_an_answer(values: dict[str, float]) -> None:
+    p = ALONG.with_values({"k3": 60.0, "mu": 0.2, **values})
+    for found in ([c.mu for c in critical_mu_on_belt(p)], [c.v_belt for c in critical_speeds(p)]):
+        assert found == sorted(set(found))
+        assert all(0.0 < value < math.inf for value in found)
 
 
 @given(belts())
