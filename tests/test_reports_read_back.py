@@ -381,7 +381,7 @@ def test_printed_attractors_have_the_figures_of_their_orbits(capsys: Printed) ->
     ]  # fmt: skip
     assert [key for key in row if "half" not in key] == [
         "attractor", "period s", "y from .. to m", "separations", "off the belt s",
-        "least belt speed m/s", "multipliers, size",
+        "greatest vx m/s", "multipliers, size",
     ]  # fmt: skip
     both = (REST, SEPARATING)
     print_coexistence(

@@ -4,7 +4,7 @@ from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import Any, Final, NamedTuple
 
-from fivtui.model import InputError
+from fivtui.model import ALL_PARAMETERS, InputError
 from fivtui.orbits import Explorer, basin, coexistence, continuation
 from fivtui.ranges import parse_range, parse_ranges
 from fivtui.scene import Scene
@@ -36,7 +36,7 @@ def choose_task(vary: str | None, ranges: Sequence[str], start: Start | None) ->
 
 
 def _along(text: str) -> Task:
-    along = parse_range("--vary", text)
+    along = parse_range("--vary", text, ALL_PARAMETERS)
 
     def compute(scene: Scene, progress: Progress) -> Any:
         return continuation(

@@ -28,10 +28,9 @@ if TYPE_CHECKING:
     from .explorer import (
         Explorer as Explorer,
         Kind as Kind,
-        length_scale as length_scale,
-        slowest_period as slowest_period,
     )
     from .files import warning_of as warning_of
+    from .rest import length_scale as length_scale, slowest_period as slowest_period
     from .words import SEARCHING as SEARCHING, coexistence_words as coexistence_words
 else:
     from fivtui.lazy import lazily

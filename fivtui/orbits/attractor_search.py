@@ -9,7 +9,7 @@ from fivtui.results import Result, scene_text
 from fivtui.transient import Kernel, Progress
 
 from .basins import EscapeOffset, escape_offset
-from .explorer import Attractor, Kind, search
+from .explorer import AT_REST, Attractor, Kind, search
 
 # Share of the search for attractors in the work.
 _SEARCH: Final = 0.3
@@ -46,13 +46,13 @@ class Coexistence(Result):
     @property
     def others(self) -> tuple[Attractor, ...]:
         """The limit cycles and the unbounded growth that were reached."""
-        rest = (Kind.EQUILIBRIUM, Kind.UNSETTLED)
+        rest = (*AT_REST, Kind.UNSETTLED)
         return tuple(each for each in self.attractors if each.kind not in rest)
 
     @property
     def coexists(self) -> bool:
         """Whether the equilibrium is stable and vibration or unbounded growth was reached, too."""
-        attracts = any(each.kind is Kind.EQUILIBRIUM for each in self.attractors)
+        attracts = any(each.kind in AT_REST for each in self.attractors)
         return (attracts or self.stable) and bool(self.others)
 
     @property
@@ -65,7 +65,7 @@ class Coexistence(Result):
 
         rows = [
             ("scene", scene_text(self.parameters, separation=self.separation)),
-            ("equilibrium", "stable" if self.stable else "unstable"),
+            ("equilibrium", self._equilibrium()),
             *(
                 (f"attractor {place}", f"{describe(each)}: {self.reached.count(place)} starts")
                 for place, each in enumerate(self.attractors)
@@ -73,6 +73,11 @@ class Coexistence(Result):
         ]
         warning = warning_of(self)
         return rows if warning is None else [*rows, ("warning", warning)]
+
+    def _equilibrium(self) -> str:
+        if any(each.kind is Kind.STICK for each in self.attractors):
+            return "the slider sticks to the belt at rest"
+        return "stable" if self.stable else "unstable"
 
     def to_dict(self) -> dict[str, Any]:
         """The object that ``fivtui attractors --json`` prints."""

@@ -8,11 +8,11 @@ from typing import TYPE_CHECKING, Any, Final, Literal
 import numpy as np
 from numpy.typing import NDArray
 
-from fivtui.model import InputError, Parameters, State, number_spec
+from fivtui.model import InputError, Parameters, ParameterSpec, State, parameter_spec
 from fivtui.results import Result, scene_text
 from fivtui.transient import Kernel, Progress
 
-from .explorer import Attractor, Explorer, Kind, Watch, add_new, starts_around
+from .explorer import AT_REST, Attractor, Explorer, Kind, Watch, add_new, starts_around
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -67,7 +67,7 @@ class Continuation(Result):
         return sorted(
             value
             for value, met in kinds.items()
-            if Kind.EQUILIBRIUM in met and met - {Kind.EQUILIBRIUM, Kind.UNSETTLED}
+            if met & {*AT_REST} and met - {*AT_REST, Kind.UNSETTLED}
         )
 
     def _summary(self) -> list[tuple[str, str]]:
@@ -155,7 +155,7 @@ def continuation(
     [(0.2, 'equilibrium'), (0.5, 'separating limit cycle')]
     """
     p = Parameters() if parameters is None else parameters
-    spec = number_spec(name)
+    spec = varied_spec(p, name)
     grid = np.unique([spec.check(float(value)) for value in values])
     if grid.size < 2:
         raise InputError(f"continuation: {name}: must be two or more different values")
@@ -187,6 +187,17 @@ def continuation(
         for attractor, directions in zip(found[value], met[value], strict=True)
     )
     return Continuation(p, separation, name, grid, tuple(points))
+
+
+def varied_spec(p: Parameters, name: str) -> ParameterSpec:
+    """The table row of a parameter to vary; those of the belt need a belt of finite speed.
+
+    Raises `InputError` if there is no such parameter, or it has no effect.
+    """
+    spec = parameter_spec(name)
+    if spec.optional and name != "v_belt" and p.v_belt is None:
+        raise InputError(f"v_belt = none: must have a value to vary {name}")
+    return spec
 
 
 def _carried(explorer: Explorer, attractor: Attractor) -> State:

@@ -6,7 +6,9 @@ n = −k_nl (3 y_e η² + η³)/m. Hence with |η| ≤ |w| |q|
 
     d|q|/dt ≤ −σ |q| + |b| k_nl/m (3 |y_e| |w|² |q|² + |w|³ |q|³)
 
-which is negative for all |q| below a root of a quadratic.
+which is negative for all |q| below a root of a quadratic. On a belt of finite speed the region ends
+where the slider would have the speed of the belt, and friction μ(v_belt + δ) that falls with the
+sliding speed adds what its straight line leaves: |μ″| ≤ (μ_s − μ)/v_s² bounds it.
 """
 
 import math
@@ -14,7 +16,16 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
-from fivtui.model import Equilibrium, Mode, Parameters, State, jacobian
+from fivtui.model import (
+    IN_CONTACT,
+    Equilibrium,
+    Parameters,
+    State,
+    friction_coefficient,
+    friction_slope,
+    jacobian,
+    tangent_stiffness,
+)
 
 
 class Attraction:
@@ -40,16 +51,33 @@ class Attraction:
             return
         self._modal = np.linalg.inv(vectors)
         reach = float(np.linalg.norm(vectors[2]))
-        push = float(np.linalg.norm(self._modal @ np.array([0.0, p.mu, 0.0, 1.0])))
-        k_nl = p.k_nl if point.mode is Mode.CONTACT else 0.0
-        strength = push * k_nl / p.m
+        touching = point.mode in IN_CONTACT
+        strength = self._push(p) * (p.k_nl if touching else 0.0) / p.m
         # σ = B |q| + C |q|².
         linear = 3.0 * strength * abs(point.y) * reach**2
         square = strength * reach**3
+        fast = float(np.linalg.norm(vectors[1]))
+        if touching and p.v_belt is not None and p.speed_law is not None:
+            along = float(np.linalg.norm(self._modal[:, 1])) / p.m
+            bend = 0.5 * along * (p.mu_static - p.mu) * (fast / p.speed_law) ** 2
+            stiffness = tangent_stiffness(p, point.y)
+            slope = abs(friction_slope(p, p.v_belt))
+            linear += bend * abs(point.P) + along * slope * stiffness * reach * fast
+            square += bend * stiffness * reach
         root = linear + math.sqrt(linear * linear - 4.0 * square * growth)
         self.radius = -2.0 * growth / root if root > 0.0 else math.inf
         if separation and reach > 0.0:
             self.radius = min(self.radius, abs(point.y) / reach)
+        if touching and p.v_belt is not None and fast > 0.0:
+            self.radius = min(self.radius, p.v_belt / fast)
+
+    def _push(self, p: Parameters) -> float:
+        # How strongly a force of the contact, over m, drives the modes; at most.
+        if p.v_belt is None or p.speed_law is None:
+            mu = p.mu if p.v_belt is None else friction_coefficient(p, p.v_belt)
+            return float(np.linalg.norm(self._modal @ np.array([0.0, mu, 0.0, 1.0])))
+        along, across = np.linalg.norm(self._modal[:, [1, 3]], axis=0).tolist()
+        return float(p.mu_static * along + across)
 
     @property
     def offset(self) -> float:

@@ -3,25 +3,25 @@
 from collections.abc import Callable, Iterable
 from dataclasses import dataclass
 from enum import StrEnum
-from typing import Final
+from typing import Final, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
 from fivtui.kernel import stepping_kernel
 from fivtui.model import (
+    IN_CONTACT,
     Cancelled,
     ComputationError,
     Mode,
     Parameters,
     State,
-    check_always_sliding,
-    equilibrium,
     static_start,
 )
 from fivtui.transient import Kernel, Progress, Request, Start, Transient, integrate, resolve_start
 
 from .decay import Attraction
+from .rest import length_scale, reference_point, slowest_period, stays_stuck
 from .shooting import PeriodicOrbit, Section, shoot
 
 # Periods of the slowest linear mode in one leg of a run; a motion is given up after this many
@@ -44,6 +44,10 @@ _MOST_RETURNS: Final = 8
 # Cycles with a smaller relative difference are the same.
 _SAME: Final = 1e-6
 _SAMPLES_A_PERIOD: Final = 64
+# Legs grow to this many times the first one where sticks are long.
+_LONGEST: Final = 1024.0
+# Sticks shorter than this part of the longest are not counted.
+_SHORT_STICK: Final = 1e-3
 # Starts at rest above and below the equilibrium, in characteristic lengths.
 _OFFSETS: Final = (1e-3, 0.1, 0.3, 1.0, 3.0, 10.0, 30.0, -0.3, -1.0, -3.0)
 
@@ -56,6 +60,11 @@ class Kind(StrEnum):
     SEPARATING_CYCLE = "separating limit cycle"
     UNBOUNDED = "unbounded"
     UNSETTLED = "not settled"
+    STICK_SLIP_CYCLE = "stick-slip limit cycle"
+    STICK = "rest by stick"
+
+
+AT_REST: Final = (Kind.EQUILIBRIUM, Kind.STICK)
 
 
 @dataclass(frozen=True, slots=True)
@@ -65,6 +74,8 @@ class Attractor:
     Attributes
     ----------
     kind : Kind
+        `Kind.STICK` if the slider sticks for good to a belt at rest, where a range of positions is
+        at rest. `Kind.STICK_SLIP_CYCLE` if a cycle sticks, whether or not it separates, too.
         `Kind.UNSETTLED` if the motion neither came to rest, nor became periodic, nor diverged in
         the time allowed: it settles very slowly, or is quasi-periodic or chaotic.
     orbit : PeriodicOrbit or None
@@ -77,7 +88,7 @@ class Attractor:
     @property
     def half_range(self) -> float | None:
         """Half peak-to-peak of y, m; zero at rest, None without orbit."""
-        if self.kind is Kind.EQUILIBRIUM:
+        if self.kind in AT_REST:
             return 0.0
         return None if self.orbit is None else self.orbit.half_range
 
@@ -92,6 +103,13 @@ class Attractor:
 
 def _features(orbit: PeriodicOrbit) -> tuple[float, ...]:
     return (orbit.period, orbit.y_min, orbit.y_max, orbit.x_abs, orbit.vx_max)
+
+
+class _Returns(NamedTuple):
+    # Times and states at which a motion passes a section.
+    section: Section
+    times: NDArray[np.float64]
+    states: NDArray[np.float64]
 
 
 class Explorer:
@@ -114,7 +132,7 @@ class Explorer:
     length : float
         Characteristic length, m, see `length_scale`.
     rest : State
-        The equilibrium, as a state.
+        The equilibrium, as a state; on a belt at rest, that of a slider without friction.
 
     Raises
     ------
@@ -130,28 +148,29 @@ class Explorer:
         kernel: Kernel | None = None,
         go_on: Callable[[], bool] = lambda: True,
     ) -> None:
-        check_always_sliding(p, "attractors")
         self._p, self._separation, self._kernel = p, separation, kernel or stepping_kernel()
         self._go_on = go_on
-        point = equilibrium(p, separation=separation)
-        self._attraction = Attraction(p, point, separation=separation)
+        point = reference_point(p, separation=separation)
+        rests = p.v_belt == 0.0 and point.mode in IN_CONTACT
+        self._attraction = None if rests else Attraction(p, point, separation=separation)
         self._leg = _LEG_PERIODS * slowest_period(p)
         # Orbits found, stable or not: an unstable one need not be searched for again.
         self._known: list[PeriodicOrbit] = []
-        self._linear = p.k_nl == 0.0 and not separation
+        self._linear = p.k_nl == 0.0 and not separation and p.v_belt is None
         self.length = length_scale(p, separation=separation)
         self.rest: State = (point.x, 0.0, point.y, 0.0)
 
     @property
     def equilibrium_attracts(self) -> bool:
         """Whether the equilibrium is stable by its eigenvalues, with a region of proven decay."""
-        return self._attraction.radius > 0.0
+        return self._attraction is not None and self._attraction.radius > 0.0
 
     def reach(self, start: Start) -> Attractor:
         """Follow the motion from a start to its attractor.
 
-        That is the equilibrium once the motion is where a Lyapunov function proves decay, and a
-        limit cycle once Newton's method finds a stable one close to the motion.
+        That is the equilibrium once the motion is where a Lyapunov function proves decay, rest by
+        stick once the slider cannot come loose, and a limit cycle once Newton's method finds a
+        stable one close to the motion.
 
         Parameters
         ----------
@@ -168,30 +187,39 @@ class Explorer:
             If `go_on` returned False.
         """
         state = resolve_start(self._p, start, separation=self._separation)
-        extent, steps = self._extent(state), 0
+        extent, steps, leg = self._extent(state), 0, self._leg
         for _ in range(_MOST_LEGS):
             if steps > _MOST_STEPS:
                 break
-            if self._attraction.holds(state) or self._extent(state) <= _DIED_OUT * extent:
-                return Attractor(Kind.EQUILIBRIUM)
-            if self._linear and self._attraction.unstable:
-                return Attractor(Kind.UNBOUNDED)
-            leg = Request(
+            region = self._attraction
+            if region is not None:
+                if region.holds(state) or self._extent(state) <= _DIED_OUT * extent:
+                    return Attractor(Kind.EQUILIBRIUM)
+                if self._linear and region.unstable:
+                    return Attractor(Kind.UNBOUNDED)
+            request = Request(
                 self._p,
-                t_end=self._leg,
+                t_end=leg,
                 tol=_TOL,
                 separation=self._separation,
                 start=state,
                 samples="dense",
                 kernel=self._kernel,
             )
-            run = integrate(leg, progress=lambda _fraction: self._go_on())
+            run = integrate(request, progress=lambda _fraction: self._go_on())
             steps += run.stats.steps
             final = run.final
             state = (final.x, final.vx, final.y, final.vy)
             if max(run.peak.y_abs, run.peak.x_abs) > _UNBOUNDED * max(self.length, extent):
                 return Attractor(Kind.UNBOUNDED)
-            found = self._cycle(run)
+            if region is None and last_mode(run) is Mode.STICK and stays_stuck(self._p, state):
+                return Attractor(Kind.STICK)
+            returns = _returns(run)
+            if 0 < returns.times.size < _MOST_RETURNS + 2 and returns.section is Section.STICK:
+                # The slower the belt, the longer a stick.
+                leg = min(2.0 * leg, _LONGEST * self._leg)
+                continue
+            found = self._cycle(returns)
             if found is not None:
                 return found
         return Attractor(Kind.UNSETTLED)
@@ -202,8 +230,8 @@ class Explorer:
         away[1::2] *= self._leg / (_LEG_PERIODS * 2.0 * np.pi)
         return float(np.linalg.norm(away))
 
-    def _cycle(self, run: Transient) -> Attractor | None:
-        section, times, states = _returns(run)
+    def _cycle(self, returns: _Returns) -> Attractor | None:
+        section, times, states = returns
         if times.size < _MOST_RETURNS + 2:
             return None
         size = np.ptp(states, axis=0).max(initial=0.0) + np.abs(states - self.rest).max()
@@ -234,14 +262,9 @@ class Explorer:
         return None
 
 
-def length_scale(p: Parameters, *, separation: bool = True) -> float:
-    """Characteristic length, m.
-
-    The static deflection, or the y at which the linear and the cubic contact force are equal,
-    whichever is greater; 1 if neither is above 0.
-    """
-    y = equilibrium(p, separation=separation).y
-    return max(abs(y), (p.k2 / p.k_nl) ** 0.5 if p.k_nl > 0.0 else 0.0) or 1.0
+def last_mode(run: Transient) -> Mode:
+    """The mode at the end of a transient."""
+    return Mode(int(run.changes[-1, 2])) if len(run.changes) else run.first_mode
 
 
 def _nearest(states: NDArray[np.float64], orbit: PeriodicOrbit) -> float:
@@ -249,46 +272,44 @@ def _nearest(states: NDArray[np.float64], orbit: PeriodicOrbit) -> float:
 
 
 def _ended_in(orbit: PeriodicOrbit) -> Attractor:
+    if orbit.sticks > 0:
+        return Attractor(Kind.STICK_SLIP_CYCLE, orbit)
     separates = orbit.separations > 0
     return Attractor(Kind.SEPARATING_CYCLE if separates else Kind.CONTACT_CYCLE, orbit)
 
 
-def slowest_period(p: Parameters) -> float:
-    """Longest period, s, of the undamped modes without friction, in contact and off the belt."""
-    # Without coupling (k3 = 0) only contact brings the slider back.
-    h = 0.5 * p.k3
-    slowest = p.k1 + h
-    for kt in (p.k2, 0.0):
-        a, b = p.k1 + h, kt + h
-        stiffness = (a * b - h * h) / (0.5 * (a + b) + np.hypot(0.5 * (a - b), h))
-        if stiffness > 0.0:
-            slowest = min(slowest, stiffness)
-    return float(2.0 * np.pi * np.sqrt(p.m / slowest))
-
-
-def _returns(
-    run: Transient,
-) -> tuple[Section, NDArray[np.float64], NDArray[np.float64]]:
-    # Times and states at which the motion passes a section: separations, else lowest points.
+def _returns(run: Transient) -> _Returns:
+    # Middles of sticks, else separations, else lowest points.
     solution, t_end = run.solution, run.t_end
-    assert solution is not None  # noqa: S101
-    first = 0 if run.first_mode is Mode.CONTACT else 1
+    half = 0.5 * t_end
+    whole = np.array([one for one in run.stick_intervals if one[0] > half and one[1] < t_end])
+    if whole.size:
+        lengths = whole[:, 1] - whole[:, 0]
+        times = whole[lengths > _SHORT_STICK * lengths.max()].mean(axis=1)
+        return _Returns(Section.STICK, times, _states(run, times))
+    first = 0 if run.first_mode in IN_CONTACT else 1
     times = run.switch_times[first::2]
     late = times[times > 0.5 * t_end]
     section = Section.LIFT_OFF
     if late.size:
         times = late
     else:
+        assert solution is not None  # noqa: S101
         section = Section.LOWEST_POINT
         grid = np.linspace(0.5 * t_end, t_end, int(_LEG_PERIODS) * _SAMPLES_A_PERIOD)
         speed = solution(grid).vy
         low = np.flatnonzero((speed[:-1] < 0.0) & (speed[1:] >= 0.0))
         share = speed[low] / (speed[low] - speed[low + 1])
         times = grid[low] + share * (grid[low + 1] - grid[low])
+    return _Returns(section, times, _states(run, times))
+
+
+def _states(run: Transient, times: NDArray[np.float64]) -> NDArray[np.float64]:
     if not times.size:
-        return section, times, np.empty((0, 4))
-    there = solution(times)
-    return section, times, np.stack([there.x, there.vx, there.y, there.vy], axis=1)
+        return np.empty((0, 4))
+    assert run.solution is not None  # noqa: S101
+    there = run.solution(times)
+    return np.stack([there.x, there.vx, there.y, there.vy], axis=1)
 
 
 def starts_around(explorer: Explorer, p: Parameters, *, separation: bool = True) -> list[State]:
@@ -367,14 +388,22 @@ def search(
         reached.append(add_new(found, explorer.reach(start)))
     if progress is not None:
         progress(1.0)
-    kinds = list(Kind)
-    order = sorted(
-        range(len(found)), key=lambda at: (kinds.index(found[at].kind), found[at].half_range or 0.0)
-    )
+    order = sorted(range(len(found)), key=lambda at: _place(found[at]))
     return FoundAttractors(
         tuple(found[at] for at in order),
         tuple(order.index(at) for at in reached),
         explorer.equilibrium_attracts,
+    )
+
+
+def _place(one: Attractor) -> tuple[bool, bool, int, float]:
+    # Rest first, then cycles by kind and size.
+    kinds = list(Kind)
+    return (
+        one.kind not in AT_REST,
+        one.orbit is None,
+        kinds.index(one.kind),
+        one.half_range or 0.0,
     )
 
 

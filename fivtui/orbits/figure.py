@@ -9,7 +9,7 @@ from matplotlib.colors import BoundaryNorm, ListedColormap
 from matplotlib.figure import Figure
 from matplotlib.patches import Patch
 
-from fivtui.model import PARAMETERS
+from fivtui.model import ALL_PARAMETERS
 from fivtui.plotting import (
     STYLE,
     math_symbol,
@@ -22,7 +22,7 @@ from fivtui.transient import START_SPECS
 
 from .basins import Basin
 from .branches import DIRECTIONS, Continuation
-from .explorer import Kind
+from .explorer import AT_REST, Kind
 from .files import describe
 
 _SIZE: Final = (4.8, 3.9)
@@ -31,6 +31,8 @@ _COLOURS: Final = {
     Kind.EQUILIBRIUM: "black",
     Kind.CONTACT_CYCLE: "#1f4fd8",
     Kind.SEPARATING_CYCLE: "#12803c",
+    Kind.STICK_SLIP_CYCLE: "#c2570c",
+    Kind.STICK: "0.45",
 }
 _SHADE: Final = "0.92"
 _PLAIN: Final = "white"
@@ -63,7 +65,7 @@ def continuation_figure(result: Continuation) -> Figure:
                         color=colour,
                         label=f"{kind}, {direction}",
                     )
-        axes.set_xlabel(quantity_label(PARAMETERS[result.name]))
+        axes.set_xlabel(quantity_label(ALL_PARAMETERS[result.name]))
         axes.set_ylabel("Half peak-to-peak of $y$ (m)")
         axes.set_ylim(bottom=min(0.0, axes.get_ylim()[0]))
         axes.set_title(parameter_line(result.parameters, (result.name,)), fontsize=7.5)
@@ -92,7 +94,7 @@ def _shade(axes: Axes, result: Continuation) -> None:
 
 
 def basin_figure(result: Basin) -> Figure:
-    """Figure of which attractor each start reaches; the equilibrium's basin is white.
+    """Figure of which attractor each start reaches; the basin of rest is white.
 
     The others differ in colour and hatching. Both axes need two or more values. Agg canvas, no
     window.
@@ -100,7 +102,7 @@ def basin_figure(result: Basin) -> Figure:
     figure, axes = _new_figure()
     fills, hatches, place = [], [], 0
     for attractor in result.attractors:
-        rests = attractor.kind is Kind.EQUILIBRIUM
+        rests = attractor.kind in AT_REST
         fills.append(_PLAIN if rests else _FILLS[place % len(_FILLS)])
         hatches.append("" if rests else _HATCHES[place % len(_HATCHES)])
         place += not rests

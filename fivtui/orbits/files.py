@@ -9,13 +9,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fivtui.io import write_table
-from fivtui.model import PARAMETERS, Column, Parameters, State
+from fivtui.model import ALL_PARAMETERS, Column, Parameters, State
 from fivtui.transient import START_SPECS
 
 from .attractor_search import Coexistence
 from .basins import Basin
 from .branches import DIRECTIONS, Continuation
-from .explorer import Attractor, Kind
+from .explorer import AT_REST, Attractor, Kind
 
 # What a file is called in messages.
 KIND: Final = "attractor"
@@ -31,6 +31,8 @@ _NUMBERS: Final = (
     Column("y_max", "m", "highest point"),
     Column("separations", "1", "separations per period"),
     Column("separated_time", "s", "time off the belt per period"),
+    Column("sticks", "1", "sticks per period"),
+    Column("stick_time", "s", "time of stick per period"),
     Column("vx_max", "m/s", "greatest horizontal velocity"),
     Column("force_max", "N", "greatest contact force"),
 )
@@ -40,9 +42,9 @@ def attractor_to_dict(attractor: Attractor) -> dict[str, Any]:
     """An attractor as JSON data, in SI units.
 
     Keys are ``kind`` and ``half_range``, and of a limit cycle ``period``, ``start`` (x, ẋ, y, ẏ at
-    a separation or lowest point), ``y_min``, ``y_max``, ``x_abs``, ``vx_max``, ``force_max``,
-    ``separations`` and ``separated_time`` per period, and ``floquet_multipliers`` as pairs of real
-    and imaginary part.
+    a separation, a lowest point or within a stick), ``y_min``, ``y_max``, ``x_abs``, ``vx_max``,
+    ``force_max``, ``separations``, ``separated_time``, ``sticks`` and ``stick_time`` per period,
+    and ``floquet_multipliers`` as pairs of real and imaginary part.
     """
     orbit = attractor.orbit
     data: dict[str, Any] = {"kind": str(attractor.kind), "half_range": attractor.half_range}
@@ -52,6 +54,8 @@ def attractor_to_dict(attractor: Attractor) -> dict[str, Any]:
         data |= {
             "separations": orbit.separations,
             "separated_time": orbit.separated_time,
+            "sticks": orbit.sticks,
+            "stick_time": orbit.stick_time,
             "section": orbit.section.name.lower().replace("_", "-"),
             "start": list(orbit.start),
             "floquet_multipliers": [[v.real, v.imag] for v in orbit.multipliers.tolist()],
@@ -83,7 +87,7 @@ def warning_of(result: Coexistence) -> str | None:
     others = [
         _OTHERS.get(attractor.kind, f"a {describe(attractor)}")
         for attractor in result.attractors
-        if attractor.kind is not Kind.EQUILIBRIUM
+        if attractor.kind not in AT_REST
     ]
     beside = f"it coexists with {' and '.join(others)}"
     if result.escape is None:
@@ -134,7 +138,7 @@ def continuation_to_dict(result: Continuation) -> dict[str, Any]:
         "parameters": _fixed(result.parameters, (result.name,)),
         "separation": result.separation,
         "name": result.name,
-        "unit": PARAMETERS[result.name].unit,
+        "unit": ALL_PARAMETERS[result.name].unit,
         "points": [
             {
                 "value": point.value,
@@ -193,7 +197,7 @@ def save_continuation(result: Continuation, path: Path, *, force: bool = False) 
     Raises `InputError` if the format is unknown or its package missing, or the file cannot be
     written.
     """
-    spec = PARAMETERS[result.name]
+    spec = ALL_PARAMETERS[result.name]
     places = tuple(Column(name, "1", f"1 if found going {name}") for name in DIRECTIONS)
     kind = Column("kind", "1", "index in kinds")
     columns = (Column(spec.name, spec.unit, spec.meaning), *places, kind, *_NUMBERS)

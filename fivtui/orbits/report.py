@@ -20,7 +20,7 @@ _HEADER = (
     "y from .. to m",
     "separations",
     "off the belt s",
-    "least belt speed m/s",
+    "greatest vx m/s",
     "multipliers, size",
 )
 _SHORT = 5
@@ -28,7 +28,24 @@ _SHORT = 5
 
 def print_attractors(found: Sequence[Attractor]) -> None:
     """Print attractors, one row each."""
-    print_rows("Attractors", _HEADER, [_row(attractor) for attractor in found])
+    rows = [_row(attractor) for attractor in found]
+    if not any(one.orbit is not None and one.orbit.sticks for one in found):
+        print_rows("Attractors", _HEADER, rows)
+        return
+    sticks = [_sticks(attractor) for attractor in found]
+    print_rows(
+        "Attractors",
+        (*_HEADER[:6], "stick s", *_HEADER[6:]),
+        [(*row[:6], stick, *row[6:]) for row, stick in zip(rows, sticks, strict=True)],
+    )
+
+
+def _sticks(attractor: Attractor) -> str:
+    orbit = attractor.orbit
+    if orbit is None or not orbit.sticks:
+        return ""
+    share = f"{orbit.stick_time / orbit.period:.1%}"
+    return f"{number(orbit.stick_time, _SHORT)} ({share}), {orbit.sticks}"
 
 
 def _row(attractor: Attractor) -> tuple[str, ...]:
@@ -42,7 +59,7 @@ def _row(attractor: Attractor) -> tuple[str, ...]:
         f"{number(orbit.y_min, _SHORT)} .. {number(orbit.y_max, _SHORT)}",
         str(orbit.separations),
         f"{number(orbit.separated_time, _SHORT)} ({orbit.separated_time / orbit.period:.1%})",
-        number(max(orbit.vx_max, 0.0), _SHORT),
+        number(orbit.vx_max, _SHORT),
         "  ".join(number(float(size), 3) for size in np.abs(orbit.multipliers)),
     )
 

@@ -2,7 +2,8 @@
 
 Unknowns are the state on a Poincaré section and the period. The derivative of the return map comes
 from the variational equations: Newton's method converges quadratically and the
-multipliers are those of the orbit itself.
+multipliers are those of the orbit itself. An orbit that sticks to the belt is closed from within
+a stick: there deviations across v_r = 0 are lost, and one multiplier is exactly 0.
 """
 
 from collections.abc import Callable
@@ -32,10 +33,14 @@ _PART_CLOSES: Final = 1e-8
 
 
 class Section(Enum):
-    """Poincaré section of the return map; its value is the index of the state that is zero."""
+    """Where the return map begins; its value is the index of the state that is held there.
+
+    Zero at a separation (y) and at a lowest point (ẏ); within a stick x stays what it is.
+    """
 
     LIFT_OFF = 2
     LOWEST_POINT = 3
+    STICK = 0
 
 
 @dataclass(frozen=True, slots=True)
@@ -45,19 +50,22 @@ class PeriodicOrbit:
     Attributes
     ----------
     section : Section
-        Where it starts: at a separation (y = 0, upwards) or at a lowest point (ẏ = 0).
+        Where it starts: at a separation (y = 0, upwards), at a lowest point (ẏ = 0), or within a
+        stick.
     start : State
         (x, ẋ, y, ẏ) there, m and m/s.
     period : float
         Period, s.
     multipliers : ndarray of complex, shape (3,)
-        Floquet multipliers by falling size, without the trivial one along the orbit.
+        Floquet multipliers by falling size, without the trivial one along the orbit; exactly 0
+        where a deviation is lost in a stick.
     y_min, y_max : float
         Lowest and highest point, m.
     x_abs : float
         Greatest |x|, m.
     vx_max : float
-        Greatest ẋ, m/s: the least belt speed for which the orbit is valid.
+        Greatest ẋ, m/s: the least belt speed for which the orbit of a slider that always slides is
+        valid.
     force_max : float
         Greatest contact force, N.
     separations : int
@@ -66,6 +74,10 @@ class PeriodicOrbit:
         Time off the belt, s.
     residual : float
         Distance between end and start, relative to the orbit's size.
+    sticks : int
+        Number of sticks.
+    stick_time : float
+        Time of stick, s.
     """
 
     section: Section
@@ -80,6 +92,8 @@ class PeriodicOrbit:
     separations: int
     separated_time: float
     residual: float
+    sticks: int = 0
+    stick_time: float = 0.0
 
     @property
     def half_range(self) -> float:
@@ -125,23 +139,24 @@ def shoot(
     Cancelled
         If `go_on` returned False.
     """
-    state, time = np.array(guess), period
+    state, time = _on_belt(p, np.array(guess), section), period
     fixed = section.value
+    held = guess[fixed] if section is Section.STICK else 0.0
     least, best = np.inf, None
     for _ in range(_MOST_ITERATIONS):
         there = _flow(p, state, time, go_on, separation=separation)
         missed = np.array(there.final) - state
         size = _sizes(state, time)
-        residual = float(np.abs(missed / size).max()) + abs(float(state[fixed])) / size[fixed]
+        residual = float(np.abs(missed / size).max()) + abs(state[fixed] - held) / size[fixed]
         if residual < least:
             least, best = residual, (state, time, there)
         elif least < _CONVERGED:
             break
         try:
-            change = _newton(there, missed, fixed, float(state[fixed]))
+            change = _newton(there, missed, fixed, float(state[fixed]) - held)
         except np.linalg.LinAlgError:
             break
-        state, time = state + change[:4], time + float(change[4])
+        state, time = _on_belt(p, state + change[:4], section), time + float(change[4])
         if not (_PERIOD_RANGE[0] < time / period < _PERIOD_RANGE[1]):
             break
     if best is None or not least < _CONVERGED:
@@ -160,6 +175,13 @@ def shoot(
             time, there = time / parts, part
             break
     return _measured(p, state, time, (section, least, there), separation=separation)
+
+
+def _on_belt(p: Parameters, state: NDArray[np.float64], section: Section) -> NDArray[np.float64]:
+    # A slider that sticks has the speed of the belt, to the last bit.
+    if section is Section.STICK:
+        state[1] = p.v_belt
+    return state
 
 
 def _flow(
@@ -205,7 +227,8 @@ def _measured(
 ) -> PeriodicOrbit:
     section, residual, there = found
     state = state.copy()
-    state[section.value] = 0.0
+    if section is not Section.STICK:
+        state[section.value] = 0.0
     request = Request(
         p,
         t_end=period,
@@ -228,6 +251,9 @@ def _measured(
         separations=run.events.reattachments,
         separated_time=run.events.separated_time,
         residual=float(residual),
+        # The stick in which the period begins and ends is one.
+        sticks=run.events.sticks - int(section is Section.STICK),
+        stick_time=run.events.stick_time,
     )
 
 

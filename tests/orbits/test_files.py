@@ -19,6 +19,8 @@ ORBIT_COLUMNS = {
     "y_max": "m",
     "separations": "1",
     "separated_time": "s",
+    "sticks": "1",
+    "stick_time": "s",
     "vx_max": "m/s",
     "force_max": "N",
 }
@@ -67,4 +69,6 @@ def test_kinds_have_the_names_that_files_keep() -> None:
         "separating limit cycle",
         "unbounded",
         "not settled",
+        "stick-slip limit cycle",
+        "rest by stick",
     ]

@@ -16,7 +16,7 @@ from fivtui.orbits.curves.arclength import VALUE, OrbitCurve, OrbitOnCurve
 from fivtui.orbits.curves.events import EventKind
 from fivtui.orbits.curves.flow import FloatArray, SliderBeltFlow
 from fivtui.orbits.curves.result import CycleBranch, CyclePoint
-from fivtui.orbits.explorer import length_scale, slowest_period
+from fivtui.orbits.rest import length_scale, slowest_period
 
 _MU: Final = "mu"
 _MOST_STEPS: Final = 40

@@ -23,7 +23,8 @@ from fivtui.orbits.curves.flow import FloatArray
 from fivtui.orbits.curves.following import Follower
 from fivtui.orbits.curves.hopf import hopf_values
 from fivtui.orbits.curves.result import CyclePoint
-from fivtui.orbits.explorer import Watch, length_scale
+from fivtui.orbits.explorer import Watch
+from fivtui.orbits.rest import length_scale
 from fivtui.transient import Progress
 
 from .hopf_curve import HopfCurve, HopfOnCurve

@@ -15,7 +15,8 @@ from fivtui.model import (
     equilibrium,
     mode_of,
 )
-from fivtui.orbits.explorer import Explorer, Watch, length_scale, starts_around
+from fivtui.orbits.explorer import Explorer, Watch, starts_around
+from fivtui.orbits.rest import length_scale
 from fivtui.orbits.shooting import PeriodicOrbit
 
 from .arclength import VALUE, OrbitOnCurve

@@ -1,0 +1,70 @@
+"""Where the slider rests, and the scales of motion about it."""
+
+import math
+from typing import Final
+
+import numpy as np
+
+from fivtui.model import (
+    Equilibrium,
+    Parameters,
+    State,
+    equilibrium,
+    holding_force,
+    spring_force,
+    tangent_stiffness,
+)
+
+# Steps of Newton's method, which takes a few.
+_MOST_STEPS: Final = 60
+
+
+def reference_point(p: Parameters, *, separation: bool) -> Equilibrium:
+    """The equilibrium; on a belt at rest, where a range of positions is one, without friction."""
+    if p.v_belt != 0.0:
+        return equilibrium(p, separation=separation)
+    return equilibrium(p.with_values({"v_belt": None}), separation=separation, mu=0.0)
+
+
+def length_scale(p: Parameters, *, separation: bool = True) -> float:
+    """Characteristic length, m.
+
+    The static deflection, or the y at which the linear and the cubic contact force are equal,
+    whichever is greater; 1 if neither is above 0.
+    """
+    y = reference_point(p, separation=separation).y
+    return max(abs(y), (p.k2 / p.k_nl) ** 0.5 if p.k_nl > 0.0 else 0.0) or 1.0
+
+
+def slowest_period(p: Parameters) -> float:
+    """Longest period, s, of the undamped modes without friction, in contact and off the belt."""
+    # Without coupling (k3 = 0) only contact brings the slider back.
+    h = 0.5 * p.k3
+    slowest = p.k1 + h
+    for kt in (p.k2, 0.0):
+        a, b = p.k1 + h, kt + h
+        stiffness = (a * b - h * h) / (0.5 * (a + b) + np.hypot(0.5 * (a - b), h))
+        if stiffness > 0.0:
+            slowest = min(slowest, stiffness)
+    return float(2.0 * np.pi * np.sqrt(p.m / slowest))
+
+
+def stays_stuck(p: Parameters, state: State) -> bool:
+    """Whether a slider that sticks to a belt at rest does so for good.
+
+    Its vertical motion keeps within what its energy allows, where the stiffness is k2 + h at least;
+    there the belt can hold it.
+    """
+    x, _, y, vy = state
+    h = 0.5 * p.k3
+    rest, push = y, 1.0
+    for _ in range(_MOST_STEPS):
+        push = spring_force(p, rest) - p.F + h * (x - rest)
+        rest += push / (tangent_stiffness(p, rest) + h)
+    stiffest = tangent_stiffness(p, max(abs(y), abs(rest))) + h
+    energy = p.m * vy * vy + stiffest * (y - rest) ** 2
+    reach = math.sqrt(energy / (p.k2 + h))
+    low, high = rest - reach, rest + reach
+    grip = p.mu_static * spring_force(p, high)
+    held = max(abs(holding_force(p, x, low)), abs(holding_force(p, x, high)))
+    return high < 0.0 and held < grip

@@ -1,0 +1,125 @@
+"""Limit cycles on a belt of finite speed: what motions end in, and their multipliers."""
+
+import json
+import math
+
+import numpy as np
+import pytest
+
+from fivtui import Parameters, attractors, simulate
+from fivtui.cli import run
+from fivtui.model.slider_belt import accelerations, equilibrium
+from fivtui.orbits import Attraction, Explorer, Kind, continuation
+from fivtui.orbits.explorer import Attractor, _ended_in
+from fivtui.orbits.rest import stays_stuck
+from fivtui.orbits.shooting import PeriodicOrbit, Section
+from fivtui.transient import Start
+
+from .test_motion import MASS, PERIOD
+
+
+def reached(p: Parameters, start: Start) -> PeriodicOrbit:
+    orbit = Explorer(p).reach(start).orbit
+    assert orbit is not None
+    return orbit
+
+
+def test_a_mass_on_a_belt_settles_on_the_cycle_in_closed_form() -> None:
+    p = MASS.with_values({"c2": 0.1})
+    orbit = reached(p, (0.0, 0.2, -1.0, 0.0))
+    assert orbit.period == pytest.approx(PERIOD, rel=1e-12)
+    assert (orbit.section, orbit.sticks, orbit.start[1]) == (Section.STICK, 1, 0.2)
+    assert orbit.stick_time == pytest.approx(5.0, rel=1e-12)
+    # Across the belt the deviation is lost; up and down the slider is a damped oscillator.
+    assert orbit.multipliers[2] == 0.0
+    assert np.abs(orbit.multipliers[:2]) == pytest.approx(math.exp(-0.05 * PERIOD), rel=1e-9)
+
+
+def test_multipliers_are_those_of_differences_of_the_return_map() -> None:
+    p = Parameters(v_belt=1.0, mu_s=0.9, v_s=0.4)
+    orbit = reached(p, "static")
+    assert orbit.stable
+    assert (orbit.sticks, orbit.separations) == (1, 1)
+    columns = []
+    for place in (0, 2, 3):
+        ends = []
+        for size in (-1e-6, 1e-6):
+            start = list(orbit.start)
+            start[place] += size
+            ends.append(simulate(p, t_end=orbit.period, tol=1e-13, start=start).final)
+        low, high = (np.array([end.x, end.y, end.vy]) for end in ends)
+        columns.append((high - low) / 2e-6)
+    values = np.linalg.eigvals(np.array(columns).T)
+    values = values[np.argsort(np.abs(values - 1.0))]
+    assert values[0] == pytest.approx(1.0, abs=1e-6)
+    assert np.sort(values[1:]) == pytest.approx(np.sort(orbit.multipliers[:2].real), abs=1e-6)
+    assert orbit.multipliers[2] == 0.0
+
+
+def test_two_stick_slip_cycles_coexist() -> None:
+    p = Parameters(v_belt=0.4, mu=0.3, mu_s=0.5, v_s=0.4, c1=10.0)
+    x, _, y, _ = Explorer(p).rest
+    small, large = reached(p, (x, 0.0, y + 0.01, 0.0)), reached(p, (x, 0.0, y + 1.0, 0.0))
+    assert (small.separations, large.separations) == (0, 1)
+    assert small.multipliers[2] == large.multipliers[2] == 0.0
+    assert small.half_range == pytest.approx(0.0387832, rel=1e-5)
+    assert {_ended_in(one).kind for one in (small, large)} == {Kind.STICK_SLIP_CYCLE}
+
+
+def test_on_a_belt_at_rest_the_slider_sticks_for_good() -> None:
+    p = Parameters(v_belt=0.0)
+    found = attractors(p)
+    assert [one.kind for one in found.attractors] == [Kind.STICK]
+    assert (found.coexists, found.others, found.escape) == (False, (), None)
+    assert "sticks to the belt at rest" in str(found)
+    assert Attractor(Kind.STICK).half_range == 0.0
+    # As far as the energy of its vertical motion goes, and no farther.
+    x, y = -0.1, -0.67
+    fastest = next(v for v in np.arange(10.0, 0.0, -0.01) if stays_stuck(p, (x, 0.0, y, float(v))))
+    assert fastest > 0.5
+    kept = simulate(p, t_end=30.0, start=(x, 0.0, y, float(fastest)))
+    assert kept.events.transitions == {}
+    assert not stays_stuck(p, (x, 0.0, 0.1, 0.0))
+
+
+@pytest.mark.parametrize("v_s", [None, 0.5])
+def test_motion_decays_in_all_of_the_region_of_proof(v_s: float | None) -> None:
+    p = Parameters(v_belt=2.0, mu=0.2, mu_s=0.4, v_s=v_s, c1=3.0, c2=3.0)
+    point = equilibrium(p)
+    region = Attraction(p, point, separation=True)
+    assert region.radius > 0.0
+    rng = np.random.default_rng(5)
+    states = region.rest + rng.normal(size=(2000, 4)) * [1.0, 5.0, 1.0, 5.0]
+    modal = region._modal
+    sizes = np.linalg.norm((states - region.rest) @ modal.T, axis=1)
+    states = region.rest + (states - region.rest) * (0.999 * region.radius / sizes)[:, None]
+    assert region.hold(states).all()
+    assert (states[:, 2] < 0.0).all()
+    assert (states[:, 1] < 2.0).all()
+    for x, vx, y, vy in states.tolist():
+        q = modal @ (np.array([x, vx, y, vy]) - region.rest)
+        ax, ay = accelerations(p, (x, vx, y, vy), point.mode)
+        assert float((np.conj(q) @ (modal @ np.array([vx, ax, vy, ay]))).real) < 0.0
+
+
+def test_cycles_are_followed_over_the_speed_of_the_belt() -> None:
+    found = continuation(MASS.with_values({"c2": 0.2}), "v_belt", [0.2, 0.4])
+    # Without a damper a mass that slides to and fro goes on to do so.
+    cycles = [one for one in found.points if one.attractor.kind is Kind.STICK_SLIP_CYCLE]
+    assert [one.value for one in cycles] == [0.2, 0.4]
+    for point in cycles:
+        slip = 2.0 * (math.pi - math.atan(0.5 / point.value))
+        orbit = point.attractor.orbit
+        assert orbit is not None
+        assert orbit.period == pytest.approx(1.0 / point.value + slip, rel=1e-11)
+    assert np.nansum(found.to_columns()["sticks"]) == 2.0
+
+
+def test_the_command_prints_multipliers_and_sticks(capsys: pytest.CaptureFixture[str]) -> None:
+    assert run(["attractors", "--set", "v_belt=1", "--start", "static", "--json"]) == 0
+    said = json.loads(capsys.readouterr().out)
+    assert said["kind"] == "stick-slip limit cycle"
+    assert (said["sticks"], said["section"]) == (1, "stick")
+    assert said["floquet_multipliers"][2] == [0.0, 0.0]
+    assert run(["attractors", "--vary", "v_s=0.1:0.4:2"]) == 2
+    assert "v_belt = none: must have a value to vary v_s" in capsys.readouterr().err
