@@ -117,6 +117,8 @@ class FivtuiApp(App[None]):
         self._first_start = False
         # The theme of the configuration is that of every start.
         self._own_theme = ""
+        # And so is whether there is a live curve.
+        self._lives: bool | None = None
         # Reports for the screen, once it is displayed.
         self._reports: list[Reported] = []
         self._configure(config)
@@ -133,7 +135,7 @@ class FivtuiApp(App[None]):
             self._reports.append(Reported(f"{path}: {error}", error=True))
             return
         self.set_keymap(config.keys)
-        self._own_theme = config.theme
+        self._own_theme, self._lives = config.theme, config.live
         if config.theme:
             self.theme = config.theme
 
@@ -195,6 +197,8 @@ class FivtuiApp(App[None]):
 
     def get_default_screen(self) -> LabScreen:
         """The laboratory's screen."""
+        if self._lives is not None:
+            self.session.lives = self._lives
         screen = LabScreen(self.session, lambda: self.other_sessions, welcome=self._first_start)
         # Size classes set before the first layout avoid a second one.
         screen.set_classes(

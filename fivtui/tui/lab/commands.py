@@ -66,6 +66,9 @@ def _commands(lab: LabScreen) -> Iterator[PaletteEntry]:
     yield PaletteEntry(
         f"Engine: {session.next_engine}", f"F4; now {session.engine}", lab.action_switch_engine
     )
+    live = "Alt+L: the transient follows every edit; its runs are not kept"
+    switch = f"Live curve {'off' if session.lives else 'on'}"
+    yield PaletteEntry(switch, live, lab.action_switch_live, "ghost redraw preview background")
     yield PaletteEntry("Help: keys that work now", "F1, ?", lab.action_help, "shortcuts manual")
     yield PaletteEntry("Open a scene or result…", "Ctrl+O", lab.action_open_scene, "load file toml")
     yield PaletteEntry("Save the scene", "Ctrl+S", lab.action_save_scene)

@@ -40,6 +40,7 @@ LAB_KEYS: Final = (
     _key("compute", "f10,ctrl+g", "work", "Compute in the tab, or stop"),
     _key("figure", "f6", "export('figure')", "Figure…", shown="F6"),
     _key("data", "f7", "export('data')", "Data…", shown="F7"),
+    _key("live", "alt+l", "switch_live", "Live curve on or off", priority=True),
     _key("reset", "f8", "reset", "Reset the field"),
     _key("reset-all", "shift+f8", "reset_all", "Reset all fields"),
     _key("open", "ctrl+o", "open_scene", "Open a scene or result"),

@@ -1,17 +1,21 @@
 """Run button, progress and state of the last run."""
 
+from typing import Final
+
 from textual import on
 from textual.widgets import Button
 
 from fivtui.tui.session import SOLVER, Run, RunState
 from fivtui.tui.tabs import JobBar, RunRequested
 
+NO_RUN: Final = "no run yet: press F5"
+
 
 class RunBar(JobBar):
     """The button that starts and stops runs, and the progress or state of the newest one."""
 
     def __init__(self) -> None:
-        super().__init__("Run", "no run yet: press F5")
+        super().__init__("Run", NO_RUN)
 
     @on(Button.Pressed)
     def _press(self, event: Button.Pressed) -> None:

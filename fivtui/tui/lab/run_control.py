@@ -97,6 +97,7 @@ class RunController:
             self._tell(Reported(f"run {run.number}: {run.message}", error=True))
         else:
             self._session.runs.displayed = run
+            self._session.live.learn(run.scene, run.elapsed)
             words = "; ".join([f"run {run.number} done", *result_brief(run.result)])
             self._tell(Reported(words, routine=True))
             self._go_on(run)

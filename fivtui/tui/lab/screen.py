@@ -33,6 +33,8 @@ from fivtui.tui.tabs import (
     FieldEdited,
     FieldFocused,
     FieldStepped,
+    LiveEnded,
+    LiveRequested,
     Pane,
     PointOpened,
     Reported,
@@ -53,7 +55,8 @@ from .edit_control import EditController
 from .form import Form, field_of
 from .key_bar import KeyBar
 from .keys import LAB_KEYS
-from .run_bar import RunBar
+from .live_control import LiveController
+from .run_bar import NO_RUN, RunBar
 from .run_control import RunController
 from .run_list import RunsPane
 from .search_control import SearchController
@@ -63,6 +66,8 @@ if TYPE_CHECKING:
     from .file_control import FileController
 
 _PROGRESS_PERIOD: Final = 0.1
+# The tab that shows the live curve.
+_LIVE_TAB: Final = "transient"
 _TOO_SMALL: Final = "This window is too small for fivtui: it needs 40 columns and 10 lines."
 
 
@@ -87,6 +92,7 @@ class LabScreen(Screen[None]):
         self._editor = EditController(self, session)
         self._run_controller = RunController(self, session)
         self._search = SearchController(self)
+        self._live = LiveController(self, session)
         self._tab_behind = False
 
     def compose(self) -> ComposeResult:
@@ -116,6 +122,7 @@ class LabScreen(Screen[None]):
         """Stop the active run: the program would wait for its thread."""
         self._ticker.stop()
         self._search.stop()
+        self._live.stop()
         self.session.runs.stop()
 
     def _redraw(self) -> None:
@@ -215,10 +222,43 @@ class LabScreen(Screen[None]):
         if not PRECEDENCE.claimed:
             self._show_progress()
 
+    @on(TabBook.TabActivated)
     def _show_newest(self) -> None:
-        newest = self.session.runs.newest
-        if newest is not None:
-            self.query_one(RunBar).show_run(newest, outdated=self.session.outdated(newest))
+        newest, live = self.session.runs.newest, self.session.live.words
+        bar = self.query_one(RunBar)
+        if live and self._book.active == _LIVE_TAB and self.session.runs.active is None:
+            bar.show(None, live)
+        elif newest is not None:
+            bar.show_run(newest, outdated=self.session.outdated(newest))
+        else:
+            bar.show(None, NO_RUN)
+
+    # The live curve
+
+    @on(LiveRequested)
+    def _live_requested(self) -> None:
+        shown = self.session.live.curve
+        if self._live.request():
+            self._show_newest()
+            if self.session.live.curve is not shown:
+                self._show_curves()
+
+    @on(LiveEnded)
+    def _live_ended(self, event: LiveEnded) -> None:
+        if self._live.ended(event):
+            self._show_newest()
+            self._show_curves()
+
+    def _show_curves(self) -> None:
+        self._book.update_pane(lambda pane: pane.run_changed(self.session.runs.displayed))
+
+    def action_switch_live(self) -> None:
+        """Switch the live curve on or off."""
+        self._live.switch()
+        words = "follows every edit" if self.session.lives else "off"
+        self.post_message(Reported(f"live curve {words}"))
+        self._show_newest()
+        self._book.catch_up()
 
     def _show_progress(self) -> None:
         self._show_newest()
@@ -230,13 +270,14 @@ class LabScreen(Screen[None]):
     def _show_runs(self) -> None:
         if self.session.runs.newest is not None:
             self._end_welcome()
+        self._live.runs_changed()
         if self.session.runs.active is None:
             self._ticker.pause()
         else:
             self._ticker.resume()
         self._show_progress()
         self.query_one(RunsPane).show(self.session.runs)
-        self._book.update_pane(lambda pane: pane.run_changed(self.session.runs.displayed))
+        self._show_curves()
         self.refresh_bindings()
 
     @on(RunRequested)
@@ -287,6 +328,7 @@ class LabScreen(Screen[None]):
     def _thread_failed(self, event: Worker.StateChanged) -> None:
         if (
             not self._run_controller.thread_failed(event.worker)
+            and not self._live.thread_failed(event.worker)
             and event.state is WorkerState.ERROR
         ):
             words = f"{event.worker.name}: {crash_words(event.worker.error)}"

@@ -24,15 +24,20 @@ _COLOURS: Final = (
     "surface",
     "panel",
 )
+_KEYS: Final = ("theme", "live", "keys", "themes")
 # One action under two names: what it does depends on whether a run is active.
 _RUN: Final = ("run", "stop")
 
 
 @dataclass(frozen=True, slots=True)
 class Config:
-    """Keys by name of an action, the theme, and colours of own themes by name."""
+    """Keys by name of an action, the theme, and colours of own themes by name.
+
+    `live` says whether a live curve follows edits; if None, as in the last session.
+    """
 
     theme: str = ""
+    live: bool | None = None
     keys: Mapping[str, str] = field(default_factory=dict)
     themes: Mapping[str, Mapping[str, str | bool]] = field(default_factory=dict)
 
@@ -64,8 +69,8 @@ def load_config(path: Path | None, actions: Collection[str]) -> Config:
     except (ValueError, RecursionError) as error:
         raise InputError(f"not TOML: {error}") from None
     for name in data:
-        if name not in ("theme", "keys", "themes"):
-            raise unknown_name("key", name, ("theme", "keys", "themes"))
+        if name not in _KEYS:
+            raise unknown_name("key", name, _KEYS)
     keys = {name: _text(f"keys.{name}", key) for name, key in _table("keys", data).items()}
     for name in keys:
         if name not in actions:
@@ -74,6 +79,7 @@ def load_config(path: Path | None, actions: Collection[str]) -> Config:
     themes = _table("themes", data)
     return Config(
         _text("theme", data.get("theme", "")),
+        _live(data.get("live")),
         keys,
         {name: _theme(name, _table(name, themes)) for name in themes},
     )
@@ -89,6 +95,12 @@ def _table(name: str, data: Mapping[str, Any]) -> Mapping[str, Any]:
 def _text(name: str, value: object) -> str:
     if not isinstance(value, str):
         raise InputError(f"{name} = {value!r}: must be text in quotes")
+    return value
+
+
+def _live(value: object) -> bool | None:
+    if value is not None and not isinstance(value, bool):
+        raise InputError(f"live = {value!r}: must be true or false")
     return value
 
 

@@ -26,6 +26,13 @@ if TYPE_CHECKING:
         crash_words as crash_words,
         outcome_of as outcome_of,
     )
+    from .live import (
+        AT_ONCE_S as AT_ONCE_S,
+        LiveJob as LiveJob,
+        LiveRun as LiveRun,
+        Pace as Pace,
+        execute_live as execute_live,
+    )
     from .report import (
         SECOND_HALF as SECOND_HALF,
         Coexisting as Coexisting,
@@ -36,14 +43,16 @@ if TYPE_CHECKING:
         stability_brief as stability_brief,
         verdict_kind as verdict_kind,
     )
-    from .run_styles import COLOURS as COLOURS, RunStyle as RunStyle
     from .runs import (
+        COLOURS as COLOURS,
         MAX_RUNS as MAX_RUNS,
         SOLVER as SOLVER,
         Run as Run,
         Runs as Runs,
         RunState as RunState,
+        RunStyle as RunStyle,
         execute as execute,
+        usual_style as usual_style,
     )
     from .scene_differences import (
         base_scene as base_scene,

@@ -49,7 +49,8 @@ class Precedence:
 PRECEDENCE: Final = Precedence()
 
 
-def _duration(seconds: float) -> str:
+def duration_text(seconds: float) -> str:
+    """A duration in hours, minutes and seconds."""
     minutes, rest = divmod(round(seconds), 60)
     hours, minutes = divmod(minutes, 60)
     if hours:
@@ -81,10 +82,15 @@ class Job:
         return self._stop.is_set()
 
     @property
+    def elapsed(self) -> float:
+        """Time since the start, s."""
+        return time.monotonic() - self._begin
+
+    @property
     def words(self) -> str:
         """Progress and remaining time, such as ``40 %, 2.5 s left``."""
-        done, elapsed = self.fraction, time.monotonic() - self._begin
-        left = f", {_duration(elapsed * (1.0 - done) / done)} left" if done > 0.0 else ""
+        done, elapsed = self.fraction, self.elapsed
+        left = f", {duration_text(elapsed * (1.0 - done) / done)} left" if done > 0.0 else ""
         return f"{_percent(done)}{left}"
 
     @property

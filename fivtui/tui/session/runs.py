@@ -15,7 +15,6 @@ from fivtui.scene import Scene, scene_transient
 from fivtui.transient import FMU_FLAVOURS, Trajectory, Transient, takes_step
 
 from .jobs import Job, Outcome, outcome_of
-from .run_styles import RunStyle, usual_style
 
 MAX_RUNS: Final = 20
 # Engines: that of all other methods, and those of the methods that run an FMU.
@@ -28,6 +27,9 @@ FMU_ENGINES: Final = {
 _PER_PERIOD: Final = 64
 _FEWEST: Final = 1000
 _MOST: Final = 250_000
+# Okabe and Ito's colours, distinct also with colour vision deficiencies, on dark and light.
+COLOURS: Final = ("#E69F00", "#56B4E9", "#009E73", "#CC79A7", "#D55E00", "#0072B2", "#B8A800")
+MARKERS: Final = "●■▲◆▼★"
 
 
 def engine_of(method: str) -> str:
@@ -47,6 +49,29 @@ class RunState(Enum):
 
 # States without a result.
 _WITHOUT: Final = (RunState.STOPPED, RunState.FAILED, RunState.NOT_KEPT)
+
+
+@dataclass(slots=True)
+class RunStyle:
+    """Colour and marker of a run: indices into `COLOURS` and `MARKERS`, modulo their lengths."""
+
+    colour: int
+    marker: int
+
+    @property
+    def colour_code(self) -> str:
+        """The colour as hex code."""
+        return COLOURS[self.colour % len(COLOURS)]
+
+    @property
+    def marker_sign(self) -> str:
+        """The marker character."""
+        return MARKERS[self.marker % len(MARKERS)]
+
+
+def usual_style(number: int) -> RunStyle:
+    """The default style of a run; different for any 42 consecutive numbers."""
+    return RunStyle(number - 1, number - 1)
 
 
 class PartialTrajectory:

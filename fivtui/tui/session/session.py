@@ -15,6 +15,7 @@ from .editing import Editing
 from .equations import symbol_of
 from .fields import CONSIDERED, FIELDS
 from .history import Action
+from .live import Live
 from .report import Coexisting
 from .runs import FMU_ENGINES, Run, Runs, engine_of
 from .scene_differences import differences
@@ -25,6 +26,9 @@ if TYPE_CHECKING:
     from .studies import StoredResult
 
 MOST_RECENT: Final = 10
+_LIVE: Final = "live"
+_ON: Final = "on"
+_OFF: Final = "off"
 _FIRST_METHOD: Final = next(iter(METHODS))
 
 
@@ -42,6 +46,8 @@ class Session(Editing):
     ----------
     runs : Runs
         The transients.
+    live : Live
+        The live curve.
     reports : list of str
         Lines of the log, oldest first.
     recent : tuple of str
@@ -63,6 +69,7 @@ class Session(Editing):
     def __init__(self, scene: Scene | None = None, source: str = "") -> None:
         super().__init__(scene, source)
         self.runs = Runs()
+        self.live = Live()
         self.reports: list[str] = []
         self.recent: tuple[str, ...] = ()
         self.tab = ""
@@ -75,6 +82,15 @@ class Session(Editing):
         self._native_method, self._fmu_method = _FIRST_METHOD, next(iter(FMU_ENGINES))
         # The last result: several views ask for it at every key.
         self._stability: tuple[tuple[Parameters, bool], Stability] | None = None
+
+    @property
+    def lives(self) -> bool:
+        """Whether a live curve follows edits; a stored setting."""
+        return self.settings.get(_LIVE, {}).get(_LIVE) != _OFF
+
+    @lives.setter
+    def lives(self, on: bool) -> None:
+        self.settings.setdefault(_LIVE, {})[_LIVE] = _ON if on else _OFF
 
     def remember(self, path: str) -> None:
         """Put a scene file first in the recent ones."""

@@ -17,6 +17,8 @@ if TYPE_CHECKING:
         FieldEdited as FieldEdited,
         FieldFocused as FieldFocused,
         FieldStepped as FieldStepped,
+        LiveEnded as LiveEnded,
+        LiveRequested as LiveRequested,
         PointOpened as PointOpened,
         Reported as Reported,
         ResultsRestored as ResultsRestored,

@@ -8,7 +8,7 @@ from textual.message import Message
 
 from fivtui.scene import Scene
 from fivtui.transient import Transient
-from fivtui.tui.session import DisplayedStudy, Job, Outcome, Run
+from fivtui.tui.session import DisplayedStudy, Job, LiveJob, Outcome, Run
 
 if TYPE_CHECKING:
     from fivtui.orbits import Coexistence
@@ -66,6 +66,20 @@ class RunEnded(Message):
 
     run: Run
     outcome: Outcome[Transient]
+
+
+@dataclass
+class LiveRequested(Message):
+    """A tab that shows the live curve is in sight, and the scene may have changed."""
+
+
+@dataclass
+class LiveEnded(Message):
+    """The thread of a live run ended, perhaps after it was stopped; `seconds` is its duration."""
+
+    job: LiveJob
+    outcome: Outcome[Transient]
+    seconds: float
 
 
 @dataclass

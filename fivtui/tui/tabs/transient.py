@@ -1,6 +1,6 @@
 """The transient tab: time histories, phase portraits, spectrum, difference, summary."""
 
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, ClassVar, Final
@@ -16,7 +16,7 @@ from fivtui.equilibrium import stability
 from fivtui.model import ComputationError, InputError
 from fivtui.transient import Transient
 from fivtui.tui.chart import Axis, ChartView
-from fivtui.tui.session import Run, Session, names_of, remark, result_brief
+from fivtui.tui.session import Run, Session, names_of, remark, result_brief, usual_style
 
 from .charts.transient import (
     PlottedRun,
@@ -29,6 +29,7 @@ from .charts.transient import (
     spectrum_chart,
     time_chart,
 )
+from .messages import LiveRequested
 from .motion.belt import BeltView
 from .motion.measured import MeasuredView
 from .views_pane import ViewsPane
@@ -43,9 +44,12 @@ _LEAST_ROWS: Final = 5
 # Columns from which on three phase portraits stand side by side.
 _WIDE: Final = 120
 _LAST_PART: Final = 0.1
+# Mark and colour of the curve before an edit.
+_GHOST_STYLE: Final = ("·", "#808080")
 _NOTHING: Final = "no run yet: press F5"
 _NO_SPECTRUM: Final = "no chart to export: too few samples in its time window"
 _NO_BASELINE: Final = "no difference: set another run as baseline (b in the run list)"
+_NOT_KEPT: Final = "the live curve is not kept: press F5 to export its run"
 _NO_CHARTS: Final = {
     "difference": _NO_BASELINE,
     "measured": "no chart to export: name a file of measured data",
@@ -105,18 +109,39 @@ class TransientPane(ViewsPane):
 
     # What is shown
 
+    def scene_changed(self) -> None:
+        """Ask for the live curve."""
+        self.post_message(LiveRequested())
+
     def run_changed(self, run: Run | None) -> None:
-        """Display a run and the overlaid ones."""
+        """Display a run and the overlaid ones, or the live curve in its place."""
+        if self.session.live.shown:
+            self._show_live()
+            return
         if run is None or run.result is None:
             self._clear()
             return
-        first, *others = result_brief(run.result)
-        lines = [first, *_remarks(run.result), *others]
-        self.query_one("#summary", Static).update("\n".join(lines))
-        drawn = list(reversed(self.session.runs.drawn))
-        names = names_of({each.number: each.scene for each in drawn})
-        plotted = map(_plotted_run, drawn, names)
+        self.query_one("#summary", Static).update("\n".join(_summary(run.result)))
+        plotted = _plotted_runs(reversed(self.session.runs.drawn))
         self._show([each for each in plotted if each is not None], run)
+
+    def _show_live(self) -> None:
+        # On top, over the overlaid runs, and over what was there before the edit.
+        live, runs = self.session.live, self.session.runs
+        lines: list[str] = [live.error]
+        plotted: list[PlottedRun | None] = []
+        if live.curve is not None:
+            result = live.curve.result
+            lines = _summary(result)
+            # As the run will look that is kept of it.
+            style = usual_style(runs.count + 1)
+            plotted.append(plotted_run(result, "live", style.marker_sign, style.colour_code))
+        overlaid = [run for run in reversed(runs.drawn) if run.overlaid]
+        plotted += _plotted_runs(overlaid)
+        if live.ghost is not None and all(run.result is not live.ghost for run in overlaid):
+            plotted.append(plotted_run(live.ghost, "before", *_GHOST_STYLE))
+        self.query_one("#summary", Static).update("\n".join(lines))
+        self._show([each for each in plotted if each is not None], None)
 
     def _clear(self) -> None:
         if self._plotted and self.session.runs.active is None:
@@ -133,7 +158,7 @@ class TransientPane(ViewsPane):
             drawn = growing_run(trajectory, run.scene, name, style.marker_sign, style.colour_code)
             self._show([drawn], run)
 
-    def _show(self, plotted: list[PlottedRun], first: Run) -> None:
+    def _show(self, plotted: list[PlottedRun], first: Run | None) -> None:
         self._plotted, self._first = plotted, first
         self.draw()
 
@@ -175,11 +200,12 @@ class TransientPane(ViewsPane):
             view.show(None, nothing=str(error))
 
     def _draw_difference(self) -> None:
-        if self._first is None:
-            return
-        run = self.session.runs.baseline
+        run, ghost = self.session.runs.baseline, self.session.live.ghost
         baseline = None if run in (None, self._first) else _plotted_run(run, _number(run))
-        shown = replace(self._plotted[0], name=_number(self._first))
+        if run is None and ghost is not None:
+            baseline = plotted_run(ghost, "before")
+        name = "live" if self._first is None else _number(self._first)
+        shown = replace(self._plotted[0], name=name)
         for quantity in ("y", "P"):
             chart = None
             if baseline is not None:
@@ -189,14 +215,22 @@ class TransientPane(ViewsPane):
 
     def _draw_belt(self) -> None:
         # At the cursor of the time histories, where there is one.
-        run = self.session.runs.displayed
-        if run is not None and run.result is not None:
-            self.query_one(BeltView).show_run(run.result, self._chosen_time())
+        result = self._result
+        if result is not None:
+            self.query_one(BeltView).show_run(result, self._chosen_time())
 
     def _draw_measured(self) -> None:
-        run = self.session.runs.displayed
-        if run is not None and run.result is not None:
-            self.query_one(MeasuredView).show_run(run.result)
+        result = self._result
+        if result is not None:
+            self.query_one(MeasuredView).show_run(result)
+
+    @property
+    def _result(self) -> Transient | None:
+        # What is plotted first.
+        live, run = self.session.live, self.session.runs.displayed
+        if live.curve is not None:
+            return live.curve.result
+        return None if run is None else run.result
 
     def _chosen_time(self) -> float | None:
         cursors = (self.query_one(f"#plot-{name}", ChartView).view.cursor for name in _QUANTITIES)
@@ -220,6 +254,8 @@ class TransientPane(ViewsPane):
             run_export,
         )
 
+        if self.session.live.shown:
+            return self._live_export(what)
         run, charts = self.session.runs.displayed, self.visible_charts()
         if self.view == "belt" and run is not None and run.result is not None:
             chosen = self.query_one("#plot-y", ChartView).view.x
@@ -241,6 +277,24 @@ class TransientPane(ViewsPane):
             ignored=not any(each.scene.separation for each in drawn),
         )
         return charts_export(of, stem, charts, heading)
+
+    def _live_export(self, what: str) -> "Export":
+        from .exports.export import FIGURE, Heading, charts_export, points_export, study_export
+
+        charts, live, of = self.visible_charts(), self.session.live, "the live curve"
+        curve = live.curve
+        if charts is None or curve is None or self.view == "belt":
+            raise InputError(_NOT_KEPT)
+        stem = f"{curve.scene.name}-live"
+        if what != FIGURE and self.view in ("time", "phase"):
+            return study_export(what, "run", curve.result, stem, of)
+        stem += "" if self.view == "time" else f"-{self.view}"
+        if what != FIGURE:
+            return points_export(of, stem, charts)
+        overlaid = [run.result for run in self.session.runs.drawn if run.overlaid]
+        drawn = [each for each in (curve.result, live.ghost, *overlaid) if each is not None]
+        ignored = not any(each.separation for each in drawn)
+        return charts_export(of, stem, charts, Heading([e.parameters for e in drawn], (), ignored))
 
     # Room and views
 
@@ -300,6 +354,17 @@ class TransientPane(ViewsPane):
 
 def _number(run: Run) -> str:
     return f"run {run.number}"
+
+
+def _summary(result: Transient) -> list[str]:
+    first, *others = result_brief(result)
+    return [first, *_remarks(result), *others]
+
+
+def _plotted_runs(runs: Iterable[Run]) -> list[PlottedRun | None]:
+    drawn = list(runs)
+    names = names_of({each.number: each.scene for each in drawn})
+    return list(map(_plotted_run, drawn, names))
 
 
 def _plotted_run(run: Run, name: str) -> PlottedRun | None:

@@ -12,6 +12,7 @@ from tests.support.laboratory import text_of, until, until_shown
 
 OWN = """
 theme = "mine"
+live = false
 [keys]
 run = "f12"
 next-tab = "ctrl+n"
@@ -24,7 +25,7 @@ dark = false
 def test_a_file_that_is_not_there_changes_nothing(tmp_path: Path) -> None:
     for path in (None, tmp_path / "config.toml"):
         config = load_config(path, KEY_IDS)
-        assert (config.theme, config.keys, config.themes) == ("", {}, {})
+        assert (config.theme, config.live, config.keys, config.themes) == ("", None, {}, {})
     assert config_path({"XDG_CONFIG_HOME": "/x"}) == Path("/x/fivtui/config.toml")
 
 
@@ -35,6 +36,7 @@ def test_a_file_that_is_not_there_changes_nothing(tmp_path: Path) -> None:
         ("keys = 1", "keys: must be a table"),
         ("[keys]\nruns = 1", "keys.runs = 1: must be text"),
         ("[keys]\nrnu = 'f5'", "unknown action 'rnu'; did you mean run"),
+        ("live = 'no'", "live = 'no': must be true or false"),
         ("theme = 3", "theme = 3: must be text"),
         ("[themes.a]\npanel = '#000000'", "themes.a: must have the colour primary"),
         ("[themes.a]\nprimary = 'red'", "must be a colour such as"),
@@ -65,6 +67,7 @@ async def test_own_keys_and_theme_hold_from_the_first_start_on(tmp_path: Path) -
     again = FivtuiApp(state=tmp_path / "session.json", config=path)
     async with again.run_test(size=(80, 24)):
         assert again.theme == "mine"
+        assert not again.session.lives
         assert not again.screen.query("#welcome")
 
 

@@ -23,8 +23,7 @@ from fivtui.tui.persistence.state_file import (
 )
 from fivtui.tui.session.comparison import change_rows, changes, engine_words, percent_text
 from fivtui.tui.session.jobs import Outcome
-from fivtui.tui.session.run_styles import usual_style
-from fivtui.tui.session.runs import MAX_RUNS, Run, Runs, execute
+from fivtui.tui.session.runs import MAX_RUNS, Run, Runs, execute, usual_style
 from fivtui.tui.session.scene_differences import base_scene
 from fivtui.tui.session.scenes_of_paper import paper_scenes
 from fivtui.tui.session.session import MOST_RECENT, Session

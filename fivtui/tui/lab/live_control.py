@@ -1,0 +1,179 @@
+"""Runs the edited scene in the background for the live curve."""
+
+import time
+from typing import Final
+
+from textual.screen import Screen
+from textual.timer import Timer
+from textual.worker import Worker, WorkerState
+
+from fivtui.model import InputError
+from fivtui.scene import Scene
+from fivtui.transient import Transient
+from fivtui.tui.session import (
+    AT_ONCE_S,
+    PRECEDENCE,
+    LiveJob,
+    LiveRun,
+    Outcome,
+    Pace,
+    Session,
+    crash_words,
+    differences,
+    execute_live,
+)
+from fivtui.tui.tabs import LiveEnded
+
+# Delay of a run after the last edit, where it does not follow at once, s.
+_PAUSE: Final = 0.4
+_GROUP: Final = "live"
+
+
+class LiveController:
+    """Keeps the live curve of a session up with the edited scene, one run at a time, for a screen.
+
+    A short run is finished and shown even if the scene has changed since, so that the curve moves
+    while a key is held; a long one is stopped by the next edit. Of scenes that wait the newest is
+    run. Results of stopped runs are dropped.
+    """
+
+    def __init__(self, screen: Screen[None], session: Session) -> None:
+        self._screen = screen
+        self._session = session
+        # The scene that was last asked for, and the kept run beside which it was.
+        self._scene = self._edited()
+        self._displayed = session.runs.displayed
+        self._job: LiveJob | None = None
+        self._count = 0
+        self._next: Scene | None = None
+        self._waiting: Timer | None = None
+
+    def _edited(self) -> Scene | None:
+        try:
+            return self._session.scene()
+        except InputError:
+            return None
+
+    def request(self) -> bool:
+        """Follow the edited scene. Returns whether what is shown has changed."""
+        session, live = self._session, self._session.live
+        if not session.lives or session.runs.active is not None:
+            self.stop()
+            return False
+        scene = self._edited()
+        if scene == self._scene:
+            return False
+        self._scene = scene
+        kept = session.runs.displayed
+        if scene is None:
+            self.stop()
+            live.words = "live: waits for valid inputs"
+        elif kept is not None and not differences(scene, kept.edited or kept.scene):
+            self.stop()
+            live.clear()
+        else:
+            self._follow(scene)
+        return True
+
+    def _follow(self, scene: Scene) -> None:
+        live = self._session.live
+        if self._job is not None and self._job.elapsed > AT_ONCE_S:
+            # Longer than expected: its successors wait for a pause.
+            live.learn(self._job.scene, self._job.elapsed)
+        pace = live.pace(scene)
+        if pace is Pace.AT_ONCE:
+            self._stop_waiting()
+            if self._job is not None and self._job.pace is Pace.AT_ONCE:
+                self._next = scene
+            else:
+                self._begin(scene)
+            return
+        self.stop()
+        if pace is Pace.OFF:
+            live.refuse(scene)
+        else:
+            live.wait(scene)
+            self._waiting = self._screen.set_timer(_PAUSE, self._idle)
+
+    def _idle(self) -> None:
+        self._waiting = None
+        if PRECEDENCE.claimed:
+            self._waiting = self._screen.set_timer(_PAUSE, self._idle)
+        elif self._scene is not None:
+            self._begin(self._scene)
+
+    def _begin(self, scene: Scene) -> None:
+        if self._job is not None:
+            self._job.stop()
+        self._next = None
+        self._job = job = LiveJob(scene=scene, pace=self._session.live.pace(scene))
+
+        def compute() -> None:
+            begin = time.perf_counter()
+            outcome = execute_live(job)
+            self._screen.post_message(LiveEnded(job, outcome, time.perf_counter() - begin))
+
+        self._count += 1
+        self._screen.run_worker(
+            compute, name=str(self._count), group=_GROUP, thread=True, exit_on_error=False
+        )
+
+    def ended(self, event: LiveEnded) -> bool:
+        """Take a result. Returns False if it is outdated."""
+        job, outcome = event.job, event.outcome
+        if job is not self._job:
+            return False
+        self._job = None
+        live, kept = self._session.live, self._session.runs.displayed
+        before = None if kept is None else kept.result
+        if outcome.result is not None:
+            live.learn(job.scene, event.seconds)
+            live.put(LiveRun(job.scene, outcome.result, event.seconds), before)
+        elif outcome.error:
+            live.fail(outcome.error, before)
+        else:
+            live.learn(job.scene, job.estimate)
+            live.refuse(job.scene)
+        if self._next is not None:
+            self._begin(self._next)
+        return True
+
+    def thread_failed(self, worker: Worker[object]) -> bool:
+        """Take a crash of a live run's thread. Returns whether it was one."""
+        if worker.group != _GROUP or worker.state is not WorkerState.ERROR:
+            return False
+        if self._job is not None and worker.name == str(self._count):
+            outcome: Outcome[Transient] = Outcome(error=crash_words(worker.error))
+            self._screen.post_message(LiveEnded(self._job, outcome, 0.0))
+        return True
+
+    def runs_changed(self) -> None:
+        """Give way to another kept run, and to one that is being computed."""
+        runs = self._session.runs
+        if runs.active is not None:
+            self.stop()
+        if runs.displayed is not self._displayed:
+            self._displayed, self._scene = runs.displayed, self._edited()
+            self.stop()
+            self._session.live.clear()
+
+    def switch(self) -> None:
+        """Switch the live curve on or off."""
+        session = self._session
+        session.lives = not session.lives
+        self.stop()
+        session.live.clear()
+        self._scene = None if session.lives else self._scene
+
+    def stop(self) -> None:
+        """Stop and forget what is computed or waits."""
+        self._stop_waiting()
+        self._next = None
+        if self._job is not None:
+            self._job.stop()
+            self._job = None
+
+    def _stop_waiting(self) -> None:
+        if self._waiting is not None:
+            self._waiting.stop()
+            self._waiting = None

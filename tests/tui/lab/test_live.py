@@ -1,0 +1,266 @@
+"""The live curve: the transient follows every edit, and no run is kept of it."""
+
+import dataclasses
+import threading
+from typing import Any
+
+import pytest
+from textual.pilot import Pilot
+
+from fivtui.scene import PRESETS
+from fivtui.tui.chart import ChartView
+from fivtui.tui.lab import live_control
+from fivtui.tui.lab.screen import LabScreen
+from fivtui.tui.persistence.snapshot import state_of
+from fivtui.tui.session.jobs import Outcome
+from fivtui.tui.session.live import AT_ONCE_S, LONGEST_S, Live, LiveJob, Pace, execute_live
+from fivtui.tui.tabs import SceneLoaded
+from tests.support.laboratory import (
+    HANG_S,
+    app_of,
+    flat_text_of,
+    focus,
+    run_to_end,
+    show_tab,
+    type_into,
+    until,
+    until_shown,
+)
+
+SIZE = (100, 34)
+BASE = PRESETS["base"]
+
+
+def live_of(pilot: Pilot[None]) -> Live:
+    return app_of(pilot).session.live
+
+
+def traces(pilot: Pilot[None], name: str = "plot-y") -> list[str]:
+    chart = pilot.app.screen_stack[0].query_one(f"#{name}", ChartView).chart
+    return [] if chart is None else [trace.name for trace in chart.traces]
+
+
+async def until_live(pilot: Pilot[None]) -> None:
+    """Wait until the live curve is that of the edited scene."""
+    session = app_of(pilot).session
+    await until(
+        pilot,
+        lambda: session.live.curve is not None and session.live.curve.scene == session.scene(),
+    )
+
+
+async def test_every_step_is_drawn_over_the_curve_before_it_and_no_run_is_kept(
+    pilot: Pilot[None],
+) -> None:
+    await run_to_end(pilot)
+    session, live = app_of(pilot).session, live_of(pilot)
+    before = state_of(session, "").runs
+    await focus(pilot, "m")
+    await pilot.press("up")
+    await until_live(pilot)
+    kept, first = session.runs.displayed, live.curve
+    assert kept is not None
+    assert first is not None
+    assert first.scene.parameters.m == 5.1
+    assert live.ghost is kept.result
+    await until(pilot, lambda: traces(pilot) == ["before", "live"])
+    await until_shown(pilot, "ms; F5 keeps a run")
+    assert flat_text_of(pilot).count("live in ") == 1
+    await pilot.press("up")
+    await until_live(pilot)
+    assert live.ghost is first.result
+    assert state_of(session, "").runs == before
+    # In every view; without a baseline the difference is that to the curve before.
+    await pilot.click("#view-phase")
+    await until(pilot, lambda: traces(pilot, "phase-x") == ["before", "live"])
+    await pilot.click("#view-spectrum")
+    await until(pilot, lambda: traces(pilot, "plot-spectrum") == ["before", "live"])
+    await pilot.click("#view-difference")
+    await until_shown(pilot, "live − before")
+    await pilot.click("#view-belt")
+    await until_shown(pilot, "▬slider")
+    await pilot.click("#view-time")
+    # Back at the kept run there is no other curve.
+    await pilot.press("ctrl+z", "ctrl+z")
+    await until(pilot, lambda: not session.changed and not live.shown)
+    await until_shown(pilot, "run 1 done")
+    assert traces(pilot) == ["run 1"]
+    # What is kept by F5 takes the place of the live curve.
+    await focus(pilot, "m")
+    await pilot.press("up")
+    await until_live(pilot)
+    await run_to_end(pilot)
+    assert [run.number for run in session.runs] == [1, 2]
+    assert not live.shown
+    await until_shown(pilot, "run 2 done")
+
+
+class Held:
+    """Stands for runs that end when they are told to."""
+
+    def __init__(self) -> None:
+        self.jobs: list[LiveJob] = []
+        self.may_end = threading.Event()
+
+    def __call__(self, job: LiveJob) -> Outcome[Any]:
+        self.jobs.append(job)
+        while not self.may_end.wait(0.005):
+            if job.stopped:
+                return Outcome()
+        return execute_live(job)
+
+
+@pytest.fixture
+def held(monkeypatch: pytest.MonkeyPatch) -> Held:
+    runs = Held()
+    monkeypatch.setattr(live_control, "execute_live", runs)
+    # However slow the machine is, a run is as short as it is said to be.
+    monkeypatch.setattr(live_control, "AT_ONCE_S", HANG_S)
+    return runs
+
+
+async def test_of_the_edits_during_a_short_run_the_newest_is_run(
+    pilot: Pilot[None], held: Held
+) -> None:
+    await show_tab(pilot, "alt+2")
+    await focus(pilot, "m")
+    await pilot.press("up")
+    await until(pilot, lambda: len(held.jobs) == 1)
+    await pilot.press("up", "up", "up")
+    assert app_of(pilot).session.texts["m"] == "5.4"
+    held.may_end.set()
+    await until_live(pilot)
+    assert [job.scene.parameters.m for job in held.jobs] == [5.1, 5.4]
+    assert not any(job.stopped for job in held.jobs)
+
+
+async def test_a_longer_run_waits_for_a_pause_and_is_stopped_by_an_edit(
+    pilot: Pilot[None], held: Held
+) -> None:
+    live = live_of(pilot)
+    live.learn(BASE, 2.0)
+    await show_tab(pilot, "alt+2")
+    await focus(pilot, "m")
+    await pilot.press("up", "up")
+    await until_shown(pilot, "live when idle, about 2 s")
+    await until(pilot, lambda: len(held.jobs) == 1)
+    assert held.jobs[0].scene.parameters.m == 5.2
+    await pilot.press("up")
+    await until(pilot, lambda: held.jobs[0].stopped)
+    held.may_end.set()
+    await until_live(pilot)
+    assert [job.scene.parameters.m for job in held.jobs] == [5.2, 5.3]
+    # What was measured is believed.
+    assert live.expected(BASE) != pytest.approx(2.0)
+
+
+async def test_a_run_that_takes_too_long_is_left_to_the_user(
+    pilot: Pilot[None], held: Held
+) -> None:
+    await run_to_end(pilot)
+    live = live_of(pilot)
+    held.may_end.set()
+    await focus(pilot, "m")
+    await pilot.press("up")
+    await until_live(pilot)
+    live.learn(BASE, 60.0)
+    await pilot.press("up")
+    await until_shown(pilot, "live off, a run takes 1 min 00 s: F5 runs")
+    assert not live.shown
+    assert len(held.jobs) == 1
+    # A shorter one is not.
+    await type_into(pilot, "t_end", "5")
+    await until_shown(pilot, "live when idle, about 3 s")
+
+
+async def test_what_is_computed_when_the_laboratory_ends_is_stopped(held: Held) -> None:
+    from fivtui.tui.app import FivtuiApp
+
+    async with FivtuiApp().run_test(size=SIZE) as pilot:
+        await show_tab(pilot, "alt+2")
+        await focus(pilot, "m")
+        await pilot.press("up")
+        await until(pilot, lambda: len(held.jobs) == 1)
+    assert held.jobs[0].stopped
+
+
+async def test_an_error_is_a_quiet_line_over_the_curve_before(
+    pilot: Pilot[None], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    await run_to_end(pilot)
+    live = live_of(pilot)
+    told: list[str] = []
+    monkeypatch.setattr(LabScreen, "notify", lambda *words, **_: told.append(words[1]))
+    # Linear and unstable: it grows without end.
+    fields = {"k_nl": 0.0, "mu": 1.5}
+    scene = dataclasses.replace(
+        BASE, parameters=BASE.parameters.with_values(fields), separation=False, t_end=9e3
+    )
+    pilot.app.screen.post_message(SceneLoaded(scene, "", "grows"))
+    await until(pilot, lambda: bool(live.error))
+    await until_shown(pilot, "live: no result")
+    assert live.error.split()[0] in flat_text_of(pilot)
+    assert traces(pilot) == ["before"]
+    assert told == ["grows"]
+    # So is what nobody expects.
+    monkeypatch.setattr(live_control, "execute_live", lambda _: 1 / 0)
+    await type_into(pilot, "t_end", "10")
+    await until(pilot, lambda: "unexpected ZeroDivisionError" in live.error)
+    assert told == ["grows"]
+    monkeypatch.undo()
+    # Wrong inputs are said in the form alone.
+    await type_into(pilot, "t_end", "-")
+    await until_shown(pilot, "live: waits for valid inputs")
+
+
+async def test_belts_of_finite_speed_and_parameters_over_time_live_too(
+    pilot: Pilot[None],
+) -> None:
+    await show_tab(pilot, "alt+2")
+    await type_into(pilot, "v_belt", "1")
+    await until_live(pilot)
+    curve = live_of(pilot).curve
+    assert curve is not None
+    assert curve.result.parameters.v_belt == 1.0
+    stop = dataclasses.replace(PRESETS["brake-stop"], t_end=2.0)
+    pilot.app.screen.post_message(SceneLoaded(stop, "", "stop"))
+    await until(pilot, lambda: live_of(pilot).curve is not curve)
+    newer = live_of(pilot).curve
+    assert newer is not None
+    assert newer.scene == stop
+
+
+async def test_it_is_switched_off_and_on(pilot: Pilot[None], held: Held) -> None:
+    session = app_of(pilot).session
+    held.may_end.set()
+    await run_to_end(pilot)
+    await pilot.press("alt+l")
+    await until_shown(pilot, "live curve off")
+    await focus(pilot, "m")
+    await pilot.press("up")
+    await until_shown(pilot, "inputs changed since")
+    assert not session.lives
+    assert held.jobs == []
+    await pilot.press("alt+l")
+    await until_live(pilot)
+    assert session.lives
+
+
+def test_what_a_run_is_expected_to_take_decides_when_it_is_run() -> None:
+    live = Live()
+    fmu = dataclasses.replace(BASE, method="fmu")
+    assert live.pace(BASE) is Pace.AT_ONCE
+    assert live.pace(fmu) is Pace.IDLE
+    assert live.pace(PRESETS["brake-stop"]) is Pace.IDLE
+    for seconds, pace in ((0.9 * AT_ONCE_S, Pace.AT_ONCE), (1.1 * AT_ONCE_S, Pace.IDLE)):
+        live.learn(fmu, seconds)
+        assert live.pace(fmu) is pace
+    live.learn(fmu, 1.1 * LONGEST_S)
+    assert live.pace(fmu) is Pace.OFF
+    assert live.pace(dataclasses.replace(fmu, t_end=0.5 * fmu.t_end)) is Pace.IDLE
+    assert live.pace(dataclasses.replace(fmu, separation=False)) is Pace.IDLE
+    job = LiveJob(scene=fmu, pace=Pace.IDLE)
+    assert job.report(0.5)
+    assert job.estimate == pytest.approx(2.0 * job.elapsed, rel=0.5)
+    job._begin -= LONGEST_S
+    assert not job.report(0.6)
