@@ -112,83 +112,110 @@ INLINE void settle_start(const Belt *of, Block *w)
         w->xs[2] = with_belt;
 }
 
-/* Where in the step, of length 1, a guard falls to zero; 2 if it does not. `final` is its end. */
-APART double first_fall(double *c, int groups, double final)
+/* A guard over a step, as a polynomial of the time since its start, and its value at the end. */
+typedef struct {
+    double c[COEFFICIENTS], final;
+} Guard;
+
+/* At the start of a mode its guard is zero, and rises but for rounding; where it does not rise it is
+   the guard over time that counts. */
+INLINE void begin_guard(Guard *g, double h)
 {
-    double found;
-    if (c[0] <= 0.0)
-        /* At the start of a mode its guard is zero, and rises but for rounding: it is c/θ that
-           counts, or c/θ². */
-        c[0] = 0.0, c[1] = larger(c[1], 0.0);
-    for (int shift = 0; shift < 2 && c[0] == 0.0; shift++)
-        memmove(c, c + 1, (COEFFICIENTS - 1) * sizeof *c);
-    Ends p = ends_of(c, groups, 1.0);
-    if (final > 0.0 && hull(&p).low > 0.0)
-        return 2.0;
-    p.slope_off = weighed(CUBIC_SLOPE_BOUND, c, groups, 1.0);
-    if (c[0] > 0.0 && is_monotone(&p)) {
-        if (final > 0.0)
-            return 2.0;
-        return p.final < 0.0 ? refined(c, 0.0, 1.0, 0) : 1.0;
+    if (g->c[0] > 0.0)
+        return;
+    g->c[0] = 0.0, g->c[1] = larger(g->c[1], 0.0);
+    if (g->c[1] == 0.0) {
+        memmove(g->c, g->c + 1, (COEFFICIENTS - 1) * sizeof *g->c);
+        g->final /= h;
     }
-    if (sign_roots(c, 1, &found) > 0)
-        return found;
-    /* A root that rounded out of the step is at its end. */
-    return final <= 0.0 ? 1.0 : 2.0;
 }
 
-/* The first fall of v_r, of `sign`. */
-APART double fall_of_speed(const Belt *of, const Block *w, int groups, double sign)
+/* When a guard falls to zero in the step, infinite if it does not. */
+INLINE double fall_of(Guard *g, double h, int groups)
 {
-    const double v = of->v_belt, change = of->rates.speed * w->h, last_v = v + change;
-    double c[COEFFICIENTS] = {0.0}, power = w->h, speed = sign * (last_v - w->vx);
+    begin_guard(g, h);
+    Tangent end = tangent_at(g->c, groups, h);
+    double off = weighed(CUBIC_BOUND, g->c, groups, h);
+    return first_switch(g->c, groups, 1.0, &h, g->final, end.slope, off, 1) ? h : INFINITE;
+}
+
+/* v_r, of `sign`. */
+INLINE void guard_of_speed(const Belt *of, const Block *w, int groups, double sign, Guard *g)
+{
+    double rates = of->rates.speed;
+    for (int n = 0; n <= 4 * groups; n++)
+        g->c[n] = -sign * (n + 1) * w->xs[n + 1];
+    g->c[0] = sign * (of->v_belt - w->xs[1]), g->c[1] += sign * rates;
+    memset(g->c + 4 * groups + 1, 0, (COEFFICIENTS - 1 - 4 * groups) * sizeof *g->c);
+    g->final = sign * (of->v_belt + rates * w->h - w->vx);
+}
+
+/* Whether v_r, of `sign`, stays positive for certain. */
+INLINE int keeps_sliding(const Belt *of, const Block *w, int groups, double sign)
+{
+    const double v = of->v_belt, last_v = v + of->rates.speed * w->h;
     Ends p = {w->xs[0], w->x, w->xs[1] * w->h, w->vx * w->h, w->x_off, w->x_off};
     double middle = middle_slope(&p), off = weighed(CUBIC_SLOPE_BOUND, w->xs, groups, w->h);
     double fastest = larger(larger(sign * p.slope, sign * p.last_slope), sign * middle);
-    if (smaller(sign * v, sign * last_v) * w->h > fastest + off)
-        return 2.0;
-    for (int n = 0; n <= 4 * groups; n++, power *= w->h)
-        c[n] = -sign * (n + 1) * w->xs[n + 1] * power;
-    c[0] = sign * (v - w->xs[1]) * w->h;
-    c[1] += sign * change * w->h;
-    return first_fall(c, groups, speed * w->h);
+    return smaller(sign * v, sign * last_v) * w->h > fastest + off;
+}
+
+/* The first fall of v_r. */
+APART double fall_of_speed(const Belt *of, const Block *w, int groups, double sign)
+{
+    Guard g;
+    guard_of_speed(of, w, groups, sign, &g);
+    return fall_of(&g, w->h, groups);
+}
+
+/* μ_s P − f and μ_s P + f, f being what the belt exerts. Eq. 5 gives P from the expansion of y. */
+INLINE void guards_of_hold(const Belt *of, const Block *w, int groups, Guard *ahead, Guard *behind)
+{
+    const Rates *rates = &of->rates;
+    const double *x = w->xs, *y = w->ys, h = of->h, m = of->m, more = rates->grip * w->h;
+    double force[COEFFICIENTS], grip[COEFFICIENTS], held[COEFFICIENTS];
+    for (int n = 0; n < 4 * groups; n++) {
+        double moved = of->c2 * y[n + 1] + m * (n + 2) * y[n + 2];
+        force[n] = (n + 1) * moved + h * y[n], grip[n] = of->mu_s * force[n], held[n] = -h * y[n];
+    }
+    /* Where the slider sticks x is of the second degree. */
+    force[0] = spring(of, y[0]), force[1] += rates->force;
+    for (int n = 1; n < 3; n++)
+        force[n] -= h * x[n], grip[n] = of->mu_s * force[n], held[n] += of->a * x[n];
+    grip[0] = of->mu_s * force[0], held[0] = holding(of, x[0], y[0]);
+    held[1] += of->c1 * rates->speed;
+    if (more != 0.0)
+        for (int n = 1; n < 4 * groups; n++)
+            grip[n] += rates->grip * force[n - 1];
+    memset(ahead, 0, sizeof *ahead);
+    memset(behind, 0, sizeof *behind);
+    for (int n = 0; n < 4 * groups; n++)
+        ahead->c[n] = grip[n] - held[n], behind->c[n] = grip[n] + held[n];
+    double last_grip = (of->mu_s + more) * spring(of, w->y);
+    double last_held = holding(of, w->x, w->y) + of->c1 * rates->speed * w->h;
+    ahead->final = last_grip - last_held, behind->final = last_grip + last_held;
+}
+
+/* Whether the belt holds the slider for certain. */
+INLINE int keeps_holding(const Belt *of, const Block *w)
+{
+    Ends p = {w->ys[0], w->y, w->ys[1] * w->h, w->vy * w->h, w->y_off, w->y_off};
+    Range y = hull(&p);
+    double grip = smaller(of->mu_s, of->mu_s + of->rates.grip * w->h);
+    double driven = of->c1 * of->rates.speed * w->h;
+    double one = holding(of, w->xs[0], 0.0), other = holding(of, w->x, 0.0) + driven;
+    double most = larger(larger(one, other) - of->h * y.low, of->h * y.high - smaller(one, other));
+    return grip * spring(of, y.high) > most;
 }
 
 /* The first fall of μ_s P ∓ f; `mode` follows on it. */
 APART double fall_of_hold(const Belt *of, const Block *w, int groups, int64_t *mode)
 {
-    const int size = 4 * groups + 2;
-    const double more = of->rates.grip * w->h, driven = of->c1 * of->rates.speed * w->h;
-    double grip[COEFFICIENTS] = {0.0}, held[COEFFICIENTS] = {0.0}, power = 1.0, first = 2.0;
-    double force;
-    Series y = {{0.0}}, square = {{0.0}};
-    for (int n = 0; n < size; n++, power *= w->h) {
-        put_term(&y, n, w->ys[n] * power);
-        held[n] = (n < 3 ? of->a * w->xs[n] * power : 0.0) - of->h * y.c[n];
-    }
-    for (int n = 0; n < size; n++) {
-        force = -of->k2 * y.c[n];
-        if (of->k_nl > 0.0) {
-            put_term(&square, n, product_of(&y, &y, n));
-            force -= of->k_nl * product_of(&y, &square, n);
-        }
-        grip[n] += of->mu_s * force;
-        if (more != 0.0 && n + 1 < size)
-            grip[n + 1] = more * force;
-    }
-    grip[0] = of->mu_s * spring(of, w->ys[0]), held[0] = holding(of, w->xs[0], w->ys[0]);
-    held[1] += driven;
-    double last_grip = (of->mu_s + more) * spring(of, w->y);
-    double last_held = holding(of, w->x, w->y) + driven;
-    for (int backward = 0; backward < 2; backward++) {
-        double c[COEFFICIENTS], sign = backward ? 1.0 : -1.0;
-        for (int n = 0; n < COEFFICIENTS; n++)
-            c[n] = grip[n] + sign * held[n];
-        double found = first_fall(c, groups, last_grip + sign * last_held);
-        if (found < first * (1.0 - SIMULTANEOUS))
-            first = found, *mode = backward ? BACKWARD : FORWARD;
-    }
-    return first;
+    Guard ahead, behind;
+    guards_of_hold(of, w, groups, &ahead, &behind);
+    double first = fall_of(&ahead, w->h, groups), other = fall_of(&behind, w->h, groups);
+    *mode = other < first * (1.0 - SIMULTANEOUS) ? BACKWARD : FORWARD;
+    return *mode == BACKWARD ? other : first;
 }
 
 /* What ends a step: nothing, y = 0, v_r = 0, or the hold of the belt. */
@@ -201,11 +228,13 @@ INLINE Cut find_end(const Belt *of, Block *w, int groups, int64_t *then)
     end_step_x(w, groups, 1);
     if (of->mode == SEPARATED || of->mode == CONTACT)
         return cut;
-    double part = of->mode == STICK ? fall_of_hold(of, w, groups, then)
-                                    : fall_of_speed(of, w, groups, of->mode == FORWARD ? 1.0 : -1.0);
-    if (!(part <= 1.0) || (cut == AT_SWITCH && part >= 1.0 - SIMULTANEOUS))
+    double sign = of->mode == FORWARD ? 1.0 : -1.0, fall;
+    if (of->mode == STICK ? keeps_holding(of, w) : keeps_sliding(of, w, groups, sign))
         return cut;
-    w->h *= part;
+    fall = of->mode == STICK ? fall_of_hold(of, w, groups, then) : fall_of_speed(of, w, groups, sign);
+    if (!(fall <= w->h) || (cut == AT_SWITCH && fall >= w->h * (1.0 - SIMULTANEOUS)))
+        return cut;
+    w->h = fall;
     end_step_y(w, groups);
     end_step_x(w, groups, 1);
     return of->mode == STICK ? AT_HOLD : AT_SPEED;

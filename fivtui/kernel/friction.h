@@ -45,27 +45,6 @@ INLINE V decay(V exponent)
     return choose(some, value * from_bits_beyond_one(count * 0x1p52, 1023LL << 52), splat(0.0));
 }
 
-/* A series, and the same backwards: products of series then read both in ascending order. What is
-   not yet known is zero. */
-#define SERIES 24
-typedef struct {
-    double c[SERIES], back[2 * SERIES];
-} Series;
-
-INLINE void put_term(Series *s, int n, double value) { s->c[n] = value, s->back[SERIES - n] = value; }
-
-/* The n-th coefficient of a product. */
-INLINE double product_of(const Series *a, const Series *b, int n)
-{
-    Four sum = {0.0};
-    for (int i = 0; i <= n; i += 4) {
-        Four one = four_at(a->c + i), other = four_at(b->back + SERIES - n + i);
-        for (int k = 0; k < 4; k++)
-            sum[k] = FUSED(one[k], other[k], sum[k]);
-    }
-    return (sum[0] + sum[1]) + (sum[2] + sum[3]);
-}
-
 /* What is carried from term to term, with u and v those of ẍ and ÿ and p that of P/m, all of the
    n-th power of time: y; x; e; (pₙ₊₁, uₙ), and the sums of their products with those of e without
    the terms that come last; and factors of pₙ, e₀, e₁, sums, u, v. */
