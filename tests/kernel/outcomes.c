@@ -1,5 +1,5 @@
-/* The outcomes of problems in a file, alone and in lanes, written to another: what a machine makes of
-   them without Python. Compiled with `single.c` and `lanes.c`. */
+/* The outcomes of problems in a file, alone, on belts, over tables and in lanes, written to another:
+   what a machine makes of them without Python. Compiled with `single.c`, `belt.c` and `lanes.c`. */
 
 #include <stdint.h>
 #include <stdio.h>
@@ -10,6 +10,13 @@ void fivtui_run_begin_baseline(void *, const double *, int64_t, const double *, 
                                int64_t);
 int64_t fivtui_run_advance_baseline(void *, double *, int64_t, const double *, int64_t, double *,
                                     int8_t *, double *, int64_t, int64_t, double *);
+int64_t fivtui_belt_size_baseline(void);
+void fivtui_belt_begin_baseline(void *, const double *, int64_t, const double *, double, double,
+                                int64_t);
+void fivtui_driven_begin_baseline(void *, const double *, int64_t, const double *, double, double,
+                                  int64_t, int64_t, const double *, int64_t, double);
+int64_t fivtui_belt_advance_baseline(void *, double *, int64_t, const double *, int64_t, double *,
+                                     int8_t *, double *, int64_t, int64_t, double *);
 int64_t fivtui_batch_size_baseline(void);
 double fivtui_batch_advance_baseline(void *, const double *, const uint8_t *, const double *,
                                      double *, int64_t, double, double, double, int64_t, int64_t,
@@ -17,6 +24,7 @@ double fivtui_batch_advance_baseline(void *, const double *, const uint8_t *, co
 int64_t fivtui_batch_ended_baseline(const void *);
 
 enum { PARAMETERS = 9, STATE = 4, RESULTS = 19, MORE = 3, RUNNING = 5, SWITCHES = 50, LINE = 64 };
+enum { BELT = 12, CHANGE = 3, LEGS = 3, LEG = 10 };
 
 /* As `Given` of `test_other_machines.py` packs it. */
 typedef struct {
@@ -52,6 +60,23 @@ int main(int count, char **arguments)
             ;
         fwrite(result, sizeof(double), RESULTS, out);
     }
+    double *belts = taken(in, g.members * BELT, sizeof(double));
+    double *legs = taken(in, g.members * LEGS * LEG, sizeof(double));
+    void *on_belt = malloc((size_t)fivtui_belt_size_baseline());
+    for (int driven = 0; driven < 2; driven++)
+        for (int64_t i = 0; i < g.members; i++) {
+            double result[RESULTS + MORE], changes[SWITCHES * CHANGE];
+            const double *p = belts + i * BELT, *start = starts + i * STATE;
+            if (driven)
+                fivtui_driven_begin_baseline(on_belt, p, separation[i], start, g.t_end, g.tol, g.order,
+                                             i % 4 > 0, legs + i * LEGS * LEG, LEGS, 80.0);
+            else
+                fivtui_belt_begin_baseline(on_belt, p, separation[i], start, g.t_end, g.tol, g.order);
+            while (fivtui_belt_advance_baseline(on_belt, changes, SWITCHES, NULL, 0, NULL, NULL, NULL,
+                                                0, 701, result) == RUNNING)
+                ;
+            fwrite(result, sizeof(double), RESULTS, out);
+        }
     char *memory = calloc(1, (size_t)fivtui_batch_size_baseline() + LINE);
     void *work = memory + LINE - (uintptr_t)memory % LINE;
     double *results = malloc((size_t)g.members * RESULTS * sizeof(double));

@@ -10,6 +10,13 @@ void fivtui_run_begin_baseline(void *, const double *, int64_t, const double *, 
                                int64_t);
 int64_t fivtui_run_advance_baseline(void *, double *, int64_t, const double *, int64_t, double *,
                                     int8_t *, double *, int64_t, int64_t, double *);
+int64_t fivtui_belt_size_baseline(void);
+void fivtui_belt_begin_baseline(void *, const double *, int64_t, const double *, double, double,
+                                int64_t);
+void fivtui_driven_begin_baseline(void *, const double *, int64_t, const double *, double, double,
+                                  int64_t, int64_t, const double *, int64_t, double);
+int64_t fivtui_belt_advance_baseline(void *, double *, int64_t, const double *, int64_t, double *,
+                                     int8_t *, double *, int64_t, int64_t, double *);
 int64_t fivtui_vary_size_baseline(void);
 void fivtui_vary_begin_baseline(void *, const double *, int64_t, const double *, const double *,
                                 int64_t, double, double, int64_t);
@@ -26,7 +33,7 @@ int64_t fivtui_batch_ended_baseline(const void *);
 void fivtui_static_starts_baseline(const double *, const uint8_t *, double *, int64_t);
 
 enum { PARAMETERS = 9, STATE = 4, RESULTS = 19, MORE = 3, EXTREMES = 7, RUNNING = 5, CALLS = 20 };
-enum { SEGMENT_HEAD = 5, CROSSING_HEAD = 6, SINGLE_RUNS = 3 };
+enum { SEGMENT_HEAD = 5, CROSSING_HEAD = 6, SINGLE_RUNS = 3, OF_BELT = 3, CHANGE = 3, LEG = 10 };
 
 /* As `Problem` of `test_sanitized.py` packs it. */
 typedef struct {
@@ -67,6 +74,43 @@ static void run_alone(const Problem *p, const double *parameters, int64_t separa
         status = fivtui_run_advance_baseline(run, switches, p->switches, times, p->times, samples,
                                              modes, segments, p->segments, p->budget, result);
     free(run), free(switches), free(samples), free(modes), free(segments), free(result);
+}
+
+/* What a belt and its tables may be: from 0 to the most that is taken. */
+static double allowed(double number)
+{
+    return number != number ? 0.0 : __builtin_fmin(__builtin_fabs(number), 1e9);
+}
+
+static void run_on_belt(const Problem *p, const double *parameters, int64_t separation,
+                        const double *start, const double *times, const double *seeds)
+{
+    double belt[PARAMETERS + OF_BELT], *legs = room(2 * LEG, sizeof(double));
+    for (int i = 0; i < PARAMETERS + OF_BELT; i++)
+        belt[i] = i < PARAMETERS ? parameters[i] : allowed(seeds[i - PARAMETERS]);
+    for (int i = 0; i < 2 * LEG; i++)
+        legs[i] = i % LEG % 2 ? allowed(seeds[i % 13]) : 0.1 * seeds[i % 13];
+    legs[0] = 0.0, legs[LEG] = 0.5 * p->t_end;
+    for (int driven = 0; driven < 3; driven++) {
+        void *run = malloc((size_t)fivtui_belt_size_baseline());
+        double *changes = room(p->switches * CHANGE, sizeof(double));
+        double *samples = room(p->times * STATE, sizeof(double));
+        int8_t *modes = room(p->times, 1);
+        int64_t columns = SEGMENT_HEAD + 2 * (p->order + 2);
+        double *segments = p->segments < 0 ? NULL : room(p->segments * columns, sizeof(double));
+        double *result = room(RESULTS + MORE, sizeof(double));
+        if (driven)
+            fivtui_driven_begin_baseline(run, belt, separation, start, p->t_end, p->tol, p->order,
+                                         driven - 1, legs, 2, 1.0);
+        else
+            fivtui_belt_begin_baseline(run, belt, separation, start, p->t_end, p->tol, p->order);
+        int64_t status = RUNNING;
+        for (int call = 0; call < CALLS && status == RUNNING; call++)
+            status = fivtui_belt_advance_baseline(run, changes, p->switches, times, p->times, samples,
+                                                  modes, segments, p->segments, p->budget, result);
+        free(run), free(changes), free(samples), free(modes), free(segments), free(result);
+    }
+    free(legs);
 }
 
 static void run_varied(const Problem *p, const double *parameters, int64_t separation,
@@ -147,6 +191,7 @@ int main(void)
         for (int64_t i = 0; i < p.members && i < SINGLE_RUNS; i++) {
             const double *one = parameters + i * PARAMETERS, *start = starts + i * STATE;
             run_alone(&p, one, separation[i], start, times);
+            run_on_belt(&p, one, separation[i], start, times, seeds);
             /* A step that no tolerance bounds holds millions of the pieces that deviations take. */
             if (p.tol > 0.0 && p.tol < 0.1 && !(p.t_end > 100.0)) {
                 run_varied(&p, one, separation[i], start, seeds);

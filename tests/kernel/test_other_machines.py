@@ -13,7 +13,8 @@ import pytest
 
 import fivtui
 import hatch_build
-from fivtui.kernel import load_kernel
+from fivtui.kernel import Kernel, Status, load_kernel
+from fivtui.kernel.driven import Legs
 
 from .test_same_bits import COLUMNS, Members, alone, assert_same, in_lanes, members
 
@@ -34,22 +35,62 @@ def compiled_for(target: str, folder: Path) -> Path:
     for cache in ("GLOBAL", "LOCAL"):
         environment.setdefault(f"ZIG_{cache}_CACHE_DIR", str(folder))
     flags = [flag for flag in hatch_build._FLAGS if flag != "-fPIC"]
-    sources = [str(HERE / "outcomes.c"), str(KERNEL / "single.c"), str(KERNEL / "lanes.c")]
+    units = [KERNEL / f"{unit}.c" for unit in ("single", "belt", "lanes")]
+    sources = [str(HERE / "outcomes.c"), *map(str, units)]
     zig = [sys.executable, "-m", "ziglang", "cc", "-target", target]
     subprocess.run([*zig, *flags, "-o", str(program), *sources], check=True, env=environment)
     return program
 
 
-def outcomes(runner: str, program: Path, given: Members, cubic: bool) -> tuple[np.ndarray, ...]:
+def on_belts(parameters: np.ndarray) -> tuple[np.ndarray, list[Legs]]:
+    """Parameters on belts of finite speed, and legs of tables, of each member."""
+    rng, count = np.random.default_rng(3), len(parameters)
+    speeds = rng.choice([0.0, 1.0], count) * rng.uniform(0.0, 3.0, count)
+    static = parameters[:, 8] + rng.choice([0.0, 0.3], count)
+    of_law = np.where(rng.random(count) < 0.5, 0.0, rng.uniform(0.1, 1.0, count))
+    every = []
+    for member, (speed, grip) in enumerate(zip(speeds, static, strict=True)):
+        load, mu = parameters[member, 6], parameters[member, 8]
+        change = rng.uniform(-1.0, 1.0, 2)
+        row = [load, change[0], mu, 0.0, grip, 0.0, speed, abs(change[1]), speed + change[1]]
+        rows = [[0.4 * T_END * n, *row] for n in range(3)]
+        every.append(Legs(np.array(rows), 80.0))
+    return np.column_stack([parameters, speeds, static, of_law]), every
+
+
+def expected_on_belts(
+    kernel: Kernel, given: Members, belts: np.ndarray, every: list[Legs], driven: bool
+) -> np.ndarray:
+    _, separation, starts = given
+    found = np.empty((len(belts), COLUMNS))
+    for member, row in enumerate(belts.tolist()):
+        run = kernel.begin(
+            row[:9],
+            starts[member].tolist(),
+            separation=bool(separation[member]),
+            t_end=T_END,
+            tol=10.0 ** (-0.75 * ORDER),
+            order=ORDER,
+            belt=None if driven and member % 4 == 0 else (row[9], row[10], row[11]),
+            legs=every[member] if driven else None,
+        )
+        while run.advance(701) is Status.RUNNING:
+            pass
+        found[member] = run.outcome
+    return found
+
+
+def outcomes(
+    runner: str, program: Path, given: Members, cubic: bool, on_belt: bytes
+) -> tuple[np.ndarray, ...]:
     parameters, separation, starts = given
     head = struct.pack("3q2d", len(parameters), ORDER, cubic, T_END, 10.0 ** (-0.75 * ORDER))
     asked, answered = program.parent / "asked", program.parent / "answered"
     parts = [parameters.tobytes(), starts.tobytes(), separation.astype(np.uint8).tobytes()]
-    asked.write_bytes(head + b"".join(parts))
+    asked.write_bytes(head + b"".join([*parts, on_belt]))
     command = [runner, str(program), asked.name, answered.name]
     subprocess.run(command, check=True, cwd=program.parent)
-    single, lanes = np.fromfile(answered).reshape(2, len(parameters), COLUMNS)
-    return single, lanes
+    return tuple(np.fromfile(answered).reshape(4, len(parameters), COLUMNS))
 
 
 @pytest.mark.whole
@@ -61,11 +102,16 @@ def test_another_machine_gives_the_same_bits(target: str, tmp_path: Path) -> Non
     if runner is None:
         pytest.skip(f"there is none of {', '.join(STAND_INS[target])}")
     program = compiled_for(target, tmp_path)
-    kernel, every = load_kernel(), members(1000, 16)
+    kernel, everyone = load_kernel(), members(1000, 16)
     for cubic in (True, False):
-        some = (every[0][:, 7] > 0.0) == cubic
-        given = (every[0][some], every[1][some], every[2][some])
-        single, lanes = outcomes(runner, program, given, cubic)
+        some = (everyone[0][:, 7] > 0.0) == cubic
+        given = (everyone[0][some], everyone[1][some], everyone[2][some])
+        belts, every = on_belts(given[0])
+        legs = np.array([one.rows for one in every])
+        packed = belts.tobytes() + legs.tobytes()
+        single, belt, driven, lanes = outcomes(runner, program, given, cubic, packed)
+        for found, moves in ((belt, False), (driven, True)):
+            assert_same(found, expected_on_belts(kernel, given, belts, every, moves))
         expected = alone(kernel, given, T_END, ORDER)
         assert_same(single, expected)
         assert_same(lanes, expected)
