@@ -37,6 +37,12 @@ def _quantities() -> Iterable[str]:
     return QUANTITIES
 
 
+def _sweeps() -> Iterable[str]:
+    from fivtui.sweeps import SWEEP_PRESETS
+
+    return SWEEP_PRESETS
+
+
 SET_VALUES: Final = names_of(lambda: ALL_PARAMETERS, "=")
 PARAMETER_VALUES: Final = names_of(lambda: PARAMETERS, "=")
 PARAMETER_NAMES: Final = names_of(lambda: ALL_PARAMETERS)
@@ -45,3 +51,4 @@ VARIED_VALUES: Final = names_of(lambda: (*ALL_PARAMETERS, *_starts()), "=")
 SCATTERED_VALUES: Final = names_of(lambda: (*PARAMETERS, *_starts()), "~")
 ERROR_VALUES: Final = names_of(_quantities, "=")
 METHOD_NAMES: Final = names_of(_methods)
+SWEEP_PRESET_NAMES: Final = names_of(_sweeps)

@@ -10,16 +10,19 @@ from .options import json_option, print_json, say
 @commands.command()
 @json_option
 def presets(as_json: bool) -> None:
-    """List the scenes that come with the program."""
+    """List the scenes and sweeps that come with the program; --json gives the scenes."""
     from fivtui.scene import PRESETS, scene_to_dict
 
     if as_json:
         print_json({name: scene_to_dict(scene) for name, scene in PRESETS.items()})
     else:
         from fivtui.console import print_list
+        from fivtui.sweeps import SWEEP_PRESETS
 
         rows = [(name, scene.description) for name, scene in PRESETS.items()]
         print_list("Presets", rows)
+        sweeps = [(name, preset.description) for name, preset in SWEEP_PRESETS.items()]
+        print_list("Sweeps, by --preset", sweeps)
 
 
 @commands.command()

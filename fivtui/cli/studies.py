@@ -8,7 +8,7 @@ import click
 from fivtui.model import InputError
 
 from .arguments import Whole, option
-from .completion import METHOD_NAMES, VARIED_VALUES
+from .completion import METHOD_NAMES, SWEEP_PRESET_NAMES, VARIED_VALUES
 from .deliver import check_outputs, show, write
 from .group import commands
 from .options import (
@@ -47,11 +47,16 @@ if TYPE_CHECKING:
     "--vary",
     "varied",
     multiple=True,
-    required=True,
     metavar="NAME=START:STOP:COUNT[:log]",
     shell_complete=VARIED_VALUES,
     help="Vary a parameter, or x0, vx0, y0, vy0 of the start; may be repeated. NAME=V1,V2,… gives "
     "single values; designs random and sobol take NAME=START:STOP[:log].",
+)
+@option(
+    "--preset",
+    metavar="NAME",
+    shell_complete=SWEEP_PRESET_NAMES,
+    help="Vary as a sweep that comes with the program: peak-over-belt-speed.",
 )
 @option(
     "--design",
@@ -119,12 +124,14 @@ def sweep(**given: Any) -> None:
         study_of,
         sweep_in_memory,
         sweep_to_file,
+        varied_texts,
     )
 
     scene = scene_of(given["scene"], given["assignments"])
+    varied = varied_texts(given["preset"], given["varied"])
     study = study_of(
         scene,
-        parse_design(given["varied"], given["kind"], given["count"], given["seed"]),
+        parse_design(varied, given["kind"], given["count"], given["seed"]),
         cases=parse_cases(ignored=given["ignore_separation"], both=given["both"]),
         start=None if given["start"] is None else start_of(given["start"]),
         t_end=given["t_end"],

@@ -14,9 +14,11 @@ if TYPE_CHECKING:
     from .pieces import SweepPiece as SweepPiece
     from .report import SweepProgress as SweepProgress
     from .request import (
+        SWEEP_PRESETS as SWEEP_PRESETS,
         parse_cases as parse_cases,
         parse_design as parse_design,
         study_of as study_of,
+        varied_texts as varied_texts,
     )
     from .rows import Rows as Rows, compute_rows as compute_rows, joined as joined
     from .run import (

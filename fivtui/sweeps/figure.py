@@ -88,12 +88,27 @@ def _draw_curves(axes: Axes, result: Sweep, name: str) -> None:
                 markersize=4.0,
                 label=f"{OUTPUTS[output].meaning}, {_CASE_NAMES[case]}",
             )
+        _draw_fast_belt(axes, result, case, (drawn or result.study.outputs[:1])[0])
     if _is_log(result.study, name):
         axes.set_xscale("log")
     axes.set_xlabel(_label(name))
     outputs = drawn or list(result.study.outputs[:1])
     axes.set_ylabel("Amplitude (m)" if drawn else _output_label(outputs[0]))
     axes.legend(frameon=False, fontsize=8.0)
+
+
+def _draw_fast_belt(axes: Axes, result: Sweep, case: bool, output: str) -> None:
+    # The limit of fast belts.
+    row = result.fast_belt(case)
+    if row is not None:
+        axes.axhline(
+            float(result.table.numbers[output][row]),
+            color=CASE_COLOURS[case][0],
+            linestyle=":",
+            linewidth=0.8,
+            zorder=1.5,
+            label=f"belt that is always faster, {_CASE_NAMES[case]}",
+        )
 
 
 def _draw_maps(figure: Figure, panels: list[Axes], result: Sweep, names: list[str]) -> None:

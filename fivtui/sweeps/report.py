@@ -81,9 +81,27 @@ def print_sweep(result: Sweep) -> None:
     ]
     keys = len(study.design.axes) + 1
     print_rows(f"Sweep: {len(rows)} members", header, cells, keys=keys)
+    words = [_fast_belt_words(result, case) for case in study.cases]
     if len(short) < len(rows):
-        text = f"only the first and last {_ROWS // 2} rows are printed; --out and --json give all"
+        words.append(
+            f"only the first and last {_ROWS // 2} rows are printed; --out and --json give all"
+        )
+    for text in filter(None, words):
         Console(stderr=True, highlight=False).print(text, soft_wrap=True)
+
+
+def _fast_belt_words(result: Sweep, case: bool) -> str:
+    # From which speed of the belt on the motion is that on a belt that is always faster.
+    row = result.fast_belt(case)
+    output = next((name for name in _FOR_READING if name in result.study.outputs), None)
+    if row is None or output is None:
+        return ""
+    numbers = result.table.numbers
+    return (
+        f"from v_belt = {number(numbers['v_belt'][row], 6)} m/s on the slider is never as fast: "
+        f"{output} {number(numbers[output][row], 6)} is that of a belt that is always faster"
+        + ("" if case else ", separation ignored")
+    )
 
 
 def _cell(value: Any, column: SweepColumn) -> str:

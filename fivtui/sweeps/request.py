@@ -1,7 +1,9 @@
-"""A sweep's options, parsed from text."""
+"""A sweep's options, parsed from text, and the sweeps that come with the program."""
 
 from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
 from types import MappingProxyType
+from typing import Final
 
 from fivtui.model import InputError, unknown_name
 from fivtui.ranges import parse_range
@@ -11,6 +13,48 @@ from fivtui.transient import Start, check_horizon, check_tolerance
 from .design import VARIABLES, Axis, Design, Kind, Range
 from .scatter import StudyDesign
 from .study import DEFAULT_OUTPUTS, Study
+
+
+@dataclass(frozen=True, slots=True)
+class SweepPreset:
+    """A sweep that comes with the program.
+
+    Attributes
+    ----------
+    description : str
+        One phrase.
+    varied : tuple of str
+        What varies, as texts of ``--vary``.
+    """
+
+    description: str
+    varied: tuple[str, ...]
+
+
+SWEEP_PRESETS: Final[Mapping[str, SweepPreset]] = MappingProxyType(
+    {
+        "peak-over-belt-speed": SweepPreset(
+            "beyond the paper: stick on slow belts; fast ones end in the paper's result",
+            ("v_belt=0.1,0.2,0.5,1,2,3,5,7,10,12,14,16,18,20,22,24,26,30",),
+        )
+    }
+)
+
+
+def varied_texts(preset: str | None, texts: Sequence[str]) -> Sequence[str]:
+    """What varies: as given, or as in a preset of this name.
+
+    Raises `InputError` if neither or both are given, or the preset is unknown.
+    """
+    if preset is None:
+        if not texts:
+            raise InputError("--vary: must be given, or --preset")
+        return texts
+    if texts:
+        raise InputError("--preset: must be given without --vary")
+    if preset not in SWEEP_PRESETS:
+        raise unknown_name("sweep", preset, SWEEP_PRESETS)
+    return SWEEP_PRESETS[preset].varied
 
 
 def parse_design(

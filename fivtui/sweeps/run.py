@@ -101,6 +101,24 @@ class Sweep(Result):
             rows.append(("and", f"{len(columns) - _SHOWN} more columns"))
         return rows
 
+    def fast_belt(self, case: bool) -> int | None:
+        """Row of the slowest belt that, as all faster ones, is always faster than the slider.
+
+        `case` is whether separation is considered. Its motion is that without `v_belt`. None if
+        there is no such row, or friction depends on the speed of the belt.
+        """
+        study, numbers = self.study, self.table.numbers
+        if list(study.design.axes) != ["v_belt"] or study.parameters.speed_law is not None:
+            return None
+        if "vx_max" not in numbers:
+            return None
+        speeds, greatest = numbers["v_belt"], numbers["vx_max"]
+        rows = np.flatnonzero(self.table.separation == case)
+        falling = rows[np.argsort(-speeds[rows], kind="stable")]
+        faster = np.cumprod(speeds[falling] > greatest[falling])
+        count = int(faster.sum())
+        return int(falling[count - 1]) if count else None
+
     def to_dict(self) -> dict[str, Any]:
         """The object that ``fivtui sweep --json`` prints: ``columns`` and ``rows``."""
         return {"columns": self.columns, "rows": self.rows}

@@ -1,11 +1,23 @@
 """Batches and sweeps on belts of finite speed."""
 
+import json
+
 import numpy as np
 import pytest
 
 from fivtui import Parameters, simulate, simulate_batch, stability, sweep
 from fivtui.batch import run as batch_run
+from fivtui.cli import run
 from fivtui.model.errors import InputError
+from fivtui.scene.presets import PRESETS
+from fivtui.sweeps.figure import sweep_figure
+from fivtui.tui.tabs.charts.sweep import (
+    points_of,
+    sweep_chart,
+    sweep_of,
+    sweep_parts,
+    sweep_request,
+)
 
 SPEEDS = [0.0, 0.2, 1.0, 30.0]
 FRICTION = {"mu_s": 0.9, "v_s": 0.4}
@@ -38,6 +50,59 @@ def test_the_peak_over_the_speed_of_the_belt_ends_in_that_of_one_always_faster()
     assert peaks[-1] == simulate().peak.y_max
     assert [row[3] for row in found.rows] == pytest.approx([stability().growth_rate] * 3)
     assert [row[4] for row in found.rows] == [False] * 3
+
+
+def test_the_peak_over_belt_speed_ends_in_that_of_a_belt_that_is_always_faster(
+    capsys: pytest.CaptureFixture[str],
+) -> None:
+    study = sweep_request(PRESETS["base"], "peak-over-belt-speed")
+    assert study.outputs[-1] == "vx_max"
+    assert run(["sweep", "--preset", "peak-over-belt-speed", "--both", "--json"]) == 0
+    given = json.loads(capsys.readouterr().out)
+    assert len(given["rows"]) == study.members == 36
+    paper = {case: simulate(separation=case) for case in (True, False)}
+    # The peak of y falls from 10.5 m to a third at a belt of 1 m/s, and the slider stays on it.
+    rows = [dict(zip(given["columns"], row, strict=True)) for row in given["rows"]]
+    peaks = {row["v_belt"]: row["y_max"] for row in rows if row["separation"]}
+    assert peaks[30.0] == paper[True].peak.y_max == pytest.approx(10.503, abs=1e-3)
+    assert peaks[1.0] == pytest.approx(3.3446, abs=1e-3)
+    assert max(peaks[0.1], peaks[0.2]) < 0.0
+    found = sweep_of(study, list(sweep_parts(study, lambda _done: True)))
+    assert found.rows[0][2] == next(row["y_abs"] for row in rows)
+    for case, slowest in ((True, 26.0), (False, 24.0)):
+        row = found.fast_belt(case)
+        assert row is not None
+        assert found.rows[row][0] == slowest
+        assert paper[case].peak.vx_max < slowest
+        assert found.rows[row][2] == paper[case].peak.y_abs
+    chart = sweep_chart(points_of(found), None)
+    assert {guide.value: guide.label for guide in chart.guides} == {
+        paper[True].peak.y_abs: "always faster, considered",
+        paper[False].peak.y_abs: "always faster, ignored",
+    }
+    lines = [line for line in sweep_figure(found).axes[0].lines if line.get_linestyle() == ":"]
+    levels = [np.unique(line.get_ydata()).tolist() for line in lines]
+    assert levels == [[paper[case].peak.y_abs] for case in (True, False)]
+
+
+def test_only_belts_faster_than_all_of_a_run_are_always_faster(
+    capsys: pytest.CaptureFixture[str],
+) -> None:
+    slow = sweep(vary={"v_belt": [0.2, 1.0]}, t_end=10.0)
+    assert slow.fast_belt(True) is None
+    falling = Parameters(mu_s=0.9, v_s=0.4)
+    assert sweep(falling, vary={"v_belt": [50.0]}, t_end=10.0).fast_belt(True) is None
+    assert sweep(vary={"F": [20.0]}, t_end=1.0).fast_belt(True) is None
+    assert sweep(vary={"v_belt": [50.0]}, outputs=["y_abs"], t_end=1.0).fast_belt(True) is None
+    assert run(["sweep", "--vary", "v_belt=1,50", "--t-end", "10"]) == 0
+    assert "from v_belt = 50 m/s on the slider is never as fast: y_abs" in capsys.readouterr().err
+    for words, why in (
+        ([], "--vary: must be given, or --preset"),
+        (["--preset", "peak"], "unknown sweep 'peak' (known: peak-over-belt-speed)"),
+        (["--preset", "peak-over-belt-speed", "--vary", "F=1,2"], "must be given without --vary"),
+    ):
+        assert run(["sweep", *words]) == 2
+        assert why in capsys.readouterr().err
 
 
 def test_what_has_no_effect_or_is_out_of_range_is_refused() -> None:

@@ -53,24 +53,31 @@ class SweepPoints:
         The swept parameter or component of the start.
     values : dict of ((str, bool), (ndarray, ndarray))
         By output and separation: variable (ascending) and output (NaN where a member failed).
+    limits : dict of (bool, float)
+        By separation: the first output for belts that are always faster, where belt speeds show it.
     """
 
     name: str
     values: dict[tuple[str, bool], tuple[FloatArray, FloatArray]]
+    limits: dict[bool, float] = dataclasses.field(default_factory=dict)
 
 
 def sweep_request(scene: Scene, text: str) -> "Study":
-    """Parse one or two ``--vary`` ranges; the sweep covers both separation cases."""
-    from fivtui.sweeps import parse_design, study_of
+    """Parse one or two ``--vary`` ranges, or the name of a sweep; covers both separation cases."""
+    from fivtui.sweeps import SWEEP_PRESETS, parse_design, study_of
 
+    preset = SWEEP_PRESETS.get(text.strip())
+    varied = plain_names(text).split() if preset is None else preset.varied
     try:
-        design = parse_design(plain_names(text).split(), "product")
+        design = parse_design(varied, "product")
     except InputError as error:
         raise InputError(str(error).replace("--vary ", "")) from None
     for name in design.axes:
         if name not in ALL_PARAMETERS:
             raise InputError(f"{name}: must be a parameter: {', '.join(ALL_PARAMETERS)}")
-    study = study_of(scene, design, cases=tuple(_CASES), outputs=tuple(_OUTPUTS))
+    # The greatest ẋ says which belts are always faster.
+    more = ("vx_max",) if "v_belt" in design.axes else ()
+    study = study_of(scene, design, cases=tuple(_CASES), outputs=(*_OUTPUTS, *more))
     check_drawable(study)
     if study.members > _MOST:
         raise InputError(
@@ -145,7 +152,10 @@ def points_of(result: "Sweep") -> SweepPoints:
         own = order[rows.separation[order] == case]
         for output in drawn:
             values[output, case] = along[own], rows.numbers[output][own]
-    return SweepPoints(name, values)
+    known = {case: result.fast_belt(case) for case in study.cases}
+    first = rows.numbers[drawn[0]]
+    limits = {case: float(first[row]) for case, row in known.items() if row is not None}
+    return SweepPoints(name, values, limits)
 
 
 def sweep_chart(points: SweepPoints, now: float | None) -> Chart:
@@ -158,11 +168,15 @@ def sweep_chart(points: SweepPoints, now: float | None) -> Chart:
         name = f"{_OUTPUTS.get(output, output)} {_CASES[case]}"
         mark = _MARKS[outputs.index(output)][case]
         traces.append(Trace(name, x, y, look="marked", mark=mark))
-    guides = () if now is None else (Guide(now, f"{now:g}"),)
+    guides = [] if now is None else [Guide(now, f"{now:g}")]
+    guides += [
+        Guide(limit, f"always faster, {_CASES[case]}", vertical=False)
+        for case, limit in points.limits.items()
+    ]
     first = OUTPUTS[outputs[0]]
     shown = "|y| peak, half peak-to-peak of 2nd half" if first.name in _OUTPUTS else first.meaning
     along = _label(symbol_of(points.name), VARIABLES[points.name].unit)
-    return Chart(along, _label(shown, first.unit), tuple(traces), guides=guides, tight=False)
+    return Chart(along, _label(shown, first.unit), tuple(traces), guides=tuple(guides), tight=False)
 
 
 def _label(name: str, unit: str) -> str:
