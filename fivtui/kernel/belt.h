@@ -205,7 +205,9 @@ INLINE int keeps_holding(const Belt *of, const Block *w)
     double driven = of->c1 * of->rates.speed * w->h;
     double one = holding(of, w->xs[0], 0.0), other = holding(of, w->x, 0.0) + driven;
     double most = larger(larger(one, other) - of->h * y.low, of->h * y.high - smaller(one, other));
-    return grip * spring(of, y.high) > most;
+    /* Of the part that is quadratic in time, on either side of its chord. */
+    double bulge = 0.125 * of->a * __builtin_fabs(of->rates.speed) * (w->h * w->h);
+    return grip * spring(of, y.high) > most + bulge;
 }
 
 /* The first fall of μ_s P ∓ f; `mode` follows on it. */

@@ -25,7 +25,7 @@ from fivtui.model.slider_belt import (
 )
 
 from .belt import OF_HOLD, OF_SPEED, BeltStepper
-from .friction import Law, decay, law_of
+from .friction import Law, decay
 from .segment import BeltSegment
 from .series import Coefficients
 
@@ -86,7 +86,7 @@ class DrivenStepper(BeltStepper):
         self._p, self._rates = self._course.after(self._time)
         p = self._p
         self._speed = p.v_belt or 0.0
-        self._laws = {mode: law_of(p, mode) for mode in Mode}
+        self._laws = {mode: _law_over_time(p, mode) for mode in Mode}
         self._smooth = p.mu_static == p.mu or p.speed_law is not None
 
     def _limited(self, mode: Mode, x: Sequence[float], duration: float) -> float:
@@ -169,6 +169,13 @@ class DrivenStepper(BeltStepper):
             # At the start of a mode its guard is zero, and rises but for rounding.
             c[0], c[1] = 0.0, max(c[1], 0.0)
         return c
+
+
+def _law_over_time(p: Parameters, mode: Mode) -> Law | None:
+    # There is a law, too, where μ is μ_s: it may fall from there.
+    if p.mu_s is None or p.v_s is None or mode not in (Mode.FORWARD, Mode.BACKWARD):
+        return None
+    return Law(_SIGNS[mode], p.mu, p.mu_s - p.mu, 1.0 / p.v_s)
 
 
 def driven_coefficients(

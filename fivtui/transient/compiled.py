@@ -49,7 +49,7 @@ def run(
         order=order,
         times=times,
         segments=dense,
-        belt=None if p.v_belt is None else (p.v_belt, p.mu_static, p.speed_law or 0.0),
+        belt=_belt_of(request),
         legs=None if course is None else legs_of(course, t_end),
     )
     switches: list[NDArray[np.float64]] = []
@@ -97,6 +97,15 @@ def run(
         solution=_solution(p, _joined(segments), order + 1) if dense else None,
         changes=changes,
     )
+
+
+def _belt_of(request: Request) -> tuple[float, float, float] | None:
+    # The belt as the kernel reads it. Where μ follows a table it may fall from μ_s.
+    p = request.parameters
+    if p.v_belt is None:
+        return None
+    law = p.v_s if request.course is not None and p.mu_s is not None else p.speed_law
+    return p.v_belt, p.mu_static, law or 0.0
 
 
 def _lifted(changes: NDArray[np.float64]) -> NDArray[np.float64]:

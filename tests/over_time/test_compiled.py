@@ -1,5 +1,6 @@
 """The compiled kernel over tables against the interpreted one."""
 
+import math
 import random
 from collections import Counter
 from typing import Any
@@ -11,7 +12,7 @@ from fivtui import Parameters, simulate
 from fivtui.kernel import Kernel, legs_of, load_kernel
 from fivtui.model import Course, TimeTable, course_of
 from fivtui.model.modes import MODES, Mode, transition_name
-from fivtui.transient import Transient
+from fivtui.transient import KernelChoice, Transient
 
 T_END = 6.0
 Rows = list[tuple[float, float]]
@@ -94,6 +95,29 @@ def test_random_tables_give_what_the_interpreted_kernel_gives_with_every_transit
         if Mode.CONTACT not in (mode, then)
     }
     assert set(found) >= expected_ones
+
+
+def test_friction_falls_with_the_speed_where_a_table_takes_it_below_the_static_one() -> None:
+    p = Parameters(v_belt=1.0, mu_s=0.8, v_s=0.3)
+    options = {"over_time": {"mu": [(0.0, 0.8), (4.0, 0.2)]}, "separation": True}
+    one, other = both(p, options)
+    assert other.final == pytest.approx(one.final, abs=1e-10)
+    assert other.events.transitions == one.events.transitions
+
+
+@pytest.mark.parametrize("kernel", ["interpreted", "compiled"])
+def test_a_hold_that_is_lost_within_a_step_is_seen(kernel: KernelChoice) -> None:
+    # c1 v + m v̇ + k1 x = 1/2 + t/2 − t²/4 exceeds μ_s P = 0.6 for a while, not at 0 nor at 2 s.
+    p = Parameters(m=1.0, k1=1.0, k2=1.0, k3=0.0, c1=1.0, c2=0.0, F=1.0, k_nl=0.0, mu=0.3, mu_s=0.6)
+    run = simulate(
+        p,
+        t_end=2.0,
+        start=(0.0, 1.0, -1.0, 0.0),
+        over_time={"v_belt": [(0.0, 1.0), (2.0, 0.0)]},
+        kernel=kernel,
+    )
+    assert (run.mode_changes[0].first, run.mode_changes[0].then) == (Mode.STICK, Mode.FORWARD)
+    assert run.mode_changes[0].t == pytest.approx(1.0 - math.sqrt(0.6), abs=1e-14)
 
 
 def test_dense_output_is_that_of_the_interpreted_kernel() -> None:
