@@ -89,8 +89,13 @@ INLINE void expand_driven_step(const Belt *of, Block *w, double tol, int order, 
     if (w->xs[1] == of->v_belt && is_sliding(of->mode))
         settle_start(of, w);
     set_length(w, tol, order / 4);
-    if (law->per_speed > 0.0)
+    if (law->per_speed > 0.0) {
+        /* v_r changes by what the belt's speed does, too. */
+        const double bend = w->xs[2];
+        w->xs[2] -= 0.5 * of->rates.speed;
         w->h = limited(w->h, w->xs, law, law->sign * (of->v_belt - w->xs[1]), order / 4);
+        w->xs[2] = bend;
+    }
     w->h = smaller(w->h, longest);
 }
 

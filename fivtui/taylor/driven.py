@@ -91,7 +91,9 @@ class DrivenStepper(BeltStepper):
 
     def _limited(self, mode: Mode, x: Sequence[float], duration: float) -> float:
         left = (self._break - self._time) - self._remainder
-        return min(super()._limited(mode, x, duration), left)
+        # v_r changes by what the belt's speed does, too.
+        apart = (*x[:2], x[2] - 0.5 * self._rates.v_belt, *x[3:])
+        return min(super()._limited(mode, apart, duration), left)
 
     def _speed_after(self, duration: float) -> float:
         if duration >= (self._break - self._time) - self._remainder:

@@ -120,6 +120,18 @@ def test_a_hold_that_is_lost_within_a_step_is_seen(kernel: KernelChoice) -> None
     assert run.mode_changes[0].t == pytest.approx(1.0 - math.sqrt(0.6), abs=1e-14)
 
 
+@pytest.mark.parametrize("kernel", ["interpreted", "compiled"])
+def test_a_belt_that_brakes_hard_leaves_no_error_in_the_friction_law(kernel: KernelChoice) -> None:
+    p = Parameters(v_belt=1.0, mu=0.2, mu_s=1.2, v_s=0.1)
+    speed, times = 400.0, np.linspace(0.0, 2.0, 2001)
+    rows = [(t, speed * (1.0 - 0.5 * t)) for t in times.tolist()]
+    coarse, fine = (
+        simulate(p, t_end=2.0, over_time={"v_belt": given}, kernel=kernel)
+        for given in ((rows[0], rows[-1]), rows)
+    )
+    assert list(coarse.final) == pytest.approx(list(fine.final), abs=1e-13)
+
+
 def test_dense_output_is_that_of_the_interpreted_kernel() -> None:
     p, options = drawn(7)
     runs = [
