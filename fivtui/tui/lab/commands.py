@@ -1,5 +1,6 @@
 """Entries of the command palette."""
 
+import re
 from collections.abc import Callable, Iterable, Iterator
 from contextlib import suppress
 from dataclasses import dataclass
@@ -27,11 +28,50 @@ from fivtui.tui.tabs import (
 
 from .screen import LabScreen
 
-# Score of an entry found by its meaning: below those found by their titles.
-_BY_MEANING: Final = 0.1
+# Scores of entries found by words of their titles, by their meaning, by letters alone: these less.
+_BY_TITLE: Final = 2.0
+_BY_MEANING: Final = 1.0
 _EXPORTS: Final = {
-    "figure": "plot picture image pdf png svg save export write",
-    "data": "csv npz parquet json table numbers save export write",
+    "figure": "plot picture image pdf png svg save export write graph print",
+    "data": "csv npz parquet json table numbers save export write excel",
+}
+_OF_BELT: Final = {
+    "figure": "film movie video animation gif mp4 plot picture image save export write",
+    "data": "sound wav audio noise csv npz parquet save export write",
+}
+# What tabs and views are for, by their identifiers.
+_MEANINGS: Final = {
+    "stability": "squeal verdict critical linear modes unstable stable",
+    "over-mu": "frequency growth rate critical friction mode coupling",
+    "plane": "root locus poles complex",
+    "facts": "verdict equilibrium frequency",
+    "transient": "run simulation vibration motion result",
+    "time": "history displacement force velocity oscillation vibration",
+    "phase": "portrait trajectory orbit velocity path",
+    "spectrum": "frequency fft fourier harmonics noise hz",
+    "difference": "compare baseline error",
+    "belt": "animation film movie video gif mp4 sound wav noise slider stick lift-off play",
+    "measured": "import csv experiment test data validate tolerance band overlay shift",
+    "sweep": "parameter study amplitude vary scan",
+    "map": "stability regions safe critical boundary plane",
+    "trade-off": "accuracy error cost cpu time speed tolerance method benchmark solver",
+    "paper": "figures claims article verify",
+    "figures": "paper",
+    "claims": "paper verify check statements",
+    "uncertainty": "uncertainty probability scatter sobol monte carlo reliability sensitivity",
+    "histogram": "probability distribution scatter",
+    "indices": "sobol sensitivity importance",
+    "samples": "scatter points",
+    "result": "numbers values table peak summary compare",
+    "log": "messages errors history",
+    "branch": "bifurcation continuation limit cycles hopf fold attractors coexistence",
+}
+_OF_SYSTEM: Final = {
+    "Theme": "dark light colours colors appearance",
+    "Quit": "exit leave close end",
+    "Screenshot": "picture image svg print screen",
+    "Keys": "shortcuts bindings help",
+    "Maximize": "full screen zoom enlarge",
 }
 
 
@@ -46,48 +86,71 @@ class PaletteEntry:
     meaning: str = ""
 
     def score(self, matcher: Matcher, query: str) -> float:
-        """How well it fits a search, 0 if not at all: by title, else by what it means or says."""
-        found = matcher.match(self.title)
-        words = f"{self.meaning} {self.help}".lower()
-        if found <= 0 and all(word in words for word in query.lower().split()):
-            return _BY_MEANING
-        return found
+        """How well it fits a search, 0 if not at all: by title, by what it means, by letters."""
+        asked, title = query.lower().split(), self.title.lower()
+        letters = matcher.match(self.title)
+        # Letters score any positive number: half of what a meaning does, at most.
+        letters = 0.5 * letters / (1.0 + letters)
+        if all(word in title for word in asked):
+            return _BY_TITLE + letters
+        known = re.split(r"[^\w+-]+", f"{title} {self.meaning} {self.help}".lower())
+        if all(any(each.startswith(word) for each in known) for word in asked):
+            return _BY_MEANING + letters
+        return letters
 
 
 def _commands(lab: LabScreen) -> Iterator[PaletteEntry]:
     if lab.session.runs.active is None:
-        yield PaletteEntry("Run the transient", "F5", lab.action_run, "simulate compute start plot")
+        yield PaletteEntry(
+            "Run the transient", "F5", lab.action_run, "simulate compute start calculate solve"
+        )
         both = "F9: native solver, then FMU, then compare"
-        yield PaletteEntry("Run with native solver and FMU", both, lab.action_run_both)
+        yield PaletteEntry(
+            "Run with native solver and FMU", both, lab.action_run_both, "check verify compare"
+        )
     else:
-        yield PaletteEntry("Stop the run", "F5", lab.action_stop)
+        yield PaletteEntry("Stop the run", "F5", lab.action_stop, "cancel abort break")
     yield from _tab_commands(lab)
     session = lab.session
     yield PaletteEntry(
-        f"Engine: {session.next_engine}", f"F4; now {session.engine}", lab.action_switch_engine
+        f"Engine: {session.next_engine}",
+        f"F4; now {session.engine}",
+        lab.action_switch_engine,
+        "fmu solver co-simulation switch",
+    )
+    yield PaletteEntry(
+        "Help: keys that work now",
+        "F1, ?",
+        lab.action_help,
+        "shortcuts manual equations keymap config",
     )
     live = "Alt+L: the transient follows every edit; its runs are not kept"
     switch = f"Live curve {'off' if session.lives else 'on'}"
     yield PaletteEntry(switch, live, lab.action_switch_live, "ghost redraw preview background")
-    yield PaletteEntry("Help: keys that work now", "F1, ?", lab.action_help, "shortcuts manual")
     yield PaletteEntry("Open a scene or result…", "Ctrl+O", lab.action_open_scene, "load file toml")
-    yield PaletteEntry("Save the scene", "Ctrl+S", lab.action_save_scene)
-    yield PaletteEntry("Save the scene as…", "Alt+S", lab.action_save_scene_as)
+    yield PaletteEntry("Save the scene", "Ctrl+S", lab.action_save_scene, "write file toml")
+    yield PaletteEntry("Save the scene as…", "Alt+S", lab.action_save_scene_as, "write file toml")
     for path in session.recent:
         yield PaletteEntry(f"Recent: {path}", "Open again", partial(lab.action_open_recent, path))
-    kinds = "Alt+O: a run, sweep, map or trade-off"
-    yield PaletteEntry("Read a result…", kinds, lab.action_read_result, "import load csv npz json")
+    kinds = "Alt+O: a run, sweep, map, trade-off, branch"
+    yield PaletteEntry(
+        "Read a result…", kinds, lab.action_read_result, "import load open csv npz json parquet"
+    )
     if session.can_undo:
-        yield PaletteEntry("Undo", "Ctrl+Z", lab.action_undo)
+        yield PaletteEntry("Undo", "Ctrl+Z", lab.action_undo, "back revert restore deleted run")
     if session.can_redo:
         yield PaletteEntry("Redo", "Ctrl+Y", lab.action_redo)
     if lab.session.changed:
         yield PaletteEntry(
-            "Reset all fields", "To the values of the loaded scene", lab.action_reset_all
+            "Reset all fields",
+            "To the values of the loaded scene",
+            lab.action_reset_all,
+            "default original revert",
         )
     yield from _choices(lab)
     for tab in TABS:
-        yield PaletteEntry(f"Tab {tab.title}", tab.key, partial(lab.show_tab, tab.id))
+        show = partial(lab.show_tab, tab.id)
+        yield PaletteEntry(f"Tab {tab.title}", tab.key, show, _MEANINGS[tab.id])
         yield from _view_commands(lab, tab)
     yield from _scene_commands(lab)
     yield from _run_commands(lab)
@@ -103,10 +166,46 @@ def _tab_commands(lab: LabScreen) -> Iterator[PaletteEntry]:
             title = f"Export the {export.what} of {export.of}…"
             text = f"{key}: {', '.join(export.suffixes)}"
             run = partial(lab.action_export, what)
-            yield PaletteEntry(title, text, run, _EXPORTS.get(what, ""))
+            words = _OF_BELT if {".gif", ".wav"} & set(export.suffixes) else _EXPORTS
+            yield PaletteEntry(title, text, run, words[what])
     with suppress(InputError):
         line = pane.command_line()
-        yield PaletteEntry("Copy the command line", line, lab.action_copy_command)
+        yield PaletteEntry(
+            "Copy the command line", line, lab.action_copy_command, "clipboard shell script cli"
+        )
+    if isinstance(pane, ViewsPane) and pane.visible_charts() is not None:
+        yield from _plot_commands(lab, pane)
+
+
+def _plot_commands(lab: LabScreen, pane: ViewsPane) -> Iterator[PaletteEntry]:
+    # Of the first plot in sight, as by its keys.
+    chart = next(each for each in pane.shown_views() if each.chart is not None)
+
+    def command(title: str, key: str, run: Callable[[], object], words: str) -> PaletteEntry:
+        def focus_and_run() -> None:
+            chart.focus()
+            run()
+
+        return PaletteEntry(title, f"In the plot: {key}", focus_and_run, words)
+
+    yield command("Limits of the axes…", "g", chart.action_limits, "range zoom scale")
+    yield command("Fit the axes", "r", chart.action_whole, "reset zoom limits all")
+    yield command("Zoom in", "+", partial(chart.action_zoom, -1), "enlarge magnify")
+    yield command("Zoom out", "-", partial(chart.action_zoom, 1), "shrink")
+    yield command("Cursor", "c", chart.action_cursor, "read value point crosshair measure")
+    for axis in "xy":
+        log = partial(chart.action_log, axis)
+        yield command(f"Logarithmic {axis} axis", axis, log, "log linear scale")
+    yield PaletteEntry(
+        "Copy the plot as text",
+        "To the clipboard",
+        lab.action_copy_plot,
+        "picture image copy characters",
+    )
+    picture = "To the clipboard, as PNG"
+    yield PaletteEntry(
+        "Copy the picture", picture, lab.action_copy_picture, "plot figure image png clipboard"
+    )
 
 
 def _view_commands(lab: LabScreen, tab: TabSpec) -> Iterator[PaletteEntry]:
@@ -116,16 +215,14 @@ def _view_commands(lab: LabScreen, tab: TabSpec) -> Iterator[PaletteEntry]:
 
     views = getattr(tab.kind(), "VIEWS", {})
     for view, title in views.items() if len(views) > 1 else ():
-        yield PaletteEntry(
-            f"{tab.title}: {title}", f"{tab.key}, then v", partial(show, view), "plot"
-        )
+        words = f"plot {_MEANINGS.get(view, '')}"
+        yield PaletteEntry(f"{tab.title}: {title}", f"{tab.key}, v", partial(show, view), words)
 
 
 def _scene_commands(lab: LabScreen) -> Iterator[PaletteEntry]:
     def command(title: str, text: str, scene: Scene, source: str, words: str) -> PaletteEntry:
-        return PaletteEntry(
-            title, text, partial(lab.post_message, SceneLoaded(scene, source, words))
-        )
+        load = partial(lab.post_message, SceneLoaded(scene, source, words))
+        return PaletteEntry(title, text, load, "load example scene case")
 
     for name, scene in PRESETS.items():
         yield command(f"Preset {name}", scene.description, scene, name, f"preset {name}")
@@ -144,15 +241,15 @@ def _run_commands(lab: LabScreen) -> Iterator[PaletteEntry]:
 
     for run in runs:
         yield command(f"Load the scene of run {run.number}", "In the run list: Enter", run, "load")
-        yield command(f"Delete run {run.number}", "In the run list: x", run, "delete")
+        yield command(f"Delete run {run.number}", "In the run list: x; remove", run, "delete")
         if run.result is None:
             continue
         if run is not runs.displayed:
             yield command(f"Show run {run.number}", "Plots and results of this run", run, "show")
             title = f"{'Hide' if run.overlaid else 'Overlay'} run {run.number}"
-            yield command(title, "In the run list: Space", run, "overlay")
+            yield command(title, "In the run list: Space; overlay", run, "overlay")
         title = "Clear the baseline" if run is runs.baseline else f"Baseline: run {run.number}"
-        yield command(title, "In the run list: b", run, "baseline")
+        yield command(title, "In the run list: b; compare", run, "baseline")
 
 
 def _session_commands(lab: LabScreen, others: Iterable[Slot]) -> Iterator[PaletteEntry]:
@@ -178,6 +275,8 @@ def _content(slot: Slot) -> str:
 
 def _choices(lab: LabScreen) -> Iterator[PaletteEntry]:
     for field in FIELDS.values():
+        edit = partial(lab.edit_field, field.name)
+        yield PaletteEntry(f"Edit {field.symbol or field.name}", field.meaning, edit, field.name)
         for text, meaning in (field.choices or {}).items():
             if text != lab.session.texts[field.name]:
                 message = partial(lab.post_message, FieldEdited(field.name, text, typed=False))
@@ -198,7 +297,7 @@ class LabCommands(Provider):
             yield from _commands(self.screen)
         yield from self._sessions
         for command in self.app.get_system_commands(self.screen):
-            yield PaletteEntry(*command[:3])
+            yield PaletteEntry(*command[:3], _OF_SYSTEM.get(command[0], ""))
 
     async def discover(self) -> Hits:
         """All entries, while the search is empty."""

@@ -7,7 +7,7 @@ from textual.message import Message
 from textual.screen import Screen
 
 from fivtui.io import check_apart
-from fivtui.model import InputError
+from fivtui.model import ComputationError, InputError
 from fivtui.scene import Scene, load_scene, scene_file
 from fivtui.studies import check_readable, kind_of
 from fivtui.tui.persistence import load_run, load_study
@@ -15,12 +15,15 @@ from fivtui.tui.session import DisplayedStudy, Session
 from fivtui.tui.tabs import (
     Export,
     ExportEnded,
+    Pane,
     Reported,
     RunRead,
     SceneLoaded,
     SceneSaved,
     StudyRead,
+    ViewsPane,
     check_scene_path,
+    copy_picture,
     save_scene_as,
     write_export,
 )
@@ -58,6 +61,47 @@ class FileController:
         title = f"Export the {export.what} of {export.of}"
         dialog = PathDialog(title, export.proposal, export.hint, check)
         self._screen.app.push_screen(dialog, write)
+
+    def copy_command(self, pane: Pane) -> None:
+        """Copy the command that computes what a tab shows."""
+        try:
+            line = pane.command_line()
+        except InputError as error:
+            self._screen.post_message(Reported(str(error), error=True))
+        else:
+            self._copy(line, f"copied: {line}")
+
+    def copy_plot(self, pane: Pane) -> None:
+        """Copy the plots of a tab as text."""
+        plots = (
+            [chart.text() for chart in pane.shown_views()] if isinstance(pane, ViewsPane) else []
+        )
+        if plots:
+            self._copy("\n".join(plots), "the plot is copied as text")
+        else:
+            self._screen.post_message(Reported("there is no plot to copy", error=True))
+
+    def _copy(self, text: str, words: str) -> None:
+        self._screen.app.copy_to_clipboard(text)
+        self._screen.post_message(Reported(words))
+
+    def copy_picture(self, pane: Pane) -> None:
+        """Copy the figure of a tab as a picture."""
+
+        def work() -> None:
+            try:
+                copy_picture(export)
+            except (InputError, ComputationError) as error:
+                self._screen.post_message(Reported(str(error), error=True))
+            else:
+                self._screen.post_message(Reported(f"the figure of {export.of} is copied"))
+
+        try:
+            export = pane.export("figure")
+        except InputError as error:
+            self._screen.post_message(Reported(str(error), error=True))
+        else:
+            self._screen.run_worker(work, name="copying", thread=True, exit_on_error=False)
 
     def _write(self, export: Export, target: ChosenFile) -> None:
         def work() -> None:

@@ -489,13 +489,16 @@ class LabScreen(Screen[None]):
 
     def action_copy_command(self) -> None:
         """Copy the command that computes what the current tab shows."""
-        self._book.when_ready(self._copy_command)
+        self._book.when_ready(self._files.copy_command)
 
-    def _copy_command(self, pane: Pane) -> None:
-        try:
-            line = pane.command_line()
-        except InputError as error:
-            self.post_message(Reported(str(error), error=True))
-        else:
-            self.app.copy_to_clipboard(line)
-            self.post_message(Reported(f"copied: {line}"))
+    def action_copy_plot(self) -> None:
+        """Copy the plots of the current tab as text."""
+        self._book.when_ready(self._files.copy_plot)
+
+    def action_copy_picture(self) -> None:
+        """Copy the figure of the current tab as a picture."""
+        self._book.when_ready(self._files.copy_picture)
+
+    def edit_field(self, name: str) -> None:
+        """Focus a field of the form."""
+        self.query_one(Form).focus_field(name)

@@ -22,10 +22,10 @@ HINTS: Final = (
 # What a first start shows.
 WELCOME: Final = (
     "Brake squeal: a slider on a moving belt.",
-    "F5       run it: displacement, force, lift-off",
-    "↑ ↓      change a number: the verdict follows",
-    "Ctrl+P   all commands: type csv, phase, plot",
-    "F1 or ?  the keys that work now",
+    "F5       run: motion, force, lift-off",
+    "↑ ↓      change it: the verdict follows",
+    "Ctrl+P   commands: csv, phase, plot, …",
+    "F1 or ?  all keys that work now",
 )
 
 

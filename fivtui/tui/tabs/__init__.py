@@ -4,6 +4,7 @@ from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
     from .book import TabBook as TabBook
+    from .exports.clipboard import copy_picture as copy_picture
     from .exports.export import (
         KINDS as KINDS,
         Export as Export,

@@ -90,13 +90,18 @@ class ViewsPane(Pane):
         names = list(self.VIEWS)
         self.show_view(names[(names.index(self.view) + 1) % len(names)])
 
+    def shown_views(self) -> list[ChartView]:
+        """The widgets of the charts of the current view."""
+        shown = self.query_one(f"#{self.view}").query(ChartView)
+        return [chart for chart in shown if chart.chart is not None and chart.display]
+
     def visible_charts(self) -> VisibleCharts | None:
         """The visible charts, None if there are none."""
         shown = self.query_one(f"#{self.view}")
         panels = [
             (chart.chart, replace(chart.view, hidden=set(chart.view.hidden), cursor=None))
-            for chart in shown.query(ChartView)
-            if chart.chart is not None and chart.display
+            for chart in self.shown_views()
+            if chart.chart is not None
         ]
         return VisibleCharts(panels, across=isinstance(shown, Horizontal)) if panels else None
 

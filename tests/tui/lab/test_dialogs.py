@@ -1,3 +1,4 @@
+import os
 from functools import partial
 from pathlib import Path
 
@@ -5,8 +6,13 @@ import pytest
 from textual.pilot import Pilot
 from textual.widgets import Input
 
+from fivtui.model.errors import InputError
 from fivtui.scene.files import load_scene
 from fivtui.transient.files import load_trajectory
+from fivtui.tui.chart.widget.chart_view import ChartView
+from fivtui.tui.lab.commands import LabCommands
+from fivtui.tui.lab.screen import LabScreen
+from fivtui.tui.tabs.exports.clipboard import clipboard_command
 from tests.support.laboratory import (
     app_of,
     endless_simulate,
@@ -164,6 +170,86 @@ async def test_the_palette_finds_by_meaning(pilot: Pilot[None]) -> None:
             await pilot.press("enter")
             await until(pilot, lambda: pilot.app.screen.query_one("#phase-y").display)
             await until_shown(pilot, "ẏ")
+
+
+MEANT = {
+    "csv": "Export the data", "phase": "Transient: Phase", "plot": "Export the figure",
+    "help": "Help: keys", "save": "Save the scene", "load": "Load the scene", "import": "Read a",
+    "picture": "Copy the picture", "pdf": "Export the figure", "exit": "Quit", "dark": "Theme",
+    "fft": "Transient: Spectrum", "film": "Transient: Belt", "wav": "Transient: Belt",
+    "measured": "Transient: Measured", "validate": "Transient: Measured", "log": "Logarithmic x",
+    "compare": "Transient: Difference", "tolerance": "Edit tol", "speed": "Edit v_belt",
+    "preload": "Edit F", "bifurcation": "Tab Branches", "probability": "Tab Risk",
+    "zoom": "Zoom in", "cursor": "Cursor", "clipboard": "Copy the command", "remove": "Delete run",
+    "keymap": "Help: keys", "limit cycle": "Tab Branches", "abort": "", "ffff": "",
+}  # fmt: skip
+
+
+async def test_the_palette_finds_what_users_type(pilot: Pilot[None]) -> None:
+    await run_to_end(pilot)
+    provider = LabCommands(pilot.app.screen)
+    await provider.startup()
+    for words, title in MEANT.items():
+        hits = sorted([hit async for hit in provider.search(words)], key=lambda hit: -hit.score)
+        titles = [str(getattr(hit, "match_display", "")) for hit in hits[:3]]
+        assert any(each.startswith(title) for each in titles) if title else not titles, words
+
+
+async def test_the_palette_edits_fields_and_works_in_the_plot(pilot: Pilot[None]) -> None:
+    await run_to_end(pilot)
+    await palette(pilot, "mass")
+    await until_shown(pilot, "Edit m")
+    await pilot.press("enter")
+    editor = pilot.app.screen_stack[0].query_one("#row-m TextEditor")
+    await until(pilot, lambda: editor.has_focus)
+    await palette(pilot, "logarithmic y")
+    await until_shown(pilot, "Logarithmic y axis")
+    await pilot.press("enter")
+    chart = pilot.app.screen_stack[0].query_one("#plot-y", ChartView)
+    await until(pilot, lambda: chart.view.log_y)
+
+
+async def test_plots_are_copied_as_text_and_as_pictures(
+    pilot: Pilot[None], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    lab = pilot.app.screen_stack[0]
+    assert isinstance(lab, LabScreen)
+    monkeypatch.setattr("sys.platform", "linux")
+    monkeypatch.delenv("WAYLAND_DISPLAY", raising=False)
+    monkeypatch.delenv("DISPLAY", raising=False)
+    await run_to_end(pilot)
+    lab.action_copy_plot()
+    await until(pilot, lambda: "off belt" in pilot.app.clipboard)
+    assert "⣿" in pilot.app.clipboard
+    assert "t / s" in pilot.app.clipboard
+    lab.action_copy_picture()
+    await until_told(pilot, "a picture cannot be copied: needs wl-copy")
+    programs = tmp_path / "bin"
+    programs.mkdir()
+    (programs / "xclip").write_text('#!/bin/sh\ncp "$6" "$COPIED"\n')
+    (programs / "xclip").chmod(0o755)
+    monkeypatch.setenv("PATH", f"{programs}:{os.environ['PATH']}")
+    monkeypatch.setenv("DISPLAY", ":0")
+    monkeypatch.setenv("COPIED", str(tmp_path / "copied.png"))
+    lab.action_copy_picture()
+    await until_told(pilot, "the figure of run 1 is copied")
+    assert (tmp_path / "copied.png").read_bytes().startswith(b"\x89PNG")
+    (programs / "xclip").write_text("#!/bin/sh\nexit 1\n")
+    lab.action_copy_picture()
+    await until_told(pilot, "the picture is not copied: xclip failed")
+
+
+def test_each_desktop_copies_pictures_by_its_own_program(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    path = tmp_path / "a.png"
+    assert clipboard_command(path, "darwin", {})[0] == "osascript"
+    assert clipboard_command(path, "win32", {})[0] == "powershell"
+    monkeypatch.setattr("shutil.which", lambda name: name)
+    wayland = clipboard_command(path, "linux", {"WAYLAND_DISPLAY": "wayland-0", "DISPLAY": ":0"})
+    assert "wl-copy --type image/png" in " ".join(wayland)
+    with pytest.raises(InputError, match="the plot can be copied as text"):
+        clipboard_command(path, "linux", {})
 
 
 async def test_the_palette_does_what_applies_now(

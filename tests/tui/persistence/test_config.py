@@ -8,6 +8,7 @@ from fivtui.model.errors import InputError
 from fivtui.tui.app import FivtuiApp
 from fivtui.tui.lab.keys import KEY_IDS
 from fivtui.tui.persistence.config import config_path, load_config
+from fivtui.tui.session.help import WELCOME
 from tests.support.laboratory import text_of, until, until_shown
 
 OWN = """
@@ -56,7 +57,9 @@ async def test_own_keys_and_theme_hold_from_the_first_start_on(tmp_path: Path) -
     path.write_text(OWN)
     app = FivtuiApp(state=tmp_path / "session.json", config=path)
     async with app.run_test(size=(80, 24)) as pilot:
-        await until_shown(pilot, "F1 or ? the keys that work now")
+        await until_shown(pilot, "F1 or ? all keys that work now")
+        # Each on a line of its own.
+        assert all(line in text_of(pilot) for line in WELCOME)
         assert app.theme == "mine"
         assert text_of(pilot).splitlines()[-1].startswith("f12 Run F1 Help ^n Tab ")
         await pilot.press("f5")

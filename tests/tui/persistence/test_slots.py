@@ -355,8 +355,25 @@ def test_no_kill_of_the_laboratory_loses_a_run(tmp_path: Path) -> None:
     assert killed("lab", str(tmp_path), "3") == "3"
 
 
-def killed(*words: str) -> str:
-    command = [sys.executable, "-m", "tests.support.session_kill", *words]
+@pytest.mark.host
+@pytest.mark.slow
+@pytest.mark.skipif(not Path("/proc/self/task").is_dir(), reason="processes are found by /proc")
+def test_kills_beside_others_and_a_browser_lose_no_run(tmp_path: Path) -> None:
+    pytest.importorskip("textual_serve", reason="the extra serve is not installed")
+    assert int(killed("2", folder=tmp_path, module="session_crowd")) > 0
+
+
+@pytest.mark.host
+@pytest.mark.whole
+@pytest.mark.skipif(not Path("/proc/self/task").is_dir(), reason="processes are found by /proc")
+def test_a_hundred_kills_beside_others_and_a_browser_lose_no_run(tmp_path: Path) -> None:
+    pytest.importorskip("textual_serve", reason="the extra serve is not installed")
+    assert int(killed("100", folder=tmp_path, module="session_crowd")) > 0
+
+
+def killed(*words: str, folder: Path | None = None, module: str = "session_kill") -> str:
+    given = words if folder is None else (str(folder), *words)
+    command = [sys.executable, "-m", f"tests.support.{module}", *given]
     done = subprocess.run(command, capture_output=True, text=True, check=False)
     assert done.returncode == 0, done.stderr
     return done.stdout.strip()

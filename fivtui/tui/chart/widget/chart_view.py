@@ -131,6 +131,12 @@ class ChartView(Widget, can_focus=True):
         """The displayed chart."""
         return self._chart
 
+    def text(self) -> str:
+        """The picture without its styles; empty without a chart."""
+        if self._chart is None:
+            return ""
+        return draw(self._chart, self.view, *self.size).text()
+
     def show(self, chart: Chart | None, *, nothing: str | None = None) -> None:
         """Display a chart in the current view; if None, the text `nothing`."""
         self._chart = chart

@@ -1,0 +1,62 @@
+"""Pictures on the clipboard of the desktop, by the program that each system has for it."""
+
+import os
+import shutil
+import subprocess
+import sys
+import tempfile
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from typing import Final
+
+from fivtui.model import InputError
+
+from .export import Export
+
+_LASTS_S: Final = 20.0
+_NONE: Final = (
+    "a picture cannot be copied: needs wl-copy (Wayland) or xclip (X11) and a desktop; "
+    "the plot can be copied as text"
+)
+
+
+def copy_picture(export: Export) -> None:
+    """Put a figure on the clipboard as PNG; raises `InputError` if nothing here can."""
+    with tempfile.TemporaryDirectory() as folder:
+        path = Path(folder) / "picture.png"
+        command = clipboard_command(path, sys.platform, os.environ)
+        export.write(path, True)
+        try:
+            # These go on in the background and hold the picture: their output is not waited for.
+            done = subprocess.run(  # noqa: S603, a program of the desktop
+                command,
+                stdin=subprocess.DEVNULL,
+                stdout=subprocess.DEVNULL,
+                stderr=subprocess.DEVNULL,
+                timeout=_LASTS_S,
+                check=False,
+            )
+        except (OSError, subprocess.TimeoutExpired) as error:
+            raise InputError(f"the picture is not copied: {error}") from None
+        if done.returncode != 0:
+            raise InputError(f"the picture is not copied: {command[0]} failed")
+
+
+def clipboard_command(path: Path, platform: str, environment: Mapping[str, str]) -> Sequence[str]:
+    """The command that copies a PNG file on a platform; raises `InputError` if there is none."""
+    if platform == "darwin":
+        return [
+            "osascript",
+            "-e",
+            f'set the clipboard to (read POSIX file "{path}" as «class PNGf»)',
+        ]
+    if platform == "win32":
+        forms = "Add-Type -AssemblyName System.Windows.Forms, System.Drawing"
+        image = f"[System.Drawing.Image]::FromFile('{path}')"
+        script = f"{forms}; [System.Windows.Forms.Clipboard]::SetImage({image})"
+        return ["powershell", "-NoProfile", "-STA", "-Command", script]
+    if environment.get("WAYLAND_DISPLAY") and shutil.which("wl-copy"):
+        return ["sh", "-c", 'exec wl-copy --type image/png < "$0"', str(path)]
+    if environment.get("DISPLAY") and shutil.which("xclip"):
+        return ["xclip", "-selection", "clipboard", "-target", "image/png", "-in", str(path)]
+    raise InputError(_NONE)

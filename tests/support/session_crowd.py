@@ -1,0 +1,252 @@
+"""Kills laboratories at random times while others run beside them, and looks at what is left.
+
+``python -m tests.support.session_crowd FOLDER KILLS`` runs two laboratories in terminals and one in
+a tab of a browser, by a client that speaks its protocol; it presses keys in all, kills one, or the
+server, at a time drawn at random, starts it again, and prints how many runs were kept at the end.
+It fails if a run that a session's file had ever named is gone.
+"""
+
+import asyncio
+import fcntl
+import json
+import os
+import pty
+import random
+import re
+import signal
+import socket
+import struct
+import subprocess
+import sys
+import termios
+from contextlib import ExitStack, suppress
+from pathlib import Path
+from typing import Any, Final
+
+import aiohttp
+
+from fivtui.tui.persistence.autosave import Autosave
+from fivtui.tui.persistence.slots import saved_slots
+from fivtui.tui.session.runs import MAX_RUNS
+
+SEED: Final = 5
+RUN: Final = "\x1b[15~"
+HANG_S: Final = 120.0
+_PAUSE_S: Final = 0.1
+# The longest time from a start to the next kill, s.
+_LONGEST_S: Final = 3.0
+
+
+class Terminal:
+    """A laboratory in a terminal."""
+
+    def __init__(self, folder: Path) -> None:
+        self._environment = environment(folder)
+        self._pid = self._screen = 0
+
+    async def start(self) -> None:
+        pid, screen = pty.fork()
+        if pid == 0:
+            os.execve(sys.executable, [sys.executable, "-m", "fivtui"], self._environment)
+        fcntl.ioctl(screen, termios.TIOCSWINSZ, struct.pack("HHHH", 24, 80, 0, 0))
+        self._pid, self._screen = pid, screen
+        asyncio.get_running_loop().add_reader(screen, self._read)
+
+    def _read(self) -> None:
+        try:
+            os.read(self._screen, 65536)
+        except OSError:
+            # Its program is gone.
+            asyncio.get_running_loop().remove_reader(self._screen)
+
+    async def press(self, keys: str) -> None:
+        with suppress(OSError):
+            os.write(self._screen, keys.encode())
+
+    async def kill(self) -> None:
+        await self.end()
+
+    async def end(self) -> None:
+        if self._pid:
+            _kill([self._pid])
+            os.waitpid(self._pid, 0)
+            asyncio.get_running_loop().remove_reader(self._screen)
+            os.close(self._screen)
+            self._pid = 0
+
+
+class Tab:
+    """A laboratory in a browser: a server, and a client of its page."""
+
+    def __init__(self, folder: Path, chosen: random.Random) -> None:
+        self._environment, self._chosen = environment(folder), chosen
+        self._server: subprocess.Popen[str] | None = None
+        self._client: aiohttp.ClientSession | None = None
+        self._socket: aiohttp.ClientWebSocketResponse | None = None
+        self._reading: asyncio.Task[None] | None = None
+
+    async def start(self) -> None:
+        if self._server is None:
+            await self._serve()
+        assert self._client is not None
+        self._socket = await self._client.ws_connect(f"{self._address}/ws?width=80&height=24")
+        self._reading = asyncio.create_task(self._read(self._socket))
+
+    async def _serve(self) -> None:
+        with socket.socket() as probe:
+            probe.bind(("127.0.0.1", 0))
+            port = probe.getsockname()[1]
+        command = [sys.executable, "-m", "fivtui", "serve", "--port", str(port)]
+        self._server = subprocess.Popen(
+            command, env=self._environment, stderr=subprocess.PIPE, text=True
+        )
+        assert self._server.stderr is not None
+        said = await asyncio.to_thread(self._server.stderr.readline)
+        found = re.search(r"(http://[\d.:]+)/\?token=([\w-]+)", said)
+        assert found is not None, said
+        self._address = found[1]
+        self._client = aiohttp.ClientSession(cookie_jar=aiohttp.CookieJar(unsafe=True))
+        while True:
+            with suppress(aiohttp.ClientConnectorError):
+                async with self._client.get(f"{found[1]}/?token={found[2]}") as page:
+                    assert page.status == 200
+                return
+            await asyncio.sleep(_PAUSE_S)
+
+    async def _read(self, stream: aiohttp.ClientWebSocketResponse) -> None:
+        async for _ in stream:
+            pass
+
+    async def press(self, keys: str) -> None:
+        if self._socket is not None and not self._socket.closed:
+            with suppress(ConnectionError):
+                await self._socket.send_json(["stdin", keys])
+
+    async def kill(self) -> None:
+        """Kill the laboratory alone, or with its server."""
+        if self._chosen.random() < 0.5:
+            await self.end()
+        elif self._server is not None and self._socket is not None:
+            _kill(below(self._server.pid))
+            await self._socket.close()
+
+    async def end(self) -> None:
+        """Kill laboratory and server."""
+        if self._server is not None:
+            pids = [self._server.pid, *below(self._server.pid)]
+            _kill(pids)
+            self._server.wait()
+            self._server = None
+        if self._socket is not None and self._client is not None:
+            await self._socket.close()
+            await self._client.close()
+
+
+def _kill(pids: list[int]) -> None:
+    for pid in pids:
+        with suppress(ProcessLookupError):
+            os.kill(pid, signal.SIGKILL)
+
+
+def environment(folder: Path) -> dict[str, str]:
+    here = str(Path(__file__).parents[2])
+    return {
+        **os.environ,
+        "XDG_STATE_HOME": str(folder),
+        "XDG_CONFIG_HOME": str(folder / "config"),
+        "PYTHONPATH": here,
+        "TERM": "xterm-256color",
+    }
+
+
+def below(pid: int) -> list[int]:
+    """All processes that a process has started."""
+    try:
+        words = Path(f"/proc/{pid}/task/{pid}/children").read_text().split()
+    except OSError:
+        return []
+    children = [int(word) for word in words]
+    return [each for child in children for each in (child, *below(child))]
+
+
+class Observer:
+    """What the files of all sessions have ever named."""
+
+    def __init__(self, folder: Path) -> None:
+        self._first = folder / "fivtui" / "session.json"
+        self.known: dict[int, set[int]] = {}
+
+    def look(self) -> None:
+        """Note what is kept now; fail if something of before is not."""
+        for slot in saved_slots(self._first):
+            state: dict[str, Any] = json.loads(slot.path.read_bytes())
+            kept = {int(key.removeprefix("run-")) for key in state["results"] if "run-" in key}
+            for number in kept:
+                name = state["results"][f"run-{number}"]["file"]
+                # A file that another state has replaced since is that state's affair.
+                same = json.loads(slot.path.read_bytes()) == state
+                assert not same or (slot.results / name).is_file(), (slot, name)
+            before = self.known.get(slot.number, set())
+            count = state["runs"]["count"]
+            expected = {number for number in before if number > count - MAX_RUNS}
+            assert expected <= kept, (slot.number, expected - kept)
+            self.known[slot.number] = kept
+
+    def read_all(self) -> int:
+        """Read every result of every session as the program does; their number."""
+        read = 0
+        with ExitStack() as opened:
+            for _ in saved_slots(self._first):
+                autosave = Autosave(self._first)
+                state = autosave.load()
+                assert state is not None
+                assert not autosave.notices, autosave.notices
+                opened.callback(autosave.close, state)
+                runs = {key for key in state.results if key.startswith("run-")}
+                assert {int(key.removeprefix("run-")) for key in runs} == self.known[
+                    autosave.number
+                ]
+                for key in runs:
+                    kept: Any = state.results[key]
+                    assert autosave.result(key, kept) is not None
+                    read += 1
+        return read
+
+
+async def crowd(folder: Path, kills: int) -> int:
+    chosen = random.Random(SEED)
+    users: list[Terminal | Tab] = [Terminal(folder), Terminal(folder), Tab(folder, chosen)]
+    observer = Observer(folder)
+    try:
+        for user in users:
+            await user.start()
+        # None is killed before a session of each is kept.
+        async with asyncio.timeout(HANG_S):
+            while len(observer.known) < len(users):
+                await press_all(users, observer)
+        for _ in range(kills):
+            async with asyncio.timeout(HANG_S):
+                end = asyncio.get_running_loop().time() + chosen.uniform(0.0, _LONGEST_S)
+                while asyncio.get_running_loop().time() < end:
+                    await press_all(users, observer)
+                user = chosen.choice(users)
+                await user.kill()
+                observer.look()
+                await user.start()
+    finally:
+        for user in users:
+            await user.end()
+    observer.look()
+    assert len(observer.known) <= len(users) + 1, observer.known
+    return observer.read_all()
+
+
+async def press_all(users: list[Terminal | Tab], observer: Observer) -> None:
+    for user in users:
+        await user.press(RUN)
+    await asyncio.sleep(_PAUSE_S)
+    observer.look()
+
+
+if __name__ == "__main__":
+    print(asyncio.run(crowd(Path(sys.argv[1]), int(sys.argv[2]))))
