@@ -17,9 +17,9 @@ from fivtui.kernel import stepping_kernel
 from fivtui.model import (
     Cancelled,
     ComputationError,
+    Mode,
     Parameters,
     State,
-    check_always_sliding,
     time_scale,
 )
 from fivtui.results import Result, scene_text
@@ -214,7 +214,6 @@ def measure_tradeoff(
     Each method goes from coarse to fine settings until its errors are within the uncertainty of the
     reference, or its share of the CPU time is used up.
     """
-    check_always_sliding(scene.parameters, "tradeoff")
     scene.check_constant("tradeoff")
     report = progress or (lambda _fraction: True)
     budget = THOROUGH_S if thorough else QUICK_S
@@ -347,13 +346,17 @@ def _through_fmu(scene: Scene, fmu: Path, step: float, go_on: Progress) -> tuple
             "y_start": y,
             "vy_start": vy,
         },
-        outputs=("x", "vx", "y", "vy", "separations", "last_event"),
+        outputs=("x", "vx", "y", "vy", "separations", "last_event", "mode"),
         progress=go_on,
     )
     columns = run.columns
     final = tuple(columns[name][-1].item() for name in ("x", "vx", "y", "vy"))
     late = columns["y"][columns["time"] >= 0.5 * scene.t_end]
-    events = np.unique(columns["last_event"])
+    last = columns["last_event"]
+    if scene.parameters.v_belt is not None:
+        # Of separation and reattachment alone, where the slider has left or touched the belt.
+        last = last[1:][np.diff(columns["mode"] == Mode.SEPARATED)]
+    events = np.unique(last)
     seen = Observation(
         final=cast("State", final),
         peak=float(np.abs(columns["y"]).max()),
@@ -379,6 +382,9 @@ def _features(scene: Scene, report: Progress) -> list[Feature]:
     pairs: list[tuple[str, tuple[Scene, Any], tuple[Scene, Any]]] = []
     if scene.parameters.k_nl != 0.0:
         pairs.append(("cubic contact", (linear, "none"), (scene, "none")))
+    if scene.parameters.v_belt is not None:
+        always = scene.with_values({"v_belt": "none"})
+        pairs.append(("belt of finite speed", (always, "none"), (scene, "none")))
     ignored, considered = (replace(scene, separation=flag) for flag in (False, True))
     pairs += [
         ("separation", (ignored, "none"), (considered, "none")),

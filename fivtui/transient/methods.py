@@ -4,7 +4,7 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from typing import Final
 
-from fivtui.model import InputError, check_always_sliding, time_scale
+from fivtui.model import InputError, time_scale
 from fivtui.taylor import Stepper, TaylorStepper, local_tolerance
 
 from .request import Request
@@ -76,8 +76,6 @@ def _rk4(*, locate: bool) -> Callable[[Request], Stepper]:
         from .finite_belt.rk4 import BeltReferenceStepper
         from .rk4 import ReferenceStepper
 
-        if not locate:
-            check_always_sliding(request.parameters, "rk4-across")
         make = ReferenceStepper if request.parameters.v_belt is None else BeltReferenceStepper
         return make(
             request.parameters,

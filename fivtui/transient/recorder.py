@@ -87,6 +87,9 @@ class Recorder:
     def include(self, segment: Segment) -> None:
         """Take in the next segment; what lies beyond the horizon does not count."""
         t_end = self._request.t_end
+        if self._steps == 0 and self._on_belt:
+            # A method without stick begins in another mode.
+            self._first_mode = segment.mode
         self._steps += 1
         self.t = segment.end
         if segment.end <= t_end:

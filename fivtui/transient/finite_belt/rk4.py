@@ -1,9 +1,10 @@
 """The yardstick on a belt of finite speed: RK4 with bisection, with rules of its own."""
 
 from collections.abc import Sequence
-from typing import Final
+from typing import Any, Final
 
 import numpy as np
+from numpy.typing import NDArray
 
 from fivtui.model import Mode, Parameters, State, mode_of
 from fivtui.taylor import BeltSegment, Segment
@@ -12,12 +13,16 @@ from fivtui.transient.trajectory import segment_between
 
 # Beyond this exponent the fall of friction is not followed where a step goes past v_r = 0.
 _LARGEST_EXPONENT: Final = 5.0
+# Of friction, by mode.
+_SIGNS: Final = np.array([{Mode.FORWARD: 1.0, Mode.BACKWARD: -1.0}.get(m, 0.0) for m in Mode])
 
 
 class BeltRungeKutta4(RungeKutta4):
     """`RungeKutta4` on belts of finite speed; its `contact` has the numbers of the modes.
 
-    It has modes and friction by rules of its own.
+    It has modes and friction by rules of its own. Without `locate` every stage takes the field of
+    its own signs of y and v_r, and no friction at v_r = 0: there is no stick, about which the
+    slider slides forward and backward by turns.
     """
 
     def __init__(
@@ -27,18 +32,25 @@ class BeltRungeKutta4(RungeKutta4):
         *,
         step: float,
         separation: bool,
+        locate: bool = True,
     ) -> None:
-        super().__init__(parameters, starts, step=step, separation=separation)
-        modes = [
-            mode_of(p, start, separation=separation)
-            for p, start in zip(parameters, starts, strict=True)
-        ]
-        self.contact = np.array(modes, dtype=np.int64)
+        super().__init__(parameters, starts, step=step, separation=separation, locate=locate)
         table = self._table
         table["v"] = np.array([p.v_belt for p in parameters], dtype=float)
         table["mu_s"] = np.array([p.mu_static for p in parameters])
         table["fall"] = np.array([p.mu_static - p.mu if p.speed_law else 0.0 for p in parameters])
         table["rate"] = np.array([1.0 / p.speed_law if p.speed_law else 0.0 for p in parameters])
+        modes = [
+            mode_of(p, start, separation=separation)
+            for p, start in zip(parameters, starts, strict=True)
+        ]
+        self.contact = np.array(modes, dtype=np.int64) if locate else self._side(self.state)
+
+    def _side(self, state: FloatArray) -> NDArray[Any]:
+        # The mode by the signs of y and v_r alone.
+        off = (state[2] > 0.0) & self.separation
+        slides = np.where(state[1] > self._table["v"], Mode.BACKWARD, Mode.FORWARD)
+        return np.where(off, Mode.SEPARATED, slides).astype(np.int64)
 
     def _forces(self, state: FloatArray) -> tuple[FloatArray, FloatArray]:
         # Of the contact spring as if in contact, and of a belt that holds.
@@ -48,7 +60,9 @@ class BeltRungeKutta4(RungeKutta4):
 
     def _derivatives(self, state: FloatArray, contact: BoolArray) -> FloatArray:
         p, (x, vx, y, vy) = self._table, state
-        sign = np.select([contact == Mode.FORWARD, contact == Mode.BACKWARD], [1.0, -1.0], 0.0)
+        sign = _SIGNS[contact]
+        if not self.locate:
+            contact, sign = self._side(state), np.sign(p["v"] - vx)
         force = np.where(contact == Mode.SEPARATED, 0.0, self._forces(state)[0])
         # Past v_r = 0 the law goes on smoothly: such a step is cut there.
         exponent = np.minimum(-sign * (p["v"] - vx) * p["rate"], _LARGEST_EXPONENT)
@@ -59,18 +73,19 @@ class BeltRungeKutta4(RungeKutta4):
         return np.array((vx, np.where(contact == Mode.STICK, 0.0, ax), vy, ay))
 
     def _crossed(self, state: FloatArray, contact: BoolArray) -> BoolArray:
+        if not self.locate:
+            return np.asarray(self._side(state) != contact, dtype=bool)
         force, held = self._forces(state)
         ahead = self._table["v"] - state[1]
-        crossed = np.select(
-            [contact == Mode.FORWARD, contact == Mode.BACKWARD, contact == Mode.STICK],
-            [ahead < 0.0, ahead > 0.0, self._table["mu_s"] * force < np.abs(held)],
-            default=False,
-        )
+        slips = self._table["mu_s"] * force < np.abs(held)
+        crossed = (_SIGNS[contact] * ahead < 0.0) | ((contact == Mode.STICK) & slips)
         if self.separation:
             crossed |= np.where(contact == Mode.SEPARATED, state[2] < 0.0, state[2] > 0.0)
         return np.asarray(crossed, dtype=bool)
 
     def _after(self, last: FloatArray, crossed: BoolArray) -> tuple[FloatArray, BoolArray]:
+        if not self.locate:
+            return last, self._side(last)
         mode = self.contact
         lifts = crossed & (mode != Mode.SEPARATED) & (last[2] > 0.0) & self.separation
         sliding = (mode == Mode.FORWARD) | (mode == Mode.BACKWARD)
@@ -94,7 +109,9 @@ class BeltReferenceStepper(ReferenceStepper):
         self, p: Parameters, state: State, *, step: float, separation: bool, locate: bool = True
     ) -> None:
         super().__init__(p, state, step=step, separation=separation, locate=locate)
-        self._integrator = BeltRungeKutta4([p], [state], step=step, separation=separation)
+        self._integrator = BeltRungeKutta4(
+            [p], [state], step=step, separation=separation, locate=locate
+        )
 
     def advance(self) -> BeltSegment:
         """The next segment, as `ReferenceStepper.advance`."""
