@@ -11,7 +11,7 @@ from typing import Final
 
 import numpy as np
 
-from fivtui.model import COLUMNS, Cancelled, ComputationError, check_always_sliding, time_scale
+from fivtui.model import COLUMNS, Cancelled, ComputationError, time_scale
 from fivtui.transient import (
     FMU_FLAVOURS,
     OnSamples,
@@ -70,8 +70,6 @@ def integrate_fmu(
     Cancelled
         If `progress` returned False.
     """
-    if FMU_FLAVOURS[request.method] != "python":
-        check_always_sliding(request.parameters, "native FMUs")
     step = request.step or _STEP * time_scale(request.parameters)
     if request.t_end / step > _MAX_STEPS:
         raise ComputationError(

@@ -22,12 +22,13 @@ typedef struct {
 
 /* The belt and the slider on it: the field and the friction law of each mode; F, μ, μ_s and the
    belt's speed at the start of a step, and their rates; the mode; whether friction does not jump at
-   v_r = 0; whether the belt is of finite speed. */
+   v_r = 0; whether the belt is of finite speed. Margins of the hold within `nearness` are zero. */
 typedef struct {
     Field fields[MODES];
     Law laws[MODES];
     double m, a, h, k1, c1, c2, k2, k_nl, stiffness, preload, mu, mu_s, v_belt;
     Rates rates;
+    double nearness;
     int64_t mode, smooth, finite;
 } Belt;
 
@@ -40,12 +41,15 @@ INLINE double holding(const Belt *of, double x, double y)
     return (of->c1 * of->v_belt + of->m * of->rates.speed) + of->a * x - of->h * y;
 }
 
-/* Whether a function is negative now or soon: by its first derivative beyond rounding. */
-INLINE int falls(const double *derivatives, const double *sizes)
+/* Whether a function is negative now or soon: by its first derivative beyond rounding, itself not
+   being zero by `nearness` of its size. */
+INLINE int falls(double nearness, const double *derivatives, const double *sizes)
 {
-    for (int n = 0; n < 3; n++)
-        if (__builtin_fabs(derivatives[n]) > larger(BALANCED * sizes[n], LEAST))
+    for (int n = 0; n < 3; n++) {
+        double zero = (n == 0 ? nearness : BALANCED) * sizes[n];
+        if (__builtin_fabs(derivatives[n]) > larger(zero, LEAST))
             return derivatives[n] < 0.0;
+    }
     return 0;
 }
 
@@ -85,16 +89,16 @@ APART int64_t mode_on_belt(const Belt *of, const Block *w, double x, double vx, 
     times_line(of->mu_s, __builtin_fabs(rates->grip), of_forces, sizes);
     for (int n = 0; n < 3; n++)
         sizes[n] = of_held[n] + sizes[n];
-    if (falls(forces, of_forces))
-        return falls(held, sizes) ? BACKWARD : FORWARD;
+    if (falls(of->nearness, forces, of_forces))
+        return falls(of->nearness, held, sizes) ? BACKWARD : FORWARD;
     times_line(of->mu_s, rates->grip, forces, grips);
     for (int n = 0; n < 3; n++)
         margin[n] = grips[n] - held[n];
-    if (falls(margin, sizes))
+    if (falls(of->nearness, margin, sizes))
         return FORWARD;
     for (int n = 0; n < 3; n++)
         margin[n] = grips[n] + held[n];
-    return falls(margin, sizes) ? BACKWARD : STICK;
+    return falls(of->nearness, margin, sizes) ? BACKWARD : STICK;
 }
 
 /* A slider that begins to slide where friction balances the other forces has the acceleration of
@@ -280,7 +284,7 @@ INLINE Arrivals go_on_belt(Belt *of, Block *w, const Ending *ending, Cut cut, in
 INLINE void begin_belt(Belt *of, const Block *w, const double *p, int finite)
 {
     memset(of, 0, sizeof *of);
-    of->finite = finite;
+    of->finite = finite, of->nearness = BALANCED;
     double m = p[P_M], h = 0.5 * p[P_K3], mu = p[P_MU];
     of->m = m, of->a = p[P_K1] + h, of->h = h, of->c1 = p[P_C1], of->c2 = p[P_C2];
     of->k1 = p[P_K1], of->k2 = p[P_K2], of->k_nl = p[P_KNL], of->preload = p[P_F], of->mu = mu;

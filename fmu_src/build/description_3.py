@@ -1,8 +1,8 @@
 """Variables and structure of a model description of FMI 3.0, from the table of variables."""
 
 import math
-from collections.abc import Collection, Sequence
-from typing import Final
+from collections.abc import Collection, Mapping, Sequence
+from typing import Final, NamedTuple
 from xml.etree import ElementTree as ET
 
 from fmu_src.slave import STATES, Role, Type, Variable, VariableTable
@@ -14,6 +14,28 @@ _TAGS: Final = {
     Type.INTEGER: "Int32",
     Type.ENUMERATION: "Enumeration",
     Type.BOOLEAN: "Boolean",
+}
+
+
+class Indicator(NamedTuple):
+    """An event indicator: name, unit, what it is, and what it depends on."""
+
+    name: str
+    unit: str
+    meaning: str
+    known: tuple[str, ...]
+
+
+_HOLD: Final = ("x", "y", "mu", "v_belt", "k1", "k2", "k3", "c1", "k_nl", "mu_s")
+# The switches of each model are zeros of its event indicators.
+INDICATORS: Final[Mapping[str, Sequence[Indicator]]] = {
+    "SliderBelt": (
+        Indicator("event_indicator", "m", "y, where that is zero on the side of the mode", ("y",)),
+        Indicator("event_indicator_slip", "m/s", "v_belt - vx in slip, 1 else", ("vx", "v_belt")),
+        Indicator("event_indicator_forward", "N", "mu_s P - f in stick, 1 else", _HOLD),
+        Indicator("event_indicator_backward", "N", "mu_s P + f in stick, 1 else", _HOLD),
+    ),
+    "BrakeActuator": (),
 }
 
 
@@ -55,9 +77,9 @@ def add_variable(
 
 
 def model_structure_3(
-    table: VariableTable, indicator: int | None, order: Sequence[str] = STATES
+    table: VariableTable, indicators: Sequence[Indicator], order: Sequence[str] = STATES
 ) -> ET.Element:
-    """``ModelStructure`` of FMI 3.0; `indicator` is the reference of the event indicator.
+    """``ModelStructure`` of FMI 3.0; the references of `indicators` follow on that of the time.
 
     `order` is that in which states are exchanged.
     """
@@ -84,9 +106,15 @@ def model_structure_3(
     for variable in table.variables:
         if variable.role is Role.OUTPUT or variable.derivative_of:
             add("InitialUnknown", variable, variable.starts_from)
-    if indicator is not None:
-        given = {"dependencies": str(table.references["y"]), "dependenciesKind": "dependent"}
-        ET.SubElement(structure, "EventIndicator", given, valueReference=str(indicator))
+    for reference, indicator in enumerate(indicators, start=len(table.variables) + 1):
+        known = indicator.known
+        ET.SubElement(
+            structure,
+            "EventIndicator",
+            valueReference=str(reference),
+            dependencies=" ".join(str(table.references[name]) for name in known),
+            dependenciesKind=" ".join("dependent" for _ in known),
+        )
     return structure
 
 

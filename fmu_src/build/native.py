@@ -21,7 +21,7 @@ from .description import (
     type_definitions,
     unit_definitions,
 )
-from .description_3 import known_in_exchange
+from .description_3 import INDICATORS, known_in_exchange
 from .native_fmi3 import build_description, native_description_3
 from .native_text import MODELS, NATIVE, build_name, guid_of, sources
 
@@ -59,8 +59,6 @@ _INTERFACES: Final[Mapping[str, Mapping[str, str]]] = {
         "canInterpolateInputs": "true",
     },
 }
-# Switches are zeros of one event indicator.
-_INDICATORS: Final[Mapping[str, int]] = {"SliderBelt": 1, "BrakeActuator": 0}
 
 
 def why_no_native() -> str | None:
@@ -146,7 +144,7 @@ def native_description(component: Component, *, with_sources: bool = False) -> b
         generationTool="fivtui",
         generationDateAndTime=TIMESTAMP,
         variableNamingConvention="structured",
-        numberOfEventIndicators=str(_INDICATORS[component.model]),
+        numberOfEventIndicators=str(len(INDICATORS[component.model])),
         description=component.description,
         author="The fivtui developers",
         license="MIT",

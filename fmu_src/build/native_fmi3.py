@@ -12,7 +12,7 @@ from .description import (
     type_of,
     unit_definitions,
 )
-from .description_3 import add_time, add_variable, model_structure_3
+from .description_3 import INDICATORS, add_time, add_variable, model_structure_3
 from .native_text import guid_of, sources
 
 _SHARED: Final = {
@@ -35,8 +35,6 @@ _INTERFACES: Final[Mapping[str, Mapping[str, str]]] = {
         "canReturnEarlyAfterIntermediateUpdate": "true",
     },
 }
-# Unit of the event indicator of each model that has one.
-_INDICATORS: Final[Mapping[str, str]] = {"SliderBelt": "m"}
 
 
 def native_description_3(component: Component, categories: Mapping[str, str]) -> bytes:
@@ -74,22 +72,21 @@ def native_description_3(component: Component, categories: Mapping[str, str]) ->
         add_variable(variables, reference, variable, table)
     count = len(table.variables)
     add_time(variables, count)
-    indicator = None
-    if component.model in _INDICATORS:
-        indicator = count + 1
+    indicators = INDICATORS[component.model]
+    for reference, indicator in enumerate(indicators, start=count + 1):
         ET.SubElement(
             variables,
             "Float64",
-            name="event_indicator",
-            valueReference=str(indicator),
-            description="event indicator: y, where that is zero on the side of the mode",
+            name=indicator.name,
+            valueReference=str(reference),
+            description=f"event indicator: {indicator.meaning}",
             causality="local",
             variability="continuous",
             initial="calculated",
-            unit=_INDICATORS[component.model],
+            unit=indicator.unit,
         )
     order = [v.derivative_of for v in table.variables if v.derivative_of]
-    root.append(model_structure_3(table, indicator, order))
+    root.append(model_structure_3(table, indicators, order))
     return as_text(root)
 
 

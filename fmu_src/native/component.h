@@ -40,6 +40,9 @@ typedef struct {
     uint32_t state_count, indicator_count;
     /* Begins the motion of the values, at the start time. */
     const char *(*begin)(struct Instance *i);
+    /* Why a value of an input, in its range, is not possible beside the others once the motion has
+       begun. NULL: all are. */
+    const char *(*fits)(struct Instance *i, uint32_t reference, double value);
     /* Moves on to t, or with `switched` to the first switch not after it; ramps begin at `from`. */
     const char *(*move)(struct Instance *i, double from, double *t, int *switched);
     /* The time up to which moving on under the same inputs, held, needs no computation. */
@@ -60,7 +63,7 @@ typedef struct {
     int (*unpack)(struct Instance *i, const double *numbers);
 } Component;
 
-#define MOTION_NUMBERS 32
+#define MOTION_NUMBERS 40
 
 extern const Component COMPONENT;
 

@@ -33,6 +33,9 @@ static const char *extrapolate(Instance *i, double h, double *ends)
         if (!(ends[r] >= v->lower && ends[r] <= v->upper))
             return because(i, "%s = %g at the end of the step: must be %s", v->name, ends[r],
                            v->allowed);
+        const char *why = COMPONENT.fits ? COMPONENT.fits(i, r, ends[r]) : NULL;
+        if (why)
+            return why;
     }
     return NULL;
 }
@@ -127,7 +130,7 @@ fmi2Status fmi2SetRealInputDerivatives(fmi2Component c, const fmi2ValueReference
     }
     for (size_t n = 0; n < count; n++)
         i->s.slopes[r[n]] = value[n];
-    i->s.is_sloped = 0, i->s.free_until = -INFINITY;
+    i->s.is_sloped = i->s.published = 0, i->s.free_until = -INFINITY;
     for (uint32_t reference = 0; reference < COMPONENT.variable_count; reference++)
         i->s.is_sloped |= i->s.slopes[reference] != 0.0;
     return fmi2OK;

@@ -4,7 +4,7 @@
 
 #include "instance.h"
 
-/* Beside the variables of the table: the time, and the first event indicator. */
+/* Beside the variables of the table: the time, and the event indicators. */
 #define TIME COMPONENT.variable_count
 #define INDICATOR (COMPONENT.variable_count + 1)
 
@@ -26,10 +26,13 @@ fmi3Status fmi3GetFloat64(fmi3Instance c, const fmi3ValueReference r[], size_t c
     for (size_t n = 0; n < count && r && values && status == fmi3OK; n++) {
         if (r[n] == TIME) {
             values[n] = i->s.begun ? i->s.t : i->s.start_time;
-        } else if (r[n] == INDICATOR && COMPONENT.indicator_count > 0) {
+        } else if (r[n] >= INDICATOR && r[n] - INDICATOR < COMPONENT.indicator_count) {
+            double indicators[MOST_INDICATORS];
             status = (fmi3Status)ready(i);
-            if (status == fmi3OK)
-                COMPONENT.indicate(i, values + n);
+            if (status == fmi3OK) {
+                COMPONENT.indicate(i, indicators);
+                values[n] = indicators[r[n] - INDICATOR];
+            }
         } else {
             status = (fmi3Status)fmi2GetReal(c, r + n, 1, values + n);
         }

@@ -15,7 +15,7 @@
 /* Not to be taken for functions of the same name elsewhere in the process. */
 #pragma GCC visibility push(hidden)
 
-enum { MOST_VARIABLES = 48, MOST_STATES = 4, MOTION_ROOM = 288, TEXT = 320 };
+enum { MOST_VARIABLES = 48, MOST_STATES = 4, MOST_INDICATORS = 4, MOTION_ROOM = 288, TEXT = 320 };
 
 /* The last is within a step alone, and never in a state that is saved. */
 typedef enum {

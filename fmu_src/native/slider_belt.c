@@ -12,19 +12,30 @@
 #define AT_SWITCH 1e-8
 /* `local_tolerance` in `fivtui.taylor.stepper`. */
 #define LOCAL_TOLERANCE 1e-3
+/* A belt that is slower is at rest: `_LEAST_SPEED` in `fivtui.model.parameters`. */
+#define LEAST_SPEED 1e-150
+/* An input is at the end of its ramp within this part of its size. */
+#define SAME_INPUT 0x1p-46
 
 enum { X, Y, VX, VY, STATES };
 static const uint32_t STATE_REFERENCES[STATES] = {V_x, V_y, V_vx, V_vy};
 static const uint32_t DERIVATIVE_REFERENCES[STATES] = {V_vx, V_vy, V_ax, V_ay};
 
-/* In an instance's room for a motion: `side` is 1 off the belt and −1 in contact. */
+/* y, v_r, and the margins of the hold. */
+enum { AT_HEIGHT, AT_SLIDING, HELD_FORWARD, HELD_BACKWARD, INDICATORS };
+
+/* In an instance's room for a motion: `mode` is as in `fivtui.model.modes`; the slider sticks at the
+   start, or does not (`first_sticks`). `speed` is that of the belt at the last look for a mode in
+   model exchange, `acceleration` the belt's in the outputs. */
 typedef struct {
-    double side, separations, reattachments, last_event;
+    double mode, separations, reattachments, switches, sticks, last_event;
+    double first_sticks, speed, acceleration;
     Motion motion;
 } Content;
 
 _Static_assert(sizeof(Content) <= sizeof(double) * MOTION_ROOM, "there is no room for the motion");
 _Static_assert(VARIABLE_COUNT <= (int)MOST_VARIABLES, "there is no room for the values");
+_Static_assert(INDICATORS <= (int)MOST_INDICATORS, "there is no room for the event indicators");
 
 static Content *content_of(Instance *i) { return (Content *)i->s.motion; }
 static const Content *content_in(const Instance *i) { return (const Content *)i->s.motion; }
@@ -35,6 +46,15 @@ static const Stepping *stepping_of(Instance *i)
     return i->stepping;
 }
 
+static int is_finite_belt(const State *s) { return s->values[V_finite_belt] != 0.0; }
+
+static double belt_speed(const State *s)
+{
+    const double speed = s->values[V_v_belt];
+    return speed < LEAST_SPEED ? 0.0 : speed;
+}
+
+/* BELT_PARAMETERS columns, as `Stepping` takes them. */
 static void parameters_of(const State *s, double *p)
 {
     static const uint32_t REFERENCES[PARAMETERS] = {
@@ -42,6 +62,30 @@ static void parameters_of(const State *s, double *p)
     };
     for (int n = 0; n < PARAMETERS; n++)
         p[n] = s->values[REFERENCES[n]];
+    const double mu_s = s->values[V_mu_s];
+    p[P_V_BELT] = belt_speed(s);
+    p[P_MU_S] = mu_s > 0.0 ? mu_s : -1.0, p[P_V_S] = mu_s > 0.0 ? s->values[V_v_s] : 0.0;
+}
+
+static double static_friction(const State *s)
+{
+    return s->values[V_mu_s] > 0.0 ? s->values[V_mu_s] : s->values[V_mu];
+}
+
+/* Why a value of an input that is in its range is not possible beside the other values. */
+static const char *fits(Instance *i, uint32_t reference, double value)
+{
+    const State *s = &i->s;
+    const double mu_s = s->values[V_mu_s];
+    if (!is_finite_belt(s))
+        return NULL;
+    if (reference == V_mu && mu_s > 0.0 && value > mu_s)
+        return because(i, "mu = %g: must be at most mu_s = %g", value, mu_s);
+    if (reference == V_v_belt && s->phase == CONTINUOUS && content_in(i)->mode == STICK
+        && value != s->values[V_v_belt])
+        return because(i, "v_belt = %g: while the slider sticks it must stay %g but in event mode",
+                       value, s->values[V_v_belt]);
+    return NULL;
 }
 
 static const char *begin_motion(Instance *i)
@@ -50,19 +94,22 @@ static const char *begin_motion(Instance *i)
     Content *at = content_of(i);
     const double *v = s->values;
     const int separation = v[V_separation] != 0.0;
-    if (v[V_finite_belt] != 0.0)
-        return because(i, "finite_belt = true: must be false in the native flavour");
-    double p[PARAMETERS], state[4] = {v[V_x_start], v[V_vx_start], v[V_y_start], v[V_vy_start]};
+    const char *why = fits(i, V_mu, v[V_mu]);
+    double p[BELT_PARAMETERS], state[4] = {v[V_x_start], v[V_vx_start], v[V_y_start], v[V_vy_start]};
+    if (why)
+        return why;
     parameters_of(s, p);
     if (v[V_start_static] != 0.0)
         resting_state(p, separation, state);
     if (!finite_number(state[2]))
         return because(i, "no equilibrium: F = %g N lifts the slider and no spring holds it "
                           "vertically; use F >= 0, a larger k3, or ignore separation", p[P_F]);
-    stepping_of(i)->begin(&at->motion, p, separation, 0, state, s->start_time,
+    stepping_of(i)->begin(&at->motion, p, separation, is_finite_belt(s), state, s->start_time,
                           s->tolerance * LOCAL_TOLERANCE);
-    at->side = at->motion.w.side, at->last_event = s->start_time;
-    at->separations = at->reattachments = 0.0;
+    at->mode = mode_of_motion(&at->motion), at->last_event = s->start_time;
+    at->separations = at->reattachments = at->switches = 0.0;
+    at->sticks = at->first_sticks = at->mode == STICK;
+    at->speed = p[P_V_BELT], at->acceleration = 0.0;
     s->states[X] = state[0], s->states[VX] = state[1];
     s->states[Y] = state[2], s->states[VY] = state[3];
     return NULL;
@@ -73,7 +120,8 @@ static const char *move_on(Instance *i, double from, double *t, int *switched)
     const State *s = &i->s;
     Motion *m = &content_of(i)->motion;
     const Ramp force = {s->values[V_F], s->slopes[V_F]}, mu = {s->values[V_mu], s->slopes[V_mu]};
-    switch (stepping_of(i)->move(m, from, t, switched, force, mu, (Ramp){0.0, 0.0})) {
+    const Ramp speed = {belt_speed(s), s->slopes[V_v_belt]};
+    switch (stepping_of(i)->move(m, from, t, switched, force, mu, speed)) {
     case OVERFLOW:
         return because(i, "the motion grows beyond the floating-point range at t = %g s; it is "
                           "unbounded: consider separation, use a cubic contact, or shorten the run",
@@ -109,77 +157,230 @@ static void look(Instance *i)
 {
     State *s = &i->s;
     Content *at = content_of(i);
-    const Block *w = &at->motion.w;
+    const Motion *m = &at->motion;
+    const Block *w = &m->w;
     double state[4];
-    stepping_of(i)->state(&at->motion, s->t, state);
+    stepping_of(i)->state(m, s->t, state);
     s->states[X] = state[0], s->states[VX] = state[1];
     s->states[Y] = state[2], s->states[VY] = state[3];
     if (s->is_pending)
         return;
-    at->side = w->side, at->last_event = w->last;
+    at->mode = mode_of_motion(m), at->last_event = is_finite_belt(s) ? m->changed_at : w->last;
     at->separations = w->lifts, at->reattachments = w->landings;
+    at->switches = is_finite_belt(s) ? m->changes : w->lifts + w->landings;
+    at->sticks = m->sticks + at->first_sticks;
+}
+
+static int is_at_end(const Motion *m, Ramp ramp, double t, double value)
+{
+    const double change = ramp.slope * (t - m->since);
+    const double size = absolute(ramp.value) + absolute(change);
+    return absolute(value - (ramp.value + change)) <= SAME_INPUT * size;
+}
+
+/* On a belt of finite speed, the mode under the present inputs, and the belt's acceleration: the
+   step's where they are as it left them, else those with which the next one begins. */
+static void look_at_belt(Instance *i)
+{
+    const State *s = &i->s;
+    const double *v = s->values;
+    Content *at = content_of(i);
+    const Motion *m = &at->motion;
+    const int held = s->slopes[V_F] == 0.0 && s->slopes[V_mu] == 0.0 && s->slopes[V_v_belt] == 0.0;
+    at->acceleration = s->slopes[V_v_belt];
+    if (held && is_at_end(m, m->force, s->t, v[V_F]) && is_at_end(m, m->friction, s->t, v[V_mu])
+        && is_at_end(m, m->speed, s->t, belt_speed(s))) {
+        at->acceleration = m->speed.slope;
+        return;
+    }
+    if (s->is_pending)
+        return;
+    const Motion before = *m;
+    double t = s->t;
+    /* What goes wrong is told by the step. */
+    if (!move_on(i, t, &t, NULL))
+        at->mode = mode_of_motion(m);
+    at->motion = before;
+}
+
+/* The friction coefficient where the slider slides at a speed, and its changes by those of values. */
+static double friction_of(const State *s, double speed, double *e)
+{
+    const double *v = s->values;
+    *e = 0.0;
+    if (!(v[V_mu_s] > 0.0 && v[V_v_s] > 0.0))
+        return v[V_mu];
+    *e = decay(larger(speed, 0.0) / v[V_v_s]);
+    return v[V_mu] + (v[V_mu_s] - v[V_mu]) * *e;
+}
+
+/* What the belt exerts while it holds. */
+static double holding_force(const Instance *i)
+{
+    const State *s = &i->s;
+    const double *v = s->values, h = 0.5 * v[V_k3];
+    return (v[V_c1] * belt_speed(s) + v[V_m] * content_in(i)->acceleration)
+           + (v[V_k1] + h) * s->states[X] - h * s->states[Y];
+}
+
+/* The speed by which the slider slides in a mode. */
+static double sliding_speed(const State *s, double mode)
+{
+    const double ahead = belt_speed(s) - s->states[VX];
+    return mode == BACKWARD ? -ahead : ahead;
+}
+
+/* The friction force on the slider, given that of the contact. */
+static double friction_on_slider(const Instance *i, double force)
+{
+    const double mode = content_in(i)->mode;
+    double e;
+    if (mode == STICK)
+        return holding_force(i);
+    if (mode != FORWARD && mode != BACKWARD)
+        return i->s.values[V_mu] * force;
+    const double friction = friction_of(&i->s, sliding_speed(&i->s, mode), &e) * force;
+    return mode == BACKWARD ? -friction : friction;
 }
 
 static void publish(Instance *i)
 {
-    if (i->type == fmi2CoSimulation)
+    if (i->type == fmi2CoSimulation) {
         look(i);
+        if (is_finite_belt(&i->s))
+            look_at_belt(i);
+    }
     const Content *at = content_in(i);
     const double *states = i->s.states;
     double *v = i->s.values, x = states[X], y = states[Y], vx = states[VX], vy = states[VY];
-    const double force = at->side < 0.0 ? -v[V_k2] * y - v[V_k_nl] * y * y * y + 0.0 : 0.0;
+    const double force =
+        at->mode != SEPARATED ? -v[V_k2] * y - v[V_k_nl] * y * y * y + 0.0 : 0.0;
+    const double friction = friction_on_slider(i, force);
     const double coupling = 0.5 * v[V_k3] * (x - y);
     v[V_x] = x, v[V_vx] = vx, v[V_y] = v[V_switching] = y, v[V_vy] = vy;
     v[V_P] = force;
-    v[V_friction_slider] = v[V_mu] * force, v[V_friction_belt] = -(v[V_mu] * force);
-    v[V_ax] = (v[V_mu] * force - v[V_c1] * vx - v[V_k1] * x - coupling) / v[V_m];
+    v[V_friction_slider] = friction, v[V_friction_belt] = -friction;
+    v[V_ax] = (friction - v[V_c1] * vx - v[V_k1] * x - coupling) / v[V_m];
+    if (at->mode == STICK)
+        v[V_ax] = at->acceleration;
     v[V_ay] = (force - v[V_F] - v[V_c2] * vy + coupling) / v[V_m];
-    v[V_mode] = v[V_mode_integer] = v[V_mode_enumeration] = at->side < 0.0;
+    v[V_mode] = v[V_mode_integer] = v[V_mode_enumeration] = at->mode;
     v[V_separations] = at->separations, v[V_reattachments] = at->reattachments;
-    v[V_switches] = at->separations + at->reattachments;
+    v[V_switches] = at->switches, v[V_sticks] = at->sticks;
     v[V_last_event] = at->last_event;
 }
 
-/* y, and where that is zero the side on which the motion goes on. */
+/* A value, or where that is zero one on a side. */
+static double on_side(double value, double side) { return value != 0.0 ? value : side * DBL_MIN; }
+
+/* Each is y, v_r or a margin of the hold where its zero ends the mode, else a constant; where it is
+   zero it is on the side of the mode. */
 static void indicate(const Instance *i, double *indicators)
 {
-    const double y = i->s.states[Y];
-    indicators[0] = y != 0.0 ? y : content_in(i)->side * DBL_MIN;
+    const State *s = &i->s;
+    const double *v = s->values, mode = content_in(i)->mode, y = s->states[Y];
+    for (int n = 0; n < INDICATORS; n++)
+        indicators[n] = 1.0;
+    indicators[AT_HEIGHT] = on_side(y, mode == SEPARATED ? 1.0 : -1.0);
+    if (mode == FORWARD || mode == BACKWARD) {
+        const double side = mode == FORWARD ? 1.0 : -1.0;
+        indicators[AT_SLIDING] = on_side(belt_speed(s) - s->states[VX], side);
+    } else if (mode == STICK) {
+        const double grip = static_friction(s) * (-v[V_k2] * y - v[V_k_nl] * y * y * y);
+        indicators[HELD_FORWARD] = on_side(grip - holding_force(i), 1.0);
+        indicators[HELD_BACKWARD] = on_side(grip + holding_force(i), 1.0);
+    }
 }
 
 static double largest(double a, double b) { return a > b ? a : b; }
+
+/* The mode on a belt of finite speed at a state that is not at y = 0, or has been put there; v_r is
+   made zero where its sign is rounding, or the importer has gone past its zero. */
+static double mode_at(const Instance *i, Block *w, double *p, double *state, double reach)
+{
+    const Content *at = content_in(i);
+    const double speed = p[P_V_BELT], ahead = speed - state[1];
+    const int gone = (at->mode == FORWARD && ahead < 0.0) || (at->mode == BACKWARD && ahead > 0.0);
+    const double vx = state[1];
+    Belt belt;
+    if (absolute(ahead) <= AT_SWITCH * largest(reach, speed) || (gone && speed == at->speed))
+        state[1] = speed;
+    p[P_MU_S] = p[P_MU_S] < 0.0 ? p[P_MU] : p[P_MU_S];
+    begin(w, 0, p, i->s.values[V_separation] != 0.0, state);
+    begin_belt(&belt, w, p, 1);
+    if (belt.mode == SEPARATED) {
+        state[1] = vx;
+        return SEPARATED;
+    }
+    belt.nearness = AT_SWITCH;
+    return (double)mode_on_belt(&belt, w, state[0], state[1], state[2], state[3]);
+}
 
 static int settle(Instance *i)
 {
     State *s = &i->s;
     Content *at = content_of(i);
-    double p[PARAMETERS], state[4] = {s->states[X], s->states[VX], s->states[Y], s->states[VY]};
+    double p[BELT_PARAMETERS];
+    double state[4] = {s->states[X], s->states[VX], s->states[Y], s->states[VY]};
     Block w;
     parameters_of(s, p);
     begin(&w, 0, p, s->values[V_separation] != 0.0, state);
     const double speed = largest(absolute(state[1]), absolute(state[3])) / w.frequency;
     const double place = largest(absolute(state[0]), absolute(state[2]));
-    const int near = absolute(state[2]) <= AT_SWITCH * largest(w.deflection, largest(place, speed));
-    if (near) {
+    const double reach = largest(w.deflection, largest(place, speed));
+    if (absolute(state[2]) <= AT_SWITCH * reach) {
         /* The sign of y is rounding; the direction of the motion decides. */
         state[2] = 0.0;
         begin(&w, 0, p, s->values[V_separation] != 0.0, state);
     }
-    if (w.side == at->side)
+    double mode = w.side > 0.0 ? SEPARATED : CONTACT;
+    if (is_finite_belt(s)) {
+        mode = mode_at(i, &w, p, state, reach * w.frequency);
+        at->speed = p[P_V_BELT];
+    }
+    if (mode == at->mode)
         return 0;
-    at->side = w.side, at->last_event = s->t, s->states[Y] = state[2];
-    *(w.side > 0.0 ? &at->separations : &at->reattachments) += 1.0;
+    at->separations += mode == SEPARATED, at->reattachments += at->mode == SEPARATED;
+    at->switches += 1.0, at->sticks += mode == STICK;
+    at->mode = mode, at->last_event = s->t, s->states[VX] = state[1], s->states[Y] = state[2];
     return 1;
+}
+
+/* The change of the friction force on the slider, given those of the values and of the force. */
+static double change_of_friction(const Instance *i, const double *d, double force)
+{
+    const State *s = &i->s;
+    const double *v = s->values, mode = content_in(i)->mode;
+    double e;
+    if (mode == STICK) {
+        const double h = 0.5 * v[V_k3], dh = 0.5 * d[V_k3];
+        return d[V_c1] * belt_speed(s) + v[V_c1] * d[V_v_belt] + d[V_m] * content_in(i)->acceleration
+               + (d[V_k1] + dh) * v[V_x] + (v[V_k1] + h) * d[V_x] - dh * v[V_y] - h * d[V_y];
+    }
+    if (mode != FORWARD && mode != BACKWARD)
+        return v[V_mu] * force + d[V_mu] * v[V_P];
+    const double sign = mode == FORWARD ? 1.0 : -1.0, speed = sliding_speed(s, mode);
+    const double mu = friction_of(s, speed, &e);
+    double change = d[V_mu];
+    if (v[V_mu_s] > 0.0 && v[V_v_s] > 0.0) {
+        const double slower = sign * (d[V_v_belt] - d[V_vx]) - speed / v[V_v_s] * d[V_v_s];
+        const double fall = v[V_mu_s] - v[V_mu];
+        change += e * (d[V_mu_s] - d[V_mu] - fall / v[V_v_s] * slower);
+    } else if (v[V_v_s] > 0.0 && d[V_mu_s] != 0.0) {
+        /* 0 stands for μ: friction jumps there. */
+        change = __builtin_nan("");
+    }
+    return sign * (mu * force + change * v[V_P]);
 }
 
 static void differentiate(const Instance *i, double *d)
 {
-    const double *v = i->s.values, y = v[V_y];
+    const double *v = i->s.values, y = v[V_y], mode = content_in(i)->mode;
     double force = 0.0;
-    if (content_in(i)->side < 0.0)
+    if (mode != SEPARATED)
         force = -(v[V_k2] + 3.0 * v[V_k_nl] * y * y) * d[V_y] - d[V_k2] * y
                 - d[V_k_nl] * y * y * y;
-    const double friction = v[V_mu] * force + d[V_mu] * v[V_P];
+    const double friction = change_of_friction(i, d, force);
     const double coupling =
         0.5 * (v[V_k3] * (d[V_x] - d[V_y]) + d[V_k3] * (v[V_x] - y));
     const double push_x = friction - v[V_c1] * d[V_vx] - d[V_c1] * v[V_vx] - v[V_k1] * d[V_x]
@@ -187,7 +388,7 @@ static void differentiate(const Instance *i, double *d)
     const double push_y = force - d[V_F] - v[V_c2] * d[V_vy] - d[V_c2] * v[V_vy] + coupling;
     d[V_P] = force, d[V_switching] = d[V_y];
     d[V_friction_slider] = friction, d[V_friction_belt] = -friction;
-    d[V_ax] = (push_x - v[V_ax] * d[V_m]) / v[V_m];
+    d[V_ax] = mode == STICK ? 0.0 : (push_x - v[V_ax] * d[V_m]) / v[V_m];
     d[V_ay] = (push_y - v[V_ay] * d[V_m]) / v[V_m];
 }
 
@@ -211,9 +412,11 @@ static void differentiate_start(const Instance *i, double *d)
 }
 
 enum {
-    N_SIDE, N_SEPARATIONS, N_REATTACHMENTS, N_LAST_EVENT,
+    N_MODE, N_SEPARATIONS, N_REATTACHMENTS, N_SWITCHES, N_ALL_STICKS, N_LAST_EVENT,
+    N_FIRST_STICKS, N_SPEED_THEN,
     N_T, N_REST, N_STEP_SIDE, N_STALLED, N_LIFTS, N_LANDINGS, N_LAST, N_X, N_VX, N_Y, N_VY,
-    N_STEPPED, N_SINCE, N_F, N_F_SLOPE, N_MU, N_MU_SLOPE, NUMBERS
+    N_STEP_MODE, N_STICKS, N_SLIPS, N_REVERSALS, N_CHANGES, N_CHANGED_AT,
+    N_STEPPED, N_SINCE, N_F, N_F_SLOPE, N_MU, N_MU_SLOPE, N_SPEED, N_SPEED_SLOPE, NUMBERS
 };
 _Static_assert(NUMBERS <= MOTION_NUMBERS, "there is no room for the numbers");
 
@@ -222,19 +425,27 @@ static void pack(const Instance *i, double *n)
     const Content *at = content_in(i);
     const Motion *m = &at->motion;
     const Block *w = &m->w;
-    n[N_SIDE] = at->side, n[N_SEPARATIONS] = at->separations;
+    n[N_MODE] = at->mode, n[N_SEPARATIONS] = at->separations;
     n[N_REATTACHMENTS] = at->reattachments, n[N_LAST_EVENT] = at->last_event;
+    n[N_SWITCHES] = at->switches, n[N_ALL_STICKS] = at->sticks;
+    n[N_FIRST_STICKS] = at->first_sticks, n[N_SPEED_THEN] = at->speed;
     n[N_T] = w->t, n[N_REST] = w->rest, n[N_STEP_SIDE] = w->side, n[N_STALLED] = w->stalled;
     n[N_LIFTS] = w->lifts, n[N_LANDINGS] = w->landings, n[N_LAST] = w->last;
     n[N_X] = w->xs[0], n[N_VX] = w->xs[1], n[N_Y] = w->ys[0], n[N_VY] = w->ys[1];
+    n[N_STEP_MODE] = mode_of_motion(m), n[N_STICKS] = m->sticks, n[N_SLIPS] = m->slips;
+    n[N_REVERSALS] = m->reversals, n[N_CHANGES] = m->changes, n[N_CHANGED_AT] = m->changed_at;
     n[N_STEPPED] = m->stepped, n[N_SINCE] = m->since;
     n[N_F] = m->force.value, n[N_F_SLOPE] = m->force.slope;
     n[N_MU] = m->friction.value, n[N_MU_SLOPE] = m->friction.slope;
+    n[N_SPEED] = m->speed.value, n[N_SPEED_SLOPE] = m->speed.slope;
 }
 
-static int is_side(double side, int separation)
+static int is_mode(double mode, const State *s)
 {
-    return side == -1.0 || (side == 1.0 && separation);
+    if (mode == SEPARATED)
+        return s->values[V_separation] != 0.0;
+    return is_finite_belt(s) ? mode == FORWARD || mode == BACKWARD || mode == STICK
+                             : mode == CONTACT;
 }
 
 static int unpack(Instance *i, const double *n)
@@ -246,18 +457,25 @@ static int unpack(Instance *i, const double *n)
     const Stepping *stepping = stepping_of(i);
     const int separation = s->values[V_separation] != 0.0;
     const double state[4] = {n[N_X], n[N_VX], n[N_Y], n[N_VY]};
-    double p[PARAMETERS];
+    double p[BELT_PARAMETERS];
     parameters_of(s, p);
-    p[P_F] = n[N_F], p[P_MU] = n[N_MU];
-    at->side = n[N_SIDE], at->separations = n[N_SEPARATIONS];
+    p[P_F] = n[N_F], p[P_MU] = n[N_MU], p[P_V_BELT] = n[N_SPEED];
+    at->mode = n[N_MODE], at->separations = n[N_SEPARATIONS];
     at->reattachments = n[N_REATTACHMENTS], at->last_event = n[N_LAST_EVENT];
-    stepping->begin(m, p, separation, 0, state, n[N_T], s->tolerance * LOCAL_TOLERANCE);
-    if (!is_side(n[N_SIDE], separation) || !is_side(n[N_STEP_SIDE], separation))
+    at->switches = n[N_SWITCHES], at->sticks = n[N_ALL_STICKS];
+    at->first_sticks = n[N_FIRST_STICKS], at->speed = n[N_SPEED_THEN], at->acceleration = 0.0;
+    if (!is_mode(n[N_MODE], s) || !is_mode(n[N_STEP_MODE], s)
+        || n[N_STEP_SIDE] != (n[N_STEP_MODE] == SEPARATED ? 1.0 : -1.0))
         return 0;
+    stepping->begin(m, p, separation, is_finite_belt(s), state, n[N_T],
+                    s->tolerance * LOCAL_TOLERANCE);
     w->rest = n[N_REST], w->side = n[N_STEP_SIDE], w->stalled = n[N_STALLED];
     w->lifts = n[N_LIFTS], w->landings = n[N_LANDINGS], w->last = n[N_LAST];
     set_field(w);
+    m->belt.mode = (int64_t)n[N_STEP_MODE], m->sticks = n[N_STICKS], m->slips = n[N_SLIPS];
+    m->reversals = n[N_REVERSALS], m->changes = n[N_CHANGES], m->changed_at = n[N_CHANGED_AT];
     m->since = n[N_SINCE], m->force.slope = n[N_F_SLOPE], m->friction.slope = n[N_MU_SLOPE];
+    m->speed.slope = n[N_SPEED_SLOPE];
     if (i->type == fmi2ModelExchange || n[N_STEPPED] == 0.0)
         return i->type == fmi2ModelExchange || s->t == w->t;
     return stepping->again(m) == RUNNING && s->t >= w->t && s->t < m->end;
@@ -270,8 +488,9 @@ const Component COMPONENT = {
     .states = STATE_REFERENCES,
     .derivatives = DERIVATIVE_REFERENCES,
     .state_count = STATES,
-    .indicator_count = 1,
+    .indicator_count = INDICATORS,
     .begin = begin_motion,
+    .fits = fits,
     .move = move_on,
     .known_until = known_until,
     .part_end = part_end,

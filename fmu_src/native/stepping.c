@@ -83,14 +83,14 @@ static void count_change(Motion *m, int64_t before, double t)
     const int64_t mode = m->belt.mode;
     if (mode == before)
         return;
-    m->changed_at = t;
+    m->changed_at = t, m->changes += 1.0;
     m->sticks += mode == STICK, m->slips += before == STICK;
     m->reversals += is_sliding(mode) && is_sliding(before);
 }
 
 static double switches_of(const Motion *m)
 {
-    return m->w.lifts + m->w.landings + m->sticks + m->slips + m->reversals;
+    return m->belt.finite ? m->changes : m->w.lifts + m->w.landings;
 }
 
 static Arrivals go_over_on_belt(Motion *m, const Ending *ending)
@@ -143,6 +143,8 @@ static void start(Motion *m, const double *state, double t)
     double p[BELT_PARAMETERS];
     memcpy(p, m->p, sizeof p);
     p[P_MU_S] = p[P_MU_S] < 0.0 ? p[P_MU] : p[P_MU_S];
+    if (p[P_MU_S] == p[P_MU] && m->friction.slope == 0.0)
+        p[P_V_S] = 0.0;
     begin_belt(&m->belt, &m->w, p, 1);
     if (is_driven(m)) {
         const Course course = course_of(m);

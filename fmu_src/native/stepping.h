@@ -25,8 +25,9 @@ typedef struct {
     double stepped, cut, then, end, end_rest;
     double tol, order, cubic, separation, since, failed_at;
     /* On a belt of finite speed: how often the slider began to stick, ceased to stick, and changed
-       between forward and backward slip; when its mode changed last. Beside w.lifts, w.landings. */
-    double sticks, slips, reversals, changed_at;
+       between forward and backward slip; changes of its mode in all, and the last one's time. Beside
+       w.lifts, w.landings. */
+    double sticks, slips, reversals, changes, changed_at;
     Ramp force, friction, speed;
     double p[BELT_PARAMETERS];
 } Motion;

@@ -86,7 +86,9 @@ static fmi2Status check(Instance *i, fmi2ValueReference reference, Kind kind, do
                       isnan(value) ? "nan" : value > 0.0 ? "inf" : "-inf", v->allowed);
     if (value > v->upper || (v->above_lower ? value <= v->lower : value < v->lower))
         return refuse(i, fmi2Discard, "%s = %g: must be %s", v->name, value, v->allowed);
-    return fmi2OK;
+    const int begins = phase == INSTANTIATED || phase == INITIALIZATION;
+    const char *why = COMPONENT.fits && !begins ? COMPONENT.fits(i, reference, value) : NULL;
+    return why ? refuse(i, fmi2Discard, "%s", why) : fmi2OK;
 }
 
 /* Sets all values or none. */

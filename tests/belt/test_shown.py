@@ -142,7 +142,6 @@ def test_the_command_line_sets_and_unsets_it(capsys: pytest.CaptureFixture[str])
     [
         ["branch", "--vary", "mu"],
         ["map", "--over", "mu=0.1:1:3", "--over", "F=20:80:3", "--out", "map.csv"],
-        ["simulate", "--t-end", "1", "--method", "fmu-native"],
     ],
 )
 def test_what_does_not_take_it_yet_says_so(

@@ -11,7 +11,7 @@ from fivtui.fmu.run import run_fmu
 from fivtui.transient import Transient
 from fmu_src.build.builder import build_fmu
 
-METHODS = ["fmu"]
+METHODS = ["fmu", "fmu-native"]
 P = Parameters(v_belt=2.0, mu_s=0.8, v_s=0.4)
 START = (2.0, 8.0, 1.0, 0.0)
 GIVEN = ["--set", "v_belt=2", "--set", "mu_s=0.8", "--set", "v_s=0.4"]

@@ -29,13 +29,6 @@ SCENES: Final = {
 }
 
 
-@pytest.fixture(scope="module", params=[PYTHON])
-def flavour(request: pytest.FixtureRequest) -> str:
-    """The flavour of the FMU."""
-    name: str = request.param
-    return name
-
-
 @pytest.fixture(params=SCENES)
 def scene(request: pytest.FixtureRequest) -> str:
     """A name of `SCENES`."""
