@@ -32,8 +32,9 @@ NATIVE_RULES: Final = """\
 <p>Co-simulation: inputs are held from one communication point to the next, or follow the first
 derivatives given for the next step; after it they are held where they came to. Results do not
 depend on the communication step.</p>
-<p>Model exchange: the importer integrates, and finds the switches as zeros of the event indicators:
-y; on a belt of finite speed v_belt - vx in slip, and mu_s P - f and mu_s P + f in stick; else 1. At every switch the states are reported as changed. While the slider sticks, v_belt
+<p>Model exchange: the importer integrates, and finds the switches as zeros of the event
+indicators: y; on a belt of finite speed v_belt - vx in slip, and mu_s P - f and mu_s P + f in
+stick; else 1. At every switch the states are reported as changed. While the slider sticks, v_belt
 can be set in event mode alone: its rate, which the hold of the belt depends on, is not known.
 Directional derivatives are exact, at constant mode.</p>
 <p>What is refused returns fmi2Discard (a value or a step that is not possible) or fmi2Error (a call

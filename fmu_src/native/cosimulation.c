@@ -77,7 +77,7 @@ fmi2Status advance_to(Instance *i, double end, int *switched)
     if (s->is_sloped)
         for (uint32_t r = 0; r < COMPONENT.variable_count; r++)
             s->values[r] = ends[r], s->slopes[r] = 0.0;
-    s->t = end, s->published = s->is_sloped = 0;
+    s->t = end, s->published = s->is_sloped = 0, s->are_left = 1;
     s->free_until = s->is_pending ? -INFINITY : fmin(COMPONENT.known_until(i), s->stop_time);
     return s->last_step = fmi2OK;
 }
@@ -130,7 +130,7 @@ fmi2Status fmi2SetRealInputDerivatives(fmi2Component c, const fmi2ValueReference
     }
     for (size_t n = 0; n < count; n++)
         i->s.slopes[r[n]] = value[n];
-    i->s.is_sloped = i->s.published = 0, i->s.free_until = -INFINITY;
+    i->s.is_sloped = i->s.are_left = i->s.published = 0, i->s.free_until = -INFINITY;
     for (uint32_t reference = 0; reference < COMPONENT.variable_count; reference++)
         i->s.is_sloped |= i->s.slopes[reference] != 0.0;
     return fmi2OK;

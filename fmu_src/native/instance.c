@@ -101,6 +101,7 @@ fmi2Status ready(Instance *i)
         if (why)
             return refuse(i, fmi2Error, "%s", why);
         s->t = s->start_time, s->begun = 1, s->published = 0;
+        s->are_left = !s->is_sloped;
     }
     if (!s->published) {
         COMPONENT.publish(i);

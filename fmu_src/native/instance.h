@@ -28,12 +28,12 @@ typedef enum { WARNINGS, DISCARDS, ERRORS, CATEGORIES } Category;
 /* All that decides what comes next. `t` is the time reached, s. Up to `free_until` a step needs no
    computation and is allowed: the last one was well, and no switch is pending. `begun` says that the
    motion is of the values, `published` that the outputs are of the motion. `slopes` are those of the
-   inputs over the next communication step; `is_pending`: a switch has been reached, and its event
-   mode not entered; `states` are the importer's in model exchange. */
+   inputs over the next communication step; `are_left`: the inputs are as the last step left them;
+   `is_pending`: a switch has been reached, and its event mode not entered; `states` are the importer's in model exchange. */
 typedef struct {
     Phase phase;
     fmi2Status last_step;
-    int is_set_up, begun, published, is_sloped, is_pending;
+    int is_set_up, begun, published, is_sloped, are_left, is_pending;
     double start_time, stop_time, tolerance, t, free_until;
     double values[MOST_VARIABLES], slopes[MOST_VARIABLES], states[MOST_STATES];
     double motion[MOTION_ROOM];

@@ -10,12 +10,12 @@
 
 /* An importer stops within this part of the extent of the motion of a switch, on either side. */
 #define AT_SWITCH 1e-8
+/* One of a low tolerance has gone past v_r = 0 by no more than this part of the speeds. */
+#define GONE_PAST 1e-2
 /* `local_tolerance` in `fivtui.taylor.stepper`. */
 #define LOCAL_TOLERANCE 1e-3
 /* A belt that is slower is at rest: `_LEAST_SPEED` in `fivtui.model.parameters`. */
 #define LEAST_SPEED 1e-150
-/* An input is at the end of its ramp within this part of its size. */
-#define SAME_INPUT 0x1p-46
 
 enum { X, Y, VX, VY, STATES };
 static const uint32_t STATE_REFERENCES[STATES] = {V_x, V_y, V_vx, V_vy};
@@ -148,8 +148,14 @@ static double known_until(const Instance *i)
 static double part_end(Instance *i)
 {
     double t = i->s.t;
+    Motion *m = &content_of(i)->motion;
+    const Motion before = *m;
     /* What goes wrong is told by the step. */
-    return move_on(i, t, &t, NULL) ? INFINITE : content_in(i)->motion.end;
+    const double end = move_on(i, t, &t, NULL) ? INFINITE : m->end;
+    /* A belt that holds may not hold if it is held at its speed: such a mode is not to be counted. */
+    if (i->updates_inputs && is_finite_belt(&i->s))
+        *m = before;
+    return end;
 }
 
 /* The state at the time reached; its mode and the switches so far, unless one is still pending. */
@@ -171,29 +177,15 @@ static void look(Instance *i)
     at->sticks = m->sticks + at->first_sticks;
 }
 
-static int is_at_end(const Motion *m, Ramp ramp, double t, double value)
-{
-    const double change = ramp.slope * (t - m->since);
-    const double size = absolute(ramp.value) + absolute(change);
-    return absolute(value - (ramp.value + change)) <= SAME_INPUT * size;
-}
-
 /* On a belt of finite speed, the mode under the present inputs, and the belt's acceleration: the
    step's where they are as it left them, else those with which the next one begins. */
 static void look_at_belt(Instance *i)
 {
     const State *s = &i->s;
-    const double *v = s->values;
     Content *at = content_of(i);
     const Motion *m = &at->motion;
-    const int held = s->slopes[V_F] == 0.0 && s->slopes[V_mu] == 0.0 && s->slopes[V_v_belt] == 0.0;
-    at->acceleration = s->slopes[V_v_belt];
-    if (held && is_at_end(m, m->force, s->t, v[V_F]) && is_at_end(m, m->friction, s->t, v[V_mu])
-        && is_at_end(m, m->speed, s->t, belt_speed(s))) {
-        at->acceleration = m->speed.slope;
-        return;
-    }
-    if (s->is_pending)
+    at->acceleration = s->are_left ? m->speed.slope : s->slopes[V_v_belt];
+    if (s->are_left || s->is_pending)
         return;
     const Motion before = *m;
     double t = s->t;
@@ -299,11 +291,11 @@ static double largest(double a, double b) { return a > b ? a : b; }
 static double mode_at(const Instance *i, Block *w, double *p, double *state, double reach)
 {
     const Content *at = content_in(i);
-    const double speed = p[P_V_BELT], ahead = speed - state[1];
-    const int gone = (at->mode == FORWARD && ahead < 0.0) || (at->mode == BACKWARD && ahead > 0.0);
-    const double vx = state[1];
+    const double vx = state[1], speed = p[P_V_BELT], ahead = speed - vx;
+    const int past = (at->mode == FORWARD && ahead < 0.0) || (at->mode == BACKWARD && ahead > 0.0);
+    const double near = past && speed == at->speed ? GONE_PAST : AT_SWITCH;
     Belt belt;
-    if (absolute(ahead) <= AT_SWITCH * largest(reach, speed) || (gone && speed == at->speed))
+    if (absolute(ahead) <= near * largest(reach, speed))
         state[1] = speed;
     p[P_MU_S] = p[P_MU_S] < 0.0 ? p[P_MU] : p[P_MU_S];
     begin(w, 0, p, i->s.values[V_separation] != 0.0, state);

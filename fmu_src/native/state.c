@@ -14,7 +14,7 @@
 #define VERSION 1
 enum { MAGIC = 8, BUILD = 32, HEAD = MAGIC + 8 + BUILD, TAIL = 4 };
 /* Numbers before those of variables. */
-enum { N_TYPE, N_PHASE, N_SET_UP, N_BEGUN, N_SLOPED, N_PENDING, N_START, N_STOP, N_TOLERANCE, N_T, FIXED };
+enum { N_TYPE, N_PHASE, N_SET_UP, N_BEGUN, N_SLOPED, N_LEFT, N_PENDING, N_START, N_STOP, N_TOLERANCE, N_T, FIXED };
 
 static const char MAGIC_TEXT[MAGIC + 1] = "fivtuiFM";
 static const char BUILD_TEXT[BUILD + 1] = BUILD_NAME;
@@ -104,7 +104,7 @@ static void pack(const Saved *saved, const Instance *i, double *numbers)
     memset(numbers, 0, number_count() * sizeof *numbers);
     numbers[N_TYPE] = saved->type, numbers[N_PHASE] = s->phase, numbers[N_SET_UP] = s->is_set_up;
     numbers[N_BEGUN] = s->begun, numbers[N_SLOPED] = s->is_sloped;
-    numbers[N_PENDING] = s->is_pending;
+    numbers[N_LEFT] = s->are_left, numbers[N_PENDING] = s->is_pending;
     numbers[N_START] = s->start_time, numbers[N_STOP] = s->stop_time;
     numbers[N_TOLERANCE] = s->tolerance, numbers[N_T] = s->t;
     numbers += FIXED;
@@ -131,12 +131,13 @@ static int unpack(Instance *i, const double *numbers)
             return 0;
     if (numbers[N_TYPE] != i->type || !is_one_of(numbers[N_PHASE], TERMINATED)
         || !is_one_of(numbers[N_SET_UP], 1) || !is_one_of(numbers[N_BEGUN], 1)
-        || !is_one_of(numbers[N_SLOPED], 1) || !is_one_of(numbers[N_PENDING], 1) || numbers[N_STOP] < numbers[N_START]
+        || !is_one_of(numbers[N_SLOPED], 1) || !is_one_of(numbers[N_LEFT], 1)
+        || !is_one_of(numbers[N_PENDING], 1) || numbers[N_STOP] < numbers[N_START]
         || !(numbers[N_TOLERANCE] >= 1e-13 && numbers[N_TOLERANCE] <= 1e-2))
         return 0;
     s->phase = (Phase)(int)numbers[N_PHASE], s->is_set_up = numbers[N_SET_UP] != 0.0;
     s->begun = numbers[N_BEGUN] != 0.0, s->is_sloped = numbers[N_SLOPED] != 0.0;
-    s->is_pending = numbers[N_PENDING] != 0.0;
+    s->are_left = numbers[N_LEFT] != 0.0, s->is_pending = numbers[N_PENDING] != 0.0;
     s->start_time = numbers[N_START], s->stop_time = numbers[N_STOP];
     s->tolerance = numbers[N_TOLERANCE], s->t = numbers[N_T];
     numbers += FIXED;

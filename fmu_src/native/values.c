@@ -113,7 +113,7 @@ static fmi2Status set(Instance *i, const fmi2ValueReference *r, size_t count, Ki
         if (s->values[r[n]] == value)
             continue;
         s->values[r[n]] = value;
-        s->published = 0, s->free_until = -INFINITY;
+        s->published = s->are_left = 0, s->free_until = -INFINITY;
         if (begins)
             s->begun = 0;
     }

@@ -2,31 +2,20 @@
 
 import ctypes
 from pathlib import Path
-from typing import Any
 
 import fmpy
 import numpy as np
 import pytest
 from fmpy.fmi1 import FMICallException
-from scipy.integrate import DOP853
-from scipy.optimize import brentq
 
 from fivtui import Parameters, simulate
 from fmu_src.build.builder import build_fmu
-from tests.support.fmu_instance import FmuInstance
+from tests.support.fmu_exchange import FLOATS, INDICATORS, exchanged, integrated, read
 
 STATES = ("x", "y", "vx", "vy")
 DERIVATIVES = ("vx", "vy", "ax", "ay")
 ERROR = 3
 VALUES = {"m": 3.0, "k1": 90.0, "k2": 40.0, "k3": 50.0, "c1": 0.7, "c2": 0.4, "k_nl": 120.0}
-
-
-def exchanged(folder: Path, **values: float) -> FmuInstance:
-    """An initialized instance in continuous-time mode."""
-    instance = FmuInstance(folder, "ModelExchange").begin(**values)
-    instance.fmi.newDiscreteStates()
-    instance.fmi.enterContinuousTimeMode()
-    return instance
 
 
 @pytest.mark.parametrize(("tol", "error"), [(1e-6, 0.2), (1e-8, 5e-3), (1e-10, 1e-4)])
@@ -45,56 +34,6 @@ def test_cvode_finds_the_native_switches(fmu: Path, tol: float, error: float) ->
     found = (run["x"][-1], run["y"][-1])
     assert found == pytest.approx((native.final.x, native.final.y), abs=error)
     assert np.all(run["P"] >= -1e-6)
-
-
-def integrated(instance: FmuInstance, t_end: float) -> list[float]:
-    """The states at the end, by an importer that restarts its solver only where it is told to."""
-    fmi = instance.fmi
-
-    def rates(t: float, states: Any) -> Any:
-        fmi.setTime(t)
-        fmi.setContinuousStates(states.ctypes.data_as(FLOATS), 4)
-        return read(fmi.getDerivatives, 4)
-
-    def indicator(t: float, states: Any) -> float:
-        rates(t, states)
-        return read(fmi.getEventIndicators, 1)[0]
-
-    def solver_from(t: float) -> DOP853:
-        begin = np.array(read(fmi.getContinuousStates, 4))
-        return DOP853(rates, t, begin, t_end, rtol=1e-11, atol=1e-11)
-
-    def crossing(between: Any, begin: float, end: float) -> float:
-        t: float = brentq(lambda t: indicator(t, between(t)), begin, end, xtol=1e-14)
-        return t
-
-    solver = solver_from(0.0)
-    sign = indicator(0.0, solver.y) > 0.0
-    while solver.status == "running":
-        solver.step()
-        assert solver.t_old is not None
-        begin, end = solver.t_old, solver.t
-        if (indicator(end, solver.y) > 0.0) != sign:
-            between = solver.dense_output()
-            t = crossing(between, begin, end)
-            rates(t, between(t))
-            fmi.enterEventMode()
-            more, stops, _, changed, timed, _ = fmi.newDiscreteStates()
-            assert (more, stops, timed) == (0, 0, 0)
-            fmi.enterContinuousTimeMode()
-            if changed:
-                solver = solver_from(t)
-                sign = read(fmi.getEventIndicators, 1)[0] > 0.0
-    return instance.get(*STATES)
-
-
-FLOATS = fmpy.fmi2.POINTER(fmpy.fmi2.fmi2Real)
-
-
-def read(function: object, count: int) -> list[float]:
-    values = np.empty(count)
-    function(values.ctypes.data_as(FLOATS), count)  # type: ignore[operator]
-    return values.tolist()
 
 
 def test_an_importer_that_restarts_only_on_request_is_right(folder: Path) -> None:
@@ -127,11 +66,11 @@ def test_at_a_switch_y_is_zero_and_the_indicator_is_on_the_side_of_the_mode(fold
     with exchanged(folder) as instance:
         states = np.array([3.0, -1e-14, 1.0, 2.0])
         instance.fmi.setContinuousStates(states.ctypes.data_as(FLOATS), 4)
-        assert read(instance.fmi.getEventIndicators, 1) == [-1e-14]
+        assert read(instance.fmi.getEventIndicators, INDICATORS) == [-1e-14, 1.0, 1.0, 1.0]
         instance.fmi.enterEventMode()
         assert instance.fmi.newDiscreteStates()[3]
         assert read(instance.fmi.getContinuousStates, 4) == [3.0, 0.0, 1.0, 2.0]
-        assert 0.0 < read(instance.fmi.getEventIndicators, 1)[0] < 1e-300
+        assert 0.0 < read(instance.fmi.getEventIndicators, INDICATORS)[0] < 1e-300
         assert not instance.fmi.newDiscreteStates()[3]
 
 

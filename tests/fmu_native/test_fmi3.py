@@ -14,8 +14,9 @@ from fmpy.fmi1 import FMICallException
 from fmpy.validation import validate_fmu
 from lxml import etree
 
-from fivtui import simulate
+from fivtui import Parameters, simulate
 from fivtui.fmu.check import check_fmu
+from fivtui.model import Mode
 from fmu_src.build.builder import build_fmu
 from fmu_src.build.components import COMPONENTS
 from fmu_src.slave.variables import REFERENCES, VARIABLES
@@ -39,7 +40,9 @@ def folder(fmu: Path, tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 
 @contextmanager
-def instance(folder: Path, *, events: bool, kind: str = "CoSimulation") -> Iterator[Any]:
+def instance(
+    folder: Path, *, events: bool, kind: str = "CoSimulation", **values: Any
+) -> Iterator[Any]:
     """An initialized instance, in step mode or event mode."""
     log: list[str] = []
     made = fmpy.instantiate_fmu(
@@ -51,6 +54,9 @@ def instance(folder: Path, *, events: bool, kind: str = "CoSimulation") -> Itera
         event_mode_used=events,
         early_return_allowed=events,
     )
+    for name, value in values.items():
+        setter = made.setBoolean if isinstance(value, bool) else made.setFloat64
+        setter([REFERENCES[name]], [value])
     made.enterInitializationMode(tolerance=None, startTime=0.0, stopTime=None)
     made.exitInitializationMode()
     made.log = log
@@ -74,18 +80,59 @@ def test_it_follows_the_schema_and_is_sound(component: str, tmp_path: Path) -> N
     etree.XMLSchema(etree.parse(schema)).assertValid(etree.fromstring(text))
 
 
-def test_the_event_indicator_is_a_local_variable_of_its_own(folder: Path) -> None:
+def test_event_indicators_are_local_variables_of_their_own(folder: Path) -> None:
     description = fmpy.read_model_description(str(folder))
-    (indicator,) = (unknown.variable for unknown in description.eventIndicators)
-    assert (indicator.name, indicator.causality) == ("event_indicator", "local")
-    assert indicator.valueReference == INDICATOR
+    indicators = [unknown.variable for unknown in description.eventIndicators]
+    places = [indicator.valueReference for indicator in indicators]
+    own = [indicator.name for indicator in indicators]
+    assert (own[0], places) == ("event_indicator", [INDICATOR + n for n in range(4)])
+    assert {(v.causality, v.variability) for v in indicators} == {("local", "continuous")}
     names = [v.name for v in description.modelVariables]
-    assert names == [*(v.name for v in VARIABLES), "time", "event_indicator"]
-    with instance(folder, events=False, kind="ModelExchange") as made:
-        (value,) = made.getFloat64([INDICATOR])
-        given = (ctypes.c_double * 1)()
-        made.getEventIndicators(given, 1)
-        assert value == read(made, "y")[0] == given[0]
+    assert names == [*(v.name for v in VARIABLES), "time", *own]
+    for speed in (None, 0.0, 1.0):
+        values: dict[str, Any] = {"finite_belt": True, "v_belt": speed} if speed is not None else {}
+        with instance(folder, events=False, kind="ModelExchange", **values) as made:
+            found = made.getFloat64(places)
+            given = (ctypes.c_double * 4)()
+            made.getEventIndicators(given, 4)
+            assert found == list(given)
+            (y,) = read(made, "y")
+            guards = [y, 1.0, 1.0, 1.0]
+            if speed == 1.0:
+                guards[1] = 1.0 - read(made, "vx")[0]
+            elif speed == 0.0:
+                friction, P = read(made, "friction_slider", "P")
+                guards[2:] = [0.7 * P - friction, 0.7 * P + friction]
+            assert found == pytest.approx(guards, rel=1e-14)
+
+
+def run_to_events(folder: Path, t_end: float, **values: Any) -> list[tuple[float, ...]]:
+    """Time, mode before and after, and number of sticks, at every event of a run."""
+    found = []
+    with instance(folder, events=True, **values) as made:
+        made.enterStepMode()
+        t = 0.0
+        while t < t_end:
+            event, _, _, t = made.doStep(t, t_end - t)
+            if event:
+                (before,) = read(made, "mode")
+                made.enterEventMode()
+                found.append((t, before, *read(made, "mode", "sticks")))
+                made.updateDiscreteStates()
+                made.enterStepMode()
+    return found
+
+
+def test_stick_and_slip_are_announced_as_other_switches_are(folder: Path) -> None:
+    p, start = Parameters(v_belt=2.0, mu_s=0.8, v_s=0.4), (2.0, 8.0, 1.0, 0.0)
+    starts = {f"{name}_start": x for name, x in zip(STATES, start, strict=True)}
+    flags = {"finite_belt": True, "start_static": False}
+    values: dict[str, Any] = {**p.as_dict(), **starts, **flags}
+    native = simulate(p, t_end=6.0, start=start)
+    found = run_to_events(folder, 6.0, **values)
+    assert [event[:3] for event in found] == [tuple(change) for change in native.mode_changes]
+    assert found[-1][3] == native.events.sticks
+    assert {event[2] for event in found} == {Mode.SEPARATED, *list(Mode)[2:]}
 
 
 @pytest.mark.parametrize("h", [0.01, 1.0])

@@ -11,7 +11,7 @@ import fmpy
 import pytest
 from fmpy.fmi1 import FMICallException
 
-from fivtui import simulate
+from fivtui import Parameters, simulate
 from fmu_src.build.builder import build_fmu
 from fmu_src.slave.actuator_variables import ACTUATOR_TABLE
 from fmu_src.slave.variables import REFERENCES, VARIABLES
@@ -50,7 +50,7 @@ def updated(
     needs: tuple[str, ...] = STATES,
     events: bool = False,
     early: bool = False,
-    values: Mapping[str, float] | None = None,
+    values: Mapping[str, float | bool] | None = None,
 ) -> Iterator[Any]:
     """An instance in step mode whose importer answers updates; `log` has messages."""
     description = fmpy.read_model_description(str(folder))
@@ -82,8 +82,9 @@ def updated(
         intermediateUpdate=update,
         requiredIntermediateVariables=[references[name] for name in needs],
     )
-    given = values or {}
-    slave.setFloat64([references[name] for name in given], list(given.values()))
+    for name, value in (values or {}).items():
+        setter = slave.setBoolean if isinstance(value, bool) else slave.setFloat64
+        setter([references[name]], [value])
     slave.enterInitializationMode(startTime=0.0)
     slave.exitInitializationMode()
     if events:
@@ -159,6 +160,26 @@ def test_long_steps_follow_inputs_that_change_in_them(folder: Path) -> None:
             ends.append(read(slave, "y")[0])
     exact, long, held = ends
     assert abs(long - exact) < 0.02 < abs(held - exact)
+
+
+@pytest.mark.parametrize("h", [0.5, 3.0])
+def test_a_belt_that_slows_down_within_a_step_is_a_table_of_the_native_solver(
+    folder: Path, h: float
+) -> None:
+    def slow_down(slave: Any, update: Update) -> None:
+        if update.set_requested:
+            slave.setFloat64([REFERENCES["v_belt"]], [2.0 - 0.25 * update.time])
+
+    friction = {"mu_s": 0.8, "v_s": 0.4}
+    values = {**friction, "v_belt": 2.0, "finite_belt": True}
+    with updated(folder, slow_down, needs=("v_belt",), values=values) as slave:
+        for n in range(round(6.0 / h)):
+            slave.doStep(n * h, h)
+        found = read(slave, *STATES, "sticks", "switches")
+    run = simulate(Parameters(**friction), t_end=6.0, over_time={"v_belt": [(0, 2), (6, 0.5)]})
+    assert found[:4] == pytest.approx(run.final[1:], abs=1e-9)
+    assert found[4:] == [run.events.sticks, sum(run.events.transitions.values())]
+    assert run.events.sticks > 2
 
 
 def test_inputs_that_stay_leave_the_bits_as_they_are(folder: Path) -> None:

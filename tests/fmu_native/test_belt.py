@@ -1,0 +1,295 @@
+"""The native FMU on a belt of finite speed: model exchange, derivatives, ramps, and events."""
+
+import itertools
+from pathlib import Path
+from typing import Any, Final
+
+import fmpy
+import numpy as np
+import pytest
+from fmpy.fmi1 import FMICallException
+
+from fivtui import Parameters, simulate
+from fivtui.model import Mode, State, course_of, friction_force
+from fivtui.model.slider_belt import Rates
+from tests.support.fmu_exchange import FLOATS, INDICATORS, exchanged, integrated, read
+from tests.support.fmu_instance import FmuInstance
+
+ORDER: Final = ("x", "y", "vx", "vy")
+STATES: Final = ("x", "vx", "y", "vy")
+COUNTS: Final = ("separations", "reattachments", "switches", "sticks", "mode")
+ALL: Final = Parameters(v_belt=2.0, mu_s=0.8, v_s=0.4)
+START: Final[State] = (2.0, 8.0, 1.0, 0.0)
+SCENES: Final = {
+    "follows": (Parameters(v_belt=1.0), None),
+    "all": (ALL, START),
+    "at once": (Parameters(v_belt=0.0, mu_s=0.8), (0.5, 0.0, -0.4, 4.0)),
+}
+
+
+def values_of(p: Parameters, start: State | None) -> dict[str, float | bool]:
+    values: dict[str, float | bool] = {**p.as_dict(), "finite_belt": True}
+    if start is not None:
+        values["start_static"] = False
+        values |= {f"{n}_start": x for n, x in zip(STATES, start, strict=True)}
+    return values
+
+
+@pytest.mark.parametrize("scene", SCENES)
+@pytest.mark.parametrize(("late", "error"), [(0.0, 1e-8), (1e-9, 1e-6)])
+def test_an_importer_finds_the_native_switches(
+    folder: Path, scene: str, late: float, error: float
+) -> None:
+    p, start = SCENES[scene]
+    native = simulate(p, t_end=4.0, start=start or "static")
+    with exchanged(folder, **values_of(p, start)) as instance:
+        found = integrated(instance, 4.0, late=late)
+        *counts, mode = instance.get(*COUNTS)
+        last = instance.get("last_event")
+    events, final = native.events, native.final
+    assert found == pytest.approx([final.x, final.y, final.vx, final.vy], abs=error)
+    switches = sum(events.transitions.values())
+    assert counts == [events.separations, events.reattachments, switches, events.sticks]
+    assert mode == native.mode_changes[-1].then
+    assert last == pytest.approx([native.changes[-1, 0]], abs=1e-8)
+
+
+def test_cvode_finds_them_too(fmu: Path) -> None:
+    native = simulate(ALL, t_end=5.0, start=START)
+    run = fmpy.simulate_fmu(
+        str(fmu),
+        stop_time=5.0,
+        output_interval=0.05,
+        relative_tolerance=1e-9,
+        fmi_type="ModelExchange",
+        start_values=values_of(ALL, START),
+    )
+    assert run["switches"][-1] == sum(native.events.transitions.values())
+    assert run["sticks"][-1] == native.events.sticks
+    assert (run["x"][-1], run["y"][-1]) == pytest.approx((native.final.x, native.final.y), abs=1e-5)
+
+
+def put(instance: FmuInstance, x: float, vx: float, y: float, vy: float) -> list[float]:
+    """The states of an importer, in event mode; the mode that follows, and the indicators."""
+    states = np.array([x, y, vx, vy])
+    instance.fmi.setContinuousStates(states.ctypes.data_as(FLOATS), 4)
+    instance.fmi.newDiscreteStates()
+    return [*instance.get("mode"), *read(instance.fmi.getEventIndicators, INDICATORS)]
+
+
+def test_there_is_an_indicator_for_every_guard_and_it_is_on_the_side_of_the_mode(
+    folder: Path,
+) -> None:
+    with FmuInstance(folder, "ModelExchange").begin(**values_of(ALL, START)) as instance:
+        assert put(instance, 0.0, 1.5, -0.5, 0.1) == [Mode.FORWARD, -0.5, 0.5, 1.0, 1.0]
+        assert put(instance, 0.0, 2.5, -0.5, 0.1) == [Mode.BACKWARD, -0.5, -0.5, 1.0, 1.0]
+        assert put(instance, 0.0, 2.5, 0.5, 0.1) == [Mode.SEPARATED, 0.5, 1.0, 1.0, 1.0]
+        # P = 37.5 N, f = 0.64 N + 15 N.
+        held = put(instance, 0.0, 2.0, -0.5, 0.1)
+        assert held == pytest.approx([Mode.STICK, -0.5, 1.0, 30.0 - 15.64, 30.0 + 15.64])
+        # v_r is zero to rounding, and f is above and below what holds.
+        for x, mode in ((0.3, Mode.FORWARD), (-0.5, Mode.BACKWARD)):
+            found = put(instance, x, 2.0 + 1e-12, -0.5, 0.1)
+            assert found[:2] == [mode, -0.5]
+            assert found[2] == (1 if mode is Mode.FORWARD else -1) * np.finfo(float).tiny
+            assert instance.get("vx") == [2.0]
+
+
+def test_without_a_finite_belt_the_further_indicators_stay(folder: Path) -> None:
+    with exchanged(folder) as instance:
+        assert read(instance.fmi.getEventIndicators, INDICATORS)[1:] == [1.0, 1.0, 1.0]
+
+
+def test_a_belt_that_holds_may_change_its_speed_in_event_mode_alone(folder: Path) -> None:
+    with FmuInstance(folder, "ModelExchange").begin(**values_of(ALL, START)) as instance:
+        fmi = instance.fmi
+        assert put(instance, 0.0, 2.0, -0.5, 0.1)[0] == Mode.STICK
+        fmi.enterContinuousTimeMode()
+        instance.set(v_belt=2.0)
+        with pytest.raises(FMICallException, match="discard"):
+            instance.set(v_belt=2.1)
+        assert "while the slider sticks it must stay 2 but in event mode" in instance.log[-1]
+        assert instance.get("v_belt", "mode") == [2.0, Mode.STICK]
+        fmi.enterEventMode()
+        instance.set(v_belt=2.1)
+        assert fmi.newDiscreteStates()[3]
+        assert instance.get("mode", "vx") == [Mode.FORWARD, 2.0]
+        fmi.enterContinuousTimeMode()
+        instance.set(v_belt=2.2)
+        assert instance.get("v_belt") == [2.2]
+
+
+UNKNOWNS: Final = ("vx", "vy", "ax", "ay", "P", "friction_slider", "friction_belt", "switching")
+KNOWNS: Final = (*ORDER, "F", "mu", "v_belt")
+PLACES: Final[dict[Mode, State]] = {
+    Mode.SEPARATED: (0.1, 1.5, 0.5, 0.1),
+    Mode.FORWARD: (0.1, 1.5, -0.5, 0.1),
+    Mode.BACKWARD: (0.1, 2.3, -0.5, 0.1),
+    Mode.STICK: (0.1, 2.0, -0.5, 0.1),
+}
+
+
+@pytest.mark.parametrize("mode", PLACES)
+def test_directional_derivatives_are_those_of_differences_in_every_mode(
+    folder: Path, mode: Mode
+) -> None:
+    x, vx, y, vy = PLACES[mode]
+    at = np.array([x, y, vx, vy, 80.0, 0.7, 2.0])
+
+    def values(change: Any) -> Any:
+        states = at[:4] + change[:4]
+        instance.fmi.setContinuousStates(states.ctypes.data_as(FLOATS), 4)
+        F, mu, speed = at[4:] + change[4:]
+        instance.set(F=F, mu=mu, v_belt=speed)
+        return np.array(instance.get(*UNKNOWNS))
+
+    with FmuInstance(folder, "ModelExchange").begin(**values_of(ALL, START)) as instance:
+        assert put(instance, x, vx, y, vy)[0] == mode
+        references = [[instance.references[n] for n in names] for names in (UNKNOWNS, KNOWNS)]
+        rng = np.random.default_rng(1)
+        for direction in (*np.eye(7), rng.normal(size=7)):
+            difference = (values(1e-5 * direction) - values(-1e-5 * direction)) / 2e-5
+            values(np.zeros(7))
+            exact = instance.fmi.getDirectionalDerivative(*references, direction.tolist())
+            assert exact == pytest.approx(difference, rel=1e-6, abs=1e-6)
+
+
+def forces(p: Parameters, place: State, mode: Mode) -> list[float]:
+    """Friction on the slider and horizontal acceleration, by the equations."""
+    x, vx, y, _ = place
+    friction = friction_force(p, place, mode)
+    pull = p.c1 * vx + p.k1 * x + 0.5 * p.k3 * (x - y)
+    return [friction, 0.0 if mode is Mode.STICK else (friction - pull) / p.m]
+
+
+@pytest.mark.parametrize("mode", PLACES)
+def test_derivatives_by_parameters_are_those_of_the_equations(folder: Path, mode: Mode) -> None:
+    place = PLACES[mode]
+    starts = values_of(ALL, place)
+    with FmuInstance(folder).begin(**starts) as instance:
+        unknowns = [instance.references[name] for name in ("friction_slider", "ax")]
+        for name in ("m", "k1", "k2", "k3", "c1", "k_nl", "mu_s", "v_s"):
+            h = 1e-5 * getattr(ALL, name)
+            ends = [
+                forces(ALL.with_values({name: getattr(ALL, name) + sign * h}), place, mode)
+                for sign in (1.0, -1.0)
+            ]
+            difference = [(one - other) / (2.0 * h) for one, other in zip(*ends, strict=True)]
+            exact = instance.fmi.getDirectionalDerivative(
+                unknowns, [instance.references[name]], [1.0]
+            )
+            assert exact == pytest.approx(difference, rel=1e-6, abs=1e-6), name
+
+
+def test_where_static_friction_follows_there_is_no_derivative_by_it(folder: Path) -> None:
+    values = values_of(ALL.with_values({"mu_s": None}), PLACES[Mode.FORWARD])
+    with FmuInstance(folder).begin(**values) as instance:
+        references = [[instance.references[n]] for n in ("friction_slider", "mu_s")]
+        with pytest.raises(FMICallException, match="discard"):
+            instance.fmi.getDirectionalDerivative(*references, [1.0])
+        assert "the derivative of friction_slider is no finite number" in instance.log[-1]
+
+
+TABLES: Final[dict[str, list[tuple[float, float]]]] = {
+    "F": [(0, 40), (4, 100), (8, 60)],
+    "mu": [(0, 0.7), (2, 0.7), (6, 0.5), (6, 0.8)],
+    "v_belt": [(0, 3), (1, 3), (5, 1), (5, 2), (9, 0)],
+}
+
+
+@pytest.mark.parametrize("step", [1.0, 0.25])
+@pytest.mark.parametrize("given", [{}, {"mu_s": 0.9, "v_s": 0.4}])
+def test_ramps_of_all_inputs_are_tables_of_the_native_solver(
+    folder: Path, step: float, given: dict[str, float]
+) -> None:
+    course = course_of(Parameters(v_belt=1.0, **given), TABLES)
+    p, _ = course.after(0.0)
+    held = []
+    with FmuInstance(folder).begin(**values_of(p, None)) as instance:
+        while instance.t < 10.0:
+            p, rates = course.after(instance.t)
+            instance.set(F=p.F, mu=p.mu, v_belt=p.v_belt or 0.0)
+            instance.slope(F=rates.F, mu=rates.mu, v_belt=rates.v_belt)
+            held.append((p, rates, instance.get(*STATES, "mode", "friction_slider", "ax")))
+            instance.step(step)
+        found = instance.get(*STATES, "separations", "switches", "sticks", "mode")
+    run = simulate(Parameters(**given), t_end=10.0, over_time=TABLES)
+    events = run.events
+    counts = [events.separations, sum(events.transitions.values()), events.sticks]
+    assert found[:4] == pytest.approx(run.final[1:], abs=1e-9)
+    assert found[4:] == [*counts, run.mode_changes[-1].then]
+    assert min(counts) > 0
+    modes = set()
+    for p, rates, (*state, mode, friction, ax) in held:
+        now, there = Mode(int(mode)), (state[0], state[1], state[2], state[3])
+        modes.add(now)
+        assert friction == pytest.approx(friction_force(p, there, now, rates), abs=1e-9)
+        assert now is not Mode.STICK or ax == rates.v_belt
+    assert Mode.STICK in modes
+
+
+def test_at_the_end_of_a_ramp_the_hold_is_that_of_the_ramp(folder: Path) -> None:
+    p = Parameters(v_belt=0.5, mu_s=0.9)
+    start: State = (0.0, 0.5, -1.0, 0.0)
+    with FmuInstance(folder).begin(**values_of(p, start)) as instance:
+        assert instance.get("mode", "sticks", "switches") == [Mode.STICK, 1.0, 0.0]
+        instance.slope(v_belt=-0.5)
+        instance.step(0.125)
+        x, vx, y, vy, mode, friction, ax = instance.get(*STATES, "mode", "friction_slider", "ax")
+        assert (mode, ax) == (Mode.STICK, -0.5)
+        assert vx == pytest.approx(0.4375, abs=1e-15)
+        now = p.with_values({"v_belt": 0.4375})
+        state = (x, vx, y, vy)
+        on_ramp = friction_force(now, state, Mode.STICK, Rates(v_belt=-0.5))
+        assert friction == pytest.approx(on_ramp, rel=1e-12)
+        instance.slope(v_belt=0.0)
+        instance.set(F=81.0)
+        assert instance.get("friction_slider") == pytest.approx(
+            [friction_force(now, state, Mode.STICK)], rel=1e-12
+        )
+
+
+def test_a_ramp_of_friction_above_static_friction_is_refused(folder: Path) -> None:
+    with FmuInstance(folder).begin(**values_of(ALL, START)) as instance:
+        instance.slope(mu=0.2)
+        with pytest.raises(FMICallException, match="discard"):
+            instance.step(1.0)
+        assert "mu = 0.9: must be at most mu_s = 0.8" in instance.log[-1]
+        instance.step(0.25)
+        assert instance.get("mu") == pytest.approx([0.75])
+        instance.slope(v_belt=-100.0)
+        with pytest.raises(FMICallException, match="discard"):
+            instance.step(1.0)
+        assert "v_belt = -98 at the end of the step: must be from 0" in instance.log[-1]
+
+
+def test_a_state_saved_on_a_ramp_in_stick_goes_on_bit_by_bit(folder: Path) -> None:
+    p = Parameters(v_belt=1.0, mu_s=0.9, v_s=0.4)
+    names = [*STATES, "mode", "switches", "sticks", "last_event", "friction_slider"]
+    with (
+        FmuInstance(folder).begin(**values_of(p, None)) as one,
+        FmuInstance(folder).begin() as other,
+    ):
+        for number in range(40):
+            one.slope(v_belt=0.2 if number % 2 else -0.2, F=3.0 if number % 2 else -3.0)
+            saved = one.fmi.getFMUstate()
+            copy = other.fmi.deSerializeFMUstate(one.fmi.serializeFMUstate(saved))
+            other.fmi.setFMUstate(copy)
+            other.t = one.t
+            for instance in (one, other):
+                instance.step(0.05)
+            assert one.get(*names) == other.get(*names)
+            other.fmi.freeFMUstate(copy)
+            one.fmi.freeFMUstate(saved)
+        assert one.get("sticks")[0] > 1.0
+
+
+def test_steps_in_parts_have_the_same_bits(folder: Path) -> None:
+    runs = []
+    for h in (2.0**-10, 2.0**-5, 1.0):
+        with FmuInstance(folder).begin(**values_of(ALL, START)) as instance:
+            for _ in range(round(4.0 / h)):
+                instance.step(h)
+            runs.append(instance.get(*STATES, *COUNTS, "last_event", "friction_slider"))
+    for one, other in itertools.pairwise(runs):
+        assert one == other
