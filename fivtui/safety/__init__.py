@@ -21,6 +21,13 @@ if TYPE_CHECKING:
         coexistence_here as coexistence_here,
         safety_words as safety_words,
     )
+    from .zones import (
+        Zone as Zone,
+        Zones as Zones,
+        linear_zones as linear_zones,
+        safety_zones as safety_zones,
+        searched_zones as searched_zones,
+    )
 else:
     from fivtui.lazy import lazily
 

@@ -92,6 +92,7 @@ class FivtuiApp(App[None]):
         (10, "-tiny"),
         (16, "-low"),
         (24, "-short"),
+        (30, "-middle"),
         (36, "-tall"),
     ]
 

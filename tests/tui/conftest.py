@@ -18,6 +18,7 @@ def _not_searched(*_: object, **__: object) -> None:
 def safe_friction_is_not_searched(monkeypatch: pytest.MonkeyPatch) -> None:
     """Laboratories search for the safe friction where a test is about it alone."""
     monkeypatch.setattr("fivtui.safety.safe_friction", _not_searched)
+    monkeypatch.setattr("fivtui.safety.safety_zones", _not_searched)
 
 
 @pytest.fixture

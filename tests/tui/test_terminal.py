@@ -86,7 +86,7 @@ def test_a_session_in_a_real_terminal(terminal: Terminal, tmp_path: Path) -> Non
     terminal.press("Escape")
     terminal.until_shown("m 5 − + kg")
     terminal.press("F5")
-    shown = terminal.until_shown("peak |y| 10.50 m · 2nd half of run ±4.401 m")
+    shown = terminal.until_shown("peak |y| 10.50 m · 2nd half ±4.401 m")
     assert "⣿" in shown
     terminal.press("F3")
     terminal.until_shown("● 1 shown native 10.50")

@@ -147,6 +147,13 @@ def _commands(lab: LabScreen) -> Iterator[PaletteEntry]:
             lab.action_reset_all,
             "default original revert",
         )
+    finite = session.belt_is_finite
+    yield PaletteEntry(
+        "Belt faster than the slider" if finite else "Belt of finite speed",
+        "As in the paper: no stick" if finite else "Fields v_belt, μ_s and v_s: the slider sticks",
+        lab.action_switch_belt,
+        "belt speed stick slip static friction Stribeck v_belt mu_s v_s",
+    )
     yield from _choices(lab)
     for tab in TABS:
         show = partial(lab.show_tab, tab.id)

@@ -3,6 +3,8 @@
 from collections.abc import Callable
 from typing import TYPE_CHECKING
 
+from fivtui.model import BELT_PARAMETERS
+from fivtui.ranges import number_text
 from fivtui.scene import PRESETS
 from fivtui.tui.session import Session
 from fivtui.tui.tabs import (
@@ -86,6 +88,20 @@ class EditController:
         self._session.switch_engine()
         self._screen.show_inputs()
         self._tell(f"engine {self._session.engine}: method {self._session.texts['method']}")
+
+    def switch_belt(self) -> None:
+        """Give the belt a finite speed, or make it faster than the slider again."""
+        session, form = self._session, self._screen.query_one(Form)
+        finite = session.belt_is_finite
+        for name, spec in BELT_PARAMETERS.items():
+            text = number_text(spec.default) if name == "v_belt" and not finite else ""
+            session.set_text(name, text)
+        session.close_step()
+        self._screen.show_inputs()
+        if finite:
+            form.focus_field("mu")
+        else:
+            form.call_after_refresh(form.focus_field, "v_belt")
 
     def _follow(self, turn: Callable[[], bool]) -> None:
         # A step may be a deleted run.

@@ -17,6 +17,7 @@ from textual.layout import ArrangeResult, Layout, WidgetPlacement
 from textual.widget import Widget
 from textual.widgets import Checkbox, Input, Label, Select, Static
 
+from fivtui.model import BELT_PARAMETERS
 from fivtui.tui.session import CONSIDERED, FIELDS, IGNORED, FormField
 from fivtui.tui.tabs import FieldEdited, FieldFocused, FieldStepped
 
@@ -310,7 +311,12 @@ class FieldList(VerticalScroll):
     @property
     def row(self) -> FieldRow:
         """The row at the cursor."""
-        return list(self.query(FieldRow))[self._cursor]
+        return self._shown[min(self._cursor, len(self._shown) - 1)]
+
+    @property
+    def _shown(self) -> list[FieldRow]:
+        # Those of the belt are there only if it has a finite speed.
+        return [row for row in self.query(FieldRow) if row.display]
 
     def on_focus(self) -> None:
         """Show the cursor."""
@@ -328,7 +334,7 @@ class FieldList(VerticalScroll):
     def action_move(self, by: int) -> None:
         """Move the cursor by some rows."""
         self.row.mark(here=False)
-        self._cursor = min(max(self._cursor + by, 0), len(self.query(FieldRow)) - 1)
+        self._cursor = min(max(self._cursor + by, 0), len(self._shown) - 1)
         self._mark()
 
     def action_step(self, direction: int, fine: bool = False) -> None:
@@ -341,7 +347,7 @@ class FieldList(VerticalScroll):
 
     @on(FieldFocused)
     def _follow(self, event: FieldFocused) -> None:
-        names = [row.field.name for row in self.query(FieldRow)]
+        names = [row.field.name for row in self._shown]
         self._cursor = names.index(event.name)
 
     def action_leave_editor(self) -> None:
@@ -352,17 +358,21 @@ class FieldList(VerticalScroll):
 class Form(Vertical):
     """All fields by group, and a hint about the focused one."""
 
+    BORDER_TITLE = "Parameters"
+    BORDER_SUBTITLE = "↑↓ step  F8 reset"
+
     def __init__(self, texts: Mapping[str, str]) -> None:
         super().__init__(id="form")
-        self._title = ""
         self._rows = {name: FieldRow(field, texts[name]) for name, field in FIELDS.items()}
+        for name in BELT_PARAMETERS:
+            self._rows[name].display = bool(texts[name])
 
     def compose(self) -> ComposeResult:
-        """Scene name, rows by group, hint."""
-        yield Static("", id="scene-name", markup=False)
+        """Rows by group, hint."""
         with FieldList(id="fields"):
             for group, fields in groupby(FIELDS.values(), key=lambda field: field.group):
-                yield Label(group, classes="heading")
+                if group != self.BORDER_TITLE:
+                    yield Label(group, classes="heading")
                 yield from (self._rows[field.name] for field in fields)
         yield Static("", id="hint", markup=False)
 
@@ -372,16 +382,16 @@ class Form(Vertical):
 
     def show(
         self,
-        title: str,
         texts: Mapping[str, str],
         errors: Mapping[str, str],
         changed: Collection[str],
     ) -> None:
-        """Display title, texts, error messages and changed fields, all by field name."""
-        if title != self._title:
-            self._title = title
-            self.query_one("#scene-name", Static).update(title, layout=False)
+        """Display texts, error messages and changed fields, all by field name."""
+        belt = any(texts[name] for name in BELT_PARAMETERS)
         for name, row in self._rows.items():
+            if name in BELT_PARAMETERS:
+                # A row that is being edited stays.
+                row.display = belt or (row.display and row.has_focus_within)
             row.show(texts[name], errors.get(name, ""), changed=name in changed)
 
     @on(FieldFocused)

@@ -23,14 +23,15 @@ from fivtui.tui.session import (
 )
 from fivtui.tui.tabs import ListTable, RunActionRequested
 
+_DIFFERENCE: Final = "Δ %"
 _COLUMNS: Final = (
     "run",
     "plot",
     "engine",
     "peak |y|",
-    "Δ %",
+    _DIFFERENCE,
     "±y 2nd half",
-    "Δ %",
+    _DIFFERENCE,
     "sep.",
     "off belt %",
     "changes",
@@ -39,6 +40,8 @@ _COLUMNS: Final = (
 
 class RunsTable(ListTable[str | Text]):
     """A table with a row per run."""
+
+    dropped = "engine"
 
     BINDINGS: ClassVar[list[BindingType]] = [
         Binding(
@@ -68,6 +71,9 @@ class RunsTable(ListTable[str | Text]):
 class RunsPane(Vertical):
     """The runs, newest first, with differences to base scene and baseline."""
 
+    BORDER_TITLE = "Runs"
+    BORDER_SUBTITLE = "⏎ load  Space overlay  b baseline  x delete"
+
     def __init__(self) -> None:
         super().__init__(id="runs")
 
@@ -80,7 +86,17 @@ class RunsPane(Vertical):
         table = self.query_one(RunsTable)
         number, row = table.number, table.cursor_row
         newest_first = list(reversed(list(runs)))
-        table.fill(_COLUMNS, {str(run.number): _cells(run, runs) for run in newest_first})
+        # Differences are those to a baseline.
+        kept_columns = [
+            place
+            for place, label in enumerate(_COLUMNS)
+            if label != _DIFFERENCE or runs.baseline is not None
+        ]
+        rows = {str(run.number): _cells(run, runs) for run in newest_first}
+        table.fill(
+            [_COLUMNS[place] for place in kept_columns],
+            {key: [row[place] for place in kept_columns] for key, row in rows.items()},
+        )
         # The cursor stays at its run, or at its place if the run was deleted.
         kept = [run.number for run in newest_first]
         table.move_cursor(row=kept.index(number) if number in kept else min(row, len(kept) - 1))

@@ -10,6 +10,7 @@ from textual import on
 from textual.app import ComposeResult
 from textual.binding import ActiveBinding, BindingType
 from textual.containers import Horizontal, Vertical
+from textual.events import Resize
 from textual.notifications import SeverityLevel
 from textual.screen import Screen
 from textual.widgets import Static
@@ -60,7 +61,8 @@ from .run_bar import NO_RUN, RunBar
 from .run_control import RunController
 from .run_list import RunsPane
 from .search_control import SearchController
-from .verdict import VerdictView
+from .verdict.gauge_control import GaugeController, ZonesComputed
+from .verdict.view import VerdictView
 
 if TYPE_CHECKING:
     from .file_control import FileController
@@ -93,14 +95,15 @@ class LabScreen(Screen[None]):
         self._run_controller = RunController(self, session)
         self._search = SearchController(self)
         self._live = LiveController(self, session)
+        self._gauges = GaugeController(self, session)
         self._tab_behind = False
 
     def compose(self) -> ComposeResult:
-        """Form at the left; verdict, run bar, tabs and runs at the right."""
+        """Verdict above; form at the left; run bar, tabs and runs at the right."""
+        yield VerdictView(id="verdict")
         with Horizontal(id="bench"):
             yield Form(self.session.texts)
             with Vertical(id="results"):
-                yield VerdictView(id="verdict")
                 yield RunBar()
                 if self._welcome:
                     yield Static("\n".join(WELCOME), id="welcome", markup=False)
@@ -115,7 +118,7 @@ class LabScreen(Screen[None]):
         self._ticker = self.set_interval(_PROGRESS_PERIOD, self._tick, pause=True)
         self.show_inputs()
         self._show_runs()
-        self.query_one(Form).focus_field("m")
+        self.query_one(Form).focus_field("mu")
         self.app.theme_changed_signal.subscribe(self, lambda _: self._redraw())
 
     def on_unmount(self) -> None:
@@ -123,6 +126,7 @@ class LabScreen(Screen[None]):
         self._ticker.stop()
         self._search.stop()
         self._live.stop()
+        self._gauges.stop()
         self.session.runs.stop()
 
     def _redraw(self) -> None:
@@ -155,8 +159,10 @@ class LabScreen(Screen[None]):
         self._editor.edited(event)
 
     @on(FieldFocused)
-    def _field_focused(self) -> None:
+    def _field_focused(self, event: FieldFocused) -> None:
         self.session.close_step()
+        self._gauges.focus(event.name)
+        self._show_verdict()
 
     @on(FieldStepped)
     def _stepped(self, event: FieldStepped) -> None:
@@ -179,9 +185,8 @@ class LabScreen(Screen[None]):
         """Display the fields, their errors and the verdict."""
         session = self.session
         mark = " (changed)" if session.changed else ""
-        self.query_one(Form).show(
-            f"{session.name}{mark}", session.texts, session.errors, session.changed
-        )
+        self.query_one(VerdictView).name_scene(f"{session.name}{mark}")
+        self.query_one(Form).show(session.texts, session.errors, session.changed)
         self._show_verdict()
         self._show_newest()
         if not self._tab_behind:
@@ -202,13 +207,26 @@ class LabScreen(Screen[None]):
             why = ": invalid input" if isinstance(error, InputError) else ""
             view.show("invalid", [f"NO VERDICT{why}", str(error)])
             self._search.stop()
+            self._gauges.stop()
             self.session.coexisting = None
         else:
             coexisting = self._search.coexisting(
                 parameters, separation=self.session.separation, stable=verdict(found) == "STABLE"
             )
             self.session.coexisting = coexisting
-            view.show(verdict_kind(found, coexisting), stability_brief(found, coexisting))
+            gauges = self._gauges.gauges(found, coexisting, both=self.has_class("-tall"))
+            lines = stability_brief(found, coexisting)
+            view.show(verdict_kind(found, coexisting), lines, gauges)
+
+    @on(Resize)
+    def _resized(self) -> None:
+        # There is room for another number of gauges.
+        self.call_after_refresh(self._show_verdict)
+
+    @on(ZonesComputed)
+    def _zones_computed(self, event: ZonesComputed) -> None:
+        self._gauges.take(event)
+        self._show_verdict()
 
     @on(SearchUpdated)
     def _search_updated(self, event: SearchUpdated) -> None:
@@ -372,7 +390,7 @@ class LabScreen(Screen[None]):
         pane = self.query_one(RunsPane)
         if pane.has_focus_within:
             self.remove_class("-runs")
-            self.query_one(Form).focus_field("m")
+            self.query_one(Form).focus_field("mu")
         else:
             self.add_class("-runs")
             pane.take_focus()
@@ -445,6 +463,10 @@ class LabScreen(Screen[None]):
     def action_switch_engine(self) -> None:
         """Switch to the next engine: native solver, Python FMU, native FMU."""
         self._editor.switch_engine()
+
+    def action_switch_belt(self) -> None:
+        """Give the belt a finite speed, or make it faster than the slider again."""
+        self._editor.switch_belt()
 
     def action_run_both(self) -> None:
         """Run the edited scene by the native solver and an FMU, and compare them."""

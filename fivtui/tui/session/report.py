@@ -119,8 +119,7 @@ def result_brief(r: Transient) -> list[str]:
     """A transient in four short lines, the most important first."""
     peak, force = r.peak, r.contact_force
     return [
-        f"peak |y| {quantity(peak.y_abs, 'm')} · 2nd half of run "
-        f"±{quantity(r.steady.y_half_range, 'm')}",
+        f"peak |y| {quantity(peak.y_abs, 'm')} · 2nd half ±{quantity(r.steady.y_half_range, 'm')}",
         _separation_words(r),
         f"P {quantity(force.min)} to {quantity(force.max, 'N')} · peak |x| "
         f"{quantity(peak.x_abs, 'm')}",
@@ -143,7 +142,7 @@ def _separation_words(r: Transient) -> str:
     share = 100.0 * r.events.separated_time / r.t_end
     noun = "separation" if r.events.separations == 1 else "separations"
     return (
-        f"{r.events.separations} {noun} · off the belt "
+        f"{r.events.separations} {noun} · off belt "
         f"{quantity(r.events.separated_time, 's')} ({share:.3g} %)"
     )
 

@@ -5,7 +5,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, Final, cast
 
 from fivtui.equilibrium import Stability, stability
-from fivtui.model import ALL_PARAMETERS, InputError, Parameters
+from fivtui.model import ALL_PARAMETERS, BELT_PARAMETERS, InputError, Parameters
 from fivtui.ranges import number_text
 from fivtui.scene import Accuracy, Scene
 from fivtui.transient import METHODS, Start, takes_step
@@ -205,6 +205,11 @@ class Session(Editing):
         """The edited parameter set; raises `InputError` if a parameter is invalid."""
         values = {name: FIELDS[name].check(self.texts[name]) for name in ALL_PARAMETERS}
         return Parameters().with_values(values)
+
+    @property
+    def belt_is_finite(self) -> bool:
+        """Whether a belt of finite speed is edited."""
+        return any(self.texts[name] for name in BELT_PARAMETERS)
 
     @property
     def separation(self) -> bool:

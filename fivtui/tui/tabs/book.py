@@ -6,22 +6,43 @@ from typing import Final
 from textual import on
 from textual.app import ComposeResult
 from textual.content import Content
-from textual.events import Resize
 from textual.widgets import TabbedContent, TabPane, Tabs
+from textual.widgets._tabbed_content import ContentTabs
 
 from fivtui.tui.session import Session
 
 from .pane import Pane
 from .tabs import TabSpec
 
-# Columns that the titles need, and shorter titles for fewer columns.
-_ROOM: Final = 71
-_BRIEF: Final = {
-    "Stability": "Stab",
-    "Transient": "Trans",
-    "Trade-off": "Trade",
-    "Result": "Res",
-}
+# Columns of the border that are not for titles, and of every title around it.
+_CORNERS: Final = 4
+_PADDING: Final = 2
+_MORE: Final = ("‹ ", " ›")
+
+
+def titles_in(titles: Sequence[str], current: int, room: int) -> list[str]:
+    """The titles around the current one that have room; "" for others, which arrows point to."""
+
+    def labels(first: int, last: int) -> list[str]:
+        before = _MORE[0] * (first > 0)
+        after = _MORE[1] * (last < len(titles) - 1)
+        shown = [""] * len(titles)
+        for place in range(first, last + 1):
+            start, end = before * (place == first), after * (place == last)
+            shown[place] = f"{start}{titles[place]}{end}"
+        return shown
+
+    first = last = current
+    while True:
+        wider = [(first, last + 1)] * (last + 1 < len(titles)) + [(first - 1, last)] * (first > 0)
+        fits = next((each for each in wider if _columns(labels(*each)) <= room), None)
+        if fits is None:
+            return labels(first, last)
+        first, last = fits
+
+
+def _columns(labels: Sequence[str]) -> int:
+    return sum(len(label) + _PADDING for label in labels if label)
 
 
 class TabBook(TabbedContent):
@@ -34,18 +55,23 @@ class TabBook(TabbedContent):
         self._session = session
         self._made: dict[str, Pane] = {}
         self._refocus = False
-        self._brief = False
         self._waiting: list[Callable[[Pane], None]] = []
 
-    def on_resize(self, event: Resize) -> None:
-        """Shorten the titles where there is little room."""
-        brief = event.size.width < _ROOM
-        if brief is not self._brief:
-            self._brief = brief
-            self.set_class(brief, "-brief")
-            for spec in self.specs:
-                title = _BRIEF.get(spec.title, spec.title) if brief else spec.title
-                self.get_tab(spec.id).label = Content(title)
+    def on_resize(self) -> None:
+        """Show as many titles as have room."""
+        self._fit_titles()
+
+    def _fit_titles(self) -> None:
+        titles = [spec.title for spec in self.specs]
+        current = next((n for n, spec in enumerate(self.specs) if spec.id == self.active), 0)
+        room = self.size.width - _CORNERS
+        shown = titles_in(titles, current, room)
+        for spec, title in zip(self.specs, shown, strict=True):
+            tab = self.get_tab(spec.id)
+            tab.display = bool(title)
+            if title and tab.label_text != title:
+                tab.label = Content(title)
+        self.query_one(ContentTabs).styles.width = min(_columns(shown), room)
 
     def compose(self) -> ComposeResult:
         """The tabs, still empty."""
@@ -97,6 +123,7 @@ class TabBook(TabbedContent):
     @on(TabbedContent.TabActivated)
     async def _shown(self) -> None:
         name = self._session.tab = self.active
+        self._fit_titles()
         spec = next(spec for spec in self.specs if spec.id == name)
         if name not in self._made:
             self._made[name] = pane = spec.pane(self._session)

@@ -35,7 +35,7 @@ class TradeoffPane(JobPane):
 
     NAME: ClassVar[str] = "trade-off"
     VERB: ClassVar[str] = "Measure"
-    HINT: ClassVar[str] = "F10: measure (about 7 s of CPU time)"
+    HINT: ClassVar[str] = "F10: measure (about 7 s)"
     VIEWS: ClassVar[Mapping[str, str]] = {"errors": "Plot", "settings": "Table"}
     LOG_AXES: ClassVar[Mapping[str, str]] = {"errors-chart": "xy"}
 

@@ -8,6 +8,7 @@ from textual import on
 from textual.app import ComposeResult
 from textual.binding import Binding, BindingType
 from textual.containers import Horizontal
+from textual.events import Resize
 from textual.widget import Widget
 from textual.widgets import Button, ContentSwitcher
 
@@ -17,6 +18,9 @@ from .pane import Pane
 
 _PREFIX = "view-"
 _VIEW = "view"
+# Columns of a button beside its title, and shorter titles for little room.
+_PADDING = 2
+_BRIEF = {"Difference": "Diff", "Eigenvalues": "Eigenv."}
 
 
 class ViewsPane(Pane):
@@ -51,6 +55,13 @@ class ViewsPane(Pane):
     def compose_views(self) -> ComposeResult:
         """The views."""
         raise NotImplementedError
+
+    def on_resize(self, event: Resize) -> None:
+        """Shorten titles that have no room."""
+        lack = sum(len(title) + _PADDING for title in self.VIEWS.values()) > event.size.width
+        for button in self.query(".view-button").results(Button):
+            title = self.VIEWS[str(button.id).removeprefix(_PREFIX)]
+            button.label = _BRIEF.get(title, title) if lack else title
 
     def on_mount(self) -> None:
         """Mark the current view and restore limits and scales of the charts."""

@@ -129,7 +129,7 @@ async def test_keys_jump_to_every_part_of_the_screen(pilot: Pilot[None]) -> None
         ("alt+i", "#vary"),
         ("alt+t", "Tabs"),
         ("alt+r", "RunsTable"),
-        ("alt+f", "#row-m TextEditor"),
+        ("alt+f", "#row-mu TextEditor"),
     ):
         await pilot.press(key)
         widget = screen.query_one(place)

@@ -30,7 +30,7 @@ from tests.support.laboratory import (
     until_told,
 )
 
-SIZE = (140, 40)
+SIZE = (140, 48)
 
 
 async def test_runs_are_listed_drawn_compared_loaded_and_deleted(
@@ -83,7 +83,7 @@ async def test_runs_are_listed_drawn_compared_loaded_and_deleted(
     await until(pilot, lambda: view.chart is not None and runs.displayed is first)
     assert runs.baseline is first
     await pilot.press("f3")
-    assert pilot.app.focused is pilot.app.screen.query_one("#row-m").query_one(Input)
+    assert pilot.app.focused is pilot.app.screen.query_one("#row-mu").query_one(Input)
 
     result = simulate(t_end=20.0, samples=[0.01 * n for n in range(2001)])
     save_trajectory(result, tmp_path / "cli.npz")

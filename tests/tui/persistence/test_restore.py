@@ -64,7 +64,7 @@ async def settled(pilot: Pilot[None], name: str, words: str) -> str:
 
 KEYS = {"transient": "alt+2", "sweep": "alt+3", "map": "alt+4", "trade-off": "alt+5"}
 SHOWN = {
-    "transient": "2nd half of run",
+    "transient": "2nd half",
     "sweep": "8 transients",
     "map": "35 points",
     "trade-off": "this scene, this machine",

@@ -17,6 +17,7 @@ from fivtui.tradeoffs.measure import Tradeoff, measure_tradeoff
 from fivtui.tui.app import FivtuiApp
 from fivtui.tui.chart.widget.chart_view import ChartView
 from fivtui.tui.session import runs
+from fivtui.tui.tabs import TABS
 from fivtui.tui.tabs.charts.paper import claim_rows, claim_words
 from fivtui.tui.tabs.charts.tradeoff import (
     COLUMNS,
@@ -37,7 +38,7 @@ from tests.support.laboratory import (
 )
 
 BASE = PRESETS["base"]
-SIZE = (100, 30)
+SIZE = (110, 30)
 
 
 def chart(pilot: Pilot[None], name: str) -> ChartView:
@@ -239,14 +240,15 @@ async def test_nothing_touches_and_no_title_is_cut(size: tuple[int, int]) -> Non
         await until_shown(pilot, "Im λ/2π / Hz")
         shown = text_of(pilot).splitlines()
         form = pilot.app.screen.query_one("Form").region
-        # A blank column between the units of the form and what stands beside it.
-        assert {line[form.right] for line in shown[: form.height]} == {" "}
-        titles = ("Stab", "Trans", "Sweep", "Map", "Trade", "Paper", "Risk", "Res", "Log")
-        (tabs,) = (line for line in shown if "Sweep" in line)
-        assert all(title in tabs for title in titles)
+        # An edge between the units of the form and what stands beside it.
+        assert {line[form.right - 1] for line in shown[form.y : form.bottom]} <= set("╮│╯")
+        (titles,) = (line[form.right :] for line in shown if "Sweep" in line)
+        words = titles.strip("╭╮─ ").removesuffix(" ›").split()
+        assert words == [tab.title for tab in TABS][: len(words)]
+        assert size[0] < 120 or len(words) == len(TABS)
         await pilot.press("alt+5")
         await until_shown(pilot, "State Peak ±2nd ½ Events")
-        assert "F10: measure (about 7 s of CPU time)" in text_of(pilot)
+        assert "F10: measure (about 7 s)" in text_of(pilot)
         await pilot.press("alt+4")
         await until_shown(pilot, "Growth μ_c Modes Safe μ Regions μ=0")
         await pilot.press("alt+6")

@@ -1,0 +1,327 @@
+"""Zones over one parameter: safe, squeal after a knock, squeal by itself."""
+
+import math
+from dataclasses import dataclass
+from enum import StrEnum
+from itertools import pairwise
+from typing import TYPE_CHECKING, Final
+
+import numpy as np
+from numpy.typing import NDArray
+
+from fivtui.equilibrium import critical_mu, judge_growths
+from fivtui.model import Cancelled, InputError, Parameters, parameter_spec
+from fivtui.transient import Progress
+
+from .table import safe_mus
+
+if TYPE_CHECKING:
+    from .verdict import SafeFriction
+
+Floats = NDArray[np.float64]
+
+# Values of the parameter at which eigenvalues, and branches of limit cycles, are computed.
+_JUDGED: Final = 129
+_JUDGED_ON_BELT: Final = 33
+_CONTINUED: Final = 25
+# Each narrows the bounds between zones to an eighth, and to a half.
+_EIGHTHS: Final = 4
+_HALVES: Final = 10
+# The least value, above the low end, over the range.
+_FROM_END: Final = 1e-3
+# Bounds that are nearer to each other, over the range, are the same.
+_SAME: Final = 1e-4
+
+
+class Zone(StrEnum):
+    """What disturbances do at a value of the parameter."""
+
+    SAFE = "safe"
+    KNOCK = "squeals after a knock"
+    SQUEALS = "squeals by itself"
+    SMALL = "small disturbances die out"
+    NONE = "not possible"
+
+
+@dataclass(frozen=True, slots=True)
+class Zones:
+    """Zones along one parameter, all else equal.
+
+    Attributes
+    ----------
+    name : str
+        The parameter.
+    bounds : tuple of float
+        Where zones begin and end, ascending: one more than there are zones.
+    zones : tuple of Zone
+        ``SMALL`` where nothing is known of large disturbances.
+    """
+
+    name: str
+    bounds: tuple[float, ...]
+    zones: tuple[Zone, ...]
+
+    def at(self, value: float) -> Zone | None:
+        """The zone of a value, None outside the range."""
+        if not self.bounds[0] <= value <= self.bounds[-1]:
+            return None
+        inside = sum(bound <= value for bound in self.bounds[1:-1])
+        return self.zones[inside]
+
+
+def linear_zones(
+    parameters: Parameters, name: str, low: float, high: float, *, separation: bool = True
+) -> Zones:
+    """Zones over a parameter by eigenvalues alone, in milliseconds.
+
+    Parameters
+    ----------
+    parameters : Parameters
+        The parameter set.
+    name : str
+        The parameter that varies.
+    low, high : float
+        Its range.
+    separation : bool
+        Whether separation is considered.
+
+    Returns
+    -------
+    Zones
+        ``SQUEALS`` where small disturbances grow, elsewhere ``SMALL``: large ones are not looked
+        at, unless the system is linear.
+
+    Raises
+    ------
+    InputError
+        If there is no such parameter, or the range is empty.
+
+    Examples
+    --------
+    >>> from fivtui import Parameters
+    >>> from fivtui.safety import linear_zones
+    >>> linear_zones(Parameters(), "mu", 0.0, 1.5).zones
+    (<Zone.SMALL: 'small disturbances die out'>, <Zone.SQUEALS: 'squeals by itself'>)
+    """
+    return _Judge(parameters, name, low, high, separation=separation).zones()
+
+
+def safety_zones(
+    parameters: Parameters,
+    name: str,
+    low: float,
+    high: float,
+    *,
+    separation: bool = True,
+    progress: Progress | None = None,
+) -> Zones:
+    """Zones over a parameter by eigenvalues and continuation.
+
+    Limit cycles are followed from the Hopf point, at 25 values of the parameter and where zones
+    meet; over μ once. Cycles that are connected with none of these are not found, as
+    `safe_friction` may find them.
+
+    Parameters
+    ----------
+    parameters, name, low, high, separation
+        As for `linear_zones`.
+    progress : callable, optional
+        Called with the fraction done; cancels by returning False.
+
+    Returns
+    -------
+    Zones
+        ``SMALL`` where small disturbances die out and no limit cycle begins at any μ, or none dies
+        out without damping; on a belt of finite speed, of which large disturbances are not
+        searched.
+
+    Raises
+    ------
+    InputError
+        If there is no such parameter, or the range is empty.
+    Cancelled
+        If `progress` returned False.
+
+    Examples
+    --------
+    >>> from fivtui import Parameters
+    >>> from fivtui.safety import safety_zones
+    >>> found = safety_zones(Parameters(), "mu", 0.0, 1.5)
+    >>> [round(bound, 4) for bound in found.bounds], found.zones[0]
+    ([0.0, 0.2779, 0.4394, 1.5], <Zone.SAFE: 'safe'>)
+    """
+    scale = _Judge(parameters, name, low, high, separation=separation)
+    if not scale.searched:
+        return scale.zones()
+    if name == "mu":
+        return scale.zones(_least(scale))
+    return scale.zones(safe=_continued(scale, progress))
+
+
+def searched_zones(found: "SafeFriction", low: float, high: float) -> Zones:
+    """Zones over μ as `safe_friction` found them; nothing is computed.
+
+    Parameters
+    ----------
+    found : SafeFriction
+        The verdict.
+    low, high : float
+        The range of μ.
+    """
+    scale = _Judge(found.parameters, "mu", low, high, separation=found.separation)
+    if not scale.searched:
+        return scale.zones()
+    if not found.others and not any(one.died_out for one in found.basis.rounds):
+        return scale.zones()
+    if found.safe_mu is None:
+        return scale.zones(_Bound(found.searched_to, unknown_above=True))
+    return scale.zones(_Bound(found.safe_mu))
+
+
+@dataclass(frozen=True, slots=True)
+class _Bound:
+    # The least μ at which a limit cycle attracts; or up to which there is none, above unknown.
+    value: float
+    unknown_above: bool = False
+
+
+class _Judge:
+    # A parameter over a range: what eigenvalues say of it.
+
+    def __init__(
+        self, p: Parameters, name: str, low: float, high: float, *, separation: bool
+    ) -> None:
+        spec = parameter_spec(name)
+        if not low < high:
+            raise InputError(f"range of {spec.name}: must have a start below its end")
+        self.p, self.name, self.low, self.high, self.separation = p, name, low, high, separation
+        # The end may be no value of the parameter.
+        self.least = low + _FROM_END * (high - low)
+        self.on_belt = p.v_belt is not None or spec.optional
+        bent = separation or p.k_nl > 0.0 or name == "k_nl"
+        damped = p.c1 > 0.0 or p.c2 > 0.0 or name in ("c1", "c2")
+        self.linear = not bent and damped and not self.on_belt
+        self.searched = bent and damped and not self.on_belt
+
+    def judged(self, values: Floats) -> list[Zone]:
+        inside = np.maximum(values, self.least)
+        growth, stable, _ = judge_growths(
+            self.p, {self.name: inside}, np.full(values.size, self.separation)
+        )
+        rest = Zone.SAFE if self.linear else Zone.SMALL
+        return [
+            Zone.NONE if math.isnan(rate) else rest if good or rate <= 0.0 else Zone.SQUEALS
+            for rate, good in zip(growth.tolist(), stable.tolist(), strict=True)
+        ]
+
+    def edges(self) -> list[float]:
+        # Where what eigenvalues say changes.
+        if self.name == "mu" and not self.on_belt:
+            critical = critical_mu(self.p, separation=self.separation)
+            return [one.mu for one in critical if self.low < one.mu < self.high]
+        count = _JUDGED_ON_BELT if self.on_belt else _JUDGED
+        values = np.linspace(self.low, self.high, count)
+        zones = self.judged(values)
+        return [
+            self._narrowed(float(values[place]), float(values[place + 1]))
+            for place in range(count - 1)
+            if zones[place] is not zones[place + 1]
+        ]
+
+    def _narrowed(self, low: float, high: float) -> float:
+        for _ in range(_EIGHTHS):
+            values = np.linspace(low, high, 9)
+            zones = self.judged(values)
+            place = next((n for n in range(8) if zones[n] is not zones[n + 1]), 0)
+            low, high = float(values[place]), float(values[place + 1])
+        return 0.5 * (low + high)
+
+    def zones(
+        self, over_mu: _Bound | None = None, safe: tuple[Floats, Floats] | None = None
+    ) -> Zones:
+        """Zones with what is known of large disturbances: over μ, or safe μ over the values."""
+        between: list[float] = []
+        if over_mu is not None:
+            between = [over_mu.value]
+        elif safe is not None:
+            values, least = safe
+            above = self.p.mu >= least
+            known = ~np.isnan(least)
+            changed = np.flatnonzero((above[1:] != above[:-1]) | (known[1:] != known[:-1]))
+            between = [float(0.5 * (values[at] + values[at + 1])) for at in changed]
+        edges, near = self.edges(), _SAME * (self.high - self.low)
+        if safe is not None:
+            # Where stability is lost without a knock before it, both bounds are the same.
+            between = [one for one in between if all(abs(one - edge) > near for edge in edges)]
+        inside = (one for one in (*edges, *between) if self.low < one < self.high)
+        bounds = [self.low, *sorted(inside), self.high]
+        middles = [0.5 * (one + other) for one, other in pairwise(bounds)]
+        judged = self.judged(np.array(middles))
+        known_zones = [
+            self._zone(zone, at, over_mu, safe) for zone, at in zip(judged, middles, strict=True)
+        ]
+        kept, zones = [bounds[0]], known_zones[:1]
+        for bound, zone in zip(bounds[1:-1], known_zones[1:], strict=True):
+            if zone is not zones[-1]:
+                kept.append(bound)
+                zones.append(zone)
+        return Zones(self.name, (*kept, bounds[-1]), tuple(zones))
+
+    def _zone(
+        self,
+        judged: Zone,
+        at: float,
+        over_mu: _Bound | None,
+        safe: tuple[Floats, Floats] | None,
+    ) -> Zone:
+        if judged is not Zone.SMALL:
+            return judged
+        if over_mu is not None:
+            if at < over_mu.value:
+                return Zone.SAFE
+            return Zone.SMALL if over_mu.unknown_above else Zone.KNOCK
+        if safe is None:
+            return judged
+        values, least = safe
+        here = float(least[np.argmin(np.abs(values - at))])
+        if math.isnan(here):
+            return judged
+        return Zone.KNOCK if self.p.mu >= here else Zone.SAFE
+
+
+def _least(scale: _Judge) -> _Bound | None:
+    found = float(safe_mus(scale.p, {}, np.array([scale.separation]))[0])
+    return None if math.isnan(found) else _Bound(found)
+
+
+def _continued(scale: _Judge, progress: Progress | None) -> tuple[Floats, Floats]:
+    # Safe μ over the parameter; close together where it passes the μ of the parameter set.
+    values = np.linspace(scale.low, scale.high, _CONTINUED)
+    values[0] = scale.least
+    found: dict[float, float] = {}
+
+    def least(value: float) -> float:
+        if value not in found:
+            if progress is not None and not progress(min(len(found) / (2 * _CONTINUED), 1.0)):
+                raise Cancelled
+            column = {scale.name: np.array([value])}
+            try:
+                found[value] = float(safe_mus(scale.p, column, np.array([scale.separation]))[0])
+            except InputError:
+                # In units of m, k1 and F the others are out of range.
+                found[value] = math.nan
+        return found[value]
+
+    def sort(value: float) -> bool | None:
+        at = least(value)
+        return None if math.isnan(at) else scale.p.mu >= at
+
+    for ends in pairwise(values.tolist()):
+        low, high = ends
+        for _ in range(_HALVES):
+            if sort(low) is sort(high):
+                break
+            middle = 0.5 * (low + high)
+            low, high = (middle, high) if sort(middle) is sort(low) else (low, middle)
+    ordered = sorted(found)
+    return np.array(ordered), np.array([found[value] for value in ordered])

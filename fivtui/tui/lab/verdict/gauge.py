@@ -1,0 +1,200 @@
+"""A gauge: zones over a parameter, and where the edited value stands."""
+
+import math
+from dataclasses import dataclass
+from itertools import pairwise
+from typing import Final
+
+from rich.cells import cell_len
+from textual.content import Content
+from textual.widget import Widget
+
+from fivtui.safety import Zone, Zones
+
+_MARKER: Final = "●"
+_BOUND: Final = "┼"
+_DIGITS: Final = 3
+# How far a number below the gauge may be from what it is of, in columns.
+_APART: Final = 6
+_TEXT: Final = {
+    Zone.SAFE: "$text-success",
+    Zone.KNOCK: "$text-warning",
+    Zone.SQUEALS: "$text-error",
+    Zone.SMALL: "$text-muted",
+    Zone.NONE: "$text-muted",
+}
+_GLYPHS: Final = {
+    Zone.SAFE: "─",
+    Zone.KNOCK: "╍",
+    Zone.SQUEALS: "━",
+    Zone.SMALL: "·",
+    Zone.NONE: " ",
+}
+_WORDS: Final = {
+    Zone.SAFE: ("safe",),
+    Zone.KNOCK: (str(Zone.KNOCK), "after a knock", "knock"),
+    Zone.SQUEALS: (str(Zone.SQUEALS), "squeals"),
+    Zone.SMALL: ("large disturbances: not known", "not known", "?"),
+    Zone.NONE: (str(Zone.NONE),),
+}
+_SEARCHING: Final = ("large disturbances: searching…", "searching…", "…")
+
+# Text and style, one after the other.
+Parts = list[tuple[str, str]]
+
+
+@dataclass(frozen=True, slots=True)
+class Gauge:
+    """What a gauge shows.
+
+    Attributes
+    ----------
+    label : str
+        The parameter and its unit.
+    zones : Zones
+        Zones over its range.
+    value : float
+        Its value, inside the range.
+    text : str
+        The value as it was entered.
+    searching : bool
+        Whether large disturbances are still being searched.
+    basis : str
+        What the zones rest on.
+    """
+
+    label: str
+    zones: Zones
+    value: float
+    text: str
+    searching: bool
+    basis: str
+
+    def lines(self, width: int) -> tuple[Parts, Parts]:
+        """The zones, and below them the numbers of their bounds and of the value."""
+        margin = f"{self.label} "
+        room = max(width - len(margin), 4)
+        bar, numbers = self._bar(room), self._numbers(room)
+        return [(margin, "bold"), *bar], [(" " * len(margin), ""), *numbers]
+
+    def _column(self, value: float, room: int) -> int:
+        low, high = self.zones.bounds[0], self.zones.bounds[-1]
+        share = (value - low) / (high - low)
+        return min(max(round(share * (room - 1)), 0), room - 1)
+
+    def _bar(self, room: int) -> Parts:
+        here = self._column(self.value, room)
+        ends = [self._column(bound, room) for bound in self.zones.bounds]
+        cells: list[tuple[str, str]] = []
+        for zone, (first, last) in zip(self.zones.zones, pairwise(ends), strict=True):
+            stop = last if last < room - 1 else room
+            # The bound of the zone before has a column of its own.
+            begin = first + (first > 0)
+            style, text = _TEXT[zone], list(_GLYPHS[zone] * (stop - begin))
+            # Words stand in the larger part of a zone that the marker divides.
+            free = [(begin, stop)]
+            if begin <= here < stop:
+                free = [(begin, here), (here + 1, stop)]
+            start, end = max(free, key=lambda each: each[1] - each[0])
+            self._write(zone, text, start - begin, end - begin)
+            cells += [(each, style) for each in text]
+            if last < room - 1:
+                cells.append((_BOUND, "bold"))
+        del cells[room:]
+        cells[here] = (_MARKER, "bold")
+        return _joined(cells)
+
+    def _write(self, zone: Zone, text: list[str], start: int, end: int) -> None:
+        known = _SEARCHING if zone is Zone.SMALL and self.searching else _WORDS[zone]
+        words = next((f" {each} " for each in known if cell_len(each) + 4 <= end - start), "")
+        first = start + (end - start - len(words)) // 2
+        text[first : first + len(words)] = words
+
+    def _numbers(self, room: int) -> Parts:
+        line: list[tuple[str, str]] = [(" ", "")] * room
+        taken = [False] * room
+
+        def write(value: float, text: str, style: str, places: range) -> int | None:
+            first = _place(self._column(value, room), len(text), taken, places)
+            if first is not None:
+                end = first + len(text)
+                line[first:end] = [(letter, style) for letter in text]
+                around = range(max(first - 1, 0), min(end + 1, room))
+                for place in around:
+                    taken[place] = True
+            return first
+
+        here = write(self.value, self.text, "bold", range(room)) or 0
+        bounds = self.zones.bounds
+        # The ends have precedence over what is between them.
+        for bound in (bounds[0], bounds[-1], *bounds[1:-1]):
+            text = _number(bound)
+            if bound < self.value:
+                # Numbers stand in their order.
+                write(bound, text, "", range(max(here - len(text), 0)))
+            elif bound > self.value:
+                write(bound, text, "", range(here + len(self.text) + 1, room))
+        return _joined(line)
+
+
+def _number(value: float) -> str:
+    return f"{value:.{_DIGITS}g}"
+
+
+def _place(column: int, size: int, taken: list[bool], places: range) -> int | None:
+    # The free one of some places for a number that is nearest to being centred below a column.
+    room = len(taken)
+    centred = min(max(column - size // 2, 0), room - size)
+    free = [
+        place
+        for place in range(max(centred - _APART, 0), min(centred + _APART, room - size) + 1)
+        if place in places and not any(taken[place : place + size])
+    ]
+    return min(free, key=lambda place: abs(place - centred), default=None)
+
+
+def _joined(cells: Parts) -> Parts:
+    parts: Parts = []
+    for text, style in cells:
+        if parts and parts[-1][1] == style:
+            parts[-1] = (parts[-1][0] + text, style)
+        else:
+            parts.append((text, style))
+    return parts
+
+
+class GaugeView(Widget):
+    """Draws a gauge in two lines, or words in its place."""
+
+    def __init__(self, *, id: str) -> None:  # noqa: A002
+        super().__init__(id=id)
+        self._shown: Gauge | str = ""
+
+    def show(self, gauge: Gauge | str) -> None:
+        """Display a gauge, or why there is none."""
+        if gauge != self._shown:
+            self._shown = gauge
+            self.refresh()
+
+    def render(self) -> Content:
+        """The two lines."""
+        if isinstance(self._shown, str):
+            return Content(self._shown)
+        lines = self._shown.lines(self.size.width)
+        return Content("\n").join(Content.assemble(*line) for line in lines)
+
+
+# Round ends of ranges, in tens.
+_ROUND: Final = (1.0, 1.5, 2.0, 3.0, 5.0, 7.5, 10.0)
+_BEYOND: Final = 1.5
+
+
+def round_span(value: float, least: float, greatest: float) -> tuple[float, float]:
+    """A round range around a value: from 0, unless it is negative; within what is allowed.
+
+    Being round, it stays the same while the value is edited.
+    """
+    reach = _BEYOND * abs(value) or 1.0
+    tens = 10.0 ** math.floor(math.log10(reach))
+    end = next((tens * one for one in _ROUND if tens * one >= reach * (1.0 - 1e-12)), 10.0 * tens)
+    return max(-end if value < 0.0 else 0.0, least), min(end, greatest)

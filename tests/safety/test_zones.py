@@ -1,0 +1,107 @@
+"""Zones over one parameter, against eigenvalues and safe friction at points of their own."""
+
+import math
+
+import numpy as np
+import pytest
+
+from fivtui.equilibrium import critical_mu, stability
+from fivtui.model import Cancelled, InputError, Parameters
+from fivtui.safety import (
+    SafeFriction,
+    Zone,
+    Zones,
+    linear_zones,
+    safe_friction,
+    safe_mus,
+    safety_zones,
+    searched_zones,
+)
+
+F_120 = Parameters(F=120.0)
+
+
+def least(p: Parameters, separation: bool = True) -> float:
+    return float(safe_mus(p, {}, np.array([separation]))[0])
+
+
+def test_over_friction_the_bounds_are_safe_and_critical_friction() -> None:
+    found = safety_zones(F_120, "mu", 0.0, 1.5)
+    assert found.zones == (Zone.SAFE, Zone.KNOCK, Zone.SQUEALS)
+    (critical,) = critical_mu(F_120)
+    assert found.bounds == (0.0, least(F_120), critical.mu, 1.5)
+
+
+@pytest.mark.parametrize(("name", "high"), [("F", 150.0), ("k1", 150.0), ("c1", 0.5)])
+def test_every_zone_is_what_its_middle_says(name: str, high: float) -> None:
+    p = Parameters(mu=0.35)
+    found = safety_zones(p, name, 0.0, high)
+    for place, zone in enumerate(found.zones):
+        middle = 0.5 * (found.bounds[place] + found.bounds[place + 1])
+        there = p.with_values({name: middle})
+        assert found.at(middle) is zone
+        if not stability(there).stable:
+            assert zone is Zone.SQUEALS
+        else:
+            assert zone is (Zone.KNOCK if p.mu >= least(there) else Zone.SAFE)
+
+
+def test_bounds_of_another_parameter_are_where_stability_is_lost() -> None:
+    found = linear_zones(F_120, "F", 0.0, 150.0)
+    assert found.zones == (Zone.SMALL, Zone.SQUEALS, Zone.SMALL)
+    for bound in found.bounds[1:-1]:
+        (critical,) = critical_mu(F_120.with_values({"F": bound}))
+        assert critical.mu == pytest.approx(F_120.mu, rel=1e-3)
+
+
+def test_what_is_not_searched_is_not_called_safe() -> None:
+    undamped = Parameters(c1=0.0, c2=0.0)
+    assert safety_zones(undamped, "mu", 0.0, 1.5).zones == (Zone.SMALL, Zone.SQUEALS)
+    assert safety_zones(Parameters(k3=0.0), "mu", 0.0, 1.5).zones == (Zone.SMALL,)
+    belt = Parameters(v_belt=1.0, mu_s=0.9, v_s=0.4)
+    on_belt = safety_zones(belt, "F", 0.0, 200.0)
+    assert Zone.SAFE not in on_belt.zones
+    assert Zone.KNOCK not in on_belt.zones
+    beyond = linear_zones(belt, "mu", 0.0, 1.5)
+    assert beyond.at(1.0) is Zone.NONE
+    assert beyond.bounds[-2] == pytest.approx(0.9, rel=1e-3)
+
+
+def test_a_linear_system_is_safe_where_it_is_stable() -> None:
+    linear = Parameters(k_nl=0.0)
+    found = safety_zones(linear, "mu", 0.0, 1.5, separation=False)
+    assert found.zones == (Zone.SAFE, Zone.SQUEALS)
+    assert found == linear_zones(linear, "mu", 0.0, 1.5, separation=False)
+
+
+def test_a_verdict_has_its_zones() -> None:
+    verdict = safe_friction(F_120)
+    found, known = searched_zones(verdict, 0.0, 1.5), safety_zones(F_120, "mu", 0.0, 1.5)
+    assert found.zones == known.zones
+    assert found.bounds == pytest.approx(known.bounds, rel=1e-12)
+    uncoupled = safe_friction(Parameters(k3=0.0))
+    assert isinstance(uncoupled, SafeFriction)
+    found = searched_zones(uncoupled, 0.0, 2.0 * uncoupled.searched_to)
+    assert found.zones == (Zone.SAFE, Zone.SMALL)
+    assert found.bounds[1] == uncoupled.searched_to
+
+
+def test_values_outside_the_range_have_no_zone() -> None:
+    found = Zones("mu", (0.0, 1.0, 2.0), (Zone.SAFE, Zone.SQUEALS))
+    assert [found.at(value) for value in (-0.1, 0.0, 1.0, 2.0, 2.1)] == [
+        None,
+        Zone.SAFE,
+        Zone.SQUEALS,
+        Zone.SQUEALS,
+        None,
+    ]
+
+
+def test_ranges_and_names_are_checked_and_work_is_stopped() -> None:
+    with pytest.raises(InputError, match="range of F: must have a start below its end"):
+        linear_zones(F_120, "F", 1.0, 1.0)
+    with pytest.raises(InputError, match="unknown parameter"):
+        linear_zones(F_120, "G", 0.0, 1.0)
+    with pytest.raises(Cancelled):
+        safety_zones(F_120, "F", 0.0, 150.0, progress=lambda _: False)
+    assert math.isfinite(least(F_120))

@@ -1,0 +1,110 @@
+"""The gauge of safe and unsafe values: its drawing, and how it follows what is edited."""
+
+import threading
+from typing import Any
+
+import pytest
+from textual.pilot import Pilot
+
+from fivtui.safety import Zone, Zones, linear_zones, safety_zones
+from fivtui.tui.lab.verdict.gauge import Gauge, Parts, round_span
+from tests.support.laboratory import focus, text_of, type_into, until_screen, until_shown
+
+SIZE = (80, 24)
+OVER_MU = Zones("mu", (0.0, 0.278, 0.439, 1.5), (Zone.SAFE, Zone.KNOCK, Zone.SQUEALS))
+
+
+def line_of(parts: Parts) -> str:
+    return "".join(text for text, _ in parts)
+
+
+def drawn(gauge: Gauge, width: int) -> tuple[str, str]:
+    zones, numbers = gauge.lines(width)
+    return line_of(zones), line_of(numbers)
+
+
+@pytest.mark.parametrize("width", [30, 76, 196])
+@pytest.mark.parametrize("value", [0.0, 0.28, 0.7, 1.5])
+def test_zones_stand_at_their_values_in_words_and_glyphs(width: int, value: float) -> None:
+    gauge = Gauge("μ", OVER_MU, value, f"{value:g}", searching=False, basis="")
+    zones, numbers = drawn(gauge, width)
+    assert len(zones) == width
+    assert len(numbers) == width
+    room = width - 2
+    marker = zones.index("●") - 2
+    assert abs(marker / (room - 1) - value / 1.5) <= 1.0 / room
+    # A glyph for each zone: colour says nothing that they do not.
+    assert zones.index("─") < zones.index("━")
+    assert "╍" in zones or width == 30
+    assert f"{value:g}" in numbers.split()
+    if width == 196:
+        assert numbers.split() == sorted({"0", "0.278", "0.439", "1.5", f"{value:g}"}, key=float)
+        for words in ("safe", "after a knock", "squeals by itself"):
+            assert f" {words} " in zones
+
+
+def test_each_number_stands_below_its_bound() -> None:
+    zones, numbers = drawn(Gauge("μ", OVER_MU, 0.7, "0.70", searching=False, basis=""), 100)
+    for number, mark in (("0.278", "┼"), ("0.439", "┼"), ("0.70", "●")):
+        at = numbers.index(number)
+        assert mark in zones[at : at + len(number)]
+
+
+def test_unknown_and_impossible_values_are_said_so() -> None:
+    unknown = Zones("F", (0.0, 10.0, 20.0), (Zone.SMALL, Zone.NONE))
+    searching, _ = drawn(Gauge("F (N)", unknown, 5.0, "5", searching=True, basis=""), 150)
+    assert "large disturbances: searching…" in searching
+    ended, _ = drawn(Gauge("F (N)", unknown, 5.0, "5", searching=False, basis=""), 150)
+    assert "large disturbances: not known" in ended
+    assert "not possible" in ended
+
+
+def test_ranges_are_round_and_stay_while_a_value_is_stepped() -> None:
+    assert round_span(80.0, -1e9, 1e9) == (0.0, 150.0)
+    assert {round_span(F, -1e9, 1e9) for F in (70.0, 80.0, 100.0)} == {(0.0, 150.0)}
+    assert round_span(-80.0, -1e9, 1e9) == (-150.0, 150.0)
+    assert round_span(0.0, 0.0, 1e9) == (0.0, 1.0)
+    assert round_span(1e9, 0.0, 1e9) == (0.0, 1e9)
+
+
+async def test_the_gauge_follows_what_is_edited(
+    pilot: Pilot[None], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    entered, known = threading.Event(), threading.Event()
+
+    def slow(*args: Any, progress: Any = None, **named: Any) -> Zones:
+        entered.set()
+        known.wait()
+        return safety_zones(*args, **named)
+
+    monkeypatch.setattr("fivtui.safety.safety_zones", slow)
+    await type_into(pilot, "k_nl", "99")
+    await focus(pilot, "mu")
+    # Eigenvalues answer at once; what is not known yet is not called safe.
+    await until_screen(pilot, lambda text: "searching…" in gauge_of(text))
+    await pilot.press("up")
+    await until_screen(pilot, lambda text: " 0.71 " in text)
+    assert entered.wait(60.0)
+    assert "safe" not in gauge_of(text_of(pilot))
+    known.set()
+    await until_screen(pilot, lambda text: " safe " in gauge_of(text))
+    before = gauge_of(text_of(pilot)).index("●")
+    await pilot.press(*["down"] * 5)
+    await until_screen(pilot, lambda text: gauge_of(text).index("●") < before)
+    monkeypatch.setattr("fivtui.safety.safety_zones", linear_zones)
+    await focus(pilot, "F")
+    await until_screen(pilot, lambda text: "F (N) " in gauge_of(text))
+    await focus(pilot, "t_end")
+    await until_screen(pilot, lambda text: gauge_of(text).startswith("│ μ "))
+
+
+def gauge_of(text: str) -> str:
+    return next(line for line in text.splitlines() if "●" in line)
+
+
+async def test_a_scene_with_tables_over_time_has_no_zones(pilot: Pilot[None]) -> None:
+    await pilot.press("ctrl+p")
+    await pilot.press(*"brake-stop")
+    await until_shown(pilot, "Preset brake-stop")
+    await pilot.press("enter")
+    await until_shown(pilot, "no zones: F, v_belt change over time")
