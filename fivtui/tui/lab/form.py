@@ -6,6 +6,7 @@ from itertools import groupby
 from textwrap import wrap
 from typing import ClassVar, Final, Self, cast
 
+from rich.cells import cell_len
 from textual import on
 from textual.app import ComposeResult
 from textual.binding import Binding, BindingType
@@ -348,7 +349,8 @@ class FieldList(VerticalScroll):
     @on(FieldFocused)
     def _follow(self, event: FieldFocused) -> None:
         names = [row.field.name for row in self._shown]
-        self._cursor = names.index(event.name)
+        if event.name in names:
+            self._cursor = names.index(event.name)
 
     def action_leave_editor(self) -> None:
         """Leave an editor for the list."""
@@ -397,8 +399,11 @@ class Form(Vertical):
     @on(FieldFocused)
     def _hint(self, event: FieldFocused) -> None:
         field = FIELDS[event.name]
-        hint = f"{field.meaning}\n{field.allowed}"
-        self.query_one("#hint", Static).update(hint, layout=False)
+        view = self.query_one("#hint", Static)
+        # One below the other, or else without a gap.
+        apart = cell_len(field.meaning) <= view.content_size.width
+        hint = ("\n" if apart else "; ").join((field.meaning, field.allowed))
+        view.update(hint, layout=False)
 
     def take_focus(self) -> None:
         """Focus the field at the list's cursor."""

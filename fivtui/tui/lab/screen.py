@@ -23,6 +23,7 @@ from fivtui.tui.session import (
     CHARTS,
     PRECEDENCE,
     WELCOME,
+    RunState,
     Session,
     crash_words,
     stability_brief,
@@ -205,7 +206,7 @@ class LabScreen(Screen[None]):
             parameters, found = self.session.parameters(), self.session.stability()
         except (InputError, ComputationError) as error:
             why = ": invalid input" if isinstance(error, InputError) else ""
-            view.show("invalid", [f"NO VERDICT{why}", str(error)])
+            view.show("invalid", [f"NO VERDICT{why}"], [str(error)])
             self._search.stop()
             self._gauges.stop()
             self.session.coexisting = None
@@ -244,6 +245,10 @@ class LabScreen(Screen[None]):
     def _show_newest(self) -> None:
         newest, live = self.session.runs.newest, self.session.live.words
         bar = self.query_one(RunBar)
+        failed = newest is not None and newest.state is RunState.FAILED
+        if failed and newest is not None and not self.session.outdated(newest):
+            # There is no live curve of what cannot be computed.
+            live = ""
         if live and self._book.active == _LIVE_TAB and self.session.runs.active is None:
             bar.show(None, live)
         elif newest is not None:

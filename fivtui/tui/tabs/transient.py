@@ -40,7 +40,9 @@ if TYPE_CHECKING:
 # Time histories from the top, and by importance where there is little room.
 _QUANTITIES: Final = ("y", "x", "P")
 _FIRST: Final = ("y", "P", "x")
-_LEAST_ROWS: Final = 5
+_LEAST_ROWS: Final = 4
+# Those of the strip and of the axis of time.
+_OTHER_ROWS: Final = 2
 # Columns from which on three phase portraits stand side by side.
 _WIDE: Final = 120
 _LAST_PART: Final = 0.1
@@ -303,7 +305,7 @@ class TransientPane(ViewsPane):
         self._fit_order()
 
     def _fit_order(self) -> None:
-        room = max(self.views.size.height // _LEAST_ROWS, 1)
+        room = max((self.views.size.height - _OTHER_ROWS) // _LEAST_ROWS, 1)
         for name in _QUANTITIES:
             self.query_one(f"#plot-{name}").display = name in self._order[:room]
         self.query_one("#phase-path").display = self.views.size.width >= _WIDE

@@ -217,7 +217,9 @@ async def test_belts_of_finite_speed_and_parameters_over_time_live_too(
     pilot: Pilot[None],
 ) -> None:
     await show_tab(pilot, "alt+2")
-    await type_into(pilot, "v_belt", "1")
+    screen = pilot.app.screen
+    assert isinstance(screen, LabScreen)
+    screen.action_switch_belt()
     await until_live(pilot)
     curve = live_of(pilot).curve
     assert curve is not None

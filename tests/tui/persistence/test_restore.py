@@ -57,7 +57,7 @@ async def settled(pilot: Pilot[None], name: str, words: str) -> str:
     await show_tab(pilot, KEYS[name])
     await until_shown(pilot, words)
     await until(pilot, lambda: not pilot.app.screen.query("Toast"))
-    pilot.app.screen.query_one("#row-m").query_one(Input).focus()
+    pilot.app.screen.query_one("#row-mu").query_one(Input).focus()
     await pilot.pause()
     return text_of(pilot)
 
@@ -162,7 +162,7 @@ async def test_what_was_read_a_figure_of_the_paper_and_what_is_not_kept(tmp_path
         pilot.app.screen.query_one("#figure-1", ChartView).focus()
         await pilot.press("plus", "1")
         pilot.app.clear_notifications()
-        pilot.app.screen.query_one("#row-m").query_one(Input).focus()
+        pilot.app.screen.query_one("#row-mu").query_one(Input).focus()
         await until(pilot, lambda: not pilot.app.screen.query("Toast"))
         before = text_of(pilot)
     async with FivtuiApp(state=kept).run_test(size=SIZE, notifications=True) as pilot:

@@ -139,7 +139,7 @@ def now_known(pilot: Pilot[None]) -> Coexisting:
 
 
 def headline(pilot: Pilot[None]) -> str:
-    return text_of(pilot).splitlines()[0]
+    return text_of(pilot).splitlines()[1]
 
 
 async def edit(pilot: Pilot[None], preload: str) -> None:
@@ -160,7 +160,7 @@ async def test_a_stable_verdict_names_the_cycle_once_it_is_found(
     searches.answers[120.0] = Coexistence(
         P, True, (REST, LARGE), (0, 1), True, EscapeOffset(0.25, None)
     )
-    await until_shown(pilot, "STABLE, but a limit cycle coexists: half")
+    await until_shown(pilot, "STABLE, but a limit cycle coexists: ±")
     await until_shown(pilot, "peak-to-peak 7.250 m (after a knock)")
     await until(pilot, lambda: now_known(pilot).done)
     # The rows have the whole sentence that the command line warns with.
