@@ -161,7 +161,7 @@ async def test_a_stable_verdict_names_the_cycle_once_it_is_found(
         P, True, (REST, LARGE), (0, 1), True, EscapeOffset(0.25, None)
     )
     await until_shown(pilot, "STABLE, but a limit cycle coexists: ±")
-    await until_shown(pilot, "peak-to-peak 7.250 m (after a knock)")
+    await until_shown(pilot, "±7.250 m (after a knock)")
     await until(pilot, lambda: now_known(pilot).done)
     # The rows have the whole sentence that the command line warns with.
     await pilot.press("alt+1")

@@ -56,7 +56,7 @@ async def test_the_list_of_figures_has_room_for_its_headings(way: list[str]) -> 
         await show_tab(pilot, "alt+6")
         await until_shown(pilot, "figure lines")
         heading = next(line for line in text_of(pilot).splitlines() if "figure  lines" in line)
-        assert heading.rstrip().endswith("what it shows")
+        assert heading.rstrip("│ ").endswith("what it shows")
 
 
 async def test_where_there_is_little_room_a_column_is_dropped_and_one_wrapped() -> None:
