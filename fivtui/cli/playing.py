@@ -28,7 +28,6 @@ from .options import (
 from .transients import changed_scene
 
 if TYPE_CHECKING:
-    from fivtui.measured import Tolerances
     from fivtui.transient import Samples, Transient
 
 # Of an FMU, which hands out no function of time.
@@ -196,14 +195,14 @@ def validate(**given: Any) -> None:
 
     Passes or fails if a tolerance is given: --band, --frequency or --amplitude.
     """
-    from fivtui.measured import read_measurement, validate as compare
+    from fivtui.measured import read_measurement, read_tolerances, validate as compare
 
     if given["measured"] is None:
         raise InputError("--measured FILE.csv: must be given")
     shift = given["shift"]
     moved: float | Literal["auto"]
     moved = "auto" if shift == "auto" else parse_number("--shift", shift, "a time in s, or auto")
-    tolerances = _tolerances_of(given)
+    tolerances = read_tolerances(given, "--")
     numbers = {
         name: parse_number(f"--{name.replace('_', '-')}", given[name], "a number")
         for name in ("scale", "offset", "time_scale")
@@ -222,19 +221,3 @@ def validate(**given: Any) -> None:
     )
     write("validation", found, given["out"], given["plot"], force=given["force"])
     show("validation", found, as_json=given["as_json"])
-
-
-def _tolerances_of(given: dict[str, Any]) -> "Tolerances":
-    from fivtui.measured import Tolerances, read_tolerance
-
-    percentages = {}
-    for name in ("share", "frequency", "amplitude"):
-        if given[name] is not None:
-            tolerance = read_tolerance(f"--{name}", given[name])
-            if not tolerance.relative:
-                raise InputError(f"--{name} {given[name]}: must be a percentage such as 5%")
-            percentages[name] = tolerance.value
-    if given["share"] is not None and given["band"] is None:
-        raise InputError("--share: must be given with --band")
-    band = None if given["band"] is None else read_tolerance("--band", given["band"])
-    return Tolerances(band=band, **percentages)

@@ -3,9 +3,13 @@
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
-    from .comparison import Validation as Validation, validate as validate
+    from .comparison import (
+        Criterion as Criterion,
+        Validation as Validation,
+        validate as validate,
+    )
     from .reading import read_measurement as read_measurement
-    from .tolerances import Tolerances as Tolerances, read_tolerance as read_tolerance
+    from .tolerances import Tolerances as Tolerances, read_tolerances as read_tolerances
 else:
     from fivtui.lazy import lazily
 

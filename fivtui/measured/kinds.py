@@ -1,11 +1,13 @@
 """Comparisons of a run with a measurement among the studies."""
 
-from typing import TYPE_CHECKING, Final
+from typing import TYPE_CHECKING, Any, Final
 
 from fivtui.io import FORMATS
-from fivtui.results import StudyKind
+from fivtui.results import PHYSICS, Command, StudyKind, scene_fields
 
 if TYPE_CHECKING:
+    from collections.abc import Sequence
+
     from . import comparison
     from .comparison import Validation
 else:
@@ -20,6 +22,16 @@ def _print(result: "Validation") -> None:
     print_list("Run beside measured data", result._summary())
 
 
+_SAID: Final = (*PHYSICS, "start", "t_end", "method", "tol", "step")
+
+
+def _command(asked: "tuple[Any, Sequence[str]]") -> Command:
+    # Of a scene and the options that say what it is compared with.
+    scene, options = asked
+    needed = {"accuracy": scene.accuracy}
+    return Command("validate", scene_fields(scene, _SAID), _SAID, options, needed)
+
+
 VALIDATION: Final = StudyKind(
     data="validation",
     show=_print,
@@ -27,4 +39,5 @@ VALIDATION: Final = StudyKind(
     save=comparison.save_validation,
     as_json=True,
     stem=lambda result: f"validation-{result.quantity}",
+    command=_command,
 )

@@ -1,5 +1,6 @@
 """What a run and a measurement may differ by."""
 
+from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import NamedTuple
 
@@ -44,3 +45,22 @@ def read_tolerance(name: str, text: str) -> Tolerance:
     if value <= 0.0:
         raise InputError(f"{name} = {text}: must be above 0")
     return Tolerance(0.01 * value if relative else value, relative)
+
+
+def read_tolerances(texts: Mapping[str, str | None], prefix: str = "") -> Tolerances:
+    """What is asked, from texts by the names of `Tolerances`; `prefix` begins names in errors.
+
+    Raises `InputError` for a text that is none of its kind, and for a share without a band.
+    """
+    percentages = {}
+    for name in ("share", "frequency", "amplitude"):
+        text = texts.get(name)
+        if text:
+            tolerance = read_tolerance(f"{prefix}{name}", text)
+            if not tolerance.relative:
+                raise InputError(f"{prefix}{name} {text}: must be a percentage such as 5%")
+            percentages[name] = tolerance.value
+    band = texts.get("band")
+    if "share" in percentages and not band:
+        raise InputError(f"{prefix}share: must be given with {prefix}band")
+    return Tolerances(read_tolerance(f"{prefix}band", band) if band else None, **percentages)

@@ -16,7 +16,15 @@ from fivtui.equilibrium import stability
 from fivtui.model import ComputationError, InputError
 from fivtui.transient import Transient
 from fivtui.tui.chart import Axis, ChartView
-from fivtui.tui.session import Run, Session, names_of, remark, result_brief, usual_style
+from fivtui.tui.session import (
+    Run,
+    Session,
+    names_of,
+    remark,
+    result_brief,
+    study_line,
+    usual_style,
+)
 
 from .charts.transient import (
     PlottedRun,
@@ -54,7 +62,6 @@ _NO_BASELINE: Final = "no difference: set another run as baseline (b in the run 
 _NOT_KEPT: Final = "the live curve is not kept: press F5 to export its run"
 _NO_CHARTS: Final = {
     "difference": _NO_BASELINE,
-    "measured": "no chart to export: name a file of measured data",
 }
 
 
@@ -264,6 +271,8 @@ class TransientPane(ViewsPane):
             window = None if chosen is None else (chosen.low, chosen.high)
             speed = self.query_one(BeltView).speed
             return belt_export(what, run, charts, window, speed)
+        if self.view == "measured" and run is not None:
+            return self._measured_export(what, run)
         plain = run_export(what, run)
         if run is None or (what != FIGURE and self.view in ("time", "phase")):
             return plain
@@ -279,6 +288,22 @@ class TransientPane(ViewsPane):
             ignored=not any(each.scene.separation for each in drawn),
         )
         return charts_export(of, stem, charts, heading)
+
+    def _measured_export(self, what: str, run: Run) -> "Export":
+        from .exports.export import Heading, as_displayed, scene_study_export
+
+        found, p = self.query_one(MeasuredView).found, run.scene.parameters
+        whole = scene_study_export(what, "validation", found, f"{run.scene.name}-{run.number}")
+        heading = Heading([p], ignored=not run.scene.separation)
+        return as_displayed(whole, self.visible_charts(), heading)
+
+    def command_line(self) -> str:
+        """The command that computes the displayed run, or compares it with measured data."""
+        run = self.session.runs.displayed
+        if self.view != "measured" or run is None:
+            return super().command_line()
+        asked = run.scene, self.query_one(MeasuredView).options
+        return study_line("validation", asked, self.session.origin)
 
     def _live_export(self, what: str) -> "Export":
         from .exports.export import FIGURE, Heading, charts_export, points_export, study_export

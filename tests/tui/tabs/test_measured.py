@@ -1,18 +1,25 @@
 """Measured data in the laboratory: overlay, spectra, band, verdict, refusals, export."""
 
+import json
+import shlex
+from pathlib import Path
+
 import numpy as np
+import pytest
 from textual.pilot import Pilot
 from textual.widgets import Input, Static
 
+from fivtui import cli
+from fivtui.model.errors import InputError
 from fivtui.tui.chart.widget.chart_view import ChartView
-from fivtui.tui.tabs.exports.export import FIGURE
+from fivtui.tui.tabs.exports.export import DATA, FIGURE
 from fivtui.tui.tabs.motion.measured import MeasuredView
 from fivtui.tui.tabs.transient import TransientPane
 from tests.support.laboratory import run_to_end, until, until_shown
 
 
 async def test_measured_data_lie_over_the_run_and_pass_or_fail(
-    pilot: Pilot[None],
+    pilot: Pilot[None], capsys: pytest.CaptureFixture[str]
 ) -> None:
     await run_to_end(pilot)
     pane = pilot.app.screen.query_one(TransientPane)
@@ -36,7 +43,7 @@ async def test_measured_data_lie_over_the_run_and_pass_or_fail(
 
     async def put(told: str, **texts: str) -> None:
         for name, text in texts.items():
-            field = view.query_one(f"#measured-{name}", Input)
+            field = view.query_one(f"#measured-{name.replace('_', '-')}", Input)
             field.value = text
             field.focus()
         await pilot.press("enter")
@@ -46,8 +53,8 @@ async def test_measured_data_lie_over_the_run_and_pass_or_fail(
     await put("signal column", file="rig.csv", signal="z_mm")
     await put("correlation 1.000", signal="y_mm", scale="1e-3", shift="auto")
     await put("FAIL", band="0.01%")
-    await put("PASS: 100.0% within", offset="-1e-3")
-    await until_shown(pilot, "PASS: 100.0% within")
+    await put("PASS: share within the band 100.000%", offset="-1e-3")
+    await until_shown(pilot, "PASS: share within the band 100.000%")
     assert pane.setting("measured-file", "") == "rig.csv"
     time, spectrum = (chart.chart for chart in view.query(ChartView))
     assert time is not None
@@ -56,4 +63,23 @@ async def test_measured_data_lie_over_the_run_and_pass_or_fail(
     np.testing.assert_allclose(traces["measured"].y, traces["computed"].y, atol=1e-4)
     np.testing.assert_allclose(traces["measured"].x, known.t[late], atol=1e-4)
     assert "Hz measured" in spectrum.note
-    assert pane.export(FIGURE).proposal == "base-1-measured.svg"
+    assert pane.export(FIGURE).proposal == "base-1-validation-y.svg"
+    pane.export(DATA).write(Path("rig.json"), False)
+    # What the command that is copied says is the same, from the file and its unit of time on.
+    await put("must fit into the run", time_scale="10")
+    assert pane.command_line().startswith("fivtui validate --measured rig.csv ")
+    with pytest.raises(InputError, match="must fit into the run"):
+        pane.export(FIGURE)
+    await put("PASS: share", time_scale="1", frequency="1%", amplitude="1%", share="99%")
+    line = shlex.split(pane.command_line())[1:]
+    assert line[-6:] == ["--share", "99%", "--frequency", "1%", "--amplitude", "1%"]
+    cli.commands.main([*line, "--json"], standalone_mode=False)
+    theirs, ours = json.loads(capsys.readouterr().out), view.found.to_dict()
+    assert [each["name"] for each in theirs["criteria"]] == [
+        each["name"] for each in ours["criteria"]
+    ]
+    assert theirs["passed"] is ours["passed"] is True
+    assert theirs["shift"] == pytest.approx(ours["shift"], abs=1e-6)
+    assert theirs["deviation"]["rms"] == pytest.approx(ours["deviation"]["rms"], abs=1e-4)
+    assert json.loads(Path("rig.json").read_text())["columns"] == ["t", "y_mm"]
+    await put("must be a percentage", frequency="1")

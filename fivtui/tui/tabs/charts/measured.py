@@ -4,30 +4,35 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Final
 
-from fivtui.measured import (
-    Tolerances,
-    Validation,
-    read_measurement,
-    read_tolerance,
-    validate,
-)
+from fivtui.measured import Criterion, Validation, read_measurement, read_tolerances, validate
 from fivtui.model import parse_number
 from fivtui.transient import Transient
 from fivtui.tui.chart import Chart, Guide, Trace
 
 from .transient import TIME_LABEL, contact_strips, label_of
 
-# Inputs of the view by name, with what they say where they are empty.
-INPUTS: Final[Mapping[str, str]] = {
-    "file": "FILE.csv of measured data",
-    "time": "time column",
-    "signal": "signal column",
-    "quantity": "y, x, vy, vx or P",
-    "scale": "scale 1",
-    "offset": "offset 0",
-    "shift": "shift 0 or auto",
-    "band": "band 0.1 or 5%",
+# Inputs of the view, by the names of options of `fivtui validate` but the first: what they say
+# where they are empty, and what they mean.
+INPUTS: Final[Mapping[str, tuple[str, str]]] = {
+    "file": ("FILE.csv", "file of measured data"),
+    "time": ("time 1", "column of the times, by name or number"),
+    "time-scale": ("s 1", "seconds in a unit of the time column, e.g. 0.001 for ms"),
+    "signal": ("signal 2", "column of the signal, by name or number"),
+    "quantity": ("y", "what was measured: y, x, vy, vx or P, in SI units"),
+    "scale": ("scale 1", "the signal in SI units is this times the number in the file, …"),
+    "offset": ("offset 0", "… plus this"),
+    "shift": ("shift 0", "added to the measured times, s; auto: where both correlate best"),
+    "band": ("band –", "half width of the band: in SI units, or % of half peak-to-peak"),
+    "share": ("share 100%", "samples that must be within the band"),
+    "frequency": ("freq. –", "greatest deviation of the frequency, e.g. 2%"),
+    "amplitude": ("ampl. –", "greatest deviation of half peak-to-peak, e.g. 5%"),
 }
+# By row from the top.
+ROWS: Final = (
+    ("file", "time", "time-scale", "signal"),
+    ("quantity", "scale", "offset", "shift"),
+    ("band", "share", "frequency", "amplitude"),
+)
 _HARMONICS: Final = 8.0
 
 
@@ -37,21 +42,27 @@ def validation_of(run: Transient, texts: Mapping[str, str]) -> Validation:
     Raises `InputError` if an input is wrong, or there is nothing to compare.
     """
     numbers = {
-        name: parse_number(name, texts[name], "a number")
-        for name in ("scale", "offset")
+        name.replace("-", "_"): parse_number(name, texts[name], "a number")
+        for name in ("scale", "offset", "time-scale")
         if texts[name]
     }
-    measurement = read_measurement(
-        Path(texts["file"]).expanduser(), time=texts["time"], signal=texts["signal"], **numbers
-    )
-    shift, band = texts["shift"], texts["band"]
+    path = Path(texts["file"]).expanduser()
+    measurement = read_measurement(path, time=texts["time"], signal=texts["signal"], **numbers)
+    shift = texts["shift"]
     return validate(
         run,
         measurement,
         quantity=texts["quantity"] or "y",
         shift="auto" if shift == "auto" else parse_number("shift", shift or 0.0, "s, or auto"),
-        tolerances=Tolerances(read_tolerance("band", band)) if band else None,
+        tolerances=read_tolerances(texts),
     )
+
+
+def options_of(texts: Mapping[str, str]) -> list[str]:
+    """The options of `fivtui validate` that say what the inputs do."""
+    names = {"file": "measured"}
+    said = {names.get(name, name): text for name, text in texts.items() if text}
+    return [word for name, text in said.items() for word in (f"--{name}", text)]
 
 
 def overlay_chart(found: Validation) -> Chart:
@@ -98,5 +109,11 @@ def verdict_words(found: Validation) -> str:
     """Whether the run passes, in a few words."""
     if not found.criteria:
         return f"rms {found.rms:.3g}, correlation {found.correlation:.3f}"
-    share = found.criteria[0].found
-    return f"{'PASS' if found.passed else 'FAIL'}: {share:.1%} within ±{found.band:.3g}"
+    return f"{'PASS' if found.passed else 'FAIL'}: {'; '.join(map(_criterion, found.criteria))}"
+
+
+def _criterion(criterion: Criterion) -> str:
+    # What is asked of shares is a least value, of deviations a greatest.
+    least = criterion.name.startswith("share")
+    asked = f"at {'least' if least else 'most'} {criterion.limit:.3%}"
+    return f"{criterion.name} {criterion.found:.3%}, {asked}"

@@ -1,25 +1,31 @@
 """A run beside measured data: inputs, overlay, spectra, verdict."""
 
 from collections.abc import Callable
+from typing import Final
 
 from textual import on
 from textual.app import ComposeResult
 from textual.containers import Horizontal, Vertical
+from textual.events import DescendantBlur, DescendantFocus
 from textual.widgets import Input, Static
 
+from fivtui.measured import Validation
 from fivtui.model import InputError
 from fivtui.transient import Transient
 from fivtui.tui.chart import ChartView
 from fivtui.tui.tabs.charts.measured import (
     INPUTS,
+    ROWS,
+    options_of,
     overlay_chart,
     overlay_spectra,
     validation_of,
 )
 
-_FIRST_ROW = ("file", "time", "signal")
-_PREFIX = "measured-"
-_NOTHING = "no measured data: name a file above, Enter reads it"
+_PREFIX: Final = "measured-"
+_NOTHING: Final = "no measured data: name a file above, Enter reads it"
+# Rows for both plots below the inputs; with less only that over time is displayed.
+_FOR_BOTH: Final = 14
 
 
 class MeasuredView(Vertical):
@@ -37,16 +43,18 @@ class MeasuredView(Vertical):
         super().__init__(id=id)
         self._kept, self._keep = kept, keep
         self._run: Transient | None = None
+        self._found: Validation | None = None
+        self._words = ""
 
     def compose(self) -> ComposeResult:
-        """Two rows of inputs, the charts, and a line of words."""
-        for row in (_FIRST_ROW, tuple(name for name in INPUTS if name not in _FIRST_ROW)):
+        """Rows of inputs, the charts, and a line of words."""
+        for row in ROWS:
             with Horizontal(classes="bar"):
                 for name in row:
                     yield Input(
                         self._kept(name),
                         id=f"{_PREFIX}{name}",
-                        placeholder=INPUTS[name],
+                        placeholder=INPUTS[name][0],
                         compact=True,
                         select_on_focus=False,
                     )
@@ -62,26 +70,53 @@ class MeasuredView(Vertical):
     def draw(self) -> None:
         """Compare and draw; say what is wrong in the words below."""
         time, spectrum = self.query(ChartView)
-        texts = {name: self.query_one(f"#{_PREFIX}{name}", Input).value.strip() for name in INPUTS}
-        words = ""
-        if self._run is None or not texts["file"]:
-            time.show(None)
-            spectrum.show(None)
-        else:
+        self._words, self._found = "", None
+        if self._run is not None and self.texts["file"]:
             try:
-                found = validation_of(self._run, texts)
+                self._found = validation_of(self._run, self.texts)
             except InputError as error:
-                words = str(error)
-                time.show(None)
-                spectrum.show(None)
-            else:
-                time.show(overlay_chart(found))
-                spectrum.show(overlay_spectra(found))
-                words = (
-                    f"{found.t.size} samples, shift {found.shift:.5g} s, "
-                    f"rms {found.rms:.4g} {found.unit}, at most {found.greatest:.4g} {found.unit}"
-                )
+                self._words = str(error)
+        found = self._found
+        time.show(None if found is None else overlay_chart(found))
+        spectrum.show(None if found is None else overlay_spectra(found))
+        if found is not None:
+            self._words = (
+                f"{found.t.size} samples, shift {found.shift:.5g} s, "
+                f"rms {found.rms:.4g} {found.unit}, at most {found.greatest:.4g} {found.unit}"
+            )
+        self.query_one("#overlay-words", Static).update(self._words)
+
+    @property
+    def texts(self) -> dict[str, str]:
+        """The texts of the inputs by name."""
+        return {name: self.query_one(f"#{_PREFIX}{name}", Input).value.strip() for name in INPUTS}
+
+    @property
+    def options(self) -> list[str]:
+        """The options of `fivtui validate` that say the same; `InputError` without a file."""
+        if not self.texts["file"]:
+            raise InputError(_NOTHING)
+        return options_of(self.texts)
+
+    @property
+    def found(self) -> Validation:
+        """The comparison; `InputError` if there is none."""
+        if self._found is None:
+            raise InputError(self._words or _NOTHING)
+        return self._found
+
+    @on(DescendantFocus)
+    @on(DescendantBlur)
+    def _say(self) -> None:
+        # What the focused input means, or else what was found.
+        focused = self.screen.focused
+        name = "" if focused is None else str(focused.id).removeprefix(_PREFIX)
+        words = INPUTS[name][1] if name in INPUTS else self._words
         self.query_one("#overlay-words", Static).update(words)
+
+    def on_resize(self) -> None:
+        """Show the spectra where there is room for both plots."""
+        self.query_one("#overlay-spectrum").display = self.size.height >= _FOR_BOTH
 
     @on(Input.Changed)
     def _edited(self, event: Input.Changed) -> None:
