@@ -108,3 +108,19 @@ async def test_a_scene_with_tables_over_time_has_no_zones(pilot: Pilot[None]) ->
     await until_shown(pilot, "Preset brake-stop")
     await pilot.press("enter")
     await until_shown(pilot, "no zones: F, v_belt change over time")
+
+
+async def test_static_friction_bounds_the_gauge(pilot: Pilot[None]) -> None:
+    def ends(text: str) -> list[str]:
+        lines = text.splitlines()
+        numbers = lines[lines.index(gauge_of(text)) + 1].strip("│ ").split()
+        return [numbers[0], numbers[-1]]
+
+    for name, text in (("v_belt", "1"), ("mu_s", "0.9")):
+        await type_into(pilot, name, text)
+    # Static friction is at least that of sliding.
+    await until_screen(pilot, lambda text: "μ_s " in gauge_of(text))
+    assert ends(text_of(pilot))[0] == "0.7"
+    await focus(pilot, "mu")
+    await until_screen(pilot, lambda text: "μ " in gauge_of(text))
+    assert ends(text_of(pilot)) == ["0", "0.9"]

@@ -8,7 +8,7 @@ from textual.message import Message
 from textual.screen import Screen
 
 from fivtui.equilibrium import Stability, scan_top
-from fivtui.model import ALL_PARAMETERS, Parameters
+from fivtui.model import ALL_PARAMETERS, ComputationError, InputError, Parameters
 from fivtui.safety import Zones, linear_zones, searched_zones
 from fivtui.tui.session import FIELDS, Coexisting, Job, Session, outcome_of
 
@@ -17,6 +17,7 @@ from .gauge import Gauge, round_span
 # Number of ranges whose zones are cached.
 _REMEMBERED: Final = 64
 _MU: Final = "mu"
+_STATIC: Final = "mu_s"
 # Beside μ as long as no other parameter was edited.
 _FIRST: Final = "F"
 # A range stays if what is needed is this part of it at least.
@@ -68,9 +69,15 @@ class GaugeController:
             return [f"no zones: {changing}; F5 shows what happens"]
         names = [_MU, self._other] if both else [self._focused]
         self._wanted = []
-        shown = [self._gauge(name, found, coexisting) for name in dict.fromkeys(names)]
+        shown = [self._shown(name, found, coexisting) for name in dict.fromkeys(names)]
         self._begin()
         return shown
+
+    def _shown(self, name: str, found: Stability, coexisting: Coexisting) -> Gauge | str:
+        try:
+            return self._gauge(name, found, coexisting)
+        except (ComputationError, InputError) as error:
+            return f"{FIELDS[name].symbol}: no zones: {error}"
 
     def _gauge(self, name: str, found: Stability, coexisting: Coexisting) -> Gauge | str:
         value = getattr(found.parameters, name)
@@ -104,6 +111,11 @@ class GaugeController:
         if before is not None and before[0] <= low and _LEAST_PART * before[1] <= high <= before[1]:
             low, high = before
         self._ranges[name] = low, high
+        # Static friction is at least that of sliding.
+        if name == _MU and p.mu_s is not None:
+            high = min(high, p.mu_s)
+        if name == _STATIC:
+            low = max(low, p.mu)
         rest = p.with_values({name: high})
         return _GaugeRange(rest, name, low, high, self._session.separation)
 
