@@ -1,7 +1,7 @@
 """Parameters that change with time: piecewise-linear tables of F, μ and the belt's speed."""
 
 import math
-from bisect import bisect_right
+from bisect import bisect_left, bisect_right
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Final
@@ -48,9 +48,9 @@ class TimeTable:
 
     def before(self, t: float) -> float:
         """The value up to a time, s: another one than `after` gives where there is a jump."""
-        place = bisect_right(self.times, t)
-        if place > 0 and self.times[place - 1] == t:
-            return self.values[self.times.index(t)]
+        place = bisect_left(self.times, t)
+        if place < len(self.times) and self.times[place] == t:
+            return self.values[place]
         return self.after(t)[0]
 
     def rows(self) -> list[tuple[float, float]]:
