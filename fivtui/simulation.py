@@ -88,7 +88,7 @@ def simulate(
     over_time : mapping of str to pairs of time and value, optional
         Values of ``F``, ``mu`` and ``v_belt`` over time, s, in place of those of `parameters`:
         linear between rows, constant before and after them, with a jump where a time is given
-        twice. With the method ``taylor``.
+        twice. With the methods ``taylor`` and ``fmu-native``.
 
     Returns
     -------

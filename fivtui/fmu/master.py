@@ -4,7 +4,16 @@ import math
 from collections.abc import Callable
 from typing import Any, Final, NamedTuple
 
-from fivtui.model import IN_CONTACT, ComputationError, Mode, State, time_scale, unknown_name
+from fivtui.model import (
+    CONSTANT,
+    IN_CONTACT,
+    ComputationError,
+    Course,
+    Mode,
+    State,
+    time_scale,
+    unknown_name,
+)
 from fivtui.taylor import BeltSegment
 from fivtui.transient import Recorder, Request, segment_between
 
@@ -34,6 +43,8 @@ class Slave:
     """The slider-belt FMU as `integrate_fmu` uses it.
 
     `before_step` is called before every communication step and may raise; `steps` counts them.
+    Inputs follow `course`, if there is one.
+
     Raises `InputError` if the FMU is not one of this model.
     """
 
@@ -43,8 +54,10 @@ class Slave:
         messages: Messages,
         description: Any,
         before_step: Callable[[], None],
+        course: Course | None = None,
     ) -> None:
         self._fmu = instance
+        self._course = course
         self._before_step = before_step
         self._messages = messages
         self._references = {v.name: v.valueReference for v in description.modelVariables}
@@ -85,10 +98,22 @@ class Slave:
         self.steps += 1
         self._before_step()
         try:
+            if self._course is not None:
+                self._set_inputs(self._course, t, target)
             self._fmu.doStep(t, target - t)
         except FMICallException:
             raise self._failure(t) from None
         return self._point(target)
+
+    def _set_inputs(self, course: Course, t: float, target: float) -> None:
+        # Values, and slopes by which the values at the target are met; every step begins with them,
+        # also after going back.
+        references = [self._reference(name) for name in course.tables]
+        values = [table.after(t)[0] for table in course.tables.values()]
+        ends = [table.before(target) for table in course.tables.values()]
+        slopes = [(end - value) / (target - t) for value, end in zip(values, ends, strict=True)]
+        self._fmu.setReal(references, values)
+        self._fmu.setRealInputDerivatives(references, [1] * len(slopes), slopes)
 
     def _point(self, t: float) -> Point:
         values = self._fmu.getReal(self._read)
@@ -150,6 +175,12 @@ class Master:
         slave = self._slave
         last = slave.step(first.t, target)
         switches = last.switches - first.switches
+        if switches == 1 and last.last_event <= first.t:
+            # Inputs that jump, or bend, change the mode at once.
+            if first.t > 0.0:
+                self._include(first, first, then=last.mode)
+            self._include(first._replace(mode=last.mode), last, then=last.mode)
+            return last
         if switches > 1 or last.t - first.t > self._resolution(first, last):
             self._look_inside(saved, first, last)
             return last
@@ -197,12 +228,16 @@ class Master:
         return _RESOLUTION * time_scale(p, y)
 
     def _include(self, first: Point, last: Point, *, then: Mode) -> None:
+        p, rates, course = self._request.parameters, CONSTANT, self._request.course
+        if course is not None:
+            p, rates = course.after(first.t)
         segment = segment_between(
-            self._request.parameters,
+            p,
             first.mode,
             (first.t, last.t),
             (first.state, last.state),
             switches=then is not first.mode,
+            rates=rates,
         )
         on_belt = self._request.parameters.v_belt is not None
         self._recorder.include(BeltSegment.of(segment, then) if on_belt else segment)

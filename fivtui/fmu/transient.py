@@ -45,10 +45,11 @@ def integrate_fmu(
     Parameters
     ----------
     request : Request
-        What to compute, by the method ``fmu`` or ``fmu-native``. Its step, the communication step,
-        changes no result: if it is too coarse for the peaks, the master goes back and takes smaller
-        steps. Sample times are communication points and have the FMU's own outputs; "dense"
-        interpolates between communication points.
+        What to compute, by the method ``fmu`` or ``fmu-native``; the latter takes parameters over
+        time as inputs and their derivatives. Its step, the communication step, changes no result:
+        if it is too coarse for the peaks, the master goes back and takes smaller steps. Sample
+        times are communication points and have the FMU's own outputs; "dense" interpolates between
+        communication points.
     progress, on_samples : callable, optional
         See `fivtui.simulate`.
     fmu : Path, optional
@@ -97,11 +98,13 @@ def integrate_fmu(
             if slave.steps % _PROGRESS_EVERY == 1 and not report(recorder.t / request.t_end):
                 raise Cancelled
 
-        slave = Slave(instance, messages, file.description, before_step)
+        course = request.course
+        slave = Slave(instance, messages, file.description, before_step, course)
         master = Master(slave, request, recorder)
         kept = [master.point] if times and times[0] == 0.0 else []
         wanted = frozenset(times)
-        for t in _communication_points(request.t_end, step, times):
+        breaks = [] if course is None else course.breaks(request.t_end)
+        for t in _communication_points(request.t_end, step, [*heapq.merge(times, breaks)]):
             master.move_to(t)
             if t in wanted:
                 kept.append(master.point)
@@ -118,13 +121,13 @@ def integrate_fmu(
     )
 
 
-def _communication_points(t_end: float, step: float, samples: Sequence[float]) -> Iterator[float]:
-    # Multiples of the step and the sample times, each once, up to the end.
+def _communication_points(t_end: float, step: float, others: Sequence[float]) -> Iterator[float]:
+    # Multiples of the step and other times, each once, up to the end.
     grid = itertools.takewhile(
         lambda t: t < t_end - 1e-9 * step, (count * step for count in itertools.count(1))
     )
     last = 0.0
-    for t in heapq.merge(grid, samples, [t_end]):
+    for t in heapq.merge(grid, others, [t_end]):
         if t > last:
             yield t
             last = t

@@ -52,6 +52,7 @@ if TYPE_CHECKING:
     from .slider_belt import (
         CONSTANT as CONSTANT,
         Equilibrium as Equilibrium,
+        Rates as Rates,
         State as State,
         accelerations as accelerations,
         contact_force as contact_force,

@@ -152,6 +152,11 @@ class Course:
         )
         return min(later, default=math.inf)
 
+    def breaks(self, t_end: float) -> list[float]:
+        """The times of all rows behind the start and before a horizon, s, ascending."""
+        times = {t for table in self.tables.values() for t in table.times}
+        return sorted(t for t in times if 0.0 < t < t_end)
+
     @property
     def greatest_load(self) -> float:
         """Greatest |F| at any time, N."""

@@ -128,9 +128,11 @@ def _check_count(request: Request) -> None:
 
 def check_taylor_options(request: Request) -> None:
     """Raise `InputError` if another method is asked for what ``taylor`` alone has."""
-    if request.course is not None:
+    if request.course is not None and request.method != "fmu-native":
         names = ", ".join(request.course.tables)
-        raise InputError(f"{names} over time: the method must be taylor, not {request.method}")
+        raise InputError(
+            f"{names} over time: the method must be taylor or fmu-native, not {request.method}"
+        )
     if request.sensitivities:
         raise InputError(
             f"sensitivities: the method {request.method} has none; the method must be taylor"

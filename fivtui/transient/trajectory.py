@@ -1,5 +1,6 @@
 """The motion at given times, as a function of time, and between two states."""
 
+import dataclasses
 from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any, Self
@@ -9,11 +10,13 @@ from numpy.typing import ArrayLike, NDArray
 
 from fivtui.model import (
     COLUMNS,
+    CONSTANT,
     IN_CONTACT,
     Column,
     InputError,
     Mode,
     Parameters,
+    Rates,
     State,
     accelerations,
     spring_force,
@@ -166,27 +169,30 @@ def segment_between(
     states: tuple[State, State],
     *,
     switches: bool,
+    rates: Rates = CONSTANT,
 ) -> Segment:
     """The motion between two states in one mode: quintic Hermite interpolation of order six.
 
     Parameters
     ----------
     p : Parameters
-        The parameter set, for the accelerations.
+        The parameter set at the start, for the accelerations.
     mode : Mode
         The mode between the states.
     times : tuple of float
-        Start and end, s; start < end.
+        Start and end, s.
     states : tuple of State
         (x, ẋ, y, ẏ) at start and end.
     switches : bool
         Whether the mode changes at the end.
+    rates : Rates
+        How parameters change with time.
     """
     start, end = times
     duration = end - start
     first, last = states
-    ax0, ay0 = accelerations(p, first, mode)
-    ax1, ay1 = accelerations(p, last, mode)
+    ax0, ay0 = accelerations(p, first, mode, rates)
+    ax1, ay1 = accelerations(_later(p, rates, duration), last, mode, rates)
     return Segment(
         mode=mode,
         start=start,
@@ -198,6 +204,16 @@ def segment_between(
         final=last,
         switches=switches,
     )
+
+
+def _later(p: Parameters, rates: Rates, duration: float) -> Parameters:
+    # The parameters so much later, s.
+    if rates == CONSTANT:
+        return p
+    values = {"F": p.F + rates.F * duration, "mu": max(p.mu + rates.mu * duration, 0.0)}
+    if p.v_belt is not None:
+        values["v_belt"] = max(p.v_belt + rates.v_belt * duration, 0.0)
+    return dataclasses.replace(p, **values)
 
 
 def _quintic(

@@ -312,7 +312,9 @@ def test_commands_take_tables_or_refuse_them(
     assert command(["simulate", "brake-stop", "--set", "F=3"]) == 2
     assert "F: follows a table over time; must not be set" in capsys.readouterr().err
     assert command(["simulate", "brake-stop", "--method", "rk4"]) == 2
-    assert "F, v_belt over time: the method must be taylor, not rk4" in capsys.readouterr().err
+    assert "F, v_belt over time: the method must be taylor or fmu-native, not rk4" in (
+        capsys.readouterr().err
+    )
 
 
 def test_rows_may_come_from_an_iterator_and_serve_several_runs() -> None:
@@ -329,7 +331,8 @@ def test_options_that_need_constant_parameters_are_refused() -> None:
     wrong: tuple[tuple[dict[str, Any], str], ...] = (
         ({"kernel": "exact"}, "the kernel must not be exact"),
         ({"sensitivities": ["mu"]}, "must be without sensitivities"),
-        ({"method": "fmu-native"}, "the method must be taylor"),
+        ({"method": "fmu"}, "the method must be taylor or fmu-native"),
+        ({"method": "fmu-native", "sensitivities": ["mu"]}, "fmu-native has none"),
     )
     with pytest.raises(InputError, match="F over time: must be constant for derivatives"):
         vary(Request(Parameters(), over_time=scene), START_SEEDS)

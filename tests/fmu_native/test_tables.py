@@ -1,0 +1,71 @@
+"""Transients through the native FMU over tables: its inputs follow them by values and slopes."""
+
+import pytest
+
+from fivtui import Parameters, find_scene, simulate
+from fivtui.transient import Transient
+
+Tables = dict[str, list[tuple[float, float]]]
+RAMPS: Tables = {
+    "F": [(0.0, 20.0), (1.0, 100.0), (4.0, 60.0)],
+    "mu": [(1.0, 0.5), (3.3, 0.9)],
+}
+
+
+def assert_same(run: Transient, expected: Transient) -> None:
+    assert list(run.final) == pytest.approx(list(expected.final), abs=1e-9)
+    assert run.switch_times == pytest.approx(expected.switch_times, abs=1e-9)
+    assert run.events.transitions == expected.events.transitions
+    assert [change.t for change in run.mode_changes] == pytest.approx(
+        [change.t for change in expected.mode_changes], abs=1e-9
+    )
+    assert run.peak == pytest.approx(expected.peak, abs=1e-6)
+
+
+def both(p: Parameters, tables: Tables, t_end: float) -> tuple[Transient, Transient]:
+    found, expected = (
+        simulate(p, t_end=t_end, over_time=tables, method=method, samples=9)
+        for method in ("fmu-native", "taylor")
+    )
+    for name, values in expected.to_columns().items():
+        if name != "mode":
+            assert found.to_columns()[name] == pytest.approx(values, abs=1e-8)
+    return found, expected
+
+
+def test_preload_and_friction_follow_tables() -> None:
+    run, expected = both(Parameters(), RAMPS, 6.0)
+    assert expected.events.separations > 0
+    assert_same(run, expected)
+
+
+def test_the_speed_of_the_belt_follows_its_table_to_rest() -> None:
+    tables = {"F": RAMPS["F"], "v_belt": [(0.0, 2.0), (5.0, 0.0)]}
+    for belt in ({"mu_s": 0.9, "v_s": 0.4}, {"mu_s": 0.8}):
+        run, expected = both(Parameters(v_belt=1.0, **belt), tables, 8.0)
+        assert expected.events.sticks > 1
+        assert_same(run, expected)
+
+
+def test_inputs_that_jump_change_the_mode_at_once() -> None:
+    p = Parameters(m=1.0, k1=0.1, k2=1.0, k3=0.0, c1=0.0, c2=0.0, F=1.0, k_nl=0.0, mu=0.5, mu_s=1.0)
+    for later in (0.2, 3.0):
+        rows = [(0.0, 1.0), (1.0, 1.0), (1.0, later)]
+        tables: Tables = {"v_belt": rows}
+        found, expected = (
+            simulate(p, t_end=1.5, start=(0.0, 1.0, -1.0, 0.0), over_time=tables, method=method)
+            for method in ("fmu-native", "taylor")
+        )
+        assert expected.mode_changes[0].t == 1.0
+        assert_same(found, expected)
+
+
+def test_a_preset_over_time_runs_through_the_fmu() -> None:
+    scene = find_scene("brake-stop")
+    tables = {name: table.rows() for name, table in scene.over_time}
+    found, expected = (
+        simulate(scene.parameters, t_end=12.0, over_time=tables, method=method, step=step)
+        for method, step in (("fmu-native", 0.1), ("taylor", None))
+    )
+    assert_same(found, expected)
+    assert found.stop == pytest.approx(expected.stop)
