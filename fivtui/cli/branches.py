@@ -4,7 +4,7 @@ from collections.abc import Callable, Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Literal
 
-from fivtui.model import InputError, number_spec
+from fivtui.model import InputError, parameter_spec
 
 from .arguments import option
 from .completion import PARAMETER_VALUES
@@ -147,7 +147,7 @@ def _origin(text: str | None) -> Literal["hopf", "cycle"] | Path:
 
 def _range(flag: str, text: str) -> tuple[str, _Range | None]:
     name, equals, ends = (part.strip() for part in text.partition("="))
-    spec = number_spec(name)
+    spec = parameter_spec(name)
     if not equals:
         return name, None
     parts = ends.split(":")

@@ -4,6 +4,10 @@ from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
     from .arrays import critical_mus as critical_mus, judge_growths as judge_growths
+    from .belt import (
+        critical_mu_on_belt as critical_mu_on_belt,
+        critical_speeds as critical_speeds,
+    )
     from .critical import (
         CriticalMu as CriticalMu,
         critical_mu as critical_mu,

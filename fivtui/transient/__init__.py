@@ -4,6 +4,7 @@ from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
     from .derivatives.variation import (
+        EXTREMES as EXTREMES,
         START_SEEDS as START_SEEDS,
         Variation as Variation,
         vary as vary,

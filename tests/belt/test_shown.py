@@ -140,7 +140,6 @@ def test_the_command_line_sets_and_unsets_it(capsys: pytest.CaptureFixture[str])
 @pytest.mark.parametrize(
     "words",
     [
-        ["branch", "--vary", "mu"],
         ["map", "--over", "mu=0.1:1:3", "--over", "F=20:80:3", "--out", "map.csv"],
     ],
 )

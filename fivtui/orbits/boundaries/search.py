@@ -127,7 +127,7 @@ def _plane(
     separation: bool,
 ) -> ParameterPlane:
     p = Parameters() if parameters is None else parameters
-    check_always_sliding(p, "boundaries")
+    check_always_sliding(p, "boundaries; follow branches over one parameter instead")
     if kind not in BOUNDARIES:
         raise InputError(f"kind = {kind!r}: must be one of {', '.join(BOUNDARIES)}")
     if len(over) != 2:

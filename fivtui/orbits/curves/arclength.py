@@ -134,6 +134,24 @@ class OrbitCurve:
         away = np.abs(there.final / self.scales[:states] - orbit.unknowns[:states]).max()
         return float(away / np.abs(orbit.unknowns[:states]).max())
 
+    def later(self, orbit: OrbitOnCurve, share: float) -> OrbitOnCurve | None:
+        """The same orbit, beginning a share of its period later; None if it is not found."""
+        values, states = orbit.unknowns * self.scales, self._states
+        there = self._flow.follow(
+            values[:states], share * float(values[states]), values[states + 1 :]
+        )
+        if there is None:
+            return None
+        guess, along = orbit.unknowns.copy(), orbit.tangent.copy()
+        guess[:states] = there.final / self.scales[:states]
+        # The way along the curve is that of period and parameters.
+        along[:states] = 0.0
+        planes = np.eye(self._count)[states:]
+        planes[0] = 0.0
+        planes[0, :states] = there.rate / self.scales[:states]
+        planes[0] /= np.linalg.norm(planes[0])
+        return self.solve(guess, planes, along)
+
     def _newton(
         self, guess: FloatArray, planes: FloatArray, along: FloatArray, *, turning: bool
     ) -> OrbitOnCurve | None:

@@ -9,9 +9,21 @@ import numpy as np
 from fivtui.model import Parameters
 
 from .arclength import VALUE, OrbitCurve, OrbitOnCurve
-from .events import ORBIT_TESTS, EventKind, OrbitTest, confirmed
-from .flow import FloatArray, Flow, SliderBeltFlow
-from .following import Bound
+from .events import (
+    ORBIT_TESTS,
+    EventKind,
+    OrbitTest,
+    change_of_course,
+    confirmed,
+    course,
+    makeup,
+    why_lost,
+)
+from .flow import FiniteBeltFlow, FloatArray, Flow, SliderBeltFlow
+from .following import Bound, Courses
+
+# Where in a stick a period may begin.
+_INSIDE: Final = (0.25, 0.75)
 
 
 class BranchCurve:
@@ -31,6 +43,8 @@ class BranchCurve:
         Called before every search; cancels the work by returning False.
     touches : bool
         Whether y = 0 means anything: whether separation is considered.
+    courses : bool
+        Whether the flow is that on a belt of finite speed: the order of modes may change.
     """
 
     def __init__(
@@ -43,18 +57,24 @@ class BranchCurve:
         *,
         go_on: Callable[[], bool] = lambda: True,
         touches: bool,
+        courses: bool = False,
     ) -> None:
         self.scales = scales
         self.orbits = OrbitCurve(flow, scales, go_on=go_on)
         value = float(scales[VALUE])
         self.bounds = (Bound(len(scales) - 1, low / value, high / value),)
+        # With sticks the sign of the determinant depends on where a period begins.
+        left_out = {EventKind.BRANCH} if courses else set()
+        if not touches:
+            left_out.add(EventKind.TOUCH)
         self.tests: Mapping[EventKind, OrbitTest] = {
-            kind: test
-            for kind, test in ORBIT_TESTS.items()
-            if touches or kind is not EventKind.TOUCH
+            kind: test for kind, test in ORBIT_TESTS.items() if kind not in left_out
         }
         self._lengths = np.repeat(lengths, 2)
         self._states = flow.states
+        self.courses = (
+            Courses(course, change_of_course, why_lost, self._centred) if courses else None
+        )
 
     def correct(
         self,
@@ -77,6 +97,16 @@ class BranchCurve:
         """What does not depend on the phase."""
         return np.concatenate([point.unknowns[-2:], point.extremes[:4] / self._lengths])
 
+    def _centred(self, point: OrbitOnCurve) -> OrbitOnCurve:
+        # Cycles that stick begin within a stick, away from its ends.
+        made = makeup(point)
+        if made.sticks == 0.0 or _INSIDE[0] < made.place < _INSIDE[1]:
+            return point
+        moved = self.orbits.later(point, made.middle)
+        if moved is None:
+            return point
+        return moved if makeup(moved).place > 0.0 and course(moved) == course(point) else point
+
     def confirmed(self, kind: EventKind, point: OrbitOnCurve) -> bool:
         """Whether an event is what its test looked for."""
         return confirmed(kind, point)
@@ -97,15 +127,17 @@ def slider_belt_curve(
     go_on: Callable[[], bool],
 ) -> BranchCurve:
     """The curve of the slider-belt model, in units of a length, a period, and about p's value."""
+    always = p.v_belt is None
     low, high = bounds
     speed = 2.0 * math.pi * length / period
     value = 2.0 ** math.floor(math.log2(max(abs(getattr(p, name)), (high - low) / _LEAST_UNIT)))
     return BranchCurve(
-        SliderBeltFlow(p, (name,), separation=separation),
+        (SliderBeltFlow if always else FiniteBeltFlow)(p, (name,), separation=separation),
         np.array([length, speed, length, speed, period, value]),
         low,
         high,
         (length, length),
         go_on=go_on,
         touches=separation,
+        courses=not always,
     )

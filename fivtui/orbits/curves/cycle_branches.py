@@ -12,8 +12,7 @@ from fivtui.model import (
     InputError,
     Parameters,
     State,
-    check_always_sliding,
-    number_spec,
+    parameter_spec,
 )
 from fivtui.orbits.explorer import Watch
 from fivtui.transient import Progress
@@ -21,7 +20,7 @@ from fivtui.transient import Progress
 from .arclength import VALUE, OrbitOnCurve
 from .branch_curve import BranchCurve
 from .doubling import doubled_cycle, doubling_near, halves
-from .events import MOST_POINTS, End, EventKind
+from .events import MOST_POINTS, End, EventKind, makeup
 from .following import Followed, Follower
 from .origins import Beginning, from_cycle, from_hopf, nearest_hopf, through
 from .result import BranchEvent, CycleBranch, CyclePoint, Origin
@@ -48,8 +47,9 @@ def branch(
     """Follow a branch of limit cycles along a parameter, through folds, stable or not.
 
     By pseudo-arclength continuation over shooting: folds, the first touch of y = 0, period
-    doublings and tori are located to 1e-10 of the parameter. Branches that are not connected to the
-    one followed are not found.
+    doublings and tori are located to 1e-10 of the parameter; on a belt of finite speed also where a
+    cycle begins or ceases to stick or to be faster than the belt. Branches that are not connected
+    to the one followed are not found.
 
     Parameters
     ----------
@@ -95,9 +95,10 @@ def branch(
     [('hopf', 0.439388), ('touch', 0.37073), ('fold', 0.277877)]
     """
     p = Parameters() if parameters is None else parameters
-    check_always_sliding(p, "branches")
     if origin not in _ORIGINS and not isinstance(origin, Path):
         raise InputError(f"origin = {origin!r}: must be one of {', '.join(_ORIGINS)}, or a path")
+    if doubled and p.v_belt is not None:
+        raise InputError(f"v_belt = {p.v_belt:g}: must be none for branches of twice the period")
     bottom, top = parameter_range(p, name, low, high)
     if not separation and p.k_nl == 0.0 and name != "k_nl":
         raise InputError("k_nl = 0: must be above 0 where separation is ignored: it is linear")
@@ -243,7 +244,13 @@ def _until_halved(
 
 
 def _follower(curve: BranchCurve, watch: Watch) -> Follower[OrbitOnCurve]:
-    return Follower(curve, _RETURNED, lambda count: watch.tell(count / MOST_POINTS), turns=True)
+    return Follower(
+        curve,
+        _RETURNED,
+        lambda count: watch.tell(count / MOST_POINTS),
+        turns=True,
+        courses=curve.courses,
+    )
 
 
 def _turned(start: OrbitOnCurve) -> OrbitOnCurve:
@@ -255,7 +262,11 @@ def points_of(curve: BranchCurve, orbits: Sequence[OrbitOnCurve]) -> list[CycleP
     multipliers = np.linalg.eigvals(np.array([orbit.monodromy for orbit in orbits]))
     sizes = np.abs(multipliers)
     order = np.argsort(-sizes, axis=1, kind="stable")
-    chosen = np.take_along_axis(multipliers.astype(np.complex128), order, axis=1).tolist()
+    sorted_by_size = np.take_along_axis(multipliers.astype(np.complex128), order, axis=1)
+    if curve.courses is not None:
+        # A stick takes a deviation away, exactly.
+        sorted_by_size[[makeup(orbit).sticks > 0.0 for orbit in orbits], -1] = 0.0
+    chosen = sorted_by_size.tolist()
     unknowns = (np.array([orbit.unknowns for orbit in orbits]) * curve.scales).tolist()
     extremes = np.array([orbit.extremes for orbit in orbits]).tolist()
     stable = (sizes.max(axis=1) < 1.0).tolist()
@@ -282,7 +293,10 @@ def parameter_range(
     p: Parameters, name: str, low: float | None, high: float | None
 ) -> tuple[float, float]:
     """A range of a parameter, checked; a tenth and ten times its value where not given."""
-    spec, value = number_spec(name), getattr(p, name)
+    spec, value = parameter_spec(name), getattr(p, name)
+    if value is None or (spec.optional and p.v_belt is None):
+        missing = name if value is None else "v_belt"
+        raise InputError(f"{missing} = none: must have a value to vary {name}")
     if (low is None or high is None) and not value > 0.0:
         raise InputError(f"{name} = {value:g}: must be above 0, or the range be given")
     bottom = max(value / _SPAN, spec.lower) if low is None else spec.check(low)

@@ -8,6 +8,7 @@ from typing import Final
 import numpy as np
 
 from .arclength import VALUE, OrbitOnCurve
+from .flow import EXTREMES_KEPT, Makeup
 
 MOST_POINTS: Final = 2000
 # Derivatives of the parameter along the curve below this are rounding.
@@ -26,6 +27,9 @@ class EventKind(StrEnum):
     BRANCH = "branch"
     CUSP = "cusp"
     BAUTIN = "bautin"
+    STICK = "stick"
+    REVERSE_SLIP = "reverse-slip"
+    ORDER = "order-of-modes"
 
 
 class End(StrEnum):
@@ -36,6 +40,8 @@ class End(StrEnum):
     CLOSED = "is closed"
     UNBOUNDED = "grows without bounds"
     LOST = "cannot be followed farther"
+    JUMPS = "just reaches the speed of the belt, beyond which motion jumps"
+    STICK_ENDS = "has a stick that ends, beyond which motion jumps"
     DOUBLING = "meets cycles of half the period"
     EVENT = "reaches an event"
     LONG = f"has more than {MOST_POINTS} points"
@@ -87,6 +93,38 @@ ORBIT_TESTS: Final[dict[EventKind, OrbitTest]] = {
     EventKind.TORUS: pairs,
     EventKind.BRANCH: crossing,
 }
+
+
+# Sticks and gaps to the speed of the belt, relative to period and speed, below which a cycle that
+# cannot be followed ends there.
+_NO_LONGER: Final = 1e-3
+
+
+def makeup(orbit: OrbitOnCurve) -> Makeup:
+    """What a cycle on a belt of finite speed consists of."""
+    return Makeup(*orbit.extremes[EXTREMES_KEPT:].tolist())
+
+
+def course(orbit: OrbitOnCurve) -> tuple[float, ...]:
+    """What changes where the order of modes of a cycle on a belt of finite speed does."""
+    made = makeup(orbit)
+    return (made.sticks, made.reversals, made.order)
+
+
+def change_of_course(one: OrbitOnCurve, other: OrbitOnCurve) -> EventKind:
+    """What happens between two cycles of different order of modes."""
+    first, then = makeup(one), makeup(other)
+    if first.sticks != then.sticks:
+        return EventKind.STICK
+    return EventKind.REVERSE_SLIP if first.reversals != then.reversals else EventKind.ORDER
+
+
+def why_lost(orbit: OrbitOnCurve) -> End:
+    """Why a cycle on a belt of finite speed, the last one found, is not followed farther."""
+    made = makeup(orbit)
+    if made.least_stick < _NO_LONGER:
+        return End.STICK_ENDS
+    return End.JUMPS if 0.0 < made.gap < _NO_LONGER else End.LOST
 
 
 def confirmed(kind: EventKind, orbit: OrbitOnCurve) -> bool:

@@ -8,7 +8,7 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from fivtui.model import PARAMETERS
+from fivtui.model import ALL_PARAMETERS
 from fivtui.plotting import (
     STYLE,
     WIDTH,
@@ -32,6 +32,9 @@ _EVENT_MARKERS: Final = {
     EventKind.PERIOD_DOUBLING: "^",
     EventKind.TORUS: "v",
     EventKind.BRANCH: "X",
+    EventKind.STICK: "P",
+    EventKind.REVERSE_SLIP: "<",
+    EventKind.ORDER: "*",
 }
 _COLOURS: Final = ("#c0392b", "#d68910", "#6c3483", "#117a65")
 _SAMPLES: Final = 401
@@ -91,14 +94,14 @@ def _draw_branch(axes: Axes, result: CycleBranch, chosen: Mapping[CyclePoint, st
             )
     for point, colour in chosen.items():
         axes.plot(point.value, point.half_range, marker=".", markersize=4.0, color=colour, zorder=3)
-    axes.set_xlabel(quantity_label(PARAMETERS[result.name]))
+    axes.set_xlabel(quantity_label(ALL_PARAMETERS[result.name]))
     axes.set_ylabel("Half peak-to-peak of $y$ (m)")
     top = _top(result)
     axes.set_ylim(-_MARGIN * top, (1.0 + _MARGIN) * top)
 
 
 def _draw_orbits(axes: Axes, result: CycleBranch, chosen: Mapping[CyclePoint, str]) -> None:
-    spec = PARAMETERS[result.name]
+    spec = ALL_PARAMETERS[result.name]
     for point, colour in chosen.items():
         request = Request(
             result.parameters.with_values({result.name: point.value}),

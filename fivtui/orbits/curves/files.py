@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fivtui.io import read_bytes, save_json, write_table
-from fivtui.model import PARAMETERS, Column, InputError, Parameters
+from fivtui.model import ALL_PARAMETERS, Column, InputError, Parameters
 from fivtui.orbits.columns import (
     MEASURES,
     MULTIPLIERS,
@@ -46,7 +46,7 @@ def branch_to_dict(result: CycleBranch) -> dict[str, Any]:
     """
     return {
         "parameter": result.name,
-        "unit": PARAMETERS[result.name].unit,
+        "unit": ALL_PARAMETERS[result.name].unit,
         **_branch_provenance(result),
         "points": [
             asdict(point)
@@ -85,7 +85,7 @@ def save_branch(result: CycleBranch, path: Path, *, force: bool = False) -> None
     Raises `InputError` if the format is unknown or its package missing, or the file cannot be
     written.
     """
-    spec = PARAMETERS[result.name]
+    spec = ALL_PARAMETERS[result.name]
     columns = (Column(spec.name, spec.unit, spec.meaning), *_CYCLE)
     header = _branch_provenance(result) | {
         "event_kinds": [str(each) for each in EVENTS],

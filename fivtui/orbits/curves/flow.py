@@ -1,20 +1,25 @@
-"""Flows whose periodic orbits are followed: that of the slider-belt model, or any other."""
+"""Flows whose periodic orbits are followed: those of the slider-belt model, or any other.
+
+Of a motion on a belt of finite speed it is kept what it consists of, `Makeup`.
+"""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Final, Protocol
+from typing import Final, NamedTuple, Protocol
 
 import numpy as np
 from numpy.typing import NDArray
 
-from fivtui.model import ComputationError, InputError, Parameters
+from fivtui.model import ComputationError, InputError, Mode, Parameters
 from fivtui.taylor import Seed
-from fivtui.transient import START_SEEDS, Request, vary
+from fivtui.transient import EXTREMES, START_SEEDS, Request, Variation, vary
 
 FloatArray = NDArray[np.float64]
 
 FLOW_TOL: Final = 1e-13
 MOST_STEPS: Final = 20_000
+# On a belt of finite speed steps are interpreted, and a period takes less than a hundred.
+_MOST_BELT_STEPS: Final = 2_000
 
 
 @dataclass(frozen=True, slots=True)
@@ -56,6 +61,73 @@ class Flow(Protocol):
         ...
 
 
+class Makeup(NamedTuple):
+    """What a motion over a period on a belt of finite speed consists of.
+
+    Attributes
+    ----------
+    sticks, reversals : float
+        How often the slider sticks, and how often it becomes faster than the belt.
+    order : float
+        The order of its modes in contact, as a number, wherever the period begins.
+    least_stick : float
+        Shortest stick over the period; 1 without sticks.
+    gap : float
+        The belt's speed less the greatest ẋ, over the belt's speed; zero or less where the slider
+        reaches it.
+    place, middle : float
+        Where in a stick the period begins, from 0 to 1, and where in the period the middle of the
+        longest stick is; -1 where it does not begin in a stick, and without sticks.
+    """
+
+    sticks: float
+    reversals: float
+    order: float
+    least_stick: float
+    gap: float
+    place: float
+    middle: float
+
+
+# Places of the extremes of a motion after which its `Makeup` follows.
+EXTREMES_KEPT: Final = 4
+_MODES: Final = len(Mode)
+# Orders are numbers below this, which floats hold exactly.
+_MOST_ORDERS: Final = 2**53
+# A slider this near to the speed of the belt, relative to it and to its own speed, may stick.
+_ON_BELT: Final = 1e-9
+
+
+def makeup_of(there: Variation, period: float, speed: float) -> Makeup:
+    """The makeup of a motion over a period on a belt of a speed, m/s."""
+    times, then = there.changes[:, 0], [int(mode) for mode in there.changes[:, 2]]
+    # From change to change around the period; off the belt nothing is said of it.
+    touching = [mode for mode in then if mode != Mode.SEPARATED]
+    order = [mode for place, mode in enumerate(touching) if touching[place - 1] != mode]
+    turns = [order[place:] + order[:place] for place in range(len(order))] or [[]]
+    number = 0
+    for mode in min(turns):
+        number = (number * _MODES + mode + 1) % _MOST_ORDERS
+    begins, lengths = times / period, np.diff(np.append(times, times[:1] + period)) / period
+    sticks = [
+        (float(length), float(begin))
+        for length, begin, mode in zip(lengths, begins, then, strict=True)
+        if mode == Mode.STICK
+    ]
+    fastest = float(there.extremes[EXTREMES.index("vx_max")])
+    longest, begin = max(sticks, default=(0.0, -1.0))
+    inside = bool(sticks) and then[-1] == Mode.STICK
+    return Makeup(
+        float(len(sticks)),
+        float(order.count(Mode.BACKWARD)),
+        float(number),
+        min((length for length, _ in sticks), default=1.0),
+        (speed - fastest) / speed if speed > 0.0 else 0.0,
+        (1.0 - float(begins[-1])) / float(lengths[-1]) if inside else -1.0,
+        (begin + 0.5 * longest) % 1.0 if sticks else -1.0,
+    )
+
+
 class SliderBeltFlow:
     """The flow of the slider-belt model.
 
@@ -82,15 +154,56 @@ class SliderBeltFlow:
     def follow(self, state: FloatArray, time: float, values: FloatArray) -> Return | None:
         """As `Flow` says; None for values out of range and motions that run away."""
         try:
+            p = self.parameters(values.tolist())
+        except InputError:
+            return None
+        there = self.varied(p, state.tolist(), time)
+        if there is None:
+            return None
+        return Return(np.array(there.final), there.rate, there.derivatives, there.extremes)
+
+    def varied(self, p: Parameters, state: Sequence[float], time: float) -> Variation | None:
+        """The motion from a state with its derivatives; None if it runs away."""
+        try:
             request = Request(
-                self.parameters(values.tolist()),
+                p,
                 t_end=float(time),
                 tol=FLOW_TOL,
                 separation=self.separation,
-                start=state.tolist(),
-                max_steps=MOST_STEPS,
+                start=state,
+                max_steps=MOST_STEPS if p.v_belt is None else _MOST_BELT_STEPS,
             )
-            there = vary(request, self._seeds)
+            return vary(request, self._seeds)
         except (InputError, ComputationError):
             return None
-        return Return(np.array(there.final), there.rate, there.derivatives, there.extremes)
+
+
+class FiniteBeltFlow:
+    """The flow of the slider-belt model on a belt of finite speed; parameters of `SliderBeltFlow`.
+
+    A start that has the speed of the belt to rounding sticks where the belt can hold it. What is
+    kept besides extremes is the `Makeup`.
+    """
+
+    states: Final = 4
+
+    def __init__(self, p: Parameters, names: Sequence[str], *, separation: bool = True) -> None:
+        self._sliding = SliderBeltFlow(p, names, separation=separation)
+
+    def follow(self, state: FloatArray, time: float, values: FloatArray) -> Return | None:
+        """As `Flow` says; None for values out of range and motions that run away."""
+        flow = self._sliding
+        try:
+            p = flow.parameters(values.tolist())
+        except InputError:
+            return None
+        speed = p.v_belt or 0.0
+        x, vx, y, vy = state.tolist()
+        if abs(vx - speed) <= _ON_BELT * (speed + abs(vy)):
+            vx = speed
+        there = flow.varied(p, (x, vx, y, vy), time)
+        if there is None:
+            return None
+        makeup = makeup_of(there, time, speed)
+        kept = np.append(there.extremes[:EXTREMES_KEPT], makeup)
+        return Return(np.array(there.final), there.rate, there.derivatives, kept)

@@ -32,6 +32,12 @@ _BENT: Final = 0.2
 # Orbits closer to the curve than this part of a step are on it, and the same if that close.
 _NEAR: Final = 0.1
 _SAME: Final = 1e-6
+# Part of a step to which a change of course is located.
+_RESOLVED: Final = 1e-9
+# Courses farther apart than this part of the size of a cycle are a jump.
+_APART: Final = 1e-3
+# Distances from a corner, over the size of its cycle, at which the curve beyond it is sought.
+_BEYOND: Final = (1e-3, 1e-2, 1e-4, 0.1)
 # Part of a step within which a point that is not found is as good as its neighbour.
 _SINGULAR: Final = 1e-7
 
@@ -102,6 +108,27 @@ class Curve(Protocol[P]):
         ...
 
 
+class Courses(NamedTuple, Generic[P]):
+    """How a motion may change its course along a curve, so that the curve has corners.
+
+    Attributes
+    ----------
+    of : callable
+        The course of a point, equal for points between which there is no corner.
+    named : callable
+        What happens between two points of different courses.
+    lost : callable
+        Why a curve cannot be followed beyond a point.
+    centred : callable
+        A point, or the same one by unknowns in a better place.
+    """
+
+    of: Callable[[P], object]
+    named: Callable[[P, P], EventKind]
+    lost: Callable[[P], End]
+    centred: Callable[[P], P]
+
+
 @dataclass(frozen=True, slots=True)
 class Followed(Generic[P]):
     """A part of a curve: its points after the first, the events at some of them, and its end."""
@@ -158,6 +185,8 @@ class Follower(Generic[P]):
     turns : bool
         Whether the test for folds is the last unknown's derivative along the curve, so that two of
         them within a step are noticed.
+    courses : Courses, optional
+        The courses of motions; there is but one if not given.
     """
 
     def __init__(
@@ -168,9 +197,16 @@ class Follower(Generic[P]):
         *,
         most: int = MOST_POINTS,
         turns: bool = False,
+        courses: Courses[P] | None = None,
     ) -> None:
         self._curve, self._nearest, self._tell, self._most = curve, nearest, tell, most
-        self._turns = turns
+        self._turns, self._corners = turns, courses is not None
+        self._courses = courses or Courses[P](
+            lambda _point: None,
+            lambda _one, _other: EventKind.ORDER,
+            lambda _point: End.LOST,
+            lambda point: point,
+        )
 
     def follow(
         self,
@@ -206,16 +242,25 @@ class Follower(Generic[P]):
             self._tell(len(points))
             step = min(step, self._longest(here))
             if step < _SHORTEST:
-                end = End.LOST
+                turned = self._turned(here) if points else None
+                if turned is None:
+                    end = self._courses.lost(here.point)
+                    continue
+                # The curve turns back where the course of motion changes.
+                events[len(points) - 1] = self._courses.named(here.point, turned)
+                step = float(np.linalg.norm(turned.unknowns - here.point.unknowns))
+                points.append(turned)
+                before, here = None, self._place(turned)
                 continue
-            there, event = self._next(here, before, step, ends)
+            there, event, jumps = self._next(here, before, step, ends)
             if there is None:
                 step *= 0.5
                 continue
             if points and self._closes(first, here, there):
                 there, event, end = first, None, End.CLOSED
             else:
-                end = self._end(here, there, len(points))
+                end = End.JUMPS if jumps else None
+                end = end or self._end(here, there, len(points))
             before = here
             if event is not None:
                 there.values[event] = 0.0
@@ -224,9 +269,20 @@ class Follower(Generic[P]):
                 end = End.EVENT if event in ends else end
             elif there.point.iterations <= _EASY and _angle(here.point, there.point) < 0.5 * _TURN:
                 step *= _GROWTH
-            points.append(there.point)
-            here = there
+            here = self._centred(there, event)
+            before = before if here is there else None
+            points.append(here.point)
         return Followed(tuple(points), events, end)
+
+    def _centred(self, there: _Place[P], event: EventKind | None) -> _Place[P]:
+        # A point by unknowns in a good place.
+        point = self._courses.centred(there.point)
+        if point is there.point:
+            return there
+        centred = self._place(point)
+        if event is not None:
+            centred.values[event] = 0.0
+        return centred
 
     def _place(self, point: P) -> _Place[P]:
         values = {kind: test(point) for kind, test in self._curve.tests.items()}
@@ -251,8 +307,9 @@ class Follower(Generic[P]):
 
     def _next(
         self, here: _Place[P], before: _Place[P] | None, step: float, ends: tuple[EventKind, ...]
-    ) -> tuple[_Place[P] | None, EventKind | None]:
-        # The next point, or the first event before it; none if the step is too long.
+    ) -> tuple[_Place[P] | None, EventKind | None, bool]:
+        # The next point, or the first event before it, and whether the curve ends in a jump there;
+        # none if the step is too long.
         one = here.point
         guess = one.unknowns + step * one.tangent
         if before is not None:
@@ -263,17 +320,62 @@ class Follower(Generic[P]):
         if other is None or self._outside(other.unknowns):
             other = self._at_bound(one, guess if other is None else other.unknowns)
         if other is None:
-            return None, None
+            return None, None, False
         there = self._place(other)
         lost = there.size < _KEPT * here.size
+        if self._courses.of(one) != self._courses.of(other):
+            return (None, None, False) if lost else self._changed(here, there, ends)
         missed = self._turns and _missed_folds(here, there)
         if lost or missed or _angle(one, other) > _TURN:
-            return None, None
+            return None, None, False
         try:
             event = self._first_event(here, there, ends)
         except _NotFoundError:
-            return None, None
-        return (there, None) if event is None else (self._place(event[1]), event[0])
+            return None, None, False
+        return (there, None, False) if event is None else (self._place(event[1]), event[0], False)
+
+    def _changed(
+        self, here: _Place[P], there: _Place[P], ends: tuple[EventKind, ...]
+    ) -> tuple[_Place[P] | None, EventKind | None, bool]:
+        # The first point of another course, or the first event before it; where motion jumps from
+        # one course to the other, the last point of the first.
+        one, near, far, of = here.point, here.point, there.point, self._courses.of
+        length = float(one.tangent @ (far.unknowns - one.unknowns))
+        while (left := float(one.tangent @ (far.unknowns - near.unknowns))) > _RESOLVED * length:
+            # Half of the way ahead as the first course goes, so that Newton's method keeps to it.
+            way = near.tangent / float(one.tangent @ near.tangent)
+            middle = self._curve.correct(near.unknowns + 0.5 * left * way, one, one.tangent)
+            if middle is None:
+                return None, None, False
+            if of(middle) == of(one):
+                near = middle
+            else:
+                far = middle
+        last = self._place(near)
+        try:
+            event = self._first_event(here, last, ends)
+        except _NotFoundError:
+            return None, None, False
+        if event is not None:
+            return self._place(event[1]), event[0], False
+        if float(np.linalg.norm(far.unknowns - near.unknowns)) > _APART * here.size:
+            return last, None, True
+        return self._place(far), self._courses.named(one, far), False
+
+    def _turned(self, corner: _Place[P]) -> P | None:
+        # A point beyond a corner at which a curve turns back with another course: on the other side
+        # of it as the curve comes.
+        if not self._corners:
+            return None
+        at, place = corner.point, self._curve.bounds[0].place
+        normal = np.eye(len(at.unknowns))[place]
+        for distance in _BEYOND:
+            away = distance * corner.size * at.tangent
+            away[place] = -away[place]
+            found = self._curve.correct(at.unknowns + away, at, normal, away)
+            if found is not None and self._courses.of(found) != self._courses.of(at):
+                return found
+        return None
 
     def _outside(self, unknowns: FloatArray) -> bool:
         return not all(low <= unknowns[place] <= high for place, low, high in self._curve.bounds)

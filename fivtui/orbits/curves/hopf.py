@@ -2,13 +2,26 @@
 
 import math
 from dataclasses import dataclass
+from itertools import product
 from typing import Final
 
 import numpy as np
 from numpy.typing import NDArray
 
-from fivtui.equilibrium import critical_mu, flutter_margin
-from fivtui.model import Mode, Parameters, check_always_sliding, equilibrium, jacobian
+from fivtui.equilibrium import (
+    critical_mu_on_belt,
+    critical_speeds,
+    flutter_margin,
+    growth_rate,
+)
+from fivtui.model import (
+    Equilibrium,
+    Parameters,
+    equilibrium,
+    friction_coefficient,
+    jacobian,
+    tangent_stiffness,
+)
 
 # Intervals in which a Hopf point is looked for along a parameter other than μ.
 _INTERVALS: Final = 512
@@ -28,8 +41,8 @@ class HopfPoint:
     omega : float
         Angular frequency, rad/s.
     vector : ndarray of complex, shape (4,)
-        The eigenvector, with |y| = 1: cycles are the equilibrium and a small multiple of its real
-        part, as it turns.
+        The eigenvector, with |y| = 1, or |x| = 1 where it has no y: cycles are the equilibrium and
+        a small multiple of its real part, as it turns.
     lyapunov : float
         First Lyapunov coefficient: real part of the cubic coefficient of the normal form,
         1/(m² s); 0 if it is within rounding.
@@ -56,15 +69,22 @@ def hopf_values(
 ) -> list[float]:
     """Values of a parameter in a range at which the equilibrium has a Hopf point, ascending.
 
-    In closed form for μ; for other parameters every change of stability between 512 intervals.
+    For μ, and for the speed of the belt, all of them; for other parameters every change of
+    stability between 512 intervals.
     """
     if name == "mu":
-        found = (one.mu for one in critical_mu(p, separation=separation))
+        found = (one.mu for one in critical_mu_on_belt(p, separation=separation))
         return [value for value in found if low <= value <= high]
+    if name == "v_belt":
+        speeds = (one.v_belt for one in critical_speeds(p, separation=separation))
+        return [value for value in speeds if low <= value <= high]
     from scipy.optimize import brentq
 
     def margin(value: float) -> float:
-        found = flutter_margin(p.with_values({name: value}), separation=separation)
+        at = p.with_values({name: value})
+        if p.v_belt is not None:
+            return -growth_rate(at, separation=separation)
+        found = flutter_margin(at, separation=separation)
         return math.nan if found is None else found
 
     wide = low > 0.0 and high > _DECADE * low
@@ -83,37 +103,66 @@ def hopf_values(
 
 def hopf_point(p: Parameters, name: str, *, separation: bool = True) -> HopfPoint:
     """The Hopf point at which a parameter set is."""
-    check_always_sliding(p, "branches")
     point = equilibrium(p, separation=separation)
-    matrix = np.array(jacobian(p, point.y, Mode.CONTACT))
+    matrix = np.array(jacobian(p, point.y, point.mode))
     values, vectors = np.linalg.eig(matrix)
     place = int(np.where(values.imag > 0.0, values.real, -np.inf).argmax())
-    vector = vectors[:, place] / vectors[2, place]
+    vector = vectors[:, place] / vectors[2 if abs(vectors[2, place]) > _ROUNDING else 0, place]
     omega = float(values[place].imag)
-    return HopfPoint(getattr(p, name), omega, vector, _lyapunov(p, point.y, matrix, omega, vector))
+    return HopfPoint(getattr(p, name), omega, vector, _lyapunov(p, point, matrix, omega, vector))
+
+
+class _Bends:
+    # Second and third derivatives of the motion at an equilibrium. Those of friction by ẋ are terms
+    # of (μ_s − μ) exp((ẋ − v_belt)/v_s).
+
+    def __init__(self, p: Parameters, point: Equilibrium) -> None:
+        speed, law = p.v_belt, p.speed_law
+        mu = p.mu if speed is None else friction_coefficient(p, speed)
+        self._mu = (mu, 0.0, 0.0, 0.0)
+        if speed is not None and law is not None:
+            fall = (p.mu_static - p.mu) * math.exp(-speed / law)
+            self._mu = (mu, fall / law, fall / law**2, fall / law**3)
+        self._force = (
+            point.P,
+            -tangent_stiffness(p, point.y),
+            -6.0 * p.k_nl * point.y,
+            -6.0 * p.k_nl,
+        )
+        self._m = p.m
+
+    def of(self, *vectors: NDArray[np.complex128]) -> NDArray[np.complex128]:
+        """The derivative along two or three vectors."""
+        count = len(vectors)
+        along = 0j
+        # Each vector gives ẋ to the friction coefficient, or y to the force.
+        for chosen in product((1, 2), repeat=count):
+            share = complex(np.prod([one[at] for one, at in zip(vectors, chosen, strict=True)]))
+            by_speed = chosen.count(1)
+            along += self._mu[by_speed] * self._force[count - by_speed] * share
+        across = self._force[count] * complex(np.prod([one[2] for one in vectors]))
+        return np.array([0.0, along, 0.0, across], dtype=np.complex128) / self._m
 
 
 def _lyapunov(
     p: Parameters,
-    y: float,
+    point: Equilibrium,
     matrix: NDArray[np.float64],
     omega: float,
     q: NDArray[np.complex128],
 ) -> float:
     # By projection on the critical eigenvectors (Kuznetsov, Elements of Applied Bifurcation Theory,
-    # 5.4). Second and third derivatives of the motion are those of the contact force alone.
+    # 5.4).
     values, vectors = np.linalg.eig(matrix.T)
     adjoint = vectors[:, int(np.abs(values + 1j * omega).argmin())]
     adjoint = adjoint / np.conj(np.vdot(adjoint, q))
-    push = np.array([0.0, p.mu, 0.0, 1.0]) / p.m
-    second, third = -6.0 * p.k_nl * y * push, -6.0 * p.k_nl * push
-    steady = np.linalg.solve(matrix, second)[2]
-    double = np.linalg.solve(2j * omega * np.eye(4) - matrix, second)[2]
-    # With |q_y| = 1 every product of its components of y has the size 1.
+    bends, back = _Bends(p, point), np.conj(q).astype(np.complex128)
+    steady = np.linalg.solve(matrix, bends.of(q, back)).astype(np.complex128)
+    double = np.linalg.solve(2j * omega * np.eye(4) - matrix, bends.of(q, q)).astype(np.complex128)
     terms = [
-        np.vdot(adjoint, third),
-        -2.0 * np.vdot(adjoint, second) * steady,
-        np.vdot(adjoint, second) * double,
+        np.vdot(adjoint, bends.of(q, q, back)),
+        -2.0 * np.vdot(adjoint, bends.of(q, steady)),
+        np.vdot(adjoint, bends.of(back, double)),
     ]
     total = float(np.sum(terms).real) / 2.0
     return total if abs(total) > _ROUNDING * float(np.abs(terms).sum()) else 0.0

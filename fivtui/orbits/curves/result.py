@@ -36,7 +36,8 @@ class CyclePoint:
     stable : bool
         Whether neighbouring motions return to it: all multipliers are inside the unit circle.
     multipliers : tuple of complex
-        Its three Floquet multipliers by falling size, without the one along the orbit, which is 1.
+        Its three Floquet multipliers by falling size, without the one along the orbit, which is 1;
+        the last is exactly 0 where the cycle sticks.
     """
 
     value: float
@@ -62,7 +63,10 @@ class BranchEvent:
     kind : EventKind
         What: the branch begins or ends in the equilibrium (hopf), the cycle begins to touch y = 0
         (touch), the branch turns back (fold), the cycle loses or gains stability to one of twice
-        its period (period-doubling) or to a torus (torus), another branch crosses (branch).
+        its period (period-doubling) or to a torus (torus), another branch crosses (branch). On a
+        belt of finite speed the cycle begins or ceases to stick (stick) or to be faster than the
+        belt in contact (reverse-slip), or passes its modes in another order (order-of-modes): there
+        the branch may have a corner, or turn back.
     value : float
         The parameter there.
     period : float

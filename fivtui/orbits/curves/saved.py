@@ -9,7 +9,7 @@ from typing import Any, Final, NamedTuple
 import numpy as np
 
 from fivtui.io import FORMATS, read_bytes, read_columns, read_header
-from fivtui.model import PARAMETERS, InputError, Parameters, State
+from fivtui.model import ALL_PARAMETERS, InputError, Parameters, State
 from fivtui.transient import START_SPECS
 
 # What a file is called in messages.
@@ -49,9 +49,13 @@ def saved_cycle(path: Path, p: Parameters, *, separation: bool) -> tuple[State, 
     if suffix not in known:
         raise InputError(f"{path}: the suffix must be one of {', '.join(known)}")
     saved = _from_json(path) if suffix == _JSON else _from_table(path)
-    for name, value in saved.fixed.items():
-        if value != getattr(p, name):
-            raise InputError(f"{name} = {getattr(p, name):g}: must be {value:g}, as in {path}")
+    own = p.as_dict()
+    # Attractors say nothing of parameters.
+    names = [name for name in {**own, **saved.fixed} if name != saved.name] if saved.fixed else []
+    for name in names:
+        if saved.fixed.get(name) != own.get(name):
+            here, there = (_told(one.get(name)) for one in (own, saved.fixed))
+            raise InputError(f"{name} = {here}: must be {there}, as in {path}")
     if saved.separation is not None and saved.separation != separation:
         said = "considered" if saved.separation else "ignored"
         raise InputError(f"separation: must be {said}, as in {path}")
@@ -70,13 +74,17 @@ def saved_cycle(path: Path, p: Parameters, *, separation: bool) -> tuple[State, 
     )
 
 
+def _told(value: float | None) -> str:
+    return "none" if value is None else f"{value:g}"
+
+
 def _from_table(path: Path) -> _Saved:
     header = read_header(path, BRANCH)
     if "event_kinds" not in header:
         raise InputError(f"{path}: must be a branch of limit cycles")
     fixed = header["parameters"]
-    (name,) = (name for name in PARAMETERS if name not in fixed)
     columns = read_columns(path, BRANCH)
+    name = next(name for name in columns if name in ALL_PARAMETERS)
     states = np.stack([columns[each] for each in START_SPECS], axis=1).tolist()
     cycles = [
         (value, (x, vx, y, vy), period)

@@ -1,7 +1,7 @@
 """A transient with its derivatives by whatever its start and parameters depend on."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import Final
 
 import numpy as np
@@ -76,6 +76,8 @@ class Variation:
         Times of separation and reattachment, s.
     switch_states, switch_derivatives : ndarray, shapes (n, 4) and (n, 4, k)
         States there and their derivatives at fixed time; the time itself changes by −∂y/ẏ.
+    changes : ndarray, shape (n, 3)
+        On a belt of finite speed time, s, mode and new mode of every change of mode.
     """
 
     final: State
@@ -87,6 +89,7 @@ class Variation:
     switch_times: FloatArray
     switch_states: FloatArray
     switch_derivatives: FloatArray
+    changes: FloatArray = field(default_factory=lambda: np.empty((0, 3)))
 
 
 def vary(request: Request, seeds: Sequence[Seed], *, progress: Progress | None = None) -> Variation:
@@ -189,6 +192,7 @@ def _interpreted(request: Request, seeds: Sequence[Seed], progress: Progress | N
     deviations = carrier(p, seeds)
     extremes = _Extremes(0.5 * t_end, len(seeds))
     switches: list[tuple[float, State, FloatArray]] = []
+    changes: list[tuple[float, int, int]] = []
     t, state = 0.0, request.initial
     for count in range(request.max_steps):
         if progress is not None and count % _REPORT_INTERPRETED == 0 and not progress(t / t_end):
@@ -198,6 +202,8 @@ def _interpreted(request: Request, seeds: Sequence[Seed], progress: Progress | N
         end = min(segment.fraction(t_end), 1.0) if segment.end > t_end else 1.0
         extremes.follow(segment, end, deviations)
         t, state = segment.end, segment.final if end == 1.0 else segment.state(t_end)
+        if isinstance(segment, BeltSegment) and segment.switches and end == 1.0:
+            changes.append((t, segment.mode, segment.then))
         if _lifts_or_lands(segment) and end == 1.0:
             switches.append((t, state, _columns(deviations.now)))
         if last:
@@ -221,6 +227,7 @@ def _interpreted(request: Request, seeds: Sequence[Seed], progress: Progress | N
         np.array([one for one, _, _ in switches]),
         np.array([one for _, one, _ in switches]).reshape(-1, 4),
         np.array([one for _, _, one in switches]).reshape(-1, 4, len(seeds)),
+        np.array(changes, dtype=float).reshape(-1, 3),
     )
 
 

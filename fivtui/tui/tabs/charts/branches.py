@@ -8,7 +8,7 @@ from typing import Final, Literal
 import numpy as np
 from numpy.typing import NDArray
 
-from fivtui.model import PARAMETERS, InputError, number_spec
+from fivtui.model import ALL_PARAMETERS, InputError, parameter_spec
 from fivtui.orbits import CycleBranch, CyclePoint, EventKind
 from fivtui.scene import Scene
 from fivtui.tui.chart import Chart, Guide, Trace
@@ -25,6 +25,9 @@ _MARKS: Final[Mapping[EventKind, str]] = {
     EventKind.PERIOD_DOUBLING: "P",
     EventKind.TORUS: "N",
     EventKind.BRANCH: "B",
+    EventKind.STICK: "S",
+    EventKind.REVERSE_SLIP: "R",
+    EventKind.ORDER: "O",
 }
 # Dashes along a branch, in shares of the size of the chart.
 _DASH: Final = 0.02
@@ -36,7 +39,7 @@ _PERIODS: Final = 20
 def parse_branch(text: str) -> tuple[str, tuple[float, float] | None]:
     """The parameter and its range in text such as ``mu=0.2:1``; the range may be missing."""
     name, equals, ends = (part.strip() for part in text.partition("="))
-    spec = number_spec(name)
+    spec = parameter_spec(name)
     if not equals:
         return name, None
     parts = ends.split(":")
@@ -71,7 +74,7 @@ def branch_chart(result: CycleBranch, now: float | None) -> Chart:
         for kind in _MARKS
         if (met := [event for event in result.events if event.kind is kind])
     ]
-    spec = PARAMETERS[result.name]
+    spec = ALL_PARAMETERS[result.name]
     label = f"{spec.symbol} / {spec.unit}" if spec.unit else spec.symbol
     guides = () if now is None else (Guide(now, "now"),)
     note = f"{len(result.points)} limit cycles"
