@@ -208,7 +208,9 @@ def test_what_is_not_there_is_said() -> None:
 
 
 def test_a_belt_of_finite_speed_is_refused() -> None:
-    with pytest.raises(InputError, match="v_belt = 1: must be none for boundaries; follow branches"):
+    with pytest.raises(
+        InputError, match="v_belt = 1: must be none for boundaries; follow branches"
+    ):
         boundary(Parameters(v_belt=1.0), "fold", NARROW)
 
 
