@@ -11,7 +11,7 @@ from typing import Final
 
 import numpy as np
 
-from fivtui.model import COLUMNS, Cancelled, ComputationError, time_scale
+from fivtui.model import COLUMNS, Cancelled, ComputationError, InputError, time_scale
 from fivtui.transient import (
     FMU_FLAVOURS,
     OnSamples,
@@ -65,7 +65,8 @@ def integrate_fmu(
     Raises
     ------
     InputError
-        If `fmu` is not an FMU of this model, or the native FMU is not compiled.
+        If `fmu` is not an FMU of this model, the native FMU is not compiled, or parameters follow
+        tables and the FMU takes no derivatives of inputs.
     ComputationError
         If the FMU fails, with its log, or the step is too small for the run.
     Cancelled
@@ -90,6 +91,10 @@ def integrate_fmu(
             flavour = FMU_FLAVOURS[request.method]
             fmu = build_fmu(Path(folder) / "slider_belt.fmu", flavour=flavour)
         file = stack.enter_context(extracted(fmu))
+        course = request.course
+        if course is not None and not file.description.coSimulation.canInterpolateInputs:
+            names = ", ".join(course.tables)
+            raise InputError(f"{names} over time: the FMU must take derivatives of inputs: {fmu}")
         instance, messages = stack.enter_context(instantiated(file))
         report = progress or (lambda _fraction: True)
 
@@ -98,7 +103,6 @@ def integrate_fmu(
             if slave.steps % _PROGRESS_EVERY == 1 and not report(recorder.t / request.t_end):
                 raise Cancelled
 
-        course = request.course
         slave = Slave(instance, messages, file.description, before_step, course)
         master = Master(slave, request, recorder)
         kept = [master.point] if times and times[0] == 0.0 else []

@@ -2,13 +2,17 @@
 
 import json
 from pathlib import Path
+from typing import Any, Final
 
+import numpy as np
 import pytest
 
 from fivtui import Parameters, simulate
 from fivtui.cli import run
 from fivtui.fmu.run import run_fmu
-from fivtui.transient import Transient
+from fivtui.fmu.transient import integrate_fmu
+from fivtui.model import InputError, Mode
+from fivtui.transient import Request, Transient
 from fmu_src.build.builder import build_fmu
 
 METHODS = ["fmu", "fmu-native"]
@@ -57,6 +61,47 @@ def test_commands_run_it(method: str, tmp_path: Path, capsys: pytest.CaptureFixt
     place = table["columns"].index("y_abs")
     peaks = [simulate(P.with_values({"v_belt": v}), t_end=3.0).peak.y_abs for v in (1, 2)]
     assert [row[place] for row in table["rows"]] == pytest.approx(peaks, rel=1e-8)
+
+
+TABLES: Final[dict[str, list[tuple[float, float]]]] = {
+    "F": [(0, 40), (4, 100), (8, 60)],
+    "mu": [(0, 0.7), (2, 0.7), (6, 0.5), (6, 0.8)],
+    "v_belt": [(0, 3), (1, 3), (5, 1), (5, 2), (9, 0)],
+}
+
+
+@pytest.mark.parametrize("step", [None, 0.37])
+@pytest.mark.parametrize("belt", [{}, {"mu_s": 0.9, "v_s": 0.4}])
+def test_tables_over_time_are_followed_by_the_native_one(
+    step: float | None, belt: dict[str, float]
+) -> None:
+    options: dict[str, Any] = {"t_end": 10.0, "over_time": TABLES, "samples": 101}
+    through = simulate(Parameters(**belt), method="fmu-native", step=step, **options)
+    native = simulate(Parameters(**belt), **options)
+    assert_same(through, native)
+    assert through.stop == pytest.approx(native.stop, abs=1e-12)
+    one, other = through.trajectory, native.trajectory
+    assert one is not None
+    assert other is not None
+    assert one.x == pytest.approx(other.x, abs=1e-12)
+    assert np.array_equal(one.mode, other.mode)
+
+
+def test_a_slider_that_sticks_is_left_behind_where_the_belt_jumps() -> None:
+    p = Parameters(v_belt=1.0, mu_s=0.9)
+    begin, end = simulate(p, t_end=4.0).stick_intervals[1]
+    jump = 0.5 * (begin + end)
+    tables = {"v_belt": [(0.0, 1.0), (jump, 1.0), (jump, 2.0)], "F": [(jump, 80.0), (4.0, 60.0)]}
+    through = simulate(p, t_end=4.0, over_time=tables, method="fmu-native")
+    native = simulate(p, t_end=4.0, over_time=tables)
+    assert_same(through, native)
+    assert (jump, Mode.STICK, Mode.FORWARD) in through.mode_changes
+
+
+def test_tables_over_time_need_derivatives_of_inputs(fmu: Path) -> None:
+    request = Request(Parameters(), t_end=1.0, method="fmu-native", over_time=TABLES)
+    with pytest.raises(InputError, match="F, mu, v_belt over time: the FMU must take derivatives"):
+        integrate_fmu(request, fmu=fmu)
 
 
 def test_a_given_speed_says_that_the_belt_has_one(
