@@ -1,5 +1,6 @@
 """The Textual application."""
 
+import asyncio
 from collections.abc import Callable, Mapping
 from pathlib import Path, PurePath
 from typing import Any, ClassVar, Final, cast
@@ -19,7 +20,7 @@ from fivtui.tui.session import StoredResult
 
 from .lab import KEY_IDS, LabScreen, know_alt_keys, take_for_alt
 from .persistence import Autosave, Slot, State, load_config, restore_session, state_of
-from .session import PRECEDENCE, Session
+from .session import PRECEDENCE, ComputingThreads, Session
 from .tabs import Reported, ResultsRestored, SessionRequested
 
 _SAVE_PERIOD: Final = 2.0
@@ -67,6 +68,8 @@ class FivtuiApp(App[None]):
         File with the user's keys and themes.
     when_shown : callable, optional
         Called once when the first screen is displayed.
+    threads : Executor, optional
+        Runs what is computed in threads; those of asyncio if None.
     """
 
     TITLE = "fivtui"
@@ -104,10 +107,12 @@ class FivtuiApp(App[None]):
         state: Path | None = None,
         config: Path | None = None,
         when_shown: Callable[[], None] = lambda: None,
+        threads: ComputingThreads | None = None,
     ) -> None:
         know_alt_keys()
         super().__init__()
         self._when_shown = when_shown
+        self._threads = threads
         self.session = Session(scene, source)
         self._mode = self.DEFAULT_MODE
         self.add_mode(self._mode, self.get_default_screen)
@@ -211,6 +216,18 @@ class FivtuiApp(App[None]):
             ]
         )
         return screen
+
+    async def action_quit(self) -> None:
+        """Quit; what is still computed would slow that down."""
+        lab = self.screen_stack[0]
+        if isinstance(lab, LabScreen):
+            lab.stop_computing()
+        await super().action_quit()
+
+    def on_load(self) -> None:
+        """Take the threads, before anything is computed."""
+        if self._threads is not None:
+            asyncio.get_running_loop().set_default_executor(self._threads)
 
     def on_mount(self) -> None:
         """Report what was restored, and start saving the session."""

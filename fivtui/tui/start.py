@@ -1,6 +1,7 @@
 """Starts the terminal UI. Imports Textual when it starts."""
 
 import gc
+import os
 import sys
 from typing import TYPE_CHECKING, Final
 
@@ -21,14 +22,27 @@ def run(scene: "Scene | None" = None, source: str = "") -> None:
     gc.disable()
     from .app import FivtuiApp
     from .persistence import config_path, state_path
+    from .session import WRITING, ComputingThreads
 
     answer_quickly()
+    threads = ComputingThreads()
     app = FivtuiApp(
-        scene, source, state=state_path(), config=config_path(), when_shown=_collect_later
+        scene,
+        source,
+        state=state_path(),
+        config=config_path(),
+        when_shown=_collect_later,
+        threads=threads,
     )
     app.run()
+    WRITING.wait()
     if app.not_saved:
         sys.stderr.write(f"the session is not saved: {app.not_saved}\n")
+    if threads.busy:
+        # The interpreter's own end would stop threads amid compiled code.
+        sys.stdout.flush()
+        sys.stderr.flush()
+        os._exit(app.return_code or 0)
 
 
 def _collect_later() -> None:

@@ -11,7 +11,7 @@ from fivtui.model import ComputationError, InputError
 from fivtui.scene import Scene, load_scene, scene_file
 from fivtui.studies import check_readable, kind_of
 from fivtui.tui.persistence import load_run, load_study
-from fivtui.tui.session import DisplayedStudy, Session
+from fivtui.tui.session import WRITING, DisplayedStudy, Session
 from fivtui.tui.tabs import (
     Export,
     ExportEnded,
@@ -105,7 +105,8 @@ class FileController:
 
     def _write(self, export: Export, target: ChosenFile) -> None:
         def work() -> None:
-            error = write_export(export, target.path, force=target.force)
+            with WRITING:
+                error = write_export(export, target.path, force=target.force)
             self._screen.post_message(ExportEnded(export.what, target.path, error))
 
         self._screen.run_worker(work, name=export.what, thread=True, exit_on_error=False)

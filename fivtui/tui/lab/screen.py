@@ -35,6 +35,7 @@ from fivtui.tui.tabs import (
     FieldEdited,
     FieldFocused,
     FieldStepped,
+    JobPane,
     LiveEnded,
     LiveRequested,
     Pane,
@@ -123,12 +124,18 @@ class LabScreen(Screen[None]):
         self.app.theme_changed_signal.subscribe(self, lambda _: self._redraw())
 
     def on_unmount(self) -> None:
-        """Stop the active run: the program would wait for its thread."""
+        """Stop what is computed."""
         self._ticker.stop()
+        self.stop_computing()
+
+    def stop_computing(self) -> None:
+        """Stop all computations of this session."""
         self._search.stop()
         self._live.stop()
         self._gauges.stop()
         self.session.runs.stop()
+        for pane in self.query(JobPane):
+            pane.stop()
 
     def _redraw(self) -> None:
         self.call_after_refresh(self._book.update_pane, lambda pane: pane.theme_changed())

@@ -21,6 +21,8 @@ if TYPE_CHECKING:
     from .history import Edited as Edited
     from .jobs import (
         PRECEDENCE as PRECEDENCE,
+        WRITING as WRITING,
+        ComputingThreads as ComputingThreads,
         Job as Job,
         Outcome as Outcome,
         crash_words as crash_words,

@@ -3,10 +3,14 @@
 import threading
 import time
 from collections.abc import Callable
+from concurrent.futures import Future, ThreadPoolExecutor
 from dataclasses import dataclass, field
-from typing import Final, Generic, TypeVar
+from typing import Final, Generic, ParamSpec, TypeVar
 
 from fivtui.model import Cancelled, ComputationError, InputError
+
+P = ParamSpec("P")
+T = TypeVar("T")
 
 # Longest time reserved for the answer to a key, s.
 _ANSWER: Final = 0.06
@@ -47,6 +51,70 @@ class Precedence:
 
 
 PRECEDENCE: Final = Precedence()
+
+
+class Writing:
+    """Counts what writes files in threads, for which the end of the program waits."""
+
+    def __init__(self) -> None:
+        self._count = 0
+        self._changed = threading.Condition()
+
+    def __enter__(self) -> None:
+        with self._changed:
+            self._count += 1
+
+    def __exit__(self, *_: object) -> None:
+        with self._changed:
+            self._count -= 1
+            self._changed.notify_all()
+
+    def wait(self) -> None:
+        """Wait until all is written."""
+        with self._changed:
+            self._changed.wait_for(lambda: self._count == 0)
+
+
+WRITING: Final = Writing()
+
+
+class ComputingThreads(ThreadPoolExecutor):
+    """Runs every function in a thread of its own, for which the end of the program never waits."""
+
+    def __init__(self) -> None:
+        super().__init__(max_workers=1)
+        self._over = False
+        self._started: set[threading.Thread] = set()
+
+    def submit(self, fn: Callable[P, T], /, *args: P.args, **kwargs: P.kwargs) -> Future[T]:
+        """Start a function in a thread."""
+        future: Future[T] = Future()
+
+        def run() -> None:
+            if not future.set_running_or_notify_cancel():
+                return
+            try:
+                result = fn(*args, **kwargs)
+            except BaseException as error:  # noqa: BLE001 (whoever has the future raises it)
+                if not self._over:
+                    future.set_exception(error)
+            else:
+                if not self._over:
+                    future.set_result(result)
+
+        thread = threading.Thread(target=run, daemon=True)
+        self._started = {each for each in self._started if each.is_alive()} | {thread}
+        thread.start()
+        return future
+
+    def shutdown(self, wait: bool = True, *, cancel_futures: bool = False) -> None:  # noqa: ARG002
+        """Drop what is still being computed."""
+        self._over = True
+
+    @property
+    def busy(self) -> bool:
+        """Whether a thread has not ended."""
+        return any(thread.is_alive() for thread in self._started)
 
 
 def duration_text(seconds: float) -> str:

@@ -12,7 +12,7 @@ if TYPE_CHECKING:
         save_scene_as as save_scene_as,
         write_export as write_export,
     )
-    from .job_pane import JobBar as JobBar
+    from .job_pane import JobBar as JobBar, JobPane as JobPane
     from .messages import (
         ExportEnded as ExportEnded,
         FieldEdited as FieldEdited,

@@ -1,0 +1,71 @@
+"""The end of the program waits for what is written, and for nothing that is computed."""
+
+import asyncio
+import threading
+
+import pytest
+from textual.worker import Worker
+
+from fivtui.tui.app import FivtuiApp
+from fivtui.tui.session.jobs import ComputingThreads, Writing
+from tests.support.laboratory import until
+
+
+def test_the_end_does_not_wait_for_a_thread() -> None:
+    released, threads = threading.Event(), ComputingThreads()
+
+    def fail() -> None:
+        raise ZeroDivisionError("by zero")
+
+    async def main() -> int:
+        loop = asyncio.get_running_loop()
+        loop.set_default_executor(threads)
+        loop.run_in_executor(None, released.wait)
+        with pytest.raises(ZeroDivisionError):
+            await loop.run_in_executor(None, fail)
+        return await loop.run_in_executor(None, int, "3")
+
+    # The threads of asyncio would hold it here.
+    assert asyncio.run(main()) == 3
+    assert threads.busy
+    released.set()
+
+
+def test_what_is_written_is_waited_for() -> None:
+    writing, inside, go_on = Writing(), threading.Event(), threading.Event()
+    written: list[str] = []
+
+    def write() -> None:
+        with writing:
+            inside.set()
+            go_on.wait()
+            written.append("whole")
+
+    writing.wait()
+    thread = threading.Thread(target=write)
+    thread.start()
+    inside.wait()
+
+    def end() -> None:
+        writing.wait()
+        written.append("end")
+
+    waiting = threading.Thread(target=end)
+    waiting.start()
+    go_on.set()
+    waiting.join()
+    thread.join()
+    assert written == ["whole", "end"]
+
+
+async def test_the_laboratory_computes_in_threads_that_do_not_hold_its_end() -> None:
+    released, threads = threading.Event(), ComputingThreads()
+    app = FivtuiApp(threads=threads)
+    async with app.run_test(size=(80, 24)) as pilot:
+        worker: Worker[bool] = app.run_worker(released.wait, thread=True)
+        await until(pilot, lambda: threads.busy)
+        assert worker.is_running
+        await pilot.press("ctrl+q")
+    assert app._exit
+    assert threads.busy
+    released.set()
