@@ -43,6 +43,8 @@ LONGEST_STEP: Final = 1e3
 LEAST_SHARE: Final = 2.0**-30
 # Centres the error of `rough_exp2`, which is a straight line between powers of two.
 EXP2_BIAS: Final = 0.043
+# A motion below this, in m and m/s, does not grow beyond bounds.
+_SMALL: Final = 1e30
 # A step that a switch ends before this many times √(m/stiffness) does not advance the motion, and
 # more of these in a row than this are chatter below the spacing of floats.
 SHORTEST_FLIGHT: Final = 2.0**-30
@@ -80,8 +82,17 @@ def order_for(tol: float) -> int:
 
 
 def overflow_error(t: float, state: State) -> ComputationError:
-    """The error for a motion that overflows; its last finite time, s, and state are given."""
+    """The error for a motion that overflows; its last finite time, s, and state are given.
+
+    What is still small does not grow: its derivatives overflow.
+    """
     x, _, y, _ = state
+    if max(map(abs, state)) < _SMALL:
+        return ComputationError(
+            f"the motion changes faster than floating-point numbers resolve at t = {t:.6g} s "
+            f"(x = {x:.3g} m, y = {y:.3g} m)",
+            "use a larger v_s, a softer contact, less damping or a greater mass",
+        )
     return ComputationError(
         f"the motion grows beyond the floating-point range at t = {t:.6g} s "
         f"(x = {x:.3g} m, y = {y:.3g} m)",
