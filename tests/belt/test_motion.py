@@ -125,14 +125,39 @@ def panels(run: Transient, first: float, last: float) -> Iterator[tuple[float, f
 def test_energy_is_that_of_friction_and_damping(
     kernel: KernelChoice, p: Parameters, separation: bool
 ) -> None:
+    check_energy(p if separation else p.with_values({"k_nl": 20.0}), kernel, separation=separation)
+
+
+@kernels
+def test_energy_is_that_of_friction_and_damping_where_the_slider_sticks_and_lifts_off(
+    kernel: KernelChoice,
+) -> None:
+    separations = 0
+    for values in ({}, {"v_s": 0.4}, {"v_belt": 1.0, "F": 20.0}, {"v_belt": 0.0, "mu": 0.1}):
+        p = Parameters(v_belt=0.5, mu_s=0.9).with_values(values)
+        run = check_energy(p, kernel, separation=True, t_end=6.0)
+        assert run.events.sticks > 1
+        assert run.events.stick_time > 0.1
+        separations += run.events.separations
+    assert separations > 3
+
+
+def check_energy(
+    p: Parameters, kernel: KernelChoice, *, separation: bool, t_end: float = 3.0
+) -> Transient:
+    """Hold the energy of a run to what friction and damping give and take."""
     start: State = (0.3, 2.0, -0.4, 1.0)
-    if not separation:
-        p = p.with_values({"k_nl": 20.0})
     run = simulate(
-        p, t_end=3.0, start=start, samples="dense", kernel=kernel, separation=separation, tol=1e-13
+        p,
+        t_end=t_end,
+        start=start,
+        samples="dense",
+        kernel=kernel,
+        separation=separation,
+        tol=1e-13,
     )
     assert run.solution is not None
-    edges = sorted({0.0, *(change.t for change in run.mode_changes), 3.0})
+    edges = sorted({0.0, *(change.t for change in run.mode_changes), t_end})
     nodes, weights = np.polynomial.legendre.leggauss(10)
     gained = size = 0.0
     for first, last in pairwise(edges):
@@ -149,6 +174,7 @@ def test_energy_is_that_of_friction_and_damping(
     before = mechanical_energy(p, start, run.first_mode)
     after = mechanical_energy(p, (x, vx, y, vy), last_mode)
     assert after - before == pytest.approx(gained, abs=1e-7 * (size + abs(before) + 1.0))
+    return run
 
 
 @kernels

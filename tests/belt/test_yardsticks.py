@@ -105,6 +105,15 @@ def test_random_scenes_are_those_of_rk4_with_bisection() -> None:
             assert run.final[1:] == pytest.approx(rk4.state[:, place].tolist(), abs=2e-4)
 
 
+@pytest.mark.parametrize("method", ["scipy-dop853", "scipy-lsoda", "scipy-radau"])
+def test_random_scenes_are_those_of_scipy(method: str) -> None:
+    for p, separation, start in drawn(4, 11):
+        given = {"t_end": 1.0, "start": start.tolist(), "separation": separation}
+        run, taylor = simulate(p, method=method, tol=1e-8, **given), simulate(p, **given)
+        assert run.events.transitions == taylor.events.transitions
+        assert run.final == pytest.approx(taylor.final, abs=1e-4)
+
+
 @pytest.mark.parametrize("method", ["rk4", "scipy-dop853", "scipy-lsoda", "scipy-radau"])
 def test_the_other_methods_have_the_same_events(method: str) -> None:
     p, start = Parameters(v_belt=0.5, mu_s=0.9, v_s=0.4), (-2.0, -4.0, -1.0, 3.0)

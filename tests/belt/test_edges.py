@@ -1,0 +1,192 @@
+"""Where modes meet: touches, several guards at once, balanced forces, the last stick."""
+
+import dataclasses
+import math
+
+import numpy as np
+import pytest
+
+from fivtui import Parameters, simulate
+from fivtui.model.errors import ComputationError
+from fivtui.model.modes import Mode
+from fivtui.model.parameters import PARAMETERS
+from fivtui.transient.request import KernelChoice
+from tests.support.own_belt import OwnBelt, integrate
+
+from .test_motion import MASS
+
+kernels = pytest.mark.parametrize("kernel", ["interpreted", "compiled"])
+# Less and more than what just touches.
+BESIDE = (1.0 - 1e-9, 1.0 + 1e-9)
+
+
+@kernels
+def test_a_slider_that_comes_just_short_of_the_belt_s_speed_slides_on_and_else_it_sticks(
+    kernel: KernelChoice,
+) -> None:
+    # About x = mu P/k1 with a greatest speed of 0.3 m/s, in steps of any length.
+    for v_belt, sticks in ((0.3 * BESIDE[1], 0), (0.3 * BESIDE[0], 1)):
+        p = MASS.with_values({"v_belt": v_belt})
+        run = simulate(p, t_end=6.0, start=(0.2, 0.0, -1.0, 0.0), kernel=kernel)
+        assert run.events.sticks == sticks
+        if sticks:
+            first = run.mode_changes[0]
+            assert (first.first, first.then) == (Mode.FORWARD, Mode.STICK)
+            assert first.t == pytest.approx(0.5 * math.pi, abs=1e-4)
+        else:
+            x = 0.5 - 0.3 * math.cos(6.0)
+            assert run.final[1:3] == pytest.approx((x, 0.3 * math.sin(6.0)), abs=1e-12)
+
+
+@kernels
+def test_a_belt_of_the_very_speed_of_a_turning_point_gives_one_of_the_neighbours(
+    kernel: KernelChoice,
+) -> None:
+    ends = []
+    for factor in (BESIDE[0], 1.0, BESIDE[1]):
+        p = MASS.with_values({"v_belt": 0.3 * factor})
+        ends.append(simulate(p, t_end=6.0, start=(0.2, 0.0, -1.0, 0.0), kernel=kernel).final[1:])
+    slow, same, fast = (np.array(end) for end in ends)
+    assert min(np.abs(same - slow).max(), np.abs(same - fast).max()) < 1e-3
+    assert np.abs(slow - fast).max() > 0.01
+
+
+@kernels
+def test_a_hold_that_is_just_enough_holds_and_one_that_is_just_too_weak_does_not(
+    kernel: KernelChoice,
+) -> None:
+    # P = 1 - 0.2 cos t has its least value after whole cycles.
+    for factor, sticks in ((BESIDE[0], True), (BESIDE[1], False)):
+        p = MASS.with_values({"v_belt": 0.0})
+        start = (0.8 * factor, 0.0, -1.2, 0.0)
+        run = simulate(p, t_end=20.0, start=start, kernel=kernel)
+        assert run.first_mode is Mode.STICK
+        assert (run.events.stick_time == 20.0) is sticks
+        if not sticks:
+            assert run.mode_changes[0].then is Mode.FORWARD
+            assert run.mode_changes[0].t == pytest.approx(math.pi, abs=1e-3)
+
+
+@kernels
+def test_a_spring_force_equal_to_the_static_friction_is_held_for_ever(kernel: KernelChoice) -> None:
+    for x in (1.0, -1.0):
+        p = MASS.with_values({"v_belt": 0.0})
+        run = simulate(p, t_end=50.0, start=(x, 0.0, -1.0, 0.0), kernel=kernel)
+        assert run.events.transitions == {}
+        assert run.events.stick_time == 50.0
+        assert run.final[1:] == (x, 0.0, -1.0, 0.0)
+
+
+@kernels
+def test_an_oscillation_on_a_belt_at_rest_comes_to_rest_where_friction_takes_it(
+    kernel: KernelChoice,
+) -> None:
+    # Coulomb's decrement: each half cycle takes 2 mu P/k1 away, until the belt holds.
+    p = MASS.with_values({"v_belt": 0.0, "mu": 0.1, "mu_s": 0.1})
+    run = simulate(p, t_end=100.0, start=(1.03, 0.0, -1.0, 0.0), kernel=kernel)
+    kinds = {"forward-backward": 2, "backward-forward": 2, "forward-stick": 1}
+    if run.first_mode is Mode.BACKWARD:
+        kinds = {"forward-backward": 2, "backward-forward": 2, "backward-stick": 1}
+    assert sum(run.events.transitions.values()) == 5
+    assert run.events.transitions == kinds
+    assert [change.t for change in run.mode_changes] == pytest.approx(
+        [n * math.pi for n in range(1, 6)], abs=1e-12
+    )
+    assert run.final[1:] == pytest.approx((-0.03, 0.0, -1.0, 0.0), abs=1e-12)
+
+
+@kernels
+def test_a_slider_that_leaves_the_belt_as_it_reaches_its_speed_leaves_it(
+    kernel: KernelChoice,
+) -> None:
+    # The speed at the first lift-off, found where the belt is always faster, is made the belt's.
+    p = Parameters(k1=20.0, k3=0.0, mu=0.4)
+    start = (-5.0, 1.0, -1.5, 0.0)
+    free = simulate(p.with_values({"v_belt": 1e3}), t_end=1.5, start=start, samples="dense")
+    assert free.solution is not None
+    lifts = float(free.switch_times[0])
+    speed = float(free.solution(np.array([lifts])).vx[0])
+    before = free.solution(np.linspace(0.0, lifts, 2001)[:-1]).vx.max()
+    assert before < speed
+    finals = []
+    for value in (speed, math.nextafter(speed, 0.0), speed * (1.0 - 1e-13), speed * (1.0 + 1e-13)):
+        run = simulate(
+            p.with_values({"v_belt": value, "mu_s": 0.9}), t_end=1.5, start=start, kernel=kernel
+        )
+        assert Mode.SEPARATED in [change.then for change in run.mode_changes[:3]]
+        assert run.switch_times[0] == pytest.approx(lifts, abs=1e-9)
+        finals.append(run.final[1:])
+    assert np.ptp(np.array(finals), axis=0).max() < 1e-8
+
+
+@kernels
+@pytest.mark.parametrize("start", [(0.4, -1.0), (-0.4, -1.0), (0.0, -1.0), (0.4, 1.0), (0.4, 0.0)])
+def test_landing_at_the_speed_of_the_belt_goes_on_by_the_force_that_it_has_to_hold(
+    kernel: KernelChoice, start: tuple[float, float]
+) -> None:
+    p = Parameters(v_belt=0.5, mu_s=0.9, k3=20.0)
+    x, vy = start
+    own = OwnBelt(
+        **{name: getattr(p, name) for name in PARAMETERS},
+        static=p.mu_static,
+        fall=p.speed_law,
+        speed=0.5,
+        separation=True,
+    )
+    run = simulate(p, t_end=1.0, start=(x, 0.5, 0.0, vy), kernel=kernel)
+    after = (x, 0.5, 0.0, vy)
+    if vy > 0.0:
+        assert run.first_mode is Mode.SEPARATED
+        return
+    held = p.c1 * 0.5 + (p.k1 + 0.5 * p.k3) * x
+    assert run.first_mode is (Mode.FORWARD if held > 0.0 else Mode.BACKWARD)
+    state, modes = integrate(own, np.array(after), 1.0)
+    followed = [run.first_mode, *(change.then for change in run.mode_changes)]
+    assert [mode.name.lower() for mode in followed] == modes
+    assert run.final[1:] == pytest.approx(state.tolist(), rel=1e-8, abs=1e-8)
+
+
+@kernels
+def test_in_tension_a_slider_of_the_belt_s_speed_slides_through_it(kernel: KernelChoice) -> None:
+    p = Parameters(v_belt=0.5, k_nl=0.0, F=5.0, mu_s=5.0)
+    run = simulate(
+        p, t_end=6.0, start=(0.5, 0.0, 1.0, 2.0), separation=False, samples=6001, kernel=kernel
+    )
+    motion = run.to_columns()
+    assert run.events.sticks > 0
+    assert np.all(motion["P"][motion["mode"] == Mode.STICK] >= 0.0)
+    assert np.any(motion["P"] < 0.0)
+    passed = [change for change in run.mode_changes if Mode.STICK not in change]
+    assert passed
+
+
+@kernels
+def test_a_friction_law_that_no_number_resolves_is_refused_with_what_to_do(
+    kernel: KernelChoice,
+) -> None:
+    p = Parameters(v_belt=1.0, mu_s=0.9)
+    with pytest.raises(ComputationError, match=r"faster than .* resolve.*larger v_s") as found:
+        simulate(p.with_values({"v_s": 1e-18}), t_end=20.0, kernel=kernel)
+    assert "grows" not in found.value.why
+    # As far as numbers resolve it, it goes over into friction that falls at once.
+    sharp = simulate(p.with_values({"v_s": 1e-12}), t_end=20.0, kernel="compiled")
+    at_once = simulate(p, t_end=20.0, kernel="compiled")
+    assert sharp.final == pytest.approx(at_once.final, abs=1e-7)
+    assert sharp.events.transitions == at_once.events.transitions
+
+
+@pytest.mark.parametrize("separation", [True, False])
+def test_belts_of_any_greater_speed_give_the_bits_of_one_that_is_always_faster(
+    separation: bool,
+) -> None:
+    for values in ({}, {"F": 30.0, "k3": 0.0}, {"F": 120.0, "k_nl": 500.0, "c1": 1.0}):
+        p = Parameters().with_values(values)
+        free = simulate(p, t_end=20.0, separation=separation)
+        for speed in (free.peak.vx_max * (1.0 + 1e-15) + 1e-300, 100.0, 1e9):
+            run = simulate(
+                p.with_values({"v_belt": speed, "mu_s": 2.0}), t_end=20.0, separation=separation
+            )
+            for name in ("final", "peak", "steady", "contact_force"):
+                assert getattr(run, name) == getattr(free, name)
+            assert run.switch_times.tolist() == free.switch_times.tolist()
+            assert dataclasses.replace(run.stats, kernel=free.stats.kernel).steps == run.stats.steps
