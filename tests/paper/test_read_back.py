@@ -20,7 +20,7 @@ from fivtui.paper.drawing import draw
 from fivtui.paper.families import PANELS, panels_of
 from fivtui.paper.results import PaperResults
 from fivtui.scene.scene import Scene
-from fivtui.tui.chart.chart import NearestPoint
+from fivtui.tui.chart.reading import NearestPoint
 from fivtui.tui.tabs.charts.paper import figure_charts, figure_rows, point_scene
 from tests.support import own_slider
 from tests.support.reading import entries, labels, line_like, lines_like, plain, points, the_legend

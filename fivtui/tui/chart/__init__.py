@@ -7,15 +7,16 @@ if TYPE_CHECKING:
     from .chart import (
         Backdrop as Backdrop,
         Chart as Chart,
+        Cursors as Cursors,
         Guide as Guide,
         Look as Look,
-        NearestPoint as NearestPoint,
         Strip as Strip,
         Trace as Trace,
         View as View,
         VisibleCharts as VisibleCharts,
         reduced as reduced,
     )
+    from .reading import NearestPoint as NearestPoint, cursor_words as cursor_words
     from .widget.chart_view import ChartView as ChartView
 else:
     from fivtui.lazy import lazily

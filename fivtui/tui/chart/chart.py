@@ -36,6 +36,10 @@ class Trace:
         Character of the points; if empty, that of a line is its number.
     colour : str
         Such as ``#E69F00``; if empty, a colour of the theme.
+    along : ndarray, shape (n,), optional
+        Ascending values along a curve, such as times; cursors of a chart `along` it are at one.
+    number : int
+        Number of the run that it shows, 0 if none.
     """
 
     name: str
@@ -45,6 +49,8 @@ class Trace:
     ordered: bool = True
     mark: str = ""
     colour: str = ""
+    along: FloatArray | None = None
+    number: int = 0
 
 
 @dataclass(frozen=True, slots=True)
@@ -130,6 +136,8 @@ class Chart:
         Limits before any zoom; if None, the axes fit the data.
     to_scale : bool
         Whether a length along x is as long along y.
+    along : str
+        Quantity and unit of what cursors are at a value of, if that is along curves.
     """
 
     x_label: str
@@ -144,11 +152,57 @@ class Chart:
     x_range: tuple[float, float] | None = None
     y_range: tuple[float, float] | None = None
     to_scale: bool = False
+    along: str = ""
+
+    @property
+    def cursor_label(self) -> str:
+        """Quantity and unit of what cursors are at a value of; empty if they are at points."""
+        return self.along or ("" if self.plane else self.x_label)
 
     @property
     def plane(self) -> bool:
         """Whether both axes zoom and pan together: y is not a function of x."""
         return self.backdrop is not None or not all(trace.ordered for trace in self.traces)
+
+
+Place = tuple[float, float]
+
+
+@dataclass(slots=True)
+class Cursors:
+    """Two cursors, of a chart or of all charts over the same quantity.
+
+    Attributes
+    ----------
+    first, second : tuple of float or None
+        Their places, x and y; of a chart along curves and of one that is no plane x alone counts.
+    second_moves : bool
+        Whether keys move the second one.
+    kept : bool
+        Whether they stay when the pointer moves.
+    """
+
+    first: Place | None = None
+    second: Place | None = None
+    second_moves: bool = False
+    kept: bool = False
+
+    @property
+    def moving(self) -> Place | None:
+        """The place of the cursor that keys move."""
+        return self.second if self.second_moves else self.first
+
+    def put(self, place: Place | None) -> None:
+        """Place the cursor that keys move, or remove it."""
+        if self.second_moves:
+            self.second = place
+        else:
+            self.first = place
+
+    def clear(self) -> None:
+        """Remove both."""
+        self.first = self.second = None
+        self.second_moves = self.kept = False
 
 
 @dataclass(slots=True)
@@ -163,8 +217,10 @@ class View:
         Whether the scales are logarithmic.
     hidden : set of int
         Indices of hidden traces.
-    cursor : tuple of float or None
-        Position of the cursor in data coordinates.
+    cursors : Cursors
+        The cursors.
+    since : int
+        The newest run that was displayed when the limits were chosen.
     """
 
     x: Axis | None = None
@@ -172,7 +228,8 @@ class View:
     log_x: bool = False
     log_y: bool = False
     hidden: set[int] = field(default_factory=set)
-    cursor: tuple[float, float] | None = None
+    cursors: Cursors = field(default_factory=Cursors)
+    since: int = 0
 
     def visible(self, chart: Chart) -> Iterator[tuple[int, Trace]]:
         """The visible traces with their indices."""
@@ -197,32 +254,35 @@ class View:
     def _axis_y(self, chart: Chart, x: Axis) -> Axis:
         if chart.y_range is not None and not self.log_y:
             return Axis(*chart.y_range)
-        parts = [
-            _within(trace, x) if trace.ordered else trace.y for _, trace in self.visible(chart)
-        ]
+        parts = [within(trace, x) if trace.ordered else trace.y for _, trace in self.visible(chart)]
         if chart.backdrop is not None:
             return axis_for([*parts, chart.backdrop.y], log=self.log_y, tight=True)
         parts += [np.array([guide.value]) for guide in chart.guides if not guide.vertical]
         return axis_for(parts, log=self.log_y)
 
+    def choose(self, chart: Chart, x: Axis | None, y: Axis | None) -> None:
+        """Choose limits for what is displayed; None fits an axis to the data."""
+        self.x, self.y = x, y
+        self.since = max((trace.number for trace in chart.traces), default=0)
+
     def zoom(self, chart: Chart, factor: float, about: tuple[float, float] = (0.5, 0.5)) -> None:
         """Zoom in (factor below 1) or out; along x alone if the chart is a function of x."""
         x, y = self.axes(chart)
-        self.x = self._inside(chart, x.moved(zoom=factor, about=about[0]))
-        if chart.plane:
-            self.y = y.moved(zoom=factor, about=about[1])
+        zoomed = y.moved(zoom=factor, about=about[1]) if chart.plane else self.y
+        self.choose(chart, self._inside(chart, x.moved(zoom=factor, about=about[0])), zoomed)
 
     def zoom_y(self, chart: Chart, factor: float, about: float = 0.5) -> None:
         """Zoom in (factor below 1) or out along y alone."""
-        self.y = self.axes(chart)[1].moved(zoom=factor, about=about)
+        self.choose(chart, self.x, self.axes(chart)[1].moved(zoom=factor, about=about))
 
     def pan(self, chart: Chart, right: float, up: float = 0.0) -> None:
         """Move by fractions of the axes' lengths."""
         x, y = self.axes(chart)
-        if right:
-            self.x = self._inside(chart, x.moved(shift=right))
-        if up:
-            self.y = y.moved(shift=up)
+        self.choose(
+            chart,
+            self._inside(chart, x.moved(shift=right)) if right else self.x,
+            y.moved(shift=up) if up else self.y,
+        )
 
     def _inside(self, chart: Chart, x: Axis) -> Axis | None:
         # A function of x does not pan beyond its data.
@@ -261,7 +321,8 @@ class VisibleCharts:
     across: bool = False
 
 
-def _within(trace: Trace, x: Axis) -> FloatArray:
+def within(trace: Trace, x: Axis) -> FloatArray:
+    """The values of an ordered trace within limits of x, and the samples around them."""
     first, stop = np.searchsorted(trace.x, [x.low, x.high])
     # At least the samples around an interval between two of them.
     return trace.y[max(int(first) - 1, 0) : int(stop) + 1]
@@ -273,64 +334,3 @@ def reduced(trace: Trace, x: Axis, columns: int) -> tuple[FloatArray, FloatArray
         return trace.x, trace.y
     edges = np.array([x.value(place) for place in np.linspace(0.0, 1.0, columns + 1).tolist()])
     return envelope(trace.x, trace.y, edges)
-
-
-@dataclass(frozen=True, slots=True)
-class NearestPoint:
-    """The point of a chart nearest to the cursor; `trace` is -1 for the backdrop."""
-
-    trace: int
-    x: float
-    y: float
-    value: float = 0.0
-
-
-def nearest(chart: Chart, view: View) -> list[NearestPoint]:
-    """The points nearest to the cursor; none without a cursor.
-
-    One of each visible ordered trace (nearest along x); else the nearest one of all traces, or of
-    the backdrop.
-    """
-    if view.cursor is None:
-        return []
-    if chart.backdrop is not None:
-        return [_nearest_of(chart.backdrop, view.cursor)]
-    axes = view.axes(chart)
-    found = []
-    for index, trace in view.visible(chart):
-        point = _nearest_point(trace, axes, view.cursor)
-        if point is not None:
-            found.append((point[1], NearestPoint(index, *_point(trace, point[0]))))
-    if chart.plane and found:
-        return [min(found, key=lambda each: each[0])[1]]
-    return [each[1] for each in found]
-
-
-def _nearest_of(backdrop: Backdrop, cursor: tuple[float, float]) -> NearestPoint:
-    column = int(np.abs(backdrop.x - cursor[0]).argmin())
-    row = int(np.abs(backdrop.y - cursor[1]).argmin())
-    value = float(backdrop.values[column, row])
-    return NearestPoint(-1, float(backdrop.x[column]), float(backdrop.y[row]), value)
-
-
-def _point(trace: Trace, index: int) -> tuple[float, float]:
-    return float(trace.x[index]), float(trace.y[index])
-
-
-def _nearest_point(
-    trace: Trace, axes: tuple[Axis, Axis], cursor: tuple[float, float]
-) -> tuple[int, float] | None:
-    if not trace.x.size:
-        return None
-    if trace.ordered:
-        above = int(np.searchsorted(trace.x, cursor[0]))
-        near = [place for place in (above - 1, above) if 0 <= place < trace.x.size]
-        best = min(near, key=lambda place: abs(float(trace.x[place]) - cursor[0]))
-        return best, abs(float(trace.x[best]) - cursor[0])
-    across = axes[0].place(trace.x) - axes[0].place([cursor[0]])
-    along = axes[1].place(trace.y) - axes[1].place([cursor[1]])
-    away = across * across + along * along
-    if not np.isfinite(away).any():
-        return None
-    best = int(np.nanargmin(away))
-    return best, float(away[best])

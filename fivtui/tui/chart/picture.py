@@ -1,31 +1,32 @@
 """A chart drawn in characters: rows of styled text. Imports no Textual."""
 
-import math
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
-from itertools import pairwise
+from itertools import groupby, pairwise
+from operator import itemgetter
 from typing import Final
 
 import numpy as np
 from numpy.typing import NDArray
 
 from .axis import Axis
-from .chart import MOST_JOINED, Backdrop, Chart, NearestPoint, Trace, View, nearest, reduced
+from .chart import MOST_JOINED, Backdrop, Chart, Place, Trace, View, reduced
 from .plot_data import shading, share_of_time
 from .raster import DOTS_X, Raster
+from .reading import CURSOR_SIGNS, NearestPoint, Span, heading, nearest
+from .styles import trace_mark, trace_style
 
 MARGIN: Final = 8
 _TICK_WIDTH: Final = 8
 _TICK_HEIGHT: Final = 2
+# Rows of the plot that a legend leaves, and that what is read leaves.
 _LEAST_ROWS: Final = 7
-TRACE_STYLES: Final = 8
+_LEAST_READ: Final = 2
 _VERTICAL: Final = ord("│")
 _HORIZONTAL: Final = ord("─")
 _CROSSED: Final = ord("┼")
-_PRECISION: Final = 5
-
-# Text and its style.
-Span = tuple[str, str]
+# Line, character and style of the cursors.
+_CURSORS: Final = ((ord("│"), "cursor"), (ord("┊"), "cursor-2"))
 
 
 @dataclass(frozen=True, slots=True)
@@ -53,23 +54,16 @@ class Picture:
         return (column - left + 0.5) / columns, 1.0 - (row - top + 0.5) / rows
 
 
-def trace_style(trace: Trace, index: int) -> str:
-    """Style name of a trace, or its own colour."""
-    return trace.colour or f"trace-{index % TRACE_STYLES + 1}"
-
-
-def _mark(trace: Trace, index: int) -> str:
-    return trace.mark or str(index + 1)[-1] if trace.look == "line" else trace.mark or "●"
-
-
 def draw(chart: Chart, view: View, width: int, height: int, *, reserved: int = 0) -> Picture:
     """Draw a chart in `width` by `height` characters; `reserved` columns of line 1 stay blank."""
     below = len(chart.strips) + int(chart.x_axis)
     axes = view.axes(chart)
-    found = nearest(chart, view)
-    lines = _wrapped(_heading(chart, view, found), width, reserved)
+    places = (view.cursors.first, view.cursors.second)
+    found = [nearest(chart, view, place) for place in places]
+    lines, needed = _wrapped(*heading(chart, view, *found), width, reserved)
     # Keep a few rows for the plot rather than a full legend.
-    del lines[max(height - below - _LEAST_ROWS, 1) :]
+    least = max(min(needed, height - below - _LEAST_READ), height - below - _LEAST_ROWS, 1)
+    del lines[least:]
     top = len(lines)
     columns, rows = max(width - MARGIN, 1), max(height - top - below, 1)
     canvas = _Canvas(columns, rows, axes)
@@ -81,15 +75,16 @@ def draw(chart: Chart, view: View, width: int, height: int, *, reserved: int = 0
     canvas.label_guides()
     if len(chart.traces) > 1:
         canvas.number(chart, view)
-    if view.cursor is not None:
-        canvas.cursor(view.cursor, found, plane=chart.plane)
+    for index in (1, 0):
+        canvas.cursor(index, chart, places[index], found[index])
     ticks, labels = axes[1].ticks(max(rows // _TICK_HEIGHT, 2))
     margin = _row_labels(axes[1], ticks, labels, rows)
     for label, row in zip(margin, canvas.rows(), strict=True):
         lines.append([(label, "tick"), *row])
     for strip in chart.strips:
         share = share_of_time(strip.intervals, (axes[0].low, axes[0].high), columns)
-        lines.append([(strip.label[:MARGIN].rjust(MARGIN), "tick"), (shading(share), "strip")])
+        name = (strip.label[:MARGIN].rjust(MARGIN), "tick")
+        lines.append([name, *canvas.strip(shading(share), chart, places)])
     if chart.x_axis:
         lines.append(_column_labels(axes[0], chart.x_label, columns))
     return Picture(lines[:height], (MARGIN, top, columns, rows))
@@ -170,7 +165,7 @@ class _Canvas:
         if trace.look in ("points", "marked"):
             inside = (across >= 0.0) & (across <= 1.0) & (up >= 0.0) & (up <= 1.0)
             where = self._where(across[inside], up[inside])
-            self._characters[where] = ord(_mark(trace, index))
+            self._characters[where] = ord(trace_mark(trace, index))
             self._styles[where] = style
 
     def _raster(self, trace: Trace, across: NDArray[np.float64], up: NDArray[np.float64]) -> Raster:
@@ -215,33 +210,49 @@ class _Canvas:
             up = float(self._axes[1].place([trace.y[place]])[0])
             if 0.0 <= across <= 1.0 and 0.0 <= up <= 1.0:
                 row, column = self._where(np.array([across]), np.array([up]))
-                self._characters[row, column] = ord(_mark(trace, index))
+                self._characters[row, column] = ord(trace_mark(trace, index))
                 self._styles[row, column] = self._style(trace_style(trace, index))
 
     def cursor(
-        self, where: tuple[float, float], found: Sequence[NearestPoint], *, plane: bool
+        self, index: int, chart: Chart, where: Place | None, found: Sequence[NearestPoint]
     ) -> None:
-        style = self._style("cursor")
-        across = float(self._axes[0].place([where[0]])[0])
-        up = float(self._axes[1].place([where[1]])[0])
-        if 0.0 <= across <= 1.0:
-            cells = self._characters[:, _cell(across, self._columns)]
-            cells[cells == ord(" ")] = _VERTICAL
-            self._styles[:, _cell(across, self._columns)] = style
-        if plane and 0.0 <= up <= 1.0:
-            row = self._rows - 1 - _cell(up, self._rows)
+        if where is None:
+            return
+        vertical, name = _CURSORS[index]
+        style = self._style(name)
+        column, row = self._column(where[0]), self._row(where[1])
+        if column is not None and not chart.along:
+            cells = self._characters[:, column]
+            cells[cells == ord(" ")] = vertical
+            self._styles[:, column] = style
+        if row is not None and chart.plane and not chart.along:
             cells = self._characters[row]
             cells[cells == ord(" ")] = _HORIZONTAL
             self._styles[row] = style
         for point in found:
-            across, up = (
-                float(axis.place([value])[0])
-                for axis, value in zip(self._axes, (point.x, point.y), strict=True)
-            )
-            if 0.0 <= across <= 1.0 and 0.0 <= up <= 1.0:
-                row_, column = self._where(np.array([across]), np.array([up]))
-                self._characters[row_, column] = ord("◆")
-                self._styles[row_, column] = self._style("cursor")
+            column, row = self._column(point.x), self._row(point.y)
+            if column is not None and row is not None:
+                self._characters[row, column] = ord(CURSOR_SIGNS[index])
+                self._styles[row, column] = style
+
+    def _column(self, x: float) -> int | None:
+        across = float(self._axes[0].place([x])[0])
+        return _cell(across, self._columns) if 0.0 <= across <= 1.0 else None
+
+    def _row(self, y: float) -> int | None:
+        up = float(self._axes[1].place([y])[0])
+        return self._rows - 1 - _cell(up, self._rows) if 0.0 <= up <= 1.0 else None
+
+    def strip(self, shades: str, chart: Chart, places: Sequence[Place | None]) -> Iterator[Span]:
+        """A row below the plot with the cursors on it."""
+        styles, characters = ["strip"] * len(shades), list(shades)
+        for index in (1, 0):
+            place = places[index]
+            column = None if place is None or chart.plane else self._column(place[0])
+            if column is not None:
+                characters[column], styles[column] = chr(_CURSORS[index][0]), _CURSORS[index][1]
+        for style, group in groupby(zip(characters, styles, strict=True), key=itemgetter(1)):
+            yield "".join(character for character, _ in group), style
 
     def rows(self) -> Iterator[list[Span]]:
         """The rows from the top, split into runs of one style."""
@@ -289,49 +300,22 @@ def _column_labels(axis: Axis, label: str, columns: int) -> list[Span]:
     return [(before.ljust(MARGIN), "label"), ("".join(line), "tick"), (after, "label")]
 
 
-def _heading(chart: Chart, view: View, found: Sequence[NearestPoint]) -> list[Span]:
-    # The legend, or the cursor's read-out.
-    spans: list[Span] = [(" ".join(filter(None, [chart.y_label, chart.note])) + " ", "label")]
-    if found and chart.backdrop is not None:
-        spans = [(_read(chart, chart.backdrop, found[0]), "readout")]
-    elif found:
-        spans = [(f"{_name(chart.x_label)} {found[0].x:.{_PRECISION}g} ", "readout")]
-        for point in found:
-            trace = chart.traces[point.trace]
-            name = trace.name or _name(chart.y_label)
-            style = trace_style(trace, point.trace)
-            spans.append((f" {name} {point.y:.{_PRECISION}g}", style))
-    elif len(chart.traces) > 1:
-        for index, trace in enumerate(chart.traces):
-            style = "hidden" if index in view.hidden else trace_style(trace, index)
-            mark = _mark(trace, index) if trace.mark or trace.look != "line" else "─"
-            spans.append((f" {index + 1}{mark}{trace.name}", style))
-    return spans
-
-
-def _read(chart: Chart, backdrop: Backdrop, point: NearestPoint) -> str:
-    what, _, unit = backdrop.label.partition(" / ")
-    value = "none" if math.isnan(point.value) else f"{point.value:.{_PRECISION}g} {unit}"
-    x, y = (f"{number:.{_PRECISION}g}" for number in (point.x, point.y))
-    return f"{_name(chart.x_label)} {x}  {_name(chart.y_label)} {y}  {what} {value}"
-
-
-def _name(label: str) -> str:
-    return label.partition(" / ")[0]
-
-
-def _wrapped(spans: Sequence[Span], width: int, reserved: int) -> list[list[Span]]:
-    # Wrapped between spans; a span longer than a line is cut off.
+def _wrapped(
+    spans: Sequence[Span], needed: int, width: int, reserved: int
+) -> tuple[list[list[Span]], int]:
+    # Wrapped between spans; a span longer than a line is cut off. Also the lines that the first
+    # `needed` spans take.
     lines: list[list[Span]] = [[]]
-    left = width - reserved
-    for text, style in spans:
-        if len(text) > left and lines[-1]:
+    left, count = width - reserved, 1
+    for number, (text, style) in enumerate(spans):
+        if len(text.rstrip()) > left and lines[-1]:
             lines[-1].append((" " * left, "plot"))
             lines.append([])
             left = width
         kept = text[: max(left, 0)]
         lines[-1].append((kept, style))
         left -= len(kept)
+        count = len(lines) if number < needed else count
     lines[-1].append((" " * left, "plot"))
     lines[0].append((" " * reserved, "plot"))
-    return lines
+    return lines, count

@@ -199,7 +199,9 @@ def _plot_commands(lab: LabScreen, pane: ViewsPane) -> Iterator[PaletteEntry]:
     yield command("Fit the axes", "r", chart.action_whole, "reset zoom limits all")
     yield command("Zoom in", "+", partial(chart.action_zoom, -1), "enlarge magnify")
     yield command("Zoom out", "-", partial(chart.action_zoom, 1), "shrink")
-    yield command("Cursor", "c", chart.action_cursor, "read value point crosshair measure")
+    for number, (key, words) in enumerate((("c", "First cursor"), ("C", "Second cursor"))):
+        cursor = partial(chart.action_cursor, number)
+        yield command(words, key, cursor, "read value point crosshair measure difference delta")
     for axis in "xy":
         log = partial(chart.action_log, axis)
         yield command(f"Logarithmic {axis} axis", axis, log, "log linear scale")

@@ -4,6 +4,7 @@ import dataclasses
 from collections.abc import Mapping
 from typing import Any, Final
 
+from fivtui.tui.chart import Cursors
 from fivtui.tui.session import Run, RunState, RunStyle, Session, StoredResult
 
 from .state_file import SavedRun, SavedRuns, State
@@ -30,7 +31,7 @@ def state_of(session: Session, theme: str) -> State:
         theme,
         settings={name: dict(known) for name, known in session.settings.items()},
         views={
-            name: dataclasses.replace(view, hidden=set(view.hidden), cursor=None)
+            name: dataclasses.replace(view, hidden=set(view.hidden), cursors=Cursors())
             for name, view in session.views.items()
         },
         runs=SavedRuns(
@@ -63,7 +64,7 @@ def restore_session(session: Session, state: State) -> None:
     session.recent = state.recent
     session.settings = {name: dict(known) for name, known in state.settings.items()}
     session.views = {
-        name: dataclasses.replace(view, hidden=set(view.hidden))
+        name: dataclasses.replace(view, hidden=set(view.hidden), cursors=Cursors())
         for name, view in state.views.items()
     }
     session.unread = {

@@ -63,7 +63,7 @@ class State:
     tab, theme : str
         Unknown ones are ignored.
     settings, views
-        As in `Session`; views without cursor.
+        As in `Session`; views without cursors.
     runs : SavedRuns
         The runs.
     results : mapping of str to object
@@ -138,13 +138,15 @@ def _view_to_dict(view: View) -> dict[str, Any]:
         "log_x": view.log_x,
         "log_y": view.log_y,
         "hidden": sorted(view.hidden),
+        "since": view.since,
     }
 
 
 def _view_from_dict(data: Mapping[str, Any]) -> View:
     x, y = (_axis(data[name], bool(data[f"log_{name}"])) for name in ("x", "y"))
     hidden = {int(place) for place in data["hidden"]}
-    return View(x, y, bool(data["log_x"]), bool(data["log_y"]), hidden)
+    since = int(data.get("since", 0))
+    return View(x, y, bool(data["log_x"]), bool(data["log_y"]), hidden, since=since)
 
 
 def _axis(data: Any, log: bool) -> Axis | None:

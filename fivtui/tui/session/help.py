@@ -14,6 +14,14 @@ HINTS: Final = (
     Row(
         "mouse", "in a plot: hover to read, drag to pan, wheel to zoom, double-click: run the point"
     ),
+    Row(
+        "c, C",
+        "in a plot: first and second cursor, at the same time in all plots of the tab (mouse: left "
+        "and right button); ← → move the last one, its key again switches it off",
+    ),
+    Row(
+        "zoom t, y", "in a title: these limits are kept, also for new runs; r fits them to the data"
+    ),
     Row("Ctrl+P", "palette: all commands that apply now, found by name or meaning"),
     Row("Ctrl+Q", "quit; the next start restores the session"),
 )

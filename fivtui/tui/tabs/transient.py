@@ -27,6 +27,7 @@ from fivtui.tui.session import (
 )
 
 from .charts.transient import (
+    TIME_LABEL,
     PlottedRun,
     difference_chart,
     growing_run,
@@ -143,8 +144,11 @@ class TransientPane(ViewsPane):
             result = live.curve.result
             lines = _summary(result)
             # As the run will look that is kept of it.
-            style = usual_style(runs.count + 1)
-            plotted.append(plotted_run(result, "live", style.marker_sign, style.colour_code))
+            number = runs.count + 1
+            style = usual_style(number)
+            plotted.append(
+                plotted_run(result, "live", style.marker_sign, style.colour_code, number)
+            )
         overlaid = [run for run in reversed(runs.drawn) if run.overlaid]
         plotted += _plotted_runs(overlaid)
         if live.ghost is not None and all(run.result is not live.ghost for run in overlaid):
@@ -242,8 +246,8 @@ class TransientPane(ViewsPane):
         return None if run is None else run.result
 
     def _chosen_time(self) -> float | None:
-        cursors = (self.query_one(f"#plot-{name}", ChartView).view.cursor for name in _QUANTITIES)
-        return next((cursor[0] for cursor in cursors if cursor is not None), None)
+        cursors = self.linked.get(TIME_LABEL)
+        return None if cursors is None or cursors.first is None else cursors.first[0]
 
     @property
     def _window(self) -> tuple[float, float]:
@@ -367,6 +371,7 @@ class TransientPane(ViewsPane):
             for chart in (self.query_one(f"#{name}", ChartView) for name in names):
                 if chart is not event.view:
                     chart.view.x, chart.view.log_x = source.x, source.log_x
+                    chart.view.since = source.since
                     chart.redraw()
 
     def action_show_end(self) -> None:
@@ -374,8 +379,9 @@ class TransientPane(ViewsPane):
         if self._plotted:
             t_end = self._plotted[0].t_end
             for name in _QUANTITIES:
-                chart = self.query_one(f"#plot-{name}", ChartView)
-                chart.view.x = Axis((1.0 - _LAST_PART) * t_end, t_end)
+                view = self.query_one(f"#plot-{name}", ChartView).view
+                view.x = Axis((1.0 - _LAST_PART) * t_end, t_end)
+                view.since = self.session.runs.count
             self.draw()
 
 
@@ -398,7 +404,7 @@ def _plotted_run(run: Run, name: str) -> PlottedRun | None:
     if run.result is None:
         return None
     style = run.style
-    return plotted_run(run.result, name, style.marker_sign, style.colour_code)
+    return plotted_run(run.result, name, style.marker_sign, style.colour_code, run.number)
 
 
 def _remarks(result: Transient) -> list[str]:

@@ -10,9 +10,9 @@ from textual.binding import Binding, BindingType
 from textual.containers import Horizontal
 from textual.events import Resize
 from textual.widget import Widget
-from textual.widgets import Button, ContentSwitcher
+from textual.widgets import Button, ContentSwitcher, Static
 
-from fivtui.tui.chart import ChartView, View, VisibleCharts
+from fivtui.tui.chart import ChartView, Cursors, View, VisibleCharts, cursor_words
 
 from .pane import Pane
 
@@ -21,6 +21,9 @@ _VIEW = "view"
 # Columns of a button beside its title, and shorter titles for little room.
 _PADDING = 2
 _BRIEF = {"Difference": "Diff", "Eigenvalues": "Eigenv."}
+_CURSOR_KEYS = ("C: second cursor", "← →: move", "Esc: off")
+# Between the values that two cursors read.
+_APART = "  "
 
 
 class ViewsPane(Pane):
@@ -47,6 +50,7 @@ class ViewsPane(Pane):
         kept, first = self.setting(_VIEW, ""), next(iter(self.VIEWS))
         with ContentSwitcher(initial=kept if kept in self.VIEWS else first, classes="views"):
             yield from self.compose_views()
+        yield Static("", classes="cursor-words", markup=False)
 
     def compose_bar(self) -> ComposeResult:
         """Further widgets in the bar."""
@@ -57,21 +61,57 @@ class ViewsPane(Pane):
         raise NotImplementedError
 
     def on_resize(self, event: Resize) -> None:
-        """Shorten titles that have no room."""
+        """Shorten titles that have no room, and wrap what cursors read."""
         lack = sum(len(title) + _PADDING for title in self.VIEWS.values()) > event.size.width
         for button in self.query(".view-button").results(Button):
             title = self.VIEWS[str(button.id).removeprefix(_PREFIX)]
             button.label = _BRIEF.get(title, title) if lack else title
+        if self.has_class("-cursors"):
+            self._show_cursors()
 
     def on_mount(self) -> None:
         """Mark the current view and restore limits and scales of the charts."""
         self._mark()
+        # Charts over the same quantity share their cursors.
+        self.linked: dict[str, Cursors] = {}
         for chart in self.query(ChartView):
+            chart.linked = self.linked
             name = str(chart.id)
             if name not in self.session.views:
                 usual = self.LOG_AXES.get(name, "")
                 self.session.views[name] = View(log_x="x" in usual, log_y="y" in usual)
             chart.view = self.session.views[name]
+
+    @on(ChartView.CursorMoved)
+    def _cursor_moved(self, event: ChartView.CursorMoved) -> None:
+        event.stop()
+        cursors = event.view.view.cursors
+        for chart in self.query(ChartView):
+            if chart is not event.view and chart.view.cursors is cursors:
+                chart.redraw()
+        self._show_cursors()
+
+    def _show_cursors(self) -> None:
+        # What two cursors of the current view read, in lines that cut nothing; of one, its keys.
+        words: list[str] = []
+        for chart in self.shown_views():
+            label = "" if chart.chart is None else chart.chart.cursor_label
+            cursors = chart.view.cursors
+            if cursors.kept:
+                words = list(_CURSOR_KEYS)
+            if label and cursors.first is not None and cursors.second is not None:
+                words = cursor_words(label, cursors.first[0], cursors.second[0])
+            if words:
+                break
+        line = self.query_one(".cursor-words", Static)
+        self.set_class(bool(words), "-cursors")
+        lines: list[str] = []
+        for word in words:
+            if lines and len(lines[-1]) + len(_APART) + len(word) <= self.size.width - _PADDING:
+                lines[-1] += _APART + word
+            else:
+                lines.append(word)
+        line.update("\n".join(lines))
 
     def theme_changed(self) -> None:
         """Redraw the charts in the new colours."""
@@ -110,7 +150,7 @@ class ViewsPane(Pane):
         """The visible charts, None if there are none."""
         shown = self.query_one(f"#{self.view}")
         panels = [
-            (chart.chart, replace(chart.view, hidden=set(chart.view.hidden), cursor=None))
+            (chart.chart, replace(chart.view, hidden=set(chart.view.hidden), cursors=Cursors()))
             for chart in self.shown_views()
             if chart.chart is not None
         ]
@@ -127,6 +167,7 @@ class ViewsPane(Pane):
         self.keep(_VIEW, name)
         self._mark()
         self.draw()
+        self._show_cursors()
         chosen = self.query_one(f"#{name}")
         for widget in (chosen, *chosen.query("*")):
             if widget.focusable:

@@ -8,9 +8,10 @@ from fivtui.scene import Scene
 from fivtui.signals.spectra import spectrum
 from fivtui.simulation import simulate
 from fivtui.tui.chart.axis import Axis, axis_for, parse_limits
-from fivtui.tui.chart.chart import Backdrop, Chart, Guide, Trace, View, nearest
+from fivtui.tui.chart.chart import Backdrop, Chart, Cursors, Guide, Trace, View
 from fivtui.tui.chart.picture import MARGIN, draw
 from fivtui.tui.chart.raster import Raster
+from fivtui.tui.chart.reading import cursor_words, nearest, nearest_along
 from fivtui.tui.chart.styles import CHART_STYLES
 from fivtui.tui.session.runs import PartialTrajectory
 from fivtui.tui.tabs.charts.transient import (
@@ -115,13 +116,13 @@ def test_hidden_traces_are_not_drawn_and_limits_follow_the_others() -> None:
 
 
 def test_the_cursor_reads_the_nearest_sample_of_every_trace() -> None:
-    view = View(cursor=(3.0001, 0.0))
-    found = nearest(SINE, view)
+    view = View(cursors=Cursors((3.0001, 0.0)))
+    found = nearest(SINE, view, view.cursors.first)
     assert [(point.trace, point.x) for point in found] == [(0, 3.0), (1, 3.0)]
     assert found[0].y == pytest.approx(np.sin(3.0))
-    assert draw(SINE, view, 80, 20).text().startswith("t 3  one 0.14112 two -1.98")
+    assert draw(SINE, view, 80, 20).text().startswith("t 3 s  one 0.14112 m two -1.98 m")
     plane = Chart("a", "b", (Trace("", np.cos(T), np.sin(T), ordered=False),))
-    (point,) = nearest(plane, View(cursor=(0.0, 0.9)))
+    (point,) = nearest(plane, View(), (0.0, 0.9))
     assert (point.x, point.y) == pytest.approx((0.0, 1.0), abs=0.01)
 
 
@@ -158,8 +159,8 @@ def test_guides_shades_and_marks_are_drawn() -> None:
     assert any("μ_c" in line for line in plot)
     assert "◆" in text
     assert all("▒" not in line[:18] and line.endswith("▒") for line in plot)
-    read = draw(chart, View(cursor=(2.9, 0.2)), 48, 12).text()
-    assert read.startswith("μ 3  F 0  growth 1 1/s")
+    read = draw(chart, View(cursors=Cursors((2.9, 0.2))), 48, 12).text()
+    assert read.startswith("μ 3  F 0 N  growth 1 1/s")
 
 
 def test_a_million_samples_are_reduced() -> None:
@@ -246,3 +247,57 @@ def test_the_difference_of_two_motions_is_exact_where_they_share_their_times() -
 
 def test_every_part_of_a_chart_but_its_ground_has_a_style_of_the_theme() -> None:
     assert [name for name, style in CHART_STYLES.items() if not style] == ["plot"]
+
+
+def test_two_cursors_read_both_values_their_difference_and_the_unit() -> None:
+    view = View(cursors=Cursors((3.0, 0.0), (5.0, 0.0)))
+    one = np.sin([3.0, 5.0])
+    heading = draw(SINE, view, 80, 20).text().splitlines()[0]
+    assert f"one ◆{one[0]:.5g} ◇{one[1]:.5g} Δ{one[1] - one[0]:.5g} m" in heading
+    assert cursor_words("t / s", 3.0, 5.0) == ["t ◆3 ◇5 s", "Δt 2 s", "1/Δt 0.5 Hz"]
+    assert cursor_words("f / Hz", 3.0, 2.5) == ["f ◆3 ◇2.5 Hz", "Δf -0.5 Hz", "1/Δf 2 s"]
+    assert cursor_words("μ", 1.0, 1.0) == ["μ ◆1 ◇1", "Δμ 0"]
+    # A trace that does not reach a cursor is not read there.
+    short = Chart("t / s", "y / m", (Trace("a", T[:400], T[:400]), Trace("b", T, T)))
+    heading = draw(short, view, 80, 20).text().splitlines()[0]
+    assert heading.strip() == "a ◆3 m b ◆3 ◇5 Δ2 m"
+
+
+def test_cursors_of_a_chart_along_curves_are_on_the_curves() -> None:
+    circle = Trace("", np.cos(T), np.sin(T), ordered=False, along=T)
+    chart = Chart("x / m", "y / m", (circle,), along="t / s")
+    assert chart.cursor_label == "t / s"
+    view = View(cursors=Cursors((0.0, 0.0), (4.71, 0.0)))
+    first, second = (
+        nearest(chart, view, place) for place in (view.cursors.first, view.cursors.second)
+    )
+    assert [(p.x, p.y) for p in first + second] == [
+        pytest.approx((1.0, 0.0)),
+        pytest.approx((0.0, -1.0), abs=0.01),
+    ]
+    assert nearest(chart, view, (11.0, 0.0)) == []
+    assert nearest_along(chart, view, (0.0, 1.2)) == pytest.approx(np.pi / 2, abs=0.01)
+    text = draw(chart, view, 60, 20).text()
+    assert text.count("◆") - text.splitlines()[0].count("◆") == 1
+    assert "│ │" not in text
+    alone = draw(chart, View(cursors=Cursors((0.0, 0.0))), 60, 20).text()
+    assert alone.startswith("t 0 s x 1 m y 0 m")
+
+
+def test_limits_say_that_they_are_kept_and_what_they_leave_out() -> None:
+    def heading(view: View, number: int, values: np.ndarray) -> str:
+        chart = Chart("t / s", "y / m", (Trace("new", T, values, number=number),))
+        return draw(chart, view, 80, 20).text().splitlines()[0].strip()
+
+    low = View()
+    low.choose(SINE, None, Axis(-2.5, 2.5))
+    assert heading(low, 1, np.sin(T)) == "y / m  zoom y"
+    assert heading(low, 1, 3.0 * np.sin(T)).endswith("new partly outside, r: fit zoom y")
+    assert heading(low, 0, 3.0 * np.sin(T)) == "y / m  zoom y"
+    assert heading(low, 0, 3.0 + np.sin(0.1 * T)).endswith("new outside, r: fit zoom y")
+    low.since = 1
+    assert heading(low, 1, 3.0 * np.sin(T)) == "y / m  zoom y"
+    late = View(x=Axis(20.0, 30.0))
+    assert heading(late, 0, T).endswith("new outside, r: fit zoom t")
+    early = View(x=Axis(1.0, 2.0))
+    assert heading(early, 1, 3.0 * np.sin(T)) == "y / m  zoom t"

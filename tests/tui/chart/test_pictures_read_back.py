@@ -12,6 +12,7 @@ from fivtui.tui.chart.chart import (
     MOST_JOINED,
     Backdrop,
     Chart,
+    Cursors,
     Guide,
     Strip,
     Trace,
@@ -104,8 +105,8 @@ def test_shades_lie_over_their_own_axes() -> None:
     assert max(at for at, _ in shaded) == pytest.approx(10.0, abs=0.3 + read.x_per_column)
     assert max(up for _, up in shaded) == pytest.approx(160.0, abs=8.0 + read.y_per_row)
     assert min(up for _, up in shaded) == pytest.approx(100.0, abs=8.0 + read.y_per_row)
-    told = draw(chart, View(cursor=(7.6, 199.0)), 80, 30).text()
-    assert told.startswith("a 7.5  b 200  sum 207.5 N")
+    told = draw(chart, View(cursors=Cursors((7.6, 199.0))), 80, 30).text()
+    assert told.startswith("a 7.5 m  b 200 kg  sum 207.5 N")
 
 
 def test_coarse_shades_fill_their_range_to_its_ends_and_nothing_beyond() -> None:
@@ -156,10 +157,10 @@ def test_a_hidden_curve_is_struck_out_and_leaves_no_dot() -> None:
 
 def test_the_cursor_stands_at_the_sample_that_it_reads() -> None:
     chart = function_chart(lambda x: 5.0 + 2.0 * x, 10.0, 20.0)
-    view = View(cursor=(16.0, 0.0))
+    view = View(cursors=Cursors((16.0, 0.0)))
     picture = draw(chart, view, 70, 24)
     read = Reading(picture)
-    assert picture.text().startswith("x 16  y 37")
+    assert picture.text().startswith("x 16 s  y 37 m")
     (mark,) = read.marks("◆")
     assert read.near(mark, (16.0, 37.0))
     # The middle of that cell is that place again.

@@ -180,8 +180,9 @@ MEANT = {
     "measured": "Transient: Measured", "validate": "Transient: Measured", "log": "Logarithmic x",
     "compare": "Transient: Difference", "tolerance": "Edit tol", "speed": "Edit v_belt",
     "preload": "Edit F", "bifurcation": "Tab Branches", "probability": "Tab Risk",
-    "zoom": "Zoom in", "cursor": "Cursor", "clipboard": "Copy the command", "remove": "Delete run",
-    "keymap": "Help: keys", "limit cycle": "Tab Branches", "abort": "", "ffff": "",
+    "zoom": "Zoom in", "cursor": "First cursor", "clipboard": "Copy the command",
+    "remove": "Delete run", "keymap": "Help: keys", "limit cycle": "Tab Branches",
+    "abort": "", "ffff": "",
 }  # fmt: skip
 
 

@@ -25,7 +25,7 @@ async def test_the_slider_stands_at_the_cursor_moves_and_is_written(
     assert run is not None
     assert run.result is not None
     start, end = run.result.separated_intervals[-2]
-    pane.query_one("#plot-y", ChartView).view.cursor = (0.5 * (start + end), 0.0)
+    pane.query_one("#plot-y", ChartView).view.cursors.first = (0.5 * (start + end), 0.0)
     pane.show_view("belt")
     view = pane.query_one(BeltView)
     await until_shown(pilot, " s, off the belt, ×1")

@@ -98,7 +98,7 @@ async def test_a_branch_is_followed_opened_written_and_copied(
     assert "○unstable" in text_of(pilot)
     chart = pane.query_one("#branch-chart", ChartView)
     chart.focus()
-    chart.view.cursor = (0.6, 4.0)
+    chart.view.cursors.first = (0.6, 4.0)
     chosen = nearest_cycle(BRANCH, 0.6, 4.0)
     await pilot.press("enter")
     session = app_of(pilot).session

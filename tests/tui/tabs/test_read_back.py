@@ -16,12 +16,9 @@ from fivtui.tradeoffs.measure import Tradeoff
 from fivtui.tradeoffs.settings import MeasuredSetting, Setting
 from fivtui.transient.errors import Deviation
 from fivtui.transient.result import Transient
-from fivtui.tui.chart.chart import (
-    NearestPoint,
-    View,
-    nearest,
-)
+from fivtui.tui.chart.chart import Cursors, View
 from fivtui.tui.chart.picture import draw
+from fivtui.tui.chart.reading import NearestPoint, nearest
 from fivtui.tui.tabs.charts.map import map_chart, point_texts
 from fivtui.tui.tabs.charts.stability import frequency_chart, growth_chart, plane_chart
 from fivtui.tui.tabs.charts.sweep import case_of, grid_chart, point_scene, points_of, sweep_chart
@@ -244,7 +241,7 @@ def test_a_grid_of_a_sweep_has_its_values_over_its_own_axes() -> None:
         assert np.all(np.diff(backdrop.levels[:, 0]) >= 0)
         (now,) = chart.traces
         assert (now.x.tolist(), now.y.tolist()) == ([30.0], [0.4])
-        found = nearest(chart, View(cursor=(57.0, 0.2)))[0]
+        found = nearest(chart, View(), (57.0, 0.2))[0]
         scene = point_scene(result.study, found, case)
         assert (scene.parameters.F, scene.parameters.mu, scene.separation) == (60.0, 0.1, case)
         moved = dataclasses.replace(result.study, start=(0.1, 0.2, -0.3, 0.4), t_end=7.0, tol=1e-6)
@@ -274,9 +271,9 @@ def test_a_map_has_its_values_its_boundary_and_its_point_in_place() -> None:
     read = Reading(draw(chart, View(), 90, 30))
     (mark,) = read.marks("◆")
     assert read.near(mark, (1.2, 45.0))
-    told = draw(chart, View(cursor=(1.0, 60.0)), 90, 30).text().splitlines()[0]
+    told = draw(chart, View(cursors=Cursors((1.0, 60.0))), 90, 30).text().splitlines()[0]
     rate = own_slider.growth_rate(mu=1.0, F=60.0)
-    assert told.split() == ["μ", "1", "F", "60", "growth", "rate", f"{rate:.5g}", "1/s"]
+    assert told.split() == ["μ", "1", "F", "60", "N", "growth", "rate", f"{rate:.5g}", "1/s"]
     texts = point_texts(result, NearestPoint(-1, 0.65, 85.0))
     assert (texts["mu"], texts["F"], texts["k1"]) == ("0.65", "85", "100")
     modes = map_chart(stability_map(Parameters(), {"mu": mu, "F": force}, "unstable-modes"), None)

@@ -7,7 +7,7 @@ from textual.widgets import Input
 
 from fivtui import Parameters, safety_map
 from fivtui.safety.map import SafetyMap
-from fivtui.tui.chart.chart import View
+from fivtui.tui.chart.chart import Cursors, View
 from fivtui.tui.chart.picture import draw
 from fivtui.tui.chart.widget.chart_view import ChartView
 from fivtui.tui.tabs.charts.map import map_chart, map_scale
@@ -35,7 +35,7 @@ def test_a_map_of_coexistence_has_three_kinds_of_shades(regions: SafetyMap) -> N
     assert drawn[0] == "·"
     assert set("░▒▓") & set(drawn[1:-1])
     assert drawn[-1] == "█"
-    read = draw(chart, View(cursor=(100.0, 0.9)), 80, 24).text()
+    read = draw(chart, View(cursors=Cursors((100.0, 0.9))), 80, 24).text()
     assert "escapes from 0" in read
 
 

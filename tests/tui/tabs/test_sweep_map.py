@@ -14,8 +14,9 @@ from fivtui.scene.presets import PRESETS
 from fivtui.simulation import simulate
 from fivtui.sweeps.rows import compute_rows
 from fivtui.tui.chart.axis import Axis
-from fivtui.tui.chart.chart import View, nearest
+from fivtui.tui.chart.chart import Cursors, View
 from fivtui.tui.chart.picture import draw
+from fivtui.tui.chart.reading import nearest
 from fivtui.tui.chart.widget.chart_view import ChartView
 from fivtui.tui.tabs.charts.map import (
     map_chart,
@@ -77,8 +78,8 @@ def test_a_sweep_gives_what_single_runs_give_point_by_point() -> None:
     ]
     picture = draw(chart, View(), 80, 20).text()
     assert all(mark in picture for mark in "●◆◇")
-    view = View(cursor=(60.2, 0.0))
-    found = nearest(chart, view)
+    view = View(cursors=Cursors((60.2, 0.0)))
+    found = nearest(chart, view, view.cursors.first)
     assert case_of(study, points, found[0], False)
     assert point_scene(study, found[0], True).parameters == Parameters(F=60.0)
     assert not case_of(study, points, found[3], True)
@@ -98,9 +99,9 @@ def test_a_sweep_over_two_names_is_drawn_as_shades_as_far_as_it_is_known() -> No
         run = simulate(Parameters(F=40.0, mu=0.8), t_end=10.0, separation=case)
         assert backdrop.values[1, 2] == pytest.approx(run.peak.y_abs, rel=1e-9)
         assert "◆" in draw(chart, View(), 80, 20).text()
-        read = draw(chart, View(cursor=(41.0, 0.79)), 80, 20).text()
-        assert read.startswith("F 40  μ 0.8  peak of |y| ")
-        (point,) = nearest(chart, View(cursor=(41.0, 0.79)))
+        read = draw(chart, View(cursors=Cursors((41.0, 0.79))), 80, 20).text()
+        assert read.startswith("F 40 N  μ 0.8  peak of |y| ")
+        (point,) = nearest(chart, View(), (41.0, 0.79))
         assert case_of(study, None, point, case) is case
         assert point_scene(study, point, case).parameters == Parameters(F=40.0, mu=0.8)
     part = compute_rows(study, 0, 7)
@@ -145,14 +146,14 @@ def test_a_map_is_drawn_with_its_boundary_and_point() -> None:
         near = np.abs(bound.y - 80.0).argmin()
         assert bound.x[near] == pytest.approx(0.4394, abs=0.02)
         assert "◆" in draw(chart, View(), 80, 24).text()
-        read = draw(chart, View(cursor=(0.7, 80.0)), 80, 24).text()
-        assert read.startswith(f"μ 0.7  F 80  {label}")
+        read = draw(chart, View(cursors=Cursors((0.7, 80.0))), 80, 24).text()
+        assert read.startswith(f"μ 0.7  F 80 N  {label}")
     descending = {"F": second.values()[::-1], "mu": first.values()}
     turned = map_chart(stability_map(Parameters(), descending), None)
     assert turned.backdrop is not None
     assert np.all(np.diff(turned.backdrop.x) > 0.0)
-    view = View(cursor=(80.0, 0.7))
-    (point,) = nearest(turned, view)
+    view = View(cursors=Cursors((80.0, 0.7)))
+    (point,) = nearest(turned, view, view.cursors.first)
     result = stability_map(Parameters(), descending)
     texts = map_point(result, point)
     assert (texts["F"], texts["mu"], texts["k1"]) == ("80", "0.7", "100")

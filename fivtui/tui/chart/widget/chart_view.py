@@ -20,8 +20,16 @@ from textual.message import Message
 from textual.strip import Strip
 from textual.widget import Widget
 
-from fivtui.tui.chart.chart import Chart, NearestPoint, View, nearest
-from fivtui.tui.chart.picture import MARGIN, Picture, Span, draw
+from fivtui.tui.chart.chart import Chart, Cursors, Place, Trace, View
+from fivtui.tui.chart.picture import MARGIN, Picture, draw
+from fivtui.tui.chart.reading import (
+    NearestPoint,
+    Span,
+    is_long,
+    nearest,
+    nearest_along,
+    nearest_index,
+)
 from fivtui.tui.chart.styles import CHART_STYLES, FOCUSED_STYLES
 
 from .limits_dialog import LimitsDialog
@@ -32,6 +40,10 @@ _ZOOM_STEP: Final = 0.7
 _WHEEL_STEP: Final = 0.85
 _PAN_STEP: Final = 0.15
 _BIG_STEP: Final = 10
+# Steps of a cursor along a whole curve, and where cursors appear.
+_STEPS: Final = 500
+_APPEAR: Final = (0.5, 0.75)
+_RIGHT_BUTTON: Final = 3
 _WIDE: Final = 90
 _LEAST: Final = (MARGIN + 2, 3)
 
@@ -79,8 +91,9 @@ class ChartView(Widget, can_focus=True):
         Binding("shift+left,H", f"step(-{_BIG_STEP}, 0)", "Far left", show=False),
         Binding("shift+right,L", f"step({_BIG_STEP}, 0)", "Far right", show=False),
         Binding("r", "whole", "Fit"),
-        Binding("c", "cursor", "Cursor"),
-        Binding("escape", "cursor_off", "Cursor off", show=False),
+        Binding("c", "cursor(0)", "Cursor", tooltip="First cursor: on, move, off"),
+        Binding("C", "cursor(1)", "Second cursor: on, move, off", show=False),
+        Binding("escape", "cursor_off", "Cursors off", show=False),
         Binding("enter", "open", "Open", key_display="⏎", tooltip="Run the point at the cursor"),
         Binding("g", "limits", "Limits"),
         Binding("x", "log('x')", "Log x", show=False),
@@ -114,6 +127,17 @@ class ChartView(Widget, can_focus=True):
             """The chart, for ``@on`` selectors."""
             return self.view
 
+    @dataclass
+    class CursorMoved(Message):
+        """Posted when a cursor was placed, moved or removed."""
+
+        view: "ChartView"
+
+        @property
+        def control(self) -> "ChartView":
+            """The chart, for ``@on`` selectors."""
+            return self.view
+
     def __init__(self, id: str, *, nothing: str = "", openable: bool = False) -> None:  # noqa: A002
         super().__init__(id=id)
         self.view = View()
@@ -122,9 +146,10 @@ class ChartView(Widget, can_focus=True):
         self._picture: Picture | None = None
         self._styles_by_name: dict[str, Style] = {}
         self._controls: list[tuple[int, int, str]] = []
-        self._steered = False
         self._held: tuple[int, int] | None = None
         self._dragged = False
+        # Cursors by what they are at a value of, which charts share, or by chart.
+        self.linked: dict[str, Cursors] = {}
 
     @property
     def chart(self) -> Chart | None:
@@ -140,6 +165,9 @@ class ChartView(Widget, can_focus=True):
     def show(self, chart: Chart | None, *, nothing: str | None = None) -> None:
         """Display a chart in the current view; if None, the text `nothing`."""
         self._chart = chart
+        if chart is not None:
+            shared = chart.cursor_label or str(self.id)
+            self.view.cursors = self.linked.setdefault(shared, Cursors())
         if nothing is not None:
             self._nothing = nothing
         self.redraw()
@@ -192,7 +220,9 @@ class ChartView(Widget, can_focus=True):
         if self._chart is None or width < _LEAST[0] or height < _LEAST[1]:
             return [[("", "plot")], [(f" {self._nothing}"[:width], "label")]]
         if self._picture is None:
-            controls = self._heading_end(width)
+            self._controls.clear()
+            crowded = width < _WIDE and is_long(self._chart, self.view)
+            controls = [] if crowded else self._heading_end(width)
             reserved = sum(len(text) for text, _ in controls)
             self._picture = draw(self._chart, self.view, width, height, reserved=reserved)
             # The last span of the first line is the reserved room.
@@ -207,9 +237,10 @@ class ChartView(Widget, can_focus=True):
     def _heading_end(self, width: int) -> list[Span]:
         wide = width >= _WIDE
         words = [control.words if wide else control.brief for control in _CONTROLS]
-        on = {"log('x')": self.view.log_x, "log('y')": self.view.log_y}
+        view = self.view
+        kept = view.x is not None or view.y is not None
+        on = {"log('x')": view.log_x, "log('y')": view.log_y, "whole": kept}
         column = width - sum(len(word) + 1 for word in words)
-        self._controls.clear()
         spans: list[Span] = []
         for control, word in zip(_CONTROLS, words, strict=True):
             style = "control-on" if on.get(control.action) else "control"
@@ -247,7 +278,7 @@ class ChartView(Widget, can_focus=True):
         """Move the cursor if it is on, else pan."""
         if self._chart is None:
             return
-        if self._steered:
+        if self.view.cursors.kept:
             self._step_cursor(right, up)
         else:
             self.view.pan(self._chart, _PAN_STEP * right, _PAN_STEP * up)
@@ -274,43 +305,103 @@ class ChartView(Widget, can_focus=True):
             return
 
         def take(limits: "View | None") -> None:
-            if limits is not None:
-                self.view.x, self.view.y = limits.x, limits.y
+            if limits is not None and self._chart is not None:
+                self.view.choose(self._chart, limits.x, limits.y)
                 self._moved()
 
         self.app.push_screen(LimitsDialog(self._chart, self.view), take)
 
-    # The cursor
+    # The cursors
 
-    def action_cursor(self) -> None:
-        """Switch the cursor on (in the middle) or off."""
-        if self._steered:
-            self.action_cursor_off()
-        elif self._chart is not None:
-            self._steered = True
-            if self.view.cursor is None:
-                self._put_cursor((0.5, 0.5))
+    def action_cursor(self, which: int) -> None:
+        """Switch a cursor on, let keys move it if they move the other one, or switch it off."""
+        cursors = self.view.cursors
+        second = bool(which)
+        before = cursors.second if second else cursors.first
+        if self._chart is None:
+            return
+        if cursors.kept and before is not None and cursors.second_moves is second:
+            cursors.put(None)
+            cursors.second_moves = cursors.second is not None
+            cursors.kept = cursors.moving is not None
+            self._cursor_moved()
+            return
+        cursors.kept = True
+        for number in (0, 1)[: which + 1]:
+            cursors.second_moves = bool(number)
+            if cursors.moving is None:
+                self._appear(_APPEAR[number])
+        cursors.second_moves = second
+        self._cursor_moved()
+
+    def _appear(self, part: float) -> None:
+        trace = self._top_along()
+        if trace is None:
+            self._put_cursor((part, 0.5))
+        elif trace.along is not None:
+            self.view.cursors.put((float(trace.along[int(part * (trace.along.size - 1))]), 0.0))
 
     def action_cursor_off(self) -> None:
-        """Switch the cursor off."""
-        self._steered = False
-        self.view.cursor = None
+        """Switch the cursors off."""
+        self.view.cursors.clear()
+        self._cursor_moved()
+
+    def _cursor_moved(self) -> None:
         self.redraw()
+        self.post_message(self.CursorMoved(self))
 
-    def _cursor_place(self) -> tuple[float, float] | None:
-        if self._chart is None or self.view.cursor is None:
+    def _top_along(self) -> Trace | None:
+        # The curve that keys move a cursor along.
+        if self._chart is None or not self._chart.along:
             return None
-        x, y = self.view.axes(self._chart)
-        at_x, at_y = self.view.cursor
-        return float(x.place([at_x])[0]), float(y.place([at_y])[0])
+        curves = [trace for _, trace in self.view.visible(self._chart) if trace.along is not None]
+        return curves[-1] if curves and curves[-1].x.size else None
 
-    def _put_cursor(self, place: tuple[float, float]) -> None:
-        if self._chart is not None:
-            x, y = self.view.axes(self._chart)
-            self.view.cursor = (x.value(place[0]), y.value(place[1]))
-            self.redraw()
+    def _cursor_place(self) -> Place | None:
+        where = self.view.cursors.moving
+        if self._chart is None or where is None:
+            return None
+        if self._chart.along:
+            found = nearest(self._chart, self.view, where)
+            if not found:
+                return None
+            where = (found[-1].x, found[-1].y)
+        x, y = self.view.axes(self._chart)
+        return float(x.place([where[0]])[0]), float(y.place([where[1]])[0])
+
+    def _put_cursor(self, place: Place, direction: int = 0) -> None:
+        if self._chart is None:
+            return
+        x, y = self.view.axes(self._chart)
+        where = (x.value(place[0]), y.value(place[1]))
+        if self._chart.along:
+            at = nearest_along(self._chart, self.view, where)
+            if at is None:
+                return
+            where = (at, 0.0)
+        elif not self._chart.plane:
+            where = (self._sampled(where[0], direction), where[1])
+        self.view.cursors.put(where)
+        self._cursor_moved()
+
+    def _sampled(self, x: float, direction: int) -> float:
+        # The nearest sample of the topmost trace; in a direction at least the next one.
+        if self._chart is None:
+            return x
+        traces = [trace for _, trace in self.view.visible(self._chart) if trace.x.size]
+        if not traces:
+            return x
+        values, before = traces[-1].x, self.view.cursors.moving
+        at = nearest_index(values, x)
+        if direction and before is not None and float(values[at]) == before[0]:
+            at = min(max(at + (1 if direction > 0 else -1), 0), values.size - 1)
+        return float(values[at])
 
     def _step_cursor(self, right: int, up: int) -> None:
+        trace = self._top_along()
+        if trace is not None:
+            self._step_along(trace, right)
+            return
         place, picture = self._cursor_place(), self._drawn()
         if place is None or picture is None or self._chart is None:
             return
@@ -319,16 +410,25 @@ class ChartView(Widget, can_focus=True):
         if not 0.0 <= across <= 1.0:
             # Pan so that the cursor stays visible.
             self.view.pan(self._chart, right / columns)
-        self._put_cursor((min(max(across, 0.0), 1.0), min(max(along, 0.0), 1.0)))
+        self._put_cursor((min(max(across, 0.0), 1.0), min(max(along, 0.0), 1.0)), right)
+
+    def _step_along(self, trace: Trace, right: int) -> None:
+        where = self.view.cursors.moving
+        if trace.along is not None and where is not None:
+            step = right * max(trace.along.size // _STEPS, 1)
+            at = nearest_index(trace.along, where[0]) + step
+            at = min(max(at, 0), trace.along.size - 1)
+            self.view.cursors.put((float(trace.along[at]), 0.0))
+            self._cursor_moved()
 
     def action_open(self) -> None:
         """Open the point nearest to the cursor; if there is none, switch it on."""
         if self._chart is None:
             return
-        if self.view.cursor is None:
-            self.action_cursor()
+        if self.view.cursors.moving is None:
+            self.action_cursor(0)
             return
-        found = nearest(self._chart, self.view)
+        found = nearest(self._chart, self.view, self.view.cursors.moving)
         if found:
             self.post_message(self.Opened(self, found[0]))
 
@@ -347,16 +447,17 @@ class ChartView(Widget, can_focus=True):
                 follows = not self._chart.plane and self.view.y is None
                 self.view.pan(self._chart, -right / columns, 0.0 if follows else down / rows)
                 self._moved()
-        elif not self._steered:
+        elif not self.view.cursors.kept:
             place = picture.place(event.x, event.y)
             if all(0.0 <= part <= 1.0 for part in place):
                 self._put_cursor(place)
-            elif self.view.cursor is not None:
+            elif self.view.cursors.moving is not None:
                 self.action_cursor_off()
 
     def on_leave(self, event: Leave) -> None:
         """Hide the read-out."""
-        if event.node is self and not self._steered and self.view.cursor is not None:
+        cursors = self.view.cursors
+        if event.node is self and not cursors.kept and cursors.moving is not None:
             self.action_cursor_off()
 
     def on_mouse_down(self, event: MouseDown) -> None:
@@ -387,7 +488,10 @@ class ChartView(Widget, can_focus=True):
             self._zoom(_WHEEL_STEP, direction, picture.place(event.x, event.y))
 
     async def on_click(self, event: Click) -> None:
-        """Press a control, toggle a trace, place the cursor, or open a point (double click)."""
+        """Press a control, toggle a trace, place a cursor, or open a point (double click).
+
+        The right button places the second cursor.
+        """
         picture = self._drawn()
         if picture is None or self._dragged:
             return
@@ -403,7 +507,13 @@ class ChartView(Widget, can_focus=True):
         place = picture.place(event.x, event.y)
         if not all(0.0 <= part <= 1.0 for part in place):
             return
-        self._steered = True
+        cursors = self.view.cursors
+        second = event.button == _RIGHT_BUTTON
+        if second and not cursors.kept:
+            # The first one has followed the pointer to here.
+            cursors.first = None
+            self.action_cursor(0)
+        cursors.kept, cursors.second_moves = True, second
         self._put_cursor(place)
         if event.chain == 2 and self._openable:
             self.action_open()

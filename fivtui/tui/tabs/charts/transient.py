@@ -51,6 +51,8 @@ class PlottedRun:
         Speed of the belt, m/s, if it is finite and constant.
     stuck : sequence of (start, end), optional
         Intervals of stick, s, on a belt of finite speed.
+    number : int
+        As in `Trace`.
     """
 
     name: str
@@ -61,10 +63,11 @@ class PlottedRun:
     colour: str = ""
     v_belt: float | None = None
     stuck: Intervals | None = None
+    number: int = 0
 
 
 def plotted_run(
-    result: Transient, name: str = "", mark: str = "", colour: str = ""
+    result: Transient, name: str = "", mark: str = "", colour: str = "", number: int = 0
 ) -> PlottedRun | None:
     """A transient ready for plotting; None if it has no samples."""
     if result.trajectory is None:
@@ -79,6 +82,7 @@ def plotted_run(
         colour,
         v_belt=None if of_time else p.v_belt,
         stuck=None if p.v_belt is None else result.stick_intervals,
+        number=number,
     )
 
 
@@ -125,6 +129,7 @@ def time_chart(quantity: str, runs: Sequence[PlottedRun], *, strip: bool, x_axis
             getattr(run.trajectory, quantity),
             mark=run.mark,
             colour=run.colour,
+            number=run.number,
         )
         for run in reversed(runs)
     )
@@ -204,7 +209,18 @@ def _portrait(
     for run in reversed(runs):
         motion, part = run.trajectory, _part(run.trajectory.t, window)
         x, y = getattr(motion, across)[part], getattr(motion, up)[part]
-        paths.append(Trace(run.name, x, y, ordered=False, mark=run.mark, colour=run.colour))
+        paths.append(
+            Trace(
+                run.name,
+                x,
+                y,
+                ordered=False,
+                mark=run.mark,
+                colour=run.colour,
+                along=motion.t[part],
+                number=run.number,
+            )
+        )
         held = motion.mode[part] == Mode.STICK
         if held.any():
             stuck.append(
@@ -228,6 +244,7 @@ def _portrait(
         guides=guides,
         note=_span(window),
         tight=False,
+        along=TIME_LABEL,
     )
 
 
@@ -242,7 +259,14 @@ def spectrum_chart(runs: Sequence[PlottedRun], window: tuple[float, float]) -> C
     spectra = [spectrum_of(run, window) for run in runs]
     first = spectra[0]
     traces = tuple(
-        Trace(run.name, found.frequency, found.amplitude, mark=run.mark, colour=run.colour)
+        Trace(
+            run.name,
+            found.frequency,
+            found.amplitude,
+            mark=run.mark,
+            colour=run.colour,
+            number=run.number,
+        )
         for run, found in reversed(list(zip(runs, spectra, strict=True)))
     )
     base, note = first.fundamental, f"{_span(window)}, no vibration"

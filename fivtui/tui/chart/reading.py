@@ -1,0 +1,259 @@
+"""What is read off a chart: points at the cursors, and the words above the plot."""
+
+import math
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from typing import Final
+
+import numpy as np
+from numpy.typing import NDArray
+
+from .axis import Axis
+from .chart import Backdrop, Chart, Place, Trace, View, within
+from .styles import trace_mark, trace_style
+
+CURSOR_SIGNS: Final = "◆◇"
+_PRECISION: Final = 5
+_PLACE_PRECISION: Final = 6
+_INVERSES: Final = {"s": "Hz", "Hz": "s"}
+# A longer name of a run is replaced by its number where limits leave it out.
+_LONGEST_NAME: Final = 8
+
+# Text and its style.
+Span = tuple[str, str]
+
+
+def split_label(label: str) -> tuple[str, str]:
+    """Symbol and unit of a label."""
+    name, _, unit = label.partition(" / ")
+    return name, unit
+
+
+# Points
+
+
+@dataclass(frozen=True, slots=True)
+class NearestPoint:
+    """The point of a chart nearest to a cursor; `trace` is -1 for the backdrop."""
+
+    trace: int
+    x: float
+    y: float
+    value: float = math.nan
+
+
+def nearest(chart: Chart, view: View, place: Place | None) -> list[NearestPoint]:
+    """The points at a cursor; none without a place.
+
+    Along curves and over x one of each visible trace that reaches it, or else the nearest one;
+    in a plane the nearest one of all traces, or of the backdrop.
+    """
+    if place is None:
+        return []
+    if chart.backdrop is not None:
+        return [_nearest_of(chart.backdrop, place)]
+    axes = view.axes(chart)
+    found: list[tuple[float, NearestPoint]] = []
+    for index, trace in view.visible(chart):
+        values = trace.along if chart.along else trace.x if trace.ordered else None
+        if values is not None and values.size:
+            best = nearest_index(values, place[0])
+            beyond = max(float(values[0]) - place[0], place[0] - float(values[-1]), 0.0)
+            found.append((beyond, NearestPoint(index, *_point(trace, best))))
+        elif not chart.along and (point := _nearest_in_plane(trace, axes, place)) is not None:
+            found.append((point[1], NearestPoint(index, *_point(trace, point[0]))))
+    if not found:
+        return []
+    if chart.along:
+        return [point for beyond, point in found if not beyond]
+    if chart.plane:
+        return [min(found, key=lambda each: each[0])[1]]
+    least = min(beyond for beyond, _ in found)
+    return [point for beyond, point in found if beyond == least]
+
+
+def nearest_index(values: NDArray[np.float64], at: float) -> int:
+    """Index of the nearest of ascending values."""
+    above = int(np.searchsorted(values, at))
+    near = [place for place in (above - 1, above) if 0 <= place < values.size]
+    return min(near, key=lambda place: abs(float(values[place]) - at))
+
+
+def nearest_along(chart: Chart, view: View, place: Place) -> float | None:
+    """The value along the curves of a chart at the point nearest to a place in the plane."""
+    axes, best = view.axes(chart), math.inf
+    found = None
+    for _, trace in view.visible(chart):
+        point = _nearest_in_plane(trace, axes, place)
+        if trace.along is not None and point is not None and point[1] <= best:
+            found, best = float(trace.along[point[0]]), point[1]
+    return found
+
+
+def _nearest_of(backdrop: Backdrop, place: Place) -> NearestPoint:
+    column = int(np.abs(backdrop.x - place[0]).argmin())
+    row = int(np.abs(backdrop.y - place[1]).argmin())
+    value = float(backdrop.values[column, row])
+    return NearestPoint(-1, float(backdrop.x[column]), float(backdrop.y[row]), value)
+
+
+def _point(trace: Trace, index: int) -> tuple[float, float]:
+    return float(trace.x[index]), float(trace.y[index])
+
+
+def _nearest_in_plane(
+    trace: Trace, axes: tuple[Axis, Axis], place: Place
+) -> tuple[int, float] | None:
+    across = axes[0].place(trace.x) - axes[0].place([place[0]])
+    along = axes[1].place(trace.y) - axes[1].place([place[1]])
+    away = across * across + along * along
+    if not np.isfinite(away).any():
+        return None
+    best = int(np.nanargmin(away))
+    return best, float(away[best])
+
+
+# Words
+
+
+def heading(
+    chart: Chart, view: View, first: Sequence[NearestPoint], second: Sequence[NearestPoint]
+) -> tuple[list[Span], int]:
+    """The words above a plot, and how many of them must not be left out.
+
+    What the cursors read, or else label and legend; which limits are kept; what they leave out.
+    """
+    kept = [*_outside(chart, view), *_kept(chart, view)]
+    if first or second:
+        read = _read(chart, view, first, second)
+        return [*read, *kept], len(read)
+    title = (" ".join(filter(None, [chart.y_label, chart.note])) + " ", "label")
+    return [title, *kept, *_legend(chart, view)], 1 + len(kept)
+
+
+def is_long(chart: Chart, view: View) -> bool:
+    """Whether a heading needs a whole line: for two cursors, or for what limits leave out."""
+    return view.cursors.second is not None or bool(_outside(chart, view))
+
+
+def _legend(chart: Chart, view: View) -> list[Span]:
+    spans = []
+    for index, trace in enumerate(chart.traces) if len(chart.traces) > 1 else ():
+        style = "hidden" if index in view.hidden else trace_style(trace, index)
+        plain = trace.look == "line" and not trace.mark
+        mark = "─" if plain else trace_mark(trace, index)
+        spans.append((f" {index + 1}{mark}{trace.name}", style))
+    return spans
+
+
+def _kept(chart: Chart, view: View) -> list[Span]:
+    chosen = ((view.x, chart.x_label), (view.y, chart.y_label))
+    names = [split_label(label)[0] for axis, label in chosen if axis is not None]
+    return [(f" zoom {', '.join(names)}", "kept")] if names else []
+
+
+def _outside(chart: Chart, view: View) -> list[Span]:
+    # Traces that kept limits leave out, and newer runs of which they leave out a part.
+    if view.x is None and view.y is None:
+        return []
+    axes, spans = view.axes(chart), []
+    for _, trace in view.visible(chart):
+        away, cut = _left_out(trace, axes)
+        if away or (cut and view.y is not None and trace.number > view.since):
+            short = not trace.number or len(trace.name) <= _LONGEST_NAME
+            name = trace.name if short else f"run {trace.number}"
+            words = f"{name or split_label(chart.y_label)[0]} {'' if away else 'partly '}outside"
+            spans.append((f"  {words}, r: fit", "outside"))
+    return spans
+
+
+def _left_out(trace: Trace, axes: tuple[Axis, Axis]) -> tuple[bool, bool]:
+    # Whether limits leave out all of a trace, and whether they leave out a part.
+    x, y = axes
+    values = within(trace, x) if trace.ordered else trace.y
+    if not (np.isfinite(trace.x).any() and np.isfinite(values).any()):
+        return bool(trace.x.size and not values.size), False
+    pairs = ((trace.x, x), (values, y))
+    ends = [(float(np.nanmin(part)), float(np.nanmax(part)), axis) for part, axis in pairs]
+    away = any(high < axis.low or low > axis.high for low, high, axis in ends)
+    # A function of x may go on beyond a chosen part of it.
+    beyond = ends[1:] if trace.ordered else ends
+    return away, any(low < axis.low or high > axis.high for low, high, axis in beyond)
+
+
+def cursor_words(label: str, first: float, second: float) -> list[str]:
+    """Values at two cursors, their difference, and of times and frequencies its inverse."""
+    name, unit = split_label(label)
+    a, b = (f"{value:.{_PLACE_PRECISION}g}" for value in (first, second))
+    words = [f"{name} {CURSOR_SIGNS[0]}{a} {CURSOR_SIGNS[1]}{b} {unit}".rstrip()]
+    apart = second - first
+    words.append(f"Δ{name} {_number(apart)} {unit}".rstrip())
+    if unit in _INVERSES and apart:
+        words.append(f"1/Δ{name} {_number(1.0 / abs(apart))} {_INVERSES[unit]}")
+    return words
+
+
+def _read(
+    chart: Chart, view: View, first: Sequence[NearestPoint], second: Sequence[NearestPoint]
+) -> list[Span]:
+    both = (first, second)
+    if chart.backdrop is not None:
+        labels: list[tuple[str, Callable[[NearestPoint], float]]] = [
+            (chart.x_label, lambda point: point.x),
+            (chart.y_label, lambda point: point.y),
+            (chart.backdrop.label, lambda point: point.value),
+        ]
+        return [(_values(label, both, of) + "  ", "readout") for label, of in labels]
+    if chart.plane and not chart.along:
+        (point,) = first or second
+        style = trace_style(chart.traces[point.trace], point.trace)
+        name = chart.traces[point.trace].name if not (first and second) else ""
+        across = _values(chart.x_label, both, lambda point: point.x) + "  "
+        up = _values(chart.y_label, both, lambda point: point.y, name)
+        return [(across, "readout"), (up + " ", style)]
+    spans: list[Span] = []
+    signed = bool(first and second)
+    place = view.cursors.first if first else view.cursors.second
+    if chart.along and not signed and place is not None:
+        name, unit = split_label(chart.along)
+        spans.append((f"{name} {_number(place[0])} {unit} ", "readout"))
+    elif not signed:
+        spans.append((_values(chart.x_label, both, lambda point: point.x) + " ", "readout"))
+    for index, trace in enumerate(chart.traces):
+        own = [[point for point in points if point.trace == index] for points in both]
+        if not any(own):
+            continue
+        style, name = trace_style(trace, index), trace.name if len(chart.traces) > 1 else ""
+        if chart.along:
+            spans.append((f"{name} " * bool(name), style))
+            across = _values(chart.x_label, own, lambda point: point.x, signed=signed)
+            up = _values(chart.y_label, own, lambda point: point.y, signed=signed)
+            spans += [(f"{across} ", style), (f"{up} ", style)]
+        else:
+            words = _values(chart.y_label, own, lambda point: point.y, name, signed=signed)
+            spans.append((f" {words}", style))
+    return spans
+
+
+def _values(
+    label: str,
+    both: Sequence[Sequence[NearestPoint]],
+    of: Callable[[NearestPoint], float],
+    name: str = "",
+    *,
+    signed: bool = False,
+) -> str:
+    # One value, with the cursor's sign where there are two, or two and their difference.
+    symbol, unit = split_label(label)
+    values = [of(points[0]) if points else None for points in both]
+    known = [value for value in values if value is not None]
+    if len(known) == 1:
+        sign = CURSOR_SIGNS[values[0] is None] if signed else ""
+        return f"{name or symbol} {sign}{_number(known[0])} {unit}".rstrip()
+    one, other = known
+    pair = f"{CURSOR_SIGNS[0]}{_number(one)} {CURSOR_SIGNS[1]}{_number(other)}"
+    return f"{name or symbol} {pair} Δ{_number(other - one)} {unit}".rstrip()
+
+
+def _number(value: float) -> str:
+    return "none" if math.isnan(value) else f"{value:.{_PRECISION}g}"

@@ -1,0 +1,177 @@
+"""Two cursors over all plots of the transient, and limits that are kept."""
+
+import pytest
+from textual.pilot import Pilot
+
+from fivtui.tui.app import FivtuiApp
+from fivtui.tui.chart.axis import Axis
+from fivtui.tui.chart.widget.chart_view import ChartView
+from fivtui.tui.persistence.snapshot import state_of
+from tests.support.laboratory import (
+    app_of,
+    flat_text_of,
+    focus,
+    run_to_end,
+    text_of,
+    until,
+    until_shown,
+)
+
+SIZE = (80, 24)
+
+
+def chart(pilot: Pilot[None], name: str) -> ChartView:
+    return pilot.app.screen.query_one(f"#{name}", ChartView)
+
+
+def lines_of(pilot: Pilot[None], name: str) -> list[str]:
+    """What the screen shows of a chart."""
+    region = chart(pilot, name).region
+    shown = text_of(pilot).splitlines()
+    return [line[region.x : region.right] for line in shown[region.y : region.bottom]]
+
+
+async def test_two_cursors_are_on_all_plots_with_differences_and_units(
+    pilot: Pilot[None],
+) -> None:
+    await run_to_end(pilot)
+    run = app_of(pilot).session.runs.displayed
+    assert run is not None
+    assert run.result is not None
+    motion = run.result.trajectory
+    assert motion is not None
+    chart(pilot, "plot-x").focus()
+    await pilot.press("c")
+    await until_shown(pilot, "t 50 s x ")
+    await until_shown(pilot, "C: second cursor")
+    await pilot.press("C")
+    await until_shown(pilot, "t ◆50 ◇75 s Δt 25 s 1/Δt 0.04 Hz")
+    at = [int(abs(motion.t - t).argmin()) for t in (50.0, 75.0)]
+    for quantity, unit in (("y", "m"), ("x", "m"), ("P", "N")):
+        one, other = (float(getattr(motion, quantity)[place]) for place in at)
+        read, *plot = lines_of(pilot, f"plot-{quantity}")
+        words = f"{quantity} ◆{one:.5g} ◇{other:.5g} Δ{other - one:.5g} {unit}"
+        assert read.strip() == words
+        assert any("◆" in line for line in plot)
+        assert any("◇" in line for line in plot)
+    # The strip, too.
+    (strip,) = (line for line in lines_of(pilot, "plot-y") if "off belt" in line)
+    assert "│" in strip
+    assert "┊" in strip
+    # The keys move the second one, in another plot the same two.
+    await pilot.press("left")
+    cursors = chart(pilot, "plot-y").view.cursors
+    assert cursors.first is not None
+    assert cursors.first[0] == 50.0
+    assert cursors.second is not None
+    assert cursors.second[0] < 75.0
+    chart(pilot, "plot-P").focus()
+    await pilot.press("c", "right")
+    await until(pilot, lambda: cursors.first is not None and cursors.first[0] > 50.0)
+    # The same times along the curves of the phase portraits.
+    await pilot.press("v")
+    await until_shown(pilot, "ẏ ◆")
+    assert chart(pilot, "phase-y").view.cursors is cursors
+    assert chart(pilot, "phase-x").view.cursors is cursors
+    place = int(abs(motion.t - cursors.first[0]).argmin())
+    assert f"y ◆{motion.y[place]:.5g} " in flat_text_of(pilot)
+    assert f"ẋ ◆{motion.vx[place]:.5g} " in flat_text_of(pilot)
+    before = cursors.first
+    await pilot.press("left")
+    assert before is not None
+    assert cursors.first is not None
+    assert 0.0 < before[0] - cursors.first[0] < 0.2
+    # The spectrum has cursors of its own, at frequencies.
+    await pilot.press("v")
+    chart(pilot, "plot-spectrum").focus()
+    await pilot.press("c", "C")
+    await until_shown(pilot, "1/Δf")
+    assert "Hz Δf " in flat_text_of(pilot)
+    # The slider stands at the first one.
+    await pilot.click("#view-belt")
+    await until_shown(pilot, f"{cursors.first[0]:.5g} s, ")
+    # They are switched off one by one, or both.
+    await pilot.click("#view-time")
+    chart(pilot, "plot-y").focus()
+    await pilot.press("c")
+    assert cursors.first is None
+    assert cursors.second is not None
+    await pilot.press("escape")
+    assert cursors.second is None
+    await until_shown(pilot, "peak |y|")
+
+
+@pytest.mark.parametrize(
+    "size", [(80, 24), *(pytest.param(s, marks=pytest.mark.whole) for s in ((120, 35), (200, 60)))]
+)
+async def test_nothing_that_cursors_read_is_cut(size: tuple[int, int]) -> None:
+    async with FivtuiApp().run_test(size=size) as pilot:
+        await run_to_end(pilot)
+        await focus(pilot, "mu")
+        await pilot.press("up")
+        await until(pilot, lambda: app_of(pilot).session.live.curve is not None)
+        chart(pilot, "plot-y").focus()
+        await pilot.press("c", "C", "shift+up", "plus")
+        await until_shown(pilot, "1/Δt")
+        for name, unit in (("plot-y", "m"), ("plot-x", "m"), ("plot-P", "N")):
+            shown = " ".join(" ".join(lines_of(pilot, name)).split())
+            for trace in ("before", "live"):
+                _, _, words = shown.partition(f"{trace} ◆")
+                value, other, difference, of = words.split()[:4]
+                assert float(other.removeprefix("◇")) - float(value) == pytest.approx(
+                    float(difference.removeprefix("Δ")), rel=1e-2, abs=1e-3
+                )
+                assert of == unit
+            if size[1] > SIZE[1]:
+                assert ("zoom t, y" if name == "plot-y" else "zoom t") in shown
+        assert " Hz" in flat_text_of(pilot)
+
+
+@pytest.mark.whole
+async def test_the_right_button_places_the_second_cursor(pilot: Pilot[None]) -> None:
+    await run_to_end(pilot)
+    cursors = chart(pilot, "plot-y").view.cursors
+    await pilot.hover("#plot-y", offset=(20, 2))
+    await until_shown(pilot, "t 32.89")
+    assert not cursors.kept
+    await pilot.click("#plot-y", offset=(20, 2))
+    await pilot.click("#plot-y", offset=(30, 2), button=3)
+    await until_shown(pilot, "Δt 26.32 s")
+    assert cursors.kept
+    # One that follows the pointer is no first one.
+    await pilot.press("escape")
+    chart(pilot, "plot-y").focus()
+    await pilot.press("escape")
+    await pilot.click("#plot-y", offset=(30, 2), button=3)
+    await until_shown(pilot, "t ◆50 ◇59.21 s")
+
+
+async def test_kept_limits_are_marked_and_say_which_new_run_they_leave_out(
+    pilot: Pilot[None],
+) -> None:
+    await run_to_end(pilot)
+    view = chart(pilot, "plot-y")
+    view.focus()
+    assert "zoom" not in text_of(pilot)
+    await pilot.press("g", "tab", *"-12:12", "enter")
+    await until(pilot, lambda: view.view.y == Axis(-12.0, 12.0))
+    await until_shown(pilot, "y / m zoom y")
+    assert "outside" not in text_of(pilot)
+    # A larger motion.
+    field = await focus(pilot, "mu")
+    field.value = "1.2"
+    await until(pilot, lambda: app_of(pilot).session.texts["mu"] == "1.2")
+    await run_to_end(pilot)
+    await until_shown(pilot, "run 2 partly outside, r: fit")
+    assert "zoom" not in "".join(lines_of(pilot, "plot-x"))
+    # It is known after a restart.
+    state = state_of(app_of(pilot).session, "")
+    assert state.views["plot-y"].since == 1
+    # Once limits are chosen in sight of the run nothing is said, unless all of it is outside.
+    view.focus()
+    await pilot.press("shift+up")
+    await until(pilot, lambda: "outside" not in text_of(pilot))
+    await pilot.press("g", "tab", *["backspace"] * 20, *"200:300", "enter")
+    await until_shown(pilot, "run 2 outside, r: fit")
+    await pilot.press("r")
+    await until(pilot, lambda: "outside" not in text_of(pilot) and "zoom" not in text_of(pilot))
