@@ -1,3 +1,4 @@
+import asyncio
 import http.client
 import json
 import os
@@ -120,6 +121,38 @@ def test_only_who_knows_the_token_is_answered_on_pages_of_its_own(served: tuple[
         serve(port, say=print)
 
 
+@pytest.mark.host
+async def test_a_page_of_localhost_reads_and_types(served: tuple[int, str], tmp_path: Path) -> None:
+    aiohttp = pytest.importorskip("aiohttp")
+    port, token = served
+    origin, kept = f"http://localhost:{port}", tmp_path / "fivtui" / "session.json"
+    async with (
+        aiohttp.ClientSession() as client,
+        asyncio.timeout(HANG_S),
+        client.get(f"{origin}/?token={token}") as page,
+    ):
+        assert page.status == 200
+        address = re.search(r'data-session-websocket-url="ws(.*)"', await page.text())
+        assert address is not None
+        async with client.ws_connect(
+            f"http{address[1]}?width=80&height=24", headers={"Origin": origin}
+        ) as stream:
+            seen = bytearray()
+
+            async def read() -> None:
+                async for message in stream:
+                    seen.extend(message.data if isinstance(message.data, bytes) else b"")
+
+            reading = asyncio.create_task(read())
+            for key, mu in (("", "0.7"), ("\x1b[A", "0.71")):
+                if key:
+                    await stream.send_json(["stdin", key])
+                while not kept.is_file() or json.loads(kept.read_bytes())["texts"]["mu"] != mu:
+                    await asyncio.sleep(0.1)
+            assert b"UNSTABLE" in seen
+            reading.cancel()
+
+
 def test_on_port_80_its_own_page_names_no_port() -> None:
     test_utils = pytest.importorskip("aiohttp.test_utils")
     make_mocked_request = test_utils.make_mocked_request
@@ -166,9 +199,9 @@ def test_a_browser_shows_the_laboratory_and_passes_keys_on(
 
     port, token = served
     browser.get(f"http://localhost:{port}/?token={token}")
-    until(lambda: texts().get("m") == "5", "the session of an app in the browser")
+    until(lambda: texts().get("mu") == "0.7", "the session of an app in the browser")
     browser.find_element(By.CSS_SELECTOR, ".xterm-helper-textarea").send_keys(Keys.ARROW_UP)
-    until(lambda: texts().get("m") == "5.1", "a key to reach the app")
+    until(lambda: texts().get("mu") == "0.71", "a key to reach the app")
     # Text on a background is more than a few colours of pixels.
     from matplotlib.image import imread
 
