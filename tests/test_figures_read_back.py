@@ -154,7 +154,7 @@ def test_modes_over_mu_are_the_eigenvalues_in_hertz_and_one_over_seconds() -> No
     found = stability(p)
     figure = mode_figure(p, found, mode_scan(p, 1.5))
     frequency, growth, plane = figure.axes
-    assert labels(frequency) == ("Friction coefficient μ", "Frequency Im λ/2π (Hz)")
+    assert labels(frequency) == ("Friction coefficient μ", "Frequency Im λ/(2π) (Hz)")
     assert labels(growth) == ("Friction coefficient μ", "Growth rate Re λ (1/s)")
     assert labels(plane) == ("Re λ (1/s)", "Im λ (rad/s)")
     legend = the_legend(figure)

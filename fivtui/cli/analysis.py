@@ -40,8 +40,8 @@ if TYPE_CHECKING:
     is_flag=True,
     help="Eigenvalues alone: no search for the friction that is safe.",
 )
-@output_option("--out", "FILE", "Write the eigenvalues over mu (.csv, .npz, .parquet).")
-@output_option("--plot", "FILE", "Draw frequencies and growth rates over mu (.png, .svg, .pdf).")
+@output_option("--out", "FILE", "Write the eigenvalues over μ (.csv, .npz, .parquet).")
+@output_option("--plot", "FILE", "Draw frequencies and growth rates over μ (.png, .svg, .pdf).")
 @force_option
 @json_option
 def stability(scene: str, assignments: tuple[str, ...], **given: Any) -> None:

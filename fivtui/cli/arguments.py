@@ -11,6 +11,11 @@ from click.shell_completion import CompletionItem
 from fivtui.model import Interval, read_whole
 
 
+def times_words(count: int) -> str:
+    """How often something was given, in words."""
+    return {0: "never", 1: "once", 2: "twice"}.get(count, f"{count} times")
+
+
 class Once(click.Option):
     """An option that must not be empty, nor given twice unless it takes several values."""
 

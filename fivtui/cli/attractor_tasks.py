@@ -11,6 +11,7 @@ from fivtui.scene import Scene
 from fivtui.studies import study
 from fivtui.transient import START_SPECS, Progress, Start
 
+from .arguments import times_words
 from .deliver import check_outputs, warn, write
 from .options import progress_bar
 
@@ -53,7 +54,7 @@ def _along(text: str) -> Task:
 def _slice(texts: Sequence[str], start: Start | None) -> Task:
     ranges = parse_ranges("--basin", texts, START_SPECS)
     if len(ranges) != _BASIN_RANGES:
-        raise InputError(f"--basin: given {len(ranges)} times; must be given twice")
+        raise InputError(f"--basin: given {times_words(len(ranges))}; must be given twice")
 
     def compute(scene: Scene, progress: Progress) -> Any:
         over = {each.name: each.values() for each in ranges}

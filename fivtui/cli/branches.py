@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Any, Literal
 
 from fivtui.model import InputError, parameter_spec
 
-from .arguments import option
+from .arguments import option, times_words
 from .completion import PARAMETER_VALUES
 from .deliver import check_outputs, show, warn, write
 from .group import commands
@@ -122,7 +122,7 @@ def _boundary(scene: "Scene", given: Mapping[str, Any]) -> _Computation:
     if given["doubled"]:
         raise InputError("--doubled: must be given without --curve")
     if len(given["ranges"]) != 2:
-        raise InputError(f"--over: given {len(given['ranges'])} times; must be given twice")
+        raise InputError(f"--over: given {times_words(len(given['ranges']))}; must be given twice")
     over = dict(_range("--over", text) for text in given["ranges"])
     if len(over) != 2:
         raise InputError(f"--over: {next(iter(over))} is given twice; must be two parameters")

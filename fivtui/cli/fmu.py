@@ -30,7 +30,7 @@ flavour_option = option(
 
 @commands.group(cls=CommandGroup)
 def fmu() -> None:
-    """Build, check and run the FMU (FMI 2.0)."""
+    """Build, check and run FMUs (FMI 2.0 and 3.0)."""
 
 
 @fmu.command("build")

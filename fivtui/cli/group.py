@@ -43,7 +43,7 @@ def commands(context: click.Context) -> None:
     """Friction-induced vibration of a slider pressed on a moving belt.
 
     Without a command, the terminal laboratory starts. SCENE is the name of a preset (see fivtui
-    presets) or a TOML file. The default is the paper's base set: F = 80 N, mu = 0.7, 100 s,
+    presets) or a TOML file. The default is the paper's base set: F = 80 N, μ = 0.7, 100 s,
     separation of slider and belt considered (Case 1).
     """
     if context.invoked_subcommand is None:

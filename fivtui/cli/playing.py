@@ -46,7 +46,7 @@ _RUN_OPTIONS: Final = (
     ),
     tol_option,
     option("--step", metavar="S", help="Step of rk4, or communication step of fmu, s."),
-    start_option("Start state, m and m/s; static: at rest at the equilibrium of mu = 0."),
+    start_option("Start state, m and m/s; static: at rest at the equilibrium of μ = 0."),
 )
 
 
@@ -168,8 +168,12 @@ def sound(**given: Any) -> None:
     show_default=True,
     help="What was measured: x, vx, y, vy or P.",
 )
-@option("--scale", metavar="N", help="The signal in SI units is N times the number in the file, …")
-@option("--offset", metavar="N", help="… plus N.")
+@option(
+    "--scale",
+    metavar="N",
+    help="SI units in a unit of the signal.",
+)
+@option("--offset", metavar="N", help="Added to the scaled signal, in SI units.")
 @option("--time-scale", metavar="N", help="Seconds in a unit of the time column.")
 @option(
     "--shift",
@@ -183,9 +187,9 @@ def sound(**given: Any) -> None:
     metavar="N|N%",
     help="Half width of the tolerance band, in SI units or in percent of half peak-to-peak.",
 )
-@option("--share", metavar="N%", help="Samples that must be within it, 100 % if not given.")
-@option("--frequency", metavar="N%", help="Greatest deviation of the frequency.")
-@option("--amplitude", metavar="N%", help="Greatest deviation of half peak-to-peak.")
+@option("--share", metavar="N%", help="Least share of samples within the band, 100 % if not given.")
+@option("--frequency", metavar="N%", help="Greatest relative deviation of the frequency.")
+@option("--amplitude", metavar="N%", help="Greatest relative deviation of half peak-to-peak.")
 @output_option("--out", "FILE", "Write both signals (.csv, .npz, .parquet).")
 @output_option("--plot", "FILE", "Draw both with the band, and their spectra (.png, .svg, .pdf).")
 @force_option

@@ -103,7 +103,7 @@ from .studies import engine_of
 @force_option
 @json_option
 def uncertainty(**given: Any) -> None:
-    """Tell how likely squeal is where parameters scatter, and what drives it.
+    """Estimate how likely squeal is where parameters scatter, and what drives it.
 
     Probabilities, quantiles and Sobol indices have 95 % intervals from independent scramblings of
     the design. Correlations are those of the scene's table [correlation], e.g. mu.F = -0.3, of the

@@ -57,7 +57,7 @@ if TYPE_CHECKING:
     "QUANTITY: final (state), peak, half_range (half peak-to-peak over the second half of the run) "
     "or events (times of separation and reattachment, s)."
 )
-@start_option("Start state, m and m/s; static: at rest at the equilibrium of mu = 0.")
+@start_option("Start state, m and m/s; static: at rest at the equilibrium of μ = 0.")
 @option(
     "--sensitivity",
     "sensitivities",

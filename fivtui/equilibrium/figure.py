@@ -47,7 +47,7 @@ def mode_figure(p: Parameters, found: Stability, scan: ModeScan) -> Figure:
         frequency, growth, plane = figure.subplots(1, 3)
         modes = scan.eigenvalues[:, :2]
         for axes, parts, label in (
-            (frequency, modes.imag / (2.0 * np.pi), "Frequency Im $λ$/2π (Hz)"),
+            (frequency, modes.imag / (2.0 * np.pi), "Frequency Im $λ$/(2π) (Hz)"),
             (growth, modes.real, "Growth rate Re $λ$ (1/s)"),
         ):
             for part, look in zip(parts.T, _MODES, strict=True):

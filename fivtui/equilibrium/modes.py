@@ -37,7 +37,7 @@ class VibrationMode:
 
     @property
     def frequency(self) -> float:
-        """Im λ/2π, Hz."""
+        """Im λ/(2π), Hz."""
         return self.eigenvalue.imag / (2.0 * math.pi)
 
     @property

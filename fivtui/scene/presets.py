@@ -51,7 +51,7 @@ _SCENES: Final = (
     ),
     Scene(
         name="stiff-contact",
-        description="Section 4: mu = 1.2, F = 100 N, k_nl = 300, said to be stabilised",
+        description="Section 4: μ = 1.2, F = 100 N, k_nl = 300, said to be stabilised",
         parameters=_BASE.with_values({"mu": 1.2, "F": 100.0, "k_nl": 300.0}),
     ),
     Scene(

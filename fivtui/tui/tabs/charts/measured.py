@@ -19,8 +19,11 @@ INPUTS: Final[Mapping[str, tuple[str, str]]] = {
     "time-scale": ("s 1", "seconds in a unit of the time column, e.g. 0.001 for ms"),
     "signal": ("signal 2", "column of the signal, by name or number"),
     "quantity": ("y", "what was measured: y, x, vy, vx or P, in SI units"),
-    "scale": ("scale 1", "the signal in SI units is this times the number in the file, …"),
-    "offset": ("offset 0", "… plus this"),
+    "scale": (
+        "scale 1",
+        "SI units in a unit of the signal, e.g. 0.001 for mm",
+    ),
+    "offset": ("offset 0", "added to the scaled signal, in SI units"),
     "shift": ("shift 0", "added to the measured times, s; auto: where both correlate best"),
     "band": ("band –", "half width of the band: in SI units, or % of half peak-to-peak"),
     "share": ("share 100%", "samples that must be within the band"),
