@@ -74,10 +74,7 @@ def stability(scene: str, assignments: tuple[str, ...], **given: Any) -> None:
 def _safe_friction(chosen: "Scene", *, quiet: bool) -> dict[str, Any]:
     # What `stability` adds to its JSON of disturbances of any size.
     if chosen.parameters.v_belt is not None:
-        said = "not searched: the belt has a finite speed"
-        if not quiet:
-            say(f"disturbances of any size {said}")
-        return {"safe_mu": None, "safe_mu_basis": {"verdict": said}}
+        return _reached(chosen, quiet=quiet)
     from fivtui.safety import safe_friction
 
     with progress_bar("safe friction") as progress:
@@ -85,6 +82,18 @@ def _safe_friction(chosen: "Scene", *, quiet: bool) -> dict[str, Any]:
     if not quiet:
         show("safe-friction", safe)
     return safe.to_dict()
+
+
+def _reached(chosen: "Scene", *, quiet: bool) -> dict[str, Any]:
+    # The same on a belt of finite speed: what transients reach at this friction, and no other.
+    from fivtui.orbits import coexistence, reached_words
+
+    with progress_bar("attractors") as progress:
+        found = coexistence(chosen.parameters, separation=chosen.separation, progress=progress)
+    said = reached_words(found)
+    if not quiet:
+        say(said)
+    return {"safe_mu": None, "safe_mu_basis": {"verdict": said, **found.to_dict()}}
 
 
 @commands.command()
@@ -163,12 +172,14 @@ def map_over(scene: str, assignments: tuple[str, ...], **given: Any) -> None:
     displacement from rest that escapes), and squealing.
     """
     from fivtui.equilibrium import MAP_VALUES, check_map, stability_map
-    from fivtui.model import unknown_name
+    from fivtui.model import ALL_PARAMETERS, unknown_name
     from fivtui.ranges import parse_ranges
     from fivtui.safety import SAFETY_VALUES, safety_map
 
     chosen = scene_of(scene, assignments, ignore_separation=given["ignore_separation"])
-    over = {each.name: each.values() for each in parse_ranges("--over", given["ranges"])}
+    over = {
+        each.name: each.values() for each in parse_ranges("--over", given["ranges"], ALL_PARAMETERS)
+    }
     out, plot, force = given["out"], given["plot"], given["force"]
     if given["value"] not in (*MAP_VALUES, *SAFETY_VALUES):
         raise unknown_name("map value", given["value"], (*MAP_VALUES, *SAFETY_VALUES))

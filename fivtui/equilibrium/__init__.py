@@ -3,7 +3,11 @@
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
-    from .arrays import critical_mus as critical_mus, judge_growths as judge_growths
+    from .arrays import (
+        critical_mus as critical_mus,
+        is_on_belt as is_on_belt,
+        judge_growths as judge_growths,
+    )
     from .belt import (
         critical_mu_on_belt as critical_mu_on_belt,
         critical_speeds as critical_speeds,

@@ -4,23 +4,22 @@ The equilibrium is that of `model.equilibrium`, eigenvalues follow from the reso
 characteristic quartic, the stability boundary from the Routh–Hurwitz criterion.
 """
 
-from collections.abc import Mapping
+from collections.abc import Collection, Mapping
 from typing import Final
 
 import numpy as np
 from numpy.typing import NDArray
 
 from fivtui.model import (
-    BELT_PARAMETERS,
     PARAMETERS,
     ComputationError,
     InputError,
     Parameters,
-    check_always_sliding,
     spring_force,
     tangent_stiffness,
 )
 
+from .belt import critical_mu_on_belt
 from .critical import boundary
 from .eigenvalues import ROUNDING, judge_growth, why_no_growth
 from .quartic import cube_root_bound, rightmost_real_part
@@ -45,9 +44,6 @@ class StabilityPoints:
     def __init__(
         self, p: Parameters, varied: Mapping[str, FloatArray], separation: BoolArray
     ) -> None:
-        check_always_sliding(p, "critical and safe friction in many scenes, and maps")
-        if not BELT_PARAMETERS.keys().isdisjoint(varied):
-            raise InputError("v_belt: must be none for critical and safe friction in many scenes")
         size = separation.size
         self.m, self.k1, self.k2, self.k3, self.c1, self.c2, self.F, self.k_nl, self.mu = (
             varied.get(name, np.full(size, getattr(p, name))) for name in PARAMETERS
@@ -180,6 +176,8 @@ def critical_mus(
 ) -> FloatArray:
     """Critical friction coefficients of n parameter sets, shape (n,); NaN where there is none.
 
+    That above which the equilibrium becomes unstable, on a belt of finite speed the least of these.
+
     Parameters
     ----------
     p : Parameters
@@ -189,8 +187,27 @@ def critical_mus(
     separation : ndarray of bool, shape (n,)
         Whether separation is considered.
     """
+    if is_on_belt(p, varied):
+        return _critical_one_by_one(p, varied, separation)
     with np.errstate(all="ignore"):
         return StabilityPoints(p, varied, separation).critical_mu()
+
+
+def is_on_belt(p: Parameters, varied: Collection[str]) -> bool:
+    """Whether parameter sets are on a belt of finite speed."""
+    return p.v_belt is not None or "v_belt" in varied
+
+
+def _critical_one_by_one(
+    p: Parameters, varied: Mapping[str, FloatArray], separation: BoolArray
+) -> FloatArray:
+    # μ is not used, and may be anything up to the static friction.
+    found = np.full(separation.size, np.nan)
+    for place, considered in enumerate(separation.tolist()):
+        values = {name: float(column[place]) for name, column in varied.items()}
+        critical = critical_mu_on_belt(p.with_values({**values, "mu": 0.0}), separation=considered)
+        found[place] = next((one.mu for one in critical if one.becomes == "unstable"), np.nan)
+    return found
 
 
 def judge_growths(
@@ -216,7 +233,7 @@ def judge_growths(
     reasons : dict of int to str
         Why there is no growth rate, by index.
     """
-    if p.v_belt is not None or "v_belt" in varied:
+    if is_on_belt(p, varied):
         return _judged_one_by_one(p, varied, separation)
     with np.errstate(all="ignore"):
         points = StabilityPoints(p, varied, separation)

@@ -10,7 +10,7 @@ from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 from numpy.typing import NDArray
 
-from fivtui.model import PARAMETERS, Parameters
+from fivtui.model import ALL_PARAMETERS, PARAMETERS, Parameters
 from fivtui.plotting import (
     STYLE,
     WIDTH,
@@ -148,7 +148,7 @@ def map_figure(result: StabilityMap) -> Figure:
         for axis, name, values in zip(
             (axes.xaxis, axes.yaxis), result.names, result.axes, strict=True
         ):
-            axis.set_label_text(quantity_label(PARAMETERS[name]))
+            axis.set_label_text(quantity_label(ALL_PARAMETERS[name]))
             if is_logarithmic(values):
                 (axes.set_xscale if axis is axes.xaxis else axes.set_yscale)("log")
         unused = ("mu",) if result.value == "critical-mu" else ()

@@ -18,7 +18,7 @@ from fivtui.io import (
     read_header,
     write_table,
 )
-from fivtui.model import PARAMETERS, Column, InputError, Parameters
+from fivtui.model import ALL_PARAMETERS, PARAMETERS, Column, InputError, Parameters
 
 from .eigenvalues import Stability
 from .map import StabilityMap, stability_map
@@ -86,7 +86,7 @@ def map_to_dict(result: StabilityMap) -> dict[str, Any]:
     return {
         **_provenance(result),
         "over": [
-            {"name": name, "unit": PARAMETERS[name].unit, "values": axis.tolist()}
+            {"name": name, "unit": ALL_PARAMETERS[name].unit, "values": axis.tolist()}
             for name, axis in zip(result.names, result.axes, strict=True)
         ],
         "value": result.value,
@@ -109,7 +109,7 @@ def save_map(result: StabilityMap, path: Path, *, force: bool = False) -> None:
     Raises `InputError` if the format is unknown or the file cannot be written; see `save_modes`.
     """
     value = MAP_COLUMNS[result.value]
-    specs = [PARAMETERS[name] for name in result.names]
+    specs = [ALL_PARAMETERS[name] for name in result.names]
     columns = [*(Column(spec.name, spec.unit, spec.meaning) for spec in specs), value]
     write_table(path, "map", columns, map_columns(result), _provenance(result), force=force)
 

@@ -16,12 +16,14 @@ _STEP: Final = 1e-40
 def critical_mu_derivatives(p: Parameters, *, separation: bool = True) -> dict[str, float] | None:
     """Derivatives of μ_c by the parameters but μ, per unit of each; None if there is no μ_c.
 
+    None, too, where friction falls with the sliding speed.
+
     The equilibrium y and μ_c solve two equations in closed form. Their derivatives, taken by
     imaginary steps, are exact to rounding, and the implicit function theorem gives those of μ_c.
     By dampings, where both are zero, there are none: NaN.
     """
     found = critical_mu(p, separation=separation)
-    if not found:
+    if not found or (p.v_belt is not None and p.speed_law is not None):
         return None
     mu = found[0].mu
     y = equilibrium(p, separation=False, mu=mu).y

@@ -15,12 +15,13 @@ from fivtui.model import (
     ComputationError,
     InputError,
     Parameters,
-    number_spec,
+    parameter_spec,
+    time_scale,
     unknown_name,
 )
 from fivtui.results import Result, scene_text
 
-from .arrays import StabilityPoints
+from .arrays import StabilityPoints, critical_mus, is_on_belt, judge_growths
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -33,6 +34,8 @@ MAP_VALUES: Final[tuple[MapValue, ...]] = get_args(MapValue)
 MAX_POINTS: Final = 100_000_000
 # A chunk's arrays stay in the processor's cache.
 _CHUNK: Final = 8192
+# On a belt of finite speed points are judged one by one.
+_CHUNK_ON_BELT: Final = 64
 
 
 @dataclass(frozen=True, slots=True, repr=False)
@@ -57,7 +60,7 @@ class StabilityMap(Result):
     excess : ndarray, shape (n, k)
         Relative excess of μ h k_t over its value on the stability boundary: negative where the
         equilibrium is stable, zero on the boundary, −1 without friction coupling, NaN without
-        equilibrium.
+        equilibrium. On a belt of finite speed the growth rate times √(m/stiffness).
     """
 
     parameters: Parameters
@@ -158,12 +161,18 @@ def stability_map(
     if total > MAX_POINTS:
         raise InputError(f"over: {total} points; must be at most {MAX_POINTS}")
     values, excess = np.empty(total), np.empty(total)
-    for start in range(0, total, _CHUNK):
+    on_belt = is_on_belt(p, over)
+    chunk = _CHUNK_ON_BELT if on_belt else _CHUNK
+    for start in range(0, total, chunk):
         if progress is not None and not progress(start / total):
             raise Cancelled
-        place = np.arange(start, min(start + _CHUNK, total))
+        place = np.arange(start, min(start + chunk, total))
         row, column = np.divmod(place, columns.size)
         varied = {first: rows[row], second: columns[column]}
+        if on_belt:
+            found = _on_belt(p, varied, value, np.full(place.size, separation))
+            values[place], excess[place] = found
+            continue
         with np.errstate(all="ignore"):
             points = StabilityPoints(p, varied, np.full(place.size, separation))
             excess[place] = points.excess()
@@ -182,6 +191,21 @@ def stability_map(
     )
 
 
+def _on_belt(
+    p: Parameters, varied: Mapping[str, FloatArray], value: str, separation: NDArray[np.bool_]
+) -> tuple[FloatArray, FloatArray]:
+    # The quantity of a map and the excess, from the eigenvalues of each.
+    growth, stable, _ = judge_growths(p, varied, separation)
+    excess = growth * time_scale(p)
+    if value == "critical-mu":
+        return critical_mus(p, varied, separation), excess
+    if value == "growth-rate":
+        return growth, excess
+    modes = (~stable).astype(float)
+    modes[np.isnan(growth)] = np.nan
+    return modes, excess
+
+
 def check_map(value: str, names: Sequence[str]) -> None:
     """Raise `InputError` if a map's value does not depend on one of its two parameters at all."""
     if value == "critical-mu" and "mu" in names:
@@ -191,7 +215,7 @@ def check_map(value: str, names: Sequence[str]) -> None:
 
 
 def _axis(name: str, values: Sequence[float] | FloatArray) -> FloatArray:
-    spec = number_spec(name)
+    spec = parameter_spec(name)
     axis = np.array(values, dtype=float)
     if axis.ndim != 1 or axis.size == 0:
         raise InputError(f"over: {name}: must be one or more numbers")

@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Final
 import numpy as np
 
 from fivtui.console import number, parameter_line, print_list, print_rows_of
-from fivtui.model import IN_CONTACT, PARAMETERS, sliding
+from fivtui.model import ALL_PARAMETERS, IN_CONTACT, sliding
 from fivtui.results import Row
 
 from .eigenvalues import Stability
@@ -142,7 +142,7 @@ def print_map(result: "StabilityMap") -> None:
     values = result.values[~np.isnan(result.values)]
     known = result.excess[~np.isnan(result.excess)]
     rows = [
-        (name, f"{number(axis[0])} to {number(axis[-1])} {PARAMETERS[name].unit}, {axis.size}")
+        (name, f"{number(axis[0])} to {number(axis[-1])} {ALL_PARAMETERS[name].unit}, {axis.size}")
         for name, axis in zip(result.names, result.axes, strict=True)
     ]
     column = MAP_COLUMNS[result.value]

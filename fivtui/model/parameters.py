@@ -1,7 +1,7 @@
 """The parameter table: names, symbols, units, defaults and bounds, defined once."""
 
 import difflib
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Callable, Collection, Iterable, Mapping
 from dataclasses import dataclass, field, fields
 from operator import attrgetter
 from typing import Any, Final, Self
@@ -251,10 +251,14 @@ def check_parameters(value: object) -> Parameters:
     return value
 
 
-def check_always_sliding(p: Parameters, subject: str) -> None:
-    """Raise `InputError` if the belt has a finite speed, which `subject` cannot have yet."""
-    if p.v_belt is not None:
-        raise InputError(f"v_belt = {p.v_belt:g}: must be none for {subject}")
+def check_always_sliding(p: Parameters, subject: str, varied: Collection[str] = ()) -> None:
+    """Raise `InputError` if the belt has a finite speed, which `subject` cannot have yet.
+
+    `varied` are names of parameters that vary.
+    """
+    if p.v_belt is not None or "v_belt" in varied:
+        speed = "v_belt" if p.v_belt is None else f"v_belt = {p.v_belt:g}"
+        raise InputError(f"{speed}: must be none for {subject}")
 
 
 _SPECS: Final = [ParameterSpec(name=f.name, **f.metadata) for f in fields(Parameters)]

@@ -31,7 +31,11 @@ if TYPE_CHECKING:
     )
     from .files import warning_of as warning_of
     from .rest import length_scale as length_scale, slowest_period as slowest_period
-    from .words import SEARCHING as SEARCHING, coexistence_words as coexistence_words
+    from .words import (
+        SEARCHING as SEARCHING,
+        coexistence_words as coexistence_words,
+        reached_words as reached_words,
+    )
 else:
     from fivtui.lazy import lazily
 

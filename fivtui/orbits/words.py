@@ -39,6 +39,17 @@ def coexistence_words(found: "Coexistence", since: str = "") -> str:
     return "; ".join(parts)
 
 
+def reached_words(found: "Coexistence") -> str:
+    """What transients reach on a belt of finite speed, and what is not known of other friction."""
+    count = len(found.reached)
+    return (
+        f"transients from {count} starts at μ = {found.parameters.mu:g}: "
+        f"{coexistence_words(found)}; below which friction there are no limit cycles is not "
+        "searched on a belt of finite speed (fivtui branch --vary mu --from cycle follows those "
+        "found)"
+    )
+
+
 def _way(found: "Coexistence") -> str:
     # What takes the slider there from a stable equilibrium.
     if not found.coexists:

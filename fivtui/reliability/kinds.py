@@ -2,7 +2,7 @@
 
 from typing import TYPE_CHECKING, Any, Final
 
-from fivtui.model import PARAMETERS
+from fivtui.model import ALL_PARAMETERS
 from fivtui.results import Command, Stored, StudyKind, scene_fields
 
 if TYPE_CHECKING:
@@ -12,7 +12,7 @@ else:
 
     files, report = later(__name__, "files", "report")
 
-_SAID: Final = (*PARAMETERS, "separation", "start", "t_end", "tol")
+_SAID: Final = (*ALL_PARAMETERS, "separation", "start", "t_end", "tol")
 _SUFFIXES: Final = (".csv", ".parquet")
 _TEXT_BYTES: Final = 20
 

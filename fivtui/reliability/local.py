@@ -8,7 +8,7 @@ from typing import Final
 
 from fivtui.distributions import Distribution
 from fivtui.equilibrium import critical_mu_derivatives
-from fivtui.model import PARAMETERS, ComputationError, Parameters
+from fivtui.model import ALL_PARAMETERS, ComputationError, Parameters
 from fivtui.safety import safe_mu_derivatives
 from fivtui.simulation import simulate
 from fivtui.sweeps import OUTPUTS, Study
@@ -54,7 +54,7 @@ def local_sensitivities(study: Study) -> dict[str, dict[str, LocalSensitivity]]:
     moments = {
         name: axis.moments()
         for name, axis in study.design.axes.items()
-        if name in PARAMETERS and isinstance(axis, Distribution)
+        if name in ALL_PARAMETERS and isinstance(axis, Distribution)
     }
     if not moments:
         return {}

@@ -1,13 +1,14 @@
 """What an uncertainty study is asked for, as the study of a scattered sweep."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from dataclasses import replace
 from typing import Final
 
 import numpy as np
 
 from fivtui.distributions import Distribution, parse_distribution, parse_scattered
-from fivtui.model import PARAMETERS, InputError, Interval, check_always_sliding, parse_number
+from fivtui.equilibrium import is_on_belt
+from fivtui.model import PARAMETERS, InputError, Interval, Parameters, parse_number
 from fivtui.safety import MOST_FOLDS, safe_table
 from fivtui.scene import Scene
 from fivtui.sweeps import (
@@ -89,7 +90,8 @@ def scattered_study(
     for name in outputs:
         if name not in OUTPUTS and name in OF_SWEEPS:
             raise InputError(f"output {name}: must be a number; its probability is always told")
-    check_always_sliding(scene.parameters, "an uncertainty study")
+    if is_on_belt(scene.parameters, inputs):
+        outputs = _on_belt(scene.parameters, outputs, inputs)
     scene.check_constant("an uncertainty study")
     if correlations is None:
         correlations = scene.correlation
@@ -112,6 +114,19 @@ def scattered_study(
         tol=tol,
         outputs=tuple(dict.fromkeys((*JUDGED, *outputs))),
     )
+
+
+def _on_belt(p: Parameters, outputs: Sequence[str], inputs: Collection[str]) -> tuple[str, ...]:
+    # Of those by default what a belt of finite speed has, at the cost of a transient at most.
+    if tuple(outputs) == DEFAULT_OUTPUTS:
+        by_law = p.v_s is not None or "v_s" in inputs
+        left_out = {SAFE, "critical_mu"} if by_law else {SAFE}
+        return tuple(name for name in outputs if name not in left_out)
+    if SAFE in outputs:
+        raise InputError(
+            f"output {SAFE}: must be left out on a belt of finite speed; critical_mu is known"
+        )
+    return tuple(outputs)
 
 
 def with_table(study: Study, progress: Progress | None = None) -> Study:

@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fivtui.distributions import Distribution
-from fivtui.model import PARAMETERS, InputError
+from fivtui.model import InputError
 from fivtui.results import Result, scene_text
 from fivtui.sweeps import OUTPUTS, Scatter, Study, Sweep
 
@@ -131,7 +131,7 @@ class Uncertainty(Result):
         study, scatter = self.study, self.scatter
         fixed = study.parameters.as_dict()
         return {
-            "parameters": {name: fixed[name] for name in PARAMETERS if name not in scatter.axes},
+            "parameters": {name: each for name, each in fixed.items() if name not in scatter.axes},
             "separation": study.cases[0],
             "t_end": study.t_end,
             "inputs": {name: str(each) for name, each in scatter.axes.items()},

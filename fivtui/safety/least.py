@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fivtui.equilibrium import critical_mu
-from fivtui.model import PARAMETERS, ComputationError, Parameters
+from fivtui.model import PARAMETERS, ComputationError, Parameters, check_always_sliding
 from fivtui.orbits import CycleBranch, CyclePoint, branch
 
 Floats = NDArray[np.float64]
@@ -33,6 +33,9 @@ _KEPT: Final = 65_536
 
 def groups_of(p: Parameters, varied: Mapping[str, Floats], size: int) -> Floats:
     """The groups of `size` parameter sets, shape (n, 5); NaN where F presses not or k3 = 0."""
+    check_always_sliding(
+        p, "safe friction of many scenes; their critical friction is known", varied
+    )
     m, k1, k2, k3, c1, c2, force, k_nl = (
         np.asarray(varied.get(name, np.full(size, getattr(p, name))))
         for name in ("m", "k1", "k2", "k3", "c1", "c2", "F", "k_nl")

@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fivtui.equilibrium import StabilityMap, critical_mus, stability_map
-from fivtui.model import Cancelled, InputError, Parameters, unknown_name
+from fivtui.model import Cancelled, InputError, Parameters, check_always_sliding, unknown_name
 from fivtui.results import Result, scene_text
 from fivtui.transient import Progress
 
@@ -174,6 +174,7 @@ def safety_map(
     p = Parameters() if parameters is None else parameters
     if value not in SAFETY_VALUES:
         raise unknown_name("map value", value, SAFETY_VALUES)
+    check_always_sliding(p, f"maps of {value}; critical-mu and growth-rate are known", over)
     if value == "safe-mu" and "mu" in over:
         raise InputError(
             "safe-mu over mu: must be over two other parameters, as it does not depend on mu"

@@ -214,7 +214,7 @@ def safe_friction(
     (0.7623, 0.2779, 'continuation')
     """
     p = Parameters() if parameters is None else check_parameters(parameters)
-    check_always_sliding(p, "safe friction")
+    check_always_sliding(p, "safe friction; follow limit cycles down in mu by branch instead")
     begun = time.process_time()
     search = _Search(p, progress, separation=separation)
     search.run()

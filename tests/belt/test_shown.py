@@ -140,7 +140,8 @@ def test_the_command_line_sets_and_unsets_it(capsys: pytest.CaptureFixture[str])
 @pytest.mark.parametrize(
     "words",
     [
-        ["map", "--over", "mu=0.1:1:3", "--over", "F=20:80:3", "--out", "map.csv"],
+        ["map", "--over", "c1=0.1:1:3", "--over", "F=20:80:3", "--value", "safe-mu"],
+        ["branch", "--curve", "fold", "--over", "mu=0.1:1", "--over", "F=20:80"],
     ],
 )
 def test_what_does_not_take_it_yet_says_so(

@@ -142,12 +142,15 @@ def test_stability_without_the_search_has_eigenvalues_alone() -> None:
     assert "safe_mu" not in json.loads(done.stdout)
 
 
-def test_stability_on_a_belt_of_finite_speed_says_that_nothing_was_searched() -> None:
+def test_stability_on_a_belt_of_finite_speed_says_what_transients_reach() -> None:
     done = fivtui("stability", "--set=v_belt=1", "--json")
     assert done.returncode == 0
     data = json.loads(done.stdout)
     assert data["safe_mu"] is None
-    assert "belt has a finite speed" in data["safe_mu_basis"]["verdict"]
+    basis = data["safe_mu_basis"]
+    assert "transients from 11 starts at μ = 0.7: a limit cycle attracts" in basis["verdict"]
+    assert "not searched on a belt of finite speed" in basis["verdict"]
+    assert [one["kind"] for one in basis["attractors"]] == ["stick-slip limit cycle"]
 
 
 def test_a_map_of_the_critical_friction_over_friction_is_refused() -> None:

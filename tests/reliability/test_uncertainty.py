@@ -245,11 +245,6 @@ def test_hypercubes_are_not_added_to() -> None:
         uncertainty(vary={"mu": "uniform:0:1"}, design="lhs", until=0.1)
 
 
-def test_a_belt_of_finite_speed_is_refused() -> None:
-    with pytest.raises(InputError, match="v_belt = 1: must be none for an uncertainty study"):
-        uncertainty(Parameters(v_belt=1.0), vary={"mu": "uniform:0:1"})
-
-
 def test_a_sweep_that_is_not_scattered_is_no_study() -> None:
     with pytest.raises(InputError, match="not scattered"):
         judged(sweep(vary={"F": [20.0]}, outputs=["stable"]))

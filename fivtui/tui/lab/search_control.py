@@ -20,7 +20,6 @@ _PAUSE: Final = 0.5
 # Number of parameter sets whose results are cached.
 _REMEMBERED: Final = 64
 _GROUP: Final = "search"
-_ON_BELT: Final = "limit cycles not searched (v_belt)"
 
 Key = tuple[Parameters, bool, bool]
 
@@ -29,7 +28,8 @@ class SearchController:
     """Searches for attractors of the edited parameter set, one search at a time, for a screen.
 
     First those that coexist with a stable equilibrium, then the friction below which there are
-    none. An edit stops the search; late results are dropped.
+    none; on a belt of finite speed the first alone. An edit stops the search; late results are
+    dropped.
     """
 
     def __init__(self, screen: Screen[None]) -> None:
@@ -43,9 +43,6 @@ class SearchController:
     def coexisting(self, p: Parameters, *, separation: bool, stable: bool) -> Coexisting:
         """What is known beside the equilibrium; starts a search if it is not all known yet."""
         key = (p, separation, stable)
-        if p.v_belt is not None:
-            self.stop()
-            return Coexisting(_ON_BELT if stable else "", done=True, searched=True)
         if key != self._key:
             self.stop()
             self._key = key
@@ -86,6 +83,9 @@ class SearchController:
                     tell(ended.result, done=True)
                 else:
                     return
+            if p.v_belt is not None:
+                self._screen.post_message(SearchUpdated(job, last=True))
+                return
             safe = outcome_of(lambda: safe_friction(p, separation=separation, progress=job.report))
             if safe.result is not None or safe.error:
                 self._screen.post_message(SearchUpdated(job, safe=safe.result, last=True))

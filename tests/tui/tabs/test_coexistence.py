@@ -190,17 +190,16 @@ async def test_it_says_so_where_none_is_found_or_the_search_fails(
     assert [p.F for p in searches.begun] == [130.0, 125.0, 120.0]
 
 
-async def test_on_a_belt_of_finite_speed_it_says_that_nothing_is_searched(
+async def test_on_a_belt_of_finite_speed_attractors_are_searched_and_safe_friction_is_not(
     pilot: Pilot[None], searches: Searches
 ) -> None:
     app_of(pilot).session.set_text("v_belt", "10")
-    await edit(pilot, "120")
-    assert "STABLE, limit cycles not searched (v_belt)" in headline(pilot)
-    app_of(pilot).session.set_text("v_belt", "none")
     searches.answers[120.0] = Coexistence(P, True, (REST, LARGE), (0, 1), True, None)
     await edit(pilot, "120")
     await until_shown(pilot, "STABLE, but a limit cycle coexists")
-    assert searches.begun == [P]
+    await until(pilot, lambda: now_known(pilot).searched)
+    assert now_known(pilot).safe is None
+    assert searches.begun == [P.with_values({"v_belt": 10.0})]
 
 
 async def test_an_edit_cancels_the_search_and_so_does_the_end(searches: Searches) -> None:

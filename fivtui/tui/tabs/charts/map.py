@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Final
 import numpy as np
 from numpy.typing import NDArray
 
-from fivtui.model import PARAMETERS, InputError, Parameters
+from fivtui.model import ALL_PARAMETERS, InputError, Parameters
 from fivtui.ranges import number_text
 from fivtui.tui.chart import Axis, Backdrop, Chart, NearestPoint, Trace
 from fivtui.tui.session import CONSIDERED, IGNORED, plain_names, symbol_of
@@ -67,7 +67,7 @@ def values_in(given: "NamedRange", axis: Axis | None) -> FloatArray:
     """The values of a range, or as many between chosen axis limits."""
     if axis is None:
         return given.values()
-    spec = PARAMETERS[given.name]
+    spec = ALL_PARAMETERS[given.name]
     # An open bound is excluded.
     inside = _INSIDE * (axis.high - axis.low) if spec.lower_open else 0.0
     low, high = max(axis.low, spec.lower + inside), min(axis.high, spec.upper)
@@ -126,7 +126,7 @@ def _graded_by_kind(
 
 
 def _axis(name: str) -> str:
-    unit = PARAMETERS[name].unit
+    unit = ALL_PARAMETERS[name].unit
     return f"{symbol_of(name)} / {unit}" if unit else symbol_of(name)
 
 

@@ -1,0 +1,85 @@
+"""Maps and uncertainty on a belt of finite speed."""
+
+import numpy as np
+import pytest
+
+from fivtui import (
+    Parameters,
+    safe_friction,
+    safety_map,
+    simulate,
+    stability,
+    stability_map,
+    uncertainty,
+)
+from fivtui.cli import run
+from fivtui.equilibrium import critical_mu_derivatives
+from fivtui.model import InputError
+
+FALLING = Parameters(v_belt=0.4, mu=0.3, mu_s=0.5, v_s=0.4, c1=10.0)
+
+
+def test_maps_are_those_of_each_point() -> None:
+    over = {"v_belt": [0.3, 0.46, 0.6], "F": [40.0, 80.0]}
+    growth = stability_map(FALLING, over)
+    modes = stability_map(FALLING, over, "unstable-modes")
+    critical = stability_map(FALLING, over, "critical-mu")
+    for i, speed in enumerate(over["v_belt"]):
+        for j, preload in enumerate(over["F"]):
+            found = stability(FALLING.with_values({"v_belt": speed, "F": preload}))
+            assert growth.values[i, j] == found.growth_rate
+            assert (growth.excess[i, j] < 0.0) == found.stable
+            assert modes.values[i, j] == (not found.stable)
+            least = [one.mu for one in found.critical_mu if one.becomes == "unstable"]
+            assert critical.values[i, j] == least[0] if least else np.isnan(critical.values[i, j])
+    assert np.isfinite(critical.values).any()
+    assert (modes.values == 1.0).any()
+
+
+def test_a_map_over_the_speed_of_the_belt_is_drawn(
+    tmp_path: pytest.TempPathFactory, capsys: pytest.CaptureFixture[str]
+) -> None:
+    words = [f"--set={name}={value}" for name, value in FALLING.as_dict().items()]
+    given = ["map", *words, "--over", "v_belt=0.2:0.8:4", "--over", "mu=0.1:0.5:4"]
+    assert run([*given, "--out", f"{tmp_path}/m.csv", "--plot", f"{tmp_path}/m.svg"]) == 0
+    assert "v_belt" in capsys.readouterr().out
+    assert run(["map", *words, "--over", "F=20:80:3", "--over", "c2=0:1:3", "--value=safe-mu"]) == 2
+    said = capsys.readouterr().err
+    assert "v_belt = 0.4: must be none for maps of safe-mu; critical-mu and growth-rate" in said
+
+
+def test_safe_friction_is_refused_by_what_to_do_instead() -> None:
+    with pytest.raises(InputError, match=r"^v_belt = 0\.4: .* down in mu by branch instead$"):
+        safe_friction(FALLING)
+    with pytest.raises(InputError, match="must be none for maps of coexistence"):
+        safety_map(None, {"v_belt": [0.1, 0.2], "F": [40.0, 80.0]}, "coexistence")
+    with pytest.raises(InputError, match="output safe_mu: must be left out on a belt"):
+        uncertainty(FALLING, vary={"mu": "uniform:0.1:0.4"}, outputs=["safe_mu"])
+
+
+def test_uncertainty_has_probabilities_and_shares_by_the_speed_of_the_belt() -> None:
+    vary = {"mu": "uniform:0.1:0.45", "v_belt": "uniform:0.3:0.6"}
+    outputs = ("growth_rate", "y_half_range")
+    found = uncertainty(FALLING, vary=vary, samples=64, repeats=4, t_end=10.0, outputs=outputs)
+    growth = found.samples("growth_rate")
+    assert found.probabilities["unstable"].value == pytest.approx(np.mean(growth > 0.0), abs=0.05)
+    assert 0.0 < np.mean(growth > 0.0) < 1.0
+    local = found.local["y_half_range"]
+    mean = FALLING.with_values({"mu": 0.275, "v_belt": 0.45})
+    ends = [
+        simulate(mean.with_values({"v_belt": speed}), t_end=10.0).steady.y_half_range
+        for speed in (0.45 - 1e-6, 0.45 + 1e-6)
+    ]
+    assert local["v_belt"].derivative == pytest.approx((ends[1] - ends[0]) / 2e-6, rel=1e-5)
+    # By default there is all that a belt of finite speed has at small cost.
+    always = uncertainty(Parameters(v_belt=1.0), vary={"mu": "uniform:0:1"}, samples=8, t_end=1.0)
+    assert "critical_mu" in always.study.outputs
+    assert "safe_mu" not in always.study.outputs
+    falling = uncertainty(FALLING, vary={"mu": "uniform:0.1:0.4"}, samples=8, t_end=1.0)
+    assert {"critical_mu", "safe_mu"}.isdisjoint(falling.study.outputs)
+
+
+def test_derivatives_of_the_critical_friction_are_those_of_constant_friction() -> None:
+    constant = Parameters(v_belt=1.0)
+    assert critical_mu_derivatives(constant) == critical_mu_derivatives(Parameters())
+    assert critical_mu_derivatives(FALLING) is None
