@@ -41,7 +41,7 @@ _COLUMNS: Final = (
 class RunsTable(ListTable[str | Text]):
     """A table with a row per run."""
 
-    dropped = "engine"
+    dropped = ("engine", "off belt %", "sep.")
 
     BINDINGS: ClassVar[list[BindingType]] = [
         Binding(
@@ -72,7 +72,7 @@ class RunsPane(Vertical):
     """The runs, newest first, with differences to base scene and baseline."""
 
     BORDER_TITLE = "Runs"
-    BORDER_SUBTITLE = "⏎ load  Space overlay  b baseline  x delete"
+    BORDER_SUBTITLE = "⏎ load  Space overlay  b base  x delete"
 
     def __init__(self) -> None:
         super().__init__(id="runs")

@@ -6,7 +6,7 @@ from typing import Final
 from textual import on
 from textual.app import ComposeResult
 from textual.content import Content
-from textual.widgets import TabbedContent, TabPane, Tabs
+from textual.widgets import ContentSwitcher, TabbedContent, TabPane, Tabs
 from textual.widgets._tabbed_content import ContentTabs
 
 from fivtui.tui.session import Session
@@ -128,6 +128,7 @@ class TabBook(TabbedContent):
         if name not in self._made:
             self._made[name] = pane = spec.pane(self._session)
             await self.get_pane(name).mount(pane)
+        self.query_one(ContentSwitcher).border_subtitle = "  ".join(self._made[name].key_words())
         self.catch_up()
         self._call_waiting()
         if self._refocus and name == self.active:

@@ -93,6 +93,10 @@ class JobPane(ViewsPane):
         self.stop()
         self._ticker.stop()
 
+    def key_words(self) -> list[str]:
+        """Besides, the key that starts and stops the job."""
+        return [f"F10 {self.VERB.lower()}", *super().key_words()]
+
     def begin(self) -> None:
         """Check the inputs and call `start`; raises `InputError` if they are invalid."""
         raise NotImplementedError

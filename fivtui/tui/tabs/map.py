@@ -6,9 +6,9 @@ from typing import TYPE_CHECKING, ClassVar, Final
 import numpy as np
 from textual import on
 from textual.app import ComposeResult
-from textual.containers import Vertical
+from textual.containers import Horizontal, Vertical
 from textual.timer import Timer
-from textual.widgets import Button, Input
+from textual.widgets import Button, Input, Static
 
 from fivtui.model import InputError, Parameters
 from fivtui.tui.chart import ChartView
@@ -69,15 +69,17 @@ class MapPane(JobPane):
 
     def compose_bar(self) -> ComposeResult:
         """The mapped value and the two ranges."""
-        for name, title in VALUES.items():
-            classes = "value -active" if name == self._value else "value"
-            yield Button(title, id=f"{_PREFIX}{name}", classes=classes, compact=True)
+        with Horizontal(classes="values"):
+            for name, title in VALUES.items():
+                classes = "value -active" if name == self._value else "value"
+                yield Button(title, id=f"{_PREFIX}{name}", classes=classes, compact=True)
         yield Input(self.setting(_OVER, EXAMPLE), id="over", compact=True, select_on_focus=False)
 
     def compose_views(self) -> ComposeResult:
-        """One chart."""
+        """One chart, and what its shades mean."""
         with Vertical(id="map-view"):
             yield ChartView("map-chart", openable=True)
+            yield Static("", id="scale", markup=False)
 
     @property
     def _result(self) -> "StabilityMap | SafetyMap | None":
@@ -155,7 +157,7 @@ class MapPane(JobPane):
     def take(self, result: "StabilityMap | SafetyMap") -> None:
         """Display the map."""
         self._computed = result
-        self.say(f"{result.values.size} points: {map_scale(result)}; Enter: run one")
+        self.say(f"{result.values.size} points; Enter: run one")
         self.draw()
 
     def draw(self) -> None:
@@ -168,6 +170,7 @@ class MapPane(JobPane):
         except InputError:
             now = None
         self.query_one(ChartView).show(map_chart(result, now))
+        self.query_one("#scale", Static).update(map_scale(result))
 
     @on(Input.Changed, "#over")
     def _edited(self, event: Input.Changed) -> None:

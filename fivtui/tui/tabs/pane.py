@@ -53,6 +53,10 @@ class Pane(Vertical):
         inside.sort(key=rank, reverse=bar)
         self.screen.set_focus(next(iter(inside), None))
 
+    def key_words(self) -> list[str]:
+        """Keys that work here and what they do, for the border."""
+        return ["F6 figure", "F7 data"]
+
     def scene_changed(self) -> None:
         """Called when a field was edited or a scene loaded; on every key, so be quick."""
 

@@ -33,12 +33,12 @@ class _Table(ListTable[str]):
 
 
 class _Figures(_Table):
-    wrapped = "what it shows"
+    wrapped, dropped = "what it shows", ("lines",)
 
 
 class _Claims(_Table):
     # What is stated stands below the list, too.
-    wrapped, dropped = "statement", "stated"
+    wrapped, dropped = "statement", ("stated", "section")
 
 
 class PaperPane(JobPane):

@@ -17,17 +17,20 @@ from fivtui.results import Row
 Cell = TypeVar("Cell", str, str | Text)
 # Columns that a wrapped column keeps.
 _LEAST: Final = 12
+_PADDING: Final = 1
+# Those that it needs to be read well: other columns are left out for them.
+_READABLE: Final = 24
 
 
 class ListTable(DataTable[Cell]):
     """A table with vi keys and measured columns.
 
     Textual measures columns one frame late and never shrinks them. Where there is too little room
-    the column `dropped` is left out, then the column `wrapped` is wrapped.
+    the columns `dropped` are left out, one after the other, then the column `wrapped` is wrapped.
     """
 
     wrapped: str = ""
-    dropped: str = ""
+    dropped: tuple[str, ...] = ()
     _filled: tuple[Sequence[str], Mapping[str, Sequence[Cell]]] | None = None
 
     BINDINGS: ClassVar[list[BindingType]] = [
@@ -46,14 +49,18 @@ class ListTable(DataTable[Cell]):
             number: max(cell_len(label), *(_width(row[number]) for row in rows.values()), 0)
             for number, label in enumerate(columns)
         }
-        if self._lack(widths) > 0 and self.dropped in columns:
-            del widths[columns.index(self.dropped)]
+        for label in self.dropped:
+            if self._crowded(columns, widths) and label in columns:
+                del widths[columns.index(label)]
         lack, wrapped = self._lack(widths), -1
         if lack > 0 and self.wrapped in columns:
             wrapped = columns.index(self.wrapped)
             widths[wrapped] = max(widths[wrapped] - lack, _LEAST)
+        # The last that gives way is the blank before each column.
+        tight = self._lack(widths) > 0
+        self.cell_padding = 0 if tight else _PADDING
         for number, width in widths.items():
-            self.add_column(columns[number], width=width)
+            self.add_column(columns[number], width=width + tight)
         for key, row in rows.items():
             shown = {number: row[number] for number in widths}
             lines = wrap(str(row[wrapped]), widths[wrapped]) if wrapped >= 0 else []
@@ -63,9 +70,17 @@ class ListTable(DataTable[Cell]):
         self.move_cursor(row=place)
         self.scroll_x = across
 
+    def _crowded(self, columns: Sequence[str], widths: Mapping[int, int]) -> bool:
+        # Whether wrapping alone would make a column too narrow to be read well.
+        lack = self._lack(widths)
+        if self.wrapped not in columns:
+            return lack > 0
+        width = widths[columns.index(self.wrapped)]
+        return lack > 0 and width - lack < min(width, _READABLE)
+
     def _lack(self, widths: Mapping[int, int]) -> int:
         # Columns that the table is too narrow by; before it has a size none.
-        needed = sum(width + 2 * self.cell_padding for width in widths.values())
+        needed = sum(width + 2 * _PADDING for width in widths.values())
         return needed - self.scrollable_content_region.width if self.size.width else 0
 
     def on_resize(self) -> None:

@@ -27,7 +27,7 @@ _NOTHING = "no trade-off to export yet: press F10"
 
 
 class _Settings(ListTable[str]):
-    wrapped = "method"
+    wrapped, dropped = "method", ("sep.", "steps", "remark")
 
 
 class TradeoffPane(JobPane):

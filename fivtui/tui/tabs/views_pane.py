@@ -122,6 +122,11 @@ class ViewsPane(Pane):
         """Whether an action applies: turning takes more than one view."""
         return action != "turn_view" or len(self.VIEWS) > 1
 
+    def key_words(self) -> list[str]:
+        """Besides, the key that turns the views."""
+        own = ["Alt+P plot", "v view"] if len(self.VIEWS) > 1 else ["Alt+P plot"]
+        return [*own, *super().key_words()]
+
     def draw(self) -> None:
         """Draw the current view."""
         raise NotImplementedError

@@ -89,5 +89,5 @@ async def test_the_map_tab_offers_safe_friction_and_refuses_it_over_friction(
     over.focus()
     await pilot.press("enter")
     await pilot.click("#value-coexistence")
-    await until_shown(pilot, "15 points: ")
+    await until_shown(pilot, "15 points; ")
     await until(pilot, lambda: "█ squeals" in text_of(pilot))

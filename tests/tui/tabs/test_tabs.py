@@ -250,6 +250,6 @@ async def test_nothing_touches_and_no_title_is_cut(size: tuple[int, int]) -> Non
         await until_shown(pilot, "State Peak ±2nd ½ Events")
         assert "F10: measure (about 7 s)" in text_of(pilot)
         await pilot.press("alt+4")
-        await until_shown(pilot, "Growth μ_c Modes Safe μ Regions μ=0")
+        await until_shown(pilot, "Growth μ_c Modes Safe μ Regions")
         await pilot.press("alt+6")
         await until_shown(pilot, "Enter: figure, F10: claims, o: scene")
