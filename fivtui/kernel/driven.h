@@ -44,6 +44,12 @@ INLINE double convolved(const double *a, const double *b, int n)
     return sum;
 }
 
+/* How fast the slider slides in a mode; less than zero by rounding alone. */
+INLINE double speed_by_law(const Belt *of, const Law *law, double vx)
+{
+    return larger(law->sign * (of->v_belt - vx), 0.0);
+}
+
 /* Continue the first two coefficients of x and y: Eqs. 2 and 5, without and with a friction law. */
 APART void expand_driven(const Belt *of, V *x, V *y, int order)
 {
@@ -61,7 +67,7 @@ APART void expand_driven(const Belt *of, V *x, V *y, int order)
         double friction = mu[0] * contact[n] + (n > 0 ? mu[1] * contact[n - 1] : 0.0);
         if (by_speed) {
             e[n] = n > 0 ? rate * convolved(gap, e, n - 1) / n
-                         : decay(law->sign * (of->v_belt - x[1]) * law->per_speed);
+                         : decay(speed_by_law(of, law, x[1]) * law->per_speed);
             weight[n] = (n < 2 ? mu[n] : 0.0) + fall[0] * e[n] + (n > 0 ? fall[1] * e[n - 1] : 0.0);
             friction = convolved(weight, contact, n);
         }
@@ -93,7 +99,7 @@ INLINE void expand_driven_step(const Belt *of, Block *w, double tol, int order, 
         /* v_r changes by what the belt's speed does, too. */
         const double bend = w->xs[2];
         w->xs[2] -= 0.5 * of->rates.speed;
-        w->h = limited(w->h, w->xs, law, law->sign * (of->v_belt - w->xs[1]), order / 4);
+        w->h = limited(w->h, w->xs, law, speed_by_law(of, law, w->xs[1]), order / 4);
         w->xs[2] = bend;
     }
     w->h = smaller(w->h, longest);
