@@ -48,7 +48,8 @@ class Accuracy(Result):
         The setting of the run it is compared with.
     estimates : mapping of str to Estimate
         ``x``, ``vx``, ``y``, ``vy`` at the end, ``peak_y_abs``, ``y_half_range``,
-        ``separated_time`` and ``separations``, in SI units.
+        ``separated_time`` and ``separations``, in SI units; ``stick_time`` and ``sticks`` on a belt
+        of finite speed.
     growth : ErrorGrowth
         How small errors grow along the run.
     parted : Divergence or None
@@ -168,6 +169,7 @@ def accuracy(
 
 
 def _numbers(run: Transient) -> dict[str, float]:
+    sticks = {"stick_time": run.events.stick_time, "sticks": float(run.events.sticks)}
     return {
         "x": run.final.x,
         "vx": run.final.vx,
@@ -177,6 +179,7 @@ def _numbers(run: Transient) -> dict[str, float]:
         "y_half_range": run.steady.y_half_range,
         "separated_time": run.events.separated_time,
         "separations": float(run.events.separations),
+        **({} if run.parameters.v_belt is None else sticks),
     }
 
 

@@ -2,8 +2,9 @@
 
 Benettin's method (Meccanica 15, 1980): a deviation from the motion is followed by the variational
 equations and pulled back to its length at regular intervals. The right-hand side is continuous at
-separation and reattachment, where deviations therefore do not jump. They are measured in
-(x, ẋ/ω, y, ẏ/ω), ω² = (k1 + k2 + k3)/m.
+separation and reattachment, where deviations therefore do not jump; on a belt of finite speed they
+do where the slider begins to stick, or friction jumps. They are measured in (x, ẋ/ω, y, ẏ/ω),
+ω² = (k1 + k2 + k3)/m.
 """
 
 import enum

@@ -47,7 +47,8 @@ def _cell(result: "StressResult") -> str:
 def print_accuracy(found: Accuracy) -> None:
     """Print the error estimates of a run."""
     run, growth = found.run, found.growth
-    units = {"x": "m", "vx": "m/s", "y": "m", "vy": "m/s", "separations": "", "separated_time": "s"}
+    units = {"vx": "m/s", "vy": "m/s", "separations": "", "separated_time": "s"}
+    units |= {"sticks": "", "stick_time": "s"}
     rows = [
         (
             name,
