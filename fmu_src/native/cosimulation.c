@@ -7,18 +7,22 @@
 /* Times of importer and FMU are the same up to this, s, and up to rounding. */
 #define SAME_TIME 1e-9
 #define ROUNDING 0x1p-50
+/* The part of its nominal value by which an input may go beyond its bound at the end of a step. */
+#define AT_BOUND 1e-12
 
 static int is_same(double one, double other)
 {
     return fabs(one - other) <= fmax(SAME_TIME, ROUNDING * fabs(other));
 }
 
-/* An input that has gone on by `change`; its bound where it is beyond that by rounding alone. */
+/* An input that has gone on by `change`; its bound where it is beyond that by rounding alone, of its
+   own or of larger values of which the importer has made it. */
 static double gone_on(const Variable *v, double value, double change)
 {
     const double now = value + change;
     const double bound = now > v->upper ? v->upper : now < v->lower ? v->lower : now;
-    return fabs(now - bound) <= ROUNDING * (fabs(value) + fabs(change)) ? bound : now;
+    const double beyond = fabs(now - bound);
+    return beyond <= fmax(ROUNDING * (fabs(value) + fabs(change)), AT_BOUND * v->nominal) ? bound : now;
 }
 
 /* Inputs at the end of a step that they are not held over; whether they are in their ranges. */

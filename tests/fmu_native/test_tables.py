@@ -1,9 +1,13 @@
 """Transients through the native FMU over tables: its inputs follow them by values and slopes."""
 
+from pathlib import Path
+
 import pytest
+from fmpy.fmi1 import FMICallException
 
 from fivtui import Parameters, find_scene, simulate
 from fivtui.transient import Transient
+from tests.support.fmu_instance import FmuInstance
 
 Tables = dict[str, list[tuple[float, float]]]
 RAMPS: Tables = {
@@ -45,6 +49,20 @@ def test_the_speed_of_the_belt_follows_its_table_to_rest() -> None:
         run, expected = both(Parameters(v_belt=1.0, **belt), tables, 8.0)
         assert expected.events.sticks > 1
         assert_same(run, expected)
+
+
+def test_a_belt_comes_to_rest_by_ramps_that_miss_zero_by_rounding(folder: Path) -> None:
+    t = 4.999428538771778
+    speed = 2.0 - 0.4 * t
+    assert speed - 0.4 * (5.0 - t) < -1e-17
+    with FmuInstance(folder).begin(finite_belt=True, v_belt=speed) as instance:
+        instance.slope(v_belt=-0.4)
+        instance.step(5.0 - t)
+        assert instance.get("v_belt") == [0.0]
+        instance.slope(v_belt=-1e-6)
+        with pytest.raises(FMICallException):
+            instance.step(1.0)
+        assert any("at the end of the step: must be" in line for line in instance.log)
 
 
 def test_inputs_that_jump_change_the_mode_at_once() -> None:
