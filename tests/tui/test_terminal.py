@@ -78,13 +78,13 @@ def test_a_session_in_a_real_terminal(terminal: Terminal, tmp_path: Path) -> Non
     terminal.press("Up")
     terminal.until_shown("base (changed)")
     terminal.press("C-z")
-    terminal.until_shown("m 5 − + kg")
+    terminal.until_shown("μ 0.7 − +")
     # None of these is text, and none changes anything.
     terminal.press("M-7", "M-0", "M-x", "x", "e")
     terminal.press("M-s")
     terminal.until_shown("Save the scene as")
     terminal.press("Escape")
-    terminal.until_shown("m 5 − + kg")
+    terminal.until_shown("μ 0.7 − +")
     terminal.press("F5")
     shown = terminal.until_shown("peak |y| 10.50 m · 2nd half ±4.401 m")
     assert "⣿" in shown

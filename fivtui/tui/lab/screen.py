@@ -224,6 +224,8 @@ class LabScreen(Screen[None]):
             self.session.coexisting = coexisting
             gauges = self._gauges.gauges(found, coexisting, both=self.has_class("-tall"))
             lines = stability_brief(found, coexisting)
+            if self.session.loaded.over_time:
+                lines[0] = f"at t = 0: {lines[0]}"
             view.show(verdict_kind(found, coexisting), lines, gauges)
 
     @on(Resize)

@@ -35,7 +35,7 @@ if TYPE_CHECKING:
         StudyRead as StudyRead,
     )
     from .pane import Pane as Pane
-    from .tables import ListTable as ListTable, grid as grid
+    from .tables import ListTable as ListTable, flowed as flowed, grid as grid
     from .tabs import TABS as TABS, TabSpec as TabSpec
     from .views_pane import ViewsPane as ViewsPane
 else:

@@ -1,6 +1,6 @@
 """Tables: lists with columns as wide as their contents, and rows of label, value and note."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from textwrap import wrap
 from typing import ClassVar, Final, TypeVar
 
@@ -18,6 +18,7 @@ Cell = TypeVar("Cell", str, str | Text)
 # Columns that a wrapped column keeps.
 _LEAST: Final = 12
 _PADDING: Final = 1
+_BETWEEN: Final = "  ·  "
 # Those that it needs to be read well: other columns are left out for them.
 _READABLE: Final = 24
 
@@ -87,6 +88,17 @@ class ListTable(DataTable[Cell]):
         """Wrap for the new width."""
         if (self.wrapped or self.dropped) and self._filled is not None:
             self.fill(*self._filled)
+
+
+def flowed(facts: Iterable[str], width: int) -> str:
+    """Facts in as few lines as have room for whole ones."""
+    lines: list[str] = []
+    for fact in facts:
+        if lines and cell_len(lines[-1]) + cell_len(fact) + len(_BETWEEN) <= width:
+            lines[-1] += f"{_BETWEEN}{fact}"
+        else:
+            lines.append(fact)
+    return "\n".join(lines)
 
 
 def _width(cell: str | Text) -> int:

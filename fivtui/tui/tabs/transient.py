@@ -1,6 +1,6 @@
 """The transient tab: time histories, phase portraits, spectrum, difference, summary."""
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, ClassVar, Final
@@ -41,6 +41,7 @@ from .charts.transient import (
 from .messages import LiveRequested
 from .motion.belt import BeltView
 from .motion.measured import MeasuredView
+from .tables import flowed
 from .views_pane import ViewsPane
 
 if TYPE_CHECKING:
@@ -131,7 +132,7 @@ class TransientPane(ViewsPane):
         if run is None or run.result is None:
             self._clear()
             return
-        self.query_one("#summary", Static).update("\n".join(_summary(run.result)))
+        self._summarise(_summary(run.result))
         plotted = _plotted_runs(reversed(self.session.runs.drawn))
         self._show([each for each in plotted if each is not None], run)
 
@@ -153,8 +154,12 @@ class TransientPane(ViewsPane):
         plotted += _plotted_runs(overlaid)
         if live.ghost is not None and all(run.result is not live.ghost for run in overlaid):
             plotted.append(plotted_run(live.ghost, "before", *_GHOST_STYLE))
-        self.query_one("#summary", Static).update("\n".join(lines))
+        self._summarise(lines)
         self._show([each for each in plotted if each is not None], None)
+
+    def _summarise(self, lines: Sequence[str]) -> None:
+        view = self.query_one("#summary", Static)
+        view.update(flowed(lines, self.size.width))
 
     def _clear(self) -> None:
         if self._plotted and self.session.runs.active is None:

@@ -10,6 +10,8 @@ from textual.containers import Vertical
 from textual.events import Resize
 from textual.widgets import Static
 
+from fivtui.tui.tabs import flowed
+
 from .gauge import Gauge, GaugeView
 
 KINDS: Final = ("stable", "coexisting", "searching", "unstable", "neutral", "invalid")
@@ -22,8 +24,6 @@ _SHORTER: Final = (
     (" (after a knock)", ""),
 )
 
-_BETWEEN: Final = "  ·  "
-
 
 def fitted(headline: str, width: int) -> str:
     """A headline, in shorter words where it has no room."""
@@ -31,17 +31,6 @@ def fitted(headline: str, width: int) -> str:
         if cell_len(headline) > width:
             headline = headline.replace(long, short)
     return headline
-
-
-def _flowed(facts: Sequence[str], width: int) -> str:
-    # As few lines as have room for whole facts.
-    lines: list[str] = []
-    for fact in facts:
-        if lines and cell_len(lines[-1]) + cell_len(fact) + len(_BETWEEN) <= width:
-            lines[-1] += f"{_BETWEEN}{fact}"
-        else:
-            lines.append(fact)
-    return "\n".join(lines)
 
 
 class VerdictView(Vertical):
@@ -85,8 +74,8 @@ class VerdictView(Vertical):
         width, facts = self.content_size.width, self.query_one("#facts", Static)
         headline, known = fitted(self._shown[1], width), list(self._shown[2:])
         if not facts.display:
-            headline = _flowed([headline, *known[:1]], width).splitlines()[0]
-        facts.update(_flowed(known, width), layout=False)
+            headline = flowed([headline, *known[:1]], width).splitlines()[0]
+        facts.update(flowed(known, width), layout=False)
         self.query_one("#headline", Static).update(headline, layout=False)
         # A two-line headline if it needs it and facts still fit.
         self.set_class(cell_len(headline) > width and facts.size.height > 1, "-long")

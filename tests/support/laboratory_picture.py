@@ -1,0 +1,44 @@
+"""Takes the README's picture: `python -m tests.support.laboratory_picture FILE`."""
+
+import asyncio
+import sys
+import tempfile
+from pathlib import Path
+from typing import Final
+
+from textual.pilot import Pilot
+
+from fivtui.tui.app import FivtuiApp
+from fivtui.tui.tabs import RunsChanged
+from tests.support.laboratory import app_of, focus, show_tab, until, until_shown
+
+SIZE: Final = (120, 40)
+
+
+async def set_up(pilot: Pilot[None]) -> None:
+    """Two runs over each other, with separation ignored and considered, and all zones known."""
+    session = app_of(pilot).session
+    for separation in ("ignored", "considered"):
+        session.set_text("separation", separation)
+        await pilot.press("f5")
+        await until(pilot, lambda: session.runs.active is None)
+    await show_tab(pilot, "alt+2")
+    first, second = session.runs
+    first.overlaid, session.runs.baseline, session.runs.displayed = True, first, second
+    pilot.app.screen.post_message(RunsChanged())
+    await until_shown(pilot, "● 1 on")
+    await focus(pilot, "F")
+    await until_shown(pilot, "a global search")
+
+
+async def take(path: Path) -> None:
+    """Write the picture."""
+    with tempfile.TemporaryDirectory() as folder:
+        app = FivtuiApp(state=Path(folder) / "session.json")
+        async with app.run_test(size=SIZE, notifications=False) as pilot:
+            await set_up(pilot)
+            path.write_text(app.export_screenshot(title="fivtui"), encoding="utf-8")
+
+
+if __name__ == "__main__":
+    asyncio.run(take(Path(sys.argv[1])))
