@@ -219,6 +219,8 @@ def _read(
         spans.append((f"{name} {_number(place[0])} {unit} ", "readout"))
     elif not signed:
         spans.append((_values(chart.x_label, both, lambda point: point.x) + " ", "readout"))
+    if len(chart.traces) > 1 and not chart.along:
+        spans.append((f" {split_label(chart.y_label)[0]}", "readout"))
     for index, trace in enumerate(chart.traces):
         own = [[point for point in points if point.trace == index] for points in both]
         if not any(own):

@@ -97,7 +97,9 @@ class RunController:
             self._tell(Reported(f"run {run.number}: {run.message}", error=True))
         else:
             self._session.runs.displayed = run
-            self._session.live.learn(run.scene, run.elapsed)
+            # The time of the first run of all would be that of loading libraries.
+            cpu_s = run.result.stats.cpu_s
+            self._session.live.learn(run.scene, run.elapsed if cpu_s is None else cpu_s)
             words = "; ".join([f"run {run.number} done", *result_brief(run.result)])
             self._tell(Reported(words, routine=True))
             self._go_on(run)

@@ -120,7 +120,7 @@ def test_the_cursor_reads_the_nearest_sample_of_every_trace() -> None:
     found = nearest(SINE, view, view.cursors.first)
     assert [(point.trace, point.x) for point in found] == [(0, 3.0), (1, 3.0)]
     assert found[0].y == pytest.approx(np.sin(3.0))
-    assert draw(SINE, view, 80, 20).text().startswith("t 3 s  one 0.14112 m two -1.98 m")
+    assert draw(SINE, view, 80, 20).text().startswith("t 3 s  y one 0.14112 m two -1.98 m")
     plane = Chart("a", "b", (Trace("", np.cos(T), np.sin(T), ordered=False),))
     (point,) = nearest(plane, View(), (0.0, 0.9))
     assert (point.x, point.y) == pytest.approx((0.0, 1.0), abs=0.01)
@@ -257,10 +257,15 @@ def test_two_cursors_read_both_values_their_difference_and_the_unit() -> None:
     assert cursor_words("t / s", 3.0, 5.0) == ["t ◆3 ◇5 s", "Δt 2 s", "1/Δt 0.5 Hz"]
     assert cursor_words("f / Hz", 3.0, 2.5) == ["f ◆3 ◇2.5 Hz", "Δf -0.5 Hz", "1/Δf 2 s"]
     assert cursor_words("μ", 1.0, 1.0) == ["μ ◆1 ◇1", "Δμ 0"]
+    # In little room the plot gives way, and nothing of what is read is cut.
+    small = " ".join(draw(SINE, view, 38, 6).text().split())
+    for name, values in (("one", np.sin([3.0, 5.0])), ("two", 2.0 * np.cos([3.0, 5.0]))):
+        a, b = values.tolist()
+        assert f"{name} ◆{a:.5g} ◇{b:.5g} Δ{b - a:.5g} m" in small
     # A trace that does not reach a cursor is not read there.
     short = Chart("t / s", "y / m", (Trace("a", T[:400], T[:400]), Trace("b", T, T)))
     heading = draw(short, view, 80, 20).text().splitlines()[0]
-    assert heading.strip() == "a ◆3 m b ◆3 ◇5 Δ2 m"
+    assert heading.strip() == "y a ◆3 m b ◆3 ◇5 Δ2 m"
 
 
 def test_cursors_of_a_chart_along_curves_are_on_the_curves() -> None:

@@ -7,7 +7,9 @@ from typing import Any
 import pytest
 from textual.pilot import Pilot
 
+from fivtui.model import InputError
 from fivtui.scene import PRESETS
+from fivtui.tui.app import FivtuiApp
 from fivtui.tui.chart import ChartView
 from fivtui.tui.lab import live_control
 from fivtui.tui.lab.screen import LabScreen
@@ -15,6 +17,8 @@ from fivtui.tui.persistence.snapshot import state_of
 from fivtui.tui.session.jobs import Outcome
 from fivtui.tui.session.live import AT_ONCE_S, LONGEST_S, Live, LiveJob, Pace, execute_live
 from fivtui.tui.tabs import SceneLoaded
+from fivtui.tui.tabs.exports.export import DATA, FIGURE
+from fivtui.tui.tabs.transient import TransientPane
 from tests.support.laboratory import (
     HANG_S,
     app_of,
@@ -25,6 +29,7 @@ from tests.support.laboratory import (
     type_into,
     until,
     until_shown,
+    until_told,
 )
 
 SIZE = (100, 34)
@@ -119,69 +124,65 @@ def held(monkeypatch: pytest.MonkeyPatch) -> Held:
     return runs
 
 
-async def test_of_the_edits_during_a_short_run_the_newest_is_run(
-    pilot: Pilot[None], held: Held
-) -> None:
-    await show_tab(pilot, "alt+2")
-    await focus(pilot, "m")
-    await pilot.press("up")
-    await until(pilot, lambda: len(held.jobs) == 1)
-    await pilot.press("up", "up", "up")
-    assert app_of(pilot).session.texts["m"] == "5.4"
-    held.may_end.set()
-    await until_live(pilot)
-    assert [job.scene.parameters.m for job in held.jobs] == [5.1, 5.4]
-    assert not any(job.stopped for job in held.jobs)
-
-
-async def test_a_longer_run_waits_for_a_pause_and_is_stopped_by_an_edit(
-    pilot: Pilot[None], held: Held
-) -> None:
-    live = live_of(pilot)
-    live.learn(BASE, 2.0)
-    await show_tab(pilot, "alt+2")
-    await focus(pilot, "m")
-    await pilot.press("up", "up")
-    await until_shown(pilot, "live when idle, about 2 s")
-    await until(pilot, lambda: len(held.jobs) == 1)
-    assert held.jobs[0].scene.parameters.m == 5.2
-    await pilot.press("up")
-    await until(pilot, lambda: held.jobs[0].stopped)
-    held.may_end.set()
-    await until_live(pilot)
-    assert [job.scene.parameters.m for job in held.jobs] == [5.2, 5.3]
-    # What was measured is believed.
-    assert live.expected(BASE) != pytest.approx(2.0)
-
-
-async def test_a_run_that_takes_too_long_is_left_to_the_user(
-    pilot: Pilot[None], held: Held
-) -> None:
-    await run_to_end(pilot)
-    live = live_of(pilot)
-    held.may_end.set()
-    await focus(pilot, "m")
-    await pilot.press("up")
-    await until_live(pilot)
-    live.learn(BASE, 60.0)
-    await pilot.press("up")
-    await until_shown(pilot, "live off, a run takes 1 min 00 s: F5 runs")
-    assert not live.shown
-    assert len(held.jobs) == 1
-    # A shorter one is not.
-    await type_into(pilot, "t_end", "5")
-    await until_shown(pilot, "live when idle, about 3 s")
-
-
-async def test_what_is_computed_when_the_laboratory_ends_is_stopped(held: Held) -> None:
-    from fivtui.tui.app import FivtuiApp
-
-    async with FivtuiApp().run_test(size=SIZE) as pilot:
+async def test_runs_follow_edits_at_once_or_in_a_pause_or_not_at_all(held: Held) -> None:
+    async with FivtuiApp().run_test(size=SIZE, notifications=True) as pilot:
+        session, live, jobs = app_of(pilot).session, live_of(pilot), held.jobs
         await show_tab(pilot, "alt+2")
         await focus(pilot, "m")
+        # Of the edits during a short run the newest is run after it.
         await pilot.press("up")
-        await until(pilot, lambda: len(held.jobs) == 1)
-    assert held.jobs[0].stopped
+        await until(pilot, lambda: len(jobs) == 1)
+        await pilot.press("up", "up", "up")
+        assert session.texts["m"] == "5.4"
+        held.may_end.set()
+        await until_live(pilot)
+        assert [job.scene.parameters.m for job in jobs] == [5.1, 5.4]
+        assert not any(job.stopped for job in jobs)
+        # A longer one waits for a pause, and is stopped by an edit.
+        held.may_end.clear()
+        live.learn(BASE, 2.0)
+        await pilot.press("up", "up")
+        await until_shown(pilot, "live when idle, about 2 s")
+        await until(pilot, lambda: len(jobs) == 3)
+        await pilot.press("up")
+        await until(pilot, lambda: jobs[2].stopped)
+        held.may_end.set()
+        await until_live(pilot)
+        assert [job.scene.parameters.m for job in jobs[2:]] == [5.6, 5.7]
+        # What was measured since is believed.
+        assert live.expected(BASE) != pytest.approx(2.0)
+        # One that takes too long is left to the user; a shorter scene is not.
+        live.learn(BASE, 60.0)
+        await pilot.press("up")
+        await until_shown(pilot, "live off, a run takes 1 min 00 s: F5 runs")
+        assert not live.shown
+        assert len(jobs) == 4
+        await type_into(pilot, "t_end", "5")
+        await until_shown(pilot, "live when idle, about 3 s")
+        await until_live(pilot)
+        # The figure has what is seen; data are those of the live curve.
+        pane = pilot.app.screen.query_one(TransientPane)
+        assert [pane.export(what).proposal for what in (FIGURE, DATA)] == [
+            "base-live.svg",
+            "base-live.csv",
+        ]
+        pane.show_view("belt")
+        with pytest.raises(InputError, match="press F5"):
+            pane.export(FIGURE)
+        # Switched off, and on again.
+        count = len(jobs)
+        await pilot.press("alt+l")
+        await until_told(pilot, "live curve off")
+        assert not session.lives
+        await type_into(pilot, "t_end", "4")
+        assert not live.shown
+        assert len(jobs) == count
+        held.may_end.clear()
+        await pilot.press("alt+l")
+        await until(pilot, lambda: len(jobs) > count)
+        assert session.lives
+    # What is computed when the laboratory ends is stopped.
+    assert jobs[-1].stopped
 
 
 async def test_an_error_is_a_quiet_line_over_the_curve_before(
@@ -213,6 +214,7 @@ async def test_an_error_is_a_quiet_line_over_the_curve_before(
     await until_shown(pilot, "live: waits for valid inputs")
 
 
+@pytest.mark.whole
 async def test_belts_of_finite_speed_and_parameters_over_time_live_too(
     pilot: Pilot[None],
 ) -> None:
@@ -230,22 +232,6 @@ async def test_belts_of_finite_speed_and_parameters_over_time_live_too(
     newer = live_of(pilot).curve
     assert newer is not None
     assert newer.scene == stop
-
-
-async def test_it_is_switched_off_and_on(pilot: Pilot[None], held: Held) -> None:
-    session = app_of(pilot).session
-    held.may_end.set()
-    await run_to_end(pilot)
-    await pilot.press("alt+l")
-    await until_shown(pilot, "live curve off")
-    await focus(pilot, "m")
-    await pilot.press("up")
-    await until_shown(pilot, "inputs changed since")
-    assert not session.lives
-    assert held.jobs == []
-    await pilot.press("alt+l")
-    await until_live(pilot)
-    assert session.lives
 
 
 def test_what_a_run_is_expected_to_take_decides_when_it_is_run() -> None:

@@ -101,9 +101,8 @@ async def test_two_cursors_are_on_all_plots_with_differences_and_units(
     await until_shown(pilot, "peak |y|")
 
 
-@pytest.mark.parametrize(
-    "size", [(80, 24), *(pytest.param(s, marks=pytest.mark.whole) for s in ((120, 35), (200, 60)))]
-)
+@pytest.mark.whole
+@pytest.mark.parametrize("size", [(80, 24), (120, 35), (200, 60)])
 async def test_nothing_that_cursors_read_is_cut(size: tuple[int, int]) -> None:
     async with FivtuiApp().run_test(size=size) as pilot:
         await run_to_end(pilot)

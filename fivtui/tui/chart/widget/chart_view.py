@@ -410,6 +410,7 @@ class ChartView(Widget, can_focus=True):
         if not 0.0 <= across <= 1.0:
             # Pan so that the cursor stays visible.
             self.view.pan(self._chart, right / columns)
+            self._moved()
         self._put_cursor((min(max(across, 0.0), 1.0), min(max(along, 0.0), 1.0)), right)
 
     def _step_along(self, trace: Trace, right: int) -> None:
