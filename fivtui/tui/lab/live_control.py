@@ -127,7 +127,7 @@ class LiveController:
         live, kept = self._session.live, self._session.runs.displayed
         before = None if kept is None else kept.result
         if outcome.result is not None:
-            live.learn(job.scene, event.seconds)
+            live.learn(job.scene, event.seconds - job.setup)
             live.put(LiveRun(job.scene, outcome.result, event.seconds), before)
         elif outcome.error:
             live.fail(outcome.error, before)

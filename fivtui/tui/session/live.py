@@ -15,6 +15,8 @@ from .runs import sample_times
 AT_ONCE_S: Final = 0.1
 LONGEST_S: Final = 5.0
 _FASTEST: Final = next(iter(METHODS))
+# Fractions: of a first part, and too little to tell how long the rest takes.
+_FIRST: Final = 0.2
 _LITTLE: Final = 0.01
 
 
@@ -28,20 +30,33 @@ class Pace(Enum):
 
 @dataclass(eq=False, slots=True, kw_only=True)
 class LiveJob(Job):
-    """A run for the live curve; it ends itself when it takes too long."""
+    """A run for the live curve; it ends itself when it takes too long.
+
+    Attributes
+    ----------
+    scene : Scene
+        What is computed.
+    pace : Pace
+        When it was begun.
+    setup : float
+        Time before the first part was computed, s: an FMU is built once.
+    """
 
     scene: Scene
     pace: Pace
+    setup: float = 0.0
 
     def report(self, fraction: float) -> bool:
         """As `Job.report`. Returns False also after the longest time."""
-        return Job.report(self, fraction) and self.elapsed < LONGEST_S
+        if not self.setup and fraction < _FIRST:
+            self.setup = self.elapsed
+        return Job.report(self, fraction) and self.elapsed - self.setup < LONGEST_S
 
     @property
     def estimate(self) -> float:
         """How long a whole run takes, s, from what is done of it; if that is little, at least."""
         done = self.fraction if self.fraction > _LITTLE else 1.0
-        return self.elapsed / done
+        return (self.elapsed - self.setup) / done
 
 
 @dataclass(frozen=True, slots=True, eq=False)

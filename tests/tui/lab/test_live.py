@@ -247,8 +247,13 @@ def test_what_a_run_is_expected_to_take_decides_when_it_is_run() -> None:
     assert live.pace(fmu) is Pace.OFF
     assert live.pace(dataclasses.replace(fmu, t_end=0.5 * fmu.t_end)) is Pace.IDLE
     assert live.pace(dataclasses.replace(fmu, separation=False)) is Pace.IDLE
+    # What comes before the first part is not counted.
     job = LiveJob(scene=fmu, pace=Pace.IDLE)
+    job._begin -= 2.0 * LONGEST_S
+    assert job.report(0.1)
+    assert job.setup >= 2.0 * LONGEST_S
+    job._begin -= 0.5 * LONGEST_S
     assert job.report(0.5)
-    assert job.estimate == pytest.approx(2.0 * job.elapsed, rel=0.5)
-    job._begin -= LONGEST_S
+    assert job.estimate == pytest.approx(LONGEST_S, rel=0.1)
+    job._begin -= 0.5 * LONGEST_S
     assert not job.report(0.6)
