@@ -43,6 +43,7 @@ _FLAGS: Final = [
 ]
 # Texts in C that gain nothing by registers wider than those of AVX2.
 _OF_ONE_RUN: Final = ("single", "belt", "vary", "orbit")
+_OF_LANES: Final = ("lanes", "belt_lanes")
 _GLIBC: Final = "2.17"
 _TIMEOUT_S: Final = 600.0
 
@@ -146,7 +147,7 @@ def _kernel_plan(folder: Path, target: Path, compiler: str) -> _Plan:
     objects = {"loading": [*about, str(folder / "loading.c")]}
     for variant, options in _variants(compiler).items():
         # Registers wider than those of AVX2 slow one run down.
-        for unit in ("lanes",) if variant == "avx512" else (*_OF_ONE_RUN, "lanes"):
+        for unit in _OF_LANES if variant == "avx512" else (*_OF_ONE_RUN, *_OF_LANES):
             objects[f"{unit}_{variant}"] = [*options, str(folder / f"{unit}.c")]
     return _Plan(objects, {target: list(objects)})
 

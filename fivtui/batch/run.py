@@ -69,8 +69,7 @@ def simulate_batch(
     ----------
     parameters : mapping of str to array_like, or array_like of shape (n, 9)
         The parameter sets, SI units: values by parameter name, broadcast against each other to
-        one axis, the others from `base`; or nine columns in the order of `Parameters`. On a belt
-        of finite speed members are computed one after the other, which takes longer.
+        one axis, the others from `base`; or nine columns in the order of `Parameters`.
     base : Parameters, optional
         Where the values that a mapping does not name come from; the base set if not given.
     t_end : float
@@ -232,23 +231,26 @@ class _Work:
         members = parameters, separation, start
         if kernel is None:
             results = self._interpret(members, columns, look)
-        elif belt is not None:
-            results = self._advance_each(kernel, members, belt, look)
         else:
             results = np.empty((len(parameters), len(RunColumns._fields)))
-            # What is linear cannot overflow in a square: such members are run apart.
-            cubic = self._columns["k_nl"][where] > 0.0
-            for kind in (True, False):
-                places = np.flatnonzero(cubic == kind)
-                if places.size:
-                    some = parameters[places], separation[places], start[places]
-                    results[places] = self._advance(kernel, some, look)
+            # What is linear cannot overflow in a square, and expansions by a friction law are
+            # others: such members are run apart.
+            kinds = (columns["k_nl"] > 0.0).astype(int)
+            if belt is not None:
+                kinds += 2 * (belt[:, 2] > 0.0)
+            for kind in np.unique(kinds):
+                places = np.flatnonzero(kinds == kind)
+                some = parameters[places], separation[places], start[places]
+                on = None if belt is None else belt[places]
+                results[places] = self._advance(kernel, some, on, look)
                 if self._stop:
                     return
         if not self._stop:
             self._keep(RunColumns(*results.T), self._columns["F"][where], where)
 
-    def _advance(self, kernel: Kernel, members: Members, look: Callable[[], None]) -> Floats:
+    def _advance(
+        self, kernel: Kernel, members: Members, belt: Floats | None, look: Callable[[], None]
+    ) -> Floats:
         parameters, separation, starts = members
         tol = local_tolerance(self._tol)
         peak, steady = "peak" in self._require, "steady" in self._require
@@ -261,6 +263,7 @@ class _Work:
             order=order_for(tol),
             max_steps=self._max_steps,
             observed=(peak or "amplitude" in self._require, peak, steady),
+            belts=belt,
         )
         reported = 0.0
         while not work.done and not self._stop:
@@ -270,35 +273,6 @@ class _Work:
             reported = done
             look()
         return work.results
-
-    def _advance_each(
-        self, kernel: Kernel, members: Members, belt: Floats, look: Callable[[], None]
-    ) -> Floats:
-        # On a belt of finite speed members are run one after the other.
-        tol = local_tolerance(self._tol)
-        rows = np.full((len(belt), len(RunColumns._fields)), np.nan)
-        for place, (p, separation, start) in enumerate(zip(*members, strict=True)):
-            run = kernel.begin(
-                p.tolist(),
-                start.tolist(),
-                separation=bool(separation),
-                t_end=self._t_end,
-                tol=tol,
-                order=order_for(tol),
-                belt=tuple(belt[place].tolist()),
-            )
-            status, steps = Status.RUNNING, 0
-            while status is Status.RUNNING and steps < self._max_steps and not self._stop:
-                status = run.advance(min(_BUDGET, self._max_steps - steps))
-                steps = int(run.outcome.steps)
-                look()
-            given_up = Status.STEP_LIMIT if status is Status.RUNNING else status
-            rows[place] = run.outcome._replace(status=given_up)
-            with self._lock:
-                self._done += 1.0
-            if self._stop:
-                break
-        return rows
 
     def _interpret(
         self, members: Members, columns: dict[str, Floats], look: Callable[[], None]

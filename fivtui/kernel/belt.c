@@ -102,7 +102,7 @@ EXPORT void NAME(belt_begin)(BeltRun *of, const double *p, int64_t separation, c
                              double t_end, double tol, int64_t order)
 {
     begin_run(&of->run, p, separation, start, t_end, tol, order);
-    begin_belt(&of->belt, &of->run.w, p, 1);
+    begin_belt(&of->belt, &of->run.w, 0, p, 1);
     of->sampled = 0;
     of->legs = NULL, of->leg_count = 0;
 }
@@ -116,7 +116,7 @@ EXPORT void NAME(driven_begin)(BeltRun *of, const double *p, int64_t separation,
 {
     begin_run(&of->run, p, separation, start, t_end, tol, order);
     Block *w = &of->run.w;
-    begin_belt(&of->belt, w, p, finite != 0);
+    begin_belt(&of->belt, w, 0, p, finite != 0);
     w->deflection = greatest_load / of->belt.stiffness;
     of->sampled = 0;
     of->legs = legs, of->leg_count = leg_count;

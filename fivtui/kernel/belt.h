@@ -1,11 +1,16 @@
 /* A slider on a belt of finite speed: its modes, their guards, and what follows on them, by the
-   table of modes in `fivtui.model.modes`. LANES is 1. */
+   table of modes in `fivtui.model.modes`. `belts.h` has blocks of them side by side; where LANES is
+   1 a run of its own takes its steps by this. */
 
 #ifndef FIVTUI_BELT_H
 #define FIVTUI_BELT_H
 
 #include "friction.h"
+#include "problem.h"
+#include "search.h"
+#if LANES == 1
 #include "run.h"
+#endif
 
 enum { SEPARATED, CONTACT, FORWARD, BACKWARD, STICK, MODES };
 /* Columns behind those of `Parameters`; v_s is 0 where friction is constant. */
@@ -22,14 +27,17 @@ typedef struct {
 
 /* The belt and the slider on it: the field and the friction law of each mode; F, μ, μ_s and the
    belt's speed at the start of a step, and their rates; the mode; whether friction does not jump at
-   v_r = 0; whether the belt is of finite speed. Margins of the hold within `nearness` are zero. */
+   v_r = 0; whether the belt is of finite speed, and friction by a law. Margins of the hold within
+   `nearness` are zero. */
 typedef struct {
+#if LANES == 1
     Field fields[MODES];
     Law laws[MODES];
-    double m, a, h, k1, c1, c2, k2, k_nl, stiffness, preload, mu, mu_s, v_belt;
+#endif
+    double m, a, h, k1, c1, c2, k2, k_nl, stiffness, frequency, preload, mu, mu_s, v_belt;
     Rates rates;
     double nearness;
-    int64_t mode, smooth, finite;
+    int64_t mode, smooth, finite, by_speed;
 } Belt;
 
 INLINE int is_sliding(int64_t mode) { return mode == FORWARD || mode == BACKWARD; }
@@ -62,8 +70,7 @@ INLINE void times_line(double value, double slope, const double *of, double *res
 }
 
 /* The mode in contact: `_mode_on_belt` of `fivtui.model.slider_belt`. */
-APART int64_t mode_on_belt(const Belt *of, const Block *w, double x, double vx, double y,
-                           double vy)
+APART int64_t mode_on_belt(const Belt *of, double x, double vx, double y, double vy)
 {
     const double v = of->v_belt, a = of->a, h = of->h;
     const Rates *rates = &of->rates;
@@ -77,7 +84,7 @@ APART int64_t mode_on_belt(const Belt *of, const Block *w, double x, double vx, 
     const double held[3] = {holding(of, x, y), driven + a * v - h * vy, a * rates->speed - h * ay};
     const double forces[3] = {force, -kt * vy, -kt * ay - bend};
     /* What the preload gives is known to rounding, too. */
-    const double load = __builtin_fabs(of->preload), rate = load / of->stiffness * w->frequency;
+    const double load = __builtin_fabs(of->preload), rate = load / of->stiffness * of->frequency;
     const double of_forces[3] = {__builtin_fabs(force) + load, kt * (__builtin_fabs(vy) + rate),
                                  kt * (__builtin_fabs(ay) + load / of->m) + __builtin_fabs(bend)};
     const double of_held[3] = {
@@ -101,19 +108,19 @@ APART int64_t mode_on_belt(const Belt *of, const Block *w, double x, double vx, 
     return falls(of->nearness, margin, sizes) ? BACKWARD : STICK;
 }
 
-/* A slider that begins to slide where friction balances the other forces has the acceleration of
-   the belt: with another one by chance it would seem to stick at once. */
-INLINE void settle_start(const Belt *of, Block *w)
+/* Half the acceleration of a slider that begins to slide, which the expansion takes for `half`.
+   Where friction balances the other forces it is that of the belt: with another one by chance the
+   slider would seem to stick at once. */
+INLINE double settled_start(const Belt *of, double x, double y, double half)
 {
-    double x = w->xs[0], y = w->ys[0], grip = of->mu_s * spring(of, y), held = holding(of, x, y);
+    double grip = of->mu_s * spring(of, y), held = holding(of, x, y);
     double size = of->c1 * of->v_belt + __builtin_fabs(of->m * of->rates.speed)
                   + __builtin_fabs(of->a * x) + __builtin_fabs(of->h * y) + __builtin_fabs(grip);
     double with_belt = 0.5 * of->rates.speed;
     int forward = of->mode == FORWARD;
     double margin = forward ? grip - held : grip + held;
     int balanced = of->smooth && __builtin_fabs(margin) <= BALANCED * size;
-    if (balanced || (forward ? w->xs[2] > with_belt : w->xs[2] < with_belt))
-        w->xs[2] = with_belt;
+    return balanced || (forward ? half > with_belt : half < with_belt) ? with_belt : half;
 }
 
 /* A guard over a step, as a polynomial of the time since its start, and its value at the end. */
@@ -134,6 +141,95 @@ INLINE void begin_guard(Guard *g, double h)
     }
 }
 
+/* v_r, of `sign`, in one lane of a block. */
+INLINE void guard_of_speed(const Belt *of, const Block *w, int lane, int groups, double sign, Guard *g)
+{
+    double rate = of->rates.speed;
+    for (int n = 0; n <= 4 * groups; n++)
+        g->c[n] = -sign * (n + 1) * element(w->xs + n + 1, lane);
+    g->c[0] = sign * (of->v_belt - element(w->xs + 1, lane)), g->c[1] += sign * rate;
+    memset(g->c + 4 * groups + 1, 0, (COEFFICIENTS - 1 - 4 * groups) * sizeof *g->c);
+    g->final = sign * (of->v_belt + rate * element(&w->h, lane) - element(&w->vx, lane));
+}
+
+/* Whether v_r, of `sign`, stays positive for certain while the belt's speed goes from v to last_v. */
+INLINE M keeps_sliding(const Block *w, int groups, V sign, V v, V last_v)
+{
+    Ends p = {w->xs[0], w->x, w->xs[1] * w->h, w->vx * w->h, w->x_off, w->x_off};
+    V off = weighed(CUBIC_SLOPE_BOUND, w->xs, groups, w->h);
+    V fastest = greatest(greatest(sign * p.slope, sign * p.last_slope), sign * middle_slope(&p));
+    return least(sign * v, sign * last_v) * w->h > fastest + off;
+}
+
+/* μ_s P − f and μ_s P + f in one lane of a block, f being what the belt exerts. Eq. 5 gives P from
+   the expansion of y. */
+INLINE void guards_of_hold(const Belt *of, const Block *w, int lane, int groups, Guard *ahead,
+                           Guard *behind)
+{
+    const Rates *rates = &of->rates;
+    const double h = of->h, m = of->m, span = element(&w->h, lane), more = rates->grip * span;
+    double force[COEFFICIENTS], grip[COEFFICIENTS], held[COEFFICIENTS];
+    for (int n = 0; n < 4 * groups; n++) {
+        double y = element(w->ys + n, lane);
+        double moved = of->c2 * element(w->ys + n + 1, lane) + m * (n + 2) * element(w->ys + n + 2, lane);
+        force[n] = (n + 1) * moved + h * y, grip[n] = of->mu_s * force[n], held[n] = -h * y;
+    }
+    /* Where the slider sticks x is of the second degree. */
+    force[0] = spring(of, element(w->ys, lane)), force[1] += rates->force;
+    for (int n = 1; n < 3; n++) {
+        double x = element(w->xs + n, lane);
+        force[n] -= h * x, grip[n] = of->mu_s * force[n], held[n] += of->a * x;
+    }
+    grip[0] = of->mu_s * force[0], held[0] = holding(of, element(w->xs, lane), element(w->ys, lane));
+    held[1] += of->c1 * rates->speed;
+    if (more != 0.0)
+        for (int n = 1; n < 4 * groups; n++)
+            grip[n] += rates->grip * force[n - 1];
+    memset(ahead, 0, sizeof *ahead);
+    memset(behind, 0, sizeof *behind);
+    for (int n = 0; n < 4 * groups; n++)
+        ahead->c[n] = grip[n] - held[n], behind->c[n] = grip[n] + held[n];
+    double y = element(&w->y, lane), last_grip = (of->mu_s + more) * spring(of, y);
+    double last_held = holding(of, element(&w->x, lane), y) + of->c1 * rates->speed * span;
+    ahead->final = last_grip - last_held, behind->final = last_grip + last_held;
+}
+
+/* What holds the slider: least μ_s, stiffnesses, what the belt exerts at y = 0 at both ends, and how
+   far between them it leaves its chord. */
+typedef struct {
+    V grip, k2, k_nl, h, first, last, bulge;
+} Hold;
+
+/* Whether the belt holds the slider for certain. */
+INLINE M keeps_holding(const Block *w, const Hold *of)
+{
+    Ends p = {w->ys[0], w->y, w->ys[1] * w->h, w->vy * w->h, w->y_off, w->y_off};
+    Range y = hull(&p);
+    V pushed = greatest(of->first, of->last) - of->h * y.low;
+    V pulled = of->h * y.high - least(of->first, of->last);
+    V force = -of->k2 * y.high - of->k_nl * y.high * y.high * y.high;
+    return of->grip * force > greatest(pushed, pulled) + of->bulge;
+}
+
+/* What ends a step: nothing, y = 0, v_r = 0, or the hold of the belt. */
+typedef enum { NOTHING_ENDS, AT_SWITCH, AT_SPEED, AT_HOLD } Cut;
+
+/* When the belt's hold ends, by the falls of μ_s P ∓ f; `mode` follows on it. */
+INLINE double first_release(double ahead, double behind, int64_t *mode)
+{
+    int backward = behind < ahead * (1.0 - SIMULTANEOUS);
+    *mode = backward ? BACKWARD : FORWARD;
+    return backward ? behind : ahead;
+}
+
+/* Whether the fall of a guard ends a step of length h that is `cut` at a switch, or is not. */
+INLINE int comes_first(double fall, double h, Cut cut)
+{
+    return fall <= h && !(cut == AT_SWITCH && fall >= h * (1.0 - SIMULTANEOUS));
+}
+
+#if LANES == 1
+
 /* When a guard falls to zero in the step, infinite if it does not. */
 INLINE double fall_of(Guard *g, double h, int groups)
 {
@@ -143,102 +239,47 @@ INLINE double fall_of(Guard *g, double h, int groups)
     return first_switch(g->c, groups, 1.0, &h, g->final, end.slope, off, 1) ? h : INFINITE;
 }
 
-/* v_r, of `sign`. */
-INLINE void guard_of_speed(const Belt *of, const Block *w, int groups, double sign, Guard *g)
-{
-    double rates = of->rates.speed;
-    for (int n = 0; n <= 4 * groups; n++)
-        g->c[n] = -sign * (n + 1) * w->xs[n + 1];
-    g->c[0] = sign * (of->v_belt - w->xs[1]), g->c[1] += sign * rates;
-    memset(g->c + 4 * groups + 1, 0, (COEFFICIENTS - 1 - 4 * groups) * sizeof *g->c);
-    g->final = sign * (of->v_belt + rates * w->h - w->vx);
-}
-
-/* Whether v_r, of `sign`, stays positive for certain. */
-INLINE int keeps_sliding(const Belt *of, const Block *w, int groups, double sign)
-{
-    const double v = of->v_belt, last_v = v + of->rates.speed * w->h;
-    Ends p = {w->xs[0], w->x, w->xs[1] * w->h, w->vx * w->h, w->x_off, w->x_off};
-    double middle = middle_slope(&p), off = weighed(CUBIC_SLOPE_BOUND, w->xs, groups, w->h);
-    double fastest = larger(larger(sign * p.slope, sign * p.last_slope), sign * middle);
-    return smaller(sign * v, sign * last_v) * w->h > fastest + off;
-}
-
 /* The first fall of v_r. */
 APART double fall_of_speed(const Belt *of, const Block *w, int groups, double sign)
 {
     Guard g;
-    guard_of_speed(of, w, groups, sign, &g);
+    guard_of_speed(of, w, 0, groups, sign, &g);
     return fall_of(&g, w->h, groups);
-}
-
-/* μ_s P − f and μ_s P + f, f being what the belt exerts. Eq. 5 gives P from the expansion of y. */
-INLINE void guards_of_hold(const Belt *of, const Block *w, int groups, Guard *ahead, Guard *behind)
-{
-    const Rates *rates = &of->rates;
-    const double *x = w->xs, *y = w->ys, h = of->h, m = of->m, more = rates->grip * w->h;
-    double force[COEFFICIENTS], grip[COEFFICIENTS], held[COEFFICIENTS];
-    for (int n = 0; n < 4 * groups; n++) {
-        double moved = of->c2 * y[n + 1] + m * (n + 2) * y[n + 2];
-        force[n] = (n + 1) * moved + h * y[n], grip[n] = of->mu_s * force[n], held[n] = -h * y[n];
-    }
-    /* Where the slider sticks x is of the second degree. */
-    force[0] = spring(of, y[0]), force[1] += rates->force;
-    for (int n = 1; n < 3; n++)
-        force[n] -= h * x[n], grip[n] = of->mu_s * force[n], held[n] += of->a * x[n];
-    grip[0] = of->mu_s * force[0], held[0] = holding(of, x[0], y[0]);
-    held[1] += of->c1 * rates->speed;
-    if (more != 0.0)
-        for (int n = 1; n < 4 * groups; n++)
-            grip[n] += rates->grip * force[n - 1];
-    memset(ahead, 0, sizeof *ahead);
-    memset(behind, 0, sizeof *behind);
-    for (int n = 0; n < 4 * groups; n++)
-        ahead->c[n] = grip[n] - held[n], behind->c[n] = grip[n] + held[n];
-    double last_grip = (of->mu_s + more) * spring(of, w->y);
-    double last_held = holding(of, w->x, w->y) + of->c1 * rates->speed * w->h;
-    ahead->final = last_grip - last_held, behind->final = last_grip + last_held;
-}
-
-/* Whether the belt holds the slider for certain. */
-INLINE int keeps_holding(const Belt *of, const Block *w)
-{
-    Ends p = {w->ys[0], w->y, w->ys[1] * w->h, w->vy * w->h, w->y_off, w->y_off};
-    Range y = hull(&p);
-    double grip = smaller(of->mu_s, of->mu_s + of->rates.grip * w->h);
-    double driven = of->c1 * of->rates.speed * w->h;
-    double one = holding(of, w->xs[0], 0.0), other = holding(of, w->x, 0.0) + driven;
-    double most = larger(larger(one, other) - of->h * y.low, of->h * y.high - smaller(one, other));
-    /* Of the part that is quadratic in time, on either side of its chord. */
-    double bulge = 0.125 * of->a * __builtin_fabs(of->rates.speed) * (w->h * w->h);
-    return grip * spring(of, y.high) > most + bulge;
 }
 
 /* The first fall of μ_s P ∓ f; `mode` follows on it. */
 APART double fall_of_hold(const Belt *of, const Block *w, int groups, int64_t *mode)
 {
     Guard ahead, behind;
-    guards_of_hold(of, w, groups, &ahead, &behind);
-    double first = fall_of(&ahead, w->h, groups), other = fall_of(&behind, w->h, groups);
-    *mode = other < first * (1.0 - SIMULTANEOUS) ? BACKWARD : FORWARD;
-    return *mode == BACKWARD ? other : first;
+    guards_of_hold(of, w, 0, groups, &ahead, &behind);
+    return first_release(fall_of(&ahead, w->h, groups), fall_of(&behind, w->h, groups), mode);
 }
 
-/* What ends a step: nothing, y = 0, v_r = 0, or the hold of the belt. */
-typedef enum { NOTHING_ENDS, AT_SWITCH, AT_SPEED, AT_HOLD } Cut;
+/* The first fall of a guard of the present mode, infinite if there is none. */
+INLINE double first_fall(const Belt *of, const Block *w, int groups, int64_t *then)
+{
+    if (is_sliding(of->mode)) {
+        double sign = of->mode == FORWARD ? 1.0 : -1.0, last_v = of->v_belt + of->rates.speed * w->h;
+        return keeps_sliding(w, groups, sign, of->v_belt, last_v)
+                   ? INFINITE
+                   : fall_of_speed(of, w, groups, sign);
+    }
+    if (of->mode != STICK)
+        return INFINITE;
+    const Hold hold = {smaller(of->mu_s, of->mu_s + of->rates.grip * w->h), of->k2, of->k_nl, of->h,
+                       holding(of, w->xs[0], 0.0),
+                       holding(of, w->x, 0.0) + of->c1 * of->rates.speed * w->h,
+                       0.125 * of->a * __builtin_fabs(of->rates.speed) * (w->h * w->h)};
+    return keeps_holding(w, &hold) ? INFINITE : fall_of_hold(of, w, groups, then);
+}
 
 /* Shorten the step to the first fall of a guard in it; `then` follows on the hold. */
 INLINE Cut find_end(const Belt *of, Block *w, int groups, int64_t *then)
 {
     Cut cut = may_switch(w) && find_switch(w, groups) ? AT_SWITCH : NOTHING_ENDS;
     end_step_x(w, groups, 1);
-    if (of->mode == SEPARATED || of->mode == CONTACT)
-        return cut;
-    double sign = of->mode == FORWARD ? 1.0 : -1.0, fall;
-    if (of->mode == STICK ? keeps_holding(of, w) : keeps_sliding(of, w, groups, sign))
-        return cut;
-    fall = of->mode == STICK ? fall_of_hold(of, w, groups, then) : fall_of_speed(of, w, groups, sign);
-    if (!(fall <= w->h) || (cut == AT_SWITCH && fall >= w->h * (1.0 - SIMULTANEOUS)))
+    double fall = first_fall(of, w, groups, then);
+    if (!comes_first(fall, w->h, cut))
         return cut;
     w->h = fall;
     end_step_y(w, groups);
@@ -250,17 +291,16 @@ INLINE void expand_step(const Belt *of, Block *w, double tol, int order, int cub
 {
     const Law *law = of->laws + of->mode;
     w->field = of->fields[of->mode];
-    double speed = law->sign * (of->v_belt - w->xs[1]);
-    if (law->per_speed > 0.0 && !(speed * law->per_speed > FAR))
-        expand_by_law(w->xs, w->ys, &w->field, law, of->k2 / of->m, of->v_belt, order, cubic);
+    if (of->by_speed)
+        expand_by_law(w->xs, w->ys, &w->field, law, of->v_belt, order, cubic);
     else
         expand_in_contact(w, order, cubic && of->mode != SEPARATED);
     settle_at_switch(w);
     if (w->xs[1] == of->v_belt && is_sliding(of->mode))
-        settle_start(of, w);
+        w->xs[2] = settled_start(of, w->xs[0], w->ys[0], w->xs[2]);
     set_length(w, tol, order / 4);
     if (law->per_speed > 0.0)
-        w->h = limited(w->h, w->xs, law, speed, order / 4);
+        w->h = limited(w->h, w->xs, law, law->sign * (of->v_belt - w->xs[1]), order / 4);
 }
 
 /* Go on from the end of the step, in the mode that follows. */
@@ -275,21 +315,25 @@ INLINE Arrivals go_on_belt(Belt *of, Block *w, const Ending *ending, Cut cut, in
     if (cut == AT_HOLD)
         of->mode = then;
     else if (cut != NOTHING_ENDS)
-        of->mode = w->side > 0.0 ? SEPARATED : mode_on_belt(of, w, w->x, w->vx, w->y, w->vy);
+        of->mode = w->side > 0.0 ? SEPARATED : mode_on_belt(of, w->x, w->vx, w->y, w->vy);
     return arrivals;
 }
 
-/* Begin with the parameters `p` on a block that has begun; those of the belt, behind the others,
-   are not read where it is not of finite speed. */
-INLINE void begin_belt(Belt *of, const Block *w, const double *p, int finite)
+#endif
+
+/* Begin with the parameters `p` in a lane of a block that has begun; those of the belt, behind the
+   others, are not read where it is not of finite speed. */
+INLINE void begin_belt(Belt *of, const Block *w, int lane, const double *p, int finite)
 {
     memset(of, 0, sizeof *of);
     of->finite = finite, of->nearness = BALANCED;
     double m = p[P_M], h = 0.5 * p[P_K3], mu = p[P_MU];
     of->m = m, of->a = p[P_K1] + h, of->h = h, of->c1 = p[P_C1], of->c2 = p[P_C2];
     of->k1 = p[P_K1], of->k2 = p[P_K2], of->k_nl = p[P_KNL], of->preload = p[P_F], of->mu = mu;
-    of->stiffness = p[P_K1] + p[P_K2] + p[P_K3];
+    of->stiffness = p[P_K1] + p[P_K2] + p[P_K3], of->frequency = element(&w->frequency, lane);
     of->mu_s = finite ? p[P_MU_S] : mu, of->v_belt = finite ? p[P_V_BELT] : 0.0;
+    of->by_speed = finite && p[P_V_S] > 0.0;
+#if LANES == 1
     Field contact = w->field, off = w->field;
     contact.b_x = w->contact_b_x, contact.b_y = w->contact_b_y;
     contact.d_x = w->contact_d_x, contact.d_y = w->contact_d_y;
@@ -300,13 +344,18 @@ INLINE void begin_belt(Belt *of, const Block *w, const double *p, int finite)
     of->fields[BACKWARD].d_x = -contact.d_x;
     Field *held = of->fields + STICK;
     held->a_x = held->b_x = held->damping_x = held->d_x = 0.0;
-    const int by_speed = finite && p[P_V_S] > 0.0;
-    if (by_speed)
-        for (int mode = FORWARD; mode <= BACKWARD; mode++)
-            of->laws[mode] = (Law){mode == FORWARD ? 1.0 : -1.0, mu, of->mu_s - mu, 1.0 / p[P_V_S]};
-    of->smooth = of->mu_s == mu || by_speed;
-    of->mode = w->side > 0.0 ? SEPARATED
-                             : mode_on_belt(of, w, w->xs[0], w->xs[1], w->ys[0], w->ys[1]);
+    for (int mode = 0; of->by_speed && mode < MODES; mode++) {
+        double sign = mode == FORWARD ? 1.0 : mode == BACKWARD ? -1.0 : 0.0;
+        of->laws[mode] = (Law){sign, mu, of->mu_s - mu, sign != 0.0 ? 1.0 / p[P_V_S] : 0.0,
+                               mode == SEPARATED ? 0.0 : p[P_K2] / m};
+        of->fields[mode].b_x = mode == STICK ? 0.0 : off.b_x;
+    }
+#endif
+    of->smooth = of->mu_s == mu || of->by_speed;
+    of->mode = element(&w->side, lane) > 0.0
+                   ? SEPARATED
+                   : mode_on_belt(of, element(w->xs, lane), element(w->xs + 1, lane),
+                                  element(w->ys, lane), element(w->ys + 1, lane));
 }
 
 #endif

@@ -93,7 +93,7 @@ INLINE void expand_driven_step(const Belt *of, Block *w, double tol, int order, 
         && lifting_force(w->coupling, w->preload, w->xs[0]) == 0.0)
         w->ys[3] -= of->rates.force / (6.0 * of->m);
     if (w->xs[1] == of->v_belt && is_sliding(of->mode))
-        settle_start(of, w);
+        w->xs[2] = settled_start(of, w->xs[0], w->ys[0], w->xs[2]);
     set_length(w, tol, order / 4);
     if (law->per_speed > 0.0) {
         /* v_r changes by what the belt's speed does, too. */
@@ -126,7 +126,7 @@ INLINE void take_mode(Belt *of, Block *w, double end, Cut cut, int64_t then)
     take_side(w, end, driven_side(of, w));
     of->mode = cut == AT_HOLD     ? then
                : w->side > 0.0    ? SEPARATED
-                                  : mode_on_belt(of, w, w->x, w->vx, w->y, w->vy);
+                                  : mode_on_belt(of, w->x, w->vx, w->y, w->vy);
 }
 
 /* Begin on a course with a block and a belt that have begun. */
@@ -136,7 +136,7 @@ INLINE void begin_driven(Belt *of, Block *w, const Course *course)
     set_out(of, w, course, lateness(course, w->t, w->rest));
     w->side = driven_side(of, w);
     set_field(w);
-    of->mode = w->side > 0.0 ? SEPARATED : mode_on_belt(of, w, w->x, w->vx, w->y, w->vy);
+    of->mode = w->side > 0.0 ? SEPARATED : mode_on_belt(of, w->x, w->vx, w->y, w->vy);
 }
 
 /* Go on from the end of a step, up to which the belt came to a speed, and from which on it follows

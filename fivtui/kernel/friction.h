@@ -22,9 +22,10 @@ static const double DEGREES[MAX_ORDER] = {
     12.0, 13.0, 14.0, 15.0, 16.0, 17.0, 18.0, 19.0, 20.0, 21.0,
 };
 
-/* The sign of friction, its constant part, its fall, and 1/v_s; 0 where friction is constant. */
+/* The sign of friction, 0 where the slider does not slide, its constant part, its fall, and 1/v_s, 0
+   where friction is constant; and k2/m, 0 where there is no contact. */
 typedef struct {
-    V sign, mu, fall, per_speed;
+    V sign, mu, fall, per_speed, contact;
 } Law;
 
 /* exp(−exponent) of an exponent ≥ 0 by arithmetic alone. */
@@ -52,7 +53,7 @@ typedef struct {
     Terms of_y;
     V x[ROWS], e[ROWS], u[ROWS], v[ROWS];
     Pair gain[ROWS], ahead[ROWS];
-    V stiffness, minus_d, a_x, a_y, damping_x, damping_y;
+    V stiffness, minus_d, a_x, b_x, a_y, damping_x, damping_y;
     V of_p, of_newest, of_last, fall, rate, by_start, by_first;
 } Slide;
 
@@ -72,20 +73,15 @@ INLINE void sum_gains_ahead(Slide *s, int n)
     s->ahead[n] = low;
 }
 
-/* xₙ₊₂ and yₙ₊₂, for n > 0 */
-INLINE void add_sliding_term(Slide *s, int n, int cubic)
+/* eₙ, and `along` with what the fall of friction adds to it but for the term of eₙ; for n > 0. */
+INLINE V add_fall(Slide *s, int n, V p, V along)
 {
-    Terms *of_y = &s->of_y;
-    const V *y = of_y->y, *e = s->e;
-    const double part = 1.0 / n, share = 1.0 / ((n + 1) * (n + 2));
-    V p = s->stiffness * y[n];
-    if (cubic && n > 1)
-        p = fma_of(s->minus_d, product_of_terms(of_y, n), p);
+    const V *e = s->e;
+    const double part = 1.0 / n;
+    V last = splat(0.0);
     s->gain[n - 1] = pair_of(p, s->u[n - 1]);
     if (n > 1 && n + 1 < MAX_ORDER)
         sum_gains_ahead(s, n + 1);
-    V along = fma_of(s->of_p, p, fma_of(s->a_x, s->x[n], s->a_y * y[n]));
-    V last = splat(0.0);
     if (n > 2) {
         along = fma_of(s->fall, X_OF(s->ahead[n]), along);
         last = Y_OF(s->ahead[n]) * (s->rate * part);
@@ -97,8 +93,23 @@ INLINE void add_sliding_term(Slide *s, int n, int cubic)
         s->of_last = s->fall * p;
     }
     s->e[n] = fma_of(s->u[n - 1], s->by_first * part, last);
+    return along;
+}
+
+/* xₙ₊₂ and yₙ₊₂, for n > 0 */
+INLINE void add_sliding_term(Slide *s, int n, int cubic, int falls)
+{
+    Terms *of_y = &s->of_y;
+    const V *y = of_y->y;
+    const double part = 1.0 / n, share = 1.0 / ((n + 1) * (n + 2));
+    V p = s->stiffness * y[n];
+    if (cubic && n > 1)
+        p = fma_of(s->minus_d, product_of_terms(of_y, n), p);
+    V along = fma_of(s->of_p, p, fma_of(s->a_x, s->x[n], s->b_x * y[n]));
+    if (falls)
+        along = add_fall(s, n, p, along);
     along = fma_of(s->damping_x * part, s->u[n - 1], along);
-    s->u[n] = fma_of(s->of_newest, e[n], along);
+    s->u[n] = falls ? fma_of(s->of_newest, s->e[n], along) : along;
     s->v[n] = fma_of(s->damping_y * part, s->v[n - 1], fma_of(s->a_y, s->x[n] - y[n], p));
     s->x[n + 2] = s->u[n] * share, of_y->y[n + 2] = s->v[n] * share;
     if (cubic)
@@ -106,13 +117,13 @@ INLINE void add_sliding_term(Slide *s, int n, int cubic)
 }
 
 /* Four terms, stored. */
-INLINE void add_sliding_terms(Slide *s, int n, int cubic, V *x, V *y)
+INLINE void add_sliding_terms(Slide *s, int n, int cubic, int falls, V *x, V *y)
 {
     if (n > 0)
-        add_sliding_term(s, n, cubic);
-    add_sliding_term(s, n + 1, cubic);
-    add_sliding_term(s, n + 2, cubic);
-    add_sliding_term(s, n + 3, cubic);
+        add_sliding_term(s, n, cubic, falls);
+    add_sliding_term(s, n + 1, cubic, falls);
+    add_sliding_term(s, n + 2, cubic, falls);
+    add_sliding_term(s, n + 3, cubic, falls);
 #if LANES == 1
     const Four share = {1.0 / ((n + 1) * (n + 2)), 1.0 / ((n + 2) * (n + 3)),
                         1.0 / ((n + 3) * (n + 4)), 1.0 / ((n + 4) * (n + 5))};
@@ -124,19 +135,16 @@ INLINE void add_sliding_terms(Slide *s, int n, int cubic, V *x, V *y)
 #endif
 }
 
-/* Continue the first two coefficients of x and y; `f` is the field of the constant part, and
-   `contact` is k2/m. */
-INLINE void slide(V *x, V *y, const Field *f, const Law *law, V contact, V v_belt, int order,
-                  int cubic)
+/* Continue the first two coefficients of x and y in the field `f` without the contact, but d of ÿ;
+   where friction does not fall (`falls`), with the bits of a fall of 0. */
+INLINE void slide(V *x, V *y, const Field *f, const Law *law, V v_belt, int order, int cubic, int falls)
 {
     Slide s;
     Terms *of_y = &s.of_y;
-    V sign = law->sign, y0 = y[0];
-    s.rate = sign * law->per_speed;
-    s.e[0] = decay((v_belt - x[1]) * s.rate);
-    s.stiffness = -contact, s.minus_d = -f->d_y;
-    s.a_x = f->a_x, s.a_y = f->a_y, s.damping_x = f->damping_x, s.damping_y = f->damping_y;
-    V p = s.stiffness * y0;
+    V sign = law->sign, y0 = y[0], p = -law->contact * y0;
+    s.stiffness = -law->contact, s.minus_d = -f->d_y;
+    s.a_x = f->a_x, s.b_x = f->b_x, s.a_y = f->a_y;
+    s.damping_x = f->damping_x, s.damping_y = f->damping_y;
     of_y->y[0] = y0, of_y->y[1] = y[1];
     if (cubic) {
         V square = y0 * y0;
@@ -144,34 +152,61 @@ INLINE void slide(V *x, V *y, const Field *f, const Law *law, V contact, V v_bel
         s.stiffness = fma_of(s.minus_d, square * 3.0, s.stiffness);
         of_y->thrice = y0 * 3.0, of_y->twice = y[1] + y[1];
     }
-    s.fall = sign * law->fall;
-    s.of_p = fma_of(s.fall, s.e[0], sign * law->mu), s.of_newest = s.fall * p;
+    s.of_p = sign * law->mu;
+    if (falls) {
+        s.rate = sign * law->per_speed, s.fall = sign * law->fall;
+        s.e[0] = decay((v_belt - x[1]) * s.rate);
+        s.of_p = fma_of(s.fall, s.e[0], s.of_p), s.of_newest = s.fall * p;
+    }
     s.x[0] = x[0], s.x[1] = x[1];
-    V along = fma_of(s.of_p, p, fma_of(s.a_x, x[0], s.a_y * y0));
+    V along = fma_of(s.of_p, p, fma_of(s.a_x, x[0], s.b_x * y0));
     V across = fma_of(s.a_y, x[0] - y0, p) - f->load;
     s.u[0] = fma_of(s.damping_x, x[1], along), s.v[0] = fma_of(s.damping_y, y[1], across);
-    s.by_start = s.rate * s.u[0], s.by_first = s.rate * s.e[0];
+    if (falls)
+        s.by_start = s.rate * s.u[0], s.by_first = s.rate * s.e[0];
     s.x[2] = s.u[0] * 0.5, of_y->y[2] = s.v[0] * 0.5;
-    add_sliding_terms(&s, 0, cubic, x, y);
-    add_sliding_terms(&s, 4, cubic, x, y);
+    add_sliding_terms(&s, 0, cubic, falls, x, y);
+    add_sliding_terms(&s, 4, cubic, falls, x, y);
     if (order == 8)
         return;
-    add_sliding_terms(&s, 8, cubic, x, y);
+    add_sliding_terms(&s, 8, cubic, falls, x, y);
     if (order == 12)
         return;
-    add_sliding_terms(&s, 12, cubic, x, y);
+    add_sliding_terms(&s, 12, cubic, falls, x, y);
     if (order == 16)
         return;
-    add_sliding_terms(&s, 16, cubic, x, y);
+    add_sliding_terms(&s, 16, cubic, falls, x, y);
 }
 
-APART void expand_by_law(V *x, V *y, const Field *f, const Law *law, V contact, V v_belt,
-                         int order, int cubic)
+APART void expand_falling(V *x, V *y, const Field *f, const Law *law, V v_belt, int order, int cubic)
 {
     if (cubic)
-        slide(x, y, f, law, contact, v_belt, order, 1);
+        slide(x, y, f, law, v_belt, order, 1, 1);
     else
-        slide(x, y, f, law, contact, v_belt, order, 0);
+        slide(x, y, f, law, v_belt, order, 0, 1);
+}
+
+APART void expand_not_falling(V *x, V *y, const Field *f, const Law *law, V v_belt, int order,
+                              int cubic)
+{
+    if (cubic)
+        slide(x, y, f, law, v_belt, order, 1, 0);
+    else
+        slide(x, y, f, law, v_belt, order, 0, 0);
+}
+
+/* Expand a step by a friction law, in whatever mode: where the slider is far from the speed of the
+   belt, or does not slide, friction does not fall. */
+INLINE void expand_by_law(V *x, V *y, const Field *f, const Law *law, V v_belt, int order, int cubic)
+{
+    V exponent = law->sign * (v_belt - x[1]) * law->per_speed;
+    M falls = (law->per_speed > 0.0) & negated(exponent > FAR);
+    Law here = *law;
+    here.fall = choose(falls, law->fall, splat(0.0));
+    if (bits_of(falls))
+        expand_falling(x, y, f, &here, v_belt, order, cubic);
+    else
+        expand_not_falling(x, y, f, &here, v_belt, order, cubic);
 }
 
 /* The part of a step over which the expansion of the law holds, or e stays below rounding; `speed`

@@ -19,7 +19,7 @@ class Work:
 
     Parameters
     ----------
-    functions, size
+    functions
         From `Kernel.work`.
     parameters : ndarray, shape (n, 9)
         Parameter sets, all with k_nl > 0 or all with k_nl = 0.
@@ -35,12 +35,14 @@ class Work:
         Steps after which a run is given up.
     observed : tuple of bool
         Whether extremes of y, all extremes, and those of y after half the horizon are wanted.
+    belts : ndarray, shape (n, 3), optional
+        v_belt, μ_s and v_s of belts of finite speed; v_s is 0 in all, friction being constant, or
+        in none.
     """
 
     def __init__(
         self,
         functions: dict[str, Any],
-        size: int,
         *,
         parameters: Floats,
         separation: NDArray[np.bool_],
@@ -50,14 +52,19 @@ class Work:
         order: int,
         max_steps: int,
         observed: tuple[bool, bool, bool],
+        belts: Floats | None = None,
     ) -> None:
-        self._functions = functions
-        self._parameters = np.ascontiguousarray(parameters)
+        size, self._go_on, self._ended = (
+            functions[f"{'batch' if belts is None else 'belts'}_{name}"]
+            for name in ("size", "advance", "ended")
+        )
+        given = parameters if belts is None else np.hstack([parameters, belts])
+        self._parameters = np.ascontiguousarray(given)
         self._starts = np.ascontiguousarray(starts)
         self._separation = np.ascontiguousarray(separation, dtype=np.uint8)
         self._count = count = len(parameters)
         self.results = np.empty((count, COLUMNS))
-        self._memory = np.zeros(size + _LINE // 8)
+        self._memory = np.zeros((size() + _LINE) // 8)
         self._place = -(-self._memory.ctypes.data // _LINE) * _LINE
         cubic = bool(count) and bool(self._parameters[0, _K_NL] > 0.0)
         self._asked = (t_end, tol, float(max_steps), order, cubic, *observed)
@@ -71,7 +78,7 @@ class Work:
             Runs ended, those under way counted by the part of the horizon behind them.
         """
         return float(
-            self._functions["batch_advance"](
+            self._go_on(
                 self._place,
                 self._parameters.ctypes.data,
                 self._separation.ctypes.data,
@@ -86,4 +93,4 @@ class Work:
     @property
     def done(self) -> bool:
         """Whether all are ended."""
-        return bool(self._functions["batch_ended"](self._place) == self._count)
+        return bool(self._ended(self._place) == self._count)

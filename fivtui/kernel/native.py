@@ -46,6 +46,13 @@ _ADVANCE: Final[tuple[Any, list[Any]]] = (
         _pointer,
     ],
 )
+_OF_LANES: Final[dict[str, tuple[Any, list[Any]]]] = {
+    "size": (_int, []),
+    "advance": (_float, [*([_pointer] * 5), _int, _float, _float, _float, *([_int] * 6)]),
+    "ended": (_int, [_pointer]),
+}
+# On belts that are always faster, and on belts of finite speed.
+_BATCHES: Final = ("batch", "belts")
 _FUNCTIONS: Final[dict[str, tuple[Any, list[Any]]]] = {
     "run_size": (_int, []),
     "run_begin": _BEGIN,
@@ -54,12 +61,7 @@ _FUNCTIONS: Final[dict[str, tuple[Any, list[Any]]]] = {
     "belt_begin": _BEGIN,
     "belt_advance": _ADVANCE,
     "driven_begin": (None, [*_BEGIN[1], _int, _pointer, _int, _float]),
-    "batch_size": (_int, []),
-    "batch_advance": (
-        _float,
-        [*([_pointer] * 5), _int, _float, _float, _float, *([_int] * 6)],
-    ),
-    "batch_ended": (_int, [_pointer]),
+    **{f"{name}_{function}": kind for name in _BATCHES for function, kind in _OF_LANES.items()},
     "vary_size": (_int, []),
     "vary_begin": (
         None,
@@ -111,7 +113,6 @@ class Kernel:
             functions[name] = function
         self._run_memory = _float * (functions["run_size"]() // 8)
         self._belt_memory = _float * (functions["belt_size"]() // 8)
-        self._work_size = functions["batch_size"]() // 8
         self._varied_size = functions["vary_size"]() // 8
 
     def begin(
@@ -235,7 +236,7 @@ class Kernel:
 
     def work(self, **asked: Any) -> Work:
         """Begin a chunk of a batch: see `Work`."""
-        return Work(self._functions, self._work_size, **asked)
+        return Work(self._functions, **asked)
 
     def static_starts(self, parameters: Floats, separation: NDArray[np.bool_]) -> Floats:
         """The states at rest at the equilibria of μ = 0: `slider_belt.static_start` of arrays.

@@ -299,13 +299,13 @@ static double mode_at(const Instance *i, Block *w, double *p, double *state, dou
         state[1] = speed;
     p[P_MU_S] = p[P_MU_S] < 0.0 ? p[P_MU] : p[P_MU_S];
     begin(w, 0, p, i->s.values[V_separation] != 0.0, state);
-    begin_belt(&belt, w, p, 1);
+    begin_belt(&belt, w, 0, p, 1);
     if (belt.mode == SEPARATED) {
         state[1] = vx;
         return SEPARATED;
     }
     belt.nearness = AT_SWITCH;
-    return (double)mode_on_belt(&belt, w, state[0], state[1], state[2], state[3]);
+    return (double)mode_on_belt(&belt, state[0], state[1], state[2], state[3]);
 }
 
 static int settle(Instance *i)

@@ -145,7 +145,7 @@ static void start(Motion *m, const double *state, double t)
     p[P_MU_S] = p[P_MU_S] < 0.0 ? p[P_MU] : p[P_MU_S];
     if (p[P_MU_S] == p[P_MU] && m->friction.slope == 0.0)
         p[P_V_S] = 0.0;
-    begin_belt(&m->belt, &m->w, p, 1);
+    begin_belt(&m->belt, &m->w, 0, p, 1);
     if (is_driven(m)) {
         const Course course = course_of(m);
         begin_driven(&m->belt, &m->w, &course);
@@ -170,7 +170,7 @@ static void begin_motion(Motion *m, const double *p, int separation, int finite_
     m->speed = (Ramp){finite_belt ? p[P_V_BELT] : 0.0, 0.0};
     /* On a belt that is always faster: its springs and masses, for inputs that change with time. */
     begin(&m->w, 0, m->p, m->separation != 0.0, state);
-    begin_belt(&m->belt, &m->w, m->p, finite_belt);
+    begin_belt(&m->belt, &m->w, 0, m->p, finite_belt);
     start(m, state, t);
 }
 

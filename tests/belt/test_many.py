@@ -32,6 +32,12 @@ def test_a_member_of_a_batch_is_the_single_run_to_the_last_bit() -> None:
         assert batch.peak.y_max[place] == run.peak.y_max
         assert batch.events.separations[place] == run.events.separations
         assert batch.steps[place] == run.stats.steps
+    # With a friction law and without one side by side.
+    mixed = simulate_batch(
+        {"v_belt": [1.0, 1.0], "mu_s": [0.9, 0.7], "v_s": [0.4, 0.4]}, t_end=10.0
+    )
+    assert mixed.final[0].tolist() == batch.final[2].tolist()
+    assert mixed.final[1].tolist() == list(simulate(Parameters(v_belt=1.0), t_end=10.0).final[1:])
     given_up = simulate_batch({"v_belt": [1.0]}, t_end=10.0, max_steps=5)
     assert given_up.failed.tolist() == [0]
 

@@ -29,7 +29,12 @@ int64_t fivtui_batch_size_baseline(void);
 double fivtui_batch_advance_baseline(void *, const double *, const uint8_t *, const double *,
                                      double *, int64_t, double, double, double, int64_t, int64_t,
                                      int64_t, int64_t, int64_t, int64_t);
+double fivtui_belts_advance_baseline(void *, const double *, const uint8_t *, const double *,
+                                              double *, int64_t, double, double, double, int64_t,
+                                              int64_t, int64_t, int64_t, int64_t, int64_t);
 int64_t fivtui_batch_ended_baseline(const void *);
+int64_t fivtui_belts_size_baseline(void);
+int64_t fivtui_belts_ended_baseline(const void *);
 void fivtui_static_starts_baseline(const double *, const uint8_t *, double *, int64_t);
 
 enum { PARAMETERS = 9, STATE = 4, RESULTS = 19, MORE = 3, EXTREMES = 7, RUNNING = 5, CALLS = 20 };
@@ -165,18 +170,31 @@ static void solve_orbit(const Problem *p, const double *parameters, int64_t sepa
 }
 
 static void run_batch(const Problem *p, const double *parameters, const uint8_t *separation,
-                      const double *starts)
+                      const double *starts, const double *seeds)
 {
-    size_t size = (size_t)fivtui_batch_size_baseline();
-    void *work = aligned_alloc(64, size);
+    double *belts = room(p->members * (PARAMETERS + OF_BELT), sizeof(double));
+    for (int64_t i = 0; i < p->members; i++)
+        for (int n = 0; n < PARAMETERS + OF_BELT; n++)
+            belts[i * (PARAMETERS + OF_BELT) + n] =
+                n < PARAMETERS ? parameters[i * PARAMETERS + n] : allowed(seeds[n - PARAMETERS]);
     double *results = room(p->members * RESULTS, sizeof(double));
-    for (size_t n = 0; n < size; n++)
-        ((char *)work)[n] = 0;
-    for (int call = 0; call < CALLS && fivtui_batch_ended_baseline(work) < p->members; call++)
-        fivtui_batch_advance_baseline(work, parameters, separation, starts, results, p->members,
-                                      p->t_end, p->tol, p->max_steps, p->order, p->cubic,
-                                      p->amplitude, p->peak, p->steady, p->budget);
-    free(work), free(results);
+    for (int finite = 0; finite < 2; finite++) {
+        size_t size = (size_t)(finite ? fivtui_belts_size_baseline : fivtui_batch_size_baseline)();
+        void *work = aligned_alloc(64, size);
+        for (size_t n = 0; n < size; n++)
+            ((char *)work)[n] = 0;
+        for (int call = 0; call < CALLS; call++) {
+            if ((finite ? fivtui_belts_ended_baseline : fivtui_batch_ended_baseline)(work)
+                >= p->members)
+                break;
+            (finite ? fivtui_belts_advance_baseline : fivtui_batch_advance_baseline)(
+                work, finite ? belts : parameters, separation, starts, results, p->members, p->t_end,
+                p->tol, p->max_steps, p->order, p->cubic, p->amplitude, p->peak, p->steady,
+                p->budget);
+        }
+        free(work);
+    }
+    free(results), free(belts);
 }
 
 int main(void)
@@ -198,9 +216,9 @@ int main(void)
                 solve_orbit(&p, one, separation[i], start, seeds);
             }
         }
-        run_batch(&p, parameters, separation, starts);
+        run_batch(&p, parameters, separation, starts, seeds);
         fivtui_static_starts_baseline(parameters, separation, starts, p.members);
-        run_batch(&p, parameters, separation, starts);
+        run_batch(&p, parameters, separation, starts, seeds);
         free(parameters), free(starts), free(separation), free(times), free(seeds);
         putchar('.');
         fflush(stdout);

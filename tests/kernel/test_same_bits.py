@@ -38,13 +38,35 @@ def members(count: int, seed: int) -> Members:
     return parameters, rng.random(count) < 0.9, starts
 
 
+def belts_of(given: Members, seed: int) -> np.ndarray:
+    """Random belts of finite speed for members, some of which then start at the speed of theirs."""
+    rng = np.random.default_rng(seed)
+    parameters, _, starts = given
+    count, mu = len(parameters), parameters[:, 8]
+    speed = np.where(rng.random(count) < 0.1, 0.0, rng.uniform(0.0, 4.0, count))
+    static = mu * np.where(rng.random(count) < 0.3, 1.0, rng.uniform(1.0, 1.6, count))
+    falls = (rng.random(count) < 0.5) & (static > mu)
+    at_speed = rng.random(count) < 0.2
+    starts[at_speed, 1] = speed[at_speed]
+    v_s = np.where(falls, 10.0 ** rng.uniform(-1.3, 0.3, count), 0.0)
+    return np.column_stack([speed, static, v_s])
+
+
 def in_lanes(
-    kernel: Kernel, given: Members, t_end: float, order: int, observed: tuple[bool, bool, bool]
+    kernel: Kernel,
+    given: Members,
+    t_end: float,
+    order: int,
+    observed: tuple[bool, bool, bool],
+    belts: np.ndarray | None = None,
 ) -> np.ndarray:
     parameters, separation, starts = given
     results = np.empty((len(parameters), COLUMNS))
-    for cubic in (True, False):
-        here = np.flatnonzero((parameters[:, 7] > 0.0) == cubic)
+    kinds = (parameters[:, 7] > 0.0).astype(int)
+    if belts is not None:
+        kinds += 2 * (belts[:, 2] > 0.0)
+    for kind in np.unique(kinds):
+        here = np.flatnonzero(kinds == kind)
         work = kernel.work(
             parameters=parameters[here],
             separation=separation[here],
@@ -54,6 +76,7 @@ def in_lanes(
             order=order,
             max_steps=20_000,
             observed=observed,
+            belts=None if belts is None else belts[here],
         )
         while not work.done:
             work.advance(777)
@@ -61,7 +84,9 @@ def in_lanes(
     return results
 
 
-def alone(kernel: Kernel, given: Members, t_end: float, order: int) -> np.ndarray:
+def alone(
+    kernel: Kernel, given: Members, t_end: float, order: int, belts: np.ndarray | None = None
+) -> np.ndarray:
     results = np.empty((len(given[0]), COLUMNS))
     for place, (parameters, separation, start) in enumerate(zip(*given, strict=True)):
         run = kernel.begin(
@@ -71,6 +96,7 @@ def alone(kernel: Kernel, given: Members, t_end: float, order: int) -> np.ndarra
             t_end=t_end,
             tol=10.0 ** (-0.75 * order),
             order=order,
+            belt=None if belts is None else tuple(belts[place].tolist()),
         )
         status = Status.RUNNING
         while status is Status.RUNNING:
@@ -106,6 +132,26 @@ def test_a_member_of_a_batch_is_the_single_run_to_the_last_bit(order: int) -> No
     assert_same(in_lanes(kernel, given, 30.0, order, EVERYTHING), single)
 
 
+@pytest.mark.parametrize("order", [8, 20])
+def test_a_member_on_a_belt_of_finite_speed_is_the_single_run_to_the_last_bit(order: int) -> None:
+    given = members(300, order)
+    belts = belts_of(given, order)
+    kernel = load_kernel()
+    single = alone(kernel, given, 15.0, order, belts)
+    assert (single[:, RunColumns._fields.index("status")] == Status.DONE).all()
+    assert_same(in_lanes(kernel, given, 15.0, order, EVERYTHING, belts), single)
+
+
+@pytest.mark.whole
+@pytest.mark.parametrize("seed", range(5))
+def test_thousands_of_members_on_belts_are_the_single_run_to_the_last_bit(seed: int) -> None:
+    given = members(4000, seed)
+    belts = belts_of(given, seed)
+    kernel = load_kernel()
+    single = alone(kernel, given, 30.0, 20, belts)
+    assert_same(in_lanes(kernel, given, 30.0, 20, EVERYTHING, belts), single)
+
+
 @pytest.mark.whole
 @pytest.mark.parametrize("seed", range(5))
 def test_thousands_of_members_are_the_single_run_to_the_last_bit(seed: int) -> None:
@@ -136,6 +182,10 @@ def test_instruction_sets_give_the_same_bits(instruction_set: str) -> None:
     expected = alone(best, given, 10.0, 20)
     assert_same(in_lanes(kernel, given, 10.0, 20, EVERYTHING), expected)
     assert_same(alone(kernel, given, 10.0, 20), expected)
+    belts = belts_of(given, 4)
+    expected = alone(best, given, 5.0, 20, belts)
+    assert_same(in_lanes(kernel, given, 5.0, 20, EVERYTHING, belts), expected)
+    assert_same(alone(kernel, given, 5.0, 20, belts), expected)
     separation = np.ones(len(given[0]), bool)
     starts = kernel.static_starts(given[0], separation)
     assert_same(starts, best.static_starts(given[0], separation))
@@ -153,8 +203,12 @@ def test_another_compiler_gives_the_same_bits(
     assert hatch_build.compile_kernel(folder, tmp_path / native._LIBRARY.name) == "gcc"
     given = members(100, 5)
     expected = alone(load_kernel(), given, 10.0, 20)
+    belts = belts_of(given, 5)
+    on_belts = alone(load_kernel(), given, 5.0, 20, belts)
     monkeypatch.setattr(native, "_LIBRARY", tmp_path / native._LIBRARY.name)
     kernel = Kernel()
     assert kernel.compiler == "gcc"
-    assert_same(alone(kernel, given, 10.0, 20), expected)
-    assert_same(in_lanes(kernel, given, 10.0, 20, EVERYTHING), expected)
+    assert_same(alone(kernel, members(100, 5), 10.0, 20), expected)
+    assert_same(in_lanes(kernel, members(100, 5), 10.0, 20, EVERYTHING), expected)
+    assert_same(alone(kernel, given, 5.0, 20, belts), on_belts)
+    assert_same(in_lanes(kernel, given, 5.0, 20, EVERYTHING, belts), on_belts)

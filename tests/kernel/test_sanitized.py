@@ -181,7 +181,10 @@ def sanitized(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Sanitized]:
     if shutil.which("gcc") is None:
         pytest.skip("there is no gcc")
     program = tmp_path_factory.mktemp("sanitized") / "problems"
-    units = [str(KERNEL / f"{unit}.c") for unit in ("single", "belt", "vary", "orbit", "lanes")]
+    units = [
+        str(KERNEL / f"{unit}.c")
+        for unit in ("single", "belt", "vary", "orbit", "lanes", "belt_lanes")
+    ]
     driver = str(Path(__file__).with_name("problems.c"))
     built = subprocess.run(
         ["gcc", *OPTIONS, *CHECKS, f"-I{KERNEL}", *units, driver, "-o", str(program), "-lm"],
