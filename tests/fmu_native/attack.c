@@ -19,7 +19,9 @@
             exit(1);                                                    \
         }                                                               \
     } while (0)
-enum { F = 6, MU = 8, X = 15, VARIABLES = 31, MOST_BYTES = 4096 };
+enum { F = 6, MU = 8, X = 15, FINITE_BELT = 31, V_BELT, MU_S, V_S, VARIABLES = 37, MOST_BYTES = 4096 };
+/* Whether instances have a belt of finite speed. */
+static int on_belt;
 
 static uint64_t chance_state = 88172645463325252u;
 
@@ -60,9 +62,18 @@ static fmi2Component made(fmi2Type type)
     return c;
 }
 
+static void choose_belt(fmi2Component c)
+{
+    const fmi2ValueReference flag = FINITE_BELT, of_belt[] = {V_BELT, MU_S, V_S};
+    const double values[] = {1.0, 0.9, 0.4};
+    CHECK(fmi2SetBoolean(c, &flag, 1, &on_belt) == fmi2OK);
+    CHECK(fmi2SetReal(c, of_belt, 3, values) == fmi2OK);
+}
+
 static fmi2Component begun(fmi2Type type)
 {
     fmi2Component c = made(type);
+    choose_belt(c);
     CHECK(fmi2SetupExperiment(c, 0, 0.0, 0.0, 0, 0.0) == fmi2OK);
     CHECK(fmi2EnterInitializationMode(c) == fmi2OK);
     CHECK(fmi2ExitInitializationMode(c) == fmi2OK);
@@ -145,7 +156,9 @@ static fmi2Component begun_3(void)
 {
     fmi3Instance c = fmi3InstantiateCoSimulation("attacked", SLIDER_BELT_GUID, NULL, 0, 1, 1, 1, NULL,
                                                  0, NULL, quiet_3, NULL);
-    CHECK(c && fmi3EnterInitializationMode(c, 0, 0.0, 0.0, 0, 0.0) == fmi3OK);
+    CHECK(c);
+    choose_belt(c);
+    CHECK(fmi3EnterInitializationMode(c, 0, 0.0, 0.0, 0, 0.0) == fmi3OK);
     CHECK(fmi3ExitInitializationMode(c) == fmi3OK && fmi3EnterStepMode(c) == fmi3OK);
     return c;
 }
@@ -153,7 +166,7 @@ static fmi2Component begun_3(void)
 /* Any call in any phase, with anything: no harm. */
 static void call_anything(fmi2Component c, fmi2FMUstate *state)
 {
-    const fmi2ValueReference r[2] = {chance(40), chance(4) ? chance(40) : UINT32_MAX};
+    const fmi2ValueReference r[2] = {chance(VARIABLES + 8), chance(4) ? chance(VARIABLES + 8) : UINT32_MAX};
     const fmi2Real reals[4] = {hostile(), hostile(), hostile(), hostile()};
     const fmi2Integer orders[2] = {(int)chance(3), 1};
     const fmi2Boolean booleans[2] = {(int)chance(3), 0};
@@ -185,7 +198,7 @@ static void call_anything(fmi2Component c, fmi2FMUstate *state)
     case 17: fmi2SetContinuousStates(c, reals, four); break;
     case 18: fmi2GetContinuousStates(c, read, four); break;
     case 19: fmi2GetDerivatives(c, read, four); break;
-    case 20: fmi2GetEventIndicators(c, read, chance(2)); break;
+    case 20: fmi2GetEventIndicators(c, read, chance(2) ? 4 : chance(6)); break;
     case 21: fmi2EnterEventMode(c); break;
     case 22: fmi2NewDiscreteStates(c, &info); break;
     case 23: fmi2EnterContinuousTimeMode(c); break;
@@ -228,9 +241,11 @@ static void attack_from_within(fmi3InstanceEnvironment environment, fmi3Float64 
     CHECK(can_return && asks != get_allowed && get_allowed == finished);
     CHECK(time >= of->last);
     of->last = finished ? time : of->last;
-    const fmi2ValueReference f = F;
+    const fmi2ValueReference f = F, v = V_BELT;
     const double force = chance(4) ? 80.0 + chance(9) : hostile();
+    const double speed = chance(4) ? 1.0 + 0.1 * chance(9) : hostile();
     fmi3SetFloat64(of->c, &f, 1, &force, 1);
+    fmi3SetFloat64(of->c, &v, 1, &speed, 1);
     for (unsigned left = chance(4); left > 0; left--)
         call_anything(of->c, &of->state);
     fmi3FreeInstance(chance(8) ? NULL : of->c);
@@ -239,14 +254,16 @@ static void attack_from_within(fmi3InstanceEnvironment environment, fmi3Float64 
 
 static void attack_updates(int rounds, fmi3Boolean events)
 {
-    const fmi3ValueReference needed[] = {F, MU, X};
+    const fmi3ValueReference needed[] = {F, MU, X, V_BELT};
     Updated of = {0};
     fmi3Boolean event, stops, early, flags[5];
     double t = 0.0, reached;
     int switches = 0;
-    of.c = fmi3InstantiateCoSimulation("attacked", SLIDER_BELT_GUID, NULL, 0, 1, events, 1, needed, 3,
+    of.c = fmi3InstantiateCoSimulation("attacked", SLIDER_BELT_GUID, NULL, 0, 1, events, 1, needed, 4,
                                        &of, quiet_3, attack_from_within);
-    CHECK(of.c && fmi3EnterInitializationMode(of.c, 0, 0.0, 0.0, 0, 0.0) == fmi3OK);
+    CHECK(of.c);
+    choose_belt(of.c);
+    CHECK(fmi3EnterInitializationMode(of.c, 0, 0.0, 0.0, 0, 0.0) == fmi3OK);
     CHECK(fmi3ExitInitializationMode(of.c) == fmi3OK);
     CHECK(!events || fmi3EnterStepMode(of.c) == fmi3OK);
     for (int round = 0; round < rounds; round++) {
@@ -318,12 +335,14 @@ int main(int count, char **arguments)
     CHECK(!fmi2Instantiate("a", fmi2CoSimulation, SLIDER_BELT_GUID, NULL, NULL, 0, 0));
     CHECK(fmi2DoStep(NULL, 0.0, 1.0, 1) == fmi2Error);
     fmi2FreeInstance(NULL);
-    attack_states(rounds);
-    attack_calls(begun(fmi2CoSimulation), 20 * rounds);
-    attack_calls(begun(fmi2ModelExchange), 20 * rounds);
-    attack_calls(begun_3(), 20 * rounds);
-    attack_updates(rounds, fmi3False);
-    attack_updates(rounds, fmi3True);
+    for (on_belt = 0; on_belt < 2; on_belt++) {
+        attack_states(rounds);
+        attack_calls(begun(fmi2CoSimulation), 20 * rounds);
+        attack_calls(begun(fmi2ModelExchange), 20 * rounds);
+        attack_calls(begun_3(), 20 * rounds);
+        attack_updates(rounds, fmi3False);
+        attack_updates(rounds, fmi3True);
+    }
     measure_memory(atoi(arguments[1]), atoi(arguments[2]));
     return 0;
 }
