@@ -28,12 +28,12 @@ typedef struct {
     V sign, mu, fall, per_speed, contact;
 } Law;
 
-/* exp(−exponent) of an exponent ≥ 0 by arithmetic alone. */
+/* exp(−exponent) by arithmetic alone; below zero, where rounding comes, not beyond −700. */
 INLINE V decay(V exponent)
 {
     const double whole = 0x1.8p52;
     M some = exponent < MOST_EXPONENT;
-    V above = choose(some, exponent, splat(MOST_EXPONENT));
+    V above = choose(some, greatest(exponent, splat(-MOST_EXPONENT)), splat(MOST_EXPONENT));
     V count = (whole - above * LOG2_E) - whole;
     V rest = fma_of(count, splat(-LN2_LOW), fma_of(count, splat(-LN2_HIGH), -above));
     V square = rest * rest, fourth = square * square;
@@ -213,7 +213,7 @@ INLINE void expand_by_law(V *x, V *y, const Field *f, const Law *law, V v_belt, 
    is v at its start. */
 INLINE V limited(V h, const V *x, const Law *law, V speed, int groups)
 {
-    V exponent = speed * law->per_speed;
+    V exponent = greatest(speed * law->per_speed, splat(0.0));
     V allowed = greatest(exponent * WIDENING + MOST_CHANGE, exponent - NEGLIGIBLE);
     for (;;) {
         M far = weighed(DEGREES, x, groups, h) * law->per_speed > allowed * h;

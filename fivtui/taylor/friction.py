@@ -39,9 +39,10 @@ class Law(NamedTuple):
 
 
 def decay(exponent: float) -> float:
-    """exp(−exponent) of an exponent ≥ 0 by arithmetic alone, as in C."""
+    """exp(−exponent) by arithmetic alone, as in C; below zero, by rounding, not beyond −700."""
     if not exponent < _MOST:
         return 0.0
+    exponent = max(exponent, -_MOST)
     count = math.floor(0.5 - exponent * _LOG2_E)
     rest = (-exponent - count * _LN2_HIGH) - count * _LN2_LOW
     value = _FACTORS[13]
@@ -101,7 +102,7 @@ def limited(duration: float, x: Sequence[float], law: Law, speed: float) -> floa
 
     `speed` is v at its start.
     """
-    exponent = speed * law.per_speed
+    exponent = max(speed * law.per_speed, 0.0)
     allowed = max(_CHANGE + _WIDENING * exponent, exponent - _NEGLIGIBLE) / law.per_speed
     while _change(x, duration) > allowed:
         duration *= _SHRINKING

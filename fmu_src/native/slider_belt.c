@@ -440,6 +440,16 @@ static int is_mode(double mode, const State *s)
                              : mode == CONTACT;
 }
 
+/* Whether the speed at the start of the step is that of its mode, but for rounding. */
+static int has_speed_of_mode(const double *n)
+{
+    const double mode = n[N_STEP_MODE];
+    const double v = n[N_SPEED] + n[N_SPEED_SLOPE] * ((n[N_T] - n[N_SINCE]) + n[N_REST]);
+    const double ahead = v - n[N_VX], slack = 0x1p-40 * (absolute(v) + absolute(n[N_VX]));
+    return !(mode == FORWARD && ahead < -slack) && !(mode == BACKWARD && ahead > slack)
+           && !(mode == STICK && absolute(ahead) > slack);
+}
+
 static int unpack(Instance *i, const double *n)
 {
     State *s = &i->s;
@@ -457,6 +467,7 @@ static int unpack(Instance *i, const double *n)
     at->switches = n[N_SWITCHES], at->sticks = n[N_ALL_STICKS];
     at->first_sticks = n[N_FIRST_STICKS], at->speed = n[N_SPEED_THEN], at->acceleration = 0.0;
     if (!is_mode(n[N_MODE], s) || !is_mode(n[N_STEP_MODE], s)
+        || (i->type == fmi2CoSimulation && !has_speed_of_mode(n))
         || n[N_STEP_SIDE] != (n[N_STEP_MODE] == SEPARATED ? 1.0 : -1.0))
         return 0;
     stepping->begin(m, p, separation, is_finite_belt(s), state, n[N_T],

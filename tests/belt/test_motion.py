@@ -12,6 +12,7 @@ from hypothesis import example, given, settings, strategies as st
 from fivtui import Parameters, simulate
 from fivtui.model.modes import MODES, Mode, transition_name
 from fivtui.model.slider_belt import State, mechanical_energy, power
+from fivtui.taylor.friction import Law, decay, limited
 from fivtui.transient.request import KernelChoice, Start
 from fivtui.transient.result import Transient
 
@@ -212,3 +213,9 @@ def test_a_slider_at_rest_on_a_belt_at_rest_stays_where_it_is(kernel: KernelChoi
     assert run.events.transitions == {}
     assert (run.events.sticks, run.events.stick_time) == (1, 1e3)
     assert run.peak.y_max - run.peak.y_min < 1e-12
+
+
+def test_a_sliding_speed_below_zero_by_rounding_ends_no_step_and_no_search() -> None:
+    law = Law(1.0, 0.7, 0.2, 1e20)
+    assert 0.0 < limited(0.1, (0.0, 1.0, 1.0, 0.5), law, -1e-16) <= 0.1
+    assert math.isfinite(decay(-1e6))
