@@ -87,7 +87,9 @@ def value_label(name: str, value: float | None) -> str:
 def quantity_label(spec: ParameterSpec) -> str:
     """Axis label of a quantity in matplotlib's mathtext: meaning, symbol and unit."""
     unit = f" ({math_unit(spec.unit)})" if spec.unit else ""
-    return f"{spec.meaning.partition(',')[0].capitalize()} {math_symbol(spec.symbol)}{unit}"
+    # What follows says of what, or what it means to have no value.
+    meaning = spec.meaning.partition(",")[0].partition(";")[0]
+    return f"{meaning.capitalize()} {math_symbol(spec.symbol)}{unit}"
 
 
 def parameter_line(p: Parameters, without: Sequence[str] = ()) -> str:

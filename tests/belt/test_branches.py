@@ -97,6 +97,7 @@ def test_small_cycles_have_the_amplitude_of_the_normal_form() -> None:
         assert point.period == pytest.approx(2.0 * math.pi / hopf.omega, rel=1e-3)
 
 
+@pytest.mark.whole
 def test_a_cycle_that_is_no_longer_faster_than_the_belt_in_contact_is_that_of_the_paper() -> None:
     found = branch(Parameters(v_belt=5.4), "v_belt", low=5.3, high=5.7, origin="cycle")
     (event,) = found.events
@@ -128,6 +129,7 @@ def test_a_branch_turns_back_where_its_cycles_begin_to_stick() -> None:
     assert len(kinds) == len(set(zip(kinds, (e.value for e in found.events), strict=True)))
 
 
+@pytest.mark.whole
 def test_where_motion_jumps_a_branch_ends_and_says_why() -> None:
     # Static friction above the kinetic one: a slider that just reaches the belt sticks at once.
     p = FALLING.with_values({"v_s": None, "mu": 0.44, "c1": 0.32, "v_belt": 1.0})

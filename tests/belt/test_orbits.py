@@ -56,6 +56,7 @@ def test_multipliers_are_those_of_differences_of_the_return_map() -> None:
     assert orbit.multipliers[2] == 0.0
 
 
+@pytest.mark.whole
 def test_two_stick_slip_cycles_coexist() -> None:
     p = Parameters(v_belt=0.4, mu=0.3, mu_s=0.5, v_s=0.4, c1=10.0)
     x, _, y, _ = Explorer(p).rest
@@ -102,6 +103,7 @@ def test_motion_decays_in_all_of_the_region_of_proof(v_s: float | None) -> None:
         assert float((np.conj(q) @ (modal @ np.array([vx, ax, vy, ay]))).real) < 0.0
 
 
+@pytest.mark.whole
 def test_cycles_are_followed_over_the_speed_of_the_belt() -> None:
     found = continuation(MASS.with_values({"c2": 0.2}), "v_belt", [0.2, 0.4])
     # Without a damper a mass that slides to and fro goes on to do so.

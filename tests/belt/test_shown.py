@@ -8,6 +8,8 @@ import pytest
 from fivtui import Parameters, simulate
 from fivtui.cli import run
 from fivtui.model.modes import Mode
+from fivtui.model.parameters import ALL_PARAMETERS
+from fivtui.plotting import quantity_label
 from fivtui.scene import Scene, load_scene, save_scene
 from fivtui.transient import Transient, transient_figure, transient_rows
 from fivtui.tui.chart.chart import View
@@ -168,3 +170,9 @@ def test_scenes_and_the_form_keep_it(tmp_path: pytest.TempPathFactory) -> None:
     session = Session(scene, path)
     session.set_text("v_belt", "")
     assert "--set v_belt=none" in session.command_line()
+
+
+def test_axes_of_the_belt_s_speed_say_what_it_is_alone() -> None:
+    label = quantity_label(ALL_PARAMETERS["v_belt"])
+    assert label.startswith("Speed of the belt $v")
+    assert label.endswith("(m/s)")
