@@ -45,8 +45,8 @@ async def test_a_run_ends_in_plots_that_zoom_summary_and_tabs(
         "74 separations · off belt 71.01 s (71 %)",
         "run 1 done in",
         "s, tol 1e-12",
-        "y / m",
-        "P / N",
+        "y (m)",
+        "P (N)",
         "⣿",
     ):
         assert words in shown, words
@@ -177,14 +177,14 @@ async def test_the_button_works_and_failures_are_told_and_logged(
 async def test_every_size_shows_form_verdict_and_result(pilot: Pilot[None]) -> None:
     await run_to_end(pilot)
     for size, words in (
-        ((80, 24), ("P / N", "x / m", "off belt", "kg", "74 separations", " 0.7 ")),
-        ((200, 60), ("P / N", "off belt", "friction coefficient", "P 0 to 2071 N")),
+        ((80, 24), ("P (N)", "x (m)", "off belt", "kg", "74 separations", " 0.7 ")),
+        ((200, 60), ("P (N)", "off belt", "friction coefficient", "P 0 to 2071 N")),
         ((200, 60), ("±y 2nd half", "shown native 10.50")),
         ((60, 20), ("peak |y|", "F5 Run", "k1")),
-        ((40, 12), ("UNSTABLE", "F5 Run", "y / m")),
+        ((40, 12), ("UNSTABLE", "F5 Run", "y (m)")),
         ((39, 12), ("too small for fivtui: it needs 40 columns and 10 lines",)),
         ((100, 9), ("too small",)),
-        ((100, 30), ("UNSTABLE", "F5 Run", "P / N")),
+        ((100, 30), ("UNSTABLE", "F5 Run", "P (N)")),
     ):
         await pilot.resize_terminal(*size)
         for word in words:
@@ -195,7 +195,7 @@ async def test_every_size_shows_form_verdict_and_result(pilot: Pilot[None]) -> N
 
 def frame_reaches_the_edge(shown: str) -> bool:
     lines = shown.splitlines()
-    axes = [line.rstrip("│ ") + "│" for line in lines if "t / s " in line]
+    axes = [line.rstrip("│ ") + "│" for line in lines if "t (s) " in line]
     return bool(axes) and all(len(line) == len(lines[0]) for line in axes)
 
 

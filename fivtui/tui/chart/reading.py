@@ -1,6 +1,7 @@
 """What is read off a chart: points at the cursors, and the words above the plot."""
 
 import math
+import re
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from typing import Final
@@ -13,6 +14,7 @@ from .chart import Backdrop, Chart, Place, Trace, View, within
 from .styles import trace_mark, trace_style
 
 CURSOR_SIGNS: Final = "◆◇"
+_LABEL: Final = re.compile(r"(.*) \(([^()]*)\)")
 _PRECISION: Final = 5
 _PLACE_PRECISION: Final = 6
 _INVERSES: Final = {"s": "Hz", "Hz": "s"}
@@ -24,9 +26,9 @@ Span = tuple[str, str]
 
 
 def split_label(label: str) -> tuple[str, str]:
-    """Symbol and unit of a label."""
-    name, _, unit = label.partition(" / ")
-    return name, unit
+    """Symbol and unit of a label such as ``y (m)``; no unit of one without."""
+    found = _LABEL.fullmatch(label)
+    return (label, "") if found is None else (found[1], found[2])
 
 
 # Points

@@ -24,7 +24,7 @@ from fivtui.tui.tabs.charts.transient import (
 )
 
 T = np.linspace(0.0, 10.0, 1001)
-SINE = Chart("t / s", "y / m", (Trace("one", T, np.sin(T)), Trace("two", T, 2.0 * np.cos(T))))
+SINE = Chart("t (s)", "y (m)", (Trace("one", T, np.sin(T)), Trace("two", T, 2.0 * np.cos(T))))
 
 
 @given(st.floats(-1e6, 1e6), st.floats(1e-3, 1e6), st.floats(0.0, 1.0))
@@ -97,12 +97,12 @@ def test_a_picture_has_the_size_asked_for_and_says_what_is_what() -> None:
         lines = picture.text().splitlines()
         assert len(lines) == height
         assert {len(line) for line in lines} == {width}
-    assert lines[0].startswith("y / m  1─one 2─two")
+    assert lines[0].startswith("y (m)  1─one 2─two")
     narrow = draw(SINE, View(), 20, 14, reserved=8).text().splitlines()
-    assert [line.strip() for line in narrow[:2]] == ["y / m  1─one", "2─two"]
+    assert [line.strip() for line in narrow[:2]] == ["y (m)  1─one", "2─two"]
     assert {len(line) for line in narrow} == {20}
     assert draw(SINE, View(), 20, 6).plot[1] == 1
-    assert lines[-1].startswith("t / s")
+    assert lines[-1].startswith("t (s)")
     assert lines[-1].rstrip().endswith("10")
     assert "1" in "".join(lines[1:-1])
 
@@ -141,7 +141,7 @@ def test_guides_shades_and_marks_are_drawn() -> None:
     levels = (np.arange(4)[:, None] > 1).astype(np.intp) * np.ones(3, dtype=np.intp)
     chart = Chart(
         "μ",
-        "F / N",
+        "F (N)",
         (Trace("here", np.array([1.5]), np.array([1.0]), look="points", mark="◆"),),
         guides=(Guide(0.5, "μ_c"),),
         backdrop=Backdrop(
@@ -150,7 +150,7 @@ def test_guides_shades_and_marks_are_drawn() -> None:
             levels,
             ((" ", "plot"), ("▒", "plot")),
             levels.astype(float),
-            "growth / 1/s",
+            "growth (1/s)",
             ("≤0", "≤1"),
         ),
     )
@@ -167,7 +167,7 @@ def test_a_million_samples_are_reduced() -> None:
     t = np.linspace(0.0, 100.0, 1_000_000)
     y = np.sin(50.0 * t)
     y[777_777] = 9.0
-    text = draw(Chart("t / s", "y / m", (Trace("", t, y),)), View(), 80, 20).text()
+    text = draw(Chart("t (s)", "y (m)", (Trace("", t, y),)), View(), 80, 20).text()
     assert any(mark in text for mark in "⡇⢸⡀⢀⠁⠈")
     assert View().axes(Chart("t", "y", (Trace("", t, y),)))[1].high > 9.0
 
@@ -192,7 +192,7 @@ def test_the_charts_of_the_base_scene() -> None:
     assert motion is not None
     shown = draw(time_chart("y", [motion], strip=True, x_axis=True), View(), 80, 20).text()
     assert "off belt" in shown
-    assert "y / m" in shown
+    assert "y (m)" in shown
     phase = phase_chart("y", [motion], (50.0, 100.0))
     assert phase.traces[0].x.size == 5001
     assert phase.plane
@@ -237,7 +237,7 @@ def test_the_difference_of_two_motions_is_exact_where_they_share_their_times() -
     same = difference_chart("y", motions[0], motions[1], strip=False, x_axis=True)
     assert same.note == "a − b"
     assert not same.traces[0].y.any()
-    assert "Δy / m a − b" in draw(same, View(), 60, 10).text()
+    assert "Δy (m) a − b" in draw(same, View(), 60, 10).text()
     other = difference_chart("P", motions[0], motions[2], strip=False, x_axis=True)
     assert other.note == "a − c, interpolated"
     assert other.traces[0].x[-1] == 8.0
@@ -254,8 +254,8 @@ def test_two_cursors_read_both_values_their_difference_and_the_unit() -> None:
     one = np.sin([3.0, 5.0])
     heading = draw(SINE, view, 80, 20).text().splitlines()[0]
     assert f"one ◆{one[0]:.5g} ◇{one[1]:.5g} Δ{one[1] - one[0]:.5g} m" in heading
-    assert cursor_words("t / s", 3.0, 5.0) == ["t ◆3 ◇5 s", "Δt 2 s", "1/Δt 0.5 Hz"]
-    assert cursor_words("f / Hz", 3.0, 2.5) == ["f ◆3 ◇2.5 Hz", "Δf -0.5 Hz", "1/Δf 2 s"]
+    assert cursor_words("t (s)", 3.0, 5.0) == ["t ◆3 ◇5 s", "Δt 2 s", "1/Δt 0.5 Hz"]
+    assert cursor_words("f (Hz)", 3.0, 2.5) == ["f ◆3 ◇2.5 Hz", "Δf -0.5 Hz", "1/Δf 2 s"]
     assert cursor_words("μ", 1.0, 1.0) == ["μ ◆1 ◇1", "Δμ 0"]
     # In little room the plot gives way, and nothing of what is read is cut.
     small = " ".join(draw(SINE, view, 38, 6).text().split())
@@ -263,15 +263,15 @@ def test_two_cursors_read_both_values_their_difference_and_the_unit() -> None:
         a, b = values.tolist()
         assert f"{name} ◆{a:.5g} ◇{b:.5g} Δ{b - a:.5g} m" in small
     # A trace that does not reach a cursor is not read there.
-    short = Chart("t / s", "y / m", (Trace("a", T[:400], T[:400]), Trace("b", T, T)))
+    short = Chart("t (s)", "y (m)", (Trace("a", T[:400], T[:400]), Trace("b", T, T)))
     heading = draw(short, view, 80, 20).text().splitlines()[0]
     assert heading.strip() == "y a ◆3 m b ◆3 ◇5 Δ2 m"
 
 
 def test_cursors_of_a_chart_along_curves_are_on_the_curves() -> None:
     circle = Trace("", np.cos(T), np.sin(T), ordered=False, along=T)
-    chart = Chart("x / m", "y / m", (circle,), along="t / s")
-    assert chart.cursor_label == "t / s"
+    chart = Chart("x (m)", "y (m)", (circle,), along="t (s)")
+    assert chart.cursor_label == "t (s)"
     view = View(cursors=Cursors((0.0, 0.0), (4.71, 0.0)))
     first, second = (
         nearest(chart, view, place) for place in (view.cursors.first, view.cursors.second)
@@ -291,18 +291,18 @@ def test_cursors_of_a_chart_along_curves_are_on_the_curves() -> None:
 
 def test_limits_say_that_they_are_kept_and_what_they_leave_out() -> None:
     def heading(view: View, number: int, values: np.ndarray) -> str:
-        chart = Chart("t / s", "y / m", (Trace("new", T, values, number=number),))
+        chart = Chart("t (s)", "y (m)", (Trace("new", T, values, number=number),))
         return draw(chart, view, 80, 20).text().splitlines()[0].strip()
 
     low = View()
     low.choose(SINE, None, Axis(-2.5, 2.5))
-    assert heading(low, 1, np.sin(T)) == "y / m  zoom y"
+    assert heading(low, 1, np.sin(T)) == "y (m)  zoom y"
     assert heading(low, 1, 3.0 * np.sin(T)).endswith("new partly outside, r: fit zoom y")
-    assert heading(low, 0, 3.0 * np.sin(T)) == "y / m  zoom y"
+    assert heading(low, 0, 3.0 * np.sin(T)) == "y (m)  zoom y"
     assert heading(low, 0, 3.0 + np.sin(0.1 * T)).endswith("new outside, r: fit zoom y")
     low.since = 1
-    assert heading(low, 1, 3.0 * np.sin(T)) == "y / m  zoom y"
+    assert heading(low, 1, 3.0 * np.sin(T)) == "y (m)  zoom y"
     late = View(x=Axis(20.0, 30.0))
     assert heading(late, 0, T).endswith("new outside, r: fit zoom t")
     early = View(x=Axis(1.0, 2.0))
-    assert heading(early, 1, 3.0 * np.sin(T)) == "y / m  zoom t"
+    assert heading(early, 1, 3.0 * np.sin(T)) == "y (m)  zoom t"

@@ -26,7 +26,7 @@ FloatArray = NDArray[np.float64]
 
 def function_chart(y: Callable[[FloatArray], FloatArray], low: float, high: float) -> Chart:
     x = np.linspace(low, high, 501)
-    return Chart("x / s", "y / m", (Trace("", x, y(x)),))
+    return Chart("x (s)", "y (m)", (Trace("", x, y(x)),))
 
 
 @pytest.mark.parametrize(
@@ -49,7 +49,7 @@ def test_a_curve_passes_where_its_ticks_say(function: Callable[[FloatArray], Flo
 
 def test_logarithmic_scales_straighten_powers() -> None:
     x = np.geomspace(1e-3, 1e2, 400)
-    chart = Chart("x / s", "y / 1", (Trace("", x, 2e3 * x**-1.5),))
+    chart = Chart("x (s)", "y / 1", (Trace("", x, 2e3 * x**-1.5),))
     read = Reading(draw(chart, View(log_x=True, log_y=True), 80, 30), log_x=True, log_y=True)
     for at, up in read.dots():
         expected = np.log10(2e3) - 1.5 * at
@@ -62,7 +62,7 @@ def test_points_guides_and_shades_stand_at_their_coordinates() -> None:
     here = Trace("now", np.array([7.0]), np.array([210.0]), look="points", ordered=False, mark="◆")
     line = Trace("line", np.array([5.0, 9.0]), np.array([100.0, 400.0]), ordered=False)
     guides = (Guide(6.0, "at six"), Guide(300.0, "three hundred", vertical=False))
-    read = Reading(draw(Chart("a / N", "b / m", (line, here), guides=guides), View(), 80, 30))
+    read = Reading(draw(Chart("a (N)", "b (m)", (line, here), guides=guides), View(), 80, 30))
     (mark,) = read.marks("◆")
     assert read.near(mark, (7.0, 210.0))
     for at in ((6.5, 212.5), (8.0, 325.0)):
@@ -84,7 +84,7 @@ def test_of_a_long_orbit_the_latest_points_alone_are_joined() -> None:
     # 20 corners far apart, the first of many points; then two points, joined.
     x = np.concatenate([np.tile([0.0, 10.0], 10), np.full(MOST_JOINED - 2, 2.0), [2.0, 8.0]])
     y = np.concatenate([np.tile([0.0, 10.0], 10), np.full(MOST_JOINED - 2, 9.0), [9.0, 9.0]])
-    chart = Chart("a / m", "b / m", (Trace("", x, y, ordered=False),), tight=False)
+    chart = Chart("a (m)", "b (m)", (Trace("", x, y, ordered=False),), tight=False)
     read = Reading(draw(chart, View(), 80, 30))
     dots = read.dots()
     assert any(read.near(dot, (5.0, 9.0)) for dot in dots)
@@ -97,8 +97,8 @@ def test_shades_lie_over_their_own_axes() -> None:
     x, y = np.linspace(0.0, 10.0, 41), np.linspace(100.0, 300.0, 31)
     levels = ((x[:, None] > 6.0) & (y[None, :] < 160.0)).astype(np.intp)
     shades = ((" ", "plot"), ("█", "plot"))
-    backdrop = Backdrop(x, y, levels, shades, np.add.outer(x, y), "sum / N", ("",) * len(shades))
-    chart = Chart("a / m", "b / kg", (), backdrop=backdrop)
+    backdrop = Backdrop(x, y, levels, shades, np.add.outer(x, y), "sum (N)", ("",) * len(shades))
+    chart = Chart("a (m)", "b (kg)", (), backdrop=backdrop)
     read = Reading(draw(chart, View(), 80, 30))
     shaded = read.marks("█")
     assert min(at for at, _ in shaded) == pytest.approx(6.0, abs=0.3 + read.x_per_column)
@@ -113,7 +113,7 @@ def test_coarse_shades_fill_their_range_to_its_ends_and_nothing_beyond() -> None
     x, y, levels = np.array([2.0, 4.0, 6.0]), np.array([100.0, 200.0, 300.0]), np.zeros((3, 3))
     backdrop = Backdrop(x, y, levels.astype(np.intp), (("█", "plot"),), levels, "one", ("one",))
     view = View(x=Axis(0.0, 8.0), y=Axis(0.0, 400.0))
-    read = Reading(draw(Chart("a / m", "b / kg", (), backdrop=backdrop), view, 90, 30))
+    read = Reading(draw(Chart("a (m)", "b (kg)", (), backdrop=backdrop), view, 90, 30))
     shaded = np.array(read.marks("█"))
     for place, ends, cell in ((0, (2.0, 6.0), read.x_per_column), (1, (100, 300), read.y_per_row)):
         assert shaded[:, place].min() == pytest.approx(ends[0], abs=1.5 * cell)
@@ -144,7 +144,7 @@ def test_the_strip_marks_its_intervals_under_their_times() -> None:
 
 def test_a_hidden_curve_is_struck_out_and_leaves_no_dot() -> None:
     x = np.linspace(0.0, 1.0, 101)
-    chart = Chart("t / s", "y / m", (Trace("low", x, 0.0 * x), Trace("high", x, 0.0 * x + 9.0)))
+    chart = Chart("t (s)", "y (m)", (Trace("low", x, 0.0 * x), Trace("high", x, 0.0 * x + 9.0)))
     view = View(y=Axis(-1.0, 10.0))
     assert {round(up) for _, up in Reading(draw(chart, view, 60, 24)).dots()} == {0, 9}
     view.toggle_trace(chart, 1)

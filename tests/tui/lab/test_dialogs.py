@@ -222,7 +222,7 @@ async def test_plots_are_copied_as_text_and_as_pictures(
     lab.action_copy_plot()
     await until(pilot, lambda: "off belt" in pilot.app.clipboard)
     assert "⣿" in pilot.app.clipboard
-    assert "t / s" in pilot.app.clipboard
+    assert "t (s)" in pilot.app.clipboard
     lab.action_copy_picture()
     await until_told(pilot, "a picture cannot be copied: needs wl-copy")
     programs = tmp_path / "bin"

@@ -82,7 +82,7 @@ def trace(name: str, values: Any, **options: Any) -> Trace:
 def test_a_chart_is_drawn_with_its_points_colours_markers_and_limits() -> None:
     one = trace("run 1", np.sin(T), mark="●", colour="#E69F00")
     other = trace("run 2", np.cos(T), mark="■", colour="#56B4E9")
-    chart = Chart("t / s", "y / m", (one, other), (Guide(2.5, "here"), Guide(0.0, vertical=False)))
+    chart = Chart("t (s)", "y (m)", (one, other), (Guide(2.5, "here"), Guide(0.0, vertical=False)))
     figure = charts_figure(VisibleCharts([(chart, View(x=Axis(1.0, 4.0), y=Axis(-0.5, 2.0)))]))
     (axes,) = panels_of(figure)
     first, second = lines_of(axes)
@@ -95,7 +95,7 @@ def test_a_chart_is_drawn_with_its_points_colours_markers_and_limits() -> None:
         np.testing.assert_array_equal(line.get_ydata(), drawn.y[kept])
     assert axes.get_xlim() == (1.0, 4.0)
     assert axes.get_ylim() == (-0.5, 2.0)
-    assert (axes.get_xlabel(), axes.get_ylabel()) == ("t / s", "y / m")
+    assert (axes.get_xlabel(), axes.get_ylabel()) == ("t (s)", "y (m)")
     upright, level = (line for line in axes.get_lines() if line not in (first, second))
     assert upright.get_xdata() == [2.5, 2.5]
     assert level.get_ydata() == [0.0, 0.0]
@@ -105,7 +105,7 @@ def test_a_chart_is_drawn_with_its_points_colours_markers_and_limits() -> None:
 
 
 def test_what_is_hidden_is_not_drawn_and_not_in_the_legend() -> None:
-    chart = Chart("t / s", "y / m", (trace("a", T), trace("b", 2.0 * T), trace("c", 3.0 * T)))
+    chart = Chart("t (s)", "y (m)", (trace("a", T), trace("b", 2.0 * T), trace("c", 3.0 * T)))
     figure = charts_figure(VisibleCharts([(chart, View(hidden={1}))]))
     (axes,) = panels_of(figure)
     assert [line.get_label() for line in lines_of(axes)] == ["a", "c"]
@@ -118,7 +118,7 @@ def test_what_is_hidden_is_not_drawn_and_not_in_the_legend() -> None:
 
 
 def test_logarithmic_axes_stay_logarithmic() -> None:
-    chart = Chart("f / Hz", "|y| / m", (trace("a", 10.0**-T),))
+    chart = Chart("f (Hz)", "|y| (m)", (trace("a", 10.0**-T),))
     (axes,) = panels_of(charts_figure(VisibleCharts([(chart, View(log_y=True))])))
     check_panel(axes, chart, View(log_y=True))
     assert axes.get_yscale() == "log"
@@ -157,7 +157,7 @@ def test_points_keep_the_letters_and_colours_that_tell_them_apart() -> None:
 
 def test_what_has_no_place_on_an_axis_is_left_out() -> None:
     guides = (Guide(0.0, "zero", vertical=False), Guide(1.0, "one", vertical=False))
-    chart = Chart("t / s", "y / m", (trace("a", np.sin(T)),), guides)
+    chart = Chart("t (s)", "y (m)", (trace("a", np.sin(T)),), guides)
     (axes,) = panels_of(charts_figure(VisibleCharts([(chart, View(log_y=True))])))
     (drawn,) = lines_of(axes)
     places: Any = axes.transScale.transform_path(drawn.get_path()).vertices
@@ -168,7 +168,7 @@ def test_what_has_no_place_on_an_axis_is_left_out() -> None:
 
 def test_labels_of_neighbours_do_not_cover_each_other() -> None:
     guides = tuple(Guide(place, f"at {place:g}") for place in (5.0, 5.1, 9.0))
-    chart = Chart("t / s", "y / m", (trace("a", T),), guides)
+    chart = Chart("t (s)", "y (m)", (trace("a", T),), guides)
     (axes,) = panels_of(charts_figure(VisibleCharts([(chart, View())])))
     first, second, third = (text.xyann[1] for text in axes.texts)  # type: ignore[attr-defined]
     assert first == third > second
@@ -177,7 +177,7 @@ def test_labels_of_neighbours_do_not_cover_each_other() -> None:
 def test_a_picture_to_scale_stays_so() -> None:
     box = np.array([0.0, 1.0, 1.0, 0.0, 0.0]), np.array([0.0, 0.0, 1.0, 1.0, 0.0])
     chart = Chart(
-        "x / m", "height / m", (Trace("slider", *box, ordered=False),), to_scale=True,
+        "x (m)", "height (m)", (Trace("slider", *box, ordered=False),), to_scale=True,
         x_range=(-5.0, 5.0), y_range=(0.0, 2.0),
     )  # fmt: skip
     (axes,) = panels_of(charts_figure(VisibleCharts([(chart, View())])))
@@ -185,7 +185,7 @@ def test_a_picture_to_scale_stays_so() -> None:
 
 
 def test_a_heading_says_what_all_have(tmp_path: Path) -> None:
-    chart = Chart("t / s", "y / m", (trace("a", T),))
+    chart = Chart("t (s)", "y (m)", (trace("a", T),))
     both = [Parameters(), Parameters(F=70.0)]
     figure = charts_figure(VisibleCharts([(chart, View())]), Heading(both, ("mu",), ignored=True))
     words = figure.get_suptitle()
@@ -241,7 +241,7 @@ def test_a_map_is_drawn_with_its_values_its_boundary_and_the_point_of_now() -> N
     assert boundary.get_linestyle() == "None"
     assert np.asarray(now.get_xydata()).tolist() == [[0.7, 80.0]]
     bar = next(axes for axes in figure.axes if axes.get_label() == "<colorbar>")
-    assert bar.get_ylabel() == "growth rate / 1/s"
+    assert bar.get_ylabel() == "growth rate (1/s)"
     scale = [label.get_text() for label in bar.get_yticklabels()]
     assert scale == [chart.backdrop.scale[level] for level in used]
     largest = float(scale[-1].removeprefix("≤"))
@@ -249,7 +249,7 @@ def test_a_map_is_drawn_with_its_values_its_boundary_and_the_point_of_now() -> N
 
 
 def test_data_are_the_points_in_sight(tmp_path: Path) -> None:
-    chart = Chart("t / s", "y / m", (trace("a", T), trace("b", 2.0 * T), trace("c", -T)))
+    chart = Chart("t (s)", "y (m)", (trace("a", T), trace("b", 2.0 * T), trace("c", -T)))
     view = View(x=Axis(2.0, 3.0), y=Axis(-1.0, 5.0), hidden={0})
     path = tmp_path / "a.csv"
     save_charts(VisibleCharts([(chart, view)]), path)
@@ -259,7 +259,7 @@ def test_data_are_the_points_in_sight(tmp_path: Path) -> None:
     np.testing.assert_array_equal(columns["y"], 2.0 * T[kept])
     assert set(columns["trace"]) == {2.0}
     panels = json.loads(json.dumps(header["panels"]))
-    assert panels == [{"x": "t / s", "y": "y / m", "traces": {"2": "b", "3": "c"}}]
+    assert panels == [{"x": "t (s)", "y": "y (m)", "traces": {"2": "b", "3": "c"}}]
     save_charts(VisibleCharts([(chart, view)]), tmp_path / "a.parquet")
     meanings = {
         field.name: field.metadata[b"meaning"].decode()
@@ -352,7 +352,7 @@ async def test_every_view_of_a_transient_is_written_as_it_is_seen(
         said = [text.get_text() for legend in figure.legends for text in legend.get_texts()]
         runs = ["separation considered", "separation ignored"]
         if view == "difference":
-            assert [axes.get_ylabel() for axes in figure.axes] == ["Δy / m", "ΔP / N"]
+            assert [axes.get_ylabel() for axes in figure.axes] == ["Δy (m)", "ΔP (N)"]
             assert figure.axes[0].get_title() == "run 2 − run 1"
         elif view == "belt":
             assert said[:3] == ["belt", "springs", "slider"]

@@ -154,7 +154,7 @@ async def test_kept_limits_are_marked_and_say_which_new_run_they_leave_out(
     assert "zoom" not in text_of(pilot)
     await pilot.press("g", "tab", *"-12:12", "enter")
     await until(pilot, lambda: view.view.y == Axis(-12.0, 12.0))
-    await until_shown(pilot, "y / m zoom y")
+    await until_shown(pilot, "y (m) zoom y")
     assert "outside" not in text_of(pilot)
     # A larger motion.
     field = await focus(pilot, "mu")

@@ -189,7 +189,7 @@ async def test_every_view_is_written_as_it_is_seen(
         "F 80 N, separation considered",
         "F 100 N, separation ignored",
     }
-    assert seen["map-map-view"] >= {"growth rate / 1/s", "now", "boundary"}
+    assert seen["map-map-view"] >= {"growth rate (1/s)", "now", "boundary"}
     # The parameters that all curves have stand above them.
     assert any("$m$ = 5 kg" in " ".join(text.split()) for text in seen["transient-time"])
 

@@ -99,7 +99,7 @@ def is_picture(path: Path) -> bool:
 
 async def test_stability_is_written_and_copied(pilot: Pilot[None]) -> None:
     await show_tab(pilot, "alt+1")
-    await until_shown(pilot, "Re λ / 1/s")
+    await until_shown(pilot, "Re λ (1/s)")
     assert is_picture(await write(pilot, "f6", "a.png", "Export the figure of the stability"))
     ours = await write(pilot, "f7", "a.csv", "Export the data of the stability")
     words = await copied(pilot)
@@ -117,7 +117,7 @@ async def test_the_scene_that_is_open_is_no_place_for_an_export(pilot: Pilot[Non
     Path("a.png").symlink_to(scene)
     app_of(pilot).session.source = str(scene)
     await show_tab(pilot, "alt+1")
-    await until_shown(pilot, "Re λ / 1/s")
+    await until_shown(pilot, "Re λ (1/s)")
     await pilot.press("f6")
     await until_shown(pilot, "Export the figure of the stability")
     pilot.app.screen.query_one("#path", Input).value = "a.png"
@@ -162,7 +162,7 @@ async def test_a_map_is_written_and_copied(pilot: Pilot[None]) -> None:
     await pilot.press("enter")
     await until_shown(pilot, "35 points")
     await pilot.click("#value-critical-mu")
-    await until_shown(pilot, "k_nl / N/m^3")
+    await until_shown(pilot, "k_nl (N)/m^3")
     await until(pilot, lambda: "critical-mu" in lab_of(pilot).pane.command_line())  # type: ignore[union-attr]
     words = await copied(pilot)
     assert is_picture(await write(pilot, "f6", "a.pdf", "Export the figure of the map"))

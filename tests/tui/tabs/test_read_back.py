@@ -60,14 +60,14 @@ def motions(runs: tuple[Transient, Transient]) -> list[PlottedRun]:
 def test_charts_over_time_have_the_quantity_of_their_label(motions: list[PlottedRun]) -> None:
     own = {case: own_slider.motion(3.0, separation=case) for case in (True, False)}
     for quantity, label, column in (
-        ("x", "x / m", 0),
-        ("vx", "ẋ / m/s", 1),
-        ("y", "y / m", 2),
-        ("vy", "ẏ / m/s", 3),
-        ("P", "P / N", 4),
+        ("x", "x (m)", 0),
+        ("vx", "ẋ (m)/s", 1),
+        ("y", "y (m)", 2),
+        ("vy", "ẏ (m)/s", 3),
+        ("P", "P (N)", 4),
     ):
         chart = time_chart(quantity, motions, strip=True, x_axis=True)
-        assert (chart.x_label, chart.y_label) == ("t / s", label)
+        assert (chart.x_label, chart.y_label) == ("t (s)", label)
         assert chart.x_range == (0.0, 3.0)
         assert [trace.name for trace in chart.traces] == ["run 2", "run 1"]
         assert [trace.mark for trace in chart.traces] == ["●", "■"]
@@ -91,8 +91,8 @@ def test_charts_over_time_have_the_quantity_of_their_label(motions: list[Plotted
 
 def test_a_phase_portrait_has_velocity_over_displacement(motions: list[PlottedRun]) -> None:
     for quantity, labels, column in (
-        ("y", ("y / m", "ẏ / m/s"), 2),
-        ("x", ("x / m", "ẋ / m/s"), 0),
+        ("y", ("y (m)", "ẏ (m)/s"), 2),
+        ("x", ("x (m)", "ẋ (m)/s"), 0),
     ):
         chart = phase_chart(quantity, motions, (1.0, 2.0))
         assert (chart.x_label, chart.y_label) == labels
@@ -114,7 +114,7 @@ def test_a_spectrum_has_its_peak_at_the_frequency_in_hertz(motions: list[Plotted
     first = dataclasses.replace(motions[0].trajectory, t=t, y=y)
     shown = dataclasses.replace(motions[0], trajectory=first, t_end=80.0)
     chart = spectrum_chart([shown], (40.0, 80.0))
-    assert (chart.x_label, chart.y_label) == ("f / Hz", "|y| / m")
+    assert (chart.x_label, chart.y_label) == ("f (Hz)", "|y| (m)")
     assert chart.x_range == pytest.approx((0.0, 10.0), rel=1e-4)
     assert [(g.label, g.vertical) for g in chart.guides] == [
         ("f₁", True),
@@ -144,7 +144,7 @@ def test_a_spectrum_without_vibration_marks_no_frequency(motions: list[PlottedRu
 
 def test_a_difference_is_the_run_minus_its_baseline(motions: list[PlottedRun]) -> None:
     chart = difference_chart("P", motions[0], motions[1], strip=False, x_axis=True)
-    assert (chart.x_label, chart.y_label, chart.note) == ("t / s", "ΔP / N", "run 1 − run 2")
+    assert (chart.x_label, chart.y_label, chart.note) == ("t (s)", "ΔP (N)", "run 1 − run 2")
     _, one = own_slider.motion(3.0, separation=True)
     _, other = own_slider.motion(3.0, separation=False)
     (trace,) = chart.traces
@@ -159,8 +159,8 @@ def test_modes_over_mu_are_drawn_in_hertz_and_one_over_seconds() -> None:
     p = Parameters()
     found, scan = stability(p), mode_scan(p, 1.5)
     growth, frequency = growth_chart(scan, p, found), frequency_chart(scan, p, found)
-    assert (growth.x_label, growth.y_label) == ("μ", "Re λ / 1/s")
-    assert (frequency.x_label, frequency.y_label) == ("μ", "Im λ/2π / Hz")
+    assert (growth.x_label, growth.y_label) == ("μ", "Re λ (1/s)")
+    assert (frequency.x_label, frequency.y_label) == ("μ", "Im λ/(2π) (Hz)")
     assert [trace.name for trace in growth.traces] == ["mode 1", "mode 2"]
     for place in (0, 40, 160):
         mu = growth.traces[0].x[place]
@@ -180,7 +180,7 @@ def test_modes_over_mu_are_drawn_in_hertz_and_one_over_seconds() -> None:
 def test_eigenvalues_lie_in_the_plane_with_growth_to_the_right() -> None:
     p = Parameters()
     chart = plane_chart(stability(p), mode_scan(p, 1.5))
-    assert (chart.x_label, chart.y_label) == ("Re λ / 1/s", "Im λ / rad/s")
+    assert (chart.x_label, chart.y_label) == ("Re λ (1/s)", "Im λ (rad/s)")
     path, now = chart.traces
     assert (path.name, now.name) == ("μ 0 to 1.5", "now")
     own = own_slider.eigenvalues()
@@ -206,7 +206,7 @@ def test_a_sweeps_chart_has_every_output_and_case_under_its_name() -> None:
     result = made_up({"F": (80.0, 20.0, 50.0)}, ("x_abs", "y_half_range", "y_abs"))
     points = points_of(result)
     chart = sweep_chart(points, 33.0)
-    assert chart.x_label == "F / N"
+    assert chart.x_label == "F (N)"
     assert chart.y_label.endswith("/ m")
     assert len({trace.mark for trace in chart.traces}) == len(chart.traces) == 4
     for index, trace in enumerate(chart.traces):
@@ -220,7 +220,7 @@ def test_a_sweeps_chart_has_every_output_and_case_under_its_name() -> None:
     (guide,) = chart.guides
     assert (guide.value, guide.label, guide.vertical) == (33.0, "33", True)
     other = sweep_chart(points_of(made_up({"mu": (0.1, 0.2)}, ("P_max",))), None)
-    assert (other.x_label, other.y_label) == ("μ", "greatest contact force / N")
+    assert (other.x_label, other.y_label) == ("μ", "greatest contact force (N)")
     assert other.guides == ()
 
 
@@ -228,10 +228,10 @@ def test_a_grid_of_a_sweep_has_its_values_over_its_own_axes() -> None:
     result = made_up({"F": (20.0, 40.0, 60.0), "mu": (0.9, 0.1)}, ("x_abs", "y_abs"))
     for case in (True, False):
         chart = grid_chart(result, case, (30.0, 0.4))
-        assert (chart.x_label, chart.y_label) == ("F / N", "μ")
+        assert (chart.x_label, chart.y_label) == ("F (N)", "μ")
         backdrop = chart.backdrop
         assert backdrop is not None
-        assert backdrop.label == "peak of |y| / m"
+        assert backdrop.label == "peak of |y| (m)"
         assert chart.note.endswith("considered" if case else "ignored")
         assert backdrop.x.tolist() == [20.0, 40.0, 60.0]
         assert backdrop.y.tolist() == [0.1, 0.9]
@@ -253,11 +253,11 @@ def test_a_map_has_its_values_its_boundary_and_its_point_in_place() -> None:
     mu, force = np.linspace(0.0, 1.5, 31), np.linspace(10.0, 110.0, 5)
     result = stability_map(Parameters(), {"mu": mu, "F": force})
     chart = map_chart(result, Parameters(F=45.0, mu=1.2))
-    assert (chart.x_label, chart.y_label) == ("μ", "F / N")
+    assert (chart.x_label, chart.y_label) == ("μ", "F (N)")
     assert (chart.x_range, chart.y_range) == ((0.0, 1.5), (10.0, 110.0))
     backdrop = chart.backdrop
     assert backdrop is not None
-    assert backdrop.label == chart.note == "growth rate / 1/s"
+    assert backdrop.label == chart.note == "growth rate (1/s)"
     for i, j in ((2, 1), (20, 4), (29, 0)):
         own = own_slider.growth_rate(mu=float(mu[i]), F=float(force[j]))
         assert backdrop.values[i, j] == pytest.approx(own, abs=1e-7)
@@ -282,7 +282,7 @@ def test_a_map_has_its_values_its_boundary_and_its_point_in_place() -> None:
         stability_map(Parameters(), {"k_nl": np.array([500.0, 50.0]), "F": force}, "critical-mu"),
         None,
     )
-    assert (critical_map.x_label, critical_map.note) == ("k_nl / N/m^3", "μ_c")
+    assert (critical_map.x_label, critical_map.note) == ("k_nl (N)/m^3", "μ_c")
     assert critical_map.backdrop is not None
     assert critical_map.backdrop.x.tolist() == [50.0, 500.0]
     assert critical_map.backdrop.values[0, 4] == pytest.approx(
@@ -305,10 +305,10 @@ def test_a_trade_off_has_errors_over_seconds_and_rows_in_milliseconds() -> None:
         ("final", "error of final state / 1"),
         ("peak", "error of peak / 1"),
         ("half_range", "error of half range / 1"),
-        ("events", "error of events / s"),
+        ("events", "error of events (s)"),
     ):
         chart = tradeoff_chart(result, name, rows[0])
-        assert chart.x_label == "CPU time / s"
+        assert chart.x_label == "CPU time (s)"
         if name != "half_range":
             assert chart.y_label == label
         assert [trace.name for trace in chart.traces] == ["taylor", "rk4", "now"]

@@ -95,7 +95,7 @@ def test_a_sweep_over_two_names_is_drawn_as_shades_as_far_as_it_is_known() -> No
         chart = grid_chart(result, case, (80.0, 0.5))
         backdrop = chart.backdrop
         assert backdrop is not None
-        assert (chart.x_label, chart.y_label) == ("F / N", "μ")
+        assert (chart.x_label, chart.y_label) == ("F (N)", "μ")
         run = simulate(Parameters(F=40.0, mu=0.8), t_end=10.0, separation=case)
         assert backdrop.values[1, 2] == pytest.approx(run.peak.y_abs, rel=1e-9)
         assert "◆" in draw(chart, View(), 80, 20).text()
@@ -244,7 +244,7 @@ async def test_a_map_follows_the_form_and_opens_its_points(pilot: Pilot[None]) -
     await pilot.press("v")
     await until_shown(pilot, "critical-mu over mu: must be over two other")
     await pilot.press("v")
-    await until_shown(pilot, "F / N unstable modes")
+    await until_shown(pilot, "F (N) unstable modes")
     view.focus()
     await pilot.press("c", "left")
     await until(pilot, lambda: "μ 0." in flat_text_of(pilot))

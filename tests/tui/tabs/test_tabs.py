@@ -47,7 +47,7 @@ def chart(pilot: Pilot[None], name: str) -> ChartView:
 
 async def test_stability_is_shown_live_over_mu_and_in_the_plane(pilot: Pilot[None]) -> None:
     await pilot.press("alt+1")
-    await until_shown(pilot, "Im λ/2π / Hz")
+    await until_shown(pilot, "Im λ/(2π) (Hz)")
     assert "μ_c 0.4394" in text_of(pilot)
     assert "μ 0.7" in text_of(pilot)
     await type_into(pilot, "k_nl", "50")
@@ -55,7 +55,7 @@ async def test_stability_is_shown_live_over_mu_and_in_the_plane(pilot: Pilot[Non
     view = chart(pilot, "growth")
     view.focus()
     await pilot.press("v")
-    await until_shown(pilot, "Im λ / rad/s")
+    await until_shown(pilot, "Im λ (rad/s)")
     assert text_of(pilot).count("◆") >= 4
     await pilot.press("v")
     await until_shown(pilot, "damping ratio")
@@ -89,7 +89,7 @@ async def test_the_transient_has_views_and_every_plot_its_keys(
     assert x is not None
     assert (x.low, x.high) == (10.0, 20.0)
     await pilot.press("v")
-    await until_shown(pilot, "ẏ / m/s t 10 to 20 s")
+    await until_shown(pilot, "ẏ (m)/s t 10 to 20 s")
     await pilot.press("v")
     await until_shown(pilot, "f₁")
     assert "period 1." in flat_text_of(pilot)
@@ -150,7 +150,7 @@ async def test_the_trade_off_is_measured_and_shown(
     await type_into(pilot, "t_end", "10")
     await until_shown(pilot, "this scene, this machine")
     await pilot.click("#quantity-events")
-    await until_shown(pilot, "error of events / s")
+    await until_shown(pilot, "error of events (s)")
     await pilot.click("#view-settings")
     await until_shown(pilot, "method setting error CPU ms")
 
@@ -178,7 +178,7 @@ async def test_figures_of_the_paper_are_computed_and_opened(pilot: Pilot[None]) 
     pilot.app.screen.query_one("#figures").focus()
     await pilot.press("j", "j", "enter")
     await until_shown(pilot, "figure 3 computed")
-    await until_shown(pilot, "Re λ / 1/s")
+    await until_shown(pilot, "Re λ (1/s)")
     assert "k_nl 500" in text_of(pilot)
     await pilot.press("o")
     await until_shown(pilot, "fig-3")
@@ -237,7 +237,7 @@ def test_claims_have_rows_and_words() -> None:
 @pytest.mark.parametrize("size", [(80, 24), (100, 30), (120, 36), (200, 60)])
 async def test_nothing_touches_and_no_title_is_cut(size: tuple[int, int]) -> None:
     async with FivtuiApp().run_test(size=size) as pilot:
-        await until_shown(pilot, "Im λ/2π / Hz")
+        await until_shown(pilot, "Im λ/(2π) (Hz)")
         shown = text_of(pilot).splitlines()
         form = pilot.app.screen.query_one("Form").region
         # An edge between the units of the form and what stands beside it.

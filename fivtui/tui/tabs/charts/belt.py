@@ -38,8 +38,8 @@ def belt_chart(run: Transient, layout: Layout, timing: Timing, t: float, aspect:
     )
     note = f"{t:.5g} s, {MODE_NAMES[mode]}, ×{timing.speed:.3g}"
     return Chart(
-        "x / m",
-        "height / m",
+        "x (m)",
+        "height (m)",
         traces,
         note=note,
         x_range=x_range,

@@ -75,10 +75,10 @@ def branch_chart(result: CycleBranch, now: float | None) -> Chart:
         if (met := [event for event in result.events if event.kind is kind])
     ]
     spec = ALL_PARAMETERS[result.name]
-    label = f"{spec.symbol} / {spec.unit}" if spec.unit else spec.symbol
+    label = f"{spec.symbol} ({spec.unit})" if spec.unit else spec.symbol
     guides = () if now is None else (Guide(now, "now"),)
     note = f"{len(result.points)} limit cycles"
-    return Chart(label, "±y / m", (full, dashed, *events), guides, note=note, tight=False)
+    return Chart(label, "±y (m)", (full, dashed, *events), guides, note=note, tight=False)
 
 
 def _pieces(

@@ -29,11 +29,11 @@ VALUES: Final = {
     "coexistence": "Regions",
 }
 _LABELS: Final = {
-    "growth-rate": "growth rate / 1/s",
+    "growth-rate": "growth rate (1/s)",
     "critical-mu": "μ_c",
     "unstable-modes": "unstable modes",
     "safe-mu": "safe μ",
-    "coexistence": "escapes from / m",
+    "coexistence": "escapes from (m)",
 }
 _MOST: Final = 1_000_000
 _INSIDE: Final = 1e-9
@@ -127,7 +127,7 @@ def _graded_by_kind(
 
 def _axis(name: str) -> str:
     unit = ALL_PARAMETERS[name].unit
-    return f"{symbol_of(name)} / {unit}" if unit else symbol_of(name)
+    return f"{symbol_of(name)} ({unit})" if unit else symbol_of(name)
 
 
 def _shades(value: str, values: FloatArray) -> tuple[NDArray[np.intp], tuple[tuple[str, str], ...]]:

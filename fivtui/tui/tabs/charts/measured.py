@@ -96,8 +96,8 @@ def overlay_spectra(found: Validation) -> Chart:
     top = float(measured.frequency[-1])
     guides = (Guide(measured.fundamental, "f₁"),) if measured.fundamental > 0.0 else ()
     return Chart(
-        "f / Hz",
-        f"|{found.quantity}| / {found.unit}",
+        "f (Hz)",
+        f"|{found.quantity}| ({found.unit})",
         (
             Trace("computed", computed.frequency, computed.amplitude),
             Trace("measured", measured.frequency, measured.amplitude),

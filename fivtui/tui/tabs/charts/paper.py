@@ -26,11 +26,11 @@ _DRAWN: Final[Mapping[str, Sequence[tuple[str, ...]]]] = {
     "amplitude": (("y_peak",), ("y_half_range",)),
 }
 _LABELS: Final = {
-    "omega_1": "Im λ / rad/s",
-    "sigma_1": "Re λ / 1/s",
+    "omega_1": "Im λ (rad/s)",
+    "sigma_1": "Re λ (1/s)",
     "mu_c": "μ_c",
-    "y_peak": "peak |y| / m",
-    "y_half_range": "half peak-to-peak, 2nd half / m",
+    "y_peak": "peak |y| (m)",
+    "y_half_range": "half peak-to-peak, 2nd half (m)",
 }
 
 
@@ -77,7 +77,7 @@ def _label(name: str) -> str:
     if name in _LABELS:
         return _LABELS[name]
     column = DATA_COLUMNS[name]
-    return f"{symbol_of(name)} / {column.unit}" if column.unit != "1" else symbol_of(name)
+    return f"{symbol_of(name)} ({column.unit})" if column.unit != "1" else symbol_of(name)
 
 
 def _line_name(by: str, value: float) -> str:

@@ -27,13 +27,13 @@ def _over_mu(scan: ModeScan, label: str, parts: FloatArray, guides: tuple[Guide,
 def growth_chart(scan: ModeScan, p: Parameters, found: Stability) -> Chart:
     """Growth rates of the modes over μ, with μ and every μ_c marked."""
     guides = (Guide(0.0, vertical=False), *_guides(p, found))
-    return _over_mu(scan, "Re λ / 1/s", scan.eigenvalues[:, :2].real, guides)
+    return _over_mu(scan, "Re λ (1/s)", scan.eigenvalues[:, :2].real, guides)
 
 
 def frequency_chart(scan: ModeScan, p: Parameters, found: Stability) -> Chart:
     """Frequencies of the modes over μ, Hz, with μ and every μ_c marked."""
     parts = scan.eigenvalues[:, :2].imag / (2.0 * np.pi)
-    return _over_mu(scan, "Im λ/2π / Hz", parts, _guides(p, found))
+    return _over_mu(scan, "Im λ/(2π) (Hz)", parts, _guides(p, found))
 
 
 def plane_chart(found: Stability, scan: ModeScan | None) -> Chart:
@@ -47,4 +47,4 @@ def plane_chart(found: Stability, scan: ModeScan | None) -> Chart:
             Trace(f"μ 0 to {scan.mu[-1]:g}", along.real, along.imag, look="dots", ordered=False),
         )
     guides = (Guide(0.0, "unstable →"), Guide(0.0, vertical=False))
-    return Chart("Re λ / 1/s", "Im λ / rad/s", (*paths, now), guides=guides, tight=False)
+    return Chart("Re λ (1/s)", "Im λ (rad/s)", (*paths, now), guides=guides, tight=False)

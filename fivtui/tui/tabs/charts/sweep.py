@@ -180,7 +180,7 @@ def sweep_chart(points: SweepPoints, now: float | None) -> Chart:
 
 
 def _label(name: str, unit: str) -> str:
-    return f"{name} / {unit}" if unit else name
+    return f"{name} ({unit})" if unit else name
 
 
 def case_of(study: "Study", points: SweepPoints | None, point: NearestPoint, case: bool) -> bool:

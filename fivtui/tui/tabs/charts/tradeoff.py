@@ -50,10 +50,10 @@ def tradeoff_chart(result: "Tradeoff", quantity: str, present: MeasuredSetting |
         traces.append(_trace("now", [present], quantity, "points", _PRESENT))
     floor = result.floor.of(quantity)
     guides = (Guide(floor, "uncertainty", vertical=False),) if floor > 0.0 else ()
-    unit = "s" if quantity == "events" else "1"
+    unit = " (s)" if quantity == "events" else ""
     return Chart(
-        "CPU time / s",
-        f"error of {_NAMES.get(quantity, quantity)} / {unit}",
+        "CPU time (s)",
+        f"error of {_NAMES.get(quantity, quantity)}{unit}",
         tuple(traces),
         guides=guides,
         tight=False,

@@ -18,7 +18,7 @@ Intervals = Sequence[tuple[float, float]]
 
 SYMBOLS: Final = {"vx": "ẋ", "vy": "ẏ"}
 _UNITS: Final = {column.name: column.unit for column in COLUMNS}
-TIME_LABEL: Final = "t / s"
+TIME_LABEL: Final = "t (s)"
 # Harmonics displayed, and marked, in the spectrum.
 _HARMONICS: Final = 8.0
 _MARKED: Final = 3
@@ -28,7 +28,7 @@ _STICK_MARK: Final = "■"
 
 def label_of(quantity: str) -> str:
     """Symbol and unit of a trajectory's column."""
-    return f"{SYMBOLS.get(quantity, quantity)} / {_UNITS[quantity]}"
+    return f"{SYMBOLS.get(quantity, quantity)} ({_UNITS[quantity]})"
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -279,4 +279,4 @@ def spectrum_chart(runs: Sequence[PlottedRun], window: tuple[float, float]) -> C
             for number in range(1, _MARKED + 1)
         )
         note = f"f₁ {base:.4g} Hz, period {1.0 / base:.4g} s, {_span(window)}"
-    return Chart("f / Hz", "|y| / m", traces, guides=guides, note=note, x_range=(0.0, top))
+    return Chart("f (Hz)", "|y| (m)", traces, guides=guides, note=note, x_range=(0.0, top))

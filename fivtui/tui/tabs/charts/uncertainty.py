@@ -143,4 +143,4 @@ def bar(first: float, total: float) -> str:
 
 
 def _label(name: str, unit: str) -> str:
-    return f"{name} / {unit}" if unit else name
+    return f"{name} ({unit})" if unit else name
