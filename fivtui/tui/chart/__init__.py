@@ -16,7 +16,12 @@ if TYPE_CHECKING:
         VisibleCharts as VisibleCharts,
         reduced as reduced,
     )
-    from .reading import NearestPoint as NearestPoint, cursor_words as cursor_words
+    from .reading import (
+        NearestPoint as NearestPoint,
+        cursor_words as cursor_words,
+        heading as heading,
+        nearest as nearest,
+    )
     from .widget.chart_view import ChartView as ChartView
 else:
     from fivtui.lazy import lazily

@@ -155,7 +155,7 @@ class ViewsPane(Pane):
         """The visible charts, None if there are none."""
         shown = self.query_one(f"#{self.view}")
         panels = [
-            (chart.chart, replace(chart.view, hidden=set(chart.view.hidden), cursors=Cursors()))
+            (chart.chart, _frozen(chart.view))
             for chart in self.shown_views()
             if chart.chart is not None
         ]
@@ -182,3 +182,9 @@ class ViewsPane(Pane):
     def _mark(self) -> None:
         for button in self.query(".view-button"):
             button.set_class(button.id == f"{_PREFIX}{self.view}", "-active")
+
+
+def _frozen(view: View) -> View:
+    # As it is now, without cursors that follow the pointer.
+    cursors = replace(view.cursors) if view.cursors.kept else Cursors()
+    return replace(view, hidden=set(view.hidden), cursors=cursors)

@@ -25,7 +25,7 @@ from fivtui.simulation import simulate
 from fivtui.transient.result import Transient
 from fivtui.tui.app import FivtuiApp
 from fivtui.tui.chart.axis import Axis
-from fivtui.tui.chart.chart import Chart, Guide, Trace, View, VisibleCharts
+from fivtui.tui.chart.chart import Chart, Cursors, Guide, Trace, View, VisibleCharts
 from fivtui.tui.chart.widget.chart_view import ChartView
 from fivtui.tui.lab.screen import LabScreen
 from fivtui.tui.tabs.charts.map import map_chart
@@ -195,6 +195,21 @@ def test_a_heading_says_what_all_have(tmp_path: Path) -> None:
     assert "mu" not in words
 
 
+def test_cursors_are_drawn_with_what_they_read() -> None:
+    view = View(cursors=Cursors((2.5, 0.0), (5.0, 0.0), kept=True))
+    chart = Chart("t (s)", "y (m)", (trace("a", T), trace("b", 2.0 * T)), note="of a run")
+    (axes,) = panels_of(charts_figure(VisibleCharts([(chart, view)])))
+    note, read = axes.get_title().split("\n")
+    assert note == "of a run"
+    for words in ("Δt 2.5 s", "1/Δt 0.4 Hz", "a ◆2.5 ◇5 Δ2.5 m", "b ◆5 ◇10 Δ5 m"):
+        assert words in read
+    dark = [line for line in axes.get_lines() if line.get_color() == "0.1"]
+    upright = [line.get_xdata() for line in dark if line.get_marker() == "None"]
+    assert np.asarray(upright).tolist() == [[2.5, 2.5], [5.0, 5.0]]
+    points = [np.asarray(line.get_xydata()).tolist() for line in dark if line.get_marker() == "D"]
+    assert points == [[[2.5, 2.5], [2.5, 5.0]], [[5.0, 5.0], [5.0, 10.0]]]
+
+
 def test_regions_of_a_map_keep_their_names_and_colours() -> None:
     over = {"F": np.array([100.0, 110.0, 120.0]), "mu": np.linspace(0.1, 0.9, 9)}
     chart = map_chart(safety_map(None, over, "coexistence"), None)
@@ -346,9 +361,14 @@ async def test_every_view_of_a_transient_is_written_as_it_is_seen(
         chart.action_zoom_y(-1)
         if view == "spectrum":
             chart.action_trace(1)
+        if view == "time":
+            chart.action_cursor(0)
         await pilot.pause()
         figure = drawn(pilot, monkeypatch)
         check_displayed(pilot, figure)
+        if view == "time":
+            assert " t " in f" {figure.axes[0].get_title()}"
+            chart.action_cursor_off()
         said = [text.get_text() for legend in figure.legends for text in legend.get_texts()]
         runs = ["separation considered", "separation ignored"]
         if view == "difference":

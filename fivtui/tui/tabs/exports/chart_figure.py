@@ -22,7 +22,19 @@ from fivtui.plotting import (
     parameter_line,
     shade_times,
 )
-from fivtui.tui.chart import Axis, Backdrop, Chart, Guide, Trace, View, VisibleCharts, reduced
+from fivtui.tui.chart import (
+    Axis,
+    Backdrop,
+    Chart,
+    Guide,
+    Trace,
+    View,
+    VisibleCharts,
+    cursor_words,
+    heading,
+    nearest,
+    reduced,
+)
 from fivtui.tui.session import COLOURS
 
 from .export import Heading
@@ -39,6 +51,11 @@ _MARKERS: Final[Mapping[str, str]] = {
 }  # fmt: skip
 _HOLLOW: Final = "○□△▽◇☆▫"
 _NOW: Final = "◆"
+# The first cursor and the second.
+_CURSORS: Final[Sequence[Mapping[str, str]]] = (
+    {"linestyle": "-", "markerfacecolor": "0.1"},
+    {"linestyle": ":", "markerfacecolor": "white"},
+)
 # Points from which on they are small.
 _MANY: Final = 300
 # Dash patterns tell lines apart without colour.
@@ -77,7 +94,9 @@ def charts_figure(charts: VisibleCharts, heading: Heading | None = None) -> Figu
             _limit(axes, limits)
             _draw(axes, chart, view)
             _guides(axes, chart, limits, columns)
+            read = _cursors(axes, chart, view, first=axes is panels[0])
             _label(axes, chart, int(_LETTERS_IN * (height - _AROUND_IN) / rows))
+            _title(axes, chart, read, _TITLE // columns)
         figure.align_ylabels()
         alone = [chart.traces[0].name for chart, _ in charts.panels if len(chart.traces) == 1]
         _add_legends(figure, panels, alone)
@@ -111,8 +130,46 @@ def _label(axes: Axes, chart: Chart, letters: int) -> None:
         axes.set_xlabel(chart.x_label, parse_math=False)
     else:
         axes.tick_params(labelbottom=False)
-    if chart.note and (chart.backdrop is None or chart.note != chart.backdrop.label):
-        axes.set_title(fill(chart.note, _TITLE), parse_math=False)
+
+
+def _title(axes: Axes, chart: Chart, read: str, letters: int) -> None:
+    # The note, unless the scale of shades has it, and what the cursors read.
+    note = "" if chart.backdrop is not None and chart.note == chart.backdrop.label else chart.note
+    lines = [fill(words, letters) for words in (note, read) if words]
+    if lines:
+        axes.set_title("\n".join(lines), parse_math=False)
+
+
+def _cursors(axes: Axes, chart: Chart, view: View, *, first: bool) -> str:
+    """Draw the cursors and the points at them. Returns what they read, how far apart at `first`."""
+    places = (view.cursors.first, view.cursors.second)
+    found = [nearest(chart, view, place) for place in places]
+    for place, points, look in zip(places, found, _CURSORS, strict=True):
+        if place is None:
+            continue
+        line: dict[str, Any] = {
+            "color": "0.1",
+            "linewidth": 0.8,
+            "linestyle": look["linestyle"],
+            "label": "_",
+        }
+        if not chart.along:
+            axes.axvline(place[0], **line)
+        if chart.plane and not chart.along:
+            axes.axhline(place[1], **line)
+        across, up = [point.x for point in points], [point.y for point in points]
+        face = look["markerfacecolor"]
+        axes.plot(
+            across, up, "D", color="0.1", markerfacecolor=face, markersize=5, zorder=4, label="_"
+        )
+    if not any(found):
+        return ""
+    spans, count = heading(chart, view, found[0], found[1])
+    words = ["".join(text for text, _ in spans[:count])]
+    label, (one, other) = chart.cursor_label, places
+    if first and label and one is not None and other is not None:
+        words = [*cursor_words(label, one[0], other[0]), *words]
+    return " ".join(" ".join(words).split())
 
 
 def _draw(axes: Axes, chart: Chart, view: View) -> None:
