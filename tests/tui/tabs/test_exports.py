@@ -162,7 +162,7 @@ async def test_a_map_is_written_and_copied(pilot: Pilot[None]) -> None:
     await pilot.press("enter")
     await until_shown(pilot, "35 points")
     await pilot.click("#value-critical-mu")
-    await until_shown(pilot, "k_nl (N)/m^3")
+    await until_shown(pilot, "k_nl (N/m^3)")
     await until(pilot, lambda: "critical-mu" in lab_of(pilot).pane.command_line())  # type: ignore[union-attr]
     words = await copied(pilot)
     assert is_picture(await write(pilot, "f6", "a.pdf", "Export the figure of the map"))

@@ -61,9 +61,9 @@ def test_charts_over_time_have_the_quantity_of_their_label(motions: list[Plotted
     own = {case: own_slider.motion(3.0, separation=case) for case in (True, False)}
     for quantity, label, column in (
         ("x", "x (m)", 0),
-        ("vx", "ẋ (m)/s", 1),
+        ("vx", "ẋ (m/s)", 1),
         ("y", "y (m)", 2),
-        ("vy", "ẏ (m)/s", 3),
+        ("vy", "ẏ (m/s)", 3),
         ("P", "P (N)", 4),
     ):
         chart = time_chart(quantity, motions, strip=True, x_axis=True)
@@ -91,8 +91,8 @@ def test_charts_over_time_have_the_quantity_of_their_label(motions: list[Plotted
 
 def test_a_phase_portrait_has_velocity_over_displacement(motions: list[PlottedRun]) -> None:
     for quantity, labels, column in (
-        ("y", ("y (m)", "ẏ (m)/s"), 2),
-        ("x", ("x (m)", "ẋ (m)/s"), 0),
+        ("y", ("y (m)", "ẏ (m/s)"), 2),
+        ("x", ("x (m)", "ẋ (m/s)"), 0),
     ):
         chart = phase_chart(quantity, motions, (1.0, 2.0))
         assert (chart.x_label, chart.y_label) == labels
@@ -207,7 +207,7 @@ def test_a_sweeps_chart_has_every_output_and_case_under_its_name() -> None:
     points = points_of(result)
     chart = sweep_chart(points, 33.0)
     assert chart.x_label == "F (N)"
-    assert chart.y_label.endswith("/ m")
+    assert chart.y_label.endswith("(m)")
     assert len({trace.mark for trace in chart.traces}) == len(chart.traces) == 4
     for index, trace in enumerate(chart.traces):
         what, case = trace.name.rsplit(" ", 1)
@@ -282,7 +282,7 @@ def test_a_map_has_its_values_its_boundary_and_its_point_in_place() -> None:
         stability_map(Parameters(), {"k_nl": np.array([500.0, 50.0]), "F": force}, "critical-mu"),
         None,
     )
-    assert (critical_map.x_label, critical_map.note) == ("k_nl (N)/m^3", "μ_c")
+    assert (critical_map.x_label, critical_map.note) == ("k_nl (N/m^3)", "μ_c")
     assert critical_map.backdrop is not None
     assert critical_map.backdrop.x.tolist() == [50.0, 500.0]
     assert critical_map.backdrop.values[0, 4] == pytest.approx(
@@ -302,9 +302,9 @@ def test_a_trade_off_has_errors_over_seconds_and_rows_in_milliseconds() -> None:
     floor = Deviation(1e-13, 2e-14, 3e-15, 4e-12, 0)
     result = Tradeoff(PRESETS["base"], None, floor, rows, [])
     for name, label in (
-        ("final", "error of final state / 1"),
-        ("peak", "error of peak / 1"),
-        ("half_range", "error of half range / 1"),
+        ("final", "error of final state"),
+        ("peak", "error of peak"),
+        ("half_range", "error of half range"),
         ("events", "error of events (s)"),
     ):
         chart = tradeoff_chart(result, name, rows[0])

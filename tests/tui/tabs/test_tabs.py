@@ -89,7 +89,7 @@ async def test_the_transient_has_views_and_every_plot_its_keys(
     assert x is not None
     assert (x.low, x.high) == (10.0, 20.0)
     await pilot.press("v")
-    await until_shown(pilot, "ẏ (m)/s t 10 to 20 s")
+    await until_shown(pilot, "ẏ (m/s) t 10 to 20 s")
     await pilot.press("v")
     await until_shown(pilot, "f₁")
     assert "period 1." in flat_text_of(pilot)
@@ -143,7 +143,7 @@ async def test_the_trade_off_is_measured_and_shown(
     await pilot.press("alt+5")
     await until_shown(pilot, "not measured yet")
     await pilot.press("f10")
-    await until_shown(pilot, "error of final state / 1")
+    await until_shown(pilot, "error of final state")
     assert asked == [app_of(pilot).session.scene()]
     assert "the scene has changed since" in flat_text_of(pilot)
     assert "now taylor (compiled) tol=1e-12" in flat_text_of(pilot)

@@ -74,7 +74,7 @@ _DARKNESS: Final[Mapping[str, float]] = {
 # height of a line of labels.
 _AROUND_IN: Final = 1.2
 _LETTERS_IN: Final = 14.0
-_TITLE: Final = 105
+_TITLE: Final = 84
 _LINE_PT: Final = 9.5
 # Width of a character of a guide's label, as a share of a panel over the whole width.
 _LETTER: Final = 0.0095
@@ -165,11 +165,11 @@ def _cursors(axes: Axes, chart: Chart, view: View, *, first: bool) -> str:
     if not any(found):
         return ""
     spans, count = heading(chart, view, found[0], found[1])
-    words = ["".join(text for text, _ in spans[:count])]
+    words = [text.strip() for text, _ in spans[:count]]
     label, (one, other) = chart.cursor_label, places
     if first and label and one is not None and other is not None:
         words = [*cursor_words(label, one[0], other[0]), *words]
-    return " ".join(" ".join(words).split())
+    return ", ".join(filter(None, words))
 
 
 def _draw(axes: Axes, chart: Chart, view: View) -> None:
