@@ -290,11 +290,11 @@ def test_figures_name_their_fixed_parameters(number: int, results: PaperResults)
 # In the terminal
 
 Y_LABELS: Final = {
-    "equilibrium": ("y_e / m",),
-    "eigenvalues": ("Im λ / rad/s", "Re λ / 1/s"),
+    "equilibrium": ("y_e (m)",),
+    "eigenvalues": ("Im λ (rad/s)", "Re λ (1/s)"),
     "critical mu": ("μ_c",),
 }
-X_LABELS: Final = {"F": "F / N", "k_nl": "k_nl / N/m^3", "mu": "μ"}
+X_LABELS: Final = {"F": "F (N)", "k_nl": "k_nl (N/m^3)", "mu": "μ"}
 
 
 @pytest.mark.parametrize("key", [key for key in FIGURES if FIGURES[key][1]])
@@ -309,7 +309,7 @@ def test_charts_of_the_paper_have_every_line_under_its_name(
         assert chart.x_label == X_LABELS[along]
         spelled = {"mu": "μ"}.get(by, by)
         assert [trace.name for trace in chart.traces] == [f"{spelled} {v:g}" for v in values]
-        assert [guide.value for guide in chart.guides] == [0.0] * (chart.y_label == "Re λ / 1/s")
+        assert [guide.value for guide in chart.guides] == [0.0] * (chart.y_label == "Re λ (1/s)")
         for trace, value in zip(chart.traces, values, strict=True):
             both = panel.kind == "eigenvalues"
             size = (trace.x.size - 1) // 2 if both else trace.x.size
@@ -335,18 +335,18 @@ def test_charts_of_amplitudes_and_motions_have_both_cases(results: PaperResults)
     for key in ("13", "14", "15", "16"):
         (along, *_), _, _, shared = FIGURES[key]
         peak, steady = figure_charts(PANELS[key], results.table(key))
-        assert peak.y_label == "peak |y| / m"
+        assert peak.y_label == "peak |y| (m)"
         assert "half" in steady.y_label
-        assert steady.y_label.endswith("/ m")
+        assert steady.y_label.endswith("(m)")
         for chart, place in ((peak, 0), (steady, 1)):
             assert chart.x_label == X_LABELS[along]
             for trace, case in zip(chart.traces, (False, True), strict=True):
                 assert trace.name == ("considered" if case else "ignored")
                 p = {**own_slider.BASE, **shared, along: float(trace.x[1])}
                 assert trace.y[1] == pytest.approx(amplitude(case, p)[place])
-    for key, label, column in (("10", "P / N", None), ("11", "x / m", 0), ("12", "y / m", 2)):
+    for key, label, column in (("10", "P (N)", None), ("11", "x (m)", 0), ("12", "y (m)", 2)):
         (chart,) = figure_charts(PANELS[key], results.table(key))
-        assert (chart.x_label, chart.y_label) == ("t / s", label)
+        assert (chart.x_label, chart.y_label) == ("t (s)", label)
         assert [guide.value for guide in chart.guides] == [0.0]
         for trace, case in zip(chart.traces, (False, True), strict=True):
             assert trace.name == ("considered" if case else "ignored")

@@ -19,7 +19,7 @@ SIZES = [(80, 24), (100, 30), (120, 35), (140, 40), (200, 60)]
 @pytest.mark.parametrize("size", SIZES)
 async def test_panes_are_whole_and_units_and_gauge_are_there(size: tuple[int, int]) -> None:
     async with FivtuiApp().run_test(size=size) as pilot:
-        await until_shown(pilot, "Im λ/2π / Hz")
+        await until_shown(pilot, "Im λ/(2π) (Hz)")
         lines = text_of(pilot).splitlines()
         # Every line ends in an edge but the keys', and that of the last run.
         ends = {line.rstrip()[-1] for line in lines[:-1] if len(line.rstrip()) == size[0]}

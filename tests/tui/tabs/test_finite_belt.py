@@ -25,9 +25,9 @@ async def test_stick_is_marked_below_time_histories_and_in_three_portraits(
     await until(pilot, lambda: all(view.chart is not None for view in views))
     charts = [view.chart for view in views if view.chart is not None]
     assert [(chart.x_label, chart.y_label) for chart in charts] == [
-        ("y / m", "ẏ / m/s"),
-        ("x / m", "ẋ / m/s"),
-        ("x / m", "y / m"),
+        ("y (m)", "ẏ (m/s)"),
+        ("x (m)", "ẋ (m/s)"),
+        ("x (m)", "y (m)"),
     ]
     assert all("stick" in [trace.name for trace in chart.traces] for chart in charts)
     assert [guide.value for guide in charts[1].guides if guide.label == "belt"] == [1.0]
