@@ -56,14 +56,6 @@ class MotionState(NamedTuple):
     segment: Segment | None
 
 
-class Forces(NamedTuple):
-    """Mode, friction force on the slider, N, and accelerations, m/s², under some inputs."""
-
-    mode: Mode
-    friction: float
-    accelerations: tuple[float, float]
-
-
 class SliderBeltMotion:
     """A motion that is moved on step by step, with inputs held over each step.
 
@@ -91,20 +83,25 @@ class SliderBeltMotion:
             return current.state
         return self._on_belt(current.segment.state(t), current.mode)
 
-    def forces(self, state: State, *, F: float, mu: float, v_belt: float) -> Forces:
-        """Forces at a state of the current segment under given inputs, which may change the mode.
+    def forces(
+        self, state: State, force: float, *, F: float, mu: float, v_belt: float
+    ) -> tuple[Mode, float, tuple[float, float]]:
+        """Mode, friction force on the slider, N, and accelerations, m/s², under given inputs.
 
-        `v_belt` has no effect where the slider always slides.
+        `state` is one of the current segment, `force` its contact force, N. On a belt of finite
+        speed inputs may change the mode; `v_belt` has no effect elsewhere.
         """
         p, mode = self._p, self.current.mode
-        speed = None if p.v_belt is None else v_belt
-        if (F, mu, speed) != self._inputs:
-            p = self._under(F, mu, speed)
-            if speed is not None:
-                state = self._on_side(state, p)
-                mode = mode_of(p, state, separation=self._separation)
-        friction = friction_force(p, state, mode) + 0.0
-        return Forces(mode, friction, accelerations(p, state, mode))
+        if p.v_belt is None:
+            # Most of the cost of reading.
+            if F != p.F or mu != p.mu:
+                p = p.with_values({"F": F, "mu": mu})
+            return mode, mu * force, accelerations(p, state, mode)
+        if (F, mu, v_belt) != self._inputs:
+            p = self._under(F, mu, v_belt)
+            state = self._on_side(state, p)
+            mode = mode_of(p, state, separation=self._separation)
+        return mode, friction_force(p, state, mode) + 0.0, accelerations(p, state, mode)
 
     def contact_force(self, y: float) -> float:
         """Contact force P, N, at a height y, m, in the current mode."""

@@ -69,7 +69,7 @@ class SliderBeltInstance(Instance):
         current, state = motion.current, motion.state_at(self._t)
         force = motion.contact_force(state[2])
         mode, friction, accelerations = motion.forces(
-            state, F=values[_F], mu=values[_MU], v_belt=values[_V_BELT]
+            state, force, F=values[_F], mu=values[_MU], v_belt=values[_V_BELT]
         )
         # Assigned one by one, as this is most of the cost of reading.
         values[_X], values[_VX], values[_Y], values[_VY] = state
