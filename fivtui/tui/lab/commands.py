@@ -154,6 +154,17 @@ def _commands(lab: LabScreen) -> Iterator[PaletteEntry]:
         lab.action_switch_belt,
         "belt speed stick slip static friction Stribeck v_belt mu_s v_s",
     )
+    words = "preload friction belt speed course csv measured brake application ramp"
+    yield PaletteEntry(
+        "Parameters over time from a file…",
+        "CSV: time, F, mu, v_belt",
+        lab.action_read_tables,
+        words,
+    )
+    if session.loaded.over_time:
+        yield PaletteEntry(
+            "Drop the tables over time", "Values at t = 0 stay", lab.action_drop_tables, words
+        )
     yield from _choices(lab)
     for tab in TABS:
         show = partial(lab.show_tab, tab.id)

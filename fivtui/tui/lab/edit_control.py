@@ -100,6 +100,7 @@ class EditController:
         self._screen.show_inputs()
         if finite:
             form.focus_field("mu")
+            form.hide_belt()
         else:
             form.call_after_refresh(form.focus_field, "v_belt")
 

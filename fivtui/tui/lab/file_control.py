@@ -1,5 +1,7 @@
 """Opens and saves files: dialogs on the screen, work in threads."""
 
+from collections.abc import Callable
+from dataclasses import replace
 from pathlib import Path
 from typing import Final
 
@@ -7,8 +9,8 @@ from textual.message import Message
 from textual.screen import Screen
 
 from fivtui.io import check_apart
-from fivtui.model import ComputationError, InputError
-from fivtui.scene import Scene, load_scene, scene_file
+from fivtui.model import ComputationError, InputError, TimeTable
+from fivtui.scene import Scene, load_scene, read_over_time, scene_file
 from fivtui.studies import check_readable, kind_of
 from fivtui.tui.persistence import load_run, load_study
 from fivtui.tui.session import WRITING, DisplayedStudy, Session
@@ -33,6 +35,11 @@ from .dialogs import ChosenFile, PathDialog
 _READABLE: Final = (
     "A file written by fivtui: run, sweep or map (.csv, .npz, .parquet), map, trade-off or "
     "branch (.json), trade-off (.csv), unfinished sweep (FILE.parts)."
+)
+
+
+_TABLES: Final = (
+    "A CSV file with columns time and F, mu or v_belt, in SI units; linear between its rows."
 )
 
 
@@ -184,6 +191,34 @@ class FileController:
             self._screen.post_message(Reported(str(error), error=True))
         else:
             self._screen.post_message(SceneSaved(named, target.path))
+
+    def read_tables(self) -> None:
+        """Ask for a file with parameters over time, and give them to the scene."""
+
+        def take(target: ChosenFile | None) -> None:
+            if target is not None:
+                self._take_tables(lambda: read_over_time(target.path), f"from {target.path}")
+
+        def check(path: Path, _force: bool) -> None:
+            read_over_time(path)
+
+        dialog = PathDialog("Parameters over time", "", _TABLES, check, verb="Read")
+        self._screen.app.push_screen(dialog, take)
+
+    def drop_tables(self) -> None:
+        """Keep the parameters over time at their values at t = 0."""
+        self._take_tables(tuple, "dropped")
+
+    def _take_tables(
+        self, read: Callable[[], tuple[tuple[str, TimeTable], ...]], words: str
+    ) -> None:
+        try:
+            scene = replace(self._session.scene(), over_time=read())
+        except InputError as error:
+            self._screen.post_message(Reported(str(error), error=True))
+        else:
+            # The scene is not that of its file any more.
+            self._screen.post_message(SceneLoaded(scene, "", f"tables over time {words}"))
 
     def read_result(self) -> None:
         """Ask for a result file and read it."""

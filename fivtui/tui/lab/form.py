@@ -204,6 +204,7 @@ class FieldRow(Widget):
         super().__init__(self._editor, id=f"row-{field.name}")
         self._symbol = field.symbol or field.name
         self._error = ""
+        self._note = ""
         self._changed = False
 
     @property
@@ -218,11 +219,11 @@ class FieldRow(Widget):
         return first, max(room, 1)
 
     def get_content_height(self, container: Size, viewport: Size, width: int) -> int:  # noqa: ARG002
-        """One line, plus those of the error message."""
-        return 1 + len(self._error_lines(width))
+        """One line, plus those of the error message, or else of a note."""
+        return 1 + len(self._lines_below(width))
 
-    def _error_lines(self, width: int) -> list[str]:
-        return wrap(self._error, max(width - len(_INDENT) - 1, 1))
+    def _lines_below(self, width: int) -> list[str]:
+        return wrap(self._error or self._note, max(width - len(_INDENT) - 1, 1))
 
     def render(self) -> Content:
         """Everything but the editor."""
@@ -239,24 +240,23 @@ class FieldRow(Widget):
             parts += [(sign.center(_STEP_WIDTH), "$button-foreground") for sign in _SIGNS]
             parts.append((f" {field.unit}".ljust(_UNIT_WIDTH), ""))
         line = Content.assemble(*parts)
-        errors = (
-            Content.styled(_INDENT + line, "$text-error") for line in self._error_lines(width)
-        )
-        return Content("\n").join([line.truncate(width), *errors])
+        style = "$text-error" if self._error else "$text-muted"
+        below = (Content.styled(_INDENT + line, style) for line in self._lines_below(width))
+        return Content("\n").join([line.truncate(width), *below])
 
     @property
     def text(self) -> str:
         """The text in the editor."""
         return self._editor.text
 
-    def show(self, text: str, error: str, *, changed: bool) -> None:
-        """Display text, error message (empty if none) and the mark of a changed field."""
+    def show(self, text: str, error: str, note: str, *, changed: bool) -> None:
+        """Display text, error message or else a note, and the mark of a changed field."""
         self._editor.show(text)
         if changed is not self._changed:
             self._changed = changed
             self.refresh()
-        if error != self._error:
-            self._error = error
+        if (error, note) != (self._error, self._note):
+            self._error, self._note = error, note
             self._editor.set_class(bool(error), "-invalid")
             self.refresh(layout=True)
 
@@ -387,14 +387,21 @@ class Form(Vertical):
         texts: Mapping[str, str],
         errors: Mapping[str, str],
         changed: Collection[str],
+        notes: Mapping[str, str],
     ) -> None:
-        """Display texts, error messages and changed fields, all by field name."""
+        """Display texts, error messages, changed fields and notes, all by field name."""
         belt = any(texts[name] for name in BELT_PARAMETERS)
         for name, row in self._rows.items():
             if name in BELT_PARAMETERS:
                 # A row that is being edited stays.
                 row.display = belt or (row.display and row.has_focus_within)
-            row.show(texts[name], errors.get(name, ""), changed=name in changed)
+            error, note = errors.get(name, ""), notes.get(name, "")
+            row.show(texts[name], error, note, changed=name in changed)
+
+    def hide_belt(self) -> None:
+        """Hide the fields of a belt of finite speed."""
+        for name in BELT_PARAMETERS:
+            self._rows[name].display = False
 
     @on(FieldFocused)
     def _hint(self, event: FieldFocused) -> None:

@@ -194,7 +194,7 @@ class LabScreen(Screen[None]):
         session = self.session
         mark = " (changed)" if session.changed else ""
         self.query_one(VerdictView).name_scene(f"{session.name}{mark}")
-        self.query_one(Form).show(session.texts, session.errors, session.changed)
+        self.query_one(Form).show(session.texts, session.errors, session.changed, session.courses)
         self._show_verdict()
         self._show_newest()
         if not self._tab_behind:
@@ -465,6 +465,14 @@ class LabScreen(Screen[None]):
     def action_read_result(self) -> None:
         """Read a run, sweep, map or trade-off from a file."""
         self._files.read_result()
+
+    def action_read_tables(self) -> None:
+        """Read preload, friction or belt speed over time from a file."""
+        self._files.read_tables()
+
+    def action_drop_tables(self) -> None:
+        """Keep the parameters over time at their values at t = 0."""
+        self._files.drop_tables()
 
     def action_undo(self) -> None:
         """Undo the last edit."""

@@ -207,6 +207,16 @@ class Session(Editing):
         return Parameters().with_values(values)
 
     @property
+    def courses(self) -> dict[str, str]:
+        """What is said of parameters over time, by name."""
+        found = {}
+        for name, table in self._loaded.over_time:
+            values, unit = table.values, f" {FIELDS[name].unit}".rstrip()
+            span = f"{table.times[0]:g} to {table.times[-1]:g} s"
+            found[name] = f"at t = 0; {min(values):g} to {max(values):g}{unit}, table {span}"
+        return found
+
+    @property
     def belt_is_finite(self) -> bool:
         """Whether a belt of finite speed is edited."""
         return any(self.texts[name] for name in BELT_PARAMETERS)

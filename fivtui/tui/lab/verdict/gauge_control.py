@@ -67,7 +67,10 @@ class GaugeController:
             self.stop()
             changing = f"{', '.join(over_time)} {_verb(over_time)} over time"
             return [f"no zones: {changing}; F5 shows what happens"]
-        names = [_MU, self._other] if both else [self._focused]
+        p = found.parameters
+        other = _FIRST if getattr(p, self._other) is None else self._other
+        focused = _MU if getattr(p, self._focused) is None else self._focused
+        names = [_MU, other] if both else [focused]
         self._wanted = []
         shown = [self._shown(name, found, coexisting) for name in dict.fromkeys(names)]
         self._begin()
@@ -81,8 +84,6 @@ class GaugeController:
 
     def _gauge(self, name: str, found: Stability, coexisting: Coexisting) -> Gauge | str:
         value = getattr(found.parameters, name)
-        if value is None:
-            return f"{FIELDS[name].symbol}: none"
         key = self._key(name, value, found)
         searched = coexisting.safe if name == _MU else None
         zones, searching = self._known.get(key), False

@@ -1,0 +1,59 @@
+"""Belts and tables over time: fields that are there if the scene has them, and how to add them."""
+
+from pathlib import Path
+
+from textual.pilot import Pilot
+from textual.widgets import Input
+
+from tests.support.laboratory import app_of, flat_text_of, text_of, until, until_shown, until_told
+
+SIZE = (100, 36)
+
+
+async def choose(pilot: Pilot[None], words: str, title: str) -> None:
+    await pilot.press("ctrl+p")
+    await until_shown(pilot, "Search for commands")
+    await pilot.press(*("space" if letter == " " else letter for letter in words))
+    await until_shown(pilot, title)
+    await pilot.press("enter")
+
+
+async def test_fields_of_the_belt_come_and_go(pilot: Pilot[None]) -> None:
+    session = app_of(pilot).session
+    assert "v_belt" not in text_of(pilot)
+    await choose(pilot, "finite speed", "Belt of finite speed")
+    await until_shown(pilot, "v_belt 1 − + m/s")
+    assert session.parameters().v_belt == 1.0
+    row = pilot.app.screen.query_one("#row-v_belt").query_one(Input)
+    await until(pilot, lambda: row.has_focus)
+    await until_shown(pilot, "at finite belt speed")
+    await pilot.press("up")
+    await until(pilot, lambda: session.texts["v_belt"] == "1.1")
+    await choose(pilot, "faster than", "Belt faster than the slider")
+    await until(pilot, lambda: session.parameters().v_belt is None)
+    await until(pilot, lambda: "v_belt" not in text_of(pilot))
+
+
+async def test_tables_are_read_said_in_the_form_and_dropped(
+    pilot: Pilot[None], tmp_path: Path
+) -> None:
+    session = app_of(pilot).session
+    (tmp_path / "ramp.csv").write_text("time,F\n0,20\n4,90\n")
+    await choose(pilot, "parameters over", "Parameters over time from a file…")
+    await until_shown(pilot, "columns time and F")
+    pilot.app.screen.query_one("#path", Input).value = "ramp.csv"
+    await pilot.press("enter")
+    await until_told(pilot, "tables over time from ramp.csv")
+    await until_shown(pilot, "no zones: F changes over time")
+    shown = flat_text_of(pilot)
+    assert "at t = 0: STABLE" in shown or "at t = 0: UNSTABLE" in shown
+    form = " ".join(line[:31].strip("│ ") for line in text_of(pilot).splitlines())
+    assert "at t = 0; 20 to 90 N, table 0 to 4 s" in " ".join(form.split())
+    assert dict(session.scene().over_time)["F"].values == (20.0, 90.0)
+    assert session.scene().parameters.F == 20.0
+    await choose(pilot, "drop the", "Drop the tables over time")
+    await until_told(pilot, "tables over time dropped")
+    await until_shown(pilot, "●")
+    assert not session.scene().over_time
+    await pilot.press("ctrl+z", "ctrl+z")
+    assert session.texts["F"] == "80"
