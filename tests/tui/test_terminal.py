@@ -88,6 +88,15 @@ def test_a_session_in_a_real_terminal(terminal: Terminal, tmp_path: Path) -> Non
     terminal.press("F5")
     shown = terminal.until_shown("peak |y| 10.50 m · 2nd half ±4.401 m")
     assert "⣿" in shown
+    # From the plot to the fields; every step moves the curve, and two cursors read it.
+    terminal.press("M-p", "M-f", "Up")
+    terminal.until_shown("F5 keeps a run")
+    terminal.press("M-p", "c", "C")
+    terminal.until_shown("t ◆50 ◇75 s Δt 25 s 1/Δt 0.04 Hz")
+    terminal.press("Escape")
+    terminal.until_shown("peak |y|")
+    terminal.press("C-z")
+    terminal.until_shown("run 1 done")
     terminal.press("F3")
     terminal.until_shown("● 1 shown native 10.50")
     terminal.press("M-6")

@@ -14,6 +14,9 @@ _NAMES: Final = {sign: sign for sign in digits + ascii_lowercase} | {
     "=": "equals_sign",
 }
 
+# Alt+f goes to the fields; the word forward is Ctrl+→, too.
+_TAKEN: Final = "f"
+
 
 @dataclass(frozen=True, slots=True)
 class _AltKey:
@@ -29,8 +32,8 @@ def know_alt_keys() -> None:
 
         known = cast("dict[str, Any]", ANSI_SEQUENCES_KEYS)
         for sign, name in _NAMES.items():
-            # Existing keys, such as Alt+b (word back), stay.
-            if isinstance(known.get(f"\x1b{sign}", ""), str):
+            # Existing keys, such as Alt+b (word back), stay, but for the one that is a key here.
+            if sign in _TAKEN or isinstance(known.get(f"\x1b{sign}", ""), str):
                 known[f"\x1b{sign}"] = (_AltKey(f"alt+{name}"),)
 
 
