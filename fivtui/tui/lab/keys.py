@@ -63,30 +63,30 @@ KEY_IDS: Final = frozenset(str(binding.id) for binding in LAB_KEYS)
 _TYPING: Final = frozenset(
     key for each in Input.BINDINGS if isinstance(each, Binding) for key in each.key.split(",")
 )
+_SCROLLING: Final = ("scroll_", "page_")
 
 
 def active_keys(screen: Screen[Any]) -> list[Row]:
-    """All keys that work now: those of the focused widget, of the laboratory, then of typing."""
+    """All keys that work now: of the focused widget, the laboratory, then typing and scrolling."""
     own: list[ActiveBinding] = []
     others: list[ActiveBinding] = []
-    typing: list[ActiveBinding] = []
+    general: list[ActiveBinding] = []
     for active in screen.active_bindings.values():
         if not active.enabled or not active.binding.description:
             continue
-        if isinstance(active.node, Input) and active.binding.key in _TYPING:
-            typing.append(active)
+        typing = isinstance(active.node, Input) and active.binding.key in _TYPING
+        if typing or active.binding.action.startswith(_SCROLLING):
+            general.append(active)
         else:
             (others if active.node in (screen, screen.app) else own).append(active)
-    return [*_rows(screen, own), *_rows(screen, others), *_rows(screen, typing)]
+    return [*_rows(screen, own), *_rows(screen, others), *_rows(screen, general)]
 
 
 def _rows(screen: Screen[Any], group: Iterable[ActiveBinding]) -> list[Row]:
-    # A row per action, with all its keys.
+    # A row per purpose, with all its keys.
     keys: dict[tuple[DOMNode, str], list[str]] = {}
-    words: dict[tuple[DOMNode, str], str] = {}
     for node, binding, _, tooltip in group:
-        which = (node, binding.action)
         display = screen.app.get_key_display(binding.with_key(binding.key, None))
-        keys.setdefault(which, []).append(re.sub(r"\bf(?=\d)", "F", display))
-        words[which] = tooltip or binding.description
-    return [Row(" ".join(dict.fromkeys(keys[which])), words[which]) for which in keys]
+        shown = re.sub(r"\bf(?=\d)", "F", display)
+        keys.setdefault((node, tooltip or binding.description), []).append(shown)
+    return [Row(" ".join(dict.fromkeys(own)), words) for (_, words), own in keys.items()]
