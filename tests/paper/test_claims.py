@@ -318,3 +318,10 @@ def test_what_was_checked_is_stored_and_read_again_unless_its_words_changed(tmp_
     path.write_text("[{}]")
     with pytest.raises(InputError, match="damaged"):
         stored_claims(path)
+
+
+def test_a_verdict_by_counting_is_kept_as_plain_numbers() -> None:
+    # NumPy's integers are no JSON: the session could not be saved with them.
+    claim = next(one for one in CLAIMS if one.id == "contact-means-negative-y")
+    stored = claims_to_stored([check(claim, PaperResults(workers=1))])
+    assert json.loads(json.dumps(stored)) == stored

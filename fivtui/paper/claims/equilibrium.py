@@ -57,7 +57,7 @@ def _contact_means_negative_y(_: PaperResults) -> Finding:
         (contact_force(p, y, Mode.CONTACT) > 0.0) != (y < 0.0) for p in sets for y in heights
     )
     points = Quantity("points", len(sets) * heights.size)
-    return Finding(wrong == 0, (points, Quantity("contradictions", wrong)))
+    return Finding(wrong == 0, (points, Quantity("contradictions", int(wrong))))
 
 
 def _at_reattachments(results: PaperResults) -> Trajectory:
