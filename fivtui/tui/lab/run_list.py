@@ -28,9 +28,9 @@ _COLUMNS: Final = (
     "run",
     "plot",
     "engine",
-    "peak |y|",
+    "peak |y| (m)",
     _DIFFERENCE,
-    "±y 2nd half",
+    "±y 2nd half (m)",
     _DIFFERENCE,
     "sep.",
     "off belt %",
@@ -41,7 +41,7 @@ _COLUMNS: Final = (
 class RunsTable(ListTable[str | Text]):
     """A table with a row per run."""
 
-    dropped = ("engine", "off belt %", "sep.")
+    dropped = ("off belt %", "engine", "sep.")
 
     BINDINGS: ClassVar[list[BindingType]] = [
         Binding(
@@ -72,7 +72,8 @@ class RunsPane(Vertical):
     """The runs, newest first, with differences to base scene and baseline."""
 
     BORDER_TITLE = "Runs"
-    BORDER_SUBTITLE = "⏎ load  Space overlay  b base  x delete"
+    KEYS: ClassVar[str] = "⏎ load  Space overlay  b base  x delete"
+    NO_RUNS: ClassVar[str] = "no run is kept yet: F5 runs the scene and keeps it here"
 
     def __init__(self) -> None:
         super().__init__(id="runs")
@@ -86,6 +87,7 @@ class RunsPane(Vertical):
         table = self.query_one(RunsTable)
         number, row = table.number, table.cursor_row
         newest_first = list(reversed(list(runs)))
+        self.border_subtitle = self.KEYS if newest_first else self.NO_RUNS
         # Differences are those to a baseline.
         kept_columns = [
             place

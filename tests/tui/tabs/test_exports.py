@@ -226,13 +226,16 @@ async def test_figures_and_claims_of_the_paper_are_written_and_copied(
     await write(pilot, "f7", "a.npz", "Export the data of Fig. 2b")
     np.testing.assert_array_equal(np.load("a.npz")["y_e"], read_columns(ours, "figure")["y_e"])
 
+    # Messages would take the click.
+    pilot.app.clear_notifications()
     await pilot.click("#view-claims")
+    pane: Any = lab_of(pilot).pane
+    await until(pilot, lambda: pane.view == "claims")
     await refused(pilot, "f7", "no claims to export yet: press F10")
     await refused(pilot, "f6", "claims have no figure: F7 exports them")
     assert await copied(pilot) == ["claims"]
     few = CLAIMS[:2]
     checked = [check(claim, PaperResults(workers=1)) for claim in few]
-    pane: Any = lab_of(pilot).pane
     pane.take(checked)
     written = {
         suffix: await write(pilot, "f7", f"claims{suffix}", "Export the data of the claims")
