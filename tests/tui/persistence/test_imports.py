@@ -126,7 +126,7 @@ async def test_a_sweep_is_read_shown_and_opened(pilot: Pilot[None], written: Pat
     for name in ("sweep.csv", "sweep.parquet"):
         await read(pilot, name, f"sweep read from {name}")
         await until_shown(pilot, f"8 transients, read from {name}")
-    assert "peak considered" in text_of(pilot)
+    assert "peak, separation considered" in text_of(pilot)
     view = pilot.app.screen.query_one("#sweep-chart", ChartView)
     assert view.chart is not None
     assert view.chart.x_label == "μ"
@@ -156,7 +156,7 @@ async def test_sweeps_over_two_names_and_under_way_are_shown_as_far_as_they_are(
     two = ("--vary=y0=-1:0:3", "--vary=F=20:80:4", "--output=separations", "--ignore-separation")
     command("sweep", *two, "--t-end=10", "--out", "two.csv")
     await read(pilot, "two.csv", "sweep read from two.csv")
-    await until_shown(pilot, "number of separations, ignored")
+    await until_shown(pilot, "number of separations, separation ignored")
     view = pilot.app.screen.query_one("#sweep-chart", ChartView)
     view.focus()
     await pilot.press("plus", "left")

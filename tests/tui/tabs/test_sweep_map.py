@@ -71,10 +71,10 @@ def test_a_sweep_gives_what_single_runs_give_point_by_point() -> None:
     chart = sweep_chart(points, 80.0)
     names = [trace.name for trace in chart.traces]
     assert names == [
-        "peak considered",
-        "±y 2nd half considered",
-        "peak ignored",
-        "±y 2nd half ignored",
+        "peak, separation considered",
+        "±y 2nd half, separation considered",
+        "peak, separation ignored",
+        "±y 2nd half, separation ignored",
     ]
     picture = draw(chart, View(), 80, 20).text()
     assert all(mark in picture for mark in "●◆◇")
@@ -205,7 +205,7 @@ async def test_a_sweep_runs_stops_and_opens_its_points(
     editor.value = "F=60:100:21"
     await pilot.press("enter")
     await until_shown(pilot, "42 transients")
-    assert "peak considered" in text_of(pilot)
+    assert "peak, separation considered" in text_of(pilot)
     view = pilot.app.screen.query_one("#sweep-chart", ChartView)
     view.focus()
     await pilot.press("c", "shift+right", "enter")

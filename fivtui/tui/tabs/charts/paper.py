@@ -82,7 +82,7 @@ def _label(name: str) -> str:
 
 def _line_name(by: str, value: float) -> str:
     if by == SEPARATION:
-        return "considered" if value else "ignored"
+        return "separation considered" if value else "separation ignored"
     return f"{symbol_of(by)} {value:g}"
 
 

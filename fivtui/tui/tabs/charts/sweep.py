@@ -37,7 +37,7 @@ _MOST: Final = 10_000_000
 # Members per part, by which the chart grows, and the most parts.
 _PIECE: Final = 16
 _PARTS: Final = 500
-_CASES: Final = {True: CONSIDERED, False: IGNORED}
+_CASES: Final = {True: f"separation {CONSIDERED}", False: f"separation {IGNORED}"}
 _OUTPUTS: Final = {"y_abs": "peak", "y_half_range": "±y 2nd half"}
 # By plotted output and separation.
 _MARKS: Final = ({True: "●", False: "○"}, {True: "◆", False: "◇"})
@@ -165,7 +165,7 @@ def sweep_chart(points: SweepPoints, now: float | None) -> Chart:
     outputs = list(dict.fromkeys(output for output, _ in points.values))
     traces = []
     for (output, case), (x, y) in points.values.items():
-        name = f"{_OUTPUTS.get(output, output)} {_CASES[case]}"
+        name = f"{_OUTPUTS.get(output, output)}, {_CASES[case]}"
         mark = _MARKS[outputs.index(output)][case]
         traces.append(Trace(name, x, y, look="marked", mark=mark))
     guides = [] if now is None else [Guide(now, f"{now:g}")]
