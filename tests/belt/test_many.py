@@ -83,8 +83,8 @@ def test_the_peak_over_belt_speed_ends_in_that_of_a_belt_that_is_always_faster(
         assert found.rows[row][2] == paper[case].peak.y_abs
     chart = sweep_chart(points_of(found), None)
     assert {guide.value: guide.label for guide in chart.guides} == {
-        paper[True].peak.y_abs: "always faster, considered",
-        paper[False].peak.y_abs: "always faster, ignored",
+        paper[True].peak.y_abs: "always faster, separation considered",
+        paper[False].peak.y_abs: "always faster, separation ignored",
     }
     lines = [line for line in sweep_figure(found).axes[0].lines if line.get_linestyle() == ":"]
     levels = [np.unique(line.get_ydata()).tolist() for line in lines]

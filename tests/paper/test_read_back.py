@@ -341,7 +341,7 @@ def test_charts_of_amplitudes_and_motions_have_both_cases(results: PaperResults)
         for chart, place in ((peak, 0), (steady, 1)):
             assert chart.x_label == X_LABELS[along]
             for trace, case in zip(chart.traces, (False, True), strict=True):
-                assert trace.name == ("considered" if case else "ignored")
+                assert trace.name == f"separation {'considered' if case else 'ignored'}"
                 p = {**own_slider.BASE, **shared, along: float(trace.x[1])}
                 assert trace.y[1] == pytest.approx(amplitude(case, p)[place])
     for key, label, column in (("10", "P (N)", None), ("11", "x (m)", 0), ("12", "y (m)", 2)):
@@ -349,7 +349,7 @@ def test_charts_of_amplitudes_and_motions_have_both_cases(results: PaperResults)
         assert (chart.x_label, chart.y_label) == ("t (s)", label)
         assert [guide.value for guide in chart.guides] == [0.0]
         for trace, case in zip(chart.traces, (False, True), strict=True):
-            assert trace.name == ("considered" if case else "ignored")
+            assert trace.name == f"separation {'considered' if case else 'ignored'}"
             state = STATES[case]["5.0"]
             force = -50.0 * state[2] - 100.0 * state[2] ** 3 if state[2] < 0 or not case else 0.0
             expected = force if column is None else state[column]

@@ -210,7 +210,7 @@ def test_a_sweeps_chart_has_every_output_and_case_under_its_name() -> None:
     assert chart.y_label.endswith("(m)")
     assert len({trace.mark for trace in chart.traces}) == len(chart.traces) == 4
     for index, trace in enumerate(chart.traces):
-        what, case = trace.name.rsplit(" ", 1)
+        what, case = trace.name.split(", separation ")
         place = 2 if what == "peak" else 1
         assert trace.x.tolist() == [20.0, 50.0, 80.0]
         np.testing.assert_allclose(trace.y, output_value(place, case == "considered", trace.x))
