@@ -6,7 +6,7 @@ from html import escape
 from pathlib import Path
 from typing import Any, Final, NamedTuple
 
-from fivtui.model import ALL_PARAMETERS, Parameters
+from fivtui.model import ALL_PARAMETERS, Parameters, without_effect
 
 PHYSICS: Final = (*ALL_PARAMETERS, "separation")
 _BASE: Final = Parameters().as_dict()
@@ -189,5 +189,9 @@ def scene_text(p: Parameters, *, separation: bool, without: Sequence[str] = ()) 
         for name, value in p.as_dict().items()
         if value != _BASE.get(name) and name not in without
     ]
-    base = f"base set with {', '.join(changed)}" if changed else "base set"
-    return base if separation else f"{base}; separation ignored"
+    phrases = [
+        f"base set with {', '.join(changed)}" if changed else "base set",
+        "" if separation else "separation ignored",
+        without_effect(p, without),
+    ]
+    return "; ".join(phrase for phrase in phrases if phrase)

@@ -69,7 +69,7 @@ def belts(columns: Mapping[str, Floats]) -> Floats | None:
 def _check_belt(columns: Mapping[str, Floats]) -> None:
     for name in ("mu_s", "v_s"):
         if name in columns and "v_belt" not in columns:
-            raise InputError(f"{name}: has no effect without v_belt, which must be given")
+            raise InputError(f"{name} has no effect without v_belt, which must be given")
     if "mu_s" in columns and (columns["mu_s"] < columns["mu"]).any():
         place = int(np.argmax(columns["mu_s"] < columns["mu"]))
         least, found = float(columns["mu"][place]), float(columns["mu_s"][place])

@@ -130,7 +130,7 @@ def attractors(scene: str, assignments: tuple[str, ...], **given: Any) -> None:
     start = None if given["start"] is None else start_of(given["start"])
     data = carry_out(
         choose_task(given["vary"], given["ranges"], start),
-        scene_of(scene, assignments),
+        scene_of(scene, assignments, varied=() if given["vary"] is None else (given["vary"],)),
         out=given["out"],
         plot=given["plot"],
         force=given["force"],
@@ -176,7 +176,12 @@ def map_over(scene: str, assignments: tuple[str, ...], **given: Any) -> None:
     from fivtui.ranges import parse_ranges
     from fivtui.safety import SAFETY_VALUES, safety_map
 
-    chosen = scene_of(scene, assignments, ignore_separation=given["ignore_separation"])
+    chosen = scene_of(
+        scene,
+        assignments,
+        ignore_separation=given["ignore_separation"],
+        varied=given["ranges"],
+    )
     over = {
         each.name: each.values() for each in parse_ranges("--over", given["ranges"], ALL_PARAMETERS)
     }

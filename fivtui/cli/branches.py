@@ -74,7 +74,12 @@ def branch(scene: str, assignments: tuple[str, ...], **given: Any) -> None:
     is not connected to the one followed is not found. With --curve, follow Hopf points, folds or
     first touches over two parameters.
     """
-    chosen = scene_of(scene, assignments, ignore_separation=given["ignore_separation"])
+    chosen = scene_of(
+        scene,
+        assignments,
+        ignore_separation=given["ignore_separation"],
+        varied=(given["vary"] or "", *given["ranges"]),
+    )
     kind, compute = _boundary(chosen, given) if given["curve"] else _branch(chosen, given)
     out, plot, force = given["out"], given["plot"], given["force"]
     check_outputs(kind, out, plot, force=force)

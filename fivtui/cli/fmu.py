@@ -152,6 +152,8 @@ def fmu_run(fmu_file: Path, out: Path | None, force: bool, as_json: bool, **give
             tol=given["tol"],
             progress=progress,
         )
+    for warning in run.warnings:
+        say(f"warning: {warning}")
     if out is not None:
         save_fmu_run(run, out, force=force)
         say(f"wrote {out}")

@@ -8,7 +8,15 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from fivtui.model import ALL_PARAMETERS, InputError, Interval, parameter_spec, read_number
+from fivtui.model import (
+    ALL_PARAMETERS,
+    InputError,
+    Interval,
+    parameter_spec,
+    read_number,
+    unused_parameters,
+    without_effect,
+)
 
 from .arguments import Whole, option
 from .completion import ERROR_VALUES, SET_VALUES
@@ -94,10 +102,12 @@ def scene_of(
     *,
     ignore_separation: bool = False,
     over_time: bool = False,
+    varied: Sequence[str] = (),
 ) -> "Scene":
     """The named scene with the parameters that ``--set`` changes.
 
-    Raises `InputError` for parameters over time, unless the command takes them: `over_time`.
+    Says which of them have no effect, unless it takes parameters over time, `over_time`; those that
+    it does not take raise `InputError`. `varied` are texts that begin with the name of a parameter.
     """
     from dataclasses import replace
 
@@ -109,7 +119,18 @@ def scene_of(
     )
     if not over_time:
         scene.check_constant("this command")
+        say_without_effect(scene, varied)
     return replace(scene, separation=False) if ignore_separation else scene
+
+
+def say_without_effect(scene: "Scene", varied: Sequence[str] = ()) -> None:
+    """Say which parameters of a scene have a value and no effect, `varied` as in `scene_of`."""
+    names = [text.replace("~", "=").partition("=")[0].strip() for text in varied]
+    names += dict(scene.over_time)
+    unused = unused_parameters(scene.parameters, names)
+    # One that is to vary is refused.
+    if unused and not {*unused} & {*names}:
+        say(f"warning: {without_effect(scene.parameters, names)}")
 
 
 def start_of(text: str) -> "Start":

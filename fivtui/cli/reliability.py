@@ -127,7 +127,10 @@ def uncertainty(**given: Any) -> None:
     if given["samples"] is not None and given["until"] is not None:
         raise InputError("--samples: must be given without --until, which decides on them")
     scene = scene_of(
-        given["scene"], given["assignments"], ignore_separation=given["ignore_separation"]
+        given["scene"],
+        given["assignments"],
+        ignore_separation=given["ignore_separation"],
+        varied=given["varied"],
     )
     until = wanted_error(given["until"])
     study = scattered_study(

@@ -127,8 +127,8 @@ def sweep(**given: Any) -> None:
         varied_texts,
     )
 
-    scene = scene_of(given["scene"], given["assignments"])
     varied = varied_texts(given["preset"], given["varied"])
+    scene = scene_of(given["scene"], given["assignments"], varied=varied)
     study = study_of(
         scene,
         parse_design(varied, given["kind"], given["count"], given["seed"]),

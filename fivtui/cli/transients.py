@@ -22,6 +22,7 @@ from .options import (
     print_json,
     progress_bar,
     say,
+    say_without_effect,
     scene_argument,
     scene_of,
     set_option,
@@ -147,7 +148,9 @@ def changed_scene(scene: "Scene", given: dict[str, Any]) -> "Scene":
         changes["over_time"] = read_over_time(given["over_time"])
     if targets or fixed:
         changes["accuracy"] = tuple(targets.items())
-    return dataclasses.replace(scene, **changes)
+    changed = dataclasses.replace(scene, **changes)
+    say_without_effect(changed)
+    return changed
 
 
 def _say_if_stiff(result: "Transient") -> None:
@@ -175,6 +178,7 @@ def run(scene: str, out: Path | None, force: bool, as_json: bool, **given: Any) 
     from fivtui.scene import run_scene
 
     chosen = scene_of(scene, given["assignments"], over_time=True)
+    say_without_effect(chosen)
     if ("trajectory" in chosen.outputs) != (out is not None):
         wanted = (
             "its trajectory must have a file: --out FILE"

@@ -15,6 +15,7 @@ from fivtui.model import (
     ComputationError,
     InputError,
     Parameters,
+    check_effect,
     parameter_spec,
     time_scale,
     unknown_name,
@@ -155,6 +156,7 @@ def stability_map(
         raise unknown_name("map value", value, MAP_VALUES)
     if len(over) != 2:
         raise InputError(f"over: {len(over)} parameters given; must be two different ones")
+    check_effect(p, over)
     (first, rows), (second, columns) = ((name, _axis(name, over[name])) for name in over)
     shape = (rows.size, columns.size)
     total = rows.size * columns.size

@@ -22,7 +22,8 @@ from fmu_src.build import IMPORT_LOCK
 
 from .folders import Folder, folder_for
 
-# FMI statuses from this one on mean that a call failed.
+# FMI statuses: what is well but for something, and from which on a call failed.
+_WARNING: Final = 1
 _DISCARD: Final = 2
 _FATAL: Final = 4
 _KEPT_MESSAGES: Final = 20
@@ -35,20 +36,27 @@ _LOGGER: Final = logging.getLogger("fivtui.fmu")
 
 
 class Messages:
-    """Log of the failed calls of one FMU instance, newest last."""
+    """Log of the warnings and failed calls of one FMU instance, newest last."""
 
     def __init__(self) -> None:
         self._kept: deque[str] = deque(maxlen=_KEPT_MESSAGES)
+        self._warnings: deque[str] = deque(maxlen=_KEPT_MESSAGES)
 
     def log(self, status: int, message: bytes) -> None:
         """Store a message unless its FMI status is success."""
-        if status >= _DISCARD:
-            self._kept.append(message.decode("utf-8", "replace").strip())
+        if status >= _WARNING:
+            kept = self._warnings if status == _WARNING else self._kept
+            kept.append(" ".join(message.decode("utf-8", "replace").split()))
 
     @property
     def last(self) -> str:
         """The newest message on one line, or an empty string."""
-        return " ".join(self._kept[-1].split()) if self._kept else ""
+        return self._kept[-1] if self._kept else ""
+
+    @property
+    def warnings(self) -> tuple[str, ...]:
+        """The newest warnings, each different one once, on one line."""
+        return tuple(dict.fromkeys(self._warnings))
 
 
 class FmuFile:

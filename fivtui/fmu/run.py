@@ -45,6 +45,8 @@ class FmuRun(Result):
         Their units, if any.
     discrete : tuple of str
         Those that change only at events.
+    warnings : tuple of str
+        What the FMU warned of.
     """
 
     model: str
@@ -52,6 +54,7 @@ class FmuRun(Result):
     columns: dict[str, NDArray[Any]]
     units: dict[str, str]
     discrete: tuple[str, ...]
+    warnings: tuple[str, ...] = ()
 
     def events(self) -> list[tuple[float, str, Any]]:
         """Changes of discrete variables: time of the first row that has it, s; name; new value."""
@@ -69,6 +72,7 @@ class FmuRun(Result):
             ("model", f"{self.model}, FMI {self.fmi_version}"),
             ("points", f"{times.size}, {times[0]:g} to {times[-1]:g} s"),
             ("recorded", ", ".join(name for name in self.columns if name != TIME)),
+            *(("warning", text) for text in self.warnings),
         ]
 
     def to_dict(self) -> dict[str, Any]:
@@ -162,8 +166,8 @@ def run_fmu(
             "input": signals,
             "relative_tolerance": _tolerance(fmu, tol),
         }
-        table = _simulate(fmu, (start, stop), options, progress)
-        return _checked_run(fmu, table)
+        table, warnings = _simulate(fmu, (start, stop), options, progress)
+        return _checked_run(fmu, table, warnings)
 
 
 def _experiment(
@@ -210,7 +214,7 @@ def _simulate(
     span: tuple[float, float],
     options: Mapping[str, Any],
     progress: Progress | None,
-) -> NDArray[Any]:
+) -> tuple[NDArray[Any], tuple[str, ...]]:
     from fmpy import simulate_fmu
 
     start, stop = span
@@ -247,10 +251,10 @@ def _simulate(
             )
     if progress:
         progress(1.0)
-    return table
+    return table, messages.warnings
 
 
-def _checked_run(fmu: FmuFile, table: NDArray[Any]) -> FmuRun:
+def _checked_run(fmu: FmuFile, table: NDArray[Any], warnings: tuple[str, ...]) -> FmuRun:
     description = fmu.description
     names = table.dtype.names or ()
     columns = {name: np.asarray(table[name]) for name in names}
@@ -272,6 +276,7 @@ def _checked_run(fmu: FmuFile, table: NDArray[Any]) -> FmuRun:
             for v in description.modelVariables
             if v.name in names and v.variability == "discrete" and columns[v.name].ndim == 1
         ),
+        warnings=warnings,
     )
 
 

@@ -44,10 +44,13 @@ if TYPE_CHECKING:
         Parameters as Parameters,
         ParameterSpec as ParameterSpec,
         check_always_sliding as check_always_sliding,
+        check_effect as check_effect,
         check_parameters as check_parameters,
         number_spec as number_spec,
         parameter_spec as parameter_spec,
         unknown_name as unknown_name,
+        unused_parameters as unused_parameters,
+        without_effect as without_effect,
     )
     from .slider_belt import (
         CONSTANT as CONSTANT,

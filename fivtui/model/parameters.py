@@ -261,6 +261,33 @@ def check_always_sliding(p: Parameters, subject: str, varied: Collection[str] = 
         raise InputError(f"{speed}: must be none for {subject}")
 
 
+def unused_parameters(p: Parameters, varied: Collection[str] = ()) -> dict[str, str]:
+    """Those of `mu_s` and `v_s` that are given and have no effect, each with what it needs.
+
+    `varied` are names of parameters that take other values than those of `p`, too.
+    """
+    given = [name for name in ("mu_s", "v_s") if getattr(p, name) is not None or name in varied]
+    if p.v_belt is None and "v_belt" not in varied:
+        return dict.fromkeys(given, "v_belt")
+    falls = p.mu_static > p.mu or bool({"mu", "mu_s"} & {*varied})
+    return {"v_s": "mu_s greater than mu"} if "v_s" in given and not falls else {}
+
+
+def without_effect(p: Parameters, varied: Collection[str] = ()) -> str:
+    """What `unused_parameters` finds, in one phrase; empty if nothing."""
+    unused = unused_parameters(p, varied)
+    if not unused:
+        return ""
+    verb = "has" if len(unused) == 1 else "have"
+    return f"{' and '.join(unused)} {verb} no effect without {next(iter(unused.values()))}"
+
+
+def check_effect(p: Parameters, varied: Collection[str]) -> None:
+    """Raise `InputError` if a parameter that is to vary has no effect."""
+    if {*unused_parameters(p, varied)} & {*varied}:
+        raise InputError(f"{without_effect(p, varied)}, which must be given")
+
+
 _SPECS: Final = [ParameterSpec(name=f.name, **f.metadata) for f in fields(Parameters)]
 # The paper's nine, always numbers, and those of a belt of finite speed, which may be none.
 PARAMETERS: Final[Mapping[str, ParameterSpec]] = {s.name: s for s in _SPECS if not s.optional}

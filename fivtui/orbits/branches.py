@@ -8,7 +8,14 @@ from typing import TYPE_CHECKING, Any, Final, Literal
 import numpy as np
 from numpy.typing import NDArray
 
-from fivtui.model import InputError, Parameters, ParameterSpec, State, parameter_spec
+from fivtui.model import (
+    InputError,
+    Parameters,
+    ParameterSpec,
+    State,
+    check_effect,
+    parameter_spec,
+)
 from fivtui.results import Result, scene_text
 from fivtui.transient import Kernel, Progress
 
@@ -197,6 +204,7 @@ def varied_spec(p: Parameters, name: str) -> ParameterSpec:
     spec = parameter_spec(name)
     if spec.optional and name != "v_belt" and p.v_belt is None:
         raise InputError(f"v_belt = none: must have a value to vary {name}")
+    check_effect(p, (name,))
     return spec
 
 

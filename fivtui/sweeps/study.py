@@ -4,7 +4,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Final, Literal
 
-from fivtui.model import InputError, Parameters, check_parameters, unknown_name
+from fivtui.model import InputError, Parameters, check_effect, check_parameters, unknown_name
 from fivtui.safety import SafeTable
 from fivtui.transient import (
     DEFAULT_T_END,
@@ -144,7 +144,7 @@ class Study:
                     f"must be of {', '.join(ERRORS)}"
                 )
         object.__setattr__(self, "accuracy", tuple(asked.items()))
-        check_parameters(self.parameters)
+        check_effect(check_parameters(self.parameters), self.design.axes)
         tol = check_tolerance(self.tol)
         object.__setattr__(self, "t_end", check_horizon(self.t_end))
         object.__setattr__(self, "tol", DEFAULT_TOL if asked else tol)

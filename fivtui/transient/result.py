@@ -253,7 +253,12 @@ class Transient(Result):
         off = f"{events.separated_time:.4g} s off the belt"
         state = f"x={final.x:.6g}, vx={final.vx:.6g}, y={final.y:.6g}, vy={final.vy:.6g}"
         rows = [
-            ("scene", scene_text(self.parameters, separation=self.separation)),
+            (
+                "scene",
+                scene_text(
+                    self.parameters, separation=self.separation, without=tuple(self.over_time)
+                ),
+            ),
             *self._over_time_rows(),
             ("run", f"{self.t_end:g} s, {self.method}, {self.stats.steps} steps"),
             ("peak |y|", f"{self.peak.y_abs:.6g} m"),
@@ -262,6 +267,7 @@ class Transient(Result):
                 "separations",
                 f"{events.separations}, {off} ({events.separated_time / self.t_end:.1%})",
             ),
+            *self._stick_rows(),
             ("final state", state),
         ]
         if self.trajectory is not None:
@@ -275,6 +281,15 @@ class Transient(Result):
     def _over_time_rows(self) -> list[tuple[str, str]]:
         words = [f"{name} {table.in_words()}" for name, table in self.over_time.items()]
         return [("over time", "; ".join(words))] if words else []
+
+    def _stick_rows(self) -> list[tuple[str, str]]:
+        if self.parameters.v_belt is None:
+            return []
+        held, stop = self.events.stick_time, self.stop
+        rows = [("sticks", f"{self.events.sticks}, {held:.4g} s ({held / self.t_end:.1%})")]
+        if stop is not None and stop.final_stick is not None:
+            rows.append(("final stick", f"from {stop.final_stick:.6g} s"))
+        return rows
 
     def to_dict(self) -> dict[str, Any]:
         """The object that ``fivtui simulate --json`` prints: all but the trajectory."""

@@ -40,6 +40,8 @@ typedef struct {
     uint32_t state_count, indicator_count;
     /* Begins the motion of the values, at the start time. */
     const char *(*begin)(struct Instance *i);
+    /* What is said of the values once they are fixed, NULL if nothing is; NULL: never anything. */
+    const char *(*remark)(struct Instance *i);
     /* Why a value of an input, in its range, is not possible beside the others once the motion has
        begun. NULL: all are. */
     const char *(*fits)(struct Instance *i, uint32_t reference, double value);

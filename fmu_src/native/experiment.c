@@ -47,8 +47,13 @@ fmi2Status fmi2ExitInitializationMode(fmi2Component c)
 {
     Instance *i = c;
     ALLOWED("exit_initialization_mode", EITHER, IN(INITIALIZATION));
-    fmi2Status status = ready(i);
-    if (status == fmi2OK)
-        i->s.phase = i->type == fmi2CoSimulation ? STEPPING : EVENTS;
-    return status;
+    const fmi2Status status = ready(i);
+    if (status != fmi2OK)
+        return status;
+    i->s.phase = i->type == fmi2CoSimulation ? STEPPING : EVENTS;
+    const char *remark = COMPONENT.remark ? COMPONENT.remark(i) : NULL;
+    /* The values are possible: the call is well, whatever is logged. */
+    if (remark)
+        refuse(i, fmi2Warning, "%s", remark);
+    return fmi2OK;
 }

@@ -1,6 +1,7 @@
 /* The slider-belt model: its motion in co-simulation, its equations in model exchange. */
 
 #include <float.h>
+#include <string.h>
 
 #include "build.h"
 #include "instance.h"
@@ -86,6 +87,28 @@ static const char *fits(Instance *i, uint32_t reference, double value)
         return because(i, "v_belt = %g: while the slider sticks it must stay %g but in event mode",
                        value, s->values[V_v_belt]);
     return NULL;
+}
+
+/* Which values of the belt are given and have no effect. */
+static const char *remark(Instance *i)
+{
+    static const uint32_t REFERENCES[] = {V_v_belt, V_mu_s, V_v_s};
+    const State *s = &i->s;
+    char names[TEXT] = "";
+    int count = 0;
+    if (is_finite_belt(s))
+        return s->values[V_v_s] > 0.0 && s->values[V_mu_s] == 0.0
+                   ? because(i, "v_s has no effect without mu_s")
+                   : NULL;
+    for (size_t n = 0; n < sizeof REFERENCES / sizeof *REFERENCES; n++) {
+        const Variable *v = &COMPONENT.variables[REFERENCES[n]];
+        if (s->values[REFERENCES[n]] == v->start)
+            continue;
+        strcat(strcat(names, count++ ? ", " : ""), v->name);
+    }
+    return count ? because(i, "%s %s no effect without finite_belt", names,
+                           count == 1 ? "has" : "have")
+                 : NULL;
 }
 
 static const char *begin_motion(Instance *i)
@@ -493,6 +516,7 @@ const Component COMPONENT = {
     .state_count = STATES,
     .indicator_count = INDICATORS,
     .begin = begin_motion,
+    .remark = remark,
     .fits = fits,
     .move = move_on,
     .known_until = known_until,

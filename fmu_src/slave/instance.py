@@ -98,6 +98,10 @@ class Instance(Fmi2Slave):  # type: ignore[misc]
     def _publish(self) -> None:
         """Store the outputs at the time reached in the values."""
 
+    def _remark(self) -> str:
+        """What is said of the values once they are fixed; empty if nothing."""
+        return ""
+
     @abstractmethod
     def _motion_state(self) -> Any:
         """State of the motion, immutable, with its time as `t`."""
@@ -167,6 +171,8 @@ class Instance(Fmi2Slave):  # type: ignore[misc]
             raise InputError("not initialized: " + "; ".join(self._refused.values()))
         self._begin()
         self._phase = Phase.STEPPING
+        if said := self._remark():
+            self._tell(Fmi2Status.warning, logging.WARNING, said)
 
     def do_step(self, current_time: float, step_size: float) -> bool:
         """Move on by one communication step, s. Returns False if the step is refused."""

@@ -28,6 +28,7 @@ from .variables import REFERENCES, STATES, VARIABLES
 Values = Mapping[int, float | bool]
 # Taylor steps after which a communication step is given up: about a quarter of a minute.
 _MOST_STEPS: Final = 500_000
+_BELT: Final = ("v_belt", "mu_s", "v_s")
 _FIXED: Final = [r for r, v in enumerate(VARIABLES) if v.role is Role.PARAMETER]
 
 
@@ -266,6 +267,16 @@ def check_friction(values: Values) -> None:
     finite, mu, static = (values[REFERENCES[name]] for name in ("finite_belt", "mu", "mu_s"))
     if finite and 0.0 < static < mu:
         raise InputError(f"mu = {mu:g}: must be at most mu_s = {static:g}")
+
+
+def unused_values(values: Values) -> str:
+    """Which values of the belt are given and have no effect, in one phrase; empty if none."""
+    if values[REFERENCES["finite_belt"]]:
+        falls = values[REFERENCES["mu_s"]] > 0.0 or not values[REFERENCES["v_s"]]
+        return "" if falls else "v_s has no effect without mu_s"
+    names = [n for n in _BELT if values[REFERENCES[n]] != VARIABLES[REFERENCES[n]].start]
+    verb = "has" if len(names) == 1 else "have"
+    return f"{', '.join(names)} {verb} no effect without finite_belt" if names else ""
 
 
 def separation_in(values: Values) -> bool:

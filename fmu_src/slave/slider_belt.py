@@ -22,6 +22,7 @@ from .motion import (
     fixed_values,
     motion_from,
     start_state,
+    unused_values,
 )
 from .variable import Type
 from .variables import INPUTS, REFERENCES, SLIDER_BELT_TABLE, STATES, SUMMARY
@@ -58,6 +59,9 @@ class SliderBeltInstance(Instance):
         state = start_state(self._values)
         self._motion = motion_from(self._values, state, t=experiment.start_time, tol=experiment.tol)
         self._made_of = _made_of(self._values, experiment)
+
+    def _remark(self) -> str:
+        return unused_values(self._values)
 
     def _go_on(self, end: float, experiment: Experiment) -> None:
         values = self._values

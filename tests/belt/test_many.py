@@ -112,7 +112,7 @@ def test_only_belts_faster_than_all_of_a_run_are_always_faster(
 
 
 def test_what_has_no_effect_or_is_out_of_range_is_refused() -> None:
-    with pytest.raises(InputError, match="mu_s: has no effect without v_belt"):
+    with pytest.raises(InputError, match="mu_s has no effect without v_belt"):
         simulate_batch({"mu_s": [1.0]})
     with pytest.raises(InputError, match=r"member 1: mu_s = 0\.5: must be at least mu = 0\.7"):
         simulate_batch({"mu_s": [1.0, 0.5], "v_belt": np.ones(2)})

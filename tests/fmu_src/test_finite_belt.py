@@ -285,3 +285,22 @@ def test_static_friction_below_friction_is_refused_where_it_counts(
         said = any("mu = 0.6: must be at most mu_s = 0.5" in line for line in begun.log)
         assert said is finite
         assert (step.status == "ok") is not finite
+
+
+@pytest.mark.parametrize(
+    ("values", "said"),
+    [
+        ({"mu_s": 0.9}, ["mu_s has no effect without finite_belt"]),
+        ({"v_belt": 2.0, "v_s": 0.4}, ["v_belt, v_s have no effect without finite_belt"]),
+        ({"finite_belt": True, "v_s": 0.4}, ["v_s has no effect without mu_s"]),
+        ({"finite_belt": True, "mu_s": 0.9, "v_s": 0.4}, []),
+        ({"finite_belt": True, "mu_s": 0.9}, []),
+        ({}, []),
+    ],
+)
+def test_values_without_effect_are_logged_once(
+    driver: Driver, values: dict[str, float | bool], said: list[str]
+) -> None:
+    answers = driver.drive(("a", "begin", values), ("a", "steps", 0.0, 0.1, 3))
+    assert [answer.status for answer in answers] == ["ok", "ok"]
+    assert [text for answer in answers for text in answer.log] == said

@@ -12,6 +12,7 @@ from fivtui.model import (
     InputError,
     Parameters,
     State,
+    check_effect,
     parameter_spec,
 )
 from fivtui.orbits.explorer import Watch
@@ -297,6 +298,7 @@ def parameter_range(
     if value is None or (spec.optional and p.v_belt is None):
         missing = name if value is None else "v_belt"
         raise InputError(f"{missing} = none: must have a value to vary {name}")
+    check_effect(p, (name,))
     if (low is None or high is None) and not value > 0.0:
         raise InputError(f"{name} = {value:g}: must be above 0, or the range be given")
     bottom = max(value / _SPAN, spec.lower) if low is None else spec.check(low)

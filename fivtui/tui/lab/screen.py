@@ -173,7 +173,7 @@ class LabScreen(LabActions):
         session = self.session
         mark = " (changed)" if session.changed else ""
         self.query_one(VerdictView).name_scene(f"{session.name}{mark}")
-        self.query_one(Form).show(session.texts, session.errors, session.changed, session.courses)
+        self.query_one(Form).show(session.texts, session.errors, session.changed, session.notes)
         self._show_verdict()
         self._show_newest()
         if not self._tab_behind:

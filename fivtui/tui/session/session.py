@@ -5,7 +5,13 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, Final, cast
 
 from fivtui.equilibrium import Stability, stability
-from fivtui.model import ALL_PARAMETERS, BELT_PARAMETERS, InputError, Parameters
+from fivtui.model import (
+    ALL_PARAMETERS,
+    BELT_PARAMETERS,
+    InputError,
+    Parameters,
+    unused_parameters,
+)
 from fivtui.ranges import number_text
 from fivtui.scene import Accuracy, Scene
 from fivtui.transient import METHODS, Start, takes_step
@@ -207,13 +213,16 @@ class Session(Editing):
         return Parameters().with_values(values)
 
     @property
-    def courses(self) -> dict[str, str]:
-        """What is said of parameters over time, by name."""
+    def notes(self) -> dict[str, str]:
+        """What is said of parameters over time, and of those without effect, by name."""
         found = {}
         for name, table in self._loaded.over_time:
             values, unit = table.values, f" {FIELDS[name].unit}".rstrip()
             span = f"{table.times[0]:g} to {table.times[-1]:g} s"
             found[name] = f"at t = 0; {min(values):g} to {max(values):g}{unit}, table {span}"
+        if self.belt_is_finite and not self.errors:
+            for name, needed in unused_parameters(self.parameters(), found).items():
+                found[name] = f"no effect without {needed}"
         return found
 
     @property

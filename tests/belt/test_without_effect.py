@@ -1,0 +1,114 @@
+"""Parameters of the belt that are given and have no effect: said, or refused where they vary."""
+
+import pytest
+
+from fivtui import Parameters, branch, continuation, simulate, stability, stability_map, sweep
+from fivtui.cli import run
+from fivtui.model import InputError, without_effect
+from fivtui.scene import Scene
+from fivtui.tui.session import Session
+
+SLIDING = "mu_s has no effect without v_belt"
+CONSTANT = "v_s has no effect without mu_s greater than mu"
+
+
+@pytest.mark.parametrize(
+    ("values", "varied", "said"),
+    [
+        ({}, (), ""),
+        ({"v_belt": 1.0}, (), ""),
+        ({"mu_s": 0.9}, (), SLIDING),
+        ({"mu_s": 0.9, "v_s": 0.4}, (), "mu_s and v_s have no effect without v_belt"),
+        ({"mu_s": 0.9, "v_s": 0.4}, ("v_belt",), ""),
+        ({"v_belt": 1.0, "v_s": 0.4}, (), CONSTANT),
+        ({"v_belt": 1.0, "mu_s": 0.7, "v_s": 0.4}, (), CONSTANT),
+        ({"v_belt": 1.0, "v_s": 0.4}, ("mu_s",), ""),
+        ({"v_belt": 1.0, "mu_s": 0.7, "v_s": 0.4}, ("mu",), ""),
+        ({"v_belt": 1.0, "mu_s": 0.9, "v_s": 0.4}, (), ""),
+        ({}, ("mu_s",), SLIDING),
+    ],
+)
+def test_what_needs_another_parameter_is_told(
+    values: dict[str, float], varied: tuple[str, ...], said: str
+) -> None:
+    assert without_effect(Parameters(**values), varied) == said
+
+
+@pytest.mark.parametrize(
+    ("line", "said"),
+    [
+        ("simulate --set mu_s=0.9 --t-end 1", SLIDING),
+        ("simulate --set v_belt=1 --set v_s=0.4 --t-end 1", CONSTANT),
+        ("stability --set mu_s=0.9 --no-search", SLIDING),
+        ("sweep --set mu_s=0.9 --vary F=20,30 --t-end 1", SLIDING),
+        ("map --set mu_s=0.9 --over F=20:30:2 --over c1=1:2:2", SLIDING),
+    ],
+)
+def test_commands_say_it_in_one_line(
+    line: str, said: str, capsys: pytest.CaptureFixture[str]
+) -> None:
+    assert run(line.split()) == 0
+    assert capsys.readouterr().err.splitlines() == [f"warning: {said}"]
+
+
+@pytest.mark.parametrize(
+    "line",
+    [
+        "simulate --set v_belt=1 --set mu_s=0.9 --set v_s=0.4 --t-end 1",
+        "sweep --set mu_s=0.9 --vary v_belt=1,2 --t-end 1",
+        "map --set v_belt=1 --set v_s=0.4 --over F=20:30:2 --over mu_s=0.8:0.9:2",
+        "simulate brake-stop --t-end 1",
+    ],
+)
+def test_what_has_an_effect_is_not_warned_of(line: str, capsys: pytest.CaptureFixture[str]) -> None:
+    assert run(line.split()) == 0
+    assert "no effect" not in capsys.readouterr().err
+
+
+@pytest.mark.parametrize(
+    "line",
+    [
+        "sweep --vary mu_s=0.8,0.9 --t-end 1",
+        "map --over F=20:30:2 --over mu_s=0.8:0.9:2",
+        "uncertainty --vary mu_s~uniform:0.8:0.9 --samples 64",
+    ],
+)
+def test_what_varies_without_effect_is_refused(
+    line: str, capsys: pytest.CaptureFixture[str]
+) -> None:
+    assert run(line.split()) == 2
+    assert capsys.readouterr().err == f"fivtui: {SLIDING}, which must be given\n"
+
+
+def test_the_same_from_python() -> None:
+    over = {"F": [20.0, 80.0], "mu_s": [0.8, 0.9]}
+    with pytest.raises(InputError, match=SLIDING):
+        stability_map(None, over)
+    with pytest.raises(InputError, match=SLIDING):
+        sweep(vary=over, t_end=1.0)
+    constant = Parameters(v_belt=1.0, v_s=0.4)
+    with pytest.raises(InputError, match=CONSTANT):
+        continuation(constant, "v_s", [0.4, 0.5])
+    with pytest.raises(InputError, match=CONSTANT):
+        branch(constant, "v_s", low=0.4, high=0.5, origin="cycle")
+    assert SLIDING in repr(simulate(Parameters(mu_s=0.9), t_end=1.0))
+    assert CONSTANT in repr(stability(constant))
+    assert "no effect" not in repr(simulate(Parameters(v_belt=1.0, mu_s=0.9), t_end=1.0))
+
+
+def test_the_result_of_a_run_on_a_belt_says_how_often_it_sticks() -> None:
+    found = simulate(Parameters(v_belt=1.0), t_end=10.0)
+    assert f"{found.events.sticks}, {found.events.stick_time:.4g} s" in repr(found)
+    assert "sticks" not in repr(simulate(t_end=1.0))
+
+
+def test_the_form_of_the_laboratory_notes_it_at_the_field() -> None:
+    session = Session(Scene(name="mine", description="", parameters=Parameters(mu_s=0.9)))
+    assert session.notes == {"mu_s": "no effect without v_belt"}
+    session.set_text("v_belt", "1")
+    assert session.notes == {}
+    session.set_text("v_s", "0.4")
+    session.set_text("mu_s", "")
+    assert session.notes == {"v_s": "no effect without mu_s greater than mu"}
+    session.set_text("v_s", "-1")
+    assert session.notes == {}
