@@ -1,13 +1,13 @@
 """The compiled kernel: the same integrator as `fivtui.taylor` in C, one run or many side by side.
 
-`native` loads it, `runs` and `lanes` are runs under way. The text in C: `vector.h` (one run or
-LANES of them), `expansion.h` (the recurrences), `polynomial.h` and `roots.h` (bounds, roots),
-`motion.h` (a step and its mode), `search.h` (first switches, extremes), `problem.h`, `run.h` (a
-step of one run), `output.h`, `friction.h` (the friction law), `belt.h` (modes and guards on a belt
-of finite speed), `driven.h` (the same while parameters change with time), `belts.h` (blocks of
-belts), `deviations.h` (the variational equations), and five loops: `single.c`, `belt.c` (one run on
-a belt of finite speed, or over tables), `vary.c` (one run with its derivatives), `lanes.c` and
-`belt_lanes.c`, which share `lanes.h`; `orbit.c` closes runs to periodic orbits.
+`native` loads it, `runs`, `lanes` and `in_turn` are runs under way. The text in C: `vector.h` (one
+run or LANES of them), `expansion.h` (the recurrences), `polynomial.h` and `roots.h` (bounds,
+roots), `motion.h` (a step and its mode), `search.h` (first switches, extremes), `problem.h`,
+`run.h` (a step of one run), `output.h`, `friction.h` (the friction law), `belt.h` (modes and guards
+on a belt of finite speed), `driven.h` (the same while parameters change with time), `belts.h`
+(blocks of belts), `deviations.h` (the variational equations), and five loops: `single.c`, `belt.c`
+(one run on a belt of finite speed, or over tables), `vary.c` (one run with its derivatives),
+`lanes.c` and `belt_lanes.c`, which share `lanes.h`; `orbit.c` closes runs to periodic orbits.
 """
 
 from typing import TYPE_CHECKING

@@ -3,9 +3,10 @@
 import ctypes
 import hashlib
 import os
+import platform
 import struct
 import sys
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 from functools import lru_cache
 from pathlib import Path
 from typing import Any, Final, Literal
@@ -16,6 +17,7 @@ from numpy.typing import NDArray
 from fivtui.model import ComputationError
 
 from .driven import Legs
+from .in_turn import RunsInTurn
 from .lanes import Work
 from .orbits import OrbitSearch
 from .runs import MOST_SEEDS, BeltRun, KernelRun, VariedRun
@@ -31,6 +33,7 @@ _REASON: Final = _FOLDER / "libfivtui.txt"
 INSTRUCTION_SETS: Final = ("baseline", "avx2", "avx512")
 # Functions that gain nothing by wider registers than those of AVX2.
 _OF_ONE_RUN: Final = ("run_", "belt_", "driven_", "vary_", "orbit_")
+_X86: Final = ("x86_64", "amd64")
 # What chooses another one than the best there is.
 _CHOICE: Final = "FIVTUI_INSTRUCTION_SET"
 
@@ -234,9 +237,22 @@ class Kernel:
         """Begin a search of periodic orbits: see `OrbitSearch`."""
         return OrbitSearch(self._functions["orbit_solve"], self._varied_size, **asked)
 
-    def work(self, **asked: Any) -> Work:
-        """Begin a chunk of a batch: see `Work`."""
-        return Work(self._functions, **asked)
+    def work(
+        self, *, belts: Floats | None = None, legs: Sequence[Legs] | None = None, **asked: Any
+    ) -> Work | RunsInTurn:
+        """Begin a chunk of a batch, in lanes or in turn, with the same bits: see `Work`.
+
+        With legs of each member, for parameters that follow tables, it is in turn: see
+        `RunsInTurn`.
+        """
+        if legs is not None or (belts is not None and self._is_slow_in_lanes):
+            return RunsInTurn(self.begin, belts=belts, legs=legs, **asked)
+        return Work(self._functions, belts=belts, **asked)
+
+    @property
+    def _is_slow_in_lanes(self) -> bool:
+        # On belts of finite speed, where fused operations are calls.
+        return self.instruction_set == "baseline" and platform.machine().lower() in _X86
 
     def static_starts(self, parameters: Floats, separation: NDArray[np.bool_]) -> Floats:
         """The states at rest at the equilibria of μ = 0: `slider_belt.static_start` of arrays.

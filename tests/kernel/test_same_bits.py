@@ -1,7 +1,10 @@
 """A member of a batch, the single run and every instruction set give the same bits."""
 
+import platform
 import shutil
+from collections.abc import Callable
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -9,6 +12,8 @@ import pytest
 import fivtui
 import hatch_build
 from fivtui.kernel import Kernel, RunColumns, Status, load_kernel, native
+from fivtui.kernel.in_turn import RunsInTurn
+from fivtui.kernel.lanes import Work
 from fivtui.model import ComputationError
 
 COLUMNS = len(RunColumns._fields)
@@ -52,6 +57,11 @@ def belts_of(given: Members, seed: int) -> np.ndarray:
     return np.column_stack([speed, static, v_s])
 
 
+def lanes(kernel: Kernel, **asked: Any) -> Work:
+    """Lanes, also where runs in turn are faster."""
+    return Work(kernel._functions, **asked)
+
+
 def in_lanes(
     kernel: Kernel,
     given: Members,
@@ -59,6 +69,8 @@ def in_lanes(
     order: int,
     observed: tuple[bool, bool, bool],
     belts: np.ndarray | None = None,
+    max_steps: int = 20_000,
+    make: Callable[..., Work | RunsInTurn] = lanes,
 ) -> np.ndarray:
     parameters, separation, starts = given
     results = np.empty((len(parameters), COLUMNS))
@@ -67,19 +79,21 @@ def in_lanes(
         kinds += 2 * (belts[:, 2] > 0.0)
     for kind in np.unique(kinds):
         here = np.flatnonzero(kinds == kind)
-        work = kernel.work(
+        work = make(
+            kernel,
             parameters=parameters[here],
             separation=separation[here],
             starts=starts[here],
             t_end=t_end,
             tol=10.0 ** (-0.75 * order),
             order=order,
-            max_steps=20_000,
+            max_steps=max_steps,
             observed=observed,
             belts=None if belts is None else belts[here],
         )
         while not work.done:
-            work.advance(777)
+            ended = work.advance(777)
+            assert 0.0 <= ended <= len(here)
         results[here] = work.results
     return results
 
@@ -140,6 +154,41 @@ def test_a_member_on_a_belt_of_finite_speed_is_the_single_run_to_the_last_bit(or
     single = alone(kernel, given, 15.0, order, belts)
     assert (single[:, RunColumns._fields.index("status")] == Status.DONE).all()
     assert_same(in_lanes(kernel, given, 15.0, order, EVERYTHING, belts), single)
+
+
+def test_members_in_turn_are_those_in_lanes_to_the_last_bit() -> None:
+    given = members(200, 5)
+    starts = given[2]
+    # One does not start, one overflows, some take too many steps.
+    starts[17], starts[18] = np.inf, 1e200
+    belts = belts_of(given, 5)
+    kernel = load_kernel()
+    for belt in (belts, None):
+        asked = (kernel, given, 15.0, 20, EVERYTHING, belt, 150)
+        side_by_side = in_lanes(*asked)
+        turned = in_lanes(*asked, make=lambda kernel, **more: RunsInTurn(kernel.begin, **more))
+        assert_same(turned, side_by_side)
+        found = side_by_side[:, RunColumns._fields.index("status")]
+        assert {*found} == {Status.DONE, Status.OVERFLOW, Status.STEP_LIMIT}
+
+
+def test_members_on_belts_are_in_lanes_where_operations_are_fused_in_hardware(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    given = members(10, 6)
+    asked: dict[str, Any] = dict(zip(("parameters", "separation", "starts"), given, strict=True))
+    asked |= {"t_end": 1.0, "tol": 1e-15, "order": 20, "max_steps": 9, "observed": EVERYTHING}
+    belts = belts_of(given, 6)
+    for instruction_set, machine, kind in (
+        ("baseline", "x86_64", RunsInTurn),
+        ("baseline", "aarch64", Work),
+        ("avx2", "x86_64", Work),
+    ):
+        kernel = Kernel()
+        monkeypatch.setattr(platform, "machine", lambda machine=machine: machine)
+        kernel.instruction_set = instruction_set
+        assert type(kernel.work(**asked, belts=belts)) is kind
+        assert type(kernel.work(**asked)) is Work
 
 
 @pytest.mark.whole

@@ -1,0 +1,92 @@
+"""Batches of the kernel, under way: runs one after the other."""
+
+from collections.abc import Callable, Sequence
+from typing import Final
+
+import numpy as np
+from numpy.typing import NDArray
+
+from .driven import Legs
+from .runs import COLUMNS, KernelRun, RunColumns
+from .status import Status
+
+Floats = NDArray[np.float64]
+
+_STATUS: Final = RunColumns._fields.index("status")
+
+
+class RunsInTurn:
+    """A chunk of a batch under way, with the bits of `Work`.
+
+    Parameters
+    ----------
+    begin : callable
+        `Kernel.begin`.
+    parameters, separation, starts, t_end, tol, order, max_steps, belts
+        As for `Work`; `belts` None where the belts are always faster.
+    observed : tuple of bool
+        Without effect: all extremes are known.
+    legs : sequence of Legs, optional
+        Of each member, where parameters follow tables.
+    """
+
+    def __init__(
+        self,
+        begin: Callable[..., KernelRun],
+        *,
+        parameters: Floats,
+        separation: NDArray[np.bool_],
+        starts: Floats,
+        t_end: float,
+        tol: float,
+        order: int,
+        max_steps: int,
+        observed: tuple[bool, bool, bool],  # noqa: ARG002
+        belts: Floats | None = None,
+        legs: Sequence[Legs] | None = None,
+    ) -> None:
+        def start(member: int) -> KernelRun:
+            return begin(
+                parameters[member].tolist(),
+                starts[member].tolist(),
+                separation=bool(separation[member]),
+                t_end=t_end,
+                tol=tol,
+                order=order,
+                belt=None if belts is None else tuple(belts[member].tolist()),
+                legs=None if legs is None else legs[member],
+            )
+
+        self._start, self._t_end, self._max_steps = start, t_end, max_steps
+        self._member = 0
+        self._run: KernelRun | None = None
+        self.results = np.empty((len(parameters), COLUMNS))
+
+    def advance(self, budget: int) -> float:
+        """Go on until all are ended or the budget, in steps, is spent.
+
+        Returns
+        -------
+        float
+            Runs ended, the one under way counted by the part of the horizon behind it.
+        """
+        while budget > 0 and not self.done:
+            run = self._run or self._start(self._member)
+            before = 0 if self._run is None else int(run.outcome.steps)
+            status = run.advance(min(budget, self._max_steps - before))
+            steps = int(run.outcome.steps)
+            budget -= max(steps - before, 1)
+            if status is Status.RUNNING and steps >= self._max_steps:
+                status = Status.STEP_LIMIT
+            self._run = run
+            if status is not Status.RUNNING:
+                self.results[self._member] = run.outcome
+                self.results[self._member, _STATUS] = status
+                self._member, self._run = self._member + 1, None
+        behind = 0.0 if self._run is None else min(self._run.outcome.t / self._t_end, 1.0)
+        return self._member + behind
+
+    @property
+    def done(self) -> bool:
+        """Whether all are ended."""
+        return self._member == len(self.results)
