@@ -74,6 +74,13 @@ def output_option(
     return option(flag, type=kind, metavar=metavar, help=text, required=required)
 
 
+over_time_option = input_option(
+    "--over-time",
+    "FILE.csv",
+    "Preload, friction and belt speed over time: columns time (s) and F, mu or v_belt.",
+)
+
+
 def folder_option(text: str) -> Callable[..., Any]:
     """The option --out for a folder."""
     return option("--out", type=OutputFolder(), metavar="DIR", help=text, required=True)

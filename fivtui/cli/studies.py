@@ -19,10 +19,12 @@ from .options import (
     ignore_option,
     json_option,
     output_option,
+    over_time_option,
     piece_option,
     progress_bar,
     put,
     say,
+    say_without_effect,
     scene_argument,
     scene_of,
     scheduler_option,
@@ -85,13 +87,14 @@ if TYPE_CHECKING:
     help="taylor, or a run of the FMU for each member: fmu, fmu-native.  [default: the scene's]",
     shell_complete=METHOD_NAMES,
 )
+@over_time_option
 @option(
     "--output",
     "outputs",
     multiple=True,
     metavar="NAME",
-    help="Compute this output only (y_abs, y_half_range, separations, growth_rate, stable, …); may "
-    "be repeated.",
+    help="Compute this output only (y_abs, y_half_range, separations, sticks, growth_rate, stable, "
+    "…); may be repeated.",
 )
 @workers_option
 @scheduler_option
@@ -114,7 +117,9 @@ def sweep(**given: Any) -> None:
     it. A member that cannot be computed gets a row that says why.
     """
     from contextlib import ExitStack
+    from dataclasses import replace
 
+    from fivtui.scene import read_over_time
     from fivtui.sweeps import (
         SweepProgress,
         check_in_memory,
@@ -128,7 +133,10 @@ def sweep(**given: Any) -> None:
     )
 
     varied = varied_texts(given["preset"], given["varied"])
-    scene = scene_of(given["scene"], given["assignments"], varied=varied)
+    scene = scene_of(given["scene"], given["assignments"], over_time=True)
+    if given["over_time"] is not None:
+        scene = replace(scene, over_time=read_over_time(given["over_time"]))
+    say_without_effect(scene, varied)
     study = study_of(
         scene,
         parse_design(varied, given["kind"], given["count"], given["seed"]),

@@ -16,9 +16,9 @@ from .options import (
     folder_option,
     force_option,
     ignore_option,
-    input_option,
     json_option,
     output_option,
+    over_time_option,
     print_json,
     progress_bar,
     say,
@@ -75,11 +75,7 @@ if TYPE_CHECKING:
     show_default=True,
     help="Points of the trajectory written or drawn.",
 )
-@input_option(
-    "--over-time",
-    "FILE.csv",
-    "Preload, friction and belt speed over time: columns time (s) and F, mu or v_belt.",
-)
+@over_time_option
 @output_option("--out", "FILE", "Write the trajectory (.csv, .npz, .parquet).")
 @output_option("--plot", "FILE", "Draw P, x and y over time (.png, .svg, .pdf).")
 @force_option

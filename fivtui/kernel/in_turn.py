@@ -1,12 +1,11 @@
 """Batches of the kernel, under way: runs one after the other."""
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from typing import Final
 
 import numpy as np
 from numpy.typing import NDArray
 
-from .driven import Legs
 from .runs import COLUMNS, KernelRun, RunColumns
 from .status import Status
 
@@ -26,8 +25,6 @@ class RunsInTurn:
         As for `Work`; `belts` None where the belts are always faster.
     observed : tuple of bool
         Without effect: all extremes are known.
-    legs : sequence of Legs, optional
-        Of each member, where parameters follow tables.
     """
 
     def __init__(
@@ -43,7 +40,6 @@ class RunsInTurn:
         max_steps: int,
         observed: tuple[bool, bool, bool],  # noqa: ARG002
         belts: Floats | None = None,
-        legs: Sequence[Legs] | None = None,
     ) -> None:
         def start(member: int) -> KernelRun:
             return begin(
@@ -54,7 +50,6 @@ class RunsInTurn:
                 tol=tol,
                 order=order,
                 belt=None if belts is None else tuple(belts[member].tolist()),
-                legs=None if legs is None else legs[member],
             )
 
         self._start, self._t_end, self._max_steps = start, t_end, max_steps

@@ -6,7 +6,7 @@ import os
 import platform
 import struct
 import sys
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable
 from functools import lru_cache
 from pathlib import Path
 from typing import Any, Final, Literal
@@ -237,16 +237,10 @@ class Kernel:
         """Begin a search of periodic orbits: see `OrbitSearch`."""
         return OrbitSearch(self._functions["orbit_solve"], self._varied_size, **asked)
 
-    def work(
-        self, *, belts: Floats | None = None, legs: Sequence[Legs] | None = None, **asked: Any
-    ) -> Work | RunsInTurn:
-        """Begin a chunk of a batch, in lanes or in turn, with the same bits: see `Work`.
-
-        With legs of each member, for parameters that follow tables, it is in turn: see
-        `RunsInTurn`.
-        """
-        if legs is not None or (belts is not None and self._is_slow_in_lanes):
-            return RunsInTurn(self.begin, belts=belts, legs=legs, **asked)
+    def work(self, *, belts: Floats | None = None, **asked: Any) -> Work | RunsInTurn:
+        """Begin a chunk of a batch, in lanes or in turn, with the same bits: see `Work`."""
+        if belts is not None and self._is_slow_in_lanes:
+            return RunsInTurn(self.begin, belts=belts, **asked)
         return Work(self._functions, belts=belts, **asked)
 
     @property

@@ -28,7 +28,7 @@ _SAID: Final = (*PHYSICS, "start", "t_end", "method", "tol", "step")
 def _command(asked: "tuple[Any, Sequence[str]]") -> Command:
     # Of a scene and the options that say what it is compared with.
     scene, options = asked
-    needed = {"accuracy": scene.accuracy}
+    needed = {"accuracy": scene.accuracy, "over_time": scene.over_time}
     return Command("validate", scene_fields(scene, _SAID), _SAID, options, needed)
 
 

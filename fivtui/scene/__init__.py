@@ -12,7 +12,12 @@ if TYPE_CHECKING:
         scene_from_dict as scene_from_dict,
         scene_to_dict as scene_to_dict,
     )
-    from .over_time import read_over_time as read_over_time
+    from .over_time import (
+        OverTime as OverTime,
+        over_time_from as over_time_from,
+        over_time_to_dict as over_time_to_dict,
+        read_over_time as read_over_time,
+    )
     from .presets import DEFAULT_PRESET as DEFAULT_PRESET, PRESETS as PRESETS
     from .report import print_comparison as print_comparison
     from .run import run_scene as run_scene, scene_transient as scene_transient

@@ -149,7 +149,9 @@ class Scene:
         """Raise `InputError` if a parameter changes with time, which `subject` cannot have."""
         if self.over_time:
             names = ", ".join(name for name, _ in self.over_time)
-            raise InputError(f"{names} over time: must be constant for {subject}")
+            raise InputError(
+                f"{names} over time: must be constant for {subject}; simulate and sweep take tables"
+            )
 
     def with_values(self, values: Mapping[str, object]) -> Self:
         """A checked copy with new values by parameter name; `InputError` as for `Parameters`."""

@@ -17,10 +17,11 @@ from fivtui.model import Parameters
 from .design import Design, Range
 from .rows import compute_rows
 from .scatter import Scatter
-from .study import CRITICAL, SAFE, STABILITY, TRANSIENT, Study
+from .study import CRITICAL, SAFE, STABILITY, STICK, TRANSIENT, Study
 
 _DIGITS: Final = 32
 _TRANSIENT: Final = tuple(column.name for column in TRANSIENT)
+_OF_RUNS: Final = tuple(column.name for column in (*TRANSIENT, *STICK))
 _STABILITY: Final = tuple(column.name for column in STABILITY)
 # Extremes of all quantities and of y alone are computed by different code.
 _TRIED_OUTPUTS: Final[Mapping[str, tuple[tuple[str, ...], ...]]] = {
@@ -52,7 +53,7 @@ def arithmetic_of(study: Study) -> dict[str, Any]:
     equal, rows are.
     """
     found: dict[str, Any] = {}
-    if study.accuracy or not set(study.outputs).isdisjoint(_TRANSIENT):
+    if study.accuracy or not set(study.outputs).isdisjoint(_OF_RUNS):
         found["transients"] = _digest("transients")
         found["kernel"] = stepping_kernel()
     if not set(study.outputs).isdisjoint(_STABILITY):

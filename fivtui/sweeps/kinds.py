@@ -44,7 +44,9 @@ def _command(study: "Study") -> Command:
     if study.outputs != DEFAULT_OUTPUTS:
         words += [word for name in study.outputs for word in ("--output", name)]
     scene = {**scene_fields(study, _SAID), "separation": both or study.cases[0]}
-    needed: dict[str, object] = {} if both else {"separation": True}
+    needed: dict[str, object] = {"over_time": study.over_time}
+    if not both:
+        needed["separation"] = True
     if study.method == BATCHES:
         needed["method"] = study.method
     else:

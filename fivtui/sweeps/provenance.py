@@ -7,6 +7,7 @@ from typing import Any, Final
 from fivtui.distributions import Distribution
 from fivtui.model import InputError, Parameters
 from fivtui.safety import SafeTable
+from fivtui.scene import over_time_from, over_time_to_dict
 from fivtui.version import __version__
 
 from .arithmetic import arithmetic_of
@@ -43,6 +44,7 @@ def study_to_dict(study: Study) -> dict[str, Any]:
         "outputs": list(study.outputs),
         **({} if study.safe is None else {"safe_mu": study.safe.to_dict()}),
         **({} if study.method == BATCHES else {"method": study.method}),
+        **({"over_time": over_time_to_dict(study.over_time)} if study.over_time else {}),
     }
 
 
@@ -101,6 +103,7 @@ def study_from_dict(data: Any) -> Study:
             outputs=tuple(map(str, data["outputs"])),
             safe=SafeTable.from_dict(data["safe_mu"]) if "safe_mu" in data else None,
             method=str(data.get("method", BATCHES)),
+            over_time=over_time_from("over_time", data.get("over_time", {})),
         )
     except (KeyError, TypeError, ValueError, AttributeError):
         raise InputError("does not say which sweep it is of") from None

@@ -111,7 +111,6 @@ def study_of(
     An `accuracy` replaces the tolerance, and a `tol` the scene's accuracy. Raises `InputError` as
     `Study`.
     """
-    scene.check_constant("a sweep")
     if accuracy and tol is not None:
         raise InputError("--error: must be given without --tol, which follows from it")
     return Study(
@@ -124,4 +123,5 @@ def study_of(
         accuracy=tuple(accuracy.items()) or (scene.accuracy if tol is None else ()),
         outputs=tuple(outputs) or DEFAULT_OUTPUTS,
         method=scene.method if method is None else method,
+        over_time=scene.over_time,
     )

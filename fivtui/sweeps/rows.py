@@ -1,4 +1,4 @@
-"""Rows of a sweep, computed in batches by the compiled kernel, or one by one through the FMU."""
+"""Rows of a sweep, computed in batches by the compiled kernel, or run by run."""
 
 from collections.abc import Callable, Collection, Iterator, Mapping
 from dataclasses import dataclass
@@ -24,13 +24,13 @@ from fivtui.transient import (
 )
 
 from .study import (
-    BATCHES,
     CRITICAL,
     DONE,
     ERRORS,
     FAILED,
     SAFE,
     STABILITY,
+    STICK,
     TRANSIENT,
     Study,
     SweepColumn,
@@ -42,6 +42,7 @@ Floats = NDArray[np.float64]
 Truths = NDArray[np.bool_]
 BlockStart = Literal["static"] | Floats
 
+_OF_RUNS: Final = (*TRANSIENT, *STICK)
 _STATE: Final = ("x", "vx", "y", "vy")
 _NOT_OF_Y: Final = ("x_abs", "vx_max")
 _FORCE: Final = "contact_force"
@@ -164,7 +165,7 @@ def compute_rows(study: Study, first: int, last: int, progress: Progress | None 
         },
         reasons=[""] * members.size,
     )
-    if study.accuracy or any(column.name in study.outputs for column in TRANSIENT):
+    if study.accuracy or any(column.name in study.outputs for column in _OF_RUNS):
         block.integrate(progress)
     if any(column.name in study.outputs for column in STABILITY):
         block.judge(progress)
@@ -193,7 +194,7 @@ class _Block:
     def integrate(self, progress: Progress | None) -> None:
         start = self._start()
         places = np.flatnonzero([not reason for reason in self.reasons])
-        if self.study.method != BATCHES:
+        if self.study.is_in_turn:
             self._simulate(places, start, progress)
         elif self.study.accuracy:
             self._verify(places, start, progress or (lambda _fraction: True))
@@ -201,7 +202,7 @@ class _Block:
             self._put(places, self._run(places, start, self.study.tol, progress))
 
     def _simulate(self, places: Places, start: BlockStart, progress: Progress | None) -> None:
-        # Members one after the other, by another method than the kernel's.
+        # Members one after the other: of more than batches know.
         study, wanted = self.study, {c.name: attrgetter(c.path) for c in self._wanted}
         for count, place in enumerate(places.tolist()):
 
@@ -216,6 +217,7 @@ class _Block:
                     separation=bool(self.separation[place]),
                     start=start if isinstance(start, str) else start[place].tolist(),
                     method=study.method,
+                    over_time=dict(study.over_time),
                     progress=look,
                 )
             except ComputationError as error:
@@ -321,7 +323,7 @@ class _Block:
 
     @property
     def _wanted(self) -> list[SweepColumn]:
-        return [column for column in TRANSIENT if column.name in self.study.outputs]
+        return [column for column in _OF_RUNS if column.name in self.study.outputs]
 
     @property
     def _seen(self) -> Seen:

@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING, Any, Final, Literal
 import numpy as np
 from numpy.typing import NDArray
 
-from fivtui.model import Cancelled, InputError, Parameters
+from fivtui.model import Cancelled, InputError, Parameters, Rows as TableRows, time_table
 from fivtui.results import Result, scene_text
 from fivtui.transient import DEFAULT_T_END, DEFAULT_TOL, Progress, Start
 
@@ -81,9 +81,11 @@ class Sweep(Result):
     def _summary(self) -> list[tuple[str, str]]:
         study, table = self.study, self.table
         axes = study.design.axes
-        scene = scene_text(study.parameters, separation=any(study.cases), without=tuple(axes))
+        apart = (*axes, *dict(study.over_time))
+        scene = scene_text(study.parameters, separation=any(study.cases), without=apart)
         rows = [
             ("scene", scene),
+            *((f"{name} over time", table.in_words()) for name, table in study.over_time),
             ("design", study.design.kind),
             ("members", f"{len(table.reasons)}, {table.failed} failed"),
         ]
@@ -165,6 +167,7 @@ def sweep(
     accuracy: Mapping[str, float] = MappingProxyType({}),
     outputs: Sequence[str] = DEFAULT_OUTPUTS,
     method: str = BATCHES,
+    over_time: Mapping[str, TableRows] | None = None,
     progress: Progress | None = None,
     workers: int | None = None,
 ) -> Sweep:
@@ -191,6 +194,9 @@ def sweep(
         Names in `fivtui.sweeps.study.OUTPUTS` to be computed.
     method : "taylor", "fmu" or "fmu-native"
         In batches by the compiled kernel, or one by one through the FMU.
+    over_time : mapping of str to pairs of time and value, optional
+        Values of ``F``, ``mu`` and ``v_belt`` over time, in all members: as in `simulate`. Members
+        are then computed one by one, as for the outputs of stick.
     progress : callable, optional
         Called with the fraction done; the sweep stops when it returns False.
     workers : int, optional
@@ -225,6 +231,7 @@ def sweep(
         accuracy=tuple(accuracy.items()),
         outputs=tuple(outputs),
         method=method,
+        over_time=tuple((name, time_table(name, rows)) for name, rows in (over_time or {}).items()),
     )
     return sweep_in_memory(study, local_engine(workers), progress=progress)
 

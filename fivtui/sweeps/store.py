@@ -32,21 +32,21 @@ from .pieces import (
 )
 from .provenance import ARITHMETIC, VERSIONS, described, provenance_of
 from .rows import Rows
-from .study import BATCHES, Study
+from .study import Study
 
 _LOCK: Final = "lock"
 # Greatest length of a value in a message.
 _BRIEF: Final = 100
 # Members of a piece for runs of 1 s, about a second of work, and the bounds for other durations.
 _MEMBER_SECONDS: Final = 1_000_000
-_MEMBER_SECONDS_OF_FMU: Final = 100
+_MEMBER_SECONDS_IN_TURN: Final = 100
 _PIECE_MEMBERS: Final = (1, 20_000)
 
 
 def default_piece_size(study: Study) -> int:
     """Members of a piece by default: about a second of work; depends on method and horizon."""
     least, most = _PIECE_MEMBERS
-    seconds = _MEMBER_SECONDS if study.method == BATCHES else _MEMBER_SECONDS_OF_FMU
+    seconds = _MEMBER_SECONDS_IN_TURN if study.is_in_turn else _MEMBER_SECONDS
     return max(least, min(most, int(seconds / study.t_end)))
 
 

@@ -4,8 +4,16 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Final, Literal
 
-from fivtui.model import InputError, Parameters, check_effect, check_parameters, unknown_name
+from fivtui.model import (
+    InputError,
+    Parameters,
+    check_effect,
+    check_parameters,
+    course_of,
+    unknown_name,
+)
 from fivtui.safety import SafeTable
+from fivtui.scene import OverTime
 from fivtui.transient import (
     DEFAULT_T_END,
     DEFAULT_TOL,
@@ -59,6 +67,13 @@ TRANSIENT: Final = (
     SweepColumn("y_end", "m", "vertical displacement at the end", path="final.y"),
     SweepColumn("vy_end", "m/s", "vertical velocity at the end", path="final.vy"),
 )
+STICK: Final = (
+    SweepColumn("sticks", "", "how often the slider began to stick", "count", "events.sticks"),
+    SweepColumn("stick_time", "s", "time of stick", path="events.stick_time"),
+    SweepColumn("final_stick", "s", "from when on it sticks until the end", path="final_stick"),
+)
+# Of single runs, which batches do not have.
+_OF_RUNS: Final = frozenset(column.name for column in STICK)
 STABILITY: Final = (
     SweepColumn("growth_rate", "1/s", "greatest real part of the eigenvalues"),
     SweepColumn("stable", "", "whether the equilibrium is stable", "truth"),
@@ -66,7 +81,7 @@ STABILITY: Final = (
 CRITICAL: Final = SweepColumn("critical_mu", "", "critical friction coefficient")
 SAFE: Final = SweepColumn("safe_mu", "", "safe friction coefficient")
 OUTPUTS: Final[Mapping[str, SweepColumn]] = {
-    column.name: column for column in (*TRANSIENT, *STABILITY, CRITICAL, SAFE)
+    column.name: column for column in (*TRANSIENT, *STICK, *STABILITY, CRITICAL, SAFE)
 }
 DEFAULT_OUTPUTS: Final = tuple(column.name for column in TRANSIENT)
 # By quantity; rows keep no times of switches, hence no error of events.
@@ -105,6 +120,8 @@ class Study:
         Where ``safe_mu`` is taken from; without, it is continued for every member.
     method : str
         ``taylor``, or ``fmu`` or ``fmu-native``: then each member is a run of the FMU by fmpy.
+    over_time : tuple of (str, TimeTable)
+        Parameters that follow tables in all members; `parameters` becomes those at the start.
 
     Raises
     ------
@@ -122,6 +139,7 @@ class Study:
     outputs: tuple[str, ...] = DEFAULT_OUTPUTS
     safe: SafeTable | None = None
     method: str = BATCHES
+    over_time: OverTime = ()
 
     def __post_init__(self) -> None:
         if not 1 <= len(set(self.cases)) == len(self.cases):
@@ -133,22 +151,63 @@ class Study:
             raise InputError("outputs: must be one or more names, each once")
         if self.method not in METHODS:
             raise InputError(f"method = {self.method}: must be {', '.join(METHODS)} for a sweep")
+        self._check_tables()
+        asked = self._asked()
+        object.__setattr__(self, "accuracy", tuple(asked.items()))
+        p = check_parameters(self.parameters)
+        if self.over_time:
+            p, _ = course_of(p, dict(self.over_time)).after(0.0)
+            object.__setattr__(self, "parameters", p)
+        check_effect(p, (*dict(self.over_time), *self.design.axes))
+        tol = check_tolerance(self.tol)
+        object.__setattr__(self, "t_end", check_horizon(self.t_end))
+        object.__setattr__(self, "tol", DEFAULT_TOL if asked else tol)
+        object.__setattr__(self, "start", check_start(self.start))
+
+    def _asked(self) -> dict[str, float]:
+        # The error targets, checked.
         asked = check_accuracy(dict(self.accuracy))
         if self.method != BATCHES and (asked or isinstance(self.design, Scatter)):
             what = "error targets" if asked else "a scattered sweep"
             raise InputError(f"method = {self.method}: must be {BATCHES} for {what}")
+        if asked and self.over_time:
+            raise InputError(
+                f"{_names(self.over_time)} over time: must be constant for error targets; "
+                "give a tolerance"
+            )
+        if asked and self._of_runs:
+            raise InputError(
+                f"output {self._of_runs[0]}: must be without error targets; give a tolerance"
+            )
         for name in asked:
             if name not in ERRORS:
                 raise InputError(
                     f"accuracy of {name}: a sweep keeps no times of switches; "
                     f"must be of {', '.join(ERRORS)}"
                 )
-        object.__setattr__(self, "accuracy", tuple(asked.items()))
-        check_effect(check_parameters(self.parameters), self.design.axes)
-        tol = check_tolerance(self.tol)
-        object.__setattr__(self, "t_end", check_horizon(self.t_end))
-        object.__setattr__(self, "tol", DEFAULT_TOL if asked else tol)
-        object.__setattr__(self, "start", check_start(self.start))
+        return asked
+
+    def _check_tables(self) -> None:
+        if not self.over_time:
+            return
+        for name, _ in self.over_time:
+            if name in self.design.axes:
+                raise InputError(f"{name}: follows a table over time; must not be varied")
+        for name in self.outputs:
+            if not OUTPUTS[name].path:
+                raise InputError(
+                    f"output {name}: must be left out, as {_names(self.over_time)} over time has "
+                    "no equilibrium"
+                )
+
+    @property
+    def _of_runs(self) -> list[str]:
+        return [name for name in self.outputs if name in _OF_RUNS]
+
+    @property
+    def is_in_turn(self) -> bool:
+        """Whether members are single runs, one after the other, and not batches."""
+        return self.method != BATCHES or bool(self.over_time) or bool(self._of_runs)
 
     @property
     def members(self) -> int:
@@ -165,3 +224,7 @@ class Study:
         outputs = [OUTPUTS[name] for name in self.outputs]
         errors = [ERRORS[name] for name, _ in self.accuracy]
         return (*varied, _SEPARATION, *outputs, *errors, *_ENDING)
+
+
+def _names(over_time: OverTime) -> str:
+    return ", ".join(name for name, _ in over_time)

@@ -32,7 +32,9 @@ RUN: Final = StudyKind(
     header=frozenset({"method", "t_end"}),
     json_keys=frozenset({"final", "peak"}),
     json_refusal="has no motion over time; read the file of simulate --out",
-    command=lambda scene: Command("simulate", scene_fields(scene, _SAID), _SAID),
+    command=lambda scene: Command(
+        "simulate", scene_fields(scene, _SAID), _SAID, needed={"over_time": scene.over_time}
+    ),
     stored=Stored(
         ".npz",
         files.store_transient,

@@ -238,12 +238,17 @@ class Transient(Result):
         ]
 
     @property
+    def final_stick(self) -> float | None:
+        """Time from which on the slider sticks until the end, s; None if it does not."""
+        held = self.stick_intervals
+        return held[-1][0] if held and held[-1][1] == self.t_end else None
+
+    @property
     def stop(self) -> Stop | None:
         """Onset of squeal, groan and final stick, where the speed of the belt changes with time."""
         if "v_belt" not in self.over_time:
             return None
-        off, held = self.separated_intervals, self.stick_intervals
-        final = held[-1][0] if held and held[-1][1] == self.t_end else None
+        off, held, final = self.separated_intervals, self.stick_intervals, self.final_stick
         begin = held[0][0] if held and held[0][0] != final else None
         end = None if begin is None else final if final is not None else self.t_end
         return Stop(off[0][0] if off else None, begin, end, final)

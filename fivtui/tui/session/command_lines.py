@@ -39,8 +39,10 @@ def _words(command: str, scene: Scene, origin: Origin, said: Collection[str]) ->
     return words
 
 
-def _fits(scene: Scene, command: Command) -> bool:
-    return all(getattr(scene, name) == value for name, value in command.needed.items())
+def _unfit(scene: Scene, command: Command) -> list[str]:
+    # Fields of a scene that are not as the command needs them: most take no tables over time.
+    needed = {"over_time": (), **command.needed}
+    return [name for name, value in needed.items() if getattr(scene, name) != value]
 
 
 def study_line(kind: str, of: Any, origin: Origin) -> str:
@@ -52,10 +54,10 @@ def study_line(kind: str, of: Any, origin: Origin) -> str:
     command = command_of(kind, of)
     scene = dataclasses.replace(base_scene(), **command.scene)
     begin = origin
-    if not _fits(origin.scene, command):
+    if not origin.source or _unfit(origin.scene, command):
         begin = Origin(base_scene(), "")
-        if not _fits(begin.scene, command):
-            said = " and ".join(command.needed)
+        if unfit := _unfit(begin.scene, command):
+            said = " and ".join(unfit)
             raise InputError(f"{kind}: no option says its {said}; a scene file must")
     words = _words(command.name, scene, begin, command.said) if command.scene else []
     return shlex.join([*(words or ["fivtui", command.name]), *command.words])
