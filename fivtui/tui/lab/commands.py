@@ -161,7 +161,7 @@ def _commands(lab: LabScreen) -> Iterator[PaletteEntry]:
         lab.action_read_tables,
         words,
     )
-    if session.loaded.over_time:
+    if session.over_time:
         yield PaletteEntry(
             "Drop the tables over time", "Values at t = 0 stay", lab.action_drop_tables, words
         )

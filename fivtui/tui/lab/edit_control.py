@@ -15,6 +15,7 @@ from fivtui.tui.tabs import (
     RunsChanged,
     SceneLoaded,
     SceneSaved,
+    TablesChosen,
 )
 
 from .form import Form, field_of
@@ -46,6 +47,12 @@ class EditController:
         """Edit a scene in place of the present one."""
         self._session.load(event.scene, event.source)
         self._remember(event.source)
+        self._screen.show_inputs()
+        self._tell(event.words)
+
+    def tables_chosen(self, event: TablesChosen) -> None:
+        """Let parameters follow other tables over time, or none."""
+        self._session.set_tables(event.over_time)
         self._screen.show_inputs()
         self._tell(event.words)
 

@@ -1,6 +1,5 @@
 """Opens and saves files: dialogs on the screen, work in threads."""
 
-from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
 from typing import Final
@@ -9,7 +8,7 @@ from textual.message import Message
 from textual.screen import Screen
 
 from fivtui.io import check_apart
-from fivtui.model import ComputationError, InputError, TimeTable
+from fivtui.model import ComputationError, InputError
 from fivtui.scene import Scene, load_scene, read_over_time, scene_file
 from fivtui.studies import check_readable, kind_of
 from fivtui.tui.persistence import load_run, load_study
@@ -23,6 +22,7 @@ from fivtui.tui.tabs import (
     SceneLoaded,
     SceneSaved,
     StudyRead,
+    TablesChosen,
     ViewsPane,
     check_scene_path,
     copy_picture,
@@ -197,7 +197,7 @@ class FileController:
 
         def take(target: ChosenFile | None) -> None:
             if target is not None:
-                self._take_tables(lambda: read_over_time(target.path), f"from {target.path}")
+                self._take_tables(target.path)
 
         def check(path: Path, _force: bool) -> None:
             read_over_time(path)
@@ -205,20 +205,19 @@ class FileController:
         dialog = PathDialog("Parameters over time", "", _TABLES, check, verb="Read")
         self._screen.app.push_screen(dialog, take)
 
-    def drop_tables(self) -> None:
-        """Keep the parameters over time at their values at t = 0."""
-        self._take_tables(tuple, "dropped")
-
-    def _take_tables(
-        self, read: Callable[[], tuple[tuple[str, TimeTable], ...]], words: str
-    ) -> None:
+    def _take_tables(self, path: Path) -> None:
         try:
-            scene = replace(self._session.scene(), over_time=read())
+            # A scene refuses tables that do not fit its parameters.
+            scene = replace(self._session.scene(), over_time=read_over_time(path))
         except InputError as error:
             self._screen.post_message(Reported(str(error), error=True))
         else:
-            # The scene is not that of its file any more.
-            self._screen.post_message(SceneLoaded(scene, "", f"tables over time {words}"))
+            words = f"tables over time from {path}"
+            self._screen.post_message(TablesChosen(scene.over_time, words))
+
+    def drop_tables(self) -> None:
+        """Keep the parameters over time at their values at t = 0."""
+        self._screen.post_message(TablesChosen((), "tables over time dropped"))
 
     def read_result(self) -> None:
         """Ask for a result file and read it."""

@@ -47,6 +47,7 @@ from fivtui.tui.tabs import (
     SceneSaved,
     SearchUpdated,
     StudyRead,
+    TablesChosen,
     TabBook,
 )
 
@@ -159,6 +160,10 @@ class LabScreen(LabActions):
     def _loaded(self, event: SceneLoaded) -> None:
         self._editor.loaded(event)
 
+    @on(TablesChosen)
+    def _tables_chosen(self, event: TablesChosen) -> None:
+        self._editor.tables_chosen(event)
+
     @on(PointOpened)
     def _point_opened(self, event: PointOpened) -> None:
         self._editor.point_opened(event)
@@ -203,7 +208,7 @@ class LabScreen(LabActions):
             self.session.coexisting = coexisting
             gauges = self._gauges.gauges(found, coexisting, both=self.has_class("-tall"))
             lines = stability_brief(found, coexisting)
-            if self.session.loaded.over_time:
+            if self.session.over_time:
                 lines[0] = f"at t = 0: {lines[0]}"
             view.show(verdict_kind(found, coexisting), lines, gauges)
 

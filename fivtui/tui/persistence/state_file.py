@@ -11,7 +11,13 @@ from typing import Any, Final
 
 from fivtui.io import save_json
 from fivtui.model import InputError
-from fivtui.scene import Scene, scene_from_dict, scene_to_dict
+from fivtui.scene import (
+    Scene,
+    over_time_from,
+    over_time_to_dict,
+    scene_from_dict,
+    scene_to_dict,
+)
 from fivtui.studies import STUDIES
 from fivtui.tui.chart import Axis, View
 from fivtui.tui.session import FIELDS, Edited, RunState, StoredResult
@@ -103,6 +109,7 @@ def save_state(state: State, path: Path) -> None:
         _VERSION_KEY: STATE_VERSION,
         "texts": dict(state.edited.texts),
         "scene": scene_to_dict(state.edited.loaded),
+        "over_time": over_time_to_dict(state.edited.over_time),
         "source": _absolute(state.edited.source),
         "recent": [_absolute(recent) for recent in state.recent],
         "tab": state.tab,
@@ -224,8 +231,11 @@ def _state(data: Any) -> State:
     loaded = scene_from_dict(data["scene"])
     texts = {name: field.text_of(loaded) for name, field in FIELDS.items()}
     texts |= {name: str(text) for name, text in data["texts"].items() if name in FIELDS}
+    over_time = loaded.over_time
+    if "over_time" in data:
+        over_time = over_time_from("over_time", data["over_time"])
     return State(
-        edited=Edited(texts, loaded, str(data["source"])),
+        edited=Edited(texts, over_time, loaded, str(data["source"])),
         recent=tuple(str(path) for path in data["recent"]),
         tab=str(data["tab"]),
         theme=str(data["theme"]),

@@ -2,7 +2,6 @@
 
 import dataclasses
 import shlex
-from collections.abc import Collection
 from typing import Any, Final
 
 from fivtui.model import InputError
@@ -24,25 +23,26 @@ class Origin:
     source: str
 
 
-def _words(command: str, scene: Scene, origin: Origin, said: Collection[str]) -> list[str]:
+def _words(scene: Scene, origin: Origin, command: Command) -> list[str]:
     # The command, its scene, and an option for every difference to that.
-    begin, words = origin.scene, ["fivtui", command, origin.source]
-    considered = "separation" in said and scene.separation and not begin.separation
-    by_tolerance = "accuracy" in said and not scene.accuracy and begin.accuracy
-    if not origin.source or considered or by_tolerance:
-        # No option switches separation on again, or removes error targets.
-        begin, words = base_scene(), ["fivtui", command]
+    words = ["fivtui", command.name, *([origin.source] if origin.source else [])]
     following = _OF_ACCURACY if scene.accuracy else ()
-    for difference in differences(scene, begin):
-        if difference.name in said and difference.name not in following:
+    for difference in differences(scene, origin.scene):
+        if difference.name in command.said and difference.name not in following:
             words += difference.words
     return words
 
 
-def _unfit(scene: Scene, command: Command) -> list[str]:
-    # Fields of a scene that are not as the command needs them: most take no tables over time.
+def _unsaid(scene: Scene, begin: Scene, command: Command) -> list[str]:
+    # What no option changes in the scene that a command begins with, and must: most commands take
+    # no tables over time, and none switches separation on again or removes error targets.
     needed = {"over_time": (), **command.needed}
-    return [name for name, value in needed.items() if getattr(scene, name) != value]
+    found = [name for name, value in needed.items() if getattr(begin, name) != value]
+    if "separation" in command.said and scene.separation and not begin.separation:
+        found.append("separation")
+    if "accuracy" in command.said and not scene.accuracy and begin.accuracy:
+        found.append("accuracy")
+    return found
 
 
 def study_line(kind: str, of: Any, origin: Origin) -> str:
@@ -54,10 +54,10 @@ def study_line(kind: str, of: Any, origin: Origin) -> str:
     command = command_of(kind, of)
     scene = dataclasses.replace(base_scene(), **command.scene)
     begin = origin
-    if not origin.source or _unfit(origin.scene, command):
+    if not origin.source or _unsaid(scene, origin.scene, command):
         begin = Origin(base_scene(), "")
-        if unfit := _unfit(begin.scene, command):
-            said = " and ".join(unfit)
-            raise InputError(f"{kind}: no option says its {said}; a scene file must")
-    words = _words(command.name, scene, begin, command.said) if command.scene else []
-    return shlex.join([*(words or ["fivtui", command.name]), *command.words])
+        if unsaid := _unsaid(scene, begin.scene, command):
+            names = " and ".join(unsaid)
+            raise InputError(f"{kind}: no option sets {names}; save the scene to a file first")
+    words = _words(scene, begin, command) if command.scene else ["fivtui", command.name]
+    return shlex.join([*words, *command.words])

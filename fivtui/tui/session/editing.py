@@ -1,15 +1,22 @@
 """Edited field texts of a scene, with undo. Imports no Textual."""
 
-from fivtui.scene import Scene
+from fivtui.model import TimeTable
+from fivtui.ranges import number_text
+from fivtui.scene import OverTime, Scene
 
 from .fields import FIELDS
 from .history import Action, Edited, History
 from .scene_differences import base_scene
 
 
+def text_at_start(table: TimeTable) -> str:
+    """The text of a parameter that follows a table: its value from t = 0 on."""
+    return number_text(table.after(0.0)[0])
+
+
 def _edited(scene: Scene, source: str) -> Edited:
     texts = {name: field.text_of(scene) for name, field in FIELDS.items()}
-    return Edited(texts, scene, source)
+    return Edited(texts, scene.over_time, scene, source)
 
 
 class Editing:
@@ -26,6 +33,8 @@ class Editing:
     ----------
     texts : dict of str
         Text of every field, valid or not.
+    over_time : tuple of (str, TimeTable)
+        Tables over time; the text of a parameter that follows one is its value at t = 0.
     source : str
         Preset or file of the loaded scene; empty if it has none.
     """
@@ -35,12 +44,13 @@ class Editing:
         self._take(_edited(base_scene() if scene is None else scene, source))
 
     def _take(self, state: Edited) -> None:
-        self.texts, self._loaded, self.source = dict(state.texts), state.loaded, state.source
+        self.texts, self.over_time = dict(state.texts), state.over_time
+        self._loaded, self.source = state.loaded, state.source
 
     @property
     def edited(self) -> Edited:
         """The edited state, for `restore` in this or another session."""
-        return Edited(dict(self.texts), self._loaded, self.source)
+        return Edited(dict(self.texts), self.over_time, self._loaded, self.source)
 
     def restore(self, state: Edited) -> None:
         """Restore an edited state as one step that can be undone."""
@@ -103,11 +113,13 @@ class Editing:
 
     @property
     def changed(self) -> list[str]:
-        """Names of the fields whose text differs from the loaded scene."""
+        """Names of the fields whose text or table over time differs from the loaded scene."""
+        tables, loaded = dict(self.over_time), dict(self._loaded.over_time)
         return [
             name
             for name, field in FIELDS.items()
             if self.texts[name] != field.text_of(self._loaded)
+            or tables.get(name) != loaded.get(name)
         ]
 
     def set_text(self, name: str, text: str) -> None:
@@ -119,13 +131,27 @@ class Editing:
         self._history.before(self.edited, f"{how} {name}")
         self.texts[name] = text
 
+    def set_tables(self, over_time: OverTime) -> None:
+        """Let parameters follow tables over time; the texts of others stay."""
+        self.close_step()
+        self._history.before(self.edited, "tables")
+        self.close_step()
+        self.over_time = over_time
+        self.texts |= {name: text_at_start(table) for name, table in over_time}
+
     def record(self, action: Action) -> None:
         """Make an action that has been done a step that can be undone."""
         self._history.record(action)
 
     def reset(self, name: str) -> None:
-        """Reset a field to the loaded scene."""
+        """Reset a field, and its table over time, to the loaded scene."""
         self._set(name, FIELDS[name].text_of(self._loaded), "reset")
+        table, tables = dict(self._loaded.over_time).get(name), dict(self.over_time)
+        if table is not None:
+            tables[name] = table
+        else:
+            tables.pop(name, None)
+        self.over_time = tuple(tables.items())
         self.close_step()
 
     def reset_all(self) -> None:

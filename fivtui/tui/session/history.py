@@ -1,10 +1,10 @@
 """Undo and redo. Imports no Textual."""
 
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Final
 
-from fivtui.scene import Scene
+from fivtui.scene import OverTime, Scene
 
 _MOST: Final = 1000
 _MOST_ACTIONS: Final = 20
@@ -12,9 +12,10 @@ _MOST_ACTIONS: Final = 20
 
 @dataclass(frozen=True, slots=True)
 class Edited:
-    """Edited texts, the scene they were made from, and its preset or file."""
+    """Edited texts and tables over time, the scene they were made from, its preset or file."""
 
     texts: Mapping[str, str]
+    over_time: OverTime
     loaded: Scene
     source: str
 
@@ -76,7 +77,7 @@ class History:
         """Make states of the scene `before` belong to its saved version `after`."""
         for states in (self._past, self._future):
             states[:] = [
-                Edited(state.texts, after, source)
+                replace(state, loaded=after, source=source)
                 if isinstance(state, Edited) and state.loaded is before
                 else state
                 for state in states

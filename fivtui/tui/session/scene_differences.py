@@ -3,12 +3,17 @@
 from collections import Counter
 from collections.abc import Mapping
 from dataclasses import dataclass
+from typing import Final
 
 from fivtui.model import ALL_PARAMETERS, NONE
 from fivtui.scene import DEFAULT_PRESET, PRESETS, Scene
 
 from .equations import symbol_of
 from .fields import CONSIDERED, FIELDS
+
+# Tables over time are no field.
+_TABLES: Final = "over_time"
+_OVER_TIME: Final = "over time"
 
 
 @dataclass(frozen=True, slots=True)
@@ -30,24 +35,34 @@ class Difference:
         return [f"--{self.name.replace('_', '-')}={self.text.replace(' ', '')}"]
 
     def __str__(self) -> str:
+        if self.name == _TABLES:
+            return f"{self.text or 'nothing'} {_OVER_TIME}"
         return f"{symbol_of(self.name)}={self.text.replace(' ', '')}"
 
 
 def differences(scene: Scene, origin: Scene) -> list[Difference]:
-    """The fields in which a scene differs from another."""
-    texts = {name: field.text_of(scene) for name, field in FIELDS.items()}
-    return [
-        Difference(name, text)
-        for name, text in texts.items()
-        if text != FIELDS[name].text_of(origin)
+    """The fields in which a scene differs from another, and then its tables over time."""
+    found = [
+        Difference(name, field.text_of(scene))
+        for name, field in FIELDS.items()
+        if field.text_of(scene) != field.text_of(origin)
     ]
+    tables = dict(scene.over_time)
+    if tables != dict(origin.over_time):
+        # Where a table begins says less than that there is one.
+        found = [each for each in found if each.name not in tables]
+        found.append(Difference(_TABLES, ", ".join(map(symbol_of, tables))))
+    return found
+
+
+def _texts(scene: Scene) -> dict[str, str]:
+    texts = {name: field.text_of(scene) for name, field in FIELDS.items()}
+    return texts | {name: _OVER_TIME for name, _ in scene.over_time}
 
 
 def names_of(scenes: Mapping[int, Scene]) -> list[str]:
     """Legend entries of numbered runs: what differs in their scenes, or else their numbers."""
-    texts = [
-        {name: field.text_of(scene) for name, field in FIELDS.items()} for scene in scenes.values()
-    ]
+    texts = [_texts(scene) for scene in scenes.values()]
     varied = [name for name in FIELDS if len({text[name] for text in texts}) > 1]
     names = [", ".join(_said(name, text[name]) for name in varied) for text in texts]
     counts = Counter(names)
@@ -61,7 +76,7 @@ def _said(name: str, text: str) -> str:
     if name in ("method", "accuracy") and text:
         return text
     field = FIELDS[name]
-    unit = field.unit if text and name in ALL_PARAMETERS else ""
+    unit = field.unit if text not in ("", _OVER_TIME) and name in ALL_PARAMETERS else ""
     return f"{symbol_of(name)} {text or field.when_empty} {unit}".rstrip()
 
 

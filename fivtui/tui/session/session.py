@@ -17,7 +17,7 @@ from fivtui.scene import Accuracy, Scene
 from fivtui.transient import METHODS, Start, takes_step
 from fivtui.tui.chart import View
 
-from .editing import Editing
+from .editing import Editing, text_at_start
 from .equations import symbol_of
 from .fields import CONSIDERED, FIELDS
 from .history import Action
@@ -109,8 +109,8 @@ class Session(Editing):
             FIELDS[name].check(self.texts[name])
         except InputError as error:
             return str(error).replace(f"{name} =", f"{symbol_of(name)} =", 1)
-        timed = name in dict(self._loaded.over_time)
-        if timed and self.texts[name] != FIELDS[name].text_of(self._loaded):
+        table = dict(self.over_time).get(name)
+        if table is not None and self.texts[name] != text_at_start(table):
             return f"{name}: follows a table over time; must not be changed"
         if name == "mu_s":
             return self._friction_error()
@@ -216,7 +216,7 @@ class Session(Editing):
     def notes(self) -> dict[str, str]:
         """What is said of parameters over time, and of those without effect, by name."""
         found = {}
-        for name, table in self._loaded.over_time:
+        for name, table in self.over_time:
             values, unit = table.values, f" {FIELDS[name].unit}".rstrip()
             span = f"{table.times[0]:g} to {table.times[-1]:g} s"
             found[name] = f"at t = 0; {min(values):g} to {max(values):g}{unit}, table {span}"
@@ -273,7 +273,7 @@ class Session(Editing):
             accuracy=cast("Accuracy", FIELDS["accuracy"].check(self.texts["accuracy"])),
             outputs=self._loaded.outputs,
             correlation=self._loaded.correlation,
-            over_time=self._loaded.over_time,
+            over_time=self.over_time,
         )
 
     def delete_run(self, run: Run) -> None:

@@ -33,6 +33,7 @@ if TYPE_CHECKING:
         SearchUpdated as SearchUpdated,
         SessionRequested as SessionRequested,
         StudyRead as StudyRead,
+        TablesChosen as TablesChosen,
     )
     from .pane import Pane as Pane
     from .tables import ListTable as ListTable, flowed as flowed, grid as grid

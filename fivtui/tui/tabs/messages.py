@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Any
 
 from textual.message import Message
 
-from fivtui.scene import Scene
+from fivtui.scene import OverTime, Scene
 from fivtui.transient import Transient
 from fivtui.tui.session import DisplayedStudy, Job, LiveJob, Outcome, Run
 
@@ -127,6 +127,14 @@ class SceneLoaded(Message):
 
     scene: Scene
     source: str
+    words: str
+
+
+@dataclass
+class TablesChosen(Message):
+    """Tables are to be what parameters follow over time; `words` go to the log."""
+
+    over_time: OverTime
     words: str
 
 

@@ -2,12 +2,20 @@
 
 from pathlib import Path
 
+import pytest
 from textual.pilot import Pilot
 from textual.widgets import Input
 
+from fivtui.model import InputError, time_table
+from fivtui.scene import PRESETS
+from fivtui.tui.persistence.snapshot import state_of
+from fivtui.tui.persistence.state_file import load_state, save_state
+from fivtui.tui.session import Session
+from fivtui.tui.session.scene_differences import differences, names_of
 from tests.support.laboratory import app_of, flat_text_of, text_of, until, until_shown, until_told
 
 SIZE = (100, 36)
+BASE = PRESETS["base"]
 
 
 async def choose(pilot: Pilot[None], words: str, title: str) -> None:
@@ -51,9 +59,45 @@ async def test_tables_are_read_said_in_the_form_and_dropped(
     assert "at t = 0; 20 to 90 N, table 0 to 4 s" in " ".join(form.split())
     assert dict(session.scene().over_time)["F"].values == (20.0, 90.0)
     assert session.scene().parameters.F == 20.0
+    # It is an edit as others are: marked, and of the scene that was loaded.
+    assert session.changed == ["F"]
+    assert session.name == "base"
+    await until_shown(pilot, "base (changed)")
+    with pytest.raises(InputError, match="no option sets over_time"):
+        session.command_line()
     await choose(pilot, "drop the", "Drop the tables over time")
     await until_told(pilot, "tables over time dropped")
     await until_shown(pilot, "●")
     assert not session.scene().over_time
+    assert session.texts["F"] == "20"
+    await pilot.press("ctrl+z")
+    assert session.scene().over_time
+    # The field's own scene has no table.
+    pilot.app.screen.query_one("#row-F").query_one(Input).focus()
+    await pilot.press("f8")
+    await until(pilot, lambda: session.texts["F"] == "80")
+    assert not session.changed
     await pilot.press("ctrl+z", "ctrl+z")
     assert session.texts["F"] == "80"
+    assert not session.over_time
+
+
+async def test_tables_are_there_at_the_next_start_and_tell_runs_apart(tmp_path: Path) -> None:
+    kept = tmp_path / "session.json"
+    session = Session(BASE, "base")
+    tables = (("F", time_table("F", [(0.0, 20.0), (4.0, 90.0)])),)
+    session.set_text("mu", "0.5")
+    session.set_tables(tables)
+    save_state(state_of(session, ""), kept)
+    state = load_state(kept)
+    assert state is not None
+    assert state.edited == session.edited
+    again = Session(state.edited.loaded, state.edited.source)
+    again.restore(state.edited)
+    assert again.changed == ["F", "mu"]
+    with_table = again.scene()
+    again.set_tables(())
+    dropped = again.scene()
+    assert [str(each) for each in differences(with_table, dropped)] == ["F over time"]
+    assert [str(each) for each in differences(dropped, with_table)] == ["nothing over time"]
+    assert names_of({1: with_table, 2: dropped}) == ["F over time", "F 20 N"]

@@ -62,7 +62,7 @@ class GaugeController:
 
     def gauges(self, found: Stability, coexisting: Coexisting, *, both: bool) -> list[Gauge | str]:
         """The gauge over the parameter being edited, or both: over μ, and over the last other."""
-        over_time = [name for name, _ in self._session.loaded.over_time]
+        over_time = [name for name, _ in self._session.over_time]
         if over_time:
             self.stop()
             changing = f"{', '.join(over_time)} {_verb(over_time)} over time"
