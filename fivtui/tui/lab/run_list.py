@@ -13,6 +13,7 @@ from textual.widgets import DataTable
 
 from fivtui.tui.session import (
     SECOND_HALF,
+    Live,
     Run,
     Runs,
     base_scene,
@@ -73,17 +74,19 @@ class RunsPane(Vertical):
 
     BORDER_TITLE = "Runs"
     KEYS: ClassVar[str] = "⏎ load  Space overlay  b base  x delete"
-    NO_RUNS: ClassVar[str] = "no run is kept yet: F5 runs the scene and keeps it here"
+    NO_RUNS: ClassVar[str] = "none yet: F5 runs the scene and keeps it"
 
     def __init__(self) -> None:
         super().__init__(id="runs")
+        self._marks: list[str] = []
 
     def compose(self) -> ComposeResult:
         """The table."""
         yield RunsTable(cursor_type="row", zebra_stripes=True)
 
-    def show(self, runs: Runs) -> None:
-        """Display the runs."""
+    def show(self, runs: Runs, live: Live) -> None:
+        """Display the runs, and which of them are plotted, beside the live curve or without it."""
+        self._marks = _marks(runs, live)
         table = self.query_one(RunsTable)
         number, row = table.number, table.cursor_row
         newest_first = list(reversed(list(runs)))
@@ -94,7 +97,7 @@ class RunsPane(Vertical):
             for place, label in enumerate(_COLUMNS)
             if label != _DIFFERENCE or runs.baseline is not None
         ]
-        rows = {str(run.number): _cells(run, runs) for run in newest_first}
+        rows = {str(run.number): _cells(run, runs, live) for run in newest_first}
         table.fill(
             [_COLUMNS[place] for place in kept_columns],
             {key: [row[place] for place in kept_columns] for key, row in rows.items()},
@@ -102,6 +105,11 @@ class RunsPane(Vertical):
         # The cursor stays at its run, or at its place if the run was deleted.
         kept = [run.number for run in newest_first]
         table.move_cursor(row=kept.index(number) if number in kept else min(row, len(kept) - 1))
+
+    def mark(self, runs: Runs, live: Live) -> None:
+        """Display the runs again if others of them are plotted than were shown."""
+        if self._marks != _marks(runs, live):
+            self.show(runs, live)
 
     def take_focus(self) -> None:
         """Focus the table."""
@@ -114,7 +122,20 @@ class RunsPane(Vertical):
         self.post_message(RunActionRequested(int(str(event.row_key.value)), "show"))
 
 
-def _cells(run: Run, runs: Runs) -> Sequence[str | Text]:
+def _marks(runs: Runs, live: Live) -> list[str]:
+    return [_plotted(run, runs, live) for run in runs]
+
+
+def _plotted(run: Run, runs: Runs, live: Live) -> str:
+    # The live curve, and what was there before it, stand in place of the displayed run.
+    if run is runs.displayed and not live.shown:
+        return "shown"
+    if run.overlaid:
+        return "on"
+    return "before" if live.shown and run.result is live.ghost else "off"
+
+
+def _cells(run: Run, runs: Runs, live: Live) -> Sequence[str | Text]:
     different = ", ".join(map(str, differences(run.scene, base_scene()))) or "none"
     name = Text.assemble((run.style.marker_sign, run.style.colour_code), f" {run.number}")
     changed = run.source or different
@@ -129,7 +150,7 @@ def _cells(run: Run, runs: Runs) -> Sequence[str | Text]:
         compared = (percent_text(by_label[labels[0]]), percent_text(by_label[labels[1]]))
     return (
         name,
-        "shown" if run is runs.displayed else "on" if run.overlaid else "off",
+        _plotted(run, runs, live),
         run.engine,
         quantity(result.peak.y_abs),
         compared[0],

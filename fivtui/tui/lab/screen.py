@@ -266,6 +266,7 @@ class LabScreen(LabActions):
             self._show_curves()
 
     def _show_curves(self) -> None:
+        self.query_one(RunsPane).mark(self.session.runs, self.session.live)
         self._book.update_pane(lambda pane: pane.run_changed(self.session.runs.displayed))
 
     def action_switch_live(self) -> None:
@@ -292,7 +293,7 @@ class LabScreen(LabActions):
         else:
             self._ticker.resume()
         self._show_progress()
-        self.query_one(RunsPane).show(self.session.runs)
+        self.query_one(RunsPane).show(self.session.runs, self.session.live)
         self._show_curves()
         self.refresh_bindings()
 

@@ -30,6 +30,7 @@ if TYPE_CHECKING:
     )
     from .live import (
         AT_ONCE_S as AT_ONCE_S,
+        Live as Live,
         LiveJob as LiveJob,
         LiveRun as LiveRun,
         Pace as Pace,

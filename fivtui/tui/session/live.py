@@ -13,7 +13,7 @@ from .runs import sample_times
 
 # A shorter run follows every edit, a longer one a pause; beyond the second there is none, s.
 AT_ONCE_S: Final = 0.1
-LONGEST_S: Final = 5.0
+LONGEST_S: Final = 15.0
 _FASTEST: Final = next(iter(METHODS))
 # Fractions: of a first part, and too little to tell how long the rest takes.
 _FIRST: Final = 0.2
@@ -138,8 +138,8 @@ class Live:
     def wait(self, scene: Scene) -> None:
         """Say that a run will follow a pause."""
         seconds = self.expected(scene)
-        about = "" if seconds is None else f", about {_short(seconds)}"
-        self.words = f"live when idle{about}"
+        about = " when idle" if seconds is None else f" in about {_short(seconds)}"
+        self.words = f"live: follows{about}"
 
     def refuse(self, scene: Scene) -> None:
         """Say that a run would take too long, and show kept runs alone."""

@@ -12,6 +12,7 @@ from fivtui.scene import PRESETS
 from fivtui.tui.app import FivtuiApp
 from fivtui.tui.chart import ChartView
 from fivtui.tui.lab import live_control
+from fivtui.tui.lab.notices import NoticeView
 from fivtui.tui.lab.screen import LabScreen
 from fivtui.tui.persistence.snapshot import state_of
 from fivtui.tui.session.jobs import Outcome
@@ -70,10 +71,14 @@ async def test_every_step_is_drawn_over_the_curve_before_it_and_no_run_is_kept(
     assert live.ghost is kept.result
     await until(pilot, lambda: traces(pilot) == ["before", "live"])
     await until_shown(pilot, "ms; F5 keeps a run")
+    # The list of runs does not call a run shown that is the curve before, or not plotted.
+    pilot.app.screen.add_class("-runs")
+    await until_shown(pilot, "● 1 before")
     assert flat_text_of(pilot).count("live in ") == 1
     await pilot.press("up")
     await until_live(pilot)
     assert live.ghost is first.result
+    await until_shown(pilot, "● 1 off")
     assert state_of(session, "").runs == before
     # In every view; without a baseline the difference is that to the curve before.
     await pilot.click("#view-phase")
@@ -90,6 +95,7 @@ async def test_every_step_is_drawn_over_the_curve_before_it_and_no_run_is_kept(
     await until(pilot, lambda: not session.changed and not live.shown)
     await until_shown(pilot, "run 1 done")
     assert traces(pilot) == ["run 1"]
+    await until_shown(pilot, "● 1 shown")
     # What is kept by F5 takes the place of the live curve.
     await focus(pilot, "m")
     await pilot.press("up")
@@ -125,7 +131,7 @@ def held(monkeypatch: pytest.MonkeyPatch) -> Held:
 
 
 async def test_runs_follow_edits_at_once_or_in_a_pause_or_not_at_all(held: Held) -> None:
-    async with FivtuiApp().run_test(size=SIZE, notifications=True) as pilot:
+    async with FivtuiApp().run_test(size=SIZE) as pilot:
         session, live, jobs = app_of(pilot).session, live_of(pilot), held.jobs
         await show_tab(pilot, "alt+2")
         await focus(pilot, "m")
@@ -142,7 +148,7 @@ async def test_runs_follow_edits_at_once_or_in_a_pause_or_not_at_all(held: Held)
         held.may_end.clear()
         live.learn(BASE, 2.0)
         await pilot.press("up", "up")
-        await until_shown(pilot, "live when idle, about 2 s")
+        await until_shown(pilot, "live: follows in about 2 s")
         await until(pilot, lambda: len(jobs) == 3)
         await pilot.press("up")
         await until(pilot, lambda: jobs[2].stopped)
@@ -158,7 +164,7 @@ async def test_runs_follow_edits_at_once_or_in_a_pause_or_not_at_all(held: Held)
         assert not live.shown
         assert len(jobs) == 4
         await type_into(pilot, "t_end", "5")
-        await until_shown(pilot, "live when idle, about 3 s")
+        await until_shown(pilot, "live: follows in about 3 s")
         await until_live(pilot)
         # The figure has what is seen; data are those of the live curve.
         pane = pilot.app.screen.query_one(TransientPane)
@@ -191,7 +197,7 @@ async def test_an_error_is_a_quiet_line_over_the_curve_before(
     await run_to_end(pilot)
     live = live_of(pilot)
     told: list[str] = []
-    monkeypatch.setattr(LabScreen, "notify", lambda *words, **_: told.append(words[1]))
+    monkeypatch.setattr(NoticeView, "tell", lambda _, words, error: told.append(words))
     # Linear and unstable: it grows without end.
     fields = {"k_nl": 0.0, "mu": 1.5}
     scene = dataclasses.replace(
@@ -212,6 +218,17 @@ async def test_an_error_is_a_quiet_line_over_the_curve_before(
     # Wrong inputs are said in the form alone.
     await type_into(pilot, "t_end", "-")
     await until_shown(pilot, "live: waits for valid inputs")
+
+
+async def test_a_scene_of_the_fmu_lives_too(pilot: Pilot[None]) -> None:
+    await show_tab(pilot, "alt+2")
+    await type_into(pilot, "t_end", "2")
+    await pilot.press("f4")
+    await until_live(pilot)
+    curve = live_of(pilot).curve
+    assert curve is not None
+    assert curve.result.method == "fmu"
+    await until(pilot, lambda: traces(pilot)[-1:] == ["live"])
 
 
 @pytest.mark.whole
