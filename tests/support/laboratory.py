@@ -18,6 +18,7 @@ from textual.widgets import Input
 from fivtui.model.errors import Cancelled
 from fivtui.tui.app import FivtuiApp
 from fivtui.tui.lab.form import FieldRow
+from fivtui.tui.lab.notices import NoticeView
 from fivtui.tui.tabs.book import TabBook
 
 # A test waits for as long as something may still come. It gives up after so many looks in a row at
@@ -124,9 +125,20 @@ async def until_shown(pilot: Pilot[None], words: str) -> None:
     await until_screen(pilot, lambda text: words in " ".join(text.split()))
 
 
+def notices_of(pilot: Pilot[None]) -> NoticeView:
+    """The notices of the main screen."""
+    return pilot.app.screen_stack[0].query_one(NoticeView)
+
+
+async def clear_notices(pilot: Pilot[None]) -> None:
+    """Remove the notices, which come and go, from the screen."""
+    notices_of(pilot).clear()
+    await pilot.pause()
+
+
 async def until_told(pilot: Pilot[None], words: str) -> None:
-    """Wait until a notification says some words; on the screen its lines are wrapped."""
-    await until(pilot, lambda: any(words in n.message for n in pilot.app._notifications))
+    """Wait until a notice says some words; on the screen its lines are wrapped."""
+    await until(pilot, lambda: any(words in n.words for n in notices_of(pilot).notices))
     await until_shown(pilot, words.split(maxsplit=1)[0])
 
 

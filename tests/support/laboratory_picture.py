@@ -10,7 +10,7 @@ from textual.pilot import Pilot
 
 from fivtui.tui.app import FivtuiApp
 from fivtui.tui.tabs import RunsChanged
-from tests.support.laboratory import app_of, focus, show_tab, until, until_shown
+from tests.support.laboratory import app_of, clear_notices, focus, show_tab, until, until_shown
 
 SIZE: Final = (120, 40)
 
@@ -35,8 +35,9 @@ async def take(path: Path) -> None:
     """Write the picture."""
     with tempfile.TemporaryDirectory() as folder:
         app = FivtuiApp(state=Path(folder) / "session.json")
-        async with app.run_test(size=SIZE, notifications=False) as pilot:
+        async with app.run_test(size=SIZE) as pilot:
             await set_up(pilot)
+            await clear_notices(pilot)
             path.write_text(app.export_screenshot(title="fivtui"), encoding="utf-8")
 
 

@@ -28,6 +28,6 @@ async def pilot(
     """A laboratory that has begun, in a terminal of the size that the module says."""
     monkeypatch.chdir(tmp_path)
     size = getattr(request.module, "SIZE", (100, 30))
-    async with FivtuiApp().run_test(size=size, notifications=True) as started:
+    async with FivtuiApp().run_test(size=size) as started:
         await started.pause()
         yield started

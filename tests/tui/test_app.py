@@ -130,7 +130,7 @@ async def test_a_long_run_is_stopped_and_the_next_one_works(pilot: Pilot[None]) 
 
 async def test_quitting_does_not_wait_for_a_long_run() -> None:
     app = FivtuiApp()
-    async with app.run_test(size=SIZE, notifications=True) as pilot:
+    async with app.run_test(size=SIZE) as pilot:
         await type_into(pilot, "t_end", ENDLESS)
         await pilot.press("f5")
         await until(pilot, lambda: app.session.runs.active is not None)
@@ -203,7 +203,7 @@ async def test_without_colour_all_is_said_in_words(monkeypatch: pytest.MonkeyPat
     monkeypatch.setenv("NO_COLOR", "1")
     app = FivtuiApp()
     assert app.no_color
-    async with app.run_test(size=SIZE, notifications=True) as pilot:
+    async with app.run_test(size=SIZE) as pilot:
         await run_to_end(pilot)
         assert "UNSTABLE" in text_of(pilot)
         await type_into(pilot, "mu", "-")

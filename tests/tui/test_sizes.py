@@ -5,12 +5,15 @@ import re
 from pathlib import Path
 
 import pytest
+from textual.widgets import Button, Checkbox, Input, Select
+from textual.widgets._tabbed_content import ContentTabs
 
 from fivtui.model import PARAMETERS
 from fivtui.tui.app import FivtuiApp
+from fivtui.tui.lab.notices import NoticeView
 from fivtui.tui.session import FIELDS
-from fivtui.tui.tabs import TABS
-from tests.support.laboratory import text_of, until_shown
+from fivtui.tui.tabs import TABS, Reported
+from tests.support.laboratory import notices_of, show_tab, text_of, until, until_shown, until_told
 
 PICTURE = Path(__file__).parents[2] / "examples" / "laboratory.svg"
 SIZES = [(80, 24), (100, 30), (120, 35), (140, 40), (200, 60)]
@@ -48,6 +51,40 @@ async def test_panes_are_whole_and_units_and_gauge_are_there(size: tuple[int, in
             assert "F (N) " in text_of(pilot)
 
 
+@pytest.mark.parametrize(
+    "size",
+    [(80, 24), *(pytest.param(size, marks=pytest.mark.whole) for size in SIZES[1:])],
+)
+async def test_notifications_lie_over_nothing_that_is_clicked(size: tuple[int, int]) -> None:
+    async with FivtuiApp().run_test(size=size) as pilot:
+        screen = pilot.app.screen
+        long = "as long as the words of some errors are " * 20
+        for number in range(5):
+            screen.post_message(Reported(f"number {number}", error=bool(number % 2)))
+        await until_told(pilot, "number 4")
+        await until_shown(pilot, "▌ number 2 ")
+        shown = text_of(pilot)
+        assert "▌ number 4 " in shown
+        assert "number 1" not in shown
+        screen.post_message(Reported(long, error=True))
+        await until_shown(pilot, "… (tab Log)")
+        notices = notices_of(pilot)
+        assert notices.region.height == 3
+        assert notices.region.bottom == size[1] - 1
+        for tab in TABS:
+            await show_tab(pilot, tab.key)
+            clicked = [
+                screen.find_widget(control).visible_region
+                for kind in (Button, Input, Checkbox, Select, ContentTabs)
+                for control in screen.query(kind)
+                if control.is_on_screen
+            ]
+            assert clicked
+            assert not [
+                region for region in clicked if region and region.overlaps(notices.region)
+            ], tab.id
+
+
 def test_the_picture_shows_what_is_there() -> None:
     texts = re.findall(r"<text[^>]*>(.*?)</text>", PICTURE.read_text(encoding="utf-8"))
     shown = " ".join(html.unescape(" ".join(texts)).split())
@@ -63,3 +100,17 @@ def test_the_picture_shows_what_is_there() -> None:
         "F5 Run F1 Help",
     ):
         assert words in shown, words
+
+
+async def test_notices_end_and_give_way_to_a_click() -> None:
+    async with FivtuiApp().run_test(size=(80, 24)) as pilot:
+        notices = notices_of(pilot)
+        pilot.app.screen.post_message(Reported("one", error=True))
+        await until_shown(pilot, "▌ one ")
+        await pilot.click(NoticeView)
+        await until(pilot, lambda: not notices.display)
+        assert "one" not in text_of(pilot)
+        pilot.app.screen.post_message(Reported("two"))
+        await until_shown(pilot, "▌ two ")
+        notices._end(notices.notices[0])
+        await until(pilot, lambda: not notices.display)

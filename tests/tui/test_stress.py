@@ -31,7 +31,7 @@ async def test_typing_at_random_neither_crashes_nor_blocks(
     chosen = random.Random(7)
     pressed: list[str] = []
     app = FivtuiApp(state=tmp_path / "session.json")
-    async with app.run_test(size=(100, 30), notifications=True) as pilot:
+    async with app.run_test(size=(100, 30)) as pilot:
         await pilot.pause()
         for _ in range(PRESSES):
             pressed.append(chosen.choice(KEYS))

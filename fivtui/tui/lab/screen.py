@@ -9,7 +9,6 @@ from textual.app import ComposeResult
 from textual.binding import BindingType
 from textual.containers import Horizontal, Vertical
 from textual.events import Resize
-from textual.notifications import SeverityLevel
 from textual.widgets import Static
 from textual.worker import Worker, WorkerState
 
@@ -47,8 +46,8 @@ from fivtui.tui.tabs import (
     SceneSaved,
     SearchUpdated,
     StudyRead,
-    TablesChosen,
     TabBook,
+    TablesChosen,
 )
 
 from .actions import LabActions
@@ -57,6 +56,7 @@ from .form import Form
 from .key_bar import KeyBar
 from .keys import LAB_KEYS
 from .live_control import LiveController
+from .notices import NoticeView
 from .run_bar import NO_RUN, RunBar
 from .run_list import RunsPane
 from .search_control import SearchController
@@ -103,6 +103,7 @@ class LabScreen(LabActions):
                 yield TabBook(TABS, self.session)
                 yield RunsPane()
         yield Static(_TOO_SMALL, id="too-small", markup=False)
+        yield NoticeView()
         yield KeyBar()
 
     def on_mount(self) -> None:
@@ -134,8 +135,7 @@ class LabScreen(LabActions):
     @on(Reported)
     def _reported(self, event: Reported) -> None:
         if not event.routine:
-            severity: SeverityLevel = "error" if event.error else "information"
-            self.notify(event.words, severity=severity, markup=False)
+            self.query_one(NoticeView).tell(event.words, error=event.error)
         mark = "ERROR: " if event.error else ""
         self.session.reports.append(f"{datetime.now():%H:%M:%S} {mark}{event.words}")
         self._book.update_pane(lambda pane: pane.reported())

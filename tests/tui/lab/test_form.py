@@ -44,7 +44,7 @@ async def test_the_first_screen_has_scene_fields_verdict_and_keys(pilot: Pilot[N
 
 async def test_a_form_with_a_scene_shows_that_scene() -> None:
     app = FivtuiApp(PRESETS["stiff-contact"], "stiff-contact")
-    async with app.run_test(size=SIZE, notifications=True) as pilot:
+    async with app.run_test(size=SIZE) as pilot:
         await pilot.pause()
         assert "stiff-contact" in text_of(pilot)
         assert (await focus(pilot, "k_nl")).value == "300"

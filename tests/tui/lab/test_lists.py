@@ -160,7 +160,7 @@ async def test_the_session_is_there_again_at_the_next_start(
     monkeypatch.chdir(tmp_path)
     kept = tmp_path / "state" / "session.json"
     app = FivtuiApp(state=kept)
-    async with app.run_test(size=SIZE, notifications=True) as pilot:
+    async with app.run_test(size=SIZE) as pilot:
         await type_into(pilot, "F", "-")
         await type_into(pilot, "mu", "0.3")
         await pilot.press("alt+8")
@@ -177,7 +177,7 @@ async def test_the_session_is_there_again_at_the_next_start(
         await pilot.press("up")
     again = FivtuiApp(state=kept)
     assert again.theme == "gruvbox"
-    async with again.run_test(size=SIZE, notifications=True) as pilot:
+    async with again.run_test(size=SIZE) as pilot:
         await until_shown(pilot, "mine (changed)")
         texts = again.session.texts
         assert (texts["F"], texts["mu"], texts["k1"]) == ("91", "0.3", "110")
@@ -205,7 +205,7 @@ async def test_the_session_is_there_again_at_the_next_start(
 async def test_a_damaged_session_and_a_given_scene_leave_what_they_must(tmp_path: Path) -> None:
     kept = tmp_path / "session.json"
     kept.write_text("{")
-    async with FivtuiApp(state=kept).run_test(size=SIZE, notifications=True) as pilot:
+    async with FivtuiApp(state=kept).run_test(size=SIZE) as pilot:
         await until_told(pilot, "the last session could not be restored (damaged)")
         assert (tmp_path / "session.damaged-1.json").read_text() == "{"
         assert "UNSTABLE" in flat_text_of(pilot)

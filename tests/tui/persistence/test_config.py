@@ -78,6 +78,6 @@ async def test_a_wrong_file_is_reported_and_the_usual_keys_stay(tmp_path: Path) 
     path = tmp_path / "config.toml"
     path.write_text("theme = 'nowhere'")
     app = FivtuiApp(config=path)
-    async with app.run_test(size=(80, 24), notifications=True) as pilot:
+    async with app.run_test(size=(80, 24)) as pilot:
         await until_shown(pilot, "unknown theme 'nowhere'")
         assert text_of(pilot).splitlines()[-1].startswith("F5 Run")

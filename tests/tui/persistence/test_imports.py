@@ -69,7 +69,7 @@ def printed(written: Path, capsys: pytest.CaptureFixture[str]) -> Any:
 @pytest.fixture
 async def pilot(written: Path, monkeypatch: pytest.MonkeyPatch) -> AsyncIterator[Pilot[None]]:
     monkeypatch.chdir(written)
-    async with FivtuiApp().run_test(size=(100, 30), notifications=True) as started:
+    async with FivtuiApp().run_test(size=(100, 30)) as started:
         await started.pause()
         yield started
 

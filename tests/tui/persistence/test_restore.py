@@ -29,6 +29,7 @@ from fivtui.tui.tabs.charts.sweep import sweep_of, sweep_request
 from fivtui.tui.tabs.messages import RunActionRequested, StudyRead
 from tests.support.laboratory import (
     app_of,
+    clear_notices,
     run_to_end,
     show_tab,
     text_of,
@@ -53,10 +54,9 @@ async def until_same(pilot: Pilot[None], screen: str) -> None:
 
 async def settled(pilot: Pilot[None], name: str, words: str) -> str:
     """The screen of a tab, without what comes and goes."""
-    pilot.app.clear_notifications()
+    await clear_notices(pilot)
     await show_tab(pilot, KEYS[name])
     await until_shown(pilot, words)
-    await until(pilot, lambda: not pilot.app.screen.query("Toast"))
     pilot.app.screen.query_one("#row-mu").query_one(Input).focus()
     await pilot.pause()
     return text_of(pilot)
@@ -76,7 +76,7 @@ async def test_what_was_left_is_shown_again(
 ) -> None:
     monkeypatch.setattr(tradeoff, "QUICK_S", 0.2)
     kept = tmp_path / "session.json"
-    async with FivtuiApp(state=kept).run_test(size=SIZE, notifications=True) as pilot:
+    async with FivtuiApp(state=kept).run_test(size=SIZE) as pilot:
         session = app_of(pilot).session
         await pilot.pause()
         await type_into(pilot, "t_end", "20")
@@ -121,7 +121,7 @@ async def test_what_was_left_is_shown_again(
     monkeypatch.setattr(
         "fivtui.tradeoffs.measure_tradeoff", lambda *_, **__: pytest.fail("measured")
     )
-    async with FivtuiApp(state=kept).run_test(size=SIZE, notifications=True) as pilot:
+    async with FivtuiApp(state=kept).run_test(size=SIZE) as pilot:
         session = app_of(pilot).session
         await until(pilot, lambda: not session.unread)
         assert session.tab == "map"
@@ -145,7 +145,7 @@ async def test_what_was_left_is_shown_again(
 
 async def test_what_was_read_a_figure_of_the_paper_and_what_is_not_kept(tmp_path: Path) -> None:
     kept = tmp_path / "session.json"
-    async with FivtuiApp(state=kept).run_test(size=SIZE, notifications=True) as pilot:
+    async with FivtuiApp(state=kept).run_test(size=SIZE) as pilot:
         await pilot.pause()
         session = app_of(pilot).session
         study = sweep_request(BASE, "F=10:20:30")
@@ -161,15 +161,13 @@ async def test_what_was_read_a_figure_of_the_paper_and_what_is_not_kept(tmp_path
         await until_shown(pilot, "figure 2a computed")
         pilot.app.screen.query_one("#figure-1", ChartView).focus()
         await pilot.press("plus", "1")
-        pilot.app.clear_notifications()
         pilot.app.screen.query_one("#row-mu").query_one(Input).focus()
-        await until(pilot, lambda: not pilot.app.screen.query("Toast"))
+        await clear_notices(pilot)
         before = text_of(pilot)
-    async with FivtuiApp(state=kept).run_test(size=SIZE, notifications=True) as pilot:
+    async with FivtuiApp(state=kept).run_test(size=SIZE) as pilot:
         await until_told(pilot, "sweep was not saved: it is incomplete")
         await until_shown(pilot, "figure 2a computed")
-        pilot.app.clear_notifications()
-        await until(pilot, lambda: not pilot.app.screen.query("Toast"))
+        await clear_notices(pilot)
         await until_same(pilot, before)
         await show_tab(pilot, "alt+4")
         await until_shown(pilot, "read from mine.csv; F10 maps the edited scene")
@@ -182,7 +180,7 @@ async def test_a_result_that_is_damaged_is_put_aside_and_the_rest_restored(
     tmp_path: Path,
 ) -> None:
     kept = tmp_path / "session.json"
-    async with FivtuiApp(state=kept).run_test(size=SIZE, notifications=True) as pilot:
+    async with FivtuiApp(state=kept).run_test(size=SIZE) as pilot:
         await pilot.pause()
         await type_into(pilot, "t_end", "5")
         await run_to_end(pilot)
@@ -193,7 +191,7 @@ async def test_a_result_that_is_damaged_is_put_aside_and_the_rest_restored(
     )
     first.write_bytes(first.read_bytes()[:100])
     given = FivtuiApp(PRESETS["linear"], "linear", state=kept)
-    async with given.run_test(size=SIZE, notifications=True) as pilot:
+    async with given.run_test(size=SIZE) as pilot:
         await until_told(pilot, "the run 1 of the last session could not be restored (damaged)")
         one, two = app_of(pilot).session.runs
         assert (one.state, two.state) == (RunState.NOT_KEPT, RunState.DONE)

@@ -315,7 +315,7 @@ async def test_the_palette_opens_another_session_and_keeps_this_one(tmp_path: Pa
     with another(path, "11") as first:
         assert number_of(first) == "1"
         app = FivtuiApp(state=path)
-        async with app.run_test(size=(100, 30), notifications=True) as pilot:
+        async with app.run_test(size=(100, 30)) as pilot:
             await until_told(pilot, "session 2; other saved sessions: 1 (Ctrl+P, Open)")
             app.session.set_text("F", "22")
             await open_from_palette(pilot, "Open session 1: scene base, map")

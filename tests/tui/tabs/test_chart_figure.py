@@ -302,7 +302,7 @@ async def pilot(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, results: list[Transient]
 ) -> AsyncIterator[Pilot[None]]:
     monkeypatch.chdir(tmp_path)
-    async with FivtuiApp().run_test(size=(120, 45), notifications=True) as started:
+    async with FivtuiApp().run_test(size=(120, 45)) as started:
         session = app_of(started).session
         for result in results:
             scene = replace(session.scene(), separation=result.separation)

@@ -127,7 +127,7 @@ def searches(monkeypatch: pytest.MonkeyPatch) -> Searches:
 
 @pytest.fixture
 async def pilot(searches: Searches) -> AsyncIterator[Pilot[None]]:
-    async with FivtuiApp().run_test(size=(80, 24), notifications=True) as started:
+    async with FivtuiApp().run_test(size=(80, 24)) as started:
         await started.pause()
         yield started
 

@@ -50,7 +50,7 @@ EDITED = {"F": "60", "t_end": "20", "start": "0, 0, -0.5, 0"}
 @pytest.fixture
 async def pilot(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> AsyncIterator[Pilot[None]]:
     monkeypatch.chdir(tmp_path)
-    async with FivtuiApp().run_test(size=(100, 30), notifications=True) as started:
+    async with FivtuiApp().run_test(size=(100, 30)) as started:
         await started.pause()
         for name, text in EDITED.items():
             app_of(started).session.set_text(name, text)
@@ -226,8 +226,6 @@ async def test_figures_and_claims_of_the_paper_are_written_and_copied(
     await write(pilot, "f7", "a.npz", "Export the data of Fig. 2b")
     np.testing.assert_array_equal(np.load("a.npz")["y_e"], read_columns(ours, "figure")["y_e"])
 
-    # Messages would take the click.
-    pilot.app.clear_notifications()
     await pilot.click("#view-claims")
     pane: Any = lab_of(pilot).pane
     await until(pilot, lambda: pane.view == "claims")
