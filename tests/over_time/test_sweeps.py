@@ -72,7 +72,7 @@ def test_a_brake_stop_is_swept_into_a_file_that_knows_its_tables(tmp_path: Path)
     assert study_line("sweep", again.study, Session(STOP, "brake-stop").origin) == (
         "fivtui sweep brake-stop --vary c1=0.3,0.6 --output final_stick --output y_abs"
     )
-    with pytest.raises(InputError, match="no option says its over_time; a scene file must"):
+    with pytest.raises(InputError, match="no option sets over_time; save the scene"):
         study_line("sweep", again.study, Session().origin)
 
 
@@ -118,7 +118,7 @@ def test_command_lines_of_scenes_with_tables_compute_them_or_say_that_they_canno
     line = study_line("stability", session.stability(), session.origin)
     assert line.startswith("fivtui stability --set")
     assert "--set F=10" in line
-    with pytest.raises(InputError, match="no option says its over_time; a scene file must"):
+    with pytest.raises(InputError, match="no option sets over_time; save the scene"):
         Session(STOP).command_line()
 
 
