@@ -44,7 +44,7 @@ INLINE int begin_belt_step(BeltRun *of, Ending *ending, Cut *cut, int64_t *then)
         return 0;
     if (*cut == AT_SPEED || belt->mode == STICK)
         w->vx = belt->v_belt;
-    observe(w, groups, 0.5 * run->t_end);
+    observe(w, groups, 0.5 * run->t_end, speed_limit(&of->belt, w->h));
     *ending = ending_of(w, run->t_end, *cut != NOTHING_ENDS);
     return 1;
 }
@@ -76,7 +76,7 @@ INLINE int begin_driven_step(BeltRun *of, Ending *ending, Cut *cut, int64_t *the
     }
     if (!is_sound(w))
         return 0;
-    observe(w, groups, 0.5 * run->t_end);
+    observe(w, groups, 0.5 * run->t_end, speed_limit(&of->belt, w->h));
     *ending = ending_of(w, run->t_end, *cut != NOTHING_ENDS);
     if (ending->t >= end)
         ending->t = end, ending->rest = 0.0;

@@ -255,6 +255,14 @@ APART double fall_of_hold(const Belt *of, const Block *w, int groups, int64_t *m
     return first_release(fall_of(&ahead, w->h, groups), fall_of(&behind, w->h, groups), mode);
 }
 
+/* A speed that the slider reaches in a step of length h at its ends alone, if at all. */
+INLINE double speed_limit(const Belt *of, double h)
+{
+    if (of->mode == STICK)
+        return -INFINITE;
+    return of->mode == FORWARD ? larger(of->v_belt, of->v_belt + of->rates.speed * h) : INFINITE;
+}
+
 /* The first fall of a guard of the present mode, infinite if there is none. */
 INLINE double first_fall(const Belt *of, const Block *w, int groups, int64_t *then)
 {
@@ -291,7 +299,9 @@ INLINE void expand_step(const Belt *of, Block *w, double tol, int order, int cub
 {
     const Law *law = of->laws + of->mode;
     w->field = of->fields[of->mode];
-    if (of->by_speed)
+    if (of->by_speed && of->mode == STICK)
+        expand_holding(w->xs, w->ys, &w->field, law, of->v_belt, order, cubic);
+    else if (of->by_speed)
         expand_by_law(w->xs, w->ys, &w->field, law, of->v_belt, order, cubic);
     else
         expand_in_contact(w, order, cubic && of->mode != SEPARATED);

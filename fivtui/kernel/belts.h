@@ -112,6 +112,13 @@ INLINE unsigned may_slip(const Block *w, const Belts *at)
     return bits_of(sticks & negated(keeps_holding(w, &hold)));
 }
 
+/* As `speed_limit`. */
+INLINE V speed_limits(const Belts *at)
+{
+    V ahead = choose(at->law.sign > 0.0, at->v_belt, splat(INFINITE));
+    return choose(at->stick > 0.0, splat(-INFINITE), ahead);
+}
+
 /* End steps that have been shortened, and those alone. */
 INLINE void end_shortened(Block *w, M shortened, int groups)
 {

@@ -12,7 +12,7 @@
 #define LN2_LOW 1.90821492927058770002e-10
 #define LOG2_E 1.44269504088896338700
 #define MOST_EXPONENT 700.0
-#define MOST_CHANGE 4.0
+#define MOST_CHANGE 12.0
 #define WIDENING 0.09
 #define NEGLIGIBLE 37.0
 #define FAR ((NEGLIGIBLE + MOST_CHANGE) / (1.0 - WIDENING))
@@ -21,6 +21,9 @@ static const double DEGREES[MAX_ORDER] = {
     2.0,  3.0,  4.0,  5.0,  6.0,  7.0,  8.0,  9.0,  10.0, 11.0,
     12.0, 13.0, 14.0, 15.0, 16.0, 17.0, 18.0, 19.0, 20.0, 21.0,
 };
+
+/* How friction goes on: it falls with the speed, or it does not, or it holds the slider. */
+typedef enum { FALLING, LEVEL, HOLDING } Friction;
 
 /* The sign of friction, 0 where the slider does not slide, its constant part, its fall, and 1/v_s, 0
    where friction is constant; and k2/m, 0 where there is no contact. */
@@ -97,7 +100,7 @@ INLINE V add_fall(Slide *s, int n, V p, V along)
 }
 
 /* xₙ₊₂ and yₙ₊₂, for n > 0 */
-INLINE void add_sliding_term(Slide *s, int n, int cubic, int falls)
+INLINE void add_sliding_term(Slide *s, int n, int cubic, Friction of)
 {
     Terms *of_y = &s->of_y;
     const V *y = of_y->y;
@@ -106,10 +109,11 @@ INLINE void add_sliding_term(Slide *s, int n, int cubic, int falls)
     if (cubic && n > 1)
         p = fma_of(s->minus_d, product_of_terms(of_y, n), p);
     V along = fma_of(s->of_p, p, fma_of(s->a_x, s->x[n], s->b_x * y[n]));
-    if (falls)
+    if (of == FALLING)
         along = add_fall(s, n, p, along);
     along = fma_of(s->damping_x * part, s->u[n - 1], along);
-    s->u[n] = falls ? fma_of(s->of_newest, s->e[n], along) : along;
+    along = of == FALLING ? fma_of(s->of_newest, s->e[n], along) : along;
+    s->u[n] = of == HOLDING ? splat(0.0) : along;
     s->v[n] = fma_of(s->damping_y * part, s->v[n - 1], fma_of(s->a_y, s->x[n] - y[n], p));
     s->x[n + 2] = s->u[n] * share, of_y->y[n + 2] = s->v[n] * share;
     if (cubic)
@@ -117,13 +121,13 @@ INLINE void add_sliding_term(Slide *s, int n, int cubic, int falls)
 }
 
 /* Four terms, stored. */
-INLINE void add_sliding_terms(Slide *s, int n, int cubic, int falls, V *x, V *y)
+INLINE void add_sliding_terms(Slide *s, int n, int cubic, Friction of, V *x, V *y)
 {
     if (n > 0)
-        add_sliding_term(s, n, cubic, falls);
-    add_sliding_term(s, n + 1, cubic, falls);
-    add_sliding_term(s, n + 2, cubic, falls);
-    add_sliding_term(s, n + 3, cubic, falls);
+        add_sliding_term(s, n, cubic, of);
+    add_sliding_term(s, n + 1, cubic, of);
+    add_sliding_term(s, n + 2, cubic, of);
+    add_sliding_term(s, n + 3, cubic, of);
 #if LANES == 1
     const Four share = {1.0 / ((n + 1) * (n + 2)), 1.0 / ((n + 2) * (n + 3)),
                         1.0 / ((n + 3) * (n + 4)), 1.0 / ((n + 4) * (n + 5))};
@@ -136,8 +140,9 @@ INLINE void add_sliding_terms(Slide *s, int n, int cubic, int falls, V *x, V *y)
 }
 
 /* Continue the first two coefficients of x and y in the field `f` without the contact, but d of ÿ;
-   where friction does not fall (`falls`), with the bits of a fall of 0. */
-INLINE void slide(V *x, V *y, const Field *f, const Law *law, V v_belt, int order, int cubic, int falls)
+   where friction does not fall, with the bits of a fall of 0. */
+INLINE void slide(V *x, V *y, const Field *f, const Law *law, V v_belt, int order, int cubic,
+                  Friction of)
 {
     Slide s;
     Terms *of_y = &s.of_y;
@@ -153,7 +158,7 @@ INLINE void slide(V *x, V *y, const Field *f, const Law *law, V v_belt, int orde
         of_y->thrice = y0 * 3.0, of_y->twice = y[1] + y[1];
     }
     s.of_p = sign * law->mu;
-    if (falls) {
+    if (of == FALLING) {
         s.rate = sign * law->per_speed, s.fall = sign * law->fall;
         s.e[0] = decay((v_belt - x[1]) * s.rate);
         s.of_p = fma_of(s.fall, s.e[0], s.of_p), s.of_newest = s.fall * p;
@@ -161,39 +166,52 @@ INLINE void slide(V *x, V *y, const Field *f, const Law *law, V v_belt, int orde
     s.x[0] = x[0], s.x[1] = x[1];
     V along = fma_of(s.of_p, p, fma_of(s.a_x, x[0], s.b_x * y0));
     V across = fma_of(s.a_y, x[0] - y0, p) - f->load;
-    s.u[0] = fma_of(s.damping_x, x[1], along), s.v[0] = fma_of(s.damping_y, y[1], across);
-    if (falls)
+    along = fma_of(s.damping_x, x[1], along);
+    s.u[0] = of == HOLDING ? splat(0.0) : along, s.v[0] = fma_of(s.damping_y, y[1], across);
+    if (of == FALLING)
         s.by_start = s.rate * s.u[0], s.by_first = s.rate * s.e[0];
     s.x[2] = s.u[0] * 0.5, of_y->y[2] = s.v[0] * 0.5;
-    add_sliding_terms(&s, 0, cubic, falls, x, y);
-    add_sliding_terms(&s, 4, cubic, falls, x, y);
+    add_sliding_terms(&s, 0, cubic, of, x, y);
+    add_sliding_terms(&s, 4, cubic, of, x, y);
     if (order == 8)
         return;
-    add_sliding_terms(&s, 8, cubic, falls, x, y);
+    add_sliding_terms(&s, 8, cubic, of, x, y);
     if (order == 12)
         return;
-    add_sliding_terms(&s, 12, cubic, falls, x, y);
+    add_sliding_terms(&s, 12, cubic, of, x, y);
     if (order == 16)
         return;
-    add_sliding_terms(&s, 16, cubic, falls, x, y);
+    add_sliding_terms(&s, 16, cubic, of, x, y);
 }
 
 APART void expand_falling(V *x, V *y, const Field *f, const Law *law, V v_belt, int order, int cubic)
 {
     if (cubic)
-        slide(x, y, f, law, v_belt, order, 1, 1);
+        slide(x, y, f, law, v_belt, order, 1, FALLING);
     else
-        slide(x, y, f, law, v_belt, order, 0, 1);
+        slide(x, y, f, law, v_belt, order, 0, FALLING);
 }
 
 APART void expand_not_falling(V *x, V *y, const Field *f, const Law *law, V v_belt, int order,
                               int cubic)
 {
     if (cubic)
-        slide(x, y, f, law, v_belt, order, 1, 0);
+        slide(x, y, f, law, v_belt, order, 1, LEVEL);
     else
-        slide(x, y, f, law, v_belt, order, 0, 0);
+        slide(x, y, f, law, v_belt, order, 0, LEVEL);
 }
+
+#if LANES == 1
+/* Where the slider sticks, x is on the line of the belt. */
+APART void expand_holding(V *x, V *y, const Field *f, const Law *law, V v_belt, int order,
+                          int cubic)
+{
+    if (cubic)
+        slide(x, y, f, law, v_belt, order, 1, HOLDING);
+    else
+        slide(x, y, f, law, v_belt, order, 0, HOLDING);
+}
+#endif
 
 /* Expand a step by a friction law, in whatever mode: where the slider is far from the speed of the
    belt, or does not slide, friction does not fall. */

@@ -338,7 +338,8 @@ INLINE void observe(Work *work, const Request *asked, int groups, uint64_t live)
         in_late |= (uint64_t)q.in_late << first;
         if (asked->peak) {
             in_x |= (uint64_t)quest_in_x(w, here).in_whole << first;
-            in_vx |= (uint64_t)may_be_faster(w, groups, here) << first;
+            V limit = FINITE ? speed_limits(work->belts + block) : splat(INFINITE);
+            in_vx |= (uint64_t)may_be_faster(w, groups, limit, here) << first;
         }
     }
     empty(&work->queue);

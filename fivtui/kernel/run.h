@@ -63,7 +63,7 @@ APART void find_fastest(Block *w, int groups)
     w->seen.vx_high = q.whole.high;
 }
 
-INLINE void observe(Block *w, int groups, double half)
+INLINE void observe(Block *w, int groups, double half, double speed_limit)
 {
     unsigned late = within_second_half(w, groups, half, 1);
     Quest q = quest_in_y(w, 1, late);
@@ -72,7 +72,7 @@ INLINE void observe(Block *w, int groups, double half)
     q = quest_in_x(w, 1);
     if (q.in_whole)
         find_extremes_x(w, groups, q);
-    if (may_be_faster(w, groups, 1))
+    if (may_be_faster(w, groups, speed_limit, 1))
         find_fastest(w, groups);
 }
 
@@ -92,7 +92,7 @@ INLINE int begin_step(Run *run, Ending *ending, int *cut)
     end_step_x(w, groups, 1);
     if (!is_sound(w))
         return 0;
-    observe(w, groups, 0.5 * run->t_end);
+    observe(w, groups, 0.5 * run->t_end, INFINITE);
     *ending = ending_of(w, run->t_end, *cut);
     return 1;
 }

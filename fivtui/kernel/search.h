@@ -249,11 +249,15 @@ INLINE Quest quest_in_y(Block *w, unsigned whole, unsigned late)
     return q;
 }
 
-/* Which of the live runs may move faster in x than they did. */
-INLINE unsigned may_be_faster(Block *w, int groups, unsigned live)
+/* Which of the live runs may move faster in x than they did, between the ends of the step; there they
+   do not go beyond `limit`. */
+INLINE unsigned may_be_faster(Block *w, int groups, V limit, unsigned live)
 {
     w->seen.vx_high = choose(mask_of(live), greatest(greatest(w->xs[1], w->vx), w->seen.vx_high),
                              w->seen.vx_high);
+    live &= bits_of(w->seen.vx_high < limit);
+    if (!live)
+        return 0;
     Ends p = {w->xs[0], w->x, w->xs[1] * w->h, w->vx * w->h, w->x_off, w->x_off};
     V fastest = greatest(greatest(p.slope, p.last_slope), middle_slope(&p));
     V off = weighed(CUBIC_SLOPE_BOUND, w->xs, groups, w->h);

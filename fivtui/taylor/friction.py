@@ -22,7 +22,7 @@ _FACTORS: Final = tuple(1.0 / math.factorial(n) for n in range(14))
 _MOST: Final = 700.0
 # Over a step v/v_s changes by so much at most, the more the smaller e is. From 37 on e is below
 # rounding, and left out where a step keeps so far that this allows a longer one.
-_CHANGE: Final = 4.0
+_CHANGE: Final = 12.0
 _WIDENING: Final = 0.09
 _NEGLIGIBLE: Final = 37.0
 _FAR: Final = (_NEGLIGIBLE + _CHANGE) / (1.0 - _WIDENING)
