@@ -1,6 +1,7 @@
 """Zones over one parameter: safe, squeal after a knock, squeal by itself."""
 
 import math
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from enum import StrEnum
 from itertools import pairwise
@@ -27,6 +28,10 @@ _CONTINUED: Final = 25
 # Each narrows the bounds between zones to an eighth, and to a half.
 _EIGHTHS: Final = 4
 _HALVES: Final = 10
+# Of a zone that lies between two values: looks for it at a nearest approach, in eighths and in all.
+_APPROACHES: Final = 3
+_LOOKS: Final = 12
+_GOLDEN: Final = 0.5 * (math.sqrt(5.0) - 1.0)
 # The least value, above the low end, over the range.
 _FROM_END: Final = 1e-3
 # Bounds that are nearer to each other, over the range, are the same.
@@ -117,9 +122,9 @@ def safety_zones(
 ) -> Zones:
     """Zones over a parameter by eigenvalues and continuation.
 
-    Limit cycles are followed from the Hopf point, at 25 values of the parameter and where zones
-    meet; over μ once. Cycles that are connected with none of these are not found, as
-    `safe_friction` may find them.
+    Limit cycles are followed from the Hopf point, at 25 values of the parameter, where zones meet,
+    and where the least μ of a cycle comes nearest to μ between these; over μ once. Cycles that are
+    connected with none of these are not found, as `safe_friction` may find them.
 
     Parameters
     ----------
@@ -204,15 +209,20 @@ class _Judge:
         self.searched = bent and damped and not self.on_belt
 
     def judged(self, values: Floats) -> list[Zone]:
+        return self._judged(values)[0]
+
+    def _judged(self, values: Floats) -> tuple[list[Zone], Floats]:
+        # With the growth rates.
         inside = np.maximum(values, self.least)
         growth, stable, _ = judge_growths(
             self.p, {self.name: inside}, np.full(values.size, self.separation)
         )
         rest = Zone.SAFE if self.linear else Zone.SMALL
-        return [
+        zones = [
             Zone.NONE if math.isnan(rate) else rest if good or rate <= 0.0 else Zone.SQUEALS
             for rate, good in zip(growth.tolist(), stable.tolist(), strict=True)
         ]
+        return zones, growth
 
     def edges(self) -> list[float]:
         # Where what eigenvalues say changes.
@@ -221,12 +231,27 @@ class _Judge:
             return [one.mu for one in critical if self.low < one.mu < self.high]
         count = _JUDGED_ON_BELT if self.on_belt else _JUDGED
         values = np.linspace(self.low, self.high, count)
-        zones = self.judged(values)
+        zones, growth = self._judged(values)
+        known = dict(zip(values.tolist(), zones, strict=True))
+        for place in _approaches(growth, zones):
+            known |= self._between(float(values[place - 1]), float(values[place + 1]))
         return [
-            self._narrowed(float(values[place]), float(values[place + 1]))
-            for place in range(count - 1)
-            if zones[place] is not zones[place + 1]
+            self._narrowed(low, high)
+            for low, high in pairwise(sorted(known))
+            if known[low] is not known[high]
         ]
+
+    def _between(self, low: float, high: float) -> dict[float, Zone]:
+        # A value of another zone, where growth comes nearest to zero without changing sign before.
+        for _ in range(_APPROACHES):
+            values = np.linspace(low, high, 9)
+            zones, growth = self._judged(values)
+            others = [place for place in range(9) if zones[place] is not zones[0]]
+            if others:
+                return {float(values[place]): zones[place] for place in others}
+            place = min(max(int(np.argmin(np.abs(growth))), 1), 7)
+            low, high = float(values[place - 1]), float(values[place + 1])
+        return {}
 
     def _narrowed(self, low: float, high: float) -> float:
         for _ in range(_EIGHTHS):
@@ -289,6 +314,19 @@ class _Judge:
         return Zone.KNOCK if self.p.mu >= here else Zone.SAFE
 
 
+def _approaches(distances: Floats, sorts: Sequence[object]) -> list[int]:
+    # Places between neighbours of the same sort at which a distance from zero is least, and may be
+    # zero beside them: it is no more than what it falls by.
+    apart = np.abs(distances)
+    return [
+        place
+        for place in range(1, apart.size - 1)
+        if sorts[place - 1] is sorts[place] is sorts[place + 1]
+        and apart[place - 1] > apart[place] <= apart[place + 1]
+        and 2.0 * apart[place] <= max(apart[place - 1], apart[place + 1])
+    ]
+
+
 def _least(scale: _Judge) -> _Bound | None:
     found = float(safe_mus(scale.p, {}, np.array([scale.separation]))[0])
     return None if math.isnan(found) else _Bound(found)
@@ -316,7 +354,10 @@ def _continued(scale: _Judge, progress: Progress | None) -> tuple[Floats, Floats
         at = least(value)
         return None if math.isnan(at) else scale.p.mu >= at
 
-    for ends in pairwise(values.tolist()):
+    distances = np.array([least(value) - scale.p.mu for value in values.tolist()])
+    for place in _approaches(distances, [sort(value) for value in values.tolist()]):
+        _approach(least, sort, scale.p.mu, float(values[place - 1]), float(values[place + 1]))
+    for ends in pairwise(sorted(found)):
         low, high = ends
         for _ in range(_HALVES):
             if sort(low) is sort(high):
@@ -325,3 +366,20 @@ def _continued(scale: _Judge, progress: Progress | None) -> tuple[Floats, Floats
             low, high = (middle, high) if sort(middle) is sort(low) else (low, middle)
     ordered = sorted(found)
     return np.array(ordered), np.array([found[value] for value in ordered])
+
+
+def _approach(
+    least: Callable[[float], float],
+    sort: Callable[[float], bool | None],
+    mu: float,
+    low: float,
+    high: float,
+) -> None:
+    # Looks by golden sections for a value of another sort where the least μ comes nearest to μ.
+    begun = sort(low)
+    for _ in range(_LOOKS):
+        first, last = high - _GOLDEN * (high - low), low + _GOLDEN * (high - low)
+        if sort(first) is not begun or sort(last) is not begun:
+            return
+        nearer = abs(least(first) - mu) < abs(least(last) - mu)
+        low, high = (low, last) if nearer else (first, high)

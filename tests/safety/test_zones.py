@@ -4,6 +4,7 @@ import math
 
 import numpy as np
 import pytest
+from scipy.optimize import minimize_scalar
 
 from fivtui.equilibrium import critical_mu, stability
 from fivtui.model import Cancelled, InputError, Parameters
@@ -52,6 +53,48 @@ def test_bounds_of_another_parameter_are_where_stability_is_lost() -> None:
     for bound in found.bounds[1:-1]:
         (critical,) = critical_mu(F_120.with_values({"F": bound}))
         assert critical.mu == pytest.approx(F_120.mu, rel=1e-3)
+
+
+def test_a_narrow_zone_between_the_values_is_found() -> None:
+    # Critical friction over the preload has one least value; μ is just above it.
+    def critical(preload: float) -> float:
+        return critical_mu(Parameters(F=preload))[0].mu
+
+    found = minimize_scalar(
+        critical, bounds=(20.0, 100.0), method="bounded", options={"xatol": 1e-9}
+    )
+    p, worst = Parameters(mu=found.fun * (1.0 + 2e-6)), float(found.x)
+    # It lies half way between two values that are looked at first.
+    low, high = worst - 10.5, worst + 117.5
+    zones = linear_zones(p, "F", low, high)
+    assert zones.zones == (Zone.SMALL, Zone.SQUEALS, Zone.SMALL)
+    assert zones.at(worst) is Zone.SQUEALS
+    width = zones.bounds[2] - zones.bounds[1]
+    assert 0.0 < width < 0.5
+    assert linear_zones(p.with_values({"mu": found.fun * 0.999}), "F", low, high).zones == (
+        Zone.SMALL,
+    )
+
+
+@pytest.mark.parametrize("sign", [1.0, -1.0])
+def test_a_narrow_zone_of_knocks_between_the_values_is_found(
+    monkeypatch: pytest.MonkeyPatch, sign: float
+) -> None:
+    # Stands for cycles whose least μ has an extremum in the range.
+    p, at = Parameters(mu=0.2), 71.3
+    asked: list[float] = []
+
+    def around(_p: Parameters, columns: dict[str, np.ndarray], _separation: object) -> np.ndarray:
+        (preload,) = columns["F"]
+        asked.append(preload)
+        return np.array([p.mu + sign * (1e-5 * (preload - at) ** 2 - 1e-6)])
+
+    monkeypatch.setattr("fivtui.safety.zones.safe_mus", around)
+    zones = safety_zones(p, "F", 50.0, 98.0)
+    others, inside = (Zone.SAFE, Zone.KNOCK) if sign > 0.0 else (Zone.KNOCK, Zone.SAFE)
+    assert zones.zones == (others, inside, others)
+    assert zones.bounds[1:3] == pytest.approx((at - 0.316, at + 0.316), abs=0.01)
+    assert len(asked) < 80
 
 
 def test_what_is_not_searched_is_not_called_safe() -> None:
