@@ -38,7 +38,8 @@ def tradeoff_to_dict(result: Tradeoff) -> dict[str, Any]:
 
     ``parameters``, ``separation``, ``start``, ``t_end``, ``floor``, ``rows`` of ``method``,
     ``kernel``, ``setting``, ``cpu_s``, ``steps``, ``error_final``, ``error_peak``,
-    ``error_half_range``, ``error_events`` (s), ``separations`` (too many or missing), ``failure``,
+    ``error_half_range``, ``error_events`` (s), ``separations`` and, on a belt of finite speed,
+    ``sticks`` (too many or missing), ``failure``,
     ``pareto`` (quantities in which no other row beats it), and ``features``; with targets
     also ``cheapest``, a list of ``quantity``, ``error`` and ``row`` (null if none reached it).
     """
@@ -49,7 +50,7 @@ def tradeoff_to_dict(result: Tradeoff) -> dict[str, Any]:
         "start": start if isinstance(start, str) else list(start),
         "t_end": result.scene.t_end,
         "floor": {name: _finite(result.floor.of(name)) for name in QUANTITIES},
-        "rows": _rows(result.rows, fronts(result)),
+        "rows": _rows(result),
         "features": [asdict(feature) for feature in result.features],
         **({"cheapest": _cheapest(result)} if result.targets else {}),
     }
@@ -57,7 +58,7 @@ def tradeoff_to_dict(result: Tradeoff) -> dict[str, Any]:
 
 def tradeoff_columns(result: Tradeoff) -> dict[str, NDArray[Any]]:
     """The measured settings by column; NaN or empty text where there is no value."""
-    rows = _rows(result.rows, fronts(result))
+    rows = _rows(result)
     columns = {name: [row[name] for row in rows] for name in rows[0]}
     columns["pareto"] = [" ".join(names) for names in columns["pareto"]]
     return {
@@ -73,9 +74,8 @@ def fronts(result: Tradeoff) -> dict[str, list[MeasuredSetting]]:
     return {name: pareto(result.rows, name, result.floor.of(name)) for name in QUANTITIES}
 
 
-def _rows(
-    rows: Sequence[MeasuredSetting], best: Mapping[str, Sequence[MeasuredSetting]]
-) -> list[dict[str, Any]]:
+def _rows(result: Tradeoff, some: Sequence[MeasuredSetting] | None = None) -> list[dict[str, Any]]:
+    best, sticks = fronts(result), result.scene.parameters.v_belt is not None
     return [
         {
             "method": row.setting.method,
@@ -85,10 +85,11 @@ def _rows(
             "steps": row.steps,
             **{f"error_{name}": _error(row, name) for name in QUANTITIES},
             "separations": None if row.error is None else row.error.separations,
+            **({"sticks": None if row.error is None else row.error.sticks} if sticks else {}),
             "failure": row.failure or None,
             "pareto": [name for name in QUANTITIES if row in best[name]],
         }
-        for row in rows
+        for row in (result.rows if some is None else some)
     ]
 
 
@@ -96,7 +97,7 @@ def _cheapest(result: Tradeoff) -> list[dict[str, Any]]:
     found = []
     for quantity, error in result.targets.items():
         row = cheapest(result.rows, quantity, error)
-        (plain,) = _rows([row], fronts(result)) if row is not None else [None]
+        (plain,) = _rows(result, [row]) if row is not None else [None]
         found.append({"quantity": quantity, "error": error, "row": plain})
     return found
 
@@ -154,7 +155,7 @@ def _tradeoff(name: str, data: Mapping[str, Any]) -> Tradeoff:
     return Tradeoff(
         scene=scene,
         reference=None,
-        floor=Deviation(**floor, separations=0),
+        floor=Deviation(**floor, separations=0, sticks=0),
         rows=[_row(row) for row in data["rows"]],
         features=[Feature(**feature) for feature in data.get("features", [])],
     )
@@ -167,7 +168,8 @@ def _row(data: Mapping[str, Any]) -> MeasuredSetting:
     error = None
     if not failure:
         errors = {name: _infinite(data[f"error_{name}"]) for name in QUANTITIES}
-        error = Deviation(**errors, separations=int(data["separations"]))
+        separations, sticks = int(data["separations"]), int(data.get("sticks", 0))
+        error = Deviation(**errors, separations=separations, sticks=sticks)
     return MeasuredSetting(setting, float(data["cpu_s"]), int(data["steps"]), error, failure)
 
 

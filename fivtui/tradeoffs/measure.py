@@ -269,7 +269,11 @@ def _built(folder: Path) -> dict[str, Path]:
 def _greatest(found: Iterator[Deviation]) -> Deviation:
     several = list(found)
     worst = {name: max(entry.of(name) for entry in several) for name in QUANTITIES}
-    return Deviation(**worst, separations=max(abs(entry.separations) for entry in several))
+    return Deviation(
+        **worst,
+        separations=max(abs(entry.separations) for entry in several),
+        sticks=max(abs(entry.sticks) for entry in several),
+    )
 
 
 @dataclass(frozen=True, slots=True)
@@ -346,7 +350,7 @@ def _through_fmu(scene: Scene, fmu: Path, step: float, go_on: Progress) -> tuple
             "y_start": y,
             "vy_start": vy,
         },
-        outputs=("x", "vx", "y", "vy", "separations", "last_event", "mode"),
+        outputs=("x", "vx", "y", "vy", "separations", "sticks", "last_event", "mode"),
         progress=go_on,
     )
     columns = run.columns
@@ -363,6 +367,7 @@ def _through_fmu(scene: Scene, fmu: Path, step: float, go_on: Progress) -> tuple
         half_range=0.5 * float(np.ptp(late)),
         switch_times=events[events > 0.0],
         separations=round(columns["separations"][-1].item()),
+        sticks=round(columns["sticks"][-1].item()),
     )
     return seen, columns["time"].size - 1
 

@@ -15,6 +15,7 @@ _MARKS: Final = {"final": "F", "peak": "P", "half_range": "H", "events": "E"}
 
 def print_tradeoff(result: Tradeoff) -> None:
     """Print the settings, the cost of features, and the cheapest setting for each error target."""
+    on_belt = result.scene.parameters.v_belt is not None
     header = (
         "method",
         "setting",
@@ -25,11 +26,12 @@ def print_tradeoff(result: Tradeoff) -> None:
         "half peak-to-peak",
         "events s",
         "separations",
+        *(("sticks",) if on_belt else ()),
         "best for",
     )
     best = fronts(result)
     rows = [
-        _cells(row, "".join(mark for name, mark in _MARKS.items() if row in best[name]))
+        _cells(row, "".join(mark for name, mark in _MARKS.items() if row in best[name]), on_belt)
         for row in result.rows
     ]
     print_rows(f"Trade-off: {result.scene.name}, {result.scene.t_end:g} s", header, rows, keys=2)
@@ -61,12 +63,13 @@ def print_tradeoff(result: Tradeoff) -> None:
         print_list("Cheapest setting", advice)
 
 
-def _cells(row: MeasuredSetting, best: str) -> tuple[str, ...]:
+def _cells(row: MeasuredSetting, best: str, on_belt: bool) -> tuple[str, ...]:
     head = (row.setting.label, row.setting.text, f"{1e3 * row.cpu_s:.3g}")
     if row.error is None:
-        return (*head, "", row.failure, *[""] * 5)
+        return (*head, "", row.failure, *[""] * (5 + on_belt))
     errors = (_error(row.error.of(name)) for name in QUANTITIES)
-    return (*head, str(row.steps), *errors, f"{row.error.separations:+d}", best)
+    counts = (row.error.separations, row.error.sticks)[: 1 + on_belt]
+    return (*head, str(row.steps), *errors, *(f"{count:+d}" for count in counts), best)
 
 
 def _error(value: float) -> str:

@@ -38,6 +38,8 @@ class Deviation:
         Greatest difference in the time of a switch, s; infinite if their numbers differ.
     separations : int
         Separations too many (positive) or missing (negative).
+    sticks : int
+        The same of sticks to a belt of finite speed.
     """
 
     final: float
@@ -45,6 +47,7 @@ class Deviation:
     half_range: float
     events: float
     separations: int
+    sticks: int = 0
 
     def of(self, quantity: str) -> float:
         """The error of one of `QUANTITIES`."""
@@ -68,9 +71,9 @@ class Observation:
     half_range : float
         Half peak-to-peak of y over the second half of the run, m.
     switch_times : ndarray, shape (n,)
-        Times of all switches, s.
-    separations : int
-        Number of separations.
+        Times of separations and reattachments, s.
+    separations, sticks : int
+        Numbers of separations, and of sticks to a belt of finite speed.
     """
 
     final: State
@@ -78,6 +81,7 @@ class Observation:
     half_range: float
     switch_times: NDArray[np.float64]
     separations: int
+    sticks: int = 0
 
 
 def observation(run: Transient) -> Observation:
@@ -88,6 +92,7 @@ def observation(run: Transient) -> Observation:
         half_range=run.steady.y_half_range,
         switch_times=run.switch_times,
         separations=run.events.separations,
+        sticks=run.events.sticks,
     )
 
 
@@ -102,6 +107,7 @@ def deviation(run: Observation, truth: Observation) -> Deviation:
         half_range=_relative(abs(run.half_range - truth.half_range), truth.peak),
         events=math.inf if missing else float(late.max(initial=0.0)),
         separations=run.separations - truth.separations,
+        sticks=run.sticks - truth.sticks,
     )
 
 

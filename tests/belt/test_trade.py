@@ -1,5 +1,7 @@
 """RK4 across the switches, and errors against CPU time, on a belt of finite speed."""
 
+from pathlib import Path
+
 import numpy as np
 import pytest
 
@@ -8,8 +10,11 @@ from fivtui.assessment.report import print_accuracy
 from fivtui.model import State, time_scale
 from fivtui.scene import Scene
 from fivtui.tradeoffs import measure
+from fivtui.tradeoffs.files import load_tradeoff, save_tradeoff
 from fivtui.tradeoffs.measure import measure_tradeoff
+from fivtui.tradeoffs.report import print_tradeoff
 from fivtui.transient import Start, Transient
+from fivtui.tui.tabs.charts.tradeoff import columns_of, table_rows
 
 BELT = Parameters(v_belt=1.0)
 HOLDING = Parameters(v_belt=0.5, mu_s=0.9, v_s=0.4)
@@ -71,7 +76,7 @@ def test_a_small_error_grows_as_two_neighbours_part(
 
 
 def test_the_trade_shows_what_every_method_loses_on_a_belt_of_finite_speed(
-    monkeypatch: pytest.MonkeyPatch,
+    monkeypatch: pytest.MonkeyPatch, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     monkeypatch.setattr(measure, "QUICK_S", 1.0)
     found = measure_tradeoff(Scene("belt", "", BELT, t_end=4.0))
@@ -88,4 +93,18 @@ def test_the_trade_shows_what_every_method_loses_on_a_belt_of_finite_speed(
     fmu = [row for row in found.rows if row.setting.method == "fmu" and row.error is not None]
     assert fmu[-1].error is not None
     assert fmu[-1].error.of("events") < 1e-10
+    assert fmu[-1].error.sticks == 0
+    lost = {
+        row.error.sticks for row in found.rows if row.setting.method == "rk4-across" and row.error
+    }
+    assert lost == {-simulate(BELT, t_end=4.0).events.sticks}
+    print_tradeoff(found)
+    assert "sticks" in capsys.readouterr().out
+    assert columns_of(found)[-1] == "sticks"
+    assert {row[-1] for row in table_rows(found, "final", None)} >= {"0", f"{max(lost):+d}"}
+    save_tradeoff(found, tmp_path / "trade.csv")
+    read = load_tradeoff(tmp_path / "trade.csv").rows
+    assert [row.error and row.error.sticks for row in read] == [
+        row.error and row.error.sticks for row in found.rows
+    ]
     assert "belt of finite speed" in [feature.name for feature in found.features]

@@ -13,7 +13,14 @@ from fivtui.scene import Scene
 from fivtui.tui.chart import ChartView
 from fivtui.tui.session import DisplayedStudy, Job, Session, study_line
 
-from .charts.tradeoff import COLUMNS, TITLES, present_row, present_words, table_rows, tradeoff_chart
+from .charts.tradeoff import (
+    TITLES,
+    columns_of,
+    present_row,
+    present_words,
+    table_rows,
+    tradeoff_chart,
+)
 from .exports.export import Export, Heading, as_displayed, scene_study_export
 from .job_pane import JobPane
 from .tables import ListTable
@@ -120,7 +127,7 @@ class TradeoffPane(JobPane):
         else:
             rows = table_rows(result, self._quantity, present)
             table: ListTable[str] = self.query_one("#settings", ListTable)
-            table.fill(COLUMNS, {str(place): row for place, row in enumerate(rows)})
+            table.fill(columns_of(result), {str(place): row for place, row in enumerate(rows)})
 
     @on(Button.Pressed, ".quantity")
     def _chosen(self, event: Button.Pressed) -> None:

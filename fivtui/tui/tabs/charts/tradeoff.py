@@ -30,6 +30,12 @@ _NAMES: Final = {"final": "final state", "half_range": "half peak-to-peak, 2nd h
 COLUMNS: Final = ("method", "setting", "error", "CPU ms", "remark", "steps", "sep.")
 
 
+def columns_of(result: "Tradeoff") -> tuple[str, ...]:
+    """Headings of the table of a trade-off."""
+    on_belt = result.scene.parameters.v_belt is not None
+    return (*COLUMNS, "sticks") if on_belt else COLUMNS
+
+
 def _methods(result: "Tradeoff") -> dict[str, list[MeasuredSetting]]:
     methods: dict[str, list[MeasuredSetting]] = {}
     for row in result.rows:
@@ -70,20 +76,21 @@ def _trace(name: str, rows: list[MeasuredSetting], quantity: str, look: Look, ma
 def table_rows(
     result: "Tradeoff", quantity: str, present: MeasuredSetting | None
 ) -> list[tuple[str, ...]]:
-    """All settings as rows of `COLUMNS`."""
+    """All settings as rows of `columns_of`."""
     best = pareto(result.rows, quantity, result.floor.of(quantity))
     rows: list[tuple[str, ...]] = []
+    counts = 2 if result.scene.parameters.v_belt is not None else 1
     for row in result.rows:
         remarks = ["best"] if row in best else []
         if row is present:
             remarks.append("now")
         head, cpu_ms = (row.setting.label, row.setting.text), f"{1e3 * row.cpu_s:.3g}"
         if row.error is None:
-            rows.append((*head, "failed", cpu_ms, row.failure, "", ""))
+            rows.append((*head, "failed", cpu_ms, row.failure, *[""] * (1 + counts)))
             continue
         error = f"{row.error.of(quantity):.1e}"
-        separations = f"{row.error.separations:+d}" if row.error.separations else "0"
-        rows.append((*head, error, cpu_ms, " ".join(remarks), str(row.steps), separations))
+        off = [f"{n:+d}" if n else "0" for n in (row.error.separations, row.error.sticks)]
+        rows.append((*head, error, cpu_ms, " ".join(remarks), str(row.steps), *off[:counts]))
     return rows
 
 
