@@ -145,7 +145,8 @@ def scene_from_dict(data: Mapping[str, object], *, name: str | None = None) -> S
     if "name" not in fields:
         raise InputError("the key name is missing")
     fields.setdefault("description", "")
-    return Scene(parameters=_parameters(data.get("parameters", {})), **fields)
+    starts = {timed: table.after(0.0)[0] for timed, table in fields.get("over_time", ())}
+    return Scene(parameters=_parameters(data.get("parameters", {}), starts), **fields)
 
 
 def _check_version(data: Mapping[str, object]) -> None:
@@ -158,7 +159,8 @@ def _check_version(data: Mapping[str, object]) -> None:
         )
 
 
-def _parameters(table: object) -> Parameters:
+def _parameters(table: object, starts: Mapping[str, float]) -> Parameters:
+    # `starts` are values at t = 0 of those over time, which need not be given.
     if not isinstance(table, Mapping):
         raise InputError("parameters: must be a table of parameters")
     try:
@@ -166,7 +168,7 @@ def _parameters(table: object) -> Parameters:
         for name, value in table.items():
             spec = parameter_spec(name)
             values[name] = spec.check(_number(name, value))
-        return Parameters(**values)
+        return Parameters(**{**starts, **values})
     except InputError as error:
         raise InputError(f"[parameters] {error}") from None
 

@@ -100,7 +100,9 @@ def _driven(
     if request.kernel == "exact":
         raise InputError(f"{names} over time: the kernel must not be exact")
     if request.sensitivities:
-        raise InputError(f"{names} over time: must be without sensitivities")
+        raise InputError(
+            f"{names} over time: must be without sensitivities; sweep the parameter instead"
+        )
     if request.kernel == "compiled" or (request.kernel == "auto" and why_interpreted() is None):
         return compiled.run(request, progress, on_samples)
     from fivtui.taylor import DrivenStepper

@@ -155,7 +155,9 @@ def test_the_order_of_modes_does_not_depend_on_where_a_period_begins() -> None:
 
 
 def test_what_is_not_followed_is_refused(capsys: pytest.CaptureFixture[str]) -> None:
-    with pytest.raises(InputError, match="must be none for branches of twice the period"):
+    with pytest.raises(
+        InputError, match="twice the period; one that attracts is followed by --from cycle"
+    ):
         branch(DAMPED, "v_belt", origin="cycle", doubled=True)
     assert run(["branch", "--set", "v_belt=1", "--vary", "v_s"]) == 2
     assert "v_s = none: must have a value to vary v_s" in capsys.readouterr().err

@@ -5,7 +5,7 @@ from pathlib import Path
 
 import pytest
 
-from fivtui import simulate, sweep
+from fivtui import load_scene, simulate, sweep
 from fivtui.cli import run
 from fivtui.model import InputError
 from fivtui.scene.presets import PRESETS
@@ -130,3 +130,12 @@ def test_without_a_table_sticks_are_known_too() -> None:
     assert [row[2:4] for row in found.rows] == [[r.events.sticks, r.final_stick] for r in runs]
     with pytest.raises(InputError, match="output sticks: must be without error targets"):
         sweep(vary={"v_belt": [1.0]}, outputs=["sticks"], accuracy={"peak": 1e-3})
+
+
+def test_a_scene_file_need_not_say_what_its_table_begins_with(tmp_path: Path) -> None:
+    text = "fivtui_scene = 1\n[parameters]\nmu_s = 0.4\n[over_time]\nmu = [[0, 0.2], [4, 0.3]]\n"
+    (tmp_path / "s.toml").write_text(text)
+    assert load_scene(tmp_path / "s.toml").parameters.mu == 0.2
+    (tmp_path / "s.toml").write_text(text.replace("0.3]", "0.5]"))
+    with pytest.raises(InputError, match=r"reaches 0\.5: must be at most mu_s = 0\.4"):
+        load_scene(tmp_path / "s.toml")

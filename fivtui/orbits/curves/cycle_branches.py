@@ -99,7 +99,10 @@ def branch(
     if origin not in _ORIGINS and not isinstance(origin, Path):
         raise InputError(f"origin = {origin!r}: must be one of {', '.join(_ORIGINS)}, or a path")
     if doubled and p.v_belt is not None:
-        raise InputError(f"v_belt = {p.v_belt:g}: must be none for branches of twice the period")
+        raise InputError(
+            f"v_belt = {p.v_belt:g}: must be none for branches of twice the period; one that "
+            "attracts is followed by --from cycle"
+        )
     bottom, top = parameter_range(p, name, low, high)
     if not separation and p.k_nl == 0.0 and name != "k_nl":
         raise InputError("k_nl = 0: must be above 0 where separation is ignored: it is linear")
