@@ -78,6 +78,10 @@ class ContactForce(NamedTuple):
     max: float
 
 
+# A slip of so many periods is no part of a groan.
+_PERIODS: Final = 2.0
+
+
 class Events(NamedTuple):
     """Switches of the run.
 
@@ -115,7 +119,8 @@ class Stop(NamedTuple):
     squeal : float or None
         First separation.
     groan_begin, groan_end : float or None
-        From the first stick on, as long as stick and slip alternate.
+        The last time during which stick and slip alternate, two sticks or more: a slip of more than
+        two periods 2π √(m/(k1 + k3/2)) ends it, and the final stick.
     final_stick : float or None
         From when on the slider sticks until the end.
     """
@@ -248,10 +253,26 @@ class Transient(Result):
         """Onset of squeal, groan and final stick, where the speed of the belt changes with time."""
         if "v_belt" not in self.over_time:
             return None
-        off, held, final = self.separated_intervals, self.stick_intervals, self.final_stick
-        begin = held[0][0] if held and held[0][0] != final else None
-        end = None if begin is None else final if final is not None else self.t_end
-        return Stop(off[0][0] if off else None, begin, end, final)
+        off = self.separated_intervals
+        begin, end = self._groan()
+        return Stop(off[0][0] if off else None, begin, end, self.final_stick)
+
+    def _groan(self) -> tuple[float, float] | tuple[None, None]:
+        p = self.parameters
+        longest = _PERIODS * 2.0 * math.pi * math.sqrt(p.m / (p.k1 + 0.5 * p.k3))
+        found: list[list[tuple[float, float]]] = []
+        for stick in self.stick_intervals:
+            if not found or stick[0] - found[-1][-1][1] > longest:
+                found.append([])
+            found[-1].append(stick)
+        several = [sticks for sticks in found if len(sticks) > 1]
+        if not several:
+            return None, None
+        (begin, _), *_, (last, released) = several[-1]
+        if released == self.t_end:
+            return begin, last
+        goes_on = several[-1] is found[-1] and self.t_end - released <= longest
+        return begin, self.t_end if goes_on else released
 
     def _summary(self) -> list[tuple[str, str]]:
         events, final = self.events, self.final

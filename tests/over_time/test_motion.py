@@ -252,6 +252,27 @@ def test_the_preset_squeals_groans_and_comes_to_rest() -> None:
     assert later == (None, None, None, None)
 
 
+def test_a_groan_is_the_last_series_of_sticks_of_which_every_cycle_has_one() -> None:
+    scene = find_scene("brake-stop")
+    tables = dict(scene.over_time)
+    run = simulate(scene.parameters, t_end=scene.t_end, over_time=tables)
+    stop, held = run.stop, run.stick_intervals
+    assert stop is not None
+    # Two sticks while it squeals, six seconds of sliding, and from then on one in every cycle.
+    assert [held[2][0] - held[1][1] > 6.0, stop.groan_begin] == [True, held[2][0]]
+    assert max(later[0] - early[1] for early, later in itertools.pairwise(held[2:])) < 1.3
+    # It ends with the last stick where sliding goes on, and not yet where that has just begun.
+    for t_end, end in ((14.0, held[1][1]), (12.0, 12.0), (22.0, 22.0)):
+        cut = simulate(scene.parameters, t_end=t_end, over_time=tables).stop
+        assert cut is not None
+        assert cut.groan_end == pytest.approx(end, abs=1e-12)
+        assert cut.groan_begin == (held[0] if t_end < 20.0 else held[2])[0]
+    # One stick is no groan.
+    alone = simulate(scene.parameters, t_end=10.5, over_time=tables).stop
+    assert alone is not None
+    assert alone[1:3] == (None, None)
+
+
 def test_scenes_with_tables_are_written_and_read(tmp_path: Path) -> None:
     scene = find_scene("brake-stop")
     save_scene(scene, tmp_path / "stop.toml")
