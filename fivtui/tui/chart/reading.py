@@ -144,7 +144,9 @@ def _legend(chart: Chart, view: View) -> list[Span]:
         style = "hidden" if index in view.hidden else trace_style(trace, index)
         plain = trace.look == "line" and not trace.mark
         mark = "─" if plain else trace_mark(trace, index)
-        spans.append((f" {index + 1}{mark}{trace.name}", style))
+        # A letter would be read as one of the name.
+        apart = " " if mark.isalpha() else ""
+        spans.append((f" {index + 1}{apart}{mark}{apart}{trace.name}", style))
     return spans
 
 

@@ -7,7 +7,7 @@ from typing import Any, ClassVar, Final
 from textual import on
 from textual.app import ComposeResult
 from textual.containers import Horizontal
-from textual.events import DescendantBlur, DescendantFocus
+from textual.events import DescendantBlur, DescendantFocus, Resize
 from textual.message import Message
 from textual.widgets import Button, Input, ProgressBar, Static
 from textual.worker import Worker, WorkerState
@@ -16,9 +16,29 @@ from fivtui.model import InputError
 from fivtui.tui.session import PRECEDENCE, Job, Outcome, Session, crash_words, outcome_of
 
 from .messages import Reported
+from .tables import fitted
 from .views_pane import ViewsPane
 
 _PERIOD: Final = 0.1
+
+
+class JobWords(Static):
+    """Words in one line; those without room are in the tooltip."""
+
+    def __init__(self, words: str) -> None:
+        super().__init__(words, classes="job-words", markup=False)
+        self._words = words
+
+    def show(self, words: str) -> None:
+        """Display words."""
+        self._words = words
+        self._fit()
+
+    @on(Resize)
+    def _fit(self) -> None:
+        fit = fitted(self._words, self.size.width)
+        self.update(fit, layout=False)
+        self.tooltip = self._words if fit != self._words else None
 
 
 class JobBar(Horizontal):
@@ -32,7 +52,7 @@ class JobBar(Horizontal):
         """Button, progress bar, words."""
         yield Button(self._verb, classes="job-button", compact=True, variant="primary")
         yield ProgressBar(total=1.0, show_percentage=False, show_eta=False)
-        yield Static(self._hint, classes="job-words", markup=False)
+        yield JobWords(self._hint)
 
     def show(self, job: Job | None, words: str) -> None:
         """Display a running job's progress, or else some words."""
@@ -45,7 +65,7 @@ class JobBar(Horizontal):
         if job is not None:
             self.query_one(ProgressBar).update(progress=job.fraction)
             words = job.words
-        self.query_one(Static).update(words, layout=False)
+        self.query_one(JobWords).show(words)
 
 
 class JobPane(ViewsPane):

@@ -47,7 +47,7 @@ class SweepPane(JobPane):
     NAME: ClassVar[str] = "sweep"
     VERB: ClassVar[str] = "Sweep"
     HINT: ClassVar[str] = "F10: compute, Enter: run a point"
-    FORM: ClassVar[str] = "NAME=START:STOP:COUNT or NAME=A,B,C or peak-over-belt-speed"
+    FORM: ClassVar[str] = "NAME=START:STOP:COUNT or NAME=A,B,C, or peak-over-belt-speed"
     VIEWS: ClassVar[Mapping[str, str]] = {"amplitudes": "Amplitudes"}
 
     @dataclass

@@ -90,6 +90,16 @@ class ListTable(DataTable[Cell]):
             self.fill(*self._filled)
 
 
+def fitted(words: str, width: int) -> str:
+    """Words as far as they fit into some columns; what is left out is marked."""
+    if not 0 < width < cell_len(words):
+        return words
+    left = words[: width - 1]
+    if words[width - 1] not in " ,;":
+        left = left.rpartition(" ")[0] or left
+    return f"{left.rstrip(' ,;')}…"
+
+
 def flowed(facts: Iterable[str], width: int) -> str:
     """Facts in as few lines as have room for whole ones."""
     lines: list[str] = []

@@ -50,6 +50,12 @@ def test_each_number_stands_below_its_bound() -> None:
         assert mark in zones[at : at + len(number)]
 
 
+def test_a_value_from_a_computation_is_rounded() -> None:
+    text = "0.615668539036192"
+    _, numbers = drawn(Gauge("μ", OVER_MU, float(text), text, searching=False, basis=""), 100)
+    assert "0.61567" in numbers.split()
+
+
 def test_unknown_and_impossible_values_are_said_so() -> None:
     unknown = Zones("F", (0.0, 10.0, 20.0), (Zone.SMALL, Zone.NONE))
     searching, _ = drawn(Gauge("F (N)", unknown, 5.0, "5", searching=True, basis=""), 150)

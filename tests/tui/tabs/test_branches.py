@@ -28,7 +28,7 @@ BRANCH = branch(None, "mu", low=0.2, high=1.0)
 def test_stable_cycles_are_full_unstable_ones_dashed_and_events_marked() -> None:
     chart = branch_chart(BRANCH, 0.7)
     traces = {trace.name: trace for trace in chart.traces}
-    assert list(traces) == ["stable", "unstable", "hopf", "touch", "fold"]
+    assert list(traces) == ["stable", "unstable", "Hopf", "touch", "fold"]
     fold = traces["fold"]
     assert fold.x[0] == pytest.approx(0.277876613, rel=1e-8)
     # Stable from the fold on; dashes have gaps, and lie between fold and Hopf point.
@@ -38,9 +38,9 @@ def test_stable_cycles_are_full_unstable_ones_dashed_and_events_marked() -> None
     dashes = traces["unstable"].x
     assert 5 < np.count_nonzero(np.diff(np.isfinite(dashes).astype(int)) == 1) < 100
     assert np.nanmin(dashes) >= fold.x[0] - 1e-9
-    assert np.nanmax(dashes) <= traces["hopf"].x[0] + 1e-9
+    assert np.nanmax(dashes) <= traces["Hopf"].x[0] + 1e-9
     picture = draw(chart, View(), 90, 25).text()
-    for words in ("1●stable", "2○unstable", "3Hhopf", "5Ffold", "limit cycles", "now"):
+    for words in ("1●stable", "2○unstable", "3 H Hopf", "5 F fold", "limit cycles", "now"):
         assert words in picture
 
 
@@ -92,9 +92,10 @@ async def test_a_branch_is_followed_opened_written_and_copied(
     pane.query_one("#along", Input).value = "mu=0.2"
     await pilot.press("f10")
     await until_shown(pilot, "must be NAME or NAME=LOW:HIGH")
-    pane.query_one("#along", Input).value = "mu=0.2:1"
+    pane.query_one("#along", Input).value = "μ=0.2:1"
     await pilot.press("f10")
-    await until_shown(pilot, "fold 0.27788")
+    await until_shown(pilot, "Hopf 0.4394 touch 0.3707 fold 0.2779")
+    await until_shown(pilot, "3 H Hopf 4 T touch 5 F fold")
     assert "○unstable" in text_of(pilot)
     chart = pane.query_one("#branch-chart", ChartView)
     chart.focus()

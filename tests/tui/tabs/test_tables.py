@@ -5,7 +5,7 @@ from rich.text import Text
 from textual.app import App, ComposeResult
 
 from fivtui.tui.app import FivtuiApp
-from fivtui.tui.tabs.tables import ListTable
+from fivtui.tui.tabs.tables import ListTable, fitted
 from tests.support.laboratory import show_tab, text_of, until_shown
 
 COLUMNS = ("figure", "what it shows")
@@ -81,3 +81,18 @@ async def test_where_there_is_little_room_a_column_is_dropped_and_one_wrapped() 
         await pilot.resize_terminal(90, 10)
         await pilot.pause()
         assert lines_of(table)[0].split() == ["verdict", "statement", "stated"]
+
+
+@pytest.mark.parametrize(
+    ("width", "shown"),
+    [
+        (0, "fold 0.2779 touch 0.3; ends"),
+        (27, "fold 0.2779 touch 0.3; ends"),
+        (26, "fold 0.2779 touch 0.3…"),
+        (22, "fold 0.2779 touch 0.3…"),
+        (21, "fold 0.2779 touch…"),
+        (3, "fo…"),
+    ],
+)
+def test_words_without_room_are_left_out_whole_and_marked(width: int, shown: str) -> None:
+    assert fitted("fold 0.2779 touch 0.3; ends", width) == shown

@@ -14,6 +14,8 @@ from fivtui.safety import Zone, Zones
 _MARKER: Final = "●"
 _BOUND: Final = "┼"
 _DIGITS: Final = 3
+_OF_VALUE: Final = 5
+_LONGEST: Final = 8
 # How far a number below the gauge may be from what it is of, in columns.
 _APART: Final = 6
 _TEXT: Final = {
@@ -124,7 +126,9 @@ class Gauge:
                     taken[place] = True
             return first
 
-        here = write(self.value, self.text, "bold", range(room)) or 0
+        # A value from a computation has all its digits.
+        own = self.text if len(self.text) <= _LONGEST else f"{self.value:.{_OF_VALUE}g}"
+        here = write(self.value, own, "bold", range(room)) or 0
         bounds = self.zones.bounds
         # The ends have precedence over what is between them.
         for bound in (bounds[0], bounds[-1], *bounds[1:-1]):
@@ -133,7 +137,7 @@ class Gauge:
                 # Numbers stand in their order.
                 write(bound, text, "", range(max(here - len(text), 0)))
             elif bound > self.value:
-                write(bound, text, "", range(here + len(self.text) + 1, room))
+                write(bound, text, "", range(here + len(own) + 1, room))
         return _joined(line)
 
 

@@ -12,11 +12,11 @@ from fivtui.model import ALL_PARAMETERS, InputError, parameter_spec
 from fivtui.orbits import CycleBranch, CyclePoint, EventKind
 from fivtui.scene import Scene
 from fivtui.tui.chart import Chart, Guide, Trace
-from fivtui.tui.session import base_scene
+from fivtui.tui.session import base_scene, plain_names
 
 FloatArray = NDArray[np.float64]
 
-EXAMPLE: Final = "mu=0.2:1"
+EXAMPLE: Final = "μ=0.2:1"
 Origin = Literal["hopf", "cycle"]
 _MARKS: Final[Mapping[EventKind, str]] = {
     EventKind.HOPF: "H",
@@ -29,6 +29,7 @@ _MARKS: Final[Mapping[EventKind, str]] = {
     EventKind.REVERSE_SLIP: "R",
     EventKind.ORDER: "O",
 }
+_NAMES: Final[Mapping[EventKind, str]] = {EventKind.HOPF: "Hopf"}
 # Dashes along a branch, in shares of the size of the chart.
 _DASH: Final = 0.02
 _EACH: Final = 8
@@ -37,8 +38,8 @@ _PERIODS: Final = 20
 
 
 def parse_branch(text: str) -> tuple[str, tuple[float, float] | None]:
-    """The parameter and its range in text such as ``mu=0.2:1``; the range may be missing."""
-    name, equals, ends = (part.strip() for part in text.partition("="))
+    """The parameter and its range in text such as ``μ=0.2:1``; the range may be missing."""
+    name, equals, ends = (part.strip() for part in plain_names(text).partition("="))
     spec = parameter_spec(name)
     if not equals:
         return name, None
@@ -47,6 +48,11 @@ def parse_branch(text: str) -> tuple[str, tuple[float, float] | None]:
         raise InputError(f"{text}: must be NAME or NAME=LOW:HIGH, e.g. {EXAMPLE}")
     low, high = (spec.check(part.strip()) for part in parts)
     return name, (low, high)
+
+
+def event_name(kind: EventKind) -> str:
+    """What happens at a point of a branch, as charts call it."""
+    return _NAMES.get(kind, str(kind).replace("-", " "))
 
 
 def branch_chart(result: CycleBranch, now: float | None) -> Chart:
@@ -64,7 +70,7 @@ def branch_chart(result: CycleBranch, now: float | None) -> Chart:
     )
     events = [
         Trace(
-            str(kind),
+            event_name(kind),
             np.array([event.value for event in met]),
             np.array([0.5 * (event.y_max - event.y_min) for event in met]),
             look="points",

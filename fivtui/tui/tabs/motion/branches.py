@@ -16,6 +16,7 @@ from fivtui.tui.tabs.charts.branches import (
     EXAMPLE,
     Origin,
     branch_chart,
+    event_name,
     nearest_cycle,
     orbit_scene,
     parse_branch,
@@ -38,6 +39,7 @@ class BranchesPane(JobPane):
     NAME: ClassVar[str] = _KIND
     VERB: ClassVar[str] = "Follow"
     HINT: ClassVar[str] = "F10: follow, Enter: run an orbit"
+    FORM: ClassVar[str] = "NAME=LOW:HIGH or NAME"
     VIEWS: ClassVar[Mapping[str, str]] = {"branch": "Branch"}
 
     def compose_bar(self) -> ComposeResult:
@@ -93,8 +95,8 @@ class BranchesPane(JobPane):
             self.stop()
         if displayed is not None and self.job is None:
             found = displayed.value
-            events = ", ".join(f"{event.kind} {event.value:.5g}" for event in found.events)
-            self.say(f"{events}; ends: it {found.ends[1]}" if events else f"it {found.ends[1]}")
+            events = [f"{event_name(event.kind)} {event.value:.4g}" for event in found.events]
+            self.say("; ".join(filter(None, [" ".join(events), f"its end: it {found.ends[1]}"])))
         self.draw()
 
     def draw(self) -> None:
