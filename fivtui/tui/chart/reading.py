@@ -21,6 +21,9 @@ _INVERSES: Final = {"s": "Hz", "Hz": "s"}
 # A longer name of a run is replaced by its number where limits leave it out.
 _LONGEST_NAME: Final = 8
 
+# Between the parts of a note, which are not divided.
+_PARTS: Final = re.compile(r"(?<=,) | {2,}")
+
 # Text and its style.
 Span = tuple[str, str]
 
@@ -129,8 +132,9 @@ def heading(
     if first or second:
         read = _read(chart, view, first, second)
         return [*read, *kept], len(read)
-    title = (" ".join(filter(None, [chart.y_label, chart.note])) + " ", "label")
-    return [title, *kept, *_legend(chart, view)], 1 + len(kept)
+    notes = [f"{part} " for part in _PARTS.split(chart.note) if part]
+    title = [(part, "label") for part in (f"{chart.y_label} ", *notes)]
+    return [*title, *kept, *_legend(chart, view)], len(title) + len(kept)
 
 
 def is_long(chart: Chart, view: View) -> bool:

@@ -19,7 +19,6 @@ from .charts.uncertainty import (
     drawn,
     histogram_chart,
     index_rows,
-    probability_words,
     samples_chart,
     truncation_words,
     uncertainty_request,
@@ -36,6 +35,11 @@ _PREFIX: Final = "scattered-"
 _OUTPUT: Final = "output"
 _VARY: Final = "vary"
 _NOTHING: Final = "no uncertainty study to export yet: press F10"
+
+
+class _IndexTable(ListTable[str]):
+    wrapped = COLUMNS[0]
+    dropped = ("if linear", "0 … 1")
 
 
 class UncertaintyPane(JobPane):
@@ -73,7 +77,7 @@ class UncertaintyPane(JobPane):
                     yield Button(title, id=f"{_PREFIX}{name}", classes=classes, compact=True)
             yield ChartView("histogram-chart", nothing="nothing scattered yet: press F10")
             yield Static("", id="probabilities", markup=False)
-        yield ListTable[str](id="indices", cursor_type="row", zebra_stripes=True)
+        yield _IndexTable(id="indices", cursor_type="row", zebra_stripes=True)
         with Vertical(id="samples"):
             yield ChartView("samples-chart", nothing="nothing scattered yet: press F10")
 
@@ -98,7 +102,9 @@ class UncertaintyPane(JobPane):
 
     def progressed(self) -> None:
         """Display the present probabilities and their errors."""
-        self.query_one("#probabilities", Static).update(self._present)
+        view = self.query_one("#probabilities", Static)
+        view.update(self._present)
+        view.display = bool(self._present)
 
     def take(self, result: "Uncertainty") -> None:
         """Display a study."""
@@ -134,7 +140,8 @@ class UncertaintyPane(JobPane):
         make = histogram_chart if self.view == "histogram" else samples_chart
         self.query_one(f"#{self.view}-chart", ChartView).show(make(result, self._output))
         if self.job is None:
-            self.query_one("#probabilities", Static).update(probability_words(result))
+            # They stand above the chart.
+            self.query_one("#probabilities").display = False
 
     @on(Input.Changed, "#scattered")
     def _edited(self, event: Input.Changed) -> None:

@@ -50,7 +50,7 @@ def test_a_histogram_has_a_step_line_for_each_region(result: Uncertainty) -> Non
     assert "P(squeal possible) = 0.8" in text
     constant = charts.histogram_chart(result, "safe_mu")
     assert constant is not None
-    assert constant.x_label == "safe friction coefficient"
+    assert constant.x_label == "safe μ"
 
 
 def test_samples_are_drawn_by_region(result: Uncertainty) -> None:
@@ -65,7 +65,9 @@ def test_samples_are_drawn_by_region(result: Uncertainty) -> None:
 
 def test_the_table_has_the_indices_as_numbers_and_bars(result: Uncertainty) -> None:
     rows = charts.index_rows(result)
-    assert [row[0] for row in rows] == [name.replace("_", " ") for name in result.indices]
+    assert [row[0] for row in rows] == [
+        charts._AXES.get(name, name.replace("_", " ")) for name in result.indices
+    ]
     assert rows[0][1] == "μ"
     assert rows[0][2].startswith("1.0")
     assert charts.bar(0.5, 0.75) == "█" * 12 + "░" * 6
@@ -95,7 +97,7 @@ async def test_a_key_scatters_and_the_views_show_what_comes_of_it(
     await until_shown(pilot, "P(squeal possible) = 0.8")
     assert "squeals after a knock" in text_of(pilot)
     await pilot.click("#scattered-critical_mu")
-    await until_shown(pilot, "critical friction coefficient")
+    await until_shown(pilot, "critical μ")
     pane.show_view("indices")
     await until_shown(pilot, "with others")
     assert "████" in text_of(pilot)

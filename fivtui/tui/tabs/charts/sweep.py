@@ -174,7 +174,7 @@ def sweep_chart(points: SweepPoints, now: float | None) -> Chart:
         for case, limit in points.limits.items()
     ]
     first = OUTPUTS[outputs[0]]
-    shown = "|y| peak, half peak-to-peak of 2nd half" if first.name in _OUTPUTS else first.meaning
+    shown = "|y| peak, ±y 2nd half" if first.name in _OUTPUTS else first.meaning
     along = _label(symbol_of(points.name), VARIABLES[points.name].unit)
     return Chart(along, _label(shown, first.unit), tuple(traces), guides=tuple(guides), tight=False)
 

@@ -26,6 +26,14 @@ TITLES: Final = {
     "y_half_range": "±y",
     "P_max": "P",
 }
+# What they are called at an axis and in the table.
+_AXES: Final = {
+    "growth_rate": "growth rate",
+    "critical_mu": "critical μ",
+    "safe_mu": "safe μ",
+    "y_half_range": "±y 2nd half",
+    "P_max": "greatest P",
+}
 COLUMNS: Final = ("of", "input", "alone", "with others", "if linear", "0 … 1")
 SAMPLES: Final = 4096
 _BINS: Final = 60
@@ -91,7 +99,7 @@ def histogram_chart(result: "Uncertainty", wanted: str) -> Chart | None:
     quantiles = result.quantiles[name]
     guides = tuple(Guide(quantiles[level].value, f"{float(level):.0%}") for level in _LEVELS)
     return Chart(
-        _label(column.meaning, column.unit),
+        _label(_AXES.get(name, column.meaning), column.unit),
         "share of samples",
         tuple(traces),
         guides=guides,
@@ -126,7 +134,7 @@ def index_rows(result: "Uncertainty") -> Sequence[Sequence[str]]:
         ranked = sorted(indices.items(), key=lambda item: -item[1].total.value)
         for place, (key, each) in enumerate(ranked):
             rows.append((
-                name.replace("_", " ") if place == 0 else "",
+                _AXES.get(name, name.replace("_", " ")) if place == 0 else "",
                 symbol_of(key),
                 f"{each.first.value:.2f} ± {each.first.error:.2f}",
                 f"{each.total.value:.2f} ± {each.total.error:.2f}",
