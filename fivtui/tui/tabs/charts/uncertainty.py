@@ -40,7 +40,7 @@ _BINS: Final = 60
 _DOTS: Final = 2000
 _MARKS: Final = ("○", "▫", "▲")
 _LEVELS: Final = ("0.05", "0.5", "0.95")
-_BAR: Final = 24
+_BAR: Final = 12
 _DIGITS: Final = 4
 
 
