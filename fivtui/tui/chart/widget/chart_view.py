@@ -4,8 +4,6 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import ClassVar, Final
 
-from rich.segment import Segment
-from rich.style import Style
 from textual.binding import Binding, BindingType
 from textual.events import (
     Click,
@@ -17,21 +15,16 @@ from textual.events import (
     MouseUp,
 )
 from textual.message import Message
-from textual.strip import Strip
-from textual.widget import Widget
 
-from fivtui.tui.chart.chart import Chart, Cursors, Place, Trace, View
-from fivtui.tui.chart.picture import MARGIN, Picture, draw
+from fivtui.tui.chart.chart import Place, View
+from fivtui.tui.chart.cursor_moves import cursor_place, put_cursor, step_cursor, switch_cursor
 from fivtui.tui.chart.reading import (
     NearestPoint,
     Span,
-    is_long,
     nearest,
-    nearest_along,
-    nearest_index,
 )
-from fivtui.tui.chart.styles import CHART_STYLES, FOCUSED_STYLES
 
+from .drawn_chart import DrawnChart
 from .limits_dialog import LimitsDialog
 
 _ZOOM: Final = Binding.Group("Zoom")
@@ -40,31 +33,10 @@ _ZOOM_STEP: Final = 0.7
 _WHEEL_STEP: Final = 0.85
 _PAN_STEP: Final = 0.15
 _BIG_STEP: Final = 10
-# Steps of a cursor along a whole curve, and where cursors appear.
-_STEPS: Final = 500
-_APPEAR: Final = (0.5, 0.75)
 _RIGHT_BUTTON: Final = 3
-_WIDE: Final = 90
-_LEAST: Final = (MARGIN + 2, 3)
 
 
-@dataclass(frozen=True, slots=True)
-class _Control:
-    # A clickable word at the end of the heading, with a short form for narrow charts.
-    action: str
-    words: str
-    brief: str
-
-
-_CONTROLS: Final = (
-    _Control("log('x')", "log x", "logx"),
-    _Control("log('y')", "log y", "logy"),
-    _Control("limits", "limits", "lim"),
-    _Control("whole", "fit", "fit"),
-)
-
-
-class ChartView(Widget, can_focus=True):
+class ChartView(DrawnChart, can_focus=True):
     """A chart with zoom, pan, cursor, typed limits and logarithmic axes, by key and mouse.
 
     textual-plot takes over 50 ms per plot and has no logarithmic axes, cursor or shades.
@@ -139,119 +111,14 @@ class ChartView(Widget, can_focus=True):
             return self.view
 
     def __init__(self, id: str, *, nothing: str = "", openable: bool = False) -> None:  # noqa: A002
-        super().__init__(id=id)
-        self.view = View()
-        self._chart: Chart | None = None
-        self._nothing, self._openable = nothing, openable
-        self._picture: Picture | None = None
-        self._styles_by_name: dict[str, Style] = {}
-        self._controls: list[tuple[int, int, str]] = []
+        super().__init__(id, nothing=nothing)
+        self._openable = openable
         self._held: tuple[int, int] | None = None
         self._dragged = False
-        # Cursors by what they are at a value of, which charts share, or by chart.
-        self.linked: dict[str, Cursors] = {}
-
-    @property
-    def chart(self) -> Chart | None:
-        """The displayed chart."""
-        return self._chart
-
-    def text(self) -> str:
-        """The picture without its styles; empty without a chart."""
-        if self._chart is None:
-            return ""
-        return draw(self._chart, self.view, *self.size).text()
-
-    def show(self, chart: Chart | None, *, nothing: str | None = None) -> None:
-        """Display a chart in the current view; if None, the text `nothing`."""
-        self._chart = chart
-        if chart is not None:
-            shared = chart.cursor_label or str(self.id)
-            self.view.cursors = self.linked.setdefault(shared, Cursors())
-        if nothing is not None:
-            self._nothing = nothing
-        self.redraw()
-
-    def redraw(self) -> None:
-        """Draw the chart again."""
-        self._picture = None
-        self.refresh()
 
     def check_action(self, action: str, parameters: tuple[object, ...]) -> bool | None:  # noqa: ARG002
         """Disable "open" where points cannot be opened."""
         return self._openable if action == "open" else True
-
-    # Drawing
-
-    def notify_style_update(self) -> None:
-        """Follow a change of theme."""
-        self._styles_by_name.clear()
-        super().notify_style_update()
-
-    def _style(self, name: str) -> Style:
-        if name not in self._styles_by_name:
-            known = {**CHART_STYLES, **(FOCUSED_STYLES if self.has_focus else {})}
-            own = self.app.stylesheet.parse_style(known.get(name, name))
-            self._styles_by_name[name] = (self.visual_style + own).rich_style
-        return self._styles_by_name[name]
-
-    def on_focus(self) -> None:
-        """Use the styles of a focused chart."""
-        self._restyle()
-
-    def on_blur(self) -> None:
-        """Use the usual styles."""
-        self._restyle()
-
-    def _restyle(self) -> None:
-        self._styles_by_name.clear()
-        self.refresh()
-
-    def render_line(self, y: int) -> Strip:
-        """A line of the picture."""
-        lines = self._lines()
-        spans = lines[y] if y < len(lines) else []
-        width = self.size.width
-        segments = [Segment(text, self._style(name)) for text, name in spans]
-        return Strip(segments).adjust_cell_length(width, self._style("plot"))
-
-    def _lines(self) -> list[list[Span]]:
-        width, height = self.size
-        if self._chart is None or width < _LEAST[0] or height < _LEAST[1]:
-            return [[("", "plot")], [(f" {self._nothing}"[:width], "label")]]
-        if self._picture is None:
-            self._controls.clear()
-            crowded = width < _WIDE and is_long(self._chart, self.view)
-            controls = [] if crowded else self._heading_end(width)
-            reserved = sum(len(text) for text, _ in controls)
-            self._picture = draw(self._chart, self.view, width, height, reserved=reserved)
-            # The last span of the first line is the reserved room.
-            self._picture.lines[0][-1:] = controls
-        return self._picture.lines
-
-    def _drawn(self) -> Picture | None:
-        # Keys and mouse may come before the frame; without a chart or room there is no picture.
-        self._lines()
-        return self._picture
-
-    def _heading_end(self, width: int) -> list[Span]:
-        wide = width >= _WIDE
-        words = [control.words if wide else control.brief for control in _CONTROLS]
-        view = self.view
-        kept = view.x is not None or view.y is not None
-        on = {"log('x')": view.log_x, "log('y')": view.log_y, "whole": kept}
-        column = width - sum(len(word) + 1 for word in words)
-        spans: list[Span] = []
-        for control, word in zip(_CONTROLS, words, strict=True):
-            style = "control-on" if on.get(control.action) else "control"
-            spans += [(" ", "plot"), (word, style)]
-            self._controls.append((column + 1, column + 1 + len(word), control.action))
-            column += len(word) + 1
-        return spans
-
-    def on_resize(self) -> None:
-        """Draw for the new size."""
-        self.redraw()
 
     # Moving
 
@@ -261,7 +128,8 @@ class ChartView(Widget, can_focus=True):
 
     def action_zoom(self, direction: int) -> None:
         """Zoom in (-1) or out (+1) about the cursor, or else the middle."""
-        self._zoom(_ZOOM_STEP, direction, self._cursor_place() or (0.5, 0.5))
+        place = None if self._chart is None else cursor_place(self._chart, self.view)
+        self._zoom(_ZOOM_STEP, direction, place or (0.5, 0.5))
 
     def _zoom(self, step: float, direction: int, about: tuple[float, float]) -> None:
         if self._chart is not None:
@@ -276,10 +144,13 @@ class ChartView(Widget, can_focus=True):
 
     def action_step(self, right: int, up: int) -> None:
         """Move the cursor if it is on, else pan."""
-        if self._chart is None:
+        picture = self._drawn()
+        if self._chart is None or picture is None:
             return
         if self.view.cursors.kept:
-            self._step_cursor(right, up)
+            if step_cursor(self._chart, self.view, (right, up), picture.plot[2:]):
+                self._moved()
+            self._cursor_moved()
         else:
             self.view.pan(self._chart, _PAN_STEP * right, _PAN_STEP * up)
             self._moved()
@@ -315,31 +186,9 @@ class ChartView(Widget, can_focus=True):
 
     def action_cursor(self, which: int) -> None:
         """Switch a cursor on, let keys move it if they move the other one, or switch it off."""
-        cursors = self.view.cursors
-        second = bool(which)
-        before = cursors.second if second else cursors.first
-        if self._chart is None:
-            return
-        if cursors.kept and before is not None and cursors.second_moves is second:
-            cursors.put(None)
-            cursors.second_moves = cursors.second is not None
-            cursors.kept = cursors.moving is not None
+        if self._chart is not None:
+            switch_cursor(self._chart, self.view, second=bool(which))
             self._cursor_moved()
-            return
-        cursors.kept = True
-        for number in (0, 1)[: which + 1]:
-            cursors.second_moves = bool(number)
-            if cursors.moving is None:
-                self._appear(_APPEAR[number])
-        cursors.second_moves = second
-        self._cursor_moved()
-
-    def _appear(self, part: float) -> None:
-        trace = self._top_along()
-        if trace is None:
-            self._put_cursor((part, 0.5))
-        elif trace.along is not None:
-            self.view.cursors.put((float(trace.along[int(part * (trace.along.size - 1))]), 0.0))
 
     def action_cursor_off(self) -> None:
         """Switch the cursors off."""
@@ -350,76 +199,9 @@ class ChartView(Widget, can_focus=True):
         self.redraw()
         self.post_message(self.CursorMoved(self))
 
-    def _top_along(self) -> Trace | None:
-        # The curve that keys move a cursor along.
-        if self._chart is None or not self._chart.along:
-            return None
-        curves = [trace for _, trace in self.view.visible(self._chart) if trace.along is not None]
-        return curves[-1] if curves and curves[-1].x.size else None
-
-    def _cursor_place(self) -> Place | None:
-        where = self.view.cursors.moving
-        if self._chart is None or where is None:
-            return None
-        if self._chart.along:
-            found = nearest(self._chart, self.view, where)
-            if not found:
-                return None
-            where = (found[-1].x, found[-1].y)
-        x, y = self.view.axes(self._chart)
-        return float(x.place([where[0]])[0]), float(y.place([where[1]])[0])
-
-    def _put_cursor(self, place: Place, direction: int = 0) -> None:
-        if self._chart is None:
-            return
-        x, y = self.view.axes(self._chart)
-        where = (x.value(place[0]), y.value(place[1]))
-        if self._chart.along:
-            at = nearest_along(self._chart, self.view, where)
-            if at is None:
-                return
-            where = (at, 0.0)
-        elif not self._chart.plane:
-            where = (self._sampled(where[0], direction), where[1])
-        self.view.cursors.put(where)
-        self._cursor_moved()
-
-    def _sampled(self, x: float, direction: int) -> float:
-        # The nearest sample of the topmost trace; in a direction at least the next one.
-        if self._chart is None:
-            return x
-        traces = [trace for _, trace in self.view.visible(self._chart) if trace.x.size]
-        if not traces:
-            return x
-        values, before = traces[-1].x, self.view.cursors.moving
-        at = nearest_index(values, x)
-        if direction and before is not None and float(values[at]) == before[0]:
-            at = min(max(at + (1 if direction > 0 else -1), 0), values.size - 1)
-        return float(values[at])
-
-    def _step_cursor(self, right: int, up: int) -> None:
-        trace = self._top_along()
-        if trace is not None:
-            self._step_along(trace, right)
-            return
-        place, picture = self._cursor_place(), self._drawn()
-        if place is None or picture is None or self._chart is None:
-            return
-        _, _, columns, rows = picture.plot
-        across, along = place[0] + right / columns, place[1] + up / rows
-        if not 0.0 <= across <= 1.0:
-            # Pan so that the cursor stays visible.
-            self.view.pan(self._chart, right / columns)
-            self._moved()
-        self._put_cursor((min(max(across, 0.0), 1.0), min(max(along, 0.0), 1.0)), right)
-
-    def _step_along(self, trace: Trace, right: int) -> None:
-        where = self.view.cursors.moving
-        if trace.along is not None and where is not None:
-            step = right * max(trace.along.size // _STEPS, 1)
-            at = nearest_index(trace.along, where[0]) + step
-            at = min(max(at, 0), trace.along.size - 1)
-            self.view.cursors.put((float(trace.along[at]), 0.0))
+    def _put_cursor(self, place: Place) -> None:
+        if self._chart is not None:
+            put_cursor(self._chart, self.view, place)
             self._cursor_moved()
 
     def action_open(self) -> None:

@@ -1,0 +1,113 @@
+"""Where the cursors of a chart appear and go. Imports no Textual."""
+
+from typing import Final
+
+from .chart import Chart, Place, Trace, View
+from .reading import nearest, nearest_along, nearest_index
+
+# Steps of a cursor along a whole curve, and where cursors appear.
+_STEPS: Final = 500
+_APPEAR: Final = (0.5, 0.75)
+
+
+def switch_cursor(chart: Chart, view: View, *, second: bool) -> None:
+    """Switch a cursor on, let keys move it if they move the other one, or switch it off."""
+    cursors = view.cursors
+    before = cursors.second if second else cursors.first
+    if cursors.kept and before is not None and cursors.second_moves is second:
+        cursors.put(None)
+        cursors.second_moves = cursors.second is not None
+        cursors.kept = cursors.moving is not None
+        return
+    cursors.kept = True
+    for number in (0, 1)[: second + 1]:
+        cursors.second_moves = bool(number)
+        if cursors.moving is None:
+            _appear(chart, view, _APPEAR[number])
+    cursors.second_moves = second
+
+
+def _appear(chart: Chart, view: View, part: float) -> None:
+    trace = _top_along(chart, view)
+    if trace is None:
+        put_cursor(chart, view, (part, 0.5))
+    elif trace.along is not None:
+        view.cursors.put((float(trace.along[int(part * (trace.along.size - 1))]), 0.0))
+
+
+def _top_along(chart: Chart, view: View) -> Trace | None:
+    # The curve that keys move a cursor along.
+    if not chart.along:
+        return None
+    curves = [trace for _, trace in view.visible(chart) if trace.along is not None]
+    return curves[-1] if curves and curves[-1].x.size else None
+
+
+def cursor_place(chart: Chart, view: View) -> Place | None:
+    """Where the cursor that keys move is, along the axes from 0 to 1."""
+    where = view.cursors.moving
+    if where is None:
+        return None
+    if chart.along:
+        found = nearest(chart, view, where)
+        if not found:
+            return None
+        where = (found[-1].x, found[-1].y)
+    x, y = view.axes(chart)
+    return float(x.place([where[0]])[0]), float(y.place([where[1]])[0])
+
+
+def put_cursor(chart: Chart, view: View, place: Place, direction: int = 0) -> None:
+    """Put the cursor that keys move to a place along the axes: to what can be read nearest to it.
+
+    In a direction it goes at least to the next sample.
+    """
+    x, y = view.axes(chart)
+    where = (x.value(place[0]), y.value(place[1]))
+    if chart.along:
+        at = nearest_along(chart, view, where)
+        if at is None:
+            return
+        where = (at, 0.0)
+    elif not chart.plane:
+        where = (_sampled(chart, view, where[0], direction), where[1])
+    view.cursors.put(where)
+
+
+def _sampled(chart: Chart, view: View, x: float, direction: int) -> float:
+    # The nearest sample of the topmost trace; in a direction at least the next one.
+    traces = [trace for _, trace in view.visible(chart) if trace.x.size]
+    if not traces:
+        return x
+    values, before = traces[-1].x, view.cursors.moving
+    at = nearest_index(values, x)
+    if direction and before is not None and float(values[at]) == before[0]:
+        at = min(max(at + (1 if direction > 0 else -1), 0), values.size - 1)
+    return float(values[at])
+
+
+def step_cursor(chart: Chart, view: View, step: tuple[int, int], cells: tuple[int, int]) -> bool:
+    """Move a cursor by some of the cells of the plot. Returns whether that has panned the plot."""
+    trace = _top_along(chart, view)
+    if trace is not None:
+        _step_along(view, trace, step[0])
+        return False
+    place = cursor_place(chart, view)
+    if place is None:
+        return False
+    across, up = place[0] + step[0] / cells[0], place[1] + step[1] / cells[1]
+    beyond = not 0.0 <= across <= 1.0
+    if beyond:
+        # The cursor stays visible.
+        view.pan(chart, step[0] / cells[0])
+    put_cursor(chart, view, (min(max(across, 0.0), 1.0), min(max(up, 0.0), 1.0)), step[0])
+    return beyond
+
+
+def _step_along(view: View, trace: Trace, right: int) -> None:
+    where = view.cursors.moving
+    if trace.along is not None and where is not None:
+        step = right * max(trace.along.size // _STEPS, 1)
+        at = nearest_index(trace.along, where[0]) + step
+        at = min(max(at, 0), trace.along.size - 1)
+        view.cursors.put((float(trace.along[at]), 0.0))
