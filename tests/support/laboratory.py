@@ -7,6 +7,8 @@ from collections import Counter
 from collections.abc import Callable
 from typing import Any, Final
 
+import textual.app
+import textual.pilot
 from rich.console import RenderableType
 from textual._compositor import Compositor
 from textual._context import visible_screen_stack
@@ -37,6 +39,34 @@ async def _wait_patiently(self: Pilot[None], timeout: float = HANG_S) -> bool:
 
 
 Pilot._wait_for_screen = _wait_patiently  # type: ignore[method-assign, assignment]
+
+# What a key brings about may wait for the next frame; a timer that is due later is waited for where
+# a test says so. Timers that follow each other closely have no end, nor has what threads report.
+_FRAME_S: Final = 0.02
+_TIMERS: Final = 4
+
+
+async def _until_nothing_is_left(min_sleep: float = 0.0, max_sleep: float = 1.0) -> None:
+    """Wait until no task can go on and no timer is due within a frame.
+
+    Textual's own sleeps for as long as threads compute, twice after each key.
+    """
+    loop = asyncio.get_running_loop()
+    end = loop.time() + max_sleep
+    for _ in range(_TIMERS):
+        await asyncio.sleep(0)
+        while loop._ready and loop.time() < end:  # type: ignore[attr-defined]
+            await asyncio.sleep(0)
+        now = loop.time()
+        scheduled = loop._scheduled  # type: ignore[attr-defined]
+        due = min((each.when() for each in scheduled if not each.cancelled()), default=end)
+        if due > now + _FRAME_S:
+            return
+        await asyncio.sleep(max(due - now, 0.0))
+
+
+for _module in (textual.app, textual.pilot):
+    _module.wait_for_idle = _until_nothing_is_left  # type: ignore[attr-defined]
 
 _paint = App._display
 _paints: Final = Counter[int]()
@@ -188,6 +218,8 @@ def endless_simulate(*_: object, progress: Callable[[float], bool], **__: object
 async def run_to_end(pilot: Pilot[None]) -> None:
     """Press the key that runs, and wait for the result."""
     runs = app_of(pilot).session.runs
+    # What was told before may lie over the result.
+    notices_of(pilot).clear()
     await pilot.press("f5")
     await until(pilot, lambda: runs.newest is not None and runs.active is None)
     await until_shown(pilot, "peak |y|")

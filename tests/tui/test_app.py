@@ -146,6 +146,9 @@ async def test_the_button_works_and_failures_are_told_and_logged(
         patched.setattr("fivtui.scene.run.compute", endless_simulate)
         await pilot.click("RunBar Button")
         await until(pilot, lambda: runs.active is not None)
+        # A button takes no second click while it is drawn as pressed.
+        button = pilot.app.screen.query_one("RunBar Button")
+        await until(pilot, lambda: not button.has_class("-active"))
         await pilot.click("RunBar Button")
         await until(pilot, lambda: runs.active is None)
         assert runs.newest is not None

@@ -98,7 +98,7 @@ def test_a_session_in_a_real_terminal(terminal: Terminal, tmp_path: Path) -> Non
     terminal.press("C-z")
     terminal.until_shown("run 1 done")
     terminal.press("F3")
-    terminal.until_shown("● 1 shown native 10.50")
+    terminal.until_shown("● 1 shown 10.50")
     terminal.press("M-6")
     terminal.until_shown("what it shows")
     terminal.press("M-2")
