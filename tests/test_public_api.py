@@ -11,6 +11,7 @@ from types import FunctionType
 import pytest
 
 import fivtui
+from fivtui.tradeoffs import measure
 
 FUNCTIONS = [name for name in fivtui.__all__ if isinstance(getattr(fivtui, name), FunctionType)]
 CLASSES_WITH_EXAMPLES = ["Design", "Distribution", "Range", "Scene"]
@@ -76,6 +77,7 @@ def test_the_example_of_every_public_name_is_true(
     name: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.chdir(tmp_path)
+    monkeypatch.setattr(measure, "QUICK_S", 0.2)
     (found,) = doctest.DocTestFinder(recurse=False).find(getattr(fivtui, name), name, globs={})
     assert found.examples
     told: list[str] = []

@@ -23,6 +23,7 @@ import fivtui
 from fivtui.model.errors import ComputationError, InputError
 from fivtui.model.parameters import Parameters
 from fivtui.results import Result, scene_text
+from fivtui.tradeoffs import measure
 from fivtui.transient.result import Transient
 
 _P: Final = Parameters(F=120.0, mu=0.5)
@@ -37,6 +38,12 @@ def _fmu_run() -> Result:
 def _trajectory(run: Transient) -> Result:
     assert run.trajectory is not None
     return run.trajectory
+
+
+def _tradeoff() -> Result:
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(measure, "QUICK_S", 0.2)
+        return fivtui.tradeoff(t_end=1.0)
 
 
 MADE: Final[dict[str, Callable[[], Result]]] = {
@@ -57,7 +64,7 @@ MADE: Final[dict[str, Callable[[], Result]]] = {
     "branch": lambda: fivtui.branch(None, "mu", low=0.25, high=0.6),
     "basin": lambda: fivtui.basin(_P, {"y0": [-0.8, 0.0], "vy0": [0.0, 1.0]}),
     "accuracy": lambda: fivtui.accuracy(_P, t_end=10.0),
-    "tradeoff": lambda: fivtui.tradeoff(t_end=1.0),
+    "tradeoff": _tradeoff,
     "fmu": _fmu_run,
 }
 PLAIN: Final = [name for name in MADE if name not in ("trajectory", "modes")]

@@ -130,30 +130,37 @@ def test_a_study_computes_a_scene_once(monkeypatch: pytest.MonkeyPatch) -> None:
 
 @pytest.mark.slow
 @pytest.mark.skipif(os.name != "posix", reason="process groups are POSIX")
-def test_an_interrupt_ends_all_processes_without_traceback() -> None:
+def test_an_interrupt_ends_all_processes_without_traceback(tmp_path: Path) -> None:
     # A parent that ignores the interrupt, as a shell's background job does, hands that on.
     code = (
         "import signal, sys\n"
         "from dataclasses import replace\n"
+        "from pathlib import Path\n"
         "from fivtui.paper.amplitudes import measure_all\n"
         "from fivtui.scene.presets import PRESETS\n"
         "if __name__ == '__main__':\n"
         "    signal.signal(signal.SIGINT, signal.default_int_handler)\n"
         "    base = replace(PRESETS['base'], method='rk4', t_end=2.0)\n"
+        "    scenes = [base.with_values({'F': 20.0 + k}) for k in range(400)]\n"
+        "    def begun(done):\n"
+        "        if done:\n"
+        "            Path(sys.argv[1]).touch()\n"
+        "        return True\n"
         "    try:\n"
-        "        measure_all([base.with_values({'F': 20.0 + k}) for k in range(400)], workers=2)\n"
+        "        measure_all(scenes, workers=2, progress=begun)\n"
         "    except KeyboardInterrupt:\n"
         "        sys.exit('cancelled')\n"
     )
     process = subprocess.Popen(
-        [sys.executable, "-c", code],
+        [sys.executable, "-c", code, str(tmp_path / "begun")],
         env=os.environ | {"PYTHONPATH": str(ROOT)},
         stdout=subprocess.PIPE,
         stderr=subprocess.PIPE,
         text=True,
         start_new_session=True,
     )
-    time.sleep(4.0)
+    while not (tmp_path / "begun").exists() and process.poll() is None:
+        time.sleep(0.01)
     os.killpg(process.pid, signal.SIGINT)
     out, error = process.communicate(timeout=60)
     assert process.returncode == 1

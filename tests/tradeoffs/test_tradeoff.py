@@ -127,7 +127,9 @@ def test_ladders_go_from_coarse_to_fine_within_bounds() -> None:
 
 @pytest.fixture(scope="module")
 def short() -> Tradeoff:
-    return measure_tradeoff(SHORT)
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(measure, "QUICK_S", 2.0)
+        return measure_tradeoff(SHORT)
 
 
 @pytest.mark.whole
