@@ -4,6 +4,7 @@ import gc
 import os
 import subprocess
 import sys
+from collections.abc import Generator
 from pathlib import Path
 
 import pytest
@@ -20,6 +21,12 @@ settings.load_profile("fivtui")
 
 # A third of a test of the laboratory would go into looking at what stays anyway.
 gc.set_threshold(50_000, 20, 50)
+
+
+@pytest.hookimpl(wrapper=True, optionalhook=True)
+def pytest_xdist_auto_num_workers() -> Generator[None, int, int]:
+    """One process more than processors, as some tests wait for others."""
+    return (yield) + 1
 
 
 _ROOT = Path(__file__).parents[1]

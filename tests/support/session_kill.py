@@ -28,6 +28,7 @@ from fivtui.tui.session.runs import RunState
 from fivtui.tui.session.session import Session
 from fivtui.tui.session.studies import DisplayedStudy
 from tests.support.kernels import INTERPRETED
+from tests.support.laboratory import until
 
 from .sweep_kill import child, kill_at
 
@@ -140,12 +141,11 @@ async def use_lab(path: Path) -> None:
     app = app_module.FivtuiApp(state=path)
     async with app.run_test(size=(80, 24)) as pilot:
         await pilot.pause()
+        runs = app.session.runs
         for text in ("0.5", "0.6"):
             app.session.set_text("t_end", text)
             await pilot.press("f5")
-            runs = app.session.runs
-            while runs.active is not None or app._autosave.due(app._state()):
-                await asyncio.sleep(0.01)
+            await until(pilot, lambda: runs.active is None and not app._autosave.due(app._state()))
 
 
 def main() -> None:

@@ -26,9 +26,9 @@ from tests.support.laboratory import (
 SIZE = (80, 24)
 
 
-@pytest.fixture(autouse=True)
-def _interpreted() -> Iterator[None]:
-    # A long run stays long.
+@pytest.fixture
+def interpreted() -> Iterator[None]:
+    """A long run stays long."""
     with INTERPRETED:
         yield
 
@@ -104,6 +104,7 @@ async def test_a_run_ends_in_plots_that_zoom_summary_and_tabs(
     await until_shown(pilot, "run 1 done, inputs changed since")
 
 
+@pytest.mark.usefixtures("interpreted")
 async def test_a_long_run_is_stopped_and_the_next_one_works(pilot: Pilot[None]) -> None:
     session = app_of(pilot).session
     await type_into(pilot, "t_end", ENDLESS)
@@ -128,6 +129,7 @@ async def test_a_long_run_is_stopped_and_the_next_one_works(pilot: Pilot[None]) 
     assert [run.state for run in session.runs] == [RunState.STOPPED, RunState.DONE]
 
 
+@pytest.mark.usefixtures("interpreted")
 async def test_quitting_does_not_wait_for_a_long_run() -> None:
     app = FivtuiApp()
     async with app.run_test(size=SIZE) as pilot:
