@@ -42,7 +42,7 @@ def _trajectory(run: Transient) -> Result:
 
 def _tradeoff() -> Result:
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(measure, "QUICK_S", 0.2)
+        patch.setattr(measure, "QUICK_S", 1.0)
         return fivtui.tradeoff(t_end=1.0)
 
 

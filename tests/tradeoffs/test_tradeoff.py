@@ -127,9 +127,7 @@ def test_ladders_go_from_coarse_to_fine_within_bounds() -> None:
 
 @pytest.fixture(scope="module")
 def short() -> Tradeoff:
-    with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(measure, "QUICK_S", 2.0)
-        return measure_tradeoff(SHORT)
+    return measure_tradeoff(SHORT)
 
 
 @pytest.mark.whole
