@@ -9,6 +9,8 @@ if TYPE_CHECKING:
     from fivtui.scene import Scene
 
 _SWITCH_INTERVAL: Final = 1e-3
+# Exit status of a program that Ctrl+C ended.
+_INTERRUPTED: Final = 130
 
 
 def answer_quickly() -> None:
@@ -35,7 +37,10 @@ def run(scene: "Scene | None" = None, source: str = "") -> None:
         threads=threads,
     )
     app.run()
-    WRITING.wait()
+    try:
+        WRITING.wait(_say_what_is_written)
+    except KeyboardInterrupt:
+        os._exit(_INTERRUPTED)
     if app.not_saved:
         sys.stderr.write(f"the session is not saved: {app.not_saved}\n")
     if threads.busy:
@@ -43,6 +48,11 @@ def run(scene: "Scene | None" = None, source: str = "") -> None:
         sys.stdout.flush()
         sys.stderr.flush()
         os._exit(app.return_code or 0)
+
+
+def _say_what_is_written(names: str) -> None:
+    sys.stderr.write(f"writing {names}; Ctrl+C stops it\n")
+    sys.stderr.flush()
 
 
 def _collect_later() -> None:

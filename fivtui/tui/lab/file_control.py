@@ -112,7 +112,7 @@ class FileController:
 
     def _write(self, export: Export, target: ChosenFile) -> None:
         def work() -> None:
-            with WRITING:
+            with WRITING.of(str(target.path)):
                 error = write_export(export, target.path, force=target.force)
             self._screen.post_message(ExportEnded(export.what, target.path, error))
 

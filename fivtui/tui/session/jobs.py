@@ -2,8 +2,9 @@
 
 import threading
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from concurrent.futures import Future, ThreadPoolExecutor
+from contextlib import contextmanager
 from dataclasses import dataclass, field
 from typing import Final, Generic, ParamSpec, TypeVar
 
@@ -14,6 +15,8 @@ T = TypeVar("T")
 
 # Longest time reserved for the answer to a key, s.
 _ANSWER: Final = 0.06
+# Time after which is said what is waited for, s.
+_SOON: Final = 0.2
 # Polling interval, s.
 _LOOK: Final = 0.005
 
@@ -54,25 +57,30 @@ PRECEDENCE: Final = Precedence()
 
 
 class Writing:
-    """Counts what writes files in threads, for which the end of the program waits."""
+    """Knows which files are being written in threads, for which the end of the program waits."""
 
     def __init__(self) -> None:
-        self._count = 0
+        self._names: list[str] = []
         self._changed = threading.Condition()
 
-    def __enter__(self) -> None:
+    @contextmanager
+    def of(self, name: str) -> Iterator[None]:
+        """A file is being written."""
         with self._changed:
-            self._count += 1
+            self._names.append(name)
+        try:
+            yield
+        finally:
+            with self._changed:
+                self._names.remove(name)
+                self._changed.notify_all()
 
-    def __exit__(self, *_: object) -> None:
+    def wait(self, tell: Callable[[str], None]) -> None:
+        """Wait until all is written; if that is not soon, `tell` what is waited for."""
         with self._changed:
-            self._count -= 1
-            self._changed.notify_all()
-
-    def wait(self) -> None:
-        """Wait until all is written."""
-        with self._changed:
-            self._changed.wait_for(lambda: self._count == 0)
+            if not self._changed.wait_for(lambda: not self._names, _SOON):
+                tell(", ".join(self._names))
+                self._changed.wait_for(lambda: not self._names)
 
 
 WRITING: Final = Writing()

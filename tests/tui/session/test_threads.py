@@ -36,26 +36,30 @@ def test_what_is_written_is_waited_for() -> None:
     written: list[str] = []
 
     def write() -> None:
-        with writing:
+        with writing.of("slider.gif"):
             inside.set()
             go_on.wait()
             written.append("whole")
 
-    writing.wait()
+    writing.wait(written.append)
     thread = threading.Thread(target=write)
     thread.start()
     inside.wait()
 
     def end() -> None:
-        writing.wait()
+        writing.wait(say)
         written.append("end")
+
+    def say(names: str) -> None:
+        # It goes on only after this was said.
+        written.append(names)
+        go_on.set()
 
     waiting = threading.Thread(target=end)
     waiting.start()
-    go_on.set()
     waiting.join()
     thread.join()
-    assert written == ["whole", "end"]
+    assert written == ["slider.gif", "whole", "end"]
 
 
 async def test_the_laboratory_computes_in_threads_that_do_not_hold_its_end() -> None:

@@ -34,8 +34,8 @@ class BeltView(Vertical):
     """
 
     BINDINGS: ClassVar[list[BindingType]] = [
-        Binding("space", "play", "Play or stop"),
-        Binding("full_stop", "step_time(1)", "On", key_display="."),
+        Binding("space", "play", "Play or stop", key_display="Space"),
+        Binding("full_stop", "step_time(1)", "Forward", key_display="."),
         Binding("comma", "step_time(-1)", "Back", key_display=","),
         Binding("greater_than_sign", "change_speed(1)", "Faster", key_display=">"),
         Binding("less_than_sign", "change_speed(-1)", "Slower", key_display="<"),
