@@ -19,7 +19,7 @@ from textual.widgets import Input
 
 from fivtui.model.errors import Cancelled
 from fivtui.tui.app import FivtuiApp
-from fivtui.tui.lab.form import FieldRow
+from fivtui.tui.lab.form.rows import FieldRow
 from fivtui.tui.lab.notices import NoticeView
 from fivtui.tui.tabs.book import TabBook
 

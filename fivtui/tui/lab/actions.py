@@ -13,7 +13,7 @@ from fivtui.tui.session import Session
 from fivtui.tui.tabs import Pane, Reported, TabBook
 
 from .edit_control import EditController
-from .form import Form, field_of
+from .form.form import Form, field_of
 from .run_control import RunController
 from .run_list import RunsPane
 

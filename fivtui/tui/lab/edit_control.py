@@ -18,7 +18,7 @@ from fivtui.tui.tabs import (
     TablesChosen,
 )
 
-from .form import Form, field_of
+from .form.form import Form, field_of
 
 if TYPE_CHECKING:
     from .screen import LabScreen

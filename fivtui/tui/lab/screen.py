@@ -52,7 +52,7 @@ from fivtui.tui.tabs import (
 
 from .actions import LabActions
 from .edit_control import EditController
-from .form import Form
+from .form.form import Form
 from .key_bar import KeyBar
 from .keys import LAB_KEYS
 from .live_control import LiveController

@@ -10,7 +10,9 @@ from fivtui.equilibrium.eigenvalues import stability
 from fivtui.model.parameters import Parameters
 from fivtui.scene.presets import PRESETS
 from fivtui.tui.app import FivtuiApp
-from fivtui.tui.lab.form import FieldList, FieldRow, Form, TextEditor
+from fivtui.tui.lab.form.editors import TextEditor
+from fivtui.tui.lab.form.form import FieldList, Form
+from fivtui.tui.lab.form.rows import FieldRow
 from fivtui.tui.session.fields import FIELDS
 from tests.support.laboratory import (
     app_of,

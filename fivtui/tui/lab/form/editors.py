@@ -1,0 +1,155 @@
+"""Editors of fields: text, choices and the check box of separation."""
+
+import re
+from collections.abc import Callable, Mapping
+from typing import ClassVar, Final, Self
+
+from textual import on
+from textual.binding import Binding, BindingType
+from textual.geometry import Region
+from textual.widgets import Checkbox, Input, Select
+
+from fivtui.tui.session import CONSIDERED, IGNORED, FormField
+from fivtui.tui.tabs import FieldEdited, FieldStepped
+
+
+class TextEditor(Input):
+    """Edits a field as text; up and down change a number by a step."""
+
+    BINDINGS: ClassVar[list[BindingType]] = [
+        Binding("up", "step(1)", "Increase", show=False),
+        Binding("down", "step(-1)", "Decrease", show=False),
+        Binding("shift+up,ctrl+up", "step(1, True)", "Increase slightly", show=False),
+        Binding("shift+down,ctrl+down", "step(-1, True)", "Decrease slightly", show=False),
+    ]
+
+    def __init__(self, field: FormField, text: str) -> None:
+        super().__init__(text, compact=True, placeholder=field.when_empty, validate_on=())
+        self._field = field
+
+    def refresh(
+        self,
+        *regions: Region,
+        repaint: bool = True,
+        layout: bool = False,  # noqa: ARG002
+        recompose: bool = False,
+    ) -> Self:
+        """Redraw without a new layout: the editor never changes its size."""
+        return super().refresh(*regions, repaint=repaint, recompose=recompose)
+
+    def replace(self, text: str, start: int, end: int) -> None:
+        """Insert text unless it turns a valid beginning into an invalid one."""
+        # Pasted text may have surrounding blanks, and be of any length.
+        new = text.strip() or text
+        room = self._field.longest - len(self.value) + abs(end - start)
+        if len(new) > room:
+            self.restricted()
+            new = new[: max(room, 0)]
+        begin, finish = sorted((start, end))
+        whole = f"{self.value[:begin]}{new}{self.value[finish:]}"
+        good, right = (
+            re.fullmatch(self._field.typed, text) is not None for text in (self.value, whole)
+        )
+        # After a deletion an invalid text may be mended by typing.
+        if new and good and not right:
+            self.restricted()
+        else:
+            super().replace(new, start, end)
+
+    def check_consume_key(self, key: str, character: str | None) -> bool:
+        """Whether a key types: no field takes a question mark, which asks for help."""
+        return character != "?" and super().check_consume_key(key, character)
+
+    def action_step(self, direction: int, fine: bool = False) -> None:
+        """Increase or decrease by a step."""
+        self.post_message(FieldStepped(self._field.name, direction, fine))
+
+    @on(Input.Submitted)
+    def _go_on(self, event: Input.Submitted) -> None:
+        event.stop()
+        self.screen.focus_next(TextEditor)
+
+    @on(Input.Changed)
+    def _changed(self, event: Input.Changed) -> None:
+        event.stop()
+        # The current value: an older message must not undo a newer edit.
+        self.post_message(FieldEdited(self._field.name, self.value))
+
+    @property
+    def text(self) -> str:
+        """The displayed text."""
+        return self.value
+
+    def show(self, text: str) -> None:
+        """Display a text without reporting an edit."""
+        if self.value != text:
+            with self.prevent(Input.Changed):
+                self.value = text
+
+
+class ChoiceEditor(Select[str]):
+    """Edits a field that has a fixed set of choices."""
+
+    def __init__(self, field: FormField, text: str) -> None:
+        choices = field.choices or {}
+        super().__init__(
+            [(name, name) for name in choices],
+            value=text,
+            allow_blank=False,
+            compact=True,
+        )
+        self._field = field
+
+    @on(Select.Changed)
+    def _changed(self, event: Select.Changed) -> None:
+        event.stop()
+        self.post_message(FieldEdited(self._field.name, str(self.value)))
+
+    @property
+    def text(self) -> str:
+        """The displayed text."""
+        return str(self.value)
+
+    def show(self, text: str) -> None:
+        """Display a text without reporting an edit."""
+        if self.value != text:
+            with self.prevent(Select.Changed):
+                self.value = text
+
+
+class SeparationEditor(Checkbox):
+    """A check box for separation, labelled "considered" or "ignored"."""
+
+    def __init__(self, field: FormField, text: str) -> None:
+        super().__init__(text, value=text == CONSIDERED, compact=True)
+        self._field = field
+
+    @on(Checkbox.Changed)
+    def _changed(self, event: Checkbox.Changed) -> None:
+        event.stop()
+        self.label = CONSIDERED if self.value else IGNORED
+        self.post_message(FieldEdited(self._field.name, str(self.label)))
+
+    @property
+    def text(self) -> str:
+        """The displayed text."""
+        return str(self.label)
+
+    def show(self, text: str) -> None:
+        """Display a text without reporting an edit."""
+        if str(self.label) == text:
+            return
+        self.label = text
+        with self.prevent(Checkbox.Changed):
+            self.value = text == CONSIDERED
+
+
+Editor = TextEditor | ChoiceEditor | SeparationEditor
+
+_EDITORS: Final[Mapping[str, Callable[[FormField, str], Editor]]] = {"separation": SeparationEditor}
+
+
+def editor_of(field: FormField, text: str) -> Editor:
+    """The editor of a field."""
+    usual = TextEditor if field.choices is None else ChoiceEditor
+    return _EDITORS.get(field.name, usual)(field, text)

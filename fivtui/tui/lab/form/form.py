@@ -1,0 +1,161 @@
+"""The form: the list of rows, and a hint about the focused field."""
+
+from collections.abc import Collection, Mapping
+from itertools import groupby
+from typing import ClassVar
+
+from rich.cells import cell_len
+from textual import on
+from textual.app import ComposeResult
+from textual.binding import Binding, BindingType
+from textual.containers import Vertical, VerticalScroll
+from textual.widget import Widget
+from textual.widgets import Label, Static
+
+from fivtui.model import BELT_PARAMETERS
+from fivtui.tui.session import FIELDS, FormField
+from fivtui.tui.tabs import FieldFocused, FieldStepped
+
+from .rows import FieldRow
+
+
+class FieldList(VerticalScroll):
+    """The rows, with a cursor for keys that do not type; Escape leads here from an editor."""
+
+    BINDINGS: ClassVar[list[BindingType]] = [
+        Binding("j,down", "move(1)", "Down", show=False),
+        Binding("k,up", "move(-1)", "Up", show=False),
+        Binding("h,left,minus", "step(-1)", "Decrease", show=False),
+        Binding("l,right,plus", "step(1)", "Increase", show=False),
+        Binding("H,shift+left", "step(-1, True)", "Decrease slightly", show=False),
+        Binding("L,shift+right", "step(1, True)", "Increase slightly", show=False),
+        Binding("g,home", "move(-999)", "First", show=False),
+        Binding("G,end", "move(999)", "Last", show=False),
+        Binding("enter,i", "edit", "Edit", show=False),
+        Binding("escape", "leave_editor", "Stop typing", show=False),
+    ]
+
+    def __init__(self, *, id: str) -> None:  # noqa: A002
+        super().__init__(id=id, can_focus=True)
+        self._cursor = 0
+
+    @property
+    def row(self) -> FieldRow:
+        """The row at the cursor."""
+        return self._shown[min(self._cursor, len(self._shown) - 1)]
+
+    @property
+    def _shown(self) -> list[FieldRow]:
+        # Those of the belt are there only if it has a finite speed.
+        return [row for row in self.query(FieldRow) if row.display]
+
+    def on_focus(self) -> None:
+        """Show the cursor."""
+        self._mark()
+
+    def on_blur(self) -> None:
+        """Hide the cursor."""
+        self.row.mark(here=False)
+
+    def _mark(self) -> None:
+        self.row.mark(here=True)
+        self.scroll_to_widget(self.row, animate=False)
+        self.post_message(FieldFocused(self.row.field.name))
+
+    def action_move(self, by: int) -> None:
+        """Move the cursor by some rows."""
+        self.row.mark(here=False)
+        self._cursor = min(max(self._cursor + by, 0), len(self._shown) - 1)
+        self._mark()
+
+    def action_step(self, direction: int, fine: bool = False) -> None:
+        """Increase or decrease the number at the cursor by a step."""
+        self.post_message(FieldStepped(self.row.field.name, direction, fine))
+
+    def action_edit(self) -> None:
+        """Edit the field at the cursor."""
+        self.row.take_focus()
+
+    @on(FieldFocused)
+    def _follow(self, event: FieldFocused) -> None:
+        names = [row.field.name for row in self._shown]
+        if event.name in names:
+            self._cursor = names.index(event.name)
+
+    def action_leave_editor(self) -> None:
+        """Leave an editor for the list."""
+        self.focus()
+
+
+class Form(Vertical):
+    """All fields by group, and a hint about the focused one."""
+
+    BORDER_TITLE = "Parameters"
+    BORDER_SUBTITLE = "↑↓ step  F8 reset"
+
+    def __init__(self, texts: Mapping[str, str]) -> None:
+        super().__init__(id="form")
+        self._rows = {name: FieldRow(field, texts[name]) for name, field in FIELDS.items()}
+        for name in BELT_PARAMETERS:
+            self._rows[name].display = bool(texts[name])
+
+    def compose(self) -> ComposeResult:
+        """Rows by group, hint."""
+        with FieldList(id="fields"):
+            for group, fields in groupby(FIELDS.values(), key=lambda field: field.group):
+                if group != self.BORDER_TITLE:
+                    yield Label(group, classes="heading")
+                yield from (self._rows[field.name] for field in fields)
+        yield Static("", id="hint", markup=False)
+
+    def text_of(self, name: str) -> str:
+        """The text in a field's editor."""
+        return self._rows[name].text
+
+    def show(
+        self,
+        texts: Mapping[str, str],
+        errors: Mapping[str, str],
+        changed: Collection[str],
+        notes: Mapping[str, str],
+    ) -> None:
+        """Display texts, error messages, changed fields and notes, all by field name."""
+        belt = any(texts[name] for name in BELT_PARAMETERS)
+        for name, row in self._rows.items():
+            if name in BELT_PARAMETERS:
+                # A row that is being edited stays.
+                row.display = belt or (row.display and row.has_focus_within)
+            error, note = errors.get(name, ""), notes.get(name, "")
+            row.show(texts[name], error, note, changed=name in changed)
+
+    def hide_belt(self) -> None:
+        """Hide the fields of a belt of finite speed."""
+        for name in BELT_PARAMETERS:
+            self._rows[name].display = False
+
+    @on(FieldFocused)
+    def _hint(self, event: FieldFocused) -> None:
+        field = FIELDS[event.name]
+        view = self.query_one("#hint", Static)
+        # One below the other, or else without a gap.
+        apart = cell_len(field.meaning) <= view.content_size.width
+        hint = ("\n" if apart else "; ").join((field.meaning, field.allowed))
+        view.update(hint, layout=False)
+
+    def take_focus(self) -> None:
+        """Focus the field at the list's cursor."""
+        self.query_one(FieldList).row.take_focus()
+
+    def focus_field(self, name: str) -> None:
+        """Focus a field."""
+        self._rows[name].take_focus()
+
+
+def field_of(widget: Widget | None) -> FormField | None:
+    """The field that a widget belongs to; of the field list, the one at its cursor."""
+    if widget is None:
+        return None
+    if isinstance(widget, FieldList):
+        return widget.row.field
+    rows = (node.field for node in widget.ancestors_with_self if isinstance(node, FieldRow))
+    return next(rows, None)

@@ -1,0 +1,140 @@
+"""The row of a field in the form."""
+
+from textwrap import wrap
+from typing import Final, cast
+
+from textual.content import Content
+from textual.events import Click
+from textual.geometry import Offset, Region, Size, Spacing
+from textual.layout import ArrangeResult, Layout, WidgetPlacement
+from textual.widget import Widget
+
+from fivtui.tui.session import FormField
+from fivtui.tui.tabs import FieldFocused, FieldStepped
+
+from .editors import editor_of
+
+_CHANGED: Final = "•"
+_SIGNS: Final = ("−", "+")
+_INDENT: Final = "   "
+_SYMBOL_WIDTH: Final = 6
+_STEP_WIDTH: Final = 3
+_STEPS_WIDTH: Final = _STEP_WIDTH * len(_SIGNS)
+_UNIT_WIDTH: Final = 6
+
+
+class _RowLayout(Layout):
+    # Places the editor between the parts that its row draws.
+
+    name = "row"
+
+    def arrange(
+        self,
+        parent: Widget,
+        children: list[Widget],
+        size: Size,
+        greedy: bool = True,  # noqa: ARG002
+    ) -> ArrangeResult:
+        first, width = cast("FieldRow", parent).span(size.width)
+        region = Region(first, 0, width, 1)
+        return [WidgetPlacement(region, Offset(), Spacing(), child) for child in children]
+
+
+_ROW_LAYOUT: Final = _RowLayout()
+
+
+class FieldRow(Widget):
+    """Symbol, editor and unit of a field, and its error message below.
+
+    One widget draws all but the editor: a widget for each part would delay the start and every key.
+    """
+
+    def __init__(self, field: FormField, text: str) -> None:
+        self.field = field
+        self._editor = editor_of(field, text)
+        super().__init__(self._editor, id=f"row-{field.name}")
+        self._symbol = field.symbol or field.name
+        self._error = ""
+        self._note = ""
+        self._changed = False
+
+    @property
+    def layout(self) -> Layout:
+        """Places the editor between the symbol and the unit."""
+        return _ROW_LAYOUT
+
+    def span(self, width: int) -> tuple[int, int]:
+        """First column and width of the editor in a row of some width."""
+        first = max(_SYMBOL_WIDTH, len(self._symbol) + 1) + len(_CHANGED)
+        room = width - first - (0 if self.field.step_by is None else _STEPS_WIDTH + _UNIT_WIDTH)
+        return first, max(room, 1)
+
+    def get_content_height(self, container: Size, viewport: Size, width: int) -> int:  # noqa: ARG002
+        """One line, plus those of the error message, or else of a note."""
+        return 1 + len(self._lines_below(width))
+
+    def _lines_below(self, width: int) -> list[str]:
+        return wrap(self._error or self._note, max(width - len(_INDENT) - 1, 1))
+
+    def render(self) -> Content:
+        """Everything but the editor."""
+        field, width = self.field, self.size.width
+        first, editor_width = self.span(width)
+        focused = self._editor.has_focus or self.has_class("-cursor")
+        symbol = self._symbol.ljust(_SYMBOL_WIDTH - 1)
+        parts: list[tuple[str, str]] = [
+            (_CHANGED if self._changed else " ", "$text-warning"),
+            (symbol, "bold reverse" if focused else ""),
+            (" " * (first + editor_width - len(_CHANGED) - len(symbol)), ""),
+        ]
+        if field.step_by is not None:
+            parts += [(sign.center(_STEP_WIDTH), "$button-foreground") for sign in _SIGNS]
+            parts.append((f" {field.unit}".ljust(_UNIT_WIDTH), ""))
+        line = Content.assemble(*parts)
+        style = "$text-error" if self._error else "$text-muted"
+        below = (Content.styled(_INDENT + line, style) for line in self._lines_below(width))
+        return Content("\n").join([line.truncate(width), *below])
+
+    @property
+    def text(self) -> str:
+        """The text in the editor."""
+        return self._editor.text
+
+    def show(self, text: str, error: str, note: str, *, changed: bool) -> None:
+        """Display text, error message or else a note, and the mark of a changed field."""
+        self._editor.show(text)
+        if changed is not self._changed:
+            self._changed = changed
+            self.refresh()
+        if (error, note) != (self._error, self._note):
+            self._error, self._note = error, note
+            self._editor.set_class(bool(error), "-invalid")
+            self.refresh(layout=True)
+
+    def on_descendant_focus(self) -> None:
+        """Report that this field has the focus."""
+        self.refresh()
+        self.post_message(FieldFocused(self.field.name))
+
+    def on_descendant_blur(self) -> None:
+        """Redraw without focus."""
+        self.refresh()
+
+    def mark(self, *, here: bool) -> None:
+        """Show or hide the list's cursor on this row."""
+        self.set_class(here, "-cursor")
+        self.refresh()
+
+    def take_focus(self) -> None:
+        """Focus the editor."""
+        self._editor.focus()
+
+    def on_click(self, event: Click) -> None:
+        """Change the number by a step on a click on − or +; elsewhere focus the editor."""
+        first, width = self.span(self.size.width)
+        place = (event.x - first - width) // _STEP_WIDTH
+        if self.field.step_by is not None and event.y == 0 and place in (0, 1):
+            event.stop()
+            self.post_message(FieldStepped(self.field.name, (-1, +1)[place], fine=False))
+        else:
+            self.take_focus()
