@@ -473,6 +473,12 @@ static int has_speed_of_mode(const double *n)
            && !(mode == STICK && absolute(ahead) > slack);
 }
 
+/* Whether what a time lacks of the exact one is rounding. */
+static int is_rounding(double rest, double t)
+{
+    return absolute(rest) <= 0x1p-50 * (absolute(t) + 1.0);
+}
+
 static int unpack(Instance *i, const double *n)
 {
     State *s = &i->s;
@@ -490,6 +496,7 @@ static int unpack(Instance *i, const double *n)
     at->switches = n[N_SWITCHES], at->sticks = n[N_ALL_STICKS];
     at->first_sticks = n[N_FIRST_STICKS], at->speed = n[N_SPEED_THEN], at->acceleration = 0.0;
     if (!is_mode(n[N_MODE], s) || !is_mode(n[N_STEP_MODE], s)
+        || !is_rounding(n[N_REST], n[N_T])
         || (i->type == fmi2CoSimulation && !has_speed_of_mode(n))
         || n[N_STEP_SIDE] != (n[N_STEP_MODE] == SEPARATED ? 1.0 : -1.0))
         return 0;

@@ -75,17 +75,36 @@ def _read(content: Any, table: VariableTable, from_json: Callable[[Any], Any]) -
     motion_state, experiment, values = (
         content[name] for name in ("motion_state", "experiment", "values")
     )
+    phase = Phase(content["phase"])
     if not (_all_finite(motion_state) and len(values) == len(table.variables)):
+        raise ValueError
+    if phase is Phase.STEPPING and None in (motion_state, experiment):
         raise ValueError
     for reference, (variable, value) in enumerate(zip(table.variables, values, strict=True)):
         if variable.settable:
             table.check_settable(reference, variable.type, value)
+        elif not isinstance(value, int | float):
+            raise TypeError
     return InstanceState(
-        Phase(content["phase"]),
+        phase,
         None if experiment is None else _experiment(*experiment),
         tuple(values),
         None if motion_state is None else from_json(motion_state),
     )
+
+
+def number(value: object) -> Any:
+    """A number of JSON as it is; `TypeError` if it is something else."""
+    if isinstance(value, bool) or not isinstance(value, int | float):
+        raise TypeError
+    return value
+
+
+def numbers(values: Any, count: int) -> tuple[Any, ...]:
+    """So many numbers of a list of JSON; `ValueError` or `TypeError` if it is something else."""
+    if len(values) != count:
+        raise ValueError
+    return tuple(map(number, values))
 
 
 def _experiment(start: float, stop: float, tol: float) -> Experiment:

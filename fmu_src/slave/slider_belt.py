@@ -1,19 +1,19 @@
 """The slider-belt model for co-simulation."""
 
 from dataclasses import astuple
-from typing import Any
+from typing import Any, Final
 
 from pythonfmu.default_experiment import DefaultExperiment
 
 from fivtui.model.errors import InputError
-from fivtui.model.modes import Mode
+from fivtui.model.modes import ALWAYS_SLIDING, MODES, Mode
 from fivtui.model.slider_belt import State
 from fivtui.taylor.segment import BeltSegment, Segment
 from fivtui.taylor.stepper import DEFAULT_TOL, StepperSnapshot
 
 from .experiment import Experiment
 from .instance import Instance
-from .instance_state import DAMAGED, Phase
+from .instance_state import DAMAGED, Phase, number, numbers
 from .motion import (
     MotionState,
     SliderBeltMotion,
@@ -40,6 +40,12 @@ _SEPARATIONS, _REATTACHMENTS, _SWITCHES, _STICKS, _LAST_EVENT = (
     REFERENCES[name]
     for name in ("separations", "reattachments", "switches", "sticks", "last_event")
 )
+
+
+# Counts, and all numbers of a `MotionState`.
+_COUNTS: Final = ("separations", "reattachments", "switches", "sticks")
+_OF_MOTION: Final = ("t", "F", "mu", *_COUNTS, "last_event")
+_ROUNDING: Final = 2.0**-50
 
 
 class SliderBeltInstance(Instance):
@@ -115,32 +121,61 @@ class SliderBeltInstance(Instance):
 
     @staticmethod
     def _from_json(content: Any) -> MotionState:
-        t, remainder, ahead, mode, stalled = content["stepper"]
+        speed, mode = content["v_belt"], Mode(content["mode"])
+        *stepper, ahead, then, stalled = content["stepper"]
+        t, remainder = _exact_time(*stepper)
         segment = content["segment"]
-        return MotionState(
-            **{
-                **content,
-                "state": _state(content["state"]),
-                "mode": Mode(content["mode"]),
-                "stepper": StepperSnapshot(t, remainder, _state(ahead), Mode(mode), stalled),
-                "segment": None if segment is None else _segment(segment),
-            }
-        )
+        made = {
+            **{name: number(content[name]) for name in _OF_MOTION},
+            "v_belt": None if speed is None else number(speed),
+            "state": _state(content["state"]),
+            "mode": mode,
+            "stepper": StepperSnapshot(t, remainder, _state(ahead), Mode(then), number(stalled)),
+            "segment": None if segment is None else _segment(segment),
+        }
+        finite = speed is not None
+        if len(made) != len(content) or not {mode, Mode(then)} <= _modes(finite=finite):
+            raise ValueError
+        if segment is not None and isinstance(made["segment"], BeltSegment) is not finite:
+            raise ValueError
+        return MotionState(**made)
 
 
 def _made_of(values: Values, experiment: Experiment) -> tuple[float, ...]:
     return (experiment.tol, *fixed_values(values))
 
 
+def _modes(*, finite: bool) -> set[Mode]:
+    # Those on a belt of finite speed, or on one that is always faster.
+    on_belt = {mode for mode, row in MODES.items() if row.finite_belt or mode is Mode.SEPARATED}
+    return on_belt if finite else set(ALWAYS_SLIDING)
+
+
+def _exact_time(t: object, remainder: object) -> tuple[Any, ...]:
+    # A time, and what it lacks of the exact one by rounding.
+    found = numbers([t, remainder], 2)
+    if abs(found[1]) > _ROUNDING * (abs(found[0]) + 1.0):
+        raise ValueError
+    return found
+
+
 def _segment(content: list[Any]) -> Segment:
     mode, start, remainder, duration, end, x, y, final, switches, *then = content
-    given = (
-        *(Mode(mode), start, remainder, duration, end),
-        *(tuple(x), tuple(y), _state(final), switches),
+    if len(x) < 2:
+        raise ValueError
+    given: tuple[Any, ...] = (
+        Mode(mode),
+        *_exact_time(start, remainder),
+        *numbers([duration, end], 2),
+        numbers(x, len(x)),
+        numbers(y, len(x)),
+        _state(final),
+        bool(switches),
     )
-    return BeltSegment(*given, Mode(*then)) if then else Segment(*given)
+    segment = Segment(*given)
+    return BeltSegment.of(segment, Mode(*then)) if then else segment
 
 
 def _state(content: list[float]) -> State:
-    x, vx, y, vy = content
+    x, vx, y, vy = numbers(content, 4)
     return (x, vx, y, vy)
