@@ -9,10 +9,10 @@ from pathlib import Path
 
 import pytest
 
-from fivtui import Parameters
+from fivtui import Parameters, simulate
 from fivtui.model.slider_belt import State
 
-from .benchmarks import branches, fmu_host, over_time
+from .benchmarks import belts, branches, fmu_host, over_time
 from .benchmarks.peers import missing, peers
 from .benchmarks.solvers import COMPILED, OWN, Run, Solver
 from .benchmarks.tui_terminal import LOADS
@@ -49,6 +49,13 @@ def test_runs_over_tables_are_timed_with_both_kernels() -> None:
     found = list(over_time.costs(2.0, repeats=1))
     assert [cost.kernel for cost in found] == [*over_time.KERNELS, *over_time.KERNELS]
     assert all(cost.run.stats.kernel == cost.kernel for cost in found)
+
+
+def test_switches_are_counted_with_a_belt_of_finite_speed_and_without() -> None:
+    plain, *others = belts.costs(1e-6, t_end=3.0, rounds=1)
+    assert (plain.v_belt, len({(cost.v_belt, cost.v_s) for cost in others})) == (None, 16)
+    assert plain.switches == simulate(t_end=3.0, tol=1e-6).events.reattachments * 2
+    assert min(cost.switches for cost in others) > 0
 
 
 def test_a_solver_that_fails_is_left_out_and_said() -> None:
