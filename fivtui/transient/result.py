@@ -231,8 +231,8 @@ class Transient(Result):
     @property
     def stick_intervals(self) -> list[tuple[float, float]]:
         """Start and end of every interval in which the slider sticks to the belt, s."""
-        intervals = _sticking(self.first_mode, self.changes, self.t_end).tolist()
-        return [(begin, end) for begin, end in intervals]
+        begins, ends = _sticking(self.first_mode, self.changes, self.t_end)
+        return list(zip(begins.tolist(), ends.tolist(), strict=True))
 
     @property
     def mode_changes(self) -> list[ModeChange]:
@@ -410,20 +410,24 @@ def all_events(
         return Events(*events[:-1], found)
     size = len(_KINDS)
     kinds = np.bincount((changes[:, 1:] @ _PLACES).astype(np.intp), minlength=size)
-    held = _sticking(first_mode, changes, t_end)
+    begins, ends = _sticking(first_mode, changes, t_end)
     return events._replace(
-        sticks=len(held),
-        stick_time=math.fsum((held[:, 1] - held[:, 0]).tolist()),
+        sticks=begins.size,
+        stick_time=math.fsum((ends - begins).tolist()),
         transitions={
             name: count for name, count in zip(_KINDS, kinds.tolist(), strict=True) if count
         },
     )
 
 
-def _sticking(first_mode: Mode, changes: NDArray[np.float64], t_end: float) -> NDArray[np.float64]:
-    # Start and end of every interval of stick, s, shape (n, 2).
-    edges = np.concatenate(([0.0], changes[:, 0], [t_end]))
-    modes = np.concatenate(([first_mode], changes[:, 2]))
-    intervals: NDArray[np.float64] = np.stack((edges[:-1], edges[1:]), axis=1)
-    stuck: NDArray[np.float64] = intervals[modes == Mode.STICK]
-    return stuck
+def _sticking(
+    first_mode: Mode, changes: NDArray[np.float64], t_end: float
+) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    # Starts and ends of all intervals of stick, s.
+    times, before, after = changes.T
+    begins, ends = times[after == Mode.STICK], times[before == Mode.STICK]
+    if first_mode is Mode.STICK:
+        begins = np.concatenate(([0.0], begins))
+    if begins.size > ends.size:
+        ends = np.concatenate((ends, [t_end]))
+    return begins, ends
