@@ -22,6 +22,9 @@ settings.load_profile("fivtui")
 # A third of a test of the laboratory would go into looking at what stays anyway.
 gc.set_threshold(50_000, 20, 50)
 
+# Hundreds of processes import the same modules, which are compiled once, whatever is set.
+os.environ.pop("PYTHONDONTWRITEBYTECODE", None)
+
 
 @pytest.hookimpl(wrapper=True, optionalhook=True)
 def pytest_xdist_auto_num_workers() -> Generator[None, int, int]:

@@ -26,14 +26,15 @@ def blocks_in(text: str) -> list[tuple[str, str]]:
 
 
 BLOCKS = {name: blocks_in(text) for name, text in DOCUMENTS.items()}
-# The README's blocks in about equal shares of the time that they take.
+# The blocks of documents that take long, in about equal shares.
 PARTS = {
     "README.md": [
         "python3 -m venv",
         "fivtui stability --set F=120 --attractors",
         "fivtui accuracy",
         "fivtui presets",
-    ]
+    ],
+    "belt.md": ["fivtui simulate --set v_belt=1", "fivtui branch"],
 }
 
 

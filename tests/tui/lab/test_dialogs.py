@@ -40,7 +40,8 @@ async def answer(pilot: Pilot[None], path: Path | str) -> None:
 async def palette(pilot: Pilot[None], words: str) -> None:
     await pilot.press("ctrl+p")
     await until(pilot, lambda: bool(pilot.app.screen.query("CommandInput")))
-    await pilot.press(*({" ": "space", ".": "full_stop"}.get(c, c) for c in words))
+    pilot.app.screen.query_one("CommandInput", Input).value = words
+    await pilot.pause()
 
 
 async def test_data_and_figures_are_exported_and_nothing_is_overwritten_unasked(
