@@ -107,8 +107,9 @@ def read_measurement(
             raise InputError(f"{name} = {value:g}: must be a number other than 0")
     if time_scale < 0.0:
         raise InputError(f"time_scale = {time_scale:g}: must be above 0")
+    text = _text(path)
     try:
-        names, rows = _table(_text(path))
+        names, rows = _table(text)
         chosen = [
             _place(time, names, 0, "time"),
             _place(signal, names, min(1, len(names) - 1), "signal"),

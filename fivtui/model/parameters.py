@@ -54,6 +54,10 @@ class ParameterSpec:
     def _interval(self) -> Interval:
         return Interval(self.lower, self.upper, self.unit, self.lower_open, self.optional)
 
+    @property
+    def _number_interval(self) -> Interval:
+        return Interval(self.lower, self.upper, self.unit, self.lower_open)
+
     def check(self, value: object) -> float:
         """Return `value`, a number or its text, as a float in `unit`.
 
@@ -62,13 +66,13 @@ class ParameterSpec:
         # Nearly every call, without the cost of an interval.
         if isinstance(value, float) and self.lower < value <= self.upper:
             return float(value)
-        return self._interval.check(self.name, value)
+        return self._number_interval.check(self.name, value)
 
     def read(self, value: object) -> float | None:
         """As `check`, but None or the text ``none`` gives None where the parameter is optional."""
         if self.optional and (value is None or (isinstance(value, str) and value == NONE)):
             return None
-        return self.check(value)
+        return self._interval.check(self.name, value) if self.optional else self.check(value)
 
 
 # How it is written that an optional parameter is not set.

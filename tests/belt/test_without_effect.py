@@ -112,3 +112,15 @@ def test_the_form_of_the_laboratory_notes_it_at_the_field() -> None:
     assert session.notes == {"v_s": "no effect without mu_s greater than mu"}
     session.set_text("v_s", "-1")
     assert session.notes == {}
+
+
+@pytest.mark.parametrize(
+    "line", ["sweep --vary v_belt=none,1", "sweep --vary v_belt=-1,1", "map --over v_belt=-1:1:3"]
+)
+def test_none_is_not_offered_where_a_number_is_needed(
+    line: str, capsys: pytest.CaptureFixture[str]
+) -> None:
+    assert run([*line.split(), *(["--over", "F=1:2:2"] if "map" in line else [])]) == 2
+    assert capsys.readouterr().err.endswith("must be from 0 to 1e+09 m/s\n")
+    assert run(["simulate", "--set", "v_belt=-1"]) == 2
+    assert "must be none, or from 0 to" in capsys.readouterr().err

@@ -183,3 +183,10 @@ def test_the_command_passes_or_fails_and_writes_both(
         assert words in capsys.readouterr().err
     assert command(["validate"]) == 2
     assert "must be given" in capsys.readouterr().err
+
+
+def test_a_file_that_is_not_there_is_named_once(tmp_path: Path) -> None:
+    path = tmp_path / "none.csv"
+    with pytest.raises(InputError) as refused:
+        read_measurement(path)
+    assert str(refused.value) == f"{path}: there is no such file"
