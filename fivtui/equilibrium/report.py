@@ -137,20 +137,30 @@ def print_stability(s: Stability) -> None:
     print_rows_of("Stability", [parameters, *stability_rows(s)])
 
 
+def _span(low: float, high: float, unit: str) -> str:
+    return f"{number(low)} to {number(high)} {unit}".rstrip()
+
+
+# Why a point of a map has no equilibrium.
+_WHY_NONE: Final = "lifted off and held by no spring, or on a belt at rest"
+
+
 def print_map(result: "StabilityMap") -> None:
     """Print a map's size, range of values and unstable share."""
     values = result.values[~np.isnan(result.values)]
     known = result.excess[~np.isnan(result.excess)]
+    none = result.excess.size - known.size
     rows = [
-        (name, f"{number(axis[0])} to {number(axis[-1])} {ALL_PARAMETERS[name].unit}, {axis.size}")
+        (name, f"{_span(axis[0], axis[-1], ALL_PARAMETERS[name].unit)}, {axis.size}")
         for name, axis in zip(result.names, result.axes, strict=True)
     ]
     column = MAP_COLUMNS[result.value]
-    span = f"{number(values.min())} to {number(values.max())} {column.unit}" if values.size else ""
+    span = _span(values.min(), values.max(), column.unit) if values.size else "none"
     rows += [
         ("points", str(result.values.size)),
-        (column.meaning, span.rstrip() or "none"),
+        (column.meaning, span),
         ("points without value", str(result.values.size - values.size)),
+        *([("without equilibrium", f"{none} of them, {_WHY_NONE}")] if none else []),
         ("unstable", f"{np.count_nonzero(known > 0.0) / result.values.size:.1%} of the points"),
     ]
     print_list("Stability map", rows)

@@ -83,3 +83,14 @@ def test_derivatives_of_the_critical_friction_are_those_of_constant_friction() -
     constant = Parameters(v_belt=1.0)
     assert critical_mu_derivatives(constant) == critical_mu_derivatives(Parameters())
     assert critical_mu_derivatives(FALLING) is None
+
+
+def test_a_map_says_how_many_points_are_without_equilibrium(
+    capsys: pytest.CaptureFixture[str],
+) -> None:
+    assert run(["map", "--over", "v_belt=0:1:3", "--over", "mu=0.1:0.5:2"]) == 0
+    assert "2 of them, lifted off and held by no spring, or on a belt at rest" in " ".join(
+        capsys.readouterr().out.split()
+    )
+    assert run(["map", "--over", "v_belt=1:2:2", "--over", "mu=0.1:0.5:2"]) == 0
+    assert "without equilibrium" not in capsys.readouterr().out
