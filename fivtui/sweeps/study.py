@@ -68,9 +68,9 @@ TRANSIENT: Final = (
     SweepColumn("vy_end", "m/s", "vertical velocity at the end", path="final.vy"),
 )
 STICK: Final = (
-    SweepColumn("sticks", "", "how often the slider began to stick", "count", "events.sticks"),
+    SweepColumn("sticks", "", "number of sticks", "count", "events.sticks"),
     SweepColumn("stick_time", "s", "time of stick", path="events.stick_time"),
-    SweepColumn("final_stick", "s", "from when on it sticks until the end", path="final_stick"),
+    SweepColumn("final_stick", "s", "beginning of the final stick", path="final_stick"),
 )
 # Of single runs, which batches do not have.
 _OF_RUNS: Final = frozenset(column.name for column in STICK)
