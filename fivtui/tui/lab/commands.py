@@ -26,6 +26,7 @@ from fivtui.tui.tabs import (
     ViewsPane,
 )
 
+from .keys import key_text
 from .screen import LabScreen
 
 # Scores of entries found by words of their titles, by their meaning, by letters alone: these less.
@@ -70,7 +71,6 @@ _OF_SYSTEM: Final = {
     "Theme": "dark light colours colors appearance",
     "Quit": "exit leave close end",
     "Screenshot": "picture image svg print screen",
-    "Keys": "shortcuts bindings help",
     "Maximize": "full screen zoom enlarge",
 }
 
@@ -168,7 +168,7 @@ def _commands(lab: LabScreen) -> Iterator[PaletteEntry]:
     yield from _choices(lab)
     for tab in TABS:
         show = partial(lab.show_tab, tab.id)
-        yield PaletteEntry(f"Tab {tab.title}", tab.key, show, _MEANINGS[tab.id])
+        yield PaletteEntry(f"Tab {tab.title}", key_text(lab.app, tab.key), show, _MEANINGS[tab.id])
         yield from _view_commands(lab, tab)
     yield from _scene_commands(lab)
     yield from _run_commands(lab)
@@ -236,7 +236,9 @@ def _view_commands(lab: LabScreen, tab: TabSpec) -> Iterator[PaletteEntry]:
     views = getattr(tab.kind(), "VIEWS", {})
     for view, title in views.items() if len(views) > 1 else ():
         words = f"plot {_MEANINGS.get(view, '')}"
-        yield PaletteEntry(f"{tab.title}: {title}", f"{tab.key}, v", partial(show, view), words)
+        yield PaletteEntry(
+            f"{tab.title}: {title}", f"{key_text(lab.app, tab.key)}, v", partial(show, view), words
+        )
 
 
 def _scene_commands(lab: LabScreen) -> Iterator[PaletteEntry]:
@@ -317,7 +319,9 @@ class LabCommands(Provider):
             yield from _commands(self.screen)
         yield from self._sessions
         for command in self.app.get_system_commands(self.screen):
-            yield PaletteEntry(*command[:3], _OF_SYSTEM.get(command[0], ""))
+            # The laboratory has its own list of keys.
+            if command[0] != "Keys":
+                yield PaletteEntry(*command[:3], _OF_SYSTEM.get(command[0], ""))
 
     async def discover(self) -> Hits:
         """All entries, while the search is empty."""

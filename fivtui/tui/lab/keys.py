@@ -1,16 +1,17 @@
 """Key bindings of the laboratory, the most important first, and all keys that work now."""
 
-import re
 from collections.abc import Iterable
 from typing import Any, Final
 
+from textual.app import App
 from textual.binding import ActiveBinding, Binding
-from textual.dom import DOMNode
 from textual.screen import Screen
 from textual.widgets import Input
 
 from fivtui.results import Row
 from fivtui.tui.tabs import TABS
+
+_ENGINES: Final = "Next engine: native solver, Python FMU, native FMU"
 
 
 def _key(
@@ -21,25 +22,42 @@ def _key(
     *,
     shown: str = "",
     priority: bool = False,
+    more: str = "",
 ) -> Binding:
-    # A key that the bar lists has a name there; the user's keymap says others by `id`.
+    # A key that the bar lists has a name there; the list of all keys says `more`. The user's keymap
+    # says others by `id`.
     return Binding(
-        keys, action, words, show=bool(shown), key_display=shown or None, priority=priority, id=id
+        keys,
+        action,
+        words,
+        show=bool(shown),
+        key_display=shown or None,
+        priority=priority,
+        tooltip=more,
+        id=id,
     )
 
 
 LAB_KEYS: Final = (
-    _key("run", "f5,ctrl+r", "run", "Run", shown="F5"),
-    _key("stop", "f5,ctrl+r", "stop", "Stop", shown="F5"),
-    _key("help", "f1,question_mark", "help", "Help", shown="F1", priority=True),
-    _key("next-tab", "f2", "turn_tab(1)", "Tab", shown="F2"),
+    _key("run", "f5,ctrl+r", "run", "Run", shown="F5", more="Run the scene and keep the run"),
+    _key("stop", "f5,ctrl+r", "stop", "Stop", shown="F5", more="Stop the run"),
+    _key(
+        "help",
+        "f1,question_mark",
+        "help",
+        "Help",
+        shown="F1",
+        priority=True,
+        more="All keys that work now",
+    ),
+    _key("next-tab", "f2", "turn_tab(1)", "Tab", shown="F2", more="Next tab"),
     _key("previous-tab", "shift+f2", "turn_tab(-1)", "Previous tab"),
-    _key("runs", "f3", "list_runs", "Runs", shown="F3"),
-    _key("engine", "f4", "switch_engine", "Engine", shown="F4"),
+    _key("runs", "f3", "list_runs", "Runs", shown="F3", more="Go to the run list, or back"),
+    _key("engine", "f4", "switch_engine", "Engine", shown="F4", more=_ENGINES),
     _key("both", "f9", "run_both", "Compare with the FMU"),
     _key("compute", "f10,ctrl+g", "work", "Compute in the tab, or stop"),
-    _key("figure", "f6", "export('figure')", "Figure…", shown="F6"),
-    _key("data", "f7", "export('data')", "Data…", shown="F7"),
+    _key("figure", "f6", "export('figure')", "Figure…", shown="F6", more="Write the figure"),
+    _key("data", "f7", "export('data')", "Data…", shown="F7", more="Write the data"),
     _key("live", "alt+l", "switch_live", "Live curve on or off", priority=True),
     _key("reset", "f8", "reset", "Reset the field"),
     _key("reset-all", "shift+f8", "reset_all", "Reset all fields"),
@@ -84,9 +102,20 @@ def active_keys(screen: Screen[Any]) -> list[Row]:
 
 def _rows(screen: Screen[Any], group: Iterable[ActiveBinding]) -> list[Row]:
     # A row per purpose, with all its keys.
-    keys: dict[tuple[DOMNode, str], list[str]] = {}
-    for node, binding, _, tooltip in group:
-        display = screen.app.get_key_display(binding.with_key(binding.key, None))
-        shown = re.sub(r"\bf(?=\d)", "F", display)
-        keys.setdefault((node, tooltip or binding.description), []).append(shown)
-    return [Row(" ".join(dict.fromkeys(own)), words) for (_, words), own in keys.items()]
+    keys: dict[str, list[str]] = {}
+    for _, binding, _, tooltip in group:
+        words = tooltip or binding.description
+        if binding.id is None and words.istitle():
+            # Textual Writes So.
+            words = words.capitalize()
+        keys.setdefault(words, []).append(key_text(screen.app, binding.key))
+    return [Row(" ".join(dict.fromkeys(own)), words) for words, own in keys.items()]
+
+
+def key_text(app: App[Any], key: str) -> str:
+    """A key as all texts write it, such as Alt+F, Shift+F2, Esc or ↑."""
+    *modifiers, last = key.split("+")
+    shown = app.get_key_display(Binding(last, ""))
+    if modifiers or len(shown) > 1:
+        shown = shown[:1].upper() + shown[1:]
+    return "+".join([*(name.capitalize() for name in modifiers), shown])

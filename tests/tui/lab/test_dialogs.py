@@ -101,7 +101,7 @@ async def test_help_tells_about_the_field_in_focus_or_about_keys(pilot: Pilot[No
     await pilot.press("question_mark")
     await until_shown(pilot, "Keys that work now")
     shown = flat_text_of(pilot)
-    for words in ("F5 ^r Run", "F1 ? Help", "↑ Increase"):
+    for words in ("F5 Ctrl+R Run the scene", "F1 ? All keys", "↑ Increase", "Shift+F2"):
         assert words in shown, words
     seen = []
     while "Eq. 4" not in shown:
