@@ -10,7 +10,15 @@ from textual.pilot import Pilot
 
 from fivtui.tui.app import FivtuiApp
 from fivtui.tui.tabs import RunsChanged
-from tests.support.laboratory import app_of, clear_notices, focus, show_tab, until, until_shown
+from tests.support.laboratory import (
+    app_of,
+    clear_notices,
+    focus,
+    show_tab,
+    until,
+    until_screen,
+    until_shown,
+)
 
 SIZE: Final = (120, 40)
 
@@ -29,6 +37,7 @@ async def set_up(pilot: Pilot[None]) -> None:
     await until_shown(pilot, "● 1 on")
     await focus(pilot, "F")
     await until_shown(pilot, "a global search")
+    await until_screen(pilot, lambda text: "searching" not in text)
 
 
 async def take(path: Path) -> None:

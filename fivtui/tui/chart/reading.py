@@ -132,8 +132,8 @@ def heading(
     if first or second:
         read = _read(chart, view, first, second)
         return [*read, *kept], len(read)
-    notes = [f"{part} " for part in _PARTS.split(chart.note) if part]
-    title = [(part, "label") for part in (f"{chart.y_label} ", *notes)]
+    notes = [f" {part}" for part in _PARTS.split(chart.note) if part]
+    title = [(part, "label") for part in (chart.y_label, *notes)]
     return [*title, *kept, *_legend(chart, view)], len(title) + len(kept)
 
 

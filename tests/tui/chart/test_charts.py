@@ -1,3 +1,5 @@
+import dataclasses
+
 import numpy as np
 import pytest
 from hypothesis import given, strategies as st
@@ -97,9 +99,9 @@ def test_a_picture_has_the_size_asked_for_and_says_what_is_what() -> None:
         lines = picture.text().splitlines()
         assert len(lines) == height
         assert {len(line) for line in lines} == {width}
-    assert lines[0].startswith("y (m)  1─one 2─two")
+    assert lines[0].startswith("y (m) 1─one 2─two")
     narrow = draw(SINE, View(), 20, 14, reserved=8).text().splitlines()
-    assert [line.strip() for line in narrow[:2]] == ["y (m)  1─one", "2─two"]
+    assert [line.strip() for line in narrow[:2]] == ["y (m) 1─one", "2─two"]
     assert {len(line) for line in narrow} == {20}
     assert draw(SINE, View(), 20, 6).plot[1] == 1
     assert lines[-1].startswith("t (s)")
@@ -289,6 +291,14 @@ def test_cursors_of_a_chart_along_curves_are_on_the_curves() -> None:
     assert alone.startswith("t 0 s x 1 m y 0 m")
 
 
+def test_a_note_without_room_goes_on_below_by_parts() -> None:
+    words = "f₁ 0.7538 Hz, period 1.327 s, t 50 to 100 s"
+    chart = dataclasses.replace(SINE, note=words)
+    lines = draw(chart, View(), 46, 14, reserved=18).text().splitlines()
+    assert lines[0].rstrip() == "y (m) f₁ 0.7538 Hz,"
+    assert words in " ".join(" ".join(lines[:3]).split())
+
+
 def test_limits_say_that_they_are_kept_and_what_they_leave_out() -> None:
     def heading(view: View, number: int, values: np.ndarray) -> str:
         chart = Chart("t (s)", "y (m)", (Trace("new", T, values, number=number),))
@@ -296,13 +306,13 @@ def test_limits_say_that_they_are_kept_and_what_they_leave_out() -> None:
 
     low = View()
     low.choose(SINE, None, Axis(-2.5, 2.5))
-    assert heading(low, 1, np.sin(T)) == "y (m)  zoom y"
+    assert heading(low, 1, np.sin(T)) == "y (m) zoom y"
     assert heading(low, 1, 3.0 * np.sin(T)).endswith("new partly outside, r: fit zoom y")
-    assert heading(low, 0, 3.0 * np.sin(T)) == "y (m)  zoom y"
+    assert heading(low, 0, 3.0 * np.sin(T)) == "y (m) zoom y"
     assert heading(low, 0, 3.0 + np.sin(0.1 * T)).endswith("new outside, r: fit zoom y")
     low.since = 1
-    assert heading(low, 1, 3.0 * np.sin(T)) == "y (m)  zoom y"
+    assert heading(low, 1, 3.0 * np.sin(T)) == "y (m) zoom y"
     late = View(x=Axis(20.0, 30.0))
     assert heading(late, 0, T).endswith("new outside, r: fit zoom t")
     early = View(x=Axis(1.0, 2.0))
-    assert heading(early, 1, 3.0 * np.sin(T)) == "y (m)  zoom t"
+    assert heading(early, 1, 3.0 * np.sin(T)) == "y (m) zoom t"
