@@ -142,7 +142,7 @@ def _span(low: float, high: float, unit: str) -> str:
 
 
 # Why a point of a map has no equilibrium.
-_WHY_NONE: Final = "lifted off and held by no spring, or on a belt at rest"
+_WHY_NONE: Final = "lifted and held by no spring, on a belt at rest, or with mu above mu_s"
 
 
 def print_map(result: "StabilityMap") -> None:

@@ -166,6 +166,8 @@ def continuation(
     grid = np.unique([spec.check(float(value)) for value in values])
     if grid.size < 2:
         raise InputError(f"continuation: {name}: must be two or more different values")
+    for extreme in grid[[0, -1]].tolist():
+        p.with_values({name: extreme})
     found: dict[float, list[Attractor]] = {value: [] for value in grid.tolist()}
     met: dict[float, list[list[Direction]]] = {value: [] for value in grid.tolist()}
     watch = Watch(progress)

@@ -7,12 +7,13 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from fivtui import Parameters, branch
+from fivtui import Parameters, branch, continuation
 from fivtui.cli import run
 from fivtui.equilibrium import growth_rate
 from fivtui.model import InputError
 from fivtui.orbits import End, EventKind
 from fivtui.orbits.curves.arclength import PERIOD, VALUE
+from fivtui.orbits.curves.cycle_branches import parameter_range
 from fivtui.orbits.curves.events import course, makeup
 from fivtui.orbits.curves.hopf import hopf_point, hopf_values
 from fivtui.orbits.curves.origins import cycle_near
@@ -161,3 +162,15 @@ def test_what_is_not_followed_is_refused(capsys: pytest.CaptureFixture[str]) -> 
         branch(DAMPED, "v_belt", origin="cycle", doubled=True)
     assert run(["branch", "--set", "v_belt=1", "--vary", "v_s"]) == 2
     assert "v_s = none: must have a value to vary v_s" in capsys.readouterr().err
+
+
+def test_friction_is_followed_up_to_its_static_value_and_no_farther() -> None:
+    p = Parameters(v_belt=1.0, mu_s=0.8)
+    assert parameter_range(p, "mu", None, None)[1] == 0.8
+    assert parameter_range(p, "mu_s", None, 2.0) == (0.7, 2.0)
+    with pytest.raises(InputError, match=r"^mu: 0\.5 to 1\.2: must be at most mu_s = 0\.8$"):
+        branch(p, "mu", low=0.5, high=1.2, origin="cycle")
+    with pytest.raises(InputError, match=r"^mu_s: 0\.5 to 1: must be at least mu = 0\.7$"):
+        branch(p, "mu_s", low=0.5, high=1.0, origin="cycle")
+    with pytest.raises(InputError, match=r"^mu_s = 0\.8: must be none, or at least mu = 0\.9$"):
+        continuation(p, "mu", [0.3, 0.9])

@@ -306,6 +306,15 @@ def parameter_range(
         raise InputError(f"{name} = {value:g}: must be above 0, or the range be given")
     bottom = max(value / _SPAN, spec.lower) if low is None else spec.check(low)
     top = min(value * _SPAN, spec.upper) if high is None else spec.check(high)
+    # Friction falls from μ_s to μ.
+    if name == "mu" and p.mu_s is not None:
+        top = min(top, p.mu_s) if high is None else top
+        if top > p.mu_s:
+            raise InputError(f"mu: {bottom:g} to {top:g}: must be at most mu_s = {p.mu_s:g}")
+    if name == "mu_s":
+        bottom = max(bottom, p.mu) if low is None else bottom
+        if bottom < p.mu:
+            raise InputError(f"mu_s: {bottom:g} to {top:g}: must be at least mu = {p.mu:g}")
     if not bottom < top:
         raise InputError(f"{name}: {bottom:g} to {top:g}: must be a range of ascending values")
     return bottom, top
