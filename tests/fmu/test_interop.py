@@ -77,7 +77,7 @@ def test_a_host_agrees_with_the_scripted_master(
         capture_output=True,
         text=True,
         check=False,
-        timeout=120,
+        timeout=600,
     )
     assert done.returncode == 0, done.stderr[-2000:]
     assert_same(json.loads(done.stdout.splitlines()[-1]), rows)
