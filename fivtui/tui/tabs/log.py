@@ -1,7 +1,8 @@
 """The log tab."""
 
 from textual.app import ComposeResult
-from textual.widgets import RichLog
+from textual.containers import VerticalScroll
+from textual.widgets import Static
 
 from .pane import Pane
 
@@ -11,16 +12,20 @@ class LogPane(Pane):
 
     def compose(self) -> ComposeResult:
         """The lines."""
-        yield RichLog(id="log-lines", wrap=True, min_width=20, markup=False)
+        # Not RichLog: it shows nothing until Textual tells it its size, which it may fail to do
+        # where something was scrolled just before.
+        with VerticalScroll(id="log-lines"):
+            yield Static(markup=False)
 
     def on_mount(self) -> None:
         """Start at the first report."""
         self._written = 0
 
     def reported(self) -> None:
-        """Append new reports."""
+        """Show all reports, from the end if there are new ones."""
         lines = self.session.reports
-        view = self.query_one("#log-lines", RichLog)
-        for line in lines[self._written :]:
-            view.write(line)
+        if len(lines) > self._written:
+            view = self.query_one("#log-lines", VerticalScroll)
+            view.query_one(Static).update("\n".join(lines))
+            view.scroll_end(animate=False)
         self._written = len(lines)
