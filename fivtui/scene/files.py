@@ -168,7 +168,15 @@ def _parameters(table: object, starts: Mapping[str, float]) -> Parameters:
         for name, value in table.items():
             spec = parameter_spec(name)
             values[name] = spec.check(_number(name, value))
-        return Parameters(**{**starts, **values})
+        made = Parameters(**{**starts, **values})
+        begins = made.with_values(starts)
+        for name in starts:
+            if getattr(made, name) != getattr(begins, name):
+                raise InputError(
+                    f"{name} = {values[name]:g}: follows a table over time, which begins with "
+                    f"{starts[name]:g}; must be left out"
+                )
+        return made
     except InputError as error:
         raise InputError(f"[parameters] {error}") from None
 

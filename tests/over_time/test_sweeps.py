@@ -139,3 +139,12 @@ def test_a_scene_file_need_not_say_what_its_table_begins_with(tmp_path: Path) ->
     (tmp_path / "s.toml").write_text(text.replace("0.3]", "0.5]"))
     with pytest.raises(InputError, match=r"reaches 0\.5: must be at most mu_s = 0\.4"):
         load_scene(tmp_path / "s.toml")
+
+
+def test_a_scene_file_must_not_say_another_value_than_its_table_begins_with(tmp_path: Path) -> None:
+    text = "fivtui_scene = 1\n[parameters]\nF = 80\n[over_time]\nF = [[0, 10], [4, 60]]\n"
+    (tmp_path / "s.toml").write_text(text)
+    with pytest.raises(InputError, match="F = 80: follows a table over time, which begins with 10"):
+        load_scene(tmp_path / "s.toml")
+    (tmp_path / "s.toml").write_text(text.replace("80", "10"))
+    assert load_scene(tmp_path / "s.toml").parameters.F == 10.0
