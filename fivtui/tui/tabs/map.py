@@ -210,6 +210,7 @@ class MapPane(JobPane):
             # The displayed map is of another value.
             self._computed = None
             self.query_one(ChartView).show(None, nothing=str(error))
+            self.query_one("#scale", Static).update("")
         self.work()
 
     @on(ChartView.Opened)

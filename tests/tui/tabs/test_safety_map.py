@@ -76,7 +76,7 @@ async def test_the_map_tab_offers_safe_friction_and_refuses_it_over_friction(
     await pilot.press("alt+4")
     await until_shown(pilot, "11253 points")
     await pilot.click("#value-safe-mu")
-    await until_shown(pilot, "must be over two other parameters")
+    await until_shown(pilot, "Safe μ does not depend on μ")
     over = pilot.app.screen.query_one("#over", Input)
     over.value = "F=60:120:4 k_nl=90:110:2"
     over.focus()

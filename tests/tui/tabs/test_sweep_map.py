@@ -177,7 +177,7 @@ def test_a_map_that_cannot_be_is_refused(text: str) -> None:
 
 
 def test_a_critical_mu_over_mu_is_refused() -> None:
-    with pytest.raises(InputError, match="does not depend on mu"):
+    with pytest.raises(InputError, match="μ_c does not depend on μ"):
         map_request("F=1:2:3 μ=0:1:3", "critical-mu")
 
 
@@ -242,7 +242,7 @@ async def test_a_map_follows_the_form_and_opens_its_points(pilot: Pilot[None]) -
     await pilot.press("r")
     await until(pilot, lambda: view.chart.backdrop.x[0] == 0.0)  # type: ignore[union-attr]
     await pilot.press("v")
-    await until_shown(pilot, "critical-mu over mu: must be over two other")
+    await until_shown(pilot, "μ_c does not depend on μ: must be over others, e.g. F=5:120:93 k_nl")
     await pilot.press("v")
     await until_shown(pilot, "F (N) unstable modes")
     view.focus()

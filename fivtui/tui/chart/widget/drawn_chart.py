@@ -1,6 +1,7 @@
 """A chart drawn in a widget, in the styles of the theme."""
 
 from dataclasses import dataclass
+from textwrap import wrap
 from typing import Final
 
 from rich.segment import Segment
@@ -14,6 +15,7 @@ from fivtui.tui.chart.reading import Span, is_long
 from fivtui.tui.chart.styles import CHART_STYLES, FOCUSED_STYLES
 
 _WIDE: Final = 90
+_INDENT: Final = " "
 _LEAST: Final = (MARGIN + 2, 3)
 
 
@@ -108,7 +110,8 @@ class DrawnChart(Widget):
     def _lines(self) -> list[list[Span]]:
         width, height = self.size
         if self._chart is None or width < _LEAST[0] or height < _LEAST[1]:
-            return [[("", "plot")], [(f" {self._nothing}"[:width], "label")]]
+            below = wrap(self._nothing, max(width - len(_INDENT) - 1, 1))
+            return [[("", "plot")], *([(f"{_INDENT}{line}", "label")] for line in below)]
         if self._picture is None:
             self._controls.clear()
             crowded = width < _WIDE and is_long(self._chart, self.view)
