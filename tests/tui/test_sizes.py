@@ -114,3 +114,13 @@ async def test_notices_end_and_give_way_to_a_click() -> None:
         await until_shown(pilot, "▌ two ")
         notices._end(notices.notices[0])
         await until(pilot, lambda: not notices.display)
+
+
+async def test_titles_of_views_have_room_again_in_a_window_that_was_wider() -> None:
+    async with FivtuiApp().run_test(size=(120, 35)) as pilot:
+        await show_tab(pilot, "alt+2")
+        await until_shown(pilot, "Difference")
+        await pilot.resize_terminal(80, 24)
+        await until_shown(pilot, "Time Phase Spectrum Diff Belt Measured")
+        await pilot.resize_terminal(120, 35)
+        await until_shown(pilot, "Time Phase Spectrum Difference Belt Measured")

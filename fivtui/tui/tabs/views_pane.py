@@ -66,6 +66,8 @@ class ViewsPane(Pane):
         for button in self.query(".view-button").results(Button):
             title = self.VIEWS[str(button.id).removeprefix(_PREFIX)]
             button.label = _BRIEF.get(title, title) if lack else title
+            # A button that is on the screen would keep its width.
+            button.refresh(layout=True)
         if self.has_class("-cursors"):
             self._show_cursors()
 

@@ -128,6 +128,7 @@ class BranchesPane(JobPane):
         event.stop()
         self.keep(_FROM, "hopf" if self._origin == "cycle" else "cycle")
         event.button.label = _ORIGINS[self._origin]
+        event.button.refresh(layout=True)
 
     @on(ChartView.Opened)
     def _opened(self, event: ChartView.Opened) -> None:
