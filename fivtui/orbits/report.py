@@ -35,17 +35,17 @@ def print_attractors(found: Sequence[Attractor]) -> None:
     sticks = [_sticks(attractor) for attractor in found]
     print_rows(
         "Attractors",
-        (*_HEADER[:6], "stick s", *_HEADER[6:]),
-        [(*row[:6], stick, *row[6:]) for row, stick in zip(rows, sticks, strict=True)],
+        (*_HEADER[:6], "sticks", "time of stick s", *_HEADER[6:]),
+        [(*row[:6], *stick, *row[6:]) for row, stick in zip(rows, sticks, strict=True)],
     )
 
 
-def _sticks(attractor: Attractor) -> str:
+def _sticks(attractor: Attractor) -> tuple[str, str]:
     orbit = attractor.orbit
-    if orbit is None or not orbit.sticks:
-        return ""
+    if orbit is None:
+        return "", ""
     share = f"{orbit.stick_time / orbit.period:.1%}"
-    return f"{number(orbit.stick_time, _SHORT)} ({share}), {orbit.sticks}"
+    return str(orbit.sticks), f"{number(orbit.stick_time, _SHORT)} ({share})"
 
 
 def _row(attractor: Attractor) -> tuple[str, ...]:

@@ -11,6 +11,7 @@ from fivtui.cli import run
 from fivtui.model.slider_belt import accelerations, equilibrium
 from fivtui.orbits import Attraction, Explorer, Kind, continuation
 from fivtui.orbits.explorer import Attractor, _ended_in
+from fivtui.orbits.report import print_attractors
 from fivtui.orbits.rest import stays_stuck
 from fivtui.orbits.shooting import PeriodicOrbit, Section
 from fivtui.transient import Start
@@ -125,3 +126,16 @@ def test_the_command_prints_multipliers_and_sticks(capsys: pytest.CaptureFixture
     assert said["floquet_multipliers"][2] == [0.0, 0.0]
     assert run(["attractors", "--vary", "v_s=0.1:0.4:2"]) == 2
     assert "v_belt = none: must have a value to vary v_s" in capsys.readouterr().err
+
+
+def test_sticks_of_a_cycle_are_printed_apart_from_their_time(
+    capsys: pytest.CaptureFixture[str],
+) -> None:
+    found = Explorer(Parameters(v_belt=1.0, mu_s=0.9, v_s=0.4)).reach("static")
+    orbit = found.orbit
+    assert orbit is not None
+    print_attractors([found])
+    rows = capsys.readouterr().out.split("\n")
+    share = f"({orbit.stick_time / orbit.period:.1%})"
+    assert any("sticks" in row and "time of stick s" in row for row in rows)
+    assert any(f" {orbit.sticks} " in row and share in row for row in rows)
