@@ -6,11 +6,13 @@ import itertools
 import tempfile
 from collections.abc import Iterator, Sequence
 from contextlib import ExitStack
+from functools import cache
 from pathlib import Path
-from typing import Final
+from typing import BinaryIO, Final
 
 import numpy as np
 
+from fivtui.io import write_atomically
 from fivtui.model import COLUMNS, Cancelled, ComputationError, InputError, time_scale
 from fivtui.transient import (
     FMU_FLAVOURS,
@@ -31,6 +33,16 @@ _MAX_STEPS: Final = 20_000_000
 _PROGRESS_EVERY: Final = 128
 # Samples per call of `on_samples`.
 _PART: Final = 256
+_FILE: Final = "slider_belt.fmu"
+
+
+@cache
+def _built(flavour: str) -> bytes:
+    """An FMU of a flavour, built once in a process: that takes as long as a short run."""
+    from fmu_src.build import build_fmu
+
+    with tempfile.TemporaryDirectory(prefix="fivtui-") as folder:
+        return build_fmu(Path(folder) / _FILE, flavour=flavour).read_bytes()
 
 
 def integrate_fmu(
@@ -53,8 +65,7 @@ def integrate_fmu(
     progress, on_samples : callable, optional
         See `fivtui.simulate`.
     fmu : Path, optional
-        An FMU built by `build_fmu`; a new one of the method's flavour in a temporary folder if not
-        given.
+        An FMU built by `build_fmu`; one of the method's flavour in a temporary folder if not given.
 
     Returns
     -------
@@ -85,11 +96,14 @@ def integrate_fmu(
     with ExitStack() as stack:
         check_interrupt = stack.enter_context(interrupts_deferred())
         if fmu is None:
-            from fmu_src.build import build_fmu
-
             folder = stack.enter_context(tempfile.TemporaryDirectory(prefix="fivtui-"))
-            flavour = FMU_FLAVOURS[request.method]
-            fmu = build_fmu(Path(folder) / "slider_belt.fmu", flavour=flavour)
+            fmu = Path(folder) / _FILE
+            content = _built(FMU_FLAVOURS[request.method])
+
+            def write(file: BinaryIO) -> None:
+                file.write(content)
+
+            write_atomically(fmu, write)
         file = stack.enter_context(extracted(fmu))
         course = request.course
         if course is not None and not file.description.coSimulation.canInterpolateInputs:
