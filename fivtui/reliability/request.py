@@ -1,5 +1,6 @@
 """What an uncertainty study is asked for, as the study of a scattered sweep."""
 
+import math
 from collections.abc import Collection, Mapping, Sequence
 from dataclasses import replace
 from typing import Final
@@ -98,7 +99,7 @@ def scattered_study(
     with_indices = not correlations if indices is None else indices
     of_each = max(repeats, 1) * (2 if with_indices else 1)
     scatter = Scatter(
-        inputs,
+        _of_friction(scene.parameters, inputs),
         design,
         count=1 << (-(-samples // of_each) - 1).bit_length(),
         seed=seed,
@@ -114,6 +115,15 @@ def scattered_study(
         tol=tol,
         outputs=tuple(dict.fromkeys((*JUDGED, *outputs))),
     )
+
+
+def _of_friction(p: Parameters, inputs: Mapping[str, Distribution]) -> Mapping[str, Distribution]:
+    # μ is bounded by a μ_s that does not scatter, and μ_s by such a μ.
+    if "mu" in inputs and "mu_s" not in inputs and p.mu_s is not None:
+        return {**inputs, "mu": inputs["mu"].within(-math.inf, p.mu_s)}
+    if "mu_s" in inputs and "mu" not in inputs:
+        return {**inputs, "mu_s": inputs["mu_s"].within(p.mu, math.inf)}
+    return inputs
 
 
 def _on_belt(p: Parameters, outputs: Sequence[str], inputs: Collection[str]) -> tuple[str, ...]:

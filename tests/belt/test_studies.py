@@ -93,3 +93,19 @@ def test_a_map_says_how_many_points_are_without_equilibrium(
     assert "2 of them, lifted and held by no spring, on a belt at rest, or with mu" in said
     assert run(["map", "--over", "v_belt=1:2:2", "--over", "mu=0.1:0.5:2"]) == 0
     assert "without equilibrium" not in capsys.readouterr().out
+
+
+@pytest.mark.parametrize(
+    ("scattered", "said"), [("mu", "truncated to 0 to 0.75"), ("mu_s", "truncated to 0.7 to 100")]
+)
+def test_scattered_friction_is_truncated_at_the_friction_that_does_not_scatter(
+    scattered: str, said: str
+) -> None:
+    p = Parameters(v_belt=1.0, mu_s=0.75)
+    found = uncertainty(p, vary={scattered: "normal:0.72:0.05"}, samples=64, outputs=["y_max"])
+    assert found.to_dict()["truncated"][0].startswith(f"{scattered}~normal:0.72:0.05: {said}")
+    assert "failed" not in found.sweep.table.reasons
+    drawn = found.sweep.table.numbers[scattered]
+    assert (drawn.max() <= 0.75) if scattered == "mu" else (drawn.min() >= 0.7)
+    with pytest.raises(InputError, match="must have values from"):
+        uncertainty(p, vary={"mu": "uniform:0.8:0.9"}, samples=64)
