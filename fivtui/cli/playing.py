@@ -17,6 +17,7 @@ from .options import (
     input_option,
     json_option,
     output_option,
+    over_time_option,
     progress_bar,
     scene_argument,
     scene_of,
@@ -47,6 +48,7 @@ _RUN_OPTIONS: Final = (
     tol_option,
     option("--step", metavar="S", help="Step of rk4, or communication step of fmu, s."),
     start_option("Start state, m and m/s; static: at rest at the equilibrium of μ = 0."),
+    over_time_option,
 )
 
 

@@ -148,3 +148,18 @@ def test_a_scene_file_must_not_say_another_value_than_its_table_begins_with(tmp_
         load_scene(tmp_path / "s.toml")
     (tmp_path / "s.toml").write_text(text.replace("80", "10"))
     assert load_scene(tmp_path / "s.toml").parameters.F == 10.0
+
+
+def test_measured_data_are_laid_over_a_run_with_the_measured_preload(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    (tmp_path / "ramp.csv").write_text("time,F\n0,20\n4,90\n")
+    given = ["--over-time", str(tmp_path / "ramp.csv"), "--t-end", "6"]
+    assert run(["simulate", *given, "--out", str(tmp_path / "run.csv")]) == 0
+    words = ["--measured", str(tmp_path / "run.csv"), "--time", "t", "--signal", "y", "--json"]
+    deviations = []
+    for over_time in (given, given[2:]):
+        capsys.readouterr()
+        run(["validate", *over_time, *words])
+        deviations.append(json.loads(capsys.readouterr().out)["deviation"]["rms"])
+    assert deviations[0] < 1e-9 < 1e-2 < deviations[1]
