@@ -16,7 +16,7 @@ from .transient import TIME_LABEL, contact_strips, label_of
 INPUTS: Final[Mapping[str, tuple[str, str]]] = {
     "file": ("FILE.csv", "file of measured data"),
     "time": ("time 1", "column of the times, by name or number"),
-    "time-scale": ("s 1", "seconds in a unit of the time column, e.g. 0.001 for ms"),
+    "time-scale": ("t scale 1", "seconds in a unit of the time column, e.g. 0.001 for ms"),
     "signal": ("signal 2", "column of the signal, by name or number"),
     "quantity": ("y", "what was measured: y, x, vy, vx or P, in SI units"),
     "scale": (
