@@ -1,0 +1,159 @@
+"""Dependencies in the model descriptions: what a variable depends on is what changes it."""
+
+from collections.abc import Iterator, Mapping
+from typing import Any, Final
+from xml.etree import ElementTree as ET
+
+import pytest
+
+from fmu_src.slave.actuator import BrakeActuator
+from fmu_src.slave.instance import Instance
+from fmu_src.slave.slider_belt import SliderBeltInstance
+
+from .test_description import DERIVATIVE_OF, FLAGS, STATES, rows_of, variables_of
+
+PUSHED: Final = {
+    "m": 1.0, "k1": 7.0, "k2": 7.0, "k3": 7.0, "c1": 0.1, "c2": 0.1, "F": 9.0, "k_nl": 9.0,
+    "mu": 0.1, "v_belt": 0.1, "mu_s": 0.1, "v_s": 0.1, "x_start": 0.1,
+    "vx_start": 0.1, "y_start": 0.01, "vy_start": 0.1,
+    "command": 5.0, "P": 5.0, "tau": 0.01, "gain": 0.1, "F_start": 5.0,
+}  # fmt: skip
+MOVING: Final = {"start_static": False, "x_start": 0.2, "vx_start": -0.3, "vy_start": 0.4}
+SLOW: Final = {**MOVING, "finite_belt": True, "mu_s": 0.9, "v_s": 0.4}
+HELD: Final = {**SLOW, "vx_start": 1.0, "vy_start": 0.0, "y_start": -0.5, "x_start": 0.1}
+# In contact and separated, at rest and moving, with separation and without, and on a belt of finite
+# speed slower and faster than that, held, and about to be held.
+POINTS: Final[Mapping[str, list[dict[str, Any]]]] = {
+    "slider-belt": [
+        {**start, "separation": separation}
+        for separation in (True, False)
+        for start in (
+            {"F": 80.0},
+            {"F": -80.0},
+            {**MOVING, "y_start": -0.5},
+            {**MOVING, "y_start": 0.5},
+            {**SLOW, "y_start": -0.5},
+            {**SLOW, "y_start": -0.5, "vx_start": 3.0},
+            HELD,
+            {**HELD, "x_start": 0.17},
+        )
+    ],
+    "brake-actuator": [{"command": 60.0, "P": 40.0}],
+}
+# Only at the switch itself does the start's direction decide the mode, and with it the force.
+AT_SWITCH_ONLY: Final = {"P", "friction_slider", "friction_belt", "mode", "sticks"}
+AT_GRIP_ONLY: Final = {"mode", "sticks"}
+
+
+def made(which: str) -> Instance:
+    return (SliderBeltInstance if which == "slider-belt" else BrakeActuator)(instance_name="test")
+
+
+def values_after(which: str, values: Mapping[str, Any], later: Mapping[str, Any]) -> dict[str, Any]:
+    """All values of an instance initialized with some, after some others are set."""
+    instance = made(which)
+    references = instance.TABLE.references
+
+    def put(given: Mapping[str, Any]) -> None:
+        for name, value in given.items():
+            setter = instance.set_boolean if isinstance(value, bool) else instance.set_real
+            setter([references[name]], [value])
+
+    put(values)
+    instance.setup_experiment(0.0, None, None)
+    instance.enter_initialization_mode()
+    instance.exit_initialization_mode()
+    put(later)
+    refused = [message.msg for message in instance.log_queue if "no effect" not in message.msg]
+    assert not refused
+    return dict(zip(references, instance.get_real(list(references.values())), strict=True))
+
+
+def changed(before: Mapping[str, Any], after: Mapping[str, Any]) -> Iterator[str]:
+    return (name for name in before if abs(before[name] - after[name]) > 1e-9)
+
+
+def dependencies(root: ET.Element, tag: str) -> dict[str, set[str]]:
+    names = [v["name"] for v in variables_of(root)]
+    found, key, first = {}, "index", 1
+    for unknown in root.iterfind(f"ModelStructure/{tag}/Unknown"):
+        known = str(unknown.get("dependencies")).split()
+        assert str(unknown.get("dependenciesKind")).split() == ["dependent"] * len(known)
+        found[names[int(str(unknown.get(key))) - first]] = {names[int(k) - first] for k in known}
+    return found
+
+
+@pytest.mark.parametrize("which", ["slider-belt", "brake-actuator"])
+def test_initial_values_depend_on_what_changes_them(
+    which: str, descriptions: dict[str, ET.Element]
+) -> None:
+    claimed = dependencies(descriptions[which], "InitialUnknowns")
+    unknowns = {
+        r.name for r in rows_of(which) if r.causality == "output" or r.name in DERIVATIVE_OF
+    }
+    assert claimed.keys() == unknowns
+    found: dict[str, set[str]] = {name: set() for name in claimed}
+    for point in POINTS[which]:
+        start = values_after(which, point, {})
+        settable = [r.name for r in rows_of(which) if r.causality in ("parameter", "input")]
+        changes: dict[str, Any] = {name: start[name] + PUSHED[name] for name in settable}
+        if which == "slider-belt":
+            changes |= {name: not start[name] for name in FLAGS}
+        for name, value in changes.items():
+            for output in changed(start, values_after(which, {**point, name: value}, {})):
+                if output in found:
+                    found[output].add(name)
+    for output, known in claimed.items():
+        if output in AT_SWITCH_ONLY:
+            assert found[output] <= known, output
+            damped = set() if output in AT_GRIP_ONLY else {"m", "c1", "c2"}
+            assert known - found[output] <= {*PUSHED, *FLAGS} - damped, output
+            assert {"finite_belt", "v_belt", "mu_s"} & known <= found[output], output
+        else:
+            assert found[output] == known, output
+    if which == "slider-belt":
+        grip = {"finite_belt", "v_belt", "mu", "mu_s", "c1"}
+        assert claimed["friction_belt"] - claimed["P"] == {*grip, "v_s"}
+        assert claimed["friction_belt"] == claimed["friction_slider"]
+        assert claimed["mode"] - claimed["P"] == {*grip, "m", "c2"}
+        assert claimed["mode"] == claimed["sticks"]
+
+
+@pytest.mark.parametrize("which", ["slider-belt", "brake-actuator"])
+def test_outputs_depend_at_a_communication_point_on_the_inputs_that_change_them(
+    which: str, descriptions: dict[str, ET.Element]
+) -> None:
+    claimed = dependencies(descriptions[which], "Outputs")
+    assert list(claimed) == [row.name for row in rows_of(which) if row.causality == "output"]
+    inputs = [row.name for row in rows_of(which) if row.causality == "input"]
+    found: dict[str, set[str]] = {name: set() for name in claimed}
+    # Where static friction follows mu, so does the hold of the belt.
+    following = [{**HELD, "mu_s": 0.0}] if which == "slider-belt" else []
+    for point in (*POINTS[which], *following):
+        start = values_after(which, point, {})
+        for name in inputs:
+            after = values_after(which, point, {name: start[name] + PUSHED[name]})
+            for output in changed(start, after):
+                if output in found:
+                    found[output].add(name)
+    assert found == claimed
+
+
+def test_derivatives_depend_on_the_states_and_inputs_that_change_them(
+    descriptions: dict[str, ET.Element],
+) -> None:
+    claimed = dependencies(descriptions["slider-belt"], "Derivatives")
+    assert claimed.keys() == {"vx", "vy", "ax", "ay"}
+    found: dict[str, set[str]] = {name: set() for name in claimed}
+    for point in (*POINTS["slider-belt"][2:4], POINTS["slider-belt"][4]):
+        start = values_after("slider-belt", point, {})
+        for known in (*STATES, "F", "mu", "v_belt"):
+            name = f"{known}_start" if known in STATES else known
+            after = values_after("slider-belt", {**point, name: start[name] + PUSHED[name]}, {})
+            for derivative in changed(start, after):
+                if derivative in found:
+                    found[derivative].add(known)
+    assert found == claimed
+    assert dependencies(descriptions["brake-actuator"], "Derivatives") == {
+        "F_rate": {"F", "command", "P"}
+    }
