@@ -189,9 +189,14 @@ class SweepStore:
         content = buffer.getvalue()
         suffix = self._target.suffix.lower()
         name = piece_name(piece.number, rows.failed, self._sweep, content, suffix)
-        with self._explained():
-            write_atomically(self.folder / name, lambda file: _write(file, content), force=True)
-        self._count(piece, self.folder / name, rows.failed)
+        path = self.folder / name
+        try:
+            with self._explained():
+                write_atomically(path, lambda file: _write(file, content), force=True)
+        finally:
+            # Ctrl+C may come when the piece is there already: then it is kept, and counts.
+            if path.exists():
+                self._count(piece, path, rows.failed)
 
     def finish(self) -> None:
         """Merge the pieces into the file and remove them.

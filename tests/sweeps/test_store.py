@@ -19,6 +19,7 @@ import numpy as np
 import pytest
 
 import fivtui.sweeps.provenance as provenance_module
+import fivtui.sweeps.store as store_module
 from fivtui import Parameters
 from fivtui.io.locks import locked
 from fivtui.model.errors import Cancelled, ComputationError, InputError
@@ -60,6 +61,22 @@ def interrupted(out: Path, study: Study = STUDY, pieces: int = 4) -> Path:
         run(out, study, progress=stop_after(pieces))
     assert not out.exists()
     return out.with_name(f"{out.name}.parts")
+
+
+def test_a_piece_that_is_there_when_ctrl_c_comes_counts_as_kept(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    write = store_module.write_atomically
+
+    def write_and_stop(path: Path, *given: Any, **more: Any) -> None:
+        write(path, *given, **more)
+        if path.suffix == ".csv":
+            raise KeyboardInterrupt
+
+    monkeypatch.setattr(store_module, "write_atomically", write_and_stop)
+    with pytest.raises(Cancelled, match=f"{SIZE} of 20 members are kept"):
+        run(tmp_path / "out.csv")
+    assert len(list((tmp_path / "out.csv.parts").glob("0*.csv"))) == 1
 
 
 def names(folder: Path) -> list[str]:
