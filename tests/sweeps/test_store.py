@@ -21,6 +21,7 @@ import pytest
 import fivtui.sweeps.provenance as provenance_module
 import fivtui.sweeps.store as store_module
 from fivtui import Parameters
+from fivtui.io import write_atomically
 from fivtui.io.locks import locked
 from fivtui.model.errors import Cancelled, ComputationError, InputError
 from fivtui.sweeps.design import Design, Range
@@ -66,10 +67,8 @@ def interrupted(out: Path, study: Study = STUDY, pieces: int = 4) -> Path:
 def test_a_piece_that_is_there_when_ctrl_c_comes_counts_as_kept(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    write = store_module.write_atomically
-
     def write_and_stop(path: Path, *given: Any, **more: Any) -> None:
-        write(path, *given, **more)
+        write_atomically(path, *given, **more)
         if path.suffix == ".csv":
             raise KeyboardInterrupt
 
