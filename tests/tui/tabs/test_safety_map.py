@@ -13,7 +13,7 @@ from fivtui.tui.chart.widget.chart_view import ChartView
 from fivtui.tui.tabs.charts.map import map_chart, map_scale
 from fivtui.tui.tabs.charts.map_shades import offsets, scale_words, value_scale
 from fivtui.tui.tabs.map import thinned
-from tests.support.laboratory import until_shown
+from tests.support.laboratory import clear_notices, until_shown
 
 
 @pytest.fixture(scope="module")
@@ -90,4 +90,5 @@ async def test_the_map_tab_offers_safe_friction_and_refuses_it_over_friction(
     await pilot.press("enter")
     await pilot.click("#value-coexistence")
     await until_shown(pilot, "15 points; ")
+    await clear_notices(pilot)
     await until_shown(pilot, "█ squeals")
