@@ -135,10 +135,10 @@ async def test_what_was_left_is_shown_again(
         assert result is not None
         assert second.result.stats == result.stats
         # Going on from there: a new number, and the files stay as they are.
+        files = {path.name for path in folder.iterdir()}
         await run_to_end(pilot)
         assert [run.number for run in session.runs] == [1, 2, 3]
         await show_tab(pilot, "alt+3")
-        files = {path.name for path in folder.iterdir()}
     assert files <= {path.name for path in folder.iterdir()}
     assert len(list(folder.iterdir())) == 5
 
