@@ -154,6 +154,10 @@ INLINE V extreme_value(const V *c, int groups, V h, V guess, V sign, unsigned wa
    rounding hides it. `square` and `cube` are its last coefficients. */
 INLINE V crest_of(V slope, V square, V cube, V sign)
 {
+    /* The squares of numbers as small as these would be zero. */
+    V size = greatest(absolute(slope), greatest(absolute(square), absolute(cube)));
+    V scale = choose(size < 0x1p-400, splat(0x1p600), splat(1.0));
+    slope = slope * scale, square = square * scale, cube = cube * scale;
     V root = root_of(greatest(square * square - cube * slope * 3.0, splat(0.0)));
     /* Two forms of the same, each of which cancels where the other does not. */
     M hollow = square * sign > 0.0;
