@@ -184,21 +184,24 @@ INLINE void slide(V *x, V *y, const Field *f, const Law *law, V v_belt, int orde
     add_sliding_terms(&s, 16, cubic, of, x, y);
 }
 
-APART void expand_falling(V *x, V *y, const Field *f, const Law *law, V v_belt, int order, int cubic)
+INLINE void slide_either(V *x, V *y, const Field *f, const Law *law, V v_belt, int order, int cubic,
+                         Friction of)
 {
     if (cubic)
-        slide(x, y, f, law, v_belt, order, 1, FALLING);
+        slide(x, y, f, law, v_belt, order, 1, of);
     else
-        slide(x, y, f, law, v_belt, order, 0, FALLING);
+        slide(x, y, f, law, v_belt, order, 0, of);
+}
+
+APART void expand_falling(V *x, V *y, const Field *f, const Law *law, V v_belt, int order, int cubic)
+{
+    slide_either(x, y, f, law, v_belt, order, cubic, FALLING);
 }
 
 APART void expand_not_falling(V *x, V *y, const Field *f, const Law *law, V v_belt, int order,
                               int cubic)
 {
-    if (cubic)
-        slide(x, y, f, law, v_belt, order, 1, LEVEL);
-    else
-        slide(x, y, f, law, v_belt, order, 0, LEVEL);
+    slide_either(x, y, f, law, v_belt, order, cubic, LEVEL);
 }
 
 #if LANES == 1
@@ -206,10 +209,7 @@ APART void expand_not_falling(V *x, V *y, const Field *f, const Law *law, V v_be
 APART void expand_holding(V *x, V *y, const Field *f, const Law *law, V v_belt, int order,
                           int cubic)
 {
-    if (cubic)
-        slide(x, y, f, law, v_belt, order, 1, HOLDING);
-    else
-        slide(x, y, f, law, v_belt, order, 0, HOLDING);
+    slide_either(x, y, f, law, v_belt, order, cubic, HOLDING);
 }
 #endif
 

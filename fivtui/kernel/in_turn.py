@@ -22,9 +22,7 @@ class RunsInTurn:
     begin : callable
         `Kernel.begin`.
     parameters, separation, starts, t_end, tol, order, max_steps, belts
-        As for `Work`; `belts` None where the belts are always faster.
-    observed : tuple of bool
-        Without effect: all extremes are known.
+        As for `Work`; `belts` None where the belts are always faster. All extremes are observed.
     """
 
     def __init__(
@@ -38,7 +36,6 @@ class RunsInTurn:
         tol: float,
         order: int,
         max_steps: int,
-        observed: tuple[bool, bool, bool],  # noqa: ARG002
         belts: Floats | None = None,
     ) -> None:
         def start(member: int) -> KernelRun:

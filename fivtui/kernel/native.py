@@ -237,11 +237,14 @@ class Kernel:
         """Begin a search of periodic orbits: see `OrbitSearch`."""
         return OrbitSearch(self._functions["orbit_solve"], self._varied_size, **asked)
 
-    def work(self, *, belts: Floats | None = None, **asked: Any) -> Work | RunsInTurn:
+    def work(
+        self, *, observed: tuple[bool, bool, bool], belts: Floats | None = None, **asked: Any
+    ) -> Work | RunsInTurn:
         """Begin a chunk of a batch, in lanes or in turn, with the same bits: see `Work`."""
         if belts is not None and self._is_slow_in_lanes:
+            # Single runs know all extremes.
             return RunsInTurn(self.begin, belts=belts, **asked)
-        return Work(self._functions, belts=belts, **asked)
+        return Work(self._functions, observed=observed, belts=belts, **asked)
 
     @property
     def _is_slow_in_lanes(self) -> bool:

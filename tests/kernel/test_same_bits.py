@@ -62,6 +62,11 @@ def lanes(kernel: Kernel, **asked: Any) -> Work:
     return Work(kernel._functions, **asked)
 
 
+def in_turn(kernel: Kernel, *, observed: tuple[bool, bool, bool], **asked: Any) -> RunsInTurn:
+    assert observed == EVERYTHING
+    return RunsInTurn(kernel.begin, **asked)
+
+
 def in_lanes(
     kernel: Kernel,
     given: Members,
@@ -166,7 +171,7 @@ def test_members_in_turn_are_those_in_lanes_to_the_last_bit() -> None:
     for belt in (belts, None):
         asked = (kernel, given, 15.0, 20, EVERYTHING, belt, 150)
         side_by_side = in_lanes(*asked)
-        turned = in_lanes(*asked, make=lambda kernel, **more: RunsInTurn(kernel.begin, **more))
+        turned = in_lanes(*asked, make=in_turn)
         assert_same(turned, side_by_side)
         found = side_by_side[:, RunColumns._fields.index("status")]
         assert {*found} == {Status.DONE, Status.OVERFLOW, Status.STEP_LIMIT}
