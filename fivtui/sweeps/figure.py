@@ -13,9 +13,9 @@ from fivtui.plotting import (
     CASE_LINES,
     STYLE,
     WIDTH,
-    math_symbol,
     math_unit,
     new_figure,
+    quantity_label,
 )
 
 from .design import VARIABLES, Range
@@ -91,7 +91,7 @@ def _draw_curves(axes: Axes, result: Sweep, name: str) -> None:
         _draw_fast_belt(axes, result, case, (drawn or result.study.outputs[:1])[0])
     if _is_log(result.study, name):
         axes.set_xscale("log")
-    axes.set_xlabel(_label(name))
+    axes.set_xlabel(quantity_label(VARIABLES[name]))
     outputs = drawn or list(result.study.outputs[:1])
     axes.set_ylabel("Amplitude (m)" if drawn else _output_label(outputs[0]))
     axes.legend(frameon=False, fontsize=8.0)
@@ -132,24 +132,18 @@ def _draw_maps(figure: Figure, panels: list[Axes], result: Sweep, names: list[st
             image = axes.scatter(x, y, c=z, s=_DOT, linewidths=0.0, **scale)
         axes.set_title(_CASE_NAMES[case])
         axes.grid(visible=False)
-        axes.set_xlabel(_label(names[0]))
+        axes.set_xlabel(quantity_label(VARIABLES[names[0]]))
         if _is_log(study, names[0]):
             axes.set_xscale("log")
         if _is_log(study, names[1]):
             axes.set_yscale("log")
-    panels[0].set_ylabel(_label(names[1]))
+    panels[0].set_ylabel(quantity_label(VARIABLES[names[1]]))
     figure.colorbar(image, ax=panels, label=_output_label(output))
 
 
 def _is_log(study: Study, name: str) -> bool:
     axis = study.design.axes[name]
     return isinstance(axis, Range) and axis.log
-
-
-def _label(name: str) -> str:
-    spec = VARIABLES[name]
-    unit = f" ({math_unit(spec.unit)})" if spec.unit else ""
-    return f"{spec.meaning.capitalize()} {math_symbol(spec.symbol)}{unit}"
 
 
 def _output_label(name: str) -> str:

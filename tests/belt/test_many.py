@@ -86,7 +86,9 @@ def test_the_peak_over_belt_speed_ends_in_that_of_a_belt_that_is_always_faster(
         paper[True].peak.y_abs: "always faster, separation considered",
         paper[False].peak.y_abs: "always faster, separation ignored",
     }
-    lines = [line for line in sweep_figure(found).axes[0].lines if line.get_linestyle() == ":"]
+    (axes,) = sweep_figure(found).axes
+    assert axes.get_xlabel() == r"Speed of the belt $v_{\mathrm{belt}}$ (m/s)"
+    lines = [line for line in axes.lines if line.get_linestyle() == ":"]
     levels = [np.unique(line.get_ydata()).tolist() for line in lines]
     assert levels == [[paper[case].peak.y_abs] for case in (True, False)]
 
