@@ -19,9 +19,9 @@ from fivtui.taylor import local_tolerance, order_for, overflow_error, stall_erro
 
 from .extremes import Extremes
 from .request import OnSamples, Progress, Request
-from .result import NO_CHANGES, Stats, Transient, assemble
+from .result import NO_CHANGES, Stats, Transient, assemble, lift_times
 from .stiffness import step_limit_error, stiffness_of
-from .trajectory import DenseSolution, Trajectory, touching, trajectory_of
+from .trajectory import DenseSolution, Trajectory, trajectory_of
 
 # Steps between two looks at the progress callback, and at the keyboard if there is none.
 _REPORT: Final = 256
@@ -81,7 +81,7 @@ def run(
     found, changes = _joined(switches), NO_CHANGES
     if isinstance(under_way, BeltRun):
         every = found.reshape(-1, NO_CHANGES.shape[1])
-        found = _lifted(every)
+        found = lift_times(every)
         changes = every if p.v_belt is not None else NO_CHANGES
     return assemble(
         request,
@@ -106,14 +106,6 @@ def _belt_of(request: Request) -> tuple[float, float, float] | None:
         return None
     law = p.v_s if request.course is not None and p.mu_s is not None else p.speed_law
     return p.v_belt, p.mu_static, law or 0.0
-
-
-def _lifted(changes: NDArray[np.float64]) -> NDArray[np.float64]:
-    # Of all switches on a belt of finite speed, the times of those on to the belt and off it.
-    modes = changes[:, 1:].astype(np.intp)
-    before, after = touching(modes).T
-    times: NDArray[np.float64] = changes[before != after, 0]
-    return times
 
 
 def _joined(parts: list[NDArray[np.float64]]) -> NDArray[np.float64]:

@@ -39,9 +39,13 @@ _OF_SLIDING: Final = (
 )
 
 
-# The names of all pairs of modes, by first · number of modes + second.
-_KINDS: Final = [transition_name(first, then) for first in Mode for then in Mode]
+# All pairs of modes, by first · number of modes + second: names, and whether the slider leaves
+# the belt or comes back to it, and begins to stick or ceases to.
+_PAIRS: Final = [(first, then) for first in Mode for then in Mode]
+_KINDS: Final = [transition_name(first, then) for first, then in _PAIRS]
 _PLACES: Final = np.array([len(Mode), 1.0])
+_LIFTS: Final = np.array([(a in IN_CONTACT) != (b in IN_CONTACT) for a, b in _PAIRS])
+_STICKS: Final = np.array([(a is Mode.STICK) != (b is Mode.STICK) for a, b in _PAIRS])
 NO_CHANGES: Final[NDArray[np.float64]] = np.empty((0, 3))
 
 
@@ -231,7 +235,8 @@ class Transient(Result):
     @property
     def stick_intervals(self) -> list[tuple[float, float]]:
         """Start and end of every interval in which the slider sticks to the belt, s."""
-        begins, ends = _sticking(self.first_mode, self.changes, self.t_end)
+        edges = self.changes[_STICKS[_kinds(self.changes)], 0]
+        begins, ends = _sticking(self.first_mode, edges, self.t_end)
         return list(zip(begins.tolist(), ends.tolist(), strict=True))
 
     @property
@@ -408,26 +413,33 @@ def all_events(
         leaves, lands = _OF_SLIDING
         found = {leaves: events.separations, lands: events.reattachments}
         return Events(*events[:-1], found)
-    size = len(_KINDS)
-    kinds = np.bincount((changes[:, 1:] @ _PLACES).astype(np.intp), minlength=size)
-    begins, ends = _sticking(first_mode, changes, t_end)
+    kinds = _kinds(changes)
+    counts = np.bincount(kinds, minlength=len(_KINDS)).tolist()
+    begins, ends = _sticking(first_mode, changes[_STICKS[kinds], 0], t_end)
     return events._replace(
         sticks=begins.size,
-        stick_time=math.fsum((ends - begins).tolist()),
-        transitions={
-            name: count for name, count in zip(_KINDS, kinds.tolist(), strict=True) if count
-        },
+        stick_time=float((ends - begins).sum()),
+        transitions={name: count for name, count in zip(_KINDS, counts, strict=True) if count},
     )
 
 
+def lift_times(changes: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Of all switches on a belt of finite speed, the times of those on to the belt and off it."""
+    times: NDArray[np.float64] = changes[_LIFTS[_kinds(changes)], 0]
+    return times
+
+
+def _kinds(changes: NDArray[np.float64]) -> NDArray[np.intp]:
+    kinds: NDArray[np.intp] = (changes[:, 1:] @ _PLACES).astype(np.intp)
+    return kinds
+
+
 def _sticking(
-    first_mode: Mode, changes: NDArray[np.float64], t_end: float
+    first_mode: Mode, edges: NDArray[np.float64], t_end: float
 ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-    # Starts and ends of all intervals of stick, s.
-    times, before, after = changes.T
-    begins, ends = times[after == Mode.STICK], times[before == Mode.STICK]
+    # Starts and ends of all intervals of stick, s, from the times at which it begins or ends.
     if first_mode is Mode.STICK:
-        begins = np.concatenate(([0.0], begins))
-    if begins.size > ends.size:
-        ends = np.concatenate((ends, [t_end]))
-    return begins, ends
+        edges = np.concatenate(([0.0], edges))
+    if edges.size % 2:
+        edges = np.concatenate((edges, [t_end]))
+    return edges[::2], edges[1::2]

@@ -40,6 +40,15 @@ def test_a_mass_on_a_belt_has_the_period_in_closed_form(kernel: KernelChoice) ->
 
 
 @kernels
+def test_a_stick_that_lasts_ends_with_the_run(kernel: KernelChoice) -> None:
+    run = simulate(MASS, t_end=8.0, start=(0.0, 0.2, -1.0, 0.0), kernel=kernel)
+    assert np.array(run.stick_intervals) == pytest.approx(np.array([[0.0, 5.0]]), rel=1e-12)
+    held = simulate(MASS, t_end=2.0, start=(0.0, 0.2, -1.0, 0.0), kernel=kernel)
+    assert held.stick_intervals == [(0.0, 2.0)]
+    assert (held.events.sticks, held.events.stick_time, held.final_stick) == (1, 2.0, 0.0)
+
+
+@kernels
 def test_a_belt_faster_than_the_slider_gives_the_same_bits_as_one_that_is_always_faster(
     kernel: KernelChoice,
 ) -> None:
