@@ -260,7 +260,7 @@ class _Work:
             starts=starts,
             t_end=self._t_end,
             tol=tol,
-            order=order_for(tol),
+            order=order_for(tol, by_law=belt is not None and bool((belt[:, 2] > 0.0).any())),
             max_steps=self._max_steps,
             observed=(peak or "amplitude" in self._require, peak, steady),
             belts=belt,

@@ -2,6 +2,7 @@
    steps of `single.c`, to the last bit where the belt is faster than the slider. */
 
 #define LANES 1
+#define FINITE 1
 #include "driven.h"
 #include "output.h"
 #include "variant.h"
@@ -33,9 +34,9 @@ INLINE int begin_belt_step(BeltRun *of, Ending *ending, Cut *cut, int64_t *then)
     Block *w = &run->w;
     const Belt *belt = &of->belt;
     const int order = (int)run->order, groups = order / 4;
-    expand_step(belt, w, run->tol, order, run->cubic != 0);
+    int stays = expand_step(belt, w, run->tol, order, run->cubic != 0);
     end_step_y(w, groups);
-    *cut = find_end(belt, w, groups, then);
+    *cut = find_end(belt, w, groups, stays, then);
     if (bits_of(end_at_horizon(w, run->t_end, groups))) {
         *cut = NOTHING_ENDS;
         end_step_x(w, groups, 1);
@@ -69,7 +70,7 @@ INLINE int begin_driven_step(BeltRun *of, Ending *ending, Cut *cut, int64_t *the
     const double end = leg_end(of);
     expand_driven_step(&of->belt, w, run->tol, order, (end - w->t) - w->rest);
     end_step_y(w, groups);
-    *cut = find_end(&of->belt, w, groups, then);
+    *cut = find_end(&of->belt, w, groups, 0, then);
     if (bits_of(end_at_horizon(w, run->t_end, groups))) {
         *cut = NOTHING_ENDS;
         end_step_x(w, groups, 1);

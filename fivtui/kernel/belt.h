@@ -17,6 +17,7 @@ enum { SEPARATED, CONTACT, FORWARD, BACKWARD, STICK, MODES };
 enum { P_V_BELT = PARAMETERS, P_MU_S, P_V_S, BELT_PARAMETERS };
 /* As in `fivtui.taylor.belt`. */
 #define SIMULTANEOUS 0x1p-40
+#define UNRESOLVED 0x1p-50
 /* Room for those of a polynomial, and zeros. */
 #define COEFFICIENTS (ROWS + 2)
 
@@ -200,15 +201,21 @@ typedef struct {
     V grip, k2, k_nl, h, first, last, bulge;
 } Hold;
 
-/* Whether the belt holds the slider for certain. */
-INLINE M keeps_holding(const Block *w, const Hold *of)
+/* Whether the belt holds the slider for certain, against what pushes it forward and backward. */
+typedef struct {
+    M forward, backward;
+} Held;
+
+INLINE Held keeps_holding(const Block *w, const Hold *of)
 {
     Ends p = {w->ys[0], w->y, w->ys[1] * w->h, w->vy * w->h, w->y_off, w->y_off};
     Range y = hull(&p);
-    V pushed = greatest(of->first, of->last) - of->h * y.low;
-    V pulled = of->h * y.high - least(of->first, of->last);
     V force = -of->k2 * y.high - of->k_nl * y.high * y.high * y.high;
-    return of->grip * force > greatest(pushed, pulled) + of->bulge;
+    /* A stiff contact loses more with y than its coupling gives. */
+    V pushing = choose(of->grip * of->k2 >= of->h, y.high, y.low);
+    V grip = of->grip * force - of->bulge;
+    return (Held){grip > greatest(of->first, of->last) - of->h * pushing,
+                  grip > of->h * y.high - least(of->first, of->last)};
 }
 
 /* What ends a step: nothing, y = 0, v_r = 0, or the hold of the belt. */
@@ -247,12 +254,15 @@ APART double fall_of_speed(const Belt *of, const Block *w, int groups, double si
     return fall_of(&g, w->h, groups);
 }
 
-/* The first fall of μ_s P ∓ f; `mode` follows on it. */
-APART double fall_of_hold(const Belt *of, const Block *w, int groups, int64_t *mode)
+/* The first fall of μ_s P ∓ f, those apart that do not fall for certain; `mode` follows on it. */
+APART double fall_of_hold(const Belt *of, const Block *w, int groups, const Held *held,
+                          int64_t *mode)
 {
     Guard ahead, behind;
     guards_of_hold(of, w, 0, groups, &ahead, &behind);
-    return first_release(fall_of(&ahead, w->h, groups), fall_of(&behind, w->h, groups), mode);
+    double forward = held->forward ? INFINITE : fall_of(&ahead, w->h, groups);
+    double backward = held->backward ? INFINITE : fall_of(&behind, w->h, groups);
+    return first_release(forward, backward, mode);
 }
 
 /* A speed that the slider reaches in a step of length h at its ends alone, if at all. */
@@ -263,10 +273,13 @@ INLINE double speed_limit(const Belt *of, double h)
     return of->mode == FORWARD ? larger(of->v_belt, of->v_belt + of->rates.speed * h) : INFINITE;
 }
 
-/* The first fall of a guard of the present mode, infinite if there is none. */
-INLINE double first_fall(const Belt *of, const Block *w, int groups, int64_t *then)
+/* The first fall of a guard of the present mode, infinite if there is none; a slider that `stays` in
+   motion over the belt for certain does not reach its speed. */
+INLINE double first_fall(const Belt *of, const Block *w, int groups, int stays, int64_t *then)
 {
     if (is_sliding(of->mode)) {
+        if (stays)
+            return INFINITE;
         double sign = of->mode == FORWARD ? 1.0 : -1.0, last_v = of->v_belt + of->rates.speed * w->h;
         return keeps_sliding(w, groups, sign, of->v_belt, last_v)
                    ? INFINITE
@@ -278,15 +291,16 @@ INLINE double first_fall(const Belt *of, const Block *w, int groups, int64_t *th
                        holding(of, w->xs[0], 0.0),
                        holding(of, w->x, 0.0) + of->c1 * of->rates.speed * w->h,
                        0.125 * of->a * __builtin_fabs(of->rates.speed) * (w->h * w->h)};
-    return keeps_holding(w, &hold) ? INFINITE : fall_of_hold(of, w, groups, then);
+    const Held held = keeps_holding(w, &hold);
+    return held.forward && held.backward ? INFINITE : fall_of_hold(of, w, groups, &held, then);
 }
 
 /* Shorten the step to the first fall of a guard in it; `then` follows on the hold. */
-INLINE Cut find_end(const Belt *of, Block *w, int groups, int64_t *then)
+INLINE Cut find_end(const Belt *of, Block *w, int groups, int stays, int64_t *then)
 {
     Cut cut = may_switch(w) && find_switch(w, groups) ? AT_SWITCH : NOTHING_ENDS;
     end_step_x(w, groups, 1);
-    double fall = first_fall(of, w, groups, then);
+    double fall = first_fall(of, w, groups, stays, then);
     if (!comes_first(fall, w->h, cut))
         return cut;
     w->h = fall;
@@ -295,7 +309,8 @@ INLINE Cut find_end(const Belt *of, Block *w, int groups, int64_t *then)
     return of->mode == STICK ? AT_HOLD : AT_SPEED;
 }
 
-INLINE void expand_step(const Belt *of, Block *w, double tol, int order, int cubic)
+/* Returns whether a slider stays in motion over the belt for certain. */
+INLINE int expand_step(const Belt *of, Block *w, double tol, int order, int cubic)
 {
     const Law *law = of->laws + of->mode;
     w->field = of->fields[of->mode];
@@ -309,16 +324,19 @@ INLINE void expand_step(const Belt *of, Block *w, double tol, int order, int cub
     if (w->xs[1] == of->v_belt && is_sliding(of->mode))
         w->xs[2] = settled_start(of, w->xs[0], w->ys[0], w->xs[2]);
     set_length(w, tol, order / 4);
+    M stays = 0;
     if (law->per_speed > 0.0)
-        w->h = limited(w->h, w->xs, law, law->sign * (of->v_belt - w->xs[1]), order / 4);
+        w->h = limited(w->h, w->xs, law, law->sign * (of->v_belt - w->xs[1]), order / 4, &stays);
+    return stays;
 }
 
 /* Go on from the end of the step, in the mode that follows. */
 INLINE Arrivals go_on_belt(Belt *of, Block *w, const Ending *ending, Cut cut, int64_t then)
 {
     double stalled = w->stalled, shortest = w->longest * (SHORTEST_FLIGHT / LONGEST_STEP);
+    const int creeps = of->laws[of->mode].per_speed > 0.0 && w->h < w->t * UNRESOLVED;
     Arrivals arrivals = go_on(w, ending, cut == AT_SWITCH, 1, INFINITE);
-    if ((cut == AT_SPEED || cut == AT_HOLD) && w->h < shortest) {
+    if (((cut == AT_SPEED || cut == AT_HOLD) && w->h < shortest) || creeps) {
         w->stalled = stalled + 1.0;
         arrivals.stalled = w->stalled > MAX_STALLED;
     }

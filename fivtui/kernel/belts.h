@@ -6,11 +6,11 @@
 #include "belt.h"
 
 /* What the modes of the lanes of a block are: in `law`, and `stick` is 1 where the slider sticks.
-   Then what does not depend on the mode: the speed of the belt, 1/v_s, k2/m, b of ẍ where the slider
+   `stays` is 1 where it stays in motion over the belt for certain. Then what does not depend on the mode: the speed of the belt, 1/v_s, k2/m, b of ẍ where the slider
    slides backward without a law, and what holds it: a, c1 v_belt, and the constants of `Hold`. */
 typedef struct {
     Law law;
-    V stick, v_belt, per_speed, contact, backward_b_x, a, driven;
+    V stick, stays, v_belt, per_speed, contact, backward_b_x, a, driven;
     Hold hold;
 } Belts;
 
@@ -81,7 +81,7 @@ INLINE void expand_on_belts(Block *w, const Belts *at, int order, int cubic, int
 }
 
 /* The lengths of the next steps of a block whose belts, one by lane, are `belts`. */
-INLINE void set_length_on_belts(Block *w, const Belts *at, const Belt *belts, double tol, int groups)
+INLINE void set_length_on_belts(Block *w, Belts *at, const Belt *belts, double tol, int groups)
 {
     const Law *law = &at->law;
     settle_at_switch(w);
@@ -92,15 +92,17 @@ INLINE void set_length_on_belts(Block *w, const Belts *at, const Belt *belts, do
         put(w->xs + 2, lane, settled_start(belts + lane, x, y, half));
     }
     set_length(w, tol, groups);
+    M stays = mask_of(0);
     if (bits_of(law->per_speed > 0.0))
-        w->h = limited(w->h, w->xs, law, law->sign * (at->v_belt - w->xs[1]), groups);
+        w->h = limited(w->h, w->xs, law, law->sign * (at->v_belt - w->xs[1]), groups, &stays);
+    at->stays = choose(stays, splat(1.0), splat(0.0));
 }
 
 /* The lanes in which the slider may cease to slide, and those in which it may cease to stick. */
 INLINE unsigned may_stop_sliding(const Block *w, const Belts *at, int groups)
 {
-    M keeps = keeps_sliding(w, groups, at->law.sign, at->v_belt, at->v_belt);
-    return bits_of((at->law.sign != 0.0) & negated(keeps));
+    unsigned open = bits_of((at->law.sign != 0.0) & (at->stays == 0.0));
+    return open ? open & ~bits_of(keeps_sliding(w, groups, at->law.sign, at->v_belt, at->v_belt)) : 0;
 }
 INLINE unsigned may_slip(const Block *w, const Belts *at)
 {
@@ -109,7 +111,8 @@ INLINE unsigned may_slip(const Block *w, const Belts *at)
         return 0;
     Hold hold = at->hold;
     hold.first = at->driven + at->a * w->xs[0], hold.last = at->driven + at->a * w->x;
-    return bits_of(sticks & negated(keeps_holding(w, &hold)));
+    const Held held = keeps_holding(w, &hold);
+    return bits_of(sticks & negated(held.forward & held.backward));
 }
 
 /* As `speed_limit`. */

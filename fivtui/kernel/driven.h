@@ -98,8 +98,9 @@ INLINE void expand_driven_step(const Belt *of, Block *w, double tol, int order, 
     if (law->per_speed > 0.0) {
         /* v_r changes by what the belt's speed does, too. */
         const double bend = w->xs[2];
+        M stays;
         w->xs[2] -= 0.5 * of->rates.speed;
-        w->h = limited(w->h, w->xs, law, speed_by_law(of, law, w->xs[1]), order / 4);
+        w->h = limited(w->h, w->xs, law, speed_by_law(of, law, w->xs[1]), order / 4, &stays);
         w->xs[2] = bend;
     }
     w->h = smaller(w->h, longest);

@@ -28,12 +28,12 @@ typedef struct {
 /* What is carried from term to term: derivatives, yₙ, rₙ, both in a pair and the other way round,
    3 y₀, 2 y₁, and both sums without the terms that come last. */
 typedef struct {
-    Pair a, b, damping, minus_d, derivative[ROWS], yr[ROWS], ry[ROWS];
-    V y[ROWS], r[ROWS], square[ROWS], product[ROWS], thrice, twice;
+    Pair a, b, damping, minus_d, derivative[FEWER_ROWS], yr[FEWER_ROWS], ry[FEWER_ROWS];
+    V y[FEWER_ROWS], r[FEWER_ROWS], square[FEWER_ROWS], product[FEWER_ROWS], thrice, twice;
 } Terms;
 
 #define SCALE 0x1p-64
-static const double FACTORIAL[ROWS] = {
+static const double FACTORIAL[FEWER_ROWS] = {
     1.0, 1.0, 2.0, 6.0, 24.0, 120.0, 720.0, 5040.0, 40320.0, 362880.0, 3628800.0, 39916800.0,
     479001600.0, 6227020800.0, 87178291200.0, 1307674368000.0, 20922789888000.0,
     355687428096000.0, 6402373705728000.0, 121645100408832000.0, 2432902008176640000.0,

@@ -225,10 +225,11 @@ APART uint64_t find_falls(Work *work, int groups, int blocks, uint64_t cut)
     return fallen;
 }
 
-/* Count falls of guards that follow on each other at once, as `go_on_belt` does. */
-INLINE unsigned stall(Block *w, V before, M fell, unsigned stalled)
+/* Count falls of guards that follow on each other at once, and steps that creep, as `go_on_belt`
+   does. */
+INLINE unsigned stall(Block *w, V before, M fell, M creeps, unsigned stalled)
 {
-    M brief = fell & (w->h < w->longest * (SHORTEST_FLIGHT / LONGEST_STEP));
+    M brief = (fell & (w->h < w->longest * (SHORTEST_FLIGHT / LONGEST_STEP))) | creeps;
     w->stalled = choose(brief, before + 1.0, w->stalled);
     unsigned here = bits_of(brief);
     return (stalled & ~here) | (bits_of(w->stalled > MAX_STALLED) & here);
@@ -415,10 +416,13 @@ INLINE void step(Work *work, const Request *asked, int groups)
         unsigned falling = (unsigned)((fallen & live) >> first) & ALL_LANES;
         M fell = mask_of(falling), ended = there | fell;
         V before = w[i].stalled;
+        M creeps = mask_of(0);
+        if (FINITE)
+            creeps = here & (work->belts[i].law.per_speed > 0.0) & (w[i].h < w[i].t * UNRESOLVED);
         Ending ending = ending_of(w + i, asked->t_end, ended);
         Arrivals arrivals = go_on(w + i, &ending, there, here, asked->max_steps);
-        if (FINITE && falling)
-            arrivals.stalled = stall(w + i, before, fell, arrivals.stalled);
+        if (FINITE && (falling || bits_of(creeps)))
+            arrivals.stalled = stall(w + i, before, fell, creeps, arrivals.stalled);
         done |= (uint64_t)arrivals.done << first;
         stalled |= (uint64_t)arrivals.stalled << first;
         halted |= (uint64_t)arrivals.halted << first;

@@ -145,7 +145,7 @@ class Kernel:
         t_end : float
             Horizon, s.
         tol, order
-            Local tolerance, and the order of expansion: 8, 12, 16 or 20.
+            Local tolerance, and the order of expansion: 8, 12, 16, 20, or with a friction law 24.
         times : ndarray, optional
             Ascending sample times, s.
         segments : bool

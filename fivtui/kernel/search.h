@@ -20,7 +20,7 @@
 INLINE void scaled_column(const V *c, int groups, int lane, double h, double *p)
 {
     double power = 1.0;
-    for (int n = 0; n < ROWS; n++) {
+    for (int n = 0; n < ROWS_OF(groups); n++) {
         p[n] = n < 4 * groups + 2 ? element(c + n, lane) * power : 0.0;
         power *= h;
     }
@@ -64,10 +64,11 @@ INLINE V refined_root(const V *y, int groups, V h, V side, M fresh, V guess, uns
 APART double isolated_switch(const V *y, int groups, int lane, double h, double side)
 {
     double p[ROWS], found, final = 0.0;
+    const int rows = ROWS_OF(groups);
     scaled_column(y, groups, lane, h, p);
-    for (int n = 0; n < ROWS; n++)
+    for (int n = 0; n < rows; n++)
         final += p[n];
-    if (sign_roots(p, 1, &found) > 0)
+    if (sign_roots(p, rows, 1, &found) > 0)
         return found * h;
     /* A root that rounded out of the step is at its end. */
     return side * final <= 0.0 ? h : -1.0;
@@ -218,7 +219,7 @@ INLINE void widen(const V *c, int groups, Quest *q)
         int lane = __builtin_ctz(left);
         double column[ROWS], low = INFINITE, high = -INFINITE;
         scaled_column(c, groups, lane, element(&q->h, lane), column);
-        turning_values(column, &low, &high);
+        turning_values(column, ROWS_OF(groups), &low, &high);
         unsigned here = 1u << lane;
         take(&q->whole, splat(low), splat(high), q->in_whole & here);
         take(&q->late, splat(low), splat(high), q->in_late & here);

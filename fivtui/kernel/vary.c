@@ -38,11 +38,11 @@ APART double place_of_extreme(const V *c, int groups, double from, double h, dou
     scaled_column(c, groups, 0, h, p);
     for (int n = 1; n < ROWS; n++)
         slope[n - 1] = n * p[n];
-    int count = sign_roots(slope, ROWS - 1, places);
+    int count = sign_roots(slope, ROWS, ROWS - 1, places);
     places[count++] = 1.0;
-    double begin = from / h, best = begin, highest = sign * value_of(p, begin);
+    double begin = from / h, best = begin, highest = sign * value_of(p, ROWS, begin);
     for (int i = 0; i < count; i++) {
-        double value = sign * value_of(p, places[i]);
+        double value = sign * value_of(p, ROWS, places[i]);
         if (places[i] > begin && value > highest)
             best = places[i], highest = value;
     }

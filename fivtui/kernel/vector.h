@@ -13,6 +13,14 @@
 #define INLINE static inline __attribute__((always_inline))
 #define APART static __attribute__((noinline, unused))
 
+/* Where runs of four numbers are kept on a stack that is not aligned to them, half of them lie on two
+   lines of the cache. */
+#if LANES == 1 && defined(__x86_64__)
+#define ON_ALIGNED_STACK __attribute__((force_align_arg_pointer))
+#else
+#define ON_ALIGNED_STACK
+#endif
+
 #ifdef __clang__
 #define FUSED(a, b, c) __builtin_elementwise_fma(a, b, c)
 #define UNROLLED _Pragma("clang loop unroll(full)")
@@ -206,6 +214,7 @@ typedef double Pair __attribute__((vector_size(16), may_alias));
 INLINE Pair pair_of(V x, V y) { return (Pair){x, y}; }
 INLINE Pair pair_times(Pair a, V s) { return a * s; }
 INLINE Pair pair_product(Pair a, Pair b) { return a * b; }
+INLINE Pair pair_sum(Pair a, Pair b) { return a + b; }
 #define X_OF(a) ((a)[0])
 #define Y_OF(a) ((a)[1])
 #ifdef __clang__
@@ -228,6 +237,7 @@ typedef struct {
 INLINE Pair pair_of(V x, V y) { return (Pair){x, y}; }
 INLINE Pair pair_times(Pair a, V s) { return (Pair){a.x * s, a.y * s}; }
 INLINE Pair pair_product(Pair a, Pair b) { return (Pair){a.x * b.x, a.y * b.y}; }
+INLINE Pair pair_sum(Pair a, Pair b) { return (Pair){a.x + b.x, a.y + b.y}; }
 INLINE Pair pair_fma(Pair a, Pair b, Pair c)
 {
     return (Pair){fma_of(a.x, b.x, c.x), fma_of(a.y, b.y, c.y)};
@@ -238,6 +248,37 @@ INLINE Pair pair_fma_by(Pair a, V s, Pair c)
 }
 #define X_OF(a) ((a).x)
 #define Y_OF(a) ((a).y)
+#endif
+
+/* Two pairs side by side. */
+#if LANES == 1
+INLINE Four joined(Pair a, Pair b) { return (Four){a[0], a[1], b[0], b[1]}; }
+INLINE Pair first_pair(Four a) { return (Pair){a[0], a[1]}; }
+INLINE Pair second_pair(Four a) { return (Pair){a[2], a[3]}; }
+INLINE Four four_product(Four a, Four b) { return a * b; }
+#ifdef __clang__
+INLINE Four four_fma_each(Four a, Four b, Four c) { return FUSED(a, b, c); }
+#else
+INLINE Four four_fma_each(Four a, Four b, Four c)
+{
+    for (int i = 0; i < 4; i++)
+        c[i] = FUSED(a[i], b[i], c[i]);
+    return c;
+}
+#endif
+#else
+INLINE Four joined(Pair a, Pair b) { return (Four){{a.x, a.y, b.x, b.y}}; }
+INLINE Pair first_pair(Four a) { return (Pair){a.e[0], a.e[1]}; }
+INLINE Pair second_pair(Four a) { return (Pair){a.e[2], a.e[3]}; }
+INLINE Four four_product(Four a, Four b)
+{
+    return (Four){{a.e[0] * b.e[0], a.e[1] * b.e[1], a.e[2] * b.e[2], a.e[3] * b.e[3]}};
+}
+INLINE Four four_fma_each(Four a, Four b, Four c)
+{
+    return (Four){{fma_of(a.e[0], b.e[0], c.e[0]), fma_of(a.e[1], b.e[1], c.e[1]),
+                   fma_of(a.e[2], b.e[2], c.e[2]), fma_of(a.e[3], b.e[3], c.e[3])}};
+}
 #endif
 
 #endif

@@ -20,6 +20,7 @@ if TYPE_CHECKING:
         TOL_RANGE as TOL_RANGE,
         StallError as StallError,
         TaylorStepper as TaylorStepper,
+        follows_law as follows_law,
         local_tolerance as local_tolerance,
         order_for as order_for,
         overflow_error as overflow_error,

@@ -23,6 +23,9 @@ from .stepper import SHORTEST_FLIGHT, TaylorStepper, overflow_error
 # Guards that fall to zero this close to each other, relative to the step, do so at once: then the
 # slider separates.
 SIMULTANEOUS: Final = 2.0**-40
+# Where a friction law is too steep at the speed of the belt the motion creeps: part of t below
+# which a step does not advance it.
+UNRESOLVED: Final = 2.0**-50
 _OF_HEIGHT: Final = (Guard.HEIGHT, Guard.DEPTH)
 OF_SPEED: Final = {Guard.AHEAD: 1.0, Guard.BEHIND: -1.0}
 OF_HOLD: Final = {Guard.HELD_FORWARD: -1.0, Guard.HELD_BACKWARD: 1.0}
@@ -83,7 +86,8 @@ class BeltStepper(TaylorStepper):
         if ended is not None:
             self._mode = self._successor(transition, state)
         short = ended is not None and duration < SHORTEST_FLIGHT * self._time_scale
-        self._check_progress(start, short=short)
+        creeps = self._laws[mode] is not None and duration < UNRESOLVED * start
+        self._check_progress(start, short=short or creeps)
         switches, end = self._mode is not mode, self._time
         return BeltSegment(mode, start, remainder, duration, end, x, y, state, switches, self._mode)
 

@@ -36,6 +36,8 @@ MIN_TOLERANCE: Final = 1e-16
 MAX_TOLERANCE: Final = 1e-2
 MIN_ORDER: Final = 8
 MAX_ORDER: Final = 20
+# With a friction law, under which steps are shorter.
+MAX_LAW_ORDER: Final = 24
 ORDER_STEP: Final = 4
 # Longest step over √(m/stiffness), reached at rest.
 LONGEST_STEP: Final = 1e3
@@ -70,15 +72,20 @@ def local_tolerance(tol: float) -> float:
     return tol * _LOCAL_TOLERANCE
 
 
-def order_for(tol: float) -> int:
+def order_for(tol: float, *, by_law: bool = False) -> int:
     """Cheapest order of expansion for a local tolerance, a multiple of four.
 
     After a reattachment y is v t + O(t⁵) and every fourth coefficient is large; only such an order
-    has one of them last, so that the step size is safe.
+    has one of them last, so that the step size is safe. With `by_law` friction falls with the
+    sliding speed.
     """
-    return min(
-        max(ORDER_STEP * math.ceil(-0.655 / ORDER_STEP * math.log(tol)), MIN_ORDER), MAX_ORDER
-    )
+    asked = ORDER_STEP * math.ceil(-0.655 / ORDER_STEP * math.log(tol))
+    return min(max(asked, MIN_ORDER), MAX_LAW_ORDER if by_law else MAX_ORDER)
+
+
+def follows_law(p: Parameters) -> bool:
+    """Whether friction falls with the sliding speed."""
+    return p.v_belt is not None and p.speed_law is not None
 
 
 def overflow_error(t: float, state: State) -> ComputationError:
@@ -108,7 +115,7 @@ def stall_error(t: float) -> StallError:
     """The error for a motion that changes faster than floats resolve time, at t in s."""
     return StallError(
         f"at t = {t:.17g} s the motion changes faster than floating-point time resolves",
-        "use a less stiff contact, more damping or a later start",
+        "use a less stiff contact, more damping, a larger v_s or a later start",
     )
 
 
@@ -171,7 +178,7 @@ class TaylorStepper:
         self._p = p
         self._separation = separation
         self._tol = tol
-        self._degree = (order_for(tol) if order is None else order) + 1
+        self._degree = (order or order_for(tol, by_law=follows_law(p))) + 1
         modes = self._modes()
         self._constants = {mode: constants(p, mode) for mode in modes}
         self._expand = {

@@ -15,7 +15,13 @@ from fivtui.kernel import (
     load_kernel,
 )
 from fivtui.model import Cancelled, Parameters
-from fivtui.taylor import local_tolerance, order_for, overflow_error, stall_error
+from fivtui.taylor import (
+    follows_law,
+    local_tolerance,
+    order_for,
+    overflow_error,
+    stall_error,
+)
 
 from .extremes import Extremes
 from .request import OnSamples, Progress, Request
@@ -37,7 +43,7 @@ def run(
     """Compute a transient with the compiled kernel: the interpreted one's, to rounding."""
     p, t_end = request.parameters, request.t_end
     tol = local_tolerance(request.tol)
-    order = order_for(tol)
+    order = order_for(tol, by_law=follows_law(p))
     times, dense, max_steps = request.times, request.dense, request.max_steps
     course = request.course
     under_way = load_kernel().begin(

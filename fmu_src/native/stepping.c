@@ -40,15 +40,15 @@ INLINE void expand_free(Motion *m, int order)
     set_length(w, m->tol, order / 4);
 }
 
-INLINE void expand_on_belt(Motion *m, int order)
+/* Returns whether a slider stays in motion over the belt for certain. */
+INLINE int expand_on_belt(Motion *m, int order)
 {
-    if (!is_driven(m)) {
-        expand_step(&m->belt, &m->w, m->tol, order, m->cubic != 0.0);
-        return;
-    }
+    if (!is_driven(m))
+        return expand_step(&m->belt, &m->w, m->tol, order, m->cubic != 0.0);
     const Course course = course_of(m);
     set_out(&m->belt, &m->w, &course, lateness(&course, m->w.t, m->w.rest));
     expand_driven_step(&m->belt, &m->w, m->tol, order, INFINITE);
+    return 0;
 }
 
 APART int take_step(Motion *m)
@@ -58,9 +58,9 @@ APART int take_step(Motion *m)
     Cut cut = NOTHING_ENDS;
     int64_t then = STICK;
     if (m->belt.finite) {
-        expand_on_belt(m, order);
+        int stays = expand_on_belt(m, order);
         end_step_y(w, groups);
-        cut = find_end(&m->belt, w, groups, &then);
+        cut = find_end(&m->belt, w, groups, stays, &then);
     } else {
         expand_free(m, order);
         end_step_y(w, groups);
@@ -133,11 +133,23 @@ static void state_at(const Motion *m, double t, double *state)
     state[0] = x.value, state[1] = x.slope, state[2] = y.value, state[3] = y.slope;
 }
 
+/* `order_for` in `fivtui.taylor.stepper`: the least tolerances at which 8, 12, 16 and 20 are enough,
+   e^(−n/0.655). */
+static double order_for(double tol, int by_law)
+{
+    return tol >= 4.961807550971286e-06                ? 8.0
+           : tol >= 1.1052483456688395e-08             ? 12.0
+           : tol >= 2.461953417287567e-11              ? 16.0
+           : tol >= 5.484029587238164e-14 || !by_law   ? 20.0
+                                                       : 24.0;
+}
+
 static void start(Motion *m, const double *state, double t)
 {
     begin(&m->w, 0, m->p, m->separation != 0.0, state);
     m->w.t = m->w.last = t;
     m->stepped = 0.0;
+    m->order = order_for(m->tol, 0);
     if (!m->belt.finite)
         return;
     double p[BELT_PARAMETERS];
@@ -146,6 +158,7 @@ static void start(Motion *m, const double *state, double t)
     if (p[P_MU_S] == p[P_MU] && m->friction.slope == 0.0)
         p[P_V_S] = 0.0;
     begin_belt(&m->belt, &m->w, 0, p, 1);
+    m->order = order_for(m->tol, m->belt.by_speed != 0);
     if (is_driven(m)) {
         const Course course = course_of(m);
         begin_driven(&m->belt, &m->w, &course);
@@ -160,11 +173,6 @@ static void begin_motion(Motion *m, const double *p, int separation, int finite_
     if (!finite_belt)
         m->p[P_MU_S] = -1.0;
     m->separation = separation, m->tol = tol, m->cubic = p[P_KNL] > 0.0;
-    /* `order_for` in `fivtui.taylor.stepper`: e^(−40/3), e^(−20), e^(−80/3). */
-    m->order = tol >= 1.6195967923126097e-06 ? 8.0
-               : tol >= 2.061153622438558e-09 ? 12.0
-               : tol >= 2.6230937696692948e-12 ? 16.0
-                                               : 20.0;
     m->since = m->changed_at = t;
     m->force = (Ramp){p[P_F], 0.0}, m->friction = (Ramp){p[P_MU], 0.0};
     m->speed = (Ramp){finite_belt ? p[P_V_BELT] : 0.0, 0.0};

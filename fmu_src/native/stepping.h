@@ -7,6 +7,7 @@
 #define FIVTUI_FMU_STEPPING_H
 
 #define LANES 1
+#define FINITE 1
 #include "driven.h"
 
 /* Not to be taken for functions of the same name elsewhere in the process. */

@@ -19,7 +19,8 @@ STATES = COLUMNS[:4]
 
 def assert_same_bits(folder: Path, steps: list[float], tol: float, p: Parameters) -> None:
     times, rows = [0.0], []
-    with FmuInstance(folder).begin(tol=tol, **p.as_dict()) as instance:
+    given = {**p.as_dict(), "finite_belt": p.v_belt is not None}
+    with FmuInstance(folder).begin(tol=tol, **given) as instance:
         rows.append(instance.get(*COLUMNS))
         for h in steps:
             instance.step(h)
@@ -31,12 +32,12 @@ def assert_same_bits(folder: Path, steps: list[float], tol: float, p: Parameters
     for column, name in enumerate(COLUMNS):
         found = np.array([row[column] for row in rows])
         assert np.array_equal(found, getattr(native.trajectory, name)), name
-    switches = native.switch_times[native.switch_times <= times[-1]]
-    assert sum(counts[:2]) == switches.size
-    assert counts[2] == (switches[-1] if switches.size else 0.0)
+    assert sum(counts[:2]) == native.switch_times.size
+    events = native.switch_times if p.v_belt is None else native.changes[:, 0]
+    assert counts[2] == (events[-1] if events.size else 0.0)
 
 
-@pytest.mark.parametrize("tol", [1e-13, 1e-12, 1e-9, 1e-6, 1e-3, 1e-2])
+@pytest.mark.parametrize("tol", [1e-13, 1e-12, 1e-9, 1e-8, 1e-6, 5e-6, 1e-3, 3e-3, 1e-2])
 def test_at_random_communication_points_of_a_run(folder: Path, tol: float) -> None:
     rng = np.random.default_rng(round(-np.log10(tol)))
     kinds = [1e-3, 1e-2, 0.1, 1.0, 10.0]
@@ -47,6 +48,12 @@ def test_at_random_communication_points_of_a_run(folder: Path, tol: float) -> No
 @pytest.mark.parametrize("h", [1e-3, 1e-2, 10.0])
 def test_at_equal_steps(folder: Path, h: float) -> None:
     assert_same_bits(folder, [h] * min(round(100.0 / h), 2000), 1e-12, Parameters())
+
+
+@pytest.mark.parametrize("tol", [1e-12, 1e-9, 1e-5])
+def test_on_belts_of_finite_speed(folder: Path, tol: float) -> None:
+    for values in ({"v_belt": 0.2, "v_s": 0.1}, {"v_belt": 3.0, "v_s": 0.4}, {"v_belt": 1.0}):
+        assert_same_bits(folder, [0.7] * 60, tol, Parameters(mu_s=0.9).with_values(values))
 
 
 @settings(max_examples=25)

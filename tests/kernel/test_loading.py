@@ -133,7 +133,7 @@ def test_static_starts_of_batches_are_those_of_single_runs() -> None:
 
 def numbers_of(table: str) -> np.ndarray:
     text = (KERNEL / "tables.h").read_text(encoding="utf-8")
-    found = re.search(rf"double {table}\S* = (.*?);", text, re.DOTALL)
+    found = re.search(rf"double {table}(?:\[[^=]*)? = (.*?);", text, re.DOTALL)
     assert found is not None
     return np.array([float(number) for number in re.findall(r"-?\d\S*?\d*(?=[,\s}}]|$)", found[1])])
 
@@ -141,9 +141,9 @@ def numbers_of(table: str) -> np.ndarray:
 def test_bounds_hold_and_are_the_least() -> None:
     theta = np.linspace(0.0, 1.0, 20_001)[1:]
     cubic, slope = numbers_of("CUBIC_BOUND"), numbers_of("CUBIC_SLOPE_BOUND")
-    assert (numbers_of("CURVATURE_BOUND") == [n * (n - 2.0) for n in range(2, 22)]).all()
+    assert (numbers_of("CURVATURE_BOUND") == [n * (n - 2.0) for n in range(2, 26)]).all()
     shares = []
-    for n in range(4, 22):
+    for n in range(4, 26):
         off = theta**n - theta**2 * ((3.0 - 2.0 * theta) + n * (theta - 1.0))
         off_slope = (
             n * theta ** (n - 1) - 6.0 * theta * (1.0 - theta) - n * theta * (3.0 * theta - 2.0)
@@ -155,11 +155,15 @@ def test_bounds_hold_and_are_the_least() -> None:
     assert 0.999 * sharing < max(shares) <= sharing
 
 
-def test_the_table_of_bernstein_coefficients() -> None:
-    table = numbers_of("TO_BERNSTEIN").reshape(22, 24)
-    for n in range(22):
-        expected = [math.comb(i, n) / math.comb(21, n) for i in range(22)]
-        assert table[n].tolist() == [*expected, 0.0, 0.0]
+@pytest.mark.parametrize(
+    ("name", "degree", "padded"), [("TO_BERNSTEIN", 21, 24), ("TO_BERNSTEIN_BY_LAW", 25, 32)]
+)
+def test_the_tables_of_bernstein_coefficients(name: str, degree: int, padded: int) -> None:
+    rows = degree + 1
+    table = numbers_of(name).reshape(rows, padded)
+    for n in range(rows):
+        expected = [math.comb(i, n) / math.comb(degree, n) for i in range(rows)]
+        assert table[n].tolist() == [*expected, *[0.0] * (padded - rows)]
 
 
 @pytest.mark.slow

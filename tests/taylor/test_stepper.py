@@ -9,7 +9,13 @@ from fivtui.model.errors import ComputationError, InputError
 from fivtui.model.modes import Mode
 from fivtui.model.slider_belt import State, static_start
 from fivtui.taylor.polynomial import evaluate
-from fivtui.taylor.stepper import MAX_ORDER, MIN_ORDER, TaylorStepper, order_for
+from fivtui.taylor.stepper import (
+    MAX_LAW_ORDER,
+    MAX_ORDER,
+    MIN_ORDER,
+    TaylorStepper,
+    order_for,
+)
 from tests.references import REFERENCES, Reference
 from tests.support.strategies import moderate_parameters, states
 
@@ -159,6 +165,7 @@ def test_the_order_is_the_multiple_of_four_that_the_tolerance_asks_for() -> None
     assert [order_for(tol) for tol in tolerances] == [8, 12, 16, 16, 20]
     assert order_for(0.5) == MIN_ORDER
     assert order_for(1e-300) == MAX_ORDER
+    assert [order_for(tol, by_law=True) for tol in (1e-9, 1e-12, 1e-15)] == [16, 20, MAX_LAW_ORDER]
     for exponent in np.linspace(-20.0, -1.0, 400):
         order = order_for(10.0**exponent)
         asked = min(max(-0.655 * math.log(10.0) * exponent, MIN_ORDER), MAX_ORDER)
