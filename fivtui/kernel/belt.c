@@ -27,6 +27,13 @@ typedef struct {
     Course course;
 } BeltRun;
 
+/* The run in the caller's memory, from a line of the cache on: four coefficients seldom lie on two. */
+#define LINE 64
+INLINE BeltRun *run_in(void *room)
+{
+    return (BeltRun *)(((uintptr_t)room + (LINE - 1)) & ~(uintptr_t)(LINE - 1));
+}
+
 /* A step as far as its end, with its extremes; returns whether it is sound. */
 INLINE int begin_belt_step(BeltRun *of, Ending *ending, Cut *cut, int64_t *then)
 {
@@ -95,13 +102,14 @@ INLINE Arrivals end_driven_step(BeltRun *of, const Ending *ending, Cut cut, int6
     return go_on_driven(&of->belt, &of->run.w, ending, cut, then, speed, &of->course, bends);
 }
 
-/* Bytes of a run. */
-EXPORT int64_t NAME(belt_size)(void) { return sizeof(BeltRun); }
+/* Bytes of the room of a run, wherever it is. */
+EXPORT int64_t NAME(belt_size)(void) { return sizeof(BeltRun) + LINE; }
 
 /* Begin a run: parameters with those of the belt, whether separation is considered, and the start.*/
-EXPORT void NAME(belt_begin)(BeltRun *of, const double *p, int64_t separation, const double *start,
+EXPORT void NAME(belt_begin)(void *room, const double *p, int64_t separation, const double *start,
                              double t_end, double tol, int64_t order)
 {
+    BeltRun *of = run_in(room);
     begin_run(&of->run, p, separation, start, t_end, tol, order);
     begin_belt(&of->belt, &of->run.w, 0, p, 1);
     of->sampled = 0;
@@ -110,11 +118,12 @@ EXPORT void NAME(belt_begin)(BeltRun *of, const double *p, int64_t separation, c
 
 /* Begin a run over legs, on a belt that is `finite` or always faster; the greatest preload of all
    legs is the scale of displacements. */
-EXPORT void NAME(driven_begin)(BeltRun *of, const double *p, int64_t separation,
+EXPORT void NAME(driven_begin)(void *room, const double *p, int64_t separation,
                                const double *start, double t_end, double tol, int64_t order,
                                int64_t finite, const double *legs, int64_t leg_count,
                                double greatest_load)
 {
+    BeltRun *of = run_in(room);
     begin_run(&of->run, p, separation, start, t_end, tol, order);
     Block *w = &of->run.w;
     begin_belt(&of->belt, w, 0, p, finite != 0);
@@ -127,11 +136,12 @@ EXPORT void NAME(driven_begin)(BeltRun *of, const double *p, int64_t separation,
 
 /* Go on until the run is ended, `changes` or `segments` is full, or `budget` steps are made: as
    `run_advance`, but `changes` receives time, mode before and mode after of every switch. */
-EXPORT int64_t NAME(belt_advance)(BeltRun *of, double *changes, int64_t change_room,
+EXPORT int64_t NAME(belt_advance)(void *room, double *changes, int64_t change_room,
                                   const double *times, int64_t time_count, double *samples,
                                   int8_t *modes, double *segments, int64_t segment_room,
                                   int64_t budget, double *result)
 {
+    BeltRun *of = run_in(room);
     Run *run = &of->run;
     Block *w = &run->w;
     const int groups = (int)run->order / 4;
