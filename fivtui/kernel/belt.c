@@ -7,8 +7,9 @@
 #include "output.h"
 #include "variant.h"
 
-/* What a call gives back behind the columns of a result; columns of a change of the mode. */
-enum { R_CHANGES = RESULTS, R_SEGMENTS, R_SAMPLES };
+/* What a call gives back behind the columns of a result: how much is new, then the time of stick so
+   far, s, and the numbers of changes by mode before · MODES + mode after. Columns of a change. */
+enum { R_CHANGES = RESULTS, R_SEGMENTS, R_SAMPLES, R_STICK_TIME, R_KINDS };
 #define CHANGE_COLUMNS 3
 
 /* Columns of a leg between two rows of tables over time: its beginning, values and slopes, and the
@@ -17,11 +18,12 @@ enum {
     L_BEGIN, L_F, L_F_SLOPE, L_MU, L_MU_SLOPE, L_MU_S, L_MU_S_SLOPE, L_V, L_V_SLOPE, L_LAST_V, LEG
 };
 
-/* With `legs`, which are the caller's, the run is on the course of one leg after another. */
+/* The slider sticks since `stuck_since`, if it does. With `legs`, which are the caller's, the run is on the course of one leg after another. */
 typedef struct {
     Run run;
     Belt belt;
     int64_t sampled;
+    double stick_time, stuck_since, kinds[MODES * MODES];
     const double *legs;
     int64_t leg_count;
     Course course;
@@ -32,6 +34,13 @@ typedef struct {
 INLINE BeltRun *run_in(void *room)
 {
     return (BeltRun *)(((uintptr_t)room + (LINE - 1)) & ~(uintptr_t)(LINE - 1));
+}
+
+INLINE void begin_count(BeltRun *of)
+{
+    of->sampled = 0;
+    of->stick_time = of->stuck_since = 0.0;
+    memset(of->kinds, 0, sizeof of->kinds);
 }
 
 /* A step as far as its end, with its extremes; returns whether it is sound. */
@@ -112,7 +121,7 @@ EXPORT void NAME(belt_begin)(void *room, const double *p, int64_t separation, co
     BeltRun *of = run_in(room);
     begin_run(&of->run, p, separation, start, t_end, tol, order);
     begin_belt(&of->belt, &of->run.w, 0, p, 1);
-    of->sampled = 0;
+    begin_count(of);
     of->legs = NULL, of->leg_count = 0;
 }
 
@@ -128,7 +137,7 @@ EXPORT void NAME(driven_begin)(void *room, const double *p, int64_t separation,
     Block *w = &of->run.w;
     begin_belt(&of->belt, w, 0, p, finite != 0);
     w->deflection = greatest_load / of->belt.stiffness;
-    of->sampled = 0;
+    begin_count(of);
     of->legs = legs, of->leg_count = leg_count;
     of->course = course_of(legs);
     begin_driven(&of->belt, w, &of->course);
@@ -171,6 +180,10 @@ EXPORT int64_t NAME(belt_advance)(void *room, double *changes, int64_t change_ro
         if (of->belt.mode != mode) {
             double *change = changes + CHANGE_COLUMNS * changed++;
             change[0] = ending.t, change[1] = (double)mode, change[2] = (double)of->belt.mode;
+            of->kinds[mode * MODES + of->belt.mode] += 1.0;
+            if (mode == STICK)
+                of->stick_time += ending.t - of->stuck_since;
+            of->stuck_since = ending.t;
         }
     }
     of->sampled = sampled;
@@ -178,5 +191,7 @@ EXPORT int64_t NAME(belt_advance)(void *room, double *changes, int64_t change_ro
     result[R_CHANGES] = (double)changed;
     result[R_SEGMENTS] = (double)stored;
     result[R_SAMPLES] = (double)sampled;
+    result[R_STICK_TIME] = of->stick_time + (of->belt.mode == STICK ? w->t - of->stuck_since : 0.0);
+    memcpy(result + R_KINDS, of->kinds, sizeof of->kinds);
     return status;
 }

@@ -6,8 +6,9 @@
 #include "belt.h"
 
 /* What the modes of the lanes of a block are: in `law`, and `stick` is 1 where the slider sticks.
-   `stays` is 1 where it stays in motion over the belt for certain. Then what does not depend on the mode: the speed of the belt, 1/v_s, k2/m, b of ẍ where the slider
-   slides backward without a law, and what holds it: a, c1 v_belt, and the constants of `Hold`. */
+   `stays` is 1 where it stays in motion over the belt for certain. Then what does not depend on the
+   mode: the speed of the belt, 1/v_s, k2/m, b of ẍ where the slider slides backward without a law,
+   and what holds it: a, c1 v_belt, and the constants of `Hold`. */
 typedef struct {
     Law law;
     V stick, stays, v_belt, per_speed, contact, backward_b_x, a, driven;

@@ -6,7 +6,7 @@ from typing import Any, Final, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from fivtui.model import State
+from fivtui.model import Mode, State
 
 from .driven import Legs
 from .status import Status
@@ -59,6 +59,8 @@ _STATUSES: Final = tuple(Status)
 # Arrays of ctypes: what a short run costs is the making and passing of its buffers.
 _CHANGE_COLUMNS: Final = 3
 _Result, _Switches = ctypes.c_double * (COLUMNS + 3), ctypes.c_double * _SWITCHES
+# Behind what all runs give: time of stick, and numbers of changes from each mode to each.
+_TALLY: Final = slice(COLUMNS + 3, COLUMNS + 4 + len(Mode) ** 2)
 _NO_TIMES: Final = np.empty(0)
 
 
@@ -94,14 +96,14 @@ class KernelRun:
         and the coefficients of x and of y.
     """
 
-    # Numbers that are said of a switch, and room for them.
-    _width, _room = 1, _Switches
+    # Numbers that are said of a switch, and room for them and for a result.
+    _width, _room, _outcome = 1, _Switches, _Result
 
     def __init__(
         self, function: Any, memory: Any, order: int, times: Floats | None, segments: bool
     ) -> None:
         self._function, self._memory = function, memory
-        self._result: Any = _Result()
+        self._result: Any = self._outcome()
         self._found: Any = self._room()
         self._columns = SEGMENT_HEAD + 2 * (order + 2) if segments else 0
         self._sampling: tuple[Any, ...] = (None, 0, None, None)
@@ -136,7 +138,7 @@ class KernelRun:
             budget,
             self._result,
         )
-        columns = self._result[:]
+        columns = self._result[: COLUMNS + 3]
         self.outcome = RunColumns._make(columns[:COLUMNS])
         switched, filled, sampled = columns[COLUMNS:]
         self.sampled = int(sampled)
@@ -160,6 +162,13 @@ class BeltRun(KernelRun):
     # What the kernel reads while the run is under way.
     legs: Legs | None = None
     _width, _room = _CHANGE_COLUMNS, ctypes.c_double * (_CHANGE_COLUMNS * _SWITCHES)
+    _outcome = ctypes.c_double * _TALLY.stop
+
+    @property
+    def tally(self) -> tuple[float, list[float]]:
+        """Time of stick so far, s, and numbers of switches by mode before · modes + mode after."""
+        stick_time, *kinds = self._result[_TALLY]
+        return stick_time, kinds
 
 
 class VariedRun:

@@ -84,11 +84,12 @@ def run(
     if progress is not None:
         progress(1.0)
     whole, second_half = _extremes(here)
-    found, changes = _joined(switches), NO_CHANGES
+    found, changes, tally = _joined(switches), NO_CHANGES, None
     if isinstance(under_way, BeltRun):
         every = found.reshape(-1, NO_CHANGES.shape[1])
-        found = lift_times(every)
+        found = lift_times(every) if here.separations + here.reattachments > 0.0 else every[:0, 0]
         changes = every if p.v_belt is not None else NO_CHANGES
+        tally = under_way.tally
     return assemble(
         request,
         final=here[:4],
@@ -102,6 +103,7 @@ def run(
         trajectory=None if times is None else _trajectory(p, times, under_way),
         solution=_solution(p, _joined(segments), order + 1) if dense else None,
         changes=changes,
+        tally=tally,
     )
 
 

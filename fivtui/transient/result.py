@@ -46,7 +46,9 @@ _KINDS: Final = [transition_name(first, then) for first, then in _PAIRS]
 _PLACES: Final = np.array([len(Mode), 1.0])
 _LIFTS: Final = np.array([(a in IN_CONTACT) != (b in IN_CONTACT) for a, b in _PAIRS])
 _STICKS: Final = np.array([(a is Mode.STICK) != (b is Mode.STICK) for a, b in _PAIRS])
+_TO_STICK: Final = [kind for kind, (_, then) in enumerate(_PAIRS) if then is Mode.STICK]
 NO_CHANGES: Final[NDArray[np.float64]] = np.empty((0, 3))
+Tally = tuple[float, list[float]]
 
 
 class FinalState(NamedTuple):
@@ -355,13 +357,14 @@ def assemble(
     trajectory: Trajectory | None,
     solution: DenseSolution | None,
     changes: NDArray[np.float64] = NO_CHANGES,
+    tally: Tally | None = None,
 ) -> Transient:
     """The result of a run.
 
     `whole` and `second_half` are the extremes over the run and its second half, `separated_time`
     the time off the belt in s, `first_mode` the mode before the first switch, `changes` all
-    switches on a belt of finite speed. Raises `ComputationError` if the contact force is beyond the
-    floating-point range.
+    switches on a belt of finite speed, `tally` as of `all_events`. Raises `ComputationError` if the
+    contact force is beyond the floating-point range.
     """
     p, considered, t_end = request.parameters, request.separation, request.t_end
     y_min, y_max = whole.y_min, whole.y_max
@@ -390,6 +393,7 @@ def assemble(
             first_mode,
             changes,
             t_end,
+            tally=tally,
         ),
         stats,
         switches,
@@ -407,20 +411,31 @@ def all_events(
     first_mode: Mode,
     changes: NDArray[np.float64],
     t_end: float,
+    *,
+    tally: Tally | None = None,
 ) -> Events:
-    """Events with their transitions by kind, and with what a belt of finite speed adds."""
+    """Events with their transitions by kind, and with what a belt of finite speed adds.
+
+    `tally` is the time of stick, s, and the numbers of changes by kind, if they are known.
+    """
     if p.v_belt is None:
         leaves, lands = _OF_SLIDING
         found = {leaves: events.separations, lands: events.reattachments}
         return Events(*events[:-1], found)
-    kinds = _kinds(changes)
-    counts = np.bincount(kinds, minlength=len(_KINDS)).tolist()
-    begins, ends = _sticking(first_mode, changes[_STICKS[kinds], 0], t_end)
+    stick_time, kinds = tally or _tally(first_mode, changes, t_end)
+    begins = sum(kinds[kind] for kind in _TO_STICK)
     return events._replace(
-        sticks=begins.size,
-        stick_time=float((ends - begins).sum()),
-        transitions={name: count for name, count in zip(_KINDS, counts, strict=True) if count},
+        sticks=int(begins) + (first_mode is Mode.STICK),
+        stick_time=stick_time,
+        transitions={name: int(count) for name, count in zip(_KINDS, kinds, strict=True) if count},
     )
+
+
+def _tally(first_mode: Mode, changes: NDArray[np.float64], t_end: float) -> Tally:
+    kinds = _kinds(changes)
+    begins, ends = _sticking(first_mode, changes[_STICKS[kinds], 0], t_end)
+    counts: list[float] = np.bincount(kinds, minlength=len(_KINDS)).tolist()
+    return float((ends - begins).sum()), counts
 
 
 def lift_times(changes: NDArray[np.float64]) -> NDArray[np.float64]:

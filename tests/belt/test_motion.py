@@ -14,7 +14,7 @@ from fivtui.model.modes import MODES, Mode, transition_name
 from fivtui.model.slider_belt import State, mechanical_energy, power
 from fivtui.taylor.friction import Law, decay, limited
 from fivtui.transient.request import KernelChoice, Start
-from fivtui.transient.result import Transient
+from fivtui.transient.result import Transient, all_events
 
 from .test_model import belts
 
@@ -46,6 +46,18 @@ def test_a_stick_that_lasts_ends_with_the_run(kernel: KernelChoice) -> None:
     held = simulate(MASS, t_end=2.0, start=(0.0, 0.2, -1.0, 0.0), kernel=kernel)
     assert held.stick_intervals == [(0.0, 2.0)]
     assert (held.events.sticks, held.events.stick_time, held.final_stick) == (1, 2.0, 0.0)
+
+
+@pytest.mark.parametrize("v_belt", [0.0, 0.2, 1.0, 3.0])
+def test_the_kernel_counts_sticks_and_switches_as_they_are_in_its_changes(v_belt: float) -> None:
+    p = Parameters(v_belt=v_belt, mu_s=0.9, v_s=0.4)
+    for t_end in (0.5, 20.0, 60.0):
+        run = simulate(p, t_end=t_end, kernel="compiled")
+        events = all_events(run.events, p, run.first_mode, run.changes, t_end)
+        assert run.events.stick_time == pytest.approx(events.stick_time, abs=1e-12)
+        assert run.events == events._replace(stick_time=run.events.stick_time)
+        off = run.changes[:, 1:] == Mode.SEPARATED
+        assert run.switch_times.tolist() == run.changes[off[:, 0] != off[:, 1], 0].tolist()
 
 
 @kernels
