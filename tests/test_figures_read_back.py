@@ -330,7 +330,7 @@ def test_curves_of_a_sweep_are_the_outputs_and_cases_that_their_legend_names() -
         assert x.tolist() == [20.0, 50.0, 80.0]
         np.testing.assert_allclose(y, output_value(place, case, x))
         assert line.is_dashed() == case
-    assert labels(axes) == ("Preload, positive towards the belt F (N)", "Amplitude (m)")
+    assert labels(axes) == ("Preload F (N)", "Amplitude (m)")
     assert (axes.get_xscale(), axes.get_yscale()) == ("linear", "linear")
 
 
@@ -350,7 +350,7 @@ def test_maps_of_a_sweep_are_over_their_own_axes_on_one_scale() -> None:
     assert plain(maps[0].get_ylabel()) == "Friction coefficient μ"
     for axes, case in zip(maps, (True, False), strict=True):
         assert axes.get_title() == f"separation {'considered' if case else 'ignored'}"
-        assert plain(axes.get_xlabel()) == "Preload, positive towards the belt F (N)"
+        assert plain(axes.get_xlabel()) == "Preload F (N)"
         mesh, values = mesh_of(axes)
         assert values == pytest.approx(
             {at: output_value(1, case, *at) for at in itertools.product(forces, (0.1, 0.9))}

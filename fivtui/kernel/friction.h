@@ -1,5 +1,5 @@
 /* Expansion of sliding with the friction law μ + (μ_s − μ) exp(−v/v_s), v = |v_r|: by the
-   recurrences of `fivtui.taylor.friction`. LANES is 1. */
+   recurrences of `fivtui.taylor.friction`. */
 
 #ifndef FIVTUI_FRICTION_H
 #define FIVTUI_FRICTION_H
@@ -17,6 +17,7 @@
 #define NEGLIGIBLE 37.0
 #define FAR ((NEGLIGIBLE + MOST_CHANGE) / (1.0 - WIDENING))
 #define SHRINKING 0.75
+#define TERMS (MAX_LAW_ORDER + 2)
 static const double DEGREES[MAX_LAW_ORDER] = {
     2.0,  3.0,  4.0,  5.0,  6.0,  7.0,  8.0,  9.0,  10.0, 11.0,
     12.0, 13.0, 14.0, 15.0, 16.0, 17.0, 18.0, 19.0, 20.0, 21.0,
@@ -64,9 +65,9 @@ INLINE V decay(V exponent)
 
    where the first terms of the sums with e are in the factors: `swift` grows with n by `more`. */
 typedef struct {
-    Pair z[MAX_LAW_ORDER + 2], w[MAX_LAW_ORDER + 2], bent[MAX_LAW_ORDER + 2], driven[MAX_LAW_ORDER + 2], bent_ahead[MAX_LAW_ORDER + 2], driven_ahead[MAX_LAW_ORDER + 2];
-    Four both[MAX_LAW_ORDER + 2], by_both[MAX_LAW_ORDER + 2], both_ahead[MAX_LAW_ORDER + 2];
-    V y[MAX_LAW_ORDER + 2], v[MAX_LAW_ORDER + 2], e[MAX_LAW_ORDER + 2];
+    Pair z[TERMS], w[TERMS], bent[TERMS], driven[TERMS], bent_ahead[TERMS], driven_ahead[TERMS];
+    Four both[TERMS], by_both[TERMS];
+    V y[TERMS], v[TERMS], e[TERMS];
     Pair a, b, of_p, own, damping;
     V minus_d, first, slow, rate, swift, more, turn, fall;
 } Slide;

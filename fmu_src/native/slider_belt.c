@@ -151,8 +151,8 @@ static const char *move_on(Instance *i, double from, double *t, int *switched)
                        m->failed_at);
     case STALLED:
         return because(i, "at t = %.17g s the motion changes faster than floating-point time "
-                          "resolves; use a less stiff contact, more damping, a larger v_s or a later start",
-                       m->failed_at);
+                          "resolves; use a less stiff contact, more damping, a larger v_s or a "
+                          "later start", m->failed_at);
     case STEP_LIMIT:
         return because(i, "the step needs too much computation, it is given up at t = %g s; use a "
                           "shorter step", m->failed_at);

@@ -262,7 +262,7 @@ def test_over_one_name_amplitudes_are_curves() -> None:
     assert [np.asarray(line.get_xdata()).tolist() for line in axes.lines] == [
         [20.0, 50.0, 80.0]
     ] * 4
-    assert axes.get_xlabel() == "Preload, positive towards the belt $F$ (N)"
+    assert axes.get_xlabel() == "Preload $F$ (N)"
     assert axes.get_ylabel() == "Amplitude (m)"
     (axes,) = figure_of({"F": Range(1.0, 9.0, 3, log=True)}, outputs=("P_max",)).axes
     assert axes.get_xscale() == "log"
