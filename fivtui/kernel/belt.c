@@ -61,6 +61,7 @@ INLINE int begin_belt_step(BeltRun *of, Ending *ending, Cut *cut, int64_t *then)
         return 0;
     if (*cut == AT_SPEED || belt->mode == STICK)
         w->vx = belt->v_belt;
+    foresee(&of->belt, w);
     observe(w, groups, 0.5 * run->t_end, speed_limit(&of->belt, w->h));
     *ending = ending_of(w, run->t_end, *cut != NOTHING_ENDS);
     return 1;

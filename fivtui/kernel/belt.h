@@ -28,12 +28,13 @@ typedef struct {
 
 /* The belt and the slider on it: the field and the friction law of each mode; F, μ, μ_s and the
    belt's speed at the start of a step, and their rates; the mode; whether friction does not jump at
-   v_r = 0; whether the belt is of finite speed, and friction by a law. Margins of the hold within
-   `nearness` are zero. */
+   v_r = 0; whether the belt is of finite speed, and friction by a law; e where the next step starts,
+   if that is known. Margins of the hold within `nearness` are zero. */
 typedef struct {
 #if LANES == 1
     Field fields[MODES];
     Law laws[MODES];
+    Start next;
 #endif
     double m, a, h, k1, c1, c2, k2, k_nl, stiffness, frequency, preload, mu, mu_s, v_belt;
     Rates rates;
@@ -315,9 +316,9 @@ INLINE int expand_step(const Belt *of, Block *w, double tol, int order, int cubi
     const Law *law = of->laws + of->mode;
     w->field = of->fields[of->mode];
     if (of->by_speed && of->mode == STICK)
-        expand_holding(w->xs, w->ys, &w->field, law, of->v_belt, order, cubic);
+        expand_holding(w->xs, w->ys, &w->field, law, order, cubic);
     else if (of->by_speed)
-        expand_by_law(w->xs, w->ys, &w->field, law, of->v_belt, order, cubic);
+        expand_by_law(w->xs, w->ys, &w->field, law, of->v_belt, &of->next, order, cubic);
     else
         expand_in_contact(w, order, cubic && of->mode != SEPARATED);
     settle_at_switch(w);
@@ -328,6 +329,16 @@ INLINE int expand_step(const Belt *of, Block *w, double tol, int order, int cubi
     if (law->per_speed > 0.0)
         w->h = limited(w->h, w->xs, law, law->sign * (of->v_belt - w->xs[1]), order / 4, &stays);
     return stays;
+}
+
+/* Find e at the end of a step, where the next one starts, while the processor has other work. */
+INLINE void foresee(Belt *of, const Block *w)
+{
+    const Law *law = of->laws + of->mode;
+    if (law->per_speed > 0.0) {
+        double exponent = exponent_of(law, of->v_belt, w->vx);
+        of->next = (Start){exponent, decay(exponent)};
+    }
 }
 
 /* Go on from the end of the step, in the mode that follows. */
@@ -370,6 +381,7 @@ INLINE void begin_belt(Belt *of, const Block *w, int lane, const double *p, int 
     of->fields[CONTACT] = of->fields[FORWARD] = of->fields[BACKWARD] = of->fields[STICK] = contact;
     of->fields[BACKWARD].b_x = (h + mu * p[P_K2]) / m;
     of->fields[BACKWARD].d_x = -contact.d_x;
+    of->next = (Start){0.0, 1.0};
     Field *held = of->fields + STICK;
     held->a_x = held->b_x = held->damping_x = held->d_x = 0.0;
     for (int mode = 0; of->by_speed && mode < MODES; mode++) {

@@ -75,8 +75,9 @@ APART void expand_field(Block *w, const Field *f, int order, int cubic)
 INLINE void expand_on_belts(Block *w, const Belts *at, int order, int cubic, int by_law)
 {
     Field f = field_of(w, at, by_law);
+    const Start unknown = {splat(INFINITE), splat(0.0)};
     if (by_law)
-        expand_by_law(w->xs, w->ys, &f, &at->law, at->v_belt, order, cubic);
+        expand_by_law(w->xs, w->ys, &f, &at->law, at->v_belt, &unknown, order, cubic);
     else
         expand_field(w, &f, order, cubic);
 }

@@ -224,7 +224,7 @@ INLINE void add_sliding_terms(Slide *s, int n, int cubic, Friction of, V *x, V *
 
 /* Continue the first two coefficients of x and y in the field `f` without the contact, but d of ÿ;
    where friction does not fall, with the bits of a fall of 0. */
-INLINE void slide(V *x, V *y, const Field *f, const Law *law, V v_belt, int order, int highest,
+INLINE void slide(V *x, V *y, const Field *f, const Law *law, V e, int order, int highest,
                   int cubic, Friction of)
 {
     Slide s;
@@ -241,7 +241,7 @@ INLINE void slide(V *x, V *y, const Field *f, const Law *law, V v_belt, int orde
     s.damping = pair_of(f->damping_x, f->damping_y);
     if (of == FALLING) {
         s.rate = sign * law->per_speed, s.fall = sign * law->fall;
-        s.e[0] = decay((v_belt - x[1]) * s.rate);
+        s.e[0] = e;
         s.of_p = pair_of(fma_of(s.fall, s.e[0], X_OF(s.of_p)), splat(1.0));
     }
     s.y[0] = y0, s.z[1] = pair_of(x[1], y[1]);
@@ -273,57 +273,70 @@ INLINE void slide(V *x, V *y, const Field *f, const Law *law, V v_belt, int orde
 
 /* A run of its own is quicker by an expansion to the highest order without tests for lower ones, and
    one to these that ends with the next one. */
-INLINE void slide_to(V *x, V *y, const Field *f, const Law *law, V v_belt, int order, int cubic,
-                         Friction of)
+INLINE void slide_to(V *x, V *y, const Field *f, const Law *law, V e, int order, int cubic,
+                     Friction of)
 {
     if (LANES == 1 && order == MAX_LAW_ORDER)
-        slide(x, y, f, law, v_belt, MAX_LAW_ORDER, 1, cubic, of);
+        slide(x, y, f, law, e, MAX_LAW_ORDER, 1, cubic, of);
     else
-        slide(x, y, f, law, v_belt, order, LANES > 1, cubic, of);
+        slide(x, y, f, law, e, order, LANES > 1, cubic, of);
 }
 
-ON_ALIGNED_STACK APART void expand_falling(V *x, V *y, const Field *f, const Law *law, V v_belt,
+ON_ALIGNED_STACK APART void expand_falling(V *x, V *y, const Field *f, const Law *law, V e,
                                            int order, int cubic)
 {
     if (cubic)
-        slide_to(x, y, f, law, v_belt, order, 1, FALLING);
+        slide_to(x, y, f, law, e, order, 1, FALLING);
     else
-        slide_to(x, y, f, law, v_belt, order, 0, FALLING);
+        slide_to(x, y, f, law, e, order, 0, FALLING);
 }
 
-APART void expand_not_falling(V *x, V *y, const Field *f, const Law *law, V v_belt, int order,
-                              int cubic)
+APART void expand_not_falling(V *x, V *y, const Field *f, const Law *law, int order, int cubic)
 {
     if (cubic)
-        slide_to(x, y, f, law, v_belt, order, 1, LEVEL);
+        slide_to(x, y, f, law, splat(0.0), order, 1, LEVEL);
     else
-        slide_to(x, y, f, law, v_belt, order, 0, LEVEL);
+        slide_to(x, y, f, law, splat(0.0), order, 0, LEVEL);
 }
 
 #if LANES == 1
 /* Where the slider sticks. */
-APART void expand_holding(V *x, V *y, const Field *f, const Law *law, V v_belt, int order,
-                          int cubic)
+APART void expand_holding(V *x, V *y, const Field *f, const Law *law, int order, int cubic)
 {
     if (cubic)
-        slide_to(x, y, f, law, v_belt, order, 1, HOLDING);
+        slide_to(x, y, f, law, splat(0.0), order, 1, HOLDING);
     else
-        slide_to(x, y, f, law, v_belt, order, 0, HOLDING);
+        slide_to(x, y, f, law, splat(0.0), order, 0, HOLDING);
 }
 #endif
 
+/* v/v_s, 0 where the slider does not slide by a law. */
+INLINE V exponent_of(const Law *law, V v_belt, V vx) { return law->sign * (v_belt - vx) * law->per_speed; }
+
+/* e at a speed, where its exponent may be `known`, and e there. */
+typedef struct {
+    V exponent, e;
+} Start;
+
+INLINE V start_of(V exponent, const Start *known)
+{
+    M same = exponent == known->exponent;
+    return bits_of(same) == ALL_LANES ? known->e : decay(exponent);
+}
+
 /* Expand a step by a friction law, in whatever mode: where the slider is far from the speed of the
    belt, or does not slide, friction does not fall. */
-INLINE void expand_by_law(V *x, V *y, const Field *f, const Law *law, V v_belt, int order, int cubic)
+INLINE void expand_by_law(V *x, V *y, const Field *f, const Law *law, V v_belt, const Start *known,
+                          int order, int cubic)
 {
-    V exponent = law->sign * (v_belt - x[1]) * law->per_speed;
+    V exponent = exponent_of(law, v_belt, x[1]);
     M falls = (law->per_speed > 0.0) & negated(exponent > FAR);
     Law here = *law;
     here.fall = choose(falls, law->fall, splat(0.0));
     if (bits_of(falls))
-        expand_falling(x, y, f, &here, v_belt, order, cubic);
+        expand_falling(x, y, f, &here, start_of(exponent, known), order, cubic);
     else
-        expand_not_falling(x, y, f, &here, v_belt, order, cubic);
+        expand_not_falling(x, y, f, &here, order, cubic);
 }
 
 /* The part of a step over which the expansion of the law holds, or e stays below rounding; `speed`
