@@ -24,7 +24,7 @@ double fivtui_batch_advance_baseline(void *, const double *, const uint8_t *, co
 int64_t fivtui_batch_ended_baseline(const void *);
 
 enum { PARAMETERS = 9, STATE = 4, RESULTS = 19, MORE = 3, RUNNING = 5, SWITCHES = 50, LINE = 64 };
-enum { BELT = 12, CHANGE = 3, LEGS = 3, LEG = 10 };
+enum { BELT = 12, CHANGE = 3, LEGS = 3, LEG = 10, TALLY = 26 };
 
 /* As `Given` of `test_other_machines.py` packs it. */
 typedef struct {
@@ -65,7 +65,7 @@ int main(int count, char **arguments)
     void *on_belt = malloc((size_t)fivtui_belt_size_baseline());
     for (int driven = 0; driven < 2; driven++)
         for (int64_t i = 0; i < g.members; i++) {
-            double result[RESULTS + MORE], changes[SWITCHES * CHANGE];
+            double result[RESULTS + MORE + TALLY], changes[SWITCHES * CHANGE];
             const double *p = belts + i * BELT, *start = starts + i * STATE;
             if (driven)
                 fivtui_driven_begin_baseline(on_belt, p, separation[i], start, g.t_end, g.tol, g.order,

@@ -15,6 +15,7 @@ from fivtui.kernel import Kernel, RunColumns, Status, load_kernel, native
 from fivtui.kernel.in_turn import RunsInTurn
 from fivtui.kernel.lanes import Work
 from fivtui.model import ComputationError
+from fivtui.taylor.stepper import MAX_LAW_ORDER
 
 COLUMNS = len(RunColumns._fields)
 EVERYTHING = (True, True, True)
@@ -159,6 +160,17 @@ def test_a_member_on_a_belt_of_finite_speed_is_the_single_run_to_the_last_bit(or
     single = alone(kernel, given, 15.0, order, belts)
     assert (single[:, RunColumns._fields.index("status")] == Status.DONE).all()
     assert_same(in_lanes(kernel, given, 15.0, order, EVERYTHING, belts), single)
+
+
+def test_members_that_follow_a_friction_law_are_single_runs_to_the_last_bit() -> None:
+    given = members(300, 24)
+    belts = belts_of(given, 24)
+    by_law = belts[:, 2] > 0.0
+    given, belts = (given[0][by_law], given[1][by_law], given[2][by_law]), belts[by_law]
+    kernel = load_kernel()
+    single = alone(kernel, given, 15.0, MAX_LAW_ORDER, belts)
+    assert (single[:, RunColumns._fields.index("status")] == Status.DONE).all()
+    assert_same(in_lanes(kernel, given, 15.0, MAX_LAW_ORDER, EVERYTHING, belts), single)
 
 
 def test_members_in_turn_are_those_in_lanes_to_the_last_bit() -> None:
