@@ -222,8 +222,9 @@ INLINE void add_sliding_terms(Slide *s, int n, int cubic, Friction of, V *x, V *
 #endif
 }
 
-/* Continue the first two coefficients of x and y in the field `f` without the contact, but d of ÿ;
-   where friction does not fall, with the bits of a fall of 0. */
+/* Continue the first two coefficients of x and y in the field `f` without the contact, but d of ÿ,
+   from e at the start; where friction does not fall, with the bits of a fall of 0. Without `highest`
+   the order is 20 at most. */
 INLINE void slide(V *x, V *y, const Field *f, const Law *law, V e, int order, int highest,
                   int cubic, Friction of)
 {
