@@ -5,7 +5,7 @@ from typing import Any, Final
 
 import numpy as np
 import pytest
-from hypothesis import assume, given, settings, strategies as st
+from hypothesis import assume, example, given, settings, strategies as st
 
 from fivtui import Parameters, simulate
 from fivtui.model import ComputationError, InputError, accelerations
@@ -128,6 +128,25 @@ def test_the_scenes_have_all_transitions_of_the_table() -> None:
     assert found == {transition_name(*one) for one in kinds if Mode.CONTACT not in one}
 
 
+# By rounding the slider is faster than the belt where it comes to stick.
+@example(
+    Parameters(
+        m=7.0,
+        k1=20.0,
+        k2=20.0,
+        k3=0.0,
+        c1=0.0,
+        c2=0.0,
+        F=110.0,
+        k_nl=9.0,
+        mu=1.0,
+        v_belt=1.5,
+        mu_s=1.5,
+    ),
+    (0.0, 0.0, 1.0, 2.0),
+    2.0,
+    False,
+)
 @settings(max_examples=5)
 @given(belts(), states(), st.floats(0.1, 2.0), st.booleans())
 def test_derivatives_of_random_scenes_are_differences_of_runs(

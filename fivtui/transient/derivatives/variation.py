@@ -38,6 +38,8 @@ from fivtui.transient.stiffness import step_limit_error, stiffness_of
 
 FloatArray = NDArray[np.float64]
 
+# An extreme is another one if it is beyond what was found by more than this part of itself.
+_ROUNDING: Final = 2.0**-50
 # Extremes over the whole run, and of y over its second half.
 EXTREMES: Final = ("x_min", "x_max", "y_min", "y_max", "vx_max", "y_low", "y_high")
 # Derivatives by x, ẋ, y and ẏ at the start.
@@ -260,9 +262,12 @@ class _Extremes:
                 continue
             turns = roots(derivative(polynomial))
             places = [begin, *(turn for turn in turns if begin < turn < end), end]
+            if quantity == 1 and self._comes_to_stick(segment):
+                # The speed that the slider comes to is that of stick: it begins there, and stays.
+                places.pop()
             values = [sign * evaluate(polynomial, one) for one in places]
             greatest = max(values)
-            if greatest > self._best[index]:
+            if greatest - self._best[index] > _ROUNDING * abs(greatest):
                 self._best[index], self.values[index] = greatest, sign * greatest
                 place[index], component[index] = places[values.index(greatest)], quantity
         found = deviations.advance(segment, end, list(place.values()))
@@ -271,6 +276,10 @@ class _Extremes:
                 segment.start_remainder + place[index] * segment.duration
             )
             self.by[index] = [deviation[component[index]] for deviation in there]
+
+    def _comes_to_stick(self, segment: Segment) -> bool:
+        ends = segment.end < 2.0 * self._half and segment.mode is not Mode.STICK
+        return ends and isinstance(segment, BeltSegment) and segment.then is Mode.STICK
 
     def _sought(self, segment: Segment) -> list[tuple[float, Sequence[float], int, float]]:
         # Sign, polynomial, component of the state, and θ from which on, in the order of EXTREMES.
