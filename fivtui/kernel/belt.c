@@ -18,7 +18,8 @@ enum {
     L_BEGIN, L_F, L_F_SLOPE, L_MU, L_MU_SLOPE, L_MU_S, L_MU_S_SLOPE, L_V, L_V_SLOPE, L_LAST_V, LEG
 };
 
-/* The slider sticks since `stuck_since`, if it does. With `legs`, which are the caller's, the run is on the course of one leg after another. */
+/* The slider sticks since `stuck_since`, if it does. With `legs`, which are the caller's, the run is
+   on the course of one leg after another. */
 typedef struct {
     Run run;
     Belt belt;

@@ -128,7 +128,7 @@ def test_the_scenes_have_all_transitions_of_the_table() -> None:
     assert found == {transition_name(*one) for one in kinds if Mode.CONTACT not in one}
 
 
-# By rounding the slider is faster than the belt where it comes to stick.
+# By rounding the slider is faster than the belt where it ceases to stick.
 @example(
     Parameters(
         m=7.0,
