@@ -165,7 +165,7 @@ class Explorer:
         """Whether the equilibrium is stable by its eigenvalues, with a region of proven decay."""
         return self._attraction is not None and self._attraction.radius > 0.0
 
-    def reach(self, start: Start) -> Attractor:
+    def reach(self, start: Start, most_legs: int = _MOST_LEGS) -> Attractor:
         """Follow the motion from a start to its attractor.
 
         That is the equilibrium once the motion is where a Lyapunov function proves decay, rest by
@@ -176,6 +176,8 @@ class Explorer:
         ----------
         start : "static" or sequence of four floats
             At rest at the equilibrium of μ = 0, or (x, ẋ, y, ẏ) in m and m/s.
+        most_legs : int
+            The motion is followed for this many times 16 slowest periods at most.
 
         Raises
         ------
@@ -188,7 +190,7 @@ class Explorer:
         """
         state = resolve_start(self._p, start, separation=self._separation)
         extent, steps, leg = self._extent(state), 0, self._leg
-        for _ in range(_MOST_LEGS):
+        for _ in range(most_legs):
             if steps > _MOST_STEPS:
                 break
             region = self._attraction

@@ -14,7 +14,7 @@ from fivtui.equilibrium import is_logarithmic
 from fivtui.model import PARAMETERS
 from fivtui.plotting import STYLE, new_figure, parameter_line, quantity_label
 
-from .map import REGIONS, SafetyMap
+from .map import REGIONS, SafetyMap, basis_words
 
 _SIZE: Final = (5.2, 4.2)
 _NO_VALUE: Final = "0.85"
@@ -49,7 +49,7 @@ def safety_map_figure(result: SafetyMap) -> Figure:
                 (axes.set_xscale if axis is axes.xaxis else axes.set_yscale)("log")
         unused = ("mu",) if result.escape is None else ()
         line = parameter_line(result.parameters, (*result.names, *unused))
-        axes.set_title(f"{line}\ncycles by continuation alone", fontsize=7.5)
+        axes.set_title(f"{line}\ncycles by {basis_words(result)}", fontsize=7.5)
         if handles:
             figure.legend(handles=handles, loc="outside lower center", ncols=2, frameon=False)
     return figure

@@ -15,6 +15,7 @@ from fivtui.model import PARAMETERS, Column, InputError, Parameters
 
 from .map import REGIONS, SAFETY_VALUES, SafetyMap, critical_over
 from .search import SearchRound
+from .searched import SearchedPoint
 from .verdict import OtherAttractor, SafeFriction
 from .words import basis_rows, safety_words
 
@@ -34,12 +35,14 @@ def safe_friction_to_dict(found: SafeFriction) -> dict[str, Any]:
     """A verdict as JSON data, in SI units.
 
     Keys are ``safe_mu``, the least μ at which another attractor was found, else the critical μ,
-    else None; and ``safe_mu_basis`` with what was searched.
+    else None; ``safe_mu_not_known_above``, a μ where too little is known to say ``safe_mu``, else
+    None; and ``safe_mu_basis`` with what was searched.
     """
     basis = found.basis
     offset = basis.proved_offset
     return {
         "safe_mu": found.safe_mu,
+        "safe_mu_not_known_above": found.unknown_above,
         "safe_mu_basis": {
             "verdict": safety_words(found),
             "found_by": found.found_by,
@@ -64,7 +67,8 @@ def safe_friction_to_dict(found: SafeFriction) -> dict[str, Any]:
             "global_search": {
                 "searched_to": found.searched_to,
                 "rounds": [_round(one) for one in basis.rounds],
-                "unconfirmed_mu": list(basis.unconfirmed),
+                "unconfirmed_mu": [one.mu for one in found.others if one.kind == "other motion"],
+                "growth_at_any_size_mu": basis.growth_at_any_size,
                 "budget_ended": basis.budget_ended,
             },
             "proof": None
@@ -110,7 +114,9 @@ def safety_map_to_dict(result: SafetyMap) -> dict[str, Any]:
     """A map as JSON data.
 
     Keys are those of a map of stability, with ``basis``, ``safe_mu`` and ``critical_mu``; in a map
-    of coexistence ``values`` are indices in ``regions``, and ``escape_offset`` is in m.
+    of coexistence ``values`` are indices in ``regions``, and ``escape_offset`` is in m. Of the
+    points of a global search ``searched`` has the indices, and ``confirmed_to`` the μ up to which
+    it confirms the values. A value that is null where ``critical_mu`` is not is not known.
     """
     data = {
         **_provenance(result),
@@ -220,9 +226,21 @@ def _map(
         critical_mu=critical_over(plain),
         excess=plain.excess,
         escape=escape,
+        searched=tuple(
+            SearchedPoint(tuple(map(int, place)), float(limit))
+            for place, limit in zip(
+                said.get("searched", ()), said.get("confirmed_to", ()), strict=True
+            )
+        ),
     )
 
 
 def _provenance(result: SafetyMap) -> dict[str, Any]:
     fixed = {k: v for k, v in result.parameters.as_dict().items() if k not in result.names}
-    return {"parameters": fixed, "separation": result.separation, "basis": _BASIS}
+    return {
+        "parameters": fixed,
+        "separation": result.separation,
+        "basis": _BASIS,
+        "searched": [list(point.place) for point in result.searched],
+        "confirmed_to": [point.limit for point in result.searched],
+    }

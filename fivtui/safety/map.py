@@ -1,5 +1,6 @@
 """Maps over two parameters: safe friction coefficients, and where a knock is enough to squeal."""
 
+import contextlib
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Any, Final, Literal, get_args
@@ -8,12 +9,22 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fivtui.equilibrium import StabilityMap, critical_mus, stability_map
-from fivtui.model import Cancelled, InputError, Parameters, check_always_sliding, unknown_name
+from fivtui.model import (
+    Cancelled,
+    ComputationError,
+    InputError,
+    Parameters,
+    check_always_sliding,
+    unknown_name,
+)
+from fivtui.orbits import folds_of
 from fivtui.results import Result, scene_text
 from fivtui.transient import Progress
 
 from .escape import escape_offsets
+from .searched import SearchedPoint, limits, searched_places
 from .sheets import FoldSheets
+from .verdict import SafeFriction, safe_friction
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -25,6 +36,8 @@ SAFETY_VALUES: Final[tuple[SafetyValue, ...]] = get_args(SafetyValue)
 # What a map of coexistence says of a point.
 REGIONS: Final = ("safe", "safe for small disturbances alone", "squeals")
 MAX_POINTS: Final = 250_000
+# Share of the global searches in the work for safe μ.
+_SHARE_OF_SEARCHES: Final = 0.4
 
 
 @dataclass(frozen=True, slots=True, repr=False)
@@ -45,7 +58,8 @@ class SafetyMap(Result):
         ``"safe-mu"`` or ``"coexistence"``.
     safe_mu : ndarray, shape (n, k)
         The least μ of the limit cycles that continuation found, else the critical μ; NaN where
-        there is neither, or no equilibrium.
+        there is neither, or no equilibrium, or where the global search at the nearest of the points
+        searched says that it is less, or not known.
     critical_mu : ndarray, shape (n, k)
         The critical friction coefficient, NaN where there is none.
     excess : ndarray, shape (n, k)
@@ -53,6 +67,8 @@ class SafetyMap(Result):
     escape : ndarray, shape (n, k), or None
         In a map of coexistence the least vertical displacement from rest, m, that leads to the
         other attractor, to 2 %; NaN outside the region of coexistence.
+    searched : tuple of SearchedPoint
+        The points at which a global search was made: corners and centre.
     """
 
     parameters: Parameters
@@ -64,6 +80,12 @@ class SafetyMap(Result):
     critical_mu: Floats
     excess: Floats
     escape: Floats | None
+    searched: tuple[SearchedPoint, ...] = ()
+
+    @property
+    def unknown(self) -> NDArray[np.bool_]:
+        """Where safe μ is not known: continuation gave one, but a global search near it less."""
+        return np.isnan(self.safe_mu) & ~np.isnan(self.critical_mu)
 
     @property
     def values(self) -> Floats:
@@ -79,7 +101,8 @@ class SafetyMap(Result):
             mu[:] = np.expand_dims(self.axes[axis], 1 - axis)
         with np.errstate(invalid="ignore"):
             found = np.where(self.excess >= 0.0, 2.0, np.where(mu >= self.safe_mu, 1.0, 0.0))
-        found[np.isnan(self.excess)] = np.nan
+        unknown = np.isnan(self.safe_mu) & (mu > limits(self.searched, self.excess.shape))
+        found[np.isnan(self.excess) | (unknown & (found == 0.0))] = np.nan
         return found
 
     def _summary(self) -> list[tuple[str, str]]:
@@ -93,7 +116,7 @@ class SafetyMap(Result):
                 (name, f"{axis[0]:g} to {axis[-1]:g}, {axis.size} values")
                 for name, axis in zip(self.names, self.axes, strict=True)
             ),
-            ("safe mu", f"{span}, by continuation alone"),
+            ("safe mu", f"{span}, by {basis_words(self)}"),
             *(
                 (name, f"{count} of {self.excess.size} points")
                 for name, count in zip(REGIONS, counts, strict=True)
@@ -129,9 +152,10 @@ def safety_map(
 ) -> SafetyMap:
     """Map the safe friction coefficient, or where a knock is enough to squeal.
 
-    By continuation alone: at 9 × 9 points limit cycles are followed from the Hopf point, and their
-    folds from point to point over the whole map. A cycle that is connected with none of these is
-    not found, as `safe_friction` may find it. At a fold whose cycles attract from a torus on only,
+    At 9 × 9 points limit cycles are followed from the Hopf point, at the corners and the centre a
+    global search is made as by `safe_friction`, and all folds are followed from point to point over
+    the whole map. Where that search says that the safe μ is less, or not known, it is not known at
+    the points that are nearest to it either. At a fold whose cycles attract from a torus on only,
     the fold counts.
 
     Parameters
@@ -193,13 +217,24 @@ def safety_map(
     varied = {
         name: axis for name, axis in zip(plain.names, plain.axes, strict=True) if name != "mu"
     }
-    least, sizes = _folds(p, varied, lambda done: tell(share * done), separation=separation)
+    verdicts, least, sizes = _folds(
+        p, varied, lambda done: tell(share * done), separation=separation
+    )
     shape = critical.shape
     if "mu" in plain.names:
         axis = plain.names.index("mu")
         least, sizes = (np.broadcast_to(np.expand_dims(a, axis), shape) for a in (least, sizes))
+        verdicts = {
+            (*place[:axis], index, *place[axis:]): verdict
+            for place, verdict in verdicts.items()
+            for index in range(shape[axis])
+        }
     safe = np.fmin(least, critical)
     safe[np.isnan(plain.excess)] = np.nan
+    searched = tuple(
+        SearchedPoint(place, verdict.limit_of(safe[place])) for place, verdict in verdicts.items()
+    )
+    safe[safe > limits(searched, shape)] = np.nan
     result = SafetyMap(
         parameters=p,
         separation=separation,
@@ -210,6 +245,7 @@ def safety_map(
         critical_mu=critical,
         excess=plain.excess,
         escape=None,
+        searched=searched,
     )
     if value == "coexistence":
         escape = np.full(shape, np.nan)
@@ -229,6 +265,17 @@ def safety_map(
     return result
 
 
+def basis_words(result: SafetyMap) -> str:
+    """What the safe μ of a map rest on, in one phrase."""
+    words = "continuation"
+    if result.searched:
+        words += f", and a global search at {len(result.searched)} points"
+    count = int(np.count_nonzero(result.unknown))
+    if count:
+        words += f"; not known at {count} points near those where the search found less"
+    return words
+
+
 def critical_over(plain: StabilityMap) -> Floats:
     """Critical friction coefficients at the points of a map, NaN where there is none."""
     grids = np.meshgrid(*plain.axes, indexing="ij")
@@ -245,11 +292,34 @@ def _folds(
     tell: Callable[[float], None],
     *,
     separation: bool,
-) -> tuple[Floats, Floats]:
+) -> tuple[dict[tuple[int, ...], SafeFriction], Floats, Floats]:
+    # Verdicts of global searches by place; at every point the least μ of a fold, and its size.
     shape = tuple(values.size for values in varied.values())
     damped = p.c1 > 0.0 or p.c2 > 0.0 or "c1" in varied or "c2" in varied
     bent = separation or p.k_nl > 0.0 or "k_nl" in varied
     if not damped or not bent:
         # Linear, or nothing dies out: eigenvalues say all.
-        return np.full(shape, np.nan), np.full(shape, np.nan)
-    return FoldSheets(p, varied, separation=separation, tell=tell).least()
+        return {}, np.full(shape, np.nan), np.full(shape, np.nan)
+    verdicts: dict[tuple[int, ...], SafeFriction] = {}
+    places = searched_places(shape)
+    for count, place in enumerate(places):
+        tell(_SHARE_OF_SEARCHES * count / len(places))
+        values = {
+            name: float(axis[at]) for (name, axis), at in zip(varied.items(), place, strict=True)
+        }
+        with contextlib.suppress(ComputationError):
+            verdicts[place] = safe_friction(p.with_values(values), separation=separation)
+    seeds = [
+        (place, fold)
+        for place, verdict in verdicts.items()
+        for curve in verdict.basis.branches
+        for fold in folds_of(curve)
+    ]
+    sheets = FoldSheets(
+        p,
+        varied,
+        separation=separation,
+        tell=lambda done: tell(_SHARE_OF_SEARCHES + (1.0 - _SHARE_OF_SEARCHES) * done),
+        seeds=seeds,
+    )
+    return verdicts, *sheets.least()

@@ -5,7 +5,7 @@ import numpy as np
 from fivtui.console import number, print_list
 from fivtui.model import PARAMETERS
 
-from .map import REGIONS, SafetyMap
+from .map import REGIONS, SafetyMap, basis_words
 from .verdict import SafeFriction
 from .words import basis_rows, coexistence_here, safety_words
 
@@ -36,7 +36,7 @@ def print_safety_map(result: SafetyMap) -> None:
             for place, region in enumerate(REGIONS)
         ]
         rows.append(("offset from rest that escapes", f"{_span(result.escape)} m"))
-    rows.append(("limit cycles", "by continuation alone, without a global search"))
+    rows.append(("safe μ rests on", basis_words(result)))
     print_list("Map of safe friction", rows)
 
 

@@ -1,4 +1,4 @@
-"""The global search: motions from many starts at many μ, of which those that stay are examined.
+"""The global search: motions from many starts at many μ, followed until they decay or persist.
 
 Its limit is a number of integration steps, never a time, so that the answer is the same everywhere.
 """
@@ -6,6 +6,7 @@ Its limit is a number of integration steps, never a time, so that the answer is 
 import math
 from collections.abc import Callable
 from dataclasses import dataclass
+from enum import IntEnum
 from typing import Final, NamedTuple
 
 import numpy as np
@@ -20,26 +21,36 @@ from fivtui.transient import MAX_T_END, Progress
 from .starts import disturbed
 
 Floats = NDArray[np.float64]
-Places = NDArray[np.int64]
+Indices = NDArray[np.int64]
 Flags = NDArray[np.bool_]
 
-# Values of μ in a round, and starts at each.
+# Values of μ in a round, the lowest and the highest over the least μ known, and starts at each; a
+# few of them come first, to lower μ cheaply.
 LEVELS: Final = 16
-_STARTS: Final = 128
+_LOWEST: Final = 0.06
+_HIGHEST: Final = 0.99
+STARTS: Final = 128
+SCOUTS: Final = 16
 _FEWEST: Final = 4
-# Integration steps of all rounds together, and of one of them.
-MOST_STEPS: Final = 16_000_000
-_STEPS_A_ROUND: Final = 12_000_000
-# Horizons of the stages, in decay times of small disturbances; at least this many periods.
-_STAGES: Final = (5.0, 20.0, 80.0)
-_PERIODS: Final = 100.0
-_STEPS_A_PERIOD: Final = 16.0
+# Integration steps of a round.
+_MOST_STEPS: Final = 12_000_000
+# Durations of the stages, in decay times of small disturbances at the level of fastest decay, and
+# in slowest periods at least.
+_STAGES: Final = (
+    (2.5, 50.0),
+    (2.5, 50.0),
+    (5.0, 50.0),
+    (5.0, 50.0),
+    (10.0, 50.0),
+    (20.0, 50.0),
+    (60.0, 100.0),
+)
 # Decay slower than this part of the fastest motion is rounding.
 _NEUTRAL: Final = 1e-12
 # Motions that need more periods than this to decay are not followed.
 _MOST_PERIODS: Final = 20_000.0
-# The part of the motions that a later stage is expected to have left.
-_LEFT: Final = 0.15
+# The part of the limit of steps that the motions of a round are expected to take.
+_EXPECTED_COST: Final = 0.8
 # Motion this many times as fast as the slowest period takes steps that cost more: there are fewer.
 _STIFF: Final = 20.0
 _PART_IF_STIFF: Final = 6
@@ -50,13 +61,15 @@ _TOL: Final = 1e-6
 _DIED_OUT: Final = 1e-9
 # Motion beyond this many times its first extent and every length of the system is unbounded.
 _UNBOUNDED: Final = 1e6
+# A motion persists if its amplitude falls at less than this part of the rate of small disturbances.
+_SLOW_DECAY: Final = 0.5
+# Change of the amplitude in the last stage, relative, below which a motion that persists is steady.
+_STEADY: Final = 0.1
 # A motion whose half peak-to-peak is above this part of a cycle's stays.
 _STAYS: Final = 0.1
 # Values of μ at which the least one is looked for, and how often between two of them.
 _BETWEEN: Final = 32
 _REFINEMENTS: Final = 2
-# Half peak-to-peak that changes by less than this part from one stage to the next has settled.
-_SETTLED: Final = 1e-3
 
 
 @dataclass(frozen=True, slots=True)
@@ -75,19 +88,20 @@ class SearchRound:
     Attributes
     ----------
     levels : tuple of float
-        The values of μ.
+        The values of μ, ascending.
     starts : int
         Number of motions.
     died_out : int
-        Those that came to rest.
+        Those that came to rest, or in the end decay from contact as small disturbances do.
     settled : tuple of Survivor
-        Those whose amplitude does not change any more, by ascending μ.
+        Those whose amplitude was steady to the end, by ascending μ.
     unbounded : tuple of Survivor
         Those that grow without bounds, with their start states.
-    undecided : int
-        Those of which neither is known: the limit of steps ended them, or they change slowly.
-    steps : int
-        Integration steps of all.
+    undecided_at : tuple of int
+        Number of those of which nothing is known, at each level: the limit of steps ended them, or
+        their amplitude still changed.
+    steps, most_steps : int
+        Integration steps of all, and how many were allowed.
     horizon : float
         Duration of the longest motions, s.
     """
@@ -97,87 +111,23 @@ class SearchRound:
     died_out: int
     settled: tuple[Survivor, ...]
     unbounded: tuple[Survivor, ...]
-    undecided: int
+    undecided_at: tuple[int, ...]
     steps: int
+    most_steps: int
     horizon: float
 
-
-def search_round(
-    p: Parameters, top: float, most: int, *, separation: bool, progress: Progress | None
-) -> SearchRound:
-    """Follow motions from Sobol starts at evenly spaced μ below `top`, for at most `most` steps.
-
-    No motion is followed where damping is so small that none would come to rest.
-    Raises `Cancelled` if `progress` returned False, `ComputationError` if there is no equilibrium.
-    """
-    most = min(most, _STEPS_A_ROUND)
-    return _Round(p, top, most, progress, separation=separation).result()
+    @property
+    def undecided(self) -> int:
+        """Number of motions of which nothing is known."""
+        return sum(self.undecided_at)
 
 
-def least_growth(p: Parameters, one: Survivor, found: SearchRound, *, separation: bool) -> float:
-    """The least μ, to a thousandth of a level, from which a motion's start grows without bounds."""
-    place = found.levels.index(one.mu)
-    low = found.levels[place - 1] if place else 0.0
-    length = max(float(np.abs(one.state).max()), length_scale(p, separation=separation))
-
-    def grown(run: Batch) -> Flags:
-        over: Flags = np.maximum(run.peak.y_abs, run.peak.x_abs) > _UNBOUNDED * length
-        over |= run.status == Status.OVERFLOW
-        return over
-
-    return _least(p, one, (low, found.horizon), grown, separation=separation)
-
-
-def least_staying(p: Parameters, one: Survivor, low: float, *, separation: bool) -> float:
-    """The least μ, between `low` and its own, at which a motion does not die out.
-
-    Its own where damping is so small that no motion would.
-    """
-    at = p.with_values({"mu": low})
-    region = Attraction(at, equilibrium(at, separation=separation), separation=separation)
-    horizon = _horizons(-region.growth, slowest_period(p))[-1]
-    if horizon > _MOST_PERIODS * slowest_period(p):
-        return one.mu
-
-    def stays(run: Batch) -> Flags:
-        staying: Flags = run.steady.y_half_range > _STAYS * one.half_range
-        return staying
-
-    return _least(p, one, (low, horizon), stays, separation=separation)
-
-
-def _least(
-    p: Parameters,
-    one: Survivor,
-    span: tuple[float, float],
-    holds: Callable[[Batch], Flags],
-    *,
-    separation: bool,
-) -> float:
-    # The least μ from which on, up to its own, something holds of the motion from a state.
-    (low, horizon), high = span, one.mu
-    for _ in range(_REFINEMENTS):
-        mu = np.linspace(low, high, _BETWEEN + 1)
-        run = simulate_batch(
-            {"mu": mu[:-1]},
-            base=p,
-            t_end=horizon,
-            tol=_TOL,
-            separation=separation,
-            start=one.state,
-            require={"peak", "steady"},
-            max_steps=_STEPS_A_ROUND // _BETWEEN,
-        )
-        failing = np.flatnonzero(~holds(run))
-        last = int(failing[-1]) if failing.size else 0
-        low, high = float(mu[last]), float(mu[last + 1]) if failing.size else low
-    return high
-
-
-def _horizons(decay: float, period: float) -> list[float]:
-    # Durations of the stages, s.
-    time = 1.0 / decay if decay > 0.0 else 0.0
-    return [min(max(stage * time, _PERIODS * period), MAX_T_END) for stage in _STAGES]
+class _Fate(IntEnum):
+    # What is known of a motion.
+    MOVES = 0
+    DIED_OUT = 1
+    UNBOUNDED = 2
+    GIVEN_UP = 3
 
 
 class _Ends(NamedTuple):
@@ -189,115 +139,179 @@ class _Ends(NamedTuple):
     grown: Flags
 
 
-class _Round:
-    # Motions by their index, in the order of μ, and what becomes of them.
+class Round:
+    """One round of the search: motions from Sobol starts at evenly spaced μ, stage by stage.
+
+    No motion is followed where damping is so small that none would come to rest.
+
+    Parameters
+    ----------
+    p : Parameters
+        The parameter set; its μ is not used.
+    top : float
+        The values of μ are below this one.
+    starts : int
+        Starts at each μ.
+    separation : bool
+        Whether separation is considered.
+    progress : callable, optional
+        Called with the fraction done of a stage; cancels by returning False.
+
+    Raises
+    ------
+    ComputationError
+        If there is no equilibrium.
+    """
 
     def __init__(
         self,
         p: Parameters,
         top: float,
-        most: int,
-        progress: Progress | None,
+        starts: int,
         *,
         separation: bool,
+        progress: Progress | None = None,
     ) -> None:
-        self._most = most
         self._p, self._separation, self._progress = p, separation, progress
-        self._levels = [top * (place + 0.5) / LEVELS for place in range(LEVELS)]
+        self._levels = (top * np.linspace(_LOWEST, _HIGHEST, LEVELS)).tolist()
         sets = [p.with_values({"mu": mu}) for mu in self._levels]
         self._regions = [
-            Attraction(one, equilibrium(one, separation=separation), separation=separation)
-            for one in sets
+            Attraction(at, equilibrium(at, separation=separation), separation=separation)
+            for at in sets
         ]
-        period = slowest_period(p)
-        decay = max(-region.growth for region in self._regions)
-        fastest = max(region.fastest for region in self._regions)
-        if fastest * period > _STIFF * math.tau:
-            self._most = most = most // _PART_IF_STIFF
-        self._horizons = _horizons(decay, period)
-        periods = (self._horizons[0] + _LEFT * sum(self._horizons[1:])) / period
-        count = int(np.clip(most / (LEVELS * _STEPS_A_PERIOD * periods), _FEWEST, _STARTS))
-        if decay <= _NEUTRAL * fastest or self._horizons[0] > _MOST_PERIODS * period:
-            count = 0
-        self._begin = np.concatenate([disturbed(one, count, separation=separation) for one in sets])
-        self._level = np.repeat(np.arange(LEVELS), count)
-        self._scale = np.array([1.0, period / math.tau, 1.0, period / math.tau])
+        self._growth = np.array([region.growth for region in self._regions])
+        self._period = slowest_period(p)
+        self._durations = _durations(-self._growth.min(), self._period)
+        fastest, decay = max(region.fastest for region in self._regions), -self._growth.min()
+        stiff = fastest * self._period > _STIFF * math.tau
+        self._most = _MOST_STEPS // (_PART_IF_STIFF if stiff else 1)
+        too_slow = sum(self._durations[:2]) > _MOST_PERIODS * self._period
+        count = 0 if too_slow or decay <= _NEUTRAL * fastest else starts
+        begin = [disturbed(at, count, separation=separation) for at in sets]
+        self._begin: Floats = np.concatenate(begin)
+        self._level: Indices = np.repeat(np.arange(LEVELS), count)
+        scale = self._period / math.tau
+        self._scale = np.array([1.0, scale, 1.0, scale])
         self._rest = np.array([region.rest for region in self._regions])
-        self._first = self._extent(self._begin, self._level)
-        self._steps = 0
+        self._length = length_scale(p, separation=separation)
+        self._extent_at_start = self._extent(self._begin, self._level)
+        self._states = self._begin.copy()
+        self._sizes = np.full(len(self._begin), np.nan)
+        # Logarithm of the amplitude over that of the stage before, and what it would be if the
+        # motion decayed as small disturbances do.
+        self._change = np.full(len(self._begin), np.nan)
+        self._expected = np.zeros(LEVELS)
+        self._fate = np.zeros(len(self._begin), dtype=np.int64)
+        self._stage, self._steps = 0, 0
+
+    def advance(self) -> bool:
+        """Follow the motions that are left for another stage; whether there was one."""
+        moving = np.flatnonzero(self._fate == _Fate.MOVES)
+        if self._stage == len(self._durations) or not moving.size:
+            return False
+        duration = self._durations[self._stage]
+        followed = self._affordable(moving, duration)
+        self._fate[np.setdiff1d(moving, followed)] = _Fate.GIVEN_UP
+        if followed.size:
+            self._follow(followed, duration)
+        self._stage += 1
+        return True
+
+    def _follow(self, followed: Indices, duration: float) -> None:
+        ends = self._run(followed, duration)
+        before = self._sizes[followed]
+        self._states[followed], self._sizes[followed] = ends.states, ends.sizes
+        with np.errstate(divide="ignore", invalid="ignore"):
+            self._change[followed] = np.log(ends.sizes / before)
+        if self._stage:
+            # The amplitudes are those of the second halves of two stages.
+            between = 0.25 * self._durations[self._stage - 1] + 0.75 * duration
+            self._expected = self._growth * between
+        self._fate[followed[self._at_rest(followed)]] = _Fate.DIED_OUT
+        self._fate[followed[ends.grown]] = _Fate.UNBOUNDED
+        self._fate[followed[ends.given_up]] = _Fate.GIVEN_UP
+
+    def persisting(self, most: int) -> list[Survivor]:
+        """Motions whose amplitude does not fall as it would if they died out, by ascending μ.
+
+        At most `most` at each μ, those of steadiest amplitude first.
+        """
+        chosen: list[Survivor] = []
+        for level in range(LEVELS):
+            motions = np.flatnonzero(self._persists() & (self._level == level))
+            order = np.argsort(np.abs(self._change[motions]), kind="stable")
+            chosen += self._survivors(motions[order[:most]], self._states)
+        return chosen
+
+    def unbounded(self) -> list[Survivor]:
+        """The motions that grow without bounds, with their start states, by ascending μ."""
+        return self._survivors(np.flatnonzero(self._fate == _Fate.UNBOUNDED), self._begin)
 
     def result(self) -> SearchRound:
-        alive = np.arange(self._level.size)
-        states, sizes = self._begin, np.full(alive.size, np.inf)
-        settled: dict[int, Survivor] = {}
-        unbounded: dict[int, Survivor] = {}
-        undecided = 0
-        for horizon in self._horizons:
-            kept = self._affordable(alive, horizon)
-            undecided += alive.size - kept.size
-            alive, states, before = alive[kept], states[kept], sizes[kept]
-            if not alive.size:
-                break
-            states, sizes, given_up, grown = self._run(alive, states, horizon)
-            undecided += int(np.count_nonzero(given_up))
-            stays = ~(given_up | grown | self._died_out(alive, states))
-            same = stays & (np.abs(sizes - before) < _SETTLED * sizes)
-            unbounded |= self._survivors(alive, grown, self._begin[alive], sizes)
-            settled |= self._survivors(alive, same, states, sizes)
-            left = stays & ~same
-            alive, states, sizes = alive[left], states[left], sizes[left]
-        undecided += alive.size
+        """What became of the motions so far."""
+        moving = self._fate == _Fate.MOVES
+        steady = self._persists() & (np.abs(self._change) < _STEADY)
+        decaying = moving & (self._change <= _SLOW_DECAY * self._expected[self._level])
+        decaying &= self._sizes < 0.5 * np.abs(self._rest[self._level, 2])
+        if self._stage < len(self._durations):
+            steady[:] = decaying[:] = False
+        undecided = (moving & ~steady & ~decaying) | (self._fate == _Fate.GIVEN_UP)
+        died_out = decaying | (self._fate == _Fate.DIED_OUT)
         return SearchRound(
             levels=tuple(self._levels),
             starts=self._level.size,
-            died_out=self._level.size - len(settled) - len(unbounded) - undecided,
-            settled=tuple(settled[place] for place in sorted(settled)),
-            unbounded=tuple(unbounded[place] for place in sorted(unbounded)),
-            undecided=undecided,
+            died_out=int(np.count_nonzero(died_out)),
+            settled=tuple(self._survivors(np.flatnonzero(steady), self._states)),
+            unbounded=tuple(self.unbounded()),
+            undecided_at=tuple(np.bincount(self._level[undecided], minlength=LEVELS).tolist()),
             steps=self._steps,
-            horizon=self._horizons[-1],
+            most_steps=self._most,
+            horizon=float(self._durations[-1]),
         )
 
-    def _affordable(self, alive: Places, horizon: float) -> Places:
+    def _persists(self) -> Flags:
+        slow = self._change > _SLOW_DECAY * self._expected[self._level]
+        persists: Flags = (self._fate == _Fate.MOVES) & slow
+        return persists
+
+    def _affordable(self, moving: Indices, duration: float) -> Indices:
         # Those of the motions, the same number at every μ, whose steps the limit allows.
         if not self._steps:
-            return np.arange(alive.size)
-        cost = self._mean_rate * horizon
+            return moving
+        cost = self._mean_rate * duration
         most = max(int((self._most - self._steps) / (cost * LEVELS)), _FEWEST)
-        turn = np.zeros(alive.size, dtype=np.int64)
-        for level in range(LEVELS):
-            here = self._level[alive] == level
-            turn[here] = np.arange(np.count_nonzero(here))
-        return np.flatnonzero(turn < most)
+        return np.concatenate(
+            [moving[self._level[moving] == level][:most] for level in range(LEVELS)]
+        )
 
-    def _run(self, alive: Places, states: Floats, horizon: float) -> _Ends:
-        limit = max(_LEAST_LIMIT, (self._most - self._steps) // alive.size)
-        ends = self._integrate(alive, states, horizon, limit)
+    def _run(self, followed: Indices, duration: float) -> _Ends:
+        limit = max(_LEAST_LIMIT, 2 * (self._most - self._steps) // followed.size)
+        ends = self._integrate(followed, duration, limit)
         # What the others have left over goes to the motions of many steps.
         again = np.flatnonzero(ends.given_up)
         more = (self._most - self._steps) // max(again.size, 1)
         if again.size and more > 2 * limit:
-            later = self._integrate(alive[again], states[again], horizon, more)
-            for one, other in zip(ends, later, strict=True):
-                one[again] = other
+            later = self._integrate(followed[again], duration, more)
+            for values, longer in zip(ends, later, strict=True):
+                values[again] = longer
         return ends
 
-    def _integrate(self, alive: Places, states: Floats, horizon: float, limit: int) -> _Ends:
+    def _integrate(self, followed: Indices, duration: float, limit: int) -> _Ends:
         run = simulate_batch(
-            {"mu": np.array(self._levels)[self._level[alive]]},
+            {"mu": np.array(self._levels)[self._level[followed]]},
             base=self._p,
-            t_end=horizon,
+            t_end=duration,
             tol=_TOL,
             separation=self._separation,
-            start=states,
+            start=self._states[followed],
             require={"final", "peak", "steady"},
             max_steps=limit,
             progress=self._progress,
         )
         steps = int(run.steps.sum())
         self._steps += steps
-        self._mean_rate = max(steps, 1) / (alive.size * horizon)
-        large = np.maximum(self._first[alive], length_scale(self._p, separation=self._separation))
+        self._mean_rate = max(steps, 1) / (followed.size * duration)
+        large = np.maximum(self._extent_at_start[followed], self._length)
         over = np.maximum(run.peak.y_abs, run.peak.x_abs) > _UNBOUNDED * large
         return _Ends(
             run.final,
@@ -306,26 +320,97 @@ class _Round:
             over | (run.status == Status.OVERFLOW),
         )
 
-    def _extent(self, states: Floats, level: Places) -> Floats:
+    def _extent(self, states: Floats, level: Indices) -> Floats:
         # Distances from the equilibrium, with velocities scaled by the slowest frequency.
         extent: Floats = np.linalg.norm((states - self._rest[level]) * self._scale, axis=1)
         return extent
 
-    def _died_out(self, alive: Places, states: Floats) -> Flags:
-        level = self._level[alive]
-        at_rest = self._extent(states, level) <= _DIED_OUT * self._first[alive]
-        for place, region in enumerate(self._regions):
-            here = level == place
-            at_rest[here] |= region.hold(states[here])
+    def _at_rest(self, motions: Indices) -> Flags:
+        level, states = self._level[motions], self._states[motions]
+        at_rest = self._extent(states, level) <= _DIED_OUT * self._extent_at_start[motions]
+        for index, region in enumerate(self._regions):
+            at_level = level == index
+            at_rest[at_level] |= region.hold(states[at_level])
         return at_rest
 
-    def _survivors(
-        self, alive: Places, chosen: Flags, states: Floats, sizes: Floats
-    ) -> dict[int, Survivor]:
-        found = {}
-        for at in np.flatnonzero(chosen).tolist():
-            x, vx, y, vy = states[at].tolist()
-            place = int(alive[at])
-            mu = self._levels[self._level[place]]
-            found[place] = Survivor(mu, (x, vx, y, vy), float(sizes[at]))
-        return found
+    def _survivors(self, motions: Indices, states: Floats) -> list[Survivor]:
+        survivors = []
+        for index in motions.tolist():
+            x, vx, y, vy = states[index].tolist()
+            mu = self._levels[self._level[index]]
+            survivors.append(Survivor(mu, (x, vx, y, vy), float(self._sizes[index])))
+        return survivors
+
+
+def starts_within_limit(scouts: SearchRound) -> int:
+    """Starts at each μ whose motions take no more than the limit of steps, by those of scouts."""
+    if not scouts.steps:
+        return STARTS
+    steps = scouts.steps / scouts.starts * LEVELS
+    return min(STARTS, int(_EXPECTED_COST * scouts.most_steps / steps))
+
+
+def least_growth(p: Parameters, motion: Survivor, ended: SearchRound, *, separation: bool) -> float:
+    """The least μ, to a thousandth of a level, from which a motion's start grows without bounds."""
+    index = ended.levels.index(motion.mu)
+    low = ended.levels[index - 1] if index else 0.0
+    length = max(float(np.abs(motion.state).max()), length_scale(p, separation=separation))
+
+    def grows(run: Batch) -> Flags:
+        over: Flags = np.maximum(run.peak.y_abs, run.peak.x_abs) > _UNBOUNDED * length
+        over |= run.status == Status.OVERFLOW
+        return over
+
+    return _least(p, motion, (low, ended.horizon), grows, separation=separation)
+
+
+def least_staying(p: Parameters, motion: Survivor, low: float, *, separation: bool) -> float:
+    """The least μ, between `low` and its own, at which a motion does not die out.
+
+    Its own where damping is so small that no motion would.
+    """
+    at = p.with_values({"mu": low})
+    region = Attraction(at, equilibrium(at, separation=separation), separation=separation)
+    horizon = _durations(-region.growth, slowest_period(p))[-1]
+    if horizon > _MOST_PERIODS * slowest_period(p):
+        return motion.mu
+
+    def stays(run: Batch) -> Flags:
+        staying: Flags = run.steady.y_half_range > _STAYS * motion.half_range
+        return staying
+
+    return _least(p, motion, (low, horizon), stays, separation=separation)
+
+
+def _least(
+    p: Parameters,
+    motion: Survivor,
+    span: tuple[float, float],
+    holds: Callable[[Batch], Flags],
+    *,
+    separation: bool,
+) -> float:
+    # The least μ from which on, up to its own, something holds of the motion from a state.
+    (low, horizon), high = span, motion.mu
+    for _ in range(_REFINEMENTS):
+        mu = np.linspace(low, high, _BETWEEN + 1)
+        run = simulate_batch(
+            {"mu": mu[:-1]},
+            base=p,
+            t_end=horizon,
+            tol=_TOL,
+            separation=separation,
+            start=motion.state,
+            require={"peak", "steady"},
+            max_steps=_MOST_STEPS // _BETWEEN,
+        )
+        failing = np.flatnonzero(~holds(run))
+        last = int(failing[-1]) if failing.size else 0
+        low, high = float(mu[last]), float(mu[last + 1]) if failing.size else low
+    return high
+
+
+def _durations(decay: float, period: float) -> list[float]:
+    # Durations of the stages, s.
+    time = 1.0 / decay if decay > 0.0 else 0.0
+    return [min(max(decays * time, periods * period), MAX_T_END) for decays, periods in _STAGES]

@@ -1,7 +1,7 @@
 """Folds of limit cycles over a grid of parameter sets, each found from that of a neighbour."""
 
 from collections import deque
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from itertools import product
 from typing import Final
@@ -58,6 +58,8 @@ class FoldSheets:
         Whether separation is considered.
     tell : callable
         Called with the fraction done; raises `Cancelled` to end the work.
+    seeds : iterable of (tuple of int, FoldOrbit)
+        Folds that are known, with the indices of their points.
     """
 
     def __init__(
@@ -67,6 +69,7 @@ class FoldSheets:
         *,
         separation: bool,
         tell: Callable[[float], None],
+        seeds: Iterable[tuple[Place, FoldOrbit]] = (),
     ) -> None:
         self._p, self._over, self._separation, self._tell = p, dict(over), separation, tell
         self._shape = tuple(values.size for values in over.values())
@@ -77,6 +80,8 @@ class FoldSheets:
         ]
         self._found: dict[Place, list[FoldOrbit]] = {}
         self._waiting: deque[tuple[Place, _Reached]] = deque()
+        for place, fold in seeds:
+            self._add(place, _Reached(fold))
 
     def least(self) -> tuple[Floats, Floats]:
         """The least μ of a fold at every point, NaN without one, and its half peak-to-peak, m."""

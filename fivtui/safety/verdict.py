@@ -3,7 +3,6 @@
 import math
 import time
 from dataclasses import dataclass
-from itertools import groupby
 from typing import Any, Final, Literal
 
 from fivtui.equilibrium import critical_mu
@@ -23,7 +22,6 @@ from fivtui.orbits import (
     End,
     EventKind,
     Explorer,
-    Kind,
     branch,
     branch_through,
     cycles_at,
@@ -31,22 +29,39 @@ from fivtui.orbits import (
 from fivtui.results import Result, scene_text
 from fivtui.transient import Progress
 
+from .growth import least_mu_of_growth
 from .least import least_attracting
-from .search import MOST_STEPS, SearchRound, Survivor, least_growth, least_staying, search_round
+from .search import (
+    SCOUTS,
+    Round,
+    SearchRound,
+    Survivor,
+    least_growth,
+    least_staying,
+    starts_within_limit,
+)
 
 FoundBy = Literal["continuation", "global search", "eigenvalues"]
+AttractorKind = Literal["limit cycle", "unbounded growth", "other motion"]
 
 # The range of μ in which branches are followed, and the search without a critical μ goes, over the
 # greatest of critical μ, μ of the scene, and 1.
 _SPAN: Final = 2.0
 _ROUNDING: Final = 1e-9
-_ROUNDS: Final = 4
-# Branches that are followed, and motions of which no cycle is found, beyond which the search ends.
-_MOST_BRANCHES: Final = 6
+# Rounds of the search of a few starts, and of all, beyond which it ends.
+_MOST_ROUNDS: Final = 8
+# Motions of a stage from which shooting is tried at each μ, and in all, and legs of each.
+_TRIED_AT_A_LEVEL: Final = 3
+_TRIED: Final = 12
+_MOST_LEGS: Final = 16
+# The part of the motions that may be undecided where a μ is called safe.
+_MOST_UNDECIDED: Final = 0.05
 # Motion on a torus is looked for down to this part of the least μ of a branch.
 _BEYOND: Final = 0.95
 # Amplitudes of the same cycle, relative.
 _SAME: Final = 1e-2
+# Relative difference of two safe μ of the same set that agree.
+_AGREE: Final = 1e-3
 
 
 @dataclass(frozen=True, slots=True)
@@ -68,7 +83,7 @@ class OtherAttractor:
 
     mu: float
     found_by: FoundBy
-    kind: Literal["limit cycle", "unbounded growth", "other motion"]
+    kind: AttractorKind
     cycle: CyclePoint | None
 
 
@@ -84,14 +99,14 @@ class SafeFrictionBasis:
     not_followed : str
         Why there is no branch from a Hopf point; empty if there is one.
     rounds : tuple of SearchRound
-        Global search: each round below the least μ known before it; the last found nothing below,
-        unless `budget_ended`.
-    unconfirmed : tuple of float
-        μ of motions that stay, of which shooting found no cycle: they may settle very slowly, or be
-        quasi-periodic; they are not in `safe_mu`.
+        Global search: each round below the least μ known before it, from few starts, then from
+        all. A round ends where an attractor is found; what then still moved counts as undecided.
     budget_ended : bool
-        Whether the limit of work ended the search: motions that were not followed to their end, or
-        branches that were not followed.
+        Whether the limit of work ended the search: motions of the last round were not followed to
+        their end, or there were too many rounds.
+    growth_at_any_size : float or None
+        With a linear contact spring (k_nl = 0): the least μ, to 1e-7, at which motions that are
+        large enough grow without bounds, whatever their size; None if there is none.
     proved_offset : float or None
         Proof: vertical displacement from rest, m, below which a Lyapunov function proves that
         motion at the μ of the parameter set decays; None if the equilibrium is not stable there.
@@ -102,8 +117,8 @@ class SafeFrictionBasis:
     branches: tuple[CycleBranch, ...]
     not_followed: str
     rounds: tuple[SearchRound, ...]
-    unconfirmed: tuple[float, ...]
     budget_ended: bool
+    growth_at_any_size: float | None
     proved_offset: float | None
     cpu_s: float
 
@@ -121,10 +136,14 @@ class SafeFriction(Result):
     critical_mu : float or None
         Below it the equilibrium is stable to small disturbances; None if it is at every μ.
     safe_mu : float or None
-        The least μ at which another attractor was found, else the critical μ, else None.
+        The least μ at which another attractor was found, else the critical μ, else None. None, too,
+        where it is not known: see `unknown_above`.
+    unknown_above : float or None
+        The μ up to which at least 19 of 20 motions of the search were decided, where of the whole
+        search fewer were; None if `safe_mu` is known.
     found_by : str or None
         What `safe_mu` rests on: ``"continuation"``, ``"global search"``, or ``"eigenvalues"`` where
-        nothing was found below the critical μ.
+        nothing was found below the critical μ; None without a `safe_mu`.
     others : tuple of OtherAttractor
         The attractors found below the critical μ, by ascending least μ.
     coexisting : tuple of CyclePoint
@@ -140,6 +159,7 @@ class SafeFriction(Result):
     separation: bool
     critical_mu: float | None
     safe_mu: float | None
+    unknown_above: float | None
     found_by: FoundBy | None
     others: tuple[OtherAttractor, ...]
     coexisting: tuple[CyclePoint, ...]
@@ -155,6 +175,27 @@ class SafeFriction(Result):
     def undamped(self) -> bool:
         """Whether there is no damping at all."""
         return self.parameters.c1 == 0.0 and self.parameters.c2 == 0.0
+
+    @property
+    def safe_to(self) -> float:
+        """The μ below which no disturbance was found to lead to vibration."""
+        if self.unknown_above is not None:
+            return self.unknown_above
+        return self.searched_to if self.safe_mu is None else self.safe_mu
+
+    def limit_of(self, continued: float) -> float:
+        """Up to which μ a safe μ that continuation alone gave is confirmed; the greatest μ if all.
+
+        Parameters
+        ----------
+        continued : float
+            The least μ of the branch from the Hopf point, or the critical μ; NaN for neither.
+        """
+        if self.unknown_above is not None:
+            return self.unknown_above
+        if self.safe_mu is None or continued <= (1.0 + _AGREE) * self.safe_mu:
+            return PARAMETERS["mu"].upper
+        return self.safe_mu
 
     def _summary(self) -> list[tuple[str, str]]:
         from .words import basis_rows, safety_words
@@ -179,9 +220,10 @@ def safe_friction(
 
     Three things are done, and the result says which statement rests on which. Continuation follows
     the limit cycles from the Hopf point through folds. A global search follows motions from Sobol
-    starts at 16 values of μ below what is known; those that stay are confirmed by shooting and
+    starts at 16 values of μ below what is known; those that persist are confirmed by shooting and
     followed down in μ. A Lyapunov function proves decay near the equilibrium. What is not proved is
-    a search: an attractor that no start reaches is not found.
+    a search: an attractor that no start reaches is not found, and where a twentieth or more of the
+    motions stay undecided no μ is called safe.
 
     Parameters
     ----------
@@ -220,15 +262,15 @@ def safe_friction(
     search.run()
     point = equilibrium(p, separation=separation)
     region = Attraction(p, point, separation=separation)
-    others = search.others()
-    critical, least = search.critical, next(iter(others), None)
-    found_by: FoundBy | None = "eigenvalues" if critical is not None else None
+    others, unknown_above = search.others(), search.unknown_above
+    safe_mu, found_by = _verdict(search, others) if unknown_above is None else (None, None)
     result = SafeFriction(
         parameters=p,
         separation=separation,
-        critical_mu=critical,
-        safe_mu=critical if least is None else least.mu,
-        found_by=found_by if least is None else least.found_by,
+        critical_mu=search.critical,
+        safe_mu=safe_mu,
+        unknown_above=unknown_above,
+        found_by=found_by,
         others=others,
         coexisting=search.coexisting(),
         searched_to=search.top,
@@ -236,8 +278,8 @@ def safe_friction(
             branches=tuple(search.branches),
             not_followed=search.not_followed,
             rounds=tuple(search.rounds),
-            unconfirmed=tuple(search.unconfirmed),
             budget_ended=search.budget_ended,
+            growth_at_any_size=search.growth_at_any_size,
             proved_offset=region.offset if region.radius > 0.0 else None,
             cpu_s=time.process_time() - begun,
         ),
@@ -245,6 +287,15 @@ def safe_friction(
     if progress is not None:
         progress(1.0)
     return result
+
+
+def _verdict(
+    search: "_Search", others: tuple[OtherAttractor, ...]
+) -> tuple[float | None, FoundBy | None]:
+    # The safe μ and what it rests on.
+    if others:
+        return others[0].mu, others[0].found_by
+    return search.critical, None if search.critical is None else "eigenvalues"
 
 
 class _Search:
@@ -259,9 +310,10 @@ class _Search:
         self.top = self._reach if self.critical is None else self.critical
         self.branches: list[CycleBranch] = []
         self.rounds: list[SearchRound] = []
-        self.not_followed, self.budget_ended = "", False
-        self.unconfirmed: list[float] = []
-        self._found: list[OtherAttractor] = []
+        self.not_followed = ""
+        self.growth_at_any_size: float | None = None
+        self._attractors: list[OtherAttractor] = []
+        self._nothing_dies_out = self._ended_early = False
 
     def run(self) -> None:
         if not self._separation and self._p.k_nl == 0.0:
@@ -269,42 +321,59 @@ class _Search:
             return
         if self._p.c1 == 0.0 and self._p.c2 == 0.0:
             self.not_followed = "there is no damping"
+            self._nothing_dies_out = True
             return
+        if self._p.k_nl == 0.0:
+            self._grow_at_any_size()
         self._from_hopf()
-        self._tell(0.2)
-        for turn in range(_ROUNDS):
-            least = self._least()
-            left = MOST_STEPS - sum(one.steps for one in self.rounds)
-            found = search_round(
-                self._p, least, left, separation=self._separation, progress=self._go_on
-            )
-            self.rounds.append(found)
-            self._tell(0.2 + 0.8 * (turn + 1) / _ROUNDS)
-            self.budget_ended |= bool(found.undecided) or not found.starts
-            if not found.settled and not found.unbounded:
-                return
-            self._examine(found)
-            if not self._least() < least:
-                return
-        self.budget_ended = True
+        self._report(0.2)
+        # A few starts lower μ cheaply where cycles attract many; then all starts are followed.
+        self._lower_from(SCOUTS, 0.2)
+        starts = starts_within_limit(self.rounds[-1])
+        if starts > SCOUTS and not self._ended_early:
+            self._lower_from(starts, 0.4)
+
+    @property
+    def budget_ended(self) -> bool:
+        """Whether motions or branches were not followed to their end."""
+        if not self.rounds:
+            return False
+        last = self.rounds[-1]
+        return self._ended_early or bool(last.undecided) or not last.starts
+
+    @property
+    def unknown_above(self) -> float | None:
+        """The μ above which too few motions were decided to call a μ safe; None if enough were."""
+        if self._nothing_dies_out or self._ended_early:
+            return 0.0
+        if not self.rounds:
+            return None
+        last = self.rounds[-1]
+        if not last.starts:
+            return 0.0
+        if last.undecided < _MOST_UNDECIDED * last.starts:
+            return None
+        most = _MOST_UNDECIDED * last.starts / len(last.levels)
+        first = next(index for index, count in enumerate(last.undecided_at) if count >= most)
+        return last.levels[first - 1] if first else 0.0
 
     def others(self) -> tuple[OtherAttractor, ...]:
         # A branch that begins at the critical μ and rises has its least μ there, to rounding.
         top = math.inf if self.critical is None else (1.0 - _ROUNDING) * self.critical
-        return tuple(sorted((one for one in self._found if one.mu < top), key=lambda one: one.mu))
+        below = (attractor for attractor in self._attractors if attractor.mu < top)
+        return tuple(sorted(below, key=lambda attractor: attractor.mu))
 
     def coexisting(self) -> tuple[CyclePoint, ...]:
-        inside = (each for each in self.branches if each.low <= self._p.mu <= each.high)
-        found: list[CyclePoint] = []
-        for one in sorted(
-            (one for each in inside for one in cycles_at(each, self._p.mu) if one.stable),
-            key=lambda one: one.half_range,
-        ):
-            if not found or not _alike(found[-1].half_range, one.half_range):
-                found.append(one)
-        return tuple(found)
+        mu = self._p.mu
+        around = (curve for curve in self.branches if curve.low <= mu <= curve.high)
+        cycles = [cycle for curve in around for cycle in cycles_at(curve, mu) if cycle.stable]
+        distinct: list[CyclePoint] = []
+        for cycle in sorted(cycles, key=lambda cycle: cycle.half_range):
+            if not distinct or not _alike(distinct[-1].half_range, cycle.half_range):
+                distinct.append(cycle)
+        return tuple(distinct)
 
-    def _tell(self, fraction: float) -> None:
+    def _report(self, fraction: float) -> None:
         self._fraction = fraction
         if not self._go_on(fraction):
             raise Cancelled
@@ -313,7 +382,13 @@ class _Search:
         return self._progress is None or self._progress(self._fraction)
 
     def _least(self) -> float:
-        return min((one.mu for one in self._found), default=self.top)
+        return min((attractor.mu for attractor in self._attractors), default=self.top)
+
+    def _grow_at_any_size(self) -> None:
+        mu = least_mu_of_growth(self._p, self.top)
+        self.growth_at_any_size = mu
+        if mu is not None:
+            self._add_attractor(mu, "unbounded growth")
 
     def _from_hopf(self) -> None:
         if self.critical is None:
@@ -321,7 +396,7 @@ class _Search:
             return
         at = self._p.with_values({"mu": self.critical})
         try:
-            found = branch(
+            curve = branch(
                 at,
                 "mu",
                 low=0.0,
@@ -332,83 +407,95 @@ class _Search:
         except ComputationError as error:
             self.not_followed = str(error)
             return
-        self._add(found, "continuation")
+        self._add_branch(curve, "continuation")
 
-    def _add(self, found: CycleBranch, by: FoundBy) -> None:
-        self.branches.append(found)
-        cycle = least_attracting(found)
+    def _lower_from(self, starts: int, fraction: float) -> None:
+        # Rounds until one finds no attractor; `fraction` of all work is done before, twice after.
+        for turn in range(_MOST_ROUNDS):
+            if not self._lower(starts):
+                return
+            self._report(fraction * (2.0 - 0.5**turn))
+        self._ended_early = True
+
+    def _lower(self, starts: int) -> bool:
+        # A round of the search below the least μ known; whether it found an attractor there.
+        least = self._least()
+        search = Round(self._p, least, starts, separation=self._separation, progress=self._go_on)
+        while self._least() >= least and search.advance():
+            self._examine(search.persisting(_TRIED_AT_A_LEVEL))
+        ended = search.result()
+        self.rounds.append(ended)
+        growing = next(iter(ended.unbounded), None)
+        if growing is not None and growing.mu < self._least():
+            mu = least_growth(self._p, growing, ended, separation=self._separation)
+            self._add_attractor(mu, "unbounded growth")
+        steady = next(iter(ended.settled), None)
+        if steady is not None and steady.mu < self._least():
+            # Shooting found no cycle: the motion is on a torus, or the cycle has a long period.
+            low = _BEYOND * max((mu for mu in ended.levels if mu < steady.mu), default=0.0)
+            mu = least_staying(self._p, steady, low, separation=self._separation)
+            self._add_attractor(mu, "other motion")
+        return self._least() < least
+
+    def _examine(self, motions: list[Survivor]) -> None:
+        # Shooting from motions that persist, until it finds a cycle: its branch leads to lower μ.
+        for motion in motions[:_TRIED]:
+            if self._confirm(motion):
+                return
+
+    def _add_branch(self, curve: CycleBranch, by: FoundBy) -> None:
+        self.branches.append(curve)
+        cycle = least_attracting(curve)
         if cycle is not None:
-            self._found.append(OtherAttractor(cycle.value, by, "limit cycle", cycle))
+            self._attractors.append(OtherAttractor(cycle.value, by, "limit cycle", cycle))
             if any(
                 (event.value, event.period) == (cycle.value, cycle.period)
-                for event in found.events
+                for event in curve.events
                 if event.kind in (EventKind.TORUS, EventKind.PERIOD_DOUBLING)
             ):
-                self._beyond(cycle, min(point.value for point in found.points))
-        for end, point in zip(found.ends, (found.points[0], found.points[-1]), strict=True):
+                self._beyond(cycle, min(point.value for point in curve.points))
+        for end, point in zip(curve.ends, (curve.points[0], curve.points[-1]), strict=True):
             # Beyond an unstable cycle that grows without bounds, motion does.
             if end is End.UNBOUNDED and not point.stable:
-                self._found.append(OtherAttractor(point.value, by, "unbounded growth", None))
+                self._attractors.append(OtherAttractor(point.value, by, "unbounded growth", None))
+
+    def _add_attractor(self, mu: float, kind: AttractorKind) -> None:
+        self._attractors.append(OtherAttractor(mu, "global search", kind, None))
 
     def _beyond(self, cycle: CyclePoint, least: float) -> None:
         # Where a cycle loses its stability to a torus or a cycle of twice its period, motion on
         # these goes on, perhaps to lower μ than that of any cycle of the branch.
-        at = Survivor(cycle.value, cycle.start, cycle.half_range)
-        mu = least_staying(self._p, at, _BEYOND * least, separation=self._separation)
+        motion = Survivor(cycle.value, cycle.start, cycle.half_range)
+        mu = least_staying(self._p, motion, _BEYOND * least, separation=self._separation)
         if mu < cycle.value:
-            self._found.append(OtherAttractor(mu, "global search", "other motion", None))
+            self._add_attractor(mu, "other motion")
 
-    def _examine(self, found: SearchRound) -> None:
-        for mu, here in groupby(found.settled, key=lambda one: one.mu):
-            if mu >= self._least():
-                break
-            known = self._amplitudes(mu)
-            for one in here:
-                if any(_alike(one.half_range, size) for size in known):
-                    continue
-                known.append(one.half_range)
-                if max(len(self.branches), len(self.unconfirmed)) > _MOST_BRANCHES:
-                    self.budget_ended = True
-                    return
-                self._confirm(one)
-        growing = next(iter(found.unbounded), None)
-        if growing is not None and growing.mu < self._least():
-            mu = least_growth(self._p, growing, found, separation=self._separation)
-            self._found.append(OtherAttractor(mu, "global search", "unbounded growth", None))
-
-    def _amplitudes(self, mu: float) -> list[float]:
-        # Half peak-to-peak of the stable cycles known there.
-        inside = (each for each in self.branches if each.low <= mu <= each.high)
-        return [one.half_range for each in inside for one in cycles_at(each, mu) if one.stable]
-
-    def _confirm(self, one: Survivor) -> None:
-        at = self._p.with_values({"mu": one.mu})
+    def _confirm(self, motion: Survivor) -> bool:
+        # Whether shooting finds a stable cycle near a motion.
+        at = self._p.with_values({"mu": motion.mu})
         explorer = Explorer(at, separation=self._separation, go_on=lambda: self._go_on(0.0))
         try:
-            reached = explorer.reach(one.state)
+            reached = explorer.reach(motion.state, most_legs=_MOST_LEGS)
         except ComputationError:
-            self.unconfirmed.append(one.mu)
-            return
+            return False
         if reached.orbit is None:
-            if reached.kind is not Kind.EQUILIBRIUM:
-                self.unconfirmed.append(one.mu)
-            return
-        cycle = (reached.orbit.start, reached.orbit.period)
+            return False
         try:
-            found = branch_through(
+            curve = branch_through(
                 at,
                 "mu",
-                cycle,
+                (reached.orbit.start, reached.orbit.period),
                 (0.0, self._reach),
                 separation=self._separation,
                 progress=self._go_on,
             )
         except ComputationError:
             # A cycle that continuation cannot take up still counts where it is.
-            self._found.append(OtherAttractor(one.mu, "global search", "limit cycle", None))
-            return
-        self._add(found, "global search")
+            self._add_attractor(motion.mu, "limit cycle")
+        else:
+            self._add_branch(curve, "global search")
+        return True
 
 
-def _alike(one: float, other: float) -> bool:
-    return abs(one - other) <= _SAME * max(one, other)
+def _alike(first: float, second: float) -> bool:
+    return abs(first - second) <= _SAME * max(first, second)

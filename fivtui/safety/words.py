@@ -1,10 +1,13 @@
 """The verdict and what it rests on, in words."""
 
 import math
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Final
 
 if TYPE_CHECKING:
     from .verdict import SafeFriction
+
+
+_TOO_SLOW: Final = "motions die out too slowly to be followed in the work allowed"
 
 
 def _mu(value: float) -> str:
@@ -21,15 +24,30 @@ def safety_words(found: "SafeFriction") -> str:
     small = "at every μ" if critical is None else f"below {_mu(critical)}"
     if found.undamped:
         return f"small disturbances do not grow {small}; without damping none dies out"
-    said = f"stable to small disturbances {small}"
+    verdict = f"stable to small disturbances {small}"
     if found.linear:
-        return f"{said}; to large ones as well: the system is linear"
+        return f"{verdict}; to large ones as well: the system is linear"
+    if found.unknown_above is not None:
+        return f"{verdict}; {_unknown(found)}"
+    warning = f" ({_undecided(found)})" if found.basis.rounds[-1].undecided else ""
     if found.others and found.safe_mu is not None:
-        return f"{said}; to all disturbances found below {_mu(found.safe_mu)}"
-    if not any(one.died_out for one in found.basis.rounds):
-        return f"{said}; nothing is known of large ones"
+        return f"{verdict}; to all disturbances found below {_mu(found.safe_mu)}{warning}"
     up_to = "" if critical is not None else f" up to {_mu(found.searched_to)}"
-    return f"{said}; to all disturbances found{up_to} as well"
+    return f"{verdict}; to all disturbances found{up_to} as well{warning}"
+
+
+def _unknown(found: "SafeFriction") -> str:
+    # What is not known of large disturbances, and from where on they are not safe.
+    above = found.unknown_above
+    unknown = f"safe μ is not known above {_mu(above)}" if above else "safe μ is not known"
+    why = _undecided(found) if found.basis.rounds[-1].starts else _TOO_SLOW
+    from_there = f", and is below {_mu(found.others[0].mu)}" if found.others else ""
+    return f"{unknown}{from_there} ({why})"
+
+
+def _undecided(found: "SafeFriction") -> str:
+    last = found.basis.rounds[-1]
+    return f"{last.undecided} of {last.starts} motions stayed undecided"
 
 
 def coexistence_here(found: "SafeFriction") -> str:
@@ -41,7 +59,8 @@ def coexistence_here(found: "SafeFriction") -> str:
         return ""
     p, critical = found.parameters, found.critical_mu
     verb = "coexists" if critical is None or p.mu < critical else "attracts"
-    since = f" from {_mu(found.safe_mu)}" if found.safe_mu is not None else ""
+    least = found.others[0].mu if found.others else critical
+    since = "" if least is None else f" from {_mu(least)}"
     return (
         f"a limit cycle {verb}{since}: half peak-to-peak {found.coexisting[-1].half_range:#.4g} m"
     )
@@ -70,21 +89,28 @@ def _search(found: "SafeFriction") -> str:
     basis = found.basis
     last = basis.rounds[-1]
     if not last.starts:
-        return "none: damping is too small for motions to die out in the work allowed"
+        return f"none: {_TOO_SLOW}"
     levels = f"{len(last.levels)} values of μ from {last.levels[0]:.4g} to {last.levels[-1]:.4g}"
     all_of = "all " if last.died_out == last.starts else f"{last.died_out} of "
-    said = f"{all_of}{last.starts} starts at {levels} die out"
+    text = f"{all_of}{last.starts} starts at {levels} die out"
     if last.undecided:
-        said += f"; the limit of work left {last.undecided} undecided"
-    cycles = [one for one in found.others if one.found_by == "global search"]
+        text += f"; the limit of work left {last.undecided} undecided"
+    searched = [one for one in found.others if one.found_by == "global search"]
+    cycles = [one.mu for one in searched if one.kind == "limit cycle"]
     if cycles:
-        said += f"; limit cycles from {_mu(cycles[0].mu)} were found so, and followed"
-    if basis.unconfirmed:
-        said += (
-            f"; {len(basis.unconfirmed)} motions from {_mu(min(basis.unconfirmed))} on stay, "
-            "but are no cycle"
+        text += f"; limit cycles from {_mu(min(cycles))} were found so, and followed"
+    motions = [one.mu for one in searched if one.kind == "other motion"]
+    if motions:
+        text += f"; from {_mu(min(motions))} on motions stay that are no cycle"
+    growth = [one.mu for one in searched if one.kind == "unbounded growth"]
+    if growth:
+        text += f"; from {_mu(min(growth))} on motions grow without bounds"
+    if basis.growth_at_any_size is not None:
+        text += (
+            ": with a linear contact spring (k_nl = 0) all that are large enough do, and they have "
+            "to be the larger, the nearer μ is to this value"
         )
-    return said
+    return text
 
 
 def _proof(found: "SafeFriction") -> str:

@@ -73,6 +73,24 @@ class Zones:
         inside = sum(bound <= value for bound in self.bounds[1:-1])
         return self.zones[inside]
 
+    def without_safe(self) -> "Zones":
+        """The same, ``SMALL`` where it says ``SAFE``."""
+        return _merged(
+            self.name,
+            self.bounds,
+            [Zone.SMALL if zone is Zone.SAFE else zone for zone in self.zones],
+        )
+
+
+def _merged(name: str, bounds: Sequence[float], zones: Sequence[Zone]) -> Zones:
+    # Neighbours of the same kind as one zone.
+    kept, different = [bounds[0]], [zones[0]]
+    for bound, zone in zip(bounds[1:-1], zones[1:], strict=True):
+        if zone is not different[-1]:
+            kept.append(bound)
+            different.append(zone)
+    return Zones(name, (*kept, bounds[-1]), tuple(different))
+
 
 def linear_zones(
     parameters: Parameters, name: str, low: float, high: float, *, separation: bool = True
@@ -176,18 +194,16 @@ def searched_zones(found: "SafeFriction", low: float, high: float) -> Zones:
     scale = _Judge(found.parameters, "mu", low, high, separation=found.separation)
     if not scale.searched:
         return scale.zones()
-    if not found.others and not any(one.died_out for one in found.basis.rounds):
-        return scale.zones()
-    if found.safe_mu is None:
-        return scale.zones(_Bound(found.searched_to, unknown_above=True))
-    return scale.zones(_Bound(found.safe_mu))
+    squeals = found.others[0].mu if found.others else found.critical_mu
+    return scale.zones(_Bounds(found.safe_to, math.inf if squeals is None else squeals))
 
 
 @dataclass(frozen=True, slots=True)
-class _Bound:
-    # The least μ at which a limit cycle attracts; or up to which there is none, above unknown.
-    value: float
-    unknown_above: bool = False
+class _Bounds:
+    # The μ below which no disturbance was found to lead to vibration, and the least μ at which one
+    # does; nothing is known between them.
+    safe: float
+    squeals: float
 
 
 class _Judge:
@@ -262,12 +278,12 @@ class _Judge:
         return 0.5 * (low + high)
 
     def zones(
-        self, over_mu: _Bound | None = None, safe: tuple[Floats, Floats] | None = None
+        self, over_mu: _Bounds | None = None, safe: tuple[Floats, Floats] | None = None
     ) -> Zones:
         """Zones with what is known of large disturbances: over μ, or safe μ over the values."""
         between: list[float] = []
         if over_mu is not None:
-            between = [over_mu.value]
+            between = [over_mu.safe, over_mu.squeals]
         elif safe is not None:
             values, least = safe
             above = self.p.mu >= least
@@ -285,26 +301,21 @@ class _Judge:
         known_zones = [
             self._zone(zone, at, over_mu, safe) for zone, at in zip(judged, middles, strict=True)
         ]
-        kept, zones = [bounds[0]], known_zones[:1]
-        for bound, zone in zip(bounds[1:-1], known_zones[1:], strict=True):
-            if zone is not zones[-1]:
-                kept.append(bound)
-                zones.append(zone)
-        return Zones(self.name, (*kept, bounds[-1]), tuple(zones))
+        return _merged(self.name, bounds, known_zones)
 
     def _zone(
         self,
         judged: Zone,
         at: float,
-        over_mu: _Bound | None,
+        over_mu: _Bounds | None,
         safe: tuple[Floats, Floats] | None,
     ) -> Zone:
         if judged is not Zone.SMALL:
             return judged
         if over_mu is not None:
-            if at < over_mu.value:
+            if at < over_mu.safe:
                 return Zone.SAFE
-            return Zone.SMALL if over_mu.unknown_above else Zone.KNOCK
+            return Zone.SMALL if at < over_mu.squeals else Zone.KNOCK
         if safe is None:
             return judged
         values, least = safe
@@ -327,9 +338,9 @@ def _approaches(distances: Floats, sorts: Sequence[object]) -> list[int]:
     ]
 
 
-def _least(scale: _Judge) -> _Bound | None:
-    found = float(safe_mus(scale.p, {}, np.array([scale.separation]))[0])
-    return None if math.isnan(found) else _Bound(found)
+def _least(scale: _Judge) -> _Bounds | None:
+    continued = float(safe_mus(scale.p, {}, np.array([scale.separation]))[0])
+    return None if math.isnan(continued) else _Bounds(continued, continued)
 
 
 def _continued(scale: _Judge, progress: Progress | None) -> tuple[Floats, Floats]:

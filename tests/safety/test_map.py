@@ -5,7 +5,15 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from fivtui import Cancelled, InputError, Parameters, branch, safety_map, stability
+from fivtui import (
+    Cancelled,
+    InputError,
+    Parameters,
+    branch,
+    safe_friction,
+    safety_map,
+    stability,
+)
 from fivtui.orbits.basins import escape_offset
 from fivtui.orbits.boundaries.fold_orbits import fold_near, folds_of
 from fivtui.safety.map import SafetyMap
@@ -77,13 +85,11 @@ def test_maps_are_read_back_as_written(regions: SafetyMap, suffix: str, tmp_path
         assert np.array_equal(getattr(back, name), getattr(regions, name), equal_nan=True)
 
 
-def test_figures_say_that_they_rest_on_continuation(
-    over_load: SafetyMap, regions: SafetyMap
-) -> None:
+def test_figures_say_what_they_rest_on(over_load: SafetyMap, regions: SafetyMap) -> None:
     for result in (over_load, regions):
         (axes, *_) = result.figure().axes
-        assert "continuation alone" in axes.get_title()
-    assert "by continuation alone" in repr(over_load)
+        assert "by continuation, and a global search at" in axes.get_title()
+    assert "by continuation, and a global search at 5 points" in repr(over_load)
 
 
 @pytest.mark.parametrize(
@@ -105,9 +111,36 @@ def test_what_cannot_be_mapped_is_refused(
 def test_edges_of_the_model_have_the_critical_friction_or_none() -> None:
     undamped = safety_map(Parameters(c1=0.0, c2=0.0), {"F": [80.0, 90.0], "k1": [90.0, 100.0]})
     assert np.array_equal(undamped.safe_mu, undamped.critical_mu)
+
+
+def test_cycles_that_only_a_global_search_finds_are_in_the_map() -> None:
+    # Off the belt no friction is critical, and continuation has no Hopf point to begin at.
     lifted = safety_map(None, {"F": [-20.0, -10.0], "k3": [0.0, 60.0]})
-    assert np.isnan(lifted.safe_mu).all()
-    assert np.isnan(lifted.regions).tolist() == [[True, False], [True, False]]
+    assert np.isnan(lifted.safe_mu).tolist() == [[True, False], [True, False]]
+    for row, F in enumerate((-20.0, -10.0)):
+        alone = safe_friction(Parameters(F=F)).safe_mu
+        assert lifted.safe_mu[row, 1] == pytest.approx(alone, rel=1e-8)
+    assert lifted.regions[:, 1].tolist() == [1.0, 1.0]
+
+
+def test_where_the_search_contradicts_continuation_safe_friction_is_not_known(
+    tmp_path: Path,
+) -> None:
+    # With a linear contact spring large motions grow without bounds from μ = 0.61 on.
+    over = {"F": [60.0, 80.0], "mu": [0.5, 0.7, 1.1]}
+    result = safety_map(Parameters(k_nl=0.0), over, "coexistence")
+    assert np.isnan(result.safe_mu).all()
+    assert result.unknown.all()
+    assert result.regions[:, 0].tolist() == [0.0, 0.0]
+    assert np.isnan(result.regions[:, 1]).all()
+    assert result.regions[:, 2].tolist() == [2.0, 2.0]
+    assert "not known at 6 points" in repr(result)
+    path = tmp_path / "map.csv"
+    save_study("map", result, path)
+    back = load_study("map", path)
+    assert isinstance(back, SafetyMap)
+    assert back.searched == result.searched
+    assert np.array_equal(back.regions, result.regions, equal_nan=True)
 
 
 @pytest.mark.parametrize("stop", [0.0, 0.05, 0.5])

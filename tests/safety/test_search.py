@@ -4,8 +4,23 @@ import numpy as np
 import pytest
 
 from fivtui import Parameters, simulate
-from fivtui.safety.search import LEVELS, least_growth, search_round
+from fivtui.safety import search
+from fivtui.safety.search import (
+    LEVELS,
+    SCOUTS,
+    STARTS,
+    Round,
+    SearchRound,
+    least_growth,
+    starts_within_limit,
+)
 from fivtui.safety.starts import disturbed
+
+
+def ended(motions: Round) -> SearchRound:
+    while motions.advance():
+        pass
+    return motions.result()
 
 
 def test_starts_are_around_the_equilibrium_in_all_directions() -> None:
@@ -16,27 +31,53 @@ def test_starts_are_around_the_equilibrium_in_all_directions() -> None:
     assert size.max() > 10.0 * np.median(size) > 100.0 * np.sort(size)[5]
 
 
-def test_motions_that_stay_are_told_from_those_that_die_out() -> None:
+def test_motions_that_persist_are_told_from_those_that_die_out() -> None:
     p = Parameters(F=120.0)
-    found = search_round(p, 0.32, 4_000_000, separation=True, progress=None)
-    assert found.died_out + len(found.settled) + found.undecided == found.starts
-    levels = {one.mu for one in found.settled}
-    assert levels == {mu for mu in found.levels if mu > 0.278}
-    one = found.settled[-1]
-    late = simulate(p.with_values({"mu": one.mu}), start=one.state, t_end=50.0)
-    assert late.steady.y_half_range == pytest.approx(one.half_range, rel=1e-3)
+    result = ended(Round(p, 0.32, 32, separation=True))
+    assert result.died_out + len(result.settled) + result.undecided == result.starts
+    levels = {motion.mu for motion in result.settled}
+    assert levels == {mu for mu in result.levels if mu > 0.278}
+    last = result.settled[-1]
+    late = simulate(p.with_values({"mu": last.mu}), start=last.state, t_end=50.0)
+    assert late.steady.y_half_range == pytest.approx(last.half_range, rel=1e-3)
+
+
+def test_motions_that_persist_come_with_the_steadiest_amplitude_first() -> None:
+    motions = Round(Parameters(F=120.0), 0.32, 32, separation=True)
+    assert motions.advance()
+    assert motions.advance()
+    top = motions.result().levels[-1]
+    steadiest, *rest = (motion for motion in motions.persisting(32) if motion.mu == top)
+    assert len(rest) > 3
+    assert [motion for motion in motions.persisting(1) if motion.mu == top] == [steadiest]
+    # The steadiest is the nearest to the cycle, which all reach.
+    while motions.advance():
+        pass
+    cycle = motions.persisting(1)[-1].half_range
+    off = [abs(motion.half_range - cycle) for motion in (steadiest, *rest)]
+    assert off[0] < 0.1 * max(off)
 
 
 def test_growth_without_bounds_is_found_with_the_friction_from_which_it_is() -> None:
     p = Parameters(F=1000.0)
-    found = search_round(p, 3.0, 500_000, separation=True, progress=None)
-    one = found.unbounded[0]
-    mu = least_growth(p, one, found, separation=True)
-    assert 1.0 < mu <= one.mu
+    result = ended(Round(p, 3.0, 8, separation=True))
+    motion = result.unbounded[0]
+    mu = least_growth(p, motion, result, separation=True)
+    assert 1.0 < mu <= motion.mu
 
 
-def test_the_limit_of_steps_ends_motions() -> None:
-    found = search_round(Parameters(m=1e-6), 0.2, 50_000, separation=True, progress=None)
-    assert found.undecided > 0
-    assert found.steps < 500_000
-    assert len(found.levels) == LEVELS
+def test_the_limit_of_steps_ends_motions(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(search, "_MOST_STEPS", 200_000)
+    result = ended(Round(Parameters(c1=0.01, c2=0.01), 0.27, 4, separation=True))
+    assert result.undecided > 0.5 * result.starts
+    assert result.steps < 3 * result.most_steps
+    assert len(result.levels) == len(result.undecided_at) == LEVELS
+
+
+def test_the_number_of_starts_follows_from_what_those_of_scouts_cost() -> None:
+    for p, fewer in ((Parameters(), False), (Parameters(c1=0.03, c2=0.03), True)):
+        scouts = ended(Round(p, 0.27, SCOUTS, separation=True))
+        starts = starts_within_limit(scouts)
+        assert SCOUTS < starts <= STARTS
+        assert (starts < STARTS) is fewer
+        assert scouts.steps * starts / SCOUTS <= scouts.most_steps

@@ -1,6 +1,7 @@
 """Zones over one parameter, against eigenvalues and safe friction at points of their own."""
 
 import math
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -148,3 +149,15 @@ def test_ranges_and_names_are_checked_and_work_is_stopped() -> None:
     with pytest.raises(Cancelled):
         safety_zones(F_120, "F", 0.0, 150.0, progress=lambda _: False)
     assert math.isfinite(least(F_120))
+
+
+def test_what_a_verdict_does_not_know_is_not_safe() -> None:
+    verdict = safe_friction(F_120)
+    (cycle,) = verdict.others
+    unknown = replace(verdict, safe_mu=None, unknown_above=0.1)
+    zones = searched_zones(unknown, 0.0, 1.5)
+    assert zones.zones == (Zone.SAFE, Zone.SMALL, Zone.KNOCK, Zone.SQUEALS)
+    assert zones.bounds[1:3] == (0.1, cycle.mu)
+    nothing = searched_zones(replace(unknown, unknown_above=0.0), 0.0, 1.5)
+    assert nothing.zones == (Zone.SMALL, Zone.KNOCK, Zone.SQUEALS)
+    assert zones.without_safe() == nothing

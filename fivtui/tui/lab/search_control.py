@@ -126,8 +126,8 @@ class SearchController:
         from fivtui.orbits import coexistence_words
         from fivtui.safety import coexistence_here
 
-        if self._found is not None and self._found.coexists and safe.safe_mu is not None:
-            since = f" from μ = {safe.safe_mu:.4g}"
+        if self._found is not None and self._found.coexists and safe.others:
+            since = f" from μ = {safe.others[0].mu:.4g}"
             return replace(known, words=coexistence_words(self._found, since))
         here = coexistence_here(safe)
         return replace(known, words=here, coexists=True) if here else known

@@ -88,7 +88,12 @@ def _attracting(known: Coexisting) -> str:
 
 
 def _safe(known: Coexisting | None) -> str:
-    if known is None or known.safe is None or known.safe.safe_mu is None:
+    if known is None or known.safe is None:
+        return ""
+    if known.safe.unknown_above is not None:
+        above = known.safe.unknown_above
+        return f" · safe μ not known{f' above {above:.4g}' if above else ''}"
+    if known.safe.safe_mu is None:
         return ""
     if not known.safe.others:
         return " · no cycle found below it"

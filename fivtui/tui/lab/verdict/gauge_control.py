@@ -9,7 +9,7 @@ from textual.screen import Screen
 
 from fivtui.equilibrium import Stability, scan_top
 from fivtui.model import ALL_PARAMETERS, ComputationError, InputError, Parameters
-from fivtui.safety import Zones, linear_zones, searched_zones
+from fivtui.safety import Zone, Zones, linear_zones, searched_zones
 from fivtui.tui.session import FIELDS, Coexisting, Job, Session, outcome_of
 
 from .gauge import Gauge, round_span
@@ -96,6 +96,10 @@ class GaugeController:
             zones = linear_zones(
                 key.parameters, key.name, key.low, key.high, separation=key.separation
             )
+        refuted = coexisting.safe is not None and found.parameters.mu > coexisting.safe.safe_to
+        if refuted and name != _MU and zones.at(value) is Zone.SAFE:
+            # The search contradicts continuation here, so nowhere is that alone to be relied on.
+            zones = zones.without_safe()
         field = FIELDS[name]
         unit = f" ({field.unit})" if field.unit else ""
         text, basis = self._session.texts[name].strip(), _basis(found, searched is not None)

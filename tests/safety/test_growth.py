@@ -1,0 +1,62 @@
+"""Growth of large motions with a linear contact spring, against motions of many sizes."""
+
+import pytest
+
+from fivtui import ComputationError, Parameters, safe_friction, simulate
+from fivtui.safety.growth import least_mu_of_growth
+from fivtui.safety.words import basis_rows, safety_words
+
+# A linear contact spring, whose motions once were said to follow limit cycles.
+SCATTERED = Parameters(
+    m=6.315485202075405,
+    k1=77.2186022588098,
+    k2=53.987383566936074,
+    k3=121.66370369126169,
+    c1=0.6101295552948368,
+    c2=1.2953091522818798,
+    F=21.804007433558215,
+    k_nl=0.0,
+    mu=0.8,
+)
+
+
+def late_range(p: Parameters, size: float) -> float:
+    """Half peak-to-peak late in a motion over its first size; infinite if numbers overflow."""
+    try:
+        return simulate(p, start=(0.0, 0.0, size, 0.0), t_end=2000.0).steady.y_half_range / size
+    except ComputationError:
+        return float("inf")
+
+
+@pytest.mark.parametrize("p", [Parameters(k_nl=0.0), SCATTERED])
+def test_below_the_friction_of_growth_no_motion_grows_and_above_it_large_ones_do(
+    p: Parameters,
+) -> None:
+    mu = least_mu_of_growth(p, 1.5)
+    assert mu is not None
+    for size in (1e3, 1e6, 1e9):
+        assert late_range(p.with_values({"mu": 0.99 * mu}), size) < 1.0
+    assert late_range(p.with_values({"mu": 1.01 * mu}), 1e9) > 1.0
+
+
+def test_growth_depends_neither_on_the_preload_nor_on_the_range_searched() -> None:
+    p = Parameters(k_nl=0.0)
+    values = [
+        least_mu_of_growth(p.with_values({"F": F}), top) for F, top in ((80.0, 1.5), (5.0, 1.0))
+    ]
+    assert values[0] == pytest.approx(values[1], rel=1e-6)
+    assert least_mu_of_growth(p, 0.5) is None
+
+
+def test_the_verdict_says_that_growth_is_of_large_motions_and_follows_no_cycle() -> None:
+    verdict = safe_friction(SCATTERED)
+    mu = least_mu_of_growth(SCATTERED, verdict.searched_to)
+    assert verdict.safe_mu == verdict.basis.growth_at_any_size == mu
+    assert mu == pytest.approx(0.76805, abs=1e-5)
+    (attractor,) = verdict.others
+    assert attractor.kind == "unbounded growth"
+    search = dict(basis_rows(verdict))["global search"]
+    assert "limit cycle" not in search
+    assert "from μ = 0.768 on motions grow without bounds" in search
+    assert "k_nl = 0" in search
+    assert safety_words(verdict).endswith("to all disturbances found below μ = 0.768")
