@@ -45,6 +45,7 @@ _FLAGS: Final = [
 _OF_ONE_RUN: Final = ("single", "belt", "vary", "orbit")
 _OF_LANES: Final = ("lanes", "belt_lanes")
 _GLIBC: Final = "2.17"
+_MACOS: Final = "11.0"
 _TIMEOUT_S: Final = 600.0
 
 
@@ -122,6 +123,9 @@ def _compilers() -> list[tuple[str, list[str]]]:
         zig = [sys.executable, "-m", "ziglang", "cc"]
         if sys.platform == "linux" and platform.libc_ver()[0] == "glibc":
             zig += ["-target", f"{platform.machine()}-linux-gnu.{_GLIBC}"]
+        elif sys.platform == "darwin":
+            processor = platform.machine().replace("arm64", "aarch64")
+            zig += ["-target", f"{processor}-macos.{_MACOS}"]
         found.append(("ziglang", zig))
     cc = shlex.split(os.environ.get("CC", "cc"))
     if shutil.which(cc[0]) is not None:
@@ -225,6 +229,9 @@ def _compile(
             library = scratch / target.name
             linked = [f"{folder}/{part}.o" for part in parts]
             libraries = [] if sys.platform == "win32" else ["-lm"]
+            if target.suffix == ".dylib":
+                # Else its name is that of the temporary folder.
+                libraries.append(f"-Wl,-install_name,@rpath/{target.name}")
             run("-shared", "-s", *linked, "-o", str(library), *libraries)
             # A library in use is replaced, not overwritten.
             new = target.with_name(f"{target.name}.{os.getpid()}")

@@ -1,8 +1,8 @@
 """Folders to extract FMUs to, reused and with plain paths that every FMU can handle.
 
-A library that a process has loaded may stay in memory after it was closed; that of a Python FMU
-always does. Loaded again from a file of the same name it takes no more room, so an FMU is extracted
-to the same folder as before, unless another run in this process uses it.
+A library that a process has loaded may stay in memory after it was closed. Loaded again from a file
+of the same name it takes no more room, so an FMU is extracted to the same folder as before, unless
+another run in this process uses it.
 """
 
 import hashlib

@@ -19,6 +19,7 @@ from fivtui.transient import Recorder, Request, segment_between
 
 from .instance import Messages
 
+MAX_STEPS: Final = 20_000_000
 # Longest interval of interpolation, in √(m/tangent stiffness).
 _RESOLUTION: Final = 0.06
 _STATES: Final = ("x", "vx", "y", "vy")
@@ -91,10 +92,14 @@ class Slave:
     def step(self, t: float, target: float) -> Point:
         """Take a communication step from `t` to `target`, s.
 
-        Raises `ComputationError`, with the FMU's log, if it fails.
+        Raises `ComputationError`, with the FMU's log, if it fails, or after `MAX_STEPS`.
         """
         from fmpy.fmi1 import FMICallException
 
+        if self.steps == MAX_STEPS:
+            raise ComputationError(
+                f"more than {MAX_STEPS} communication steps are needed", "use a shorter horizon"
+            )
         self.steps += 1
         self._before_step()
         try:

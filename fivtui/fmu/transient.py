@@ -25,11 +25,10 @@ from fivtui.transient import (
 )
 
 from .instance import extracted, instantiated, interrupts_deferred
-from .master import Master, Point, Slave
+from .master import MAX_STEPS, Master, Point, Slave
 
 # Default communication step in √(m/stiffness).
 _STEP: Final = 0.05
-_MAX_STEPS: Final = 20_000_000
 _PROGRESS_EVERY: Final = 128
 # Samples per call of `on_samples`.
 _PART: Final = 256
@@ -84,7 +83,7 @@ def integrate_fmu(
         If `progress` returned False.
     """
     step = request.step or _STEP * time_scale(request.parameters)
-    if request.t_end / step > _MAX_STEPS:
+    if request.t_end / step > MAX_STEPS:
         raise ComputationError(
             f"{request.t_end / step:.3g} communication steps of {step:g} s are needed",
             "use a larger step or a shorter horizon",

@@ -157,7 +157,7 @@ INLINE void add_sliding_term(Slide *s, int n, int cubic, Friction of)
     if (cubic && n > 1)
         own = pair_fma_by(s->own, y, bent_sums(s, n));
     V p = X_OF(own);
-    if (n == 1)
+    if (n == 1 && of == FALLING)
         s->more = s->fall * p;
     s->bent[n] = pair_of(Y_OF(own), y * s->minus_d);
     s->driven[n] = pair_of(p, X_OF(s->w[n - 1]));

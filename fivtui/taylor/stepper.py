@@ -30,7 +30,7 @@ from .series import coefficient_function, constants, right_hand_side, state_func
 DEFAULT_TOL: Final = 1e-12
 TOL_RANGE: Final = (1e-13, 1e-2)
 # Local tolerance over `tol`: local errors add up along the run.
-_LOCAL_TOLERANCE: Final = 1e-3
+_LOCAL_TOLERANCE: Final = 3e-3
 
 MIN_TOLERANCE: Final = 1e-16
 MAX_TOLERANCE: Final = 1e-2

@@ -9,16 +9,7 @@ from typing import Final, NamedTuple
 
 from fmu_src.slave import Role, VariableTable
 
-_PYTHON: Final = """\
-<p>The FMU needs Python 3.11 or newer in the process that loads it. On Linux a process never unloads
-the wrapper's library: for thousands of runs in one process extract the FMU once and load it from
-that folder.</p>
-"""
-_FOLDER: Final = """\
-<p>The path to which it is extracted may hold ASCII letters, digits, _ . - ~ and spaces; any other
-character crashes the wrapper.</p>
-"""
-_RULES: Final = f"""\
+_RULES: Final = """\
 <h2>Rules</h2>
 <p>Inputs are held from one communication point to the next (input derivatives cannot be given).
 Results do not depend on the communication step.</p>
@@ -26,7 +17,10 @@ Results do not depend on the communication step.</p>
 logged, also on standard error, and changes nothing; the next step then returns fmi2Discard. Outputs
 are NaN where the initialization was refused. A tolerance out of range is replaced by the nearest
 possible one, with a warning.</p>
-{_PYTHON}{_FOLDER}"""
+<p>The FMU needs Python 3.11 or newer in the process that loads it. The path to which it is
+extracted may hold ASCII letters, digits, _ . - ~ and spaces; any other character crashes the
+wrapper.</p>
+"""
 NATIVE_RULES: Final = """\
 <h2>Rules</h2>
 <p>Co-simulation: inputs are held from one communication point to the next, or follow the first

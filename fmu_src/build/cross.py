@@ -6,12 +6,14 @@ import sys
 import tempfile
 from collections.abc import Mapping, Sequence
 from importlib.util import find_spec
+from operator import methodcaller
 from pathlib import Path
 from typing import Final, NamedTuple
 
+from fivtui.io import write_atomically
 from fivtui.model import ComputationError, InputError
 
-from .native_text import FLAGS, STEPPING_UNIT, sources
+from .native_text import FLAGS, STEPPING_UNIT, build_name, name_options, sources
 
 _TIMEOUT_S: Final = 600.0
 
@@ -32,12 +34,12 @@ class Platform(NamedTuple):
 TARGETS: Final[Mapping[str, Platform]] = {
     "linux64": Platform("x86_64-linux-gnu.2.17", ".so", ("linux64", "x86_64-linux")),
     "win64": Platform("x86_64-windows-gnu", ".dll", ("win64", "x86_64-windows")),
-    "darwin64": Platform("x86_64-macos", ".dylib", ("darwin64", "x86_64-darwin")),
+    "darwin64": Platform("x86_64-macos.11.0", ".dylib", ("darwin64", "x86_64-darwin")),
     "aarch64-linux": Platform(
         "aarch64-linux-gnu.2.17", ".so", ("aarch64-linux", "aarch64-linux"), "linux64"
     ),
     "aarch64-darwin": Platform(
-        "aarch64-macos", ".dylib", ("aarch64-darwin", "aarch64-darwin"), "darwin64"
+        "aarch64-macos.11.0", ".dylib", ("aarch64-darwin", "aarch64-darwin"), "darwin64"
     ),
     "aarch64-windows": Platform(
         "aarch64-windows-gnu", ".dll", ("aarch64-windows", "aarch64-windows"), "win64"
@@ -63,33 +65,61 @@ def compiled_for(model: str, platform: str) -> bytes:
     target = TARGETS[platform]
     with tempfile.TemporaryDirectory(prefix="fivtui-build-") as name:
         folder = Path(name)
-        for file, text in sources(model).items():
-            (folder / file).write_text(text, encoding="utf-8")
+        texts = _text_folder(model, folder)
         headers = Path(str(fmpy_file)).parent / "c-code"
         flags = [flag for flag in FLAGS if (flag, target.suffix) != ("-fPIC", ".dll")]
-        given = ["-target", target.triple, *flags, f"-I{folder}", f"-I{headers}"]
-        units = [str(path) for path in folder.glob("*.c") if path.stem != STEPPING_UNIT]
-        if (folder / f"{STEPPING_UNIT}.c").is_file():
+        given = ["-target", target.triple, *flags, "-I.", f"-I{headers}"]
+        units = [path.name for path in texts.glob("*.c") if path.stem != STEPPING_UNIT]
+        if (texts / f"{STEPPING_UNIT}.c").is_file():
             steppings = _X86 if target.triple.startswith("x86_64") else _ARM
             for variant, options in steppings.items():
                 units.append(str(folder / f"{variant}.o"))
                 chosen = [*options, f"-DVARIANT={variant}", "-c", "-o", units[-1]]
-                _run(folder, *given, *chosen, str(folder / f"{STEPPING_UNIT}.c"))
+                _run(texts, *given, *chosen, f"{STEPPING_UNIT}.c")
             given += ["-DWITH_AVX2"] if "avx2" in steppings else []
         library = folder / f"{model}{target.suffix}"
-        _run(folder, *given, "-O2", "-shared", "-s", *sorted(units), "-o", str(library))
+        given += ["-O2", "-shared", "-s", *name_options(library.name)]
+        _run(texts, *given, *sorted(units), "-o", str(library))
         return library.read_bytes()
 
 
+def _text_folder(model: str, scratch: Path) -> Path:
+    """The folder of a model's text in C: beside what ziglang keeps, else in `scratch`.
+
+    Only for files of the same path ziglang finds what it compiled before.
+    """
+    folder = (_cache_folder() or scratch) / "fivtui" / build_name() / model
+    folder.mkdir(parents=True, exist_ok=True)
+    for name, text in sources(model).items():
+        file, content = folder / name, text.encode()
+        if not file.is_file() or file.read_bytes() != content:
+            write_atomically(file, methodcaller("write", content), force=True)
+    return folder
+
+
+def _cache_folder() -> Path | None:
+    """Where ziglang keeps compiled files between builds; None if it cannot write there."""
+    local = os.environ.get("LOCALAPPDATA") if os.name == "nt" else None
+    usual = os.environ.get("XDG_CACHE_HOME") or local or Path.home() / ".cache"
+    folder = Path(os.environ.get("ZIG_GLOBAL_CACHE_DIR") or Path(usual, "zig")).absolute()
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+    except OSError:
+        return None
+    return folder if os.access(folder, os.W_OK) else None
+
+
 def _run(folder: Path, *arguments: str) -> None:
-    # Nothing is left behind, unless a cache is asked for.
-    environment = dict(os.environ)
-    for cache in ("GLOBAL", "LOCAL"):
-        environment.setdefault(f"ZIG_{cache}_CACHE_DIR", str(folder))
+    cache = str(_cache_folder() or folder)
     try:
         subprocess.run(  # noqa: S603, a compiler
             [sys.executable, "-m", "ziglang", "cc", *arguments],
-            env=environment,
+            cwd=folder,
+            env={
+                "ZIG_LOCAL_CACHE_DIR": cache,
+                **os.environ,
+                "ZIG_GLOBAL_CACHE_DIR": cache,
+            },
             check=True,
             capture_output=True,
             text=True,

@@ -71,6 +71,11 @@ def generated() -> dict[str, str]:
     return {**tables, "build.h": head + "".join(lines)}
 
 
+def name_options(library: str) -> list[str]:
+    """Linker options that name a library for macOS without the folder in which it is built."""
+    return [f"-Wl,-install_name,@rpath/{library}"] if library.endswith(".dylib") else []
+
+
 def build_name() -> str:
     """32 letters that name the text: binaries and saved states of another one are refused."""
     content = "\0".join(f"{name}\0{text}" for name, text in _sources().items())

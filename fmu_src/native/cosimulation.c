@@ -34,7 +34,7 @@ static const char *extrapolate(Instance *i, double h, double *ends)
         if (v->role != INPUT)
             continue;
         ends[r] = gone_on(v, ends[r], i->s.slopes[r] * h);
-        if (!(ends[r] >= v->lower && ends[r] <= v->upper))
+        if (!(isfinite(ends[r]) && ends[r] >= v->lower && ends[r] <= v->upper))
             return because(i, "%s = %g at the end of the step: must be %s", v->name, ends[r],
                            v->allowed);
         const char *why = COMPONENT.fits ? COMPONENT.fits(i, r, ends[r]) : NULL;
@@ -118,7 +118,8 @@ fmi2Status fmi2SetRealInputDerivatives(fmi2Component c, const fmi2ValueReference
                                        const fmi2Integer order[], const fmi2Real value[])
 {
     Instance *i = c;
-    ALLOWED("set_real_input_derivatives", fmi2CoSimulation, IN(INITIALIZATION) | IN(STEPPING));
+    ALLOWED("set_real_input_derivatives", fmi2CoSimulation,
+            IN(INSTANTIATED) | IN(INITIALIZATION) | IN(STEPPING));
     if (count > 0 && (!r || !order || !value))
         return refuse(i, fmi2Error, "value references, orders and values must be given");
     for (size_t n = 0; n < count; n++) {
@@ -154,47 +155,46 @@ fmi2Status fmi2CancelStep(fmi2Component c)
     return i ? refuse(i, fmi2Error, "cancel_step: steps are not asynchronous") : fmi2Error;
 }
 
-static fmi2Status no_status(fmi2Component c)
+static fmi2Status check_status(Instance *c, int exists)
 {
-    Instance *i = c;
-    ALLOWED("get_status", fmi2CoSimulation, IN(STEPPING) | IN(TERMINATED));
-    return refuse(i, fmi2Discard, "get_status: there is no such status");
+    ALLOWED("get_status", fmi2CoSimulation, IN(STEPPING));
+    return exists ? fmi2OK : refuse(c, fmi2Discard, "get_status: there is no such status");
 }
 
 fmi2Status fmi2GetStatus(fmi2Component c, const fmi2StatusKind kind, fmi2Status *value)
 {
     Instance *i = c;
-    if (!i || !value || kind != fmi2DoStepStatus)
-        return no_status(c);
-    *value = i->s.last_step;
-    return fmi2OK;
+    const fmi2Status status = check_status(i, value && kind == fmi2DoStepStatus);
+    if (status == fmi2OK)
+        *value = i->s.last_step;
+    return status;
 }
 
 fmi2Status fmi2GetRealStatus(fmi2Component c, const fmi2StatusKind kind, fmi2Real *value)
 {
     Instance *i = c;
-    if (!i || !value || kind != fmi2LastSuccessfulTime)
-        return no_status(c);
-    *value = i->s.t;
-    return fmi2OK;
+    const fmi2Status status = check_status(i, value && kind == fmi2LastSuccessfulTime);
+    if (status == fmi2OK)
+        *value = i->s.t;
+    return status;
 }
 
 fmi2Status fmi2GetBooleanStatus(fmi2Component c, const fmi2StatusKind kind, fmi2Boolean *value)
 {
-    if (!c || !value || kind != fmi2Terminated)
-        return no_status(c);
-    *value = fmi2False;
-    return fmi2OK;
+    const fmi2Status status = check_status(c, value && kind == fmi2Terminated);
+    if (status == fmi2OK)
+        *value = fmi2False;
+    return status;
 }
 
 fmi2Status fmi2GetIntegerStatus(fmi2Component c, const fmi2StatusKind kind, fmi2Integer *value)
 {
     (void)kind, (void)value;
-    return no_status(c);
+    return check_status(c, 0);
 }
 
 fmi2Status fmi2GetStringStatus(fmi2Component c, const fmi2StatusKind kind, fmi2String *value)
 {
     (void)kind, (void)value;
-    return no_status(c);
+    return check_status(c, 0);
 }

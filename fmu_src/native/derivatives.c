@@ -6,8 +6,6 @@
 
 #include "instance.h"
 
-#define READABLE (IN(INITIALIZATION) | IN(STEPPING) | IN(EVENTS) | IN(CONTINUOUS) | IN(TERMINATED))
-
 static int is_known(const Instance *i, uint32_t reference)
 {
     if (reference >= COMPONENT.variable_count || COMPONENT.variables[reference].kind != REAL)
@@ -26,40 +24,95 @@ static int is_unknown(uint32_t reference)
            && !is_settable(COMPONENT.variables + reference);
 }
 
-fmi2Status fmi2GetDirectionalDerivative(fmi2Component c, const fmi2ValueReference unknowns[],
-                                        size_t unknown_count, const fmi2ValueReference knowns[],
-                                        size_t known_count, const fmi2Real given[],
-                                        fmi2Real result[])
+/* Refuse references without derivatives, and bring outputs up to date. */
+static fmi2Status prepare(Instance *i, const fmi2ValueReference unknowns[], size_t unknown_count,
+                          const fmi2ValueReference knowns[], size_t known_count)
 {
-    Instance *i = c;
-    double changes[MOST_VARIABLES] = {0.0};
-    ALLOWED("get_directional_derivative", EITHER, READABLE);
-    if ((unknown_count > 0 && (!unknowns || !result)) || (known_count > 0 && (!knowns || !given)))
-        return refuse(i, fmi2Error, "value references and values must be given");
-    const int initial = i->s.phase == INITIALIZATION;
     for (size_t n = 0; n < unknown_count; n++)
         if (!is_unknown(unknowns[n]))
             return refuse(i, fmi2Error,
                           "value reference %u: must be that of an output or derivative",
                           unknowns[n]);
-    for (size_t n = 0; n < known_count; n++) {
+    for (size_t n = 0; n < known_count; n++)
         if (!is_known(i, knowns[n]))
             return refuse(i, fmi2Error, "value reference %u: must be that of %s", knowns[n],
-                          initial ? "an input or Real parameter"
-                                  : "an input, state or Real parameter");
-        changes[knowns[n]] += given[n];
-    }
-    fmi2Status status = ready(i);
-    if (status != fmi2OK)
-        return status;
-    if (initial)
+                          i->s.phase == INITIALIZATION ? "an input or Real parameter"
+                                                       : "an input, state or Real parameter");
+    return ready(i);
+}
+
+static fmi2Status check_seeds(Instance *i, const fmi2ValueReference r[], size_t count,
+                              const fmi2Real seeds[])
+{
+    for (size_t n = 0; n < count; n++)
+        if (!isfinite(seeds[n]))
+            return refuse(i, fmi2Discard, "seed of %s = %s: must be a finite number",
+                          COMPONENT.variables[r[n]].name, number(seeds[n]).text);
+    return fmi2OK;
+}
+
+/* Complete the changes of knowns by those of all other variables. */
+static void propagate(const Instance *i, double *changes)
+{
+    if (i->s.phase == INITIALIZATION)
         COMPONENT.differentiate_start(i, changes);
     COMPONENT.differentiate(i, changes);
-    for (size_t n = 0; n < unknown_count; n++)
-        if (!isfinite(changes[unknowns[n]]))
-            return refuse(i, fmi2Discard, "the derivative of %s is no finite number",
-                          COMPONENT.variables[unknowns[n]].name);
-    for (size_t n = 0; n < unknown_count; n++)
+}
+
+static fmi2Status check_derivative(Instance *i, fmi2ValueReference r, double value)
+{
+    if (isfinite(value))
+        return fmi2OK;
+    return refuse(i, fmi2Discard, "the derivative of %s is no finite number",
+                  COMPONENT.variables[r].name);
+}
+
+fmi2Status fmi2GetDirectionalDerivative(fmi2Component c, const fmi2ValueReference unknowns[],
+                                        size_t unknown_count, const fmi2ValueReference knowns[],
+                                        size_t known_count, const fmi2Real seeds[],
+                                        fmi2Real result[])
+{
+    Instance *i = c;
+    double changes[MOST_VARIABLES] = {0.0};
+    ALLOWED("get_directional_derivative", EITHER, COMPUTED);
+    if ((unknown_count > 0 && (!unknowns || !result)) || (known_count > 0 && (!knowns || !seeds)))
+        return refuse(i, fmi2Error, "value references and values must be given");
+    fmi2Status status = prepare(i, unknowns, unknown_count, knowns, known_count);
+    status = status == fmi2OK ? check_seeds(i, knowns, known_count, seeds) : status;
+    if (status != fmi2OK)
+        return status;
+    for (size_t n = 0; n < known_count; n++)
+        changes[knowns[n]] += seeds[n];
+    propagate(i, changes);
+    for (size_t n = 0; n < unknown_count && status == fmi2OK; n++)
+        status = check_derivative(i, unknowns[n], changes[unknowns[n]]);
+    for (size_t n = 0; n < unknown_count && status == fmi2OK; n++)
         result[n] = changes[unknowns[n]];
-    return fmi2OK;
+    return status;
+}
+
+fmi2Status get_adjoint_derivative(Instance *c, const fmi2ValueReference unknowns[],
+                                  size_t unknown_count, const fmi2ValueReference knowns[],
+                                  size_t known_count, const fmi2Real seeds[], fmi2Real result[])
+{
+    Instance *i = c;
+    double sums[MOST_VARIABLES];
+    ALLOWED("get_adjoint_derivative", EITHER, COMPUTED);
+    if ((unknown_count > 0 && (!unknowns || !seeds)) || (known_count > 0 && (!knowns || !result)))
+        return refuse(i, fmi2Error, "value references and values must be given");
+    fmi2Status status = prepare(i, unknowns, unknown_count, knowns, known_count);
+    status = status == fmi2OK ? check_seeds(i, unknowns, unknown_count, seeds) : status;
+    for (size_t k = 0; k < known_count && status == fmi2OK; k++) {
+        double changes[MOST_VARIABLES] = {0.0}, sum = 0.0;
+        changes[knowns[k]] = 1.0;
+        propagate(i, changes);
+        for (size_t n = 0; n < unknown_count && status == fmi2OK; n++) {
+            sum += seeds[n] * changes[unknowns[n]];
+            status = check_derivative(i, unknowns[n], sum);
+        }
+        sums[knowns[k]] = sum;
+    }
+    for (size_t k = 0; k < known_count && status == fmi2OK; k++)
+        result[k] = sums[knowns[k]];
+    return status;
 }

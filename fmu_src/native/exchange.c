@@ -6,7 +6,6 @@
 #include "instance.h"
 
 #define UNDER_WAY (IN(EVENTS) | IN(CONTINUOUS))
-#define READABLE (IN(INITIALIZATION) | UNDER_WAY | IN(TERMINATED))
 
 fmi2Status fmi2EnterEventMode(fmi2Component c)
 {
@@ -69,7 +68,7 @@ static fmi2Status check_count(Instance *i, const void *place, size_t count, uint
 fmi2Status fmi2SetContinuousStates(fmi2Component c, const fmi2Real x[], size_t count)
 {
     Instance *i = c;
-    ALLOWED("set_continuous_states", fmi2ModelExchange, UNDER_WAY);
+    ALLOWED("set_continuous_states", fmi2ModelExchange, IN(CONTINUOUS));
     fmi2Status status = check_count(i, x, count, COMPONENT.state_count);
     for (size_t n = 0; n < count && status == fmi2OK; n++)
         if (!isfinite(x[n]))
@@ -85,7 +84,7 @@ fmi2Status fmi2SetContinuousStates(fmi2Component c, const fmi2Real x[], size_t c
 fmi2Status fmi2GetContinuousStates(fmi2Component c, fmi2Real x[], size_t count)
 {
     Instance *i = c;
-    ALLOWED("get_continuous_states", fmi2ModelExchange, READABLE);
+    ALLOWED("get_continuous_states", fmi2ModelExchange, COMPUTED);
     fmi2Status status = check_count(i, x, count, COMPONENT.state_count);
     status = status == fmi2OK ? ready(i) : status;
     if (status == fmi2OK)
@@ -96,7 +95,7 @@ fmi2Status fmi2GetContinuousStates(fmi2Component c, fmi2Real x[], size_t count)
 fmi2Status fmi2GetNominalsOfContinuousStates(fmi2Component c, fmi2Real x[], size_t count)
 {
     Instance *i = c;
-    ALLOWED("get_nominals_of_continuous_states", fmi2ModelExchange, IN(INSTANTIATED) | READABLE);
+    ALLOWED("get_nominals_of_continuous_states", fmi2ModelExchange, IN(INSTANTIATED) | COMPUTED);
     fmi2Status status = check_count(i, x, count, COMPONENT.state_count);
     for (size_t n = 0; n < count && status == fmi2OK; n++)
         x[n] = COMPONENT.variables[COMPONENT.states[n]].nominal;
@@ -106,25 +105,31 @@ fmi2Status fmi2GetNominalsOfContinuousStates(fmi2Component c, fmi2Real x[], size
 fmi2Status fmi2GetDerivatives(fmi2Component c, fmi2Real derivatives[], size_t count)
 {
     Instance *i = c;
-    ALLOWED("get_derivatives", fmi2ModelExchange, READABLE);
+    ALLOWED("get_derivatives", fmi2ModelExchange, COMPUTED);
     fmi2Status status = check_count(i, derivatives, count, COMPONENT.state_count);
     status = status == fmi2OK ? ready(i) : status;
     for (size_t n = 0; n < count && status == fmi2OK; n++) {
-        derivatives[n] = i->s.values[COMPONENT.derivatives[n]];
-        if (!isfinite(derivatives[n]))
-            status = refuse(i, fmi2Discard, "%s grows beyond the floating-point range",
-                            COMPONENT.variables[COMPONENT.derivatives[n]].name);
+        const uint32_t r = COMPONENT.derivatives[n];
+        derivatives[n] = i->s.values[r];
+        status = check_finite(i, COMPONENT.variables[r].name, derivatives[n]);
     }
+    return status;
+}
+
+fmi2Status compute_indicators(Instance *i, double *indicators)
+{
+    fmi2Status status = ready(i);
+    if (status == fmi2OK)
+        COMPONENT.indicate(i, indicators);
+    for (size_t n = 0; n < COMPONENT.indicator_count && status == fmi2OK; n++)
+        status = check_finite(i, "an event indicator", indicators[n]);
     return status;
 }
 
 fmi2Status fmi2GetEventIndicators(fmi2Component c, fmi2Real indicators[], size_t count)
 {
     Instance *i = c;
-    ALLOWED("get_event_indicators", fmi2ModelExchange, READABLE);
-    fmi2Status status = check_count(i, indicators, count, COMPONENT.indicator_count);
-    status = status == fmi2OK ? ready(i) : status;
-    if (status == fmi2OK)
-        COMPONENT.indicate(i, indicators);
-    return status;
+    ALLOWED("get_event_indicators", fmi2ModelExchange, COMPUTED);
+    const fmi2Status status = check_count(i, indicators, count, COMPONENT.indicator_count);
+    return status == fmi2OK ? compute_indicators(i, indicators) : status;
 }

@@ -100,9 +100,9 @@ fmi3Status fmi3ExitInitializationMode(fmi3Instance c)
 fmi3Status fmi3EnterEventMode(fmi3Instance c)
 {
     Instance *i = c;
-    if (!i || i->type == fmi2ModelExchange)
+    ALLOWED3("enter_event_mode", EITHER, IN(STEPPING) | IN(CONTINUOUS));
+    if (i->type == fmi2ModelExchange)
         return (fmi3Status)fmi2EnterEventMode(c);
-    ALLOWED3("enter_event_mode", EITHER, IN(STEPPING));
     if (!i->uses_events)
         return (fmi3Status)refuse(i, fmi2Error, "enter_event_mode: it is not used");
     i->s.phase = EVENTS, i->s.is_pending = i->s.published = 0, i->s.free_until = -INFINITY;
@@ -136,7 +136,7 @@ fmi3Status fmi3UpdateDiscreteStates(fmi3Instance c, fmi3Boolean *more, fmi3Boole
 fmi3Status fmi3EvaluateDiscreteStates(fmi3Instance c)
 {
     Instance *i = c;
-    ALLOWED3("evaluate_discrete_states", EITHER, IN(INITIALIZATION) | IN(EVENTS));
+    ALLOWED3("evaluate_discrete_states", EITHER, IN(EVENTS));
     return fmi3OK;
 }
 

@@ -23,16 +23,15 @@ fmi3Status fmi3GetFloat64(fmi3Instance c, const fmi3ValueReference r[], size_t c
 {
     Instance *i = c;
     fmi3Status status = check_counts(i, count, value_count);
+    status = status == fmi3OK ? (fmi3Status)check_reading(i) : status;
     for (size_t n = 0; n < count && r && values && status == fmi3OK; n++) {
         if (r[n] == TIME) {
             values[n] = i->s.begun ? i->s.t : i->s.start_time;
         } else if (r[n] >= INDICATOR && r[n] - INDICATOR < COMPONENT.indicator_count) {
             double indicators[MOST_INDICATORS];
-            status = (fmi3Status)ready(i);
-            if (status == fmi3OK) {
-                COMPONENT.indicate(i, indicators);
+            status = (fmi3Status)compute_indicators(i, indicators);
+            if (status == fmi3OK)
                 values[n] = indicators[r[n] - INDICATOR];
-            }
         } else {
             status = (fmi3Status)fmi2GetReal(c, r + n, 1, values + n);
         }
@@ -148,7 +147,6 @@ fmi3Status fmi3GetDirectionalDerivative(fmi3Instance c, const fmi3ValueReference
                                                     seed, result);
 }
 
-/* The transposed Jacobian, column by column. */
 fmi3Status fmi3GetAdjointDerivative(fmi3Instance c, const fmi3ValueReference unknowns[],
                                     size_t unknown_count, const fmi3ValueReference knowns[],
                                     size_t known_count, const fmi3Float64 seed[], size_t seed_count,
@@ -156,17 +154,8 @@ fmi3Status fmi3GetAdjointDerivative(fmi3Instance c, const fmi3ValueReference unk
 {
     fmi3Status status = check_counts(c, unknown_count, seed_count);
     status = status == fmi3OK ? check_counts(c, known_count, result_count) : status;
-    for (size_t k = 0; k < known_count && status == fmi3OK; k++) {
-        double sum = 0.0;
-        for (size_t n = 0; n < unknown_count && status == fmi3OK; n++) {
-            const double one = 1.0;
-            double partial = 0.0;
-            status = (fmi3Status)fmi2GetDirectionalDerivative(
-                c, unknowns ? unknowns + n : NULL, 1, knowns ? knowns + k : NULL, 1, &one, &partial);
-            sum += status == fmi3OK && seed ? seed[n] * partial : 0.0;
-        }
-        if (status == fmi3OK && result)
-            result[k] = sum;
-    }
-    return status;
+    if (status != fmi3OK)
+        return status;
+    return (fmi3Status)get_adjoint_derivative(c, unknowns, unknown_count, knowns, known_count, seed,
+                                              result);
 }

@@ -81,6 +81,12 @@ const char *because(Instance *i, const char *format, ...)
     return i->why;
 }
 
+const char *needs_too_much(Instance *i, double t)
+{
+    return because(i, "the step needs too much computation, it is given up at t = %g s; use a "
+                      "shorter step", t);
+}
+
 fmi2Status allow(Instance *i, const char *call, int type, unsigned phases)
 {
     if (!i)
@@ -187,7 +193,7 @@ fmi2Status fmi2SetDebugLogging(fmi2Component c, fmi2Boolean on, size_t count,
 fmi2Status fmi2Terminate(fmi2Component c)
 {
     Instance *i = c;
-    ALLOWED("terminate", EITHER, ~IN(INTERMEDIATE));
+    ALLOWED("terminate", EITHER, INITIALIZED);
     i->s.phase = TERMINATED, i->s.free_until = -INFINITY;
     return fmi2OK;
 }

@@ -73,7 +73,8 @@ fmi2Status advance_to(Instance *i, double end, int *switched);
 /* The same with intermediate updates; `returned` says whether the importer made it end early. */
 fmi2Status take_updated_step(Instance *i, double current, double h, int *switched, int *returned);
 
-/* Register what the importer needs in intermediate updates; whether there is all of it. */
+/* Register the inputs among the variables that the importer requires in intermediate updates;
+   returns whether all are variables. Those that are not continuous are ignored. */
 int prepare_updates(Instance *i, const fmi3ValueReference *needed, size_t count);
 
 /* The phase in words, as in "not allowed while stepping". */
@@ -89,6 +90,9 @@ fmi2Status refuse(Instance *i, fmi2Status status, const char *format, ...)
 /* Put a text together in `i->why`, for functions that return one. */
 const char *because(Instance *i, const char *format, ...) __attribute__((format(printf, 2, 3)));
 
+/* Why a communication step of too many steps of the motion is given up at t. */
+const char *needs_too_much(Instance *i, double t);
+
 /* Shortest text that reads back as the number, as Python writes it. */
 typedef struct {
     char text[40];
@@ -97,6 +101,8 @@ Number number(double value);
 
 /* Refuse a call unless the instance is of a type and in one of some phases. */
 #define IN(phase) (1u << (phase))
+#define INITIALIZED (IN(STEPPING) | IN(EVENTS) | IN(CONTINUOUS))
+#define COMPUTED (IN(INITIALIZATION) | INITIALIZED | IN(TERMINATED))
 #define ALLOWED(call, type, phases)                          \
     do {                                                     \
         fmi2Status status_ = allow(c, call, type, phases);   \
@@ -108,6 +114,20 @@ fmi2Status allow(Instance *i, const char *call, int type, unsigned phases);
 
 /* Bring motion and outputs up to date. */
 fmi2Status ready(Instance *i);
+
+/* Refuse to read values while the importer is asked for inputs. */
+fmi2Status check_reading(Instance *i);
+
+/* Refuse a computed value that is not finite. */
+fmi2Status check_finite(Instance *i, const char *name, double value);
+
+/* The event indicators, COMPONENT.indicator_count numbers. */
+fmi2Status compute_indicators(Instance *i, double *indicators);
+
+/* For each known, the sum over the unknowns of the seed times the derivative by the known. */
+fmi2Status get_adjoint_derivative(Instance *i, const fmi2ValueReference unknowns[],
+                                  size_t unknown_count, const fmi2ValueReference knowns[],
+                                  size_t known_count, const fmi2Real seeds[], fmi2Real result[]);
 
 #pragma GCC visibility pop
 

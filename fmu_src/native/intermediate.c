@@ -10,20 +10,32 @@
 
 #include "instance.h"
 
+/* Parts after which one communication step is given up; each calls the importer. */
+#ifndef MOST_PARTS
+#define MOST_PARTS 1000000
+#endif
+
 int prepare_updates(Instance *i, const fmi3ValueReference *needed, size_t count)
 {
     if (!i->update)
         return 1;
     for (size_t n = 0; n < count; n++) {
-        const Variable *v = COMPONENT.variables + (needed ? needed[n] : 0);
-        if (!needed || needed[n] >= COMPONENT.variable_count || !v->is_continuous) {
+        /* After the variables of the table come the time and the event indicators. */
+        if (!needed || needed[n] > COMPONENT.variable_count + COMPONENT.indicator_count) {
             refuse(i, fmi2Error,
-                   "required intermediate variable %zu: must be the value reference of a continuous "
-                   "variable", n);
+                   "required intermediate variable %zu: must be the value reference of a variable",
+                   n);
             return 0;
         }
-        i->updated[needed[n]] = v->role == INPUT;
-        i->updates_inputs |= v->role == INPUT;
+        if (needed[n] >= COMPONENT.variable_count)
+            continue;
+        const Variable *v = COMPONENT.variables + needed[n];
+        /* An importer that records all outputs requires all of them. */
+        if (!v->is_continuous)
+            refuse(i, fmi2Warning, "required intermediate variable %s is not continuous: ignored",
+                   v->name);
+        i->updated[needed[n]] = v->is_continuous && v->role == INPUT;
+        i->updates_inputs |= i->updated[needed[n]];
     }
     return 1;
 }
@@ -67,13 +79,17 @@ fmi2Status take_updated_step(Instance *i, double current, double h, int *switche
     double stop = end;
     memset(i->s.slopes, 0, sizeof i->s.slopes);
     i->s.is_sloped = 0;
+    int parts = 0;
     do {
         const double aim = fmin(COMPONENT.part_end(i), stop);
         if (i->updates_inputs)
             ask(i, aim, &stop);
         if (stop <= i->s.t)
             break;
-        if (advance_to(i, fmin(aim, stop), switched) != fmi2OK) {
+        const fmi2Status moved = parts++ < MOST_PARTS
+                                     ? advance_to(i, fmin(aim, stop), switched)
+                                     : refuse(i, fmi2Discard, "%s", needs_too_much(i, i->s.t));
+        if (moved != fmi2OK) {
             i->s = before, i->s.free_until = -INFINITY;
             return i->s.last_step = fmi2Discard;
         }

@@ -14,7 +14,7 @@
 /* One of a low tolerance has gone past v_r = 0 by no more than this part of the speeds. */
 #define GONE_PAST 1e-2
 /* `local_tolerance` in `fivtui.taylor.stepper`. */
-#define LOCAL_TOLERANCE 1e-3
+#define LOCAL_TOLERANCE 3e-3
 /* A belt that is slower is at rest: `_LEAST_SPEED` in `fivtui.model.parameters`. */
 #define LEAST_SPEED 1e-150
 
@@ -154,8 +154,7 @@ static const char *move_on(Instance *i, double from, double *t, int *switched)
                           "resolves; use a less stiff contact, more damping, a larger v_s or a "
                           "later start", m->failed_at);
     case STEP_LIMIT:
-        return because(i, "the step needs too much computation, it is given up at t = %g s; use a "
-                          "shorter step", m->failed_at);
+        return needs_too_much(i, m->failed_at);
     default:
         return NULL;
     }

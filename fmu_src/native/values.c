@@ -4,6 +4,20 @@
 
 #include "instance.h"
 
+fmi2Status check_reading(Instance *i)
+{
+    if (i->s.phase == INTERMEDIATE && i->asks)
+        return refuse(i, fmi2Error, "values cannot be read while inputs are asked for");
+    return fmi2OK;
+}
+
+fmi2Status check_finite(Instance *i, const char *name, double value)
+{
+    if (isfinite(value))
+        return fmi2OK;
+    return refuse(i, fmi2Discard, "%s grows beyond the floating-point range", name);
+}
+
 /* Variables of any type can be read as any: there are importers that read all as Real. */
 static fmi2Status read(Instance *i, const fmi2ValueReference *references, size_t count,
                        const void *into)
@@ -16,9 +30,8 @@ static fmi2Status read(Instance *i, const fmi2ValueReference *references, size_t
         if (references[n] >= COMPONENT.variable_count)
             return refuse(i, fmi2Error, "value reference %u: there is no such variable",
                           references[n]);
-    if (i->s.phase == INTERMEDIATE && i->asks)
-        return refuse(i, fmi2Error, "values cannot be read while inputs are asked for");
-    return ready(i);
+    const fmi2Status status = check_reading(i);
+    return status == fmi2OK ? ready(i) : status;
 }
 
 fmi2Status fmi2GetReal(fmi2Component c, const fmi2ValueReference r[], size_t count,
@@ -26,6 +39,8 @@ fmi2Status fmi2GetReal(fmi2Component c, const fmi2ValueReference r[], size_t cou
 {
     Instance *i = c;
     fmi2Status status = read(i, r, count, values);
+    for (size_t n = 0; n < count && status == fmi2OK; n++)
+        status = check_finite(i, COMPONENT.variables[r[n]].name, i->s.values[r[n]]);
     for (size_t n = 0; n < count && values; n++)
         values[n] = status == fmi2OK ? i->s.values[r[n]] : NAN;
     return status;

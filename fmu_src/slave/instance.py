@@ -206,6 +206,10 @@ class Instance(Fmi2Slave):  # type: ignore[misc]
     @guarded(nothing)
     def terminate(self) -> None:
         """End the run; values can still be read."""
+        # The wrapper cannot tell a host that its initialization is refused: it may go on, then
+        # terminate.
+        if self._phase is Phase.TERMINATED or "exit_initialization_mode" not in self._refused:
+            self._require("terminate", Phase.STEPPING)
         self._free_until = -math.inf
         self._phase = Phase.TERMINATED
 

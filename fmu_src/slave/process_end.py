@@ -8,32 +8,32 @@ release function that the wrapper exports before that is harmless, also more tha
 import atexit
 import os
 import sys
+from contextlib import suppress
 from pathlib import Path
-from typing import Final
+from typing import Any, Final
 
-_known: Final[set[str]] = set()
+# Paths of the wrapper's libraries; an open library could not be unloaded by its host.
+_libraries: Final[set[str]] = set()
 
 
 def release_at_exit(resources: str | None) -> None:
-    """Release the wrapper's libraries when the interpreter ends, once for each library.
+    """Release the wrapper's libraries that are still loaded when the interpreter ends.
 
-    Those are beside the FMU's folder of resources; a library that is not loaded, or does not export
-    the function, is ignored.
+    Those are beside the FMU's folder of resources, in the spelling of the host.
     """
     # Without arguments the interpreter is embedded, and the wrapper itself releases it in time.
     if resources is None or sys.platform != "linux" or not sys.orig_argv:
         return
-    # Imported here: an embedded interpreter may not find it, and does not need it.
-    import ctypes
+    if not _libraries:
+        # Imported here: an embedded interpreter may not find it, and does not need it.
+        from ctypes import CDLL
 
-    for library in Path(resources).parent.glob("binaries/linux64/*.so"):
-        path = os.path.realpath(library)
-        if path in _known:
-            continue
-        _known.add(path)
-        try:
-            # Only if already loaded; keeping the library keeps the function valid.
-            wrapper = ctypes.CDLL(path, mode=os.RTLD_NOLOAD | os.RTLD_LAZY)
-            atexit.register(wrapper.finalizePythonInterpreter)
-        except (OSError, AttributeError):
-            continue
+        atexit.register(_release, CDLL)
+    _libraries.update(map(str, Path(resources).parent.glob("binaries/linux64/*.so")))
+
+
+def _release(load: Any) -> None:
+    for path in _libraries:
+        # A library that is not loaded, or does not export the function, is ignored.
+        with suppress(OSError, AttributeError):
+            load(path, mode=os.RTLD_NOLOAD | os.RTLD_LAZY).finalizePythonInterpreter()

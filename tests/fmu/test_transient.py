@@ -13,6 +13,7 @@ import pytest
 from hypothesis import given, settings
 
 from fivtui import Parameters, simulate
+from fivtui.fmu import master
 from fivtui.fmu.instance import interrupts_deferred
 from fivtui.fmu.run import run_fmu
 from fivtui.fmu.transient import integrate_fmu
@@ -154,6 +155,14 @@ def test_unbounded_growth_ends_with_the_native_diagnosis() -> None:
 def test_too_many_communication_steps_are_refused_at_once() -> None:
     with pytest.raises(ComputationError, match="communication steps"):
         simulate(t_end=1e7, method="fmu", step=1e-3)
+
+
+def test_too_many_parts_of_a_communication_step_are_refused(
+    fmu: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(master, "MAX_STEPS", 20)
+    with pytest.raises(ComputationError, match="more than 20 communication steps"):
+        integrate_fmu(Request(Parameters(), t_end=5.0, method="fmu", step=5.0), fmu=fmu)
 
 
 def test_a_file_that_is_not_this_fmu_is_wrong_input(fmu: Path, tmp_path: Path) -> None:

@@ -167,6 +167,13 @@ static fmi2Component begun_3(void)
     return c;
 }
 
+/* Numbers of a call that is well are finite. */
+static void check_finite(int status, const double *numbers, size_t count)
+{
+    for (size_t n = 0; n < count; n++)
+        CHECK(status != fmi2OK || isfinite(numbers[n]));
+}
+
 /* Any call in any phase, with anything: no harm. */
 static void call_anything(fmi2Component c, fmi2FMUstate *state)
 {
@@ -190,7 +197,7 @@ static void call_anything(fmi2Component c, fmi2FMUstate *state)
     case 5: fmi2SetReal(c, r, two, reals); break;
     case 6: fmi2SetBoolean(c, r, two, booleans); break;
     case 7: fmi2SetInteger(c, r, two, orders); break;
-    case 8: fmi2GetReal(c, r, two, read); break;
+    case 8: check_finite(fmi2GetReal(c, r, two, read), read, two); break;
     case 9: fmi2GetInteger(c, r, two, flags); break;
     case 10: fmi2GetBoolean(c, r, two, flags); break;
     case 11: fmi2DoStep(c, reals[0], fmin(reals[1], 10.0), 1); break;
@@ -200,22 +207,22 @@ static void call_anything(fmi2Component c, fmi2FMUstate *state)
     case 15: fmi2FreeFMUstate(c, state); break;
     case 16: fmi2SetTime(c, reals[0]); break;
     case 17: fmi2SetContinuousStates(c, reals, four); break;
-    case 18: fmi2GetContinuousStates(c, read, four); break;
-    case 19: fmi2GetDerivatives(c, read, four); break;
-    case 20: fmi2GetEventIndicators(c, read, chance(2) ? 4 : chance(6)); break;
+    case 18: check_finite(fmi2GetContinuousStates(c, read, four), read, four); break;
+    case 19: check_finite(fmi2GetDerivatives(c, read, four), read, four); break;
+    case 20: check_finite(fmi2GetEventIndicators(c, read, four), read, four); break;
     case 21: fmi2EnterEventMode(c); break;
     case 22: fmi2NewDiscreteStates(c, &info); break;
     case 23: fmi2EnterContinuousTimeMode(c); break;
-    case 24: fmi2GetDirectionalDerivative(c, r, two, r, two, reals, read); break;
+    case 24: check_finite(fmi2GetDirectionalDerivative(c, r, two, r, two, reals, read), read, two); break;
     case 25: fmi3EnterEventMode(c); break;
     case 26: fmi3EnterStepMode(c); break;
     case 27: fmi3UpdateDiscreteStates(c, set, set + 1, set + 2, set + 3, set + 4, read); break;
     case 28: fmi3DoStep(c, reals[0], fmin(reals[1], 10.0), 1, set, set + 1, set + 2, read); break;
-    case 29: fmi3GetFloat64(c, r, two, read, chance(8) ? two : 3); break;
+    case 29: check_finite(fmi3GetFloat64(c, r, two, read, chance(8) ? two : 3), read, two); break;
     case 30: fmi3GetInt64(c, r, two, long_number, two); break;
     case 31: fmi3SetFloat64(c, r, two, reals, two); break;
     case 32: fmi3GetBoolean(c, r, two, set, two); break;
-    case 33: fmi3GetAdjointDerivative(c, r, two, r, two, reals, two, read, two); break;
+    case 33: check_finite(fmi3GetAdjointDerivative(c, r, two, r + 1, 1, reals, two, read, 1), read, 1); break;
     case 34: fmi3EnterInitializationMode(c, 1, reals[0], reals[1], 1, reals[2]); break;
     default: fmi2SetDebugLogging(c, booleans[0], chance(2), &category); break;
     }
@@ -295,6 +302,33 @@ static void attack_updates(int rounds, fmi3Boolean events)
     fmi3FreeInstance(of.c);
 }
 
+static void let_pass(fmi3InstanceEnvironment environment, fmi3Float64 time, fmi3Boolean asks,
+                     fmi3Boolean get_allowed, fmi3Boolean finished, fmi3Boolean can_return,
+                     fmi3Boolean *is_early, fmi3Float64 *early)
+{
+    (void)environment, (void)time, (void)asks, (void)get_allowed, (void)finished;
+    (void)can_return, (void)is_early, (void)early;
+}
+
+/* A step that no computer can finish is given up, with updates and without, and changes nothing. */
+static void attack_by_length(fmi3IntermediateUpdateCallback update, size_t required)
+{
+    const fmi3ValueReference needed = F;
+    fmi3Boolean flags[3];
+    double reached;
+    fmi3Instance c = fmi3InstantiateCoSimulation("attacked", SLIDER_BELT_GUID, NULL, 0, 1, 0, 1, &needed,
+                                                 required, NULL, quiet_3, update);
+    CHECK(c);
+    choose_belt(c);
+    CHECK(fmi3EnterInitializationMode(c, 0, 0.0, 0.0, 0, 0.0) == fmi3OK);
+    CHECK(fmi3ExitInitializationMode(c) == fmi3OK);
+    CHECK(fmi3DoStep(c, 0.0, 1e206, 1, flags, flags + 1, flags + 2, &reached) == fmi3Discard);
+    CHECK(reached == 0.0);
+    CHECK(fmi3DoStep(c, 0.0, 0.1, 1, flags, flags + 1, flags + 2, &reached) == fmi3OK);
+    CHECK(reached == 0.1);
+    fmi3FreeInstance(c);
+}
+
 static long resident(void)
 {
     long total, pages = 0;
@@ -346,6 +380,9 @@ int main(int count, char **arguments)
         attack_calls(begun_3(), 20 * rounds);
         attack_updates(rounds, fmi3False);
         attack_updates(rounds, fmi3True);
+        attack_by_length(NULL, 0);
+        attack_by_length(let_pass, 0);
+        attack_by_length(let_pass, 1);
     }
     measure_memory(atoi(arguments[1]), atoi(arguments[2]));
     return 0;

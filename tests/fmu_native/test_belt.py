@@ -70,17 +70,19 @@ def test_cvode_finds_them_too(fmu: Path) -> None:
 
 
 def put(instance: FmuInstance, x: float, vx: float, y: float, vy: float) -> list[float]:
-    """The states of an importer, in event mode; the mode that follows, and the indicators."""
+    """Set the states and handle an event; returns the mode that follows, and the indicators."""
     states = np.array([x, y, vx, vy])
     instance.fmi.setContinuousStates(states.ctypes.data_as(FLOATS), 4)
+    instance.fmi.enterEventMode()
     instance.fmi.newDiscreteStates()
+    instance.fmi.enterContinuousTimeMode()
     return [*instance.get("mode"), *read(instance.fmi.getEventIndicators, INDICATORS)]
 
 
 def test_there_is_an_indicator_for_every_guard_and_it_is_on_the_side_of_the_mode(
     folder: Path,
 ) -> None:
-    with FmuInstance(folder, "ModelExchange").begin(**values_of(ALL, START)) as instance:
+    with exchanged(folder, **values_of(ALL, START)) as instance:
         assert put(instance, 0.0, 1.5, -0.5, 0.1) == [Mode.FORWARD, -0.5, 0.5, 1.0, 1.0]
         assert put(instance, 0.0, 2.5, -0.5, 0.1) == [Mode.BACKWARD, -0.5, -0.5, 1.0, 1.0]
         assert put(instance, 0.0, 2.5, 0.5, 0.1) == [Mode.SEPARATED, 0.5, 1.0, 1.0, 1.0]
@@ -101,10 +103,9 @@ def test_without_a_finite_belt_the_further_indicators_stay(folder: Path) -> None
 
 
 def test_a_belt_that_holds_may_change_its_speed_in_event_mode_alone(folder: Path) -> None:
-    with FmuInstance(folder, "ModelExchange").begin(**values_of(ALL, START)) as instance:
+    with exchanged(folder, **values_of(ALL, START)) as instance:
         fmi = instance.fmi
         assert put(instance, 0.0, 2.0, -0.5, 0.1)[0] == Mode.STICK
-        fmi.enterContinuousTimeMode()
         instance.set(v_belt=2.0)
         with pytest.raises(FMICallException, match="discard"):
             instance.set(v_belt=2.1)
@@ -140,10 +141,13 @@ def test_directional_derivatives_are_those_of_differences_in_every_mode(
         states = at[:4] + change[:4]
         instance.fmi.setContinuousStates(states.ctypes.data_as(FLOATS), 4)
         F, mu, speed = at[4:] + change[4:]
+        instance.fmi.enterEventMode()
         instance.set(F=F, mu=mu, v_belt=speed)
-        return np.array(instance.get(*UNKNOWNS))
+        outputs = np.array(instance.get(*UNKNOWNS))
+        instance.fmi.enterContinuousTimeMode()
+        return outputs
 
-    with FmuInstance(folder, "ModelExchange").begin(**values_of(ALL, START)) as instance:
+    with exchanged(folder, **values_of(ALL, START)) as instance:
         assert put(instance, x, vx, y, vy)[0] == mode
         references = [[instance.references[n] for n in names] for names in (UNKNOWNS, KNOWNS)]
         rng = np.random.default_rng(1)

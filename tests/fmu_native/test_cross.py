@@ -1,9 +1,14 @@
 """Binaries of the native FMU for other platforms, compiled by ziglang."""
 
+import os
+import platform
 import shutil
 import struct
 import subprocess
+import sys
+import tempfile
 import zipfile
+from collections.abc import Mapping
 from importlib.util import find_spec
 from pathlib import Path
 
@@ -17,13 +22,15 @@ from fivtui.fmu.check import check_fmu
 from fivtui.model.errors import InputError
 from fmu_src.build import cross, native
 from fmu_src.build.builder import build_fmu
-from fmu_src.build.native_text import FLAGS, sources
+from fmu_src.build.native_text import FLAGS, name_options, sources
 
 needs_zig = pytest.mark.skipif(
     find_spec("ziglang") is None, reason="ziglang is not installed (extra cross)"
 )
 # First bytes of a binary: ELF and its processor, DOS, Mach-O of 64 bits and its processor.
 _X86, _ARM = 0x01000007, 0x0100000C
+# Load commands of Mach-O: the library's own name, and the least version of the system.
+_ID_DYLIB, _BUILD_VERSION = 0x0D, 0x32
 BEGIN = {
     "linux64/SliderBelt.so": b"\x7fELF",
     "win64/SliderBelt.dll": b"MZ",
@@ -44,6 +51,120 @@ def processor_of(library: bytes) -> int:
 
 def test_the_flags_are_those_of_the_build_hook() -> None:
     assert list(FLAGS) == hatch_build._FLAGS
+
+
+class Commands:
+    """Stands for a compiler: notes what it is called with, and writes an empty output."""
+
+    def __init__(self, monkeypatch: pytest.MonkeyPatch) -> None:
+        self.calls: list[tuple[Path | None, Mapping[str, str], list[str]]] = []
+        monkeypatch.setattr(subprocess, "run", self._run)
+
+    def _run(
+        self, command: list[str], *, env: Mapping[str, str], cwd: Path | None = None, **_: object
+    ) -> None:
+        self.calls.append((cwd, env, command))
+        Path(command[command.index("-o") + 1]).write_bytes(b"")
+
+
+@pytest.mark.parametrize(
+    ("system", "processor", "name"),
+    [("darwin", "arm64", "aarch64-darwin"), ("darwin", "x86_64", "darwin64")],
+)
+def test_the_build_hook_compiles_for_the_same_macos(
+    system: str, processor: str, name: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    compiler, library = Commands(monkeypatch), tmp_path / "SliderBelt.dylib"
+    plan = hatch_build._Plan({"unit": []}, {library: ["unit"]})
+    hatch_build._compile([lambda *_: plan], "cc", ["cc"])
+    assert set(name_options(library.name)) <= set(compiler.calls[-1][2])
+    monkeypatch.setattr(sys, "platform", system)
+    monkeypatch.setattr(platform, "machine", lambda: processor)
+    monkeypatch.setattr(hatch_build, "find_spec", lambda _: True)
+    _, command = hatch_build._compilers()[0]
+    assert command[-2:] == ["-target", cross.TARGETS[name].triple]
+
+
+@pytest.mark.parametrize(
+    ("variables", "folder"),
+    [
+        ({"HOME": "HOME"}, "HOME/.cache/zig"),
+        ({"HOME": "HOME", "XDG_CACHE_HOME": "XDG"}, "XDG/zig"),
+        ({"XDG_CACHE_HOME": "XDG", "ZIG_GLOBAL_CACHE_DIR": "ZIG"}, "ZIG"),
+        ({"XDG_CACHE_HOME": "file"}, None),
+    ],
+)
+def test_a_second_build_finds_the_text_and_the_cache_of_the_first(
+    variables: dict[str, str],
+    folder: str | None,
+    tmp_path: Path,
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    tmp_path.joinpath("file").touch()
+    for name in ("XDG_CACHE_HOME", "ZIG_GLOBAL_CACHE_DIR", "ZIG_LOCAL_CACHE_DIR"):
+        monkeypatch.delenv(name, raising=False)
+    for name, value in variables.items():
+        monkeypatch.setenv(name, str(tmp_path / value))
+    monkeypatch.setattr(os, "name", "posix")
+    monkeypatch.setattr(cross, "find_spec", lambda _: True)
+    compiler = Commands(monkeypatch)
+    for _ in range(2):
+        cross.compiled_for("SliderBelt", "win64")
+    places = {(cwd, env["ZIG_GLOBAL_CACHE_DIR"]) for cwd, env, _ in compiler.calls}
+    if folder is None:
+        # The cache is in the temporary folder of the build.
+        assert len(places) == 2
+        assert not any(Path(cache).exists() for _, cache in places)
+        return
+    ((text, cache),) = places
+    assert cache == str(tmp_path / folder)
+    assert text is not None
+    assert text.is_relative_to(cache)
+    assert {file.name: file.read_text(encoding="utf-8") for file in text.iterdir()} == sources(
+        "SliderBelt"
+    )
+    half = len(compiler.calls) // 2
+    first, second = (
+        [[Path(word).name for word in command] for _, _, command in calls]
+        for calls in (compiler.calls[:half], compiler.calls[half:])
+    )
+    assert first == second
+
+
+def load_commands(library: bytes) -> dict[int, bytes]:
+    """The load commands of a Mach-O library of 64 bits, by their numbers."""
+    (count,) = struct.unpack_from("<16xI", library)
+    found, at = {}, 32
+    for _ in range(count):
+        number, size = struct.unpack_from("<II", library, at)
+        found[number] = library[at : at + size]
+        at += size
+    return found
+
+
+@needs_zig
+@pytest.mark.whole
+@pytest.mark.parametrize("name", ["darwin64", "aarch64-darwin"])
+def test_libraries_for_macos_are_for_version_11_and_the_same_from_any_folder(
+    name: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    libraries, files = [], []
+    for folder in ("first", "second", "second"):
+        place = tmp_path / folder
+        place.mkdir(exist_ok=True)
+        monkeypatch.setenv("ZIG_GLOBAL_CACHE_DIR", str(place / "cache"))
+        monkeypatch.setattr(tempfile, "tempdir", str(place))
+        libraries.append(cross.compiled_for("BrakeActuator", name))
+        files.append({file: file.stat().st_mtime_ns for file in place.rglob("*.o")})
+    assert libraries == [libraries[0]] * 3
+    # Nothing is compiled again.
+    assert files[2] == files[1] != {}
+    commands = load_commands(libraries[0])
+    (least,) = struct.unpack_from("<12xI", commands[_BUILD_VERSION])
+    assert least == 11 << 16
+    (start,) = struct.unpack_from("<8xI", commands[_ID_DYLIB])
+    assert commands[_ID_DYLIB][start:].rstrip(b"\0") == b"@rpath/BrakeActuator.dylib"
+    assert str(tmp_path).encode() not in libraries[0]
 
 
 def test_without_ziglang_its_extra_is_named(

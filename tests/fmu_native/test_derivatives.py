@@ -227,8 +227,9 @@ def test_what_has_no_derivative_is_refused(extracted: Path) -> None:
         for knowns, given, said in (
             (("separation",), [1.0], "must be that of an input, state or Real parameter"),
             (("P",), [1.0], "must be that of an input, state or Real parameter"),
-            (("y",), [np.inf], "the derivative of y is no finite number"),
-            (("mu",), [np.nan], "is no finite number"),
+            (("y",), [np.inf], "seed of y = inf: must be a finite number"),
+            (("mu",), [np.nan], "seed of mu = nan: must be a finite number"),
+            (("x", "x"), [1e308, 1e308], "the derivative of x is no finite number"),
         ):
             with pytest.raises(FMICallException):
                 made.derivatives(knowns, given)

@@ -1,6 +1,7 @@
 """Model exchange by the native FMU: states, switches, derivatives, whoever integrates."""
 
 import ctypes
+from collections.abc import Callable
 from pathlib import Path
 
 import fmpy
@@ -9,12 +10,14 @@ import pytest
 from fmpy.fmi1 import FMICallException
 
 from fivtui import Parameters, simulate
+from fivtui.model import Mode
 from fmu_src.build.builder import build_fmu
 from tests.support.fmu_exchange import FLOATS, INDICATORS, exchanged, integrated, read
+from tests.support.fmu_instance import FmuInstance
 
 STATES = ("x", "y", "vx", "vy")
 DERIVATIVES = ("vx", "vy", "ax", "ay")
-ERROR = 3
+DISCARD, ERROR = 2, 3
 VALUES = {"m": 3.0, "k1": 90.0, "k2": 40.0, "k3": 50.0, "c1": 0.7, "c2": 0.4, "k_nl": 120.0}
 
 
@@ -87,9 +90,10 @@ def test_directional_derivatives_are_those_of_differences(folder: Path, y: float
         return np.array(instance.get(*unknowns))
 
     with exchanged(folder, **VALUES) as instance:
-        instance.fmi.enterEventMode()
         instance.fmi.setContinuousStates(at.ctypes.data_as(FLOATS), 4)
+        instance.fmi.enterEventMode()
         instance.fmi.newDiscreteStates()
+        instance.fmi.enterContinuousTimeMode()
         references = [[instance.references[n] for n in names] for names in (unknowns, knowns)]
         rng = np.random.default_rng(1)
         for direction in (*np.eye(6), rng.normal(size=6)):
@@ -129,6 +133,30 @@ def test_what_is_not_allowed_is_refused_and_changes_nothing(folder: Path) -> Non
         assert read(fmi.getContinuousStates, 4) == before
 
 
+def test_values_beyond_the_floating_point_range_are_discarded(folder: Path) -> None:
+    held = {"finite_belt": True, "v_belt": 0.0}
+    with exchanged(folder, **held) as instance:
+        fmi = instance.fmi
+        assert instance.get("mode") == [Mode.STICK]
+        near = read(fmi.getContinuousStates, 4)
+        values = instance.get(*STATES, "P"), read(fmi.getEventIndicators, INDICATORS)
+        far = np.array([0.0, -1e200, 0.0, 0.0])
+        fmi.setContinuousStates(far.ctypes.data_as(FLOATS), 4)
+        calls: dict[str, Callable[[], object]] = {
+            "P": lambda: instance.get("y", "P"),
+            "ay": lambda: read(fmi.getDerivatives, 4),
+            "an event indicator": lambda: read(fmi.getEventIndicators, INDICATORS),
+        }
+        for name, call in calls.items():
+            with pytest.raises(FMICallException) as refused:
+                call()
+            assert refused.value.status == DISCARD
+            assert instance.log[-1] == f"{name} grows beyond the floating-point range"
+        assert instance.get("y") == [-1e200]
+        fmi.setContinuousStates(np.array(near).ctypes.data_as(FLOATS), 4)
+        assert values == (instance.get(*STATES, "P"), read(fmi.getEventIndicators, INDICATORS))
+
+
 def test_a_saved_state_brings_back_mode_and_counts(folder: Path) -> None:
     with exchanged(folder) as instance, exchanged(folder) as other:
         integrated(instance, 5.0)
@@ -161,6 +189,27 @@ def test_the_brake_actuator_exchanges_its_model_too(tmp_path: Path) -> None:
     ends = [run["F"][-1] for run in runs]
     exact = 107.0 + (10.0 - 107.0) * np.exp(-10.0)
     assert ends == pytest.approx([exact] * 2, rel=1e-6)
+
+
+def test_the_brake_actuator_gives_finite_values_or_none(tmp_path: Path) -> None:
+    fmu = build_fmu(tmp_path / "a.fmu", component="brake-actuator", flavour="native")
+    fmpy.extract(str(fmu), str(tmp_path / "a"))
+    with FmuInstance(tmp_path / "a").begin(tau=1e-307, gain=0.0, P=30.0) as actuator:
+        actuator.set(command=1e3)
+        assert actuator.get("F") == [80.0]
+        with pytest.raises(FMICallException) as refused:
+            actuator.get("F_rate")
+        assert refused.value.status == DISCARD
+        assert actuator.log[-1] == "F_rate grows beyond the floating-point range"
+        # The gain is 0, so that F is finite; P is not.
+        actuator.slope(P=1e308)
+        with pytest.raises(FMICallException) as refused:
+            actuator.step(10.0)
+        assert refused.value.status == DISCARD
+        assert actuator.log[-1] == "P = inf at the end of the step: must be a finite number of N"
+        actuator.slope(P=1.0)
+        actuator.step(10.0)
+        assert actuator.get("P", "F", "F_rate") == [40.0, 1e3, 0.0]
 
 
 def test_parameters_and_the_switch_of_the_model_reach_it(fmu: Path) -> None:

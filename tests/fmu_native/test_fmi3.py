@@ -1,6 +1,8 @@
 """The native FMU of FMI 3.0: events announced, or not, and the same motion either way."""
 
 import ctypes
+import itertools
+import math
 import zipfile
 from collections.abc import Iterator
 from contextlib import contextmanager
@@ -23,6 +25,7 @@ from fmu_src.slave.variables import REFERENCES, VARIABLES
 
 STATES = ("x", "vx", "y", "vy")
 COUNTS = ("mode", "separations", "reattachments", "last_event")
+DISCARD = 2
 TIME, INDICATOR = len(VARIABLES), len(VARIABLES) + 1
 
 
@@ -260,6 +263,26 @@ def test_adjoint_and_directional_derivatives_are_of_one_jacobian(folder: Path) -
         )
     assert np.array_equal(matrix, adjoint)
     assert np.count_nonzero(matrix) == 13
+
+
+@pytest.mark.parametrize("function", ["getDirectionalDerivative", "getAdjointDerivative"])
+def test_a_derivative_that_is_not_finite_is_discarded(folder: Path, function: str) -> None:
+    unknowns, knowns = ("ax", "ay"), ("x", "y")
+    seeded = knowns if function == "getDirectionalDerivative" else unknowns
+    references = [[REFERENCES[name] for name in names] for names in (unknowns, knowns)]
+    with instance(folder, events=False) as made:
+        for place, seed in itertools.product(range(2), (math.nan, math.inf, -math.inf, 1e308)):
+            seeds = [0.0, 0.0]
+            seeds[place] = seed
+            with pytest.raises(FMICallException) as refused:
+                getattr(made, function)(*references, seeds)
+            assert refused.value.status == DISCARD
+            said = (
+                "is no finite number"
+                if seed == 1e308
+                else f"seed of {seeded[place]} = {seed}: must"
+            )
+            assert said in made.log[-1]
 
 
 def test_variables_are_read_by_their_types(folder: Path) -> None:

@@ -58,7 +58,15 @@ def attacked(folder: Path, compiler: list[str], *arguments: str) -> Path:
         folder.joinpath(name).write_text(text, encoding="utf-8")
     units = [str(path) for path in folder.glob("*.c")]
     attack = str(Path(__file__).with_name("attack.c"))
-    given = [f"-I{folder}", "-DMOST_STEPS=3000", *arguments, *units, attack, "-lm"]
+    given = [
+        f"-I{folder}",
+        "-DMOST_STEPS=3000",
+        "-DMOST_PARTS=3000",
+        *arguments,
+        *units,
+        attack,
+        "-lm",
+    ]
     return built(folder / "attack", compiler, *given)
 
 

@@ -47,12 +47,15 @@ def updated(
     folder: Path,
     answer: Answer,
     *,
-    needs: tuple[str, ...] = STATES,
+    needs: tuple[str | int, ...] = STATES,
     events: bool = False,
     early: bool = False,
     values: Mapping[str, float | bool] | None = None,
 ) -> Iterator[Any]:
-    """An instance in step mode whose importer answers updates; `log` has messages."""
+    """An instance in step mode whose importer answers updates; `log` has messages.
+
+    `needs` are variables that it requires, by name or value reference.
+    """
     description = fmpy.read_model_description(str(folder))
     references = {v.name: v.valueReference for v in description.modelVariables}
     slave = fmpy.fmi3.FMU3Slave(
@@ -80,7 +83,7 @@ def updated(
             lambda *args: slave.log.append(args[-1].decode())
         ),
         intermediateUpdate=update,
-        requiredIntermediateVariables=[references[name] for name in needs],
+        requiredIntermediateVariables=[references.get(need, need) for need in needs],
     )
     for name, value in (values or {}).items():
         setter = slave.setBoolean if isinstance(value, bool) else slave.setFloat64
@@ -305,18 +308,40 @@ def test_a_step_that_fails_in_a_later_part_leaves_the_instance_as_it_was(folder:
         assert read(slave, *STATES, "F") == once
 
 
-@pytest.mark.parametrize("name", ["mode", "m", "separations"])
-def test_what_jumps_or_stays_cannot_be_required(folder: Path, name: str) -> None:
+def test_an_importer_that_requires_all_variables_gets_the_continuous_ones(folder: Path) -> None:
+    every = fmpy.read_model_description(str(folder)).modelVariables
+    found: list[list[float]] = []
+
+    def record(slave: Any, update: Update) -> None:
+        if update.get_allowed:
+            found.append(read(slave, *STATES, "mode"))
+
+    with updated(folder, record, needs=tuple(v.name for v in every)) as slave:
+        ignored = [v.name for v in VARIABLES if v.variability != "continuous"]
+        assert {"mode", "m", "separations", "separation"} <= set(ignored)
+        assert slave.log == [
+            f"required intermediate variable {name} is not continuous: ignored" for name in ignored
+        ]
+        slave.doStep(0.0, 2.0)
+        final = simulate(t_end=2.0, kernel="compiled").final
+        assert found[-1][:4] == [final.x, final.vx, final.y, final.vy]
+
+
+def test_what_is_no_variable_cannot_be_required(folder: Path) -> None:
+    beyond = len(fmpy.read_model_description(str(folder)).modelVariables)
     with (
         pytest.raises(Exception, match="Failed to instantiate"),
-        updated(folder, follow, needs=("F", name)),
+        updated(folder, follow, needs=("F", beyond)),
     ):
         pass
+
+
+def test_what_is_continuous_is_offered_for_updates(folder: Path) -> None:
     description = ET.parse(folder / "modelDescription.xml")
     variables = description.findall("ModelVariables/*[@intermediateUpdate='true']")
     offered = {str(v.get("name")) for v in variables}
-    assert name not in offered
     assert {"F", "mu", "x", "ay"} <= offered
+    assert not {"mode", "m", "separations"} & offered
     assert len(offered) == sum(v.variability == "continuous" for v in VARIABLES)
 
 

@@ -118,8 +118,14 @@ class Calls(RuleBasedStateMachine):
             self.refused(answer, "exit")
 
     def terminate(self) -> None:
-        assert self.call("terminate").status == "ok"
-        self.expected = replace(self.expected, phase="terminated")
+        answer = self.call("terminate")
+        e = self.expected
+        # Hosts of the Python flavour do not learn that their initialization is refused.
+        if e.phase == "stepping" or (e.phase != "terminated" and "exit" in e.refused):
+            assert answer.status == "ok"
+            self.expected = replace(self.expected, phase="terminated")
+        else:
+            self.refused(answer, "terminate")
 
     def reset(self) -> None:
         assert self.call("reset").status == "ok"

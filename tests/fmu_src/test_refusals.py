@@ -149,6 +149,11 @@ def test_a_refused_call_sets_nothing_and_a_good_value_makes_up_for_a_bad_one(
         ([("a", "begin"), ("a", "setup")], "setup_experiment is not allowed while stepping"),
         ([("a", "begin"), ("a", "enter")], "not allowed while stepping"),
         ([("a", "begin"), ("a", "terminate")], "do_step is not allowed after termination"),
+        ([("a", "new"), ("a", "terminate")], "terminate is not allowed before initialization"),
+        (
+            [("a", "new"), ("a", "setup"), ("a", "enter"), ("a", "terminate")],
+            "terminate is not allowed in initialization mode",
+        ),
         ([("a", "new"), ("a", "init", {"m": 0.0})], "m = 0: must be above 0 and at most 1e+09 kg"),
         ([("a", "new"), ("a", "init", {}, float("nan"))], "tolerance = nan: must be from 1e-13"),
         ([("a", "new"), ("a", "init", {"F": -1.0, "k3": 0.0})], "no equilibrium: F = -1 N"),

@@ -1,0 +1,298 @@
+"""Which functions of the native FMUs may be called in which states, by FMI 2.0 and 3.0."""
+
+import ctypes
+from collections.abc import Callable
+from functools import cache
+from typing import Any, Final
+
+import pytest
+
+from fmu_src.build.native_text import MODELS, NATIVE, guid_of
+from fmu_src.slave.variable import Role, Type
+
+ERROR: Final = 3
+STATES: Final = {"SliderBelt": 4, "BrakeActuator": 1}
+INDICATORS: Final = {"SliderBelt": 4, "BrakeActuator": 0}
+CO_SIMULATION, MODEL_EXCHANGE = "CS", "ME"
+# I: instantiated, N: initialization mode, S: step mode, E: event mode, C: continuous-time mode,
+# T: terminated; U: an intermediate update that asks for inputs, V: one that has outputs.
+PHASES: Final = {
+    ("2", CO_SIMULATION): "INST",
+    ("2", MODEL_EXCHANGE): "INECT",
+    ("3", CO_SIMULATION): "INESTUV",
+    ("3", MODEL_EXCHANGE): "INECT",
+}
+# Where the standard allows a call, in co-simulation and in model exchange. Two calls are allowed
+# beyond it: values may be read when instantiated in FMI 2.0, too, since importers show parameters
+# then, and the time may be set in event mode, as in the Reference FMUs.
+ALLOWED: Final[dict[str, dict[str, tuple[str, str]]]] = {
+    "2": {
+        "SetDebugLogging": ("INST", "INECT"),
+        "SetupExperiment": ("I", "I"),
+        "EnterInitializationMode": ("I", "I"),
+        "ExitInitializationMode": ("N", "N"),
+        "Terminate": ("S", "EC"),
+        "Reset": ("INST", "INECT"),
+        "GetReal": ("INST", "INECT"),
+        "GetInteger": ("INST", "INECT"),
+        "GetBoolean": ("INST", "INECT"),
+        "SetReal": ("INS", "INEC"),
+        "SetReal of a parameter": ("IN", "IN"),
+        "GetFMUstate": ("INST", "INECT"),
+        "SetFMUstate": ("INST", "INECT"),
+        "FreeFMUstate": ("INST", "INECT"),
+        "SerializedFMUstateSize": ("INST", "INECT"),
+        "GetDirectionalDerivative": ("NST", "NECT"),
+        "EnterEventMode": ("", "EC"),
+        "NewDiscreteStates": ("", "E"),
+        "EnterContinuousTimeMode": ("", "E"),
+        "CompletedIntegratorStep": ("", "C"),
+        "SetTime": ("", "EC"),
+        "SetContinuousStates": ("", "C"),
+        "GetEventIndicators": ("", "NECT"),
+        "GetContinuousStates": ("", "NECT"),
+        "GetDerivatives": ("", "NECT"),
+        "GetNominalsOfContinuousStates": ("", "INECT"),
+        "SetRealInputDerivatives": ("INS", ""),
+        "DoStep": ("S", ""),
+        "GetStatus": ("S", ""),
+        "GetRealStatus": ("S", ""),
+        "GetIntegerStatus": ("S", ""),
+        "GetBooleanStatus": ("S", ""),
+        "GetStringStatus": ("S", ""),
+    },
+    "3": {
+        "SetDebugLogging": ("INESTUV", "INECT"),
+        "EnterInitializationMode": ("I", "I"),
+        "ExitInitializationMode": ("N", "N"),
+        "EnterEventMode": ("S", "C"),
+        "Terminate": ("ES", "EC"),
+        "Reset": ("INEST", "INECT"),
+        "GetFloat64": ("INESTV", "INECT"),
+        "GetFloat64 of the time": ("INESTV", "INECT"),
+        "SetFloat64": ("INESU", "INEC"),
+        "SetFloat64 of a parameter": ("IN", "IN"),
+        "GetFMUState": ("INEST", "INECT"),
+        "SetFMUState": ("INEST", "INECT"),
+        "GetDirectionalDerivative": ("NEST", "NECT"),
+        "GetAdjointDerivative": ("NEST", "NECT"),
+        "GetAdjointDerivative of nothing": ("NEST", "NECT"),
+        "EvaluateDiscreteStates": ("E", "E"),
+        "UpdateDiscreteStates": ("E", "E"),
+        "EnterStepMode": ("E", ""),
+        "DoStep": ("S", ""),
+        "EnterContinuousTimeMode": ("", "E"),
+        "CompletedIntegratorStep": ("", "C"),
+        "SetTime": ("", "EC"),
+        "SetContinuousStates": ("", "C"),
+        "GetContinuousStates": ("", "NECT"),
+        "GetContinuousStateDerivatives": ("", "NECT"),
+        "GetEventIndicators": ("", "NECT"),
+        "GetNominalsOfContinuousStates": ("", "INECT"),
+        "GetNumberOfContinuousStates": ("", "INECT"),
+        "GetNumberOfEventIndicators": ("", "INECT"),
+    },
+}
+# The calls that lead to a state, by their names in the tables.
+_TO_STEPS: Final = ("EnterInitializationMode", "ExitInitializationMode")
+PATHS: Final[dict[tuple[str, str], dict[str, tuple[str, ...]]]] = {
+    ("2", CO_SIMULATION): {"N": _TO_STEPS[:1], "S": _TO_STEPS, "T": (*_TO_STEPS, "Terminate")},
+    ("3", CO_SIMULATION): {
+        "N": _TO_STEPS[:1],
+        "E": _TO_STEPS,
+        "S": (*_TO_STEPS, "EnterStepMode"),
+        "T": (*_TO_STEPS, "Terminate"),
+        "U": (*_TO_STEPS, "EnterStepMode"),
+        "V": (*_TO_STEPS, "EnterStepMode"),
+    },
+} | {
+    (version, MODEL_EXCHANGE): {
+        "N": _TO_STEPS[:1],
+        "E": _TO_STEPS,
+        "C": (*_TO_STEPS, "EnterContinuousTimeMode"),
+        "T": (*_TO_STEPS, "Terminate"),
+    }
+    for version in "23"
+}
+_LOG_2: Final = ctypes.CFUNCTYPE(None, *[ctypes.c_void_p] * 2, ctypes.c_int, *[ctypes.c_char_p] * 2)
+_LOG_3: Final = ctypes.CFUNCTYPE(None, ctypes.c_void_p, ctypes.c_int, *[ctypes.c_char_p] * 2)
+_UPDATE: Final = ctypes.CFUNCTYPE(
+    None,
+    ctypes.c_void_p,
+    ctypes.c_double,
+    *[ctypes.c_bool] * 4,
+    ctypes.POINTER(ctypes.c_bool),
+    ctypes.POINTER(ctypes.c_double),
+)
+
+
+@cache
+def token_of(model: str) -> bytes:
+    """The GUID or instantiation token, for which the whole text is read."""
+    return guid_of(model).encode()
+
+
+class _Callbacks(ctypes.Structure):
+    _fields_ = (("logger", _LOG_2), ("others", ctypes.c_void_p * 4))
+
+
+class Instance:
+    """An instance of a model by the functions of the library, in any state."""
+
+    def __init__(self, model: str, version: str, kind: str) -> None:
+        self.library = ctypes.CDLL(str(next(NATIVE.glob(f"{model}.[sd]*"))))
+        self.version, self.kind, self.log = version, kind, list[str]()
+        self.in_update: Callable[[bool], None] = lambda _: None
+        table = MODELS[model]
+        of_role = {
+            role: next(r for r, v in enumerate(table.variables) if v.role is role and is_real(v))
+            for role in (Role.INPUT, Role.PARAMETER)
+        }
+        self.input = ctypes.c_uint(of_role[Role.INPUT])
+        self.parameter = ctypes.c_uint(of_role[Role.PARAMETER])
+        rate = next(r for r, v in enumerate(table.variables) if v.name in ("ax", "F_rate"))
+        self.rate, self.time = ctypes.c_uint(rate), ctypes.c_uint(len(table.variables))
+        self.states, self.indicators = STATES[model], INDICATORS[model]
+        self.room, self.place = (ctypes.c_double * 8)(), ctypes.c_void_p()
+        self.flags, self.size = (ctypes.c_bool * 32)(), ctypes.c_size_t()
+        token = token_of(model)
+        self.component = ctypes.c_void_p(
+            self._made_2(token) if version == "2" else self._made_3(token)
+        )
+        assert self.component.value
+        if version == "2":
+            assert self.call("SetupExperiment") == 0
+
+    def _made_2(self, token: bytes) -> int | None:
+        logger = _LOG_2(lambda *call: self.log.append(call[-1].decode()))
+        self.kept: Any = _Callbacks(logger)
+        make = self.library.fmi2Instantiate
+        make.restype = ctypes.c_void_p
+        kind = int(self.kind == CO_SIMULATION)
+        return make(b"i", kind, token, None, ctypes.byref(self.kept), 0, 0)  # type: ignore[no-any-return]
+
+    def _made_3(self, token: bytes) -> int | None:
+        logger = _LOG_3(lambda *call: self.log.append(call[-1].decode()))
+        update = _UPDATE(lambda _, __, asks, *___: self.in_update(asks))
+        self.kept = logger, update
+        head = (b"i", token, None, False, False)
+        if self.kind == MODEL_EXCHANGE:
+            make = self.library.fmi3InstantiateModelExchange
+            make.restype = ctypes.c_void_p
+            return make(*head, None, logger)  # type: ignore[no-any-return]
+        make = self.library.fmi3InstantiateCoSimulation
+        make.restype = ctypes.c_void_p
+        required = ctypes.byref(self.input), ctypes.c_size_t(1)
+        return make(*head, True, True, *required, None, logger, update)  # type: ignore[no-any-return]
+
+    def arguments(self, name: str) -> tuple[Any, ...]:
+        """Arguments of a function that are right in the states in which it is allowed."""
+        zero, step, one, none = map(ctypes.c_double, (0.0, 0.01, 1.0, 0.0))
+        count = ctypes.c_size_t(1)
+        room, flags = self.room, self.flags
+        start = (
+            (0, none, zero, 0, none) if self.version == "2" else (False, none, zero, False, none)
+        )
+        counted = (count,) if self.version == "3" else ()
+        of_input = ctypes.byref(self.input), count
+        derivative = ctypes.byref(self.rate), count, *of_input, ctypes.byref(one), *counted
+        states, indicators = ctypes.c_size_t(self.states), ctypes.c_size_t(self.indicators)
+        known: dict[str, tuple[Any, ...]] = {
+            "SetDebugLogging": (0, ctypes.c_size_t(0), None),
+            "SetupExperiment": start,
+            "EnterInitializationMode": start if self.version == "3" else (),
+            "GetReal": (*of_input, room),
+            "GetInteger": (*of_input, room),
+            "GetBoolean": (*of_input, room),
+            "SetReal": (*of_input, ctypes.byref(one)),
+            "SetReal of a parameter": (ctypes.byref(self.parameter), count, ctypes.byref(one)),
+            "GetFloat64": (*of_input, room, count),
+            "GetFloat64 of the time": (ctypes.byref(self.time), count, room, count),
+            "SetFloat64": (*of_input, ctypes.byref(one), count),
+            "SetFloat64 of a parameter": (
+                *(ctypes.byref(self.parameter), count, ctypes.byref(one), count),
+            ),
+            "GetFMUstate": (ctypes.byref(self.place),),
+            "SetFMUstate": (self.place,),
+            "FreeFMUstate": (ctypes.byref(ctypes.c_void_p()),),
+            "SerializedFMUstateSize": (self.place, ctypes.byref(self.size)),
+            "GetFMUState": (ctypes.byref(self.place),),
+            "SetFMUState": (self.place,),
+            "GetDirectionalDerivative": (*derivative, room, *counted),
+            "GetAdjointDerivative": (*derivative, room, *counted),
+            "GetAdjointDerivative of nothing": (None, ctypes.c_size_t(0)) * 4,
+            "NewDiscreteStates": (room,),
+            "UpdateDiscreteStates": (*(ctypes.byref(flags, n) for n in range(5)), room),
+            "CompletedIntegratorStep": (1, flags, ctypes.byref(flags, 8)),
+            "SetTime": (zero,),
+            "SetContinuousStates": ((ctypes.c_double * 4)(), states),
+            "GetContinuousStates": (room, states),
+            "GetDerivatives": (room, states),
+            "GetContinuousStateDerivatives": (room, states),
+            "GetNominalsOfContinuousStates": (room, states),
+            "GetEventIndicators": (room, indicators),
+            "GetNumberOfContinuousStates": (ctypes.byref(self.size),),
+            "GetNumberOfEventIndicators": (ctypes.byref(self.size),),
+            "SetRealInputDerivatives": (
+                *(*of_input, ctypes.byref(ctypes.c_int(1)), ctypes.byref(none)),
+            ),
+            "DoStep": (zero, step, True),
+            "GetStatus": (0, room),
+            "GetRealStatus": (2, room),
+            "GetIntegerStatus": (1, room),
+            "GetBooleanStatus": (3, room),
+            "GetStringStatus": (1, room),
+        }
+        if name == "DoStep" and self.version == "3":
+            return (*known[name], *(ctypes.byref(flags, n) for n in range(3)), room)
+        return known.get(name, ())
+
+    def call(self, name: str) -> int:
+        """The status of a function of the table."""
+        function = getattr(self.library, f"fmi{self.version}{name.partition(' ')[0]}")
+        return int(function(self.component, *self.arguments(name)))
+
+    def call_in(self, phase: str, name: str) -> int:
+        """The status of a function in a state, where a state of the FMU has been saved."""
+        save = "GetFMUstate" if self.version == "2" else "GetFMUState"
+        for step in PATHS[self.version, self.kind].get(phase, ()):
+            assert self.call(step) == 0, step
+        assert self.call(save) == 0
+        if phase not in ("U", "V"):
+            return self.call(name)
+        statuses: list[int] = []
+
+        def answer(asks: bool) -> None:
+            if asks == (phase == "U") and not statuses:
+                statuses.append(self.call(name))
+
+        self.in_update = answer
+        assert self.call("DoStep") == 0
+        return statuses[0]
+
+    def free(self) -> None:
+        free = f"FreeFMU{'state' if self.version == '2' else 'State'}"
+        getattr(self.library, f"fmi{self.version}{free}")(self.component, ctypes.byref(self.place))
+        getattr(self.library, f"fmi{self.version}FreeInstance")(self.component)
+
+
+def is_real(variable: Any) -> bool:
+    return variable.type is Type.REAL
+
+
+@pytest.mark.parametrize("model", MODELS)
+@pytest.mark.parametrize(("version", "kind"), PHASES)
+def test_a_function_is_an_error_in_the_states_that_the_standard_forbids_and_in_no_other(
+    model: str, version: str, kind: str
+) -> None:
+    accepted = {}
+    for name in ALLOWED[version]:
+        statuses = {}
+        for phase in PHASES[version, kind]:
+            instance = Instance(model, version, kind)
+            statuses[phase] = instance.call_in(phase, name)
+            assert bool(statuses[phase]) == bool(instance.log), (name, phase)
+            instance.free()
+        accepted[name] = "".join(phase for phase in statuses if statuses[phase] != ERROR)
+    column = (CO_SIMULATION, MODEL_EXCHANGE).index(kind)
+    assert accepted == {name: phases[column] for name, phases in ALLOWED[version].items()}
