@@ -21,6 +21,7 @@ from fivtui.transient import (
     Start,
     Transient,
     fixed_step,
+    rounding_error,
 )
 
 from .lyapunov import ErrorGrowth, error_growth
@@ -30,7 +31,7 @@ _FINER: Final = 100.0
 
 @dataclass(frozen=True, slots=True)
 class Estimate:
-    """A number of a run, and its difference to that of the finer run."""
+    """A number of a run, and its difference to that of the finer run, at least that of rounding."""
 
     value: float
     difference: float
@@ -156,16 +157,26 @@ def accuracy(
     other = run(replace(request, tol=tol, step=step), 1.0 / 3.0)
     growth = error_growth(request, progress=lambda fraction: report((2.0 + fraction) / 3.0))
     report(1.0)
-    ours, theirs = _numbers(asked), _numbers(other)
+    ours, theirs, rounding = _numbers(asked), _numbers(other), _rounding(asked)
     return Accuracy(
         run=asked,
         finer=finer,
         estimates={
-            name: Estimate(value, abs(value - theirs[name])) for name, value in ours.items()
+            name: Estimate(value, max(abs(value - theirs[name]), rounding.get(name, 0.0)))
+            for name, value in ours.items()
         },
         growth=growth,
         parted=runs_part(asked, other),
     )
+
+
+def _rounding(run: Transient) -> dict[str, float]:
+    # Errors by rounding that the other run shares.
+    relative, peak = rounding_error(run), run.peak.y_abs
+    _, *final = run.final
+    state = relative.final * max(map(abs, final))
+    sizes = dict.fromkeys(("x", "vx", "y", "vy"), state)
+    return sizes | {"peak_y_abs": relative.peak * peak, "y_half_range": relative.half_range * peak}
 
 
 def _numbers(run: Transient) -> dict[str, float]:

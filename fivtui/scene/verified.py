@@ -25,6 +25,7 @@ from fivtui.transient import (
     finer_tol,
     first_tol,
     observation,
+    rounding_error,
     takes_step,
 )
 
@@ -46,7 +47,7 @@ class Verified:
         Errors allowed, by quantity.
     estimate : Deviation
         Errors of the run before, at a coarser setting, against the finest: an upper bound of the
-        finest run's errors as long as the method converges.
+        finest run's errors as long as the method converges; at least those of rounding.
     runs : int
         Number of runs.
     """
@@ -143,7 +144,7 @@ def simulate_to(
         one, other = (run(each, shorter) for each in settings)
         if runs_part(one, other) is not None:
             return None
-        found = deviation(observation(one), observation(other))
+        found = deviation(observation(one), observation(other)).at_least(rounding_error(other))
         return SceneTransient(other, Verified(other, targets, found, len(settings)), parted)
 
     setting = _FIRST_STEP * scale if by_step else first_tol(targets)
@@ -153,7 +154,7 @@ def simulate_to(
         last = setting
         setting = max(setting * _FINER_STEP, least) if by_step else finer_tol(setting)
         fine, runs = run(setting), runs + 1
-        found = deviation(observation(coarse), observation(fine))
+        found = deviation(observation(coarse), observation(fine)).at_least(rounding_error(fine))
         missed = [name for name, error in targets.items() if found.of(name) > error]
         parted = runs_part(coarse, fine)
         if not missed and parted is None:
@@ -163,10 +164,11 @@ def simulate_to(
                 until = _shared_until(parted, fine.switch_times)
                 raise PartedError(parted, before(parted, until, last, setting))
             name = missed[0]
+            others = "" if request.method == "taylor" else " or the method taylor"
             raise ComputationError(
                 f"the error of {name} is about {found.of(name):.1e} at the finest setting of the "
                 f"method {request.method}, not {targets[name]:g}",
-                "allow a larger error, take a shorter horizon or the method taylor",
+                f"allow a larger error, take a shorter horizon{others}",
             )
         coarse = fine
 

@@ -25,6 +25,7 @@ if TYPE_CHECKING:
     )
     from .figure import transient_figure as transient_figure
     from .files import trajectory_of as trajectory_of
+    from .linear.rounding import rounding_error as rounding_error
     from .methods import (
         FMU_FLAVOURS as FMU_FLAVOURS,
         METHODS as METHODS,

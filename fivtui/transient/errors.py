@@ -2,7 +2,7 @@
 
 import math
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Final, Self
 
 import numpy as np
@@ -52,6 +52,16 @@ class Deviation:
     def of(self, quantity: str) -> float:
         """The error of one of `QUANTITIES`."""
         return float(getattr(self, quantity))
+
+    def at_least(self, other: Self) -> Self:
+        """The same, no error less than another's."""
+        return replace(
+            self,
+            final=max(self.final, other.final),
+            peak=max(self.peak, other.peak),
+            half_range=max(self.half_range, other.half_range),
+            events=max(self.events, other.events),
+        )
 
     def within(self, other: Self) -> bool:
         """Whether no error is greater than another's."""

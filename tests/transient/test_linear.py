@@ -8,10 +8,13 @@ from hypothesis import given, settings, strategies as st
 from mpmath import expm, matrix, mp, mpf
 from scipy.linalg import expm as scipy_expm
 
-from fivtui import Parameters, simulate
+from fivtui import Parameters, accuracy, simulate
 from fivtui.model.errors import Cancelled, ComputationError, InputError
 from fivtui.model.slider_belt import State
+from fivtui.scene.verified import simulate_to
+from fivtui.transient.derivatives.digits import final_digits
 from fivtui.transient.linear.exponential import LinearMotion
+from fivtui.transient.linear.rounding import rounding_error
 from fivtui.transient.linear.run import is_linear
 from fivtui.transient.request import Request
 from tests.support.strategies import moderate_parameters, states
@@ -237,3 +240,40 @@ def test_progress_rises_to_one_and_can_cancel() -> None:
     assert seen[-1] == 1.0
     with pytest.raises(Cancelled):
         simulate(undamped, t_end=500.0, separation=False, progress=lambda part: part < 0.5)
+
+
+@pytest.mark.parametrize("name", [name for name in SCENES if name != "light"])
+@pytest.mark.parametrize("factor", [1.0, 10.0])
+def test_errors_are_within_those_of_rounding(name: str, factor: float) -> None:
+    changes, t_end = SCENES[name]
+    growing = name in ("unstable", "strong-friction")
+    t_end *= 1.0 if growing else factor
+    run = simulate(linear(**changes), t_end=t_end, start=START, separation=False)
+    _, *final = run.final
+    true = truth(run.parameters, t_end, START)
+    error = max(abs(a - b) for a, b in zip(final, true, strict=True)) / max(map(abs, true))
+    assert error <= 4.0 * rounding_error(run).final
+    digits = final_digits(run)
+    assert digits is not None
+    for value, exact, count in zip(final, true, digits, strict=True):
+        assert count == 0 or abs(value - exact) <= 1.01 * 10.0**-count * abs(exact)
+
+
+def test_an_error_below_rounding_is_refused_and_estimates_are_never_below_it() -> None:
+    p = linear(c1=0.0, c2=0.0, mu=0.2)
+    request = Request(p, t_end=2e4, separation=False)
+    with pytest.raises(ComputationError, match=r"error of final is about "):
+        simulate_to({"final": 1e-13}, request)
+    verified = simulate_to({"final": 1e-9}, request)
+    x, vx, y, vy = truth(p, 2e4, request.initial)
+    final = verified.transient.final
+    off = max(abs(final.x - x), abs(final.vx - vx), abs(final.y - y), abs(final.vy - vy))
+    assert 0.0 < off / max(abs(x), abs(vx), abs(y), abs(vy)) < verified.estimate.final < 1e-9
+    compared = accuracy(p, t_end=2e4, separation=False)
+    assert abs(compared.run.final.x - x) < compared.estimates["x"].difference < 1e-9
+
+
+def test_damping_leaves_no_more_error_than_the_vibration_has() -> None:
+    long = rounding_error(simulate(linear(c1=0.1, mu=0.2), t_end=1e6, separation=False))
+    assert long.final < 1e-14
+    assert long.peak < 1e-12
