@@ -25,10 +25,7 @@ if TYPE_CHECKING:
     from .curves.events import End as End, EventKind as EventKind
     from .curves.result import CycleBranch as CycleBranch, CyclePoint as CyclePoint
     from .decay import Attraction as Attraction
-    from .explorer import (
-        Explorer as Explorer,
-        Kind as Kind,
-    )
+    from .explorer import Explorer as Explorer
     from .files import warning_of as warning_of
     from .rest import length_scale as length_scale, slowest_period as slowest_period
     from .words import (

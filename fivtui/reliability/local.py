@@ -6,13 +6,13 @@ from dataclasses import asdict, dataclass
 from operator import attrgetter
 from typing import Final
 
-from fivtui.distributions import Distribution
 from fivtui.equilibrium import critical_mu_derivatives
-from fivtui.model import ALL_PARAMETERS, ComputationError, Parameters
+from fivtui.model import ComputationError, Parameters
 from fivtui.safety import safe_mu_derivatives
 from fivtui.simulation import simulate
 from fivtui.sweeps import OUTPUTS, Study
 
+from .means import moments_of, parameters_at_means
 from .request import SAFE
 
 _CRITICAL: Final = "critical_mu"
@@ -51,16 +51,11 @@ def local_sensitivities(study: Study) -> dict[str, dict[str, LocalSensitivity]]:
     variational equations. Inputs that are no parameters are left out, and outputs without
     derivatives there.
     """
-    moments = {
-        name: axis.moments()
-        for name, axis in study.design.axes.items()
-        if name in ALL_PARAMETERS and isinstance(axis, Distribution)
-    }
+    moments = moments_of(study)
     if not moments:
         return {}
-    at = study.parameters.with_values({name: mean for name, (mean, _) in moments.items()})
     try:
-        found = _derivatives(study, at, tuple(moments))
+        found = _derivatives(study, parameters_at_means(study), tuple(moments))
     except ComputationError:
         return {}
     spreads = {name: sd for name, (_, sd) in moments.items()}

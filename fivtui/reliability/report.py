@@ -45,6 +45,8 @@ def uncertainty_rows(result: Uncertainty) -> list[Row]:
         Row(f"P({name})", estimate_words(each), MEANINGS[name])
         for name, each in result.probabilities.items()
     ]
+    if result.safe_mu_unknown_above is not None:
+        rows.append(Row("safe μ", safe_words(result), "safe friction coefficient"))
     for name, found in result.quantiles.items():
         if found:
             low, middle, high = (number(found[level].value, _DIGITS) for level in _LEVELS)
@@ -60,6 +62,11 @@ def uncertainty_rows(result: Uncertainty) -> list[Row]:
 def safe_words(result: Uncertainty) -> str:
     """How the safe μ of the members was found."""
     table = result.study.safe
+    if result.safe_mu_unknown_above is not None:
+        return (
+            f"not known above μ = {number(result.safe_mu_unknown_above, _DIGITS)}: at the means of "
+            "the inputs a global search does not confirm what continuation gives"
+        )
     if table is None:
         return "continued from the Hopf point for every member that differs"
     return (

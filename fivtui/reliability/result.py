@@ -13,6 +13,7 @@ from fivtui.results import Result, scene_text
 from fivtui.sweeps import OUTPUTS, Scatter, Study, Sweep
 
 from .local import LocalSensitivity, local_sensitivities
+from .means import safe_mu_unknown_above
 from .request import SAFE, truncations
 from .statistics import (
     SampleEstimate,
@@ -42,13 +43,17 @@ MEANINGS: Final = {
 class Uncertainty(Result):
     """Probabilities and distributions of a scattered scene, and what drives them.
 
+    Safe μ of the members is that of the limit cycles that continuation follows from the Hopf point.
+    Where a global search at the means of the inputs finds that it is lower, or does not decide,
+    nothing is stated that rests on it.
+
     Attributes
     ----------
     sweep : Sweep
         The members computed, see `Scatter` for their order.
     probabilities : mapping of str to SampleEstimate
         Of ``unstable``: the equilibrium is unstable; and of ``squeal_possible``: μ is above the
-        safe one, by continuation from the Hopf point.
+        safe one, where that is known.
     means : mapping of str to SampleEstimate
         Mean values of outputs.
     quantiles : mapping of str to mapping of str to SampleEstimate
@@ -59,6 +64,8 @@ class Uncertainty(Result):
         Derivatives of outputs by inputs at the means of these.
     missing : mapping of str to int
         Members without a value of an output, where there are such.
+    safe_mu_unknown_above : float or None
+        The μ above which safe μ is not known; None where the search confirms the continuation.
     """
 
     sweep: Sweep
@@ -68,6 +75,7 @@ class Uncertainty(Result):
     indices: Mapping[str, Mapping[str, SobolIndex]]
     local: Mapping[str, Mapping[str, LocalSensitivity]]
     missing: Mapping[str, int]
+    safe_mu_unknown_above: float | None = None
 
     @property
     def study(self) -> Study:
@@ -97,7 +105,7 @@ class Uncertainty(Result):
     def regions(self) -> dict[str, NDArray[np.bool_]]:
         """Which samples are in each region, from the safest on, by its name."""
         unstable = self.samples("stable") == 0.0
-        if SAFE not in self.study.outputs:
+        if POSSIBLE not in self.probabilities:
             return {"stable": ~unstable, "squeals by itself": unstable}
         numbers = {name: self.samples(name) for name in (*self.inputs, *self.study.outputs)}
         possible = (events_of(self.study, numbers)[POSSIBLE] == 1.0) & ~unstable
@@ -121,6 +129,8 @@ class Uncertainty(Result):
                 for name, each in self.probabilities.items()
             ),
         ]
+        if self.safe_mu_unknown_above is not None:
+            rows.append(("safe mu", f"not known above {self.safe_mu_unknown_above:.4g}"))
         for name, found in self.indices.items():
             first = ", ".join(f"{key} {each.total.value:.2f}" for key, each in ranked(found)[:4])
             rows.append((f"drives {name}", first))
@@ -149,6 +159,7 @@ class Uncertainty(Result):
                 "error": study.safe.error,
                 "usual_error": study.safe.usual_error,
             },
+            "safe_mu_not_known_above": self.safe_mu_unknown_above,
             "probabilities": dicts(self.probabilities),
             "means": dicts(self.means),
             "quantiles": {name: dicts(each) for name, each in self.quantiles.items()},
@@ -211,12 +222,17 @@ def judged(sweep: Sweep) -> Uncertainty:
     outputs = {
         name: sweep.table.numbers[name] for name in study.outputs if OUTPUTS[name].kind != "truth"
     }
+    local = local_sensitivities(study)
+    unknown_above = safe_mu_unknown_above(study)
+    if unknown_above is not None:
+        del events[POSSIBLE], outputs[SAFE]
+        local.pop(SAFE, None)
     samples = {
         name: np.asarray(scatter.samples_of(values), dtype=float)
         for name, values in (outputs | events).items()
     }
     probabilities = {name: probability_of(samples[name]) for name in events}
-    if study.safe is not None:
+    if study.safe is not None and POSSIBLE in events:
         margin = scatter.samples_of(margin_of(study, sweep.table.numbers))
         errors = np.array(study.safe.errors)
         probabilities[POSSIBLE] = _widened(samples[POSSIBLE], margin, errors)
@@ -232,6 +248,7 @@ def judged(sweep: Sweep) -> Uncertainty:
             for name, values in (events | outputs).items()
             if scatter.indices and (found := sobol_of(scatter, values))
         },
-        local_sensitivities(study),
+        local,
         {name: count for name, count in missing.items() if count},
+        unknown_above,
     )

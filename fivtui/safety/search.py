@@ -11,6 +11,7 @@ from typing import Final, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.stats.qmc import Sobol
 
 from fivtui.batch import Batch, simulate_batch
 from fivtui.kernel import Status
@@ -18,12 +19,14 @@ from fivtui.model import Parameters, equilibrium
 from fivtui.orbits import Attraction, length_scale, slowest_period
 from fivtui.transient import MAX_T_END, Progress
 
-from .starts import disturbed
-
 Floats = NDArray[np.float64]
 Indices = NDArray[np.int64]
 Flags = NDArray[np.bool_]
 
+# Sobol points of starts: their dimensions, and sizes of disturbances in characteristic lengths.
+_DIMENSIONS: Final = 5
+_SMALLEST: Final = 0.1
+_DECADES: Final = 3.0
 # Values of μ in a round, the lowest and the highest over the least μ known, and starts at each; a
 # few of them come first, to lower μ cheaply.
 LEVELS: Final = 16
@@ -414,3 +417,18 @@ def _durations(decay: float, period: float) -> list[float]:
     # Durations of the stages, s.
     time = 1.0 / decay if decay > 0.0 else 0.0
     return [min(max(decays * time, periods * period), MAX_T_END) for decays, periods in _STAGES]
+
+
+def disturbed(p: Parameters, count: int, *, separation: bool) -> Floats:
+    """Start states around the equilibrium, shape (count, 4), m and m/s.
+
+    Displacements are up to a size between 0.1 and 100 characteristic lengths, velocities up to
+    that size times the slowest angular frequency.
+    """
+    # The first point of the sequence is its origin.
+    points = Sobol(_DIMENSIONS, scramble=False).fast_forward(1).random(count)
+    rest = equilibrium(p, separation=separation)
+    speed = 2.0 * math.pi / slowest_period(p)
+    size = length_scale(p, separation=separation) * _SMALLEST * 10.0 ** (_DECADES * points[:, 4])
+    away: Floats = (2.0 * points[:, :4] - 1.0) * size[:, None]
+    return away * [1.0, speed, 1.0, speed] + [rest.x, 0.0, rest.y, 0.0]

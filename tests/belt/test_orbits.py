@@ -9,8 +9,8 @@ import pytest
 from fivtui import Parameters, attractors, simulate
 from fivtui.cli import run
 from fivtui.model.slider_belt import accelerations, equilibrium
-from fivtui.orbits import Attraction, Explorer, Kind, continuation
-from fivtui.orbits.explorer import Attractor, _ended_in
+from fivtui.orbits import Attraction, Explorer, continuation
+from fivtui.orbits.explorer import Attractor, Kind, _ended_in
 from fivtui.orbits.report import print_attractors
 from fivtui.orbits.rest import stays_stuck
 from fivtui.orbits.shooting import PeriodicOrbit, Section

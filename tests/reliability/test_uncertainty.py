@@ -9,10 +9,18 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from fivtui import Parameters, Scene, find_scene, simulate, stability, uncertainty
+from fivtui import (
+    Parameters,
+    Scene,
+    find_scene,
+    safe_friction,
+    simulate,
+    stability,
+    uncertainty,
+)
 from fivtui.cli import run
 from fivtui.model.errors import Cancelled, ComputationError, InputError
-from fivtui.reliability.report import UncertaintyProgress
+from fivtui.reliability.report import UncertaintyProgress, print_uncertainty
 from fivtui.reliability.request import parse_inputs, scattered_study, truncations, with_table
 from fivtui.reliability.result import Uncertainty, judged
 from fivtui.reliability.run import Place, measured
@@ -68,6 +76,7 @@ def test_squeal_is_possible_above_the_fold_of_each_sample() -> None:
     possible = found.probabilities["squeal_possible"]
     assert possible.value == pytest.approx((0.4 - FOLD) / 0.2, abs=2e-3)
     assert set(found.to_dict()["safe_mu"]) == {"folds", "error", "usual_error"}
+    assert found.to_dict()["safe_mu_not_known_above"] is None
     # Continued for each sample, where these are few, it is the same.
     few = uncertainty(vary=vary, samples=8, repeats=2, indices=False, outputs=("safe_mu",))
     assert few.study.safe is None
@@ -77,6 +86,24 @@ def test_squeal_is_possible_above_the_fold_of_each_sample() -> None:
     regions = found.regions()
     assert list(regions) == ["no squeal known", "squeals after a knock", "squeals by itself"]
     np.testing.assert_array_equal(sum(each.astype(int) for each in regions.values()), 1)
+
+
+def test_where_the_search_finds_less_than_continuation_nothing_rests_on_safe_mu(
+    capsys: pytest.CaptureFixture[str],
+) -> None:
+    p = Parameters(m=3.17, k1=255.6, k2=22.84, k3=23.81, c1=0.1849, c2=0.1664, F=49.0, k_nl=19.3)
+    found = uncertainty(p, vary={"F": "uniform:48:50"}, outputs=("safe_mu",), samples=64, repeats=4)
+    unknown_above = safe_friction(p).safe_mu
+    assert unknown_above is not None
+    assert found.safe_mu_unknown_above == pytest.approx(unknown_above, rel=1e-3)
+    assert found.to_dict()["safe_mu_not_known_above"] == found.safe_mu_unknown_above
+    assert set(found.probabilities) == {"unstable"}
+    assert set(found.indices) == {"unstable", "growth_rate"}
+    stated = (found.means, found.quantiles, found.indices, found.local)
+    assert not any("safe_mu" in numbers for numbers in stated)
+    assert list(found.regions()) == ["stable", "squeals by itself"]
+    print_uncertainty(found)
+    assert "not known above μ = 0.060" in capsys.readouterr().out
 
 
 def test_the_error_of_the_table_widens_the_interval() -> None:

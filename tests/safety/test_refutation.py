@@ -8,7 +8,8 @@ import pytest
 from fivtui import ComputationError, Parameters, safe_friction, simulate_batch
 from fivtui.kernel import Status
 from fivtui.model import equilibrium
-from fivtui.orbits import Explorer, Kind, slowest_period
+from fivtui.orbits import Explorer, slowest_period
+from fivtui.orbits.explorer import Kind
 
 _FRACTIONS = (0.3, 0.6, 0.9, 0.995)
 _STARTS = 60

@@ -11,10 +11,10 @@ from fivtui.safety.search import (
     STARTS,
     Round,
     SearchRound,
+    disturbed,
     least_growth,
     starts_within_limit,
 )
-from fivtui.safety.starts import disturbed
 
 
 def ended(motions: Round) -> SearchRound:

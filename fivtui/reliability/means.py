@@ -1,0 +1,52 @@
+"""The scene at the means of the inputs, and a global search there for what continuation misses."""
+
+from functools import lru_cache
+
+import numpy as np
+
+from fivtui.distributions import Distribution
+from fivtui.model import ALL_PARAMETERS, ComputationError, Parameters
+from fivtui.safety import safe_friction, safe_mus
+from fivtui.sweeps import Study
+
+from .request import SAFE
+
+
+def moments_of(study: Study) -> dict[str, tuple[float, float]]:
+    """Mean and standard deviation of the scattered parameters; inputs of the start are left out."""
+    return {
+        name: axis.moments()
+        for name, axis in study.design.axes.items()
+        if name in ALL_PARAMETERS and isinstance(axis, Distribution)
+    }
+
+
+def parameters_at_means(study: Study) -> Parameters:
+    """The parameters of a scattered study, each input at its mean."""
+    means = {name: mean for name, (mean, _) in moments_of(study).items()}
+    return study.parameters.with_values(means)
+
+
+def safe_mu_unknown_above(study: Study) -> float | None:
+    """The μ above which safe μ is not known, by a global search at the means of the inputs.
+
+    None where that search confirms safe μ as continuation gives it, or safe μ is not an output.
+    """
+    if SAFE not in study.outputs:
+        return None
+    return _unknown_above(
+        parameters_at_means(study).with_values({"mu": 0.0}), separation=study.cases[0]
+    )
+
+
+@lru_cache(maxsize=64)
+def _unknown_above(p: Parameters, *, separation: bool) -> float | None:
+    (continued,) = safe_mus(p, {}, np.array([separation])).tolist()
+    try:
+        verdict = safe_friction(p, separation=separation)
+    except ComputationError:
+        # Without an equilibrium at the means nothing is known of it.
+        return 0.0
+    limit = verdict.limit_of(continued)
+    least_unsafe = verdict.searched_to if np.isnan(continued) else continued
+    return limit if limit < least_unsafe else None
