@@ -56,6 +56,18 @@ def test_a_value_from_a_computation_is_rounded() -> None:
     assert "0.61567" in numbers.split()
 
 
+@pytest.mark.parametrize("width", [30, 40, 76])
+def test_numbers_ascend_where_bounds_crowd(width: int) -> None:
+    zones = (Zone.SAFE, Zone.KNOCK, Zone.SMALL, Zone.SQUEALS)
+    for value in (0.5, 15.0, 16.001, 17.04, 17.12, 30.0):
+        for bounds in ((16.0, 17.1, 17.149), (15.3, 16.0, 16.4), (1.0, 29.0, 29.5)):
+            over_mu = Zones("mu", (0.0, *bounds, 30.0), zones)
+            _, numbers = drawn(Gauge("μ", over_mu, value, f"{value:g}", False, ""), width)
+            ascending = [float(number) for number in numbers.split()]
+            assert ascending == sorted(ascending)
+            assert value in ascending
+
+
 def test_unknown_and_impossible_values_are_said_so() -> None:
     unknown = Zones("F", (0.0, 10.0, 20.0), (Zone.SMALL, Zone.NONE))
     searching, _ = drawn(Gauge("F (N)", unknown, 5.0, "5", searching=True, basis=""), 150)

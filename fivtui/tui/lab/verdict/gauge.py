@@ -14,10 +14,11 @@ from fivtui.safety import Zone, Zones
 _MARKER: Final = "●"
 _BOUND: Final = "┼"
 _DIGITS: Final = 3
+_ALL_DIGITS: Final = 17
 _OF_VALUE: Final = 5
 _LONGEST: Final = 8
-# How far a number below the gauge may be from what it is of, in columns.
-_APART: Final = 6
+# Largest offset of a number below the gauge from the column of its value.
+_LARGEST_OFFSET: Final = 6
 _TEXT: Final = {
     Zone.SAFE: "$text-success",
     Zone.KNOCK: "$text-warning",
@@ -114,47 +115,44 @@ class Gauge:
 
     def _numbers(self, room: int) -> Parts:
         line: list[tuple[str, str]] = [(" ", "")] * room
-        taken = [False] * room
+        # Value, first column and end of every number in the line.
+        written: list[tuple[float, int, int]] = []
 
-        def write(value: float, text: str, style: str, places: range) -> int | None:
-            first = _place(self._column(value, room), len(text), taken, places)
+        def write(value: float, text: str, style: str) -> None:
+            # Numbers stand in ascending order, a blank between them.
+            start = max((end + 1 for number, _, end in written if number < value), default=0)
+            stop = min((first - 1 for number, first, _ in written if number > value), default=room)
+            first = _first_column(self._column(value, room), len(text), start, stop, room)
             if first is not None:
                 end = first + len(text)
                 line[first:end] = [(letter, style) for letter in text]
-                around = range(max(first - 1, 0), min(end + 1, room))
-                for place in around:
-                    taken[place] = True
-            return first
+                written.append((value, first, end))
 
         # A value from a computation has all its digits.
         own = self.text if len(self.text) <= _LONGEST else f"{self.value:.{_OF_VALUE}g}"
-        here = write(self.value, own, "bold", range(room)) or 0
+        write(self.value, own, "bold")
         bounds = self.zones.bounds
         # The ends have precedence over what is between them.
         for bound in (bounds[0], bounds[-1], *bounds[1:-1]):
-            text = _number(bound)
-            if bound < self.value:
-                # Numbers stand in their order.
-                write(bound, text, "", range(max(here - len(text), 0)))
-            elif bound > self.value:
-                write(bound, text, "", range(here + len(own) + 1, room))
+            if bound != self.value:
+                write(bound, _number(bound, self.value), "")
         return _joined(line)
 
 
-def _number(value: float) -> str:
-    return f"{value:.{_DIGITS}g}"
+def _number(bound: float, value: float) -> str:
+    # As few digits as keep the bound on its side of the value, which is drawn beside it.
+    for digits in range(_DIGITS, _ALL_DIGITS):
+        text = f"{bound:.{digits}g}"
+        if (float(text) > value) is (bound > value) and float(text) != value:
+            return text
+    return repr(bound)
 
 
-def _place(column: int, size: int, taken: list[bool], places: range) -> int | None:
-    # The free one of some places for a number that is nearest to being centred below a column.
-    room = len(taken)
+def _first_column(column: int, size: int, start: int, stop: int, room: int) -> int | None:
+    # First column of a number from `start` to `stop`, as near as possible to centred at a column.
     centred = min(max(column - size // 2, 0), room - size)
-    free = [
-        place
-        for place in range(max(centred - _APART, 0), min(centred + _APART, room - size) + 1)
-        if place in places and not any(taken[place : place + size])
-    ]
-    return min(free, key=lambda place: abs(place - centred), default=None)
+    first = min(max(centred, start), stop - size)
+    return first if first >= start and abs(first - centred) <= _LARGEST_OFFSET else None
 
 
 def _joined(cells: Parts) -> Parts:
