@@ -1,7 +1,11 @@
 """The Textual application."""
 
 import asyncio
+import os
+import signal
+import threading
 from collections.abc import Callable, Mapping
+from contextlib import suppress
 from pathlib import Path, PurePath
 from typing import Any, ClassVar, Final, cast
 
@@ -25,6 +29,14 @@ from .tabs import Reported, ResultsRestored, SessionRequested
 
 _SAVE_PERIOD: Final = 2.0
 _STYLES = Path(__file__).parent / "styles"
+# Signals that end the program; Windows has no SIGHUP.
+_TERMINATING: Final = tuple(
+    signal.Signals[name] for name in ("SIGTERM", "SIGHUP") if hasattr(signal, name)
+)
+# Exit status of a program that a signal ended, less the number of the signal.
+SIGNALLED: Final = 128
+# Longest time for restoring the terminal after a signal, s; a closed terminal may take for ever.
+_RESTORING_TIME: Final = 5.0
 
 
 def _commands() -> type[Provider]:
@@ -219,10 +231,30 @@ class FivtuiApp(App[None]):
 
     async def action_quit(self) -> None:
         """Quit; what is still computed would slow that down."""
-        lab = self.screen_stack[0]
-        if isinstance(lab, LabScreen):
-            lab.stop_computing()
+        self._stop_computing()
         await super().action_quit()
+
+    def _stop_computing(self) -> None:
+        for screen in self.screen_stack[:1]:
+            if isinstance(screen, LabScreen):
+                screen.stop_computing()
+
+    def _handle_signals(self) -> None:
+        # Unavailable on Windows and outside the main thread.
+        with suppress(NotImplementedError, RuntimeError, ValueError):
+            for number in _TERMINATING:
+                asyncio.get_running_loop().add_signal_handler(number, self._terminate, number)
+
+    def _terminate(self, number: signal.Signals) -> None:
+        """Save the session, restore the terminal and quit because of a signal."""
+        status = SIGNALLED + number
+        limit = threading.Timer(_RESTORING_TIME, os._exit, (status,))
+        limit.daemon = True
+        limit.start()
+        # First of all: the terminal may be closed.
+        self._autosave.close(self._state())
+        self._stop_computing()
+        self.exit(return_code=status)
 
     def on_load(self) -> None:
         """Take the threads, before anything is computed."""
@@ -233,6 +265,8 @@ class FivtuiApp(App[None]):
         """Report what was restored, and start saving the session."""
         if self._autosave.enabled:
             self._ticker = self.set_interval(_SAVE_PERIOD, self._save_session)
+        if not self.is_headless:
+            self._handle_signals()
         self._begin()
 
     def _begin(self) -> None:

@@ -22,7 +22,7 @@ def run(scene: "Scene | None" = None, source: str = "") -> None:
     """Run the terminal UI until the user quits; a given scene replaces the last session's."""
     # Objects made until the first frame stay: nothing to collect.
     gc.disable()
-    from .app import FivtuiApp
+    from .app import SIGNALLED, FivtuiApp
     from .persistence import config_path, state_path
     from .session import WRITING, ComputingThreads
 
@@ -37,6 +37,10 @@ def run(scene: "Scene | None" = None, source: str = "") -> None:
         threads=threads,
     )
     app.run()
+    status = app.return_code or 0
+    if status > SIGNALLED:
+        # A signal waits for no thread, and the terminal may be closed.
+        os._exit(status)
     try:
         WRITING.wait(_say_what_is_written)
     except KeyboardInterrupt:
@@ -47,7 +51,7 @@ def run(scene: "Scene | None" = None, source: str = "") -> None:
         # The interpreter's own end would stop threads amid compiled code.
         sys.stdout.flush()
         sys.stderr.flush()
-        os._exit(app.return_code or 0)
+        os._exit(status)
 
 
 def _say_what_is_written(names: str) -> None:

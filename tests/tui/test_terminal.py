@@ -2,6 +2,7 @@
 
 import os
 import shutil
+import signal
 import subprocess
 import sys
 import time
@@ -19,6 +20,8 @@ LOOKS = 2000
 LOOK_S = 0.05
 LATE_S = 0.2
 ENDED = "ended with"
+# Alternate screen, mouse tracking, visible cursor.
+MODES = "#{alternate_on} #{mouse_any_flag} #{cursor_flag}"
 TMUX = shutil.which("tmux")
 
 
@@ -26,7 +29,7 @@ class Terminal:
     """A terminal of 80 by 24 that runs the program."""
 
     def __init__(self, folder: Path) -> None:
-        self._base = [str(TMUX), "-L", f"fivtui-{os.getpid()}", "-f", os.devnull]
+        self._base = [str(TMUX), "-L", f"fivtui-{os.getpid()}-{folder.name}", "-f", os.devnull]
         environment = os.environ | {
             "XDG_STATE_HOME": str(folder),
             "LC_ALL": "C.UTF-8",
@@ -58,6 +61,16 @@ class Terminal:
             assert not in_vain, f"{words!r} did not come; the screen:\n{shown}"
             time.sleep(LOOK_S)
         return shown
+
+    def format(self, words: str) -> str:
+        return self._tmux("display-message", "-p", words).strip()
+
+    def program(self) -> int:
+        children = ["pgrep", "-P", self.format("#{pane_pid}")]
+        return int(subprocess.run(children, check=True, capture_output=True, text=True).stdout)
+
+    def close_terminal(self) -> None:
+        self._tmux("kill-pane")
 
     def close(self) -> None:
         subprocess.run([*self._base, "kill-server"], check=False, capture_output=True)
@@ -111,3 +124,30 @@ def test_a_session_in_a_real_terminal(terminal: Terminal, tmp_path: Path) -> Non
     terminal.press("C-q")
     terminal.until_shown("ended with 0")
     assert (tmp_path / "fivtui" / "session.json").is_file()
+
+
+@pytest.mark.host
+@pytest.mark.parametrize("number", [signal.SIGTERM, signal.SIGHUP])
+def test_a_signal_saves_the_session_and_restores_the_terminal(
+    number: signal.Signals, terminal: Terminal, tmp_path: Path
+) -> None:
+    terminal.until_shown("UNSTABLE: growth rate +0.6304 1/s")
+    assert terminal.format(MODES) == "1 1 0"
+    terminal.press("Up", "Up")
+    terminal.until_shown("μ 0.72")
+    os.kill(terminal.program(), number)
+    terminal.until_shown(f"ended with {128 + number}")
+    assert terminal.format(MODES) == "0 0 1"
+    assert '"mu": "0.72"' in (tmp_path / "fivtui" / "session.json").read_text()
+
+
+@pytest.mark.host
+def test_a_closed_terminal_saves_the_session(terminal: Terminal, tmp_path: Path) -> None:
+    terminal.until_shown("UNSTABLE: growth rate +0.6304 1/s")
+    terminal.press("Up", "Up")
+    terminal.until_shown("μ 0.72")
+    program = terminal.program()
+    terminal.close_terminal()
+    while Path(f"/proc/{program}").exists():
+        time.sleep(LOOK_S)
+    assert '"mu": "0.72"' in (tmp_path / "fivtui" / "session.json").read_text()
