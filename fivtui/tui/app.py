@@ -13,7 +13,7 @@ from textual import on
 from textual.app import App
 from textual.binding import Binding, BindingType
 from textual.command import Provider
-from textual.events import Event, InputEvent, Key, MouseMove
+from textual.events import Event, InputEvent, Key, MouseMove, Paste
 from textual.screen import Screen
 from textual.theme import Theme
 from textual.timer import Timer
@@ -22,7 +22,7 @@ from fivtui.model import InputError, unknown_name
 from fivtui.scene import Scene
 from fivtui.tui.session import StoredResult
 
-from .lab import KEY_IDS, LabScreen, know_alt_keys, take_for_alt
+from .lab import KEY_IDS, KeyQueue, LabScreen, know_alt_keys, take_for_alt
 from .persistence import Autosave, Slot, State, load_config, restore_session, state_of
 from .session import PRECEDENCE, ComputingThreads, Session
 from .tabs import Reported, ResultsRestored, SessionRequested
@@ -126,6 +126,7 @@ class FivtuiApp(App[None]):
         self._when_shown = when_shown
         self._threads = threads
         self.session = Session(scene, source)
+        self._keys = KeyQueue(self, self._handle_event)
         self._mode = self.DEFAULT_MODE
         self.add_mode(self._mode, self.get_default_screen)
         self._state_file = state
@@ -287,6 +288,13 @@ class FivtuiApp(App[None]):
             )
 
     async def on_event(self, event: Event) -> None:
+        """Queue keys and pasted text; handle all else at once."""
+        if isinstance(event, Key | Paste) and not event.is_forwarded:
+            await self._keys.put(event)
+        else:
+            await self._handle_event(event)
+
+    async def _handle_event(self, event: Event) -> None:
         """Claim the interpreter for a key, and treat keys with Alt as keys without text."""
         if isinstance(event, InputEvent):
             if not self.screen_stack:

@@ -2,7 +2,7 @@ import re
 
 import pytest
 from textual._xterm_parser import XTermParser
-from textual.events import Paste
+from textual.events import Key, Paste
 from textual.pilot import Pilot
 from textual.widgets import Checkbox, Input, Select
 
@@ -243,3 +243,30 @@ async def test_a_row_takes_clicks_over_its_whole_width_and_a_long_paste_is_cut(
     await pilot.resize_terminal(160, 40)
     await until(pilot, lambda: pilot.app.screen.size.width == 160)
     assert pilot.app.screen.query_one(Form).size.width == width
+
+
+async def test_keys_that_come_in_one_burst_are_handled_in_order(pilot: Pilot[None]) -> None:
+    def press(*keys: tuple[str, str | None]) -> None:
+        for key, character in keys:
+            pilot.app.post_message(Key(key, character))
+
+    await focus(pilot, "mu")
+    texts = app_of(pilot).session.texts
+    press(("ctrl+u", None), ("0", "0"), ("full_stop", "."), ("8", "8"), ("9", "9"))
+    await until(pilot, lambda: texts["mu"] == "0.89")
+    # The run has what was typed before its key; what follows a shift of the focus goes there.
+    press(("end", None), ("backspace", None), ("f5", None), ("shift+tab", None))
+    press(("ctrl+u", None), ("0", "0"), ("backspace", None))
+    pilot.app.post_message(Paste("12"))
+    press(("5", "5"))
+    runs = app_of(pilot).session.runs
+    await until(pilot, lambda: runs.newest is not None and runs.active is None)
+    assert runs.newest is not None
+    assert runs.newest.scene.parameters.mu == 0.8
+    await until(pilot, lambda: texts["k_nl"] == "125")
+    # A dialog takes what is typed while it opens.
+    press(("ctrl+o", None), *((letter, letter) for letter in "abc"))
+    await until(
+        pilot,
+        lambda: [view.value for view in pilot.app.screen.query("#path").results(Input)] == ["abc"],
+    )
