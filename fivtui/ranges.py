@@ -1,6 +1,7 @@
 """Ranges of a named quantity as text: ``NAME=START:STOP:COUNT[:log]``; and their values."""
 
 import math
+import re
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from decimal import Context, Decimal
@@ -16,6 +17,12 @@ MAX_COUNT: Final = 10_000_000
 _FORM: Final = "NAME=START:STOP:COUNT or NAME=START:STOP:COUNT:log"
 _FORM_OF_ENDS: Final = "NAME=START:STOP or NAME=START:STOP:log"
 _SPACING: Final = "log"
+_FRACTION: Final = r"([0-9]*(?:[eE][+-]?[0-9]*)?)"
+_COMMA_IN_NUMBER: Final = re.compile(rf"(\s*[+-]?[0-9]*),{_FRACTION}(\s*%?\s*)")
+# Parts of a range have a colon before or behind them.
+_COMMA_IN_PART: Final = re.compile(
+    rf"((?:^|[\s=~])[+-]?[0-9]*),{_FRACTION}(?=\s*:)|(:\s*[+-]?[0-9]*),{_FRACTION}(?=[\s:]|$)"
+)
 # Fractions of a power of two in the table: the series then needs few terms.
 _PARTS: Final = 64
 _TERMS: Final = 7
@@ -112,6 +119,21 @@ def _count(flag: str, text: str, part: str) -> int:
             f"{flag} {text}: COUNT = {part}: must be a whole number from 2 to {MAX_COUNT}"
         )
     return count
+
+
+def decimal_point(text: str) -> str:
+    """The text of a number, perhaps as a percentage, with a point in place of a decimal comma."""
+    number = _COMMA_IN_NUMBER.fullmatch(text)
+    return text if number is None else f"{number[1]}.{number[2]}{number[3]}"
+
+
+def decimal_points(text: str) -> str:
+    """The text of ranges with points in place of decimal commas; commas of lists stay."""
+
+    def with_point(part: re.Match[str]) -> str:
+        return part[0].replace(",", ".")
+
+    return _COMMA_IN_PART.sub(with_point, text)
 
 
 def number_text(value: float) -> str:

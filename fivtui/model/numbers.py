@@ -1,10 +1,15 @@
 """Reading numbers from users: plain text, finite, within an interval."""
 
 import math
+import reprlib
 from dataclasses import dataclass
 from numbers import Real
+from typing import Final
 
 from .errors import InputError
+
+_BRIEF: Final = reprlib.Repr()
+_BRIEF.maxstring = 40
 
 
 @dataclass(frozen=True, slots=True)
@@ -75,9 +80,10 @@ def parse_number(name: str, value: object, allowed: object) -> float:
     try:
         number = read_number(value) if isinstance(value, str) else float(value)
     except (ValueError, OverflowError):
-        raise InputError(f"{name} = {value!r}: not a number; must be {allowed}") from None
+        text = _BRIEF.repr(value)
+        raise InputError(f"{name} = {text}: not a number; must be {allowed}") from None
     if not math.isfinite(number):
-        raise InputError(f"{name} = {value}: not a finite number; must be {allowed}")
+        raise InputError(f"{name} = {number}: not a finite number; must be {allowed}")
     return number
 
 

@@ -1,4 +1,4 @@
-"""Charts in characters: axes, traces, drawing."""
+"""Charts in characters: axes, traces, drawing; and the input of texts."""
 
 from typing import TYPE_CHECKING
 
@@ -23,6 +23,7 @@ if TYPE_CHECKING:
         nearest as nearest,
     )
     from .widget.chart_view import ChartView as ChartView
+    from .widget.text_input import TextInput as TextInput
 else:
     from fivtui.lazy import lazily
 

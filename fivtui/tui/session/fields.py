@@ -1,6 +1,7 @@
 """The fields of the form as data. Imports no Textual."""
 
 import dataclasses
+import re
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from typing import Final
@@ -15,7 +16,7 @@ from fivtui.model import (
     parse_number,
     unknown_name,
 )
-from fivtui.ranges import number_text
+from fivtui.ranges import decimal_point, number_text
 from fivtui.scene import Accuracy, Scene
 from fivtui.simulation import ALL_METHODS
 from fivtui.transient import (
@@ -45,11 +46,11 @@ _SEPARATION: Final = {
     IGNORED: "Case 2: P = −k2 y − k_nl y³ for all y, even in tension",
 }
 
-# An exponent only after a digit: a letter alone does not begin a number.
-_NUMBER_BEGUN: Final = r"[+-]?(?:[0-9]*\.?|(?:[0-9]+\.?[0-9]*|\.[0-9]+)(?:[eE][+-]?[0-9]*)?)"
-_NUMBERS_BEGUN: Final = rf" *{_NUMBER_BEGUN} *(?:, *{_NUMBER_BEGUN} *){{0,3}}"
-_STATIC_BEGUN: Final = "s(?:t(?:a(?:t(?:ic?)?)?)?)?"
-_ACCURACY_BEGUN: Final = "[a-z][A-Za-z0-9_=.,+ -]*"
+# A comma that is followed by a blank separates the values of a start.
+_START_SEPARATOR: Final = re.compile(r"(,\s+)")
+_START_SIZE: Final = 4
+# A comma that is followed by a digit does not separate error targets: these begin with a name.
+_COMMA_IN_TARGET: Final = re.compile(r"(=\s*[0-9]*),(?=[0-9])")
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -70,8 +71,8 @@ class FormField:
         Parses a text; raises `InputError` if it is invalid.
     text_of : callable
         The field's text for a scene.
-    typed : str
-        Regular expression of acceptable text while typing; by default beginnings of a number.
+    respell : callable
+        The text, of the same length, with points in place of decimal commas.
     step_by : callable or None
         Changes the value by a step.
     when_empty : str
@@ -80,8 +81,6 @@ class FormField:
         The only valid texts and their meanings, if there is a fixed set.
     details : tuple of (str, str)
         Labelled lines of help.
-    longest : int
-        Most characters of a text.
     """
 
     name: str
@@ -93,12 +92,11 @@ class FormField:
     default: str
     check: Callable[[str], object]
     text_of: Callable[[Scene], str]
-    typed: str = _NUMBER_BEGUN
+    respell: Callable[[str], str] = decimal_point
     step_by: Step | None = None
     when_empty: str = ""
     choices: Mapping[str, str] | None = None
     details: tuple[tuple[str, str], ...] = ()
-    longest: int = 40
 
 
 def _parameter(spec: ParameterSpec) -> FormField:
@@ -172,11 +170,23 @@ def _check_accuracy(text: str) -> Accuracy:
     return tuple(check_accuracy(asked).items())
 
 
+def _respell_accuracy(text: str) -> str:
+    return _COMMA_IN_TARGET.sub(r"\1.", text)
+
+
+def _respell_start(text: str) -> str:
+    parts = _START_SEPARATOR.split(text)
+    values = parts[::2]
+    if len(values) == _START_SIZE:
+        parts[::2] = map(decimal_point, values)
+    return "".join(parts)
+
+
 def _check_start(text: str) -> Start:
     parts = [part.strip() for part in text.split(",")]
     if parts == ["static"]:
         return "static"
-    if len(parts) != 4:
+    if len(parts) != _START_SIZE:
         raise InputError(f"start = {text!r}: must be {START_FORM}")
     return check_start([parse_number("start", part, START_FORM) for part in parts])
 
@@ -214,8 +224,7 @@ _OF_THE_RUN: Final = (
         default="static",
         check=_check_start,
         text_of=_start_text,
-        typed=f"{_STATIC_BEGUN}|{_NUMBERS_BEGUN}",
-        longest=160,
+        respell=_respell_start,
         details=(("static", "at rest at the equilibrium for μ = 0; the belt starts at t = 0"),),
     ),
     FormField(
@@ -270,9 +279,8 @@ _OF_THE_RUN: Final = (
         default="",
         check=_check_accuracy,
         text_of=lambda scene: ", ".join(f"{name}={error:g}" for name, error in scene.accuracy),
-        typed=_ACCURACY_BEGUN,
+        respell=_respell_accuracy,
         when_empty="tol or step",
-        longest=400,
         details=tuple(QUANTITIES.items()),
     ),
     FormField(

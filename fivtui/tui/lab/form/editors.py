@@ -1,6 +1,5 @@
 """Editors of fields: text, choices and the check box of separation."""
 
-import re
 from collections.abc import Callable, Mapping
 from typing import ClassVar, Final, Self
 
@@ -9,11 +8,12 @@ from textual.binding import Binding, BindingType
 from textual.geometry import Region
 from textual.widgets import Checkbox, Input, Select
 
+from fivtui.tui.chart import TextInput
 from fivtui.tui.session import CONSIDERED, IGNORED, FormField
 from fivtui.tui.tabs import FieldEdited, FieldStepped
 
 
-class TextEditor(Input):
+class TextEditor(TextInput):
     """Edits a field as text; up and down change a number by a step."""
 
     BINDINGS: ClassVar[list[BindingType]] = [
@@ -24,7 +24,13 @@ class TextEditor(Input):
     ]
 
     def __init__(self, field: FormField, text: str) -> None:
-        super().__init__(text, compact=True, placeholder=field.when_empty, validate_on=())
+        super().__init__(
+            text,
+            respell=field.respell,
+            compact=True,
+            placeholder=field.when_empty,
+            validate_on=(),
+        )
         self._field = field
 
     def refresh(
@@ -36,25 +42,6 @@ class TextEditor(Input):
     ) -> Self:
         """Redraw without a new layout: the editor never changes its size."""
         return super().refresh(*regions, repaint=repaint, recompose=recompose)
-
-    def replace(self, text: str, start: int, end: int) -> None:
-        """Insert text unless it turns a valid beginning into an invalid one."""
-        # Pasted text may have surrounding blanks, and be of any length.
-        new = text.strip() or text
-        room = self._field.longest - len(self.value) + abs(end - start)
-        if len(new) > room:
-            self.restricted()
-            new = new[: max(room, 0)]
-        begin, finish = sorted((start, end))
-        whole = f"{self.value[:begin]}{new}{self.value[finish:]}"
-        good, right = (
-            re.fullmatch(self._field.typed, text) is not None for text in (self.value, whole)
-        )
-        # After a deletion an invalid text may be mended by typing.
-        if new and good and not right:
-            self.restricted()
-        else:
-            super().replace(new, start, end)
 
     def check_consume_key(self, key: str, character: str | None) -> bool:
         """Whether a key types: no field takes a question mark, which asks for help."""

@@ -21,6 +21,8 @@ _SYMBOL_WIDTH: Final = 6
 _STEP_WIDTH: Final = 3
 _STEPS_WIDTH: Final = _STEP_WIDTH * len(_SIGNS)
 _UNIT_WIDTH: Final = 6
+# Most lines of an error message; a message that repeats a long text has more.
+_MOST_LINES: Final = 8
 
 
 class _RowLayout(Layout):
@@ -74,7 +76,8 @@ class FieldRow(Widget):
         return 1 + len(self._lines_below(width))
 
     def _lines_below(self, width: int) -> list[str]:
-        return wrap(self._error or self._note, max(width - len(_INDENT) - 1, 1))
+        lines = wrap(self._error or self._note, max(width - len(_INDENT) - 1, 1))
+        return lines[:_MOST_LINES]
 
     def render(self) -> Content:
         """Everything but the editor."""
@@ -110,6 +113,8 @@ class FieldRow(Widget):
             self._error, self._note = error, note
             self._editor.set_class(bool(error), "-invalid")
             self.refresh(layout=True)
+            if error and self._editor.has_focus:
+                self.call_after_refresh(self.scroll_visible, animate=False)
 
     def on_descendant_focus(self) -> None:
         """Report that this field has the focus."""
