@@ -13,6 +13,9 @@ from textual.widgets import Button, Input, ProgressBar, Static
 from textual.worker import Worker, WorkerState
 
 from fivtui.model import InputError
+from fivtui.ranges import decimal_points
+from fivtui.scene import Scene
+from fivtui.tui.chart import TextInput
 from fivtui.tui.session import PRECEDENCE, Job, Outcome, Session, crash_words, outcome_of
 
 from .messages import Reported
@@ -23,20 +26,24 @@ _PERIOD: Final = 0.1
 
 
 class JobWords(Static):
-    """Words in one line; those without room are in the tooltip."""
+    """Words in one line; those without room are in the tooltip. Errors take all their lines."""
 
     def __init__(self, words: str) -> None:
         super().__init__(words, classes="job-words", markup=False)
         self._words = words
+        self._wrong = False
 
-    def show(self, words: str) -> None:
-        """Display words."""
-        self._words = words
+    def show(self, words: str, *, wrong: bool) -> None:
+        """Display words, or the error message of an input."""
+        resized = wrong or self._wrong
+        self._words, self._wrong = words, wrong
         self._fit()
+        if resized:
+            self.refresh(layout=True)
 
     @on(Resize)
     def _fit(self) -> None:
-        fit = fitted(self._words, self.size.width)
+        fit = self._words if self._wrong else fitted(self._words, self.size.width)
         self.update(fit, layout=False)
         self.tooltip = self._words if fit != self._words else None
 
@@ -54,8 +61,8 @@ class JobBar(Horizontal):
         yield ProgressBar(total=1.0, show_percentage=False, show_eta=False)
         yield JobWords(self._hint)
 
-    def show(self, job: Job | None, words: str) -> None:
-        """Display a running job's progress, or else some words."""
+    def show(self, job: Job | None, words: str, *, wrong: bool = False) -> None:
+        """Display a running job's progress, or else some words or what is wrong in the input."""
         running = job is not None
         if running is not self.has_class("-running"):
             button = self.query_one(Button)
@@ -64,8 +71,9 @@ class JobBar(Horizontal):
             self.set_class(running, "-running")
         if job is not None:
             self.query_one(ProgressBar).update(progress=job.fraction)
-            words = job.words
-        self.query_one(JobWords).show(words)
+            words, wrong = job.words, False
+        self.set_class(wrong, "-wrong")
+        self.query_one(JobWords).show(words, wrong=wrong)
 
 
 class JobPane(ViewsPane):
@@ -97,6 +105,8 @@ class JobPane(ViewsPane):
         self.job: Job | None = None
         self.words = self.HINT
         self._typing = False
+        self._setting = ""
+        self._error = ""
 
     def compose(self) -> ComposeResult:
         """The bar above the views."""
@@ -116,6 +126,60 @@ class JobPane(ViewsPane):
     def key_words(self) -> list[str]:
         """Besides, the key that starts and stops the job."""
         return [f"F10 {self.VERB.lower()}", *super().key_words()]
+
+    def study_input(self, name: str, setting: str, example: str) -> TextInput:
+        """The input of the bar, of some identifier; its text is stored as a setting."""
+        self._setting = setting
+        return TextInput(
+            self.setting(setting, example),
+            respell=decimal_points,
+            id=name,
+            classes="study-input",
+            compact=True,
+            select_on_focus=False,
+        )
+
+    @property
+    def text(self) -> str:
+        """The text of the input of the bar."""
+        return self.query_one(".study-input", TextInput).value
+
+    def check_text(self, scene: Scene, text: str) -> None:
+        """Raise `InputError` if the text of the input is wrong for a scene."""
+
+    @on(Input.Changed, ".study-input")
+    def _edited(self, event: Input.Changed) -> None:
+        event.stop()
+        self.keep(self._setting, event.value)
+        self._check_input()
+
+    def _check_input(self) -> None:
+        try:
+            scene = self.session.scene()
+        except InputError:
+            scene = self.session.loaded
+        self._error = ""
+        try:
+            self.check_text(scene, self.text)
+        except InputError as error:
+            self._error = str(error)
+        self.query_one(".study-input").set_class(bool(self._error), "-invalid")
+        self._show_bar()
+
+    @on(Input.Submitted, ".study-input")
+    def _submitted(self, event: Input.Submitted) -> None:
+        event.stop()
+        self.submitted()
+
+    def submitted(self) -> None:
+        """Start the job unless it is running; called for Enter in the input."""
+        if self.job is None:
+            self.work()
+
+    def scene_changed(self) -> None:
+        """Check an input again that was wrong for the previous scene."""
+        if self._error:
+            self._check_input()
 
     def begin(self) -> None:
         """Check the inputs and call `start`; raises `InputError` if they are invalid."""
@@ -213,4 +277,5 @@ class JobPane(ViewsPane):
             self.progressed()
 
     def _show_bar(self) -> None:
-        self.query_one(JobBar).show(self.job, self.FORM if self._typing else self.words)
+        words = self._error or (self.FORM if self._typing else self.words)
+        self.query_one(JobBar).show(self.job, words, wrong=bool(self._error))

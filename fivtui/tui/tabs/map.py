@@ -8,9 +8,10 @@ from textual import on
 from textual.app import ComposeResult
 from textual.containers import Horizontal, Vertical
 from textual.timer import Timer
-from textual.widgets import Button, Input, Static
+from textual.widgets import Button, Static
 
 from fivtui.model import InputError, Parameters
+from fivtui.scene import Scene
 from fivtui.tui.chart import ChartView
 from fivtui.tui.session import Job, Session, study_line
 
@@ -73,7 +74,7 @@ class MapPane(JobPane):
             for name, title in VALUES.items():
                 classes = "value -active" if name == self._value else "value"
                 yield Button(title, id=f"{_PREFIX}{name}", classes=classes, compact=True)
-        yield Input(self.setting(_OVER, EXAMPLE), id="over", compact=True, select_on_focus=False)
+        yield self.study_input("over", _OVER, EXAMPLE)
 
     def compose_views(self) -> ComposeResult:
         """One chart, and what its shades mean."""
@@ -89,6 +90,7 @@ class MapPane(JobPane):
 
     def scene_changed(self) -> None:
         """Recompute the map if another parameter has changed."""
+        super().scene_changed()
         self.draw()
         read = self.session.studies.get("map")
         if read is not None:
@@ -120,7 +122,7 @@ class MapPane(JobPane):
             self.say(str(error))
 
     def _request(self) -> tuple[dict[str, FloatArray], Parameters, object]:
-        first, second = map_request(self.query_one("#over", Input).value, self._value)
+        first, second = map_request(self.text, self._value)
         p = self.session.parameters()
         # The mapped parameters' own values do not matter.
         others = tuple(
@@ -135,6 +137,10 @@ class MapPane(JobPane):
             for each, axis in zip((first, second), chosen, strict=True)
         }
         return over, p, (first, second, chosen, others, self._value, self.session.separation)
+
+    def check_text(self, scene: Scene, text: str) -> None:  # noqa: ARG002
+        """Raise `InputError` if the text is not what `FORM` says."""
+        map_request(text, self._value)
 
     def begin(self) -> None:
         """Compute the map."""
@@ -172,14 +178,8 @@ class MapPane(JobPane):
         self.query_one(ChartView).show(map_chart(result, now))
         self.query_one("#scale", Static).update(map_scale(result))
 
-    @on(Input.Changed, "#over")
-    def _edited(self, event: Input.Changed) -> None:
-        event.stop()
-        self.keep(_OVER, event.value)
-
-    @on(Input.Submitted, "#over")
-    def _submitted(self, event: Input.Submitted) -> None:
-        event.stop()
+    def submitted(self) -> None:
+        """Map the ranges typed, in place of those being mapped."""
         self.query_one(ChartView).view.reset()
         self.stop()
         self.work()
@@ -204,6 +204,7 @@ class MapPane(JobPane):
         for button in self.query(".value"):
             button.set_class(button.id == f"{_PREFIX}{value}", "-active")
         self.stop()
+        self._check_input()
         try:
             self._request()
         except InputError as error:

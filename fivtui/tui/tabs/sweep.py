@@ -8,9 +8,10 @@ from textual import on
 from textual.app import ComposeResult
 from textual.containers import Vertical
 from textual.message import Message
-from textual.widgets import Input, Static
+from textual.widgets import Static
 
 from fivtui.model import InputError
+from fivtui.scene import Scene
 from fivtui.tui.chart import ChartView
 from fivtui.tui.session import DisplayedStudy, Job, Session, study_line, symbol_of
 
@@ -68,16 +69,20 @@ class SweepPane(JobPane):
     def compose_bar(self) -> ComposeResult:
         """The swept ranges."""
         yield Static("vary", classes="words")
-        yield Input(self.setting("vary", EXAMPLE), id="vary", compact=True, select_on_focus=False)
+        yield self.study_input("vary", "vary", EXAMPLE)
 
     def compose_views(self) -> ComposeResult:
         """One chart."""
         with Vertical(id="amplitudes"):
             yield ChartView("sweep-chart", nothing="no sweep yet: press F10", openable=True)
 
+    def check_text(self, scene: Scene, text: str) -> None:
+        """Raise `InputError` if the text is not what `FORM` says."""
+        sweep_request(scene, text)
+
     def begin(self) -> None:
         """Sweep the edited scene."""
-        study = sweep_request(self.session.scene(), self.query_one("#vary", Input).value)
+        study = sweep_request(self.session.scene(), self.text)
         asked, self._asked = self._asked, study
         if study.members > ASKED_FROM and study != asked:
             words = f"{study.members} runs: F10 again computes them"
@@ -117,17 +122,6 @@ class SweepPane(JobPane):
             if displayed is not None and self.job is None:
                 self.say(self._counted)
 
-    @on(Input.Changed, "#vary")
-    def _edited(self, event: Input.Changed) -> None:
-        event.stop()
-        self.keep("vary", event.value)
-
-    @on(Input.Submitted, "#vary")
-    def _submitted(self, event: Input.Submitted) -> None:
-        event.stop()
-        if self.job is None:
-            self.work()
-
     @on(Grown)
     def _grown(self, event: Grown) -> None:
         event.stop()
@@ -145,6 +139,7 @@ class SweepPane(JobPane):
 
     def scene_changed(self) -> None:
         """Mark the edited value; display a sweep read from a file."""
+        super().scene_changed()
         self._catch_up()
         self.draw()
 
@@ -205,7 +200,7 @@ class SweepPane(JobPane):
         """The command for the displayed sweep, or else the one to compute."""
         displayed = self.session.studies.get("sweep")
         if displayed is None:
-            study = sweep_request(self.session.scene(), self.query_one("#vary", Input).value)
+            study = sweep_request(self.session.scene(), self.text)
         else:
             study = displayed.value.study
         return study_line("sweep", study, self.session.origin)

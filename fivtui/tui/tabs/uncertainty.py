@@ -6,9 +6,10 @@ from typing import TYPE_CHECKING, ClassVar, Final
 from textual import on
 from textual.app import ComposeResult
 from textual.containers import Horizontal, Vertical
-from textual.widgets import Button, Input, Static
+from textual.widgets import Button, Static
 
 from fivtui.model import InputError
+from fivtui.scene import Scene
 from fivtui.tui.chart import ChartView
 from fivtui.tui.session import DisplayedStudy, Job, Session, study_line
 
@@ -64,9 +65,7 @@ class UncertaintyPane(JobPane):
 
     def compose_bar(self) -> ComposeResult:
         """The distributions."""
-        yield Input(
-            self.setting(_VARY, EXAMPLE), id="scattered", compact=True, select_on_focus=False
-        )
+        yield self.study_input("scattered", _VARY, EXAMPLE)
 
     def compose_views(self) -> ComposeResult:
         """Histogram of a quantity, probabilities; table of Sobol indices; samples by region."""
@@ -81,9 +80,13 @@ class UncertaintyPane(JobPane):
         with Vertical(id="samples"):
             yield ChartView("samples-chart", nothing="nothing scattered yet: press F10")
 
+    def check_text(self, scene: Scene, text: str) -> None:
+        """Raise `InputError` if the text is not what `FORM` says."""
+        uncertainty_request(scene, text)
+
     def begin(self) -> None:
         """Scatter the parameters of the edited scene."""
-        study = uncertainty_request(self.session.scene(), self.query_one("#scattered", Input).value)
+        study = uncertainty_request(self.session.scene(), self.text)
         self._present = ""
 
         def compute(job: Job) -> "Uncertainty":
@@ -113,6 +116,7 @@ class UncertaintyPane(JobPane):
 
     def scene_changed(self) -> None:
         """Display a study that was read from a file, or restored."""
+        super().scene_changed()
         displayed = self.session.studies.get(_KIND)
         if displayed is not None and displayed is not self._last:
             if displayed.source:
@@ -143,17 +147,6 @@ class UncertaintyPane(JobPane):
             # They stand above the chart.
             self.query_one("#probabilities").display = False
 
-    @on(Input.Changed, "#scattered")
-    def _edited(self, event: Input.Changed) -> None:
-        event.stop()
-        self.keep(_VARY, event.value)
-
-    @on(Input.Submitted, "#scattered")
-    def _submitted(self, event: Input.Submitted) -> None:
-        event.stop()
-        if self.job is None:
-            self.work()
-
     @on(Button.Pressed, ".output")
     def _chosen(self, event: Button.Pressed) -> None:
         event.stop()
@@ -176,7 +169,7 @@ class UncertaintyPane(JobPane):
         """The command for the displayed study, or else the one to compute."""
         displayed = self.session.studies.get(_KIND)
         if displayed is None:
-            text = self.query_one("#scattered", Input).value
+            text = self.text
             study = uncertainty_request(self.session.scene(), text)
         else:
             study = displayed.value.study

@@ -6,10 +6,11 @@ from typing import ClassVar, Final
 from textual import on
 from textual.app import ComposeResult
 from textual.containers import Vertical
-from textual.widgets import Button, Input, Static
+from textual.widgets import Button, Static
 
 from fivtui.model import InputError
 from fivtui.orbits import CycleBranch
+from fivtui.scene import Scene
 from fivtui.tui.chart import ChartView
 from fivtui.tui.session import DisplayedStudy, Job, study_line
 from fivtui.tui.tabs.charts.branches import (
@@ -45,7 +46,7 @@ class BranchesPane(JobPane):
     def compose_bar(self) -> ComposeResult:
         """The parameter with its range, and where the branch begins."""
         yield Static("along", classes="words")
-        yield Input(self.setting(_VARY, EXAMPLE), id="along", compact=True, select_on_focus=False)
+        yield self.study_input("along", _VARY, EXAMPLE)
         yield Button(_ORIGINS[self._origin], id="branch-from", compact=True)
 
     def compose_views(self) -> ComposeResult:
@@ -61,9 +62,13 @@ class BranchesPane(JobPane):
     def _displayed(self) -> DisplayedStudy[CycleBranch] | None:
         return self.session.studies.get(_KIND)
 
+    def check_text(self, scene: Scene, text: str) -> None:  # noqa: ARG002
+        """Raise `InputError` if the text is not what `FORM` says."""
+        parse_branch(text)
+
     def begin(self) -> None:
         """Follow a branch of the edited scene."""
-        name, ends = parse_branch(self.query_one("#along", Input).value)
+        name, ends = parse_branch(self.text)
         low, high = (None, None) if ends is None else ends
         scene, origin = self.session.scene(), self._origin
 
@@ -111,17 +116,6 @@ class BranchesPane(JobPane):
             return self.session.parameters().as_dict().get(name)
         except InputError:
             return None
-
-    @on(Input.Changed, "#along")
-    def _edited(self, event: Input.Changed) -> None:
-        event.stop()
-        self.keep(_VARY, event.value)
-
-    @on(Input.Submitted, "#along")
-    def _submitted(self, event: Input.Submitted) -> None:
-        event.stop()
-        if self.job is None:
-            self.work()
 
     @on(Button.Pressed, "#branch-from")
     def _turned(self, event: Button.Pressed) -> None:
