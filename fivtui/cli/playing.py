@@ -9,7 +9,7 @@ from fivtui.model import InputError, parse_number, read_number
 
 from .arguments import option
 from .completion import METHOD_NAMES
-from .deliver import check_outputs, show, write
+from .deliver import check_outputs, show, warn, write
 from .group import commands
 from .options import (
     force_option,
@@ -161,8 +161,18 @@ def sound(**given: Any) -> None:
 @commands.command()
 @run_options
 @input_option("--measured", "FILE.csv", "The measured data.")
-@option("--time", metavar="NAME|N", default="1", help="Column of the times, by name or number.")
-@option("--signal", metavar="NAME|N", default="2", help="Column of the signal.")
+@option(
+    "--time",
+    metavar="NAME|N",
+    default="",
+    help="Column of the times, by name or number; t, time or the first if not given.",
+)
+@option(
+    "--signal",
+    metavar="NAME|N",
+    default="",
+    help="Column of the signal; the one of that quantity's name or the second if not given.",
+)
 @option(
     "--quantity",
     metavar="NAME",
@@ -216,7 +226,11 @@ def validate(**given: Any) -> None:
     }
     check_outputs("validation", given["out"], given["plot"], force=given["force"])
     measurement = read_measurement(
-        given["measured"], time=given["time"], signal=given["signal"], **numbers
+        given["measured"],
+        time=given["time"],
+        signal=given["signal"],
+        quantity=given["quantity"],
+        **numbers,
     )
     found = compare(
         run_of(given),
@@ -226,4 +240,5 @@ def validate(**given: Any) -> None:
         tolerances=tolerances,
     )
     write("validation", found, given["out"], given["plot"], force=given["force"])
+    warn("validation", found)
     show("validation", found, as_json=given["as_json"])

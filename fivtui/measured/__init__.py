@@ -4,6 +4,7 @@ from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
     from .comparison import (
+        QUANTITIES as QUANTITIES,
         Criterion as Criterion,
         Validation as Validation,
         validate as validate,

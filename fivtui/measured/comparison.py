@@ -15,7 +15,7 @@ from fivtui.results import Result
 from fivtui.signals import Spectrum, motion_at, spectrum
 from fivtui.transient import Transient
 
-from .reading import Measurement
+from .reading import Measurement, bears_name
 from .tolerances import Tolerances
 
 if TYPE_CHECKING:
@@ -97,6 +97,14 @@ class Validation(Result):
     def unit(self) -> str:
         """Unit of the quantity."""
         return UNITS[self.quantity]
+
+    @property
+    def warning(self) -> str:
+        """That the measured column bears the name of another quantity; empty if it does not."""
+        signal, names = self.measurement.signal, {*QUANTITIES, "t", "time"} - {self.quantity}
+        if not bears_name(signal, tuple(names)):
+            return ""
+        return f"column {signal!r} of the measured data is compared with {self.quantity}"
 
     def to_dict(self) -> dict[str, Any]:
         """The object that ``fivtui validate --json`` prints."""

@@ -38,6 +38,7 @@ VALIDATION: Final = StudyKind(
     suffixes=tuple(FORMATS),
     save=comparison.save_validation,
     as_json=True,
+    warning=lambda result: result.warning or None,
     stem=lambda result: f"validation-{result.quantity}",
     command=_command,
 )

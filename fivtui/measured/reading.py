@@ -3,6 +3,8 @@
 import csv
 import io
 import math
+import re
+from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Final
@@ -19,6 +21,9 @@ FloatArray = NDArray[np.float64]
 _LARGEST: Final = 1 << 28
 _SEPARATORS: Final = (";", "\t", ",")
 _FEWEST: Final = 2
+# Names of columns are compared by their first letters: "y (mm)" and "y_mm" are y.
+_SYMBOL: Final = re.compile("[a-z]*", re.IGNORECASE)
+_TIMES: Final = ("t", "time")
 
 
 @dataclass(frozen=True, slots=True, eq=False, repr=False)
@@ -61,6 +66,7 @@ def read_measurement(
     *,
     time: str = "",
     signal: str = "",
+    quantity: str = "",
     scale: float = 1.0,
     offset: float = 0.0,
     time_scale: float = 1.0,
@@ -76,7 +82,11 @@ def read_measurement(
     path : Path or str
         The file.
     time, signal : str
-        The columns, by name or by number from 1; the first and the second if not given.
+        The columns, by name or by number from 1. If not given, they are found by name: ``t`` or
+        ``time``, and `quantity`, each also with a unit as in ``y (mm)`` or ``y_mm``; without such
+        names the first column has the times, and the first of the others the signal.
+    quantity : str
+        What the signal is to be compared with, e.g. ``y``.
     scale, offset : float
         The signal is `scale` times the number in the file, plus `offset`.
     time_scale : float
@@ -110,18 +120,24 @@ def read_measurement(
     text = _text(path)
     try:
         names, rows = _table(text)
-        chosen = [
-            _place(time, names, 0, "time"),
-            _place(signal, names, min(1, len(names) - 1), "signal"),
-        ]
-        t, values = (_numbers(rows, place, names[place]) for place in chosen)
+        time_column = _column(time, names, "time", _TIMES, 0)
+        first = 1 if time_column == 0 else 0
+        signal_column = _column(signal, names, "signal", (quantity,), first)
+        t = _numbers(rows, time_column, names[time_column])
+        values = _numbers(rows, signal_column, names[signal_column])
     except InputError as error:
         raise InputError(f"{path}: {error}") from None
     if np.any(np.diff(t) <= 0.0):
-        raise InputError(f"{path}: {names[chosen[0]]}: must be ascending times")
+        raise InputError(f"{path}: {names[time_column]}: must be ascending times")
     return Measurement(
-        str(path), names[chosen[0]], names[chosen[1]], time_scale * t, scale * values + offset
+        str(path), names[time_column], names[signal_column], time_scale * t, scale * values + offset
     )
+
+
+def bears_name(column: str, names: Sequence[str]) -> bool:
+    """Whether a column bears one of some names, perhaps with a unit, in small or large letters."""
+    symbol = _SYMBOL.match(column)
+    return symbol is not None and symbol[0].lower() in {name.lower() for name in names if name}
 
 
 _Row = tuple[int, list[str]]
@@ -179,9 +195,11 @@ def _is_number(cell: str) -> bool:
     return True
 
 
-def _place(wanted: str, names: list[str], usual: int, what: str) -> int:
+def _column(wanted: str, names: list[str], what: str, usual: Sequence[str], first: int) -> int:
+    # Index of the column that is wanted, or else has a usual name, or else is the first.
     if not wanted:
-        return usual
+        matches = (index for index, name in enumerate(names) if bears_name(name, usual))
+        return next(matches, first)
     if wanted in names:
         return names.index(wanted)
     if wanted.isascii() and wanted.isdigit() and 1 <= int(wanted) <= len(names):

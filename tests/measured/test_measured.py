@@ -42,6 +42,10 @@ def measurement(t: np.ndarray, values: np.ndarray) -> Measurement:
             {"signal": "y (mm)", "scale": 1e-3, "time_scale": 1e-3},
         ),
         ("y,t\n11,0\n8,0.5\n13,1\n", {"time": "t", "signal": "y", "offset": -10.0}),
+        ("t,x,vx,y\n0,9,8,1\n0.5,9,8,-2\n1,9,8,3\n", {"quantity": "y"}),
+        ("Y_mm,Time (s)\n1,0\n-2,0.5\n3,1\n", {"quantity": "y"}),
+        ("y,s\n0,1\n0.5,-2\n1,3\n", {"quantity": "x"}),
+        ("u,t\n1,0\n-2,0.5\n3,1\n", {"quantity": "y"}),
     ],
 )  # fmt: skip
 def test_columns_are_read_whatever_program_wrote_them(
@@ -95,6 +99,47 @@ def test_the_run_itself_agrees_and_its_shift_is_found() -> None:
     assert same.greatest < 1e-9
     assert same.passed is True
     assert validate(RUN, measurement(t, y)).passed is None
+
+
+@pytest.mark.parametrize(
+    ("signal", "quantity", "warned"),
+    [
+        ("x", "y", True),
+        ("vy (m/s)", "y", True),
+        ("t", "y", True),
+        ("p", "y", True),
+        ("y", "y", False),
+        ("Y_mm", "y", False),
+        ("P (N)", "P", False),
+        ("displacement", "y", False),
+        ("column 2", "y", False),
+    ],
+)
+def test_a_column_that_bears_the_name_of_another_quantity_is_warned_of(
+    signal: str, quantity: str, warned: bool
+) -> None:
+    t = np.linspace(0.0, 5.0, 51)
+    found = validate(RUN, Measurement("a.csv", "t", signal, t, np.sin(t)), quantity=quantity)
+    said = f"column {signal!r} of the measured data is compared with {quantity}"
+    assert found.warning == (said if warned else "")
+    assert ("measured", f"{signal} in a.csv") in found._summary()
+
+
+def test_a_trajectory_is_compared_with_the_column_of_its_quantity(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    path = str(tmp_path / "run.csv")
+    command(["simulate", "base", "--t-end", "10", "--out", path])
+    for options, warned in (
+        ([], False),
+        (["--quantity", "vx"], False),
+        (["--signal", "x"], True),
+    ):
+        capsys.readouterr()
+        command(["validate", "base", "--t-end", "10", "--measured", path, "--json", *options])
+        out, err = capsys.readouterr()
+        assert (json.loads(out)["deviation"]["rms"] > 1e-9) is warned
+        assert ("warning: column 'x' of the measured data is compared with y" in err) is warned
 
 
 def test_the_band_is_absolute_or_relative_and_a_share_may_be_outside() -> None:

@@ -15,6 +15,7 @@ from textual.widgets import Button, Input, Label, Static
 
 from fivtui.model import InputError
 from fivtui.results import Row
+from fivtui.tui.chart import TextInput
 from fivtui.tui.tabs import grid
 
 
@@ -55,7 +56,7 @@ class PathDialog(ModalScreen[ChosenFile | None]):
         """Title, input, hint and buttons."""
         with Vertical(id="dialog"):
             yield Label(self._title, id="dialog-title", markup=False)
-            yield Input(self._proposal, id="path", select_on_focus=False)
+            yield TextInput(self._proposal, id="path", select_on_focus=False)
             yield Static(self._hint, id="dialog-hint", markup=False)
             with Horizontal(id="dialog-buttons"):
                 yield Button(self._verb, id="save", variant="primary", compact=True)

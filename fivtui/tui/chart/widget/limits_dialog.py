@@ -11,8 +11,13 @@ from textual.screen import ModalScreen
 from textual.widgets import Button, Input, Label, Static
 
 from fivtui.model import InputError
+from fivtui.ranges import decimal_points
 from fivtui.tui.chart.axis import Axis, parse_limits
 from fivtui.tui.chart.chart import Chart, View
+
+from .text_input import TextInput
+
+_FORM = "LOW:HIGH, or empty to fit the data"
 
 
 class LimitsDialog(ModalScreen[View | None]):
@@ -35,32 +40,42 @@ class LimitsDialog(ModalScreen[View | None]):
                 axis = axes[name]
                 text = f"{axis.low:.6g}:{axis.high:.6g}"
                 chosen = getattr(self._view, name) is not None
-                yield Input(
+                yield TextInput(
                     text if chosen else "",
+                    respell=decimal_points,
                     placeholder=f"now {text}",
                     id=f"limits-{name}",
                     compact=True,
                 )
-            yield Static("LOW:HIGH, or empty to fit the data", id="dialog-hint", markup=False)
+            yield Static(_FORM, id="dialog-hint", markup=False)
             with Horizontal(id="dialog-buttons"):
                 yield Button("OK", id="limits-ok", compact=True, variant="primary")
                 yield Button("Cancel", id="limits-cancel", compact=True)
 
+    @on(Input.Changed)
+    def _check(self) -> View | None:
+        # The view with the limits typed; without them the hint says what is wrong.
+        # The first change of an input may come before the other widgets exist.
+        texts = {editor.id: editor.value for editor in self.query(Input)}
+        chosen, error = replace(self._view, x=None, y=None), ""
+        for name, log in (("x", chosen.log_x), ("y", chosen.log_y)):
+            try:
+                limits = parse_limits(name, texts.get(f"limits-{name}", ""), log=log)
+            except InputError as refusal:
+                error = error or str(refusal)
+            else:
+                if limits is not None:
+                    setattr(chosen, name, Axis(*limits, log=log))
+        for hint in self.query("#dialog-hint").results(Static):
+            hint.update(error or _FORM)
+            hint.set_class(bool(error), "-wrong")
+        return None if error else chosen
+
     @on(Input.Submitted)
     @on(Button.Pressed, "#limits-ok")
     def _take(self) -> None:
-        chosen = replace(self._view, x=None, y=None)
-        try:
-            for name, log in (("x", chosen.log_x), ("y", chosen.log_y)):
-                text = self.query_one(f"#limits-{name}", Input).value
-                limits = parse_limits(name, text, log=log)
-                if limits is not None:
-                    setattr(chosen, name, Axis(*limits, log=log))
-        except InputError as error:
-            hint = self.query_one("#dialog-hint", Static)
-            hint.update(str(error))
-            hint.add_class("-wrong")
-        else:
+        chosen = self._check()
+        if chosen is not None:
             self.dismiss(chosen)
 
     @on(Button.Pressed, "#limits-cancel")

@@ -2,10 +2,17 @@
 
 from collections.abc import Mapping
 from pathlib import Path
-from typing import Final
+from typing import Final, Literal
 
-from fivtui.measured import Criterion, Validation, read_measurement, read_tolerances, validate
-from fivtui.model import parse_number
+from fivtui.measured import (
+    QUANTITIES,
+    Criterion,
+    Validation,
+    read_measurement,
+    read_tolerances,
+    validate,
+)
+from fivtui.model import parse_number, unknown_name
 from fivtui.transient import Transient
 from fivtui.tui.chart import Chart, Guide, Trace
 
@@ -15,9 +22,9 @@ from .transient import TIME_LABEL, contact_strips, label_of
 # where they are empty, and what they mean.
 INPUTS: Final[Mapping[str, tuple[str, str]]] = {
     "file": ("FILE.csv", "file of measured data"),
-    "time": ("time 1", "column of the times, by name or number"),
+    "time": ("time t", "column of the times, by name or number; t, time or the first if empty"),
     "time-scale": ("t scale 1", "seconds in a unit of the time column, e.g. 0.001 for ms"),
-    "signal": ("signal 2", "column of the signal, by name or number"),
+    "signal": ("signal y", "column of the signal, by name or number; as the quantity if empty"),
     "quantity": ("y", "what was measured: y, x, vy, vx or P, in SI units"),
     "scale": (
         "scale 1",
@@ -36,6 +43,10 @@ ROWS: Final = (
     ("quantity", "scale", "offset", "shift"),
     ("band", "share", "frequency", "amplitude"),
 )
+_NUMBERS: Final = ("scale", "offset", "time-scale")
+_TOLERANCES: Final = ("band", "share", "frequency", "amplitude")
+# Inputs of numbers, where a comma is a decimal comma.
+NUMERIC: Final = (*_NUMBERS, "shift", *_TOLERANCES)
 _HARMONICS: Final = 8.0
 
 
@@ -46,18 +57,48 @@ def validation_of(run: Transient, texts: Mapping[str, str]) -> Validation:
     """
     numbers = {
         name.replace("-", "_"): parse_number(name, texts[name], "a number")
-        for name in ("scale", "offset", "time-scale")
+        for name in _NUMBERS
         if texts[name]
     }
-    path = Path(texts["file"]).expanduser()
-    measurement = read_measurement(path, time=texts["time"], signal=texts["signal"], **numbers)
-    shift = texts["shift"]
+    path, quantity = Path(texts["file"]).expanduser(), texts["quantity"] or "y"
+    measurement = read_measurement(
+        path, time=texts["time"], signal=texts["signal"], quantity=quantity, **numbers
+    )
     return validate(
         run,
         measurement,
-        quantity=texts["quantity"] or "y",
-        shift="auto" if shift == "auto" else parse_number("shift", shift or 0.0, "s, or auto"),
+        quantity=quantity,
+        shift=_shift(texts["shift"]),
         tolerances=read_tolerances(texts),
+    )
+
+
+def _shift(text: str) -> float | Literal["auto"]:
+    return "auto" if text == "auto" else parse_number("shift", text or 0.0, "s, or auto")
+
+
+def check_input(name: str, text: str) -> None:
+    """Raise `InputError` if the text of an input is wrong whatever the file and the run are."""
+    if not text:
+        return
+    if name in _NUMBERS:
+        parse_number(name, text, "a number")
+    elif name == "shift":
+        _shift(text)
+    elif name == "quantity" and text not in QUANTITIES:
+        raise unknown_name(name, text, QUANTITIES)
+    elif name in _TOLERANCES:
+        # A share needs a band.
+        read_tolerances({"band": "1", name: text})
+
+
+def comparison_words(result: Validation) -> str:
+    """What was compared with what, and the deviation."""
+    warning = f"WARNING: {result.warning}; " if result.warning else ""
+    return (
+        f"{warning}{result.measurement.signal!r} as {result.quantity}, {result.t.size} samples, "
+        f"shift {result.shift:.5g} s, "
+        f"rms {result.rms:.4g} {result.unit}, at most {result.greatest:.4g} {result.unit}"
     )
 
 

@@ -11,11 +11,15 @@ from textual.widgets import Input, Static
 
 from fivtui.measured import Validation
 from fivtui.model import InputError
+from fivtui.ranges import decimal_point
 from fivtui.transient import Transient
-from fivtui.tui.chart import ChartView
+from fivtui.tui.chart import ChartView, TextInput
 from fivtui.tui.tabs.charts.measured import (
     INPUTS,
+    NUMERIC,
     ROWS,
+    check_input,
+    comparison_words,
     options_of,
     overlay_chart,
     overlay_spectra,
@@ -51,8 +55,10 @@ class MeasuredView(Vertical):
         for row in ROWS:
             with Horizontal(classes="bar"):
                 for name in row:
-                    yield Input(
+                    options = {"respell": decimal_point} if name in NUMERIC else {}
+                    yield TextInput(
                         self._kept(name),
+                        **options,
                         id=f"{_PREFIX}{name}",
                         placeholder=INPUTS[name][0],
                         compact=True,
@@ -80,10 +86,7 @@ class MeasuredView(Vertical):
         time.show(None if found is None else overlay_chart(found))
         spectrum.show(None if found is None else overlay_spectra(found))
         if found is not None:
-            self._words = (
-                f"{found.t.size} samples, shift {found.shift:.5g} s, "
-                f"rms {found.rms:.4g} {found.unit}, at most {found.greatest:.4g} {found.unit}"
-            )
+            self._words = comparison_words(found)
         self.query_one("#overlay-words", Static).update(self._words)
 
     @property
@@ -112,7 +115,14 @@ class MeasuredView(Vertical):
         focused = self.screen.focused
         name = "" if focused is None else str(focused.id).removeprefix(_PREFIX)
         words = INPUTS[name][1] if name in INPUTS else self._words
-        self.query_one("#overlay-words", Static).update(words)
+        self.query_one("#overlay-words", Static).update(self._error(name) or words)
+
+    def _error(self, name: str) -> str:
+        try:
+            check_input(name, self.texts.get(name, ""))
+        except InputError as error:
+            return str(error)
+        return ""
 
     def on_resize(self) -> None:
         """Show the spectra where there is room for both plots."""
@@ -121,7 +131,10 @@ class MeasuredView(Vertical):
     @on(Input.Changed)
     def _edited(self, event: Input.Changed) -> None:
         event.stop()
-        self._keep(str(event.input.id).removeprefix(_PREFIX), event.value)
+        name = str(event.input.id).removeprefix(_PREFIX)
+        self._keep(name, event.value)
+        event.input.set_class(bool(self._error(name)), "-invalid")
+        self._say()
 
     @on(Input.Submitted)
     def _submitted(self, event: Input.Submitted) -> None:

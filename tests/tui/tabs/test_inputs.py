@@ -1,0 +1,104 @@
+"""Inputs of tabs and dialogs: no character is lost, and what is wrong is marked at once."""
+
+import pytest
+from textual.events import Paste
+from textual.pilot import Pilot
+from textual.widgets import Input
+
+from fivtui.ranges import decimal_point, decimal_points
+from fivtui.tui.chart.widget.limits_dialog import LimitsDialog
+from fivtui.tui.tabs.transient import TransientPane
+from tests.support.laboratory import flat_text_of, run_to_end, show_tab, until, until_shown
+
+SIZE = (160, 40)
+
+
+@pytest.mark.parametrize(
+    ("text", "expected"),
+    [
+        ("mu=0,1:0,8:5", "mu=0.1:0.8:5"),
+        ("F~normal:80,5:8,25 mu~uniform:0,1:,8", "F~normal:80.5:8.25 mu~uniform:0.1:.8"),
+        ("-0,5:1,5e1", "-0.5:1.5e1"),
+        ("0,1 : 0,5", "0.1 : 0.5"),
+        # Lists, and what may be one, stay.
+        ("F=20,40 mu=0,5", "F=20,40 mu=0,5"),
+        ("mu=1,2,3:4:5", "mu=1,2,3:4:5"),
+        ("mu=0:1,2,3", "mu=0:1,2,3"),
+    ],
+)
+def test_decimal_commas_in_ranges_are_points(text: str, expected: str) -> None:
+    assert decimal_points(text) == expected
+    # The same while it is typed.
+    typed = ""
+    for letter in text:
+        typed = decimal_points(typed + letter)
+    assert typed == expected or "," in expected
+
+
+def test_a_decimal_comma_in_a_number_is_a_point() -> None:
+    for text, expected in (
+        ("0,7", "0.7"),
+        (" -,5e-3 ", " -.5e-3 "),
+        ("2,5 %", "2.5 %"),
+        ("1,2,3", "1,2,3"),
+        ("1.2,3", "1.2,3"),
+        ("a,5", "a,5"),
+        ("0,7 N", "0,7 N"),
+    ):
+        assert decimal_point(text) == expected
+
+
+@pytest.mark.parametrize(
+    ("key", "name", "wrong", "reason", "right"),
+    [
+        ("alt+3", "vary", "mu=0,1:200:5", "mu = 200: must be from 0 to 100", "mu=0.1:2:5"),
+        ("alt+4", "over", "mu=0:1:5 F=5:x:3", "F = 'x': not a number; must be", "mu=0:1:5 F=5:9:3"),
+        ("alt+7", "scattered", "F~normal:80:-8", "F~normal:80:-8", "F~normal:80:8"),
+        ("alt+9", "along", "mu=0,1", "must be NAME or NAME=LOW:HIGH", "mu=0.1:0.9"),
+    ],
+)
+async def test_a_wrong_text_in_a_tab_is_marked_at_once(
+    key: str, name: str, wrong: str, reason: str, right: str, pilot: Pilot[None]
+) -> None:
+    await show_tab(pilot, key)
+    editor = pilot.app.screen.query_one(f"#{name}", Input)
+    editor.focus()
+    await until(pilot, lambda: editor.has_focus)
+    for text, valid in ((wrong, False), (right, True)):
+        await pilot.press("end", "ctrl+u")
+        pilot.app.post_message(Paste(f"{text}\n"))
+        await until(pilot, lambda: editor.has_class("-invalid") is not valid)  # noqa: B023
+        assert (editor.value == text) is ("0,1:" not in text)
+        assert (reason in flat_text_of(pilot)) is not valid
+
+
+async def test_wrong_numbers_beside_measured_data_are_marked_at_once(pilot: Pilot[None]) -> None:
+    await run_to_end(pilot)
+    pilot.app.screen.query_one(TransientPane).show_view("measured")
+    for name, wrong, reason, right in (
+        ("scale", "0,5x", "not a number", "0,5"),
+        ("shift", "later", "must be s, or auto", "auto"),
+        ("quantity", "z", "unknown quantity", "vy"),
+        ("share", "5", "must be a percentage", "5,5%"),
+    ):
+        editor = pilot.app.screen.query_one(f"#measured-{name}", Input)
+        editor.focus()
+        await until(pilot, lambda: editor.has_focus)  # noqa: B023
+        await pilot.press(*wrong)
+        await until_shown(pilot, reason)
+        assert editor.has_class("-invalid")
+        await pilot.press("ctrl+u", *right)
+        await until(pilot, lambda: not editor.has_class("-invalid"))  # noqa: B023
+        assert editor.value == right.replace(",", ".")
+
+
+async def test_wrong_limits_of_an_axis_are_marked_at_once(pilot: Pilot[None]) -> None:
+    await pilot.press("alt+p", "g")
+    await until(pilot, lambda: isinstance(pilot.app.screen, LimitsDialog))
+    await until(pilot, lambda: isinstance(pilot.app.focused, Input))
+    await pilot.press(*"0,5:0,1")
+    await until_shown(pilot, "LOW must be below HIGH")
+    await pilot.press("backspace", "9")
+    await until_shown(pilot, "LOW:HIGH, or empty to fit the data")
+    assert isinstance(pilot.app.focused, Input)
+    assert pilot.app.focused.value == "0.5:0.9"
