@@ -8,7 +8,7 @@ from textual.pilot import Pilot
 
 from fivtui.safety import Zone, Zones, linear_zones, safety_zones
 from fivtui.tui.lab.verdict.gauge import Gauge, Parts, round_span
-from tests.support.laboratory import focus, text_of, type_into, until_screen, until_shown
+from tests.support.laboratory import focus, text_of, type_into, until, until_screen, until_shown
 
 SIZE = (80, 24)
 OVER_MU = Zones("mu", (0.0, 0.278, 0.439, 1.5), (Zone.SAFE, Zone.KNOCK, Zone.SQUEALS))
@@ -102,7 +102,7 @@ async def test_the_gauge_follows_what_is_edited(
     await until_screen(pilot, lambda text: "searching…" in gauge_of(text))
     await pilot.press("up")
     await until_screen(pilot, lambda text: " 0.71 " in text)
-    assert entered.wait(60.0)
+    await until(pilot, entered.is_set)
     assert "safe" not in gauge_of(text_of(pilot))
     known.set()
     await until_screen(pilot, lambda text: " safe " in gauge_of(text))

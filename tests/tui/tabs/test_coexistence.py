@@ -101,7 +101,9 @@ class Searches:
         self.begun: list[Parameters] = []
         self.cancelled: list[Parameters] = []
         self.answers: dict[float, Coexistence | Exception] = {}
-        self.told, self.ended = threading.Event(), threading.Event()
+        self.told = threading.Event()
+        # Counts the cancelled ones.
+        self.ended = threading.Semaphore(0)
 
     def __call__(self, p: Parameters, *, progress: Callable[[float], bool], **said: Any) -> Any:
         self.begun.append(p)
@@ -109,7 +111,7 @@ class Searches:
             self.told.wait(0.005)
             if not progress(0.0):
                 self.cancelled.append(p)
-                self.ended.set()
+                self.ended.release()
                 raise Cancelled
         answer = self.answers[p.F]
         if isinstance(answer, Exception):
@@ -183,11 +185,11 @@ async def test_it_says_so_where_none_is_found_or_the_search_fails(
     assert "too many steps" in now_known(pilot).words
     await edit(pilot, "120")
     await until(pilot, lambda: now_known(pilot).done)
+    assert [p.F for p in searches.begun] == [130.0, 125.0, 120.0]
     # What was found is known when an edit is undone.
     for preload, words in (("130", "no limit cycle found"), ("120", "a limit cycle coexists")):
         await edit(pilot, preload)
         assert words in headline(pilot)
-    assert [p.F for p in searches.begun] == [130.0, 125.0, 120.0]
 
 
 async def test_on_a_belt_of_finite_speed_attractors_are_searched_and_safe_friction_is_not(
@@ -219,9 +221,9 @@ async def test_an_edit_cancels_the_search_and_so_does_the_end(searches: Searches
         await until(pilot, lambda: len(searches.cancelled) == 2)
         await edit(pilot, "130")
         await until(pilot, lambda: len(searches.begun) == 3)
-        searches.ended.clear()
-    assert searches.ended.wait(HANG_S)
-    assert len(searches.cancelled) == 3
+    for _ in range(3):
+        assert searches.ended.acquire(timeout=HANG_S)
+    assert [p.F for p in searches.cancelled] == [120.0, 125.0, 130.0]
 
 
 @pytest.fixture(scope="module")
@@ -255,7 +257,8 @@ async def test_the_verdict_says_from_which_friction_on_a_cycle_coexists(
         await pilot.press("alt+1")
         pilot.app.screen.query_one("#view-facts").press()  # type: ignore[attr-defined]
         await until_shown(pilot, "all 2048 starts at 16 values of μ")
-        assert safe_searches == [P]
+        # That of the first scene may have begun before the edit.
+        assert safe_searches.count(P) == 1
 
 
 async def test_it_says_so_of_an_unstable_equilibrium_and_of_what_was_not_found_by_transients(
