@@ -45,13 +45,17 @@ class Pane(Vertical):
 
     def take_focus(self, *, bar: bool = False) -> None:
         """Focus the plot or list, or the first input, else button, of the `bar` above it."""
-        inside = [widget for widget in self.query("*") if widget.focusable]
+        self.focus_within(self, bar=bar)
+
+    def focus_within(self, part: Widget, *, bar: bool = False) -> None:
+        """As `take_focus`, of a part of the tab; text inputs, which take letters, come last."""
 
         def rank(widget: Widget) -> int:
             return 2 if isinstance(widget, Input) else int(isinstance(widget, Button))
 
-        inside.sort(key=rank, reverse=bar)
-        self.screen.set_focus(next(iter(inside), None))
+        candidates = [widget for widget in (part, *part.query("*")) if widget.focusable]
+        candidates.sort(key=rank, reverse=bar)
+        self.screen.set_focus(next(iter(candidates), None))
 
     def key_words(self) -> list[str]:
         """Keys that work here and what they do, for the border."""

@@ -175,11 +175,7 @@ class ViewsPane(Pane):
         self._mark()
         self.draw()
         self._show_cursors()
-        chosen = self.query_one(f"#{name}")
-        for widget in (chosen, *chosen.query("*")):
-            if widget.focusable:
-                widget.focus()
-                return
+        self.focus_within(self.query_one(f"#{name}"))
 
     def _mark(self) -> None:
         for button in self.query(".view-button"):

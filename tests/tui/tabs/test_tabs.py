@@ -6,6 +6,7 @@ from typing import Any
 import numpy as np
 import pytest
 from textual.pilot import Pilot
+from textual.widgets import Input
 
 from fivtui.equilibrium.scan import mode_scan, scan_top
 from fivtui.paper.claims.check import CLAIMS
@@ -18,6 +19,7 @@ from fivtui.tui.app import FivtuiApp
 from fivtui.tui.chart.widget.chart_view import ChartView
 from fivtui.tui.session import runs
 from fivtui.tui.tabs import TABS
+from fivtui.tui.tabs.book import TabBook
 from fivtui.tui.tabs.charts.paper import claim_rows, claim_words
 from fivtui.tui.tabs.charts.tradeoff import (
     COLUMNS,
@@ -26,11 +28,13 @@ from fivtui.tui.tabs.charts.tradeoff import (
     table_rows,
     tradeoff_chart,
 )
+from fivtui.tui.tabs.views_pane import ViewsPane
 from tests.support.kernels import INTERPRETED
 from tests.support.laboratory import (
     app_of,
     flat_text_of,
     run_to_end,
+    show_tab,
     text_of,
     type_into,
     until,
@@ -69,6 +73,27 @@ async def test_stability_is_shown_live_over_mu_and_in_the_plane(pilot: Pilot[Non
     shown = app_of(pilot).session.runs.displayed
     assert shown is not None
     assert shown.scene.parameters.mu == float(texts["mu"])
+
+
+async def test_turning_views_comes_round_and_never_ends_in_a_text_input(
+    pilot: Pilot[None],
+) -> None:
+    turned = []
+    for tab in TABS:
+        await show_tab(pilot, tab.key)
+        pane = pilot.app.screen.query_one(TabBook).pane
+        if not isinstance(pane, ViewsPane) or len(pane.VIEWS) < 2:
+            continue
+        turned.append(tab.id)
+        pane.take_focus()
+        views = [pane.view]
+        for _ in pane.VIEWS:
+            await pilot.press("v")
+            assert not isinstance(pilot.app.focused, Input)
+            views.append(pane.view)
+        assert views[-1] == views[0]
+        assert set(views) == set(pane.VIEWS)
+    assert {"stability", "transient"} <= set(turned)
 
 
 async def test_the_transient_has_views_and_every_plot_its_keys(
