@@ -22,10 +22,11 @@ if TYPE_CHECKING:
         growth_rate as growth_rate,
         stability as stability,
     )
-    from .figure import is_logarithmic as is_logarithmic
+    from .figure import draw_contours as draw_contours, is_logarithmic as is_logarithmic
     from .gradient import critical_mu_derivatives as critical_mu_derivatives
     from .kinds import MAP as MAP
     from .map import (
+        LEAST_CONTRAST as LEAST_CONTRAST,
         MAP_VALUES as MAP_VALUES,
         StabilityMap as StabilityMap,
         check_map as check_map,

@@ -1,11 +1,12 @@
 """Figures of modes over the friction coefficient and of stability maps."""
 
+from collections.abc import Sequence
 from typing import Any, Final
 
 import matplotlib as mpl
 import numpy as np
 from matplotlib.axes import Axes
-from matplotlib.colors import BoundaryNorm, ListedColormap, TwoSlopeNorm
+from matplotlib.colors import BoundaryNorm, ListedColormap, Normalize, TwoSlopeNorm
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 from numpy.typing import NDArray
@@ -20,12 +21,15 @@ from fivtui.plotting import (
     parameter_line,
     quantity_label,
     value_label,
+    value_limits,
 )
 
 from .eigenvalues import Stability
 from .files import MAP_COLUMNS
-from .map import StabilityMap
+from .map import LEAST_CONTRAST, StabilityMap
 from .scan import ModeScan
+
+Floats = NDArray[np.float64]
 
 _HEIGHT: Final = 3.4
 _MODES: Final[tuple[dict[str, Any], ...]] = (
@@ -167,7 +171,7 @@ def _norm(result: StabilityMap) -> Any:
         finite = result.values[np.isfinite(result.values)]
         largest = max(float(np.abs(finite).max(initial=0.0)), np.finfo(float).tiny)
         return TwoSlopeNorm(0.0, -largest, largest)
-    return None
+    return Normalize(*value_limits(result.values, LEAST_CONTRAST))
 
 
 def _draw_boundary(axes: Axes, result: StabilityMap) -> list[Line2D]:
@@ -184,11 +188,19 @@ def _draw_boundary(axes: Axes, result: StabilityMap) -> list[Line2D]:
 
 def _draw_levels(axes: Axes, result: StabilityMap) -> None:
     # Contour lines, so that the map can be read without colours.
-    values = np.ma.masked_invalid(result.values.T)
-    if result.value == "unstable-modes" or not values.compressed().size:
-        return
-    lines = axes.contour(*result.axes, values, levels=_LEVELS, **_CONTOURS)
-    axes.clabel(lines, fontsize=6.5, fmt="%g")
+    if result.value != "unstable-modes":
+        draw_contours(axes, result.axes, result.values, "%g")
+
+
+def draw_contours(axes: Axes, over: Sequence[Floats], values: Floats, label: str) -> None:
+    """Draw labelled contour lines of mapped values, no closer than `LEAST_CONTRAST` allows."""
+    finite = values[np.isfinite(values)]
+    least = LEAST_CONTRAST * float(np.abs(finite).max(initial=0.0))
+    count = min(float(np.ptp(finite)) / least, _LEVELS) if least > 0.0 else 0.0
+    if count >= 1.0:
+        grid = np.ma.masked_invalid(values.T)
+        lines = axes.contour(*over, grid, levels=int(count), **_CONTOURS)
+        axes.clabel(lines, fontsize=6.5, fmt=label)
 
 
 def is_logarithmic(values: NDArray[np.float64]) -> bool:

@@ -33,6 +33,8 @@ Progress = Callable[[float], bool]
 
 MAP_VALUES: Final[tuple[MapValue, ...]] = get_args(MapValue)
 MAX_POINTS: Final = 100_000_000
+# Least difference that is drawn, as a share of the greatest value: that of three-digit numbers.
+LEAST_CONTRAST: Final = 1e-3
 # A chunk's arrays stay in the processor's cache.
 _CHUNK: Final = 8192
 # On a belt of finite speed points are judged one by one.

@@ -5,22 +5,22 @@ from typing import Any, Final
 import matplotlib as mpl
 import numpy as np
 from matplotlib.axes import Axes
-from matplotlib.colors import BoundaryNorm, ListedColormap
+from matplotlib.colors import BoundaryNorm, ListedColormap, Normalize
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 from matplotlib.patches import Patch
 
-from fivtui.equilibrium import is_logarithmic
+from fivtui.equilibrium import LEAST_CONTRAST, draw_contours, is_logarithmic
 from fivtui.model import PARAMETERS
-from fivtui.plotting import STYLE, new_figure, parameter_line, quantity_label
+from fivtui.plotting import STYLE, new_figure, parameter_line, quantity_label, value_limits
 
-from .map import REGIONS, SafetyMap, basis_words
+from .map import NOT_KNOWN, REGIONS, SafetyMap, basis_words
 
 _SIZE: Final = (5.2, 4.2)
 _NO_VALUE: Final = "0.85"
+_NOT_KNOWN: Final = "0.65"
 _COLOURS: Final = ("#e8f1ea", "#f7d9a0", "#d98880")
 _CONTOURS: Final[dict[str, Any]] = {"colors": "0.25", "linewidths": 0.6, "linestyles": "dashed"}
-_LEVELS: Final = 7
 # Parts of the critical μ at which lines are drawn.
 _SHARES: Final = (
     (0.99, (0.0, ()), "1 % below the critical $\\mu$"),
@@ -41,6 +41,7 @@ def safety_map_figure(result: SafetyMap) -> Figure:
         axes = figure.subplots()
         axes.set_facecolor(_NO_VALUE)
         handles = _safe_mu(figure, axes, result) if result.escape is None else _three(axes, result)
+        handles += _without_value(axes, result)
         for axis, name, values in zip(
             (axes.xaxis, axes.yaxis), result.names, result.axes, strict=True
         ):
@@ -57,13 +58,15 @@ def safety_map_figure(result: SafetyMap) -> Figure:
 
 def _safe_mu(figure: Figure, axes: Axes, result: SafetyMap) -> list[Any]:
     colours = axes.pcolormesh(
-        *result.axes, result.safe_mu.T, shading="nearest", cmap="viridis", rasterized=True
+        *result.axes,
+        result.safe_mu.T,
+        shading="nearest",
+        cmap="viridis",
+        norm=Normalize(*value_limits(result.safe_mu, LEAST_CONTRAST)),
+        rasterized=True,
     )
     figure.colorbar(colours, ax=axes).set_label("Safe friction coefficient")
-    values = np.ma.masked_invalid(result.safe_mu.T)
-    if values.compressed().size:
-        lines = axes.contour(*result.axes, values, levels=_LEVELS, **_CONTOURS)
-        axes.clabel(lines, fontsize=6.5, fmt="%.3g")
+    draw_contours(axes, result.axes, result.safe_mu, "%.3g")
     share = np.ma.masked_invalid((result.safe_mu / result.critical_mu).T)
     handles: list[Any] = []
     for level, dashes, label in _SHARES:
@@ -77,6 +80,25 @@ def _safe_mu(figure: Figure, axes: Axes, result: SafetyMap) -> list[Any]:
                 linestyles=[dashes],
             )
             handles.append(Line2D([], [], color="black", linestyle=dashes, label=label))
+    return handles
+
+
+def _without_value(axes: Axes, result: SafetyMap) -> list[Any]:
+    # Two greys: points without a value, and points whose value is not known.
+    missing = np.isnan(result.values)
+    unknown = missing & result.unknown
+    handles: list[Any] = []
+    if unknown.any():
+        axes.pcolormesh(
+            *result.axes,
+            np.where(unknown, 0.0, np.nan).T,
+            shading="nearest",
+            cmap=ListedColormap([_NOT_KNOWN]),
+            rasterized=True,
+        )
+        handles.append(Patch(facecolor=_NOT_KNOWN, edgecolor="0.5", label=NOT_KNOWN))
+    if (missing & ~unknown).any():
+        handles.append(Patch(facecolor=_NO_VALUE, edgecolor="0.5", label=result.missing))
     return handles
 
 

@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 
 from fivtui.equilibrium import StabilityMap, critical_mus, stability_map
 from fivtui.model import (
+    PARAMETERS,
     Cancelled,
     ComputationError,
     InputError,
@@ -35,6 +36,8 @@ SafetyValue = Literal["safe-mu", "coexistence"]
 SAFETY_VALUES: Final[tuple[SafetyValue, ...]] = get_args(SafetyValue)
 # What a map of coexistence says of a point.
 REGIONS: Final = ("safe", "safe for small disturbances alone", "squeals")
+# What it says of points whose safe μ is not known.
+NOT_KNOWN: Final = "not known"
 MAX_POINTS: Final = 250_000
 # Share of the global searches in the work for safe μ.
 _SHARE_OF_SEARCHES: Final = 0.4
@@ -84,13 +87,20 @@ class SafetyMap(Result):
 
     @property
     def unknown(self) -> NDArray[np.bool_]:
-        """Where safe μ is not known: continuation gave one, but a global search near it less."""
-        return np.isnan(self.safe_mu) & ~np.isnan(self.critical_mu)
+        """Where safe μ is not known: the nearest global search contradicts continuation."""
+        refuted = limits(self.searched, self.excess.shape) < PARAMETERS["mu"].upper
+        missing = np.isnan(self.safe_mu) & ~np.isnan(self.excess)
+        return missing & (refuted | ~np.isnan(self.critical_mu))
 
     @property
     def values(self) -> Floats:
         """The quantity mapped: the safe μ, or the index in `REGIONS`; NaN for none."""
         return self.safe_mu if self.value == "safe-mu" else self.regions
+
+    @property
+    def missing(self) -> str:
+        """What it means that a point, other than of `unknown`, has no value."""
+        return "none" if self.value == "safe-mu" else "no equilibrium"
 
     @property
     def regions(self) -> Floats:

@@ -1,6 +1,6 @@
 """A chart as data: traces, reference lines, shades, and the visible part. Imports no Textual."""
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Final, Literal
 
@@ -99,6 +99,8 @@ class Backdrop:
         Quantity and unit of the values.
     scale : sequence of str
         Values of every level in words; empty where no point has it.
+    missing : mapping of int to str
+        By level what is read at its points, which have no value, instead of "none".
     """
 
     x: FloatArray
@@ -108,6 +110,7 @@ class Backdrop:
     values: FloatArray
     label: str
     scale: Sequence[str]
+    missing: Mapping[int, str] = field(default_factory=dict)
 
 
 @dataclass(frozen=True, slots=True, eq=False)

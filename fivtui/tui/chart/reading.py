@@ -24,6 +24,9 @@ _LONGEST_NAME: Final = 8
 # Between the parts of a note, which are not divided.
 _PARTS: Final = re.compile(r"(?<=,) | {2,}")
 
+# What is read where there is no value.
+_MISSING: Final = "none"
+
 # Text and its style.
 Span = tuple[str, str]
 
@@ -39,12 +42,16 @@ def split_label(label: str) -> tuple[str, str]:
 
 @dataclass(frozen=True, slots=True)
 class NearestPoint:
-    """The point of a chart nearest to a cursor; `trace` is -1 for the backdrop."""
+    """The point of a chart nearest to a cursor; `trace` is -1 for the backdrop.
+
+    `missing` is what is read there if `value` is NaN.
+    """
 
     trace: int
     x: float
     y: float
     value: float = math.nan
+    missing: str = _MISSING
 
 
 def nearest(chart: Chart, view: View, place: Place | None) -> list[NearestPoint]:
@@ -99,7 +106,8 @@ def _nearest_of(backdrop: Backdrop, place: Place) -> NearestPoint:
     column = int(np.abs(backdrop.x - place[0]).argmin())
     row = int(np.abs(backdrop.y - place[1]).argmin())
     value = float(backdrop.values[column, row])
-    return NearestPoint(-1, float(backdrop.x[column]), float(backdrop.y[row]), value)
+    missing = backdrop.missing.get(int(backdrop.levels[column, row]), _MISSING)
+    return NearestPoint(-1, float(backdrop.x[column]), float(backdrop.y[row]), value, missing)
 
 
 def _point(trace: Trace, index: int) -> tuple[float, float]:
@@ -255,15 +263,15 @@ def _values(
 ) -> str:
     # One value, with the cursor's sign where there are two, or two and their difference.
     symbol, unit = split_label(label)
-    values = [of(points[0]) if points else None for points in both]
-    known = [value for value in values if value is not None]
-    if len(known) == 1:
-        sign = CURSOR_SIGNS[values[0] is None] if signed else ""
-        return f"{name or symbol} {sign}{_number(known[0])} {unit}".rstrip()
-    one, other = known
-    pair = f"{CURSOR_SIGNS[0]}{_number(one)} {CURSOR_SIGNS[1]}{_number(other)}"
-    return f"{name or symbol} {pair} Δ{_number(other - one)} {unit}".rstrip()
+    points = [at_cursor[0] for at_cursor in both if at_cursor]
+    numbers = [_number(of(point), point.missing) for point in points]
+    if len(points) == 1:
+        sign = CURSOR_SIGNS[not both[0]] if signed else ""
+        return f"{name or symbol} {sign}{numbers[0]} {unit}".rstrip()
+    pair = f"{CURSOR_SIGNS[0]}{numbers[0]} {CURSOR_SIGNS[1]}{numbers[1]}"
+    difference = _number(of(points[1]) - of(points[0]))
+    return f"{name or symbol} {pair} Δ{difference} {unit}".rstrip()
 
 
-def _number(value: float) -> str:
-    return "none" if math.isnan(value) else f"{value:.{_PRECISION}g}"
+def _number(value: float, missing: str = _MISSING) -> str:
+    return missing if math.isnan(value) else f"{value:.{_PRECISION}g}"

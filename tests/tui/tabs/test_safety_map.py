@@ -1,5 +1,7 @@
 """Maps of safe friction in the laboratory: their shades and scale, and one start of the app."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from textual.pilot import Pilot
@@ -7,11 +9,19 @@ from textual.widgets import Input
 
 from fivtui import Parameters, safety_map
 from fivtui.safety.map import SafetyMap
+from fivtui.safety.searched import SearchedPoint
 from fivtui.tui.chart.chart import Cursors, View
 from fivtui.tui.chart.picture import draw
 from fivtui.tui.chart.widget.chart_view import ChartView
 from fivtui.tui.tabs.charts.map import map_chart, map_scale
-from fivtui.tui.tabs.charts.map_shades import offsets, scale_words, value_scale
+from fivtui.tui.tabs.charts.map_shades import (
+    NO_VALUE,
+    graded,
+    offsets,
+    region_shades,
+    scale_words,
+    value_scale,
+)
 from fivtui.tui.tabs.map import thinned
 from tests.support.laboratory import clear_notices, until_shown
 
@@ -53,13 +63,65 @@ def test_a_scale_says_up_to_which_value_each_shade_goes() -> None:
     levels = np.array([[0, 0], [1, 2]])
     scale = value_scale(levels, shades, values)
     assert list(scale) == ["≤0.5", "≤0.75", "none"]
-    assert scale_words(shades, scale) == "blank ≤0.5 ░ ≤0.75"
+    assert scale_words(shades, scale) == "blank ≤0.5 ░ ≤0.75 ? none"
     # Enough digits to tell levels apart.
     close = np.array([[0.27785, 0.27785], [0.27791, np.nan]])
     assert list(value_scale(levels, shades, close)) == ["≤0.2778", "≤0.2779", "none"]
-    safe = safety_map(None, {"F": [60.0, 100.0], "k_nl": [50.0, 100.0]})
-    assert map_chart(safe, None).note == "safe μ"
-    assert "≤0.2779" in map_scale(safe)
+
+
+@pytest.fixture(scope="module")
+def flat() -> SafetyMap:
+    return safety_map(None, {"F": [80.0, 120.0], "k_nl": [95.0, 105.0]})
+
+
+def test_differences_without_consequence_have_one_shade(flat: SafetyMap) -> None:
+    # The folds differ by 2e-4 of themselves.
+    assert 0.0 < np.ptp(flat.safe_mu) < 1e-3 * flat.safe_mu.max()
+    chart = map_chart(flat, None)
+    assert chart.note == "safe μ"
+    assert chart.backdrop is not None
+    assert np.unique(chart.backdrop.levels).size == 1
+    assert map_scale(flat).split() == ["▒", "≤0.278"]
+    axes, bar = flat.figure().axes
+    assert list(axes.texts) == []
+    low, high = bar.get_ylim()
+    assert high - low == pytest.approx(1e-3 * flat.safe_mu.max())
+    # What differs by more has a shade of its own, and a plateau is not divided.
+    plateau = np.array([[0.2778, 0.27785, 0.2779, 0.4], [0.2778, 0.9, 0.9001, np.nan]])
+    levels, shades = graded(plateau)
+    assert len({*levels[0, :3].tolist(), levels[1, 0]}) == 1
+    assert levels[0, 0] < levels[0, 3] < levels[1, 1] == levels[1, 2]
+    assert shades[levels[1, 3]] == NO_VALUE
+    ramp, _ = graded(np.linspace(0.1, 1.0, 60))
+    assert np.bincount(ramp).tolist() == [10] * 6
+    # The offsets that escape are known to 2 %.
+    knock, _, _ = region_shades(np.ones((1, 3)), np.array([[1.0, 1.03, 3.0]]))
+    assert knock.tolist() == [[knock[0, 0], knock[0, 0], 1]]
+    assert knock[0, 0] > 1
+
+
+def test_a_map_tells_no_safe_friction_from_one_that_is_not_known(flat: SafetyMap) -> None:
+    safe = flat.safe_mu.copy()
+    critical = flat.critical_mu.copy()
+    safe[0], critical[0, 0] = np.nan, np.nan
+    partly = replace(flat, safe_mu=safe, critical_mu=critical, searched=())
+    assert partly.unknown.tolist() == [[False, True], [False, False]]
+    assert map_scale(partly).endswith("? none × not known")
+    for place, words in (((80.0, 95.0), "none"), ((80.0, 105.0), "not known")):
+        view = View(cursors=Cursors(place))
+        assert f"safe μ {words}" in draw(map_chart(partly, None), view, 80, 24).text()
+    (legend,) = partly.figure().legends
+    assert {"none", "not known"} <= {text.get_text() for text in legend.get_texts()}
+    # Without critical μ a search that contradicts makes it unknown as well.
+    refuted = replace(partly, searched=(SearchedPoint((0, 0), 0.2),))
+    assert refuted.unknown.tolist() == [[True, True], [False, False]]
+    only = replace(partly, critical_mu=flat.critical_mu)
+    assert "none" not in map_scale(only)
+    assert map_scale(only).endswith("× not known")
+    regions = replace(only, value="coexistence", parameters=Parameters(mu=0.3))
+    assert "not known" in map_scale(regions)
+    lifted = replace(regions, excess=np.full((2, 2), np.nan))
+    assert map_scale(lifted) == "? no equilibrium"
 
 
 def test_the_laboratory_maps_fewer_points_with_the_same_ends() -> None:

@@ -11,7 +11,16 @@ from fivtui.ranges import number_text
 from fivtui.tui.chart import Axis, Backdrop, Chart, NearestPoint, Trace
 from fivtui.tui.session import CONSIDERED, IGNORED, plain_names, symbol_of
 
-from .map_shades import offsets, region_shades, scale_words, value_scale
+from .map_shades import (
+    NO_VALUE,
+    UNKNOWN_VALUE,
+    graded,
+    offsets,
+    region_shades,
+    scale_words,
+    value_scale,
+    with_unknown,
+)
 
 if TYPE_CHECKING:
     from fivtui.equilibrium import StabilityMap
@@ -44,8 +53,6 @@ _DIGITS: Final = 9
 # From the most stable to the fastest growing; then no value.
 _STABLE: Final = (":", "·", " ")
 _UNSTABLE: Final = ("░", "▒", "▓", "█")
-_LEVELS: Final = (" ", "·", "░", "▒", "▓", "█")
-_NO_VALUE: Final = ("?", "hidden")
 
 
 def map_request(text: str, value: str) -> "tuple[NamedRange, NamedRange]":
@@ -92,20 +99,30 @@ def map_chart(result: "StabilityMap | SafetyMap", now: Parameters | None) -> Cha
     x, y = result.axes
     regions = result.values
     grids = [result.values, result.excess, regions]
+    unknown = _unknown(result)
     if result.value == "coexistence":
         grids[0] = offsets(result)
     if x[0] > x[-1]:
-        x, grids = x[::-1], [grid[::-1] for grid in grids]
+        x, grids, unknown = x[::-1], [grid[::-1] for grid in grids], unknown[::-1]
     if y[0] > y[-1]:
-        y, grids = y[::-1], [grid[:, ::-1] for grid in grids]
+        y, grids, unknown = y[::-1], [grid[:, ::-1] for grid in grids], unknown[:, ::-1]
     values, excess, regions = grids
-    levels, shades, scale = _graded_by_kind(result.value, values, regions)
+    levels, shades, scale = _graded_by_kind(result.value, values, regions, unknown)
     across, up = boundary(x, y, excess)
     traces = [Trace("boundary", across, up, look="dots", ordered=False)]
     if now is not None:
         here = np.array([getattr(now, first)]), np.array([getattr(now, second)])
         traces.append(Trace("now", *here, look="points", ordered=False, mark="◆"))
-    backdrop = Backdrop(x, y, levels, shades, values, _LABELS[result.value], scale)
+    backdrop = Backdrop(
+        x,
+        y,
+        levels,
+        shades,
+        values,
+        _LABELS[result.value],
+        scale,
+        missing={shades.index(UNKNOWN_VALUE): scale[-1]} if unknown.any() else {},
+    )
     return Chart(
         _axis(first),
         _axis(second),
@@ -120,17 +137,27 @@ def map_chart(result: "StabilityMap | SafetyMap", now: Parameters | None) -> Cha
 def map_scale(result: "StabilityMap | SafetyMap") -> str:
     """What the shades of a map mean, in words."""
     values = offsets(result) if result.value == "coexistence" else result.values
-    return scale_words(*_graded_by_kind(result.value, values, result.values)[1:])
+    return scale_words(*_graded_by_kind(result.value, values, result.values, _unknown(result))[1:])
+
+
+def _unknown(result: "StabilityMap | SafetyMap") -> NDArray[np.bool_]:
+    from fivtui.safety import SafetyMap
+
+    if isinstance(result, SafetyMap):
+        return result.unknown
+    return np.zeros(result.values.shape, dtype=bool)
 
 
 def _graded_by_kind(
-    value: str, values: FloatArray, regions: FloatArray
+    value: str, values: FloatArray, regions: FloatArray, unknown: NDArray[np.bool_]
 ) -> tuple[NDArray[np.intp], Sequence[tuple[str, str]], Sequence[str]]:
     # Levels, shades and scale.
     if value == "coexistence":
-        return region_shades(regions, values)
-    levels, shades = _shades(value, values)
-    return levels, shades, value_scale(levels, shades, values)
+        shading = region_shades(regions, values)
+    else:
+        levels, shades = _shades(value, values)
+        shading = levels, shades, value_scale(levels, shades, values)
+    return with_unknown(*shading, unknown) if unknown.any() else shading
 
 
 def _axis(name: str) -> str:
@@ -138,7 +165,7 @@ def _axis(name: str) -> str:
     return f"{symbol_of(name)} ({unit})" if unit else symbol_of(name)
 
 
-def _shades(value: str, values: FloatArray) -> tuple[NDArray[np.intp], tuple[tuple[str, str], ...]]:
+def _shades(value: str, values: FloatArray) -> tuple[NDArray[np.intp], Sequence[tuple[str, str]]]:
     missing = np.isnan(values)
     known = values[~missing]
     if value == "growth-rate":
@@ -157,19 +184,8 @@ def _shades(value: str, values: FloatArray) -> tuple[NDArray[np.intp], tuple[tup
         levels = np.clip(np.nan_to_num(values), 0, 1)
     else:
         return graded(values)
-    shades.append(_NO_VALUE)
+    shades.append(NO_VALUE)
     return np.where(missing, len(shades) - 1, levels).astype(np.intp), tuple(shades)
-
-
-def graded(values: FloatArray) -> tuple[NDArray[np.intp], tuple[tuple[str, str], ...]]:
-    """Levels and shades with equally many points each, from the smallest values to the largest."""
-    missing = np.isnan(values)
-    known = values[~missing]
-    shades = [(shade, "trace-1") for shade in _LEVELS]
-    parts = np.linspace(0.0, 1.0, len(_LEVELS) + 1)[1:-1]
-    edges = np.quantile(known, parts) if known.size else np.zeros(1)
-    levels = np.searchsorted(edges, np.nan_to_num(values))
-    return np.where(missing, len(shades), levels).astype(np.intp), (*shades, _NO_VALUE)
 
 
 def boundary(x: FloatArray, y: FloatArray, excess: FloatArray) -> tuple[FloatArray, FloatArray]:

@@ -22,8 +22,7 @@ from fivtui.tui.session import (
     symbol_of,
 )
 
-from .map import graded
-from .map_shades import value_scale
+from .map_shades import graded, value_scale
 
 if TYPE_CHECKING:
     from fivtui.sweeps import Rows, Study, Sweep

@@ -68,7 +68,7 @@ _SHADE_COLOURS: Final[Mapping[str, str]] = {
     "hidden": "#808080",
 }  # fmt: skip
 _DARKNESS: Final[Mapping[str, float]] = {
-    " ": 0.0, "·": 0.15, ":": 0.3, "?": 0.35, "░": 0.35, "▒": 0.55, "▓": 0.75, "█": 1.0,
+    " ": 0.0, "·": 0.15, ":": 0.3, "?": 0.35, "×": 0.6, "░": 0.35, "▒": 0.55, "▓": 0.75, "█": 1.0,
 }  # fmt: skip
 # Height of a figure around its panels, and letters of their labels an inch; letters of a title;
 # height of a line of labels.
