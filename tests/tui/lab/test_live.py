@@ -15,6 +15,7 @@ from fivtui.tui.lab import live_control
 from fivtui.tui.lab.notices import NoticeView
 from fivtui.tui.lab.screen import LabScreen
 from fivtui.tui.persistence.snapshot import state_of
+from fivtui.tui.session import PRECEDENCE
 from fivtui.tui.session.jobs import Outcome
 from fivtui.tui.session.live import AT_ONCE_S, LONGEST_S, Live, LiveJob, Pace, execute_live
 from fivtui.tui.tabs import SceneLoaded
@@ -127,7 +128,18 @@ def held(monkeypatch: pytest.MonkeyPatch) -> Held:
     monkeypatch.setattr(live_control, "execute_live", runs)
     # However slow the machine is, a run is as short as it is said to be.
     monkeypatch.setattr(live_control, "AT_ONCE_S", HANG_S)
+    # A pause lasts until `end_pause`.
+    monkeypatch.setattr(live_control, "_PAUSE", HANG_S)
     return runs
+
+
+async def end_pause(pilot: Pilot[None]) -> None:
+    """End the pause after which a longer run follows an edit."""
+    lab = pilot.app.screen_stack[0]
+    assert isinstance(lab, LabScreen)
+    await until(pilot, lambda: lab._live._waiting is not None and not PRECEDENCE.claimed)
+    lab._live._stop_waiting()
+    lab._live._idle()
 
 
 async def test_runs_follow_edits_at_once_or_in_a_pause_or_not_at_all(held: Held) -> None:
@@ -149,10 +161,12 @@ async def test_runs_follow_edits_at_once_or_in_a_pause_or_not_at_all(held: Held)
         live.learn(BASE, 2.0)
         await pilot.press("up", "up")
         await until_shown(pilot, "live: follows in about 2 s")
+        await end_pause(pilot)
         await until(pilot, lambda: len(jobs) == 3)
         await pilot.press("up")
         await until(pilot, lambda: jobs[2].stopped)
         held.may_end.set()
+        await end_pause(pilot)
         await until_live(pilot)
         assert [job.scene.parameters.m for job in jobs[2:]] == [5.6, 5.7]
         # What was measured since is believed.
@@ -165,6 +179,7 @@ async def test_runs_follow_edits_at_once_or_in_a_pause_or_not_at_all(held: Held)
         assert len(jobs) == 4
         await type_into(pilot, "t_end", "5")
         await until_shown(pilot, "live: follows in about 3 s")
+        await end_pause(pilot)
         await until_live(pilot)
         # The figure has what is seen; data are those of the live curve.
         pane = pilot.app.screen.query_one(TransientPane)
