@@ -139,6 +139,10 @@ class JobPane(ViewsPane):
             select_on_focus=False,
         )
 
+    def store_under(self, setting: str) -> None:
+        """Store the text of the input as another setting from now on."""
+        self._setting = setting
+
     @property
     def text(self) -> str:
         """The text of the input of the bar."""
@@ -150,7 +154,8 @@ class JobPane(ViewsPane):
     @on(Input.Changed, ".study-input")
     def _edited(self, event: Input.Changed) -> None:
         event.stop()
-        self.keep(self._setting, event.value)
+        # Not of the event: it may be that of an earlier setting.
+        self.keep(self._setting, event.input.value)
         self._check_input()
 
     def _check_input(self) -> None:

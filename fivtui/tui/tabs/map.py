@@ -17,7 +17,9 @@ from fivtui.tui.session import Job, Session, study_line
 
 from .charts.map import (
     EXAMPLE,
+    EXAMPLE_WITHOUT_MU,
     VALUES,
+    WITHOUT_MU,
     FloatArray,
     map_chart,
     map_request,
@@ -36,7 +38,9 @@ if TYPE_CHECKING:
 
 _PREFIX: Final = "value-"
 _VALUE: Final = "value"
+# Settings with the ranges of maps, and of those of values that do not depend on μ.
 _OVER: Final = "over"
+_OVER_OTHERS: Final = "over-others"
 _NOTHING: Final = "no map yet: press F10"
 _PAUSE: Final = 0.1
 # A map of safe friction takes milliseconds a point.
@@ -74,13 +78,27 @@ class MapPane(JobPane):
             for name, title in VALUES.items():
                 classes = "value -active" if name == self._value else "value"
                 yield Button(title, id=f"{_PREFIX}{name}", classes=classes, compact=True)
-        yield self.study_input("over", _OVER, EXAMPLE)
+        yield self.study_input("over", self._ranges_key, self._ranges)
 
     def compose_views(self) -> ComposeResult:
         """One chart, and what its shades mean."""
         with Vertical(id="map-view"):
             yield ChartView("map-chart", openable=True)
             yield Static("", id="scale", markup=False)
+
+    @property
+    def _ranges_key(self) -> str:
+        return _OVER_OTHERS if self._value in WITHOUT_MU else _OVER
+
+    @property
+    def _ranges(self) -> str:
+        # The ranges for the mapped value; at first those of the other values, if they fit.
+        usual = self.setting(_OVER, EXAMPLE)
+        try:
+            map_request(usual, self._value)
+        except InputError:
+            usual = EXAMPLE_WITHOUT_MU if self._value in WITHOUT_MU else usual
+        return self.setting(self._ranges_key, usual)
 
     @property
     def _result(self) -> "StabilityMap | SafetyMap | None":
@@ -201,6 +219,13 @@ class MapPane(JobPane):
     def _choose(self, value: str) -> None:
         self._value = value
         self.keep(_VALUE, value)
+        self.store_under(self._ranges_key)
+        over = self.query_one("#over", Input)
+        ranges = self._ranges
+        if over.value != ranges:
+            # The limits are those of other parameters.
+            over.value = ranges
+            self.query_one(ChartView).view.reset()
         for button in self.query(".value"):
             button.set_class(button.id == f"{_PREFIX}{value}", "-active")
         self.stop()

@@ -13,7 +13,7 @@ from fivtui.safety.searched import SearchedPoint
 from fivtui.tui.chart.chart import Cursors, View
 from fivtui.tui.chart.picture import draw
 from fivtui.tui.chart.widget.chart_view import ChartView
-from fivtui.tui.tabs.charts.map import map_chart, map_scale
+from fivtui.tui.tabs.charts.map import map_chart, map_request, map_scale
 from fivtui.tui.tabs.charts.map_shades import (
     NO_VALUE,
     graded,
@@ -137,20 +137,34 @@ async def test_the_map_tab_offers_safe_friction_and_refuses_it_over_friction(
 ) -> None:
     await pilot.press("alt+4")
     await until_shown(pilot, "11253 points")
-    await pilot.click("#value-safe-mu")
-    await until_shown(pilot, "Safe μ does not depend on μ")
     over = pilot.app.screen.query_one("#over", Input)
+    usual = over.value
+    assert "μ=" in usual
+    # The ranges proposed are those of a map that there is; each kind of values keeps its own.
+    await pilot.click("#value-safe-mu")
+    assert map_request(over.value, "safe-mu")
+    over.value = "F=60:120:4 mu=0.1:0.2:2"
+    over.focus()
+    await pilot.press("enter")
+    await until_shown(pilot, "Safe μ does not depend on μ")
+    await pilot.click("#value-growth-rate")
+    assert over.value == usual
+    await pilot.click("#value-critical-mu")
     over.value = "F=60:120:4 k_nl=90:110:2"
     over.focus()
     await pilot.press("enter")
     await until_shown(pilot, "8 points")
+    await pilot.click("#value-growth-rate")
+    await until_shown(pilot, "11253 points")
+    await pilot.click("#value-safe-mu")
+    await until_shown(pilot, "8 points")
     view = pilot.app.screen.query_one("#map-chart", ChartView)
     assert view.chart is not None
     assert view.chart.note == "safe μ"
+    await pilot.click("#value-coexistence")
     over.value = "F=100:120:3 mu=0.3:0.9:5"
     over.focus()
     await pilot.press("enter")
-    await pilot.click("#value-coexistence")
     await until_shown(pilot, "15 points; ")
     await clear_notices(pilot)
     await until_shown(pilot, "█ squeals")

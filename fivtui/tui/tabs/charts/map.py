@@ -30,8 +30,8 @@ if TYPE_CHECKING:
 FloatArray = NDArray[np.float64]
 
 # Values that do not depend on μ, and ranges for them.
-_WITHOUT_MU: Final = ("critical-mu", "safe-mu")
-_OTHERS: Final = "F=5:120:93 k_nl=20:500:61"
+WITHOUT_MU: Final = ("critical-mu", "safe-mu")
+EXAMPLE_WITHOUT_MU: Final = "F=5:120:93 k_nl=20:500:61"
 EXAMPLE: Final = "μ=0:1.5:121 F=5:120:93"
 VALUES: Final = {
     "growth-rate": "Growth",
@@ -68,9 +68,9 @@ def map_request(text: str, value: str) -> "tuple[NamedRange, NamedRange]":
     except InputError as error:
         raise InputError(str(error).removeprefix("map ")) from None
     names = (first.name, second.name)
-    if value in _WITHOUT_MU and "mu" in names:
+    if value in WITHOUT_MU and "mu" in names:
         raise InputError(
-            f"{VALUES[value]} does not depend on μ: must be over others, e.g. {_OTHERS}"
+            f"{VALUES[value]} does not depend on μ: must be over others, e.g. {EXAMPLE_WITHOUT_MU}"
         )
     check_map(value, names)
     if first.count * second.count > _MOST:
