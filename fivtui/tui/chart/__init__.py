@@ -18,6 +18,7 @@ if TYPE_CHECKING:
     )
     from .reading import (
         NearestPoint as NearestPoint,
+        crosshair as crosshair,
         cursor_words as cursor_words,
         heading as heading,
         nearest as nearest,

@@ -3,7 +3,7 @@
 from typing import Final
 
 from .chart import Chart, Place, Trace, View
-from .reading import nearest, nearest_along, nearest_index
+from .reading import NearestPoint, crosshair, nearest, nearest_along, nearest_index
 
 # Steps of a cursor along a whole curve, and where cursors appear.
 _STEPS: Final = 500
@@ -48,11 +48,11 @@ def cursor_place(chart: Chart, view: View) -> Place | None:
     where = view.cursors.moving
     if where is None:
         return None
-    if chart.along:
-        found = nearest(chart, view, where)
-        if not found:
+    if chart.plane or chart.along:
+        points = nearest(chart, view, where)
+        if chart.along and not points:
             return None
-        where = (found[-1].x, found[-1].y)
+        where = crosshair(chart, where, points[-1:])
     x, y = view.axes(chart)
     return float(x.place([where[0]])[0]), float(y.place([where[1]])[0])
 
@@ -69,7 +69,9 @@ def put_cursor(chart: Chart, view: View, place: Place, direction: int = 0) -> No
         if at is None:
             return
         where = (at, 0.0)
-    elif not chart.plane:
+    elif chart.plane:
+        where = crosshair(chart, where, nearest(chart, view, where))
+    else:
         where = (_sampled(chart, view, where[0], direction), where[1])
     view.cursors.put(where)
 
@@ -95,13 +97,32 @@ def step_cursor(chart: Chart, view: View, step: tuple[int, int], cells: tuple[in
     place = cursor_place(chart, view)
     if place is None:
         return False
-    across, up = place[0] + step[0] / cells[0], place[1] + step[1] / cells[1]
+    change = step[0] / cells[0], step[1] / cells[1]
+    across, up = place[0] + change[0], place[1] + change[1]
+    if chart.plane:
+        across, up = _other_point(chart, view, place, change)
     beyond = not 0.0 <= across <= 1.0
     if beyond:
         # The cursor stays visible.
         view.pan(chart, step[0] / cells[0])
     put_cursor(chart, view, (min(max(across, 0.0), 1.0), min(max(up, 0.0), 1.0)), step[0])
     return beyond
+
+
+def _other_point(chart: Chart, view: View, place: Place, change: Place) -> Place:
+    # As many steps from a place as lead to another point, or beyond a map; the place without any.
+    x, y = view.axes(chart)
+
+    def points_at(across: float, up: float) -> list[NearestPoint]:
+        return nearest(chart, view, (x.value(across), y.value(up)))
+
+    before = points_at(*place)
+    across, up = place
+    while 0.0 <= across <= 1.0 and 0.0 <= up <= 1.0:
+        across, up = across + change[0], up + change[1]
+        if points_at(across, up) != before:
+            return across, up
+    return place if chart.backdrop is None else (across, up)
 
 
 def _step_along(view: View, trace: Trace, right: int) -> None:

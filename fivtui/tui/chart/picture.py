@@ -13,7 +13,7 @@ from .axis import Axis
 from .chart import MOST_JOINED, Backdrop, Chart, Place, Trace, View, reduced
 from .plot_data import shading, share_of_time
 from .raster import DOTS_X, Raster
-from .reading import CURSOR_SIGNS, NearestPoint, Span, heading, nearest
+from .reading import CURSOR_SIGNS, NearestPoint, Span, crosshair, heading, nearest
 from .styles import trace_mark, trace_style
 
 MARGIN: Final = 8
@@ -220,7 +220,8 @@ class _Canvas:
             return
         vertical, name = _CURSORS[index]
         style = self._style(name)
-        column, row = self._column(where[0]), self._row(where[1])
+        across, up = crosshair(chart, where, found)
+        column, row = self._column(across), self._row(up)
         if column is not None and not chart.along:
             cells = self._characters[:, column]
             cells[cells == ord(" ")] = vertical

@@ -84,6 +84,11 @@ def nearest(chart: Chart, view: View, place: Place | None) -> list[NearestPoint]
     return [point for beyond, point in found if beyond == least]
 
 
+def crosshair(chart: Chart, place: Place, points: Sequence[NearestPoint]) -> Place:
+    """Where the lines of a cursor cross: in a plane at the point that is read."""
+    return (points[0].x, points[0].y) if chart.plane and points else place
+
+
 def nearest_index(values: NDArray[np.float64], at: float) -> int:
     """Index of the nearest of ascending values."""
     above = int(np.searchsorted(values, at))

@@ -1,5 +1,6 @@
 """The branches tab: what it draws, and the orbit that Enter loads."""
 
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -13,11 +14,14 @@ from fivtui.model import InputError
 from fivtui.orbits import branch
 from fivtui.simulation import simulate
 from fivtui.studies import kind_of, load_study, save_study, study
-from fivtui.tui.chart.chart import View
+from fivtui.tui.chart.chart import Cursors, View, VisibleCharts
+from fivtui.tui.chart.cursor_moves import put_cursor, step_cursor
 from fivtui.tui.chart.picture import draw
+from fivtui.tui.chart.reading import nearest
 from fivtui.tui.chart.widget.chart_view import ChartView
 from fivtui.tui.persistence.results import ResultStore
 from fivtui.tui.tabs.charts.branches import branch_chart, nearest_cycle, orbit_scene, parse_branch
+from fivtui.tui.tabs.exports.chart_figure import charts_figure
 from fivtui.tui.tabs.exports.export import DATA
 from fivtui.tui.tabs.motion.branches import BranchesPane
 from tests.support.laboratory import app_of, show_tab, text_of, until, until_shown
@@ -42,6 +46,43 @@ def test_stable_cycles_are_full_unstable_ones_dashed_and_events_marked() -> None
     picture = draw(chart, View(), 90, 25).text()
     for words in ("1●stable", "2○unstable", "3 H Hopf", "5 F fold", "limit cycles", "now"):
         assert words in picture
+
+
+def test_cursors_cross_at_the_point_read_and_each_key_reads_another() -> None:
+    chart = branch_chart(BRANCH, None)
+    columns, rows = (60, 15)
+    view = View()
+
+    def read() -> tuple[float, float]:
+        (point,) = nearest(chart, view, view.cursors.first)
+        assert view.cursors.first == (point.x, point.y)
+        return point.x, point.y
+
+    for place in ((0.3, 0.3), (0.8, 0.2), (0.6, 0.9)):
+        put_cursor(chart, view, place)
+        at = read()
+        # A place that was kept from another chart is drawn at the point that is read, too.
+        x, y = (axis.value(part) for axis, part in zip(view.axes(chart), place, strict=True))
+        away = replace(view, cursors=Cursors((x, y)))
+        assert draw(chart, view, 90, 25).lines[1:] == draw(chart, away, 90, 25).lines[1:]
+        picture = draw(chart, view, 90, 25).text().splitlines()[:-1]
+        (row,) = [line for line in picture if "◆" in line]
+        column = row.index("◆")
+        assert all(line[column] != " " for line in picture[1:])
+        assert " " not in row[8:]
+        for key, coordinate, sign in (
+            ((1, 0), 0, 1.0), ((-1, 0), 0, -1.0), ((0, 1), 1, 1.0), ((0, -1), 1, -1.0),
+        ):  # fmt: skip
+            put_cursor(chart, view, place)
+            assert not step_cursor(chart, view, key, (columns, rows))
+            assert sign * read()[coordinate] > sign * at[coordinate]
+    # At the end of the branch there is none; the axes stay.
+    for _ in range(3 * columns):
+        assert not step_cursor(chart, view, (1, 0), (columns, rows))
+    assert read()[0] == pytest.approx(1.0)
+    figure = charts_figure(VisibleCharts([(chart, view)]))
+    lines = [np.asarray(line.get_xdata()).tolist() for line in figure.axes[0].get_lines()]
+    assert [read()[0]] * 2 in lines
 
 
 def test_the_scene_of_an_orbit_stays_on_it() -> None:

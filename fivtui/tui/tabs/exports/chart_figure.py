@@ -30,6 +30,7 @@ from fivtui.tui.chart import (
     Trace,
     View,
     VisibleCharts,
+    crosshair,
     cursor_words,
     heading,
     nearest,
@@ -153,14 +154,20 @@ def _cursors(axes: Axes, chart: Chart, view: View, *, first: bool) -> str:
             "linestyle": look["linestyle"],
             "label": "_",
         }
+        across, up = crosshair(chart, place, points)
         if not chart.along:
-            axes.axvline(place[0], **line)
+            axes.axvline(across, **line)
         if chart.plane and not chart.along:
-            axes.axhline(place[1], **line)
-        across, up = [point.x for point in points], [point.y for point in points]
-        face = look["markerfacecolor"]
+            axes.axhline(up, **line)
         axes.plot(
-            across, up, "D", color="0.1", markerfacecolor=face, markersize=5, zorder=4, label="_"
+            [point.x for point in points],
+            [point.y for point in points],
+            "D",
+            color="0.1",
+            markerfacecolor=look["markerfacecolor"],
+            markersize=5,
+            zorder=4,
+            label="_",
         )
     if not any(found):
         return ""
