@@ -22,6 +22,11 @@ _TICK_HEIGHT: Final = 2
 # Rows of the plot that a legend leaves, and that what is read leaves.
 _LEAST_ROWS: Final = 7
 _LEAST_READ: Final = 2
+# Columns of the stripes in cells of several traces; dots from which on such a cell is dense, and
+# those that a trace below another one has there.
+_STRIPE: Final = 2
+_DENSE: Final = 5
+_SPARSE: Final = 0x95
 _VERTICAL: Final = ord("│")
 _HORIZONTAL: Final = ord("─")
 _CROSSED: Final = ord("┼")
@@ -70,8 +75,9 @@ def draw(chart: Chart, view: View, width: int, height: int, *, reserved: int = 0
     if chart.backdrop is not None:
         canvas.shade(chart.backdrop)
     canvas.guide(chart)
+    canvas.curves(list(view.visible(chart)))
     for index, trace in view.visible(chart):
-        canvas.trace(index, trace)
+        canvas.points(index, trace)
     canvas.label_guides()
     if len(chart.traces) > 1:
         canvas.number(chart, view)
@@ -156,13 +162,37 @@ class _Canvas:
         self._characters[row, column : column + len(text)] = [ord(c) for c in text]
         self._styles[row, column : column + len(text)] = style
 
-    def trace(self, index: int, trace: Trace) -> None:
+    def _places(self, trace: Trace) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
         x, y = reduced(trace, self._axes[0], DOTS_X * self._columns)
-        across, up = self._axes[0].place(x), self._axes[1].place(y)
-        style = self._style(trace_style(trace, index))
-        if trace.look != "points":
-            self._lay(self._raster(trace, across, up), style)
+        return self._axes[0].place(x), self._axes[1].place(y)
+
+    def curves(self, traces: Sequence[tuple[int, Trace]]) -> None:
+        """Draw all traces but points; in cells that several have, stripes show each of them."""
+        drawn = [(index, trace) for index, trace in traces if trace.look != "points"]
+        rasters = [self._raster(trace, *self._places(trace)) for _, trace in drawn]
+        if not rasters:
+            return
+        # From the top trace downwards.
+        cells = np.array([raster.cells for raster in reversed(rasters)])
+        styles = [self._style(trace_style(trace, index)) for index, trace in reversed(drawn)]
+        present = cells > 0
+        counts = present.sum(axis=0)
+        stripe = np.arange(self._columns)[None, :] // _STRIPE
+        turn = stripe % np.maximum(counts, 1)
+        owned = present & (np.cumsum(present, axis=0) - 1 == turn)
+        dense = np.bitwise_count(cells) >= _DENSE
+        # Without colour the stripes are told by fewer dots.
+        covered = np.where(owned[1:] & dense[1:] & (turn > 0), cells[1:] & _SPARSE, 0).sum(axis=0)
+        dots = np.where(covered > 0, covered, np.bitwise_or.reduce(cells, axis=0))
+        where = counts > 0
+        self._characters[where] = Raster.BLANK + dots[where]
+        self._styles[where] = np.array(styles)[owned.argmax(axis=0)][where]
+
+    def points(self, index: int, trace: Trace) -> None:
+        """Draw the marks of a trace that has them at its points."""
         if trace.look in ("points", "marked"):
+            across, up = self._places(trace)
+            style = self._style(trace_style(trace, index))
             inside = (across >= 0.0) & (across <= 1.0) & (up >= 0.0) & (up <= 1.0)
             where = self._where(across[inside], up[inside])
             self._characters[where] = ord(trace_mark(trace, index))
@@ -179,16 +209,6 @@ class _Canvas:
             raster.dots(across[:early], up[:early])
             raster.lines(across[early:], up[early:])
         return raster
-
-    def _lay(self, raster: Raster, style: int) -> None:
-        # Dots of all traces in a cell are kept; the last trace sets its style.
-        dots = raster.cells
-        drawn = dots > 0
-        before = self._characters[drawn]
-        blank = raster.BLANK
-        kept = np.where((before >= blank) & (before < blank + 256), before - blank, 0)
-        self._characters[drawn] = blank + (dots[drawn] | kept)
-        self._styles[drawn] = style
 
     def _where(
         self, across: NDArray[np.float64], up: NDArray[np.float64]

@@ -1,4 +1,5 @@
 import dataclasses
+from collections import Counter
 
 import numpy as np
 import pytest
@@ -137,6 +138,33 @@ def test_a_function_is_never_panned_off_its_data() -> None:
     assert (x.low, x.high) == pytest.approx((5.0, 10.0))
     view.zoom(SINE, 100.0)
     assert view.x is None
+
+
+@pytest.mark.parametrize("ordered", [True, False], ids=["over time", "in a plane"])
+def test_each_of_several_dense_curves_is_seen_within_the_others(ordered: bool) -> None:
+    t = np.linspace(0.0, 100.0, 20_001)
+    turns = np.sin(8.0 * t), np.cos(8.0 * t) * np.cos(0.1 * t)
+    across = (t, t) if ordered else turns
+    sizes = (1.0, 2.0, 3.0)
+    runs = [
+        Trace(f"run {size:g}", across[0], size * turns[1], colour=f"#{size:.0f}", ordered=ordered)
+        for size in sizes
+    ]
+    for order in (runs, runs[::-1]):
+        picture = draw(Chart("x", "y", tuple(order)), View(), 100, 40)
+        counts = Counter[str]()
+        sparse = Counter[str]()
+        # The rows that all of them fill.
+        for line in picture.lines[17:23]:
+            for text, style in line[1:]:
+                counts[style] += len(text)
+                sparse[style] += sum(character in "⢕⢔⢅⢑⠕⢐" for character in text)
+        for run in runs:
+            assert counts[run.colour] > 0.15 * sum(counts.values())
+        # Without colour, too: that on top has all of its dots.
+        bottom, middle, top = (run.colour for run in order)
+        assert sparse[top] < 0.1 * counts[top]
+        assert min(sparse[bottom] / counts[bottom], sparse[middle] / counts[middle]) > 0.4
 
 
 def test_guides_shades_and_marks_are_drawn() -> None:
