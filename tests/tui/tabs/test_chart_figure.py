@@ -104,6 +104,14 @@ def test_a_chart_is_drawn_with_its_points_colours_markers_and_limits() -> None:
     assert [text.get_text() for text in legend.get_texts()] == ["run 1", "run 2"]
 
 
+def test_runs_of_a_smaller_range_are_drawn_over_those_of_a_greater_one() -> None:
+    sizes = (1.0, 3.0, 2.0)
+    runs = [trace(f"{size:g}", size * np.sin(T), number=int(size)) for size in sizes]
+    (axes,) = charts_figure(VisibleCharts([(Chart("t", "y", tuple(runs)), View())])).axes
+    drawn = sorted(lines_of(axes), key=Line2D.get_zorder)
+    assert [line.get_label() for line in drawn] == ["3", "2", "1"]
+
+
 def test_what_is_hidden_is_not_drawn_and_not_in_the_legend() -> None:
     chart = Chart("t (s)", "y (m)", (trace("a", T), trace("b", 2.0 * T), trace("c", 3.0 * T)))
     figure = charts_figure(VisibleCharts([(chart, View(hidden={1}))]))

@@ -186,8 +186,12 @@ def _draw(axes: Axes, chart: Chart, view: View) -> None:
     for number, strip in enumerate(chart.strips):
         shade_times(axes, strip.intervals, _STRIPS[number % len(_STRIPS)], strip.meaning)
     several = len(chart.traces) > 1
+    # Runs of a smaller range are over those of a greater one, which would hide them.
+    ranges = sorted({_range(trace) for trace in chart.traces if trace.number}, reverse=True)
     for index, trace in view.visible(chart):
         look = _look(trace, index, several=several)
+        if trace.number:
+            look["zorder"] += ranges.index(_range(trace)) / len(ranges)
         across, up = reduced(trace, x, _COLUMNS)
         if chart.to_scale:
             look |= {"linestyle": "-", "markevery": [across.size - 1]}
@@ -197,6 +201,11 @@ def _draw(axes: Axes, chart: Chart, view: View) -> None:
         axes.plot(across, up, label=trace.name or "_", **look)
     if chart.to_scale:
         axes.set_aspect("equal")
+
+
+def _range(trace: Trace) -> float:
+    finite = trace.y[np.isfinite(trace.y)]
+    return float(np.ptp(finite)) if finite.size else 0.0
 
 
 def _look(trace: Trace, index: int, *, several: bool) -> dict[str, Any]:
