@@ -62,6 +62,7 @@ if TYPE_CHECKING:
         resolve_start as resolve_start,
     )
     from .result import Transient as Transient
+    from .settling import later_amplitude as later_amplitude
     from .stiffness import find_stiffness as find_stiffness, step_limit_error as step_limit_error
     from .trajectory import Trajectory as Trajectory, segment_between as segment_between
 else:

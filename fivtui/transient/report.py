@@ -10,6 +10,7 @@ from .derivatives.digits import MOST_DIGITS, FinalDigits, final_digits
 from .derivatives.sensitivity import Sensitivities
 from .errors import Deviation
 from .result import Transient
+from .settling import later_amplitude
 
 # What sensitivities are printed of: label, part of a sensitivity, and its name there.
 _DERIVED: Final = (
@@ -53,7 +54,11 @@ def transient_rows(
         return otherwise if errors is None else f"± {errors.of(quantity):.1g} {unit}"
 
     above = "above 0: off the belt" if result.separation else "above 0: contact in tension"
-    second = "over the second half of the run"
+    second, later = "over the second half of the run", later_amplitude(result)
+    if later is not None:
+        second = (
+            f"{second}; not settled: {number(later.y_half_range)} m {number(later.after)} s later"
+        )
     share = events.separated_time / result.t_end
     rows = [
         *(Row(f"{name} over time", table.in_words()) for name, table in result.over_time.items()),

@@ -8,7 +8,7 @@ from fivtui.equilibrium import Stability, critical_mu_text, margin_text, verdict
 from fivtui.orbits import SEARCHING
 from fivtui.results import Row
 from fivtui.safety import basis_rows, safety_words
-from fivtui.transient import Transient
+from fivtui.transient import Transient, later_amplitude
 
 if TYPE_CHECKING:
     from fivtui.safety import SafeFriction
@@ -124,12 +124,20 @@ def result_brief(r: Transient) -> list[str]:
     """A transient in four short lines, the most important first."""
     peak, force = r.peak, r.contact_force
     return [
-        f"peak |y| {quantity(peak.y_abs, 'm')} · 2nd half ±{quantity(r.steady.y_half_range, 'm')}",
+        f"peak |y| {quantity(peak.y_abs, 'm')} · 2nd half ±{quantity(r.steady.y_half_range, 'm')}"
+        f"{_unsettled(r)}",
         _separation_words(r),
         f"P {quantity(force.min)} to {quantity(force.max, 'N')} · peak |x| "
         f"{quantity(peak.x_abs, 'm')}",
         _belt_words(r),
     ]
+
+
+def _unsettled(r: Transient) -> str:
+    later = later_amplitude(r)
+    if later is None:
+        return ""
+    return f" (not settled: ±{quantity(later.y_half_range, 'm')} {later.after:.3g} s later)"
 
 
 def _belt_words(r: Transient) -> str:

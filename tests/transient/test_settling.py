@@ -1,0 +1,57 @@
+"""A run that has not settled is told by the motion that follows its end."""
+
+import pytest
+
+from fivtui import cli
+from fivtui.model.parameters import Parameters
+from fivtui.simulation import simulate
+from fivtui.transient.settling import later_amplitude
+from fivtui.tui.session.report import result_brief
+
+
+def test_the_amplitude_after_the_end_is_that_of_the_motion_that_goes_on(
+    capsys: pytest.CaptureFixture[str],
+) -> None:
+    run = simulate()
+    later = later_amplitude(run)
+    assert later is not None
+    # One run over both parts: the second half of its last part is that of the motion after the end.
+    longer = simulate(t_end=100.0 + later.after, samples="dense")
+    assert longer.solution is not None
+    times = [100.0 + later.after * (0.5 + part / 40_000) for part in range(20_001)]
+    y = longer.solution(times).y
+    assert later.y_half_range == pytest.approx(0.5 * (y.max() - y.min()), rel=1e-6)
+    assert run.steady.y_half_range > 1.1 * later.y_half_range
+    assert "2nd half ±4.401 m (not settled: ±3.861 m 24.6 s later)" in result_brief(run)[0]
+    assert cli.run(["simulate"]) == 0
+    words = " ".join(capsys.readouterr().out.split())
+    assert "over the second half of the run; not settled: 3.86103 m 24.6447 s later" in words
+
+
+@pytest.mark.parametrize(
+    ("p", "t_end"),
+    [
+        (Parameters(), 1000.0),
+        (Parameters(mu=0.2), 3000.0),
+        (Parameters(v_belt=1.0), 1000.0),
+        (Parameters(F=0.0), 100.0),
+    ],
+    ids=["cycle", "rest", "finite belt", "never moves"],
+)
+def test_a_run_on_its_cycle_or_at_rest_has_settled(p: Parameters, t_end: float) -> None:
+    run = simulate(p, t_end=t_end)
+    assert later_amplitude(run) is None
+    assert "settled" not in result_brief(run)[0]
+
+
+def test_parameters_over_time_have_no_amplitude_to_settle_on() -> None:
+    run = simulate(over_time={"mu": [(0.0, 0.2), (100.0, 0.9)]})
+    assert later_amplitude(run) is None
+
+
+def test_a_motion_that_cannot_be_followed_is_not_judged() -> None:
+    # It grows without bounds and overflows soon after its end.
+    p = Parameters(k_nl=0.0, mu=5.0)
+    run = simulate(p, separation=False, t_end=440.0)
+    assert run.peak.y_abs > 1e200
+    assert later_amplitude(run) is None
