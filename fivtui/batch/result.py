@@ -1,5 +1,6 @@
 """The result of a batch: arrays with one element a member, and why members failed."""
 
+import math
 from dataclasses import dataclass, field, fields
 from typing import Any, TypeVar
 
@@ -7,10 +8,16 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fivtui.kernel import Status
-from fivtui.model import ComputationError, InputError, no_equilibrium_error
+from fivtui.model import (
+    ALL_PARAMETERS,
+    ComputationError,
+    InputError,
+    Parameters,
+    no_equilibrium_error,
+)
 from fivtui.results import Result
 from fivtui.taylor import overflow_error, stall_error
-from fivtui.transient import step_limit_error
+from fivtui.transient import budget_error
 
 Floats = NDArray[np.float64]
 T = TypeVar("T")
@@ -131,14 +138,16 @@ class Batch(Result):
             return None
         place = member % self.status.size
         row = self._failures[np.searchsorted(self._failures[:, 0], place)].tolist()
-        _, x, vx, y, vy, force = row
+        _, x, vx, y, vy, separation, *values = row
+        given = zip(ALL_PARAMETERS, values, strict=True)
+        p = Parameters().with_values({name: v for name, v in given if not math.isnan(v)})
         if status is Status.OVERFLOW:
-            return overflow_error(t, (x, vx, y, vy))
+            return overflow_error(t, (x, vx, y, vy), p, separation=bool(separation))
         if status is Status.STALLED:
-            return stall_error(t)
+            return stall_error(t, p)
         if status is Status.STEP_LIMIT:
-            return step_limit_error(int(self.steps[member]), t, self.t_end, None)
-        return no_equilibrium_error(force)
+            return budget_error(int(self.steps[member]), t, self.t_end, tol=self.tol)
+        return no_equilibrium_error(p.F)
 
     def _summary(self) -> list[tuple[str, str]]:
         rows = [

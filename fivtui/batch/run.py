@@ -11,6 +11,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from fivtui.kernel import Kernel, RunColumns, Status, load_kernel, why_interpreted
 from fivtui.model import (
+    ALL_PARAMETERS,
     BELT_PARAMETERS,
     PARAMETERS,
     Cancelled,
@@ -246,7 +247,7 @@ class _Work:
                 if self._stop:
                     return
         if not self._stop:
-            self._keep(RunColumns(*results.T), self._columns["F"][where], where)
+            self._keep(RunColumns(*results.T), where)
 
     def _advance(
         self, kernel: Kernel, members: Members, belt: Floats | None, look: Callable[[], None]
@@ -288,7 +289,11 @@ class _Work:
             members, self._t_end, self._tol, self._max_steps, belt=belt, go_on=go_on
         )
 
-    def _keep(self, seen: Any, force: Floats, where: slice) -> None:
+    def _column(self, name: str) -> Floats:
+        # NaN for a parameter that is none.
+        return self._columns.get(name, np.broadcast_to(np.nan, self._size))
+
+    def _keep(self, seen: Any, where: slice) -> None:
         # Take the results of a chunk into those of the batch.
         status = seen.status.astype(np.int8)
         state = np.column_stack([seen.x, seen.vx, seen.y, seen.vy])
@@ -297,7 +302,14 @@ class _Work:
         self._status[where], self._t[where], self._steps[where] = status, seen.t, seen.steps
         if failed.any():
             places = np.flatnonzero(failed)
-            row = np.column_stack([places + where.start, state[places], force[places]])
+            row = np.column_stack(
+                [
+                    places + where.start,
+                    state[places],
+                    self._separation[where][places],
+                    *(self._column(name)[where][places] for name in ALL_PARAMETERS),
+                ]
+            )
             with self._lock:
                 self._failures.append(row)
 
@@ -326,7 +338,7 @@ class _Work:
 
     def result(self) -> Batch:
         """What the batch has found."""
-        failures = np.concatenate([np.empty((0, 6)), *self._failures])
+        failures = np.concatenate([np.empty((0, 6 + len(ALL_PARAMETERS))), *self._failures])
         return Batch(
             t_end=self._t_end,
             tol=self._tol,

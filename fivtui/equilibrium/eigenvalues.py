@@ -8,9 +8,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fivtui.model import (
+    LESS_DAMPING,
+    SMALLER_PRELOAD,
     ComputationError,
     Equilibrium,
     Parameters,
+    advise,
     check_parameters,
     equilibrium,
     jacobian,
@@ -223,7 +226,9 @@ def why_no_growth(p: Parameters, *, separation: bool = True) -> ComputationError
         _linearised(p, equilibrium(p, separation=separation))
     except ComputationError as error:
         return error
-    return ComputationError("the growth rate overflows", "use a greater mass or less damping")
+    return ComputationError(
+        "the growth rate overflows", advise(p, ("a greater mass", LESS_DAMPING))
+    )
 
 
 def _judged(values: NDArray[np.complex128]) -> tuple[float, bool]:
@@ -242,6 +247,6 @@ def _linearised(p: Parameters, point: Equilibrium) -> NDArray[np.float64]:
     if not np.all(np.isfinite(matrix)):
         raise ComputationError(
             f"the linearisation overflows at the equilibrium y = {point.y:.3g} m",
-            "use a greater mass, a smaller preload or a softer contact",
+            advise(p, ("a greater mass", SMALLER_PRELOAD, "a softer contact")),
         )
     return matrix

@@ -190,7 +190,7 @@ def stability_to_dict(stability: Stability) -> dict[str, Any]:
         "margin": asdict(stability.margin),
         "coalescence": asdict(stability.coalescence),
     }
-    check_finite(data, "")
+    check_finite(data, "", "use parameters of less extreme size")
     return data
 
 

@@ -207,10 +207,11 @@ def _doubled(found: Uncertainty, wanted: float) -> Study:
     try:
         check_in_memory(study)
     except InputError:
+        fewer_runs = ", or leave out Sobol indices" if found.scatter.indices else ""
         raise ComputationError(
             f"the error of the probabilities is {found.error:.2g} with {found.scatter.samples} "
             f"samples, not {wanted:g}",
-            "allow a larger error, or leave out Sobol indices",
+            f"allow a larger error{fewer_runs}",
         ) from None
     return study
 

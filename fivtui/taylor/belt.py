@@ -18,7 +18,7 @@ from .friction import is_far, law_coefficients, law_of, limited
 from .polynomial import first_root
 from .segment import BeltSegment
 from .series import Coefficients
-from .stepper import SHORTEST_FLIGHT, TaylorStepper, overflow_error
+from .stepper import SHORTEST_FLIGHT, TaylorStepper
 
 # Guards that fall to zero this close to each other, relative to the step, do so at once: then the
 # slider separates.
@@ -72,7 +72,7 @@ class BeltStepper(TaylorStepper):
             x, y = tuple(map(mul, x, powers)), tuple(map(mul, y, powers))
             final = self._evaluate(x, y, 1.0)
         if not math.isfinite(sum(final)) or duration == 0.0:
-            raise overflow_error(self._time, first)
+            raise self._overflow(first)
         guard = None if ended is None else ended[1].guard
         on_belt = mode is Mode.STICK or guard in OF_SPEED
         self._state = state = (

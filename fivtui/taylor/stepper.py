@@ -11,6 +11,7 @@ from itertools import accumulate, repeat
 from operator import mul
 from typing import Final, NamedTuple
 
+from fivtui.model.advice import CUBIC_CONTACT, LARGER_V_S, LESS_DAMPING, SEPARATION, advise
 from fivtui.model.errors import ComputationError, InputError
 from fivtui.model.modes import ALWAYS_SLIDING, IN_CONTACT, Mode
 from fivtui.model.parameters import Parameters
@@ -88,7 +89,9 @@ def follows_law(p: Parameters) -> bool:
     return p.v_belt is not None and p.speed_law is not None
 
 
-def overflow_error(t: float, state: State) -> ComputationError:
+def overflow_error(
+    t: float, state: State, p: Parameters, *, separation: bool = True
+) -> ComputationError:
     """The error for a motion that overflows; its last finite time, s, and state are given.
 
     What is still small does not grow: its derivatives overflow.
@@ -98,12 +101,12 @@ def overflow_error(t: float, state: State) -> ComputationError:
         return ComputationError(
             f"the motion changes faster than floating-point numbers resolve at t = {t:.6g} s "
             f"(x = {x:.3g} m, y = {y:.3g} m)",
-            "use a larger v_s, a softer contact, less damping or a greater mass",
+            advise(p, (LARGER_V_S, "a softer contact", LESS_DAMPING, "a greater mass")),
         )
     return ComputationError(
         f"the motion grows beyond the floating-point range at t = {t:.6g} s "
         f"(x = {x:.3g} m, y = {y:.3g} m)",
-        "it is unbounded: consider separation, use a cubic contact, or shorten the run",
+        advise(p, (SEPARATION, CUBIC_CONTACT, "a shorter run"), separation=separation),
     )
 
 
@@ -111,11 +114,11 @@ class StallError(ComputationError):
     """The motion changes faster than the spacing of floats."""
 
 
-def stall_error(t: float) -> StallError:
+def stall_error(t: float, p: Parameters) -> StallError:
     """The error for a motion that changes faster than floats resolve time, at t in s."""
     return StallError(
         f"at t = {t:.17g} s the motion changes faster than floating-point time resolves",
-        "use a less stiff contact, more damping, a larger v_s or a later start",
+        advise(p, ("a less stiff contact", "more damping", LARGER_V_S)),
     )
 
 
@@ -225,7 +228,7 @@ class TaylorStepper:
             x, y = tuple(map(mul, x, powers)), tuple(map(mul, y, powers))
             final = self._evaluate(x, y, 1.0)
         if not math.isfinite(sum(final)) or duration == 0.0:
-            raise overflow_error(self._time, self._state)
+            raise self._overflow(self._state)
         self._state = state = (
             final[0],
             final[1] / duration,
@@ -265,7 +268,7 @@ class TaylorStepper:
             for n in (self._degree, self._degree - 1):
                 last = n * abs(z[n])
                 if not math.isfinite(last):
-                    raise overflow_error(self._time, self._state)
+                    raise self._overflow(self._state)
                 if last > 0.0 and allowed > 0.0:
                     exponent = min(exponent, (rough_log2(allowed) - rough_log2(last)) / (n - 1))
         return longest if exponent == math.inf else min(longest, rough_exp2(exponent))
@@ -285,6 +288,9 @@ class TaylorStepper:
             return 1.0
         return root
 
+    def _overflow(self, state: State) -> ComputationError:
+        return overflow_error(self._time, state, self._p, separation=self._separation)
+
     def _add_to_time(self, duration: float) -> None:
         # Two-sum, so that the rounding of t does not grow with the number of steps.
         increment = duration + self._remainder
@@ -297,4 +303,4 @@ class TaylorStepper:
     def _check_progress(self, start: float, *, short: bool) -> None:
         self._stalled = self._stalled + 1 if short or self._time == start else 0
         if self._stalled > MAX_STALLED:
-            raise stall_error(start)
+            raise stall_error(start, self._p)

@@ -194,7 +194,7 @@ class Deviations:
                 raise (
                     unbounded_error(t)
                     if math.isfinite(size)
-                    else overflow_error(t, segment.state(t))
+                    else overflow_error(t, segment.state(t), self._p)
                 )
             while waiting and (length == left or moments[waiting[-1]] <= done + length):
                 place = waiting.pop()

@@ -63,7 +63,11 @@ if TYPE_CHECKING:
     )
     from .result import Transient as Transient
     from .settling import later_amplitude as later_amplitude
-    from .stiffness import find_stiffness as find_stiffness, step_limit_error as step_limit_error
+    from .stiffness import (
+        budget_error as budget_error,
+        find_stiffness as find_stiffness,
+        step_limit_error as step_limit_error,
+    )
     from .trajectory import Trajectory as Trajectory, segment_between as segment_between
 else:
     from fivtui.lazy import lazily

@@ -26,7 +26,7 @@ from fivtui.taylor import (
 from .extremes import Extremes
 from .request import OnSamples, Progress, Request
 from .result import NO_CHANGES, Stats, Transient, assemble, lift_times
-from .stiffness import step_limit_error, stiffness_of
+from .stiffness import step_limit_error
 from .trajectory import DenseSolution, Trajectory, trajectory_of
 
 # Steps between two looks at the progress callback, and at the keyboard if there is none.
@@ -68,7 +68,7 @@ def run(
             raise Cancelled
         budget = min(portion, max_steps - steps)
         if budget <= 0:
-            raise step_limit_error(max_steps, reached, t_end, stiffness_of(request))
+            raise step_limit_error(request, reached)
         status = under_way.advance(budget)
         here = under_way.outcome
         reached, steps = here.t, int(here.steps)
@@ -76,8 +76,9 @@ def run(
             part = slice(given_out, under_way.sampled)
             given_out = _hand_out(p, times, under_way, on_samples, part)
         if status in _ENDED_EARLY:
-            overflow = status is Status.OVERFLOW
-            raise overflow_error(reached, here[:4]) if overflow else stall_error(reached)
+            if status is Status.STALLED:
+                raise stall_error(reached, p)
+            raise overflow_error(reached, here[:4], p, separation=request.separation)
         switches.append(under_way.switches)
         if dense:
             segments.append(under_way.segments)

@@ -41,6 +41,8 @@ _KIND: Final = "trajectory"
 _SAID: Final = "transient"
 _SWITCHES: Final = "switch_times"
 _CHANGES: Final = "changes"
+# Advice for a result that is not finite.
+_SMALLER_NUMBERS: Final = "use a shorter horizon or parameters of less extreme size"
 _FIRST_MODE: Final = "first_mode"
 _DIGITS: Final = "final_digits"
 _SENSITIVITIES: Final = "sensitivities"
@@ -63,7 +65,7 @@ def transient_to_dict(transient: Transient) -> dict[str, Any]:
         data["stop"] = transient.stop._asdict()
     if transient.sensitivities is not None:
         data[_SENSITIVITIES] = transient.sensitivities.to_dict()
-    check_finite(data, "")
+    check_finite(data, "", _SMALLER_NUMBERS)
     digits = final_digits(transient)
     data[_DIGITS] = None if digits is None else digits._asdict()
     return data
@@ -98,7 +100,7 @@ def trajectory_of(transient: Transient) -> Trajectory:
         raise InputError("samples: the transient has no trajectory; compute it with sample times")
     for column in COLUMNS:
         if not np.all(np.isfinite(getattr(trajectory, column.name))):
-            raise not_finite_error(f"trajectory.{column.name}")
+            raise not_finite_error(f"trajectory.{column.name}", _SMALLER_NUMBERS)
     return trajectory
 
 

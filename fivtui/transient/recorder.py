@@ -12,7 +12,7 @@ from fivtui.taylor import BeltSegment, Segment, Stepper
 from .extremes import Extremes
 from .request import Kernel, OnSamples, Progress, Request
 from .result import NO_CHANGES, Stats, Transient, assemble
-from .stiffness import step_limit_error, stiffness_of
+from .stiffness import step_limit_error
 from .trajectory import DenseSolution, Trajectory
 
 # Segments that are sampled together.
@@ -82,7 +82,7 @@ class Recorder:
             if self.t >= t_end:
                 report(1.0)
                 return
-        raise step_limit_error(max_steps, self.t, t_end, stiffness_of(self._request))
+        raise step_limit_error(self._request, self.t)
 
     def include(self, segment: Segment) -> None:
         """Take in the next segment; what lies beyond the horizon does not count."""

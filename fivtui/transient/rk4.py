@@ -11,7 +11,18 @@ from typing import Final
 import numpy as np
 from numpy.typing import NDArray
 
-from fivtui.model import PARAMETERS, ComputationError, InputError, Mode, Parameters, State, mode_of
+from fivtui.model import (
+    CUBIC_CONTACT,
+    PARAMETERS,
+    SEPARATION,
+    ComputationError,
+    InputError,
+    Mode,
+    Parameters,
+    State,
+    advise,
+    mode_of,
+)
 from fivtui.taylor import Segment
 
 from .trajectory import segment_between
@@ -83,6 +94,7 @@ class RungeKutta4:
     ) -> None:
         if not 0.0 < step < np.inf:
             raise InputError(f"step = {step}: must be a positive number of seconds")
+        self._parameters = parameters
         self.step = step
         self.separation = separation
         self.locate = locate
@@ -121,10 +133,7 @@ class RungeKutta4:
             first = self.state
             last = self._rk4(first, self.contact, left)
             if not np.isfinite(last).all():
-                raise ComputationError(
-                    f"the motion grows beyond the floating-point range at t = {self.t:.6g} s",
-                    "use a smaller step, consider separation, or shorten the run",
-                )
+                raise self._overflow(last)
             crossed = self._crossed(last, self.contact)
             duration = left
             if self.locate and crossed.any():
@@ -178,6 +187,14 @@ class RungeKutta4:
             before = np.where(beyond, before, middle)
             after = np.where(beyond, middle, after)
         return after
+
+    def _overflow(self, state: FloatArray) -> ComputationError:
+        member = np.flatnonzero(~np.isfinite(state).all(axis=0))[0]
+        remedies = ("a smaller step", SEPARATION, CUBIC_CONTACT, "a shorter run")
+        return ComputationError(
+            f"the motion grows beyond the floating-point range at t = {self.t:.6g} s",
+            advise(self._parameters[member], remedies, separation=self.separation),
+        )
 
     def _check_step(self) -> None:
         p = self._table

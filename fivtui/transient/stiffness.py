@@ -5,15 +5,25 @@ from typing import Final
 
 import numpy as np
 
-from fivtui.model import ComputationError, Mode, Parameters, equilibrium, jacobian
+from fivtui.model import (
+    ComputationError,
+    Mode,
+    Parameters,
+    equilibrium,
+    jacobian,
+    use_one_of,
+)
 
-from .request import Request
+from .methods import takes_step
+from .request import TOL_RANGE, Request
 
 # An explicit method of high order is unstable beyond about this decay times step.
 _REACH: Final = 9.0
 # A scene is stiff above this number of forced steps and this ratio of the rates.
 _BURDEN: Final = 20_000.0
 _RATIO: Final = 100.0
+# Methods for stiff scenes.
+_IMPLICIT: Final = ("scipy-lsoda", "scipy-radau")
 
 
 @dataclass(frozen=True, slots=True)
@@ -85,11 +95,25 @@ def stiffness_of(request: Request) -> Stiffness | None:
     return find_stiffness(request.parameters, t_end=request.t_end, separation=request.separation)
 
 
-def step_limit_error(
-    max_steps: int, t: float, t_end: float, stiff: Stiffness | None
-) -> ComputationError:
-    """An error for a run that reached the time t in all the steps that are allowed."""
-    why = f"{max_steps} steps end at t = {t:.6g} s of {t_end:g} s"
+def budget_error(max_steps: int, t: float, t_end: float, *, tol: float | None) -> ComputationError:
+    """An error for a run that reached the time t in all its steps; `tol` is None if it has none."""
+    remedies = ["a shorter horizon"]
+    if tol is not None and tol < TOL_RANGE[1]:
+        remedies.append("a larger tol")
+    return ComputationError(
+        f"{max_steps} steps end at t = {t:.6g} s of {t_end:g} s", use_one_of(remedies)
+    )
+
+
+def step_limit_error(request: Request, t: float) -> ComputationError:
+    """An error for what is requested, where it reached the time t in all the steps allowed."""
+    method = request.method
+    tol = None if takes_step(method) else request.tol
+    error = budget_error(request.max_steps, t, request.t_end, tol=tol)
+    stiff = stiffness_of(request)
     if stiff is None:
-        return ComputationError(why, "use a shorter horizon or a larger tol")
-    return ComputationError(f"{why}; {stiff}", "use the method scipy-lsoda or scipy-radau")
+        return error
+    why = f"{error.why}; {stiff}"
+    if method in _IMPLICIT or request.course is not None or request.sensitivities:
+        return ComputationError(why, error.advice)
+    return ComputationError(why, f"use the method {' or '.join(_IMPLICIT)}")

@@ -22,7 +22,15 @@ _INSTANCE: Final = (
     *("experiment", "guard", "instance", "instance_state", "notices", "process_end", "variable"),
 )
 _MODEL: Final[Mapping[str, tuple[str, ...]]] = {
-    "fivtui.model": ("columns", "errors", "modes", "numbers", "parameters", "slider_belt"),
+    "fivtui.model": (
+        "advice",
+        "columns",
+        "errors",
+        "modes",
+        "numbers",
+        "parameters",
+        "slider_belt",
+    ),
     "fivtui.taylor": ("belt", "friction", "polynomial", "series", "segment", "stepper"),
 }
 _STEP: Final = 0.01

@@ -31,9 +31,16 @@ static const char *move_on(Instance *i, double from, double *end, int *switched)
     /* What F follows, a lag behind. */
     const double first = goal(v) - v[V_tau] * rise, last = first + rise * (t - from);
     const double force = last + (i->s.states[0] - first) * exp((from - t) / v[V_tau]);
-    if (!isfinite(force))
-        return because(i, "the preload grows beyond the floating-point range at t = %g s; use a "
-                          "smaller gain or contact force", t);
+    if (!isfinite(force)) {
+        const int is_fed_back = v[V_gain] > 0.0;
+        const Remedy remedies[] = {
+            {"a smaller command", 1},
+            {"a smaller gain", is_fed_back},
+            {"a smaller contact force", is_fed_back},
+        };
+        because(i, "the preload grows beyond the floating-point range at t = %g s", t);
+        return advise(i, remedies, sizeof remedies / sizeof *remedies);
+    }
     i->s.states[0] = force;
     return NULL;
 }

@@ -81,6 +81,22 @@ const char *because(Instance *i, const char *format, ...)
     return i->why;
 }
 
+const char *advise(Instance *i, const Remedy *remedies, int count)
+{
+    int applying = 0, listed = 0;
+    for (int n = 0; n < count; n++)
+        applying += remedies[n].applies != 0;
+    for (int n = 0; n < count; n++) {
+        if (!remedies[n].applies)
+            continue;
+        const char *joint = !listed ? "; use " : listed + 1 < applying ? ", " : " or ";
+        const size_t length = strlen(i->why);
+        snprintf(i->why + length, sizeof i->why - length, "%s%s", joint, remedies[n].text);
+        listed++;
+    }
+    return i->why;
+}
+
 const char *needs_too_much(Instance *i, double t)
 {
     return because(i, "the step needs too much computation, it is given up at t = %g s; use a "

@@ -89,6 +89,12 @@ fmi2Status refuse(Instance *i, fmi2Status status, const char *format, ...)
 
 /* Put a text together in `i->why`, for functions that return one. */
 const char *because(Instance *i, const char *format, ...) __attribute__((format(printf, 2, 3)));
+/* Append "; use A, B or C" to that reason, of the remedies that apply; returns it. */
+typedef struct {
+    const char *text;
+    int applies;
+} Remedy;
+const char *advise(Instance *i, const Remedy *remedies, int count);
 
 /* Why a communication step of too many steps of the motion is given up at t. */
 const char *needs_too_much(Instance *i, double t);

@@ -13,6 +13,8 @@
 #define AT_SWITCH 1e-8
 /* One of a low tolerance has gone past v_r = 0 by no more than this part of the speeds. */
 #define GONE_PAST 1e-2
+/* `_SMALL` in `fivtui.taylor.stepper`. */
+#define SMALL 1e30
 /* `local_tolerance` in `fivtui.taylor.stepper`. */
 #define LOCAL_TOLERANCE 3e-3
 /* A belt that is slower is at rest: `_LEAST_SPEED` in `fivtui.model.parameters`. */
@@ -138,6 +140,49 @@ static const char *begin_motion(Instance *i)
     return NULL;
 }
 
+/* Whether friction falls with the sliding speed. */
+static int follows_law(const State *s)
+{
+    const double *v = s->values;
+    return is_finite_belt(s) && v[V_v_s] > 0.0 && v[V_mu_s] > v[V_mu];
+}
+
+/* As `overflow_error` in `fivtui.taylor.stepper`. */
+static const char *overflow(Instance *i, double t, double size)
+{
+    const State *s = &i->s;
+    const double *v = s->values;
+    const Remedy for_small[] = {
+        {"a larger v_s", follows_law(s)},
+        {"a softer contact", 1},
+        {"less damping", v[V_c1] > 0.0 || v[V_c2] > 0.0},
+        {"a greater mass", 1},
+    };
+    const Remedy for_large[] = {
+        {"separation", v[V_separation] == 0.0},
+        {"a cubic contact (k_nl above 0)", v[V_k_nl] == 0.0},
+        {"a shorter run", 1},
+    };
+    if (size < SMALL) {
+        because(i, "the motion changes faster than floating-point numbers resolve at t = %g s", t);
+        return advise(i, for_small, sizeof for_small / sizeof *for_small);
+    }
+    because(i, "the motion grows beyond the floating-point range at t = %g s", t);
+    return advise(i, for_large, sizeof for_large / sizeof *for_large);
+}
+
+/* As `stall_error` in `fivtui.taylor.stepper`. */
+static const char *stall(Instance *i, double t)
+{
+    const Remedy remedies[] = {
+        {"a less stiff contact", 1},
+        {"more damping", 1},
+        {"a larger v_s", follows_law(&i->s)},
+    };
+    because(i, "at t = %.17g s the motion changes faster than floating-point time resolves", t);
+    return advise(i, remedies, sizeof remedies / sizeof *remedies);
+}
+
 static const char *move_on(Instance *i, double from, double *t, int *switched)
 {
     const State *s = &i->s;
@@ -146,13 +191,9 @@ static const char *move_on(Instance *i, double from, double *t, int *switched)
     const Ramp speed = {belt_speed(s), s->slopes[V_v_belt]};
     switch (stepping_of(i)->move(m, from, t, switched, force, mu, speed)) {
     case OVERFLOW:
-        return because(i, "the motion grows beyond the floating-point range at t = %g s; it is "
-                          "unbounded: consider separation, use a cubic contact, or shorten the run",
-                       m->failed_at);
+        return overflow(i, m->failed_at, m->failed_size);
     case STALLED:
-        return because(i, "at t = %.17g s the motion changes faster than floating-point time "
-                          "resolves; use a less stiff contact, more damping, a larger v_s or a "
-                          "later start", m->failed_at);
+        return stall(i, m->failed_at);
     case STEP_LIMIT:
         return needs_too_much(i, m->failed_at);
     default:

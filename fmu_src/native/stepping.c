@@ -238,12 +238,15 @@ static int move(Motion *m, double from, double *t, int *switched, Ramp force, Ra
         int status = count == MOST_STEPS ? STEP_LIMIT : RUNNING;
         if (status == RUNNING && m->stepped != 0.0)
             status = go_over(m);
+        const double state[] = {m->w.x, m->w.vx, m->w.y, m->w.vy};
         if (status == RUNNING)
             status = take_step(m);
         if (status != RUNNING) {
             const double failed_at = m->w.t;
             *m = before;
-            m->failed_at = failed_at;
+            m->failed_at = failed_at, m->failed_size = 0.0;
+            for (int n = 0; n < 4; n++)
+                m->failed_size = __builtin_fmax(m->failed_size, __builtin_fabs(state[n]));
             return status;
         }
         if (switched && switches_of(m) != switches) {

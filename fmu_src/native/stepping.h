@@ -16,7 +16,8 @@
 /* `w` is at the start of the step that ends at `end` (which lacks `end_rest` of the exact time),
    with the state at its end and its polynomials, if there is one (`stepped`); it is `cut` by a guard,
    and at the end of its hold mode `then` follows. The inputs are ramps that begin at `since`; a move
-   that failed came as far as `failed_at`. Numbers alone: a copy is a state.
+   that failed came as far as `failed_at`, where no coordinate of its state exceeds `failed_size`.
+   Numbers alone: a copy is a state.
 
    A saved motion is `begin` with the `p` and the state at the start of the step, with what of `w`,
    the ramps' slopes, `since`, `belt.mode` and the counts are written back, then `again`. */
@@ -24,7 +25,7 @@ typedef struct {
     Block w;
     Belt belt;
     double stepped, cut, then, end, end_rest;
-    double tol, order, cubic, separation, since, failed_at;
+    double tol, order, cubic, separation, since, failed_at, failed_size;
     /* On a belt of finite speed: how often the slider began to stick, ceased to stick, and changed
        between forward and backward slip; changes of its mode in all, and the last one's time. Beside
        w.lifts, w.landings. */

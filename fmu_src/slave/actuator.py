@@ -7,10 +7,11 @@ does not depend on the step.
 """
 
 import math
-from typing import Any, NamedTuple
+from typing import Any, Final, NamedTuple
 
 from pythonfmu.default_experiment import DefaultExperiment
 
+from fivtui.model.advice import use_one_of
 from fivtui.model.errors import ComputationError
 from fivtui.taylor.stepper import DEFAULT_TOL
 
@@ -23,6 +24,9 @@ _COMMAND, _FEEDBACK, _TAU, _GAIN, _F_START, _F, _RATE = (
     ACTUATOR_TABLE.references[name]
     for name in ("command", "P", "tau", "gain", "F_start", "F", "F_rate")
 )
+# Remedies for a preload that overflows, by whether the contact force is fed back.
+_SMALLER_COMMAND: Final = ("a smaller command",)
+_SMALLER_FEEDBACK: Final = (*_SMALLER_COMMAND, "a smaller gain", "a smaller contact force")
 
 
 class Preload(NamedTuple):
@@ -52,7 +56,7 @@ class BrakeActuator(Instance):
         if not math.isfinite(force):
             raise ComputationError(
                 f"the preload grows beyond the floating-point range at t = {end:.6g} s",
-                "use a smaller gain or contact force",
+                use_one_of(_SMALLER_FEEDBACK if self._values[_GAIN] > 0.0 else _SMALLER_COMMAND),
             )
         self._at = Preload(end, force)
 

@@ -80,7 +80,7 @@ def test_a_wrong_value_is_refused(driver: Driver, values: dict[str, float], said
     assert said in "".join(line for answer in answers for line in answer.log)
 
 
-def test_a_preload_out_of_the_range_of_numbers_is_refused(driver: Driver) -> None:
+def test_a_preload_out_of_the_range_of_numbers_is_refused_with_advice(driver: Driver) -> None:
     calls: list[Call] = [
         ("a", "begin", {"gain": 1000.0}),
         ("a", "set", {"P": -1.7e308}),
@@ -90,4 +90,9 @@ def test_a_preload_out_of_the_range_of_numbers_is_refused(driver: Driver) -> Non
     ]
     answers = driver.drive(*calls)
     assert "beyond the floating-point range" in answers[2].log[0]
+    assert (
+        answers[2]
+        .log[0]
+        .endswith("; use a smaller command, a smaller gain or a smaller contact force")
+    )
     assert [answers[2].status, answers[4].status] == ["discard", "ok"]

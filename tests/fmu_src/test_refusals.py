@@ -5,7 +5,8 @@ from typing import Any
 
 import pytest
 
-from fivtui import simulate
+from fivtui import Parameters, simulate
+from fivtui.taylor import overflow_error
 from fivtui.transient import KernelChoice
 from fmu_src.build.builder import NATIVE, PYTHON
 from fmu_src.slave.variables import REFERENCES, VARIABLES
@@ -237,8 +238,11 @@ def test_a_short_step_past_the_stop_time_is_refused_too(driver: Driver) -> None:
     assert [answer.status for answer in answers[-3:]] == ["ok", "discard", "ok"]
 
 
-def test_a_motion_out_of_the_range_of_numbers_ends_with_its_cause(driver: Driver) -> None:
-    values = {"k2": 186.0, "k_nl": 0.0, "mu": 3.0, "separation": False}
+@pytest.mark.parametrize("separation", [False, True])
+def test_a_motion_out_of_the_range_of_numbers_ends_with_cause_and_advice(
+    driver: Driver, separation: bool
+) -> None:
+    values = {"k2": 186.0, "k_nl": 0.0, "mu": 90.0, "separation": separation}
     calls: list[Call] = [
         ("a", "begin", values),
         ("a", "step", 0.0, 10.0),
@@ -250,6 +254,9 @@ def test_a_motion_out_of_the_range_of_numbers_ends_with_its_cause(driver: Driver
     _, _, before, failed, after, on = driver.drive(*calls)
     assert failed.status == "discard"
     assert "grows beyond the floating-point range" in failed.log[0]
+    p = Parameters(k_nl=0.0)
+    advice = overflow_error(0.0, (1e200, 0.0, 1e200, 0.0), p, separation=separation).advice
+    assert failed.log[0].endswith(f"; {advice}")
     assert before.value == after.value
     assert on.status == "ok"
 
@@ -312,3 +319,10 @@ def test_outputs_can_be_read_in_initialization_mode(driver: Driver) -> None:
     answers = driver.drive(*calls)
     assert answers[4].value == answers[6].value
     assert -0.5 < answers[4].value[0] < -0.2
+
+
+def test_a_friction_law_that_no_number_resolves_is_advised_a_larger_v_s(driver: Driver) -> None:
+    values = {"finite_belt": True, "v_belt": 1.0, "mu_s": 0.9, "v_s": 1e-18}
+    _, failed = driver.drive(("a", "begin", values), ("a", "step", 0.0, 20.0))
+    assert "changes faster than floating-point" in failed.log[0]
+    assert "a larger v_s" in failed.log[0]

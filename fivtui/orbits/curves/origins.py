@@ -42,7 +42,7 @@ def from_hopf(
     p: Parameters, name: str, bounds: tuple[float, float], watch: Watch, *, separation: bool
 ) -> Beginning:
     """The branch from the Hopf point nearest to the parameter set, with its events and ends."""
-    if p.c1 == 0.0 and p.c2 == 0.0 and name not in ("c1", "c2"):
+    if not _is_damped(p, name):
         raise ComputationError("without damping there is no Hopf point", "set c1 or c2 above 0")
     values = hopf_values(p, name, *bounds, separation=separation)
     if not values:
@@ -79,6 +79,16 @@ def from_hopf(
     return Beginning(curve, start, hopf_event(at, hopf, separation=separation))
 
 
+def _is_damped(p: Parameters, name: str) -> bool:
+    # Somewhere along the branch; without damping there is no Hopf point.
+    return max(p.c1, p.c2) > 0.0 or name in ("c1", "c2")
+
+
+def _beginning_elsewhere(p: Parameters, name: str) -> str:
+    hopf = ", or at a Hopf point (--from hopf)" if _is_damped(p, name) else ""
+    return f"begin at another value{hopf}"
+
+
 def from_cycle(
     p: Parameters, name: str, bounds: tuple[float, float], watch: Watch, *, separation: bool
 ) -> Beginning:
@@ -88,7 +98,7 @@ def from_cycle(
             f"{name} = {getattr(p, name):g}: must be in the range {bounds[0]:g} to {bounds[1]:g}"
         )
     explorer = Explorer(p, separation=separation, go_on=watch.go_on)
-    orbit = _first_cycle(p, explorer, separation=separation)
+    orbit = _first_cycle(p, name, explorer, separation=separation)
     given = (p, name, bounds, watch)
     return through(*given, (orbit.start, orbit.period), separation=separation)
 
@@ -107,7 +117,7 @@ def through(
     if start is None:
         raise ComputationError(
             f"the limit cycle at {name} = {getattr(p, name):g} cannot be followed",
-            "begin at another value, or at a Hopf point (--from hopf)",
+            _beginning_elsewhere(p, name),
         )
     return Beginning(curve, start)
 
@@ -135,7 +145,9 @@ def cycle_near(
     return curve, curve.orbits.solve(guess, planes)
 
 
-def _first_cycle(p: Parameters, explorer: Explorer, *, separation: bool) -> PeriodicOrbit:
+def _first_cycle(
+    p: Parameters, name: str, explorer: Explorer, *, separation: bool
+) -> PeriodicOrbit:
     starts = starts_around(explorer, p, separation=separation)
     for start in starts:
         orbit = explorer.reach(start).orbit
@@ -143,7 +155,7 @@ def _first_cycle(p: Parameters, explorer: Explorer, *, separation: bool) -> Peri
             return orbit
     raise ComputationError(
         f"no limit cycle was found from {len(starts)} starts",
-        "begin at another value, or at a Hopf point (--from hopf)",
+        _beginning_elsewhere(p, name),
     )
 
 

@@ -34,7 +34,7 @@ from fivtui.taylor import (
     unbounded_error,
 )
 from fivtui.transient.request import Progress, Request
-from fivtui.transient.stiffness import step_limit_error, stiffness_of
+from fivtui.transient.stiffness import step_limit_error
 
 FloatArray = NDArray[np.float64]
 
@@ -161,20 +161,21 @@ def _compiled(request: Request, seeds: Sequence[Seed], progress: Progress | None
 def _follow(run: VariedRun, request: Request, progress: Progress | None) -> FloatArray:
     # To its end; returns its crossings.
     crossings: list[FloatArray] = []
-    reached, steps, t_end = 0.0, 0, request.t_end
+    p, t_end = request.parameters, request.t_end
+    reached, steps = 0.0, 0
     status = Status.RUNNING
     while status is not Status.DONE:
         if progress is not None and not progress(reached / t_end):
             raise Cancelled
         budget = min(_REPORT, request.max_steps - steps)
         if budget <= 0:
-            raise step_limit_error(request.max_steps, reached, t_end, stiffness_of(request))
+            raise step_limit_error(request, reached)
         status = run.advance(budget)
         reached, steps = run.outcome.t, int(run.outcome.steps)
         if status is Status.OVERFLOW:
-            raise overflow_error(reached, run.outcome[:4])
+            raise overflow_error(reached, run.outcome[:4], p, separation=request.separation)
         if status is Status.STALLED:
-            raise stall_error(reached)
+            raise stall_error(reached, p)
         if status is Status.UNBOUNDED:
             raise unbounded_error(reached)
         crossings.append(run.crossings.copy())
@@ -211,7 +212,7 @@ def _interpreted(request: Request, seeds: Sequence[Seed], progress: Progress | N
         if last:
             break
     else:
-        raise step_limit_error(request.max_steps, t, t_end, stiffness_of(request))
+        raise step_limit_error(request, t)
     if isinstance(segment, BeltSegment):
         mode = segment.then if end == 1.0 else segment.mode
     else:

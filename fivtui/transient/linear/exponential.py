@@ -146,7 +146,7 @@ class Walk:
     """A walk along a linear motion in the longest spans that fit; it is at time `t`, state `z`."""
 
     def __init__(self, motion: LinearMotion, p: Parameters, start: State) -> None:
-        self._motion, self._stiffness = motion, p.k2
+        self._motion, self._p = motion, p
         self.t, self.z = 0.0, motion.scaled(start)[None, :]
 
     def to(self, t_end: float) -> list[tuple[int, FloatArray]]:
@@ -169,13 +169,13 @@ class Walk:
                 left, self.z = left - span, later
         if blocked:
             x, vx, y, vy = motion.states(self.z)[0].tolist()
-            raise overflow_error(t_end - left, (x, vx, y, vy))
+            raise overflow_error(t_end - left, (x, vx, y, vy), self._p, separation=False)
         # The rest is so short that the chord suffices.
         self.z = self.z + left * motion.velocity(self.z)
         self.t = t_end
         return taken
 
     def _finite(self, z: FloatArray) -> bool:
-        force = self._stiffness * z[0, 2]
+        force = self._p.k2 * z[0, 2]
         reached = (*self._motion.states(z)[0], *self._motion.velocity(z)[0], force)
         return all(abs(number) < _LARGEST for number in reached)

@@ -1,0 +1,136 @@
+"""Advice names what the parameter set has, and nothing else."""
+
+from typing import Any
+
+import numpy as np
+import pytest
+
+from fivtui import Parameters, simulate, simulate_batch
+from fivtui.equilibrium import stability
+from fivtui.model import (
+    CUBIC_CONTACT,
+    LESS_DAMPING,
+    SEPARATION,
+    SMALLER_PRELOAD,
+    ComputationError,
+    advise,
+    use_one_of,
+)
+from fivtui.model.advice import LARGER_V_S
+from fivtui.orbits.curves.origins import _beginning_elsewhere
+from fivtui.taylor import overflow_error, stall_error
+from fivtui.transient.request import TOL_RANGE, Request
+from fivtui.transient.rk4 import RungeKutta4
+from fivtui.transient.stiffness import step_limit_error
+
+LAW = Parameters(v_belt=1.0, mu_s=0.9, v_s=0.4)
+
+
+def test_alternatives_are_joined_as_in_a_sentence() -> None:
+    assert use_one_of(["a"]) == "use a"
+    assert use_one_of(["a", "b"]) == "use a or b"
+    assert use_one_of(["a", "b", "c"]) == "use a, b or c"
+
+
+@pytest.mark.parametrize(
+    ("remedy", "applying", "other"),
+    [
+        (LARGER_V_S, {"v_belt": 1.0, "mu_s": 0.9, "v_s": 0.4}, {"v_belt": 1.0, "mu_s": 0.9}),
+        (LARGER_V_S, {"v_belt": 1.0, "mu_s": 0.9, "v_s": 0.4}, {"v_belt": 1.0, "v_s": 0.4}),
+        (LARGER_V_S, {"v_belt": 1.0, "mu_s": 0.9, "v_s": 0.4}, {"mu_s": 0.9, "v_s": 0.4}),
+        (LESS_DAMPING, {"c1": 0.0}, {"c1": 0.0, "c2": 0.0}),
+        (LESS_DAMPING, {"c2": 0.0}, {"c1": 0.0, "c2": 0.0}),
+        (SMALLER_PRELOAD, {}, {"F": 0.0}),
+        (SMALLER_PRELOAD, {"F": -1.0}, {"k_nl": 0.0}),
+        (CUBIC_CONTACT, {"k_nl": 0.0}, {}),
+    ],
+)
+def test_a_remedy_is_named_where_it_applies_alone(
+    remedy: Any, applying: dict[str, float], other: dict[str, float]
+) -> None:
+    remedies = (remedy, "a greater mass")
+    assert advise(Parameters().with_values(applying), remedies) == (
+        f"use {remedy.text} or a greater mass"
+    )
+    assert advise(Parameters().with_values(other), remedies) == "use a greater mass"
+
+
+def test_separation_is_advised_where_it_is_ignored() -> None:
+    p, remedies = Parameters(), (SEPARATION, "a shorter run")
+    assert advise(p, remedies, separation=False) == "use separation or a shorter run"
+    assert advise(p, remedies, separation=True) == "use a shorter run"
+
+
+def test_errors_of_the_integrators_advise_what_is_in_play() -> None:
+    slow, fast = (1e-3, 0.0, -1e-3, 0.0), (1e200, 0.0, 1e200, 0.0)
+    undamped = Parameters(c1=0.0, c2=0.0)
+    assert overflow_error(0.0, slow, undamped).advice == "use a softer contact or a greater mass"
+    assert overflow_error(0.0, slow, LAW).advice == (
+        "use a larger v_s, a softer contact, less damping or a greater mass"
+    )
+    assert overflow_error(0.0, fast, Parameters()).advice == "use a shorter run"
+    assert overflow_error(0.0, fast, Parameters(k_nl=0.0), separation=False).advice == (
+        "use separation, a cubic contact (k_nl above 0) or a shorter run"
+    )
+    assert stall_error(0.0, Parameters()).advice == "use a less stiff contact or more damping"
+    assert stall_error(0.0, LAW).advice.endswith(", more damping or a larger v_s")
+
+
+@pytest.mark.parametrize("separation", [True, False])
+def test_runs_and_members_of_batches_advise_alike(separation: bool) -> None:
+    p = Parameters(k2=186.0, k_nl=0.0, mu=90.0)
+    with pytest.raises(ComputationError) as single:
+        simulate(p, t_end=1e4, separation=separation)
+    batch = simulate_batch({"mu": [90.0]}, base=p, t_end=1e4, separation=separation)
+    failure = batch.failure(0)
+    assert failure is not None
+    assert failure.advice == single.value.advice
+    assert ("separation" in failure.advice) is not separation
+
+
+def test_fixed_steps_that_overflow_advise_what_is_in_play() -> None:
+    p = Parameters(k2=186.0, mu=90.0, k_nl=0.0)
+    stepper = RungeKutta4([Parameters(), p], [(0.0,) * 4, (1e308, 0.0, -1e308, 0.0)], step=1e-2)
+    with np.errstate(all="ignore"), pytest.raises(ComputationError) as error:
+        stepper.advance()
+    assert error.value.advice == (
+        "use a smaller step, a cubic contact (k_nl above 0) or a shorter run"
+    )
+
+
+def test_a_run_out_of_steps_advises_what_its_method_has() -> None:
+    assert step_limit_error(Request(Parameters()), 1.0).advice == (
+        "use a shorter horizon or a larger tol"
+    )
+    largest = Request(Parameters(), tol=TOL_RANGE[1])
+    assert step_limit_error(largest, 1.0).advice == "use a shorter horizon"
+    fixed = Request(Parameters(), method="rk4")
+    assert step_limit_error(fixed, 1.0).advice == "use a shorter horizon"
+    stiff = Parameters(c2=1e8)
+    error = step_limit_error(Request(stiff, t_end=1e3), 1.0)
+    assert "the scene is stiff" in error.why
+    assert error.advice == "use the method scipy-lsoda or scipy-radau"
+    for request in (
+        Request(stiff, t_end=1e3, method="scipy-radau"),
+        Request(stiff, t_end=1e3, sensitivities=("mu",)),
+        Request(stiff, t_end=1e3, over_time={"F": [(0.0, 80.0), (1.0, 90.0)]}),
+    ):
+        error = step_limit_error(request, 1.0)
+        assert "the scene is stiff" in error.why
+        assert error.advice == "use a shorter horizon or a larger tol"
+
+
+def test_an_equilibrium_that_overflows_advises_what_is_in_play() -> None:
+    linear = Parameters(m=1e-300, k2=1e12, k_nl=0.0)
+    with pytest.raises(ComputationError, match=r"; use a greater mass or a softer contact$"):
+        stability(linear)
+
+
+def test_a_branch_without_damping_is_not_advised_to_begin_at_a_hopf_point() -> None:
+    undamped = Parameters(c1=0.0, c2=0.0)
+    for p, name, has_hopf in (
+        (Parameters(), "mu", True),
+        (undamped, "mu", False),
+        (undamped, "c1", True),
+    ):
+        assert ("Hopf" in _beginning_elsewhere(p, name)) is has_hopf
