@@ -1,6 +1,7 @@
 """Style, labels and files shared by all figures; matplotlib without pyplot."""
 
 from collections.abc import Mapping, Sequence
+from io import BytesIO
 from pathlib import Path
 from typing import Any, BinaryIO, Final
 
@@ -149,9 +150,12 @@ def save_figure(figure: Figure, path: Path, *, force: bool = False) -> None:
     suffix = check_suffix(path, "figure", _METADATA)
 
     def write(file: BinaryIO) -> None:
+        # Complete in memory: matplotlib hides the cause where a file cannot be written.
+        content = BytesIO()
         with mpl.rc_context(_SAVING):
             figure.savefig(
-                file, format=suffix.removeprefix("."), dpi=_DPI, metadata=dict(_METADATA[suffix])
+                content, format=suffix.removeprefix("."), dpi=_DPI, metadata=dict(_METADATA[suffix])
             )
+        file.write(content.getbuffer())
 
     write_atomically(path, write, force=force)

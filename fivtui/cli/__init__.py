@@ -73,5 +73,15 @@ def _outcome(act: Callable[[], object]) -> tuple[str, int]:
     except Exception as error:
         if TRACEBACK_VARIABLE in os.environ:
             raise
-        message, code = f"unexpected {type(error).__name__}: {error}; {_DEBUG}", EXIT_COMPUTATION
+        message, code = _unexpected(error), EXIT_COMPUTATION
     return message, code
+
+
+def _unexpected(error: Exception) -> str:
+    if isinstance(error, OSError):
+        from fivtui.io import limit_error
+
+        limit = limit_error(error)
+        if limit is not None:
+            return str(limit)
+    return f"unexpected {type(error).__name__}: {error}; {_DEBUG}"

@@ -1,7 +1,6 @@
 """Films of the slider on the belt, drawn by matplotlib."""
 
 import math
-import tempfile
 from collections.abc import Mapping
 from dataclasses import asdict, dataclass
 from pathlib import Path
@@ -19,7 +18,7 @@ from matplotlib.patches import Patch
 from matplotlib.text import Text
 from numpy.typing import NDArray
 
-from fivtui.io import check_output, check_suffix, save_bytes
+from fivtui.io import check_output, check_suffix, save_bytes, temporary_folder
 from fivtui.model import ALWAYS_SLIDING, Cancelled, InputError, Mode
 from fivtui.plotting import CASE_COLOURS, OFF_BELT, STYLE, new_figure, shade_times
 from fivtui.results import Result
@@ -153,8 +152,8 @@ def animate(
     check_film_path(path, force=force)
     timing = film_timing(run, window, speed)
     times = timing.times
-    with mpl.rc_context(STYLE), tempfile.TemporaryDirectory() as folder:
-        made = Path(folder) / f"film{path.suffix.lower()}"
+    with mpl.rc_context(STYLE), temporary_folder() as folder:
+        made = folder / f"film{path.suffix.lower()}"
         picture = _Picture(run, timing)
         kind = PillowWriter if made.suffix == _GIF else FFMpegWriter
         writer: AbstractMovieWriter = kind(fps=FRAMES_PER_SECOND)

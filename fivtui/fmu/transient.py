@@ -3,7 +3,6 @@
 import dataclasses
 import heapq
 import itertools
-import tempfile
 from collections.abc import Iterator, Sequence
 from contextlib import ExitStack
 from functools import cache
@@ -12,7 +11,7 @@ from typing import BinaryIO, Final
 
 import numpy as np
 
-from fivtui.io import write_atomically
+from fivtui.io import temporary_folder, write_atomically
 from fivtui.model import COLUMNS, Cancelled, ComputationError, InputError, time_scale
 from fivtui.transient import (
     FMU_FLAVOURS,
@@ -40,8 +39,8 @@ def _built(flavour: str) -> bytes:
     """An FMU of a flavour, built once in a process: that takes as long as a short run."""
     from fmu_src.build import build_fmu
 
-    with tempfile.TemporaryDirectory(prefix="fivtui-") as folder:
-        return build_fmu(Path(folder) / _FILE, flavour=flavour).read_bytes()
+    with temporary_folder() as folder:
+        return build_fmu(folder / _FILE, flavour=flavour).read_bytes()
 
 
 def integrate_fmu(
@@ -95,8 +94,7 @@ def integrate_fmu(
     with ExitStack() as stack:
         check_interrupt = stack.enter_context(interrupts_deferred())
         if fmu is None:
-            folder = stack.enter_context(tempfile.TemporaryDirectory(prefix="fivtui-"))
-            fmu = Path(folder) / _FILE
+            fmu = stack.enter_context(temporary_folder()) / _FILE
             content = _built(FMU_FLAVOURS[request.method])
 
             def write(file: BinaryIO) -> None:

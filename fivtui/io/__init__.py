@@ -19,11 +19,9 @@ if TYPE_CHECKING:
         check_suffix as check_suffix,
         parts_folder as parts_folder,
         resolved as resolved,
-        save_bytes as save_bytes,
-        save_json as save_json,
-        write_atomically as write_atomically,
     )
     from .finite import check_finite as check_finite, not_finite_error as not_finite_error
+    from .limits import limit_error as limit_error, temporary_folder as temporary_folder
     from .locks import Locked as Locked, locked as locked
     from .npz_format import npz_arrays as npz_arrays
     from .parquet_format import parquet_schema as parquet_schema
@@ -46,6 +44,13 @@ if TYPE_CHECKING:
         read_header as read_header,
         table_format as table_format,
         write_table as write_table,
+    )
+    from .writing import (
+        TEMPORARY_FILES as TEMPORARY_FILES,
+        save_bytes as save_bytes,
+        save_json as save_json,
+        write_atomically as write_atomically,
+        written_together as written_together,
     )
 else:
     from fivtui.lazy import lazily

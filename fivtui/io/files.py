@@ -1,13 +1,9 @@
-"""Output files: written whole or not at all, never overwritten unasked, never an input."""
+"""Output files: never overwritten unasked, never an input."""
 
-import json
 import os
-import secrets
-import shutil
 import tempfile
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Iterable, Sequence
 from pathlib import Path
-from typing import Any, BinaryIO
 
 from fivtui.model import InputError
 
@@ -32,7 +28,7 @@ def check_output(path: Path, *, force: bool) -> None:
     try:
         _check_target(path, resolved(path), force=force)
     except OSError as error:
-        raise _cannot_write(path, error) from None
+        raise cannot_write(path, error) from None
 
 
 def _check_target(path: Path, target: Path, *, force: bool) -> None:
@@ -114,58 +110,6 @@ def parts_folder(out: Path) -> Path:
     return target.with_name(f"{target.name}.parts")
 
 
-def write_atomically(path: Path, write: Callable[[BinaryIO], None], *, force: bool = False) -> None:
-    """Write a file whole or not at all.
-
-    Parameters
-    ----------
-    path : Path
-        The file; of a symbolic link its target.
-    write : callable
-        Writes the content to a binary file.
-    force : bool
-        Whether to overwrite an existing file.
-
-    Raises
-    ------
-    InputError
-        As `check_output`, or if writing fails. What else `write` raises passes through; an existing
-        file then stays as it was.
-    """
-    check_output(path, force=force)
-    target = resolved(path)
-    temporary = target.with_name(f".fivtui-{secrets.token_hex(8)}.tmp")
-    try:
-        with temporary.open("xb") as file:
-            write(file)
-            file.flush()
-            os.fsync(file.fileno())
-        # Another file may have appeared under this name meanwhile.
-        check_output(path, force=force)
-        if target.exists():
-            shutil.copymode(target, temporary)
-        temporary.replace(target)
-    except OSError as error:
-        raise _cannot_write(path, error) from None
-    finally:
-        temporary.unlink(missing_ok=True)
-
-
-def save_json(data: Any, path: Path, *, force: bool = False) -> None:
-    """Write data as JSON, as `write_atomically`."""
-    text = json.dumps(data, ensure_ascii=False, allow_nan=False, indent=2) + "\n"
-    save_bytes(text.encode(), path, force=force)
-
-
-def save_bytes(content: bytes, path: Path, *, force: bool = False) -> None:
-    """Write bytes, as `write_atomically`."""
-
-    def write(file: BinaryIO) -> None:
-        file.write(content)
-
-    write_atomically(path, write, force=force)
-
-
 def resolved(path: Path) -> Path:
     """The absolute path behind symbolic links; `InputError` if no file can have the name."""
     if "\0" in str(path):
@@ -180,5 +124,6 @@ def resolved(path: Path) -> Path:
     return target
 
 
-def _cannot_write(path: Path, error: OSError) -> InputError:
+def cannot_write(path: Path, error: OSError) -> InputError:
+    """The error for a file that the system does not let be written."""
     return InputError(f"{path}: cannot be written: {error.strerror or error}")

@@ -22,7 +22,7 @@ def locked(path: Path, holder: str) -> Iterator[None]:
         raise InputError(f"{path}: cannot be written: {error.strerror or error}") from None
     try:
         try:
-            _lock(handle)
+            lock_file(handle)
         except (BlockingIOError, PermissionError):
             raise Locked(f"{path.parent}: {holder} is at work here") from None
         except OSError as error:
@@ -35,11 +35,13 @@ def locked(path: Path, holder: str) -> Iterator[None]:
 if sys.platform == "win32":
     import msvcrt
 
-    def _lock(handle: int) -> None:
+    def lock_file(handle: int) -> None:
+        """Lock an open file; `PermissionError` if another process has it."""
         msvcrt.locking(handle, msvcrt.LK_NBLCK, 1)
 
 else:
     import fcntl
 
-    def _lock(handle: int) -> None:
+    def lock_file(handle: int) -> None:
+        """Lock an open file until it is closed; `BlockingIOError` if it is locked already."""
         fcntl.flock(handle, fcntl.LOCK_EX | fcntl.LOCK_NB)

@@ -13,8 +13,9 @@ from fivtui.model import Column, InputError
 from fivtui.version import __version__
 
 from . import csv_format, npz_format, parquet_format
-from .files import check_output, check_suffix, write_atomically
+from .files import check_output, check_suffix
 from .reading import opened
+from .writing import write_atomically
 
 Columns = dict[str, NDArray[Any]]
 Header = Mapping[str, Any]

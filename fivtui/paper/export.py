@@ -6,7 +6,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Final
 
-from fivtui.io import check_apart, check_output
+from fivtui.io import check_apart, check_output, written_together
 from fivtui.model import Cancelled, InputError, unknown_name
 from fivtui.plotting import FORMATS, save_figure
 from fivtui.transient import Progress
@@ -154,10 +154,11 @@ def save_figures(
             raise Cancelled
     for place, files in enumerate(plan, start=1):
         figure = draw(files.number, source)
-        for path in files.pictures:
-            save_figure(figure, path, force=force)
-        for panel, path in zip(panels_of(files.number), files.data, strict=True):
-            save_data(source.table(panel.key), path, force=force)
+        with written_together():
+            for path in files.pictures:
+                save_figure(figure, path, force=force)
+            for panel, path in zip(panels_of(files.number), files.data, strict=True):
+                save_data(source.table(panel.key), path, force=force)
         if not report(share + (1.0 - share) * place / len(plan)):
             raise Cancelled
     return plan

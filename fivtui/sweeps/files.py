@@ -5,7 +5,7 @@ import tempfile
 from pathlib import Path
 from typing import Any, BinaryIO
 
-from fivtui.io import check_regular, is_folder, parts_folder, write_atomically
+from fivtui.io import check_regular, is_folder, parts_folder, temporary_folder, write_atomically
 from fivtui.model import InputError
 
 from .formats import SweepFormat, sweep_format
@@ -93,8 +93,8 @@ def _from_file(path: Path, form: SweepFormat) -> tuple[Sweep, int]:
 def _from_folder(folder: Path) -> tuple[Sweep, int]:
     pieces = find_pieces(folder)
     check_in_memory(pieces.study, pieces.members)
-    with tempfile.TemporaryDirectory(prefix="fivtui-") as scratch:
-        whole = Path(scratch) / folder.stem
+    with temporary_folder() as scratch:
+        whole = scratch / folder.stem
         with whole.open("wb") as file:
             pieces.form.merge(file, pieces.study, pieces.paths, {})
         rows = pieces.form.read(whole, pieces.study)

@@ -1,7 +1,6 @@
 """Measure error and CPU time of every method on a scene."""
 
 import math
-import tempfile
 import time
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field, replace
@@ -13,6 +12,7 @@ from numpy.typing import NDArray
 
 from fivtui.batch import Requirement, simulate_batch
 from fivtui.fmu import run_fmu
+from fivtui.io import temporary_folder
 from fivtui.kernel import stepping_kernel
 from fivtui.model import (
     Cancelled,
@@ -239,8 +239,8 @@ def measure_tradeoff(
         for ladder in ladders(time_scale(scene.parameters), scene.t_end)
         if ladder.kernel in ("", "interpreted", here)
     ]
-    with tempfile.TemporaryDirectory(prefix="fivtui-") as folder:
-        fmus = _built(Path(folder))
+    with temporary_folder() as folder:
+        fmus = _built(folder)
         steps = [each for each in steps if each.method in {*METHODS, *fmus}]
         bench = _Bench(scene, truth, floor, fmus)
         for done, ladder in enumerate(steps):

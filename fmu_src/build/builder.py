@@ -2,7 +2,6 @@
 
 import re
 import sys
-import tempfile
 import zipfile
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
@@ -10,7 +9,7 @@ from dataclasses import replace
 from pathlib import Path
 from typing import BinaryIO, Final
 
-from fivtui.io import check_output, check_suffix, write_atomically
+from fivtui.io import check_output, check_suffix, temporary_folder, write_atomically
 from fivtui.model import InputError, unknown_name
 
 from .bundle import IMPORT_LOCK, Bundle
@@ -116,8 +115,8 @@ def _native(
 
 
 def _python(made_of: Component) -> dict[str, bytes]:
-    with tempfile.TemporaryDirectory(prefix="fivtui-build-") as folder:
-        content = _exported(Path(folder), made_of)
+    with temporary_folder() as folder:
+        content = _exported(folder, made_of)
     content |= documentation(made_of) | reference_files(made_of.model, made_of.reference())
     content[_DESCRIPTION] = completed(content.pop(_DESCRIPTION), content, made_of.table)
     return content

@@ -3,14 +3,13 @@
 import os
 import subprocess
 import sys
-import tempfile
 from collections.abc import Mapping, Sequence
 from importlib.util import find_spec
 from operator import methodcaller
 from pathlib import Path
 from typing import Final, NamedTuple
 
-from fivtui.io import write_atomically
+from fivtui.io import temporary_folder, write_atomically
 from fivtui.model import ComputationError, InputError
 
 from .native_text import FLAGS, STEPPING_UNIT, build_name, name_options, sources
@@ -63,8 +62,7 @@ def compiled_for(model: str, platform: str) -> bytes:
     from fmpy import __file__ as fmpy_file
 
     target = TARGETS[platform]
-    with tempfile.TemporaryDirectory(prefix="fivtui-build-") as name:
-        folder = Path(name)
+    with temporary_folder() as folder:
         texts = _text_folder(model, folder)
         headers = Path(str(fmpy_file)).parent / "c-code"
         flags = [flag for flag in FLAGS if (flag, target.suffix) != ("-fPIC", ".dll")]

@@ -1,12 +1,11 @@
 """An SSP archive (SSP 1.0) of the slider-belt coupled with its brake actuator."""
 
-import tempfile
 import zipfile
 from pathlib import Path
 from typing import BinaryIO, Final
 from xml.etree import ElementTree as ET
 
-from fivtui.io import check_output, check_suffix, write_atomically
+from fivtui.io import check_output, check_suffix, temporary_folder, write_atomically
 
 from .builder import PYTHON, ZIP_DATE, build_fmu
 from .components import COMPONENTS
@@ -62,9 +61,9 @@ def build_ssp(path: str | Path, *, flavour: str = PYTHON, force: bool = False) -
     check_suffix(target, "system", (SUFFIX,))
     check_output(target, force=force)
     content = {"SystemStructure.ssd": _structure()}
-    with tempfile.TemporaryDirectory(prefix="fivtui-build-") as folder:
+    with temporary_folder() as folder:
         for component in COMPONENTS:
-            file = Path(folder) / _file_of(component)
+            file = folder / _file_of(component)
             fmu = build_fmu(file, component=component, flavour=flavour)
             content[_source_of(component)] = fmu.read_bytes()
 

@@ -11,7 +11,8 @@ from fivtui.cli import commands, run
 from fivtui.cli.group import CheckedCommand
 from fivtui.cli.paths import InputFile, OutputFile, OutputFolder, SceneName
 from fivtui.io import files
-from fivtui.io.files import check_apart, parts_folder, write_atomically
+from fivtui.io.files import check_apart, parts_folder
+from fivtui.io.writing import write_atomically
 from fivtui.model.errors import InputError
 from fivtui.paper.export import figure_files, save_figures
 from fivtui.scene.comparison import compare, comparison_files

@@ -10,7 +10,8 @@ from typing import BinaryIO
 
 import pytest
 
-from fivtui.io.files import check_output, check_suffix, write_atomically
+from fivtui.io.files import check_output, check_suffix
+from fivtui.io.writing import write_atomically
 from fivtui.model.errors import InputError
 
 

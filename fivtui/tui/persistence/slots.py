@@ -9,12 +9,10 @@ from itertools import count
 from pathlib import Path
 from typing import Final
 
-from fivtui.io import Locked, locked
+from fivtui.io import TEMPORARY_FILES, Locked, locked
 from fivtui.model import InputError
 
 _HOLDER: Final = "another fivtui"
-# Temporary files of `fivtui.io.files`.
-_HALF_WRITTEN: Final = ".fivtui-*.tmp"
 
 
 @dataclass(frozen=True, slots=True)
@@ -87,7 +85,7 @@ def hold(slot: Slot) -> ExitStack:
     _touch(slot.lock)
     with suppress(OSError):
         # Left by a killed process; nobody else writes here now.
-        for path in (*folder.glob(_HALF_WRITTEN), *slot.results.glob(_HALF_WRITTEN)):
+        for path in (*folder.glob(TEMPORARY_FILES), *slot.results.glob(TEMPORARY_FILES)):
             path.unlink(missing_ok=True)
     return held
 

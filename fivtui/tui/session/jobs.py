@@ -8,6 +8,7 @@ from contextlib import contextmanager
 from dataclasses import dataclass, field
 from typing import Final, Generic, ParamSpec, TypeVar
 
+from fivtui.io import limit_error
 from fivtui.model import Cancelled, ComputationError, InputError
 
 P = ParamSpec("P")
@@ -202,4 +203,5 @@ def outcome_of(compute: Callable[[], Value]) -> Outcome[Value]:
 
 def crash_words(error: BaseException | None) -> str:
     """What to say of a thread that an unexpected error ended."""
-    return f"unexpected {type(error).__name__}: {error}"
+    limit = limit_error(error) if isinstance(error, OSError) else None
+    return str(limit) if limit else f"unexpected {type(error).__name__}: {error}"

@@ -213,7 +213,7 @@ def test_without_a_lock_a_session_is_read_and_nothing_changed(
         raise OSError(number, os.strerror(number))
 
     with monkeypatch.context() as patched:
-        patched.setattr(locks, "_lock", refuse)
+        patched.setattr(locks, "lock_file", refuse)
         autosave, state = load(path)
         assert os.strerror(number) in autosave.error
         assert said(autosave, state) == "11"
@@ -246,7 +246,7 @@ def test_a_full_disk_is_said_and_takes_nothing_away(
 
     state = a_state("22")
     with monkeypatch.context() as patched:
-        patched.setattr("fivtui.io.files.os.fsync", full)
+        patched.setattr("fivtui.io.writing.os.fsync", full)
         autosave.save(state)
         assert "No space left" in autosave.error
         assert a_text(path) == "11"

@@ -4,11 +4,11 @@ import os
 import shutil
 import subprocess
 import sys
-import tempfile
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Final
 
+from fivtui.io import temporary_folder
 from fivtui.model import InputError
 
 from .export import Export
@@ -22,8 +22,8 @@ _NONE: Final = (
 
 def copy_picture(export: Export) -> None:
     """Put a figure on the clipboard as PNG; raises `InputError` if nothing here can."""
-    with tempfile.TemporaryDirectory() as folder:
-        path = Path(folder) / "picture.png"
+    with temporary_folder() as folder:
+        path = folder / "picture.png"
         command = clipboard_command(path, sys.platform, os.environ)
         export.write(path, True)
         try:

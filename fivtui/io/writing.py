@@ -1,0 +1,184 @@
+"""Files written whole or not at all, alone or together with others.
+
+A file is written under a temporary name beside its target, locked, and then renamed. A run that is
+killed leaves a temporary file without a lock: the next run that writes the same target removes it.
+"""
+
+import hashlib
+import json
+import os
+import secrets
+import shutil
+import sys
+from collections.abc import Callable, Iterator
+from contextlib import ExitStack, contextmanager, suppress
+from contextvars import ContextVar
+from pathlib import Path
+from typing import Any, BinaryIO, Final, NamedTuple
+
+from .files import cannot_write, check_output, resolved
+from .locks import lock_file
+
+_PREFIX: Final = ".fivtui-"
+# Of all temporary files, of whatever target.
+TEMPORARY_FILES: Final = f"{_PREFIX}*.tmp"
+
+
+def write_atomically(path: Path, write: Callable[[BinaryIO], None], *, force: bool = False) -> None:
+    """Write a file whole or not at all.
+
+    Parameters
+    ----------
+    path : Path
+        The file; of a symbolic link its target.
+    write : callable
+        Writes the content to a binary file.
+    force : bool
+        Whether to overwrite an existing file.
+
+    Raises
+    ------
+    InputError
+        As `check_output`, or if writing fails. What else `write` raises passes through; an existing
+        file then stays as it was.
+    """
+    drafts = _DRAFTS.get()
+    if drafts is not None:
+        drafts.add(path, write, force=force)
+        return
+    with written_together():
+        write_atomically(path, write, force=force)
+
+
+@contextmanager
+def written_together() -> Iterator[None]:
+    """Have the files that are written within appear at the end, or none of them where it fails."""
+    with _Drafts() as drafts:
+        token = _DRAFTS.set(drafts)
+        try:
+            yield
+        finally:
+            _DRAFTS.reset(token)
+        drafts.publish()
+
+
+def save_json(data: Any, path: Path, *, force: bool = False) -> None:
+    """Write data as JSON, as `write_atomically`."""
+    text = json.dumps(data, ensure_ascii=False, allow_nan=False, indent=2) + "\n"
+    save_bytes(text.encode(), path, force=force)
+
+
+def save_bytes(content: bytes, path: Path, *, force: bool = False) -> None:
+    """Write bytes, as `write_atomically`."""
+
+    def write(file: BinaryIO) -> None:
+        file.write(content)
+
+    write_atomically(path, write, force=force)
+
+
+class _Draft(NamedTuple):
+    path: Path
+    target: Path
+    temporary: Path
+    file: BinaryIO
+    force: bool
+
+
+class _Drafts(ExitStack):
+    """Complete files under temporary names, which are removed unless they are published."""
+
+    def __init__(self) -> None:
+        super().__init__()
+        self._drafts: list[_Draft] = []
+
+    def add(self, path: Path, write: Callable[[BinaryIO], None], *, force: bool) -> None:
+        """Write a file under a temporary name."""
+        check_output(path, force=force)
+        target = resolved(path)
+        try:
+            _remove_abandoned(target)
+            temporary, file = self._opened(target)
+            # What is written within is no part of this set.
+            token = _DRAFTS.set(None)
+            try:
+                write(file)
+            finally:
+                _DRAFTS.reset(token)
+            file.flush()
+            os.fsync(file.fileno())
+        except OSError as error:
+            raise cannot_write(path, error) from None
+        self._drafts.append(_Draft(path, target, temporary, file, force))
+
+    def publish(self) -> None:
+        """Give the files their names."""
+        # Other files may have appeared under these names meanwhile.
+        for draft in self._drafts:
+            check_output(draft.path, force=draft.force)
+        for draft in self._drafts:
+            try:
+                if draft.target.exists():
+                    shutil.copymode(draft.target, draft.temporary)
+                if sys.platform == "win32":
+                    # An open file cannot be renamed.
+                    draft.file.close()
+                draft.temporary.replace(draft.target)
+            except OSError as error:
+                raise cannot_write(draft.path, error) from None
+
+    def _opened(self, target: Path) -> tuple[Path, BinaryIO]:
+        # A new temporary file, locked where the file system has locks. Another process may take it
+        # for abandoned before it is locked: then another name is tried.
+        while True:
+            temporary = target.with_name(f"{_stem(target)}{secrets.token_hex(8)}.tmp")
+            self.callback(temporary.unlink, missing_ok=True)
+            file = temporary.open("xb")
+            self.callback(_close, file)
+            try:
+                lock_file(file.fileno())
+            except (BlockingIOError, PermissionError):
+                continue
+            except OSError:
+                return temporary, file
+            if temporary.exists():
+                return temporary, file
+
+
+_DRAFTS: ContextVar[_Drafts | None] = ContextVar("files that appear together", default=None)
+
+
+def _close(file: BinaryIO) -> None:
+    # Where writing failed, closing fails for the same reason.
+    with suppress(OSError):
+        file.close()
+
+
+def _stem(target: Path) -> str:
+    # How the temporary names of a target begin.
+    return f"{_PREFIX}{hashlib.sha256(os.fsencode(target.name)).hexdigest()[:12]}-"
+
+
+def _remove_abandoned(target: Path) -> None:
+    # Temporary files of the target whose process has ended: their lock is free.
+    stem, names = _stem(target), []
+    # A folder that can be written may be unreadable.
+    with suppress(OSError), os.scandir(target.parent) as entries:
+        names = [entry.name for entry in entries if entry.name.startswith(stem)]
+    for name in names:
+        with suppress(OSError):
+            _remove_unlocked(target.with_name(name))
+
+
+def _remove_unlocked(path: Path) -> None:
+    # Raises `OSError` if the file is locked, or cannot be opened or removed.
+    handle = os.open(path, os.O_RDWR | getattr(os, "O_NOFOLLOW", 0))
+    try:
+        lock_file(handle)
+        if sys.platform != "win32":
+            path.unlink()
+    finally:
+        os.close(handle)
+    if sys.platform == "win32":
+        # An open file cannot be removed.
+        path.unlink()
