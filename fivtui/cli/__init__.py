@@ -41,23 +41,27 @@ def main(args: Sequence[str] | None = None) -> NoReturn:
 
 
 def run(args: Sequence[str] | None) -> int:
-    """Run a command; the exit status: 0 done, 2 wrong input, 3 not finished, 130 interrupted."""
+    """Run a command; returns the exit status.
+
+    It is 0 when done, 1 where a comparison fails its tolerances, 2 for wrong input, 3 for a
+    computation that cannot finish, 130 when interrupted.
+    """
     with guarded_streams():
         message, code = _outcome(lambda: commands.main(args, "fivtui", standalone_mode=False))
         # Show also what a command printed before it failed.
         lost, code_of_loss = _outcome(sys.stdout.flush)
         if not message:
-            message, code = lost, code or code_of_loss
+            message, code = lost, code_of_loss or code
         if message:
             say(one_line(f"fivtui: {' '.join(message.split())}"))
     return code
 
 
-def _outcome(act: Callable[[], object]) -> tuple[str, int]:
+def _outcome(act: Callable[[], int | None]) -> tuple[str, int]:
     # The message about an action that failed, empty if it did not, and the exit status.
     message, code = "", 0
     try:
-        act()
+        code = act() or 0
     except InputError as error:
         message, code = str(error), EXIT_INPUT
     except click.ClickException as error:

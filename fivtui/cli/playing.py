@@ -5,6 +5,8 @@ from functools import reduce
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Final, Literal
 
+import click
+
 from fivtui.model import InputError, parse_number, read_number
 
 from .arguments import option
@@ -27,6 +29,9 @@ from .options import (
     tol_option,
 )
 from .transients import changed_scene
+
+# Exit status where a run and measured data differ by more than the tolerances.
+_EXIT_FAILED: Final = 1
 
 if TYPE_CHECKING:
     from fivtui.transient import Samples, Transient
@@ -209,7 +214,8 @@ def sound(**given: Any) -> None:
 def validate(**given: Any) -> None:
     """Compare a run with measured data: overlay, spectra, tolerances.
 
-    Passes or fails if a tolerance is given: --band, --frequency or --amplitude.
+    Passes or fails if a tolerance is given: --band, --frequency or --amplitude. Where it fails the
+    exit status is 1.
     """
     from fivtui.measured import read_measurement, read_tolerances, validate as compare
 
@@ -242,3 +248,5 @@ def validate(**given: Any) -> None:
     write("validation", found, given["out"], given["plot"], force=given["force"])
     warn("validation", found)
     show("validation", found, as_json=given["as_json"])
+    if found.passed is False:
+        click.get_current_context().exit(_EXIT_FAILED)

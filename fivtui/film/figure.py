@@ -136,8 +136,8 @@ def animate(
     Raises
     ------
     InputError
-        If an input is wrong, the film would have more than 1000 frames, or the file cannot be
-        written.
+        If an input is wrong, the film would have more than 1000 frames or show no motion, or the
+        file cannot be written.
     Cancelled
         If `progress` returned False.
 

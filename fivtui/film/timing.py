@@ -8,14 +8,18 @@ from typing import Final
 import numpy as np
 from numpy.typing import NDArray
 
-from fivtui.model import InputError
+from fivtui.model import InputError, time_scale
 from fivtui.signals import check_window, last_cycles, period_of
 from fivtui.transient import Transient
 
 FRAMES_PER_SECOND: Final = 25
 # What a film lasts unless window and speed are given, s.
 _LASTS: Final = 10.0
+# Part of a frame that may be missing by rounding.
+_ROUNDING: Final = 1e-6
 _MOST_FRAMES: Final = 1000
+# Shortest window, relative to the time scale of the model: in less no motion is visible.
+_SHORTEST: Final = 1e-3
 # Periods that can be watched in real time, s, and the one that others are shown with.
 _FASTEST: Final = 0.3
 _SLOWEST: Final = 20.0
@@ -43,7 +47,7 @@ class Timing:
     @property
     def times(self) -> NDArray[np.float64]:
         """Times of the frames, s."""
-        count = math.floor((self.end - self.start) / self.speed * FRAMES_PER_SECOND + 1e-6) + 1
+        count = math.floor((self.end - self.start) / self.speed * FRAMES_PER_SECOND + _ROUNDING) + 1
         step = self.speed / FRAMES_PER_SECOND
         times: NDArray[np.float64] = np.minimum(self.start + step * np.arange(count), self.end)
         return times
@@ -78,7 +82,7 @@ def film_timing(run: Transient, window: tuple[float, float] | None, speed: float
     Raises
     ------
     InputError
-        If an input is wrong, or the film would have more than 1000 frames.
+        If an input is wrong, or the film would have more than 1000 frames or show no motion.
     """
     if speed is not None and not (math.isfinite(speed) and speed > 0.0):
         raise InputError(f"speed = {speed:g}: must be above 0")
@@ -95,6 +99,17 @@ def film_timing(run: Transient, window: tuple[float, float] | None, speed: float
         raise InputError(
             f"speed = {speed:g}: {end - start:g} s would take {frames:.0f} frames; must be at most "
             f"{_MOST_FRAMES}: shorten the window or raise the speed"
+        )
+    if frames < 1.0 - _ROUNDING:
+        raise InputError(
+            f"speed = {speed:g}: {end - start:g} s last less than a frame, "
+            f"{1.0 / FRAMES_PER_SECOND:g} s of the film; lengthen the window or lower the speed"
+        )
+    shortest = _SHORTEST * time_scale(run.parameters)
+    if end - start < shortest:
+        raise InputError(
+            f"window: {end - start:.3g} s show no motion; must be at least {shortest:.2g} s, "
+            f"or without a window a speed of at least {shortest / _LASTS:.2g}"
         )
     return Timing(start, end, speed)
 

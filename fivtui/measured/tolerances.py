@@ -50,7 +50,8 @@ def read_tolerance(name: str, text: str) -> Tolerance:
 def read_tolerances(texts: Mapping[str, str | None], prefix: str = "") -> Tolerances:
     """What is asked, from texts by the names of `Tolerances`; `prefix` begins names in errors.
 
-    Raises `InputError` for a text that is none of its kind, and for a share without a band.
+    Raises `InputError` for a text that is none of its kind, and for a share above 100 % or without
+    a band.
     """
     percentages = {}
     for name in ("share", "frequency", "amplitude"):
@@ -59,6 +60,8 @@ def read_tolerances(texts: Mapping[str, str | None], prefix: str = "") -> Tolera
             tolerance = read_tolerance(f"{prefix}{name}", text)
             if not tolerance.relative:
                 raise InputError(f"{prefix}{name} {text}: must be a percentage such as 5%")
+            if name == "share" and tolerance.value > 1.0:
+                raise InputError(f"{prefix}share {text}: must be at most 100%")
             percentages[name] = tolerance.value
     band = texts.get("band")
     if "share" in percentages and not band:

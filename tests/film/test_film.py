@@ -15,7 +15,7 @@ from fivtui.cli import run as command
 from fivtui.film.figure import animate, check_film_path
 from fivtui.film.shapes import Shape, layout_of, shapes_at
 from fivtui.film.timing import film_timing, speed_words
-from fivtui.model import Cancelled, InputError, Mode, Parameters
+from fivtui.model import Cancelled, InputError, Mode, Parameters, time_scale
 from fivtui.signals.motion import motion_at
 from fivtui.simulation import simulate
 from fivtui.transient import Transient
@@ -108,6 +108,11 @@ def test_by_default_a_film_has_ten_seconds_of_the_last_cycles() -> None:
     assert 9.0 < timing.times.size / 25 < 11.0
     assert film_timing(RUN, None, 2.0).start == 80.0
     assert film_timing(RUN, (0.0, 10.0), 1.0).times.size == 251
+    assert film_timing(RUN, (0.0, 1.0), 25.0).times.size == 2
+    shortest = 1e-3 * time_scale(RUN.parameters)
+    assert film_timing(RUN, (0.0, 1.01 * shortest), None).times.size > 200
+    with pytest.raises(InputError, match="show no motion"):
+        film_timing(RUN, (0.0, 0.99 * shortest), None)
     assert [speed_words(speed) for speed in (1.0, 2.0, 0.01)] == [
         "real time", "2 times real time", "slowed down 100 times",
     ]  # fmt: skip
@@ -120,6 +125,10 @@ def test_by_default_a_film_has_ten_seconds_of_the_last_cycles() -> None:
         ((0.0, 1.0), 0.0, "must be above 0"),
         (None, math.inf, "must be above 0"),
         ((5.0, 4.0), None, "must be two ascending times"),
+        (None, 1e-12, r"^window: 1e-11 s show no motion; must be at least \d"),
+        ((0.0, 1e-9), None, r"^window: 1e-09 s show no motion; must be at least \d"),
+        (None, 1e12, r"^speed = 1e\+12: 100 s last less than a frame"),
+        ((0.0, 1.0), 25.1, "1 s last less than a frame"),
     ],
 )
 def test_what_cannot_be_filmed_is_refused(

@@ -210,13 +210,16 @@ def test_the_command_passes_or_fails_and_writes_both(
     columns = read_columns(tmp_path / "a.csv", "validation")
     np.testing.assert_allclose(columns["measured"], columns["computed"], atol=1e-6)
     assert read_header(tmp_path / "a.csv", "validation")["validation"]["passed"] is True
-    assert command([*line, "--set", "F=60", "--amplitude", "1%", "--json"]) == 0
-    found = json.loads(capsys.readouterr().out)
+    assert command([*line, "--set", "F=60", "--amplitude", "1%", "--json"]) == 1
+    printed = capsys.readouterr()
+    found = json.loads(printed.out)
+    assert printed.err == ""
     assert found["passed"] is False
     assert found["criteria"][0]["name"] == "deviation of amplitude"
     for wrong, words in (
         (["--band", "0"], "must be above 0"),
         (["--share", "90%"], "must be given with --band"),
+        (["--band", "2%", "--share", "101%"], "--share 101%: must be at most 100%"),
         (["--frequency", "0.1"], "must be a percentage"),
         (["--shift", "x"], "must be a time in s, or auto"),
         (["--scale", "x"], "--scale"),
@@ -226,6 +229,7 @@ def test_the_command_passes_or_fails_and_writes_both(
         given = given[:5] + given[7:] if wrong[0] == "--scale" else given
         assert command([*given, *wrong]) == 2
         assert words in capsys.readouterr().err
+    assert command([*line, "--band", "2%", "--share", "100%"]) == 0
     assert command(["validate"]) == 2
     assert "must be given" in capsys.readouterr().err
 
