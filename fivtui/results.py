@@ -1,7 +1,8 @@
 """What results have in common: how they are listed, stored, drawn, and said as a command."""
 
+import math
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, fields, is_dataclass
 from html import escape
 from pathlib import Path
 from typing import Any, Final, NamedTuple
@@ -148,7 +149,53 @@ class StudyKind:
     stored: Stored | None = None
 
 
-class Result:
+class Comparable:
+    """Base of dataclasses that are compared by value; arrays are, too, and NaN equals NaN.
+
+    The dataclass must have ``eq=False``; a field with ``compare=False`` is left out.
+    """
+
+    __slots__ = ()
+
+    def __eq__(self, other: object) -> bool:
+        return equal_values(self, other) if type(other) is type(self) else NotImplemented
+
+    def __hash__(self) -> int:
+        # Of what is equal for certain: arrays have no hash.
+        hashed = (getattr(self, name) for name in _compared(self))
+        return hash((type(self), *(v for v in hashed if isinstance(v, (Parameters, str)))))
+
+
+def _compared(record: Any) -> list[str]:
+    return [each.name for each in fields(record) if each.compare]
+
+
+def equal_values(first: Any, second: Any) -> bool:
+    """Whether two values are equal: arrays, dataclasses and containers element by element."""
+    import numpy as np
+
+    if type(first) is not type(second):
+        return not (isinstance(first, np.ndarray) or isinstance(second, np.ndarray)) and bool(
+            first == second
+        )
+    if isinstance(first, np.ndarray):
+        return first.dtype == second.dtype and np.array_equal(
+            first, second, equal_nan=first.dtype.kind in "fc"
+        )
+    if is_dataclass(first):
+        names = _compared(first)
+        first, second = ([getattr(each, name) for name in names] for each in (first, second))
+    elif isinstance(first, Mapping):
+        if first.keys() != second.keys():
+            return False
+        first, second = list(first.values()), [second[key] for key in first]
+    if isinstance(first, (tuple, list)):
+        return len(first) == len(second) and all(map(equal_values, first, second))
+    is_nan = isinstance(first, float) and math.isnan(first) and math.isnan(second)
+    return is_nan or bool(first == second)
+
+
+class Result(Comparable):
     """Base of what computations return: it prints in a few lines, whatever it holds.
 
     A result also has, where they make sense, ``to_dict()``: the object that the command line prints

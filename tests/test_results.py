@@ -22,7 +22,7 @@ from matplotlib.figure import Figure
 import fivtui
 from fivtui.model.errors import ComputationError, InputError
 from fivtui.model.parameters import Parameters
-from fivtui.results import Result, scene_text
+from fivtui.results import Result, equal_values, scene_text
 from fivtui.tradeoffs import measure
 from fivtui.transient.result import Transient
 
@@ -197,6 +197,8 @@ def test_a_result_can_be_pickled_and_copied(name: str, twin: Callable[[Any], Any
     other = twin(made(name))
     assert type(other) is type(made(name))
     assert repr(other) == repr(made(name))
+    assert other == made(name)
+    assert hash(other) == hash(made(name))
     if name in PLAIN:
         assert same(other.to_dict(), made(name).to_dict())
     if name in TABULAR:
@@ -303,3 +305,51 @@ print("matplotlib" in sys.modules)
 """
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
     assert done.stdout.split() == ["False", "True"]
+
+
+COMPARED: dict[str, Callable[[float], object]] = {
+    "transient": lambda F: fivtui.simulate(Parameters(F=F), t_end=3.0, samples=7),
+    "dense": lambda F: fivtui.simulate(Parameters(F=F), t_end=3.0, samples="dense"),
+    "exact": lambda F: fivtui.simulate(Parameters(F=F, k_nl=0.0), t_end=3.0, separation=False),
+    "sensitivities": lambda F: fivtui.simulate(Parameters(F=F), t_end=3.0, sensitivities=["mu"]),
+    "solution": lambda F: fivtui.simulate(Parameters(F=F), t_end=3.0, samples="dense").solution,
+    "batch": lambda F: fivtui.simulate_batch({"F": [F, 2.0 * F]}, t_end=3.0),
+    "events": lambda F: fivtui.simulate_batch({"F": [F, 2.0 * F]}, t_end=3.0).events,
+    "sweep": lambda F: fivtui.sweep(vary={"F": [F, 2.0 * F]}, t_end=3.0),
+    "stability": lambda F: fivtui.stability(Parameters(F=F)),
+}
+
+
+@pytest.mark.parametrize("name", COMPARED)
+def test_results_of_the_same_computation_are_equal_and_others_are_not(name: str) -> None:
+    make = COMPARED[name]
+    first, same, other = make(80.0), make(80.0), make(90.0)
+    assert first == same
+    assert hash(first) == hash(same)
+    assert first != other
+    assert (first == 1) is False
+
+
+@pytest.mark.parametrize(
+    ("first", "second", "equal"),
+    [
+        (np.array([1.0, np.nan]), np.array([1.0, np.nan]), True),
+        (np.array([1.0, 2.0]), np.array([1.0, 2.5]), False),
+        (np.array([1.0, 2.0]), np.array([1.0]), False),
+        (np.array([1, 2]), np.array([1.0, 2.0]), False),
+        (np.array(["a"]), np.array(["a"]), True),
+        (np.array([1.0]), 1.0, False),
+        ({"a": np.zeros(2)}, {"a": np.zeros(2)}, True),
+        ({"a": np.zeros(2)}, {"a": np.ones(2)}, False),
+        ({"a": 1}, {"b": 1}, False),
+        ((np.zeros(2), "a"), (np.zeros(2), "a"), True),
+        ((np.zeros(2), "a"), (np.zeros(2), "b"), False),
+        ([1], [1, 2], False),
+        (math.nan, math.nan, True),
+        (1, 1.0, True),
+        (None, 0.0, False),
+    ],
+)
+def test_values_are_equal_element_by_element(first: object, second: object, equal: bool) -> None:
+    assert equal_values(first, second) is equal
+    assert equal_values(second, first) is equal

@@ -37,7 +37,7 @@ class Estimate:
     difference: float
 
 
-@dataclass(frozen=True, slots=True, repr=False)
+@dataclass(frozen=True, slots=True, eq=False, repr=False)
 class Accuracy(Result):
     """Error estimates of a run.
 

@@ -15,7 +15,7 @@ from fivtui.model import (
     Parameters,
     no_equilibrium_error,
 )
-from fivtui.results import Result
+from fivtui.results import Comparable, Result
 from fivtui.taylor import overflow_error, stall_error
 from fivtui.transient import budget_error
 
@@ -23,8 +23,8 @@ Floats = NDArray[np.float64]
 T = TypeVar("T")
 
 
-@dataclass(frozen=True, slots=True)
-class BatchAmplitude:
+@dataclass(frozen=True, slots=True, eq=False)
+class BatchAmplitude(Comparable):
     """Exact extremes of y over the whole runs, m, shape (n,) each."""
 
     y_abs: Floats
@@ -32,7 +32,7 @@ class BatchAmplitude:
     y_min: Floats
 
 
-@dataclass(frozen=True, slots=True)
+@dataclass(frozen=True, slots=True, eq=False)
 class BatchPeak(BatchAmplitude):
     """Exact extremes over the whole runs, m, and of ẋ, m/s; as `Peak`, shape (n,) each."""
 
@@ -40,15 +40,15 @@ class BatchPeak(BatchAmplitude):
     vx_max: Floats
 
 
-@dataclass(frozen=True, slots=True)
-class BatchSteady:
+@dataclass(frozen=True, slots=True, eq=False)
+class BatchSteady(Comparable):
     """Half peak-to-peak of y over the second half of the run, m, shape (n,)."""
 
     y_half_range: Floats
 
 
-@dataclass(frozen=True, slots=True)
-class BatchEvents:
+@dataclass(frozen=True, slots=True, eq=False)
+class BatchEvents(Comparable):
     """Switches of the runs, shape (n,) each.
 
     Attributes
@@ -68,7 +68,7 @@ class BatchEvents:
     last: Floats
 
 
-@dataclass(frozen=True, slots=True, repr=False)
+@dataclass(frozen=True, slots=True, eq=False, repr=False)
 class Batch(Result):
     """Result of a batch of n transients; to ask for what was not required is an `InputError`.
 

@@ -65,7 +65,7 @@ class Coalescence:
     mu: float | None
 
 
-@dataclass(frozen=True, slots=True, repr=False)
+@dataclass(frozen=True, slots=True, eq=False, repr=False)
 class Stability(Result):
     """Stability of the equilibrium of one parameter set.
 

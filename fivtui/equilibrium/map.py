@@ -41,7 +41,7 @@ _CHUNK: Final = 8192
 _CHUNK_ON_BELT: Final = 64
 
 
-@dataclass(frozen=True, slots=True, repr=False)
+@dataclass(frozen=True, slots=True, eq=False, repr=False)
 class StabilityMap(Result):
     """A quantity over two parameters.
 

@@ -55,7 +55,7 @@ _FACES: Final = {
 _BLOCK: Final = "#e8eef5"
 
 
-@dataclass(frozen=True, slots=True, repr=False)
+@dataclass(frozen=True, slots=True, eq=False, repr=False)
 class Film(Result):
     """What was written as a film.
 

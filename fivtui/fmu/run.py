@@ -29,7 +29,7 @@ _STEPS_BY_DEFAULT: Final = 1000
 _PROGRESS_EVERY: Final = 128
 
 
-@dataclass(frozen=True, slots=True, repr=False)
+@dataclass(frozen=True, slots=True, eq=False, repr=False)
 class FmuRun(Result):
     """Recorded variables of an FMU run.
 

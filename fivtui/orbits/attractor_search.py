@@ -15,7 +15,7 @@ from .explorer import AT_REST, Attractor, Kind, search
 _SEARCH: Final = 0.3
 
 
-@dataclass(frozen=True, slots=True, repr=False)
+@dataclass(frozen=True, slots=True, eq=False, repr=False)
 class Coexistence(Result):
     """The attractors of a parameter set.
 

@@ -26,7 +26,7 @@ _OFFSETS: Final = 31
 _RESOLVED: Final = 1e-4
 
 
-@dataclass(frozen=True, slots=True, repr=False)
+@dataclass(frozen=True, slots=True, eq=False, repr=False)
 class Basin(Result):
     """A slice of the basins of attraction.
 

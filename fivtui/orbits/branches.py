@@ -41,7 +41,7 @@ class BranchPoint:
     attractor: Attractor
 
 
-@dataclass(frozen=True, slots=True, repr=False)
+@dataclass(frozen=True, slots=True, eq=False, repr=False)
 class Continuation(Result):
     """Attractors along a parameter.
 

@@ -39,7 +39,7 @@ MEANINGS: Final = {
 }
 
 
-@dataclass(frozen=True, slots=True, repr=False)
+@dataclass(frozen=True, slots=True, eq=False, repr=False)
 class Uncertainty(Result):
     """Probabilities and distributions of a scattered scene, and what drives them.
 

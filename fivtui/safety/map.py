@@ -43,7 +43,7 @@ MAX_POINTS: Final = 250_000
 _SHARE_OF_SEARCHES: Final = 0.4
 
 
-@dataclass(frozen=True, slots=True, repr=False)
+@dataclass(frozen=True, slots=True, eq=False, repr=False)
 class SafetyMap(Result):
     """The safe friction coefficient over two parameters, or the three regions that it bounds.
 

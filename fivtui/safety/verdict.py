@@ -2,7 +2,7 @@
 
 import math
 import time
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import Any, Final, Literal
 
 from fivtui.equilibrium import critical_mu
@@ -120,10 +120,10 @@ class SafeFrictionBasis:
     budget_ended: bool
     growth_at_any_size: float | None
     proved_offset: float | None
-    cpu_s: float
+    cpu_s: float = field(compare=False)
 
 
-@dataclass(frozen=True, slots=True, repr=False)
+@dataclass(frozen=True, slots=True, eq=False, repr=False)
 class SafeFriction(Result):
     """Which friction coefficients are safe, for small disturbances and for all that were searched.
 

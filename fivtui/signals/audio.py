@@ -30,7 +30,7 @@ _FULL: Final = 32_767
 _FADE: Final = 0.005
 
 
-@dataclass(frozen=True, slots=True, repr=False)
+@dataclass(frozen=True, slots=True, eq=False, repr=False)
 class SoundFile(Result):
     """What was written as a sound.
 

@@ -49,7 +49,7 @@ _PIECES_IN_MEMORY: Final = 32
 _AHEAD: Final = 1
 
 
-@dataclass(frozen=True, slots=True, repr=False)
+@dataclass(frozen=True, slots=True, eq=False, repr=False)
 class Sweep(Result):
     """A computed sweep.
 

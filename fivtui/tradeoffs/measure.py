@@ -94,7 +94,7 @@ class Feature:
     with_steps: int | None
 
 
-@dataclass(frozen=True, slots=True, repr=False)
+@dataclass(frozen=True, slots=True, eq=False, repr=False)
 class Tradeoff(Result):
     """Errors and CPU times of every method on a scene.
 

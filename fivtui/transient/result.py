@@ -161,11 +161,11 @@ class Stats:
     """
 
     steps: int
-    cpu_s: float | None = None
+    cpu_s: float | None = field(default=None, compare=False)
     kernel: Kernel | None = None
 
 
-@dataclass(frozen=True, slots=True, repr=False)
+@dataclass(frozen=True, slots=True, eq=False, repr=False)
 class Transient(Result):
     """Result of a transient.
 

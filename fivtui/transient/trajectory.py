@@ -21,7 +21,7 @@ from fivtui.model import (
     accelerations,
     spring_force,
 )
-from fivtui.results import Result
+from fivtui.results import Result, equal_values
 from fivtui.taylor import Segment
 
 __all__ = ["COLUMNS", "Column", "DenseSolution", "Trajectory"]
@@ -30,7 +30,7 @@ FloatArray = NDArray[np.float64]
 _TOUCHING: NDArray[np.bool_] = np.array([mode in IN_CONTACT for mode in Mode])
 
 
-@dataclass(frozen=True, slots=True, repr=False)
+@dataclass(frozen=True, slots=True, eq=False, repr=False)
 class Trajectory(Result):
     """The motion at n times, in SI units.
 
@@ -114,6 +114,14 @@ class DenseSolution:
         self._start, self._remainder, self._duration = rows[:, 0], rows[:, 1], rows[:, 2]
         self._mode = rows[:, 4].astype(np.int8)
         self.t_start, self.t_end = float(rows[0, 0]), float(rows[-1, 3])
+
+    def __eq__(self, other: object) -> bool:
+        if not isinstance(other, DenseSolution):
+            return NotImplemented
+        return equal_values(vars(self), vars(other))
+
+    def __hash__(self) -> int:
+        return hash((self._p, self.t_start, self.t_end))
 
     def __repr__(self) -> str:
         span = f"{self.t_start:g} to {self.t_end:g} s"

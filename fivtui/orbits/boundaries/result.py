@@ -88,7 +88,7 @@ class BoundaryCurve:
     ends: tuple[End, End]
 
 
-@dataclass(frozen=True, slots=True, repr=False)
+@dataclass(frozen=True, slots=True, eq=False, repr=False)
 class Boundary(Result):
     """The curves of Hopf points, folds or touches over two parameters.
 

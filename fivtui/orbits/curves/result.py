@@ -86,7 +86,7 @@ class BranchEvent:
     direction: str = ""
 
 
-@dataclass(frozen=True, slots=True, repr=False)
+@dataclass(frozen=True, slots=True, eq=False, repr=False)
 class CycleBranch(Result):
     """A branch of limit cycles along a parameter.
 
