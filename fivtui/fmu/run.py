@@ -16,7 +16,14 @@ from fivtui.io import (
     write_csv_numbers,
     write_csv_rows,
 )
-from fivtui.model import Cancelled, ComputationError, InputError, Interval, unknown_name
+from fivtui.model import (
+    Cancelled,
+    ComputationError,
+    InputError,
+    Interval,
+    check_names,
+    unknown_name,
+)
 from fivtui.results import Result
 from fivtui.taylor import TOL_RANGE
 from fivtui.transient import Progress
@@ -203,10 +210,11 @@ def _recorded(fmu: FmuFile, outputs: Sequence[str] | None) -> list[str] | None:
     if outputs is None:
         return None
     names = [v.name for v in fmu.description.modelVariables]
-    for name in outputs:
+    recorded = check_names("outputs", outputs)
+    for name in recorded:
         if name not in names:
             raise unknown_name("output", name, names)
-    return list(outputs)
+    return list(recorded)
 
 
 def _simulate(

@@ -53,6 +53,7 @@ if TYPE_CHECKING:
         ParameterSpec as ParameterSpec,
         check_always_sliding as check_always_sliding,
         check_effect as check_effect,
+        check_names as check_names,
         check_parameters as check_parameters,
         number_spec as number_spec,
         parameter_spec as parameter_spec,

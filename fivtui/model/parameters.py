@@ -248,11 +248,26 @@ class Parameters:
 
 def check_parameters(value: object) -> Parameters:
     """Return `value` if it is a `Parameters`; raise `InputError` otherwise."""
-    if not isinstance(value, Parameters):
-        raise InputError(
-            f"parameters = {value!r}: must be a set of parameters, such as Parameters(F=80.0)"
+    if isinstance(value, Parameters):
+        return value
+    hint = ""
+    if isinstance(value, str):
+        hint = (
+            f"; a preset or a scene file is find_scene({value!r}), with parameters, separation, "
+            "start and t_end"
         )
-    return value
+    elif isinstance(getattr(value, "parameters", None), Parameters):
+        hint = "; a scene has parameters, separation, start and t_end"
+    raise InputError(
+        f"parameters = {value!r}: must be a set of parameters, such as Parameters(F=80.0){hint}"
+    )
+
+
+def check_names(argument: str, names: Iterable[str]) -> tuple[str, ...]:
+    """Names as a tuple; `InputError` for a text in place of a list."""
+    if isinstance(names, str):
+        raise InputError(f"{argument} = {names!r}: must be a list of names, such as [{names!r}]")
+    return tuple(names)
 
 
 def check_always_sliding(p: Parameters, subject: str, varied: Collection[str] = ()) -> None:

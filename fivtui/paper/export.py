@@ -7,7 +7,7 @@ from pathlib import Path
 from typing import Final
 
 from fivtui.io import check_apart, check_output, written_together
-from fivtui.model import Cancelled, InputError, unknown_name
+from fivtui.model import Cancelled, InputError, check_names, unknown_name
 from fivtui.plotting import FORMATS, save_figure
 from fivtui.transient import Progress
 
@@ -130,6 +130,7 @@ def save_figures(
     `results` provides the numbers; new ones are computed if not given.
     """
     chosen = figure_numbers([str(number) for number in numbers])
+    formats = check_names("formats", formats)
     plan = [figure_files(number, folder, formats) for number in chosen]
     try:
         folder.mkdir(parents=True, exist_ok=True)

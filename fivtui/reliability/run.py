@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fivtui.distributions import Distribution
-from fivtui.model import ComputationError, InputError, Parameters
+from fivtui.model import ComputationError, InputError, Parameters, check_names
 from fivtui.scene import Scene
 from fivtui.sweeps import (
     Engine,
@@ -144,7 +144,7 @@ def uncertainty(
         seed=seed,
         repeats=repeats,
         indices=indices,
-        outputs=tuple(outputs),
+        outputs=check_names("outputs", outputs),
     )
     return measured(study, local_engine(workers), until=until, progress=progress)
 

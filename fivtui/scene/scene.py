@@ -9,6 +9,7 @@ from fivtui.model import (
     PARAMETERS,
     InputError,
     Parameters,
+    check_names,
     check_parameters,
     course_of,
     unknown_name,
@@ -133,7 +134,7 @@ class Scene:
         }
         for one, other, correlated in self.correlation:
             _check_correlation(one, other, correlated)
-        for name in self.outputs:
+        for name in check_names("outputs", self.outputs):
             if name not in OUTPUTS:
                 raise unknown_name("output", name, OUTPUTS)
         for key, value in checked.items():

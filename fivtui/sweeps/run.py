@@ -14,7 +14,14 @@ from typing import TYPE_CHECKING, Any, Final, Literal
 import numpy as np
 from numpy.typing import NDArray
 
-from fivtui.model import Cancelled, InputError, Parameters, Rows as TableRows, time_table
+from fivtui.model import (
+    Cancelled,
+    InputError,
+    Parameters,
+    Rows as TableRows,
+    check_names,
+    time_table,
+)
 from fivtui.results import Result, scene_text
 from fivtui.transient import DEFAULT_T_END, DEFAULT_TOL, Progress, Start
 
@@ -229,7 +236,7 @@ def sweep(
         t_end=t_end,
         tol=tol,
         accuracy=tuple(accuracy.items()),
-        outputs=tuple(outputs),
+        outputs=check_names("outputs", outputs),
         method=method,
         over_time=tuple((name, time_table(name, rows)) for name, rows in (over_time or {}).items()),
     )

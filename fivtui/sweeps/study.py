@@ -8,6 +8,7 @@ from fivtui.model import (
     InputError,
     Parameters,
     check_effect,
+    check_names,
     check_parameters,
     course_of,
     unknown_name,
@@ -144,7 +145,7 @@ class Study:
     def __post_init__(self) -> None:
         if not 1 <= len(set(self.cases)) == len(self.cases):
             raise InputError(f"cases = {self.cases}: must be True, False, or both")
-        for name in self.outputs:
+        for name in check_names("outputs", self.outputs):
             if name not in OUTPUTS:
                 raise unknown_name("output", name, OUTPUTS)
         if not 1 <= len(set(self.outputs)) == len(self.outputs):

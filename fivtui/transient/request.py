@@ -18,6 +18,7 @@ from fivtui.model import (
     Rows,
     State,
     TimeTable,
+    check_names,
     check_parameters,
     course_of,
     mode_of,
@@ -213,8 +214,7 @@ def check_sensitivities(names: Sequence[str], p: Parameters) -> tuple[str, ...]:
 
     Raises `InputError` if one is unknown, given twice, or has no effect as it is none.
     """
-    if isinstance(names, str):
-        raise InputError(f"sensitivities = {names!r}: must be a list of names, such as [{names!r}]")
+    names = check_names("sensitivities", names)
     for place, name in enumerate(names):
         optional = parameter_spec(name).optional
         if optional and None in (getattr(p, name), p.v_belt):
@@ -222,7 +222,7 @@ def check_sensitivities(names: Sequence[str], p: Parameters) -> tuple[str, ...]:
             raise InputError(f"{missing} = none: must have a value for sensitivities to {name}")
         if name in names[:place]:
             raise InputError(f"sensitivities: {name} is given twice; every name must be given once")
-    return tuple(names)
+    return names
 
 
 def check_horizon(t_end: float | str) -> float:

@@ -1,16 +1,31 @@
 """Numbers, names and messages as they are given: plain ones are taken, others are one line."""
 
+from collections.abc import Callable
 from fractions import Fraction
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
 
-from fivtui import Parameters, simulate, simulate_batch, stability, sweep
+from fivtui import (
+    Parameters,
+    Scene,
+    build_fmu,
+    figures,
+    find_scene,
+    run_fmu,
+    simulate,
+    simulate_batch,
+    stability,
+    sweep,
+    uncertainty,
+)
 from fivtui.cli import run
 from fivtui.io.reading import opened, read_bytes
 from fivtui.model.errors import ComputationError, InputError, one_line
 from fivtui.model.numbers import read_number, read_whole
+from fivtui.scene import scene_transient
 
 
 @pytest.mark.parametrize(
@@ -36,11 +51,47 @@ def test_what_is_no_parameter_set_is_one_clear_line() -> None:
     with pytest.raises(InputError, match=said):
         simulate({"F": 80.0}, method="fmu")  # type: ignore[arg-type]
     with pytest.raises(InputError, match=said):
-        stability("base")  # type: ignore[arg-type]
-    with pytest.raises(InputError, match=said):
         sweep(80.0, vary={"F": [1.0]})  # type: ignore[arg-type]
     with pytest.raises(InputError, match=said):
         simulate_batch({"F": [1.0]}, base=80.0)  # type: ignore[arg-type]
+
+
+def test_presets_and_scenes_in_place_of_parameters_are_told_how_they_are_used() -> None:
+    said = r"such as Parameters\(F=80\.0\); a preset .* is find_scene\('coexistence'\), with param"
+    computations: tuple[Callable[[Any], object], ...]
+    computations = (simulate, stability, lambda name: sweep(name, vary={"F": [1.0]}))
+    for compute in computations:
+        with pytest.raises(InputError, match=said):
+            compute("coexistence")
+    scene = find_scene("coexistence")
+    with pytest.raises(InputError, match="; a scene has parameters, separation, start and t_end"):
+        simulate(scene)  # type: ignore[arg-type]
+    transient = simulate(
+        scene.parameters, separation=scene.separation, start=scene.start, t_end=scene.t_end
+    )
+    assert transient.final == scene_transient(scene).transient.final
+
+
+NAMES: dict[str, Callable[[Any, Path], object]] = {
+    "outputs = 'y_abs'": lambda names, _: sweep(vary={"F": [1.0]}, outputs=names),
+    "outputs = 'critical_mu'": lambda names, _: uncertainty(
+        vary={"F": "uniform:70:90"}, outputs=names
+    ),
+    "outputs = 'stability'": lambda names, _: Scene("a", "", Parameters(), outputs=names),
+    "outputs = 'y'": lambda names, folder: run_fmu(
+        build_fmu(folder / "belt.fmu", flavour="native"), outputs=names
+    ),
+    "sensitivities = 'mu'": lambda names, _: simulate(sensitivities=names),
+    "formats = 'png'": lambda names, _: figures("nowhere", [2], formats=names),
+}
+
+
+@pytest.mark.parametrize("subject", NAMES)
+def test_a_text_in_place_of_a_list_of_names_is_told_so(subject: str, tmp_path: Path) -> None:
+    name = subject.split("'")[1]
+    said = f"^{subject}: must be a list of names, such as \\['{name}'\\]$"
+    with pytest.raises(InputError, match=said):
+        NAMES[subject](name, tmp_path)
 
 
 @pytest.mark.parametrize("text", ["1_0", "٣", "１", "1e１", "0x10", "", "1 0", "1,0", "--1"])
