@@ -2,14 +2,19 @@
 
 import dataclasses
 import math
+from contextlib import suppress
 
 import numpy as np
 import pytest
 
 from fivtui import Parameters, simulate
+from fivtui.kernel import Status, load_kernel
+from fivtui.model import static_start
 from fivtui.model.errors import ComputationError
 from fivtui.model.modes import Mode
 from fivtui.model.parameters import PARAMETERS
+from fivtui.taylor.belt import UNRESOLVED, BeltStepper
+from fivtui.taylor.stepper import MAX_STALLED, StallError
 from fivtui.transient.request import KernelChoice
 from tests.support.own_belt import OwnBelt, integrate
 
@@ -173,6 +178,40 @@ def test_a_friction_law_that_no_number_resolves_is_refused_with_what_to_do(
     at_once = simulate(p, t_end=20.0, kernel="compiled")
     assert sharp.final == pytest.approx(at_once.final, abs=1e-7)
     assert sharp.events.transitions == at_once.events.transitions
+
+
+def durations_of(p: Parameters, kernel: KernelChoice) -> list[float]:
+    """Lengths of the steps of a run that ends because its steps do not advance it."""
+    start, law = static_start(p, separation=True), (p.v_belt or 0.0, p.mu_static, p.v_s or 0.0)
+    steps: list[float] = []
+    if kernel == "interpreted":
+        stepper = BeltStepper(p, start, tol=1e-9, order=12)
+        with suppress(StallError):
+            for _ in range(10_000):
+                steps.append(stepper.advance().duration)
+        return steps
+    run = load_kernel().begin(
+        p.values(), start, separation=True, t_end=1e3, tol=1e-9, order=12, belt=law
+    )
+    t, status = 0.0, Status.RUNNING
+    while status is Status.RUNNING:
+        status = run.advance(1)
+        steps.append(run.outcome.t - t)
+        t = run.outcome.t
+    assert status is Status.STALLED
+    return steps
+
+
+@kernels
+def test_a_run_ends_after_so_many_steps_in_a_row_that_do_not_advance_it(
+    kernel: KernelChoice,
+) -> None:
+    steps = np.array(durations_of(Parameters(v_belt=1.0, mu_s=0.9, v_s=1e-17), kernel))
+    tiny = steps < UNRESOLVED * np.cumsum(steps)
+    # The step that is one too many raises in the interpreted kernel.
+    trailing = MAX_STALLED + (1 if kernel == "compiled" else 0)
+    assert np.all(tiny[-trailing:])
+    assert not tiny[-trailing - 1]
 
 
 @pytest.mark.parametrize("separation", [True, False])

@@ -117,6 +117,24 @@ def test_a_file_is_written_drawn_and_not_written_twice(
 
 
 @pytest.mark.parametrize(
+    "args",
+    [["--out=a.csv", "--plot=a.png"], ["--out=a.csv", "--json"], ["--plot=a.png"], ["--json"], []],
+)
+def test_a_sweep_too_large_for_memory_is_refused_before_it_begins(
+    args: list[str], monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    def refuse(*_args: object, **_options: object) -> None:
+        raise AssertionError("the sweep was begun")
+
+    monkeypatch.setattr("fivtui.sweeps.sweep_to_file", refuse)
+    monkeypatch.setattr("fivtui.sweeps.sweep_in_memory", refuse)
+    assert run(["sweep", "--vary=F=1:2:1000001", *args]) == 2
+    assert "1000001 members: must be at most 1000000" in capsys.readouterr().err
+    assert run(["sweep", "--vary=F=1:2:1000000", *args]) not in (0, 2)
+    assert "the sweep was begun" in capsys.readouterr().err
+
+
+@pytest.mark.parametrize(
     ("args", "said"),
     [
         ([], "--vary"),

@@ -97,6 +97,48 @@ def test_there_is_an_indicator_for_every_guard_and_it_is_on_the_side_of_the_mode
             assert instance.get("vx") == [2.0]
 
 
+@pytest.mark.parametrize(
+    ("mode", "before", "vx", "then"),
+    [
+        # Past v_r = 0 within the error of a low tolerance: the belt's speed.
+        (Mode.FORWARD, 1.5, 2.01, (Mode.STICK, 2.0)),
+        (Mode.BACKWARD, 2.5, 1.99, (Mode.STICK, 2.0)),
+        # As near, but on the side of the mode: it slides on.
+        (Mode.FORWARD, 1.5, 1.99, (Mode.FORWARD, 1.99)),
+        (Mode.BACKWARD, 2.5, 2.01, (Mode.BACKWARD, 2.01)),
+        # Far past it, the importer has put the slider there.
+        (Mode.FORWARD, 1.5, 2.2, (Mode.BACKWARD, 2.2)),
+        (Mode.BACKWARD, 2.5, 1.8, (Mode.FORWARD, 1.8)),
+        # A mode in which v_r has no sign.
+        (Mode.STICK, 2.0, 2.01, (Mode.BACKWARD, 2.01)),
+        (Mode.STICK, 2.0, 1.99, (Mode.FORWARD, 1.99)),
+    ],
+)
+def test_a_slider_gone_past_the_belt_s_speed_is_put_at_it_by_the_mode_it_was_in(
+    folder: Path, mode: Mode, before: float, vx: float, then: tuple[Mode, float]
+) -> None:
+    # The belt holds the slider here.
+    with exchanged(folder, **values_of(ALL, START)) as instance:
+        assert put(instance, 0.0, before, -0.5, 0.1)[0] == mode
+        assert put(instance, 0.0, vx, -0.5, 0.1)[0] == then[0]
+        assert instance.get("vx") == [then[1]]
+
+
+@pytest.mark.parametrize(
+    ("mode", "vx", "speed"), [("FORWARD", 1.99, 1.98), ("BACKWARD", 2.01, 2.02)]
+)
+def test_a_belt_that_changes_its_speed_past_the_slider_s_leaves_the_slider_its_own(
+    folder: Path, mode: str, vx: float, speed: float
+) -> None:
+    other = Mode.BACKWARD if mode == "FORWARD" else Mode.FORWARD
+    with exchanged(folder, **values_of(ALL, START)) as instance:
+        assert put(instance, 0.0, vx, -0.5, 0.1)[0] == Mode[mode]
+        instance.fmi.enterEventMode()
+        instance.set(v_belt=speed)
+        assert instance.fmi.newDiscreteStates()[3]
+        assert instance.get("mode", "vx") == [other, vx]
+
+
 def test_without_a_finite_belt_the_further_indicators_stay(folder: Path) -> None:
     with exchanged(folder) as instance:
         assert read(instance.fmi.getEventIndicators, INDICATORS)[1:] == [1.0, 1.0, 1.0]

@@ -195,6 +195,19 @@ def test_both_are_drawn_with_the_band() -> None:
     assert lines.get_yscale() == "log"
 
 
+def test_the_figure_plots_measured_minus_computed() -> None:
+    t, y = signal()
+    offset = np.linspace(0.1, 0.3, t.size)
+    result = validate(RUN, measurement(t + 20.0, y + offset))
+    over_time, difference, _ = result.figure().axes
+    assert "measured" in difference.get_ylabel().split("−")[0]
+    assert "computed" in difference.get_ylabel().split("−")[1]
+    np.testing.assert_allclose(difference.lines[0].get_ydata(), offset, atol=1e-9)
+    signals = {line.get_label(): np.asarray(line.get_ydata()) for line in over_time.lines}
+    np.testing.assert_allclose(signals["measured"] - signals["computed"], offset, atol=1e-9)
+    assert over_time.get_xlim() == pytest.approx((20.0, 30.0))
+
+
 def test_the_command_passes_or_fails_and_writes_both(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:

@@ -58,6 +58,32 @@ def test_the_probabilities_where_friction_is_uniform() -> None:
     assert found.scatter.samples == 2**17
 
 
+def drawn(scene: Scene, *inputs: str) -> dict[str, np.ndarray]:
+    """Values of the members of a scattered study, by name."""
+    study = scattered_study(
+        scene, parse_inputs(inputs), samples=256, indices=False, outputs=("critical_mu",)
+    )
+    return study.design.columns(np.arange(study.members))
+
+
+def test_scattered_friction_never_exceeds_a_static_friction_that_does_not_scatter() -> None:
+    def scene(**values: float) -> Scene:
+        return BASE.with_values({"v_belt": 1.0, **values})
+
+    mu = drawn(scene(mu_s=0.75), "mu~normal:0.7:0.1")["mu"]
+    assert 0.74 < mu.max() <= 0.75
+    assert mu.min() < 0.6
+    static = drawn(scene(mu=0.7), "mu_s~normal:0.75:0.1")["mu_s"]
+    assert 0.7 <= static.min() < 0.71
+    assert static.max() > 0.9
+    # Nothing bounds it where static friction is that of sliding.
+    assert drawn(scene(), "mu~normal:0.7:0.1")["mu"].max() > 0.9
+    # Nor where both scatter.
+    both = drawn(scene(), "mu~uniform:0.5:0.65", "mu_s~uniform:0.65:0.9")
+    assert both["mu_s"].min() < 0.66
+    assert both["mu_s"].max() > 0.89
+
+
 @pytest.mark.whole
 def test_the_probabilities_of_a_million_samples() -> None:
     found = uncertainty(

@@ -84,6 +84,9 @@ def test_what_is_fixed_before_two_runs_part_is_printed_all_the_same(
     assert f"part at t = {data['parted']['t']:.6g} s: {data['parted']['reason']}" in printed.err
     before = data["before"]
     assert 0.0 < before["t_end"] < data["parted"]["t"]
+    # Between the last two switches that both runs make.
+    longer = simulate(UNDAMPED, t_end=data["parted"]["t"], tol=3e-13)
+    assert before["t_end"] == pytest.approx(longer.switch_times[-2:].mean(), abs=1e-3)
     error = before["accuracy"]["estimate"]
     assert error["peak"] <= 1e-6
     own = simulate(UNDAMPED, t_end=before["t_end"], tol=3e-13)

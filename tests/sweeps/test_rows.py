@@ -224,6 +224,16 @@ def test_errors_asked_for_are_met_and_told_member_by_member() -> None:
             assert 0.0 <= named[f"{name}_error"] <= error
 
 
+def test_the_errors_of_a_member_are_those_of_its_own_verified_run() -> None:
+    asked = {"final": 1e-5, "peak": 1e-5, "half_range": 1e-5}
+    result = sweep(vary={"mu": [0.5, 0.7, 0.9]}, t_end=40.0, accuracy=asked, outputs=["y_abs"])
+    for row in result.rows:
+        named = dict(zip(result.columns, row, strict=True))
+        own = simulate_to(asked, Request(Parameters(mu=named["mu"]), t_end=40.0)).estimate
+        for name in asked:
+            assert named[f"{name}_error"] == pytest.approx(own.of(name), rel=1e-3, abs=1e-14)
+
+
 def test_members_are_refined_until_their_errors_are_met(monkeypatch: pytest.MonkeyPatch) -> None:
     sizes: list[tuple[float, int]] = []
 
