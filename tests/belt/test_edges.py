@@ -187,8 +187,7 @@ def durations_of(p: Parameters, kernel: KernelChoice) -> list[float]:
     if kernel == "interpreted":
         stepper = BeltStepper(p, start, tol=1e-9, order=12)
         with suppress(StallError):
-            for _ in range(10_000):
-                steps.append(stepper.advance().duration)
+            steps.extend(segment.duration for segment in iter(stepper.advance, None))
         return steps
     run = load_kernel().begin(
         p.values(), start, separation=True, t_end=1e3, tol=1e-9, order=12, belt=law

@@ -60,6 +60,19 @@ def test_in_contact_the_foot_is_on_the_belt_and_the_arrows_are_the_forces() -> N
     assert found["block"].y.min() > found["foot"].y.max()
 
 
+@pytest.mark.parametrize("name", ["contact force", "friction"])
+def test_the_barbs_of_an_arrow_are_alike_on_both_sides_of_it(name: str) -> None:
+    motion = motion_at(RUN, np.linspace(0.0, 100.0, 4001))
+    arrow = shapes(RUN, float(motion.t[motion.P.argmax()]))[name]
+    tail, tip, one, _, other = np.column_stack([arrow.x, arrow.y])
+    along = (tip - tail) / np.linalg.norm(tip - tail)
+    across = np.array([-along[1], along[0]])
+    assert (one - tip) @ along == pytest.approx((other - tip) @ along)
+    assert (one - tip) @ along < 0.0
+    assert (one - tip) @ across == pytest.approx((tip - other) @ across)
+    assert abs((one - tip) @ across) == pytest.approx(-0.5 * ((one - tip) @ along))
+
+
 def test_marks_travel_with_the_belt_and_everything_is_in_the_picture() -> None:
     layout = layout_of(motion_at(STICKING, np.linspace(0.0, 20.0, 2001)))
     still, moved = (shapes(STICKING, 5.0, travel)["marks"] for travel in (0.0, 0.01 * layout.size))

@@ -285,6 +285,11 @@ def test_static_friction_below_friction_is_refused_where_it_counts(
         said = any("mu = 0.6: must be at most mu_s = 0.5" in line for line in begun.log)
         assert said is finite
         assert (step.status == "ok") is not finite
+    equal = dict.fromkeys(order, 0.6)
+    begun, step = driver.drive(
+        ("a", "begin", {**equal, "finite_belt": True}), ("a", "step", 0.0, 0.1)
+    )
+    assert (begun.log, step.status) == ([], "ok")
 
 
 @pytest.mark.parametrize(

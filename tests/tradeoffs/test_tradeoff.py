@@ -17,7 +17,13 @@ from fivtui.tradeoffs.files import save_tradeoff, tradeoff_to_dict
 from fivtui.tradeoffs.measure import Tradeoff, measure_tradeoff
 from fivtui.tradeoffs.settings import MeasuredSetting, Setting, cheapest, ladders, pareto
 from fivtui.transient import integrate
-from fivtui.transient.errors import QUANTITIES, Deviation, deviation, observation
+from fivtui.transient.errors import (
+    QUANTITIES,
+    Deviation,
+    Observation,
+    deviation,
+    observation,
+)
 from fivtui.transient.request import Request
 from tests.references import REFERENCES
 from tests.support.kernels import INTERPRETED
@@ -123,6 +129,38 @@ def test_ladders_go_from_coarse_to_fine_within_bounds() -> None:
         assert values[0] == ladder.first
         assert values[-1] == pytest.approx(ladder.last, rel=1e-5)
         assert ladder.knob == "tol" or max(values) <= 0.05
+
+
+def test_methods_of_a_kind_are_measured_at_the_same_steps() -> None:
+    steps = {
+        ladder.method: [setting.value for setting in ladder.settings()]
+        for ladder in ladders(0.15, 10.0)
+        if ladder.knob == "step"
+    }
+    assert steps["rk4"] == steps["rk4-across"]
+    assert steps["fmu"] == steps["fmu-native"]
+
+
+@pytest.mark.parametrize(
+    ("cost", "left", "runs"), [(0.001, 1.0, 15), (0.015, 1.0, 2), (0.03, 1.0, 1), (0.004, 0.006, 2)]
+)
+def test_a_quick_setting_is_measured_several_times_and_its_least_time_counts(
+    cost: float, left: float, runs: int, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    seen = observation(integrate(Request(Parameters(), t_end=1.0)))
+    now, costs = [100.0], []
+
+    def timed(*_: object) -> tuple[Observation, int, float]:
+        costs.append(cost * (1.0 + 1e-3 * (len(costs) % 2 - len(costs) % 3)))
+        now[0] += cost
+        return seen, 7, costs[-1]
+
+    monkeypatch.setattr(measure._Bench, "_timed", timed)
+    monkeypatch.setattr("time.thread_time", lambda: now[0])
+    bench = measure._Bench(SHORT, seen, deviation(seen, seen), {})
+    result = bench.measure(Setting("rk4", "", "step", 0.1), left, lambda _fraction: True)
+    assert len(costs) == runs
+    assert result.cpu_s == min(costs)
 
 
 @pytest.fixture(scope="module")

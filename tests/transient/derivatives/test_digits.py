@@ -1,13 +1,15 @@
 """The digits of a final state that are printed hold, against 25 digits and finer runs."""
 
 import math
+from types import SimpleNamespace
 from typing import Any
 
 import numpy as np
 import pytest
 
 from fivtui import Parameters, simulate
-from fivtui.transient import Transient, transient_rows
+from fivtui.model import time_scale
+from fivtui.transient import Request, Transient, transient_rows
 from fivtui.transient.derivatives.digits import final_digits
 from tests.references import RandomScene, random_scenes
 
@@ -54,6 +56,25 @@ def test_digits_of_a_short_and_of_a_long_run_hold(t_end: float) -> None:
     for count, one, other in zip(digits, state_of(run), state_of(finer), strict=True):
         assert 8 <= count <= 13
         assert abs(one - other) < abs(one) * 10.0**-count
+
+
+@pytest.mark.parametrize("p", [Parameters(), Parameters(c1=200.0), Parameters(F=0.0)])
+def test_deviations_are_followed_over_a_part_of_a_long_run_alone(
+    p: Parameters, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    run = simulate(p, t_end=20_000.0)
+    spans: list[float] = []
+
+    def follow(request: Request, seeds: Any) -> Any:
+        spans.append(request.t_end)
+        return SimpleNamespace(derivatives=np.eye(4), final=request.initial)
+
+    monkeypatch.setattr("fivtui.transient.derivatives.digits.vary", follow)
+    assert final_digits(run) is not None
+    share = sum(spans) / run.t_end
+    assert share < 1.0
+    assert share * run.stats.steps <= 20_000.0 * (1.0 + 1e-12)
+    assert sum(spans) * max(1.0 / time_scale(p), p.c1 / p.m, p.c2 / p.m) <= 12_000.0 * (1.0 + 1e-12)
 
 
 @pytest.mark.parametrize("t_end", [1000.0, 5000.0])

@@ -112,6 +112,20 @@ def test_runs_of_a_smaller_range_are_drawn_over_those_of_a_greater_one() -> None
     assert [line.get_label() for line in drawn] == ["3", "2", "1"]
 
 
+def test_every_point_of_a_short_line_is_marked_and_some_of_a_long_one() -> None:
+    for count in (5, 101):
+        at = np.linspace(0.0, 10.0, count)
+        traces = [
+            Trace(name, at, at, look="line", mark=mark) for name, mark in (("a", "●"), ("b", "■"))
+        ]
+        (axes,) = panels_of(
+            charts_figure(VisibleCharts([(Chart("t", "y", tuple(traces)), View())]))
+        )
+        for line in lines_of(axes)[:2]:
+            _, every = line.get_markevery()
+            assert every == max(count // 12, 1)
+
+
 def test_what_is_hidden_is_not_drawn_and_not_in_the_legend() -> None:
     chart = Chart("t (s)", "y (m)", (trace("a", T), trace("b", 2.0 * T), trace("c", 3.0 * T)))
     figure = charts_figure(VisibleCharts([(chart, View(hidden={1}))]))
