@@ -5,6 +5,7 @@ import subprocess
 import sys
 from collections.abc import Iterator
 from pathlib import Path
+from types import SimpleNamespace
 
 import pytest
 
@@ -13,6 +14,7 @@ from fivtui.distributions import Distribution
 from fivtui.model.errors import ComputationError, InputError
 from fivtui.sweeps.arithmetic import arithmetic_of
 from fivtui.sweeps.design import Design, Range
+from fivtui.sweeps.pieces import piece_of
 from fivtui.sweeps.provenance import versions
 from fivtui.sweeps.run import local_engine, sweep_in_memory, sweep_to_file
 from fivtui.sweeps.scatter import Scatter
@@ -170,3 +172,48 @@ def test_a_lost_scheduler_loses_nothing(tmp_path: Path, capfd: pytest.CaptureFix
     assert "Traceback" not in capfd.readouterr().err
     kept = sweep_to_file(STUDY, out, local_engine(1), size=SIZE).kept
     assert kept >= 2 * SIZE
+
+
+class FakeClient:
+    """A client of a cluster that computes nothing; counts what is submitted."""
+
+    loop = None
+
+    def __init__(self) -> None:
+        self.threads, self.submitted = 1, 0
+
+    def nthreads(self) -> dict[str, int]:
+        return {"worker": self.threads}
+
+    def submit(self, *_: object, **_options: object) -> SimpleNamespace:
+        self.submitted += 1
+        answer = (versions(), arithmetic_of(STUDY), None)
+        return SimpleNamespace(key=self.submitted, result=lambda: answer)
+
+
+class InOrder(list[SimpleNamespace]):
+    """Futures that are completed in the order in which they were submitted."""
+
+    def __init__(self, **_: object) -> None:
+        super().__init__()
+        self.add = self.append
+
+    def __next__(self) -> SimpleNamespace:
+        return self.pop(0)
+
+
+def test_pieces_are_handed_out_by_the_threads_of_the_last_few_seconds(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    client, clock = FakeClient(), [0.0]
+    monkeypatch.setattr("distributed.as_completed", InOrder)
+    monkeypatch.setattr(cluster_module, "time", SimpleNamespace(monotonic=lambda: clock[0]))
+    pieces = (piece_of(number, STUDY.members, 1) for number in range(STUDY.members))
+    rows = cluster_module._engine(client, "address")(STUDY, pieces)  # type: ignore[arg-type]
+    waiting = []
+    for seconds, threads in ((0.0, 1), (1.0, 4), (10.0, 4), (10.5, 1), (20.0, 1)):
+        clock[0], client.threads = seconds, threads
+        piece, _ = next(rows)
+        waiting.append(client.submitted - piece.number)
+    ahead = cluster_module._AHEAD
+    assert waiting == [ahead, ahead, 4 * ahead, 4 * ahead, 4 * ahead - 1]
