@@ -33,7 +33,11 @@ if TYPE_CHECKING:
         fixed_step as fixed_step,
         takes_step as takes_step,
     )
-    from .native import check_taylor_options as check_taylor_options, integrate as integrate
+    from .native import (
+        check_taylor_options as check_taylor_options,
+        integrate as integrate,
+        later_amplitude as later_amplitude,
+    )
     from .recorder import Recorder as Recorder
     from .report import print_transient as print_transient, transient_rows as transient_rows
     from .request import (
@@ -62,11 +66,9 @@ if TYPE_CHECKING:
         resolve_start as resolve_start,
     )
     from .result import Transient as Transient
-    from .settling import later_amplitude as later_amplitude
     from .stiffness import (
         budget_error as budget_error,
         find_stiffness as find_stiffness,
-        step_limit_error as step_limit_error,
     )
     from .trajectory import Trajectory as Trajectory, segment_between as segment_between
 else:

@@ -9,8 +9,8 @@ from fivtui.results import Row
 from .derivatives.digits import MOST_DIGITS, FinalDigits, final_digits
 from .derivatives.sensitivity import Sensitivities
 from .errors import Deviation
+from .native import later_amplitude
 from .result import Transient
-from .settling import later_amplitude
 
 # What sensitivities are printed of: label, part of a sensitivity, and its name there.
 _DERIVED: Final = (

@@ -202,7 +202,8 @@ def test_the_figure_plots_measured_minus_computed() -> None:
     over_time, difference, _ = result.figure().axes
     assert "measured" in difference.get_ylabel().split("−")[0]
     assert "computed" in difference.get_ylabel().split("−")[1]
-    np.testing.assert_allclose(difference.lines[0].get_ydata(), offset, atol=1e-9)
+    plotted = np.asarray(difference.lines[0].get_ydata(), dtype=float)
+    np.testing.assert_allclose(plotted, offset, atol=1e-9)
     signals = {line.get_label(): np.asarray(line.get_ydata()) for line in over_time.lines}
     np.testing.assert_allclose(signals["measured"] - signals["computed"], offset, atol=1e-9)
     assert over_time.get_xlim() == pytest.approx((20.0, 30.0))

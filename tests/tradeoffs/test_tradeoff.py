@@ -148,7 +148,8 @@ def test_a_quick_setting_is_measured_several_times_and_its_least_time_counts(
     cost: float, left: float, runs: int, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     seen = observation(integrate(Request(Parameters(), t_end=1.0)))
-    now, costs = [100.0], []
+    now = [100.0]
+    costs: list[float] = []
 
     def timed(*_: object) -> tuple[Observation, int, float]:
         costs.append(cost * (1.0 + 1e-3 * (len(costs) % 2 - len(costs) % 3)))

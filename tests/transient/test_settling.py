@@ -5,7 +5,7 @@ import pytest
 from fivtui import cli
 from fivtui.model.parameters import Parameters
 from fivtui.simulation import simulate
-from fivtui.transient.settling import later_amplitude
+from fivtui.transient.native import later_amplitude
 from fivtui.tui.session.report import result_brief
 
 
