@@ -54,8 +54,8 @@ from .studies import engine_of
 @option(
     "--until",
     metavar="E",
-    help="Double the samples until half the width of the 95 % interval of every probability is at "
-    "most E.",
+    help="Double the samples until the 95 % interval of every probability reaches at most E from "
+    "its value.",
 )
 @option(
     "--design",

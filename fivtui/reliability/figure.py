@@ -128,7 +128,7 @@ def _draw_tornado(part: SubFigure, result: Uncertainty) -> None:
                 places + shift,
                 [each.value for each in found],
                 0.36,
-                xerr=[each.error for each in found],
+                xerr=np.transpose([(e.value - e.low, e.high - e.value) for e in found]),
                 color=fill,
                 edgecolor="black",
                 linewidth=0.4,

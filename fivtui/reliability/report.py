@@ -8,7 +8,7 @@ from fivtui.sweeps import OUTPUTS, SweepProgress
 
 from .request import SAFE, truncations
 from .result import MEANINGS, Uncertainty
-from .statistics import SampleEstimate, ranked
+from .statistics import SampleEstimate, ranked, with_remark
 
 _LEVELS = ("0.05", "0.5", "0.95")
 _DIGITS = 4
@@ -54,7 +54,9 @@ def uncertainty_rows(result: Uncertainty) -> list[Row]:
             value = f"{middle} ({low} .. {high}) {column.unit}".rstrip()
             rows.append(Row(name, value, f"{column.meaning}: median, 5 and 95 %"))
     for name, indices in result.indices.items():
-        words = ", ".join(f"{key} {number(each.total.value, 2)}" for key, each in ranked(indices))
+        words = ", ".join(
+            f"{key} {with_remark(number(each.total.value, 2))}" for key, each in ranked(indices)
+        )
         rows.append(Row(f"what drives {name}", words, "total Sobol indices"))
     return rows
 
@@ -127,8 +129,8 @@ def _print_drivers(name: str, result: Uncertainty) -> None:
     if indices:
         header += ["alone", "with others"]
         for key in keys:
-            one = indices[key]
-            rows[key] += [estimate_words(one.first, 2), estimate_words(one.total, 2)]
+            for estimate in (indices[key].first, indices[key].total):
+                rows[key].append(with_remark(estimate_words(estimate, 2)))
     if local:
         header += ["by one SD", "share if linear"]
         for key in keys:
@@ -150,4 +152,17 @@ def warning_of(result: Uncertainty) -> str | None:
         else f"{count} members have no {name}: they do not count"
         for name, count in result.missing.items()
     ]
-    return "; ".join(parts) or None
+    parts += [_unresolved_words(name, count, result) for name, count in result.unresolved.items()]
+    return "; ".join(filter(None, parts)) or None
+
+
+def _unresolved_words(name: str, effective: float, result: Uncertainty) -> str:
+    # What a study lacks of an output, or an event, whose variance few samples make up.
+    effects = ["there are no Sobol indices of it"] if result.scatter.indices else []
+    effects += ["the interval of its mean may be too narrow"] if name in result.means else []
+    if not effects:
+        return ""
+    return (
+        f"about {effective:.0f} of {result.scatter.samples} samples make up the variance of "
+        f"{name}: {', and '.join(effects)}"
+    )

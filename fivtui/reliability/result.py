@@ -16,14 +16,17 @@ from .local import LocalSensitivity, local_sensitivities
 from .means import safe_mu_unknown_above
 from .request import SAFE, truncations
 from .statistics import (
+    LEAST_EFFECTIVE,
     SampleEstimate,
     SobolIndex,
     dicts,
+    effective_samples,
     mean_of,
     probability_of,
     quantiles_of,
     ranked,
     sobol_of,
+    with_remark,
 )
 
 if TYPE_CHECKING:
@@ -64,6 +67,9 @@ class Uncertainty(Result):
         Derivatives of outputs by inputs at the means of these.
     missing : mapping of str to int
         Members without a value of an output, where there are such.
+    unresolved : mapping of str to float
+        Effective samples of outputs, and of what has a probability, whose variance so few samples
+        make up that they have no Sobol indices and means have too narrow intervals.
     safe_mu_unknown_above : float or None
         The μ above which safe μ is not known; None where the search confirms the continuation.
     """
@@ -75,6 +81,7 @@ class Uncertainty(Result):
     indices: Mapping[str, Mapping[str, SobolIndex]]
     local: Mapping[str, Mapping[str, LocalSensitivity]]
     missing: Mapping[str, int]
+    unresolved: Mapping[str, float]
     safe_mu_unknown_above: float | None = None
 
     @property
@@ -94,7 +101,7 @@ class Uncertainty(Result):
 
     @property
     def error(self) -> float:
-        """The greatest error of a probability: half the width of its 95 % interval."""
+        """The greatest error of a probability: the distance to the farther end of its interval."""
         return max((each.error for each in self.probabilities.values()), default=np.inf)
 
     def samples(self, name: str) -> Floats:
@@ -132,8 +139,9 @@ class Uncertainty(Result):
         if self.safe_mu_unknown_above is not None:
             rows.append(("safe mu", f"not known above {self.safe_mu_unknown_above:.4g}"))
         for name, found in self.indices.items():
-            first = ", ".join(f"{key} {each.total.value:.2f}" for key, each in ranked(found)[:4])
-            rows.append((f"drives {name}", first))
+            totals = ((key, f"{each.total.value:z.2f}") for key, each in ranked(found)[:4])
+            words = (f"{key} {with_remark(total)}" for key, total in totals)
+            rows.append((f"drives {name}", ", ".join(words)))
         return rows
 
     def to_dict(self) -> dict[str, Any]:
@@ -166,6 +174,7 @@ class Uncertainty(Result):
             "indices": {name: dicts(each) for name, each in self.indices.items()},
             "local": {name: dicts(each) for name, each in self.local.items()},
             "missing": dict(self.missing),
+            "unresolved": dict(self.unresolved),
         }
 
     def to_columns(self) -> dict[str, NDArray[Any]]:
@@ -238,6 +247,7 @@ def judged(sweep: Sweep) -> Uncertainty:
         probabilities[POSSIBLE] = _widened(samples[POSSIBLE], margin, errors)
     means = {name: mean_of(samples[name]) for name in outputs}
     missing = {name: int(np.isnan(values).sum()) for name, values in outputs.items()}
+    effective = {name: effective_samples(values) for name, values in samples.items()}
     return Uncertainty(
         sweep,
         {name: each for name, each in probabilities.items() if each is not None},
@@ -250,5 +260,6 @@ def judged(sweep: Sweep) -> Uncertainty:
         },
         local,
         {name: count for name, count in missing.items() if count},
+        {name: count for name, count in effective.items() if 0.0 < count < LEAST_EFFECTIVE},
         unknown_above,
     )

@@ -90,8 +90,8 @@ def uncertainty(
     samples : int
         Number of samples, rounded up to a power of two in every scrambling.
     until : float, optional
-        Double the samples until the error of every probability, half the width of its 95 %
-        interval, is at most this.
+        Double the samples until the error of every probability, its distance to the farther end of
+        its 95 % interval, is at most this.
     seed : int
         Seed of the first scrambling; those of the others follow.
     repeats : int

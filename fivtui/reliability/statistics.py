@@ -1,9 +1,9 @@
 """Estimates from scattered members, with 95 % intervals from independent scramblings."""
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
-from typing import Any, Final
+from typing import Any, Final, Literal
 
 import numpy as np
 from numpy.typing import NDArray
@@ -14,11 +14,17 @@ Floats = NDArray[np.float64]
 
 LEVEL: Final = 0.95
 QUANTILES: Final = (0.01, 0.05, 0.25, 0.5, 0.75, 0.95, 0.99)
+# Sobol indices of a variance that fewer samples make up are not estimated.
+LEAST_EFFECTIVE: Final = 30.0
+# Rounding of a mean, relative to it.
+_ROUNDING: Final = 4.0 * float(np.finfo(float).eps)
+# A skewness that makes no difference.
+_SYMMETRIC: Final = 1e-6
 
 
 @dataclass(frozen=True, slots=True)
 class SampleEstimate:
-    """An estimate and the ends of its 95 % interval."""
+    """An estimate and the ends of its 95 % interval; an end that is not bounded is infinite."""
 
     value: float
     low: float
@@ -26,12 +32,13 @@ class SampleEstimate:
 
     @property
     def error(self) -> float:
-        """Half the width of the interval."""
-        return 0.5 * (self.high - self.low)
+        """The distance from the value to the farther end of the interval."""
+        return max(self.value - self.low, self.high - self.value)
 
-    def to_dict(self) -> dict[str, float]:
-        """As data for JSON."""
-        return {"value": self.value, "low": self.low, "high": self.high}
+    def to_dict(self) -> dict[str, float | None]:
+        """As data for JSON: an infinite end is null."""
+        low, high = (end if math.isfinite(end) else None for end in (self.low, self.high))
+        return {"value": self.value, "low": low, "high": high}
 
 
 @dataclass(frozen=True, slots=True)
@@ -62,31 +69,61 @@ class SobolIndex:
 
 
 def estimate(values: Floats) -> SampleEstimate:
-    """The mean of independent estimates of the same, with Student's interval."""
+    """The mean of independent estimates of the same, with its interval."""
+    return SampleEstimate(*(float(each) for each in _interval(values)))
+
+
+def _interval(values: Floats) -> tuple[Floats, Floats, Floats]:
+    """Means over the first axis with the ends of their intervals.
+
+    Student's interval, extended on the side to which the values are skewed (Hall 1992): few
+    estimates seldom contain the rare large ones. Rounding is the least width.
+    """
     from scipy.special import stdtrit
 
-    mean, count = float(values.mean()), values.size
-    spread = float(values.std(ddof=1)) / math.sqrt(count)
-    half = float(stdtrit(count - 1, 0.5 + 0.5 * LEVEL)) * spread
-    return SampleEstimate(mean, mean - half, mean + half)
+    count = len(values)
+    mean = values.mean(axis=0)
+    deviations = values - mean
+    moment = (deviations**2).mean(axis=0)
+    spread = np.sqrt(moment / (count - 1))
+    rounding = _ROUNDING * np.abs(mean)
+    divisor = np.where(moment > 0.0, moment, 1.0) ** 1.5
+    skewness = (deviations**3).mean(axis=0) / divisor / math.sqrt(count)
+    student = float(stdtrit(count - 1, 0.5 + 0.5 * LEVEL))
+    below = np.maximum(student, _without_skewness(student, skewness))
+    above = np.maximum(student, -_without_skewness(-student, skewness))
+    return mean, mean - below * spread - rounding, mean + above * spread + rounding
+
+
+def _without_skewness(score: float, skewness: Floats) -> Floats:
+    # The inverse of Hall's transformation; `skewness` is divided by the root of the count.
+    divisor = np.where(np.abs(skewness) > _SYMMETRIC, skewness, 1.0)
+    cubic = np.cbrt(1.0 + divisor * (score - divisor / 6.0))
+    transformed = 3.0 * (cubic - 1.0) / divisor
+    return np.where(np.abs(skewness) > _SYMMETRIC, transformed, score)
 
 
 def probability(hits: Floats, counts: Floats) -> SampleEstimate:
-    """A probability from the hits and members of each scrambling.
+    """A probability from the hits and members of each scrambling."""
+    return SampleEstimate(*(float(each) for each in _shares(hits, counts)))
+
+
+def _shares(hits: Floats, counts: Floats) -> tuple[Floats, Floats, Floats]:
+    """Shares with the ends of their intervals; scramblings are the first axis of both.
 
     Where all scramblings have the same share, the interval is as wide as what they do not resolve:
     that of none hit among as many independent members, or of one more hit in a part of them.
     """
-    found = estimate(hits / counts)
-    low, high = found.low, found.high
-    if np.ptp(hits / counts) == 0.0:
-        rare = math.log(1.0 - LEVEL)
-        least = max(
-            -math.expm1(rare / float(counts.sum())),
-            -math.expm1(rare / hits.size) / float(counts.min()),
-        )
-        low, high = found.value - least, found.value + least
-    return SampleEstimate(found.value, max(low, 0.0), min(high, 1.0))
+    shares = hits / counts
+    mean, low, high = _interval(shares)
+    rare = math.log(1.0 - LEVEL)
+    least = max(
+        -math.expm1(rare / float(counts.sum())),
+        -math.expm1(rare / counts.size) / float(counts.min()),
+    )
+    equal = np.ptp(shares, axis=0) == 0.0
+    low, high = np.where(equal, mean - least, low), np.where(equal, mean + least, high)
+    return mean, np.maximum(low, 0.0), np.minimum(high, 1.0)
 
 
 def probability_of(truths: Floats) -> SampleEstimate | None:
@@ -99,11 +136,57 @@ def probability_of(truths: Floats) -> SampleEstimate | None:
 
 
 def quantiles_of(values: Floats) -> dict[str, SampleEstimate]:
-    """Quantiles of values, a row per scrambling, by their level as text; NaN does not count."""
-    if np.isnan(values).all(axis=1).any():
+    """Quantiles of values, a row per scrambling, by their level as text; NaN does not count.
+
+    An interval has all values at which the share of smaller ones may be the level, by the interval
+    of that share: shares of stratified points are without bias, their quantiles are not. An end
+    beyond all samples is infinite.
+    """
+    known = ~np.isnan(values)
+    if not known.any(axis=1).all():
         return {}
-    found = np.nanquantile(values, QUANTILES, axis=1)
-    return {f"{level:g}": estimate(row) for level, row in zip(QUANTILES, found, strict=True)}
+    counts = known.sum(axis=1).astype(float)[:, np.newaxis]
+    rows = [np.sort(row[mask]) for row, mask in zip(values, known, strict=True)]
+    pooled = np.sort(np.concatenate(rows))
+    levels = np.array(QUANTILES)
+
+    def hits_at(indices: NDArray[np.int64], side: Literal["left", "right"]) -> Floats:
+        return np.array([np.searchsorted(row, pooled[indices], side) for row in rows], dtype=float)
+
+    def is_reached(indices: NDArray[np.int64]) -> NDArray[np.bool_]:
+        return np.asarray(_shares(hits_at(indices, "right"), counts)[2] >= levels)
+
+    def is_passed(indices: NDArray[np.int64]) -> NDArray[np.bool_]:
+        return np.asarray(_shares(hits_at(indices, "left"), counts)[1] > levels)
+
+    lowest, highest = (
+        float(_shares(hits, counts)[end][0])
+        for hits, end in ((np.zeros_like(counts), 2), (counts, 1))
+    )
+    estimates = np.quantile(pooled, levels, method="hazen")
+    first = _first_index(is_reached, pooled.size, levels.size)
+    last = _first_index(is_passed, pooled.size, levels.size) - 1
+    low = np.where(lowest >= levels, -np.inf, np.minimum(pooled[first], estimates))
+    high = np.where(highest <= levels, np.inf, np.maximum(pooled[last], estimates))
+    return {
+        f"{level:g}": SampleEstimate(*ends)
+        for level, *ends in zip(
+            QUANTILES, estimates.tolist(), low.tolist(), high.tolist(), strict=True
+        )
+    }
+
+
+def _first_index(
+    holds: Callable[[NDArray[np.int64]], NDArray[np.bool_]], count: int, levels: int
+) -> NDArray[np.int64]:
+    # For each level the first index at which it holds, by bisection; the count if at none.
+    low = np.zeros(levels, dtype=np.int64)
+    high = np.full(levels, count, dtype=np.int64)
+    while (low < high).any():
+        middle = (low + high) // 2
+        true = holds(np.minimum(middle, count - 1)) | (low == high)
+        low, high = np.where(true, low, middle + 1), np.where(true, middle, high)
+    return low
 
 
 def mean_of(values: Floats) -> SampleEstimate | None:
@@ -114,21 +197,54 @@ def mean_of(values: Floats) -> SampleEstimate | None:
 
 
 def sobol_of(scatter: Scatter, values: Floats) -> dict[str, SobolIndex]:
-    """Sobol indices by input of the values of all members; none where a member has no value."""
-    from scipy.stats import sobol_indices
+    """Sobol indices by input of the values of all members (Saltelli 2010, Jansen 1999).
 
-    if np.isnan(values).any():
+    None where a member has no value, or the variance rests on too few samples.
+    """
+    if np.isnan(values).any() or effective_samples(scatter.samples_of(values)) < LEAST_EFFECTIVE:
         return {}
-    parts: Any = scatter.parts_of(values).transpose(2, 1, 0)
-    # Scramblings are what SciPy calls outputs.
-    given: Any = {"f_A": parts[0], "f_B": parts[1], "f_AB": parts[2:]}
-    found = sobol_indices(func=given, n=scatter.count)
-    shape = scatter.repeats, len(scatter.axes)
-    first, total = (np.reshape(each, shape).T for each in (found.first_order, found.total_order))
-    return {
-        name: SobolIndex(estimate(one), estimate(all_))
-        for name, one, all_ in zip(scatter.axes, first, total, strict=True)
-    }
+    parts = scatter.parts_of(values)
+    centred = parts - parts[:, :, :2].mean()
+    variances = (centred[:, :, :2] ** 2).mean(axis=(0, 2))
+    a, b = centred[:, :, 0], centred[:, :, 1]
+    indices = {}
+    for column, name in enumerate(scatter.axes, start=2):
+        mixed = centred[:, :, column]
+        first = (b * (mixed - a)).mean(axis=0)
+        total = 0.5 * ((a - mixed) ** 2).mean(axis=0)
+        indices[name] = SobolIndex(_ratio(first, variances), _ratio(total, variances))
+    return indices
+
+
+def effective_samples(values: Floats) -> float:
+    """The number of equal deviations from the mean that make up the variance of values.
+
+    0 if all values are equal; NaN does not count.
+    """
+    values = values[~np.isnan(values)]
+    if not values.size:
+        return 0.0
+    span = float(np.ptp(values))
+    if span == 0.0:
+        return 0.0
+    squares = ((values - values.mean()) / span) ** 2
+    return float(squares.sum() ** 2 / (squares**2).sum())
+
+
+def _ratio(numerators: Floats, denominators: Floats) -> SampleEstimate:
+    # The ratio of the means over scramblings, with the interval of its linearised error.
+    scale = float(denominators.mean())
+    ratio = float(numerators.mean()) / scale
+    error = estimate((numerators - ratio * denominators) / scale)
+    return SampleEstimate(ratio, ratio + error.low, ratio + error.high)
+
+
+def with_remark(printed: str) -> str:
+    """The printed value of a Sobol index, with why it is above 1 or below 0 if it is."""
+    value = float(printed.partition(" ")[0])
+    if 0.0 <= value <= 1.0:
+        return printed
+    return f"{printed} ({'above 1' if value > 1.0 else 'below 0'}: sampling error)"
 
 
 def dicts(given: Mapping[str, Any]) -> dict[str, Any]:

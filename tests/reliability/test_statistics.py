@@ -4,7 +4,16 @@ import numpy as np
 import pytest
 
 from fivtui.distributions import Distribution
-from fivtui.reliability.statistics import estimate, probability, probability_of, sobol_of
+from fivtui.reliability.statistics import (
+    effective_samples,
+    estimate,
+    mean_of,
+    probability,
+    probability_of,
+    quantiles_of,
+    sobol_of,
+    with_remark,
+)
 from fivtui.sweeps.scatter import Scatter
 
 ANGLE = Distribution("uniform", (-np.pi, np.pi))
@@ -33,7 +42,7 @@ def test_one_input_explains_all_and_a_constant_has_no_variance() -> None:
     found = sobol_of(scatter, values)["mu"]
     assert found.first.value == pytest.approx(1.0, abs=0.01)
     assert found.total.value == pytest.approx(1.0, abs=0.01)
-    assert sobol_of(scatter, np.ones(scatter.size))["mu"].total.value == 0.0
+    assert sobol_of(scatter, np.ones(scatter.size)) == {}
     values[3] = np.nan
     assert sobol_of(scatter, values) == {}
 
@@ -64,3 +73,42 @@ def test_unknown_members_do_not_count() -> None:
     assert found is not None
     assert found.value == 0.5
     assert probability_of(np.array([[nan, nan], [1.0, 0.0]])) is None
+
+
+def test_a_tail_that_the_samples_do_not_reach_has_no_end() -> None:
+    values = np.linspace(0.0, 1.0, 64).reshape(4, 16)
+    quantiles = quantiles_of(values)
+    assert (quantiles["0.01"].low, quantiles["0.99"].high) == (-np.inf, np.inf)
+    assert quantiles["0.99"].to_dict()["high"] is None
+    assert 0.0 < quantiles["0.5"].low < 0.5 < quantiles["0.5"].high < 1.0
+    # Of equal values every quantile is that one.
+    equal = quantiles_of(np.full((16, 64), 0.1))["0.75"]
+    assert (equal.low, equal.value, equal.high) == (0.1, 0.1, 0.1)
+    assert quantiles_of(np.array([[np.nan, np.nan], [0.0, 1.0]])) == {}
+
+
+def test_rounding_of_a_mean_is_in_its_interval() -> None:
+    mean = mean_of(np.full((16, 1000), 0.1))
+    assert mean is not None
+    assert mean.low < 0.1 < mean.high
+    assert mean.error < 1e-15
+
+
+def test_effective_samples_are_those_that_make_up_the_variance() -> None:
+    assert effective_samples(np.ones(100)) == 0.0
+    assert effective_samples(np.full(3, np.nan)) == 0.0
+    assert effective_samples(np.tile([0.0, 1e-200, np.nan], 50)) == pytest.approx(100.0)
+    assert effective_samples(np.repeat([0.0, 1.0], [996, 4])) == pytest.approx(4.0, rel=0.01)
+
+
+@pytest.mark.parametrize(
+    ("printed", "remark"),
+    [
+        ("1.02 ± 0.03", "1.02 ± 0.03 (above 1: sampling error)"),
+        ("-0.01 ± 0.02", "-0.01 ± 0.02 (below 0: sampling error)"),
+        ("1 ± 0.03", "1 ± 0.03"),
+        ("0.00", "0.00"),
+    ],
+)
+def test_an_index_beyond_0_to_1_is_marked(printed: str, remark: str) -> None:
+    assert with_remark(printed) == remark

@@ -128,6 +128,8 @@ def samples_chart(result: "Uncertainty", wanted: str) -> Chart | None:
 
 def index_rows(result: "Uncertainty") -> Sequence[Sequence[str]]:
     """Sobol indices as rows of `COLUMNS`, by falling total index, with shares to first order."""
+    from fivtui.reliability import with_remark
+
     rows = []
     for name, indices in result.indices.items():
         local = result.local.get(name, {})
@@ -136,8 +138,10 @@ def index_rows(result: "Uncertainty") -> Sequence[Sequence[str]]:
             rows.append((
                 _AXES.get(name, name.replace("_", " ")) if place == 0 else "",
                 symbol_of(key),
-                f"{each.first.value:.2f} ± {each.first.error:.2f}",
-                f"{each.total.value:.2f} ± {each.total.error:.2f}",
+                *(
+                    with_remark(f"{estimate.value:z.2f} ± {estimate.error:.2f}")
+                    for estimate in (each.first, each.total)
+                ),
                 "" if key not in local else f"{local[key].share:.2f}",
                 bar(each.first.value, each.total.value),
             ))  # fmt: skip
