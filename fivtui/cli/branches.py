@@ -79,6 +79,7 @@ def branch(scene: str, assignments: tuple[str, ...], **given: Any) -> None:
         assignments,
         ignore_separation=given["ignore_separation"],
         varied=(given["vary"] or "", *given["ranges"]),
+        centred=True,
     )
     kind, compute = _boundary(chosen, given) if given["curve"] else _branch(chosen, given)
     out, plot, force = given["out"], given["plot"], given["force"]

@@ -110,11 +110,13 @@ def scene_of(
     ignore_separation: bool = False,
     over_time: bool = False,
     varied: Sequence[str] = (),
+    centred: bool = False,
 ) -> "Scene":
     """The named scene with the parameters that ``--set`` changes.
 
     Says which of them have no effect, unless it takes parameters over time, `over_time`; those that
     it does not take raise `InputError`. `varied` are texts that begin with the name of a parameter.
+    The computation begins at the values of the scene, also of those that vary, if it is `centred`.
     """
     from dataclasses import replace
 
@@ -126,13 +128,20 @@ def scene_of(
     )
     if not over_time:
         scene.check_constant("this command")
-        say_without_effect(scene, varied)
+        say_without_effect(scene, varied, () if centred else assignments)
     return replace(scene, separation=False) if ignore_separation else scene
 
 
-def say_without_effect(scene: "Scene", varied: Sequence[str] = ()) -> None:
-    """Say which parameters of a scene have a value and no effect, `varied` as in `scene_of`."""
+def say_without_effect(
+    scene: "Scene", varied: Sequence[str] = (), assignments: Sequence[str] = ()
+) -> None:
+    """Say which parameters of a scene have a value and no effect, `varied` as in `scene_of`.
+
+    `assignments` are the texts of ``--set`` that are without effect where their parameter varies.
+    """
     names = [text.replace("~", "=").partition("=")[0].strip() for text in varied]
+    for replaced in (name for name in assigned("--set", assignments, "F=120") if name in names):
+        say(f"warning: --set {replaced} has no effect: {replaced} varies")
     names += dict(scene.over_time)
     unused = unused_parameters(scene.parameters, names)
     # One that is to vary is refused.

@@ -136,7 +136,7 @@ def sweep(**given: Any) -> None:
     scene = scene_of(given["scene"], given["assignments"], over_time=True)
     if given["over_time"] is not None:
         scene = replace(scene, over_time=read_over_time(given["over_time"]))
-    say_without_effect(scene, varied)
+    say_without_effect(scene, varied, given["assignments"])
     study = study_of(
         scene,
         parse_design(varied, given["kind"], given["count"], given["seed"]),

@@ -66,6 +66,29 @@ def test_what_has_an_effect_is_not_warned_of(line: str, capsys: pytest.CaptureFi
 
 
 @pytest.mark.parametrize(
+    ("line", "names"),
+    [
+        (
+            "uncertainty --vary mu~uniform:0.2:0.8 --set mu=0.5 --samples 64 --output critical_mu",
+            "mu",
+        ),
+        ("sweep --vary F=20,30 --set F=5 --set c1=1 --t-end 1", "F"),
+        ("map --over F=20:30:2 --over mu=0.1:0.2:2 --set F=4 --set mu=0.3", "F mu"),
+        ("attractors --vary mu=0.1:0.2:2 --set mu=0.4", "mu"),
+        # A branch begins at the scene's value.
+        ("branch --vary mu=0.3:0.5 --set mu=0.4", ""),
+        ("branch --curve hopf --over mu=0.3:0.5 --over F=70:90 --set mu=0.4", ""),
+    ],
+)
+def test_a_value_of_what_varies_is_said_to_have_no_effect(
+    line: str, names: str, capsys: pytest.CaptureFixture[str]
+) -> None:
+    assert run(line.split()) == 0
+    warnings = [f"warning: --set {name} has no effect: {name} varies" for name in names.split()]
+    assert capsys.readouterr().err.splitlines() == warnings
+
+
+@pytest.mark.parametrize(
     "line",
     [
         "sweep --vary mu_s=0.8,0.9 --t-end 1",
