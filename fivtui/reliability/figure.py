@@ -24,6 +24,8 @@ _LOOKS: Final = (("#a8c8a0", "", "o"), ("#e0b080", "...", "s"), ("#8fa8e0", "///
 _BINS: Final = 40
 # How far beyond 0 and 1 indices are drawn.
 _BEYOND: Final = 0.2
+# An index that far beyond them is evident in the figure.
+_EVIDENT: Final = 0.005
 _ACROSS: Final = 3
 # Letters of a line of a panel's title.
 _TITLE: Final = 30
@@ -152,6 +154,9 @@ def _draw_tornado(part: SubFigure, result: Uncertainty) -> None:
         # Indices of next to no variance may be anything.
         axes.set_xlim(max(min(low, 0.0), -_BEYOND), min(max(high, 1.0), 1.0 + _BEYOND))
         title = textwrap.fill(f"Sobol indices of: {output_words(output)}", _TITLE)
+        values = [each.value for _, index in rows for each in (index.first, index.total)]
+        if not -_EVIDENT <= min(values) <= max(values) <= 1.0 + _EVIDENT:
+            title += "\n(beyond 0 to 1: sampling error)"
         axes.set_title(title, fontsize=_SMALL)
         axes.tick_params(labelsize=_SMALL)
         axes.grid(visible=False, axis="y")

@@ -20,10 +20,11 @@ from fivtui import (
 )
 from fivtui.cli import run
 from fivtui.model.errors import Cancelled, ComputationError, InputError
-from fivtui.reliability.report import UncertaintyProgress, print_uncertainty
+from fivtui.reliability.report import UncertaintyProgress, print_uncertainty, warning_of
 from fivtui.reliability.request import parse_inputs, scattered_study, truncations, with_table
 from fivtui.reliability.result import Uncertainty, judged
 from fivtui.reliability.run import Place, measured
+from fivtui.reliability.statistics import with_remark
 from fivtui.safety.table import safe_mus
 from fivtui.scene.files import scene_from_dict
 from fivtui.studies import command_of, kind_of, load_study
@@ -32,6 +33,7 @@ from fivtui.sweeps.pieces import SweepPiece
 from fivtui.sweeps.rows import Rows
 from fivtui.sweeps.run import Engine, local_engine, sweep
 from fivtui.sweeps.study import Study
+from fivtui.tui.tabs.charts.uncertainty import index_rows
 
 MU_C = 0.439387619
 FOLD = 0.277876613
@@ -340,3 +342,33 @@ def test_a_scene_keeps_its_table_of_correlations() -> None:
     scene = Scene(name="a", description="", parameters=Parameters(),
                   correlation=(("mu", "F", 0.5),))  # fmt: skip
     assert scene.with_values({"F": 60.0}).correlation == scene.correlation
+
+
+def test_an_index_above_1_is_marked_wherever_it_is_shown(
+    capsys: pytest.CaptureFixture[str],
+) -> None:
+    found = uncertainty(vary={"mu": "uniform:0:1"}, samples=128, outputs=("critical_mu",))
+    index = found.indices["unstable"]["mu"]
+    assert index.first.value > 1.005
+    remark = "(above 1: sampling error)"
+    print_uncertainty(found)
+    assert remark in capsys.readouterr().out
+    assert remark in " ".join(index_rows(found)[0])
+    titles = [axes.get_title() for axes in found.figure().subfigs[1].axes]
+    assert "beyond 0 to 1: sampling error" in titles[0]
+    total = with_remark(f"{index.total.value:.2f}")
+    assert ("drives unstable", f"mu {total}") in found._summary()
+    # The critical μ does not vary with μ.
+    assert "critical_mu" not in found.indices
+    assert found.unresolved == {}
+
+
+def test_what_few_samples_make_up_has_no_indices_and_a_warning() -> None:
+    found = uncertainty(vary={"mu": "uniform:0.2:0.441"}, samples=1024, outputs=("critical_mu",))
+    assert 0.0 < found.unresolved["unstable"] < 30.0
+    assert found.to_dict()["unresolved"] == found.unresolved
+    assert "unstable" not in found.indices
+    said = warning_of(found)
+    assert said is not None
+    assert said.endswith("make up the variance of unstable: there are no Sobol indices of it")
+    assert warning_of(replace(found, unresolved={})) is None
