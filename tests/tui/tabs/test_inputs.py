@@ -54,7 +54,7 @@ def test_a_decimal_comma_in_a_number_is_a_point() -> None:
         ("alt+3", "vary", "mu=0,1:200:5", "mu = 200: must be from 0 to 100", "mu=0.1:2:5"),
         ("alt+4", "over", "mu=0:1:5 F=5:x:3", "F = 'x': not a number; must be", "mu=0:1:5 F=5:9:3"),
         ("alt+7", "scattered", "F~normal:80:-8", "F~normal:80:-8", "F~normal:80:8"),
-        ("alt+9", "along", "mu=0,1", "must be NAME or NAME=LOW:HIGH", "mu=0.1:0.9"),
+        ("alt+0", "along", "mu=0,1", "must be NAME or NAME=LOW:HIGH", "mu=0.1:0.9"),
     ],
 )
 async def test_a_wrong_text_in_a_tab_is_marked_at_once(
