@@ -196,10 +196,11 @@ async def test_a_sweep_runs_stops_and_opens_its_points(
     editor.value = "F=60:100:1"
     await pilot.press("enter")
     await until_shown(pilot, "COUNT = 1: must be")
+    # The reason stays until the text is right; then what may be typed is said again.
     pilot.app.screen.query_one("#sweep-chart").focus()
     editor.focus()
-    await until_shown(pilot, "NAME=START:STOP:COUNT or")
     editor.value = "F=60:100:100000"
+    await until_shown(pilot, "NAME=START:STOP:COUNT or")
     await pilot.press("enter")
     await until_shown(pilot, "200000 runs: F10 again computes them")
     editor.value = "F=60:100:21"
