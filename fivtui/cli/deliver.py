@@ -3,7 +3,7 @@
 from pathlib import Path
 from typing import Any
 
-from .options import print_json, say
+from .options import print_json, say, say_written
 
 
 def check_outputs(kind: str, out: Path | None, plot: Path | None, *, force: bool) -> None:
@@ -24,12 +24,12 @@ def write(kind: str, result: Any, out: Path | None, plot: Path | None, *, force:
 
     if out is not None:
         save_study(kind, result, out, force=force)
-        say(f"wrote {out}")
+        say_written(out)
     if plot is not None:
         from fivtui.plotting import save_figure
 
         save_figure(study(kind).figure(result), plot, force=force)
-        say(f"wrote {plot}")
+        say_written(plot)
 
 
 def show(kind: str, result: Any, *, as_json: bool = False) -> None:

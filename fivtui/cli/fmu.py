@@ -18,6 +18,7 @@ from .options import (
     progress_bar,
     put,
     say,
+    say_written,
 )
 
 flavour_option = option(
@@ -68,7 +69,7 @@ def fmu_build(out: Path, force: bool, platform: str | None, **given: Any) -> Non
 
     platforms = [] if platform is None else platform.split(",")
     build_fmu(out, platforms=platforms, force=force, **given)
-    say(f"wrote {out}")
+    say_written(out)
 
 
 @fmu.command("system")
@@ -80,7 +81,7 @@ def fmu_system(out: Path, flavour: str, force: bool) -> None:
     from fmu_src.build import build_ssp
 
     build_ssp(out, flavour=flavour, force=force)
-    say(f"wrote {out}")
+    say_written(out)
 
 
 @fmu.command("check")
@@ -156,10 +157,10 @@ def fmu_run(fmu_file: Path, out: Path | None, force: bool, as_json: bool, **give
         say(f"warning: {warning}")
     if out is not None:
         save_fmu_run(run, out, force=force)
-        say(f"wrote {out}")
+        say_written(out)
     if events is not None:
         save_fmu_events(run, events, force=force)
-        say(f"wrote {events}")
+        say_written(events)
     if as_json:
         print_json(run.to_dict())
     elif out is None:

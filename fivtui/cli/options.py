@@ -4,6 +4,7 @@ import json
 import sys
 from collections.abc import Callable, Sequence
 from functools import cache
+from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import click
@@ -195,6 +196,13 @@ def put(text: str) -> None:
 def say(message: str) -> None:
     """Print a note to standard error."""
     sys.stderr.write(f"{message}\n")
+
+
+def say_written(*paths: Path, note: str = "") -> None:
+    """Say which files were written, and in which folder; `note` says more of them."""
+    from fivtui.io import files_text
+
+    say(f"wrote {files_text(*paths)}{note and f': {note}'}")
 
 
 def progress_bar(label: str) -> "Progress":

@@ -17,6 +17,7 @@ from .options import (
     output_option,
     piece_option,
     say,
+    say_written,
     scene_argument,
     scene_of,
     scheduler_option,
@@ -162,7 +163,7 @@ def uncertainty(**given: Any) -> None:
             tell=progress.tell,
         )
     if out is not None:
-        say(f"wrote {out}: {result.study.members} members")
+        say_written(out, note=f"{result.study.members} members")
     warn("uncertainty", result)
     write("uncertainty", result, None, plot, force=force)
     show("uncertainty", result, as_json=given["as_json"])

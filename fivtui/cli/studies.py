@@ -23,8 +23,8 @@ from .options import (
     piece_option,
     progress_bar,
     put,
-    say,
     say_without_effect,
+    say_written,
     scene_argument,
     scene_of,
     scheduler_option,
@@ -166,7 +166,7 @@ def sweep(**given: Any) -> None:
                 study, out, engine, size=given["piece"], force=force, progress=progress
             )
     if out is not None:
-        say(f"wrote {out}: {written}")
+        say_written(out, note=str(written))
         if plot is not None or as_json:
             result = load_sweep(study, out)
     if plot is not None:
@@ -278,7 +278,7 @@ def figures(numbers: tuple[str, ...], out: Path, formats: tuple[str, ...], force
             progress=progress,
         )
     for files in written:
-        say(f"wrote {', '.join(str(path) for path in (*files.pictures, *files.data))}")
+        say_written(*files.pictures, *files.data)
 
 
 @commands.command()

@@ -23,6 +23,7 @@ from .options import (
     progress_bar,
     say,
     say_without_effect,
+    say_written,
     scene_argument,
     scene_of,
     set_option,
@@ -220,7 +221,7 @@ def compare(scene: str, assignments: tuple[str, ...], out: Path, force: bool) ->
     with progress_bar("native and FMU") as progress:
         result = run(scene_of(scene, assignments), out, force=force, progress=progress)
     print_comparison(result)
-    say(f"wrote {result.fmu} and {result.figure}")
+    say_written(result.fmu, result.figure)
 
 
 @commands.command()

@@ -18,7 +18,7 @@ from matplotlib.patches import Patch
 from matplotlib.text import Text
 from numpy.typing import NDArray
 
-from fivtui.io import check_output, check_suffix, save_bytes, temporary_folder
+from fivtui.io import check_output, check_suffix, files_text, save_bytes, temporary_folder
 from fivtui.model import ALWAYS_SLIDING, Cancelled, InputError, Mode
 from fivtui.plotting import CASE_COLOURS, OFF_BELT, STYLE, new_figure, shade_times
 from fivtui.results import Result
@@ -82,7 +82,7 @@ class Film(Result):
 
     def _summary(self) -> list[tuple[str, str]]:
         return [
-            ("file", str(self.path)),
+            ("file", files_text(self.path)),
             ("shown", f"{self.window[0]:.6g} to {self.window[1]:.6g} s"),
             ("speed", f"{self.speed:g} s of the motion a second: {speed_words(self.speed)}"),
             ("frames", f"{self.frames}, {self.frames / FRAMES_PER_SECOND:.3g} s"),

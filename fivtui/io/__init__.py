@@ -17,6 +17,7 @@ if TYPE_CHECKING:
         check_apart as check_apart,
         check_output as check_output,
         check_suffix as check_suffix,
+        files_text as files_text,
         parts_folder as parts_folder,
         resolved as resolved,
     )

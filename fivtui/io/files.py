@@ -110,6 +110,14 @@ def parts_folder(out: Path) -> Path:
     return target.with_name(f"{target.name}.parts")
 
 
+def files_text(*paths: Path) -> str:
+    """Names of files with the folder that they are in: ``a.csv, b.csv in /home/me/runs``."""
+    folders: dict[Path, list[str]] = {}
+    for path in paths:
+        folders.setdefault(path.absolute().parent, []).append(path.name)
+    return "; ".join(f"{', '.join(names)} in {folder}" for folder, names in folders.items())
+
+
 def resolved(path: Path) -> Path:
     """The absolute path behind symbolic links; `InputError` if no file can have the name."""
     if "\0" in str(path):

@@ -107,12 +107,13 @@ def test_a_file_is_written_drawn_and_not_written_twice(
     args = ["sweep", "--vary=F=20:80:4", "--both", f"--out={name}", *SHORT]
     assert run([*args, "--piece=3", "--plot=a.png", "--json"]) == 0
     captured = capsys.readouterr()
-    assert captured.err == f"wrote {name}: 8 members\nwrote a.png\n"
+    folder = Path.cwd()
+    assert captured.err == f"wrote {name} in {folder}: 8 members\nwrote a.png in {folder}\n"
     assert len(json.loads(captured.out)["rows"]) == 8
     assert Path("a.png").read_bytes()[:4] == b"\x89PNG"
     before = Path(name).stat()
     assert run(args) == 0
-    assert capsys.readouterr().err == f"wrote {name}: 8 members, complete before\n"
+    assert capsys.readouterr().err == f"wrote {name} in {folder}: 8 members, complete before\n"
     assert Path(name).stat().st_mtime_ns == before.st_mtime_ns
 
 

@@ -89,7 +89,7 @@ def test_the_command_computes_on_the_cluster(cluster: Cluster, tmp_path: Path) -
         check=False,
     )
     assert done.returncode == 0, done.stderr
-    assert done.stderr == "wrote out.csv: 4 members\n"
+    assert done.stderr == f"wrote out.csv in {tmp_path}: 4 members\n"
     assert (tmp_path / "out.csv").is_file()
 
 

@@ -54,7 +54,9 @@ def served(tmp_path: Path) -> Iterator[tuple[int, str]]:
     port = free_port()
     command = [sys.executable, "-m", "fivtui", "serve", "--port", str(port)]
     environment = os.environ | {"XDG_STATE_HOME": str(tmp_path)}
-    with subprocess.Popen(command, env=environment, stderr=subprocess.PIPE, text=True) as process:
+    with subprocess.Popen(
+        command, cwd=tmp_path, env=environment, stderr=subprocess.PIPE, text=True
+    ) as process:
         assert process.stderr is not None
         said = process.stderr.readline()
         try:
@@ -151,6 +153,41 @@ async def test_a_page_of_localhost_reads_and_types(served: tuple[int, str], tmp_
                     await asyncio.sleep(0.1)
             assert b"UNSTABLE" in seen
             reading.cancel()
+
+
+@pytest.mark.host
+async def test_an_export_comes_to_the_browser_and_not_to_the_disk_of_the_server(
+    served: tuple[int, str], tmp_path: Path
+) -> None:
+    aiohttp = pytest.importorskip("aiohttp")
+    port, token = served
+    origin = f"http://localhost:{port}"
+    async with (
+        aiohttp.ClientSession() as client,
+        asyncio.timeout(HANG_S),
+        client.get(f"{origin}/?token={token}"),
+        client.ws_connect(f"{origin}/ws?width=100&height=30", headers={"Origin": origin}) as stream,
+    ):
+        seen = bytearray()
+        # What is pressed once something is on the screen: the tab, F7, and Enter.
+        keys = [(b"UNSTABLE", "\x1b1"), (b"over", "\x1b[18~"), (b"downloads", "\r")]
+        async for message in stream:
+            if isinstance(message.data, bytes):
+                seen.extend(message.data)
+                if keys and keys[0][0] in seen:
+                    await stream.send_json(["stdin", keys.pop(0)[1]])
+                    seen.clear()
+                continue
+            kind, key = json.loads(message.data)
+            if kind == "deliver_file_start":
+                break
+        async with client.get(f"{origin}/download/{key}") as download:
+            assert download.status == 200
+            disposition = download.headers["Content-Disposition"]
+            text = await download.text()
+    assert disposition == "attachment; filename=base-stability.csv"
+    assert "growth_rate" in text
+    assert not list(tmp_path.glob("base*"))
 
 
 def test_on_port_80_its_own_page_names_no_port() -> None:

@@ -3,6 +3,7 @@
 from collections.abc import Callable
 from typing import TYPE_CHECKING
 
+from fivtui.io import files_text
 from fivtui.model import BELT_PARAMETERS
 from fivtui.ranges import number_text
 from fivtui.scene import PRESETS
@@ -68,7 +69,7 @@ class EditController:
         self._session.saved(event.scene, str(event.path))
         self._remember(str(event.path))
         self._screen.show_inputs()
-        self._tell(f"scene {event.scene.name} saved: {event.path}")
+        self._tell(f"scene {event.scene.name} saved: {files_text(event.path)}")
 
     def undo(self) -> None:
         """Undo the last edit."""

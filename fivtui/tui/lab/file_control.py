@@ -1,7 +1,9 @@
 """Opens and saves files: dialogs on the screen, work in threads."""
 
+import os
 from dataclasses import replace
 from pathlib import Path
+from tempfile import TemporaryDirectory
 from typing import Final
 
 from textual.message import Message
@@ -52,6 +54,9 @@ class FileController:
 
     def export(self, export: Export) -> None:
         """Ask for a path and write an export there."""
+        if self._screen.app.is_web:
+            self._ask_for_download(export)
+            return
 
         def write(target: ChosenFile | None) -> None:
             if target is not None:
@@ -65,9 +70,36 @@ class FileController:
             check_apart([("the file", path)], read)
             export.check(path, force)
 
-        title = f"Export the {export.what} of {export.of}"
-        dialog = PathDialog(title, export.proposal, export.hint, check)
+        dialog = PathDialog(_title(export), export.proposal, export.hint, check)
         self._screen.app.push_screen(dialog, write)
+
+    def _ask_for_download(self, export: Export) -> None:
+        # The browser knows folders of its own: a name is asked for, and no file here overwritten.
+        def download(target: ChosenFile | None) -> None:
+            if target is not None:
+                self._download(export, download_name(target.path))
+
+        def check(path: Path, _force: bool) -> None:
+            name = download_name(path)
+            with TemporaryDirectory() as folder:
+                try:
+                    export.check(Path(folder) / name, False)
+                except InputError as error:
+                    raise InputError(_without_folder(str(error), folder)) from None
+
+        hint = f"{export.hint} The browser downloads the file."
+        dialog = PathDialog(_title(export), export.proposal, hint, check, verb="Download")
+        self._screen.app.push_screen(dialog, download)
+
+    def _download(self, export: Export, name: str) -> None:
+        def work() -> None:
+            with TemporaryDirectory() as folder:
+                path = Path(folder) / name
+                error = _without_folder(write_export(export, path, force=False), folder)
+                data = None if error else path.read_bytes()
+            self._screen.post_message(ExportEnded(export.what, Path(name), error, data))
+
+        self._screen.run_worker(work, name=export.what, thread=True, exit_on_error=False)
 
     def copy_command(self, pane: Pane) -> None:
         """Copy the command that computes what a tab shows."""
@@ -246,6 +278,19 @@ class FileController:
             self._screen.post_message(message)
 
         self._screen.run_worker(work, name="reading", thread=True, exit_on_error=False)
+
+
+def _title(export: Export) -> str:
+    return f"Export the {export.what} of {export.of}"
+
+
+def _without_folder(words: str, folder: str) -> str:
+    return words.replace(f"{folder}{os.sep}", "")
+
+
+def download_name(path: Path) -> str:
+    """The name under which a browser downloads a file: letters and digits without accents."""
+    return "".join(c if (c.isascii() and c.isalnum()) or c in "-_." else "-" for c in path.name)
 
 
 def _is_scene(path: Path) -> bool:

@@ -2,6 +2,7 @@
 
 from collections.abc import Callable, Sequence
 from datetime import datetime
+from io import BytesIO
 from typing import ClassVar, Final
 
 from textual import on
@@ -13,6 +14,7 @@ from textual.widgets import Static
 from textual.worker import Worker, WorkerState
 
 from fivtui.equilibrium import verdict
+from fivtui.io import files_text
 from fivtui.model import ComputationError, InputError
 from fivtui.tui.persistence import Slot, restore_results
 from fivtui.tui.session import (
@@ -338,7 +340,10 @@ class LabScreen(LabActions):
 
     @on(ExportEnded)
     def _export_ended(self, event: ExportEnded) -> None:
-        words = event.error or f"{event.what} written to {event.path}"
+        words = event.error or f"{event.what} written to {files_text(event.path)}"
+        if event.download is not None:
+            self.app.deliver_binary(BytesIO(event.download), save_filename=event.path.name)
+            words = f"{event.what} {event.path.name}: in the downloads folder of the browser"
         self.post_message(Reported(words, error=bool(event.error)))
 
     @on(Worker.StateChanged)

@@ -106,11 +106,15 @@ class Reported(Message):
 
 @dataclass
 class ExportEnded(Message):
-    """Posted after an export; `error` is set if it failed."""
+    """Posted after an export; `error` is set if it failed.
+
+    For a browser the file is not kept, and `download` has its bytes.
+    """
 
     what: str
     path: Path
     error: str
+    download: bytes | None = None
 
 
 @dataclass

@@ -55,12 +55,12 @@ async def test_data_and_figures_are_exported_and_nothing_is_overwritten_unasked(
     await until_shown(pilot, "Export the data of run 1")
     assert "base-1.csv" in text_of(pilot)
     await pilot.press("enter")
-    await until_told(pilot, "data written to base-1.csv")
+    await until_told(pilot, f"data written to base-1.csv in {tmp_path}")
     assert load_trajectory(tmp_path / "base-1.csv").t.size == 10_001
 
     await pilot.press("f6")
     await answer(pilot, tmp_path / "run.png")
-    await until_told(pilot, "figure written to")
+    await until_told(pilot, f"figure written to run.png in {tmp_path}")
     assert (tmp_path / "run.png").read_bytes().startswith(b"\x89PNG")
 
     for name in ("a.csv", "b.csv"):

@@ -172,7 +172,7 @@ async def test_the_session_is_there_again_at_the_next_start(
         await until_shown(pilot, "Save the scene as")
         pilot.app.screen.query_one("#path", Input).value = "mine.toml"
         await pilot.press("enter")
-        await until_told(pilot, "scene mine saved: mine.toml")
+        await until_told(pilot, f"scene mine saved: mine.toml in {tmp_path}")
         await focus(pilot, "k1")
         await pilot.press("up")
     again = FivtuiApp(state=kept)
@@ -184,7 +184,7 @@ async def test_the_session_is_there_again_at_the_next_start(
         await until_shown(pilot, "no result yet")
         # Its own file is saved to without a question, unless someone else has changed it.
         await pilot.press("ctrl+s")
-        await until_told(pilot, f"scene mine saved: {tmp_path / 'mine.toml'}")
+        await until_told(pilot, f"scene mine saved: mine.toml in {tmp_path}")
         assert "(changed)" not in text_of(pilot)
         text = (tmp_path / "mine.toml").read_text()
         (tmp_path / "mine.toml").write_text(text.replace("F = 91.0", "F = 92.0"))

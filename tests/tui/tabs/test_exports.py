@@ -4,13 +4,14 @@ import dataclasses
 import json
 import shlex
 from collections.abc import AsyncIterator, Sequence
+from io import BytesIO
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pytest
 from textual.pilot import Pilot
-from textual.widgets import Input
+from textual.widgets import Input, Static
 
 from fivtui import cli
 from fivtui.equilibrium.files import load_map
@@ -70,7 +71,7 @@ async def write(pilot: Pilot[None], key: str, name: str, title: str) -> Path:
     pilot.app.screen.query_one("#path", Input).value = name
     await pilot.pause()
     await pilot.press("enter")
-    await until_told(pilot, f"written to {name}")
+    await until_told(pilot, f"written to {name} in {Path.cwd()}")
     return Path(name)
 
 
@@ -344,3 +345,37 @@ def test_a_map_that_no_command_can_say_is_not_copied() -> None:
     )
     with pytest.raises(InputError, match="F: its values are not evenly spaced"):
         study_line("map", uneven, Origin(BASE, ""))
+
+
+async def test_in_a_browser_an_export_is_downloaded_and_nothing_stays_on_the_server(
+    pilot: Pilot[None], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    delivered: list[tuple[str, bytes]] = []
+
+    def deliver(file: BytesIO, *, save_filename: str) -> None:
+        delivered.append((save_filename, file.read()))
+
+    monkeypatch.setattr(FivtuiApp, "is_web", True)
+    monkeypatch.setattr(pilot.app, "deliver_binary", deliver)
+    await show_tab(pilot, "alt+1")
+    await pilot.press("f7")
+    await until_shown(pilot, "The browser downloads the file.")
+    path = pilot.app.screen.query_one("#path", Input)
+    path.value = "somewhere/no.suffix"
+    await pilot.press("enter")
+    await until(pilot, lambda: "no.suffix: " in said_in(pilot))
+    assert "/" not in said_in(pilot)
+    path.value = "somewhere/stabilité 1.csv"
+    await pilot.press("enter")
+    await until(pilot, lambda: bool(delivered))
+    ((name, data),) = delivered
+    assert name == "stabilit--1.csv"
+    await until_told(pilot, f"data {name}: in the downloads folder of the browser")
+    run_command(["stability", "--set", "F=60"], "--no-search", "--out", "b.csv")
+    assert [file.name for file in tmp_path.iterdir()] == ["b.csv"]
+    assert data == Path("b.csv").read_bytes()
+
+
+def said_in(pilot: Pilot[None]) -> str:
+    """The hint of a dialog."""
+    return str(pilot.app.screen.query_one("#dialog-hint", Static).render())
