@@ -1,30 +1,72 @@
-"""Run the README's blocks in order, in this folder and process, without the packages of extras.
-
-Standard input has the blocks as JSON pairs of language and text; standard output what came of them.
-"""
+"""Run the README's blocks in order, in this folder and process, without the packages of extras."""
 
 import contextlib
 import io
-import json
 import re
 import shlex
 import sys
+from collections.abc import Callable
+from functools import cache, partial
 from importlib.metadata import packages_distributions, requires
-from typing import Any
+from typing import Final, NamedTuple
+
+import pytest
 
 from fivtui.cli import run
+from fivtui.orbits.curves.following import Follower
+
+# What this process itself needs is not hidden.
+_OF_TESTS: Final = ("test", "dev")
+# Reduced counts: points of an axis, samples, points of a branch.
+_AXIS, _SAMPLES, _BRANCH = 3, 256, 12
+_COUNT: Final = re.compile(r"^(\w+=[^:]+:[^:]+):(\d+)")
 
 
-def hide_extras() -> None:
-    """Have the packages that extras alone install be missing."""
+class Printed(NamedTuple):
+    """What came of a command or script: exit status, standard output, standard error."""
+
+    line: str
+    code: int | None
+    out: str
+    error: str
+
+
+@cache
+def _packages_of_extras() -> frozenset[str]:
     extras = {
         re.split(r"[^A-Za-z0-9-]", text)[0].lower()
         for text in requires("fivtui") or ()
-        if "extra ==" in text
+        if (extra := re.search(r"extra == .(\w+)", text)) and extra[1] not in _OF_TESTS
     }
-    for package, distributions in packages_distributions().items():
-        if extras.intersection(name.lower() for name in distributions):
-            sys.modules[package] = None  # type: ignore[assignment]
+    return frozenset(
+        package
+        for package, distributions in packages_distributions().items()
+        if extras.intersection(name.lower() for name in distributions)
+    )
+
+
+def hide_extras(patch: pytest.MonkeyPatch) -> None:
+    """Have the packages that extras alone install be missing."""
+    for package in _packages_of_extras():
+        patch.setitem(sys.modules, package, None)
+
+
+def shorten_branches(patch: pytest.MonkeyPatch) -> None:
+    """Have branches end after a few points."""
+    defaults = Follower.__init__.__kwdefaults__
+    assert defaults is not None
+    patch.setitem(defaults, "most", _BRANCH)
+
+
+def reduced(words: list[str]) -> list[str]:
+    """A command with fewer points and samples."""
+    shorter = [
+        _COUNT.sub(lambda match: f"{match[1]}:{min(int(match[2]), _AXIS)}", word) for word in words
+    ]
+    for place, word in enumerate(words[:-1]):
+        if word == "--samples":
+            shorter[place + 1] = str(_SAMPLES)
+    return shorter
 
 
 def commands_of(text: str) -> list[list[str]]:
@@ -33,32 +75,24 @@ def commands_of(text: str) -> list[list[str]]:
     return [command[1:] for command in words if command[0].removeprefix(".venv/bin/") == "fivtui"]
 
 
-def outcome(action: Any) -> dict[str, Any]:
-    """What an action gives back and prints."""
+def _printed(line: str, action: Callable[[], int | None]) -> Printed:
     out, error = io.StringIO(), io.StringIO()
     with contextlib.redirect_stdout(out), contextlib.redirect_stderr(error):
         code = action()
-    return {"code": code, "out": out.getvalue(), "error": error.getvalue()}
+    return Printed(line, code, out.getvalue(), error.getvalue())
 
 
-def main() -> None:
-    """Run what standard input says."""
-    hide_extras()
-    from fivtui.tradeoffs import measure
-
-    # A second of measuring has all methods; how fine they get is tested elsewhere.
-    measure.QUICK_S = 1.0  # type: ignore[misc]
-    found = []
-    for language, text in json.load(sys.stdin):
+def run_blocks(
+    blocks: list[tuple[str, str]], change: Callable[[list[str]], list[str]] = list
+) -> list[Printed]:
+    """What came of blocks, pairs of language and text, whose commands are changed before."""
+    printed = []
+    for language, text in blocks:
         if language == "sh":
-            for words in commands_of(text):
-                said = outcome(lambda words=words: run(words))
-                found.append({"line": shlex.join(["fivtui", *words]), **said})
+            for command in commands_of(text):
+                words = change(command)
+                line = shlex.join(["fivtui", *words])
+                printed.append(_printed(line, partial(run, words)))
         else:
-            said = outcome(lambda text=text: exec(text, {"__name__": "__main__"}))
-            found.append({"line": language, **said})
-    json.dump(found, sys.stdout)
-
-
-if __name__ == "__main__":
-    main()
+            printed.append(_printed(language, partial(exec, text, {"__name__": "__main__"})))
+    return printed
