@@ -54,8 +54,9 @@ def test_mixed_members_take_one_value_of_the_other_point() -> None:
             np.testing.assert_array_equal(parts[:, :, 2 + other], parts[:, :, source], name)
 
 
-def test_fewer_sobol_points_are_the_beginning_of_more() -> None:
-    few, many = (Scatter(AXES, count=count) for count in (16, 64))
+@pytest.mark.parametrize("count", [1, 2, 16])
+def test_fewer_sobol_points_are_the_beginning_of_more(count: int) -> None:
+    few, many = (Scatter(AXES, count=points) for points in (count, 64))
     for name, values in all_of(few).items():
         np.testing.assert_array_equal(values, all_of(many)[name][: few.size])
 

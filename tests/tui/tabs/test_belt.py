@@ -11,7 +11,7 @@ from fivtui.tui.chart.widget.chart_view import ChartView
 from fivtui.tui.tabs.exports.export import DATA, FIGURE
 from fivtui.tui.tabs.motion.belt import BeltView
 from fivtui.tui.tabs.transient import TransientPane
-from tests.support.laboratory import run_to_end, text_of, until, until_shown
+from tests.support.laboratory import run_to_end, show_tab, text_of, until, until_shown
 
 SIZE = (100, 34)
 
@@ -19,8 +19,12 @@ SIZE = (100, 34)
 async def test_the_slider_stands_at_the_cursor_moves_and_is_written(
     pilot: Pilot[None], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    await run_to_end(pilot)
+    await show_tab(pilot, "alt+2")
     pane = pilot.app.screen.query_one(TransientPane)
+    # Without a run nothing moves.
+    pane.query_one(BeltView).action_play()
+    assert not pane.query_one(BeltView).playing
+    await run_to_end(pilot)
     run = pane.session.runs.displayed
     assert run is not None
     assert run.result is not None
