@@ -1,6 +1,9 @@
 """Model exchange by the native FMU: states, switches, derivatives, whoever integrates."""
 
 import ctypes
+import math
+import struct
+import zlib
 from collections.abc import Callable
 from pathlib import Path
 
@@ -171,6 +174,39 @@ def test_a_saved_state_brings_back_mode_and_counts(folder: Path) -> None:
         other.fmi.setFMUstate(copy)
         assert other.get(*STATES, "mode", "separations", "last_event") == there
         other.fmi.freeFMUstate(copy)
+
+
+def forged(state: bytes, index: int, value: float) -> bytes:
+    """A serialised state with a number replaced and a checksum that fits."""
+    head = 48 + 8 * index
+    changed = state[:head] + struct.pack("<d", value) + state[head + 8 : -4]
+    return changed + struct.pack("<I", zlib.crc32(changed))
+
+
+def test_bytes_with_a_number_that_no_state_has_are_refused(folder: Path) -> None:
+    flags = {"set up": 2, "begun": 3, "sloped": 4, "left": 5, "pending": 6}
+    beyond = {name: (index, (-1.0, 0.5, 2.0, math.nan)) for name, index in flags.items()}
+    beyond |= {"type": (0, (2.0, 0.5)), "phase": (1, (-1.0, 0.5, 100.0)), "stop": (8, (-1.0,))}
+    beyond |= {"tolerance": (9, (0.9e-13, 1.1e-2, 0.0)), "time": (10, (math.inf,))}
+    with exchanged(folder) as instance:
+        of_variables = {
+            "m": (0.0, -1.0, 1.1e9),
+            "k3": (-1e-9, 1.1e12),
+            "F": (-1.1e9, 1.1e9, math.nan),
+            "mu": (-1e-9, 101.0),
+            "separation": (0.5, 2.0),
+        }
+        beyond |= {n: (11 + instance.references[n], v) for n, v in of_variables.items()}
+        saved = instance.fmi.getFMUstate()
+        state = bytes(instance.fmi.serializeFMUstate(saved))
+        for name, (index, values) in beyond.items():
+            (value,) = struct.unpack_from("<d", state, 48 + 8 * index)
+            assert forged(state, index, value) == state, name
+            for wrong in values:
+                with pytest.raises(FMICallException):
+                    instance.fmi.deSerializeFMUstate(forged(state, index, wrong))
+                assert "the serialised FMU state is damaged" in instance.log[-1], (name, wrong)
+        instance.fmi.freeFMUstate(saved)
 
 
 def test_the_brake_actuator_exchanges_its_model_too(tmp_path: Path) -> None:
