@@ -185,7 +185,9 @@ def forged(state: bytes, index: int, value: float) -> bytes:
 
 def test_bytes_with_a_number_that_no_state_has_are_refused(folder: Path) -> None:
     flags = {"set up": 2, "begun": 3, "sloped": 4, "left": 5, "pending": 6}
-    beyond = {name: (index, (-1.0, 0.5, 2.0, math.nan)) for name, index in flags.items()}
+    beyond: dict[str, tuple[int, tuple[float, ...]]] = {
+        name: (index, (-1.0, 0.5, 2.0, math.nan)) for name, index in flags.items()
+    }
     beyond |= {"type": (0, (2.0, 0.5)), "phase": (1, (-1.0, 0.5, 100.0)), "stop": (8, (-1.0,))}
     beyond |= {"tolerance": (9, (0.9e-13, 1.1e-2, 0.0)), "time": (10, (math.inf,))}
     with exchanged(folder) as instance:
