@@ -15,7 +15,7 @@ if TYPE_CHECKING:
     )
     from .result import Uncertainty as Uncertainty
     from .run import Place as Place, measured as measured, uncertainty as uncertainty
-    from .statistics import with_remark as with_remark
+    from .statistics import beyond_share as beyond_share
 else:
     from fivtui.lazy import lazily
 

@@ -239,12 +239,18 @@ def _ratio(numerators: Floats, denominators: Floats) -> SampleEstimate:
     return SampleEstimate(ratio, ratio + error.low, ratio + error.high)
 
 
+def beyond_share(printed: str) -> str:
+    """Whether the printed value of a Sobol index is above 1 or below 0; empty if neither."""
+    value = float(printed.partition(" ")[0])
+    if value > 1.0:
+        return "above 1"
+    return "below 0" if value < 0.0 else ""
+
+
 def with_remark(printed: str) -> str:
     """The printed value of a Sobol index, with why it is above 1 or below 0 if it is."""
-    value = float(printed.partition(" ")[0])
-    if 0.0 <= value <= 1.0:
-        return printed
-    return f"{printed} ({'above 1' if value > 1.0 else 'below 0'}: sampling error)"
+    remark = beyond_share(printed)
+    return f"{printed} ({remark}: sampling error)" if remark else printed
 
 
 def dicts(given: Mapping[str, Any]) -> dict[str, Any]:

@@ -37,7 +37,7 @@ def test_histograms_indices_and_samples_are_those_of_the_study(result: Uncertain
     for axes in histograms:
         assert sum(bar.get_height() for bar in bars(axes)) == pytest.approx(1.0)
     by_title = {axes.get_title().replace("\n", " "): axes for axes in drivers}
-    assert next(iter(by_title)) == "Sobol indices of: unstable"
+    assert next(iter(by_title)).startswith("Sobol indices of: unstable")
     assert len(by_title) == len(result.indices)
     for axes, (output, indices) in zip(drivers, result.indices.items(), strict=True):
         rows = [index for _, index in reversed(ranked(indices))]

@@ -33,7 +33,7 @@ from fivtui.sweeps.pieces import SweepPiece
 from fivtui.sweeps.rows import Rows
 from fivtui.sweeps.run import Engine, local_engine, sweep
 from fivtui.sweeps.study import Study
-from fivtui.tui.tabs.charts.uncertainty import index_rows
+from fivtui.tui.tabs.charts.uncertainty import index_remark
 
 MU_C = 0.439387619
 FOLD = 0.277876613
@@ -353,7 +353,8 @@ def test_an_index_above_1_is_marked_wherever_it_is_shown(
     remark = "(above 1: sampling error)"
     print_uncertainty(found)
     assert remark in capsys.readouterr().out
-    assert remark in " ".join(index_rows(found)[0])
+    assert index_remark(found) == ", indices above 1: sampling error"
+    assert index_remark(replace(found, indices={})) == ""
     titles = [axes.get_title() for axes in found.figure().subfigs[1].axes]
     assert "beyond 0 to 1: sampling error" in titles[0]
     total = with_remark(f"{index.total.value:.2f}")

@@ -19,6 +19,7 @@ from .charts.uncertainty import (
     TITLES,
     drawn,
     histogram_chart,
+    index_remark,
     index_rows,
     samples_chart,
     truncation_words,
@@ -125,7 +126,7 @@ class UncertaintyPane(JobPane):
             source = f", read from {displayed.source}" if displayed.source else ""
             result = displayed.value
             words = f"{result.scatter.samples} samples{source}"
-            self.say(f"{words}{truncation_words(result)}")
+            self.say(f"{words}{truncation_words(result)}{index_remark(result)}")
         self.draw()
 
     def draw(self) -> None:

@@ -100,6 +100,7 @@ async def test_a_key_scatters_and_the_views_show_what_comes_of_it(
     await until_shown(pilot, "critical μ")
     pane.show_view("indices")
     await until_shown(pilot, "with others")
+    await until_shown(pilot, "256 samples, indices above 1: sampling error")
     assert "████" in text_of(pilot)
     whole = pane.export("data")
     whole.write(tmp_path / "rows.csv", False)

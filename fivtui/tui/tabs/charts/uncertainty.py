@@ -72,6 +72,15 @@ def truncation_words(result: "Uncertainty") -> str:
     return ", truncated at bounds" if truncations(result.study) else ""
 
 
+def index_remark(result: "Uncertainty") -> str:
+    """Why Sobol indices of the table are above 1 or below 0; empty if none is."""
+    from fivtui.reliability import beyond_share
+
+    cells = (cell for row in index_rows(result) for cell in row[2:4])
+    remarks = sorted({*map(beyond_share, cells)} - {""})
+    return f", indices {' and '.join(remarks)}: sampling error" if remarks else ""
+
+
 def drawn(result: "Uncertainty", wanted: str) -> str:
     """The quantity to be displayed: the one wanted, or else the first that has values."""
     known = [name for name, found in result.quantiles.items() if found]
@@ -128,8 +137,6 @@ def samples_chart(result: "Uncertainty", wanted: str) -> Chart | None:
 
 def index_rows(result: "Uncertainty") -> Sequence[Sequence[str]]:
     """Sobol indices as rows of `COLUMNS`, by falling total index, with shares to first order."""
-    from fivtui.reliability import with_remark
-
     rows = []
     for name, indices in result.indices.items():
         local = result.local.get(name, {})
@@ -138,10 +145,8 @@ def index_rows(result: "Uncertainty") -> Sequence[Sequence[str]]:
             rows.append((
                 _AXES.get(name, name.replace("_", " ")) if place == 0 else "",
                 symbol_of(key),
-                *(
-                    with_remark(f"{estimate.value:z.2f} ± {estimate.error:.2f}")
-                    for estimate in (each.first, each.total)
-                ),
+                f"{each.first.value:z.2f} ± {each.first.error:.2f}",
+                f"{each.total.value:z.2f} ± {each.total.error:.2f}",
                 "" if key not in local else f"{local[key].share:.2f}",
                 bar(each.first.value, each.total.value),
             ))  # fmt: skip
