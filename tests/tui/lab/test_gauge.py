@@ -2,12 +2,16 @@
 
 import threading
 from typing import Any
+from unittest.mock import Mock
 
 import pytest
 from textual.pilot import Pilot
 
-from fivtui.safety import Zone, Zones, linear_zones, safety_zones
+from fivtui.safety import SafeFriction, Zone, Zones, linear_zones, safety_zones
+from fivtui.tui.lab.screen import LabScreen
 from fivtui.tui.lab.verdict.gauge import Gauge, Parts, round_span
+from fivtui.tui.lab.verdict.gauge_control import GaugeController, ZonesComputed
+from fivtui.tui.session import Coexisting, Session
 from tests.support.laboratory import focus, text_of, type_into, until, until_screen, until_shown
 
 SIZE = (80, 24)
@@ -118,6 +122,38 @@ async def test_the_gauge_follows_what_is_edited(
 
 def gauge_of(text: str) -> str:
     return next(line for line in text.splitlines() if "●" in line)
+
+
+@pytest.mark.parametrize(
+    ("confirmed_to", "zone"),
+    [(0.05, Zone.SMALL), (0.3, Zone.SAFE), (None, Zone.SAFE)],
+    ids=["contradicted", "confirmed", "not searched yet"],
+)
+def test_a_search_that_contradicts_continuation_leaves_no_value_safe(
+    confirmed_to: float | None, zone: Zone
+) -> None:
+    session = Session()
+    session.set_text("mu", "0.2")
+    controller = GaugeController(Mock(spec=LabScreen), session)
+    controller.focus("F")
+    safe = None if confirmed_to is None else Mock(spec=SafeFriction, safe_to=confirmed_to)
+    known = Coexisting(safe=safe, searched=safe is not None)
+    (first,) = controller.gauges(session.stability(), known, both=False)
+    assert isinstance(first, Gauge)
+    # Eigenvalues alone call no value safe.
+    assert first.searching
+    assert first.zones.at(80.0) is Zone.SMALL
+    (key,) = controller._wanted
+    continued = Zones("F", (key.low, 60.0, 100.0, key.high), (Zone.KNOCK, Zone.SAFE, Zone.SQUEALS))
+    controller.take(ZonesComputed(key, continued))
+    (gauge,) = controller.gauges(session.stability(), known, both=False)
+    assert isinstance(gauge, Gauge)
+    assert [gauge.zones.at(F) for F in (50.0, 80.0, 120.0)] == [Zone.KNOCK, zone, Zone.SQUEALS]
+    # At a value that continuation calls unsafe the search does not contradict it.
+    session.set_text("F", "50")
+    (elsewhere,) = controller.gauges(session.stability(), known, both=False)
+    assert isinstance(elsewhere, Gauge)
+    assert elsewhere.zones.at(80.0) is Zone.SAFE
 
 
 async def test_a_scene_with_tables_over_time_has_no_zones(pilot: Pilot[None]) -> None:
