@@ -1,0 +1,101 @@
+"""What command lines print and write, group by group."""
+
+import contextlib
+import functools
+import io
+import itertools
+import json
+import os
+import shlex
+import shutil
+import tempfile
+import time
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Final
+from unittest import mock
+
+from fivtui.cli import run
+from tests.net.files import file_lines
+from tests.net.text import SECTION, data_lines, masked
+
+FOLDER: Final = Path(__file__).parent
+# Of the stress tests, which take minutes, these are recorded.
+STRESS_TESTS: Final = ("rest-on-switch", "lifted", "tol-too-small")
+STRESSED_METHODS: Final = ("taylor", "taylor-interpreted", "rk4", "fmu")
+# A power of two, so that differences of times are exact.
+_TICK_S: Final = 2.0**-20
+
+
+def read_groups() -> dict[str, list[str]]:
+    """The command lines of `commands.txt` by group."""
+    groups: dict[str, list[str]] = {}
+    for line in (FOLDER / "commands.txt").read_text(encoding="utf-8").splitlines():
+        if line.startswith("["):
+            groups[line.strip("[]")] = []
+        elif line and not line.startswith("#"):
+            groups[list(groups)[-1]].append(line)
+    return groups
+
+
+def record_commands(group: str) -> str:
+    """What the command lines of a group print and write, run in one folder."""
+    parts = []
+    with _reproducible(), tempfile.TemporaryDirectory(prefix="fivtui-net-") as name:
+        folder = Path(name).resolve()
+        for source in (FOLDER / "inputs").iterdir():
+            shutil.copy(source, folder)
+        with contextlib.chdir(folder):
+            for line in read_groups()[group]:
+                parts += [f"{SECTION}fivtui {line}", *_command_lines(line, folder)]
+    return "\n".join(parts) + "\n"
+
+
+@contextlib.contextmanager
+def _reproducible() -> Iterator[None]:
+    # Clocks count calls; the width of help is fixed; of what takes minutes a part is computed.
+    ticks = itertools.count()
+
+    def clock() -> float:
+        return next(ticks) * _TICK_S
+
+    import fivtui.assessment
+
+    few_tests = functools.partial(
+        fivtui.assessment.run_stress_tests, STRESS_TESTS, STRESSED_METHODS
+    )
+    with contextlib.ExitStack() as stack:
+        for name in ("thread_time", "process_time", "perf_counter"):
+            stack.enter_context(mock.patch.object(time, name, clock))
+        stack.enter_context(mock.patch("fivtui.assessment.run_stress_tests", few_tests))
+        stack.enter_context(mock.patch.dict(os.environ, {"COLUMNS": "100"}))
+        os.environ.pop("FIVTUI_TRACEBACK", None)
+        yield
+
+
+def _command_lines(line: str, folder: Path) -> Iterator[str]:
+    before = _states(folder)
+    out, error = io.StringIO(), io.StringIO()
+    with contextlib.redirect_stdout(out), contextlib.redirect_stderr(error):
+        code = run(shlex.split(line))
+    yield f"exit {code}"
+    printed = out.getvalue()
+    if printed.startswith(("{", "[")):
+        lines = data_lines(json.loads(printed))
+        yield from masked("\n".join(lines), folder).splitlines()
+    else:
+        yield from masked(printed, folder).splitlines()
+    if errors := masked(error.getvalue(), folder):
+        yield from (f"stderr: {line}" for line in errors.splitlines())
+    after = _states(folder)
+    for path in sorted(after):
+        if before.get(path) != after[path]:
+            yield f"wrote {path.relative_to(folder)}"
+            yield from (f"    {line}" for line in file_lines(path))
+    for path in sorted(before.keys() - after.keys()):
+        yield f"removed {path.relative_to(folder)}"
+
+
+def _states(folder: Path) -> dict[Path, tuple[int, int]]:
+    paths = (path for path in folder.rglob("*") if path.is_file())
+    return {path: (path.stat().st_mtime_ns, path.stat().st_ino) for path in paths}

@@ -1,0 +1,151 @@
+"""Recordings as text: sections of lines, without what differs between runs, compared by number."""
+
+import json
+import math
+import re
+from collections.abc import Iterator, Mapping, Sequence
+from itertools import zip_longest
+from pathlib import Path
+from typing import Any, Final
+
+import numpy as np
+
+from fivtui import __version__
+
+RECORDED: Final = Path(__file__).parent / "recorded"
+RELATIVE: Final = 1e-9
+# Rounding errors: relative to the greatest number of a line, and such as are printed alone.
+FLOOR: Final = 1e-12
+RESIDUAL: Final = 1e-10
+# A longer list of numbers is recorded as so many of them, and a sum.
+LONGEST: Final = 24
+MOST_ITEMS: Final = 6
+SECTION: Final = "$ "
+
+_MASKS: Final = (
+    (re.escape(__version__), "<version>"),
+    (r"\b[0-9a-f]{8}(-[0-9a-f]{4}){3}-[0-9a-f]{12}\b", "<guid>"),
+    (r"\b\d{4}-\d\d-\d\d([T ]\d\d:\d\d:\d\d(\.\d+)?(Z|\+00:00)?)?", "<date>"),
+    (r"(?m)^CPU time .*$", "CPU time <time>"),
+    (r"(?m)^fivtui: \d+ of \d+ members .*\n", ""),
+    # Settings of a trade-off: CPU time, and which of them are best for it.
+    (r"(?m)^(\S.*? (?:tol|step)=\S+) +\S+(.*? [+-]\d+)(?: +[FPHE]+)?$", r"\1 <time>\2"),
+)
+_VARYING: Final = re.compile(r"(^|_)(cpu|wall)_(s|ms)$|^cpu_time|best_for$|^(fivtui|numpy|scipy|version|transients)$")
+_NUMBER: Final = re.compile(r"(?<![\w.])[-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?(?![\w])")
+
+
+def masked(text: str, folder: Path | None = None) -> str:
+    """A text without paths, versions, identifiers, dates and CPU times."""
+    if folder is not None:
+        text = text.replace(str(folder), "<folder>")
+    for pattern, replacement in _MASKS:
+        text = re.sub(pattern, replacement, text)
+    return "\n".join(line.rstrip() for line in text.split("\n"))
+
+
+def data_lines(value: Any, path: str = "") -> Iterator[str]:
+    """JSON data as lines of path and value; a list of numbers is one line."""
+    if _VARYING.search(path.rpartition(".")[2]):
+        yield f"{path}: <varies>"
+    elif isinstance(value, Mapping) and value:
+        for key, entry in value.items():
+            yield from data_lines(entry, f"{path}.{key}" if path else str(key))
+    elif isinstance(value, list) and any(isinstance(entry, (Mapping, list)) for entry in value):
+        yield f"{path}: {len(value)} items"
+        for index in _chosen(len(value), MOST_ITEMS):
+            yield from data_lines(value[index], f"{path}[{index}]")
+    elif isinstance(value, list):
+        yield column_line(path, value)
+    else:
+        yield f"{path}: {_plain(value)}"
+
+
+def column_line(name: str, values: Sequence[Any]) -> str:
+    """A column of numbers or texts as one line."""
+    if _VARYING.search(name):
+        return f"{name} [{len(values)}]: <varies>"
+    shown = [_plain(values[index]) for index in _chosen(len(values), LONGEST)]
+    line = f"{name} [{len(values)}]: {' '.join(shown)}"
+    if len(values) > LONGEST:
+        numbers = [abs(v) for v in values if isinstance(v, (int, float)) and math.isfinite(v)]
+        line += f" sum of sizes {math.fsum(numbers)!r}"
+    return line
+
+
+def array_line(name: str, values: Any) -> str:
+    """An array of any shape as one line."""
+    array = np.asarray(values)
+    shape = "" if array.ndim == 1 else f" {array.dtype} {array.shape}"
+    return column_line(name + shape, array.ravel().tolist())
+
+
+def _plain(value: Any) -> str:
+    return value if isinstance(value, str) else json.dumps(value, ensure_ascii=False, default=str)
+
+
+def _chosen(count: int, most: int) -> list[int]:
+    if count <= most:
+        return list(range(count))
+    return sorted({round(k * (count - 1) / (most - 1)) for k in range(most)})
+
+
+def sections_of(text: str) -> dict[str, list[str]]:
+    """The sections of a recording by their first lines."""
+    sections: dict[str, list[str]] = {}
+    title = ""
+    for line in text.splitlines():
+        if line.startswith(SECTION):
+            title = line
+            # The same command may be run again.
+            while title in sections:
+                title += " (again)"
+            sections[title] = []
+        else:
+            sections.setdefault(title, []).append(line)
+    return sections
+
+
+def same_line(recorded: str, fresh: str) -> bool:
+    """Whether two lines have the same words, and numbers within the tolerance."""
+    if recorded == fresh:
+        return True
+    texts = _NUMBER.findall(recorded), _NUMBER.findall(fresh)
+    words = (" ".join(_NUMBER.sub("#", line).split()) for line in (recorded, fresh))
+    # Numbers of another length move what stands beside them; without them no blank may differ.
+    if texts[0] == texts[1] or len(texts[0]) != len(texts[1]) or len({*words}) > 1:
+        return False
+    pairs = [(float(a), float(b)) for a, b in zip(*texts, strict=True)]
+    finite = [abs(number) for pair in pairs for number in pair if math.isfinite(number)]
+    floor = FLOOR * max(finite, default=0.0)
+    return all(
+        math.isclose(a, b, rel_tol=RELATIVE, abs_tol=floor) or max(abs(a), abs(b)) < RESIDUAL
+        for a, b in pairs
+    )
+
+
+def differences(recorded: str, fresh: str, *, partial: bool = False) -> list[str]:
+    """What differs between two recordings, in lines; with `partial`, `fresh` has some sections."""
+    before, after = sections_of(recorded), sections_of(fresh)
+    report = []
+    for title in dict.fromkeys([*before, *after]):
+        if title not in after:
+            report += [] if partial else [title, "    no longer there"]
+        elif title not in before:
+            report += [title, "    not recorded"]
+        else:
+            lines = zip_longest(before[title], after[title], fillvalue="(no line)")
+            unlike = [(old, new) for old, new in lines if not same_line(old, new)]
+            report += [title] if unlike else []
+            for old, new in unlike[:4]:
+                report += _unlike_parts(old, new)
+            if len(unlike) > 4:
+                report.append(f"    {len(unlike) - 4} further lines differ")
+    return report
+
+
+def _unlike_parts(old: str, new: str) -> list[str]:
+    # A long line is shown from shortly before where it differs.
+    place = next((k for k, (a, b) in enumerate(zip(old, new, strict=False)) if a != b), 0)
+    begin = max(place - 60, 0) if max(len(old), len(new)) > 160 else 0
+    return [f"  - {old[begin : begin + 160]}", f"  + {new[begin : begin + 160]}"]
