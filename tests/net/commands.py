@@ -41,7 +41,7 @@ def read_groups() -> dict[str, list[str]]:
 def record_commands(group: str) -> str:
     """What the command lines of a group print and write, run in one folder."""
     parts = []
-    with _reproducible(), tempfile.TemporaryDirectory(prefix="fivtui-net-") as name:
+    with reproducible(), tempfile.TemporaryDirectory(prefix="fivtui-net-") as name:
         folder = Path(name).resolve()
         for source in (FOLDER / "inputs").iterdir():
             shutil.copy(source, folder)
@@ -52,8 +52,8 @@ def record_commands(group: str) -> str:
 
 
 @contextlib.contextmanager
-def _reproducible() -> Iterator[None]:
-    # Clocks count calls; the width of help is fixed; of what takes minutes a part is computed.
+def reproducible() -> Iterator[None]:
+    """Clocks that count calls, help of a fixed width, and part of what takes minutes."""
     ticks = itertools.count()
 
     def clock() -> float:
@@ -67,6 +67,7 @@ def _reproducible() -> Iterator[None]:
     with contextlib.ExitStack() as stack:
         for name in ("thread_time", "process_time", "perf_counter"):
             stack.enter_context(mock.patch.object(time, name, clock))
+        stack.enter_context(mock.patch("fivtui.tradeoffs.measure._MOST_REPEATS", 1))
         stack.enter_context(mock.patch("fivtui.assessment.run_stress_tests", few_tests))
         stack.enter_context(mock.patch.dict(os.environ, {"COLUMNS": "100"}))
         os.environ.pop("FIVTUI_TRACEBACK", None)

@@ -26,12 +26,16 @@ _MASKS: Final = (
     (re.escape(__version__), "<version>"),
     (r"\b[0-9a-f]{8}(-[0-9a-f]{4}){3}-[0-9a-f]{12}\b", "<guid>"),
     (r"\b\d{4}-\d\d-\d\d([T ]\d\d:\d\d:\d\d(\.\d+)?(Z|\+00:00)?)?", "<date>"),
+    (r"\b\d\d:\d\d:\d\d\b", "<time>"),
+    (r"peak to (\S+) in \S+ s", r"peak to \1 in <time>"),
     (r"(?m)^CPU time .*$", "CPU time <time>"),
     (r"(?m)^fivtui: \d+ of \d+ members .*\n", ""),
     # Settings of a trade-off: CPU time, and which of them are best for it.
     (r"(?m)^(\S.*? (?:tol|step)=\S+) +\S+(.*? [+-]\d+)(?: +[FPHE]+)?$", r"\1 <time>\2"),
 )
-_VARYING: Final = re.compile(r"(^|_)(cpu|wall)_(s|ms)$|^cpu_time|best_for$|^(fivtui|numpy|scipy|version|transients)$")
+_VARYING: Final = re.compile(
+    r"(^|_)(cpu|wall)_(s|ms)$|^cpu_time|best_for$|^(fivtui|numpy|scipy|version|transients)$"
+)
 _NUMBER: Final = re.compile(r"(?<![\w.])[-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?(?![\w])")
 
 

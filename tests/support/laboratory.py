@@ -155,6 +155,18 @@ async def until_shown(pilot: Pilot[None], words: str) -> None:
     await until_screen(pilot, lambda text: words in " ".join(text.split()))
 
 
+async def until_still(pilot: Pilot[None], looks: int = 4) -> None:
+    """Wait until nothing is computed and the screen is not painted for several looks."""
+    paints, count = -1, 0
+    while count < looks:
+        await asyncio.sleep(0.03)
+        await pilot.pause()
+        present = _paints[id(pilot.app)]
+        busy = any(worker.is_running for worker in pilot.app.workers)
+        count = 0 if busy or present != paints else count + 1
+        paints = present
+
+
 def notices_of(pilot: Pilot[None]) -> NoticeView:
     """The notices of the main screen."""
     return pilot.app.screen_stack[0].query_one(NoticeView)

@@ -1,0 +1,186 @@
+"""The bits of random runs, as one hash for each block of runs with its seed."""
+
+import hashlib
+import itertools
+import math
+import random
+import struct
+import tempfile
+from collections.abc import Callable, Iterable, Iterator, Mapping
+from dataclasses import dataclass
+from functools import cache, partial
+from pathlib import Path
+from typing import Any, Final
+
+import fmpy
+import numpy as np
+
+from fivtui import ComputationError, Parameters, build_fmu, simulate, simulate_batch
+from tests.net.text import SECTION
+from tests.support.fmu_instance import FmuInstance
+
+RUNS: Final = 50
+T_END: Final = 15.0
+# Of the numbers that follow from the base set by a factor, none needs a function of a library.
+_BASE: Final = Parameters().as_dict()
+_STARTS: Final = ("x", "vx", "y", "vy")
+
+
+@dataclass(frozen=True, slots=True)
+class Scene:
+    """A random run: values of parameters, whether separation is considered, and start."""
+
+    values: Mapping[str, float]
+    separation: bool
+    start: tuple[float, float, float, float]
+
+
+def draw_scene(draw: random.Random, *, belt: bool = False, law: bool = False) -> Scene:
+    """A random run, on a belt of finite speed and with a friction law where that is asked."""
+    values = {name: value * draw.uniform(0.3, 3.0) for name, value in _BASE.items()}
+    values |= {"F": draw.uniform(-50.0, 300.0), "mu": draw.uniform(0.0, 1.5)}
+    values["k3"] *= draw.random() < 0.9
+    values["k_nl"] *= draw.random() < 0.85
+    x, vx, y, vy = (draw.uniform(-1.5, 1.5) * size for size in (1.0, 3.0, 1.0, 3.0))
+    y *= draw.random() < 0.8
+    if belt:
+        values["v_belt"] = draw.uniform(0.0, 4.0) * (draw.random() < 0.9)
+        values["mu_s"] = values["mu"] * draw.uniform(1.0, 1.6)
+        vx = values["v_belt"] if draw.random() < 0.2 else vx
+    if law:
+        values["v_s"] = draw.uniform(0.05, 2.0)
+    return Scene(values, draw.random() < 0.9, (x, vx, y, vy))
+
+
+def record_bits(*, blocks: int | None = None) -> str:
+    """Hashes of the first blocks of every kind of run, or of all."""
+    lines = []
+    for kind, (count, run) in KINDS.items():
+        for seed in range(count if blocks is None else min(blocks, count)):
+            # Zeros of both signs are the same, and so are all that are not numbers.
+            numbers = [value + 0.0 if value == value else math.nan for value in run(seed)]
+            digest = hashlib.sha256(struct.pack(f"<{len(numbers)}d", *numbers)).hexdigest()
+            lines += [f"{SECTION}{kind}, {RUNS} runs, seed {seed}", f"bits {digest[:20]}"]
+    return "\n".join(lines) + "\n"
+
+
+def _single(
+    seed: int, *, belt: bool = False, law: bool = False, runs: int = RUNS, **options: Any
+) -> Iterator[float]:
+    draw = random.Random(seed)
+    for _ in range(runs):
+        scene = draw_scene(draw, belt=belt, law=law)
+        yield from _outcome(scene, options)
+
+
+def _over_time(seed: int) -> Iterator[float]:
+    draw = random.Random(seed)
+    for index in range(RUNS):
+        scene = draw_scene(draw, belt=index % 4 > 0, law=index % 4 == 3)
+        tables = {"F": _rows(draw, 90.0)}
+        if draw.random() < 0.5:
+            tables["mu"] = _rows(draw, 0.9)
+        if index % 4 and draw.random() < 0.8:
+            tables["v_belt"] = _rows(draw, 2.5)
+        static = scene.values["mu"] if index % 4 == 0 else 1.6
+        values = {**scene.values, "mu": min(scene.values["mu"], 0.9)}
+        values |= {"mu_s": static} if index % 4 else {}
+        shorter = {"over_time": tables, "t_end": 6.0}
+        yield from _outcome(Scene(values, scene.separation, scene.start), shorter)
+
+
+def _rows(draw: random.Random, high: float) -> list[tuple[float, float]]:
+    # Ramps, and now and then a jump.
+    rows: list[tuple[float, float]] = []
+    for t in sorted(draw.uniform(0.0, 6.0) for _ in range(draw.randint(1, 4))):
+        rows += [(t, draw.uniform(0.0, high)) for _ in range(1 + (draw.random() < 0.3))]
+    return rows
+
+
+def _outcome(scene: Scene, options: Mapping[str, Any]) -> Iterator[float]:
+    options = {"t_end": T_END, **options}
+    try:
+        run = simulate(
+            Parameters(**scene.values),
+            separation=scene.separation,
+            start=scene.start,
+            max_steps=100_000,
+            **options,
+        )
+    except ComputationError:
+        yield math.inf
+        return
+    final, peak, force, events = run.final, run.peak, run.contact_force, run.events
+    yield from (final.t, final.x, final.vx, final.y, final.vy)
+    yield from (peak.y_abs, peak.y_max, peak.y_min, peak.x_abs, peak.vx_max)
+    yield from (run.steady.y_half_range, force.min, force.max)
+    yield from (events.separations, events.reattachments, events.separated_time)
+    yield from (events.sticks, events.stick_time, run.stats.steps, *run.switch_times.tolist())
+
+
+def _lanes(seed: int, *, belt: bool = False, law: bool = False) -> Iterator[float]:
+    draw = random.Random(seed)
+    scenes = [draw_scene(draw, belt=belt, law=law) for _ in range(RUNS)]
+    batch = simulate_batch(
+        {name: [scene.values[name] for scene in scenes] for name in scenes[0].values},
+        separation=[scene.separation for scene in scenes],
+        start=[scene.start for scene in scenes],
+        t_end=T_END,
+        max_steps=100_000,
+        workers=1,
+    )
+    for values in batch.to_columns().values():
+        yield from np.asarray(values, dtype=float).ravel().tolist()
+
+
+@cache
+def _fmu_folder() -> tempfile.TemporaryDirectory[str]:
+    folder = tempfile.TemporaryDirectory(prefix="fivtui-net-")
+    fmpy.extract(str(build_fmu(Path(folder.name) / "net.fmu", flavour="native")), folder.name)
+    return folder
+
+
+def _fmu_steps(seed: int, *, belt: bool = False, law: bool = False) -> Iterator[float]:
+    draw = random.Random(seed)
+    with FmuInstance(Path(_fmu_folder().name)) as instance:
+        for _ in range(RUNS):
+            scene = draw_scene(draw, belt=belt, law=law)
+            start = {f"{n}_start": x for n, x in zip(_STARTS, scene.start, strict=True)}
+            values = {**scene.values, **start, "start_static": False, "finite_belt": belt}
+            instance.begin(tol=1e-10, **values, separation=scene.separation)
+            for _ in range(40):
+                # Preload steps and ramps, friction jumps now and then.
+                if draw.random() < 0.2:
+                    instance.set(F=draw.uniform(-20.0, 150.0))
+                instance.slope(F=draw.uniform(-20.0, 20.0))
+                instance.step(draw.uniform(0.01, 0.2))
+                yield from instance.get(*_STARTS, "P", "mode", "friction_slider")
+            instance.fmi.reset()
+            instance.t = 0.0
+
+
+def _kinds(
+    name: str, run: Callable[..., Iterable[float]], counts: tuple[int, int, int]
+) -> Iterator[tuple[str, tuple[int, Callable[[int], Iterable[float]]]]]:
+    yield name, (counts[0], run)
+    yield f"{name} on belts", (counts[1], partial(run, belt=True))
+    yield f"{name} on belts with a friction law", (counts[2], partial(run, belt=True, law=True))
+
+
+# The kinds of runs, with their number of blocks.
+KINDS: Final[Mapping[str, tuple[int, Callable[[int], Iterable[float]]]]] = dict(
+    itertools.chain(
+        _kinds("single", _single, (6, 3, 3)),
+        _kinds("lanes", _lanes, (10, 4, 4)),
+        _kinds("native FMU", _fmu_steps, (3, 2, 2)),
+        [("tables over time", (4, _over_time))],
+        [("interpreted", (1, partial(_single, kernel="interpreted", t_end=2.0)))],
+        [
+            (
+                "interpreted on belts",
+                (1, partial(_single, belt=True, kernel="interpreted", t_end=2.0)),
+            )
+        ],
+        [("rk4", (1, partial(_single, method="rk4", step=0.02, t_end=2.0)))],
+    )
+)

@@ -1,0 +1,53 @@
+"""Records the net: `python -m tests.net.record [PART ...]`; parts are names of recordings."""
+
+import sys
+import time
+from concurrent.futures import ProcessPoolExecutor
+from multiprocessing import get_context
+
+from tests.net.parts import PARTS
+from tests.net.text import RECORDED, differences
+
+_PROCESSES = 2
+
+
+def record_part(name: str) -> tuple[str, float]:
+    """Record a part, and return what differs from its recording so far, and the time taken in s."""
+    begin = time.monotonic()
+    text = PARTS[name]()
+    path = RECORDED / f"{name}.txt"
+    before = path.read_text(encoding="utf-8") if path.exists() else ""
+    unlike = differences(before, text)
+    # A recording that is the same within the tolerance stays as it is.
+    if unlike or not before:
+        RECORDED.mkdir(exist_ok=True)
+        path.write_text(text, encoding="utf-8")
+    return "\n".join(unlike), time.monotonic() - begin
+
+
+def main(names: list[str]) -> None:
+    """Record the parts that are named, or all, each in a process of its own."""
+    if unknown := [name for name in names if name not in PARTS]:
+        sys.exit(f"unknown part {unknown[0]!r} (known: {', '.join(PARTS)})")
+    if not names:
+        for path in RECORDED.glob("*.txt"):
+            if path.stem not in PARTS:
+                path.unlink()
+    chosen = names or list(PARTS)
+    failed = 0
+    with ProcessPoolExecutor(
+        _PROCESSES, mp_context=get_context("spawn"), max_tasks_per_child=1
+    ) as pool:
+        for name, future in [(name, pool.submit(record_part, name)) for name in chosen]:
+            try:
+                unlike, seconds = future.result()
+            except Exception as error:  # noqa: BLE001 (the other parts are recorded)
+                failed += 1
+                print(f"{name}: failed: {type(error).__name__}: {error}")
+                continue
+            print(f"{name}: {'changed' if unlike else 'same'}, {seconds:.0f} s", flush=True)
+    sys.exit(1 if failed else 0)
+
+
+if __name__ == "__main__":
+    main(sys.argv[1:])

@@ -1,0 +1,77 @@
+"""The text of every tab of the laboratory: as it starts, and with results of a stored session."""
+
+import asyncio
+import shutil
+import tempfile
+from contextlib import ExitStack
+from pathlib import Path
+from typing import Final
+from unittest import mock
+
+from textual.pilot import Pilot
+
+from fivtui.model import Cancelled
+from fivtui.tui.app import FivtuiApp
+from fivtui.tui.tabs import TABS
+from fivtui.tui.tabs.book import TabBook
+from tests.net.text import SECTION, masked
+from tests.support.laboratory import (
+    app_of,
+    clear_notices,
+    focus,
+    show_tab,
+    text_of,
+    until,
+    until_still,
+)
+
+SIZES: Final = ((80, 24), (120, 40))
+SESSION: Final = Path(__file__).parents[1] / "data" / "stored" / "session"
+# Ends of scroll bars, which depend on the order in which Textual lays them out.
+_BARS: Final = dict.fromkeys(map(ord, "▏▎▍▌▋▊▉"), " ")
+
+
+def record_tabs(size: tuple[int, int]) -> str:
+    """The text of all tabs in a terminal of a size."""
+    return "\n".join(asyncio.run(_record(size))) + "\n"
+
+
+async def _record(size: tuple[int, int]) -> list[str]:
+    lines = []
+    with ExitStack() as stack:
+        folder = Path(stack.enter_context(tempfile.TemporaryDirectory(prefix="fivtui-net-")))
+        # What is computed in the background depends on how fast the machine is.
+        for name in ("safe_friction", "safety_zones"):
+            stack.enter_context(mock.patch(f"fivtui.safety.{name}", side_effect=Cancelled))
+        (folder / "config.toml").write_text("live = false\n", encoding="utf-8")
+        shutil.copytree(SESSION, folder / "stored")
+        for title, session in (("start", None), ("stored session", folder / "stored/session.json")):
+            app = FivtuiApp(state=session, config=folder / "config.toml")
+            async with app.run_test(size=size) as pilot:
+                await until(pilot, lambda: not app_of(pilot).session.unread)
+                for tab in TABS:
+                    await show_tab(pilot, tab.key)
+                    lines += [
+                        line
+                        for view in await _views(pilot)
+                        for line in (f"{SECTION}{title}: {tab.title}{view[0]}", *view[1])
+                    ]
+    return lines
+
+
+async def _views(pilot: Pilot[None]) -> list[tuple[str, list[str]]]:
+    # Title and lines of the screen for every view of the pane in sight.
+    pane = pilot.app.screen_stack[0].query_one(TabBook).pane
+    assert pane is not None
+    names = list(getattr(pane, "VIEWS", {})) or [""]
+    views = []
+    for name in names:
+        await clear_notices(pilot)
+        # The keys in the last line are those of where the focus is.
+        await focus(pilot, "mu")
+        await until_still(pilot)
+        text = masked(text_of(pilot).translate(_BARS))
+        views.append((f" {getattr(pane, 'view', name)}".rstrip(), text.splitlines()))
+        if len(names) > 1:
+            await pane.run_action("turn_view")
+    return views

@@ -1,0 +1,37 @@
+"""What a user gets is what was recorded: printed text, files, results, tabs, FMUs, bits."""
+
+import pytest
+
+from tests.net.parts import PARTS
+from tests.net.text import RECORDED, differences, same_line
+
+# What is compared by default; the rest is marked `whole`.
+QUICK = ("commands-errors", "commands-simulate", "stored-files", "fmus")
+LONGEST_MESSAGE = 60
+
+
+def unlike_recording(name: str, text: str, *, partial: bool = False) -> str:
+    """What differs from a recording, and how to record it anew; empty if nothing does."""
+    recorded = (RECORDED / f"{name}.txt").read_text(encoding="utf-8")
+    lines = differences(recorded, text, partial=partial)
+    if not lines:
+        return ""
+    if len(lines) > LONGEST_MESSAGE:
+        lines = [*lines[:LONGEST_MESSAGE], f"... {len(lines) - LONGEST_MESSAGE} further lines"]
+    advice = f"if this is intended: python -m tests.net.record {name}, and look at git diff"
+    return "\n".join([f"{name} (- recorded, + now)", *lines, advice])
+
+
+@pytest.mark.parametrize(
+    "name",
+    [name if name in QUICK else pytest.param(name, marks=pytest.mark.whole) for name in PARTS],
+)
+def test_what_a_user_gets_is_what_was_recorded(name: str) -> None:
+    message = unlike_recording(name, PARTS[name]())
+    if message:
+        pytest.fail(message, pytrace=False)
+
+
+def test_recordings_are_those_of_the_parts_and_small() -> None:
+    assert {path.stem for path in RECORDED.iterdir()} == set(PARTS)
+    assert sum(path.stat().st_size for path in RECORDED.iterdir()) < 3_000_000
