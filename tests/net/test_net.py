@@ -3,7 +3,7 @@
 import pytest
 
 from tests.net.parts import PARTS
-from tests.net.text import RECORDED, differences, same_line
+from tests.net.text import RECORDED, differences
 
 # What is compared by default; the rest is marked `whole`.
 QUICK = ("commands-errors", "commands-simulate", "stored-files", "fmus")
