@@ -359,7 +359,7 @@ async def test_in_a_browser_an_export_is_downloaded_and_nothing_stays_on_the_ser
     monkeypatch.setattr(pilot.app, "deliver_binary", deliver)
     await show_tab(pilot, "alt+1")
     await pilot.press("f7")
-    await until_shown(pilot, "The browser downloads the file.")
+    await until_shown(pilot, "The browser downloads the")
     path = pilot.app.screen.query_one("#path", Input)
     path.value = "somewhere/no.suffix"
     await pilot.press("enter")
