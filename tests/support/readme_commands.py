@@ -18,7 +18,7 @@ from fivtui.orbits.curves.following import Follower
 # What this process itself needs is not hidden.
 _OF_TESTS: Final = ("test", "dev")
 # Reduced counts: points of an axis, samples, points of a branch.
-_AXIS, _SAMPLES, _BRANCH = 3, 256, 12
+_AXIS, _SAMPLES, _BRANCH = 2, 256, 12
 _COUNT: Final = re.compile(r"^(\w+=[^:]+:[^:]+):(\d+)")
 
 
