@@ -239,6 +239,34 @@ def test_what_is_required_besides_changes_no_bit() -> None:
     assert_same(in_lanes(kernel, given, 30.0, 20, (False, False, True)), whole, late)
 
 
+@pytest.mark.parametrize("make", [lanes, in_turn])
+def test_the_number_of_runs_ended_rises_with_the_part_of_those_under_way(
+    make: Callable[..., Work | RunsInTurn],
+) -> None:
+    parameters, separation, starts = members(3, 6)
+    work = make(
+        load_kernel(),
+        parameters=parameters,
+        separation=separation,
+        starts=starts,
+        t_end=30.0,
+        tol=1e-15,
+        order=20,
+        max_steps=20_000,
+        observed=EVERYTHING,
+        belts=None if make is lanes else belts_of((parameters, separation, starts), 6),
+    )
+    ended = [0.0]
+    while not work.done:
+        ended.append(work.advance(20))
+    rises = np.diff(ended)
+    assert len(rises) > 10
+    assert rises.min() > 0.0
+    # No step of twenty is more than a part of a run.
+    assert rises.max() < 1.0
+    assert ended[-1] == 3.0
+
+
 @pytest.mark.parametrize("instruction_set", native.INSTRUCTION_SETS[:-1])
 def test_instruction_sets_give_the_same_bits(instruction_set: str) -> None:
     if not processor_has(instruction_set):
