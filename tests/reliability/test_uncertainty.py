@@ -1,6 +1,7 @@
 """Uncertainty studies: against closed forms, stored and continued, on the command line."""
 
 import json
+import math
 import tomllib
 from collections.abc import Generator, Iterable
 from dataclasses import replace
@@ -21,7 +22,13 @@ from fivtui import (
 from fivtui.cli import run
 from fivtui.model.errors import Cancelled, ComputationError, InputError
 from fivtui.reliability.report import UncertaintyProgress, print_uncertainty, warning_of
-from fivtui.reliability.request import parse_inputs, scattered_study, truncations, with_table
+from fivtui.reliability.request import (
+    check_until,
+    parse_inputs,
+    scattered_study,
+    truncations,
+    with_table,
+)
 from fivtui.reliability.result import Uncertainty, judged
 from fivtui.reliability.run import Place, measured
 from fivtui.reliability.statistics import with_remark
@@ -32,6 +39,7 @@ from fivtui.sweeps import run as run_of_sweeps
 from fivtui.sweeps.pieces import SweepPiece
 from fivtui.sweeps.rows import Rows
 from fivtui.sweeps.run import Engine, local_engine, sweep
+from fivtui.sweeps.scatter import Scatter
 from fivtui.sweeps.study import Study
 from fivtui.tui.tabs.charts.uncertainty import index_remark
 
@@ -58,6 +66,26 @@ def test_the_probabilities_where_friction_is_uniform() -> None:
     )
     check(found, 4e-5)
     assert found.scatter.samples == 2**17
+
+
+def test_samples_are_one_to_sixteen_million() -> None:
+    # Rounded up to a power of two in each of 16 scramblings, each point being a pair.
+    most = 2**24
+    for samples, rounded in ((1, 32), (33, 64), (most, most)):
+        design = study_of(samples).design
+        assert isinstance(design, Scatter)
+        assert design.samples == rounded
+    for samples in (0, -1, most + 1):
+        with pytest.raises(InputError, match=f"samples = {samples}: must be from 1 to {most}"):
+            study_of(samples)
+
+
+@pytest.mark.parametrize("until", [0.0, -0.1, 1.1, math.nan])
+def test_a_wanted_error_is_above_0_and_at_most_1(until: float) -> None:
+    with pytest.raises(InputError, match="until"):
+        check_until(until)
+    assert check_until(1.0) == 1.0
+    assert check_until(1e-9) == 1e-9
 
 
 def drawn(scene: Scene, *inputs: str) -> dict[str, np.ndarray]:
